@@ -112,6 +112,13 @@ bool thrum_text_next_line(thrum_text *text) {
   return false;
 }
 
+thrum_status thrum_text_need_line(thrum_text *text, const char *what, thrum_error *error) {
+  if (thrum_text_next_line(text))
+    return THRUM_OK;
+  return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "the file ends before %s; is it cut short?",
+                         what);
+}
+
 void thrum_text_rewind(thrum_text *text) {
   text->at = text->start;
 }
@@ -124,6 +131,12 @@ bool thrum_text_more(thrum_text *text) {
   while (text->at < text->end && separates(text, *text->at))
     text->at++;
   return text->at < text->end;
+}
+
+thrum_status thrum_text_need_word(thrum_text *text, const char *what, thrum_error *error) {
+  while (!thrum_text_more(text))
+    THRUM_TRY(thrum_text_need_line(text, what, error));
+  return THRUM_OK;
 }
 
 bool thrum_text_word(thrum_text *text, const char **word, size_t *length) {
@@ -200,6 +213,13 @@ thrum_status thrum_text_number(thrum_text *text, const char *what, double *value
     return thrum_text_fail(text, THRUM_BAD_VALUE, error, "%s is '%s', which is not a finite number",
                            what, thrum_text_excerpt(word, length).text);
   *value = number;
+  return THRUM_OK;
+}
+
+thrum_status thrum_text_position(thrum_text *text, double position[3], thrum_error *error) {
+  static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
+  for (int c = 0; c < 3; c++)
+    THRUM_TRY(thrum_text_number(text, axes[c], &position[c], error));
   return THRUM_OK;
 }
 

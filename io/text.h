@@ -40,11 +40,15 @@ void thrum_text_close(thrum_text *text);
 
 /* Moves to the next line that is not blank; returns false at the end and keeps the line number. */
 bool thrum_text_next_line(thrum_text *text);
+/* The same where `what` must follow, and the file is cut short if it does not. */
+thrum_status thrum_text_need_line(thrum_text *text, const char *what, thrum_error *error);
 /* Reads the present line again from its start. */
 void thrum_text_rewind(thrum_text *text);
 
 /* Tells whether there is another word on the line, and skips the separators in front of it. */
 bool thrum_text_more(thrum_text *text);
+/* Goes on to the line with the next word, which must follow. */
+thrum_status thrum_text_need_word(thrum_text *text, const char *what, thrum_error *error);
 /* Takes the next word of the line; returns false when there is none. */
 bool thrum_text_word(thrum_text *text, const char **word, size_t *length);
 /* Takes `character` if it comes next, after blanks. */
@@ -56,6 +60,8 @@ thrum_status thrum_text_integer(thrum_text *text, const char *what, int64_t low,
                                 int64_t *value, thrum_error *error);
 thrum_status thrum_text_number(thrum_text *text, const char *what, double *value,
                                thrum_error *error);
+/* The three coordinates of a point. */
+thrum_status thrum_text_position(thrum_text *text, double position[3], thrum_error *error);
 /* Refuses anything left on the line after `what`. */
 thrum_status thrum_text_finish(thrum_text *text, const char *what, thrum_error *error);
 

@@ -24,6 +24,14 @@ void thrum_mesh_free(thrum_mesh *mesh) {
   *mesh = (thrum_mesh){0};
 }
 
+thrum_status thrum_mesh_deliver(thrum_status status, thrum_mesh *read, thrum_mesh *mesh) {
+  if (status < 0)
+    thrum_mesh_free(read);
+  else
+    *mesh = *read;
+  return status;
+}
+
 double thrum_mesh_tet_volume(const thrum_mesh *mesh, int64_t t) {
   const int32_t *v = mesh->tets + 4 * t;
   double edges[3][3];

@@ -51,6 +51,10 @@ typedef struct thrum_mesh {
 
 void thrum_mesh_free(thrum_mesh *mesh); /* leaves it empty; an empty (zeroed) mesh is fine */
 
+/* The end of a reader: hands `read` over to *mesh, or frees it where `status` is a failure, and
+ * *mesh is untouched then. Returns `status`. */
+thrum_status thrum_mesh_deliver(thrum_status status, thrum_mesh *read, thrum_mesh *mesh);
+
 /* 64-bit FNV-1a over vertices, tets, regions: identifies the mesh in a model's meta. */
 uint64_t thrum_mesh_hash(const thrum_mesh *mesh);
 

@@ -10,24 +10,24 @@
 
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
+#include "mesh/tet_repeats.h"
 
 static thrum_status no_memory(thrum_mesh_builder *b) {
   return thrum_error_set(b->error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
 }
 
-thrum_status thrum_builder_vertex(thrum_mesh_builder *b, int64_t number, const double position[3]) {
+thrum_status thrum_builder_vertex(thrum_mesh_builder *b, int64_t number, const double position[3],
+                                  int64_t line) {
   const int64_t v = b->vertex_count;
   if (v == INT32_MAX)
     return thrum_error_set(b->error, THRUM_UNSUPPORTED, "more than 2^31 - 1 vertices");
-  double *positions =
-      thrum_mesh_grow(b->positions, &b->position_capacity, v + 1, 3 * sizeof *positions);
-  b->positions = positions ? positions : b->positions;
-  int64_t *numbers = thrum_mesh_grow(b->numbers, &b->number_capacity, v + 1, sizeof *numbers);
-  b->numbers = numbers ? numbers : b->numbers;
-  if (!positions || !numbers)
+  if (!thrum_mesh_grow(&b->positions, &b->position_capacity, v + 1, 3 * sizeof *b->positions) ||
+      !thrum_mesh_grow(&b->numbers, &b->number_capacity, v + 1, sizeof *b->numbers) ||
+      !thrum_mesh_grow(&b->vertex_lines, &b->vertex_line_capacity, v + 1, sizeof line))
     return no_memory(b);
-  memcpy(positions + 3 * v, position, 3 * sizeof *position);
-  numbers[v] = number;
+  memcpy(b->positions + 3 * v, position, 3 * sizeof *position);
+  b->numbers[v] = number;
+  b->vertex_lines[v] = line;
   b->vertex_count = v + 1;
   return THRUM_OK;
 }
@@ -39,21 +39,24 @@ thrum_status thrum_builder_tet(thrum_mesh_builder *b, const int64_t vertices[4],
   if (t == INT32_MAX)
     return thrum_error_set(b->error, THRUM_UNSUPPORTED, "more than 2^31 - 1 tetrahedra");
 
-  // an array that has grown is kept even where the next one cannot grow
-  int64_t *tets = thrum_mesh_grow(b->tets, &b->tet_capacity, t + 1, 4 * sizeof *tets);
-  b->tets = tets ? tets : b->tets;
-  int64_t *keys = thrum_mesh_grow(b->keys, &b->key_capacity, t + 1, sizeof *keys);
-  b->keys = keys ? keys : b->keys;
-  int64_t *lines = thrum_mesh_grow(b->lines, &b->line_capacity, t + 1, sizeof *lines);
-  b->lines = lines ? lines : b->lines;
-  if (!tets || !keys || !lines)
+  if (!thrum_mesh_grow(&b->tets, &b->tet_capacity, t + 1, 4 * sizeof *b->tets) ||
+      !thrum_mesh_grow(&b->keys, &b->key_capacity, t + 1, sizeof key) ||
+      !thrum_mesh_grow(&b->lines, &b->line_capacity, t + 1, sizeof line))
     return no_memory(b);
-
-  memcpy(tets + 4 * t, vertices, 4 * sizeof *vertices);
-  keys[t] = key;
-  lines[t] = line;
+  memcpy(b->tets + 4 * t, vertices, 4 * sizeof *vertices);
+  b->keys[t] = key;
+  b->lines[t] = line;
   b->tet_count = t + 1;
   return THRUM_OK;
+}
+
+static char *copy_name(const char *name, size_t length) {
+  char *copy = malloc(length + 1);
+  if (copy) {
+    memcpy(copy, name, length);
+    copy[length] = '\0';
+  }
+  return copy;
 }
 
 thrum_status thrum_builder_list(thrum_mesh_builder *b, const char *name, size_t length,
@@ -76,29 +79,42 @@ thrum_status thrum_builder_list(thrum_mesh_builder *b, const char *name, size_t 
     return thrum_error_set(b->error, THRUM_UNSUPPORTED, "more than %d groups",
                            THRUM_MESH_GROUPS_MAX);
 
-  thrum_named_list *lists =
-      thrum_mesh_grow(b->lists, &b->list_capacity, b->list_count + 1, sizeof *lists);
-  b->lists = lists ? lists : b->lists;
-  char *copy = malloc(length + 1);
-  if (!lists || !copy) {
-    free(copy);
+  if (!thrum_mesh_grow(&b->lists, &b->list_capacity, b->list_count + 1, sizeof *b->lists))
     return no_memory(b);
-  }
-
-  memcpy(copy, name, length);
-  copy[length] = '\0';
+  char *copy = copy_name(name, length);
+  if (!copy)
+    return no_memory(b);
   *index = b->last_list = b->list_count++;
-  lists[*index] = (thrum_named_list){.name = copy};
+  b->lists[*index] = (thrum_named_list){.name = copy};
+  return THRUM_OK;
+}
+
+thrum_status thrum_builder_rename(thrum_mesh_builder *b, int64_t list, const char *name,
+                                  size_t length) {
+  char *copy = copy_name(name, length);
+  if (!copy)
+    return no_memory(b);
+  free(b->lists[list].name);
+  b->lists[list].name = copy;
   return THRUM_OK;
 }
 
 thrum_status thrum_builder_add(thrum_mesh_builder *b, int64_t list, int64_t vertex) {
   thrum_named_list *l = &b->lists[list];
-  int64_t *numbers = thrum_mesh_grow(l->numbers, &l->capacity, l->count + 1, sizeof *numbers);
-  if (!numbers)
+  if (!thrum_mesh_grow(&l->numbers, &l->capacity, l->count + 1, sizeof vertex))
     return no_memory(b);
-  l->numbers = numbers;
-  numbers[l->count++] = vertex;
+  l->numbers[l->count++] = vertex;
+  return THRUM_OK;
+}
+
+thrum_status thrum_builder_mark(thrum_mesh_builder *b, const char *prefix, int64_t number,
+                                const int64_t *vertices, int count) {
+  char name[64];
+  int64_t index = 0;
+  snprintf(name, sizeof name, "%s_%lld", prefix, (long long)number);
+  THRUM_TRY(thrum_builder_list(b, name, strlen(name), &index));
+  for (int i = 0; i < count; i++)
+    THRUM_TRY(thrum_builder_add(b, index, vertices[i]));
   return THRUM_OK;
 }
 
@@ -121,27 +137,51 @@ static thrum_status sort_vertices(thrum_mesh_builder *b) {
   if (v >= b->vertex_count)
     return THRUM_OK;
 
-  numbered *order = malloc((size_t)b->vertex_count * sizeof *order);
-  double *positions = malloc((size_t)b->vertex_count * 3 * sizeof *positions);
-  if (!order || !positions) {
+  const size_t count = (size_t)b->vertex_count;
+  numbered *order = malloc(count * sizeof *order);
+  double *positions = malloc(count * 3 * sizeof *positions);
+  int64_t *lines = malloc(count * sizeof *lines);
+  if (!order || !positions || !lines) {
     free(order);
     free(positions);
+    free(lines);
     return no_memory(b);
   }
 
   // equal numbers keep their order, so that the later one is named as the repeat
   for (v = 0; v < b->vertex_count; v++)
     order[v] = (numbered){b->numbers[v], v};
-  qsort(order, (size_t)b->vertex_count, sizeof *order, compare_numbered);
+  qsort(order, count, sizeof *order, compare_numbered);
 
   for (v = 0; v < b->vertex_count; v++) {
     memcpy(positions + 3 * v, b->positions + 3 * order[v].from, 3 * sizeof *positions);
+    lines[v] = b->vertex_lines[order[v].from];
     b->numbers[v] = order[v].number;
   }
 
   free(order);
   free(b->positions);
+  free(b->vertex_lines);
   b->positions = positions;
+  b->vertex_lines = lines;
+  return THRUM_OK;
+}
+
+/* ":LINE" for a message; nothing where the line is not known. */
+static const char *place(int64_t line, char text[32]) {
+  text[0] = '\0';
+  if (line > 0)
+    snprintf(text, 32, ":%lld", (long long)line);
+  return text;
+}
+
+thrum_status thrum_builder_order(thrum_mesh_builder *b, const char *name) {
+  char where[32];
+  THRUM_TRY(sort_vertices(b));
+  for (int64_t v = 1; v < b->vertex_count; v++)
+    if (b->numbers[v - 1] == b->numbers[v])
+      return thrum_error_set(b->error, THRUM_BAD_FORMAT, "%.200s%s: vertex %lld comes twice", name,
+                             place(b->vertex_lines[v], where), (long long)b->numbers[v]);
   return THRUM_OK;
 }
 
@@ -162,12 +202,7 @@ int64_t thrum_builder_find(const thrum_mesh_builder *b, int64_t number) {
   return low < b->vertex_count && b->numbers[low] == number ? low : -1;
 }
 
-static thrum_status take_vertices(thrum_mesh_builder *b, const char *name, thrum_mesh *mesh) {
-  for (int64_t v = 1; v < b->vertex_count; v++)
-    if (b->numbers[v - 1] == b->numbers[v])
-      return thrum_error_set(b->error, THRUM_BAD_FORMAT, "%.200s: vertex %lld comes twice", name,
-                             (long long)b->numbers[v]);
-
+static thrum_status take_vertices(thrum_mesh_builder *b, thrum_mesh *mesh) {
   mesh->vertex_count = mesh->file_vertex_count = b->vertex_count;
   mesh->vertices = b->positions;
   b->positions = NULL;
@@ -186,13 +221,11 @@ static thrum_status take_vertices(thrum_mesh_builder *b, const char *name, thrum
 
 static thrum_status missing_vertex(thrum_mesh_builder *b, const char *name, int64_t t,
                                    int64_t number) {
-  char where[32] = "";
-  if (b->lines[t] > 0)
-    snprintf(where, sizeof where, ":%lld", (long long)b->lines[t]);
+  char where[32];
   return thrum_error_set(b->error, THRUM_BAD_VALUE,
                          "%.200s%s: tet %lld names vertex %lld, which is not in the file; its "
                          "vertices are %lld to %lld",
-                         name, where, (long long)t + 1, (long long)number,
+                         name, place(b->lines[t], where), (long long)t + 1, (long long)number,
                          b->vertex_count > 0 ? (long long)b->numbers[0] : 0LL,
                          b->vertex_count > 0 ? (long long)b->numbers[b->vertex_count - 1] : -1LL);
 }
@@ -211,6 +244,24 @@ static thrum_status take_tets(thrum_mesh_builder *b, const char *name, thrum_mes
   mesh->tet_line = b->lines;
   b->lines = NULL;
   mesh->cornered_tets = b->cornered_tets;
+  return THRUM_OK;
+}
+
+/* Keeps the first of repeated tets, with its key; the vertices of the others are in all of their
+ * groups already. */
+static thrum_status join_repeats(thrum_mesh_builder *b, thrum_mesh *mesh) {
+  int64_t *earlier = thrum_mesh_tet_repeats(mesh), kept = 0;
+  if (!earlier)
+    return no_memory(b);
+  for (int64_t t = 0; t < mesh->tet_count; t++) {
+    if (earlier[t] >= 0)
+      continue;
+    memmove(mesh->tets + 4 * kept, mesh->tets + 4 * t, 4 * sizeof *mesh->tets);
+    mesh->tet_line[kept] = mesh->tet_line[t];
+    b->keys[kept++] = b->keys[t];
+  }
+  mesh->tet_count = b->tet_count = kept;
+  free(earlier);
   return THRUM_OK;
 }
 
@@ -278,12 +329,26 @@ static thrum_status take_list(thrum_mesh_builder *b, const char *name, const thr
 }
 
 thrum_status thrum_builder_finish(thrum_mesh_builder *b, const char *name, thrum_mesh *mesh) {
-  THRUM_TRY(sort_vertices(b));
-  THRUM_TRY(take_vertices(b, name, mesh));
+  THRUM_TRY(thrum_builder_order(b, name));
+  THRUM_TRY(take_vertices(b, mesh));
   THRUM_TRY(take_tets(b, name, mesh));
+  if (b->joins_repeats)
+    THRUM_TRY(join_repeats(b, mesh));
   THRUM_TRY(number_regions(b, name, mesh));
   for (int64_t i = 0; i < b->list_count; i++)
     THRUM_TRY(take_list(b, name, &b->lists[i], mesh));
+  return THRUM_OK;
+}
+
+thrum_status thrum_builder_region_groups(const thrum_mesh_builder *b, const char *prefix, bool zero,
+                                         thrum_mesh *mesh) {
+  for (int64_t i = 0; i < mesh->region_count && mesh->region_count > 1; i++) {
+    char name[64];
+    if (b->region_keys[i] == 0 && !zero)
+      continue;
+    snprintf(name, sizeof name, "%s_%lld", prefix, (long long)b->region_keys[i]);
+    THRUM_TRY(thrum_mesh_add_region_group(mesh, (int32_t)i, name, b->error));
+  }
   return THRUM_OK;
 }
 
@@ -295,6 +360,7 @@ void thrum_builder_free(thrum_mesh_builder *b) {
   free(b->lists);
   free(b->positions);
   free(b->numbers);
+  free(b->vertex_lines);
   free(b->tets);
   free(b->keys);
   free(b->lines);

@@ -16,9 +16,10 @@ typedef struct thrum_named_list {
 /* Zeroed to begin with; released by thrum_builder_free. Vertices and keys are the file's numbers
  * until thrum_builder_finish. */
 typedef struct thrum_mesh_builder {
-  int64_t vertex_count, position_capacity, number_capacity;
-  double *positions; /* vertex_count x 3 */
-  int64_t *numbers;  /* vertex_count */
+  int64_t vertex_count, position_capacity, number_capacity, vertex_line_capacity;
+  double *positions;     /* vertex_count x 3 */
+  int64_t *numbers;      /* vertex_count */
+  int64_t *vertex_lines; /* vertex_count: in the file, 0 unknown */
   int64_t tet_count, tet_capacity, key_capacity, line_capacity;
   int64_t *tets;  /* tet_count x 4 */
   int64_t *keys;  /* tet_count: what tells its region */
@@ -28,24 +29,40 @@ typedef struct thrum_mesh_builder {
   int64_t last_list;    /* found last */
   int64_t *region_keys; /* of each region, ascending; made by finish */
   int64_t cornered_tets;
+  bool joins_repeats; /* of tets that come again the first is kept */
   thrum_error *error;
 } thrum_mesh_builder;
 
-thrum_status thrum_builder_vertex(thrum_mesh_builder *b, int64_t number, const double position[3]);
+thrum_status thrum_builder_vertex(thrum_mesh_builder *b, int64_t number, const double position[3],
+                                  int64_t line);
 thrum_status thrum_builder_tet(thrum_mesh_builder *b, const int64_t vertices[4], int64_t key,
                                int64_t line);
 /* Index of the list of that name, added when it is new; the name must be a good one. */
 thrum_status thrum_builder_list(thrum_mesh_builder *b, const char *name, size_t length,
                                 int64_t *index);
+/* Gives a list another name, of `length` bytes; lists of one name become one group. */
+thrum_status thrum_builder_rename(thrum_mesh_builder *b, int64_t list, const char *name,
+                                  size_t length);
 thrum_status thrum_builder_add(thrum_mesh_builder *b, int64_t list, int64_t vertex);
+/* Adds vertices to the list PREFIX_NUMBER. */
+thrum_status thrum_builder_mark(thrum_mesh_builder *b, const char *prefix, int64_t number,
+                                const int64_t *vertices, int count);
+
+/* Orders the vertices by number, once all are there; a number that comes twice is refused. `name`
+ * is the file's. */
+thrum_status thrum_builder_order(thrum_mesh_builder *b, const char *name);
+/* After that: the index of a vertex; -1 when it is not in the file. */
+int64_t thrum_builder_find(const thrum_mesh_builder *b, int64_t number);
 
 /* Orders the vertices by number, looks up what tets and lists name, makes a region of each key
  * (ascending, without materials) and a group of each list. `name` is the file's. Into an empty
  * mesh, which the caller frees on failure. */
 thrum_status thrum_builder_finish(thrum_mesh_builder *b, const char *name, thrum_mesh *mesh);
 
-/* After finish: a list's vertices that are not in the file are refused; its index or -1. */
-int64_t thrum_builder_find(const thrum_mesh_builder *b, int64_t number);
+/* After finish: where there are several regions, the vertices of each become the group PREFIX_KEY,
+ * but those of the key 0 only if `zero`. */
+thrum_status thrum_builder_region_groups(const thrum_mesh_builder *b, const char *prefix, bool zero,
+                                         thrum_mesh *mesh);
 
 void thrum_builder_free(thrum_mesh_builder *b);
 

@@ -68,14 +68,12 @@ static thrum_status add_face(face_table *table, int32_t tet, const int32_t verti
     return THRUM_OK;
   }
 
-  thrum_mesh_face *grown =
-      thrum_mesh_grow(table->found.faces, &table->capacity, table->found.count + 1, sizeof *grown);
-  if (!grown)
+  if (!thrum_mesh_grow(&table->found.faces, &table->capacity, table->found.count + 1,
+                       sizeof *table->found.faces))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the faces");
-  table->found.faces = grown;
 
   table->slots[slot] = (int32_t)table->found.count;
-  grown[table->found.count++] =
+  table->found.faces[table->found.count++] =
       (thrum_mesh_face){.vertices = {v[0], v[1], v[2]}, .tet = tet, .other = -1, .even = even};
   return THRUM_OK;
 }

@@ -63,11 +63,8 @@ thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int3
   thrum_group *group = find_group(mesh, name);
   if (group) {
     int64_t capacity = group->count;
-    int32_t *grown =
-        thrum_mesh_grow(group->vertices, &capacity, group->count + count, sizeof *vertices);
-    if (!grown)
+    if (!thrum_mesh_grow(&group->vertices, &capacity, group->count + count, sizeof *vertices))
       return no_memory(error);
-    group->vertices = grown;
     memcpy(group->vertices + group->count, vertices, (size_t)count * sizeof *vertices);
     group->count = sort_unique(group->vertices, group->count + count);
     return THRUM_OK;

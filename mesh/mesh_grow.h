@@ -4,12 +4,13 @@
 #ifndef THRUM_MESH_MESH_GROW_H
 #define THRUM_MESH_MESH_GROW_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
-/* Makes room for `needed` items of `size` bytes in `array` (malloc'ed or NULL), doubling *capacity,
- * so that memory follows what a file holds and not what it claims. Returns the moved array; NULL
- * when out of memory (or a size would overflow), and `array` is still valid then. */
-void *thrum_mesh_grow(void *array, int64_t *capacity, int64_t needed, size_t size);
+/* Makes room for `needed` items of `size` bytes in the array at *array (a pointer to any object,
+ * malloc'ed or NULL), doubling *capacity, so that memory follows what a file holds and not what it
+ * claims. False when out of memory (or a size would overflow), and the array is as it was then. */
+bool thrum_mesh_grow(void *array, int64_t *capacity, int64_t needed, size_t size);
 
 #endif

@@ -27,12 +27,10 @@ thrum_status thrum_surface_add_vertex(thrum_surface_builder *b, const double pos
   thrum_surface_mesh *made = &b->made;
   if (made->vertex_count >= INT32_MAX - 1)
     return too_many(b->error, "vertices");
-  double *vertices = thrum_mesh_grow(made->vertices, &b->vertex_capacity, made->vertex_count + 1,
-                                     3 * sizeof *vertices);
-  if (vertices == NULL)
+  if (!thrum_mesh_grow(&made->vertices, &b->vertex_capacity, made->vertex_count + 1,
+                       3 * sizeof *position))
     return no_memory(b->error);
-  made->vertices = vertices;
-  memcpy(vertices + 3 * made->vertex_count++, position, 3 * sizeof *vertices);
+  memcpy(made->vertices + 3 * made->vertex_count++, position, 3 * sizeof *position);
   return THRUM_OK;
 }
 
@@ -43,20 +41,11 @@ thrum_status thrum_surface_add_triangle(thrum_surface_builder *b, const int32_t 
   if (count >= INT32_MAX - 1)
     return too_many(b->error, "triangles");
 
-  // an array that has grown is kept even where the next one cannot grow
-  int32_t *triangles =
-      thrum_mesh_grow(made->triangles, &b->triangle_capacity, count + 1, 3 * sizeof *triangles);
-  if (triangles == NULL)
+  if (!thrum_mesh_grow(&made->triangles, &b->triangle_capacity, count + 1, 3 * sizeof *corners) ||
+      !thrum_mesh_grow(&made->triangle_line, &b->line_capacity, count + 1, sizeof line))
     return no_memory(b->error);
-  made->triangles = triangles;
-  int64_t *lines =
-      thrum_mesh_grow(made->triangle_line, &b->line_capacity, count + 1, sizeof *lines);
-  if (lines == NULL)
-    return no_memory(b->error);
-  made->triangle_line = lines;
-
-  memcpy(triangles + 3 * count, corners, 3 * sizeof *triangles);
-  lines[count] = line;
+  memcpy(made->triangles + 3 * count, corners, 3 * sizeof *corners);
+  made->triangle_line[count] = line;
   made->triangle_count++;
   return THRUM_OK;
 }

@@ -104,11 +104,5 @@ thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, t
   if (status >= 0)
     status = thrum_mesh_clean(&read, name, scale, error);
 
-  // the caller's mesh changes only when all went well
-  if (status < 0) {
-    thrum_mesh_free(&read);
-    return status;
-  }
-  *mesh = read;
-  return THRUM_OK;
+  return thrum_mesh_deliver(status, &read, mesh);
 }

@@ -214,7 +214,7 @@ static thrum_status read_nodes(inp_reader *r, const inp_keyword *keyword) {
     // coordinates left out are 0
     for (int c = 0; c < 3 && thrum_text_more(&r->text); c++)
       THRUM_TRY(thrum_text_number(&r->text, axes[c], &position[c], r->error));
-    THRUM_TRY(thrum_builder_vertex(&r->builder, number, position));
+    THRUM_TRY(thrum_builder_vertex(&r->builder, number, position, r->text.line));
     if (list >= 0)
       THRUM_TRY(thrum_builder_add(&r->builder, list, number));
   }
@@ -235,11 +235,9 @@ static thrum_status find_set(inp_reader *r, inp_word name, int64_t *index) {
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d element sets",
                            THRUM_MESH_GROUPS_MAX);
 
-  inp_set *sets = thrum_mesh_grow(r->sets, &r->set_capacity, r->set_count + 1, sizeof *sets);
-  if (!sets)
+  if (!thrum_mesh_grow(&r->sets, &r->set_capacity, r->set_count + 1, sizeof *r->sets))
     return no_memory(r);
-  r->sets = sets;
-  sets[r->set_count++] = (inp_set){.name = name};
+  r->sets[r->set_count++] = (inp_set){.name = name};
   return THRUM_OK;
 }
 
@@ -253,21 +251,17 @@ static thrum_status check_growth(inp_reader *r, int64_t count) {
 static thrum_status add_to_set(inp_reader *r, int64_t index, int64_t element) {
   inp_set *set = &r->sets[index];
   THRUM_TRY(check_growth(r, set->count));
-  int64_t *grown = thrum_mesh_grow(set->elements, &set->capacity, set->count + 1, sizeof *grown);
-  if (!grown)
+  if (!thrum_mesh_grow(&set->elements, &set->capacity, set->count + 1, sizeof element))
     return no_memory(r);
-  set->elements = grown;
-  grown[set->count++] = element;
+  set->elements[set->count++] = element;
   return THRUM_OK;
 }
 
 static thrum_status add_element(inp_reader *r, int64_t number, int64_t tet) {
-  inp_element *grown =
-      thrum_mesh_grow(r->elements, &r->element_capacity, r->element_count + 1, sizeof *grown);
-  if (!grown)
+  if (!thrum_mesh_grow(&r->elements, &r->element_capacity, r->element_count + 1,
+                       sizeof *r->elements))
     return no_memory(r);
-  r->elements = grown;
-  grown[r->element_count++] = (inp_element){number, tet, r->surface_node_count, 0};
+  r->elements[r->element_count++] = (inp_element){number, tet, r->surface_node_count, 0};
   return THRUM_OK;
 }
 
@@ -317,12 +311,10 @@ static thrum_status read_surface(inp_reader *r, int64_t set) {
     THRUM_TRY(integer(r, "a node of the element", 1, &node));
 
     // a triangle or quadrilateral keeps its nodes, for the groups of its sets
-    int64_t *grown = thrum_mesh_grow(r->surface_nodes, &r->surface_node_capacity,
-                                     r->surface_node_count + 1, sizeof *grown);
-    if (!grown)
+    if (!thrum_mesh_grow(&r->surface_nodes, &r->surface_node_capacity, r->surface_node_count + 1,
+                         sizeof node))
       return no_memory(r);
-    r->surface_nodes = grown;
-    grown[r->surface_node_count++] = node;
+    r->surface_nodes[r->surface_node_count++] = node;
     r->elements[r->element_count - 1].count++;
   }
   return set < 0 ? THRUM_OK : add_to_set(r, set, number);
@@ -446,12 +438,10 @@ static thrum_status read_material(inp_reader *r, const inp_keyword *keyword) {
     if (same(r->materials[i].name, material.name))
       return fail(r, "this material comes twice");
 
-  inp_material *grown =
-      thrum_mesh_grow(r->materials, &r->material_capacity, r->material_count + 1, sizeof *grown);
-  if (!grown)
+  if (!thrum_mesh_grow(&r->materials, &r->material_capacity, r->material_count + 1,
+                       sizeof material))
     return no_memory(r);
-  r->materials = grown;
-  grown[r->material_count++] = material;
+  r->materials[r->material_count++] = material;
   return THRUM_OK;
 }
 
@@ -500,12 +490,9 @@ static thrum_status read_section(inp_reader *r, const inp_keyword *keyword) {
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d sections",
                            SECTIONS_MAX);
 
-  inp_section *grown =
-      thrum_mesh_grow(r->sections, &r->section_capacity, r->section_count + 1, sizeof *grown);
-  if (!grown)
+  if (!thrum_mesh_grow(&r->sections, &r->section_capacity, r->section_count + 1, sizeof section))
     return no_memory(r);
-  r->sections = grown;
-  grown[r->section_count++] = section;
+  r->sections[r->section_count++] = section;
   return THRUM_OK;
 }
 
@@ -729,10 +716,5 @@ thrum_status thrum_mesh_parse_abaqus(const char *name, const void *data, size_t 
   free(r.sections);
   thrum_builder_free(&r.builder);
 
-  // the mesh is whole or not there
-  if (status >= 0)
-    *mesh = read;
-  else
-    thrum_mesh_free(&read);
-  return status;
+  return thrum_mesh_deliver(status, &read, mesh);
 }

@@ -38,18 +38,9 @@ static const medit_kind KINDS[] = {{"Vertices", 0, "vertices"},
                                    {"Pyramids", 5, NULL},
                                    {"TetrahedraP2", 10, NULL}};
 
-/* Goes on to the line with the next word. */
-static thrum_status next_word(medit_reader *r, const char *what) {
-  while (!thrum_text_more(&r->text))
-    if (!thrum_text_next_line(&r->text))
-      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
-                             "the file ends before %s; is it cut short?", what);
-  return THRUM_OK;
-}
-
 static thrum_status integer(medit_reader *r, const char *what, int64_t low, int64_t high,
                             int64_t *value) {
-  THRUM_TRY(next_word(r, what));
+  THRUM_TRY(thrum_text_need_word(&r->text, what, r->error));
   return thrum_text_integer(&r->text, what, low, high, value, r->error);
 }
 
@@ -58,29 +49,17 @@ static thrum_status reference(medit_reader *r, int64_t *value) {
   return integer(r, "a reference", INT32_MIN, INT32_MAX, value);
 }
 
-/* Adds vertices to the group LIST_REFERENCE. */
-static thrum_status mark(medit_reader *r, const char *list, int64_t number, const int64_t *vertices,
-                         int count) {
-  char name[64];
-  int64_t index = 0;
-  snprintf(name, sizeof name, "%s_%lld", list, (long long)number);
-  THRUM_TRY(thrum_builder_list(&r->builder, name, strlen(name), &index));
-  for (int i = 0; i < count; i++)
-    THRUM_TRY(thrum_builder_add(&r->builder, index, vertices[i]));
-  return THRUM_OK;
-}
-
 static thrum_status read_vertex(medit_reader *r, int64_t number) {
   static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
   double position[3] = {0};
   int64_t ref = 0;
   for (int c = 0; c < 3; c++) {
-    THRUM_TRY(next_word(r, axes[c]));
+    THRUM_TRY(thrum_text_need_word(&r->text, axes[c], r->error));
     THRUM_TRY(thrum_text_number(&r->text, axes[c], &position[c], r->error));
   }
   THRUM_TRY(reference(r, &ref));
-  THRUM_TRY(thrum_builder_vertex(&r->builder, number, position));
-  return ref == 0 ? THRUM_OK : mark(r, "vertices", ref, &number, 1);
+  THRUM_TRY(thrum_builder_vertex(&r->builder, number, position, r->text.line));
+  return ref == 0 ? THRUM_OK : thrum_builder_mark(&r->builder, "vertices", ref, &number, 1);
 }
 
 static thrum_status read_element(medit_reader *r, const medit_kind *kind) {
@@ -91,8 +70,9 @@ static thrum_status read_element(medit_reader *r, const medit_kind *kind) {
   THRUM_TRY(reference(r, &ref));
   const bool tet = strcmp(kind->keyword, "Tetrahedra") == 0;
   if (tet)
-    THRUM_TRY(thrum_builder_tet(&r->builder, vertices, ref, line));
-  return tet || ref == 0 ? THRUM_OK : mark(r, kind->list, ref, vertices, kind->corners);
+    return thrum_builder_tet(&r->builder, vertices, ref, line);
+  return ref == 0 ? THRUM_OK
+                  : thrum_builder_mark(&r->builder, kind->list, ref, vertices, kind->corners);
 }
 
 static thrum_status read_kind(medit_reader *r, const medit_kind *kind) {
@@ -197,44 +177,27 @@ static thrum_status read_header(medit_reader *r) {
   return integer(r, "the version", 0, 4, &version);
 }
 
-/* Makes a group of each region if there are several. */
-static thrum_status add_regions(medit_reader *r, thrum_mesh *mesh) {
-  const thrum_mesh_builder *b = &r->builder;
-  for (int64_t i = 0; i < mesh->region_count && mesh->region_count > 1; i++) {
-    char name[64];
-    if (b->region_keys[i] == 0)
-      continue;
-    snprintf(name, sizeof name, "tetrahedra_%lld", (long long)b->region_keys[i]);
-    THRUM_TRY(thrum_mesh_add_region_group(mesh, (int32_t)i, name, r->error));
-  }
-  return THRUM_OK;
+static thrum_status read_all(medit_reader *r, thrum_mesh *mesh) {
+  bool more = true;
+  THRUM_TRY(read_header(r));
+  while (more)
+    THRUM_TRY(read_keyword(r, &more));
+
+  // a file without either list is no volume mesh or was cut short
+  if (!r->has_vertices || !r->has_tets)
+    return thrum_text_fail(&r->text, THRUM_MISSING, r->error, "there are no %s; is the file whole?",
+                           r->has_vertices ? "Tetrahedra" : "Vertices");
+
+  THRUM_TRY(thrum_builder_finish(&r->builder, r->text.name, mesh));
+  return thrum_builder_region_groups(&r->builder, "tetrahedra", false, mesh);
 }
 
 thrum_status thrum_mesh_parse_medit(const char *name, const void *data, size_t size,
                                     thrum_mesh *mesh, thrum_error *error) {
   medit_reader r = {.error = error, .builder = {.error = error}};
   thrum_mesh read = {0};
-  bool more = true;
-  thrum_status status = thrum_text_view(name, data, size, '#', 0, &r.text, error);
-  if (status >= 0)
-    status = read_header(&r);
-  while (status >= 0 && more)
-    status = read_keyword(&r, &more);
-
-  // a file without either list is no volume mesh or was cut short
-  if (status >= 0 && (!r.has_vertices || !r.has_tets))
-    status = thrum_text_fail(&r.text, THRUM_MISSING, error, "there are no %s; is the file whole?",
-                             r.has_vertices ? "Tetrahedra" : "Vertices");
-
-  if (status >= 0)
-    status = thrum_builder_finish(&r.builder, name, &read);
-  if (status >= 0)
-    status = add_regions(&r, &read);
-
+  THRUM_TRY(thrum_text_view(name, data, size, '#', 0, &r.text, error));
+  const thrum_status status = read_all(&r, &read);
   thrum_builder_free(&r.builder);
-  if (status >= 0)
-    *mesh = read;
-  else
-    thrum_mesh_free(&read);
-  return status;
+  return thrum_mesh_deliver(status, &read, mesh);
 }

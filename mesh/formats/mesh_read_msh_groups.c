@@ -1,6 +1,7 @@
 /* Reads $PhysicalNames and $Entities of a Gmsh file, which define its physical groups; see
  * mesh_read_msh.c.
  * SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -8,7 +9,6 @@
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
 
-/* Finds the index of a physical group, which is added when it is new. */
 thrum_status thrum_msh_find_physical(msh_reader *r, int dimension, int64_t tag, int64_t *index) {
   for (int64_t step = 0; step < r->physical_count; step++) {
     // the last one found is tried first, since elements of a group stand together
@@ -19,33 +19,30 @@ thrum_status thrum_msh_find_physical(msh_reader *r, int dimension, int64_t tag, 
     }
   }
 
-  // the array has a fixed size, so that groups found earlier stay where they are
   if (r->physical_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d physical groups",
                            THRUM_MESH_GROUPS_MAX);
-  *index = r->last_physical = r->physical_count++;
-  r->physicals[*index] = (msh_physical){.dimension = dimension, .tag = tag};
-  return THRUM_OK;
-}
-
-thrum_status thrum_msh_add_to_physical(msh_reader *r, int64_t index, const int32_t *vertices,
-                                       int count) {
-  msh_physical *p = &r->physicals[index];
-  int32_t *grown = thrum_mesh_grow(p->vertices, &p->capacity, p->count + count, sizeof *grown);
-  if (!grown)
+  if (!thrum_mesh_grow(&r->physicals, &r->physical_capacity, r->physical_count + 1,
+                       sizeof *r->physicals))
     return thrum_msh_no_memory(r);
-  p->vertices = grown;
-  for (int i = 0; i < count; i++)
-    grown[p->count++] = vertices[i];
+
+  // its vertices become a group, under this name unless the file has another
+  char name[64];
+  msh_physical physical = {.dimension = dimension, .tag = tag};
+  snprintf(name, sizeof name, "physical_%d_%lld", dimension, (long long)tag);
+  THRUM_TRY(thrum_builder_list(&r->builder, name, strlen(name), &physical.list));
+  *index = r->last_physical = r->physical_count;
+  r->physicals[r->physical_count++] = physical;
   return THRUM_OK;
 }
 
 /* Reads `dimension tag "name"`. */
 static thrum_status read_physical_name(msh_reader *r) {
   int64_t dimension = 0, tag = 0, index = 0;
-  THRUM_TRY(thrum_msh_line(r, "the last physical name"));
+  THRUM_TRY(thrum_msh_text_line(r, "the last physical name"));
   THRUM_TRY(thrum_text_integer(&r->text, "the dimension", 0, 3, &dimension, r->error));
-  THRUM_TRY(thrum_msh_integer(r, "the tag of the physical group", 1, &tag));
+  THRUM_TRY(
+      thrum_text_integer(&r->text, "the tag of the physical group", 1, INT64_MAX, &tag, r->error));
   THRUM_TRY(thrum_msh_find_physical(r, (int)dimension, tag, &index));
 
   // the name may hold blanks, so it is the rest of the line, usually in quotes
@@ -63,74 +60,63 @@ static thrum_status read_physical_name(msh_reader *r) {
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "%s", fault);
 
   // two names for one group would make its name depend on their order
-  if (r->physicals[index].name)
+  if (r->physicals[index].named)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "physical group %lld of dimension %d is named twice", (long long)tag,
                            (int)dimension);
-
-  char *name = malloc(length + 1);
-  if (!name)
-    return thrum_msh_no_memory(r);
-  memcpy(name, start, length);
-  name[length] = '\0';
-  r->physicals[index].name = name;
-  return THRUM_OK;
+  r->physicals[index].named = true;
+  return thrum_builder_rename(&r->builder, r->physicals[index].list, start, length);
 }
 
 thrum_status thrum_msh_physical_names(msh_reader *r) {
   int64_t count = 0;
-  THRUM_TRY(thrum_msh_line(r, "the number of physical names"));
-  THRUM_TRY(thrum_msh_integer(r, "the number of physical names", 0, &count));
+  THRUM_TRY(thrum_msh_count(r, "the number of physical names", &count));
   for (int64_t i = 0; i < count; i++)
     THRUM_TRY(read_physical_name(r));
   return THRUM_OK;
 }
 
-thrum_status thrum_msh_add_entity_physical(msh_reader *r, int dimension, int64_t tag) {
+static thrum_status add_entity_physical(msh_reader *r, int dimension, int64_t tag) {
   int64_t index = 0;
 
   // a negative tag only reverses the orientation
   THRUM_TRY(thrum_msh_find_physical(r, dimension, tag < 0 ? -tag : tag, &index));
-
-  int32_t *grown = thrum_mesh_grow(r->entity_physicals, &r->entity_physical_capacity,
-                                   r->entity_physical_count + 1, sizeof *grown);
-  if (!grown)
+  if (!thrum_mesh_grow(&r->entity_physicals, &r->entity_physical_capacity,
+                       r->entity_physical_count + 1, sizeof index))
     return thrum_msh_no_memory(r);
-  r->entity_physicals = grown;
-  grown[r->entity_physical_count++] = (int32_t)index;
-  return THRUM_OK;
-}
-
-thrum_status thrum_msh_add_entity(msh_reader *r, const msh_entity *entity) {
-  msh_entity *grown =
-      thrum_mesh_grow(r->entities, &r->entity_capacity, r->entity_count + 1, sizeof *grown);
-  if (!grown)
-    return thrum_msh_no_memory(r);
-  r->entities = grown;
-  grown[r->entity_count++] = *entity;
+  r->entity_physicals[r->entity_physical_count++] = index;
   return THRUM_OK;
 }
 
 /* Reads `tag box physicals...`, where the box is three numbers for points and six for others. */
 static thrum_status read_entity(msh_reader *r, int dimension) {
   msh_entity entity = {.dimension = dimension, .first = r->entity_physical_count};
+  int64_t tag = 0, bounding = 0;
   double box = 0;
   THRUM_TRY(thrum_msh_line(r, "the last entity"));
-  THRUM_TRY(thrum_msh_integer(r, "the tag of the entity", INT64_MIN, &entity.tag));
+  THRUM_TRY(thrum_msh_whole(r, "the tag of the entity", 4, INT64_MIN, INT64_MAX, &entity.tag));
 
   // the box serves only the display
   for (int i = 0; i < (dimension == 0 ? 3 : 6); i++)
-    THRUM_TRY(thrum_text_number(&r->text, "the entity's box", &box, r->error));
-  THRUM_TRY(thrum_msh_integer(r, "the number of physical groups", 0, &entity.count));
+    THRUM_TRY(thrum_msh_real(r, "the entity's box", &box));
+  THRUM_TRY(thrum_msh_whole(r, "the number of physical groups", 8, 0, INT64_MAX, &entity.count));
 
   // an element inherits the physical groups of its entity
   for (int64_t i = 0; i < entity.count; i++) {
-    int64_t tag = 0;
-    THRUM_TRY(
-        thrum_text_integer(&r->text, "a physical group", -INT64_MAX, INT64_MAX, &tag, r->error));
-    THRUM_TRY(thrum_msh_add_entity_physical(r, dimension, tag));
+    THRUM_TRY(thrum_msh_whole(r, "a physical group", 4, -INT64_MAX, INT64_MAX, &tag));
+    THRUM_TRY(add_entity_physical(r, dimension, tag));
   }
-  return thrum_msh_add_entity(r, &entity);
+
+  // the bounding entities serve only the geometry; in text they are the rest of the line
+  if (r->binary && dimension > 0)
+    THRUM_TRY(thrum_msh_whole(r, "the number of bounding entities", 8, 0, INT64_MAX, &bounding));
+  for (int64_t i = 0; i < bounding; i++)
+    THRUM_TRY(thrum_msh_whole(r, "a bounding entity", 4, INT64_MIN, INT64_MAX, &tag));
+
+  if (!thrum_mesh_grow(&r->entities, &r->entity_capacity, r->entity_count + 1, sizeof entity))
+    return thrum_msh_no_memory(r);
+  r->entities[r->entity_count++] = entity;
+  return THRUM_OK;
 }
 
 static int compare_entities(const void *a, const void *b) {
@@ -140,12 +126,22 @@ static int compare_entities(const void *a, const void *b) {
   return (x->tag > y->tag) - (x->tag < y->tag);
 }
 
-void thrum_msh_sort_entities(msh_reader *r) {
+thrum_status thrum_msh_entities(msh_reader *r) {
+  int64_t counts[4] = {0, 0, 0, 0};
+  THRUM_TRY(thrum_msh_line(r, "the numbers of entities"));
+  for (int d = 0; d < 4; d++)
+    THRUM_TRY(thrum_msh_whole(r, "the number of entities", 8, 0, INT64_MAX, &counts[d]));
+
+  // points first, then curves, surfaces and volumes
+  for (int d = 0; d < 4; d++)
+    for (int64_t i = 0; i < counts[d]; i++)
+      THRUM_TRY(read_entity(r, d));
   if (r->entity_count > 0)
     qsort(r->entities, (size_t)r->entity_count, sizeof *r->entities, compare_entities);
+  return THRUM_OK;
 }
 
-const int32_t *thrum_msh_entity_physicals(const msh_reader *r, int dimension, int64_t tag,
+const int64_t *thrum_msh_entity_physicals(const msh_reader *r, int dimension, int64_t tag,
                                           int64_t *count) {
   const msh_entity key = {.dimension = dimension, .tag = tag};
   const msh_entity *entity = NULL;
@@ -153,18 +149,4 @@ const int32_t *thrum_msh_entity_physicals(const msh_reader *r, int dimension, in
     entity = bsearch(&key, r->entities, (size_t)r->entity_count, sizeof key, compare_entities);
   *count = entity ? entity->count : 0;
   return *count > 0 ? r->entity_physicals + entity->first : NULL;
-}
-
-thrum_status thrum_msh_text_entities(msh_reader *r) {
-  int64_t counts[4] = {0, 0, 0, 0};
-  THRUM_TRY(thrum_msh_line(r, "the numbers of entities"));
-  for (int d = 0; d < 4; d++)
-    THRUM_TRY(thrum_msh_integer(r, "the number of entities", 0, &counts[d]));
-
-  // points first, then curves, surfaces and volumes
-  for (int d = 0; d < 4; d++)
-    for (int64_t i = 0; i < counts[d]; i++)
-      THRUM_TRY(read_entity(r, d));
-  thrum_msh_sort_entities(r);
-  return THRUM_OK;
 }

@@ -25,13 +25,6 @@ typedef struct tetgen_reader {
   thrum_error *error;
 } tetgen_reader;
 
-static thrum_status next_line(tetgen_reader *r, const char *what) {
-  if (thrum_text_next_line(&r->text))
-    return THRUM_OK;
-  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
-                         "the file ends before %s; is it cut short?", what);
-}
-
 /* Reads a whole number that the header may leave out. */
 static thrum_status optional(tetgen_reader *r, const char *what, int64_t high, int64_t *value) {
   if (!thrum_text_more(&r->text))
@@ -53,23 +46,12 @@ static thrum_status item_index(tetgen_reader *r, const char *what, int64_t i, in
   return THRUM_OK;
 }
 
-static thrum_status add_marker(tetgen_reader *r, int64_t marker, int64_t node) {
-  char name[64];
-  int64_t index = 0;
-  snprintf(name, sizeof name, "marker_%lld", (long long)marker);
-  THRUM_TRY(thrum_builder_list(&r->builder, name, strlen(name), &index));
-  return thrum_builder_add(&r->builder, index, node);
-}
-
 static thrum_status read_node(tetgen_reader *r, int64_t i, int64_t attributes, int64_t markers) {
-  static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
   double position[3] = {0}, unused = 0;
   int64_t marker = 0;
-  THRUM_TRY(next_line(r, "the last node"));
+  THRUM_TRY(thrum_text_need_line(&r->text, "the last node", r->error));
   THRUM_TRY(item_index(r, "the index of a node", i, &r->base));
-
-  for (int c = 0; c < 3; c++)
-    THRUM_TRY(thrum_text_number(&r->text, axes[c], &position[c], r->error));
+  THRUM_TRY(thrum_text_position(&r->text, position, r->error));
 
   // attributes are TetGen's own data; the marker makes a group
   for (int64_t a = 0; a < attributes; a++)
@@ -79,13 +61,14 @@ static thrum_status read_node(tetgen_reader *r, int64_t i, int64_t attributes, i
                                  r->error));
 
   THRUM_TRY(thrum_text_finish(&r->text, "the node", r->error));
-  THRUM_TRY(thrum_builder_vertex(&r->builder, i + r->base, position));
-  return marker == 0 ? THRUM_OK : add_marker(r, marker, i + r->base);
+  const int64_t number = i + r->base;
+  THRUM_TRY(thrum_builder_vertex(&r->builder, number, position, r->text.line));
+  return marker == 0 ? THRUM_OK : thrum_builder_mark(&r->builder, "marker", marker, &number, 1);
 }
 
 static thrum_status read_nodes(tetgen_reader *r) {
   int64_t count = 0, dimension = 3, attributes = 0, markers = 0;
-  THRUM_TRY(next_line(r, "the number of nodes"));
+  THRUM_TRY(thrum_text_need_line(&r->text, "the number of nodes", r->error));
   THRUM_TRY(thrum_text_integer(&r->text, "the number of nodes", 1, INT32_MAX, &count, r->error));
   THRUM_TRY(optional(r, "the dimension", 3, &dimension));
 
@@ -118,26 +101,24 @@ static thrum_status read_tet(tetgen_reader *r, int64_t i, int64_t nodes, int64_t
   int64_t vertices[10] = {0}, key = 0;
   double unused = 0;
 
-  thrum_status status = next_line(r, "the last tet");
-  if (status >= 0)
-    status = item_index(r, "the index of a tet", i, &(int64_t){r->base});
-  for (int64_t n = 0; n < nodes && status >= 0; n++)
-    status = thrum_text_integer(&r->text, "a node of the tet", r->base,
-                                r->builder.vertex_count - 1 + r->base, &vertices[n], r->error);
+  THRUM_TRY(thrum_text_need_line(&r->text, "the last tet", r->error));
+  THRUM_TRY(item_index(r, "the index of a tet", i, &(int64_t){r->base}));
+  for (int64_t n = 0; n < nodes; n++)
+    THRUM_TRY(thrum_text_integer(&r->text, "a node of the tet", r->base,
+                                 r->builder.vertex_count - 1 + r->base, &vertices[n], r->error));
 
   // the first attribute is the region, the others have no meaning here
-  for (int64_t a = 0; a < attributes && status >= 0 && thrum_text_more(&r->text); a++)
-    status = a == 0 ? read_region(r, &key)
-                    : thrum_text_number(&r->text, "an attribute of the tet", &unused, r->error);
+  for (int64_t a = 0; a < attributes && thrum_text_more(&r->text); a++)
+    THRUM_TRY(a == 0 ? read_region(r, &key)
+                     : thrum_text_number(&r->text, "an attribute of the tet", &unused, r->error));
 
-  if (status >= 0)
-    status = thrum_text_finish(&r->text, "the tet", r->error);
-  return status < 0 ? status : thrum_builder_tet(&r->builder, vertices, key, r->text.line);
+  THRUM_TRY(thrum_text_finish(&r->text, "the tet", r->error));
+  return thrum_builder_tet(&r->builder, vertices, key, r->text.line);
 }
 
 static thrum_status read_tets(tetgen_reader *r) {
   int64_t count = 0, nodes = 4, attributes = 0;
-  THRUM_TRY(next_line(r, "the number of tets"));
+  THRUM_TRY(thrum_text_need_line(&r->text, "the number of tets", r->error));
   THRUM_TRY(thrum_text_integer(&r->text, "the number of tets", 1, INT32_MAX, &count, r->error));
   THRUM_TRY(optional(r, "the number of nodes of a tet", 10, &nodes));
 
@@ -154,14 +135,13 @@ static thrum_status read_tets(tetgen_reader *r) {
   return THRUM_OK;
 }
 
-/* Makes a group of each region if there are several. */
-static thrum_status add_regions(tetgen_reader *r, thrum_mesh *mesh) {
-  for (int64_t i = 0; i < mesh->region_count && mesh->region_count > 1; i++) {
-    char name[64];
-    snprintf(name, sizeof name, "region_%lld", (long long)r->builder.region_keys[i]);
-    THRUM_TRY(thrum_mesh_add_region_group(mesh, (int32_t)i, name, r->error));
-  }
-  return THRUM_OK;
+static thrum_status read_both(tetgen_reader *r, const char *elements_name, const void *elements,
+                              size_t elements_size, thrum_mesh *mesh) {
+  THRUM_TRY(read_nodes(r));
+  THRUM_TRY(thrum_text_view(elements_name, elements, elements_size, '#', 0, &r->text, r->error));
+  THRUM_TRY(read_tets(r));
+  THRUM_TRY(thrum_builder_finish(&r->builder, elements_name, mesh));
+  return thrum_builder_region_groups(&r->builder, "region", true, mesh);
 }
 
 thrum_status thrum_mesh_parse_tetgen(const char *name, const void *nodes, size_t nodes_size,
@@ -171,22 +151,8 @@ thrum_status thrum_mesh_parse_tetgen(const char *name, const void *nodes, size_t
   thrum_mesh read = {0};
 
   // the nodes come first, since the tets are checked against their number
-  thrum_status status = thrum_text_view(name, nodes, nodes_size, '#', 0, &r.text, error);
-  if (status >= 0)
-    status = read_nodes(&r);
-  if (status >= 0)
-    status = thrum_text_view(elements_name, elements, elements_size, '#', 0, &r.text, error);
-  if (status >= 0)
-    status = read_tets(&r);
-  if (status >= 0)
-    status = thrum_builder_finish(&r.builder, elements_name, &read);
-  if (status >= 0)
-    status = add_regions(&r, &read);
-
+  THRUM_TRY(thrum_text_view(name, nodes, nodes_size, '#', 0, &r.text, error));
+  const thrum_status status = read_both(&r, elements_name, elements, elements_size, &read);
   thrum_builder_free(&r.builder);
-  if (status >= 0)
-    *mesh = read;
-  else
-    thrum_mesh_free(&read);
-  return status;
+  return thrum_mesh_deliver(status, &read, mesh);
 }

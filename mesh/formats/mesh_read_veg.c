@@ -272,10 +272,8 @@ static thrum_status finish_item(veg_reader *r, int64_t extra, const char *what) 
 }
 
 static thrum_status read_vertex(veg_reader *r, int64_t i, int64_t extra) {
-  static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
   THRUM_TRY(item_number(r, "a vertex number", i, &r->vertex_base));
-  for (int c = 0; c < 3; c++)
-    THRUM_TRY(thrum_text_number(text_of(r), axes[c], &r->mesh.vertices[3 * i + c], r->error));
+  THRUM_TRY(thrum_text_position(text_of(r), r->mesh.vertices + 3 * i, r->error));
   return finish_item(r, extra, "the three coordinates");
 }
 
@@ -293,10 +291,8 @@ static thrum_status read_vertices(veg_reader *r) {
     THRUM_TRY(body_line(r, "the last vertex"));
 
     // memory follows the lines that are there, not the count that the file claims
-    double *grown = thrum_mesh_grow(r->mesh.vertices, &capacity, i + 1, 3 * sizeof *grown);
-    if (!grown)
+    if (!thrum_mesh_grow(&r->mesh.vertices, &capacity, i + 1, 3 * sizeof *r->mesh.vertices))
       return no_memory(r);
-    r->mesh.vertices = grown;
     THRUM_TRY(read_vertex(r, i, extra));
   }
   r->mesh.vertex_count = r->mesh.file_vertex_count = count;
@@ -343,14 +339,6 @@ static thrum_status element_kind(veg_reader *r) {
   return thrum_text_finish(text, "the kind of elements", r->error);
 }
 
-static bool grow_tets(veg_reader *r, int64_t needed, int64_t *capacity, int64_t *lines) {
-  int32_t *tets = thrum_mesh_grow(r->mesh.tets, capacity, needed, 4 * sizeof *tets);
-  r->mesh.tets = tets ? tets : r->mesh.tets;
-  int64_t *line = thrum_mesh_grow(r->mesh.tet_line, lines, needed, sizeof *line);
-  r->mesh.tet_line = line ? line : r->mesh.tet_line;
-  return tets && line;
-}
-
 static thrum_status read_elements(veg_reader *r) {
   if (r->has_elements)
     return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "*ELEMENTS comes twice");
@@ -365,7 +353,8 @@ static thrum_status read_elements(veg_reader *r) {
   // memory follows the lines that are there, not the count that the file claims
   for (int64_t i = 0; i < count; i++) {
     THRUM_TRY(body_line(r, "the last element"));
-    if (!grow_tets(r, i + 1, &capacity, &lines))
+    if (!thrum_mesh_grow(&r->mesh.tets, &capacity, i + 1, 4 * sizeof *r->mesh.tets) ||
+        !thrum_mesh_grow(&r->mesh.tet_line, &lines, i + 1, sizeof *r->mesh.tet_line))
       return no_memory(r);
     THRUM_TRY(read_tet(r, i, extra));
   }
@@ -401,11 +390,9 @@ static thrum_status read_material(veg_reader *r) {
   if (r->material_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error, "more than %d materials",
                            THRUM_MESH_GROUPS_MAX);
-  veg_material *grown =
-      thrum_mesh_grow(r->materials, &r->material_capacity, r->material_count + 1, sizeof *grown);
-  if (!grown)
+  if (!thrum_mesh_grow(&r->materials, &r->material_capacity, r->material_count + 1,
+                       sizeof material))
     return no_memory(r);
-  r->materials = grown;
   r->materials[r->material_count++] = material;
   return THRUM_OK;
 }
@@ -433,11 +420,8 @@ static thrum_status read_region(veg_reader *r) {
   if (r->region_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error, "more than %d regions",
                            THRUM_MESH_GROUPS_MAX);
-  veg_region *grown =
-      thrum_mesh_grow(r->regions, &r->region_capacity, r->region_count + 1, sizeof *grown);
-  if (!grown)
+  if (!thrum_mesh_grow(&r->regions, &r->region_capacity, r->region_count + 1, sizeof region))
     return no_memory(r);
-  r->regions = grown;
   r->regions[r->region_count++] = region;
   return THRUM_OK;
 }
@@ -446,10 +430,8 @@ static thrum_status read_region(veg_reader *r) {
 static thrum_status read_set_line(veg_reader *r, veg_set *set) {
   thrum_text *text = text_of(r);
   while (thrum_text_more(text)) {
-    int64_t *grown = thrum_mesh_grow(set->elements, &set->capacity, set->count + 1, sizeof *grown);
-    if (!grown)
+    if (!thrum_mesh_grow(&set->elements, &set->capacity, set->count + 1, sizeof *set->elements))
       return no_memory(r);
-    set->elements = grown;
 
     // without *ELEMENTS yet the range is unknown; the numbers are checked again at the end
     int64_t last = r->has_elements ? r->mesh.tet_count - 1 + r->element_base : INT32_MAX;
@@ -474,10 +456,8 @@ static thrum_status read_set(veg_reader *r) {
   if (r->set_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(text_of(r), THRUM_UNSUPPORTED, r->error, "more than %d sets",
                            THRUM_MESH_GROUPS_MAX);
-  veg_set *grown = thrum_mesh_grow(r->sets, &r->set_capacity, r->set_count + 1, sizeof *grown);
-  if (!grown)
+  if (!thrum_mesh_grow(&r->sets, &r->set_capacity, r->set_count + 1, sizeof fresh))
     return no_memory(r);
-  r->sets = grown;
   veg_set *set = &r->sets[r->set_count++];
   *set = fresh;
 

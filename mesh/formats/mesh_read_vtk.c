@@ -27,13 +27,6 @@ static thrum_status fail(vtk_reader *r, const char *line) {
   return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "%s", line);
 }
 
-static thrum_status next_line(vtk_reader *r, const char *what) {
-  if (thrum_text_next_line(&r->text))
-    return THRUM_OK;
-  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
-                         "the file ends before %s; is it cut short?", what);
-}
-
 static thrum_status integer(vtk_reader *r, const char *what, int64_t *value) {
   return thrum_text_integer(&r->text, what, 0, INT64_MAX / 64, value, r->error);
 }
@@ -50,20 +43,16 @@ static const unsigned char *take_bytes(vtk_reader *r, int64_t count, int size) {
 }
 
 static thrum_status ascii_values(vtk_reader *r, int64_t count, double *values) {
-  thrum_status status = THRUM_OK;
-  for (int64_t i = 0; i < count && status >= 0; i++) {
-    while (!thrum_text_more(&r->text) && status >= 0)
-      status = next_line(r, "the last number of an array");
-
-    const char *word;
-    size_t length;
-    if (status < 0 || !thrum_text_word(&r->text, &word, &length))
-      return status;
+  for (int64_t i = 0; i < count; i++) {
+    const char *word = "";
+    size_t length = 0;
+    THRUM_TRY(thrum_text_need_word(&r->text, "the last number of an array", r->error));
+    thrum_text_word(&r->text, &word, &length);
     if (thrum_text_scan_number(word, word + length, &values[i]) != length)
       return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected a number, found '%s'",
                              thrum_text_excerpt(word, length).text);
   }
-  return status;
+  return THRUM_OK;
 }
 
 /* Reads `count` numbers of a type, which begin behind the present line. */
@@ -127,6 +116,15 @@ static thrum_status take_array(vtk_reader *r, thrum_cells_place place, const cha
   return thrum_cells_take(&r->cells, &array, r->error);
 }
 
+/* The same of an attribute, which has a row for each point or cell. */
+static thrum_status take_tuples(vtk_reader *r, const char *name, size_t length,
+                                thrum_cells_type type, int64_t columns) {
+  // the product of tuples and columns must not overflow
+  if (r->tuples > INT64_MAX / 64 / columns)
+    return fail(r, "an array is longer than the file; is it cut short?");
+  return take_array(r, r->place, name, length, type, columns, columns * r->tuples);
+}
+
 static thrum_status read_type(vtk_reader *r, thrum_cells_type *type) {
   const char *word = "";
   size_t length = 0;
@@ -141,13 +139,11 @@ static thrum_status read_type(vtk_reader *r, thrum_cells_type *type) {
 
 static thrum_status read_points(vtk_reader *r) {
   thrum_cells_type type;
-  thrum_status status = integer(r, "the number of points", &r->cells.point_count);
-  if (status >= 0 && r->cells.point_count > INT32_MAX)
+  THRUM_TRY(integer(r, "the number of points", &r->cells.point_count));
+  if (r->cells.point_count > INT32_MAX)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than 2^31 - 1 points");
-  if (status >= 0)
-    status = read_type(r, &type);
-  return status < 0 ? status
-                    : take_array(r, THRUM_CELLS_POINTS, "", 0, type, 3, 3 * r->cells.point_count);
+  THRUM_TRY(read_type(r, &type));
+  return take_array(r, THRUM_CELLS_POINTS, "", 0, type, 3, 3 * r->cells.point_count);
 }
 
 /* Reads `length point point ...` of each cell into the connectivity and the ends of the cells. */
@@ -208,7 +204,7 @@ static thrum_status read_new_cells(vtk_reader *r, int64_t offsets, int64_t size)
     const char *word = "";
     size_t length = 0;
     thrum_cells_type type;
-    THRUM_TRY(next_line(r, names[i]));
+    THRUM_TRY(thrum_text_need_line(&r->text, names[i], r->error));
 
     // the order of the two arrays is fixed
     thrum_text_word(&r->text, &word, &length);
@@ -239,9 +235,8 @@ static thrum_status read_cells(vtk_reader *r) {
 
 static thrum_status read_cell_types(vtk_reader *r) {
   static const thrum_cells_type index = {4, true, true};
-  thrum_status status = integer(r, "the number of cells", &r->cells.cell_count);
-  return status < 0 ? status
-                    : take_array(r, THRUM_CELLS_TYPES, "", 0, index, 1, r->cells.cell_count);
+  THRUM_TRY(integer(r, "the number of cells", &r->cells.cell_count));
+  return take_array(r, THRUM_CELLS_TYPES, "", 0, index, 1, r->cells.cell_count);
 }
 
 /* Reads `SCALARS name type [columns]`, which `LOOKUP_TABLE name` may follow. */
@@ -261,10 +256,7 @@ static thrum_status read_scalars(vtk_reader *r) {
       !thrum_text_equals(word, word_length, "LOOKUP_TABLE"))
     r->text = before;
 
-  // the product of tuples and columns must not overflow
-  if (r->tuples > INT64_MAX / 64 / columns)
-    return fail(r, "an array is longer than the file; is it cut short?");
-  return take_array(r, r->place, name, length, type, columns, columns * r->tuples);
+  return take_tuples(r, name, length, type, columns);
 }
 
 /* Tells whether a line is metadata. Metadata ends with an empty line, which the scanner does not
@@ -290,7 +282,7 @@ static thrum_status read_field(vtk_reader *r) {
     int64_t columns = 0, tuples = 0;
     thrum_cells_type type;
     do {
-      THRUM_TRY(next_line(r, "the last array"));
+      THRUM_TRY(thrum_text_need_line(&r->text, "the last array", r->error));
       thrum_text_word(&r->text, &name, &length);
     } while (is_metadata(name, length));
 
@@ -311,11 +303,8 @@ static thrum_status read_vectors(vtk_reader *r, int64_t columns) {
   size_t length = 0;
   thrum_cells_type type;
   thrum_text_word(&r->text, &name, &length);
-  thrum_status status = read_type(r, &type);
-  if (status >= 0 && r->tuples > INT64_MAX / 64 / columns)
-    return fail(r, "an array is longer than the file; is it cut short?");
-  return status < 0 ? status
-                    : take_array(r, r->place, name, length, type, columns, columns * r->tuples);
+  THRUM_TRY(read_type(r, &type));
+  return take_tuples(r, name, length, type, columns);
 }
 
 static thrum_status read_data_header(vtk_reader *r, thrum_cells_place place) {
@@ -360,7 +349,7 @@ static thrum_status read_section(vtk_reader *r) {
 /* Reads the first four lines: the version, a title, ASCII or BINARY, the kind of the data set. */
 static thrum_status read_header(vtk_reader *r) {
   static const char start[] = "# vtk DataFile Version ";
-  THRUM_TRY(next_line(r, "the version"));
+  THRUM_TRY(thrum_text_need_line(&r->text, "the version", r->error));
 
   // the first line is fixed, except for the version
   const size_t length = (size_t)(r->text.end - r->text.start);
@@ -373,7 +362,7 @@ static thrum_status read_header(vtk_reader *r) {
 
   // an empty title is a blank line, which the scanner skips
   for (int i = 0; i < 2; i++) {
-    THRUM_TRY(next_line(r, "ASCII or BINARY"));
+    THRUM_TRY(thrum_text_need_line(&r->text, "ASCII or BINARY", r->error));
     const size_t n = (size_t)(r->text.end - r->text.start);
     r->binary = thrum_text_equals(r->text.start, n, "BINARY");
     if (r->binary || thrum_text_equals(r->text.start, n, "ASCII"))
@@ -382,7 +371,7 @@ static thrum_status read_header(vtk_reader *r) {
       return fail(r, "expected ASCII or BINARY");
   }
 
-  THRUM_TRY(next_line(r, "DATASET"));
+  THRUM_TRY(thrum_text_need_line(&r->text, "DATASET", r->error));
 
   // other kinds of data sets have no tetrahedra
   static const char kind[] = "DATASET UNSTRUCTURED_GRID";

@@ -222,17 +222,14 @@ static thrum_status read_numbers(vtu_reader *r, vtu_array *a, const char *at, co
     }
 
     // memory follows the numbers that are there, not the count that the file claims
-    double *values =
-        thrum_mesh_grow(a->array.values, &capacity, a->array.count + 1, sizeof *values);
-    if (!values)
+    if (!thrum_mesh_grow(&a->array.values, &capacity, a->array.count + 1, sizeof(double)))
       return fail_at(r, line, THRUM_OUT_OF_MEMORY, "not enough memory");
-    a->array.values = values;
 
     // a word must be a number up to its end, so that damage is not read as two numbers
     const char *end = p;
     while (end < stop && !is_space(*end))
       end++;
-    const size_t used = thrum_text_scan_number(p, end, &values[a->array.count]);
+    const size_t used = thrum_text_scan_number(p, end, &a->array.values[a->array.count]);
     if (used == 0 || p + used != end)
       return thrum_error_set(
           r->error, THRUM_BAD_FORMAT, "%.200s:%lld: array '%s': expected a number, found '%s'",
@@ -286,13 +283,10 @@ static thrum_status begin_array(vtu_reader *r, const char **attributes) {
   // the bytes of appended arrays come at the end of the file
   if (attribute_is(attributes, "format", "appended")) {
     THRUM_TRY(attribute_integer(r, attributes, "offset", INT64_MAX, &a.offset));
-    vtu_array *waiting =
-        thrum_mesh_grow(r->waiting, &r->waiting_capacity, r->waiting_count + 1, sizeof *waiting);
-    if (!waiting)
+    if (!thrum_mesh_grow(&r->waiting, &r->waiting_capacity, r->waiting_count + 1, sizeof a))
       return fail(r, THRUM_OUT_OF_MEMORY, "not enough memory");
-    r->waiting = waiting;
     a.appended = true;
-    waiting[r->waiting_count++] = a;
+    r->waiting[r->waiting_count++] = a;
     return THRUM_OK;
   }
 
@@ -416,13 +410,11 @@ static void XMLCALL take_text(void *reader, const char *text, int length) {
     return;
 
   // expat gives the text of an element in pieces
-  char *grown = thrum_mesh_grow(r->text, &r->text_capacity, r->text_size + length, 1);
-  if (!grown) {
+  if (!thrum_mesh_grow(&r->text, &r->text_capacity, r->text_size + length, 1)) {
     note(r, fail(r, THRUM_OUT_OF_MEMORY, "not enough memory"));
     return;
   }
-  r->text = grown;
-  memcpy(grown + r->text_size, text, (size_t)length);
+  memcpy(r->text + r->text_size, text, (size_t)length);
   r->text_size += length;
 }
 

@@ -146,12 +146,9 @@ static thrum_status read_face(obj_reader *r) {
 
   // a face has any number of corners
   for (r->corner_count = 0; more(r); r->corner_count++) {
-    int64_t *grown =
-        thrum_mesh_grow(r->corners, &r->corner_capacity, r->corner_count + 1, sizeof *grown);
-    if (grown == NULL)
+    if (!thrum_mesh_grow(&r->corners, &r->corner_capacity, r->corner_count + 1, sizeof *r->corners))
       return thrum_error_set(r->error, THRUM_OUT_OF_MEMORY, "not enough memory for the surface");
-    r->corners = grown;
-    THRUM_TRY(read_corner(r, &grown[r->corner_count]));
+    THRUM_TRY(read_corner(r, &r->corners[r->corner_count]));
   }
 
   // lines and points have statements of their own

@@ -52,7 +52,6 @@ static thrum_status expect_word(stl_reader *r, const char *wanted) {
 
 /* Reads a facet up to `endfacet`, after the word `facet`. */
 static thrum_status read_facet(stl_reader *r) {
-  static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
   const int64_t line = r->text.line;
   int32_t corners[3] = {0};
   double position[3] = {0};
@@ -67,8 +66,7 @@ static thrum_status read_facet(stl_reader *r) {
   // corners at the same place become one vertex
   for (int c = 0; c < 3; c++) {
     THRUM_TRY(expect_word(r, "vertex"));
-    for (int axis = 0; axis < 3; axis++)
-      THRUM_TRY(thrum_text_number(&r->text, axes[axis], &position[axis], r->error));
+    THRUM_TRY(thrum_text_position(&r->text, position, r->error));
     THRUM_TRY(thrum_text_finish(&r->text, "the vertex", r->error));
     THRUM_TRY(find_vertex(r, position, &corners[c]));
   }

@@ -4,7 +4,6 @@
 #include "mesh/formats/vtk_cells.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,20 +14,13 @@
 
 enum { VTK_TETRA = 10, VTK_QUADRATIC_TETRA = 24, VTK_TYPE_MAX = 255 };
 
-static thrum_status no_memory(thrum_error *error) {
-  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
-}
-
 thrum_status thrum_cells_take(thrum_cells *cells, const thrum_cells_array *array,
                               thrum_error *error) {
-  thrum_cells_array *arrays =
-      thrum_mesh_grow(cells->arrays, &cells->capacity, cells->array_count + 1, sizeof *arrays);
-  if (!arrays) {
+  if (!thrum_mesh_grow(&cells->arrays, &cells->capacity, cells->array_count + 1, sizeof *array)) {
     free(array->values);
-    return no_memory(error);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
   }
-  cells->arrays = arrays;
-  arrays[cells->array_count++] = *array;
+  cells->arrays[cells->array_count++] = *array;
   return THRUM_OK;
 }
 
@@ -280,24 +272,11 @@ static thrum_status add_materials(const grid *g, int64_t cell_count, thrum_mesh 
   return THRUM_OK;
 }
 
-/* Makes a group of each of several regions if the file has no groups of its own. */
-static thrum_status add_region_groups(const thrum_mesh_builder *b, thrum_mesh *mesh,
-                                      thrum_error *error) {
-  if (mesh->group_count > 0 || mesh->region_count == 1)
-    return THRUM_OK;
-  for (int64_t i = 0; i < mesh->region_count; i++) {
-    char name[64];
-    snprintf(name, sizeof name, "region_%lld", (long long)b->region_keys[i]);
-    THRUM_TRY(thrum_mesh_add_region_group(mesh, (int32_t)i, name, error));
-  }
-  return THRUM_OK;
-}
-
 static thrum_status build(const thrum_cells *cells, grid *g, thrum_mesh_builder *b,
                           thrum_mesh *mesh) {
   THRUM_TRY(find_grid(cells, g));
   for (int64_t v = 0; v < cells->point_count; v++)
-    THRUM_TRY(thrum_builder_vertex(b, v, g->points->values + 3 * v));
+    THRUM_TRY(thrum_builder_vertex(b, v, g->points->values + 3 * v, 0));
   for (int64_t c = 0; c < cells->cell_count; c++)
     THRUM_TRY(add_cell(g, c, c > 0 ? g->offsets->values[c - 1] : 0, b));
   for (int64_t i = 0; i < cells->array_count; i++)
@@ -306,7 +285,9 @@ static thrum_status build(const thrum_cells *cells, grid *g, thrum_mesh_builder 
   // regions are known only when all cells were added
   THRUM_TRY(thrum_builder_finish(b, g->name, mesh));
   THRUM_TRY(add_materials(g, cells->cell_count, mesh));
-  return add_region_groups(b, mesh, g->error);
+
+  // regions are groups where the file has none of its own
+  return mesh->group_count > 0 ? THRUM_OK : thrum_builder_region_groups(b, "region", true, mesh);
 }
 
 thrum_status thrum_cells_mesh(const thrum_cells *cells, const char *name, thrum_mesh *mesh,
@@ -315,12 +296,7 @@ thrum_status thrum_cells_mesh(const thrum_cells *cells, const char *name, thrum_
   thrum_mesh read = {0};
   grid g = {.name = name, .error = error};
 
-  thrum_status status = build(cells, &g, &builder, &read);
+  const thrum_status status = build(cells, &g, &builder, &read);
   thrum_builder_free(&builder);
-
-  if (status >= 0)
-    *mesh = read;
-  else
-    thrum_mesh_free(&read);
-  return status;
+  return thrum_mesh_deliver(status, &read, mesh);
 }

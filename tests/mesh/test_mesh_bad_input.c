@@ -337,7 +337,7 @@ static void bad_gmsh_sections_are_refused_with_their_line(void **state) {
       {FORMAT_2 "$Nodes\n1\n1 0 0\n$EndNodes\n", ":6: the line ends before the z coordinate"},
       {FORMAT_2 "$Nodes\n1\n1 0 0 nan\n$EndNodes\n", ":6: the z coordinate is 'nan'"},
       {FORMAT_2 "$Nodes\n1\n1 0,5 0 0\n$EndNodes\n", "'0,5' (the decimal mark is a point)"},
-      {FORMAT_2 "$Nodes\n2\n7 0 0 0\n7 0 0 0\n$EndNodes\n", ":7: node 7 comes twice"},
+      {FORMAT_2 "$Nodes\n2\n7 0 0 0\n7 0 0 0\n$EndNodes\n", ":7: vertex 7 comes twice"},
 
       // elements
       {FORMAT_2 NODES_2 "$Elements\n1\n1 4 2 0 1 1 2 3\n$EndElements\n",
