@@ -83,8 +83,13 @@ static void count_passes(const thrum_model *model, bench_step *bench) {
   case THRUM_INTEGRATOR_NEWMARK:
   case THRUM_INTEGRATOR_FOX_GOODWIN:
   case THRUM_INTEGRATOR_MIDPOINT:
+  case THRUM_INTEGRATOR_BACKWARD_EULER:
+  case THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER:
     // a tangent brings the force of its point
     forces -= tangents;
+    break;
+  case THRUM_INTEGRATOR_RK4:
+    forces = 4.0;
     break;
   case THRUM_INTEGRATOR_VERLET:
   case THRUM_INTEGRATOR_IMEXV:

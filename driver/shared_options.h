@@ -26,8 +26,11 @@ extern const char *const full_solver_names[];
               .unit = "1/s, s", CONFIG_FROM(0), .wants = "A, or A and B, none negative",           \
               .take = taken)
 #define OPTION_INTEGRATOR(type, member)                                                            \
-  OPTION_CHOICE("integrator", integrator_names, "imexv", "what steps a body",                      \
-                CONFIG_AT(type, member))
+  OPTION_CHOICE(                                                                                   \
+      "integrator", integrator_names, "imexv",                                                     \
+      "what steps a body; the last three are there to be compared with: backward Euler, the same " \
+      "with a single Newton iteration (Baraff and Witkin), and Runge-Kutta of order 4",            \
+      CONFIG_AT(type, member))
 #define OPTION_FRAMES(taken)                                                                       \
   OPTION_WORD("frames", "FPS", "none",                                                             \
               "frames for ParaView, so many a second of simulated time, or every-N steps",         \

@@ -126,6 +126,26 @@ int64_t simulate_step_count(double time, double dt) {
   return steps < 1 ? 1 : steps;
 }
 
+/* Why the full order has no such integrator; NULL: it has. */
+static const char *why_not_full(thrum_integrator integrator) {
+  switch (integrator) {
+  case THRUM_INTEGRATOR_IMEXV:
+    return "splits the modes of a reduced model";
+  case THRUM_INTEGRATOR_FOX_GOODWIN:
+    return "chooses beta by the modes of a reduced model";
+  case THRUM_INTEGRATOR_BACKWARD_EULER:
+  case THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER:
+  case THRUM_INTEGRATOR_RK4:
+    return "steps reduced models only";
+  case THRUM_INTEGRATOR_NEWMARK:
+  case THRUM_INTEGRATOR_VERLET:
+  case THRUM_INTEGRATOR_MIDPOINT:
+  case THRUM_INTEGRATOR_ENERGY:
+    break;
+  }
+  return NULL;
+}
+
 /* Whether the full order can do what is asked for; picks its integrator where none is named.
  * COMMAND_DONE, or the exit code after its line has been printed. */
 static int check_full(simulate_request *request) {
@@ -136,14 +156,10 @@ static int check_full(simulate_request *request) {
   // the full order has no split and no modes
   if (!request->integrator_named)
     def->integrator = THRUM_INTEGRATOR_ENERGY;
-  if (def->integrator == THRUM_INTEGRATOR_IMEXV)
-    return config_usage("simulate",
-                        "--full: imexv splits the modes of a reduced model; take energy, "
-                        "newmark, midpoint or verlet");
-  if (def->integrator == THRUM_INTEGRATOR_FOX_GOODWIN)
-    return config_usage("simulate",
-                        "--full: fox-goodwin chooses beta by the modes of a reduced model; take "
-                        "energy, newmark, midpoint or verlet");
+  const char *reason = why_not_full(def->integrator);
+  if (reason)
+    return config_usage("simulate", "--full: %s %s; take energy, newmark, midpoint or verlet",
+                        thrum_integrator_name(def->integrator), reason);
 
   // nor a damping or measures that are made of the reduced polynomial
   if (def->damping_form == THRUM_DAMPING_TANGENT)

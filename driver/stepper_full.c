@@ -29,7 +29,6 @@ static thrum_full_def def_of(const simulate_request *request) {
       [THRUM_INTEGRATOR_VERLET] = THRUM_FULL_CENTRAL,
       [THRUM_INTEGRATOR_MIDPOINT] = THRUM_FULL_MIDPOINT,
       [THRUM_INTEGRATOR_ENERGY] = THRUM_FULL_ENERGY,
-      [THRUM_INTEGRATOR_FOX_GOODWIN] = THRUM_FULL_ENERGY,
   };
 
   // options of the integrators have the same names in both orders

@@ -55,7 +55,7 @@ def lost(name, momentum, step, integrator):
                     "--monitor", "off")
     if code not in (0, 3) or not os.path.exists("run/energy.csv"):
         return True
-    total = np.genfromtxt("run/energy.csv", delimiter=",", names=True)["total_j"]
+    total = np.atleast_1d(np.genfromtxt("run/energy.csv", delimiter=",", names=True)["total_j"])
     return len(total) <= STEPS // 500 or not total.max() < 2 * total[0]
 
 

@@ -8,10 +8,10 @@ _thrum() {
   else
     case "$command $previous" in
     'bench bench') words='step kernels batch displacement precompute ' ;;
-  'bench step --integrator') words='imexv newmark verlet midpoint energy fox-goodwin' ;;
+  'bench step --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4' ;;
   'bench step '*) words='--rank --batches --integrator --dt --implicit --swing --steps --kernel --no-machine --output --json --quiet --help' ;;
   'bench kernels '*) words='--rank --batches --implicit --kernel --no-machine --output --json --quiet --help' ;;
-  'bench batch --integrator') words='imexv newmark verlet midpoint energy fox-goodwin' ;;
+  'bench batch --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4' ;;
   'bench batch '*) words='--rank --batches --bodies --integrator --dt --implicit --swing --steps --kernel --no-machine --output --json --quiet --help' ;;
   'bench displacement '*) words='--vertices --rank --repetitions --json --help' ;;
   'bench precompute '*) words='--tets --ranks --modes --rank --threads --json --help' ;;
@@ -26,7 +26,7 @@ _thrum() {
   'convert '*) words='--scale --binary --ascii --msh --json --help' ;;
   'simulate --frames-in') words='base ground' ;;
   'simulate --monitor') words='on off' ;;
-  'simulate --integrator') words='imexv newmark verlet midpoint energy fox-goodwin' ;;
+  'simulate --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4' ;;
   'simulate --damping-form') words='rest tangent' ;;
   'simulate --split-form') words='thesis quadratic position' ;;
   'simulate --adaptive') words='on off' ;;

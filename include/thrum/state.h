@@ -56,7 +56,10 @@ extern "C" {
   X(VERLET, 2, "verlet")                                                                           \
   X(MIDPOINT, 3, "midpoint")                                                                       \
   X(ENERGY, 4, "energy")                                                                           \
-  X(FOX_GOODWIN, 5, "fox-goodwin")
+  X(FOX_GOODWIN, 5, "fox-goodwin")                                                                 \
+  X(BACKWARD_EULER, 6, "backward-euler")           /* drains; for comparison */                    \
+  X(SEMI_IMPLICIT_EULER, 7, "semi-implicit-euler") /* one Newton step of it; for comparison */     \
+  X(RK4, 8, "rk4")                                 /* explicit; for comparison */
 
 /* Form of the Rayleigh damping matrix D (design 5). */
 #define THRUM_DAMPING_FORM_LIST(X)                                                                 \
@@ -87,7 +90,10 @@ extern "C" {
   X(ENERGY, 2, "energy")           /* design 7 */                                                  \
   X(NEWMARK, 3, "newmark")         /* design 6 */                                                  \
   X(FOX_GOODWIN, 4, "fox-goodwin") /* design 6, with beta by mode */                               \
-  X(POSITION, 5, "position")       /* (7) */
+  X(POSITION, 5, "position")       /* (7) */                                                       \
+  X(BACKWARD_EULER, 6, "backward-euler")                                                           \
+  X(SEMI_IMPLICIT_EULER, 7, "semi-implicit-euler")                                                 \
+  X(RK4, 8, "rk4")
 
 typedef enum thrum_integrator {
 #define X(name, value, text) THRUM_INTEGRATOR_##name = value,
@@ -213,8 +219,8 @@ typedef struct thrum_state_def {
 
   /* 1: steps that the solver does not solve go through the fallback chain (design 8); 0: they fail
    * with THRUM_NOT_CONVERGED. Full Newton with its line search comes after quasi-Newton in any
-   * case, and after the solver newton only with 1. Default 1. verlet and midpoint have no fallback
-   * chain. */
+   * case, and after the solver newton only with 1. Default 1. verlet, midpoint and the
+   * integrators for comparison have no fallback chain. */
   int32_t fallback;
 
   /* How implicit steps are solved; default quasi-newton. newton costs several times as much and
@@ -360,7 +366,7 @@ typedef struct thrum_state_report {
   double balance_last;     /* imexv: energy less work plus dissipation, relative to the energy */
   double balance_peak;     /* its largest magnitude */
   thrum_scheme scheme;     /* in use now */
-  int32_t explicit_modes;  /* |E| now; r for verlet, 0 for midpoint, newmark and energy */
+  int32_t explicit_modes;  /* |E| now; r for verlet and rk4, else 0 but for imexv */
   int32_t implicit_modes;  /* |I| now */
   int32_t iterations_last; /* of the last step */
   double residual_last;    /* of its solve, relative to the increment; an upper estimate where the

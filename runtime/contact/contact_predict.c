@@ -18,15 +18,32 @@
 #include "runtime/dynamics/state_layout.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-/* Share of h^2 omega^2 in the inverse of s_i; `low` modes have Fox-Goodwin's beta. */
-static double implicit_share(const thrum_state *state, int32_t low, int32_t i) {
-  if (state->scheme == THRUM_SCHEME_NEWMARK)
-    return state->def.newmark_beta;
-  if (state->scheme == THRUM_SCHEME_FOX_GOODWIN)
-    return i < low ? 1.0 / 12.0 : 0.25;
-  if (state->scheme == THRUM_SCHEME_ENERGY)
-    return 0.25;
-  return i < state->split ? 0.0 : 0.25;
+/* How a mode moves in a step: by s_i [h p_i + load h^2 (f_i - R_i)], s_i = 1 / (1 + damping h d_i +
+ * stiffness h^2 w_i^2). */
+typedef struct answer {
+  double load, damping, stiffness;
+} answer;
+
+/* That of mode i; `low` modes have Fox-Goodwin's beta. */
+static answer answer_of(const thrum_state *state, int32_t low, int32_t i) {
+  switch ((thrum_scheme)state->scheme) {
+  case THRUM_SCHEME_NEWMARK:
+    return (answer){0.5, 0.5, state->def.newmark_beta};
+  case THRUM_SCHEME_FOX_GOODWIN:
+    return (answer){0.5, 0.5, i < low ? 1.0 / 12.0 : 0.25};
+  case THRUM_SCHEME_ENERGY:
+    return (answer){0.5, 0.5, 0.25};
+  case THRUM_SCHEME_BACKWARD_EULER:
+  case THRUM_SCHEME_SEMI_IMPLICIT_EULER:
+    return (answer){1.0, 1.0, 1.0};
+  case THRUM_SCHEME_RK4:
+    return (answer){0.5, 0.5, 1.0 / 12.0}; // as far as its h^4
+  case THRUM_SCHEME_THESIS:
+  case THRUM_SCHEME_QUADRATIC:
+  case THRUM_SCHEME_POSITION:
+    break;
+  }
+  return (answer){0.5, 0.5, i < state->split ? 0.0 : 0.25};
 }
 
 /* Fills the displacement over the step without contact, and the answer to a unit mean load, with
@@ -36,14 +53,16 @@ static void fill_unloaded(const thrum_contact_run *run, const double *momentum,
   const thrum_state *state = run->state;
   const int32_t low = thrum_fox_goodwin_modes(run->model, state);
   const thrum_contact_view *view = &run->view;
-  const double h = run->dt, half = 0.5 * h * h;
+  const double h = run->dt;
   for (int32_t i = 0; i < state->rank; i++) {
-    const double omega2 = run->model->omega2[i];
-    const double scale = 1.0 / (1.0 + 0.5 * h * thrum_rest_damping(run->model, state, i) +
-                                implicit_share(state, low, i) * h * h * omega2);
+    const answer by = answer_of(state, low, i);
+    const double damping = thrum_rest_damping(run->model, state, i);
+    const double scale =
+        1.0 / (1.0 + by.damping * h * damping + by.stiffness * h * h * run->model->omega2[i]);
     const double load = run->environment->load ? run->environment->load[i] : 0.0;
-    view->weights[i] = half * scale;
-    view->unloaded[i] = scale * (h * momentum[i] + half * (load - force[i]));
+    const double pushed = by.load * h * h;
+    view->weights[i] = pushed * scale;
+    view->unloaded[i] = scale * (h * momentum[i] + pushed * (load - force[i]));
   }
 }
 

@@ -39,6 +39,9 @@ int32_t thrum_mode_split(const thrum_model *model, const thrum_state *state) {
   case THRUM_INTEGRATOR_ENERGY:
   case THRUM_INTEGRATOR_FOX_GOODWIN:
   case THRUM_INTEGRATOR_MIDPOINT:
+  case THRUM_INTEGRATOR_BACKWARD_EULER:
+  case THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER:
+  case THRUM_INTEGRATOR_RK4:
     break;
   }
   return 0;

@@ -36,7 +36,7 @@ bool thrum_state_uses_energy(const thrum_state_def *def) {
 static int64_t implicit_max(const thrum_model *model, const thrum_state_def *def) {
   if (thrum_state_uses_energy(def))
     return model->rank;
-  if (def->integrator == THRUM_INTEGRATOR_VERLET)
+  if (def->integrator == THRUM_INTEGRATOR_VERLET || def->integrator == THRUM_INTEGRATOR_RK4)
     return 0;
   if (def->integrator == THRUM_INTEGRATOR_IMEXV && def->split_rule == THRUM_SPLIT_COUNT)
     return model->rank - def->explicit_count;
@@ -51,6 +51,12 @@ thrum_scheme thrum_state_first_scheme(const thrum_state_def *def) {
     return THRUM_SCHEME_ENERGY;
   case THRUM_INTEGRATOR_FOX_GOODWIN:
     return THRUM_SCHEME_FOX_GOODWIN;
+  case THRUM_INTEGRATOR_BACKWARD_EULER:
+    return THRUM_SCHEME_BACKWARD_EULER;
+  case THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER:
+    return THRUM_SCHEME_SEMI_IMPLICIT_EULER;
+  case THRUM_INTEGRATOR_RK4:
+    return THRUM_SCHEME_RK4;
   case THRUM_INTEGRATOR_IMEXV:
     return def->split_form == THRUM_FORM_QUADRATIC  ? THRUM_SCHEME_QUADRATIC
            : def->split_form == THRUM_FORM_POSITION ? THRUM_SCHEME_POSITION
@@ -79,7 +85,7 @@ void thrum_state_plan(thrum_state *state, const thrum_model *model) {
     state->restricted_count = thrum_restricted_count(n < r ? n : r - 1);
 
   // tangent damping needs T of all modes, also where few or none are implicit
-  state->kept_count = n * n;
+  state->kept_count = def->integrator == THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER ? 0 : n * n;
   state->next_count = tangent ? r * r : n * n;
   state->tangent_count = tangent || thrum_state_uses_energy(def) ? r * r : 0;
   state->bytes = thrum_state_layout_bytes(state);
@@ -342,7 +348,7 @@ thrum_state_report thrum_state_report_get(const thrum_state *state) {
     return (thrum_state_report){0};
   thrum_state_report report = state->report;
   report.scheme = (thrum_scheme)state->scheme;
-  report.explicit_modes = state->split;
-  report.implicit_modes = state->rank - state->split;
+  report.explicit_modes = state->scheme == THRUM_SCHEME_RK4 ? state->rank : state->split;
+  report.implicit_modes = state->rank - report.explicit_modes;
   return report;
 }

@@ -68,8 +68,10 @@ static thrum_status check_scheme(const thrum_state *header, thrum_error *error) 
   const thrum_state_def *def = &header->def;
   const thrum_scheme scheme = (thrum_scheme)header->scheme;
   const bool imexv = def->integrator == THRUM_INTEGRATOR_IMEXV;
-  const bool changed = imexv && scheme != THRUM_SCHEME_NEWMARK &&
-                       (scheme != THRUM_SCHEME_ENERGY || thrum_state_uses_energy(def));
+  const bool its_own = scheme == THRUM_SCHEME_THESIS || scheme == THRUM_SCHEME_QUADRATIC ||
+                       scheme == THRUM_SCHEME_POSITION ||
+                       (scheme == THRUM_SCHEME_ENERGY && thrum_state_uses_energy(def));
+  const bool changed = imexv && its_own;
   if (!thrum_scheme_name(scheme) || (scheme != thrum_state_first_scheme(def) && !changed))
     return refuse("scheme", error);
 

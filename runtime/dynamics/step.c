@@ -15,6 +15,7 @@
 #include <string.h>
 
 #include "runtime/base/finite.h"
+#include "runtime/dynamics/backward_euler.h"
 #include "runtime/dynamics/discrete_gradient.h"
 #include "runtime/dynamics/energy_correction.h"
 #include "runtime/dynamics/fallback.h"
@@ -24,6 +25,8 @@
 #include "runtime/dynamics/newmark.h"
 #include "runtime/dynamics/position_split.h"
 #include "runtime/dynamics/quadratic_split.h"
+#include "runtime/dynamics/rk4.h"
+#include "runtime/dynamics/semi_implicit_euler.h"
 #include "runtime/dynamics/stability.h"
 #include "runtime/dynamics/state_private.h"
 
@@ -202,6 +205,12 @@ thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
     return thrum_step_fox_goodwin(model, &run->next, &run->view, &run->report);
   case THRUM_SCHEME_POSITION:
     return thrum_step_position(model, &run->next, &run->view, &run->report);
+  case THRUM_SCHEME_BACKWARD_EULER:
+    return thrum_step_backward_euler(model, &run->next, &run->view, &run->report);
+  case THRUM_SCHEME_SEMI_IMPLICIT_EULER:
+    return thrum_step_semi_implicit_euler(model, &run->next, &run->view, &run->report);
+  case THRUM_SCHEME_RK4:
+    return thrum_step_rk4(model, &run->next, &run->view, &run->report);
   case THRUM_SCHEME_THESIS:
     break;
   }

@@ -9,9 +9,15 @@
 #define RIG_MASS 2.0
 #define RIG_GRAVITY 10.0
 
-static const thrum_integrator all_integrators[6] = {
-    THRUM_INTEGRATOR_IMEXV,    THRUM_INTEGRATOR_NEWMARK, THRUM_INTEGRATOR_VERLET,
-    THRUM_INTEGRATOR_MIDPOINT, THRUM_INTEGRATOR_ENERGY,  THRUM_INTEGRATOR_FOX_GOODWIN};
+static const thrum_integrator all_integrators[9] = {THRUM_INTEGRATOR_IMEXV,
+                                                    THRUM_INTEGRATOR_NEWMARK,
+                                                    THRUM_INTEGRATOR_VERLET,
+                                                    THRUM_INTEGRATOR_MIDPOINT,
+                                                    THRUM_INTEGRATOR_ENERGY,
+                                                    THRUM_INTEGRATOR_FOX_GOODWIN,
+                                                    THRUM_INTEGRATOR_BACKWARD_EULER,
+                                                    THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER,
+                                                    THRUM_INTEGRATOR_RK4};
 
 /* The definition of a rig: rig_default, then the members that differ. */
 typedef struct rig_def {

@@ -1,7 +1,8 @@
 // libthrum and the scene engine in WebAssembly, behind viewer/bridge.c.
 // SPDX-License-Identifier: Apache-2.0
 
-export const INTEGRATORS = { imexv: 0, newmark: 1, verlet: 2, midpoint: 3, energy: 4, 'fox-goodwin': 5 };
+export const INTEGRATORS = { imexv: 0, newmark: 1, verlet: 2, midpoint: 3, energy: 4, 'fox-goodwin': 5,
+  'backward-euler': 6, 'semi-implicit-euler': 7, rk4: 8 };
 export const INTEGRATOR_NAMES = Object.keys(INTEGRATORS);
 const OBSTACLES = { plane: 0, sphere: 1, box: 2 };
 const COURSES = { constant: 0, sine: 1 };

@@ -175,7 +175,7 @@ static void a_body_slides_down_a_slope_as_coulomb_says(void **state) {
 static void a_body_below_the_angle_of_friction_stays(void **state) {
   (void)state;
 
-  for (int n = 0; n < 6; n++) {
+  for (int n = 0; n < 9; n++) {
     // a deformable body on a slope below the angle of friction, with each integrator
     rig_def def = rig_default();
     def.integrator = all_integrators[n];

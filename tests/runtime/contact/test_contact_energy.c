@@ -7,7 +7,8 @@
 static void expect_account(const thrum_contact_report *report, double scale) {
   assert_true(isfinite(report->stored) && isfinite(report->lost));
   assert_true(report->stored >= 0);
-  assert_true(report->lost >= -1e-8 * scale);
+  // as far as the solves go, which end at 1e-10 of a step
+  assert_true(report->lost >= -2e-8 * scale);
 }
 
 typedef struct extreme {
@@ -24,7 +25,7 @@ static double throw_down(const extreme *x, int64_t steps, thrum_contact_report *
   def.stiffness = x->stiffness;
   def.points = 5;
   def.shape = x->shape;
-  if (x->integrator == THRUM_INTEGRATOR_VERLET)
+  if (x->integrator == THRUM_INTEGRATOR_VERLET || x->integrator == THRUM_INTEGRATOR_RK4)
     def.omega = fmin(def.omega, 0.3 / x->dt); // three times that is stable
 
   // thrown obliquely at the floor
@@ -58,9 +59,9 @@ static void contact_never_adds_energy(void **state) {
   static const double friction[] = {0, 0.5, 10}, restitution[] = {0, 0.5, 1};
 
   // the gain of the integrators themselves: two do not conserve this energy
-  static const double allowed[] = {1e-3, 1e-2, 1e-3, 1e-2, 1e-9, 1e-2};
+  static const double allowed[] = {1e-3, 1e-2, 1e-3, 1e-2, 1e-9, 1e-2, 1e-9, 1e-9, 1e-9};
 
-  for (int i = 0; i < 6; i++) {
+  for (int i = 0; i < 9; i++) {
     double worst = 0;
     int64_t redone = 0, declined = 0, made = 0;
     for (int n = 0; n < 4 * 4 * 9; n++) {
@@ -274,13 +275,13 @@ static void a_stiff_pull_follows_its_target(void **state) {
   (void)state;
   static const double steps[] = {1e-5, 1e-3, 1e-1}, stiffness[] = {1e-3, 1e3, 1e9, 1e15};
 
-  for (int n = 0; n < 6 * 3 * 4; n++) {
+  for (int n = 0; n < 9 * 3 * 4; n++) {
     // integrators, steps and stiffnesses in all combinations
     rig_def def = rig_default();
-    def.integrator = all_integrators[n % 6];
-    def.dt = steps[n / 6 % 3];
+    def.integrator = all_integrators[n % 9];
+    def.dt = steps[n / 9 % 3];
     def.shape = 0.1;
-    if (def.integrator == THRUM_INTEGRATOR_VERLET)
+    if (def.integrator == THRUM_INTEGRATOR_VERLET || def.integrator == THRUM_INTEGRATOR_RK4)
       def.omega = fmin(def.omega, 0.3 / def.dt);
 
     // a body without weight or floor, pulled at one point
@@ -289,7 +290,7 @@ static void a_stiff_pull_follows_its_target(void **state) {
     r.environment.obstacle_count = 0;
     r.environment.force[2] = 0;
     thrum_pull pull = {.vertices = {2, 2, 2}, .weights = {1, 0, 0}, .damping = -1};
-    pull.stiffness = stiffness[n / 18];
+    pull.stiffness = stiffness[n / 27];
     pull.force_max = 1e30;
     r.environment.pulls = &pull;
     r.environment.pull_count = 1;
@@ -310,7 +311,7 @@ static void a_stiff_pull_follows_its_target(void **state) {
     double x = r.translation.position[0] - 0.1;
     for (int i = 0; i < RIG_RANK; i++)
       x += r.m.basis[6 * RIG_RANK + i] * q[i];
-    assert_true(stiffness[n / 18] < 1e9 || fabs(x) <= 1e-3);
+    assert_true(stiffness[n / 27] < 1e9 || fabs(x) <= 1e-3);
     rig_free(&r);
   }
 }

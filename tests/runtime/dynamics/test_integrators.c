@@ -473,12 +473,20 @@ static void newmark_of_a_tiny_beta_is_the_explicit_one(void **context) {
 /* --- time reversal and impulses ----------------------------------------------------------------
  */
 
-static void every_integrator_returns_when_time_is_reversed(void **context) {
+/* The integrators for comparison lose energy, and two of them are of order one. */
+static bool is_for_comparison(int integrator) {
+  return integrator == THRUM_INTEGRATOR_BACKWARD_EULER ||
+         integrator == THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER || integrator == THRUM_INTEGRATOR_RK4;
+}
+
+static void every_other_integrator_returns_when_time_is_reversed(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
   static const double load[RANK] = {0.3, -0.2, 0.1, 0.4, -0.5};
   for (int integrator = 0; integrator < INTEGRATOR_COUNT; integrator++) {
+    if (is_for_comparison(integrator))
+      continue;
     thrum_state_def def = make_def((thrum_integrator)integrator);
     def.dt = 0.04;
 
@@ -561,6 +569,8 @@ static void changing_dt_on_the_way_keeps_order_two(void **context) {
   make_model(&m);
   const test_load none = {0, 1};
   for (int integrator = 0; integrator < INTEGRATOR_COUNT; integrator++) {
+    if (is_for_comparison(integrator))
+      continue;
     thrum_state_def def = make_def((thrum_integrator)integrator);
 
     // the reference is computed with much shorter steps
@@ -613,7 +623,7 @@ int main(void) {
       cmocka_unit_test(average_acceleration_newmark_is_midpoint_on_a_linear_model),
       cmocka_unit_test(explicit_newmark_is_verlet),
       cmocka_unit_test(newmark_of_a_tiny_beta_is_the_explicit_one),
-      cmocka_unit_test(every_integrator_returns_when_time_is_reversed),
+      cmocka_unit_test(every_other_integrator_returns_when_time_is_reversed),
       cmocka_unit_test(an_impulse_counts_once_and_equally_for_all_modes),
       cmocka_unit_test(changing_dt_on_the_way_keeps_order_two),
   };

@@ -1,0 +1,61 @@
+/* One step of the linearly implicit Euler method, for comparison (design 6): backward Euler with a
+ * single Newton iteration, as Baraff & Witkin step cloth. (Symplectic Euler, which is also called
+ * semi-implicit, is another method; it is `verlet` with its momentum half a step away.)
+ *
+ *   [1 + h D(q) + h^2 T(q)] (p' - p) = -h [R(q) + D(q) p + h T(q) p - f],  q' = q + h p'
+ *
+ * Linear modes fall as with backward Euler. T may be indefinite, and then a step may amplify.
+ * Cost: one force evaluation with its tangent and 2 r^3/3.
+ * Source: Baraff & Witkin 1998, doi:10.1145/280814.280821.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
+#include "runtime/dynamics/semi_implicit_euler.h"
+
+#include "runtime/base/finite.h"
+#include "runtime/linear_algebra/dense.h"
+#include "runtime/polynomial/polynomial_private.h"
+
+/* From T(q) in jacobian_next and R(q) in force: the matrix, and the right-hand side into p_next. */
+static void assemble(const thrum_model *model, const thrum_state *state, thrum_state_view *view) {
+  const double h = state->def.dt, alpha = state->def.damping_alpha, beta = state->def.damping_beta;
+  const bool tangent = thrum_tangent_damped(state);
+  const size_t rank = (size_t)state->rank;
+  for (size_t i = 0; i < rank; i++) {
+    double *row = view->jacobian_next + i * rank, stiff = 0.0;
+    for (size_t j = 0; j < rank; j++)
+      stiff += row[j] * view->p[j];
+
+    // D p is alpha p + beta times T p or omega^2 p
+    const double damped =
+        alpha * view->p[i] + beta * (tangent ? stiff : model->omega2[i] * view->p[i]);
+    view->p_next[i] = -h * (view->force[i] + damped + h * stiff - view->load[i]);
+
+    for (size_t j = 0; j < rank; j++)
+      row[j] *= h * h + (tangent ? h * beta : 0.0);
+    row[i] += 1.0 + h * (alpha + (tangent ? 0.0 : beta * model->omega2[i]));
+  }
+}
+
+thrum_status thrum_step_semi_implicit_euler(const thrum_model *model, const thrum_state *state,
+                                            thrum_state_view *view, thrum_solve_report *report) {
+  thrum_internal_force_tangent_by(view->kernel, model, view->q, view->force, view->jacobian_next,
+                                  view->work);
+  assemble(model, state, view);
+
+  // T may be indefinite, and so may the matrix: LU, not Cholesky
+  int32_t *pivots = (int32_t *)(void *)view->pivots_next;
+  report->factorisations++;
+  if (!thrum_dense_factor(view->jacobian_next, state->rank, pivots))
+    return thrum_all_finite(view->p_next, state->rank) ? THRUM_NOT_CONVERGED : THRUM_NOT_FINITE;
+  thrum_dense_solve(view->jacobian_next, state->rank, pivots, view->p_next);
+
+  for (int32_t i = 0; i < state->rank; i++) {
+    view->p_next[i] += view->p[i];
+    view->q_next[i] = view->q[i] + state->def.dt * view->p_next[i];
+  }
+  return thrum_all_finite(view->q_next, state->rank) && thrum_all_finite(view->p_next, state->rank)
+             ? THRUM_OK
+             : THRUM_NOT_FINITE;
+}
