@@ -8,6 +8,8 @@
 #include "config/progress.h"
 #include "validation/experiments/tables.h"
 
+#define ROWS 1000
+#define SPARSE_ROWS 100
 #define DENSE_TIME 1.0 /* of --step-sizes: over which its curves are laid over each other [s] */
 
 static const json_column columns[] = {
@@ -48,6 +50,8 @@ thrum_status experiments_matrix(const experiments_request *request,
       .body_count = bodies->count,
       .dts = of_step_sizes ? step_sizes : &request->dt,
       .dt_count = of_step_sizes ? sizeof step_sizes / sizeof step_sizes[0] : 1,
+      .damping_count = of_step_sizes ? 1 : EXPERIMENT_DAMPING_COUNT,
+      .row_count = of_step_sizes ? SPARSE_ROWS : ROWS,
       .time = request->time,
       .dense = of_step_sizes ? DENSE_TIME : 0,
       .threads = (int)request->threads,

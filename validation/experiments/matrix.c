@@ -13,7 +13,6 @@
 #include "thrum/external_load.h"
 #include "validation/experiments/run_outcome.h"
 
-#define ROWS 1000
 #define DRIFT_PARTS 10
 #define FORCE_TRIES 16
 #define FORCE_OVERSHOOT                                                                            \
@@ -69,7 +68,7 @@ static int nth_true(const bool *flags, int64_t n) {
 
 int64_t experiment_matrix_count(const experiment_matrix *matrix) {
   return matrix->body_count * count_true(matrix->loads, EXPERIMENT_LOAD_COUNT) *
-         EXPERIMENT_DAMPING_COUNT * matrix->dt_count *
+         matrix->damping_count * matrix->dt_count *
          count_true(matrix->schemes, EXPERIMENT_SCHEME_COUNT);
 }
 
@@ -131,12 +130,13 @@ static double energy_change(const experiment_run *run) {
   return driver_drift_value(&drift);
 }
 
-/* The whole of one run, with about ROWS rows and those of its dense beginning. */
-static thrum_status perform(experiment_run *run, double time, double dense, thrum_error *error) {
+/* The whole of one run, with its rows. */
+static thrum_status perform(const experiment_matrix *matrix, experiment_run *run, double time,
+                            thrum_error *error) {
   const int64_t steps = thrum_step_count(time, run->dt) > 1 ? thrum_step_count(time, run->dt) : 1;
-  const int64_t sparse = steps > ROWS ? steps / ROWS : 1;
+  const int64_t sparse = steps > matrix->row_count ? steps / matrix->row_count : 1;
   const int64_t narrow = thrum_step_count(EXPERIMENT_DENSE_SECONDS, run->dt);
-  const int64_t narrow_until = thrum_step_count(dense, run->dt);
+  const int64_t narrow_until = thrum_step_count(matrix->dense, run->dt);
   double seconds = 0;
   thrum_state *state = NULL;
   thrum_state_def def = experiment_scheme_def(run->scheme, run->dt);
@@ -182,7 +182,7 @@ static thrum_status bend(const experiment_matrix *matrix, experiment_run *trial,
                          thrum_error *error) {
   const bool ends = trial->load != EXPERIMENT_LOAD_sine;
   const thrum_status status =
-      perform(trial, ends ? fmin(matrix->time, CALIBRATE_SECONDS) : matrix->time, 0, error);
+      perform(matrix, trial, ends ? fmin(matrix->time, CALIBRATE_SECONDS) : matrix->time, error);
   free(trial->rows);
   trial->rows = NULL;
   return status;
@@ -245,8 +245,8 @@ static thrum_status run_group(void *context, int64_t index, thrum_error *error) 
   const int64_t loads = count_true(matrix->loads, EXPERIMENT_LOAD_COUNT);
   const int64_t schemes = count_true(matrix->schemes, EXPERIMENT_SCHEME_COUNT);
   const int64_t width = matrix->dt_count * schemes;
-  const int64_t body = index / EXPERIMENT_DAMPING_COUNT / loads;
-  const int load = nth_true(matrix->loads, index / EXPERIMENT_DAMPING_COUNT % loads);
+  const int64_t body = index / matrix->damping_count / loads;
+  const int load = nth_true(matrix->loads, index / matrix->damping_count % loads);
 
   // the index counts by body, load and damping, the last fastest
   thrum_status status = THRUM_OK;
@@ -256,10 +256,10 @@ static thrum_status run_group(void *context, int64_t index, thrum_error *error) 
     run->load = (experiment_load)load;
     run->force = work->forces[body * EXPERIMENT_LOAD_COUNT + load];
     run->energy_known = work->energies[body * EXPERIMENT_LOAD_COUNT + load];
-    run->alpha = experiment_dampings[index % EXPERIMENT_DAMPING_COUNT];
+    run->alpha = experiment_dampings[index % matrix->damping_count];
     run->dt = matrix->dts[n / schemes];
     run->scheme = (experiment_scheme)nth_true(matrix->schemes, n % schemes);
-    status = perform(run, matrix->time, matrix->dense, error);
+    status = perform(matrix, run, matrix->time, error);
   }
   return status;
 }

@@ -32,8 +32,10 @@ typedef struct experiment_matrix {
   bool schemes[EXPERIMENT_SCHEME_COUNT];
   const double *dts; /* dt_count [s]; the forces are found at the first */
   int64_t dt_count;
-  double time;  /* [s] */
-  double dense; /* until when rows stand EXPERIMENT_DENSE_SECONDS apart, or a step [s] */
+  int64_t damping_count; /* the first of experiment_dampings */
+  int64_t row_count;     /* of a run, about, beside the dense ones */
+  double time;           /* [s] */
+  double dense;          /* until when rows stand EXPERIMENT_DENSE_SECONDS apart, or a step [s] */
   int threads;
   bool (*progress)(void *context, double fraction); /* may be NULL; false stops */
   void *progress_context;

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Makes the pictures of the README: docs/models_under_load.png from the models, docs/long_energy.png
-# from the committed results of the long run. Needs gnuplot and Python 3. The target `pictures` calls it.
+# Makes the pictures of docs/: models_under_load.png from the models, those that compare schemes from
+# the committed results. Needs gnuplot and Python 3. The target `pictures` calls it.
 # usage: make.sh SOURCE PROGRAM
 # SPDX-License-Identifier: Apache-2.0
 set -eu
@@ -9,8 +9,8 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT INT TERM
 
 python3 "$source/validation/pictures/models.py" "$program" "$work/models.png"
-long=$source/validation/results/long
-gnuplot -e "input='$long/long_windows.csv'; runs='$long/long.csv'; output_file='$work/long.png'" \
-  "$source/validation/pictures/long_energy.gp"
+python3 "$source/validation/pictures/schemes.py" "$work"
 mv "$work/models.png" "$source/docs/models_under_load.png"
-mv "$work/long.png" "$source/docs/long_energy.png"
+for name in long_energy energy_schemes step_sizes work_impulse work_smooth; do
+  mv "$work/$name.png" "$source/docs/$name.png"
+done

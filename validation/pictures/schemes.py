@@ -1,0 +1,152 @@
+#!/usr/bin/env python3
+"""Draws the pictures of docs/ that compare schemes, from the committed results, by gnuplot.
+
+usage: schemes.py OUTPUT_FOLDER
+
+long_energy.png      mean energies over the long runs
+energy_schemes.png   energy over 30 s at three time steps, all schemes
+step_sizes.png       experiment 5.5 of the thesis: the first second, three time steps over each other
+work_impulse.png, work_smooth.png   error against processor time after the two starts
+SPDX-License-Identifier: Apache-2.0
+"""
+import pathlib
+import subprocess
+import sys
+
+SOURCE = pathlib.Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(SOURCE))
+from report import COLOURS, groups, number, read  # noqa: E402
+from tables import MODELS, lost_time, stood_in  # noqa: E402
+
+RESULTS = SOURCE / "results"
+STEP_COLOURS = {"0.001": "#111111", "0.005": "#1769aa", "0.01": "#d2691e"}
+HEAD = """set encoding utf8
+set terminal pngcairo size {}, {} font 'DejaVu Sans,10' background '#ffffff'
+set output '{}'
+set border 3 lc rgb '#777777'
+set tics nomirror
+set grid lc rgb '#e6e6e6' lt 1
+set format y '%g'
+set key samplen 2 spacing 1.1
+"""
+
+
+def quoted(text):
+    return "'" + text.replace("'", "''") + "' noenhanced"
+
+
+def panel(title, axes, curves, settings=""):
+    """One plot. `curves`: (label, style of gnuplot, points); one without points stands in the key alone."""
+    script, parts = f"set title {quoted(title)}\nset xlabel {quoted(axes[0])}\nset ylabel {quoted(axes[1])}\n{settings}", []
+    for place, (label, style, points) in enumerate(curves):
+        rows = "".join(f"{x:.7g} {y:.7g}\n" for x, y in points) or "NaN NaN\n"
+        script += f"$data{place} << END\n{rows}END\n"
+        parts.append(f"$data{place} using 1:2 with {style} " + (f"title {quoted(label)}" if label else "notitle"))
+    return script + "plot " + ", ".join(parts) + "\n"
+
+
+def draw(path, size, layout, panels):
+    text = HEAD.format(*size, path) + f"set multiplot layout {layout[0]}, {layout[1]}\n" + "".join(panels) + "unset multiplot\n"
+    subprocess.run(["gnuplot", "-d"], input=text, text=True, encoding="utf-8", check=True)
+
+
+def line(scheme, width=1.6):
+    return f"lines lw {width} lc rgb '{COLOURS[scheme]}'"
+
+
+def ended(run):
+    """A run in the key: when it was lost, and how many steps were the scheme's own where others stood in."""
+    name = run["scheme"]
+    if run["status"] != "done":
+        name += f", lost at {lost_time(run):.3g} s"
+    if stood_in(run):
+        name += f": {int(run['own_steps']):,} own steps, then energy"
+    return name
+
+
+def long_energy(path):
+    """Horse and beam at two swings; a scheme that was lost before the first mean stands in the key alone."""
+    runs = {(r["model"], float(r["amplitude"]), r["scheme"]): r for r in read(RESULTS / "long" / "long.csv")}
+    windows = {(w[0]["model"], float(w[0]["amplitude"]), w[0]["scheme"]): w
+               for w in groups(read(RESULTS / "long" / "long_windows.csv"), "model", "amplitude", "scheme")}
+    panels = []
+    for model, swing in (("horse", 0.05), ("beam", 0.1)):
+        curves = []
+        for (m, a, scheme), run in runs.items():
+            if (m, a) != (model, swing) or scheme in ("verlet", "quadratic", "semi-implicit-euler", "rk4"):
+                continue
+            points = [(float(w["begin_s"]) + 17.5, number(w["total_j"]) / number(run["energy_j"]))
+                      for w in windows.get((m, a, scheme), [])]
+            curves.append((ended(run), line(scheme, 5 if scheme == "energy" else 1.6), points))
+        # the widest curve first, under the others
+        curves.sort(key=lambda curve: "lw 5" not in curve[1])
+        panels.append(panel(f"{model}, undamped, swinging by {100 * swing:g} % of its length",
+                            ("simulated time [s]", "mean energy over 35 s / energy at the start"), curves,
+                            "set xrange [0:9000]\nset yrange [0.4:2.2]\nset key at graph 0.99, graph 0.99 right top\n"))
+    draw(path, (1260, 520), (1, 2), panels)
+
+
+def energy_schemes(path):
+    """The beam under the square load: all schemes at each step."""
+    curves = read(RESULTS / "step_sizes" / "curves.csv")
+    panels = []
+    for dt in STEP_COLOURS:
+        own = groups([r for r in curves if r["dt_s"] == dt], "scheme")
+        panels.append(panel(
+            f"beam, square load of 0.3 s, h = {dt} s", ("time [s]", "energy [J]"),
+            [(run[0]["scheme"] if dt == "0.001" else None, line(run[0]["scheme"]),
+              [(float(r["time_s"]), number(r["total_j"])) for r in run if float(r["time_s"]) > 0]) for run in own],
+            "set logscale x\nset xrange [0.004:30]\nset yrange [0:2]\nset key top left\n"))
+    draw(path, (1260, 460), (1, 3), panels)
+
+
+def step_sizes(path):
+    """The first second of the energy and of the displacement, side by side for each scheme."""
+    curves = read(RESULTS / "step_sizes" / "curves.csv")
+    shown = [s for s in ("thesis-newton", "position", "newmark", "fox-goodwin", "imexv", "energy", "backward-euler",
+                         "semi-implicit-euler", "rk4") if any(r["scheme"] == s for r in curves)]
+    panels = []
+    for scheme in shown:
+        own = {run[0]["dt_s"]: run for run in groups([r for r in curves if r["scheme"] == scheme], "dt_s")}
+        for key, what, reach in (("total_j", "energy [J]", "0.9:1.05"), ("amplitude", "displacement / length", "0:0.1")):
+            panels.append(panel(
+                scheme, ("time [s]", what),
+                [(f"h = {dt} s" if key == "amplitude" else None, f"lines lw 1.4 lc rgb '{colour}'",
+                  [(float(r["time_s"]), number(r[key])) for r in own[dt] if float(r["time_s"]) <= 1])
+                 for dt, colour in STEP_COLOURS.items()],
+                f"set xrange [0:1]\nset yrange [{reach}]\nset key top right font ',8'\n"))
+    draw(path, (1260, 210 * ((len(shown) + 1) // 2)), ((len(shown) + 1) // 2, 4), panels)
+
+
+def work(start):
+    def picture(path):
+        rows = read(RESULTS / "work_precision" / "work_precision.csv")
+        panels = []
+        for model in MODELS:
+            curves = []
+            for scheme, colour in COLOURS.items():
+                if not any(r["scheme"] == scheme for r in rows):
+                    continue
+                # runs that were lost are left out; a ring stands around h = 1 ms
+                own = [r for r in rows if r["status"] == "done"
+                       and (r["model"], r["start"], r["scheme"]) == (model, start, scheme)]
+                points = [(1e3 * number(r["cost_s_per_s"]), number(r["error"])) for r in own]
+                curves.append((scheme if model == MODELS[0] else None,
+                               f"linespoints lw 1.4 pt 7 ps 0.5 lc rgb '{colour}'", points))
+                curves.append((None, f"points pt 6 ps 1.3 lc rgb '{colour}'",
+                               [point for r, point in zip(own, points) if r["dt_s"] == "0.001"]))
+            panels.append(panel(model, ("processor time for a second [ms]", "error of q"), curves,
+                                "set logscale xy\nset yrange [*:2]\nset format x '%g'\nset format y '10^{%T}'\n"
+                                "set key bottom left font ',8'\n"))
+        draw(path, (1260, 900), (2, 3), panels)
+    return picture
+
+
+PICTURES = {"long_energy.png": long_energy, "energy_schemes.png": energy_schemes, "step_sizes.png": step_sizes,
+            "work_impulse.png": work("impulse"), "work_smooth.png": work("smooth")}
+
+if __name__ == "__main__":
+    if len(sys.argv) != 2:
+        sys.exit(__doc__)
+    for name, made in PICTURES.items():
+        made(pathlib.Path(sys.argv[1]) / name)
