@@ -216,6 +216,20 @@ thrum_status thrum_text_number(thrum_text *text, const char *what, double *value
   return THRUM_OK;
 }
 
+thrum_status thrum_text_item(thrum_text *text, const char *what, int64_t i, int64_t *base,
+                             thrum_error *error) {
+  int64_t number = 0;
+  if (i == 0)
+    return thrum_text_integer(text, what, 0, 1, base, error);
+
+  THRUM_TRY(thrum_text_integer(text, what, 0, INT64_MAX, &number, error));
+  if (number == i + *base)
+    return THRUM_OK;
+  return thrum_text_fail(text, THRUM_BAD_FORMAT, error,
+                         "%s is %lld where %lld comes next; number them one by one", what,
+                         (long long)number, (long long)(i + *base));
+}
+
 thrum_status thrum_text_position(thrum_text *text, double position[3], thrum_error *error) {
   static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
   for (int c = 0; c < 3; c++)

@@ -60,6 +60,10 @@ thrum_status thrum_text_integer(thrum_text *text, const char *what, int64_t low,
                                 int64_t *value, thrum_error *error);
 thrum_status thrum_text_number(thrum_text *text, const char *what, double *value,
                                thrum_error *error);
+/* Reads the number in front of item `i` (0-based) of a list, which is numbered one by one: the
+ * first number, 0 or 1, is *base. */
+thrum_status thrum_text_item(thrum_text *text, const char *what, int64_t i, int64_t *base,
+                             thrum_error *error);
 /* The three coordinates of a point. */
 thrum_status thrum_text_position(thrum_text *text, double position[3], thrum_error *error);
 /* Refuses anything left on the line after `what`. */

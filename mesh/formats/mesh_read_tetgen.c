@@ -32,25 +32,11 @@ static thrum_status optional(tetgen_reader *r, const char *what, int64_t high, i
   return thrum_text_integer(&r->text, what, 0, high, value, r->error);
 }
 
-/* Reads the index in front of item i; the first index tells whether counting starts at 0 or 1. */
-static thrum_status item_index(tetgen_reader *r, const char *what, int64_t i, int64_t *base) {
-  int64_t index = 0;
-  if (i == 0)
-    return thrum_text_integer(&r->text, what, 0, 1, base, r->error);
-
-  THRUM_TRY(thrum_text_integer(&r->text, what, 0, INT64_MAX, &index, r->error));
-  if (index != i + *base)
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
-                           "%s is %lld where %lld comes next; number them one by one", what,
-                           (long long)index, (long long)(i + *base));
-  return THRUM_OK;
-}
-
 static thrum_status read_node(tetgen_reader *r, int64_t i, int64_t attributes, int64_t markers) {
   double position[3] = {0}, unused = 0;
   int64_t marker = 0;
   THRUM_TRY(thrum_text_need_line(&r->text, "the last node", r->error));
-  THRUM_TRY(item_index(r, "the index of a node", i, &r->base));
+  THRUM_TRY(thrum_text_item(&r->text, "the index of a node", i, &r->base, r->error));
   THRUM_TRY(thrum_text_position(&r->text, position, r->error));
 
   // attributes are TetGen's own data; the marker makes a group
@@ -102,7 +88,7 @@ static thrum_status read_tet(tetgen_reader *r, int64_t i, int64_t nodes, int64_t
   double unused = 0;
 
   THRUM_TRY(thrum_text_need_line(&r->text, "the last tet", r->error));
-  THRUM_TRY(item_index(r, "the index of a tet", i, &(int64_t){r->base}));
+  THRUM_TRY(thrum_text_item(&r->text, "the index of a tet", i, &(int64_t){r->base}, r->error));
   for (int64_t n = 0; n < nodes; n++)
     THRUM_TRY(thrum_text_integer(&r->text, "a node of the tet", r->base,
                                  r->builder.vertex_count - 1 + r->base, &vertices[n], r->error));

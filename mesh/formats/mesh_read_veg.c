@@ -12,7 +12,7 @@
 
 #include "io/text.h"
 #include "mesh/formats/mesh_read.h"
-#include "mesh/mesh.h"
+#include "mesh/mesh_builder.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
 
@@ -39,6 +39,7 @@ typedef struct veg_set {
 typedef struct veg_region {
   veg_name set, material;
   thrum_text place;
+  thrum_material values; /* of the material, once all is read */
 } veg_region;
 
 /* A text being read, or read already: names point into it until the end. */
@@ -63,7 +64,7 @@ typedef struct veg_reader {
   veg_set *sets;
   int64_t region_count, region_capacity;
   veg_region *regions;
-  thrum_mesh mesh;
+  thrum_mesh_builder builder; /* numbers are the file's; a tet's key is its region */
   thrum_error *error;
 } veg_reader;
 
@@ -245,23 +246,6 @@ static thrum_status header(veg_reader *r, const char *what, int64_t width, int64
   return thrum_text_finish(text, "the sizes", r->error);
 }
 
-/* Reads the number in front of item i of a list; the first number, 0 or 1, is the base. */
-static thrum_status item_number(veg_reader *r, const char *what, int64_t i, int64_t *base) {
-  thrum_text *text = text_of(r);
-  int64_t number = 0;
-  if (i == 0) {
-    thrum_status first = thrum_text_integer(text, what, 0, 1, base, r->error);
-    return first;
-  }
-
-  THRUM_TRY(thrum_text_integer(text, what, 0, INT64_MAX, &number, r->error));
-  if (number != i + *base)
-    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
-                           "%s is %lld where %lld comes next; number them one by one", what,
-                           (long long)number, (long long)(i + *base));
-  return THRUM_OK;
-}
-
 static thrum_status finish_item(veg_reader *r, int64_t extra, const char *what) {
   thrum_text *text = text_of(r);
   const char *word;
@@ -272,9 +256,12 @@ static thrum_status finish_item(veg_reader *r, int64_t extra, const char *what) 
 }
 
 static thrum_status read_vertex(veg_reader *r, int64_t i, int64_t extra) {
-  THRUM_TRY(item_number(r, "a vertex number", i, &r->vertex_base));
-  THRUM_TRY(thrum_text_position(text_of(r), r->mesh.vertices + 3 * i, r->error));
-  return finish_item(r, extra, "the three coordinates");
+  double position[3] = {0};
+  THRUM_TRY(body_line(r, "the last vertex"));
+  THRUM_TRY(thrum_text_item(text_of(r), "a vertex number", i, &r->vertex_base, r->error));
+  THRUM_TRY(thrum_text_position(text_of(r), position, r->error));
+  THRUM_TRY(finish_item(r, extra, "the three coordinates"));
+  return thrum_builder_vertex(&r->builder, i + r->vertex_base, position, text_of(r)->line);
 }
 
 static thrum_status read_vertices(veg_reader *r) {
@@ -283,42 +270,32 @@ static thrum_status read_vertices(veg_reader *r) {
   r->has_vertices = true;
 
   // sizes come before the list
-  int64_t count = 0, extra = 0, capacity = 0;
+  int64_t count = 0, extra = 0;
   THRUM_TRY(body_line(r, "the number of vertices"));
   THRUM_TRY(header(r, "the number of vertices", 3, INT32_MAX, &count, &extra));
 
-  for (int64_t i = 0; i < count; i++) {
-    THRUM_TRY(body_line(r, "the last vertex"));
-
-    // memory follows the lines that are there, not the count that the file claims
-    if (!thrum_mesh_grow(&r->mesh.vertices, &capacity, i + 1, 3 * sizeof *r->mesh.vertices))
-      return no_memory(r);
+  for (int64_t i = 0; i < count; i++)
     THRUM_TRY(read_vertex(r, i, extra));
-  }
-  r->mesh.vertex_count = r->mesh.file_vertex_count = count;
   return THRUM_OK;
 }
 
 /* Reads a tet. Its vertices stay as in the file until all is read, since *VERTICES may come later.
  */
 static thrum_status read_tet(veg_reader *r, int64_t i, int64_t extra) {
+  THRUM_TRY(body_line(r, "the last element"));
   thrum_text *text = text_of(r);
-  THRUM_TRY(item_number(r, "an element number", i, &r->element_base));
+  THRUM_TRY(thrum_text_item(text, "an element number", i, &r->element_base, r->error));
 
   // without *VERTICES yet the range is unknown; the numbers are checked again at the end
-  for (int a = 0; a < 4; a++) {
-    int64_t vertex = 0, last = INT32_MAX, first = 0;
-    if (r->has_vertices) {
-      first = r->vertex_base;
-      last = r->mesh.vertex_count - 1 + first;
-    }
-    THRUM_TRY(thrum_text_integer(text, "a vertex of the tet", first, last, &vertex, r->error));
-    r->mesh.tets[4 * i + a] = (int32_t)vertex;
-  }
+  const int64_t first = r->has_vertices ? r->vertex_base : 0;
+  const int64_t last = r->has_vertices ? r->builder.vertex_count - 1 + first : INT32_MAX;
+  int64_t vertices[4] = {0};
+  for (int a = 0; a < 4; a++)
+    THRUM_TRY(thrum_text_integer(text, "a vertex of the tet", first, last, &vertices[a], r->error));
+  THRUM_TRY(finish_item(r, extra, "the four vertices"));
 
   // a line number is useful only with the name of the main file
-  r->mesh.tet_line[i] = r->current == 0 ? text->line : 0;
-  return finish_item(r, extra, "the four vertices");
+  return thrum_builder_tet(&r->builder, vertices, -1, r->current == 0 ? text->line : 0);
 }
 
 static thrum_status element_kind(veg_reader *r) {
@@ -345,20 +322,13 @@ static thrum_status read_elements(veg_reader *r) {
   r->has_elements = true;
 
   // the kind and the sizes come before the list
-  int64_t count = 0, extra = 0, capacity = 0, lines = 0;
+  int64_t count = 0, extra = 0;
   THRUM_TRY(element_kind(r));
   THRUM_TRY(body_line(r, "the number of elements"));
   THRUM_TRY(header(r, "the number of elements", 4, INT32_MAX, &count, &extra));
 
-  // memory follows the lines that are there, not the count that the file claims
-  for (int64_t i = 0; i < count; i++) {
-    THRUM_TRY(body_line(r, "the last element"));
-    if (!thrum_mesh_grow(&r->mesh.tets, &capacity, i + 1, 4 * sizeof *r->mesh.tets) ||
-        !thrum_mesh_grow(&r->mesh.tet_line, &lines, i + 1, sizeof *r->mesh.tet_line))
-      return no_memory(r);
+  for (int64_t i = 0; i < count; i++)
     THRUM_TRY(read_tet(r, i, extra));
-  }
-  r->mesh.tet_count = count;
   return THRUM_OK;
 }
 
@@ -434,7 +404,7 @@ static thrum_status read_set_line(veg_reader *r, veg_set *set) {
       return no_memory(r);
 
     // without *ELEMENTS yet the range is unknown; the numbers are checked again at the end
-    int64_t last = r->has_elements ? r->mesh.tet_count - 1 + r->element_base : INT32_MAX;
+    int64_t last = r->has_elements ? r->builder.tet_count - 1 + r->element_base : INT32_MAX;
     int64_t first = r->has_elements ? r->element_base : 0;
     THRUM_TRY(thrum_text_integer(text, "an element of the set", first, last,
                                  &set->elements[set->count], r->error));
@@ -505,34 +475,18 @@ static thrum_status read_section(veg_reader *r) {
                          thrum_text_excerpt(word, length).text);
 }
 
-/* Turns the file's numbers into 0-based ones, now that the base is known. */
-static thrum_status rebase(veg_reader *r, const char *path) {
-  thrum_mesh *m = &r->mesh;
-
-  // either section may come first, so vertices are checked only now
-  for (int64_t i = 0; i < 4 * m->tet_count; i++) {
-    int64_t vertex = m->tets[i] - r->vertex_base;
-    if (vertex < 0 || vertex >= m->vertex_count)
-      return thrum_error_set(r->error, THRUM_BAD_VALUE,
-                             "%.150s:%lld: tet %lld names vertex %lld; there are %lld to %lld",
-                             path, (long long)m->tet_line[i / 4], (long long)(i / 4 + 1),
-                             (long long)m->tets[i], (long long)r->vertex_base,
-                             (long long)(m->vertex_count - 1 + r->vertex_base));
-    m->tets[i] = (int32_t)vertex;
-  }
-
-  // sets may stand before the elements as well
+/* Turns the file's numbers of elements into 0-based ones, now that the base is known. */
+static thrum_status rebase_sets(veg_reader *r, const char *path) {
   for (int64_t s = 0; s < r->set_count; s++)
     for (int64_t i = 0; i < r->sets[s].count; i++) {
       int64_t *element = &r->sets[s].elements[i];
       *element -= r->element_base;
-      if (*element < 0 || *element >= m->tet_count)
+      if (*element < 0 || *element >= r->builder.tet_count)
         return thrum_error_set(
             r->error, THRUM_BAD_VALUE, "%.150s: set '%s' names element %lld, but there are %lld",
             path, thrum_text_excerpt(r->sets[s].name.text, r->sets[s].name.length).text,
-            (long long)(*element + r->element_base), (long long)m->tet_count);
+            (long long)(*element + r->element_base), (long long)r->builder.tet_count);
     }
-
   return THRUM_OK;
 }
 
@@ -549,7 +503,7 @@ static bool find_set(const veg_reader *r, veg_name name, const veg_set **set) {
 }
 
 static thrum_status apply_region(veg_reader *r, int64_t index) {
-  const veg_region *region = &r->regions[index];
+  veg_region *region = &r->regions[index];
   const veg_set *set;
   if (!find_set(r, region->set, &set))
     return thrum_text_fail(&region->place, THRUM_MISSING, r->error,
@@ -566,44 +520,25 @@ static thrum_status apply_region(veg_reader *r, int64_t index) {
                            thrum_text_excerpt(region->material.text, region->material.length).text);
 
   // a later region overrides an earlier one, as in Vega
-  r->mesh.materials[index] = r->materials[material].values;
-  int64_t count = set ? set->count : r->mesh.tet_count;
+  region->values = r->materials[material].values;
+  const int64_t count = set ? set->count : r->builder.tet_count;
   for (int64_t i = 0; i < count; i++)
-    r->mesh.tet_region[set ? set->elements[i] : i] = (int32_t)index;
+    r->builder.keys[set ? set->elements[i] : i] = index;
   return THRUM_OK;
 }
 
 static thrum_status apply_regions(veg_reader *r, const char *path) {
-  thrum_mesh *m = &r->mesh;
   if (r->region_count == 0 && r->material_count > 1)
     return thrum_error_set(r->error, THRUM_MISSING,
                            "%.150s: several materials but no *REGION; add one such as "
                            "'allElements, BODY'",
                            path);
 
-  // without regions in the file the whole body is one
-  m->region_count = r->region_count > 0 ? r->region_count : 1;
-  m->materials = calloc((size_t)m->region_count, sizeof *m->materials);
-  m->tet_region = calloc((size_t)m->tet_count, sizeof *m->tet_region);
-  if (!m->materials || !m->tet_region)
-    return no_memory(r);
-  m->has_material = r->material_count > 0;
-
-  // a file may leave the regions out if it has at most one material
-  if (r->region_count == 0) {
-    if (r->material_count == 1)
-      m->materials[0] = r->materials[0].values;
-    return THRUM_OK;
-  }
-
   // a tet without region would have no material, which is probably an oversight
-  for (int64_t t = 0; t < m->tet_count; t++)
-    m->tet_region[t] = -1;
-  for (int64_t i = 0; i < r->region_count; i++) {
+  for (int64_t i = 0; i < r->region_count; i++)
     THRUM_TRY(apply_region(r, i));
-  }
-  for (int64_t t = 0; t < m->tet_count; t++)
-    if (m->tet_region[t] < 0)
+  for (int64_t t = 0; t < r->builder.tet_count && r->region_count > 0; t++)
+    if (r->builder.keys[t] < 0)
       return thrum_error_set(r->error, THRUM_MISSING,
                              "%.150s: element %lld is in no *REGION, so it has no material", path,
                              (long long)(t + r->element_base));
@@ -614,29 +549,24 @@ static thrum_status apply_regions(veg_reader *r, const char *path) {
 static thrum_status add_groups(veg_reader *r) {
   for (int64_t s = 0; s < r->set_count; s++) {
     const veg_set *set = &r->sets[s];
-    if (set->count == 0)
-      continue;
-
-    // vertices of neighbouring elements repeat, and the group keeps each once
-    int32_t *list = malloc((size_t)set->count * 4 * sizeof *list);
-    if (!list)
-      return no_memory(r);
-    for (int64_t i = 0; i < set->count; i++)
-      memcpy(list + 4 * i, r->mesh.tets + 4 * set->elements[i], 4 * sizeof *list);
-
-    // the name in the file does not end in 0
-    char name[THRUM_MESH_NAME_MAX + 1];
-    memcpy(name, set->name.text, set->name.length);
-    name[set->name.length] = '\0';
-    thrum_status status = thrum_mesh_add_group(&r->mesh, name, list, 4 * set->count, r->error);
-    free(list);
-    if (status < 0)
-      return status;
+    int64_t list = 0;
+    THRUM_TRY(thrum_builder_list(&r->builder, set->name.text, set->name.length, &list));
+    for (int64_t i = 0; i < 4 * set->count; i++)
+      THRUM_TRY(
+          thrum_builder_add(&r->builder, list, r->builder.tets[4 * set->elements[i / 4] + i % 4]));
   }
   return THRUM_OK;
 }
 
-static thrum_status read_all(veg_reader *r, const char *path) {
+/* Sets the material of each region; without regions the whole body is one, of the one material. */
+static void set_materials(const veg_reader *r, thrum_mesh *mesh) {
+  mesh->has_material = r->material_count > 0;
+  for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++)
+    mesh->materials[i] =
+        r->region_count > 0 ? r->regions[r->builder.region_keys[i]].values : r->materials[0].values;
+}
+
+static thrum_status read_all(veg_reader *r, const char *path, thrum_mesh *mesh) {
   for (;;) {
     bool found;
     THRUM_TRY(next_line(r, &found));
@@ -651,9 +581,16 @@ static thrum_status read_all(veg_reader *r, const char *path) {
     return thrum_error_set(r->error, THRUM_MISSING,
                            "%.150s: there is no %s; is it a Vega mesh, and is it whole?", path,
                            r->has_vertices ? "*ELEMENTS" : "*VERTICES");
-  THRUM_TRY(rebase(r, path));
+  THRUM_TRY(rebase_sets(r, path));
   THRUM_TRY(apply_regions(r, path));
-  return add_groups(r);
+  THRUM_TRY(add_groups(r));
+  THRUM_TRY(thrum_builder_finish(&r->builder, path, mesh));
+  set_materials(r, mesh);
+
+  // messages and lists count from 1, whatever the base of the file
+  free(mesh->file_number);
+  mesh->file_number = NULL;
+  return THRUM_OK;
 }
 
 thrum_status thrum_mesh_parse_veg(const char *name, const void *data, size_t size, thrum_mesh *mesh,
@@ -667,11 +604,12 @@ thrum_status thrum_mesh_parse_veg(const char *name, const void *data, size_t siz
   }
 
   // names point into the files, so these stay open until the mesh is made
-  r->error = error;
+  thrum_mesh read = {0};
+  r->error = r->builder.error = error;
   memcpy(copy, name, strlen(name) + 1);
   thrum_status status = open_first(r, copy, data, size);
   if (status >= 0)
-    status = read_all(r, name);
+    status = read_all(r, name, &read);
 
   for (int i = 0; i < r->file_count; i++) {
     thrum_text_close(&r->files[i].text);
@@ -682,11 +620,7 @@ thrum_status thrum_mesh_parse_veg(const char *name, const void *data, size_t siz
   free(r->sets);
   free(r->regions);
   free(r->materials);
-
-  if (status >= 0)
-    *mesh = r->mesh;
-  else
-    thrum_mesh_free(&r->mesh);
+  thrum_builder_free(&r->builder);
   free(r);
-  return status;
+  return thrum_mesh_deliver(status, &read, mesh);
 }
