@@ -20,7 +20,11 @@
   X(NEWMARK, "newmark", NEWMARK, THESIS, QUASI_NEWTON, false, false)                               \
   X(FOX_GOODWIN, "fox-goodwin", FOX_GOODWIN, THESIS, QUASI_NEWTON, false, false)                   \
   X(IMEXV, "imexv", IMEXV, THESIS, QUASI_NEWTON, false, true)                                      \
-  X(ENERGY, "energy", ENERGY, THESIS, QUASI_NEWTON, false, true)
+  X(ENERGY, "energy", ENERGY, THESIS, QUASI_NEWTON, false, true)                                   \
+  X(BACKWARD_EULER, "backward-euler", BACKWARD_EULER, THESIS, QUASI_NEWTON, true, false)           \
+  X(SEMI_IMPLICIT_EULER, "semi-implicit-euler", SEMI_IMPLICIT_EULER, THESIS, QUASI_NEWTON, true,   \
+    false)                                                                                         \
+  X(RK4, "rk4", RK4, THESIS, QUASI_NEWTON, true, false)
 
 typedef enum experiment_scheme {
 #define X(symbol, name, integrator, form, solver, alone, keeps) EXPERIMENT_SCHEME_##symbol,

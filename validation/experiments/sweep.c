@@ -146,7 +146,10 @@ static thrum_status run_error(const experiment_sweep_case *run, experiment_sweep
     experiment_deviation_add(&sums, reference, run->body->model->rank, at.ticks, q);
     status = step(run, &at, &made->stop);
   }
-  made->error = status >= 0 ? experiment_deviation_value(&sums) : NAN;
+  // beyond that its size says nothing
+  const double error_of_q = experiment_deviation_value(&sums);
+  if (status >= 0 && error_of_q <= EXPERIMENT_LOST)
+    made->error = error_of_q;
   thrum_state_destroy(at.state);
   return THRUM_OK;
 }
@@ -155,7 +158,8 @@ static thrum_status run_error(const experiment_sweep_case *run, experiment_sweep
 static thrum_status run_index(void *context, int64_t index, thrum_error *error) {
   experiment_sweep *sweep = context;
   const experiment_sweep_case *run = &sweep->cases[index];
-  experiment_sweep_result *result = &sweep->results[index], made = {0};
+  experiment_sweep_result *result = &sweep->results[index];
+  experiment_sweep_result made = {.energy_error = NAN, .error = NAN}; // until there is one
   const double time = sweep->round == 0 ? sweep->time : sweep->reference_time;
   const int64_t looks = sweep->round == 0 ? LOOKS : TIMED_LOOKS;
   THRUM_TRY(run_energy(run, thrum_step_count(time, EXPERIMENT_SWEEP_TICK), looks, &made, error));
