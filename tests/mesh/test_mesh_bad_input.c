@@ -128,7 +128,8 @@ static void bad_veg_sections_are_refused_with_their_line(void **state) {
       {VERTICES "*ELEMENTS\nTET\n1 4 0\n1 -1 2 3 4\n", ":11: a vertex of the tet is -1"},
       {VERTICES "*ELEMENTS\nTET\n1 4 0\n1 1 2 3 2.5\n",
        ":11: expected a vertex of the tet, found '2.5'"},
-      {"*ELEMENTS\nTET\n1 4 0\n1 1 2 3 6\n" VERTICES, ":4: tet 1 names vertex 6; there are 1 to 5"},
+      {"*ELEMENTS\nTET\n1 4 0\n1 1 2 3 6\n" VERTICES,
+       ":4: tet 1 names vertex 6, which is not in the file; its vertices are 1 to 5"},
       {VERTICES "*TABLES\n", ":8: expected *VERTICES, *ELEMENTS, *MATERIAL"},
       {VERTICES "*ELEMENTS TET\n2 4 0\n", ":8: unexpected 'TET' after *ELEMENTS"}};
 
