@@ -158,6 +158,17 @@ const char *driver_run_status(const driver_run *run) {
   return simulate_status_name(&all);
 }
 
+/* Energy that the run gained by itself: in its free motion, or beside the work of its loads. */
+static void warn_of_growth(const simulate_figures *figures, const char *who) {
+  const double balance = simulate_figures_balance(figures);
+  if (!figures->energy_grew)
+    return;
+  if (figures->growth > 0)
+    config_warn("%sthe energy grew by %.3g %% without a load", who, 100 * figures->growth);
+  else
+    config_warn("%sthe body gained %.3g J that no load did as work", who, balance);
+}
+
 void driver_run_warn(const driver_run *run) {
   // why the run ended early comes first
   if (run->stop.message[0] != 0)
@@ -174,8 +185,7 @@ void driver_run_warn(const driver_run *run) {
     if (figures->fallback_steps > 0)
       config_warn("%s%" PRId64 " steps needed a fallback beyond quasi-Newton", who,
                   figures->fallback_steps);
-    if (figures->energy_grew)
-      config_warn("%sthe energy grew by %.3g %% without a load", who, 100 * figures->drift);
+    warn_of_growth(figures, who);
     simulate_measures_warn(&body->measures);
   }
 }

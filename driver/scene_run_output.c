@@ -73,9 +73,11 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for frames of body '%s'",
                            body->spec->name);
 
-  // what wind and contact give and take is no drift
-  if (run->spec.obstacles.count > 0 || run->spec.wind.at.node != NULL)
+  // what wind and contact give and take is no drift, and not counted as work
+  if (run->spec.obstacles.count > 0 || run->spec.wind.at.node != NULL) {
     run->run.bodies[n].figures.windows = (driver_drift){0};
+    run->run.bodies[n].figures.uncounted = true;
+  }
   return THRUM_OK;
 }
 

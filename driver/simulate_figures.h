@@ -13,6 +13,7 @@ typedef struct simulate_figures {
   uint64_t model_hash; /* 64-bit FNV-1a of the file's bytes */
   thrum_status status; /* THRUM_OK, or how the run ended */
   bool energy_grew;
+  bool uncounted;   /* something acts whose work is not counted */
   thrum_error stop; /* why it ended early; empty message: it did not */
   thrum_state_report report;
   thrum_full_report full; /* of --full */
@@ -22,8 +23,9 @@ typedef struct simulate_figures {
   double work_load, work_base; /* [J] */
   double dissipated;           /* [J]; NaN where it is not counted */
   driver_drift windows;
-  double drift; /* NaN where it says nothing */
-  double peak;  /* largest displacement of the recorded states [m]; NaN without a basis */
+  double drift;  /* NaN where it says nothing */
+  double growth; /* the same with damping too, where it is below zero or the energy grew */
+  double peak;   /* largest displacement of the recorded states [m]; NaN without a basis */
   int64_t peak_vertex;
   double seconds_read, seconds_step, seconds_output, seconds_plot, seconds_total;
 } simulate_figures;
@@ -34,7 +36,12 @@ void simulate_figures_begin(simulate_figures *figures);
 /* Takes in the energies of row `row`; row -1: those of the last step, which may have no row. */
 void simulate_figures_add(simulate_figures *figures, int64_t row, const thrum_energies *energies);
 
-/* Sets drift and energy_grew. */
+/* The change of the energy that work and losses leave unexplained [J]; NaN where the losses are not
+ * counted. */
+double simulate_figures_balance(const simulate_figures *figures);
+
+/* Sets drift, growth and energy_grew: the mean energy grew in free motion, or much of the energy
+ * came from nowhere. */
 void simulate_figures_end(simulate_figures *figures);
 
 /* "done", or what flags the run: "fell_back", "not_converged", "interrupted", ... */

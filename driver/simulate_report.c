@@ -169,13 +169,11 @@ static void add_full(cJSON *object, const simulate_figures *figures) {
 /* The energy that came into the body and left it, and the part of its energy that this does not
  * explain. */
 static void add_work(cJSON *object, const simulate_figures *figures) {
-  const double gained = figures->last.total - figures->first.total;
   cJSON *work = cJSON_AddObjectToObject(object, "work");
   json_number(work, "load_j", figures->work_load);
   json_number(work, "base_j", figures->work_base);
   json_number(work, "dissipated_j", figures->dissipated);
-  json_number(work, "balance_j",
-              gained - figures->work_load - figures->work_base + figures->dissipated);
+  json_number(work, "balance_j", simulate_figures_balance(figures));
 }
 
 static void add_energies(cJSON *object, const simulate_figures *figures) {

@@ -81,7 +81,6 @@ static thrum_status set_force(reduced_stepper *self, int64_t step, thrum_error *
 
 static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
   reduced_stepper *self = stepper;
-  const thrum_state_def *def = &self->request->def;
   THRUM_TRY(set_force(self, step, error));
   const thrum_status status = thrum_step(self->model, self->state, error);
   if (status < 0)
@@ -94,8 +93,8 @@ static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
   thrum_state_get(self->model, self->state, self->loads.after, NULL, NULL);
   if (stepper_loads_act(&self->loads))
     stepper_loads_count_work(&self->loads);
-  self->dissipated += thrum_damping_loss(self->model, def->damping_alpha, def->damping_beta,
-                                         self->loads.before, self->loads.after, def->dt);
+  self->dissipated +=
+      thrum_state_loss(self->model, self->state, self->loads.before, self->loads.after);
   stepper_loads_next(&self->loads);
   return status;
 }

@@ -42,8 +42,7 @@ static void count_work(const thrum_scene *scene, scene_body *body) {
                           : 0;
   body->work_load += all - base;
   body->work_base += base;
-  body->dissipated += thrum_damping_loss(model, body->def.damping_alpha, body->def.damping_beta,
-                                         body->before, body->q, scene->dt);
+  body->dissipated += thrum_state_loss(model, body->state, body->before, body->q);
   memcpy(body->before, body->q, (size_t)model->rank * sizeof *body->q);
 }
 

@@ -345,6 +345,13 @@ typedef struct thrum_energies {
 THRUM_API thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
                                             thrum_energies *energies, thrum_error *error);
 
+/* Energy [J] that the damping of the state's def takes in a step of its dt from q to q_next (rank
+ * each): d D d / dt with d = q_next - q, and with T in the middle for the tangent form, whose loss
+ * is negative where it feeds energy in. NaN for NULL and for a model of another rank. Uses the
+ * state's scratch. */
+THRUM_API double thrum_state_loss(const thrum_model *model, thrum_state *state, const double *q,
+                                  const double *q_next);
+
 /* Counters of a state since init, and how it stands. Fields marked imexv stay zero for the other
  * integrators; those of the monitor also without `adaptive`. */
 typedef struct thrum_state_report {

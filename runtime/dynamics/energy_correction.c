@@ -25,6 +25,7 @@
 
 #include "runtime/base/finite.h"
 #include "runtime/base/lane_sums.h"
+#include "runtime/dynamics/dissipation.h"
 #include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/polynomial/polynomial_private.h"
 
@@ -68,16 +69,15 @@ static void add(thrum_energy_target *target, double amount) {
 
 /* Adds work and dissipation of the step to the target. */
 static void enter_step(const thrum_model *model, thrum_state *state, const thrum_state_view *view,
-                       bool damped) {
+                       const thrum_solve_report *report) {
   const double work = thrum_sum_less(state->rank, view->q_next, view->q, view->load);
+  const bool damped = state->def.damping_alpha > 0.0 || state->def.damping_beta > 0.0;
   double dissipated = 0.0;
-  for (int32_t i = 0; damped && i < state->rank; i++) {
-    const double d = view->q_next[i] - view->q[i];
-    dissipated += d * d * thrum_rest_damping(model, state, i);
-  }
-  dissipated /= state->def.dt;
+  if (damped)
+    dissipated = report->dissipation_known ? report->dissipation
+                                           : thrum_step_dissipation(model, state, view);
   add(&state->target, work - dissipated);
-  state->target.moved += fabs(work) + dissipated;
+  state->target.moved += fabs(work) + fabs(dissipated);
 }
 
 /* Compares the energy at the end of the step with the target, and scales view->p_next. */
@@ -123,15 +123,11 @@ static void compare(const thrum_model *model, thrum_state *state, thrum_state_vi
 
 void thrum_energy_correction_after(const thrum_model *model, thrum_state *state,
                                    thrum_state_view *view, const thrum_solve_report *report) {
-  if (state->scheme != THRUM_SCHEME_ENERGY || thrum_tangent_damped(state))
+  if (state->scheme != THRUM_SCHEME_ENERGY)
     return;
 
-  // shorter steps dissipate by their own increments, which are not known here
-  const bool damped = state->def.damping_alpha > 0.0 || state->def.damping_beta > 0.0;
-  if (damped && report->fallback_level == THRUM_FALLBACK_SUBSTEPS)
-    thrum_energy_correction_close(state);
   if (state->target.status != THRUM_ENERGY_CORRECTION_CLOSED)
-    enter_step(model, state, view, damped);
+    enter_step(model, state, view, report);
 
   // on target, a comparison now and then is enough
   const int64_t since = state->report.steps + 1 - state->target.begin;

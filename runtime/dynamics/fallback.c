@@ -21,6 +21,7 @@
 
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/discrete_gradient.h"
+#include "runtime/dynamics/dissipation.h"
 #include "runtime/dynamics/motion_norm.h"
 #include "runtime/dynamics/newmark.h"
 #include "runtime/dynamics/staggered_momentum.h"
@@ -64,9 +65,13 @@ static thrum_status substeps(const thrum_model *model, const thrum_state *state,
   memcpy(at.p, view->p, vector);
   memcpy(at.acceleration, view->acceleration, vector);
 
+  // each dissipates by its own increment
   thrum_status status = THRUM_OK;
+  double dissipation = 0.0;
   for (int32_t k = 0; k < count && status >= 0; k++) {
     status = advance(model, &shorter, &at, report);
+    if (status >= 0)
+      dissipation += thrum_step_dissipation(model, &shorter, &at);
     memcpy(at.q, view->q_next, vector);
     memcpy(at.p, view->p_next, vector);
     memcpy(at.acceleration, view->acceleration_next, vector);
@@ -75,6 +80,8 @@ static thrum_status substeps(const thrum_model *model, const thrum_state *state,
     at.load_before = view->load;
     shorter.amplitude = fmax(shorter.amplitude, thrum_motion_norm(model, &shorter, at.q, at.p));
   }
+  report->dissipation = dissipation;
+  report->dissipation_known = true;
   return status;
 }
 
@@ -83,6 +90,7 @@ static thrum_status run_levels(const thrum_model *model, const thrum_state *stat
                                thrum_state_view *view, bool whole_first,
                                thrum_solve_report *report) {
   thrum_status status = THRUM_NOT_CONVERGED;
+  report->dissipation_known = false;
   if (whole_first) {
     status = advance(model, state, view, report);
     report->fallback_level = THRUM_FALLBACK_ENERGY;

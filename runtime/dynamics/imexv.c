@@ -74,9 +74,9 @@ thrum_solver thrum_imexv_solver(const thrum_model *model, const thrum_state *sta
 thrum_status thrum_imexv_drift(const thrum_solver *s, double potential) {
   thrum_state_view *view = s->view;
   if (s->first > 0) {
-    thrum_stability_energy(s->model, s->state, view, potential, s->report);
     if (thrum_staggered_kick(s->model, s->state, view) < 0)
       return THRUM_NOT_CONVERGED;
+    thrum_stability_energy(s->model, s->state, view, potential, s->report);
   }
 
   // the implicit modes see the explicit ones at the midpoint of their drift

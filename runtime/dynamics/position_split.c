@@ -29,6 +29,7 @@
 
 #include <string.h>
 
+#include "runtime/base/lane_sums.h"
 #include "runtime/dynamics/implicit_solve.h"
 #include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/polynomial_private.h"
@@ -109,6 +110,10 @@ static bool damp(const thrum_model *model, const thrum_state *state, thrum_state
   return true;
 }
 
+static double kinetic(const thrum_state *state, const double *p) {
+  return 0.5 * thrum_sum_of(state->rank, p, p, NULL);
+}
+
 static thrum_status step_damped(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report) {
   if (!damp(model, state, view, view->q, view->p, view->p_damped))
@@ -120,8 +125,14 @@ static thrum_status step_damped(const thrum_model *model, const thrum_state *sta
   thrum_state_view inner = *view;
   inner.p = view->p_damped;
   THRUM_TRY(step(model, &undamped, &inner, report));
-  return damp(model, state, view, view->q_next, view->p_next, view->p_next) ? THRUM_OK
-                                                                            : THRUM_NOT_CONVERGED;
+  const double kept = kinetic(state, view->p_damped) - kinetic(state, view->p_next);
+  if (!damp(model, state, view, view->q_next, view->p_next, view->p_next))
+    return THRUM_NOT_CONVERGED;
+
+  // what the two halves have taken
+  report->dissipation = kinetic(state, view->p) - kept - kinetic(state, view->p_next);
+  report->dissipation_known = true;
+  return THRUM_OK;
 }
 
 thrum_status thrum_step_position(const thrum_model *model, const thrum_state *state,

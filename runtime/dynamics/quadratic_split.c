@@ -26,9 +26,9 @@ thrum_status thrum_step_quadratic(const thrum_model *model, const thrum_state *s
 
   // kick of all modes by the explicit part; the monitor needs the energy that comes with it
   const double potential = thrum_staggered_force(model, state, view, view->q);
-  thrum_stability_energy(model, state, view, potential, report);
   if (thrum_staggered_kick(model, state, view) < 0)
     return THRUM_NOT_CONVERGED;
+  thrum_stability_energy(model, state, view, potential, report);
 
   // drift on E, the midpoint rule of a linear oscillator on I
   for (int32_t i = 0; i < state->rank; i++) {

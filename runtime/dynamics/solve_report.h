@@ -30,8 +30,10 @@ typedef struct thrum_solve_report {
   bool potential_known;
   bool energy_known;
   bool energy_ahead; /* `energy` is that of the end of the step, less what the step's work added */
-  bool load_jumped;  /* a load jump has spoilt the step */
+  bool spoilt;       /* the energy at the end of the step shows that it went wrong */
+  bool dissipation_known;
   thrum_fallback_level fallback_level;
+  double dissipation;            /* of the step, where it is not that of its increment alone [J] */
   double residual;               /* scaled, relative to the scaled step */
   double potential;              /* V(q'), where potential_known [J] */
   double potential_start;        /* energy: V(q) [J] */

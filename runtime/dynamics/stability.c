@@ -12,9 +12,11 @@
  *   slow   the mean of B over a window with that of the first windows. The error goes back through
  *          the momentum (energy_correction.c) by a proportional and integral law; where that
  *          becomes much, the energy integrator takes over.
- *   load   a load jump may spoil a single step, so the energy at its end is evaluated before it is
- *          kept. An impulsive load injects energy with an error of order 1 relative to it, so the
- *          reference is reset. The same is done where changing loads or damping move much energy.
+ *   ahead  the energy before a step shows one step late what the step before has spoilt. So the
+ *          energy at the end is evaluated before a step is kept that moves more than those before
+ *          it, the first one included. An impulsive load injects energy with an error of order 1
+ *          relative to it, so the reference is reset. The same is done where changing loads or
+ *          damping move much energy.
  *
  * Each change synchronises p, changes the scheme and shifts p again. Decisions go into a copy of
  * the header and into scratch, so that a step that fails leaves no trace.
@@ -30,6 +32,7 @@
 
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/discrete_gradient.h"
+#include "runtime/dynamics/dissipation.h"
 #include "runtime/dynamics/energy_correction.h"
 #include "runtime/dynamics/mode_split.h"
 #include "runtime/dynamics/scheme_change.h"
@@ -52,6 +55,8 @@
 #define SWITCH_NEAR 1e-3        /* E this near to its reference: a waiting switch is made */
 #define DRIVEN 1e-3             /* moved by loads and damping in a window: the reference is reset */
 #define LOAD_JUMP 0.1           /* energy that a change of the load moves in one step */
+#define MOTION_KNOWN 2.0        /* times the largest motion lately: a step beyond looks ahead, */
+#define FIRST_STEPS 8           /* and so do the first ones */
 #define FOLLOW 2e-5             /* error by damping from which on the reference follows */
 #define DAMPING_ERROR 0.05      /* share of the dissipated energy that B may err by, */
 #define DAMPING_ERROR_MOST 0.2  /* and its largest value */
@@ -81,6 +86,7 @@ static void reset_reference(thrum_state *state) {
 void thrum_stability_reset(thrum_state *state) {
   reset_reference(state);
   state->monitor.before_step = -1;
+  state->monitor.motion = state->monitor.motion_before = 0.0;
   state->monitor.quiet_peak = 0.0;
   state->monitor.quiet_end = state->report.steps + THRUM_QUIET_STEPS;
   state->report.balance_last = 0.0;
@@ -163,10 +169,11 @@ thrum_status thrum_stability_before(const thrum_model *model, thrum_state *state
 
 void thrum_stability_energy(const thrum_model *model, const thrum_state *state,
                             thrum_state_view *view, double potential, thrum_solve_report *report) {
-  if (!state->def.adaptive || thrum_tangent_damped(state))
+  if (!state->def.adaptive)
     return;
   const double h = state->def.dt;
   const int32_t n = thrum_staggered_modes(state);
+  const bool tangent = thrum_tangent_damped(state);
   double sum = potential, modified = 0.0, modified_to_come = 0.0;
 
   // staggered modes: p at the time of q, and the modified Hamiltonian with both loads; that of the
@@ -174,10 +181,10 @@ void thrum_stability_energy(const thrum_model *model, const thrum_state *state,
   for (int32_t i = 0; i < n; i++) {
     const double force = view->force[i] - view->load_before[i];
     const double force_to_come = view->force[i] - view->load[i];
-    const double p =
-        (view->p[i] - 0.5 * h * force) / (1.0 + 0.5 * h * thrum_rest_damping(model, state, i));
-    sum += 0.5 * (p * p);
-    view->p_before_next[i] = p;
+    if (!tangent)
+      view->p_before_next[i] =
+          (view->p[i] - 0.5 * h * force) / (1.0 + 0.5 * h * thrum_rest_damping(model, state, i));
+    sum += 0.5 * (view->p_before_next[i] * view->p_before_next[i]);
     if (state->scheme == THRUM_SCHEME_THESIS) {
       modified += 0.125 * h * h * (force * force);
       modified_to_come += 0.125 * h * h * (force_to_come * force_to_come);
@@ -195,38 +202,72 @@ void thrum_stability_energy(const thrum_model *model, const thrum_state *state,
   report->energy_known = true;
 }
 
-/* Work of the load of this step [J], its dissipation, and the work of the load's change. */
-static double work_of(const thrum_model *model, const thrum_state *state,
-                      const thrum_state_view *view, double *dissipated, double *load_jump) {
-  double work = 0.0, sum = 0.0;
-  *load_jump = 0.0;
+/* What a step does to the balance [J]. */
+typedef struct step_account {
+  double work;       /* of the load */
+  double dissipated; /* by damping */
+  double load_jump;  /* work of the change of the load */
+  double motion;     /* of its increment: the kinetic energy and that of the stiffness at rest */
+} step_account;
+
+static step_account account_of(const thrum_model *model, const thrum_state *state,
+                               const thrum_state_view *view, const thrum_solve_report *report) {
+  const double rate = 1.0 / (state->def.dt * state->def.dt);
+  step_account step = {0.0, 0.0, 0.0, 0.0};
   for (int32_t i = 0; i < state->rank; i++) {
     const double d = view->q_next[i] - view->q[i];
-    work += view->load[i] * d;
-    sum += d * d * thrum_rest_damping(model, state, i);
-    *load_jump += (view->load[i] - view->load_before[i]) * d;
+    step.work += view->load[i] * d;
+    step.load_jump += (view->load[i] - view->load_before[i]) * d;
+    step.motion += (rate + 0.25 * model->omega2[i]) * (d * d);
   }
-  *dissipated = sum / state->def.dt;
-  return work;
+  step.motion *= 0.5;
+  step.dissipated =
+      report->dissipation_known ? report->dissipation : thrum_step_dissipation(model, state, view);
+  return step;
 }
 
-/* A load jump may carry the explicit modes anywhere within one step: compares the energy at its
- * end, with the load that will then be the one before, with the work of the load. */
+/* Whether a step may have spoilt the energy: it is one of the first, it moves more than those
+ * lately, or the balance is bad already. */
+static bool is_restless(const thrum_state *state, const step_account *step) {
+  const thrum_stability_monitor *m = &state->monitor;
+  return (m->windows <= 0 && m->samples < FIRST_STEPS) || m->switch_deadline > 0 ||
+         !(fabs(state->report.balance_last) <= 0.5 * ERROR_FAST) ||
+         !(step->motion <= MOTION_KNOWN * fmax(m->motion, m->motion_before));
+}
+
+/* One explicit step may carry the body anywhere: compares the energy at its end, with the load that
+ * will then be the one before, with the work of the load, as the next step would. */
 static void examine_end(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
-                        double work, thrum_solve_report *report) {
+                        const step_account *step, thrum_solve_report *report) {
   thrum_state_view there = *view;
   thrum_solve_report found = {0};
+  double potential;
   there.q = view->q_next;
   there.p = view->p_next;
   there.load_before = view->load;
   there.force = view->force_2;
   there.p_before_next = view->trial;
-  const double potential = thrum_staggered_force(model, state, &there, there.q);
+  if (thrum_tangent_damped(state)) {
+    // the momentum takes a solve, whose matrix must not replace the Jacobian of the step
+    there.p_next = view->trial;
+    there.jacobian_next = view->tangent_2;
+    report->spoilt = thrum_staggered_synchronise(model, state, &there, &potential) < 0;
+  } else {
+    potential = thrum_staggered_force(model, state, &there, there.q);
+  }
   thrum_stability_energy(model, state, &there, potential, &found);
 
   // not <=, so that an energy that is no number counts as a jump
-  const double scale = fmax(fabs(report->energy), fabs(report->energy + work));
-  report->load_jumped = !(fabs(found.energy - report->energy - work) <= 4.0 * ERROR_URGENT * scale);
+  const double expected = report->energy + step->work - step->dissipated;
+  const double scale = fmax(fabs(report->energy), fabs(expected));
+  const double error = found.energy - expected;
+  const double modified =
+      error - found.modified_energy + report->modified_energy + report->modified_energy_change;
+  const double allowed = fmin(DAMPING_ERROR * (state->monitor.recent + fabs(step->dissipated)),
+                              DAMPING_ERROR_MOST * scale);
+  const bool kept = scale < ENERGY_LEAST || (fabs(error) <= 4.0 * ERROR_URGENT * scale + allowed &&
+                                             fabs(modified) <= ERROR_URGENT * scale + allowed);
+  report->spoilt = report->spoilt || !kept;
   report->switch_energy = scale;
 }
 
@@ -272,14 +313,15 @@ static double middle_energy(const thrum_model *model, const thrum_state *state,
 }
 
 /* Position form: evaluates the energy at the end of the step every few steps, and where the balance
- * in the middle of the step has moved. `work` is that of the step less its dissipation. */
+ * in the middle of the step has moved. */
 static void look_at_position(const thrum_model *model, thrum_state *state, thrum_state_view *view,
-                             double work, thrum_solve_report *report) {
+                             const step_account *step, thrum_solve_report *report) {
+  const double work = step->work - step->dissipated;
   thrum_stability_monitor *m = &state->monitor;
   const int32_t apart = sample_steps(state) > 1 ? ENERGY_STEPS : 1;
   const double middle = middle_energy(model, state, view, report->potential) - m->work - 0.5 * work;
   const bool moved = !(fabs(middle - m->middle_balance) <= ERROR_FAST * scale_now(m));
-  if (m->windows >= 0 && state->report.steps % apart != 0 && !moved)
+  if (m->windows >= 0 && state->report.steps % apart != 0 && !moved && !is_restless(state, step))
     return;
 
   // the reference is the energy before the step, which the step may have spoilt
@@ -298,21 +340,20 @@ static void look_at_position(const thrum_model *model, thrum_state *state, thrum
 
 void thrum_stability_look_ahead(const thrum_model *model, thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report) {
-  if (!state->def.adaptive || thrum_tangent_damped(state) ||
-      (state->scheme != THRUM_SCHEME_THESIS && state->scheme != THRUM_SCHEME_POSITION))
+  if (!state->def.adaptive || state->scheme == THRUM_SCHEME_ENERGY)
     return;
-  double dissipated, load_jump;
-  const double work = work_of(model, state, view, &dissipated, &load_jump) - dissipated;
+  const step_account step = account_of(model, state, view, report);
   if (state->scheme == THRUM_SCHEME_POSITION && state->split > 0) {
-    look_at_position(model, state, view, work, report);
+    look_at_position(model, state, view, &step, report);
     return;
   }
 
-  // with explicit modes the kick has evaluated the energy; only a jump is examined
+  // with staggered modes the kick has evaluated the energy before the step
   if (thrum_staggered_modes(state) > 0) {
-    const double modified = report->modified_energy + report->modified_energy_change;
-    if (report->energy_known && (report->newton || !(modified <= LOAD_JUMP * report->energy)))
-      examine_end(model, state, view, work, report);
+    const double forces = report->modified_energy + report->modified_energy_change;
+    if (report->energy_known &&
+        (report->newton || !(forces <= LOAD_JUMP * report->energy) || is_restless(state, &step)))
+      examine_end(model, state, view, &step, report);
     return;
   }
 
@@ -321,7 +362,8 @@ void thrum_stability_look_ahead(const thrum_model *model, thrum_state *state,
   if (m->windows < 0)
     open_reference(m, energy_at(model, state, view, view->q, view->p) - m->work, 0.0);
   memcpy(view->p_before_next, view->p, (size_t)state->rank * sizeof *view->p_before_next);
-  report->energy = energy_at(model, state, view, view->q_next, view->p_next) - work;
+  report->energy =
+      energy_at(model, state, view, view->q_next, view->p_next) - step.work + step.dissipated;
   report->energy_known = report->energy_ahead = true;
   report->switch_energy = m->work + m->modified_reference;
 }
@@ -445,7 +487,8 @@ static bool end_window(thrum_state *state) {
 
   // the next window
   m->scale_before = m->scale;
-  m->scale = m->balance_sum = 0.0;
+  m->motion_before = m->motion;
+  m->scale = m->balance_sum = m->motion = 0.0;
   m->samples = 0;
   m->window_end = state->report.steps + WINDOW_STEPS;
   return large;
@@ -471,7 +514,7 @@ thrum_stability_decision thrum_stability_decide(thrum_state *state,
   // the energy before a step shows an error of the step before it, which is to be repeated
   if (found == URGENT)
     return report->energy_ahead ? THRUM_DECISION_SWITCH : THRUM_DECISION_REPEAT;
-  if (report->load_jumped)
+  if (report->spoilt)
     return THRUM_DECISION_SWITCH;
 
   // others wait for a convenient step
@@ -520,7 +563,7 @@ thrum_status thrum_stability_switch_to_energy(const thrum_model *model, thrum_st
     decision = THRUM_DECISION_REPEAT;
 
   // a step that was examined beforehand has another energy than the one to compare with later
-  const bool examined = report->energy_ahead || report->load_jumped;
+  const bool examined = report->energy_ahead || report->spoilt;
   m->switched_energy = fabs(examined ? report->switch_energy : report->energy);
   memset(report, 0, sizeof *report);
 
@@ -555,20 +598,20 @@ thrum_status thrum_stability_switch_to_energy(const thrum_model *model, thrum_st
 /* --- after a step ----------------------------------------------------------------------------- */
 
 void thrum_stability_after(const thrum_model *model, thrum_state *state,
-                           const thrum_state_view *view) {
+                           const thrum_state_view *view, const thrum_solve_report *report) {
   if (!state->def.adaptive || state->scheme == THRUM_SCHEME_ENERGY)
     return;
   thrum_stability_monitor *m = &state->monitor;
-  double dissipated, load_jump;
-  const double work = work_of(model, state, view, &dissipated, &load_jump);
+  const step_account step = account_of(model, state, view, report);
 
   // a constant load is one more potential, and so no reason for the balance to move
-  m->work += work - dissipated;
-  m->moved += dissipated + (load_jump != 0.0 ? fabs(work) : 0.0);
-  m->recent += dissipated;
+  m->work += step.work - step.dissipated;
+  m->moved += fabs(step.dissipated) + (step.load_jump != 0.0 ? fabs(step.work) : 0.0);
+  m->recent += fabs(step.dissipated);
+  m->motion = fmax(m->motion, step.motion);
 
   // an impulsive load injects energy with an error of order 1: the reference is reset
-  if (load_jump != 0.0 && fabs(work) > LOAD_JUMP * scale_now(m))
+  if (step.load_jump != 0.0 && fabs(step.work) > LOAD_JUMP * scale_now(m))
     reset_reference(state);
   if (!(fabs(m->work) + m->moved < THRUM_MONITOR_MOST))
     thrum_stability_reset(state);

@@ -51,7 +51,8 @@ thrum_status thrum_stability_sample(const thrum_model *model, thrum_state *state
  * view->direction. */
 void thrum_stability_direct(const thrum_state *state, thrum_state_view *view);
 
-/* The energy at q_k for the report, from V(q_k) and the explicit force in view->force. */
+/* The energy at q_k for the report, from V(q_k) and the explicit force in view->force; after the
+ * kick, which has the synchronised p of the tangent form of damping. */
 void thrum_stability_energy(const thrum_model *model, const thrum_state *state,
                             thrum_state_view *view, double potential, thrum_solve_report *report);
 
@@ -74,6 +75,6 @@ thrum_status thrum_stability_switch_to_energy(const thrum_model *model, thrum_st
 
 /* Enters work and dissipation of a solved step. */
 void thrum_stability_after(const thrum_model *model, thrum_state *state,
-                           const thrum_state_view *view);
+                           const thrum_state_view *view, const thrum_solve_report *report);
 
 #endif

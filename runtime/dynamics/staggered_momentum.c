@@ -21,8 +21,8 @@
 #include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-/* Solves (1 + h/2 D_EE) x = x with the T in view->tangent; overwrites jacobian_next. */
-static thrum_status solve_damped(const thrum_state *state, thrum_state_view *view, double *x) {
+/* LU factors of 1 + h/2 D_EE with the T in view->tangent, into jacobian_next. */
+static thrum_status factor_damped(const thrum_state *state, thrum_state_view *view) {
   const int32_t n = thrum_staggered_modes(state);
   const double half = 0.5 * state->def.dt;
   double *matrix = view->jacobian_next;
@@ -35,10 +35,13 @@ static thrum_status solve_damped(const thrum_state *state, thrum_state_view *vie
 
   // T may be indefinite, and so may the matrix: LU, not Cholesky
   int32_t *pivots = (int32_t *)(void *)view->pivots_next;
-  if (!thrum_dense_factor(matrix, n, pivots))
-    return THRUM_SINGULAR;
-  thrum_dense_solve(matrix, n, pivots, x);
-  return THRUM_OK;
+  return thrum_dense_factor(matrix, n, pivots) ? THRUM_OK : THRUM_SINGULAR;
+}
+
+/* Solves (1 + h/2 D_EE) x = x with those factors. */
+static void solve_damped(const thrum_state *state, const thrum_state_view *view, double *x) {
+  const int32_t *pivots = (const int32_t *)(const void *)view->pivots_next;
+  thrum_dense_solve(view->jacobian_next, thrum_staggered_modes(state), pivots, x);
 }
 
 /* x -= scale (T p)_E over the columns first..last-1, with the T in view->tangent. */
@@ -88,7 +91,15 @@ thrum_status thrum_staggered_kick(const thrum_model *model, const thrum_state *s
   }
   subtract_tangent(state, view, 0.5 * beta, 0, n, view->p_next);
   subtract_tangent(state, view, beta, n, state->rank, view->p_next);
-  return solve_damped(state, view, view->p_next);
+  THRUM_TRY(factor_damped(state, view));
+  solve_damped(state, view, view->p_next);
+
+  // the synchronised p, for which the factors are there
+  for (int32_t i = 0; i < n; i++)
+    view->p_before_next[i] = view->p[i] - 0.5 * h * (view->force[i] - view->load_before[i]);
+  subtract_tangent(state, view, 0.5 * beta, n, state->rank, view->p_before_next);
+  solve_damped(state, view, view->p_before_next);
+  return THRUM_OK;
 }
 
 thrum_status thrum_staggered_synchronise(const thrum_model *model, const thrum_state *state,
@@ -124,7 +135,9 @@ thrum_status thrum_staggered_synchronise(const thrum_model *model, const thrum_s
   }
   thrum_tangent_stiffness_by(view->kernel, model, view->q, view->tangent, view->work);
   subtract_tangent(state, view, half * state->def.damping_beta, n, state->rank, view->p_next);
-  return solve_damped(state, view, view->p_next);
+  THRUM_TRY(factor_damped(state, view));
+  solve_damped(state, view, view->p_next);
+  return THRUM_OK;
 }
 
 thrum_status thrum_staggered_unsynchronise(const thrum_model *model, const thrum_state *state,

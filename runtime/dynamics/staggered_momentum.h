@@ -18,7 +18,8 @@ static inline int32_t thrum_staggered_modes(const thrum_state *state) {
 double thrum_staggered_force(const thrum_model *model, const thrum_state *state,
                              thrum_state_view *view, const double *q);
 
-/* Kick of the staggered modes (2): p^+_E into view->p_next. Needs their force at q_k. THRUM_OK or
+/* Kick of the staggered modes (2): p^+_E into view->p_next. Needs their force at q_k. With the
+ * tangent form of damping also their synchronised p, into view->p_before_next. THRUM_OK or
  * THRUM_SINGULAR. */
 thrum_status thrum_staggered_kick(const thrum_model *model, const thrum_state *state,
                                   thrum_state_view *view);

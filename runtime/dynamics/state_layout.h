@@ -23,7 +23,7 @@
 
 /* Of the header and the arrays below; raised with each change of them, so that a snapshot of
  * another version is known. */
-#define THRUM_STATE_VERSION 5
+#define THRUM_STATE_VERSION 6
 
 /* --- the header ------------------------------------------------------------------------------- */
 
@@ -35,6 +35,8 @@ typedef struct thrum_stability_monitor {
   double recent;             /* dissipation of the last steps, fading [J] */
   double scale;              /* largest energy in this window [J] */
   double scale_before;       /* and in the window before [J] */
+  double motion;             /* largest energy of a step's increment in this window [J] */
+  double motion_before;      /* and in the window before [J] */
   double balance_sum;        /* of B over the samples of this window [J] */
   double reference;          /* what the mean of B is compared with [J] */
   double modified_reference; /* what B less the modified Hamiltonian's part is compared with [J] */

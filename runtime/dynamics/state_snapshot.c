@@ -102,8 +102,8 @@ static thrum_status check_counts(const thrum_state *header, thrum_error *error) 
       report->switched_steps, report->split_changes,    report->scheme_switches,
       report->corrections,    monitor->samples,         monitor->windows,
       monitor->window_end,    monitor->switch_deadline, monitor->before_step,
-      monitor->quiet_end,     header->target.begin,     header->eager_end,
-      header->potential_step, header->average_field_end};
+      monitor->quiet_end,     monitor->energy_step,     header->target.begin,
+      header->eager_end,      header->potential_step,   header->average_field_end};
   if (report->steps < 0 || !are_counts(counts, sizeof counts / sizeof counts[0]) ||
       !are_counts(header->inverse_step, THRUM_INVERSES))
     return refuse("counter", error);
@@ -134,6 +134,9 @@ static bool is_finite_header(const thrum_state *header) {
                            m->recent,
                            m->scale,
                            m->scale_before,
+                           m->motion,
+                           m->motion_before,
+                           m->middle_balance,
                            m->balance_sum,
                            m->reference,
                            m->modified_reference,

@@ -271,7 +271,7 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
   if (status < 0)
     return say_failure(run->state, status, error);
 
-  thrum_stability_after(model, &run->next, &run->view);
+  thrum_stability_after(model, &run->next, &run->view, &run->report);
   thrum_energy_correction_after(model, &run->next, &run->view, &run->report);
   commit(run, amplitude);
   const bool fell_back = run->report.newton || run->report.fallback_level != THRUM_FALLBACK_NONE;

@@ -102,6 +102,67 @@ static void a_violent_start_completes_with_its_energy(void **context) {
   }
 }
 
+/* Without the monitor this run ends at 10^13 J. */
+static void so_little_tangent_damping_that_it_takes_nothing_feeds_nothing_in(void **context) {
+  (void)context;
+  static const char *const forms[2] = {"rest", "tangent"};
+  program_result made =
+      thrum_run(folder, "precompute", "beam:20x3x3@1x0.15x0.15", "--fix", "x<0.001", "--modes",
+                "15", "--rank", "30", "-o", "fine.npz", "--quiet", NULL);
+  assert_int_equal(made.exit_code, 0);
+  program_result_free(&made);
+  for (int n = 0; n < 2; n++) {
+    program_result result = thrum_run(folder, "simulate", "fine.npz", "-o", "run", "--quiet",
+                                      "--json", "--time", "3", "--load", "impulse:0,0,26000@tip",
+                                      "--damping", "0,1e-12", "--damping-form", forms[n], NULL);
+    cJSON *object = json_line(result.out);
+    assert_non_null(object);
+    const cJSON *work = cJSON_GetObjectItemCaseSensitive(object, "work");
+    assert_true(fabs(json_value(work, "balance_j")) < 0.1 * json_value(work, "load_j"));
+    assert_true(json_value(work, "dissipated_j") < 0.1);
+    assert_true(json_value(object, "energy_max_j") < 1.01 * json_value(work, "load_j"));
+    cJSON_Delete(object);
+    program_result_free(&result);
+  }
+}
+
+/* Energy that grows is no drift where damping acts, and flags the run all the same. */
+static void energy_that_grows_flags_a_damped_run_too(void **context) {
+  (void)context;
+  program_result result = thrum_run(folder, "simulate", "fine.npz", "-o", "run", "--quiet",
+                                    "--json", "--time", "0.3", "--load", "impulse:0,0,26000@tip",
+                                    "--damping", "0,1e-12", "--adaptive", "off", NULL);
+  cJSON *object = json_line(result.out);
+  assert_non_null(object);
+  assert_int_equal(result.exit_code, 3);
+  assert_string_equal(text(object, "status"), "energy_grew");
+  assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(object, "drift")));
+  assert_non_null(strstr(result.err, "the energy grew") ? result.err
+                                                        : strstr(result.err, "the body gained"));
+  cJSON_Delete(object);
+  program_result_free(&result);
+}
+
+/* A momentum from a file, in the first modes and large: no row has another energy. */
+static void a_violent_momentum_from_a_file_keeps_its_energy_in_every_row(void **context) {
+  (void)context;
+  for (double times = 1; times < 2e4; times *= 10) {
+    char path[200];
+    double rows[30] = {0};
+    for (int i = 0; i < 15; i++)
+      rows[15 + i] = times * sin(1.7 * i + 1) / (1 + i);
+    snprintf(path, sizeof path, "%s/kick.npy", folder);
+    assert_true(save_npy(path, rows, 2, 15));
+    int code = 0;
+    cJSON *object = run("", "kick.npy", "cfl", "imexv", "0.3", "on", &code);
+    const double first = json_value(object, "energy_first_j");
+    if (!(json_value(object, "energy_max_j") < 1.1 * first &&
+          json_value(object, "energy_min_j") > 0.9 * first))
+      fail_msg("a kick of %g", times);
+    cJSON_Delete(object);
+  }
+}
+
 /* What stepped a run stands where its integrator does: in the table, not in the JSON alone. */
 static void a_run_that_switches_to_the_energy_integrator_says_so(void **context) {
   (void)context;
@@ -157,6 +218,9 @@ int main(void) {
       cmocka_unit_test(the_adaptive_split_runs_loads_of_forty_to_a_thousand_newtons),
       cmocka_unit_test(a_fixed_split_loses_what_the_stability_monitor_saves),
       cmocka_unit_test(a_violent_start_completes_with_its_energy),
+      cmocka_unit_test(so_little_tangent_damping_that_it_takes_nothing_feeds_nothing_in),
+      cmocka_unit_test(energy_that_grows_flags_a_damped_run_too),
+      cmocka_unit_test(a_violent_momentum_from_a_file_keeps_its_energy_in_every_row),
       cmocka_unit_test(a_run_that_switches_to_the_energy_integrator_says_so),
       cmocka_unit_test(the_quadratic_split_needs_no_iterations_and_says_so),
       cmocka_unit_test(a_switch_that_is_neither_on_nor_off_is_a_usage_error),

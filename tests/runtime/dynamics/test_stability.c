@@ -446,7 +446,7 @@ static void a_sudden_load_however_large_leaves_no_wrong_energy(void **context) {
     for (double times = 0.1; times < 2000; times *= 10) {
       const double force[RANK] = {0.5 * times, 2 * times, -1 * times, 0, 0.3 * times, 0};
       const double worst = worst_balance(&m.model, steps[n], force);
-      if (!(worst < 0.5))
+      if (!(worst < 0.2))
         fail_msg("at a step of %g under a load of %g the balance errs by %g", steps[n], times,
                  worst);
     }
@@ -454,36 +454,75 @@ static void a_sudden_load_however_large_leaves_no_wrong_energy(void **context) {
   random_model_free(&m);
 }
 
-/* A kick that is wide beside the step may spoil the first step; that is done again in the second.
- */
-static void a_wide_kick_leaves_its_energy(void **context) {
+/* Largest error of the energy in any of the first steps after a kick. */
+static double worst_after_kick(const thrum_model *model, const thrum_state_def *def,
+                               const double *p) {
+  thrum_state *state = state_make(model, def);
+  state_put(model, state, NULL, p);
+  const double energy = state_energy(model, state).total;
+  double worst = 0;
+  for (int k = 0; k < 100; k++) {
+    state_steps(model, state, 1);
+    worst = fmax(worst, fabs(state_energy(model, state).total / energy - 1));
+  }
+  state_free(state);
+  return worst;
+}
+
+/* No state that a caller sees has another energy, from the first step on, in either split. At large
+ * steps the energy of a linear mode ripples by a quarter, and by less at small ones. */
+static void a_wide_kick_keeps_its_energy_in_every_step(void **context) {
   (void)context;
   static const double steps[] = {0.05, 0.15, 0.3, 1, 3, 30};
   for (uint64_t seed = 21; seed < 31; seed++) {
     random_model m;
     random_model_make(&m, seed, RANK, 1.0, 12.0, 0.5);
     for (size_t n = 0; n < sizeof steps / sizeof steps[0]; n++) {
-      for (double times = 0.1; times < 200; times *= 10) {
+      for (double times = 0.1; times < 2e4; times *= 10) {
         // momenta from small to far beyond the linear range
         const double p[RANK] = {0.5 * times, 2 * times, -1 * times, 0, 0.3 * times, 0};
         thrum_state_def def = thrum_default_state_def();
         def.dt = steps[n];
-        thrum_state *state = state_make(&m.model, &def);
-        state_put(&m.model, state, NULL, p);
-
-        const double energy = state_energy(&m.model, state).total;
-        state_steps(&m.model, state, 100);
-        const double error = fabs(state_energy(&m.model, state).total / energy - 1);
-
-        if (!(error < 0.35))
-          fail_msg("seed %d, a step of %g, a kick of %g: the energy errs by %g", (int)seed,
-                   steps[n], times, error);
-
-        state_free(state);
+        for (int form = 0; form < 2; form++) {
+          def.split_form = (thrum_split_form)form;
+          const double worst = worst_after_kick(&m.model, &def, p);
+          if (!(worst < (steps[n] < 0.2 ? 0.15 : 0.34)))
+            fail_msg("seed %d, a step of %g, a kick of %g, %s: the energy errs by %g", (int)seed,
+                     steps[n], times, thrum_split_form_name(def.split_form), worst);
+        }
       }
     }
     random_model_free(&m);
   }
+}
+
+/* A kick in the middle of a calm run is one more first step. */
+static void a_kick_in_a_calm_run_keeps_its_energy(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  thrum_state_def def = thrum_default_state_def();
+  def.dt = 0.15;
+  for (double times = 1; times < 2e4; times *= 10) {
+    thrum_state *state = state_make(&m.model, &def);
+    double q[RANK], p[RANK];
+    state_put(&m.model, state, start_q, NULL);
+    state_steps(&m.model, state, 500);
+    state_read(&m.model, state, q, p);
+    p[0] += 2 * times;
+    p[1] -= times;
+    state_put(&m.model, state, q, p);
+
+    const double energy = state_energy(&m.model, state).total;
+    for (int k = 0; k < 50; k++) {
+      state_steps(&m.model, state, 1);
+      const double error = fabs(state_energy(&m.model, state).total / energy - 1);
+      if (!(error < 0.15))
+        fail_msg("a kick of %g, step %d: the energy errs by %g", times, k, error);
+    }
+    state_free(state);
+  }
+  random_model_free(&m);
 }
 
 /* A state that switched to the energy integrator under a sudden load from rest returns when the
@@ -527,7 +566,8 @@ int main(void) {
       cmocka_unit_test(a_quiet_run_is_not_touched),
       cmocka_unit_test(a_split_beyond_the_bound_is_mended_at_once),
       cmocka_unit_test(a_sudden_load_however_large_leaves_no_wrong_energy),
-      cmocka_unit_test(a_wide_kick_leaves_its_energy),
+      cmocka_unit_test(a_wide_kick_keeps_its_energy_in_every_step),
+      cmocka_unit_test(a_kick_in_a_calm_run_keeps_its_energy),
       cmocka_unit_test(a_hand_over_from_rest_ends_too),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
