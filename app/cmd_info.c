@@ -29,9 +29,11 @@ typedef struct info {
   const thrum_model *model;
   bool has_mesh;
   thrum_quality quality;
-  cJSON *meta; /* NULL when the model has none or it is no JSON object */
-  double dt;
+  cJSON *meta;         /* NULL when the model has none or it is no JSON object */
+  thrum_state_def def; /* whose steps are meant */
+  bool steps_named;    /* by --dt or --integrator */
   split_counts split;
+  thrum_stepped_mode *stepped; /* rank */
   double file_bytes;
   double *hertz;          /* rank */
   const load_spec *loads; /* load_count */
@@ -43,7 +45,8 @@ typedef struct info {
 
 typedef struct info_request {
   const char *path;
-  double dt;
+  double dt;                   /* 0: not given */
+  thrum_integrator integrator; /* -1: not given */
   load_spec loads[LOADS_MAX];
   int64_t load_count;
   bool json;
@@ -57,8 +60,10 @@ static thrum_status take_load(const config_given *given, void *request) {
 }
 
 static const config_option options[] = {
-    OPTION_NUMBER("dt", "s", "0.003", "time step of the split", CONFIG_AT(info_request, dt),
-                  CONFIG_ABOVE(0)),
+    OPTION_NUMBER("dt", "s", "0.003",
+                  "time step of the split, and of a table of the frequencies as they are stepped",
+                  CONFIG_AT(info_request, dt), CONFIG_ABOVE(0)),
+    OPTION_INTEGRATOR(info_request, integrator),
     OPTION_LOAD(take_load, NULL,
                 "what of a load, as thrum simulate --load takes it, the basis does not show: of "
                 "the static answer (energy norm) and of the load itself (outside span(M U), mass "
@@ -74,19 +79,21 @@ const config_command command_info = {
     .usage = "MODEL [OPTIONS]",
     .about =
         "Says what a model file holds: sizes, mass, volume, element quality, bounding box, "
-        "frequencies, the split into explicit and implicit modes, residuals, memory, groups. Of a "
-        "surface that thrum embed wrote it says what that holds.\n\n"
+        "frequencies, the split into explicit and implicit modes, residuals, memory, groups; with "
+        "--dt or --integrator also the frequency of each mode as it is stepped. Of a surface that "
+        "thrum embed wrote it says what that holds.\n\n"
         "MODEL is a model file, or a name (beam, basket, bridge, horse, tower, heart) of a model "
         "that is precomputed once and cached.",
     .options = options,
     .examples = "info beam.npz\n"
                 "info horse\n"
                 "info beam.npz --load 'constant:0,0,-1@tip'\n"
+                "info horse --dt 0.003 --integrator energy\n"
                 "info beam.npz --dt 0.001 --json",
 };
 
 static int read_options(int argc, char **argv, info_request *request) {
-  request->dt = thrum_default_state_def().dt;
+  request->integrator = (thrum_integrator)-1;
   const int code = config_options_read(&command_info, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;
@@ -146,6 +153,17 @@ static void add_frequencies(cJSON *object, const info *about) {
   json_numbers(object, "basis_frequencies_hz", about->hertz, about->model->rank);
 }
 
+/* The frequencies as they are stepped, null where a mode does not vibrate. */
+static void add_stepped(cJSON *object, const info *about) {
+  json_string(object, "integrator", thrum_integrator_name(about->def.integrator));
+  cJSON *hertz = cJSON_AddArrayToObject(object, "stepped_frequencies_hz");
+  cJSON *factors = cJSON_AddArrayToObject(object, "stepped_amplitude_factors");
+  for (int64_t i = 0; i < about->model->rank; i++) {
+    cJSON_AddItemToArray(hertz, json_number_item(about->stepped[i].stepped_hertz));
+    cJSON_AddItemToArray(factors, json_number_item(about->stepped[i].factor));
+  }
+}
+
 static void add_mesh(cJSON *object, const info *about) {
   const thrum_quality *quality = &about->quality;
   const double missing = NAN;
@@ -186,9 +204,10 @@ static void print_json(const info *about) {
   add_mesh(object, about);
   add_frequencies(object, about);
   json_number(object, "rigid_modes", about->model->rigid != NULL ? 6 : 0);
-  json_number(object, "dt", about->dt);
+  json_number(object, "dt", about->def.dt);
   json_number(object, "explicit_modes", (double)about->split.explicit_modes);
   json_number(object, "implicit_modes", (double)about->split.implicit_modes);
+  add_stepped(object, about);
 
   // the metadata of the precompute, where the file has it
   cJSON *residuals = cJSON_AddObjectToObject(object, "residuals");
@@ -261,6 +280,33 @@ static void print_linear_frequencies(const info *about) {
   }
   print_frequencies("linear modes", hertz, kept);
   free(hertz);
+}
+
+/* Each mode beside the frequency that a step gives it, and what a second leaves of its amplitude
+ * where that is not all. */
+static void print_stepped(const info *about) {
+  print_label("as stepped");
+  printf("by %s at dt = %g s, at rest and without damping\n",
+         thrum_integrator_name(about->def.integrator), about->def.dt);
+  print_label("");
+  puts("mode      f [Hz]   stepped [Hz]    error   amplitude after 1 s");
+  for (int64_t i = 0; i < about->model->rank; i++) {
+    const thrum_stepped_mode *mode = &about->stepped[i];
+    print_label("");
+    printf("%4" PRId64 "  %10.5g", i + 1, mode->hertz);
+    if (isnan(mode->stepped_hertz)) {
+      puts("      beyond the limit of stability");
+      continue;
+    }
+
+    // a factor of 1 is exact up to rounding
+    const double error = mode->hertz > 0 ? mode->stepped_hertz / mode->hertz - 1 : 0;
+    printf("     %10.5g  %+6.2f %%", mode->stepped_hertz, 100 * error);
+    if (mode->factor > 1 + 1e-12)
+      puts("   grows");
+    else
+      printf("   %.3g\n", mode->factor < 1 - 1e-12 ? pow(mode->factor, 1 / about->def.dt) : 1.0);
+  }
 }
 
 static void print_mesh(const info *about) {
@@ -380,7 +426,9 @@ static void print_table(const info *about) {
   print_frequencies("basis", about->hertz, model->rank);
   print_label("split");
   printf("%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n", about->split.explicit_modes,
-         about->split.implicit_modes, about->dt);
+         about->split.implicit_modes, about->def.dt);
+  if (about->steps_named)
+    print_stepped(about);
 
   print_check(about);
   print_residuals(about);
@@ -430,7 +478,11 @@ static thrum_status gather(info *about, thrum_error *error) {
   if (about->has_mesh) {
     THRUM_TRY(thrum_quality_measure(model, &about->quality, error));
   }
-  const thrum_status split = split_at(model, about->dt, &about->split, error);
+  about->stepped = malloc((size_t)model->rank * sizeof *about->stepped);
+  if (about->stepped == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  THRUM_TRY(stepped_modes_at(model, &about->def, about->stepped, error));
+  const thrum_status split = split_at(model, about->def.dt, &about->split, error);
   return split < 0 || about->load_count == 0 ? split : measure_loads(about, error);
 }
 
@@ -443,11 +495,16 @@ int cmd_info(int argc, char **argv) {
   thrum_error error = {0};
   thrum_load_share shares[LOADS_MAX];
   info about = {.path = request.path,
-                .dt = request.dt,
+                .def = thrum_default_state_def(),
+                .steps_named = request.dt > 0 || request.integrator != (thrum_integrator)-1,
                 .loads = request.loads,
                 .shares = shares,
                 .load_count = request.load_count,
                 .began = clock_seconds()};
+  if (request.dt > 0)
+    about.def.dt = request.dt;
+  if (request.integrator != (thrum_integrator)-1)
+    about.def.integrator = request.integrator;
   named_model_file file;
   thrum_status status = named_model_load(request.path, false, &about.model, &file, &error);
 
@@ -464,6 +521,7 @@ int cmd_info(int argc, char **argv) {
     (request.json ? print_json : print_table)(&about);
   cJSON_Delete(about.meta);
   free(about.hertz);
+  free(about.stepped);
   thrum_model_free(about.model);
   return status < 0 ? config_refuse(&error) : COMMAND_DONE;
 }

@@ -1,4 +1,5 @@
-/* The split that a state of a model would have at a given time step, asked of the runtime itself.
+/* The split and the frequencies that a state of a model would have at a given time step, asked of
+ * the runtime itself.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/split_at.h"
 
@@ -14,4 +15,13 @@ thrum_status split_at(const thrum_model *model, double dt, split_counts *split,
   *split = (split_counts){report.explicit_modes, report.implicit_modes, thrum_state_bytes(state)};
   thrum_state_destroy(state);
   return THRUM_OK;
+}
+
+thrum_status stepped_modes_at(const thrum_model *model, const thrum_state_def *def,
+                              thrum_stepped_mode *modes, thrum_error *error) {
+  thrum_state *state = NULL;
+  THRUM_TRY(thrum_state_create(model, def, &state, error));
+  const thrum_status status = thrum_state_stepped_modes(model, state, modes, error);
+  thrum_state_destroy(state);
+  return status;
 }

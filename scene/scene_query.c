@@ -110,6 +110,14 @@ thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_sc
   return THRUM_OK;
 }
 
+thrum_status thrum_scene_body_stepped_modes(const thrum_scene *scene, int32_t number,
+                                            thrum_stepped_mode *modes, thrum_error *error) {
+  const scene_body *body = scene_body_at(scene, number, error);
+  if (body == NULL)
+    return THRUM_INVALID_ARGUMENT;
+  return thrum_state_stepped_modes(body->derived->model, body->state, modes, error);
+}
+
 thrum_status thrum_scene_body_energies(thrum_scene *scene, int32_t number,
                                        thrum_scene_energies *energies, thrum_error *error) {
   thrum_status status = THRUM_OK;

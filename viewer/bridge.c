@@ -191,7 +191,7 @@ int32_t EXPORT(bridge_energies)(int32_t body) {
 }
 
 /* numbers: status, rank, explicit and implicit modes, iterations of the last step, scheme,
- * steps that needed a fallback, integrator; then omega^2 as stepped. */
+ * steps that needed a fallback, integrator; then omega^2. */
 int32_t EXPORT(bridge_body)(int32_t body) {
   thrum_scene_body_info info;
   thrum_status status = thrum_scene_body(bridge_scene, body, &info, &bridge_error);
@@ -209,12 +209,26 @@ int32_t EXPORT(bridge_body)(int32_t body) {
   return THRUM_OK;
 }
 
-/* Squared frequencies of the modes as they are stepped, rank of them. */
+/* omega^2 of the modes of a body, rank of them. */
 const double *EXPORT(bridge_omega2)(int32_t body) {
   thrum_scene_body_info info;
   if (thrum_scene_body(bridge_scene, body, &info, &bridge_error) != THRUM_OK)
     return NULL;
   return info.stepped->omega2;
+}
+
+/* Frequencies of its modes as a step gives them [Hz], rank of them; NaN where a mode does not
+ * vibrate. */
+const double *EXPORT(bridge_stepped_frequencies)(int32_t body) {
+  static thrum_stepped_mode modes[THRUM_RANK_MAX];
+  static double hertz[THRUM_RANK_MAX];
+  thrum_scene_body_info info;
+  if (thrum_scene_body(bridge_scene, body, &info, &bridge_error) != THRUM_OK ||
+      thrum_scene_body_stepped_modes(bridge_scene, body, modes, &bridge_error) != THRUM_OK)
+    return NULL;
+  for (int64_t i = 0; i < info.rank; i++)
+    hertz[i] = modes[i].stepped_hertz;
+  return hertz;
 }
 
 /* numbers: position and velocity of a vertex in the world. */

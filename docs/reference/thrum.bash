@@ -39,7 +39,8 @@ _thrum() {
   'static '*) words=' --load --factor --at --stay --tolerance --rank --full --fix --young --poisson --density --move --linear-solver --output --vtu --path --options --json --quiet --help' ;;
   'experiments '*) words='--long --sweep --step-sizes --work-precision --variable --extremes --linear --output --models --loads --schemes --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help' ;;
   'tradeoff '*) words='--output --load --error --budget --fps --time --quick --fix --young --poisson --density --ranks --dts --tolerances --integrators --precisions --damping --full-dt --threads --json --quiet --help' ;;
-  'info '*) words='--dt --load --json --help' ;;
+  'info --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4' ;;
+  'info '*) words='--dt --integrator --load --json --help' ;;
   'embed '*) words='--output --scale --json --quiet --help' ;;
   'export '*) words='--glb --pc2 --mdd --fps --model --obj --surface --vega-basis --float --vega-cubic --matrices --json --help' ;;
   'bench '*) words='--help' ;;

@@ -350,6 +350,12 @@ typedef struct thrum_scene_body_info {
 THRUM_API thrum_status thrum_scene_body(const thrum_scene *scene, int32_t body,
                                         thrum_scene_body_info *info, thrum_error *error);
 
+/* thrum_state_stepped_modes of a body: `modes` has as many entries as it has coordinates that are
+ * stepped, the rank of its info. */
+THRUM_API thrum_status thrum_scene_body_stepped_modes(const thrum_scene *scene, int32_t body,
+                                                      thrum_stepped_mode *modes,
+                                                      thrum_error *error);
+
 /* Energies of a body [J]. */
 typedef struct thrum_scene_energies {
   double kinetic, potential; /* as thrum_energies; kinetic with that of a free body */

@@ -352,6 +352,20 @@ THRUM_API thrum_status thrum_state_energies(const thrum_model *model, thrum_stat
 THRUM_API double thrum_state_loss(const thrum_model *model, thrum_state *state, const double *q,
                                   const double *q_next);
 
+/* How a linear undamped mode vibrates, and how as it is stepped. A step keeps the frequency of a
+ * mode only up to an error that grows with h omega. */
+typedef struct thrum_stepped_mode {
+  double hertz;         /* omega / 2 pi [Hz] */
+  double stepped_hertz; /* frequency as it is stepped, at most 1 / (2 dt) [Hz]; NaN: the step is
+                           beyond its limit of stability for it, and it does not vibrate */
+  double factor;        /* of its amplitude in a step: 1: kept, below: drained, above: it grows */
+} thrum_stepped_mode;
+
+/* Fills `modes` (rank, ascending in frequency) for the dt, scheme and split that the state has now,
+ * at rest and without damping. Any thread that only reads the state. */
+THRUM_API thrum_status thrum_state_stepped_modes(const thrum_model *model, const thrum_state *state,
+                                                 thrum_stepped_mode *modes, thrum_error *error);
+
 /* Counters of a state since init, and how it stands. Fields marked imexv stay zero for the other
  * integrators; those of the monitor also without `adaptive`. */
 typedef struct thrum_state_report {

@@ -113,6 +113,35 @@ static void info_agrees_with_precompute(void **state) {
   cJSON_Delete(object);
 }
 
+/* (2/h) atan(h omega/2) for the energy integrator; a table of it where one is asked for. */
+static void frequencies_as_stepped_stand_beside_those_of_the_model(void **state) {
+  (void)state;
+  cJSON *object = info("beam.npz", "--integrator", "energy");
+  const double h = 0.003, two_pi = 2 * acos(-1.0);
+  const int rank = cJSON_GetArraySize(cJSON_GetObjectItem(object, "stepped_frequencies_hz"));
+  assert_int_equal(rank, 8);
+  for (int k = 0; k < rank; k++) {
+    const double f = item_of(object, "basis_frequencies_hz", k)->valuedouble;
+    const double stepped = 2 / h * atan(h * two_pi * f / 2) / two_pi;
+    assert_true(near(item_of(object, "stepped_frequencies_hz", k)->valuedouble, stepped, 1e-12));
+    assert_true(near(item_of(object, "stepped_amplitude_factors", k)->valuedouble, 1, 1e-12));
+  }
+  cJSON_Delete(object);
+
+  // null where a mode is beyond the limit of stability
+  object = info("beam.npz", "--integrator", "verlet");
+  assert_true(cJSON_IsNull(item_of(object, "stepped_frequencies_hz", rank - 1)));
+  cJSON_Delete(object);
+
+  program_result run = thrum_run(folder, "info", "beam.npz", "--integrator", "verlet", NULL);
+  assert_non_null(strstr(run.out, "by verlet at dt = 0.003 s"));
+  assert_non_null(strstr(run.out, "beyond the limit of stability"));
+  program_result_free(&run);
+  run = thrum_run(folder, "info", "beam.npz", NULL);
+  assert_null(strstr(run.out, "as stepped"));
+  program_result_free(&run);
+}
+
 /* A mode is explicit where h omega <= 1, that is f <= 1 / (2 pi h). */
 static void split_follows_the_time_step(void **state) {
   (void)state;
@@ -368,6 +397,7 @@ int main(void) {
       cmocka_unit_test(beam_is_measured_exactly),
       cmocka_unit_test(info_agrees_with_precompute),
       cmocka_unit_test(split_follows_the_time_step),
+      cmocka_unit_test(frequencies_as_stepped_stand_beside_those_of_the_model),
       cmocka_unit_test(groups_and_memory_are_listed),
       cmocka_unit_test(table_names_what_people_ask_for),
       cmocka_unit_test(a_polynomial_alone_is_a_model_too),

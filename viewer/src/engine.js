@@ -227,7 +227,14 @@ export class Engine {
     };
   }
 
-  /** Frequencies of the modes as they are stepped [Hz]. */
+  /** Frequencies of the modes as a step gives them [Hz]; NaN where one does not vibrate. */
+  steppedFrequencies(body) {
+    const { rank } = this.report(body);
+    return Array.from(new Float64Array(this.wasm.memory.buffer,
+      this.wasm.bridge_stepped_frequencies(body), rank));
+  }
+
+  /** Frequencies of the modes of the body [Hz]. */
   frequencies(body) {
     const { rank } = this.report(body);
     const omega2 = new Float64Array(this.wasm.memory.buffer, this.wasm.bridge_omega2(body), rank);

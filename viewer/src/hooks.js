@@ -19,6 +19,7 @@ export function hooks(starting) {
       energies: (body) => engine.energies(body),
       report: (body) => engine.report(body),
       frequencies: (body) => engine.frequencies(body),
+      steppedFrequencies: (body) => engine.steppedFrequencies(body),
       q: (body) => Array.from(engine.shape(body)),
       position: (body, vertex) => engine.position(body, vertex),
       pulls: () =>

@@ -70,14 +70,14 @@ export class Panel {
     find('tint').checked = settings.tint;
   }
 
-  /** Modes of the first body: how many are stepped explicitly, and how fast they are; and how many
-   * of its steps needed more than quasi-Newton. */
+  /** Modes of the first body: how many are stepped explicitly, how fast they are and how fast they are
+   * stepped; and how many of its steps needed more than quasi-Newton. */
   showSplit() {
     const { engine } = this.world;
     const { explicit, implicit, fallbacks } = engine.report(0);
     const helped = fallbacks > 0 ? `, ${fallbacks} steps fell back` : '';
     find('split-text').textContent = `${explicit} explicit, ${implicit} implicit${helped}`;
-    drawSplit(find('split'), engine.frequencies(0), explicit);
+    drawSplit(find('split'), engine.frequencies(0), engine.steppedFrequencies(0), explicit);
   }
 
   /** @param {Object<string, import('./clock.js').Meter>} meters step, upload, draw, frame */

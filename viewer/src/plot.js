@@ -94,16 +94,24 @@ function line(pen, points) {
   pen.stroke();
 }
 
-/** Modes as bars, as high as their frequency, blue where they are stepped explicitly.
+/** Modes as bars, as high as their frequency, blue where they are stepped explicitly, with a line
+ * across at the frequency at which they are stepped. The title has both in numbers.
  * @param {HTMLCanvasElement} canvas @param {number[]} frequencies ascending [Hz]
+ * @param {number[]} stepped those of the steps [Hz], NaN where a mode does not vibrate
  * @param {number} explicit how many of the lowest */
-export function drawSplit(canvas, frequencies, explicit) {
+export function drawSplit(canvas, frequencies, stepped, explicit) {
   const { pen, width, height } = prepare(canvas);
   const most = Math.log1p(frequencies.at(-1));
   const pitch = width / frequencies.length;
+  const high = (frequency) => Math.max(2, (Math.log1p(frequency) / most) * height);
   frequencies.forEach((frequency, n) => {
-    const bar = Math.max(2, (Math.log1p(frequency) / most) * height);
+    const bar = high(frequency);
     pen.fillStyle = n < explicit ? '#2a78c2' : '#e0a458';
     pen.fillRect(n * pitch + 0.5, height - bar, Math.max(1, pitch - 1.5), bar);
+    if (Number.isNaN(stepped[n])) return;
+    pen.fillStyle = '#202020';
+    pen.fillRect(n * pitch + 0.5, height - high(stepped[n]), Math.max(1, pitch - 1.5), 1.5);
   });
+  canvas.title = frequencies.map((frequency, n) =>
+    `${n + 1}: ${frequency.toPrecision(4)} Hz, stepped ${stepped[n].toPrecision(4)} Hz`).join('\n');
 }

@@ -144,6 +144,19 @@ test('stiffness: four times the modulus doubles the frequencies', async () => {
   assert.ok(Math.abs(await frequency() / before - 2) < 1e-9);
 });
 
+test('frequencies as stepped follow the integrator and the time step', async () => {
+  await fresh();
+  await page.selectOption('#integrator', 'energy');
+  const ask = (name) => page.evaluate((key) => window.thrum[key](0), name);
+  const [own, stepped] = [await ask('frequencies'), await ask('steppedFrequencies')];
+  const dt = await page.evaluate(() => window.thrum.settings().dt);
+  own.forEach((frequency, n) => {
+    const expected = Math.atan(Math.PI * dt * frequency) / (Math.PI * dt);
+    assert.ok(Math.abs(stepped[n] / expected - 1) < 1e-9);
+  });
+  await page.waitForFunction(() => document.getElementById('split').title.includes('stepped'));
+});
+
 test('time step, rank and integrator', async () => {
   await fresh();
   await slide('dt', -2);
@@ -156,7 +169,8 @@ test('time step, rank and integrator', async () => {
   });
   assert.equal(rank, 4);
   assert.ok(q[3] !== 0 && q.slice(4).every((value) => value === 0));
-  for (const name of ['newmark', 'energy', 'verlet', 'midpoint', 'imexv']) {
+  for (const name of ['newmark', 'energy', 'verlet', 'midpoint', 'fox-goodwin', 'backward-euler',
+    'semi-implicit-euler', 'rk4', 'imexv']) {
     await page.selectOption('#integrator', name);
     assert.equal(await page.evaluate(() => window.thrum.report(0).integrator), name);
   }
