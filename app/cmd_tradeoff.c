@@ -199,6 +199,8 @@ static cJSON *run_json(const trade *t, const tradeoff_run *run) {
   add_errors(item, "errors", &run->error);
   add_errors(item, "basis_errors", &basis->error);
   add_errors(item, "time_errors", &run->time_error);
+  json_number(item, "frequency_error", run->frequency_error);
+  json_number(item, "frequency_mode", (double)run->frequency_mode + 1);
   json_number(item, "drift", run->drift);
   cJSON_AddBoolToObject(item, "front", run->front);
   return item;
@@ -227,11 +229,12 @@ static void print_json(const trade *t) {
 
 static void print_run(const trade *t, const tradeoff_run *run) {
   const tradeoff_basis *basis = &t->result.bases[run->basis];
-  printf("%-8s %5" PRId64 " %-6s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %%\n",
-         experiment_scheme_names[run->integrator], basis->rank,
-         basis->single ? "single" : "double", run->dt, run->tolerance, run->us_per_step, run->cost,
-         t->result.full_cost / run->cost, 100 * run->error.displacement,
-         100 * basis->error.displacement, 100 * run->time_error.displacement);
+  printf("%-8s %5" PRId64
+         " %-6s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %% %8.3g %%\n",
+         experiment_scheme_names[run->integrator], basis->rank, basis->single ? "single" : "double",
+         run->dt, run->tolerance, run->us_per_step, run->cost, t->result.full_cost / run->cost,
+         100 * run->error.displacement, 100 * basis->error.displacement,
+         100 * run->time_error.displacement, 100 * run->frequency_error);
 }
 
 static void print_table(const trade *t) {
@@ -239,8 +242,9 @@ static void print_table(const trade *t) {
          "time off by %.2g %%\n",
          t->result.free_count, 1e-3 * t->result.full_us_per_step, t->request->full_dt,
          t->result.full_cost, 100 * t->result.full_error);
-  printf("%-8s %5s %-6s %8s %9s %9s %10s %8s %10s %10s %10s\n", "method", "rank", "coeff.", "h [s]",
-         "tol.", "us/step", "cost s/s", "faster", "error", "of basis", "in time");
+  printf("%-12s %5s %-6s %8s %9s %9s %10s %8s %10s %10s %10s %10s\n", "method", "rank", "coeff.",
+         "h [s]", "tol.", "us/step", "cost s/s", "faster", "error", "of basis", "in time",
+         "frequency");
   for (int64_t n = 0; n < t->result.run_count; n++)
     if (t->result.runs[n].front)
       print_run(t, &t->result.runs[n]);
@@ -249,6 +253,19 @@ static void print_table(const trade *t) {
     print_run(t, &t->result.runs[t->chosen]);
   else
     puts("no setting that was tried");
+}
+
+/* Warns where the chosen setting has a mode of the load's band at another pitch than was asked. */
+static void warn_of_frequency(const trade *t) {
+  if (t->chosen < 0 || isnan(t->request->error))
+    return;
+  const tradeoff_run *run = &t->result.runs[t->chosen];
+  if (run->frequency_mode < 0 || !(run->frequency_error > t->request->error))
+    return;
+  config_warn("the load moves mode %d, which vibrates at %.4g Hz and is stepped at %.4g Hz, off by "
+              "%.2g %%: a smaller time step has its pitch nearer (thrum info --dt)",
+              (int)run->frequency_mode + 1, run->frequency, run->stepped_frequency,
+              100 * run->frequency_error);
 }
 
 static void say_wanted(trade *t) {
@@ -282,6 +299,8 @@ static thrum_status run_trade(trade *t, thrum_error *error) {
     config_warn("%d of the ranks could not be made: %s", (int)t->result.dropped,
                 t->result.dropped_reason.message);
   t->chosen = tradeoff_choose(&t->result, request->error, request->budget * request->fps);
+
+  warn_of_frequency(t);
 
   // the files first: what is printed is then the last word
   THRUM_TRY(write_files(t, error));

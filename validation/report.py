@@ -427,12 +427,13 @@ def tradeoff_table(rows):
 
     return table(
         [Cell("integrator", "l"), "modes", "rank", "precision", "h [s]", "tolerance", "µs a step", "cost [s/s]",
-         "times faster than full", "displacement", "velocity", "energy", "of the basis", "in time", "drift"],
+         "times faster than full", "displacement", "velocity", "energy", "of the basis", "in time", "frequency", "drift"],
         [[scheme(r["integrator"]), r["modes"] if r["modes"] != "0" else "own", r["rank"], r["precision"], r["dt_s"],
           r["tolerance"], show(number(r["us_per_step"])), show(number(r["cost_s_per_s"]), "{:.2e}"),
           show(number(r["speedup"]), "{:.0f}"),
           percent(r, "error_displacement") if r["stable"] == "1" else Cell("lost", "bad"),
           *(percent(r, key) for key in ("error_velocity", "error_energy", "basis_error", "time_error")),
+          percent(r, "frequency_error") if "frequency_error" in r else "",
           show(number(r["drift"]), "{:.1e}")] for r in rows])
 
 

@@ -271,6 +271,18 @@ static void the_command_recommends_what_simulate_takes(void **state) {
       assert_true(json_value(other, "cost_s_per_s") >= cost);
   }
 
+  // the frequencies of what the load moves come out worse at longer steps, and that is said
+  double before = 0;
+  cJSON_ArrayForEach(other, runs) {
+    const double off = json_value(other, "frequency_error");
+    assert_true(off > 0 && off < 1 && json_value(other, "frequency_mode") >= 1);
+    if (json_value(other, "dt") > 0.003)
+      assert_true(off > before);
+    before = off;
+  }
+  const bool warned = strstr(run.err, "is stepped at") != NULL;
+  assert_int_equal(warned, json_value(recommended, "frequency_error") > 0.5);
+
   // simulate takes the recommended setting from the options file
   const double dt = json_value(recommended, "dt");
   program_result_free(&run);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "driver/drift.h"
+#include "driver/split_at.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "platform/thread_pool.h"
@@ -16,6 +17,8 @@
 #define TIGHT_STEPS 8 /* of a tight run in the shortest time step asked for */
 #define TIGHT_TOLERANCE 1e-12
 #define LOST 10.0 /* times the largest energy of the tight run */
+#define BAND_SHARE                                                                                 \
+  0.01 /* of the kinetic energy of the tight run, for a mode to be in the load's band */
 
 /* Everything while it is made. */
 typedef struct solution {
@@ -311,6 +314,39 @@ static double drift_of(const tradeoff_problem *problem, const tradeoff_samples *
   return driver_drift_value(&drift);
 }
 
+/* The largest relative error of frequency among the modes that the load moves: those with at least
+ * BAND_SHARE of the kinetic energy of the tight run, as a mode that only follows the others has
+ * little of it. A mode beyond the limit of stability counts as wrong by all of it. */
+static thrum_status judge_frequencies(const tradeoff_space *space, const thrum_state_def *def,
+                                      tradeoff_run *run, thrum_error *error) {
+  const int64_t rank = space->model->rank;
+  thrum_stepped_mode modes[THRUM_RANK_MAX];
+  double energy[THRUM_RANK_MAX] = {0}, sum = 0;
+  THRUM_TRY(stepped_modes_at(space->model, def, modes, error));
+  for (int64_t n = 0; n < TRADEOFF_SAMPLES; n++)
+    for (int64_t i = 0; i < rank; i++) {
+      const double p = space->tight.p[n * rank + i];
+      energy[i] += 0.5 * p * p;
+      sum += 0.5 * p * p;
+    }
+
+  run->frequency_mode = -1;
+  run->frequency_error = 0;
+  for (int64_t i = 0; i < rank; i++) {
+    const thrum_stepped_mode *mode = &modes[i];
+    if (!(energy[i] >= BAND_SHARE * sum) || !(mode->hertz > 0))
+      continue;
+    const double off = isnan(mode->stepped_hertz) ? 1 : fabs(mode->stepped_hertz / mode->hertz - 1);
+    if (run->frequency_mode >= 0 && off <= run->frequency_error)
+      continue;
+    run->frequency_mode = i;
+    run->frequency_error = off;
+    run->frequency = mode->hertz;
+    run->stepped_frequency = mode->stepped_hertz;
+  }
+  return THRUM_OK;
+}
+
 /* One setting, task of the pool. */
 static thrum_status run_setting(void *context, int64_t index, thrum_error *error) {
   solution *s = context;
@@ -325,6 +361,9 @@ static thrum_status run_setting(void *context, int64_t index, thrum_error *error
   thrum_status status = samples_make(space->model->rank, &samples, error);
   if (status >= 0)
     status = step_script(problem, space, &def, &samples, &seconds, &whole, error);
+
+  if (status >= 0)
+    status = judge_frequencies(space, &def, run, error);
 
   // an energy far above that of the tight run is that of no motion under this load
   if (status >= 0) {

@@ -4,10 +4,11 @@
 #include "validation/tradeoff/tradeoff.h"
 
 void tradeoff_csv(FILE *stream, const tradeoff_result *result) {
-  fputs("modes,rank,precision,integrator,dt_s,tolerance,stable,us_per_step,cost_s_per_s,"
-        "error_displacement,error_velocity,error_energy,basis_error,time_error,drift,"
-        "speedup,front\n",
-        stream);
+  fputs(
+      "modes,rank,precision,integrator,dt_s,tolerance,stable,us_per_step,cost_s_per_s,"
+      "error_displacement,error_velocity,error_energy,basis_error,time_error,frequency_error,drift,"
+      "speedup,front\n",
+      stream);
   for (int64_t n = 0; n < result->run_count; n++) {
     const tradeoff_run *run = &result->runs[n];
     const tradeoff_basis *basis = &result->bases[run->basis];
@@ -23,6 +24,7 @@ void tradeoff_csv(FILE *stream, const tradeoff_result *result) {
                               run->error.energy,
                               basis->error.displacement,
                               run->time_error.displacement,
+                              run->frequency_error,
                               run->drift,
                               result->full_cost / run->cost};
     for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
