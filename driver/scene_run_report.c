@@ -17,6 +17,7 @@ static double per_step(const scene_run *run, double value) {
 static cJSON *body_json(const scene_run *run, int32_t n) {
   const scene_body_run *body = &run->bodies[n];
   const simulate_figures *figures = &run->run.bodies[n].figures;
+  char stepped_by[128];
   cJSON *object = cJSON_CreateObject();
 
   // which body, and what steps it
@@ -25,6 +26,8 @@ static cJSON *body_json(const scene_run *run, int32_t n) {
   json_string(object, "model", body->spec->model);
   cJSON_AddStringToObject(object, "integrator",
                           thrum_integrator_name(body->request.def.integrator));
+  simulate_figures_stepped_by(figures, stepped_by);
+  cJSON_AddStringToObject(object, "stepped_by", stepped_by);
   json_number(object, "rank", (double)body->model->rank);
 
   // its place and the factors of its material
@@ -157,6 +160,15 @@ void scene_run_table(const scene_run *run) {
     printf("%-12s %-8s %5d %12.6g %12.6g %12.6g %s\n", body->spec->name,
            thrum_integrator_name(body->request.def.integrator), (int)body->model->rank,
            figures->first.total, figures->last.total, figures->peak, simulate_status_name(figures));
+  }
+
+  // the table names the integrators asked for
+  for (int64_t n = 0; n < run->spec.bodies.count; n++) {
+    const simulate_figures *figures = &run->run.bodies[n].figures;
+    char stepped_by[128];
+    simulate_figures_stepped_by(figures, stepped_by);
+    if (figures->report.switched_steps > 0)
+      printf("switched     %s: %s\n", run->bodies[n].spec->name, stepped_by);
   }
 
   printf("status       %s\n", driver_run_status(&run->run));

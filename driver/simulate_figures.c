@@ -2,7 +2,9 @@
  * the rows after the last load has ended. SPDX-License-Identifier: Apache-2.0 */
 #include "driver/simulate_figures.h"
 
+#include <inttypes.h>
 #include <math.h>
+#include <stdio.h>
 
 #define DRIFT_PARTS 10
 #define WINDOW_ROWS_MIN 10 /* a mean over fewer is no mean */
@@ -61,6 +63,19 @@ void simulate_figures_end(simulate_figures *figures) {
   const bool gained =
       !figures->uncounted && simulate_figures_balance(figures) > GAIN_FLAG * figures->energy_max;
   figures->energy_grew = figures->growth > GROWTH_FLAG || gained;
+}
+
+void simulate_figures_stepped_by(const simulate_figures *figures, char text[128]) {
+  const thrum_state_report *report = &figures->report;
+  const char *name = thrum_integrator_name(figures->request->def.integrator);
+  if (report->switched_steps == 0)
+    snprintf(text, 128, "%s", name);
+  else if (report->first_switch + report->switched_steps == report->steps)
+    snprintf(text, 128, "%s, switched to energy after %" PRId64 " step%s", name,
+             report->first_switch, report->first_switch == 1 ? "" : "s");
+  else
+    snprintf(text, 128, "%s, %" PRId64 " of %" PRId64 " steps by energy, the first after %" PRId64,
+             name, report->switched_steps, report->steps, report->first_switch);
 }
 
 const char *simulate_status_name(const simulate_figures *figures) {

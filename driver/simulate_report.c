@@ -140,6 +140,8 @@ static void add_robustness(cJSON *object, const simulate_figures *figures) {
   json_number(stability, "split_changes", (double)report->split_changes);
   json_number(stability, "scheme_switches", (double)report->scheme_switches);
   json_number(stability, "switched_steps", (double)report->switched_steps);
+  json_number(stability, "first_switch",
+              report->first_switch < 0 ? NAN : (double)report->first_switch);
 
   // the energy balance and its corrections
   json_number(stability, "corrections", (double)report->corrections);
@@ -209,7 +211,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
                             const simulate_measures *measures) {
   const thrum_state_report *report = &figures->report;
   const simulate_request *request = figures->request;
-  char hash[24];
+  char hash[24], stepped_by[128];
   snprintf(hash, sizeof hash, "%016" PRIx64, figures->model_hash);
   cJSON *object = simulate_report_begin(simulate_status_name(figures), &figures->stop);
   json_string(object, "model", request->model_path);
@@ -217,6 +219,8 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   json_string(object, "run", request->run_path);
   cJSON_AddItemToObject(object, "files", files_json(output));
   cJSON_AddStringToObject(object, "integrator", thrum_integrator_name(request->def.integrator));
+  simulate_figures_stepped_by(figures, stepped_by);
+  cJSON_AddStringToObject(object, "stepped_by", stepped_by);
   json_number(object, "dt", request->def.dt);
   json_number(object, "rank", (double)figures->model->rank);
   json_number(object, "explicit_modes", report->explicit_modes);
@@ -261,10 +265,11 @@ void simulate_report_table(const simulate_figures *figures, const run_output *ou
                            const simulate_measures *measures) {
   const thrum_state_report *report = &figures->report;
   const simulate_request *request = figures->request;
+  char stepped_by[128];
+  simulate_figures_stepped_by(figures, stepped_by);
   printf(request->full ? "full order   %s, dt %g s, %d explicit and %d implicit components\n"
                        : "integrator   %s, dt %g s, %d explicit and %d implicit modes\n",
-         thrum_integrator_name(request->def.integrator), request->def.dt,
-         (int)report->explicit_modes, (int)report->implicit_modes);
+         stepped_by, request->def.dt, (int)report->explicit_modes, (int)report->implicit_modes);
   printf("steps        %" PRId64 " (%g s)", report->steps, report->time);
   if (report->steps > 0) {
     printf(", %.2f us and %.2f iterations a step", per_step(figures, 1e6 * figures->seconds_step),

@@ -74,9 +74,10 @@ static thrum_status report(driver_run *run, double began, thrum_error *error) {
   driver_body *body = &run->bodies[0];
   simulate_figures *figures = &body->figures;
   const simulate_request *request = figures->request;
-  char title[256];
+  char title[320], stepped_by[128];
+  simulate_figures_stepped_by(figures, stepped_by);
   snprintf(title, sizeof title, "%.120s: %s, dt = %g s", path_basename(request->model_path),
-           thrum_integrator_name(request->def.integrator), request->def.dt);
+           stepped_by, request->def.dt);
 
   // the plot is timed apart from the rows and frames
   const double plotting = clock_seconds();

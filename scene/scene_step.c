@@ -69,7 +69,8 @@ static void note(scene_body *body, thrum_status status, const thrum_error *detai
       *scene_status =
           thrum_error_set(error, status, "body '%s': %s", body->name,
                           detail->message[0] != 0 ? detail->message : thrum_status_text(status));
-  } else if (status > 0 && *scene_status == THRUM_OK) {
+  } else if (status > 0 &&
+             (*scene_status == THRUM_OK || (*scene_status > 0 && status < *scene_status))) {
     *scene_status = status;
   }
 }

@@ -111,6 +111,16 @@ def stepped(row):
     return [row["steps"], row["own_steps"], *(row[name] for name in LEVELS)]
 
 
+def stepped_by(rows, sample, *keys):
+    """The scheme of a curve for its legend, with the share that the energy integrator stepped of it after a switch. The row
+    of `rows` that agrees with `sample` in `keys` and scheme says so."""
+    name = sample["scheme"]
+    for row in rows:
+        if row["scheme"] == name and all(row[key] == sample[key] for key in keys) and int(row["switched"] or 0) > 0:
+            return f"{name}, {100 * int(row['switched']) / int(row['steps']):.3g} % of it by energy"
+    return name
+
+
 def groups(rows, *keys):
     """Rows that follow each other and agree in `keys`."""
     return [list(group) for _, group in itertools.groupby(rows, key=lambda row: [row[key] for key in keys])]
@@ -177,7 +187,7 @@ def thin(points, most=400):
 
 # --- the pages -----------------------------------------------------------------------------------------------------------
 
-def matrix_curves(rows, plots):
+def matrix_curves(rows, runs_of, plots):
     """The energy over time of each body, load, damping and step, and the explicit modes of imexv below it."""
     page = "<h2>Energy over time</h2>\n"
     for body in groups(rows, "model"):
@@ -190,7 +200,7 @@ def matrix_curves(rows, plots):
                 kept = [number(r["total_j"]) for run in runs for r in run if r["scheme"] in ("energy", "newmark")]
                 page += "<td style='border:0;padding:0'>" + plots.add(
                     f"{panel[0]['load']}, α = {damping}, h = {panel[0]['dt_s']} s", ("time [s]", "energy [J]"), (370, 270),
-                    [(run[0]["scheme"], COLOURS[run[0]["scheme"]], "lines",
+                    [(stepped_by(runs_of, run[0], "model", "load", "damping", "dt_s"), COLOURS[run[0]["scheme"]], "lines",
                       thin([(float(r["time_s"]), number(r["total_j"])) for r in run], 120)) for run in runs],
                     y_range=f"0:{2 * max(kept)}" if kept else "0:*")
                 split = [(None, COLOURS["imexv"], "lines", thin([(float(r["time_s"]), number(r["explicit_modes"])) for r in run], 120))
@@ -250,7 +260,7 @@ def matrix(path, rows, about, plots):
     if body:
         page += "<h2>Bodies</h2>\n" + table(["model", "rank", "explicit/implicit at rest", "thesis"], body)
     if curves:
-        page += matrix_curves(curves, plots)
+        page += matrix_curves(curves, rows, plots)
 
     body = []
     for r in rows:
@@ -301,7 +311,7 @@ def long(path, rows, about, plots):
             for run in groups(case, "scheme"):
                 first = number(run[0][key])
                 points = [(float(r["begin_s"]) + 0.5 * WINDOW_SECONDS, number(r[key]) / first) for r in run if first > 0]
-                series.append((run[0]["scheme"], COLOURS[run[0]["scheme"]], "lines", points))
+                series.append((stepped_by(rows, run[0], "model", "amplitude"), COLOURS[run[0]["scheme"]], "lines", points))
                 highest = max([highest, *(y for _, y in points)])
             page += plots.add(f"{case[0]['model']}, {100 * float(case[0]['amplitude']):.0f} %: {what}",
                               ("time [s]", "mean over 35 s, relative to the first"), (560, 280), series,

@@ -191,7 +191,7 @@ int32_t EXPORT(bridge_energies)(int32_t body) {
 }
 
 /* numbers: status, rank, explicit and implicit modes, iterations of the last step, scheme,
- * steps that needed a fallback, integrator; then omega^2. */
+ * steps that needed a fallback, integrator, steps before the first switch to energy (-1: none). */
 int32_t EXPORT(bridge_body)(int32_t body) {
   thrum_scene_body_info info;
   thrum_status status = thrum_scene_body(bridge_scene, body, &info, &bridge_error);
@@ -206,6 +206,7 @@ int32_t EXPORT(bridge_body)(int32_t body) {
   n[5] = info.report.scheme;
   n[6] = (double)info.fallback_steps;
   n[7] = info.integrator;
+  n[8] = (double)info.report.first_switch;
   return THRUM_OK;
 }
 

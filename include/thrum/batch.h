@@ -29,9 +29,10 @@ THRUM_API thrum_status thrum_batch_size(const thrum_model *model, size_t *size, 
  * thrum_batch_size bytes and is aligned to 64; its content is undefined before and after, and the
  * caller owns it. `statuses` (count, may be NULL) gets what thrum_step would return for each.
  *
- * Returns the first failure among them, else THRUM_FELL_BACK if one fell back, else THRUM_OK. A
- * state that fails stays as it was, `error` says why the first one did, and the others make their
- * step. THRUM_INVALID_ARGUMENT, THRUM_MISALIGNED or THRUM_BUFFER_TOO_SMALL before any step. */
+ * Returns the first failure among them, else THRUM_FELL_BACK if one fell back, else THRUM_SWITCHED
+ * if one has switched its scheme (thrum_step), else THRUM_OK. A state that fails stays as it was,
+ * `error` says why the first one did, and the others make their step. THRUM_INVALID_ARGUMENT,
+ * THRUM_MISALIGNED or THRUM_BUFFER_TOO_SMALL before any step. */
 THRUM_API thrum_status thrum_batch_step(const thrum_model *model, thrum_state *const *states,
                                         int64_t count, thrum_status *statuses, void *workspace,
                                         size_t workspace_size, thrum_error *error);

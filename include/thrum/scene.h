@@ -282,7 +282,8 @@ THRUM_API thrum_status thrum_scene_pull_get(thrum_scene *scene, int32_t pull, do
 /* Makes one step of every body that has not stopped. A body whose step fails keeps its state and
  * stops: the others continue, its status says why, and thrum_scene_reset starts it again. Returns
  * the first failure in this step, with the body's name in `error`, else THRUM_FELL_BACK if a body
- * fell back, else THRUM_OK. Allocates nothing. */
+ * fell back, else THRUM_SWITCHED if one has switched its scheme, else THRUM_OK. Allocates
+ * nothing. */
 THRUM_API thrum_status thrum_scene_step(thrum_scene *scene, thrum_error *error);
 
 /* Time of the scene [s], its completed steps, and its time step [s]. */

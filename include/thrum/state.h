@@ -325,9 +325,16 @@ THRUM_API thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state 
  * time <= 0, a dt <= 0 or NaN; INT64_MAX where it does not fit. Any thread. */
 THRUM_API int64_t thrum_step_count(double time, double dt);
 
-/* Advances by one step of dt. THRUM_OK, or THRUM_FELL_BACK (> 0) when quasi-Newton did not solve
- * it but a level of the fallback chain did. THRUM_NOT_CONVERGED or THRUM_NOT_FINITE where none
- * did. */
+/* Advances by one step of dt. Every status >= 0 is a step that was made:
+ *
+ *   THRUM_OK         by the scheme of the def
+ *   THRUM_FELL_BACK  (> 0) quasi-Newton did not solve it, but a level of the fallback chain did
+ *   THRUM_SWITCHED   (> 0) imexv: the stability monitor has switched the state to another scheme,
+ *                    mostly `energy`, and that made this step, as it will the next; the report has
+ *                    the scheme, the steps so made, and when the first switch was
+ *
+ * A step of both kinds is THRUM_FELL_BACK. THRUM_NOT_CONVERGED or THRUM_NOT_FINITE (< 0) where no
+ * level solved it. */
 THRUM_API thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error);
 
 /* --- what a state says of itself -------------------------------------------------------------- */
@@ -377,6 +384,7 @@ typedef struct thrum_state_report {
   int64_t energy_steps;    /* fallback level 3, imexv, fox-goodwin: a step of `energy` stood in */
   int64_t substep_steps;   /* fallback level 4: shorter steps stood in */
   int64_t switched_steps;  /* imexv: steps of `energy` after the monitor switched to it */
+  int64_t first_switch;    /* imexv: steps before the first switch to `energy`; -1: none */
   int64_t split_changes;   /* imexv: changes of E and I by the monitor */
   int64_t scheme_switches; /* imexv: changes of the scheme by the monitor */
   int64_t corrections;     /* imexv: energy-drift corrections (momentum rescalings) */

@@ -17,6 +17,7 @@ extern "C" {
 #define THRUM_STATUS_LIST(X)                                                                       \
   X(OK, 0, "done")                                                                                 \
   X(FELL_BACK, 1, "done, but a step needed a fallback beyond quasi-Newton")                        \
+  X(SWITCHED, 2, "done, but by a scheme that imexv has switched to")                               \
   X(INVALID_ARGUMENT, -1, "an argument is out of its range")                                       \
   X(UNINITIALISED_DEF, -2, "the definition was not made by its default function")                  \
   X(BUFFER_TOO_SMALL, -3, "the caller's buffer is too small")                                      \

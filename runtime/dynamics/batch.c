@@ -82,7 +82,7 @@ static void note(outcome *o, int64_t index, thrum_status status, const thrum_err
     o->worst = status;
     o->first_failed = index;
     thrum_error_set(o->error, status, "state %lld: %s", (long long)index, why->message);
-  } else if (status > 0 && o->worst == THRUM_OK) {
+  } else if (status > 0 && (o->worst == THRUM_OK || (o->worst > 0 && status < o->worst))) {
     o->worst = status;
   }
 }

@@ -105,6 +105,7 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   state->scheme = (int32_t)thrum_state_first_scheme(def);
   state->split = thrum_mode_split(model, state);
   thrum_stability_reset(state);
+  state->report.first_switch = -1;
   state->potential_step = -1;
   forget_inverses(state);
 

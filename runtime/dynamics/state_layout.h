@@ -23,7 +23,7 @@
 
 /* Of the header and the arrays below; raised with each change of them, so that a snapshot of
  * another version is known. */
-#define THRUM_STATE_VERSION 6
+#define THRUM_STATE_VERSION 7
 
 /* --- the header ------------------------------------------------------------------------------- */
 

@@ -96,14 +96,28 @@ static bool are_counts(const int64_t *counts, size_t n) {
 static thrum_status check_counts(const thrum_state *header, thrum_error *error) {
   const thrum_state_report *report = &header->report;
   const thrum_stability_monitor *monitor = &header->monitor;
-  const int64_t counts[] = {
-      report->steps,          report->iterations,       report->factorisations,
-      report->newton_steps,   report->energy_steps,     report->substep_steps,
-      report->switched_steps, report->split_changes,    report->scheme_switches,
-      report->corrections,    monitor->samples,         monitor->windows,
-      monitor->window_end,    monitor->switch_deadline, monitor->before_step,
-      monitor->quiet_end,     monitor->energy_step,     header->target.begin,
-      header->eager_end,      header->potential_step,   header->average_field_end};
+  const int64_t counts[] = {report->steps,
+                            report->iterations,
+                            report->factorisations,
+                            report->newton_steps,
+                            report->energy_steps,
+                            report->substep_steps,
+                            report->switched_steps,
+                            report->split_changes,
+                            report->scheme_switches,
+                            report->corrections,
+                            report->first_switch,
+                            monitor->samples,
+                            monitor->windows,
+                            monitor->window_end,
+                            monitor->switch_deadline,
+                            monitor->before_step,
+                            monitor->quiet_end,
+                            monitor->energy_step,
+                            header->target.begin,
+                            header->eager_end,
+                            header->potential_step,
+                            header->average_field_end};
   if (report->steps < 0 || !are_counts(counts, sizeof counts / sizeof counts[0]) ||
       !are_counts(header->inverse_step, THRUM_INVERSES))
     return refuse("counter", error);

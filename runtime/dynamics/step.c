@@ -274,8 +274,12 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
   thrum_stability_after(model, &run->next, &run->view, &run->report);
   thrum_energy_correction_after(model, &run->next, &run->view, &run->report);
   commit(run, amplitude);
-  const bool fell_back = run->report.newton || run->report.fallback_level != THRUM_FALLBACK_NONE;
-  return fell_back ? THRUM_FELL_BACK : THRUM_OK;
+
+  // a fallback says more of this step than a switch some time ago
+  if (run->report.newton || run->report.fallback_level != THRUM_FALLBACK_NONE)
+    return THRUM_FELL_BACK;
+  return run->next.scheme == (int32_t)thrum_state_first_scheme(&run->next.def) ? THRUM_OK
+                                                                               : THRUM_SWITCHED;
 }
 
 thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error) {

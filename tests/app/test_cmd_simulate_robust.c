@@ -173,6 +173,19 @@ static void a_run_that_switches_to_the_energy_integrator_says_so(void **context)
                   integrators[n], "--time", "3", "--start", "mode:1,0.1", "--split", "9", NULL);
     assert_int_equal(result.exit_code, 0);
 
+    // the headline and run.json have it too
+    char path[200];
+    snprintf(path, sizeof path, "%s/run/run.json", folder);
+    char *json = text_file_read(path);
+    assert_non_null(json);
+    if (n == 0) {
+      assert_non_null(strstr(result.out, "integrator   imexv, switched to energy after "));
+      assert_non_null(strstr(json, "\"stepped_by\":\"imexv, switched to energy after "));
+    } else {
+      assert_non_null(strstr(json, "\"stepped_by\":\"energy\""));
+    }
+    free(json);
+
     // the energy integrator asked for by name has nothing to say
     const char *line = strstr(result.out, "\nswitched     ");
     if (n == 0)

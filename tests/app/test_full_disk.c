@@ -53,7 +53,7 @@ static const writer writers[] = {
     {{"simulate", "MODEL", "--time", "0.3", "-q", "-o", "OUT/run", "--start", "mode:1,0.01",
       "--frames", "every-50"},
      2000},
-    {{"experiments", "--models", "MODEL", "--loads", "impulse", "--integrators", "newmark",
+    {{"experiments", "--models", "MODEL", "--loads", "impulse", "--schemes", "newmark",
       "--time", "0.1", "-q", "-o", "OUT/made"},
      1500},
     {{"simulate", "SCENE", "-q", "-o", "OUT/scene"}, 2000},

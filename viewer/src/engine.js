@@ -4,6 +4,7 @@
 export const INTEGRATORS = { imexv: 0, newmark: 1, verlet: 2, midpoint: 3, energy: 4, 'fox-goodwin': 5,
   'backward-euler': 6, 'semi-implicit-euler': 7, rk4: 8 };
 export const INTEGRATOR_NAMES = Object.keys(INTEGRATORS);
+const SCHEME_ENERGY = 2;
 const OBSTACLES = { plane: 0, sphere: 1, box: 2 };
 const COURSES = { constant: 0, sine: 1 };
 const MESSAGE_BYTES = 400;
@@ -219,10 +220,12 @@ export class Engine {
 
   report(body) {
     this.check(this.wasm.bridge_body(body));
-    const [status, rank, explicit, implicit, iterations, scheme, fallbacks, integrator] =
-      this.numbers;
+    const [status, rank, explicit, implicit, iterations, scheme, fallbacks, integrator,
+      firstSwitch] = this.numbers;
     return {
-      status, rank, explicit, implicit, iterations, scheme, fallbacks,
+      status, rank, explicit, implicit, iterations, scheme, fallbacks, firstSwitch,
+      // imexv that the stability monitor has switched, and that has not returned
+      switched: scheme === SCHEME_ENERGY && integrator === INTEGRATORS.imexv,
       integrator: INTEGRATOR_NAMES[integrator],
     };
   }

@@ -525,6 +525,66 @@ static void a_kick_in_a_calm_run_keeps_its_energy(void **context) {
   random_model_free(&m);
 }
 
+/* From the switch on each step says that another scheme made it, also in a batch; before, and after
+ * the return, none does. */
+static void a_switch_shows_in_the_status_of_each_step(void **context) {
+  (void)context;
+  static const double force[RANK] = {50, 200, -100, 0, 30, 0};
+  random_model m;
+  make_model(&m);
+  thrum_state_def def = thrum_default_state_def();
+  def.dt = 0.15;
+  def.damping_alpha = 1;
+  thrum_state *state = state_make(&m.model, &def), *other = state_make(&m.model, &def);
+  thrum_state *both[2] = {state, other};
+  thrum_status statuses[2];
+  size_t size = 0;
+  assert_int_equal(thrum_batch_size(&m.model, &size, NULL), THRUM_OK);
+  void *workspace = aligned_alloc(64, (size + 63) / 64 * 64);
+
+  // ten calm steps, then a load on one of the two
+  const double calm[RANK] = {0.01};
+  state_put(&m.model, state, NULL, calm);
+  state_put(&m.model, other, NULL, calm);
+  for (int k = 0; k < 10; k++)
+    assert_int_equal(thrum_step(&m.model, state, NULL), THRUM_OK);
+  assert_int_equal(thrum_state_report_get(state).first_switch, -1);
+  state_push(&m.model, state, force);
+  for (int k = 0; k < 20; k++) {
+    assert_int_equal(thrum_batch_step(&m.model, both, 2, statuses, workspace, size, NULL),
+                     THRUM_SWITCHED);
+    assert_int_equal(statuses[0], THRUM_SWITCHED);
+    assert_int_equal(statuses[1], THRUM_OK);
+  }
+  assert_int_equal(thrum_state_report_get(state).first_switch, 10);
+  assert_int_equal(thrum_state_report_get(state).switched_steps, 20);
+
+  // damping brings the def's scheme back, and the report remembers
+  state_push(&m.model, state, NULL);
+  state_steps(&m.model, state, 9000);
+  assert_int_equal(thrum_step(&m.model, state, NULL), THRUM_OK);
+  assert_int_equal(thrum_state_report_get(state).first_switch, 10);
+
+  // the quadratic split that gave way to the thesis split says so too
+  state_free(other);
+  def.split_form = THRUM_FORM_QUADRATIC;
+  def.split_rule = THRUM_SPLIT_COUNT;
+  def.explicit_count = RANK;
+  def.damping_alpha = 0;
+  other = state_make(&m.model, &def);
+  state_put(&m.model, other, calm, NULL);
+  thrum_status status = THRUM_OK;
+  for (int k = 0; k < 200; k++)
+    status = thrum_step(&m.model, other, NULL);
+  assert_int_equal(thrum_state_report_get(other).scheme, THRUM_SCHEME_THESIS);
+  assert_int_equal(status, THRUM_SWITCHED);
+
+  free(workspace);
+  state_free(state);
+  state_free(other);
+  random_model_free(&m);
+}
+
 /* A state that switched to the energy integrator under a sudden load from rest returns when the
  * motion has been damped. */
 static void a_hand_over_from_rest_ends_too(void **context) {
@@ -568,6 +628,7 @@ int main(void) {
       cmocka_unit_test(a_sudden_load_however_large_leaves_no_wrong_energy),
       cmocka_unit_test(a_wide_kick_keeps_its_energy_in_every_step),
       cmocka_unit_test(a_kick_in_a_calm_run_keeps_its_energy),
+      cmocka_unit_test(a_switch_shows_in_the_status_of_each_step),
       cmocka_unit_test(a_hand_over_from_rest_ends_too),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
