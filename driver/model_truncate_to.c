@@ -2,7 +2,6 @@
 #include "driver/model_truncate_to.h"
 
 #include <stdint.h>
-#include <stdlib.h>
 
 #include "platform/allocate.h"
 #include "thrum/thrum.h"

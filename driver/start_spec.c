@@ -3,8 +3,6 @@
  * run). SPDX-License-Identifier: Apache-2.0 */
 #include "driver/start_spec.h"
 
-#include <math.h>
-#include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,6 +11,7 @@
 #include "config/parse.h"
 #include "driver/static_solve.h"
 #include "io/npy_file.h"
+#include "runtime/base/finite.h"
 #include "thrum/thrum.h"
 
 static const char mode_prefix[] = "mode:";
@@ -74,14 +73,6 @@ thrum_status start_spec_parse(const char *text, start_spec *start, thrum_error *
   return THRUM_OK;
 }
 
-static bool all_finite(const double *values, int64_t count) {
-  for (int64_t i = 0; i < count; i++) {
-    if (!isfinite(values[i]))
-      return false;
-  }
-  return true;
-}
-
 static thrum_status add_file(const thrum_model *model, const char *path, double *q, double *p,
                              thrum_error *error) {
   double *values = NULL;
@@ -104,7 +95,7 @@ static thrum_status add_file(const thrum_model *model, const char *path, double 
         "%.200s: %lld x %lld numbers; a start of this model is %lld numbers q, "
         "or 2 x %lld: q, then p",
         path, (long long)rows, (long long)columns, (long long)rank, (long long)rank);
-  } else if (!all_finite(values, rows * rank)) {
+  } else if (!thrum_all_finite(values, rows * rank)) {
     status = thrum_error_set(error, THRUM_BAD_VALUE, "%.200s: a number in it is not finite", path);
   } else {
     for (int64_t i = 0; i < rank; i++) {

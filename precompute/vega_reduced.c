@@ -15,6 +15,7 @@
 
 #include "io/file.h"
 #include "platform/allocate.h"
+#include "runtime/base/finite.h"
 #include "thrum/polynomial.h"
 
 #define TOLERANCE 1e-6 /* of the largest coefficient of the degree: no gradient beyond this */
@@ -25,13 +26,6 @@ void thrum_imported_basis_free(thrum_imported_basis *imported) {
   free(imported->c3);
   free(imported->c4);
   *imported = (thrum_imported_basis){0};
-}
-
-static bool all_finite(const double *values, int64_t count) {
-  for (int64_t n = 0; n < count; n++)
-    if (!isfinite(values[n]))
-      return false;
-  return true;
 }
 
 // rows and rank of the header; *width: bytes of a number
@@ -87,7 +81,7 @@ thrum_status thrum_vega_basis_read(const char *path, thrum_imported_basis *impor
         basis[c * rank + i] = (double)single;
     }
 
-  if (status >= 0 && !all_finite(basis, rows * rank))
+  if (status >= 0 && !thrum_all_finite(basis, rows * rank))
     status = thrum_error_set(error, THRUM_BAD_VALUE, "%s: a number is not finite", path);
 
   free(data);
@@ -263,7 +257,7 @@ static thrum_status take_force(const char *path, const double *force,
                                thrum_imported_basis *imported, thrum_error *error) {
   const int64_t r = imported->rank, count3 = thrum_c3_count(r), count4 = thrum_c4_count(r);
   const double *quadratic = force + r * r, *cubic = quadratic + r * (r * (r + 1) / 2);
-  if (!all_finite(force, r * (r + r * (r + 1) / 2 + count3)))
+  if (!thrum_all_finite(force, r * (r + r * (r + 1) / 2 + count3)))
     return thrum_error_set(error, THRUM_BAD_VALUE, "%s: a number is not finite", path);
   THRUM_TRY(take_linear(path, force, imported, error));
   THRUM_TRY(integrate_both(quadratic, cubic, imported, error));

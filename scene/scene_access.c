@@ -1,7 +1,7 @@
 /* Time, steps and bodies of a scene. SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "scene/scene_access.h"
+#include "scene/scene_private.h"
 
 #include <string.h>
 
@@ -17,12 +17,27 @@ double thrum_scene_dt(const thrum_scene *scene) {
   return scene->dt;
 }
 
-scene_body *scene_body_at(const thrum_scene *scene, int32_t body, thrum_error *error) {
-  if (scene != NULL && body >= 0 && body < scene->body_count)
-    return scene->bodies[body];
-  thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no body %d: the scene has %d", (int)body,
-                  scene != NULL ? (int)scene->body_count : 0);
-  return NULL;
+thrum_status scene_body_at(const thrum_scene *scene, int32_t number, scene_body **body,
+                           thrum_error *error) {
+  if (scene == NULL || number < 0 || number >= scene->body_count)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no body %d: the scene has %d",
+                           (int)number, scene != NULL ? (int)scene->body_count : 0);
+  *body = scene->bodies[number];
+  return THRUM_OK;
+}
+
+thrum_status scene_vertex_check(const scene_body *body, int64_t vertex, thrum_error *error) {
+  const thrum_model *model = body->model;
+  if (!model->basis || !model->vertices)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the model of body '%s' has no basis, so no point of it can be followed "
+                           "or pulled",
+                           body->name);
+  if (vertex < 0 || vertex >= model->vertex_count)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "vertex %lld of body '%s': there are %lld", (long long)vertex,
+                           body->name, (long long)model->vertex_count);
+  return THRUM_OK;
 }
 
 int32_t thrum_scene_body_count(const thrum_scene *scene) {

@@ -2,12 +2,11 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "scene/scene_base_motion.h"
+#include "runtime/base/finite.h"
+#include "scene/scene_private.h"
 
 #include <math.h>
 
-#include "scene/scene_loads.h"
-#include "scene/scene_memory.h"
 #include "thrum/external_load.h"
 
 thrum_status scene_base_motion_check(const scene_body *body, thrum_error *error) {
@@ -45,8 +44,8 @@ thrum_status thrum_scene_add_base_motion_record(thrum_scene *scene, const thrum_
 
 thrum_status thrum_scene_add_base_motion(thrum_scene *scene, const double amplitude[3],
                                          const thrum_load *course, thrum_error *error) {
-  if (!isfinite(amplitude[0]) || !isfinite(amplitude[1]) || !isfinite(amplitude[2]) ||
-      isnan(course->from) || isnan(course->until) || !isfinite(course->frequency))
+  if (!thrum_all_finite(amplitude, 3) || isnan(course->from) || isnan(course->until) ||
+      !isfinite(course->frequency))
     return thrum_error_set(error, THRUM_BAD_VALUE, "a base motion is not finite");
   const scene_base_motion base_motion = {
       .amplitude = {amplitude[0], amplitude[1], amplitude[2]}, .course = *course, .now = *course};

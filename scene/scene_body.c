@@ -1,20 +1,12 @@
 /* Bodies: what a def says becomes a state at its start.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "scene/scene_body.h"
+#include "scene/scene_private.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/scene_base_motion.h"
-#include "scene/scene_contact.h"
-#include "scene/scene_free_body.h"
-#include "scene/scene_loads.h"
-#include "scene/scene_memory.h"
-#include "scene/scene_model.h"
-#include "scene/scene_placement.h"
-#include "scene/scene_surface.h"
 #include "thrum/displacement.h"
 
 #define BODY_COOKIE UINT32_C(0x7468626f)
@@ -135,14 +127,10 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
   set_name(scene, def->name, body);
 
   // where it stands, and its vectors at the rank of the model
-  thrum_status status = scene_placement_make(def->position, def->rotation, &body->placement, error);
+  THRUM_TRY(scene_placement_make(def->position, def->rotation, &body->placement, error));
   body->here = body->placement;
-  if (status >= 0)
-    status = make_vectors(body, error);
-  if (status >= 0)
-    status = scene_model_take(scene, def->model, rank, &by, &body->derived, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(make_vectors(body, error));
+  THRUM_TRY(scene_model_take(scene, def->model, rank, &by, &body->derived, error));
   // thrum_model_scale: k = (d s^3)^-1/2, g = k / s
   const double volume = by.length * by.length * by.length;
   body->k = 1 / sqrt(by.density * volume);
@@ -150,22 +138,16 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
   body->mass = by.density * volume * body->k;
 
   // the start, and all that acts on the body
-  status = make_start(def, body, error);
-  if (status >= 0)
-    status = scene_free_make(def, body, error);
-  if (status >= 0)
-    status = scene_surface_make(def, body, error);
-  if (status >= 0 && scene->base_motion_count > 0)
-    status = scene_base_motion_check(body, error);
-  if (status >= 0)
-    status = scene_gravity_reduce(body, scene->gravity, error);
-  if (status >= 0)
-    status = scene_state_make(body->derived->model, &body->def, body->start_q, body->start_p,
-                              &body->state, error);
-  if (status >= 0)
-    status = scene_touch_make(scene, body, body->derived, body->state, &body->touch, error);
+  THRUM_TRY(make_start(def, body, error));
   memcpy(body->before, body->start_q, (size_t)body->model->rank * sizeof *body->before);
-  return status;
+  THRUM_TRY(scene_free_make(def, body, error));
+  THRUM_TRY(scene_surface_make(def, body, error));
+  if (scene->base_motion_count > 0)
+    THRUM_TRY(scene_base_motion_check(body, error));
+  THRUM_TRY(scene_gravity_reduce(body, scene->gravity, error));
+  THRUM_TRY(scene_state_make(body->derived->model, &body->def, body->start_q, body->start_p,
+                             &body->state, error));
+  return scene_touch_make(scene, body, body->derived, body->state, &body->touch, error);
 }
 
 thrum_status thrum_scene_add_body(thrum_scene *scene, const thrum_scene_body_def *def,

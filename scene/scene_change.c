@@ -6,14 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/scene_access.h"
-#include "scene/scene_body.h"
-#include "scene/scene_contact.h"
-#include "scene/scene_free_body.h"
-#include "scene/scene_loads.h"
-#include "scene/scene_model.h"
-#include "scene/scene_obstacle.h"
-#include "scene/scene_query.h"
+#include "scene/scene_private.h"
 
 /* Makes the body's state and model anew, as the def, rank and stiffness say. */
 static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_state_def *def,
@@ -55,9 +48,8 @@ static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_st
 
 thrum_status thrum_scene_set_damping(thrum_scene *scene, int32_t number, double alpha, double beta,
                                      thrum_error *error) {
-  scene_body *body = scene_body_at(scene, number, error);
-  if (body == NULL)
-    return THRUM_INVALID_ARGUMENT;
+  scene_body *body = NULL;
+  THRUM_TRY(scene_body_at(scene, number, &body, error));
   thrum_state_def def = body->def;
   def.damping_alpha = alpha;
   def.damping_beta = beta;
@@ -66,17 +58,15 @@ thrum_status thrum_scene_set_damping(thrum_scene *scene, int32_t number, double 
 
 thrum_status thrum_scene_set_stiffness(thrum_scene *scene, int32_t number, double stiffness,
                                        thrum_error *error) {
-  scene_body *body = scene_body_at(scene, number, error);
-  if (body == NULL)
-    return THRUM_INVALID_ARGUMENT;
+  scene_body *body = NULL;
+  THRUM_TRY(scene_body_at(scene, number, &body, error));
   return rebuild(scene, body, &body->def, body->derived->rank, stiffness, error);
 }
 
 thrum_status thrum_scene_set_integrator(thrum_scene *scene, int32_t number,
                                         thrum_integrator integrator, thrum_error *error) {
-  scene_body *body = scene_body_at(scene, number, error);
-  if (body == NULL)
-    return THRUM_INVALID_ARGUMENT;
+  scene_body *body = NULL;
+  THRUM_TRY(scene_body_at(scene, number, &body, error));
   thrum_state_def def = body->def;
   def.integrator = integrator;
   return rebuild(scene, body, &def, body->derived->rank, body->derived->by.stiffness, error);
@@ -84,9 +74,8 @@ thrum_status thrum_scene_set_integrator(thrum_scene *scene, int32_t number,
 
 thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t number, int64_t rank,
                                   thrum_error *error) {
-  scene_body *body = scene_body_at(scene, number, error);
-  if (body == NULL)
-    return THRUM_INVALID_ARGUMENT;
+  scene_body *body = NULL;
+  THRUM_TRY(scene_body_at(scene, number, &body, error));
   if (rank < 1 || rank > body->model->rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is asked for; the model has 1 to %lld", (long long)rank,

@@ -4,14 +4,11 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "scene/scene_contact.h"
+#include "runtime/base/finite.h"
+#include "scene/scene_private.h"
 
 #include <stdlib.h>
 #include <string.h>
-
-#include "scene/scene_access.h"
-#include "scene/scene_free_body.h"
-#include "scene/scene_memory.h"
 
 static bool pulled(const scene_body *body) {
   bool any = false;
@@ -91,7 +88,6 @@ thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
 
   // points for what may touch, and for each pull that may come
   scene_touch *touch = calloc(1, sizeof *touch);
-  thrum_status status = THRUM_OUT_OF_MEMORY;
   if (touch != NULL) {
     const size_t count = (size_t)(points + THRUM_SCENE_PULLS);
     touch->count = (int64_t)count;
@@ -102,7 +98,7 @@ thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
   }
   if (touch == NULL || !touch->rest || !touch->rows || !touch->places) {
     scene_touch_free(touch);
-    return thrum_error_set(error, status, "no memory for a contact");
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a contact");
   }
 
   // the reduced model of these points alone
@@ -115,7 +111,7 @@ thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
     if (body->pulls[n].used)
       fill_point(body, touch, points + n, body->pulls[n].vertex);
 
-  status = make_contact(body, points, state, touch, error);
+  const thrum_status status = make_contact(body, points, state, touch, error);
   if (status < 0)
     scene_touch_free(touch);
   else
@@ -173,36 +169,25 @@ thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body,
  */
 
 /* The body and slot of a pull in use. */
-static scene_pull *find_pull(const thrum_scene *scene, int32_t number, scene_body **body,
-                             thrum_error *error) {
+static thrum_status find_pull(const thrum_scene *scene, int32_t number, scene_body **body,
+                              scene_pull **pull, thrum_error *error) {
   const int32_t n = number / THRUM_SCENE_PULLS;
-  if (number >= 0 && n < scene->body_count) {
-    *body = scene->bodies[n];
-    scene_pull *pull = &(*body)->pulls[number % THRUM_SCENE_PULLS];
-    if (pull->used)
-      return pull;
-  }
-  thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no pull %d now", (int)number);
-  return NULL;
+  if (number < 0 || n >= scene->body_count ||
+      !scene->bodies[n]->pulls[number % THRUM_SCENE_PULLS].used)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no pull %d now", (int)number);
+  *body = scene->bodies[n];
+  *pull = &(*body)->pulls[number % THRUM_SCENE_PULLS];
+  return THRUM_OK;
 }
 
 static thrum_status check_pull(const scene_body *body, int64_t vertex, const double target[3],
                                double stiffness, double damping, thrum_error *error) {
   // the model must have a vertex to pull at
-  const thrum_model *model = body->model;
-  if (!model->basis || !model->vertices)
-    return thrum_error_set(error, THRUM_MISSING,
-                           "the model of body '%s' has no basis, so nothing can pull it",
-                           body->name);
-  if (vertex < 0 || vertex >= model->vertex_count)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "vertex %lld of body '%s': there are %lld", (long long)vertex,
-                           body->name, (long long)model->vertex_count);
+  THRUM_TRY(scene_vertex_check(body, vertex, error));
 
   // written so that NaN is refused as well
-  for (int axis = 0; axis < 3; axis++)
-    if (!(target[axis] - target[axis] == 0))
-      return thrum_error_set(error, THRUM_BAD_VALUE, "the target of a pull is not finite");
+  if (!thrum_all_finite(target, 3))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "the target of a pull is not finite");
   if (!(stiffness >= 0 && stiffness <= THRUM_CONTACT_STIFFNESS_MAX) ||
       !(damping <= THRUM_CONTACT_STIFFNESS_MAX))
     return thrum_error_set(error, THRUM_BAD_VALUE,
@@ -214,15 +199,12 @@ thrum_status thrum_scene_pull_start(thrum_scene *scene, int32_t number, int64_t 
                                     const double target[3], double stiffness, double damping,
                                     int32_t *pull, thrum_error *error) {
   // the pull is checked before anything changes
-  scene_body *body = scene_body_at(scene, number, error);
-  int slot = 0;
-  if (body == NULL)
-    return THRUM_INVALID_ARGUMENT;
-  thrum_status status = check_pull(body, vertex, target, stiffness, damping, error);
-  if (status < 0)
-    return status;
+  scene_body *body = NULL;
+  THRUM_TRY(scene_body_at(scene, number, &body, error));
+  THRUM_TRY(check_pull(body, vertex, target, stiffness, damping, error));
 
   // the first place that no pull uses
+  int slot = 0;
   while (slot < THRUM_SCENE_PULLS && body->pulls[slot].used)
     slot++;
   if (slot == THRUM_SCENE_PULLS)
@@ -234,6 +216,7 @@ thrum_status thrum_scene_pull_start(thrum_scene *scene, int32_t number, int64_t 
   memcpy(made->target, target, sizeof made->target);
 
   // the first pull of a body that touches nothing makes its contact
+  thrum_status status = THRUM_OK;
   if (body->touch == NULL)
     status = scene_touch_make(scene, body, body->derived, body->state, &body->touch, error);
   else
@@ -253,21 +236,17 @@ thrum_status thrum_scene_pull_start(thrum_scene *scene, int32_t number, int64_t 
 thrum_status thrum_scene_pull_move(thrum_scene *scene, int32_t number, const double target[3],
                                    thrum_error *error) {
   scene_body *body = NULL;
-  scene_pull *pull = find_pull(scene, number, &body, error);
-  if (pull == NULL)
-    return THRUM_INVALID_ARGUMENT;
-  const thrum_status status =
-      check_pull(body, pull->vertex, target, pull->stiffness, pull->damping, error);
-  if (status >= 0)
-    memcpy(pull->target, target, sizeof pull->target);
-  return status;
+  scene_pull *pull = NULL;
+  THRUM_TRY(find_pull(scene, number, &body, &pull, error));
+  THRUM_TRY(check_pull(body, pull->vertex, target, pull->stiffness, pull->damping, error));
+  memcpy(pull->target, target, sizeof pull->target);
+  return THRUM_OK;
 }
 
 thrum_status thrum_scene_pull_end(thrum_scene *scene, int32_t number, thrum_error *error) {
   scene_body *body = NULL;
-  scene_pull *pull = find_pull(scene, number, &body, error);
-  if (pull == NULL)
-    return THRUM_INVALID_ARGUMENT;
+  scene_pull *pull = NULL;
+  THRUM_TRY(find_pull(scene, number, &body, &pull, error));
   pull->used = false;
   // bodies that nothing touches are stepped side by side again
   if (body->touch->idle && !pulled(body)) {
@@ -281,24 +260,22 @@ thrum_status thrum_scene_pull_end(thrum_scene *scene, int32_t number, thrum_erro
 thrum_status thrum_scene_pull_get(thrum_scene *scene, int32_t number, double point[3],
                                   double force[3], thrum_error *error) {
   scene_body *body = NULL;
-  const scene_pull *pull = find_pull(scene, number, &body, error);
-  if (pull == NULL)
-    return THRUM_INVALID_ARGUMENT;
+  scene_pull *pull = NULL;
+  THRUM_TRY(find_pull(scene, number, &body, &pull, error));
 
   // the contact counts only the pulls in use
   int64_t place = 0;
   for (const scene_pull *before = body->pulls; before < pull; before++)
     place += before->used;
 
-  thrum_status status = THRUM_OK;
   // a pull that has not acted yet has no force
   if (force != NULL) {
     memset(force, 0, 3 * sizeof *force);
     thrum_contact_pull_force(body->touch->contact, place, force, NULL);
   }
 
-  if (point != NULL)
-    status = thrum_scene_body_vertex(scene, number / THRUM_SCENE_PULLS, pull->vertex, point, NULL,
-                                     error);
-  return status;
+  if (point == NULL)
+    return THRUM_OK;
+  return thrum_scene_body_vertex(scene, number / THRUM_SCENE_PULLS, pull->vertex, point, NULL,
+                                 error);
 }

@@ -2,13 +2,12 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "scene/scene_free_body.h"
+#include "runtime/base/finite.h"
+#include "scene/scene_private.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "scene/scene_placement.h"
 
 static void cross(const double a[3], const double b[3], double out[3]) {
   for (int axis = 0; axis < 3; axis++) {
@@ -44,9 +43,8 @@ static thrum_status make_rigid_frame(const thrum_scene_body_def *def, scene_body
   scene_to_body(&body->placement, def->spin, spin);
   find_momentum(body->rigid_frame.inverse, spin, momentum);
   scene_to_world(&body->placement, momentum, body->start_momentum);
-  for (int axis = 0; axis < 3; axis++)
-    if (!isfinite(body->start_momentum[axis]))
-      return thrum_error_set(error, THRUM_BAD_VALUE, "the spin at the start is not finite");
+  if (!thrum_all_finite(body->start_momentum, 3))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "the spin at the start is not finite");
   return THRUM_OK;
 }
 
@@ -60,9 +58,8 @@ thrum_status scene_free_make(const thrum_scene_body_def *def, scene_body *body,
                            "a free body needs a model that nothing holds: precompute it without "
                            "--fix");
 
-  for (int axis = 0; axis < 3; axis++)
-    if (!isfinite(def->velocity[axis]))
-      return thrum_error_set(error, THRUM_BAD_VALUE, "the velocity at the start is not finite");
+  if (!thrum_all_finite(def->velocity, 3))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "the velocity at the start is not finite");
   THRUM_TRY(make_rigid_frame(def, body, error));
 
   // room for the loads of a body that turns: their parts along its axes, and what they do to the

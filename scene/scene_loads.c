@@ -7,22 +7,14 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "scene/scene_loads.h"
+#include "runtime/base/finite.h"
+#include "scene/scene_private.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/scene_access.h"
-#include "scene/scene_memory.h"
-#include "scene/scene_parts.h"
-#include "scene/scene_placement.h"
-#include "scene/scene_reduced_load.h"
 #include "thrum/external_load.h"
-
-static bool finite3(const double *vector) {
-  return isfinite(vector[0]) && isfinite(vector[1]) && isfinite(vector[2]);
-}
 
 /* reduced (zero before) += U'^T M' a of a uniform acceleration in world axes. */
 static thrum_status reduce_acceleration(const scene_body *body, const double acceleration[3],
@@ -58,7 +50,7 @@ thrum_status scene_gravity_reduce(scene_body *body, const double gravity[3], thr
 
 thrum_status thrum_scene_set_gravity(thrum_scene *scene, const double gravity[3],
                                      thrum_error *error) {
-  if (!finite3(gravity))
+  if (!thrum_all_finite(gravity, 3))
     return thrum_error_set(error, THRUM_BAD_VALUE, "gravity is not finite");
   for (int32_t n = 0; n < scene->body_count; n++) {
     // all are tried before one is changed
@@ -124,7 +116,7 @@ static thrum_status reduce_load(const scene_body *body, const thrum_scene_load *
 static thrum_status check_load(const thrum_scene_load *load, thrum_error *error) {
   const thrum_load *course = &load->course;
   if (load->kind != THRUM_SCENE_FIELD && load->kind != THRUM_SCENE_REDUCED &&
-      !finite3(load->vector))
+      !thrum_all_finite(load->vector, 3))
     return thrum_error_set(error, THRUM_BAD_VALUE, "a load is not finite");
   if (isnan(course->from) || isnan(course->until) || !isfinite(course->frequency))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the course of a load is not a number");
@@ -133,9 +125,8 @@ static thrum_status check_load(const thrum_scene_load *load, thrum_error *error)
 
 thrum_status thrum_scene_add_load(thrum_scene *scene, int32_t number, const thrum_scene_load *load,
                                   thrum_error *error) {
-  scene_body *body = scene_body_at(scene, number, error);
-  if (body == NULL)
-    return THRUM_INVALID_ARGUMENT;
+  scene_body *body = NULL;
+  THRUM_TRY(scene_body_at(scene, number, &body, error));
   THRUM_TRY(check_load(load, error));
 
   // room first, so that a load is added whole or not at all

@@ -1,10 +1,8 @@
 /* The models that bodies step, made of those that they were given, each once.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "scene/scene_model.h"
+#include "scene/scene_private.h"
 
 #include <stdlib.h>
-
-#include "scene/scene_memory.h"
 
 /* The model without what a step never reads. */
 static thrum_model lean(const thrum_model *model) {

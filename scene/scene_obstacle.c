@@ -2,12 +2,9 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "scene/scene_obstacle.h"
+#include "scene/scene_private.h"
 
 #include <string.h>
-
-#include "scene/scene_contact.h"
-#include "scene/scene_memory.h"
 
 /* Makes the contacts that bodies have not got yet; all of them or none. */
 static thrum_status make_contacts(thrum_scene *scene, thrum_error *error) {
@@ -70,10 +67,9 @@ static thrum_status check_number(const thrum_scene *scene, int32_t number, thrum
 
 thrum_status thrum_scene_obstacle(const thrum_scene *scene, int32_t number,
                                   thrum_obstacle *obstacle, thrum_error *error) {
-  const thrum_status status = check_number(scene, number, error);
-  if (status >= 0)
-    *obstacle = scene->obstacles[number];
-  return status;
+  THRUM_TRY(check_number(scene, number, error));
+  *obstacle = scene->obstacles[number];
+  return THRUM_OK;
 }
 
 thrum_status thrum_scene_set_obstacle(thrum_scene *scene, int32_t number,

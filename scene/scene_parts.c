@@ -9,12 +9,11 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "scene/scene_parts.h"
+#include "scene/scene_private.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "scene/scene_memory.h"
 #include "thrum/external_load.h"
 
 /* A field whose component `b` acts along axis `a`. */

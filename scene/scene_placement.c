@@ -2,7 +2,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "scene/scene_placement.h"
+#include "runtime/base/finite.h"
+#include "scene/scene_private.h"
 
 #include <math.h>
 #include <string.h>
@@ -32,13 +33,11 @@ thrum_status thrum_scene_axes(const double rotation[4], double axes[9], thrum_er
 
 thrum_status scene_placement_make(const double position[3], const double rotation[4],
                                   thrum_placement *placement, thrum_error *error) {
-  for (int n = 0; n < 3; n++)
-    if (!isfinite(position[n]))
-      return thrum_error_set(error, THRUM_BAD_VALUE, "a position is not finite");
-  const thrum_status status = thrum_scene_axes(rotation, placement->axes, error);
-  if (status == THRUM_OK)
-    memcpy(placement->origin, position, sizeof placement->origin);
-  return status;
+  if (!thrum_all_finite(position, 3))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "a position is not finite");
+  THRUM_TRY(thrum_scene_axes(rotation, placement->axes, error));
+  memcpy(placement->origin, position, sizeof placement->origin);
+  return THRUM_OK;
 }
 
 void scene_to_world(const thrum_placement *placement, const double in_body[3], double out[3]) {
@@ -57,8 +56,7 @@ thrum_status thrum_scene_to_body(const double rotation[4], const double in_world
                                  double in_body[3], thrum_error *error) {
   const double vector[3] = {in_world[0], in_world[1], in_world[2]};
   thrum_placement placement;
-  const thrum_status status = thrum_scene_axes(rotation, placement.axes, error);
-  if (status >= 0)
-    scene_to_body(&placement, vector, in_body);
-  return status;
+  THRUM_TRY(thrum_scene_axes(rotation, placement.axes, error));
+  scene_to_body(&placement, vector, in_body);
+  return THRUM_OK;
 }

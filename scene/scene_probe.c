@@ -5,24 +5,14 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "scene/scene_access.h"
-#include "scene/scene_memory.h"
-#include "scene/scene_query.h"
+#include "scene/scene_private.h"
 
 static thrum_status check(const scene_body *body, const int32_t *vertices, int64_t count,
                           thrum_error *error) {
-  const thrum_model *model = body->model;
-  if (!model->basis || !model->vertices)
-    return thrum_error_set(error, THRUM_MISSING,
-                           "the model of body '%s' has no basis, so no point of it can be followed",
-                           body->name);
   if (count < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "a probe is given no vertices");
-  for (int64_t n = 0; vertices && n < count; n++)
-    if (vertices[n] < 0 || vertices[n] >= model->vertex_count)
-      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                             "vertex %lld of body '%s': there are %lld", (long long)vertices[n],
-                             body->name, (long long)model->vertex_count);
+  for (int64_t n = 0; n < count; n++)
+    THRUM_TRY(scene_vertex_check(body, vertices ? vertices[n] : n, error));
   return THRUM_OK;
 }
 
@@ -42,9 +32,8 @@ static void average(const thrum_model *model, const int32_t *vertices, int64_t c
 thrum_status thrum_scene_add_probe(thrum_scene *scene, const char *name, int32_t number,
                                    const int32_t *vertices, int64_t count, thrum_error *error) {
   // the vertices are checked before anything changes
-  const scene_body *body = scene_body_at(scene, number, error);
-  if (body == NULL)
-    return THRUM_INVALID_ARGUMENT;
+  scene_body *body = NULL;
+  THRUM_TRY(scene_body_at(scene, number, &body, error));
   const int64_t all = vertices ? count : body->model->vertex_count;
   THRUM_TRY(check(body, vertices, all, error));
 
@@ -91,8 +80,7 @@ thrum_status thrum_scene_probe(thrum_scene *scene, int32_t number, double positi
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no probe %d: the scene has %d",
                            (int)number, (int)scene->probe_count);
   scene_body *body = scene->bodies[probe->body];
-  const thrum_status status = scene_body_read(body, velocity != NULL, error);
-  if (status >= 0)
-    scene_point(body, probe->rest, probe->rows, position, velocity);
-  return status;
+  THRUM_TRY(scene_body_read(body, velocity != NULL, error));
+  scene_point(body, probe->rest, probe->rows, position, velocity);
+  return THRUM_OK;
 }

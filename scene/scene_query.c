@@ -2,24 +2,18 @@
  */
 #include "runtime/base/fp_contract.h"
 
-#include "scene/scene_query.h"
+#include "scene/scene_private.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "scene/scene_access.h"
-#include "scene/scene_free_body.h"
-#include "scene/scene_placement.h"
-
 thrum_status scene_body_read(scene_body *body, bool p, thrum_error *error) {
-  thrum_status status = THRUM_OK;
-  if (!body->q_known || (p && !body->p_known))
-    status = thrum_state_get(body->derived->model, body->state, body->q, p ? body->p : NULL, error);
-  if (status >= 0) {
-    body->q_known = true;
-    body->p_known = body->p_known || p;
-  }
-  return status;
+  if (body->q_known && (!p || body->p_known))
+    return THRUM_OK;
+  THRUM_TRY(thrum_state_get(body->derived->model, body->state, body->q, p ? body->p : NULL, error));
+  body->q_known = true;
+  body->p_known = body->p_known || p;
+  return THRUM_OK;
 }
 
 void scene_point(const scene_body *body, const double rest[3], const double *rows,
@@ -56,12 +50,11 @@ void scene_point(const scene_body *body, const double rest[3], const double *row
     velocity[axis] += whole[axis];
 }
 
-/* A body and its q, and p if asked for; NULL when that fails, the reason in *status. */
-static scene_body *read_body(const thrum_scene *scene, int32_t number, bool p, thrum_status *status,
-                             thrum_error *error) {
-  scene_body *body = scene_body_at(scene, number, error);
-  *status = body != NULL ? scene_body_read(body, p, error) : THRUM_INVALID_ARGUMENT;
-  return *status >= 0 ? body : NULL;
+/* A body and its q, and p if asked for. */
+static thrum_status read_body(const thrum_scene *scene, int32_t number, bool p, scene_body **body,
+                              thrum_error *error) {
+  THRUM_TRY(scene_body_at(scene, number, body, error));
+  return scene_body_read(*body, p, error);
 }
 
 /* Heap memory of a body, models apart. */
@@ -77,9 +70,8 @@ static size_t bytes_of(const scene_body *body) {
 
 thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_scene_body_info *info,
                               thrum_error *error) {
-  const scene_body *body = scene_body_at(scene, number, error);
-  if (body == NULL)
-    return THRUM_INVALID_ARGUMENT;
+  scene_body *body = NULL;
+  THRUM_TRY(scene_body_at(scene, number, &body, error));
 
   // the body as it was defined, and as the steps have made it
   *info = (thrum_scene_body_info){
@@ -112,19 +104,16 @@ thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_sc
 
 thrum_status thrum_scene_body_stepped_modes(const thrum_scene *scene, int32_t number,
                                             thrum_stepped_mode *modes, thrum_error *error) {
-  const scene_body *body = scene_body_at(scene, number, error);
-  if (body == NULL)
-    return THRUM_INVALID_ARGUMENT;
+  scene_body *body = NULL;
+  THRUM_TRY(scene_body_at(scene, number, &body, error));
   return thrum_state_stepped_modes(body->derived->model, body->state, modes, error);
 }
 
 thrum_status thrum_scene_body_energies(thrum_scene *scene, int32_t number,
                                        thrum_scene_energies *energies, thrum_error *error) {
-  thrum_status status = THRUM_OK;
-  scene_body *body = read_body(scene, number, false, &status, error);
+  scene_body *body = NULL;
   thrum_energies of_state;
-  if (body == NULL)
-    return status;
+  THRUM_TRY(read_body(scene, number, false, &body, error));
   THRUM_TRY(thrum_state_energies(body->derived->model, body->state, &of_state, error));
 
   // the work of the body's weight against its deformation
@@ -160,10 +149,8 @@ thrum_status thrum_scene_body_energies(thrum_scene *scene, int32_t number,
 
 thrum_status thrum_scene_body_get(thrum_scene *scene, int32_t number, double *q, double *p,
                                   thrum_error *error) {
-  thrum_status status = THRUM_OK;
-  const scene_body *body = read_body(scene, number, p != NULL, &status, error);
-  if (body == NULL)
-    return status;
+  scene_body *body = NULL;
+  THRUM_TRY(read_body(scene, number, p != NULL, &body, error));
   const size_t bytes = (size_t)body->derived->rank * sizeof(double);
   if (q != NULL)
     memcpy(q, body->q, bytes);
@@ -180,20 +167,17 @@ static void shape(const scene_body *body, double *q) {
 
 thrum_status thrum_scene_body_shape(thrum_scene *scene, int32_t number, double *q,
                                     thrum_error *error) {
-  thrum_status status = THRUM_OK;
-  const scene_body *body = read_body(scene, number, false, &status, error);
-  if (body != NULL)
-    shape(body, q);
-  return status;
+  scene_body *body = NULL;
+  THRUM_TRY(read_body(scene, number, false, &body, error));
+  shape(body, q);
+  return THRUM_OK;
 }
 
 thrum_status thrum_scene_body_positions(thrum_scene *scene, int32_t number,
                                         const thrum_surface *surface, float *out, int64_t stride,
                                         thrum_error *error) {
-  thrum_status status = THRUM_OK;
-  const scene_body *body = read_body(scene, number, false, &status, error);
-  if (body == NULL)
-    return status;
+  scene_body *body = NULL;
+  THRUM_TRY(read_body(scene, number, false, &body, error));
   // body->force is made anew in every step
   shape(body, body->force);
   return thrum_surface_positions(surface, THRUM_SURFACE_POSITIONS, body->force, 0,
@@ -202,27 +186,22 @@ thrum_status thrum_scene_body_positions(thrum_scene *scene, int32_t number,
 
 thrum_status thrum_scene_body_vertex(thrum_scene *scene, int32_t number, int64_t vertex,
                                      double position[3], double velocity[3], thrum_error *error) {
-  thrum_status status = THRUM_OK;
-  const scene_body *body = read_body(scene, number, velocity != NULL, &status, error);
-  if (body == NULL)
-    return status;
+  scene_body *body = NULL;
+  THRUM_TRY(read_body(scene, number, velocity != NULL, &body, error));
+  THRUM_TRY(scene_vertex_check(body, vertex, error));
   const thrum_model *model = body->model;
-  if (!model->basis || !model->vertices)
-    return thrum_error_set(error, THRUM_MISSING, "the model of body '%s' has no basis", body->name);
-  if (vertex < 0 || vertex >= model->vertex_count)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "vertex %lld of body '%s': there are %lld", (long long)vertex,
-                           body->name, (long long)model->vertex_count);
   scene_point(body, model->vertices + 3 * vertex, model->basis + 3 * vertex * model->rank, position,
               velocity);
   return THRUM_OK;
 }
 
 void thrum_scene_body_matrix(const thrum_scene *scene, int32_t number, double matrix[16]) {
-  const scene_body *body = scene_body_at(scene, number, NULL);
+  scene_body *body = NULL;
   memset(matrix, 0, 16 * sizeof *matrix);
   matrix[15] = 1;
-  for (int column = 0; column < 3 && body != NULL; column++) {
+  if (scene_body_at(scene, number, &body, NULL) < 0)
+    return;
+  for (int column = 0; column < 3; column++) {
     for (int row = 0; row < 3; row++)
       matrix[4 * column + row] = body->derived->by.length * body->here.axes[3 * row + column];
     matrix[12 + column] = body->here.origin[column];

@@ -1,18 +1,9 @@
 /* Loads as they act on the coordinates of a body: what is reduced once, where there is a whole
  * mesh, can be added where there is none. SPDX-License-Identifier: Apache-2.0 */
-#include "scene/scene_reduced_load.h"
+#include "runtime/base/finite.h"
+#include "scene/scene_private.h"
 
-#include <math.h>
 #include <string.h>
-
-#include "scene/scene_access.h"
-
-static bool finite(const double *values, int64_t count) {
-  for (int64_t n = 0; n < count; n++)
-    if (!isfinite(values[n]))
-      return false;
-  return true;
-}
 
 thrum_status scene_reduced_check(const scene_body *body, const thrum_scene_load *load,
                                  thrum_error *error) {
@@ -21,25 +12,25 @@ thrum_status scene_reduced_check(const scene_body *body, const thrum_scene_load 
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a reduced load of body '%s' has no array %s", body->name,
                            load->reduced == NULL ? "reduced" : "parts, which free bodies need");
-  if (finite(load->reduced, r) &&
-      (!body->free ||
-       (finite(load->parts, 9 * r) && finite(load->moments, 9) && finite(load->resultant, 3))))
+  if (thrum_all_finite(load->reduced, r) &&
+      (!body->free || (thrum_all_finite(load->parts, 9 * r) && thrum_all_finite(load->moments, 9) &&
+                       thrum_all_finite(load->resultant, 3))))
     return THRUM_OK;
   return thrum_error_set(error, THRUM_BAD_VALUE, "a reduced load of body '%s' is not finite",
                          body->name);
 }
 
 int64_t thrum_scene_load_count(const thrum_scene *scene, int32_t number) {
-  const scene_body *body = scene_body_at(scene, number, NULL);
-  return body != NULL ? body->load_count - 1 : 0; // the first is gravity
+  scene_body *body = NULL;
+  return scene_body_at(scene, number, &body, NULL) >= 0 ? body->load_count - 1
+                                                        : 0; // the first is gravity
 }
 
 thrum_status thrum_scene_body_load(const thrum_scene *scene, int32_t number, int64_t index,
                                    thrum_scene_load *load, thrum_error *error) {
   // the first load of a body is its weight, which is not counted here
-  const scene_body *body = scene_body_at(scene, number, error);
-  if (body == NULL)
-    return THRUM_INVALID_ARGUMENT;
+  scene_body *body = NULL;
+  THRUM_TRY(scene_body_at(scene, number, &body, error));
   if (index < 0 || index >= body->load_count - 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "body '%s' has no load %lld", body->name,
                            (long long)index);

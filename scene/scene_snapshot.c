@@ -7,8 +7,7 @@
 
 #include "runtime/base/finite.h"
 #include "runtime/base/seal.h"
-#include "scene/scene_free_body.h"
-#include "scene/scene_loads.h"
+#include "scene/scene_private.h"
 
 /* Steps and counters beyond this could overflow when they are counted on. */
 #define COUNT_MAX (INT64_C(1) << 62)

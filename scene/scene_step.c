@@ -4,12 +4,7 @@
 
 #include <string.h>
 
-#include "scene/scene_contact.h"
-#include "scene/scene_free_body.h"
-#include "scene/scene_loads.h"
-#include "scene/scene_obstacle.h"
-#include "scene/scene_query.h"
-#include "scene/scene_wind.h"
+#include "scene/scene_private.h"
 #include "thrum/external_load.h"
 
 /* The load of the step to come; a body that touches or is pulled makes its step here, since contact
@@ -18,14 +13,11 @@ static thrum_status push(const thrum_scene *scene, scene_body *body, thrum_error
   scene_wrench *wrench = &body->wrench;
   *wrench = (scene_wrench){{0}, {0}};
   scene_loads_sum(scene, body, wrench);
-  thrum_status status = THRUM_OK;
   if (scene->air > 0 && body->surface_count > 0)
-    status = scene_wind_add(scene, body, wrench, error);
-  if (status >= 0 && body->touch != NULL)
+    THRUM_TRY(scene_wind_add(scene, body, wrench, error));
+  if (body->touch != NULL)
     return scene_touch_step(scene, body, wrench, error);
-  if (status >= 0)
-    status = thrum_state_set_force(body->derived->model, body->state, body->force, error);
-  return status;
+  return thrum_state_set_force(body->derived->model, body->state, body->force, error);
 }
 
 /* Adds up the work and the losses of a step for a body. */

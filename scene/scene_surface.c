@@ -2,7 +2,7 @@
  * triangles' area. SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "scene/scene_surface.h"
+#include "scene/scene_private.h"
 
 #include <math.h>
 #include <stdlib.h>

@@ -13,19 +13,16 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "scene/scene_wind.h"
+#include "runtime/base/finite.h"
+#include "scene/scene_private.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "scene/scene_placement.h"
-#include "scene/scene_query.h"
-
 thrum_status thrum_scene_set_wind(thrum_scene *scene, const double velocity[3], double density,
                                   double drag, thrum_error *error) {
   const double air = 0.5 * density * drag;
-  if (!isfinite(velocity[0]) || !isfinite(velocity[1]) || !isfinite(velocity[2]) ||
-      !(density >= 0) || !(drag >= 0) || !isfinite(air))
+  if (!thrum_all_finite(velocity, 3) || !(density >= 0) || !(drag >= 0) || !isfinite(air))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "a wind wants a velocity that is finite, and a density and a drag "
                            "coefficient >= 0");

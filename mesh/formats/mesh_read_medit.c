@@ -5,7 +5,6 @@
  * several regions tetrahedra_N. Other keywords are passed over. Cost: linear in the file.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include <stdio.h>
 #include <string.h>
 
 #include "io/text.h"

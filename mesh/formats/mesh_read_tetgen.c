@@ -7,8 +7,6 @@
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
-#include <stdio.h>
-#include <string.h>
 
 #include "io/text.h"
 #include "mesh/formats/mesh_read.h"

@@ -6,6 +6,7 @@
 
 #include "platform/allocate.h"
 #include "precompute/full/full_private.h"
+#include "runtime/base/finite.h"
 
 #define DEF_COOKIE UINT32_C(0x66756c6c)
 #define PARTS_MAX 64 /* of a step that cannot be solved at once */
@@ -191,18 +192,11 @@ void thrum_full_free(thrum_full *full) {
 /* --- state --------------------------------------------------------------------------------------
  */
 
-static bool all_finite(const double *field, int64_t count) {
-  for (int64_t c = 0; field && c < count; c++)
-    if (!isfinite(field[c]))
-      return false;
-  return true;
-}
-
 thrum_status thrum_full_set(thrum_full *full, const double *u, const double *v,
                             thrum_error *error) {
   const thrum_fem *fem = &full->body.fem;
   const int64_t all = 3 * fem->vertex_count;
-  if (!all_finite(u, all) || !all_finite(v, all))
+  if ((u && !thrum_all_finite(u, all)) || (v && !thrum_all_finite(v, all)))
     return thrum_error_set(error, THRUM_BAD_VALUE, "u or v holds a number that is not finite");
   for (int64_t i = 0; i < fem->free_count; i++) {
     full->u[i] = u ? u[fem->component[i]] : 0;
@@ -223,7 +217,7 @@ void thrum_full_get(const thrum_full *full, double *u, double *v) {
 
 thrum_status thrum_full_set_force(thrum_full *full, const double *forces, thrum_error *error) {
   const thrum_fem *fem = &full->body.fem;
-  if (!all_finite(forces, 3 * fem->vertex_count))
+  if (forces && !thrum_all_finite(forces, 3 * fem->vertex_count))
     return thrum_error_set(error, THRUM_BAD_VALUE, "forces hold a number that is not finite");
   for (int64_t i = 0; i < fem->free_count; i++) {
     const double force = forces ? forces[fem->component[i]] : 0;

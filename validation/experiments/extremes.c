@@ -8,6 +8,7 @@
 #include <stdlib.h>
 
 #include "platform/clock.h"
+#include "runtime/base/finite.h"
 #include "validation/experiments/run_outcome.h"
 
 #define LOST 1.0 /* of the work: whatever is left then is no energy balance */
@@ -22,22 +23,14 @@ typedef struct balance {
   double last;    /* the same now [J] */
 } balance;
 
-static bool finite(const double *values, int64_t count) {
-  for (int64_t i = 0; i < count; i++) {
-    if (!isfinite(values[i]))
-      return false;
-  }
-  return true;
-}
-
 static thrum_status look(const experiment_body *body, thrum_state *state, bool loaded,
                          balance *seen, experiment_extreme_result *result, thrum_error *error) {
   const thrum_model *model = body->model;
   thrum_energies energies;
   THRUM_TRY(thrum_state_get(model, state, seen->q, seen->p, error));
   THRUM_TRY(thrum_state_energies(model, state, &energies, error));
-  result->not_finite = result->not_finite || !finite(seen->q, model->rank) ||
-                       !finite(seen->p, model->rank) || !isfinite(energies.total);
+  result->not_finite = result->not_finite || !thrum_all_finite(seen->q, model->rank) ||
+                       !thrum_all_finite(seen->p, model->rank) || !isfinite(energies.total);
   if (loaded) {
     seen->work = 0;
     for (int64_t i = 0; i < model->rank; i++)

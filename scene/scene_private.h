@@ -1,0 +1,256 @@
+/* The parts of a scene, and what its files offer each other; private to scene/.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_SCENE_SCENE_PRIVATE_H
+#define THRUM_SCENE_SCENE_PRIVATE_H
+
+#include <stdbool.h>
+
+#include "thrum/scene.h"
+
+/* A model as bodies step it: scaled, cut down, without a mesh. Shared by all bodies that want the
+ * same; freed with the last of them. */
+typedef struct scene_model {
+  const thrum_model *from, *model; /* the same where nothing had to be changed */
+  void *memory;                    /* of the latter; NULL then */
+  int64_t rank;
+  thrum_model_scaling by;
+  int32_t users;
+  struct scene_model *next;
+} scene_model;
+
+/* What of a body touches or is pulled: the rows of U' of these points, and the contact that reads
+ * them. The points that touch come first, then a slot for each pull. */
+typedef struct scene_touch {
+  thrum_model model;   /* that the body steps, with these points as its mesh */
+  double *rest, *rows; /* count x 3 [m], count x 3 x rank; in model */
+  int32_t *places;     /* of the points that touch, one at least: 0, 1, ... */
+  int64_t count;
+  double material[3];
+  bool idle;              /* no point touches: there are pulls alone */
+  thrum_contact *contact; /* its own aligned block */
+  size_t bytes;
+} scene_touch;
+
+/* A pull in one of a body's slots. */
+typedef struct scene_pull {
+  bool used;
+  int64_t vertex;
+  double target[3], stiffness, damping;
+} scene_pull;
+
+/* Force and torque on a free body as a whole, in the world. */
+typedef struct scene_wrench {
+  double force[3];  /* [N] */
+  double torque[3]; /* about the centre of mass [N m] */
+} scene_wrench;
+
+/* One body. Vectors are of its model's full rank r, the first `rank` entries are in use. */
+typedef struct scene_body {
+  char name[THRUM_SCENE_NAME_MAX];
+  const thrum_model *model;
+  scene_model *derived;
+  thrum_placement placement, here; /* at the start, and now */
+  double k, g, mass;               /* U' = k U, q of the model = g q', U'^T M' = mass U^T M */
+  float colour[3];
+  thrum_state_def def;
+  thrum_state *state; /* its own aligned block */
+  double *vectors;    /* of all that follow, each r long */
+  double *start_q, *start_p, *force, *inertia, *before, *q, *p;
+  bool q_known, p_known; /* q, p are those of the present step */
+  thrum_load *courses;   /* load_count; the first is gravity. As given, */
+  thrum_load *now;       /* and counted from the scene's origin */
+  double *directions;    /* load_count x r */
+  int64_t load_count;
+  bool free;
+  double *parts; /* of a free body, load_count x 9 x r: world axis b of a load along body axis a */
+  double *moments;    /* load_count x 9: arm along a times force along b [N m] */
+  double *resultants; /* load_count x 3 [N] */
+  thrum_translation way;
+  thrum_rigid_frame rigid_frame;
+  double start_momentum[3]; /* [kg m^2/s] */
+  double start_velocity[3];
+  int32_t *surface; /* surface_count vertices of the triangles, ascending */
+  double *areas;    /* surface_count x 3, outward, of the scaled body [m^2] */
+  double *stretch;  /* surface_count, |rows of U|^2 */
+  int64_t surface_count;
+  int32_t *touching;   /* touch_count vertices that may touch, */
+  double *touch_areas; /* and what each stands for [m^2] */
+  bool areas_known;    /* false: they are shared evenly */
+  int64_t touch_count;
+  double touch_stiffness;
+  scene_touch *touch;      /* NULL: nothing to touch and no pull */
+  scene_touch *touch_next; /* while obstacles are added */
+  scene_pull pulls[THRUM_SCENE_PULLS];
+  scene_wrench wrench; /* of the step to come */
+  thrum_status status; /* < 0: stopped */
+  int64_t fallback_steps;
+  double work_load, work_base, dissipated;
+} scene_body;
+
+typedef struct scene_base_motion {
+  const thrum_base_motion *motion; /* or NULL, and */
+  double amplitude[3];
+  thrum_load course, now;
+} scene_base_motion;
+
+typedef struct scene_probe {
+  char name[THRUM_SCENE_NAME_MAX];
+  int32_t body;
+  double rest[3];
+  double *rows; /* 3 x r, the mean of its vertices' rows of U */
+} scene_probe;
+
+struct thrum_scene {
+  double dt, origin; /* time at step origin_step, from which loads are counted [s] */
+  int64_t steps, origin_step;
+  double gravity[3];
+  double wind[3], air; /* air: 1/2 density drag [kg/m^3], 0: none */
+  thrum_obstacle *obstacles, *obstacle_starts;
+  int32_t obstacle_count;
+  uint64_t revision; /* of all but what steps change */
+  scene_body **bodies;
+  int32_t body_count;
+  scene_model *models;
+  scene_base_motion *base_motions;
+  int32_t base_motion_count;
+  scene_probe *probes;
+  int32_t probe_count;
+  thrum_state **side; /* body_count: states of one model, for the step */
+  thrum_status *side_status;
+  int32_t *side_body;
+  void *workspace; /* of thrum_batch_step, for the largest model that two bodies share */
+  size_t workspace_size;
+};
+
+/* scene_memory.c: memory of a scene. */
+
+/* A block on a boundary that models and states want; NULL without memory. free() frees. */
+void *scene_aligned(size_t size);
+
+/* Room for `count` items of `size` in the array that the pointer at `array` points to; false
+ * without memory, the array as it was. */
+bool scene_grow(void *array, int64_t count, size_t size);
+
+/* scene_access.c: bodies of a scene by their numbers. */
+
+/* THRUM_INVALID_ARGUMENT for a number that names no body. */
+thrum_status scene_body_at(const thrum_scene *scene, int32_t number, scene_body **body,
+                           thrum_error *error);
+
+/* THRUM_MISSING for a body without a basis, THRUM_INVALID_ARGUMENT for a vertex that it has not. */
+thrum_status scene_vertex_check(const scene_body *body, int64_t vertex, thrum_error *error);
+
+/* scene_placement.c: between the axes of a body and the world. */
+
+thrum_status scene_placement_make(const double position[3], const double rotation[4],
+                                  thrum_placement *placement, thrum_error *error);
+void scene_to_world(const thrum_placement *placement, const double in_body[3], double out[3]);
+void scene_to_body(const thrum_placement *placement, const double in_world[3], double out[3]);
+
+/* scene_model.c: the models that bodies step, each shared by all bodies that want the same. */
+
+/* Finds or makes the model of a body; scene_model_drop undoes. */
+thrum_status scene_model_take(thrum_scene *scene, const thrum_model *from, int64_t rank,
+                              const thrum_model_scaling *by, scene_model **taken,
+                              thrum_error *error);
+void scene_model_drop(thrum_scene *scene, scene_model *model);
+
+/* Room for stepping bodies side by side, after bodies or models have changed. */
+thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *error);
+
+/* scene_body.c: bodies of a scene as they are made. */
+
+/* A state of a def at a model, with q and p (rank) in it; thrum_state_destroy frees. */
+thrum_status scene_state_make(const thrum_model *model, const thrum_state_def *def, const double *q,
+                              const double *p, thrum_state **state, thrum_error *error);
+
+/* scene_base_motion.c: base motions under the bodies of a scene. */
+
+/* THRUM_MISSING for a body that base motions cannot accelerate. */
+thrum_status scene_base_motion_check(const scene_body *body, thrum_error *error);
+
+/* scene_loads.c: loads of bodies over time. */
+
+/* Reduces gravity, the first load of every body. */
+thrum_status scene_gravity_reduce(scene_body *body, const double gravity[3], thrum_error *error);
+
+/* Counts all time courses from the scene's origin, after one was added or dt has changed. */
+void scene_loads_retime(thrum_scene *scene);
+
+/* The mean load of the step to come into body->force; what it does to a free body as a whole. */
+void scene_loads_sum(const thrum_scene *scene, scene_body *body, scene_wrench *wrench);
+
+/* scene_reduced_load.c: loads that are given on the coordinates of a body. */
+
+/* Whether this reduced load may be added to the body. */
+thrum_status scene_reduced_check(const scene_body *body, const thrum_scene_load *load,
+                                 thrum_error *error);
+
+/* scene_parts.c: loads on a body that rotates. */
+
+/* Reduces load `index` of a free body in every direction that the body may rotate to. */
+thrum_status scene_parts_make(scene_body *body, const thrum_scene_load *load, int64_t index,
+                              thrum_error *error);
+
+/* The directions of its loads as it stands now, and what they do to it as a whole. */
+void scene_parts_sum(const thrum_scene *scene, scene_body *body, int64_t step,
+                     scene_wrench *wrench);
+
+/* scene_surface.c: the surface of a body, for wind and contact. */
+
+/* Areas of the def's triangles, and the vertices that may touch. */
+thrum_status scene_surface_make(const thrum_scene_body_def *def, scene_body *body,
+                                thrum_error *error);
+
+/* scene_free_body.c: how a free body moves as a whole. */
+
+/* Makes a body free where its def says so, with the mass and inertia of its model. */
+thrum_status scene_free_make(const thrum_scene_body_def *def, scene_body *body, thrum_error *error);
+
+/* One step as a whole; where a free body is now; back to its start. */
+void scene_free_step(scene_body *body, const scene_wrench *wrench, double dt);
+void scene_free_place(scene_body *body);
+void scene_free_reset(scene_body *body);
+
+/* Velocity of the frame at an arm from the centre, both in the world. */
+void scene_free_velocity(const scene_body *body, const double arm[3], double velocity[3]);
+
+/* The centre of mass in the world. */
+void scene_free_centre(const scene_body *body, double centre[3]);
+
+/* scene_contact.c: contact and pulls of a body. */
+
+/* Makes the data with which a body touches obstacles and is pulled, for `state` of `derived`; NULL
+ * where there is neither. */
+thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
+                              const scene_model *derived, const thrum_state *state,
+                              scene_touch **touch, thrum_error *error);
+void scene_touch_free(scene_touch *touch);
+
+/* A step of a body with contact and pulls. */
+thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body,
+                              const scene_wrench *wrench, thrum_error *error);
+
+/* scene_obstacle.c: obstacles of a scene as they move. */
+
+/* After a step, and back to the start. */
+void scene_obstacles_move(thrum_scene *scene);
+void scene_obstacles_reset(thrum_scene *scene);
+
+/* scene_wind.c: drag of the air on a body. */
+
+/* Adds the drag of the step to come to body->force, and to the wrench. */
+thrum_status scene_wind_add(const thrum_scene *scene, scene_body *body, scene_wrench *wrench,
+                            thrum_error *error);
+
+/* scene_query.c: the present coordinates and points of a body. */
+
+/* Makes body->q, and body->p if `p`, those of the present step. */
+thrum_status scene_body_read(scene_body *body, bool p, thrum_error *error);
+
+/* A point of a body, rest position and three rows of U, in the world; body->q and, for a velocity
+ * (which may be NULL), body->p are read. */
+void scene_point(const scene_body *body, const double rest[3], const double *rows,
+                 double position[3], double velocity[3]);
+
+#endif
