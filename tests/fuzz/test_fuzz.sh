@@ -13,7 +13,7 @@ clang=$3
 runs=${4:-20000}
 seconds=${5:-3}
 wanted=${6:-"fuzz_*"}
-flags="-std=c11 -O1 -g -I$source -I$source/include"
+flags="-std=c11 -O1 -g1 -I$source -I$source/include"
 flags="$flags -D_POSIX_C_SOURCE=200809L -ffp-contract=off"
 flags="$flags -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer"
 mesh_sources="mesh/*.c mesh/formats/*.c io/text.c io/file.c"

@@ -25,7 +25,10 @@ typedef enum matrix_kind {
   TINY_ONES
 } matrix_kind;
 
-enum { MOST = 100, KINDS = TINY_ONES + 1 };
+#ifndef RANK_LIMIT
+#define RANK_LIMIT 100
+#endif
+enum { MOST = RANK_LIMIT, KINDS = TINY_ONES + 1 };
 
 static double matrix[MOST * MOST], inverses[2][MOST * MOST], work[(MOST + 10) * (MOST + 8)];
 
