@@ -110,8 +110,8 @@ static thrum_state_def mixed(int n) {
   thrum_state_def def = plain(n);
 
   // single states that differ from their neighbours
-  if (n % 13 == 5)
-    def.integrator = (thrum_integrator)(n % 5);
+  if (n % 3 == 1)
+    def.integrator = every_integrator[n / 3 % INTEGRATOR_COUNT];
   if (n % 11 == 7)
     def.damping_form = THRUM_DAMPING_TANGENT;
   if (n % 11 == 7)
