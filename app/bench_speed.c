@@ -47,8 +47,12 @@ static thrum_status write_csv(const bench_request *request, const char *path, co
     fprintf(file, "# measured: FMA peak %.1f GFLOP/s; L2 %.1f, L3 %.1f, DRAM %.1f GB/s\n",
             request->rates.peak_gflops, request->rates.l2_gbs, request->rates.l3_gbs,
             request->rates.dram_gbs);
-  json_table_csv(file, rows);
-  return thrum_file_writer_commit(&writer, error);
+
+  const thrum_status status = json_table_csv(file, rows, error);
+  if (status >= 0)
+    return thrum_file_writer_commit(&writer, error);
+  thrum_file_writer_abandon(&writer);
+  return status;
 }
 
 static bool write_script(const bench_request *request, const char *path, const char *name,

@@ -256,30 +256,26 @@ static void print_label(const char *label) {
 }
 
 /* Frequencies in lines of a few, the label before the first. */
-static void print_frequencies(const char *label, const double *hertz, int64_t count) {
-  for (int64_t n = 0; n < count; n++) {
-    if (n % FREQUENCIES_A_LINE == 0)
-      print_label(n == 0 ? label : "");
-    printf("%-11.5g", hertz[n]);
-    if (n % FREQUENCIES_A_LINE == FREQUENCIES_A_LINE - 1 || n == count - 1)
-      puts("Hz");
-  }
+/* The n-th of `count` frequencies, so many a line. */
+static void print_frequency(const char *label, double hertz, int64_t n, int64_t count) {
+  if (n % FREQUENCIES_A_LINE == 0)
+    print_label(n == 0 ? label : "");
+  printf("%-11.5g", hertz);
+  if (n % FREQUENCIES_A_LINE == FREQUENCIES_A_LINE - 1 || n == count - 1)
+    puts("Hz");
 }
 
 static void print_linear_frequencies(const info *about) {
   const cJSON *list = find_meta(about, NULL, "frequencies_hz");
-  const int count = cJSON_GetArraySize(list);
-  double *hertz = malloc(((size_t)count + 1) * sizeof *hertz);
-  if (hertz == NULL)
-    return;
-  int64_t kept = 0;
   const cJSON *item = NULL;
+  int64_t count = 0, n = 0;
   cJSON_ArrayForEach(item, list) {
-    if (cJSON_IsNumber(item) && kept < count)
-      hertz[kept++] = item->valuedouble;
+    count += cJSON_IsNumber(item);
   }
-  print_frequencies("linear modes", hertz, kept);
-  free(hertz);
+  cJSON_ArrayForEach(item, list) {
+    if (cJSON_IsNumber(item))
+      print_frequency("linear modes", item->valuedouble, n++, count);
+  }
 }
 
 /* Each mode beside the frequency that a step gives it, and what a second leaves of its amplitude
@@ -423,7 +419,8 @@ static void print_table(const info *about) {
   // where the basis comes from, and its frequencies
   print_origin(about);
   print_linear_frequencies(about);
-  print_frequencies("basis", about->hertz, model->rank);
+  for (int64_t n = 0; n < model->rank; n++)
+    print_frequency("basis", about->hertz[n], n, model->rank);
   print_label("split");
   printf("%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n", about->split.explicit_modes,
          about->split.implicit_modes, about->def.dt);

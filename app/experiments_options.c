@@ -32,7 +32,7 @@ static thrum_status take_models(const config_given *given, void *request) {
   free(r->list);
   r->list = malloc(strlen(given->text) + 1);
   if (r->list == NULL)
-    return config_given_refuse(given, "out of memory");
+    return thrum_error_set(given->error, THRUM_OUT_OF_MEMORY, "out of memory");
   memcpy(r->list, given->text, strlen(given->text) + 1);
   r->model_count = 0;
   for (char *at = r->list; at != NULL;) {

@@ -1,14 +1,18 @@
 /* The `thrum` program: finds the subcommand and hands over to it.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <signal.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "app/address_space.h"
 #include "app/commands.h"
 #include "app/reference.h"
 #include "config/message.h"
+#include "io/json.h"
+#include "platform/interrupt.h"
 #include "thrum/thrum.h"
 
 static int print_help(FILE *stream) {
@@ -97,13 +101,40 @@ static int dispatch(int argc, char **argv) {
   return run(name, argc - 1, argv + 1);
 }
 
+/* Whether main has come to its end. */
+static bool ended;
+
+/* A library that ends the program, as MUMPS does where it finds no memory, may do so with exit code
+ * 0: that must not pass for success. */
+static void note_exit(void) {
+  if (ended)
+    return;
+  thrum_interrupt_remove();
+  fputs("thrum: a library ended the program: out of memory?\n", stderr);
+  fflush(stderr);
+  _exit(COMMAND_REFUSED);
+}
+
 int main(int argc, char **argv) {
   address_space_begin(argv);
+  json_watch_memory();
+  if (atexit(note_exit) != 0) {
+    fputs("thrum: out of memory\n", stderr);
+    return COMMAND_REFUSED;
+  }
 #ifdef SIGXFSZ
   // a file beyond the size limit is to be an error of writing and not the end of the program
   signal(SIGXFSZ, SIG_IGN);
 #endif
-  const int code = dispatch(argc, argv);
+  int code = dispatch(argc, argv);
+  ended = true;
+
+  // a report that lacks parts must not pass for a whole one
+  if (json_memory_failed() && (code == COMMAND_DONE || code == COMMAND_FLAGGED)) {
+    fputs("thrum: out of memory: the results are not complete\n", stderr);
+    code = COMMAND_REFUSED;
+  }
+
   // a full disk or a closed pipe must not pass for success
   if (fflush(stdout) != 0 || ferror(stdout)) {
     fputs("thrum: standard output could not be written\n", stderr);

@@ -107,7 +107,10 @@ static int apply(const config_command *command, const given_list *list, void *re
     if (n == list->file)
       continue;
     char *base = (char *)request + list->rows[list->places[n]].base;
-    if (config_given_apply(given, base) < 0)
+    const thrum_status status = config_given_apply(given, base);
+    if (status == THRUM_OUT_OF_MEMORY)
+      return config_refuse(&error);
+    if (status < 0)
       return config_usage(command->name, "%s", error.message);
   }
   return COMMAND_DONE;

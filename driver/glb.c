@@ -225,7 +225,7 @@ static char *make_json(glb *g, size_t *length) {
   cJSON_AddItemToObject(g->root, "accessors", g->accessors);
 
   // chunks of the file are multiples of four bytes
-  char *text = cJSON_PrintUnformatted(g->root);
+  char *text = json_text(g->root);
   cJSON_Delete(g->root);
   if (text == NULL)
     return NULL;
@@ -236,7 +236,7 @@ static char *make_json(glb *g, size_t *length) {
     while (*length % 4 != 0)
       padded[(*length)++] = ' ';
   }
-  cJSON_free(text);
+  free(text);
   return padded;
 }
 

@@ -23,12 +23,12 @@ static const char *mass_name(thrum_mass mass) {
 
 /* Adds frequencies [Hz] of squared angular frequencies. */
 static void add_frequencies(cJSON *object, const char *key, const double *omega2, int64_t count) {
-  double *hertz = malloc((size_t)count * sizeof *hertz);
-  if (hertz == NULL)
-    return;
-  thrum_frequencies(omega2, count, hertz);
-  json_numbers(object, key, hertz, count);
-  free(hertz);
+  cJSON *array = cJSON_AddArrayToObject(object, key);
+  for (int64_t n = 0; n < count; n++) {
+    double hertz;
+    thrum_frequencies(omega2 + n, 1, &hertz);
+    cJSON_AddItemToArray(array, json_number_item(hertz));
+  }
 }
 
 static void add_hash(cJSON *object, const char *key, const thrum_mesh *mesh) {
@@ -67,16 +67,12 @@ static void add_options(cJSON *meta, const precompute_request *request,
   json_number(options, "threads", request->options.threads);
 
   // a predicate stays as it is, a file loses its folder
-  const char **fixes = malloc(((size_t)request->fix_count + 1) * sizeof *fixes);
-  if (fixes == NULL)
-    return;
+  cJSON *fixes = cJSON_AddArrayToObject(options, "fix");
   for (int64_t n = 0; n < request->fix_count; n++) {
     const char *spec = request->fixes[n];
-    fixes[n] = strpbrk(spec, "<>") != NULL ? spec : path_basename(spec);
+    json_add_string(fixes, strpbrk(spec, "<>") != NULL ? spec : path_basename(spec));
   }
-  json_strings(options, "fix", fixes, request->fix_count);
   json_strings(options, "handles", request->handles, request->handle_count);
-  free(fixes);
 }
 
 static void add_residuals(cJSON *object, const thrum_precomputed *result) {

@@ -36,7 +36,7 @@ int64_t driver_run_step_count(const driver_run *run) {
 }
 
 /* Steps up to `target`, or until a step fails or the user asks to stop. */
-static void advance(driver_run *run, int64_t step, int64_t target) {
+static thrum_status advance(driver_run *run, int64_t step, int64_t target, thrum_error *error) {
   const driver_stepper *stepper = &run->stepper;
   const double began = clock_seconds();
   for (; step < target && run->status >= 0 && !thrum_stop_requested(); step++) {
@@ -45,6 +45,11 @@ static void advance(driver_run *run, int64_t step, int64_t target) {
       run->status = status;
   }
   run->seconds_step += clock_seconds() - began;
+
+  // no memory says nothing about the body, so it is no result
+  if (run->status == THRUM_OUT_OF_MEMORY)
+    return thrum_error_set(error, run->status, "%s", run->stop.message);
+  return THRUM_OK;
 }
 
 /* The step at which a row, a frame or a look at the clock is due next. */
@@ -78,7 +83,7 @@ static thrum_status loop(driver_run *run, thrum_error *error) {
   int64_t frame_step = frames ? 0 : INT64_MAX, step = 0;
   THRUM_TRY(write_due(run, 0, &frame_step, error));
   while (step < request->steps && run->status >= 0 && !thrum_stop_requested()) {
-    advance(run, step, next_stop(run, step, frame_step));
+    THRUM_TRY(advance(run, step, next_stop(run, step, frame_step), error));
     step = driver_run_step_count(run);
 
     // a failed step is not counted by the bodies that failed, so nothing is due after it

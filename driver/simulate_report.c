@@ -33,24 +33,17 @@ static void add_split(cJSON *object, const thrum_state_def *def) {
   cJSON_AddBoolToObject(object, "fallback", def->fallback);
 }
 
-/* The texts of the loads and starts; an allocation that fails leaves them out. */
+/* The texts of the loads and starts, in the words of the user. */
 static void add_specs(cJSON *object, const simulate_request *request) {
-  const int64_t most = request->load_count + request->start_count + request->base_motion_count + 1;
-  const char **texts = malloc((size_t)most * sizeof *texts);
-  if (texts == NULL)
-    return;
-
-  // each list in the words of the user, one array after the other
+  cJSON *loads = cJSON_AddArrayToObject(object, "load");
   for (int64_t n = 0; n < request->load_count; n++)
-    texts[n] = request->loads[n].text;
-  json_strings(object, "load", texts, request->load_count);
+    json_add_string(loads, request->loads[n].text);
+  cJSON *starts = cJSON_AddArrayToObject(object, "start");
   for (int64_t n = 0; n < request->start_count; n++)
-    texts[n] = request->starts[n].text;
-  json_strings(object, "start", texts, request->start_count);
+    json_add_string(starts, request->starts[n].text);
+  cJSON *motions = cJSON_AddArrayToObject(object, "base_motion");
   for (int64_t n = 0; n < request->base_motion_count; n++)
-    texts[n] = request->base_motions[n].text;
-  json_strings(object, "base_motion", texts, request->base_motion_count);
-  free(texts);
+    json_add_string(motions, request->base_motions[n].text);
 }
 
 /* The options as they were understood, defaults included. */

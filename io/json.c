@@ -6,6 +6,7 @@
 
 #include <cjson/cJSON.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,6 +14,24 @@
 
 #include "io/text.h"
 #include "thrum/thrum.h"
+
+static atomic_bool memory_failed;
+
+static void *watched_malloc(size_t size) {
+  void *memory = malloc(size);
+  if (memory == NULL)
+    atomic_store(&memory_failed, true);
+  return memory;
+}
+
+void json_watch_memory(void) {
+  cJSON_Hooks hooks = {watched_malloc, free};
+  cJSON_InitHooks(&hooks);
+}
+
+bool json_memory_failed(void) {
+  return atomic_load(&memory_failed);
+}
 
 cJSON *json_number_item(double value) {
   char text[40];
@@ -40,7 +59,7 @@ void json_numbers(cJSON *object, const char *key, const double *values, int64_t 
 
 static cJSON *string_item(const char *text) {
   const size_t size = strlen(text) + 1;
-  char *clean = malloc(size);
+  char *clean = watched_malloc(size);
   if (clean == NULL)
     return NULL;
   memcpy(clean, text, size);
@@ -62,10 +81,14 @@ void json_string(cJSON *object, const char *key, const char *text) {
   cJSON_AddItemToObject(object, key, string_item(text));
 }
 
+void json_add_string(cJSON *array, const char *text) {
+  cJSON_AddItemToArray(array, string_item(text));
+}
+
 void json_strings(cJSON *object, const char *key, const char *const *texts, int64_t count) {
   cJSON *array = cJSON_AddArrayToObject(object, key);
   for (int64_t n = 0; n < count; n++)
-    cJSON_AddItemToArray(array, string_item(texts[n]));
+    json_add_string(array, texts[n]);
 }
 
 cJSON *json_add_row(cJSON *array) {
@@ -75,7 +98,8 @@ cJSON *json_add_row(cJSON *array) {
 }
 
 char *json_text(const cJSON *object) {
-  return cJSON_PrintUnformatted(object);
+  // an object that was made without memory lacks some of its parts
+  return json_memory_failed() ? NULL : cJSON_PrintUnformatted(object);
 }
 
 cJSON *json_report(const char *command, const char *status) {
@@ -89,11 +113,8 @@ cJSON *json_report(const char *command, const char *status) {
 
 void json_print(cJSON *object) {
   char *text = json_text(object);
-  if (text != NULL) {
+  if (text != NULL)
     puts(text);
-    free(text);
-  } else {
-    fputs("thrum: out of memory while printing the result\n", stderr);
-  }
+  free(text);
   cJSON_Delete(object);
 }

@@ -4,7 +4,15 @@
 #define THRUM_IO_JSON_H
 
 #include <cjson/cJSON.h>
+#include <stdbool.h>
 #include <stdint.h>
+
+/* From now on each allocation of cJSON is watched: cJSON leaves out what it has no memory for, so
+ * after a failure json_text returns NULL, and the program must not end as if it were done. A
+ * setting of the process, for programs; before any other use of cJSON. */
+void json_watch_memory(void);
+/* Has any of those allocations failed since? */
+bool json_memory_failed(void);
 
 /* Adds a number with all its digits to a cJSON object; null when it is not finite. */
 void json_number(cJSON *object, const char *key, double value);
@@ -14,16 +22,18 @@ cJSON *json_number_item(double value);
 void json_numbers(cJSON *object, const char *key, const double *values, int64_t count);
 /* Adds a text; bytes that are no UTF-8, as a file's name may hold, become '?'. */
 void json_string(cJSON *object, const char *key, const char *text);
+void json_add_string(cJSON *array, const char *text);
 void json_strings(cJSON *object, const char *key, const char *const *texts, int64_t count);
 /* Appends an object to an array and returns it. */
 cJSON *json_add_row(cJSON *array);
 /* Begins the report of a command with "program", "version", "command" and "status". */
 cJSON *json_report(const char *command, const char *status);
-/* Prints the object on one line on standard output and deletes it. */
+/* Prints the object on one line on standard output and deletes it; without memory for the text
+ * nothing is printed, and json_memory_failed says so. */
 void json_print(cJSON *object);
 
 /* Returns the compact text of an object with all digits, for files and metadata; the caller frees
- * it. */
+ * it. NULL without memory for the text, or where some was missing for any object before. */
 char *json_text(const cJSON *object);
 
 #endif

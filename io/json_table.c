@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "io/json.h"
+
 /* A text in quotes where it may hold a comma, RFC 4180. */
 static void put_text(FILE *stream, const char *text) {
   if (strpbrk(text, ",\"\n") == NULL) {
@@ -49,10 +51,13 @@ static void put_line(FILE *stream, const cJSON *row, bool keys) {
   fputc('\n', stream);
 }
 
-void json_table_csv(FILE *stream, const cJSON *rows) {
+thrum_status json_table_csv(FILE *stream, const cJSON *rows, thrum_error *error) {
+  if (json_memory_failed())
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the rows of a table");
   const cJSON *row;
   put_line(stream, cJSON_GetArrayItem(rows, 0), true);
   cJSON_ArrayForEach(row, rows) put_line(stream, row, false);
+  return THRUM_OK;
 }
 
 static void print_row(const cJSON *row, const json_column *columns) {

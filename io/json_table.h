@@ -6,6 +6,8 @@
 #include <cjson/cJSON.h>
 #include <stdio.h>
 
+#include "thrum/status.h"
+
 /* A column for people. */
 typedef struct json_column {
   const char *key; /* of the rows */
@@ -24,8 +26,10 @@ typedef struct json_column {
   { NULL, NULL, 0, NULL, 0 }
 
 /* A line of the first row's keys, then a line for each row; an object within a row is spread out. A
- * number has ten digits, and is left empty where it is null. */
-void json_table_csv(FILE *stream, const cJSON *rows);
+ * number has ten digits, and is left empty where it is null. THRUM_OUT_OF_MEMORY where the rows
+ * were made without memory for some of their parts (json_memory_failed); an error of the stream
+ * leaves its mark on it. */
+thrum_status json_table_csv(FILE *stream, const cJSON *rows, thrum_error *error);
 
 /* A line of headings, then the rows, on standard output; a number that is null is a dash. */
 void json_table_print(const cJSON *rows, const json_column *columns);

@@ -16,6 +16,12 @@ static const char *volatile last_line;
 static sigset_t held_before;
 static pthread_t keeper; /* the thread that called thrum_interrupt_clean */
 
+void thrum_interrupt_remove(void) {
+  for (int i = 0; i < THRUM_INTERRUPT_FILES; i++)
+    if (marked[i] != NULL)
+      unlink(marked[i]);
+}
+
 static void end_cleanly(int number) {
   // any thread may get the signal, such as one of OpenBLAS; only the keeper's waits while it is
   // held
@@ -25,9 +31,7 @@ static void end_cleanly(int number) {
   }
 
   const char *line = last_line;
-  for (int i = 0; i < THRUM_INTERRUPT_FILES; i++)
-    if (marked[i] != NULL)
-      unlink(marked[i]);
+  thrum_interrupt_remove();
   if (line != NULL && write(STDERR_FILENO, line, strlen(line)) < 0)
     line = NULL;
 

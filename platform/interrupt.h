@@ -10,6 +10,9 @@
  * stay. A setting of the process, for programs. */
 void thrum_interrupt_clean(const char *line);
 
+/* Removes those temporary files now, where the program ends without its own end. */
+void thrum_interrupt_remove(void);
+
 /* For the writer of files: a temporary file in the making, and that it is none any more; NULL is
  * ignored. The path must stay until then. THRUM_INTERRUPT_FILES at a time, further ones are not
  * removed; one thread at a time. Signals wait between hold and let, so that a file and its mark are

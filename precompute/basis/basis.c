@@ -9,7 +9,6 @@
 #include "precompute/basis/basis.h"
 
 #include <cblas.h>
-#include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,6 +16,7 @@
 #include "platform/allocate.h"
 #include "precompute/basis/eigen.h"
 #include "precompute/basis/orthonormal.h"
+#include "precompute/fem/lapack_status.h"
 #include "precompute/polynomial/polynomial_reduce.h"
 #include "runtime/base/vec3.h"
 
@@ -110,11 +110,11 @@ static void normalise(pca *p, const double *candidates) {
 static thrum_status left_vectors(pca *p, char how, int64_t rows, int64_t count, double *matrix,
                                  double *left, thrum_error *error) {
   double unused;
-  if (LAPACKE_dgesvd(LAPACK_COL_MAJOR, how, 'N', (int)rows, (int)count, matrix, (int)rows,
-                     p->values, left, (int)rows, &unused, 1, p->values + p->count) != 0)
-    return thrum_error_set(error, THRUM_NOT_CONVERGED,
-                           "the singular values of the basis did not converge");
-  return THRUM_OK;
+  const int info =
+      LAPACKE_dgesvd(LAPACK_COL_MAJOR, how, 'N', (int)rows, (int)count, matrix, (int)rows,
+                     p->values, left, (int)rows, &unused, 1, p->values + p->count);
+  return thrum_lapack_status(info, THRUM_NOT_CONVERGED,
+                             "the singular values of the basis did not converge", error);
 }
 
 // as decompose, but what must be kept comes first, and the rest from its complement
@@ -205,9 +205,10 @@ static thrum_status diagonalise(pca *p, double *basis, thrum_error *error) {
 
   // U^T K U = X diag(w^2) X^T
   thrum_status status = thrum_reduced_stiffness(p->fem, rank, basis, p->small, error);
-  if (status >= 0 && LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'V', 'U', r, p->small, r, p->values) != 0)
-    status = thrum_error_set(error, THRUM_NOT_CONVERGED,
-                             "the frequencies of the basis did not converge");
+  if (status >= 0)
+    status = thrum_lapack_status(
+        LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'V', 'U', r, p->small, r, p->values), THRUM_NOT_CONVERGED,
+        "the frequencies of the basis did not converge", error);
 
   // U becomes U X, in place
   const int64_t rows = 3 * p->fem->vertex_count;

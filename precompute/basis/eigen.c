@@ -9,12 +9,12 @@
 
 #include <arpack.h>
 #include <cblas.h>
-#include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "platform/allocate.h"
+#include "precompute/fem/lapack_status.h"
 
 #define LANCZOS_TOLERANCE 1e-10
 #define REFINEMENTS 2
@@ -158,8 +158,9 @@ static thrum_status refine(const thrum_sparse *mass, thrum_factor *factor, int64
               weigh, k);
 
   // its vectors give the modes
-  if (LAPACKE_dsygvd(LAPACK_COL_MAJOR, 1, 'V', 'U', k, stiff, k, weigh, k, values) != 0)
-    return thrum_error_set(error, THRUM_NOT_CONVERGED, "the modes could not be refined");
+  THRUM_TRY(thrum_lapack_status(
+      LAPACKE_dsygvd(LAPACK_COL_MAJOR, 1, 'V', 'U', k, stiff, k, weigh, k, values),
+      THRUM_NOT_CONVERGED, "the modes could not be refined", error));
   cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, rows, k, k, 1, y, rows, stiff, k, 0,
               vectors, rows);
   return THRUM_OK;

@@ -7,7 +7,6 @@
 #include "precompute/basis/imported_basis.h"
 
 #include <cblas.h>
-#include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,6 +14,7 @@
 #include "platform/allocate.h"
 #include "precompute/basis/eigen.h"
 #include "precompute/basis/orthonormal.h"
+#include "precompute/fem/lapack_status.h"
 #include "precompute/polynomial/change_of_basis.h"
 #include "precompute/polynomial/polynomial_reduce.h"
 #include "thrum/polynomial.h"
@@ -165,9 +165,8 @@ static thrum_status change_once(work *w, double *basis, double *change, thrum_er
   if (info > r)
     return thrum_error_set(error, THRUM_SINGULAR,
                            "column %d of the basis depends on the ones before it", info - r);
-  if (info != 0)
-    return thrum_error_set(error, THRUM_NOT_CONVERGED,
-                           "the frequencies of the imported basis did not converge");
+  THRUM_TRY(thrum_lapack_status(info, THRUM_NOT_CONVERGED,
+                                "the frequencies of the imported basis did not converge", error));
   change_rows(w->rows, w->rank, w->stiffness_form, basis, w->copy);
   change_rows(w->rank, w->rank, w->stiffness_form, change, w->step);
   return THRUM_OK;

@@ -70,16 +70,18 @@ thrum_status thrum_inertia_count(const thrum_sparse *stiffness, const thrum_spar
   if (status >= 0) {
     DMUMPS_STRUC_C mumps = {.job = JOB_START, .par = 1, .sym = 2, .comm_fortran = USE_COMM_WORLD};
     dmumps_c(&mumps);
-    settings(&mumps);
 
     // its factorisation counts the negative pivots
-    mumps.n = (MUMPS_INT)stiffness->size;
-    mumps.nnz = stiffness->begin[stiffness->size];
-    mumps.irn = t.row;
-    mumps.jcn = t.column;
-    mumps.a = t.value;
-    mumps.job = JOB_FACTOR;
-    dmumps_c(&mumps);
+    if (mumps.infog[0] >= 0) {
+      settings(&mumps);
+      mumps.n = (MUMPS_INT)stiffness->size;
+      mumps.nnz = stiffness->begin[stiffness->size];
+      mumps.irn = t.row;
+      mumps.jcn = t.column;
+      mumps.a = t.value;
+      mumps.job = JOB_FACTOR;
+      dmumps_c(&mumps);
+    }
 
     if (mumps.infog[0] < 0)
       status = thrum_error_set(error, THRUM_NOT_CONVERGED,

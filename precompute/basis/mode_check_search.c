@@ -10,7 +10,6 @@
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <cblas.h>
-#include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,6 +18,7 @@
 #include "precompute/basis/eigen.h"
 #include "precompute/basis/mode_check.h"
 #include "precompute/basis/orthonormal.h"
+#include "precompute/fem/lapack_status.h"
 
 #define BLOCK 8
 #define STEPS 4
@@ -114,9 +114,8 @@ static thrum_status make_space(search *s, const double *modes, int round, int64_
 static thrum_status ritz(search *s, int64_t columns, thrum_error *error) {
   const int c = (int)columns;
   thrum_mass_gram(s->stiffness, s->space, columns, s->space, columns, s->small, s->work);
-  if (LAPACKE_dsyevd(LAPACK_COL_MAJOR, 'V', 'U', c, s->small, c, s->values) != 0)
-    return thrum_error_set(error, THRUM_NOT_CONVERGED, "the search for missed modes failed");
-  return THRUM_OK;
+  return thrum_lapack_status(LAPACKE_dsyevd(LAPACK_COL_MAJOR, 'V', 'U', c, s->small, c, s->values),
+                             THRUM_NOT_CONVERGED, "the search for missed modes failed", error);
 }
 
 // the modes and `more` Ritz vectors together, made exact; the lowest ones stay

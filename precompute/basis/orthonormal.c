@@ -8,11 +8,11 @@
 #include "precompute/basis/orthonormal.h"
 
 #include <cblas.h>
-#include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
 
 #include "platform/allocate.h"
+#include "precompute/fem/lapack_status.h"
 
 #define ROUNDS_MAX 40
 #define PIVOT_MIN 1e-6 /* of a unit column's squared norm: picked columns stay well conditioned */
@@ -39,8 +39,10 @@ static void project(const thrum_sparse *mass, double *q, int64_t done, double *x
               (int)done, 1, x, n);
 }
 
-// pivoted Cholesky of the Gram matrix brought to unit diagonal; order gets the picked columns first
-static int64_t pick(double *gram, int64_t count, double tolerance, int32_t *order) {
+// pivoted Cholesky of the Gram matrix brought to unit diagonal; order gets the picked columns
+// first, and *picked their number
+static thrum_status pick(double *gram, int64_t count, double tolerance, int32_t *order,
+                         int64_t *picked, thrum_error *error) {
   double *scale = gram + count * count;
   for (int64_t i = 0; i < count; i++) {
     const double square = gram[i + i * count];
@@ -49,9 +51,16 @@ static int64_t pick(double *gram, int64_t count, double tolerance, int32_t *orde
   for (int64_t j = 0; j < count; j++)
     for (int64_t i = 0; i < count; i++)
       gram[i + j * count] *= scale[i] * scale[j];
-  int32_t picked = 0;
-  LAPACKE_dpstrf(LAPACK_COL_MAJOR, 'U', (int)count, gram, (int)count, order, &picked, PIVOT_MIN);
-  return picked;
+
+  // above 0 it says that not all columns were picked, which is what it is asked
+  int32_t number = 0;
+  const int info = LAPACKE_dpstrf(LAPACK_COL_MAJOR, 'U', (int)count, gram, (int)count, order,
+                                  &number, PIVOT_MIN);
+  if (info < 0)
+    return thrum_lapack_status(info, THRUM_NOT_CONVERGED, "the columns could not be ordered",
+                               error);
+  *picked = number;
+  return THRUM_OK;
 }
 
 static void swap_columns(double *x, int64_t n, int64_t a, int64_t b) {
@@ -78,8 +87,8 @@ static thrum_status factor_front(const thrum_sparse *mass, double *q, int64_t do
   for (int pass = 0; pass < 2; pass++) {
     project(mass, q, done, x, picked, gram, work);
     thrum_mass_gram(mass, x, picked, x, picked, gram, work);
-    if (LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'U', p, gram, p) != 0)
-      return thrum_error_set(error, THRUM_SINGULAR, "the basis could not be orthonormalised");
+    THRUM_TRY(thrum_lapack_status(LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'U', p, gram, p), THRUM_SINGULAR,
+                                  "the basis could not be orthonormalised", error));
     cblas_dtrsm(CblasColMajor, CblasRight, CblasUpper, CblasNoTrans, CblasNonUnit, n, p, 1, gram, p,
                 x, n);
   }
@@ -106,8 +115,9 @@ thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, 
 
     // pivots of the Gram matrix say which columns are independent enough
     thrum_mass_gram(mass, rest, left, rest, left, gram, work);
-    const int64_t picked = pick(gram, left, tolerance, order);
-    if (picked == 0)
+    int64_t picked = 0;
+    status = pick(gram, left, tolerance, order, &picked, error);
+    if (status < 0 || picked == 0)
       break;
 
     // those come to the front and become orthonormal by a Cholesky factor

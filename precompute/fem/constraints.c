@@ -4,12 +4,12 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/fem/constraints.h"
 
-#include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "platform/allocate.h"
+#include "precompute/fem/lapack_status.h"
 
 static int32_t root_of(int32_t *parent, int32_t v) {
   // halve the path on the way up
@@ -78,8 +78,8 @@ static thrum_status judge(part *p, thrum_error *error) {
     trace += p->gram[7 * c];
 
   // eigenvalues of the Gram matrix of the six motions at the held components
-  if (LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'N', 'U', 6, p->gram, 6, values) != 0)
-    return thrum_error_set(error, THRUM_SINGULAR, "the held components could not be judged");
+  THRUM_TRY(thrum_lapack_status(LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'N', 'U', 6, p->gram, 6, values),
+                                THRUM_SINGULAR, "the held components could not be judged", error));
 
   // one that vanishes beside the trace is a motion that nothing holds
   int motions = 0;

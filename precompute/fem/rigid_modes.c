@@ -4,12 +4,12 @@
 #include "precompute/fem/rigid_modes.h"
 
 #include <cblas.h>
-#include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "platform/allocate.h"
+#include "precompute/fem/lapack_status.h"
 
 // shifts and turns about a centre, lengths in units of `size` so that the six are comparable
 static void fill_motions(const thrum_fem *fem, const double centre[3], double size, double *modes) {
@@ -73,8 +73,9 @@ thrum_status thrum_rigid_modes(const thrum_fem *fem, const thrum_sparse *mass, d
     thrum_sparse_product(mass, modes, six, dual);
     cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, six, six, n, 1, modes, n, dual, n, 0, gram,
                 six);
-    if (LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'U', six, gram, six) != 0)
-      return thrum_error_set(error, THRUM_SINGULAR, "the rigid modes of the body are degenerate");
+    THRUM_TRY(thrum_lapack_status(LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'U', six, gram, six),
+                                  THRUM_SINGULAR, "the rigid modes of the body are degenerate",
+                                  error));
     cblas_dtrsm(CblasColMajor, CblasRight, CblasUpper, CblasNoTrans, CblasNonUnit, n, six, 1, gram,
                 six, modes, n);
   }

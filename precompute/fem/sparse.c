@@ -132,6 +132,24 @@ static cholmod_sparse view(const thrum_sparse *matrix) {
   return sparse;
 }
 
+// CHOLMOD does not look at what METIS returns, which may be no order where METIS ran out of memory
+static thrum_status check_order(const cholmod_factor *factor, thrum_error *error) {
+  const int64_t *order = factor->Perm;
+  bool *seen = calloc(factor->n + 1, sizeof *seen);
+  if (!seen)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a sparse factor");
+  bool whole = order != NULL;
+  for (size_t i = 0; whole && i < factor->n; i++) {
+    whole = order[i] >= 0 && (size_t)order[i] < factor->n && !seen[order[i]];
+    if (whole)
+      seen[order[i]] = true;
+  }
+  free(seen);
+  return whole ? THRUM_OK
+               : thrum_error_set(error, THRUM_OUT_OF_MEMORY,
+                                 "no memory for the order of the sparse factor");
+}
+
 thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor,
                                thrum_error *error) {
   THRUM_TRY(thrum_threads_ready(1, error));
@@ -155,7 +173,9 @@ thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor
   made->factor = cholmod_l_analyze(&sparse, common);
   made->factor_flops = common->fl;
 
-  const thrum_status status = report(common, error);
+  thrum_status status = report(common, error);
+  if (status >= 0)
+    status = check_order(made->factor, error);
   if (status < 0) {
     thrum_factor_free(made);
     return status;
