@@ -91,10 +91,9 @@ static thrum_status write_files(const bench_request *request, const cJSON *rows,
   char path[1200];
   snprintf(path, sizeof path, "%.1000s/%s.csv", request->folder, name);
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
-  const thrum_status status = write_csv(request, path, rows, error);
-  if (status >= 0)
-    plot(request, name, curves);
-  return status;
+  THRUM_TRY(write_csv(request, path, rows, error));
+  plot(request, name, curves);
+  return THRUM_OK;
 }
 
 static thrum_status run_rank(const bench_request *request, int64_t n, bench_run *run, cJSON *rows,

@@ -281,10 +281,9 @@ static thrum_status store_number(const config_given *given, void *field) {
   if (option->kind == CONFIG_NUMBER)
     return config_given_number(given, field);
   int64_t count = 0;
-  const thrum_status status = config_given_count(given, &count);
-  if (status >= 0)
-    store(option, field, count);
-  return status;
+  THRUM_TRY(config_given_count(given, &count));
+  store(option, field, count);
+  return THRUM_OK;
 }
 
 static thrum_status store_text(const config_given *given, void *field) {

@@ -187,10 +187,9 @@ thrum_status model_recipe_find(const char *text, model_recipe *recipe, thrum_err
 
   // the caller's recipe changes only when all of it could be read
   THRUM_TRY(find_folder(text, folder, error));
-  thrum_status status = read_recipe(folder, &found, error);
-  if (status >= 0)
-    *recipe = found;
-  return status;
+  THRUM_TRY(read_recipe(folder, &found, error));
+  *recipe = found;
+  return THRUM_OK;
 }
 
 void model_recipe_apply(const model_recipe *recipe, precompute_request *request) {

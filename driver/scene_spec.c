@@ -71,29 +71,26 @@ static thrum_status give_name(const scene_spec *spec, const char *kind, int64_t 
 
 static thrum_status check_names(scene_spec *spec) {
   scene_body_spec *bodies = scene_bodies(spec);
-  thrum_status status = THRUM_OK;
-  for (int64_t n = 0; n < spec->bodies.count && status >= 0; n++) {
-    status = give_name(spec, "body", n, &bodies[n].kept_name, &bodies[n].name);
-    if (status >= 0)
-      status = check_name(&spec->file, &bodies[n].settings.at, bodies[n].name, NULL);
-    if (status >= 0 &&
-        (strcmp(bodies[n].name, SCENE_JSON) == 0 || strcmp(bodies[n].name, SCENE_PROBES) == 0))
-      status = config_record_refuse(&spec->file, &bodies[n].settings.at, "name", THRUM_BAD_VALUE,
-                                    "\"%s\" is a file of the run; choose another", bodies[n].name);
-    for (int64_t k = 0; k < n && status >= 0; k++)
-      status = check_name(&spec->file, &bodies[n].settings.at, bodies[n].name, bodies[k].name);
+  for (int64_t n = 0; n < spec->bodies.count; n++) {
+    const config_record *at = &bodies[n].settings.at;
+    THRUM_TRY(give_name(spec, "body", n, &bodies[n].kept_name, &bodies[n].name));
+    THRUM_TRY(check_name(&spec->file, at, bodies[n].name, NULL));
+    if (strcmp(bodies[n].name, SCENE_JSON) == 0 || strcmp(bodies[n].name, SCENE_PROBES) == 0)
+      return config_record_refuse(&spec->file, at, "name", THRUM_BAD_VALUE,
+                                  "\"%s\" is a file of the run; choose another", bodies[n].name);
+    for (int64_t k = 0; k < n; k++)
+      THRUM_TRY(check_name(&spec->file, at, bodies[n].name, bodies[k].name));
   }
 
   // probes name columns, so that they must differ among themselves only
   scene_probe_spec *probes = scene_probes(spec);
-  for (int64_t n = 0; n < spec->probes.count && status >= 0; n++) {
-    status = give_name(spec, "probe", n, &probes[n].kept_name, &probes[n].name);
-    if (status >= 0)
-      status = check_name(&spec->file, &probes[n].at, probes[n].name, NULL);
-    for (int64_t k = 0; k < n && status >= 0; k++)
-      status = check_name(&spec->file, &probes[n].at, probes[n].name, probes[k].name);
+  for (int64_t n = 0; n < spec->probes.count; n++) {
+    THRUM_TRY(give_name(spec, "probe", n, &probes[n].kept_name, &probes[n].name));
+    THRUM_TRY(check_name(&spec->file, &probes[n].at, probes[n].name, NULL));
+    for (int64_t k = 0; k < n; k++)
+      THRUM_TRY(check_name(&spec->file, &probes[n].at, probes[n].name, probes[k].name));
   }
-  return status;
+  return THRUM_OK;
 }
 
 /* --- records -----------------------------------------------------------------------------------
@@ -102,24 +99,23 @@ static thrum_status check_names(scene_spec *spec) {
 static thrum_status check_body(const scene_spec *spec, const scene_body_spec *body) {
   const config_record *at = &body->settings.at;
   const bool mesh = thrum_mesh_is_named(body->model);
-  thrum_status status = THRUM_OK;
   if (body->fix.count > MESH_MODEL_FIXES_MAX)
-    status = config_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE, "more than %d texts",
-                                  MESH_MODEL_FIXES_MAX);
-  if (status >= 0 && !mesh && body->fix.count > 0)
-    status = config_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE,
-                                  "is of a mesh; a model has its own");
-  if (status >= 0 && !mesh && body->material.at.node != NULL)
-    status = config_record_refuse(&spec->file, at, "material", THRUM_BAD_VALUE,
-                                  "is of a mesh; use \"stiffness\" and \"density\" of a model");
+    return config_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE, "more than %d texts",
+                                MESH_MODEL_FIXES_MAX);
+  if (!mesh && body->fix.count > 0)
+    return config_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE,
+                                "is of a mesh; a model has its own");
+  if (!mesh && body->material.at.node != NULL)
+    return config_record_refuse(&spec->file, at, "material", THRUM_BAD_VALUE,
+                                "is of a mesh; use \"stiffness\" and \"density\" of a model");
 
   // velocities are initial values of the rigid motion, which a held body has not
   static const char *const of_free[] = {"velocity", "spin"};
-  for (int n = 0; n < 2 && status >= 0 && !body->free; n++)
+  for (int n = 0; n < 2 && !body->free; n++)
     if (config_record_member(&spec->file, at, of_free[n]) != NULL)
-      status = config_record_refuse(&spec->file, at, of_free[n], THRUM_BAD_VALUE,
-                                    "is of a body that is free");
-  return status;
+      return config_record_refuse(&spec->file, at, of_free[n], THRUM_BAD_VALUE,
+                                  "is of a body that is free");
+  return THRUM_OK;
 }
 
 /* A key of one shape alone. */
@@ -172,16 +168,16 @@ static thrum_status check(scene_spec *spec) {
   if (spec->bodies.count == 0)
     return config_record_refuse(&spec->file, &spec->settings.at, "bodies", THRUM_MISSING,
                                 "a scene needs a body");
-  thrum_status status = check_names(spec);
-  for (int64_t n = 0; n < spec->bodies.count && status >= 0; n++)
-    status = check_body(spec, &scene_bodies(spec)[n]);
-  for (int64_t n = 0; n < spec->obstacles.count && status >= 0; n++)
-    status = check_obstacle(spec, &scene_obstacles(spec)[n]);
-  for (int64_t n = 0; n < spec->probes.count && status >= 0; n++)
-    status = check_probe(spec, &scene_probes(spec)[n]);
+  THRUM_TRY(check_names(spec));
+  for (int64_t n = 0; n < spec->bodies.count; n++)
+    THRUM_TRY(check_body(spec, &scene_bodies(spec)[n]));
+  for (int64_t n = 0; n < spec->obstacles.count; n++)
+    THRUM_TRY(check_obstacle(spec, &scene_obstacles(spec)[n]));
+  for (int64_t n = 0; n < spec->probes.count; n++)
+    THRUM_TRY(check_probe(spec, &scene_probes(spec)[n]));
   if (config_record_member(&spec->file, &spec->outputs.at, "plots") == NULL)
     spec->outputs.plots = spec->bodies.count <= SCENE_PLOTS_MAX;
-  return status;
+  return THRUM_OK;
 }
 
 /* --- files -------------------------------------------------------------------------------------

@@ -40,10 +40,9 @@ static thrum_status parse_move(const char *text, static_move *move, thrum_error 
                            "--move '%.200s': it is X,Y,Z@TARGET, metres that a group is brought to",
                            text);
   snprintf(said, sizeof said, "--move '%.200s'", text);
-  const thrum_status status = load_target_parse(at + 1, said, &parsed.target, error);
-  if (status >= 0)
-    *move = parsed;
-  return status;
+  THRUM_TRY(load_target_parse(at + 1, said, &parsed.target, error));
+  *move = parsed;
+  return THRUM_OK;
 }
 
 static thrum_status take_move(const config_given *given, void *request) {

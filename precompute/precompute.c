@@ -79,19 +79,16 @@ static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, th
     p->result.mass += p->fem.volume[t] * p->fem.density[p->fem.tet_region[t]];
   }
 
-  thrum_status status = thrum_fem_pattern(&p->fem, &p->stiffness, error);
-  if (status >= 0)
-    status = thrum_fem_mass(&p->fem, p->options.mass, &p->stiffness, &p->mass, error);
-  if (status >= 0)
-    status = thrum_report(reporter, 0.5, error);
+  THRUM_TRY(thrum_fem_pattern(&p->fem, &p->stiffness, error));
+  THRUM_TRY(thrum_fem_mass(&p->fem, p->options.mass, &p->stiffness, &p->mass, error));
+  THRUM_TRY(thrum_report(reporter, 0.5, error));
 
   // an imported basis needs no factor, whose plan tells the size otherwise
-  if (status >= 0 && p->options.imported)
-    status = check_memory(p, error);
+  if (p->options.imported)
+    THRUM_TRY(check_memory(p, error));
 
-  if (status >= 0)
-    status = thrum_fem_stiffness(&p->fem, NULL, &p->stiffness, error);
-  return status >= 0 && free_body ? find_rigid(p, error) : status;
+  THRUM_TRY(thrum_fem_stiffness(&p->fem, NULL, &p->stiffness, error));
+  return free_body ? find_rigid(p, error) : THRUM_OK;
 }
 
 static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {

@@ -116,10 +116,9 @@ int32_t EXPORT(bridge_add_obstacle)(int32_t shape, int32_t inside) {
 /* numbers: where an obstacle's centre is now. */
 int32_t EXPORT(bridge_obstacle)(int32_t number) {
   thrum_obstacle obstacle;
-  thrum_status status = thrum_scene_obstacle(bridge_scene, number, &obstacle, &bridge_error);
-  if (status == THRUM_OK)
-    memcpy(bridge_number, obstacle.centre, sizeof obstacle.centre);
-  return status;
+  THRUM_TRY(thrum_scene_obstacle(bridge_scene, number, &obstacle, &bridge_error));
+  memcpy(bridge_number, obstacle.centre, sizeof obstacle.centre);
+  return THRUM_OK;
 }
 
 int32_t EXPORT(bridge_set_gravity)(double x, double y, double z) {

@@ -135,10 +135,9 @@ thrum_status thrum_embedding_view(const void *file, size_t file_size, thrum_embe
   // the entries are checked as after loading
   thrum_embedding viewed;
   thrum_embedding_fill(&layout, &viewed);
-  thrum_status status = thrum_embedding_check(&viewed, error);
-  if (status == THRUM_OK)
-    *embedding = viewed;
-  return status;
+  THRUM_TRY(thrum_embedding_check(&viewed, error));
+  *embedding = viewed;
+  return THRUM_OK;
 }
 
 static thrum_status refuse_value(const char *array, int64_t at, double value, thrum_error *error) {
@@ -186,21 +185,16 @@ thrum_status thrum_embedding_check(const thrum_embedding *e, thrum_error *error)
                            "there is no embedding, or it lacks an array");
 
   // sizes first: the values below are counted by them
-  thrum_status status = check_sizes(e, error);
-  if (status == THRUM_OK)
-    status = check_doubles("omega2", e->omega2, e->rank, error);
-  if (status == THRUM_OK)
-    status = check_doubles("positions", e->positions, 3 * e->vertex_count, error);
-  if (status == THRUM_OK)
-    status =
-        check_indices("triangles", e->triangles, 3 * e->triangle_count, e->vertex_count, error);
-  for (int64_t n = 0; n < 3 * e->vertex_count * e->rank && status == THRUM_OK; n++)
+  THRUM_TRY(check_sizes(e, error));
+  THRUM_TRY(check_doubles("omega2", e->omega2, e->rank, error));
+  THRUM_TRY(check_doubles("positions", e->positions, 3 * e->vertex_count, error));
+  THRUM_TRY(
+      check_indices("triangles", e->triangles, 3 * e->triangle_count, e->vertex_count, error));
+  for (int64_t n = 0; n < 3 * e->vertex_count * e->rank; n++)
     if (!isfinite(e->basis[n]))
-      status = refuse_value("basis", n, (double)e->basis[n], error);
-  if (status == THRUM_OK)
-    status = check_indices("tet", e->tet, e->vertex_count, INT32_MAX, error);
-  return status == THRUM_OK ? check_doubles("weights", e->weights, 4 * e->vertex_count, error)
-                            : status;
+      return refuse_value("basis", n, (double)e->basis[n], error);
+  THRUM_TRY(check_indices("tet", e->tet, e->vertex_count, INT32_MAX, error));
+  return check_doubles("weights", e->weights, 4 * e->vertex_count, error);
 }
 
 thrum_status thrum_embedding_fits(const thrum_embedding *embedding, const thrum_model *model,

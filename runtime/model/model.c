@@ -73,10 +73,9 @@ thrum_status thrum_model_size(const void *file, size_t file_size, size_t *size,
   size_t needed = 0;
   if (size == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "thrum_model_size: no place for size");
-  thrum_status status = plan(file, file_size, &layout, &needed, error);
-  if (status == THRUM_OK)
-    *size = needed;
-  return status;
+  THRUM_TRY(plan(file, file_size, &layout, &needed, error));
+  *size = needed;
+  return THRUM_OK;
 }
 
 thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file, size_t file_size,
@@ -110,11 +109,10 @@ thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file
 
   // behind them the packed coefficients, which the kernels read
   thrum_layout_to_model(&layout, memory);
-  thrum_status status =
-      thrum_model_pack(memory, next, needed - (size_t)(next - (unsigned char *)memory), error);
-  if (status == THRUM_OK)
-    *model = memory;
-  return status;
+  THRUM_TRY(
+      thrum_model_pack(memory, next, needed - (size_t)(next - (unsigned char *)memory), error));
+  *model = memory;
+  return THRUM_OK;
 }
 
 thrum_status thrum_model_check_shapes(const thrum_model *model, thrum_error *error) {

@@ -117,10 +117,9 @@ thrum_status thrum_monitor_size(const thrum_model *model, const thrum_monitor_de
   const thrum_stress_points_def points = {def->sampled_tets ? def->sampled_tets : &first,
                                           def->sampled_tets ? m.sampled_tet_count : 1};
   size_t bytes = 0;
-  thrum_status status = thrum_stress_points_size(model, &points, &bytes, error);
-  if (status == THRUM_OK)
-    *size = m.points + bytes * (size_t)(def->sampled_tets ? 1 : m.sampled_tet_count);
-  return status;
+  THRUM_TRY(thrum_stress_points_size(model, &points, &bytes, error));
+  *size = m.points + bytes * (size_t)(def->sampled_tets ? 1 : m.sampled_tet_count);
+  return THRUM_OK;
 }
 
 static const void *at(const thrum_monitor *monitor, size_t offset) {

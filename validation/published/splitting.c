@@ -152,35 +152,27 @@ thrum_status published_fermi(const published_sink *sink, thrum_error *error) {
   // what the exchange should be: the conserving integrator at h omega = 0.025
   thrum_state_def def = imexv_def(0.0005, THRUM_FORM_QUADRATIC);
   def.integrator = THRUM_INTEGRATOR_ENERGY;
-  thrum_status status = run_chain(&def, 100, &run, error);
+  THRUM_TRY(run_chain(&def, 100, &run, error));
   const double exchange = run.exchange;
 
   // the largest step, and the energy error at 0.03 s of both splits
-  if (status >= 0) {
-    published_add(sink, "fermi", "Verlet: largest stable h, s", "200 s", 0, 2 / OMEGA,
-                  largest_stable(verlet_is_lost, 0.03, 0.045));
-    def = imexv_def(0.03, THRUM_FORM_QUADRATIC);
-    status = run_chain(&def, 200, &run, error);
-  }
-  if (status >= 0) {
-    published_add(sink, "fermi", "quadratic split: energy error", "h = 0.03 s, 200 s", 0, 1e-3,
-                  run.energy_error);
-    def = imexv_def(0.03, THRUM_FORM_THESIS);
-    status = run_chain(&def, 200, &run, error);
-  }
-  if (status >= 0)
-    published_add(sink, "fermi", "thesis split: energy error", "h = 0.03 s, 200 s", 0, 1e-3,
-                  run.energy_error);
+  published_add(sink, "fermi", "Verlet: largest stable h, s", "200 s", 0, 2 / OMEGA,
+                largest_stable(verlet_is_lost, 0.03, 0.045));
+  def = imexv_def(0.03, THRUM_FORM_QUADRATIC);
+  THRUM_TRY(run_chain(&def, 200, &run, error));
+  published_add(sink, "fermi", "quadratic split: energy error", "h = 0.03 s, 200 s", 0, 1e-3,
+                run.energy_error);
+  def = imexv_def(0.03, THRUM_FORM_THESIS);
+  THRUM_TRY(run_chain(&def, 200, &run, error));
+  published_add(sink, "fermi", "thesis split: energy error", "h = 0.03 s, 200 s", 0, 1e-3,
+                run.energy_error);
 
   // the errors at the resonances h omega = n pi over those beside them
-  for (int n = 0; n < 3 && status >= 0; n++) {
+  for (int n = 0; n < 3; n++) {
     double ratio[2];
     char setting[64];
-    status = resonance(THRUM_FORM_QUADRATIC, orders[n], &ratio[0], error);
-    if (status >= 0)
-      status = resonance(THRUM_FORM_THESIS, orders[n], &ratio[1], error);
-    if (status < 0)
-      break;
+    THRUM_TRY(resonance(THRUM_FORM_QUADRATIC, orders[n], &ratio[0], error));
+    THRUM_TRY(resonance(THRUM_FORM_THESIS, orders[n], &ratio[1], error));
     snprintf(setting, sizeof setting, "h omega = %d pi, 1000 s", orders[n]);
     published_add(sink, "fermi", "quadratic split: error at a resonance over beside it", setting, 0,
                   1, ratio[0]);
@@ -189,13 +181,10 @@ thrum_status published_fermi(const published_sink *sink, thrum_error *error) {
   }
 
   // the slow exchange between the springs
-  if (status >= 0)
-    status = add_exchange(sink, "quadratic split: time of the exchange, s", THRUM_FORM_QUADRATIC,
-                          exchange, error);
-  if (status >= 0)
-    status = add_exchange(sink, "thesis split: time of the exchange, s", THRUM_FORM_THESIS,
-                          exchange, error);
-  return status;
+  THRUM_TRY(add_exchange(sink, "quadratic split: time of the exchange, s", THRUM_FORM_QUADRATIC,
+                         exchange, error));
+  return add_exchange(sink, "thesis split: time of the exchange, s", THRUM_FORM_THESIS, exchange,
+                      error);
 }
 
 /* A slow oscillator of frequency 1 and a fast one of 50, V = 1/2 x^2 + 1250 y^2 + c x^2 y^2. */
