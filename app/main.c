@@ -1,5 +1,6 @@
 /* The `thrum` program: finds the subcommand and hands over to it.
  * SPDX-License-Identifier: Apache-2.0 */
+#include <fcntl.h>
 #include <signal.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -115,7 +116,19 @@ static void note_exit(void) {
   _exit(COMMAND_REFUSED);
 }
 
+/* A closed standard stream would lend its number to the first file that is opened, and what is
+ * printed would go into that file. A place that cannot be written to keeps the number, so that
+ * printing still fails. */
+static bool fill_standard_streams(void) {
+  for (int number = STDIN_FILENO; number <= STDERR_FILENO; number++)
+    if (fcntl(number, F_GETFD) == -1 && open("/dev/null", O_RDONLY) != number)
+      return false;
+  return true;
+}
+
 int main(int argc, char **argv) {
+  if (!fill_standard_streams())
+    return COMMAND_REFUSED;
   address_space_begin(argv);
   json_watch_memory();
   if (atexit(note_exit) != 0) {
@@ -138,7 +151,7 @@ int main(int argc, char **argv) {
   // a full disk or a closed pipe must not pass for success
   if (fflush(stdout) != 0 || ferror(stdout)) {
     fputs("thrum: standard output could not be written\n", stderr);
-    return code == COMMAND_DONE ? COMMAND_REFUSED : code;
+    return code == COMMAND_DONE || code == COMMAND_FLAGGED ? COMMAND_REFUSED : code;
   }
   return code;
 }

@@ -332,6 +332,15 @@ static thrum_status load_cached(const model_recipe *recipe, bool quiet, const th
   return thrum_model_load(path, model, error);
 }
 
+/* A model file of the user's. Opening a pipe would wait for its other end, so it is refused first.
+ */
+static thrum_status load_file(const char *path, const thrum_model **model, thrum_error *error) {
+  struct stat status;
+  if (stat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode))
+    return thrum_error_set(error, THRUM_IO, "%.300s: is not a regular file", path);
+  return thrum_model_load(path, model, error);
+}
+
 thrum_status named_model_load(const char *text, bool quiet, const thrum_model **model,
                               named_model_file *file, thrum_error *error) {
   model_recipe recipe;
@@ -341,5 +350,5 @@ thrum_status named_model_load(const char *text, bool quiet, const thrum_model **
   THRUM_TRY(model_recipe_find(text, &recipe, error));
   file->path = recipe.found ? file->cached : text;
   return recipe.found ? load_cached(&recipe, quiet, model, file->cached, error)
-                      : thrum_model_load(text, model, error);
+                      : load_file(text, model, error);
 }

@@ -57,32 +57,12 @@ void json_numbers(cJSON *object, const char *key, const double *values, int64_t 
     cJSON_AddItemToArray(array, json_number_item(values[n]));
 }
 
-static cJSON *string_item(const char *text) {
-  const size_t size = strlen(text) + 1;
-  char *clean = watched_malloc(size);
-  if (clean == NULL)
-    return NULL;
-  memcpy(clean, text, size);
-
-  // JSON is UTF-8, so bytes that are none are replaced
-  for (char *at = clean; *at != 0;) {
-    const int length = thrum_utf8_length(at, strlen(at));
-    if (length == 0)
-      *at = '?';
-    at += length == 0 ? 1 : length;
-  }
-
-  cJSON *item = cJSON_CreateString(clean);
-  free(clean);
-  return item;
-}
-
 void json_string(cJSON *object, const char *key, const char *text) {
-  cJSON_AddItemToObject(object, key, string_item(text));
+  cJSON_AddItemToObject(object, key, cJSON_CreateString(text));
 }
 
 void json_add_string(cJSON *array, const char *text) {
-  cJSON_AddItemToArray(array, string_item(text));
+  cJSON_AddItemToArray(array, cJSON_CreateString(text));
 }
 
 void json_strings(cJSON *object, const char *key, const char *const *texts, int64_t count) {
@@ -97,9 +77,24 @@ cJSON *json_add_row(cJSON *array) {
   return row;
 }
 
+/* JSON is UTF-8, so bytes that are none, of a file's name or a model's text, are replaced. */
+static void clean(char *text) {
+  size_t left = strlen(text);
+  for (char *at = text; left > 0;) {
+    const int length = thrum_utf8_length(at, left);
+    if (length == 0)
+      *at = '?';
+    at += length == 0 ? 1 : length;
+    left -= length == 0 ? 1 : (size_t)length;
+  }
+}
+
 char *json_text(const cJSON *object) {
   // an object that was made without memory lacks some of its parts
-  return json_memory_failed() ? NULL : cJSON_PrintUnformatted(object);
+  char *text = json_memory_failed() ? NULL : cJSON_PrintUnformatted(object);
+  if (text != NULL)
+    clean(text);
+  return text;
 }
 
 cJSON *json_report(const char *command, const char *status) {

@@ -20,7 +20,7 @@ void json_number(cJSON *object, const char *key, double value);
 cJSON *json_number_item(double value);
 /* Adds an array of numbers, the same way. */
 void json_numbers(cJSON *object, const char *key, const double *values, int64_t count);
-/* Adds a text; bytes that are no UTF-8, as a file's name may hold, become '?'. */
+/* Adds a text; json_text makes '?' of bytes that are no UTF-8, as a file's name may hold. */
 void json_string(cJSON *object, const char *key, const char *text);
 void json_add_string(cJSON *array, const char *text);
 void json_strings(cJSON *object, const char *key, const char *const *texts, int64_t count);

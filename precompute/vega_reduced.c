@@ -375,7 +375,15 @@ thrum_status thrum_vega_cubic_write(const char *path, const thrum_model *model,
     linear[i * r + i] = model->omega2[i];
   differentiate(r, 3, model->c4, differentiate(r, 2, model->c3, linear + r * r));
 
-  const thrum_status status = thrum_file_write_atomic(path, file, 8 * (size_t)(total + 2), error);
+  // the derivative of a coefficient near the end of the range is beyond it
+  bool finite = true;
+  for (int64_t n = 0; finite && n < total; n++)
+    finite = isfinite(linear[n]);
+  const thrum_status status =
+      finite
+          ? thrum_file_write_atomic(path, file, 8 * (size_t)(total + 2), error)
+          : thrum_error_set(error, THRUM_BAD_VALUE,
+                            "%s: a coefficient would be beyond the range of finite numbers", path);
   free(file);
   return status;
 }

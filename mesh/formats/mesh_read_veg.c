@@ -130,6 +130,18 @@ static thrum_status check_cycle(veg_reader *r, const char *path) {
   return THRUM_OK;
 }
 
+/* Is the name absolute, or has it a part ".."? */
+static bool leaves_folder(const char *name, size_t length) {
+  size_t begin = 0;
+  for (size_t i = 0; i <= length; i++)
+    if (i == length || name[i] == '/') {
+      if (i == 0 || (i - begin == 2 && name[begin] == '.' && name[begin + 1] == '.'))
+        return true;
+      begin = i + 1;
+    }
+  return false;
+}
+
 /* Opens the file that the present line, `*INCLUDE name`, names. */
 static thrum_status include(veg_reader *r) {
   thrum_text *text = text_of(r);
@@ -140,9 +152,15 @@ static thrum_status include(veg_reader *r) {
   if (memchr(text->at, 0, length))
     return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error, "*INCLUDE names no proper file");
 
-  // the name is relative to the including file, or absolute
+  // a mesh from elsewhere must not have any file of the machine read, and its lines shown
+  if (leaves_folder(text->at, length))
+    return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error,
+                           "*INCLUDE leads out of the folder of this file: put the included file "
+                           "beside it");
+
+  // the name is relative to the including file
   const char *from = r->files[r->current].path, *slash = strrchr(from, '/');
-  size_t folder = slash && text->at[0] != '/' ? (size_t)(slash - from) + 1 : 0;
+  size_t folder = slash ? (size_t)(slash - from) + 1 : 0;
   char *path = malloc(folder + length + 1);
   if (!path)
     return no_memory(r);

@@ -184,6 +184,14 @@ static void bad_includes_are_refused(void **state) {
   mesh_bad("d.veg", "*INCLUDE\n", "d.veg:1: *INCLUDE names no file");
   mesh_bad("d.veg", "\n*INCLUDE none.node\n", "d.veg:2: cannot find the included file");
   mesh_bad("d.veg", "*INCLUDE d.veg\n", "d.veg:1: *INCLUDE goes in a circle");
+
+  // nothing outside of the folder of the mesh is read
+  static const char *const away[] = {"/etc/passwd", "../d.veg", "sub/../../d.veg", ".."};
+  for (int n = 0; n < 4; n++) {
+    char text[64];
+    snprintf(text, sizeof text, "*INCLUDE %s\n", away[n]);
+    mesh_bad("d.veg", text, "d.veg:1: *INCLUDE leads out of the folder");
+  }
   mesh_bad("d.veg", "*INCLUDE .\n", "cannot be read");
   mesh_write_text("e.veg", "*INCLUDE d.veg\n");
   mesh_bad("d.veg", "*INCLUDE ./e.veg\n", "e.veg:1: *INCLUDE goes in a circle");
