@@ -20,11 +20,11 @@ void config_one_line(char *text);
 __attribute__((format(printf, 2, 3))) int config_usage(const char *command, const char *format,
                                                        ...);
 
-/* What getopt_long rejected (it returned '?' or ':', with opterr = 0 and a short list that begins
- * with ':'): says so, with the nearest long option; returns COMMAND_USAGE. */
+/* Says what getopt_long rejected (it returned '?' or ':', with opterr = 0 and a short list that
+ * begins with ':'): says so, with the nearest long option; returns COMMAND_USAGE. */
 int config_usage_option(const char *command, char **argv, const struct option *options);
 
-/* Of `count` names the one that differs least from `text`, NULL when none is near. */
+/* Returns the one of `count` names that differs least from `text`, NULL when none is near. */
 const char *config_nearest(const char *text, const char *const *names, int64_t count);
 
 /* Prints "thrum: warning: <line>" on standard error. */

@@ -190,7 +190,7 @@ typedef struct config_command {
     .fallback = otherwise, .about = text, __VA_ARGS__                                              \
   }
 
-/* What most commands have, at the end of their tables. */
+/* The rows that most commands have at the end of their tables. */
 #define OPTION_FILE(type)                                                                          \
   {                                                                                                \
     .name = "options", .kind = CONFIG_FILE,                                                        \

@@ -7,7 +7,7 @@
 
 #define FIRST_LONG 256 /* what getopt_long returns for the first row, clear of all letters */
 
-/* What was given, in its order. */
+/* The options that were given, in their order. */
 typedef struct given_list {
   config_row rows[CONFIG_OPTION_MAX];
   int row_count;

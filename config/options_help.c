@@ -1,5 +1,5 @@
-/* What people read of the tables: the help of a command, the reference, the manual page, and what a
- * shell completes. SPDX-License-Identifier: Apache-2.0 */
+/* Prints what people read of the tables: the help of a command, the reference, the manual page, and
+ * what a shell completes. SPDX-License-Identifier: Apache-2.0 */
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>

@@ -1,5 +1,5 @@
-/* What in a folder belongs to a run: one walk through the folder, its frames and its bodies, for
- * checking, moving and removing (run_entries.h). SPDX-License-Identifier: Apache-2.0 */
+/* Tells what in a folder belongs to a run: one walk through the folder, its frames and its bodies,
+ * for checking, moving and removing (run_entries.h). SPDX-License-Identifier: Apache-2.0 */
 #include "driver/run_entries.h"
 
 #include <cjson/cJSON.h>
@@ -23,10 +23,10 @@ enum { RUN_FILE_COUNT = sizeof run_files / sizeof run_files[0] };
 
 typedef char path_text[PATH_SIZE];
 
-/* What kind of folder is walked through. */
+/* The kind of folder that is walked through. */
 typedef enum folder_kind { FOLDER_RUN, FOLDER_SCENE, FOLDER_FRAMES } folder_kind;
 
-/* What an entry of such a folder is. */
+/* The kinds of entries in such a folder. */
 typedef enum entry_kind {
   ENTRY_USERS,
   ENTRY_FILE,
@@ -136,7 +136,7 @@ static bool is_named(const char *name, const char *file) {
          (name[length] == 0 || (name[length] == '.' && ends_with(name, ".tmp")));
 }
 
-/* What an entry with this name would be as a file; ENTRY_USERS: nothing of a run. */
+/* Returns what an entry with this name would be as a file; ENTRY_USERS: nothing of a run. */
 static entry_kind file_kind(folder_kind folder, const char *name) {
   if (folder == FOLDER_FRAMES) {
     const bool frame = strncmp(name, "frame_", 6) == 0;

@@ -1,4 +1,4 @@
-/* What in a folder belongs to a run, and what is the user's own.
+/* Tells what in a folder belongs to a run, and what is the user's own.
  *
  * A run is known by its mark, run.json or for a scene scene.json, which says that it is one. To it
  * belong the files that a run writes, by name, the frames, and the folders of the bodies that

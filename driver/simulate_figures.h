@@ -40,7 +40,8 @@ void simulate_figures_add(simulate_figures *figures, int64_t row, const thrum_en
  * counted. */
 double simulate_figures_balance(const simulate_figures *figures);
 
-/* What stepped the body: its integrator, and where imexv has switched, since when and to what. */
+/* Tells what stepped the body: its integrator, and where imexv has switched, since when and to
+ * what. */
 void simulate_figures_stepped_by(const simulate_figures *figures, char text[128]);
 
 /* Sets drift, growth and energy_grew: the mean energy grew in free motion, or much of the energy

@@ -1,4 +1,5 @@
-/* What steps make of the modes of a model at a time step. SPDX-License-Identifier: Apache-2.0 */
+/* Tells what steps make of the modes of a model at a time step. SPDX-License-Identifier: Apache-2.0
+ */
 #ifndef THRUM_DRIVER_SPLIT_AT_H
 #define THRUM_DRIVER_SPLIT_AT_H
 

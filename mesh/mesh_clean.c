@@ -40,7 +40,7 @@ static place tet_place(const thrum_mesh *mesh, const char *name, int64_t t) {
   return where;
 }
 
-/* What the file calls vertex v, before any was dropped. */
+/* Returns the number that the file gives to vertex v, before any was dropped. */
 static int64_t number_of(const thrum_mesh *mesh, int32_t v) {
   return mesh->file_number ? mesh->file_number[v] : (int64_t)v + 1;
 }

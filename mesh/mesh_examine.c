@@ -1,6 +1,6 @@
-/* What a mesh is like. Pieces come from a union-find over vertices; the surface from the faces of
- * one tet; its parts from a union-find over its triangles along shared edges; its genus from the
- * Euler characteristic V - E + F = 2 (surfaces - genus). Cost: see the header.
+/* Measures what a mesh is like. Pieces come from a union-find over vertices; the surface from the
+ * faces of one tet; its parts from a union-find over its triangles along shared edges; its genus
+ * from the Euler characteristic V - E + F = 2 (surfaces - genus). Cost: see the header.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/mesh_examine.h"

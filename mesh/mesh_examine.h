@@ -1,4 +1,4 @@
-/* What a mesh is like: pieces, surface, shape of its tets, and what is probably a mistake.
+/* Measures what a mesh is like: pieces, surface, shape of its tets, and what is probably a mistake.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_MESH_MESH_EXAMINE_H

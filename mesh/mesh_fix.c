@@ -1,4 +1,4 @@
-/* What --fix names: predicates over rest positions, files of vertex numbers, groups.
+/* Finds what --fix names: predicates over rest positions, files of vertex numbers, groups.
  *
  * Nothing is written to the caller's bytes until the whole spec is understood. Cost: linear in the
  * mesh and in the list.

@@ -1,5 +1,5 @@
-/* What of an examined mesh is probably a mistake, and what to do about it. Every threshold is a
- * judgement, written down here and in docs/meshes.md.
+/* Says what of an examined mesh is probably a mistake, and what to do about it. Every threshold is
+ * a judgement, written down here and in docs/meshes.md.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/mesh_flags.h"

@@ -1,4 +1,4 @@
-/* What of an examined mesh is probably a mistake.
+/* Says what of an examined mesh is probably a mistake.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_MESH_MESH_FLAGS_H
@@ -6,7 +6,7 @@
 
 #include "mesh/mesh_examine.h"
 
-/* What may be wrong, as flags that people can act on. X(name, bit) */
+/* The list of what may be wrong, as flags that people can act on. X(name, bit) */
 #define THRUM_EXAMINE_FLAGS(X)                                                                     \
   X(PIECES, 1)                                                                                     \
   X(COINCIDENT, 2)                                                                                 \
@@ -24,7 +24,7 @@ typedef enum thrum_examine_flag {
 #undef X
 } thrum_examine_flag;
 
-/* What is to be flagged: thrum_examine_flag, or'ed. */
+/* Returns what is to be flagged: thrum_examine_flag, or'ed. */
 unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *examined);
 /* One line for a person on a flag: what, how much, and what to do. Returns `line`. */
 const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examined *examined,

@@ -1,4 +1,5 @@
-/* What a model's mesh is like: volume, mass, extent, and how well shaped its tetrahedra are.
+/* Measures what a model's mesh is like: volume, mass, extent, and how well shaped its tetrahedra
+ * are.
  *
  * The shape measure is the mean ratio 12 (3 V)^(2/3) / (sum of the six squared edges): 1 for the
  * regular tetrahedron, towards 0 for flat ones. A. Liu, B. Joe 1994, Relationship between

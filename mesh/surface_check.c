@@ -38,7 +38,7 @@ static void note(thrum_surface_fault *fault, int64_t triangle, int32_t from, int
   *fault = (thrum_surface_fault){fault->count, triangle, {from, to}};
 }
 
-/* What there is to measure of a triangle. */
+/* Measures a triangle. */
 typedef struct measures {
   double area[3]; /* twice the area vector */
   double twice;   /* its length */

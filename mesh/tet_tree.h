@@ -10,8 +10,9 @@
 
 typedef struct thrum_tet_tree thrum_tet_tree;
 
-/* Of tetrahedra with positive volume; vertices (x 3) and tets (tet_count x 4, 1 to 2^31 - 1) are
- * the caller's and must outlive the tree. Cost: n log n, about 60 bytes a tetrahedron. */
+/* Makes a tree of tetrahedra with positive volume; vertices (x 3) and tets (tet_count x 4, 1 to
+ * 2^31 - 1) are the caller's and must outlive the tree. Cost: n log n, about 60 bytes a
+ * tetrahedron. */
 thrum_status thrum_tet_tree_make(const double *vertices, const int32_t *tets, int64_t tet_count,
                                  thrum_tet_tree **tree, thrum_error *error);
 void thrum_tet_tree_free(thrum_tet_tree *tree); /* NULL is fine */

@@ -1,4 +1,4 @@
-/* What happens when a signal stops the program. SPDX-License-Identifier: Apache-2.0 */
+/* Cleans up when a signal stops the program. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PLATFORM_INTERRUPT_H
 #define THRUM_PLATFORM_INTERRUPT_H
 

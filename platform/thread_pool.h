@@ -7,7 +7,7 @@
 
 #include "thrum/status.h"
 
-/* What a pool does: `task` once for each index below `count`, on any thread. The first failure
+/* A pool does `task` once for each index below `count`, on any thread. The first failure
  * ends it: no further task starts. `progress`, which may be NULL, is called on one thread at a time
  * with the share of tasks done; it returns false to stop. */
 typedef struct thrum_thread_pool {

@@ -1,5 +1,5 @@
-/* What this build computes with; stored in models and printed with figures, because another BLAS
- * kernel gives other last bits. SPDX-License-Identifier: Apache-2.0 */
+/* Names what this build computes with; it is stored in models and printed with figures, because
+ * another BLAS kernel gives other last bits. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_BUILD_INFO_H
 #define THRUM_PRECOMPUTE_BUILD_INFO_H
 

@@ -17,7 +17,7 @@
 
 static const int32_t format[2] = {THRUM_EMBEDDING_FORMAT_MAJOR, THRUM_EMBEDDING_FORMAT_MINOR};
 
-/* What is being made: the arrays of the embedding before they are const. */
+/* The arrays of the embedding that is being made, before they are const. */
 typedef struct embed_arrays {
   uint8_t *meta;
   double *omega2, *positions, *weights;

@@ -1,7 +1,7 @@
-/* What a precompute will take, see estimate.h. Memory is counted array by array, stage by stage;
- * the numbers of the factor come from its symbolic analysis, so they are exact. Times are work over
- * speed: the speed of DGEMM and of reading memory are probed, the shares of them that the stages
- * reach were measured on one machine (docs/precompute.md).
+/* Estimates what a precompute will take, see estimate.h. Memory is counted array by array, stage by
+ * stage; the numbers of the factor come from its symbolic analysis, so they are exact. Times are
+ * work over speed: the speed of DGEMM and of reading memory are probed, the shares of them that the
+ * stages reach were measured on one machine (docs/precompute.md).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/estimate.h"

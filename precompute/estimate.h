@@ -1,4 +1,4 @@
-/* What a precompute will take, before it takes it. SPDX-License-Identifier: Apache-2.0 */
+/* Estimates what a precompute will take, before it takes it. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_ESTIMATE_H
 #define THRUM_PRECOMPUTE_ESTIMATE_H
 

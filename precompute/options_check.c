@@ -1,4 +1,4 @@
-/* What is asked of a precompute, judged before it starts, see options_check.h.
+/* Judges what is asked of a precompute before it starts, see options_check.h.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/options_check.h"
 

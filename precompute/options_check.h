@@ -1,4 +1,4 @@
-/* What is asked of a precompute, judged before it starts: shared by the run and by its estimate, so
+/* Judges what is asked of a precompute before it starts: shared by the run and by its estimate, so
  * that both refuse the same. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_OPTIONS_CHECK_H
 #define THRUM_PRECOMPUTE_OPTIONS_CHECK_H
@@ -14,7 +14,8 @@ int64_t thrum_options_shapes(const thrum_precompute_options *options);
 /* The options with the rank that 0 stands for, and without modes where a basis is imported. */
 thrum_precompute_options thrum_options_complete(const thrum_precompute_options *options);
 
-/* Of complete options: counts out of range, threads, the mass, a check that is not built in. */
+/* Refuses, in complete options, counts out of range, threads, the mass, a check that is not built
+ * in. */
 thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_error *error);
 
 /* The same with the body: that it is held or free (thrum_constraints_check, whose *free_body this

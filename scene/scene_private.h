@@ -18,8 +18,8 @@ typedef struct scene_model {
   struct scene_model *next;
 } scene_model;
 
-/* What of a body touches or is pulled: the rows of U' of these points, and the contact that reads
- * them. The points that touch come first, then a slot for each pull. */
+/* The part of a body that touches or is pulled: the rows of U' of these points, and the contact
+ * that reads them. The points that touch come first, then a slot for each pull. */
 typedef struct scene_touch {
   thrum_model model;   /* that the body steps, with these points as its mesh */
   double *rest, *rows; /* count x 3 [m], count x 3 x rank; in model */

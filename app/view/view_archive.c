@@ -78,7 +78,7 @@ static void add_surface(data_section *data, cJSON *arrays, const render_mesh *sh
     memcpy(fixed, shown->fixed, (size_t)shown->vertex_count);
 }
 
-/* What the inertia of a free body is taken from: the corners of its first tetrahedron, and the
+/* These give the inertia of a free body: the corners of its first tetrahedron, and the
  * rigid modes there. */
 static void add_rigid(data_section *data, cJSON *arrays, const thrum_model *model) {
   double corners[12], modes[72];

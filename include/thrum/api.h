@@ -1,4 +1,4 @@
-/* What a shared library of Thrum exports: the functions declared with THRUM_API, and nothing else.
+/* A shared library of Thrum exports the functions declared with THRUM_API, and nothing else.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_API_H
 #define THRUM_API_H

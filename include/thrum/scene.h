@@ -227,7 +227,8 @@ THRUM_API thrum_status thrum_scene_add_base_motion_record(thrum_scene *scene,
 THRUM_API thrum_status thrum_scene_add_base_motion(thrum_scene *scene, const double amplitude[3],
                                                    const thrum_load *course, thrum_error *error);
 
-/* Position of the ground [m], the sum of all base motions. */
+/* Position of the ground [m], the sum of the base motions that are sampled in time or follow a
+ * sine; the others only accelerate the bodies. */
 THRUM_API void thrum_scene_ground(const thrum_scene *scene, double position[3]);
 
 /* Sets a wind that drags on the triangles of all bodies: each vertex gets 1/2 density drag A |v| v

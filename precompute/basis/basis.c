@@ -126,7 +126,7 @@ static thrum_status decompose_around(pca *p, int64_t span, double *frame, double
   memcpy(rest, p->small + (p->modes - p->kept) * span, sizeof *rest * (size_t)(p->kept * span));
   thrum_status status = left_vectors(p, 'A', span, p->kept, rest, frame, error);
 
-  // of what must be kept, the directions that are too small to count are left out
+  // directions of what must be kept that are too small to count are left out
   int held = 0;
   while (held < p->kept && held < m && p->values[held] > TOLERANCE)
     held++;

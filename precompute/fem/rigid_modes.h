@@ -15,8 +15,8 @@
 
 #define THRUM_RIGID_COUNT 6
 
-/* Of a body with nothing held: Z (n x 6, column-major, n = 3 vertices) with Z^T M Z = 1, shifts
- * along x, y, z first, then turns about the centre of mass; dual = M Z, n x 6. */
+/* Makes, for a body with nothing held, Z (n x 6, column-major, n = 3 vertices) with Z^T M Z = 1,
+ * shifts along x, y, z first, then turns about the centre of mass; dual = M Z, n x 6. */
 thrum_status thrum_rigid_modes(const thrum_fem *fem, const thrum_sparse *mass, double *modes,
                                double *dual, thrum_error *error);
 
@@ -24,7 +24,7 @@ thrum_status thrum_rigid_modes(const thrum_fem *fem, const thrum_sparse *mass, d
 thrum_status thrum_rigid_residual(const thrum_sparse *stiffness, const double *modes,
                                   double *residual, thrum_error *error);
 
-/* What the springs changed, so that it can be put back bit by bit. */
+/* Keeps what the springs changed, so that it can be put back bit by bit. */
 typedef struct thrum_support_springs {
   int64_t entry[18];
   double value[18];

@@ -59,7 +59,8 @@ thrum_status thrum_factor_solve(thrum_factor *factor, const double *right, int64
                                 double *solution, thrum_error *error);
 
 int64_t thrum_factor_nonzeros(const thrum_factor *factor); /* of L, stored zeros included */
-/* Of the factorisation by CHOLMOD's count, and of all solves so far, four a nonzero and column. */
+/* Count the operations of the factorisation, by CHOLMOD, and of all solves so far, four a nonzero
+ * and column. */
 double thrum_factor_flops(const thrum_factor *factor);
 double thrum_factor_solve_flops(const thrum_factor *factor);
 /* Bytes that the planned factor will take, and that its computation takes besides a copy of A. */

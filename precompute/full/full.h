@@ -40,7 +40,7 @@ thrum_full_def thrum_default_full_def(void);
 
 typedef struct thrum_full thrum_full;
 
-/* What a body has done since it was made. */
+/* Counts what a body has done since it was made. */
 typedef struct thrum_full_report {
   int64_t free_count;        /* components that move */
   int64_t steps;             /* completed */

@@ -1,4 +1,4 @@
-/* What of a load a model's basis cannot show, design 10. With u = K^-1 f and
+/* Measures what of a load a model's basis cannot show, design 10. With u = K^-1 f and
  * u_r = U (U^T K U)^-1 U^T f the static share is |u - u_r|_K / |u|_K, K-orthogonal as U^T K U is
  * diagonal; with f_r = M U U^T f the share of the load is |f - f_r| / |f| in the norm of M^-1.
  * Both are taken of the differences, not as 1 less a ratio, so that small shares keep their digits.

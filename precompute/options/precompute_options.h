@@ -1,4 +1,4 @@
-/* What is asked of a precompute: its stages and its options. Lowest header of precompute.
+/* A precompute is asked for by these: its stages and its options. Lowest header of precompute.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_OPTIONS_PRECOMPUTE_OPTIONS_H
@@ -47,7 +47,7 @@ typedef struct thrum_imported_basis {
   double defect;      /* by how much its force was no gradient */
 } thrum_imported_basis;
 
-/* What became of it. */
+/* Says what became of it. */
 typedef struct thrum_imported_figures {
   bool changed;                /* it was not in Thrum's form: its basis was changed */
   double orthonormality;       /* max |U^T M U - 1| in the file, */

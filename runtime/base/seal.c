@@ -20,7 +20,7 @@ typedef struct seal {
 
 _Static_assert(sizeof(seal) == THRUM_SEAL_BYTES, "the head has no padding");
 
-/* Of the head with a checksum of zero, then of the content. */
+/* The checksum of the head, whose own field counts as zero, and then of the content. */
 static uint32_t checksum_of(seal head, const unsigned char *memory) {
   thrum_crc32_table table;
   thrum_crc32_prepare(&table);

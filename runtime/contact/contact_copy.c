@@ -1,6 +1,6 @@
-/* What makes bytes from elsewhere a contact (thrum/contact.h): the parts that no step changes are
- * those of the contact that they would replace, and what persists from step to step is in range.
- * Cost: one look at the touches. SPDX-License-Identifier: Apache-2.0 */
+/* Checks whether bytes from elsewhere are a contact (thrum/contact.h): the parts that no step
+ * changes are those of the contact that they would replace, and what persists from step to step is
+ * in range. Cost: one look at the touches. SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <string.h>
 

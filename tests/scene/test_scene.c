@@ -560,6 +560,68 @@ static void bad_defs_are_refused(void **context) {
   assert_true(thrum_scene_set_gravity(f->scene, nowhere, &error) < 0);
 }
 
+/* The scene tells its time step, gravity, obstacles and probes as they were set last. */
+static void a_scene_tells_what_was_set(void **context) {
+  fixture *f = *context;
+  const thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
+  add(f, &def);
+  add(f, &def);
+
+  // time step and gravity
+  const double down[3] = {0.5, 0, -9.81}, none[3] = {0};
+  double gravity[3] = {NAN, NAN, NAN};
+  thrum_scene_gravity(f->scene, gravity);
+  assert_memory_equal(gravity, none, sizeof gravity);
+  MUST(thrum_scene_set_gravity(f->scene, down, &error));
+  thrum_scene_gravity(f->scene, gravity);
+  assert_memory_equal(gravity, down, sizeof gravity);
+  assert_true(thrum_scene_dt(f->scene) == 0.003);
+  MUST(thrum_scene_set_dt(f->scene, 0.002, &error));
+  assert_true(thrum_scene_dt(f->scene) == 0.002);
+
+  // an obstacle is replaced, and keeps its place and number
+  thrum_obstacle obstacle = thrum_default_obstacle(), seen;
+  int32_t number = -1;
+  assert_int_equal(thrum_scene_obstacle_count(f->scene), 0);
+  MUST(thrum_scene_add_obstacle(f->scene, &obstacle, &number, &error));
+  obstacle.friction = 0.25;
+  MUST(thrum_scene_set_obstacle(f->scene, number, &obstacle, &error));
+  assert_int_equal(thrum_scene_obstacle_count(f->scene), 1);
+  MUST(thrum_scene_obstacle(f->scene, number, &seen, &error));
+  assert_true(seen.friction == 0.25);
+
+  // one that cannot be leaves the old one, as does a number that does not exist
+  obstacle.friction = -1;
+  assert_true(thrum_scene_set_obstacle(f->scene, number, &obstacle, &error) < 0);
+  obstacle.friction = 0.5;
+  assert_true(thrum_scene_set_obstacle(f->scene, number + 1, &obstacle, &error) < 0);
+  MUST(thrum_scene_obstacle(f->scene, number, &seen, &error));
+  assert_true(seen.friction == 0.25);
+
+  // a probe knows its body
+  MUST(thrum_scene_add_probe(f->scene, "tip", 1, NULL, 0, &error));
+  assert_int_equal(thrum_scene_probe_body(f->scene, 0), 1);
+  assert_int_equal(thrum_scene_probe_body(f->scene, 1), -1);
+}
+
+/* A base whose acceleration is a sin(w t) stands at -a sin(w t) / w^2. */
+static void the_ground_is_where_the_base_motions_put_it(void **context) {
+  fixture *f = *context;
+  const thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
+  add(f, &def);
+  const double frequency = 0.7, omega = 2 * pi * frequency;
+  const thrum_load sine = {THRUM_LOAD_SINE, 0, INFINITY, frequency};
+  MUST(thrum_scene_add_base_motion(f->scene, (const double[3]){2, 0, 0}, &sine, &error));
+  MUST(thrum_scene_add_base_motion(f->scene, (const double[3]){0, -1, 3}, &sine, &error));
+  steps(f->scene, 100);
+
+  double ground[3];
+  thrum_scene_ground(f->scene, ground);
+  const double time = thrum_scene_time(f->scene), expected[3] = {2, -1, 3};
+  for (int axis = 0; axis < 3; axis++)
+    assert_true(fabs(ground[axis] + expected[axis] * sin(omega * time) / (omega * omega)) < 1e-12);
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
 
 int main(void) {
@@ -576,6 +638,8 @@ int main(void) {
       TEST(a_body_that_fails_stops_and_the_others_go_on),
       TEST(the_matrix_puts_a_surface_where_its_vertices_are),
       TEST(bad_defs_are_refused),
+      TEST(a_scene_tells_what_was_set),
+      TEST(the_ground_is_where_the_base_motions_put_it),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
