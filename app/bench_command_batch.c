@@ -8,11 +8,16 @@
 
 static thrum_status run(const bench_request *request, const thrum_model *model, cJSON *rows,
                         thrum_error *error) {
+  // the measurement, with the options of the command
   bench_batch batch = {.step = request->step, .bodies = request->bodies};
   batch.step.def.kernel = request->kernel;
   batch.step.batches = request->batches;
   THRUM_TRY(bench_batch_run(model, &batch, error));
+
+  // how many bodies one core steps in real time
   const double real_time = 1e6 * batch.step.dt / batch.together.minimum;
+
+  // a line of the table, whose head comes with the first row
   if (!request->json) {
     if (cJSON_GetArraySize(rows) == 0)
       printf("%5s %7s %9s %9s %9s %9s %9s %9s %11s %10s %5s\n", "rank", "bodies", "alone us",
@@ -22,6 +27,8 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
            batch.together.minimum, batch.together.median, batch.step.dt, (int)batch.implicit_modes,
            batch.iterations, real_time, batch.same_bits ? "same" : "DIFFER");
   }
+
+  // the same as JSON
   cJSON *row = json_add_row(rows);
   json_number(row, "rank", (double)model->rank);
   json_number(row, "bodies", (double)batch.bodies);

@@ -33,14 +33,19 @@ static void print_pass(const bench_request *request, const bench_kernels *bench,
 
 static thrum_status run(const bench_request *request, const thrum_model *model, cJSON *rows,
                         thrum_error *error) {
+  // the measurement, with the options of the command
   const int wanted = request->step.implicit_wanted;
   bench_kernels bench = {.kernel = request->kernel,
                          .implicit = wanted >= 0 ? wanted : IMPLICIT_DEFAULT,
                          .batches = request->batches};
   THRUM_TRY(bench_kernels_run(model, &bench, error));
+
+  // the head of the table comes with the first row
   if (!request->json && cJSON_GetArraySize(rows) == 0)
     printf("%5s %-14s %9s %9s %9s%s\n", "rank", "pass", "us", "median", "GFLOP/s",
            request->machine ? "  FMA peak  bandwidth    bound us" : "");
+
+  // one row of JSON for all passes, and a line of the table for each
   cJSON *row = json_add_row(rows);
   json_number(row, "rank", (double)model->rank);
   json_string(row, "kernel", thrum_kernel_name(bench.kernel));

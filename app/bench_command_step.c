@@ -9,15 +9,20 @@
 
 static thrum_status run(const bench_request *request, const thrum_model *model, cJSON *rows,
                         thrum_error *error) {
+  // the measurement, with the options of the command
   bench_step step = request->step;
   step.def.kernel = request->kernel;
   step.batches = request->batches;
   THRUM_TRY(bench_step_run(model, &step, error));
+
+  // the rates that were reached, beside those of the machine
   const char *level;
   const double each = bench_coefficient_bytes(model), bytes = each * bench_terms(model->rank);
   const double bandwidth = bench_machine_bandwidth(&request->rates, bytes, &level);
   const double gflops = 1e-3 * step.operations / step.time.minimum;
   const double bound = 1e-3 * each * step.coefficients / bandwidth;
+
+  // a line of the table, whose head comes with the first row
   if (!request->json) {
     if (cJSON_GetArraySize(rows) == 0)
       printf("%5s %9s %9s %11s %9s %11s %9s %9s%s\n", "rank", "us/step", "median", "h [s]",
@@ -31,6 +36,8 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
              100 * bound / step.time.minimum, level, bound);
     printf("\n");
   }
+
+  // the same as JSON
   cJSON *row = json_add_row(rows);
   json_number(row, "rank", (double)model->rank);
   json_number(row, "us_per_step", step.time.minimum);

@@ -41,6 +41,8 @@ static thrum_status write_csv(const bench_request *request, const char *path, co
   thrum_file_writer writer = {NULL, NULL, NULL};
   THRUM_TRY(thrum_file_writer_open(path, &writer, error));
   FILE *file = writer.stream;
+
+  // where the numbers were measured, and how fast that machine is
   fprintf(file, "# %s; %s; thrum %s; kernel %s\n", bench_processor(), bench_build(),
           thrum_version(), thrum_kernel_name(thrum_kernel_chosen(request->kernel)));
   if (request->machine)

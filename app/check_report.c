@@ -63,6 +63,7 @@ static void print_groups(const thrum_mesh *mesh) {
 
 void check_report_print(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
                         unsigned flags) {
+  // size and place
   printf("%-18s%s\n", "mesh", name);
   printf("%-18s%" PRId64 " vertices (%" PRId64 " inside), %" PRId64 " tetrahedra, %" PRId64
          " piece%s\n",
@@ -73,15 +74,21 @@ void check_report_print(const char *name, const thrum_mesh *mesh, const thrum_me
     printf(", %.6g kg", e->mass);
   printf("\n%-18s[%.4g, %.4g] x [%.4g, %.4g] x [%.4g, %.4g] m\n", "box", e->box_min[0],
          e->box_max[0], e->box_min[1], e->box_max[1], e->box_min[2], e->box_max[2]);
+
+  // edges, surface and shape of the elements
   printf("%-18s%.4g to %.4g m\n", "edges", e->edge_min, e->edge_max);
   print_surface(e);
   printf("%-18smean ratio %.3f on average, %.3f at least\n", "quality", e->ratio_mean,
          e->ratio_min);
+
+  // only bins with elements in them
   for (int b = 0; b < THRUM_EXAMINE_BINS; b++)
     if (e->histogram[b] > 0)
       printf("%-18s%.1f to %.1f: %" PRId64 "\n", "", b / 10.0, (b + 1) / 10.0, e->histogram[b]);
   print_worst(mesh, e);
   print_groups(mesh);
+
+  // what is probably a mistake, with what to do about it
   for (int i = 0; i < FLAG_COUNT; i++) {
     char line[300];
     if (flags & ALL_FLAGS[i])
@@ -143,6 +150,8 @@ cJSON *check_report_object(const char *name, const thrum_mesh *mesh, const thrum
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "status", flags != 0 ? "flagged" : "done");
   json_string(object, "mesh", name);
+
+  // numbers that every mesh has
   const struct {
     const char *key;
     double value;
@@ -167,10 +176,13 @@ cJSON *check_report_object(const char *name, const thrum_mesh *mesh, const thrum
                  {"cornered_tets", (double)mesh->cornered_tets}};
   for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
     json_number(object, numbers[i].key, numbers[i].value);
+
+  // numbers that some meshes have
   if (mesh->has_material)
     json_number(object, "mass_kg", e->mass);
   if (e->genus >= 0)
     json_number(object, "genus", (double)e->genus);
+
   json_numbers(object, "box_min_m", e->box_min, 3);
   json_numbers(object, "box_max_m", e->box_max, 3);
   add_lists(object, mesh, e);

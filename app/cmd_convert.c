@@ -90,6 +90,7 @@ static void warn_lost(const thrum_mesh_lost *lost, const char *name) {
 
 static void print_json(const convert_request *request, const thrum_mesh *mesh,
                        const thrum_mesh_lost *lost) {
+  // the mesh that was written
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "status", "done");
   json_string(object, "mesh", request->output);
@@ -97,6 +98,8 @@ static void print_json(const convert_request *request, const thrum_mesh *mesh,
   json_number(object, "tets", (double)mesh->tet_count);
   json_number(object, "regions", (double)mesh->region_count);
   json_number(object, "groups", (double)mesh->group_count);
+
+  // what reading has changed, and what the format could not hold
   json_number(object, "flipped_tets", (double)mesh->flipped_tets);
   json_number(object, "dropped_vertices", (double)mesh->dropped_vertices);
   json_number(object, "cornered_tets", (double)mesh->cornered_tets);

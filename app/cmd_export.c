@@ -170,8 +170,11 @@ static const char *note(export_files *files, const char *what, const char *prefi
 
 static thrum_status write_matrices(const thrum_model *model, const char *prefix,
                                    export_files *files, thrum_error *error) {
+  // the body behind the model, with its matrices
   thrum_model_fem body = {0};
   thrum_status status = thrum_model_fem_create(model, &body, error);
+
+  // each matrix, and which row is which component
   if (status >= 0)
     status = thrum_matrix_market_write(note(files, "stiffness", prefix, ".K.mtx"), &body.stiffness,
                                        "stiffness at rest of the free components [N/m]", error);
@@ -183,6 +186,7 @@ static thrum_status write_matrices(const thrum_model *model, const char *prefix,
                                        error);
   if (status >= 0)
     status = thrum_rows_write(note(files, "rows", prefix, ".rows.txt"), &body.fem, error);
+
   thrum_model_fem_free(&body);
   return status;
 }

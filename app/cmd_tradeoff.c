@@ -45,12 +45,15 @@ static thrum_status default_load(trade *t, const load_spec **loads, int64_t *cou
   *count = request->load_count;
   if (request->load_count > 0)
     return THRUM_OK;
+
+  // a named model says in its recipe how to load it
   model_recipe recipe;
   THRUM_TRY(model_recipe_find(request->model_path, &recipe, error));
   const double *d = recipe.load_direction, force = recipe.load_force;
   if (!recipe.found || !(force > 0))
     return thrum_error_set(error, THRUM_MISSING, "%.200s: name a load with --load",
                            request->model_path);
+
   snprintf(t->own_text, sizeof t->own_text, "square:%.6g,%.6g,%.6g@%.40s", force * d[0],
            force * d[1], force * d[2], recipe.load_group);
   *loads = &t->own;

@@ -33,6 +33,8 @@ static bool show(void *context, const char *stage, double fraction) {
 thrum_status experiments_extremes(const experiments_request *request, bool *flagged,
                                   thrum_error *error) {
   config_progress progress = config_progress_make(request->quiet);
+
+  // the cases that are asked for
   experiment_extremes extremes = {
       .steps = request->steps,
       .threads = (int)request->threads,
@@ -44,6 +46,7 @@ thrum_status experiments_extremes(const experiments_request *request, bool *flag
   thrum_status status = experiment_extremes_run(&extremes, error);
   config_progress_end(&progress, status >= 0);
 
+  // their tables, also where some are flagged
   if (status >= 0) {
     const experiments_table tables[] = {
         {"extremes", "runs", experiment_extremes_rows(&extremes), columns},

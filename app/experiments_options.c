@@ -35,6 +35,8 @@ static thrum_status take_models(const config_given *given, void *request) {
     return thrum_error_set(given->error, THRUM_OUT_OF_MEMORY, "out of memory");
   memcpy(r->list, given->text, strlen(given->text) + 1);
   r->model_count = 0;
+
+  // names between commas, none of them empty
   for (char *at = r->list; at != NULL;) {
     char *comma = strchr(at, ',');
     if (comma != NULL)

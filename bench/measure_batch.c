@@ -39,16 +39,21 @@ static thrum_state *body(unsigned char *blocks, const herd *h, int64_t n) {
 
 static thrum_status herd_make(const thrum_model *model, const bench_batch *bench, herd *h,
                               thrum_error *error) {
+  // the sizes of a state and of the workspace
   size_t size = 0;
   thrum_status status = thrum_state_size(model, &bench->step.def, &size, error);
   if (status >= 0)
     status = thrum_batch_size(model, &h->workspace_size, error);
   if (status < 0)
     return status;
+
+  // each body has a state of its own
   h->model = model;
   h->bodies = bench->bodies;
   h->steps = bench->step.steps > 0 ? bench->step.steps : STEPS;
   h->stride = thrum_round_up(size);
+
+  // memory for bodies that step alone, for those that step together, and for the start of both
   const size_t count = (size_t)h->bodies;
   h->alone = thrum_allocate_aligned(count * h->stride, "bodies", error);
   h->together = thrum_allocate_aligned(count * h->stride, "bodies", error);
@@ -59,6 +64,8 @@ static thrum_status herd_make(const thrum_model *model, const bench_batch *bench
   if (!h->alone || !h->together || !h->snapshot || !h->workspace || !h->states || !h->samples)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld bodies",
                            (long long)h->bodies);
+
+  // every body starts with a swing of its own
   memset(h->snapshot, 0, count * h->stride);
   for (int64_t n = 0; n < h->bodies && status >= 0; n++) {
     thrum_state *state = NULL;
@@ -73,6 +80,7 @@ static thrum_status herd_make(const thrum_model *model, const bench_batch *bench
       status = thrum_step(model, state, error);
     h->states[n] = body(h->together, h, n);
   }
+
   return status;
 }
 

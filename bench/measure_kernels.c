@@ -34,6 +34,7 @@ static void run_pass(const passes *p, bench_pass pass) {
   case BENCH_PASS_tangent_vector:
     thrum_tangent_product_by(p->by, p->model, p->q, p->v, p->force, p->work);
     break;
+
   case BENCH_PASS_restrict:
     thrum_polynomial_restrict(p->by, p->model, p->split, p->q, p->restricted, p->work);
     break;

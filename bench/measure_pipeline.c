@@ -104,12 +104,16 @@ static thrum_status run_apart(thrum_status (*work)(bench_pipeline *, thrum_error
     return thrum_error_set(error, THRUM_IO, "no pipe for the bench");
   fflush(NULL);
   const pid_t child = fork();
+
+  // the child works, and writes its answer
   if (child == 0) {
     answer told = {.bench = *bench};
     told.status = work(&told.bench, &told.error);
     const bool whole = write(ends[1], &told, sizeof told) == (ssize_t)sizeof told;
     _exit(whole ? 0 : 1);
   }
+
+  // the parent reads it; a child that died has written none
   close(ends[1]);
   answer told;
   const bool whole = child > 0 && read(ends[0], &told, sizeof told) == (ssize_t)sizeof told;
@@ -117,6 +121,8 @@ static thrum_status run_apart(thrum_status (*work)(bench_pipeline *, thrum_error
   int ended = 0;
   if (child > 0)
     waitpid(child, &ended, 0);
+
+  // its failure is this one's
   if (!whole)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
                            "a run of the bench ended early: not enough memory?");
@@ -125,6 +131,7 @@ static thrum_status run_apart(thrum_status (*work)(bench_pipeline *, thrum_error
       *error = told.error;
     return told.status;
   }
+
   *bench = told.bench;
   return THRUM_OK;
 }

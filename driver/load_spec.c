@@ -235,6 +235,7 @@ thrum_status load_target_find(const thrum_model *model, const load_target *targe
   if (target->all) {
     *vertices = NULL;
     *count = model->vertex_count;
+
   } else if (target->vertex > 0) {
     if (target->vertex > model->vertex_count)
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model has vertices 1 to %lld",
@@ -242,6 +243,7 @@ thrum_status load_target_find(const thrum_model *model, const load_target *targe
     *one = (int32_t)(target->vertex - 1);
     *vertices = one;
     *count = 1;
+
   } else if (thrum_model_group(model, target->group, vertices, count, NULL) < 0) {
     char list[160];
     list_groups(model, list, sizeof list);

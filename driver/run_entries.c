@@ -263,6 +263,8 @@ static thrum_status walk_entries(walk *walking, folder_kind folder, const cJSON 
   if (entries == NULL)
     return fail(from, "cannot be read", errno, error);
   thrum_status status = THRUM_OK;
+
+  // one entry after the other
   for (;;) {
     errno = 0;
     const struct dirent *entry = readdir(entries);
@@ -271,12 +273,15 @@ static thrum_status walk_entries(walk *walking, folder_kind folder, const cJSON 
         status = fail(from, "cannot be read", errno, error);
       break;
     }
+
+    // the folder itself and the one above are no entries
     if (strcmp(entry->d_name, ".") == 0 || strcmp(entry->d_name, "..") == 0)
       continue;
     status = visit(walking, folder, scene, from, to, entry->d_name, error);
     if (status < 0)
       break;
   }
+
   closedir(entries);
   return status;
 }

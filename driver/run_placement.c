@@ -92,6 +92,8 @@ thrum_status run_placements_read(const char *path, int64_t rows, double **places
   int64_t found = 0, columns = 0;
   double *values = NULL;
   THRUM_TRY(thrum_npy_read_f8(path, &values, &found, &columns, error));
+
+  // each row is a place, and the quaternion turns the short way from the row before
   bool good = found == rows && columns == RUN_PLACEMENT_COLUMNS;
   for (int64_t row = 0; good && row < rows; row++) {
     double *now = values + RUN_PLACEMENT_COLUMNS * row, along = 0;
@@ -101,6 +103,7 @@ thrum_status run_placements_read(const char *path, int64_t rows, double **places
     for (int n = 3; along < 0 && n < RUN_PLACEMENT_COLUMNS; n++)
       now[n] = -now[n];
   }
+
   if (!good) {
     free(values);
     return thrum_error_set(error, THRUM_BAD_SHAPE,

@@ -100,6 +100,8 @@ static thrum_status load_model(const char *folder, const char *name, const char 
   path_text beside;
   named_model_file file;
   thrum_status status = THRUM_OK;
+
+  // the model beside the run's folder counts where none is here
   join(beside, folder, "..");
   const size_t length = strlen(beside);
   snprintf(beside + length, sizeof beside - length, "/%.250s", path_basename(name));
@@ -110,6 +112,8 @@ static thrum_status load_model(const char *folder, const char *name, const char 
     return status;
   if (is_model(file.path, hash))
     return THRUM_OK;
+
+  // a model of that name that is another one would show another motion
   thrum_model_free(*model);
   *model = NULL;
   return thrum_error_set(error, THRUM_BAD_VALUE,

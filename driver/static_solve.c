@@ -49,9 +49,11 @@ thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def 
     return THRUM_OUT_OF_MEMORY;
 
   warn_idle(model, said, sum);
+
   const thrum_status status =
       thrum_equilibrium(model, def, sum, q, mode, workspace, size, progress->report,
                         progress->context, report, &detail);
+
   free(workspace);
   return status < 0 ? thrum_error_set(error, status, "%.200s: %s", said, detail.message) : status;
 }

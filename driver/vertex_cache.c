@@ -33,10 +33,13 @@ static void put_float(FILE *file, double value, bool swapped) {
 /* X + U q of one row, in place. */
 static void put_row(FILE *file, const recorded_run *run, const render_mesh *shown, int64_t row,
                     bool swapped) {
+  // where the body is in this row
   const double *q = run->q + row * run->rank;
   double matrix[16];
   run_placement_matrix(&run->place, run->places ? run->places + RUN_PLACEMENT_COLUMNS * row : NULL,
                        matrix);
+
+  // each vertex, displaced and placed
   for (int64_t v = 0; v < shown->vertex_count; v++) {
     double x[3];
     for (int axis = 0; axis < 3; axis++) {
@@ -98,6 +101,8 @@ thrum_status obj_write(const char *path, const run_placement *place, const rende
   FILE *file = writer.stream;
   double matrix[16];
   run_placement_matrix(place, NULL, matrix);
+
+  // vertices, then triangles, whose corners count from 1
   fputs("# the surface at rest [m]\n", file);
   for (int64_t v = 0; v < shown->vertex_count; v++) {
     double x[3];

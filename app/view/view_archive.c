@@ -34,6 +34,7 @@ static size_t aligned(size_t size) {
  * out of memory. It moves when the next one is added. */
 static void *add_array(data_section *data, cJSON *arrays, const char *name, int64_t count,
                        const char *kind) {
+  // room for the array, doubled so that many arrays move it seldom
   const size_t width = (size_t)(kind[1] - '0');
   const size_t size = data->size + aligned((size_t)count * width);
   if (size > data->room) {
@@ -45,6 +46,8 @@ static void *add_array(data_section *data, cJSON *arrays, const char *name, int6
     data->bytes = grown;
     data->room = room;
   }
+
+  // the array begins as zeros, and its place is noted
   void *array = data->bytes + data->size;
   memset(array, 0, size - data->size);
   cJSON *place = cJSON_AddArrayToObject(arrays, name);
@@ -94,6 +97,7 @@ static void add_rigid(data_section *data, cJSON *arrays, const thrum_model *mode
 
 static thrum_status add_model(data_section *data, cJSON *list, const view_archive_model *item,
                               thrum_error *error) {
+  // what the viewer cannot show is refused
   const thrum_model *model = item->model;
   render_mesh shown = {0};
   thrum_quality quality;
@@ -105,8 +109,12 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
     return thrum_error_set(error, THRUM_MISSING,
                            "%.200s: the model has no axis_mass, so gravity cannot act on it",
                            item->name);
+
+  // its mass and the surface that is shown
   THRUM_TRY(thrum_quality_measure(model, &quality, error));
   THRUM_TRY(render_mesh_make(model, item->surface, &shown, error));
+
+  // the model's description, and its arrays
   cJSON *object = json_add_row(list);
   json_string(object, "name", item->name);
   json_string(object, "title", item->title);
@@ -138,12 +146,15 @@ static thrum_status join(const cJSON *root, const data_section *data, view_archi
     cJSON_free(text);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the archive of models");
   }
+
+  // head, text and arrays, one after the other
   memcpy(bytes, MAGIC, 8);
   memcpy(bytes + 8, numbers, sizeof numbers);
   memset(bytes + HEAD_BYTES, ' ', padded);
   memcpy(bytes + HEAD_BYTES, text, length);
   if (data->size > 0)
     memcpy(bytes + HEAD_BYTES + padded, data->bytes, data->size);
+
   cJSON_free(text);
   *archive = (view_archive){bytes, HEAD_BYTES + padded + data->size};
   return THRUM_OK;

@@ -58,6 +58,7 @@ static view_archive_model *add(model_list *list, const char *name, const thrum_m
 
 static thrum_status pack_models(const char *const *names, int64_t count, const char *surface,
                                 bool quiet, view_archive *archive, thrum_error *error) {
+  // every model is loaded, or none is shown
   model_list list = {0};
   thrum_status status = make_list(count, &list, error);
   for (int64_t n = 0; n < count && status >= 0; n++) {
@@ -66,9 +67,12 @@ static thrum_status pack_models(const char *const *names, int64_t count, const c
     if (status >= 0)
       add(&list, names[n], model)->surface = surface;
   }
+
+  // the first one stands in the scene
   if (status >= 0)
     status = view_archive_pack(list.items, count, view_archive_scene_of_models(list.items), archive,
                                error);
+
   for (int64_t n = 0; n < list.count; n++)
     thrum_model_free(list.items[n].model);
   free_list(&list);
