@@ -39,7 +39,6 @@ static thrum_status publish(const experiments_request *request, const experiment
   return experiments_publish(request, &table, 1, *flagged, error);
 }
 
-// the runs that are asked for
 thrum_status experiments_matrix(const experiments_request *request,
                                 const experiments_bodies *bodies, bool *flagged,
                                 thrum_error *error) {
@@ -56,8 +55,6 @@ thrum_status experiments_matrix(const experiments_request *request,
       .time = request->time,
       .dense = of_step_sizes ? DENSE_TIME : 0,
       .threads = (int)request->threads,
-
-      // their table, also where some are flagged
       .progress = experiments_progress,
       .progress_context = &progress,
   };

@@ -23,8 +23,6 @@ static const json_column columns[] = {
     COLUMN_NUMBER("error", "error", 9, "%.1e"),
     COLUMN_NUMBER("energy_error", "energy", 10, "%.1e"),
     COLUMN_NUMBER("energy_change", "change", 10, "%.1e"),
-
-    // the runs that are asked for
     COLUMN_TEXT("status", " status", 0),
     COLUMN_END,
 };
@@ -38,8 +36,6 @@ thrum_status experiments_sweep(const experiments_request *request, const experim
       .bodies = bodies->bodies,
       .body_count = bodies->count,
       .starts = {[EXPERIMENT_START_impulse] = true, [EXPERIMENT_START_smooth] = of_work},
-
-      // their table, also where some are flagged
       .dts = of_variable ? experiment_variable_dts : experiment_sweep_dts,
       .dt_count = of_variable ? experiment_variable_dt_count : experiment_sweep_dt_count,
       .amplitude = request->amplitudes[0],

@@ -12,8 +12,6 @@
 #include "app/commands.h"
 #include "app/reference.h"
 #include "config/message.h"
-
-// what the program is, its commands, and what every command has
 #include "io/json.h"
 #include "platform/interrupt.h"
 #include "thrum/thrum.h"
@@ -30,7 +28,6 @@ static int print_help(FILE *stream) {
         "  thrum --models-dir DIR COMMAND   where beam, basket, bridge, horse, tower and heart "
         "lie\n\n"
         "examples:\n"
-
         "  thrum precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' -o beam.npz\n"
         "  thrum info beam.npz\n"
         "  thrum simulate beam.npz -o run --time 3 --start mode:1,0.02\n\n"

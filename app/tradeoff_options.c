@@ -69,7 +69,6 @@ static bool scaled(const char *text, const char *const *endings, const double *s
   double parsed;
   if (!config_parse_number(number, &parsed) || !(parsed > 0))
     return false;
-
   *value = scale * parsed;
   return true;
 }
@@ -172,16 +171,12 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   static const double ranks[] = {0, 6, 10, 20, 30}, quick_ranks[] = {0, 10};
   static const double dts[] = {0.001, 0.002, 0.003, 0.005, 0.01, 1. / 60};
   static const double quick_dts[] = {0.003, 0.01, 1. / 60};
-
-  // what no option says stays as it is here
   static const double tolerances[] = {1e-10, 1e-6, 1e-3}, quick_tolerances[] = {1e-6};
   r->mesh_def = mesh_model_def_default();
   r->error = r->budget = NAN;
   r->fps = FPS_DEFAULT;
   r->threads = 1;
   r->integrators[EXPERIMENT_SCHEME_IMEXV] = true;
-
-  // the options, the model and the folder
   r->integrators[EXPERIMENT_SCHEME_NEWMARK] = true;
   r->integrators[EXPERIMENT_SCHEME_ENERGY] = true;
   int code = config_options_read(&command_tradeoff, argc, argv, r);
@@ -193,17 +188,13 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   code = mesh_model_def_check("tradeoff", &r->mesh_def, thrum_mesh_is_named(r->model_path));
   if (code != COMMAND_DONE)
     return code;
-
   if (r->output == NULL || r->output[0] == 0)
     return config_usage("tradeoff", "where to? name a folder with -o DIR");
-
   if (isnan(r->error) && isnan(r->budget))
     r->error = ERROR_DEFAULT;
   // a coarse answer needs no more than one
   if (!r->precisions[0] && !r->precisions[1]) {
     r->precisions[0] = true;
-
-    // finer lists take longer, so a quick answer has coarse ones
     r->precisions[1] = !r->quick;
   }
   r->time = r->time > 0 ? r->time : r->quick ? 0.5 : 1;

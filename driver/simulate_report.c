@@ -208,20 +208,15 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   snprintf(hash, sizeof hash, "%016" PRIx64, figures->model_hash);
   cJSON *object = simulate_report_begin(simulate_status_name(figures), &figures->stop);
   json_string(object, "model", request->model_path);
-
   cJSON_AddStringToObject(object, "model_hash", hash);
   json_string(object, "run", request->run_path);
   cJSON_AddItemToObject(object, "files", files_json(output));
   cJSON_AddStringToObject(object, "integrator", thrum_integrator_name(request->def.integrator));
-
-  // what was run
   simulate_figures_stepped_by(figures, stepped_by);
   cJSON_AddStringToObject(object, "stepped_by", stepped_by);
   json_number(object, "dt", request->def.dt);
   json_number(object, "rank", (double)figures->model->rank);
   json_number(object, "explicit_modes", report->explicit_modes);
-
-  // the steps: how, how many, how long
   json_number(object, "implicit_modes", report->implicit_modes);
   json_number(object, "steps", (double)report->steps);
   json_number(object, "simulated_s", report->time);
@@ -233,13 +228,9 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   json_number(object, "rows", (double)output->rows);
   json_number(object, "frames", (double)output->frames);
   add_full(object, figures);
-
-  // what the steps had to do, and what was recorded
   add_energies(object, figures);
   add_work(object, figures);
   simulate_measures_json(measures, object);
-
-  // energies, work and measures
   cJSON_AddItemToObject(object, "options", options_json(request));
   add_seconds(object, figures);
   return object;
