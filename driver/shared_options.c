@@ -110,7 +110,7 @@ const config_option solver_options[] = {
                           "\"minimum\":0}]}"),
     OPTION_NUMBER("safety", NULL, "0.5", "imexv: c of cfl", AT(split_safety), CONFIG_RANGE(0, 1),
                   .above = true),
-    OPTION_CHOICE("split-form", split_forms, "thesis",
+    OPTION_CHOICE("split-form", split_forms, "position",
                   "how imexv splits the energy; position is symplectic; quadratic needs no "
                   "iterations, for small steps or amplitudes",
                   AT(split_form)),

@@ -21,7 +21,9 @@ STEP, TIME, FINER = 0.003, 0.6, 32
 RANK, LENGTH = 15, 1.0
 CASES = {
     "imexv": ["--integrator", "imexv"],
-    "imexv, --adaptive off": ["--integrator", "imexv", "--adaptive", "off"],
+    "position, alone": ["--split-form", "position", "--adaptive", "off", "--fallback", "off"],
+    "thesis, alone": ["--split-form", "thesis", "--adaptive", "off", "--fallback", "off"],
+    "quadratic, alone": ["--split-form", "quadratic", "--adaptive", "off", "--fallback", "off"],
     "newmark": ["--integrator", "newmark"],
     "fox-goodwin": ["--integrator", "fox-goodwin"],
     "energy": ["--integrator", "energy"],
@@ -69,7 +71,7 @@ def main():
 
     print("| start | swing | " + " | ".join(CASES) + " |")
     for start, direction in starts.items():
-        for share in (0.02, 0.05, 0.1, 0.2, 0.3):
+        for share in (0.02, 0.05, 0.1, 0.2, 0.3, 0.4):
             momentum = scaled(direction, share, tip)
             reference = run(momentum, STEP / FINER, TIME, CASES["energy"])[0][::FINER]
             cells = []

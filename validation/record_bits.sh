@@ -149,6 +149,7 @@ body() {
   simulate "$body_name.verlet" "$file" --integrator verlet --dt 0.0005 --time 0.1 --start "$moderate"
 
   # the forms of imexv and of damping
+  simulate "$body_name.imexv-thesis" "$file" --split-form thesis --time 0.6 --start "$moderate"
   simulate "$body_name.imexv-quadratic" "$file" --split-form quadratic --time 0.6 --start "$moderate"
   simulate "$body_name.imexv-fixed" "$file" --adaptive off --time 0.6 --start "$moderate"
   simulate "$body_name.imexv-sampling" "$file" --split sampling --time 0.6 --start "$moderate"

@@ -210,7 +210,7 @@ typedef struct thrum_state_def {
    * the same bits. */
   thrum_kernel_id kernel;
 
-  /* How imexv splits V; default thesis. */
+  /* How imexv splits the energy; default position. */
   thrum_split_form split_form;
 
   /* 1: imexv monitors its stability and adapts (design 4); 0: its split stays as it begins.

@@ -41,6 +41,7 @@ typedef struct thrum_solve_report {
   double along_step;             /* energy: sigma, the mean force's part along d [s^-2] */
   double bordered;               /* energy: J0^-1 d along h^2/2 grad(sigma) */
   double energy;                 /* at the start of the step, for the stability monitor [J] */
+  double energy_scale;           /* what its errors are relative to: it, or that at the end [J] */
   double switch_energy;          /* what a switch for one of the two reasons above compares with */
   double modified_energy;        /* how far Stoermer-Verlet's modified Hamiltonian lies below it */
   double modified_energy_change; /* what the load of the step to come adds to that [J] */

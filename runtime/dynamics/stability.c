@@ -197,6 +197,7 @@ void thrum_stability_energy(const thrum_model *model, const thrum_state *state,
     view->p_before_next[i] = view->p[i];
   }
   report->energy = sum;
+  report->energy_scale = fabs(sum);
   report->modified_energy = modified;
   report->modified_energy_change = modified_to_come - modified;
   report->energy_known = true;
@@ -332,6 +333,7 @@ static void look_at_position(const thrum_model *model, thrum_state *state, thrum
   }
   report->energy =
       position_energy(model, state, view, 1.0, view->q_next, view->p_next, &modified) - work;
+  report->energy_scale = fmax(fabs(report->energy), fabs(report->energy + work));
   report->modified_energy = modified;
   report->energy_known = report->energy_ahead = true;
   report->switch_energy = m->work + m->reference;
@@ -364,6 +366,7 @@ void thrum_stability_look_ahead(const thrum_model *model, thrum_state *state,
   memcpy(view->p_before_next, view->p, (size_t)state->rank * sizeof *view->p_before_next);
   report->energy =
       energy_at(model, state, view, view->q_next, view->p_next) - step.work + step.dissipated;
+  report->energy_scale = fabs(report->energy);
   report->energy_known = report->energy_ahead = true;
   report->switch_energy = m->work + m->modified_reference;
 }
@@ -382,7 +385,7 @@ static urgency enter_energy(thrum_state *state, const thrum_solve_report *report
     open_reference(m, balance, report->modified_energy);
 
   // the error, and what damping may have contributed to it
-  m->scale = fmax(m->scale, fabs(energy));
+  m->scale = fmax(m->scale, report->energy_scale);
   const double scale = scale_now(m);
   const double error = modified - m->modified_reference;
   const double allowed = fmin(DAMPING_ERROR * m->recent, DAMPING_ERROR_MOST * scale);

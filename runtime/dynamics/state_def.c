@@ -22,7 +22,7 @@ thrum_state_def thrum_default_state_def(void) {
       .tolerance = 1e-10,
       .iterations_max = 50,
       .kernel = THRUM_KERNEL_BEST,
-      .split_form = THRUM_FORM_THESIS,
+      .split_form = THRUM_FORM_POSITION,
       .adaptive = 1,
       .fallback = 1,
       .solver = THRUM_SOLVER_QUASI_NEWTON,

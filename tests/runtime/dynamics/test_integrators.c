@@ -17,6 +17,7 @@ static const double start_p[RANK] = {-0.2, 0.4, 0.1, -0.3, 0.2};
 static thrum_state_def make_def(thrum_integrator integrator) {
   thrum_state_def def = thrum_default_state_def();
   def.integrator = integrator;
+  def.split_form = THRUM_FORM_THESIS;
   def.split_rule = THRUM_SPLIT_COUNT;
   def.explicit_count = LOW;
   def.tolerance = 1e-13;

@@ -19,6 +19,7 @@ static int iterations_of(thrum_integrator integrator, int32_t split, double dt, 
   random_model_make(&m, 21, RANK, 1.0, 12.0, 0.5);
   thrum_state_def def = thrum_default_state_def();
   def.integrator = integrator;
+  def.split_form = THRUM_FORM_THESIS;
   def.dt = dt;
   def.split_rule = THRUM_SPLIT_COUNT;
   def.explicit_count = split;
