@@ -69,9 +69,9 @@ static inline bool file_exists(const char *path) {
   return stat(path, &status) == 0;
 }
 
-/* Lets signals end this program and those that it runs, as in a terminal. A program that was started
- * by nohup, or with & in a script, ignores SIGINT or SIGHUP, and so do all that it starts. For the
- * first line of main of a test that sends signals. */
+/* Lets signals end this program and those that it runs, as in a terminal. A program that was
+ * started by nohup, or with & in a script, ignores SIGINT or SIGHUP, and so do all that it starts.
+ * For the first line of main of a test that sends signals. */
 static inline void signals_as_in_a_terminal(void) {
   static const int numbers[] = {SIGINT, SIGTERM, SIGHUP};
   for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++)
