@@ -143,6 +143,22 @@ static void add_robustness(cJSON *object, const simulate_figures *figures) {
   json_number(stability, "balance_peak", report->balance_peak);
 }
 
+/* How the energy integrator solved, and what its unverified corrections did (design 7). */
+static void add_energy_solves(cJSON *object, const simulate_figures *figures) {
+  const thrum_state_report *report = &figures->report;
+  const bool taken =
+      !figures->request->full &&
+      (figures->request->def.integrator == THRUM_INTEGRATOR_ENERGY || report->switched_steps > 0);
+  if (!taken) {
+    cJSON_AddNullToObject(object, "energy_solves");
+    return;
+  }
+  cJSON *solves = cJSON_AddObjectToObject(object, "energy_solves");
+  json_number(solves, "single_steps", (double)report->single_steps);
+  json_number(solves, "spurious_j", report->spurious);
+  json_number(solves, "tightened", (double)report->tightened);
+}
+
 static double per_step(const simulate_figures *figures, double value) {
   return figures->report.steps > 0 ? value / (double)figures->report.steps : NAN;
 }
@@ -225,6 +241,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   json_number(object, "factorisations", (double)report->factorisations);
   json_number(object, "fallback_steps", (double)figures->fallback_steps);
   add_robustness(object, figures);
+  add_energy_solves(object, figures);
   json_number(object, "rows", (double)output->rows);
   json_number(object, "frames", (double)output->frames);
   add_full(object, figures);
@@ -276,6 +293,10 @@ void simulate_report_table(const simulate_figures *figures, const run_output *ou
            "switched when its energy drifted\n",
            report->switched_steps);
 
+  if (report->tightened > 0)
+    printf("spurious     %.3g J between slow and fast modes by corrections that were not verified, "
+           "estimated; the tolerance was tightened %" PRId64 " times\n",
+           report->spurious, report->tightened);
   printf("energy       first %.6g, last %.6g, least %.6g, most %.6g J\n", figures->first.total,
          figures->last.total, figures->energy_min, figures->energy_max);
   if (request->load_count > 0 || request->base_motion_count > 0)

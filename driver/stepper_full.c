@@ -39,7 +39,8 @@ static thrum_full_def def_of(const simulate_request *request) {
   def.damping_beta = request->def.damping_beta;
   def.newmark_beta = request->def.newmark_beta;
   def.newmark_gamma = request->def.newmark_gamma;
-  def.tolerance = request->def.tolerance;
+  if (request->def.tolerance > 0.0)
+    def.tolerance = request->def.tolerance;
   def.iterations_max = request->def.iterations_max;
   def.solver = request->solver;
   return def;

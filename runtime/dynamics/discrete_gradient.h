@@ -12,4 +12,11 @@
 thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *state,
                                thrum_state_view *view, thrum_solve_report *report);
 
+/* Keeps what the next step starts from, in the header to be and in the state's arrays. */
+void thrum_energy_keep(thrum_state *next, const thrum_state_view *view,
+                       const thrum_solve_report *report);
+
+/* Forgets all of it, and what was learnt about the solves. */
+void thrum_energy_forget(thrum_state *state);
+
 #endif

@@ -117,6 +117,8 @@ static void compare(const thrum_model *model, thrum_state *state, thrum_state_vi
   const double by = stretch(energy_error, kinetic);
   for (int32_t i = 0; i < state->rank; i++)
     view->p_next[i] += by * view->p_next[i];
+  for (int32_t i = 0; report->carries && i < state->rank; i++)
+    view->p_corrected_next[i] += by * view->p_corrected_next[i];
   target->status = fabs(by) < 0.4 * STRETCH_MOST ? THRUM_ENERGY_CORRECTION_BALANCED
                                                  : THRUM_ENERGY_CORRECTION_PENDING;
 }

@@ -82,6 +82,8 @@ thrum_solver thrum_problem_make(const thrum_model *model, const thrum_state *sta
                           .at = at,
                           .weight = weight,
                           .rate = rate,
+                          .tolerance =
+                              state->def.tolerance > 0.0 ? state->def.tolerance : THRUM_TOLERANCE,
                           .cheaper = cheaper_than_jacobian(model, state, first),
                           .past_count = state->past_count,
                           .first = first,
@@ -161,7 +163,11 @@ double thrum_problem_norm(const thrum_solver *s) {
 }
 
 double thrum_problem_goal(const thrum_solver *s, double step) {
-  return s->state->def.tolerance * step + THRUM_ROUNDING_FLOOR * s->state->amplitude;
+  return s->tolerance * step + THRUM_ROUNDING_FLOOR * s->state->amplitude;
+}
+
+bool thrum_problem_is_rounding(const thrum_solver *s, double norm) {
+  return norm <= THRUM_ROUNDING_FLOOR * s->state->amplitude;
 }
 
 bool thrum_problem_accept(const thrum_solver *s, double norm, double step) {

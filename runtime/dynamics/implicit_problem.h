@@ -15,6 +15,9 @@
 /* Residuals below this times the amplitude seen so far are rounding (design 5). */
 #define THRUM_ROUNDING_FLOOR 0x1p-44
 
+/* Tolerance of a solve where the def has none. */
+#define THRUM_TOLERANCE 1e-10
+
 typedef struct thrum_solver thrum_solver;
 struct thrum_solver {
   const thrum_model *model;
@@ -40,12 +43,14 @@ struct thrum_solver {
   const double *evaluated;
   double at, weight, rate;
   double beside;      /* square of the scaled increment of the modes that are not solved for */
+  double tolerance;   /* of the residual left, relative to the increment */
   int32_t cheaper;    /* iterations that are cheaper than a new Jacobian */
   int32_t past_count; /* past solves from which the first guess may extrapolate */
   int32_t first;      /* of the modes solved for */
   int32_t n;          /* how many they are */
   int32_t heavy;      /* how many of the first modes have another mu */
   bool tangent;       /* damping in tangent form */
+  bool carries;       /* the solve ends at an evaluated increment, with a correction left over */
 };
 
 /* The problem for the modes from `first` on, with R and stiffness of the whole model; the caller
@@ -74,6 +79,9 @@ double thrum_problem_norm(const thrum_solver *s);
 /* Scaled norm of a residual that ends a solve: tolerance times the norm `step` of the increment, or
  * rounding relative to the motion seen so far. */
 double thrum_problem_goal(const thrum_solver *s, double step);
+
+/* True when a residual of this norm is rounding of the motion seen so far. */
+bool thrum_problem_is_rounding(const thrum_solver *s, double norm);
 
 /* True when a residual of this norm ends the solve; then the report gets it. */
 bool thrum_problem_accept(const thrum_solver *s, double norm, double step);

@@ -9,6 +9,18 @@
  * is sure to be small enough, by the contraction of the one before and a margin, is not evaluated:
  * the equation then holds for d exactly, and R follows from it.
  *
+ * A solve that carries its correction (discrete_gradient_trapezoid.c) ends at an evaluation instead
+ * and leaves the correction to its caller. It ends as soon as
+ *
+ *   |g| (kappa + |g|/D) <= tol D,   D the scaled norm of the increment, or of larger ones lately,
+ *
+ * where kappa is what the inverse leaves of a residual g: |g - J H g|/|g| as measured by the last
+ * iteration, or where a new Jacobian J is made; a first guess may leave ten times as much. Mostly
+ * it is that good, and the step takes one evaluation. What such solves leave is small but never
+ * corrected, so that it must not pump energy from some modes to others: the inverse does not learn,
+ * new Jacobians are planned ahead, and the first guess extrapolates three points, as the errors of
+ * more would be amplified by the inverse's own.
+ *
  * Cost: an evaluation of R and about n^2 an iteration; a tangent and n^3 for a new Jacobian.
  * Source of the stop without evaluation: Hairer & Wanner, Solving Ordinary Differential Equations
  * II, 1996, section IV.8, doi:10.1007/978-3-642-05221-7.
@@ -22,6 +34,7 @@
 #include <string.h>
 
 #include "runtime/base/lane_sums.h"
+#include "runtime/dynamics/spurious_work.h"
 #include "runtime/linear_algebra/dense.h"
 
 #define GUESS_POOR 0.2       /* residual of a first guess: the next extrapolates two points only */
@@ -30,8 +43,12 @@
 #define INVERSES_APART 2     /* most steps between two inverses that are extrapolated */
 #define CORRECTION_FAR 100.0 /* times its residual, both scaled: the largest one not evaluated */
 #define RATE_MOST 4.0        /* h dv/dd up to which an increment may be left unevaluated */
-#define CONTRACTION_MARGIN 10.0 /* safety factor on the extrapolated residual */
-#define TEACHING_LEAST 1e-12    /* residual over the step: a smaller one is rounding in part */
+#define CONTRACTION_MARGIN 10.0  /* safety factor on the extrapolated residual */
+#define TEACHING_LEAST 1e-12     /* residual over the step: a smaller one is rounding in part */
+#define CARRIED_SOLVES 3         /* past solves that a first guess extrapolates, if it carries */
+#define CARRIED_RESIDUAL 0.01    /* of the step: no correction of a larger residual is carried, */
+#define CARRIED_TOLERANCES 100.0 /* nor of one of more tolerances */
+#define SINGLE_TOLERANCES 10.0   /* left by the correction of a first guess, at most */
 
 /* --- first guess ------------------------------------------------------------------------------ */
 
@@ -117,6 +134,8 @@ static int32_t choose_past(const thrum_solver *s, const double *past_q[THRUM_PAS
                            const double *past_r[THRUM_PAST_SOLVES]) {
   thrum_state_view *view = s->view;
   int32_t count = s->past_count;
+  if (s->carries && count > CARRIED_SOLVES)
+    count = CARRIED_SOLVES;
   for (int32_t j = 0; j < count; j++) {
     const int64_t at = thrum_past_at(view, s->state->report.steps - 1 - j);
     past_q[j] = view->past_q + at;
@@ -198,9 +217,8 @@ static bool extrapolate(const thrum_solver *s) {
   return true;
 }
 
-/* The inverse of the Jacobian at the increment evaluated last; false where it is singular. */
-static bool refresh(const thrum_solver *s, thrum_quasi *quasi) {
-  thrum_problem_assemble(s, quasi->assembled);
+/* The inverse of the Jacobian in jacobian_next; false where it is singular. */
+static bool invert(const thrum_solver *s, thrum_quasi *quasi) {
   s->report->factorisations++;
   if (!thrum_dense_invert(s->view->kernel, s->view->jacobian_next, s->n, s->view->work))
     return false;
@@ -213,6 +231,12 @@ static bool refresh(const thrum_solver *s, thrum_quasi *quasi) {
   quasi->inverse.count = 0;
   quasi->known = true;
   return true;
+}
+
+/* The inverse of the Jacobian at the increment evaluated last; false where it is singular. */
+static bool refresh(const thrum_solver *s, thrum_quasi *quasi) {
+  thrum_problem_assemble(s, quasi->assembled);
+  return invert(s, quasi);
 }
 
 void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi) {
@@ -229,9 +253,11 @@ void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi) {
   s->report->late_refresh = false;
   s->report->learnt = 0;
 
-  // a new Jacobian at once: there is none, or the last steps needed one late
-  quasi->ahead = !quasi->known || s->state->report.steps < s->state->eager_end;
-  s->report->extrapolated = quasi->known && quasi->ahead && extrapolate(s);
+  // a new Jacobian at once: there is none, or the last steps needed one late, or it is planned
+  const int64_t now = s->state->report.steps;
+  quasi->ahead =
+      !quasi->known || (s->carries ? now >= s->state->jacobian_due : now < s->state->eager_end);
+  s->report->extrapolated = !s->carries && quasi->known && quasi->ahead && extrapolate(s);
   if (s->report->extrapolated) {
     quasi->inverse.base = view->jacobian_next;
     quasi->ahead = false;
@@ -250,9 +276,9 @@ static bool is_slow(const thrum_solver *s, double contraction, double norm, doub
   return !(CONTRACTION_MARGIN * norm <= goal);
 }
 
-/* Corrects the increment by the inverse, which first learns from the last iteration if it
- * teaches. */
-static void correct(const thrum_solver *s, thrum_quasi *quasi, bool teaches) {
+/* The correction of the increment by the inverse, negated, into view->direction; the inverse first
+ * learns from the last iteration if it teaches. */
+static void find_correction(const thrum_solver *s, thrum_quasi *quasi, bool teaches) {
   thrum_state_view *view = s->view;
   const double *residual = view->residual + s->first;
   double *restrict step = view->direction + s->first, *restrict change = view->trial + s->first;
@@ -275,8 +301,14 @@ static void correct(const thrum_solver *s, thrum_quasi *quasi, bool teaches) {
       (s->report->refreshed || s->report->extrapolated || !(s->report->guess <= GUESS_QUIET)))
     s->border(s, &quasi->inverse, quasi->done == 0 || quasi->fresh, change, image);
   memcpy(step, image, (size_t)s->n * sizeof *step);
+}
+
+void thrum_quasi_go_on(const thrum_solver *s, thrum_quasi *quasi) {
   correct_increment(s);
   s->report->iterations++;
+  quasi->before = quasi->norm;
+  quasi->done++;
+  thrum_problem_place(s);
 }
 
 /* R + D v - f and R as the equation demands them for an increment that is not evaluated. */
@@ -296,7 +328,7 @@ static void conclude(const thrum_solver *s) {
 /* A residual relative to the step, or to rounding if that is more. */
 static double relative(const thrum_solver *s, double norm, double step) {
   const double goal = thrum_problem_goal(s, step);
-  return goal > 0.0 ? s->state->def.tolerance * norm / goal : 0.0;
+  return goal > 0.0 ? s->tolerance * norm / goal : 0.0;
 }
 
 /* True when the residual of the increment just corrected is sure to be small enough. */
@@ -313,11 +345,98 @@ static bool is_sure(const thrum_solver *s, double contraction, double norm, doub
          CORRECTION_FAR * norm;
 }
 
+/* --- a solve that carries its correction ------------------------------------------------------ */
+
+/* True when the correction of a residual of this norm leaves little enough. */
+static bool may_carry(const thrum_solver *s, const thrum_quasi *quasi, double contraction,
+                      double norm, double step) {
+  // a standstill needs no more than the motion around it
+  const double scale = fmax(step, s->state->step_recent);
+  const double allowed = (quasi->done == 0 ? SINGLE_TOLERANCES : 1.0) * s->tolerance;
+  const double most = fmin(CARRIED_RESIDUAL, CARRIED_TOLERANCES * s->tolerance);
+  const double left = norm * (contraction + norm / scale);
+  return (norm <= most * scale && left <= allowed * scale) || norm <= thrum_problem_goal(s, step);
+}
+
+/* Makes the Jacobian that is due at the first evaluation, and measures what the inverse that it
+ * replaces would have left of the residual. False where it is singular. */
+static bool refresh_as_planned(const thrum_solver *s, thrum_quasi *quasi, double norm,
+                               bool *compared) {
+  thrum_state_view *view = s->view;
+  *compared = quasi->known;
+  thrum_problem_assemble(s, quasi->assembled);
+  quasi->assembled = true;
+  if (*compared) {
+    double *left = view->image;
+    view->kernel->product(s->n, view->inverse[0], view->residual, view->correction);
+    view->kernel->product(s->n, view->jacobian_next, view->correction, left);
+    for (int32_t i = 0; i < s->n; i++)
+      left[i] = view->residual[i] - left[i];
+    s->report->contraction =
+        norm > 0.0 ? sqrt(thrum_sum_of(s->n, left, left, view->unscale)) / norm : 0.0;
+  }
+  return invert(s, quasi);
+}
+
+static thrum_quasi_next take_carrying(const thrum_solver *s, thrum_quasi *quasi) {
+  const double norm = thrum_problem_residual(s), step = thrum_problem_norm(s);
+  const bool first = quasi->done == 0;
+  thrum_solve_report *report = s->report;
+  if (!isfinite(norm))
+    return THRUM_QUASI_STUCK;
+  quasi->norm = norm;
+  report->reached = relative(s, norm, step);
+  report->step = step;
+  if (first)
+    report->guess = report->reached;
+
+  // what the inverse leaves of a residual: as remembered, or as the last iteration shows
+  double contraction = first ? s->state->contraction : norm / quasi->before;
+  if (!first && !quasi->fresh)
+    report->contraction = contraction;
+
+  const bool good =
+      quasi->known && contraction > 0.0 && may_carry(s, quasi, contraction, norm, step);
+  if (!good && (quasi->done == s->state->def.iterations_max ||
+                (!first && quasi->fresh && norm > quasi->before)))
+    return THRUM_QUASI_STUCK;
+
+  // a new Jacobian, where one is due or the contraction is too slow
+  bool compared = false;
+  const bool rests = quasi->known && thrum_problem_is_rounding(s, norm);
+  const bool planned = quasi->ahead && first && !rests;
+  const bool late = !first && !good && is_slow(s, contraction, norm, thrum_problem_goal(s, step));
+  quasi->fresh = planned || late;
+  report->late_refresh = report->late_refresh || late;
+  if ((planned && !refresh_as_planned(s, quasi, norm, &compared)) || (late && !refresh(s, quasi)))
+    return THRUM_QUASI_STUCK;
+  quasi->assembled = false;
+
+  // it leaves the square of a residual
+  find_correction(s, quasi, false);
+  if (compared && good)
+    thrum_spurious_work_sample(s);
+  if (quasi->fresh)
+    contraction = 0.0;
+  if (good || may_carry(s, quasi, contraction, norm, step)) {
+    report->residual = step > 0.0 ? norm * (contraction + norm / step) / step : 0.0;
+    report->verified = true;
+    return THRUM_QUASI_DONE;
+  }
+  thrum_quasi_go_on(s, quasi);
+  return THRUM_QUASI_EVALUATE;
+}
+
+/* --- all solves ------------------------------------------------------------------------------- */
+
 thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi) {
+  if (s->carries)
+    return take_carrying(s, quasi);
   const double norm = thrum_problem_residual(s), step = thrum_problem_norm(s);
   const bool second = quasi->done > 0;
   if (!isfinite(norm))
     return THRUM_QUASI_STUCK;
+  quasi->norm = norm;
   s->report->reached = relative(s, norm, step);
   if (!second)
     s->report->guess = s->report->reached;
@@ -341,10 +460,8 @@ thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi) {
   quasi->assembled = false;
 
   // the correction
-  correct(s, quasi, second && !quasi->fresh && quasi->before > TEACHING_LEAST * step);
-  quasi->before = norm;
-  quasi->done++;
-  thrum_problem_place(s);
+  find_correction(s, quasi, second && !quasi->fresh && quasi->before > TEACHING_LEAST * step);
+  thrum_quasi_go_on(s, quasi);
   if (!second || quasi->fresh || !is_sure(s, contraction, norm, step))
     return THRUM_QUASI_EVALUATE;
 
@@ -355,19 +472,23 @@ thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi) {
   return THRUM_QUASI_DONE;
 }
 
-bool thrum_quasi_solve(const thrum_solver *s) {
-  thrum_quasi quasi;
-  thrum_quasi_begin(s, &quasi);
+bool thrum_quasi_run(const thrum_solver *s, thrum_quasi *quasi) {
   thrum_quasi_next next;
   do {
     // force and stiffness in one pass where both will be needed
-    quasi.assembled = s->both && quasi.ahead && quasi.done == 0;
-    if (quasi.assembled) {
+    quasi->assembled = s->both && quasi->ahead && quasi->done == 0;
+    if (quasi->assembled) {
       s->both(s, s->view->jacobian_next);
     } else {
       s->evaluate(s);
     }
-    next = thrum_quasi_take(s, &quasi);
+    next = thrum_quasi_take(s, quasi);
   } while (next == THRUM_QUASI_EVALUATE);
   return next == THRUM_QUASI_DONE;
+}
+
+bool thrum_quasi_solve(const thrum_solver *s) {
+  thrum_quasi quasi;
+  thrum_quasi_begin(s, &quasi);
+  return thrum_quasi_run(s, &quasi);
 }

@@ -11,7 +11,8 @@
  * then be marked in `assembled`. */
 typedef struct thrum_quasi {
   thrum_secant inverse;
-  double before;  /* residual of the evaluation before */
+  double norm;    /* scaled residual of the last evaluation, */
+  double before;  /* and of the one before */
   int32_t done;   /* iterations */
   bool known;     /* there is an inverse */
   bool fresh;     /* it was made at this evaluation */
@@ -21,7 +22,8 @@ typedef struct thrum_quasi {
 
 typedef enum thrum_quasi_next {
   THRUM_QUASI_EVALUATE,
-  THRUM_QUASI_DONE,
+  THRUM_QUASI_DONE, /* a solve that carries its correction has it in view->direction, negated, and
+                       J0 times it in view->trial */
   THRUM_QUASI_STUCK /* full Newton is to be tried */
 } thrum_quasi_next;
 
@@ -32,5 +34,11 @@ thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi);
  * view->middle and v in view->velocity; R where `evaluated` says if the report says verified, else
  * in view->force. False when it is stuck. */
 bool thrum_quasi_solve(const thrum_solver *s);
+
+/* Evaluates and takes until the solve is done; false when it is stuck. */
+bool thrum_quasi_run(const thrum_solver *s, thrum_quasi *quasi);
+
+/* Applies the correction that a solve has left over, which then is not done yet. */
+void thrum_quasi_go_on(const thrum_solver *s, thrum_quasi *quasi);
 
 #endif

@@ -26,6 +26,8 @@ typedef struct thrum_solve_report {
   double reached;       /* the same of the last evaluation */
   bool discrete;        /* energy: the mean force was that of the discrete gradient */
   bool discrete_failed; /* energy: the solve with the discrete gradient failed */
+  bool carries;         /* energy: the last correction is left to the next step */
+  bool sampled;         /* energy: spurious_work and band_energy are known */
   bool saw_nonfinite;
   bool potential_known;
   bool energy_known;
@@ -35,7 +37,14 @@ typedef struct thrum_solve_report {
   thrum_fallback_level fallback_level;
   double dissipation;            /* of the step, where it is not that of its increment alone [J] */
   double residual;               /* scaled, relative to the scaled step */
+  double step;                   /* energy: scaled norm of the increment */
+  double contraction;            /* energy: share of a residual that the kept inverse leaves; */
+                                 /* < 0: not measured */
+  double spurious_work;          /* energy: that corrections by the kept inverse would have moved */
+                                 /* from low to high modes in the steps since it was made [J] */
+  double band_energy[2];         /* energy: 1/2 (p^2 + omega^2 q^2), of low and of high modes [J] */
   double potential;              /* V(q'), where potential_known [J] */
+  double potential_corrected;    /* energy: V where the next step starts, if it carries [J] */
   double potential_start;        /* energy: V(q) [J] */
   double inverse_square;         /* energy: 1/|d|^2, less where sigma would be rounding */
   double along_step;             /* energy: sigma, the mean force's part along d [s^-2] */

@@ -14,6 +14,7 @@
 
 #include "runtime/base/alignment_check.h"
 #include "runtime/base/finite.h"
+#include "runtime/dynamics/discrete_gradient.h"
 #include "runtime/dynamics/dissipation.h"
 #include "runtime/dynamics/mode_split.h"
 #include "runtime/dynamics/motion_norm.h"
@@ -108,6 +109,7 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   state->report.first_switch = -1;
   state->potential_step = -1;
   forget_inverses(state);
+  thrum_energy_forget(state);
 
   // the high modes of the energy report: those that imexv would treat implicitly at rest
   const thrum_split_rule rule = imexv ? def->split_rule : THRUM_SPLIT_CFL;
@@ -180,6 +182,7 @@ static void forget_history(thrum_state *state, const thrum_state_view *view) {
   state->average_field_end = 0;
   state->potential_step = -1;
   state->potential = 0.0;
+  thrum_energy_forget(state);
   state->guess_last = 0.0;
 }
 

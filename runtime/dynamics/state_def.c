@@ -19,7 +19,7 @@ thrum_state_def thrum_default_state_def(void) {
       .explicit_count = 0,
       .newmark_beta = 0.25,
       .newmark_gamma = 0.5,
-      .tolerance = 1e-10,
+      .tolerance = 0.0,
       .iterations_max = 50,
       .kernel = THRUM_KERNEL_BEST,
       .split_form = THRUM_FORM_POSITION,
@@ -118,7 +118,7 @@ thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_d
     return refuse(error, "newmark_beta", def->newmark_beta, "finite and >= 0");
   if (!(def->newmark_gamma >= 0.0) || !(def->newmark_gamma <= 1.0))
     return refuse(error, "newmark_gamma", def->newmark_gamma, "in [0, 1]");
-  if (!(def->tolerance > 0.0) || !(def->tolerance <= 1e-2))
-    return refuse(error, "tolerance", def->tolerance, "in (0, 1e-2]");
+  if (!(def->tolerance >= 0.0) || !(def->tolerance <= 1e-2))
+    return refuse(error, "tolerance", def->tolerance, "in [0, 1e-2]");
   return check_choices(model, def, error);
 }

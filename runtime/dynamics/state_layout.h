@@ -23,7 +23,7 @@
 
 /* Of the header and the arrays below; raised with each change of them, so that a snapshot of
  * another version is known. */
-#define THRUM_STATE_VERSION 7
+#define THRUM_STATE_VERSION 8
 
 /* --- the header ------------------------------------------------------------------------------- */
 
@@ -71,6 +71,19 @@ typedef struct thrum_energy_target {
   int64_t begin;  /* step at which it was set */
 } thrum_energy_target;
 
+/* The energy that unverified corrections move between low and high modes, [0] and [1]
+ * (spurious_work.h). */
+typedef struct thrum_spurious_work {
+  double work;        /* in this window, estimated [J] */
+  double square;      /* sum of the squares of its samples [J^2] */
+  double energy[2];   /* sum of 1/2 (p^2 + omega^2 q^2) over its samples [J] */
+  int64_t samples;    /* in this window */
+  int64_t window_end; /* step */
+  int64_t halvings;   /* of the tolerance */
+  int64_t quiet;      /* windows until one of them is taken back */
+  int64_t wait;       /* windows that it takes, doubled each time that the work is too much */
+} thrum_spurious_work;
+
 /* Widest fields first and none missing: there is no padding, so that blocks can be compared byte by
  * byte. */
 struct thrum_state {
@@ -80,6 +93,7 @@ struct thrum_state {
   thrum_state_report report; /* scheme and numbers of modes are filled in when asked for */
   thrum_stability_monitor monitor;
   thrum_energy_target target;
+  thrum_spurious_work spurious;
   int64_t work_count;        /* doubles in `work` */
   int64_t restricted_count;  /* doubles in `restricted` */
   int64_t kept_count;        /* doubles in each of `inverses` */
@@ -89,9 +103,14 @@ struct thrum_state {
   int64_t average_field_end; /* energy: step up to which it takes the average vector field */
   int64_t past_discrete;     /* energy: 1 where past_q, past_r are of the discrete gradient */
   int64_t potential_step;    /* step of `potential`, -1: none */
+  int64_t jacobian_step;     /* energy: step in which the newest Jacobian was made, */
+  int64_t jacobian_due;      /* and the one in which the next is planned */
   /* Step at which each of `inverses` was factored, newest first; -1: BFGS-updated or empty. */
   int64_t inverse_step[THRUM_INVERSES];
-  double potential;      /* V(q) [J] */
+  double potential;      /* V(q), or V(q_corrected) if that is carried [J] */
+  double potential_end;  /* V(q_k) where that is carried [J] */
+  double contraction;    /* energy: share of a residual that the inverse leaves, 0: not known */
+  double step_recent;    /* energy: largest scaled norm of an increment lately */
   double guess_last;     /* residual of the last first guess, relative to the step */
   double amplitude;      /* largest scaled norm of the motion so far, design 5 */
   int32_t rank;          /* r */
@@ -101,7 +120,9 @@ struct thrum_state {
   int32_t jacobian_kept; /* 1: the newest inverse is one for the present split and dt */
   int32_t past_count;    /* how many of the past solves are known */
   int32_t inverse_place; /* of the newest among `inverses` */
-  int32_t unused;        /* zero, so that there is no padding */
+  int32_t carried;       /* energy: 1: the next step starts from q_corrected, p_corrected */
+  int32_t jacobian_interval; /* energy: steps between two planned Jacobians, 0: none yet */
+  int32_t unused;            /* zero, so that there is no padding */
 };
 
 _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + sizeof(int32_t) &&
@@ -125,11 +146,13 @@ _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + si
   X(power_whole, vector)    /* and on the explicit modes of the def */                             \
   X(q_before, vector)       /* q before the last step, for a step that is repeated */              \
   X(p_before, vector)       /* and the synchronised p */                                           \
-  X(past_q, past)       /* q + at d of the past solves, for the first guess; the one of step */    \
-                        /* k lies at thrum_past_at(view, k) */                                     \
-  X(past_r, past)       /* and R there */                                                          \
-  X(force_now, vector)  /* energy: R(q_k), where potential_step says that it is known */           \
-  X(inverses, inverses) /* of Jacobians, |I| x |I|, symmetric; order as inverse_place says */
+  X(past_q, past)      /* q + at d of the past solves, for the first guess; the one of step */     \
+                       /* k lies at thrum_past_at(view, k) */                                      \
+  X(past_r, past)      /* and R there */                                                           \
+  X(force_now, vector) /* energy: R there or at q_k, where potential_step says that it is known */ \
+  X(q_corrected, vector) /* energy: start of the next step, where carried */                       \
+  X(p_corrected, vector) /* and its p */                                                           \
+  X(inverses, inverses)  /* of Jacobians, |I| x |I|, symmetric; order as inverse_place says */
 
 /* Scratch: any content when a call begins. */
 #define THRUM_STATE_SCRATCH(X)                                                                     \
@@ -161,12 +184,15 @@ _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + si
   X(acceleration_sub, vector)    /* between sub-steps */                                           \
   X(power_explicit_next, vector) /* iterates after this step */                                    \
   X(power_whole_next, vector)                                                                      \
-  X(point, vector)          /* where energy evaluates the model */                                 \
-  X(point_2, vector)        /* and its second point */                                             \
-  X(force_2, vector)        /* R there; energy: R(q') in the end */                                \
-  X(force_start, vector)    /* energy: R(q_k) */                                                   \
-  X(bordered, vector)       /* energy: J0^-1 (q' - q) */                                           \
-  X(slope, vector)          /* energy: h^2/2 |d|^2 grad(sigma) + J0 d */                           \
+  X(point, vector)       /* where energy evaluates the model */                                    \
+  X(point_2, vector)     /* and its second point */                                                \
+  X(force_2, vector)     /* R there; energy: R(q') in the end */                                   \
+  X(force_start, vector) /* energy: R(q_k) */                                                      \
+  X(bordered, vector)    /* energy: J0^-1 (q' - q) */                                              \
+  X(slope, vector)       /* energy: h^2/2 |d|^2 grad(sigma) + J0 d */                              \
+  X(correction, vector)  /* energy: by the inverse before a new one, negated */                    \
+  X(q_corrected_next, vector)                                                                      \
+  X(p_corrected_next, vector)                                                                      \
   X(pivots_next, vector)    /* int32: of jacobian_next */                                          \
   X(work, work)             /* of the polynomial */                                                \
   X(restricted, restricted) /* V at fixed q_E, a quartic in q_I */                                 \

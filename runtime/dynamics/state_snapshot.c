@@ -10,6 +10,7 @@
 
 #include "runtime/base/finite.h"
 #include "runtime/base/seal.h"
+#include "runtime/dynamics/spurious_work.h"
 #include "runtime/dynamics/state_layout.h"
 #include "runtime/dynamics/state_private.h"
 
@@ -96,6 +97,7 @@ static bool are_counts(const int64_t *counts, size_t n) {
 static thrum_status check_counts(const thrum_state *header, thrum_error *error) {
   const thrum_state_report *report = &header->report;
   const thrum_stability_monitor *monitor = &header->monitor;
+  const thrum_spurious_work *spurious = &header->spurious;
   const int64_t counts[] = {report->steps,
                             report->iterations,
                             report->factorisations,
@@ -117,7 +119,13 @@ static thrum_status check_counts(const thrum_state *header, thrum_error *error) 
                             header->target.begin,
                             header->eager_end,
                             header->potential_step,
-                            header->average_field_end};
+                            header->average_field_end,
+                            report->single_steps,
+                            report->tightened,
+                            spurious->samples,
+                            spurious->window_end,
+                            header->jacobian_step,
+                            header->jacobian_due};
   if (report->steps < 0 || !are_counts(counts, sizeof counts / sizeof counts[0]) ||
       !are_counts(header->inverse_step, THRUM_INVERSES))
     return refuse("counter", error);
@@ -125,8 +133,13 @@ static thrum_status check_counts(const thrum_state *header, thrum_error *error) 
   // switches, and places in the rings of past solves and inverses
   if (header->past_discrete < 0 || header->past_discrete > 1 || header->jacobian_kept < 0 ||
       header->jacobian_kept > 1 || header->target.status < THRUM_ENERGY_CORRECTION_CLOSED ||
-      header->target.status > THRUM_ENERGY_CORRECTION_PENDING)
+      header->target.status > THRUM_ENERGY_CORRECTION_PENDING || header->carried < 0 ||
+      header->carried > 1)
     return refuse("switch", error);
+  if (header->jacobian_interval < 0 || spurious->halvings < 0 ||
+      spurious->halvings > THRUM_HALVINGS_MOST || spurious->quiet < 0 ||
+      spurious->quiet > THRUM_WAIT_MOST || spurious->wait < 0 || spurious->wait > THRUM_WAIT_MOST)
+    return refuse("plan of the energy integrator", error);
   if (header->past_count < 0 || header->past_count > THRUM_PAST_SOLVES ||
       header->inverse_place < 0 || header->inverse_place >= THRUM_INVERSES)
     return refuse("place of a past solve", error);
@@ -136,6 +149,7 @@ static thrum_status check_counts(const thrum_state *header, thrum_error *error) 
 static bool is_finite_header(const thrum_state *header) {
   const thrum_state_report *report = &header->report;
   const thrum_stability_monitor *m = &header->monitor;
+  const thrum_spurious_work *s = &header->spurious;
   const double values[] = {report->time,
                            report->corrected,
                            report->stability_number_last,
@@ -163,6 +177,14 @@ static bool is_finite_header(const thrum_state *header) {
                            header->target.carry,
                            header->target.moved,
                            header->potential,
+                           header->potential_end,
+                           header->contraction,
+                           header->step_recent,
+                           report->spurious,
+                           s->work,
+                           s->square,
+                           s->energy[0],
+                           s->energy[1],
                            header->guess_last,
                            header->amplitude};
   return thrum_all_finite(values, sizeof values / sizeof values[0]);

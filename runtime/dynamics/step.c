@@ -83,11 +83,7 @@ static void remember(thrum_state *next, const thrum_state_view *view,
   if (report->discrete_failed)
     next->average_field_end = step + 1 + AVERAGE_FIELD_STEPS;
 
-  // the energy integrator starts its next step from V and R at q'
-  next->potential_step = report->potential_known ? step + 1 : -1;
-  next->potential = report->potential_known ? report->potential : 0.0;
-  if (report->potential_known)
-    memcpy(view->force_now, view->force_2, (size_t)next->rank * sizeof(double));
+  thrum_energy_keep(next, view, report);
 
   // a Jacobian of full Newton is factored, not inverted, and is not kept
   double *inverse = view->inverse[0];

@@ -102,7 +102,7 @@ static void mistakes_of_usage_exit_with_two_and_write_nothing(void **state) {
       {{"particle.npz", "-o", "run", "--safety", "1.1"}, "--safety"},
       {{"particle.npz", "-o", "run", "--newmark", "0.25"}, "--newmark"},
       {{"particle.npz", "-o", "run", "--newmark", "0.25,1.5"}, "--newmark"},
-      {{"particle.npz", "-o", "run", "--tolerance", "0"}, "--tolerance"},
+      {{"particle.npz", "-o", "run", "--tolerance", "-1e-9"}, "--tolerance"},
       {{"particle.npz", "-o", "run", "--tolerance", "0.1"}, "--tolerance"},
       {{"particle.npz", "-o", "run", "--iterations", "0"}, "--iterations"},
 

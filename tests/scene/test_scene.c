@@ -544,7 +544,7 @@ static void bad_defs_are_refused(void **context) {
   REFUSED(def.density = -1);
   REFUSED(def.position[1] = INFINITY);
   REFUSED(def.rotation[0] = 0);
-  REFUSED(def.state.tolerance = 0);
+  REFUSED(def.state.tolerance = -1e-9);
   REFUSED(def.start_mode = RANK + 1; def.start_amplitude = 1);
 #undef REFUSED
 

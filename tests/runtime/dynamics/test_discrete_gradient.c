@@ -323,7 +323,7 @@ static void a_step_satisfies_its_equations(void **context) {
   double *work = random_alloc((int64_t)thrum_work_count(&m.model), sizeof(double));
   for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++) {
     thrum_state_def def = make_def(0.2);
-    def.tolerance = 1e-13;
+    def.tolerance = 1e-14;
     def.damping_form = (thrum_damping_form)form;
     def.damping_beta = 1e-200;
 

@@ -1,0 +1,40 @@
+/* What the files of the energy-conserving step share, see discrete_gradient.c.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_DYNAMICS_DISCRETE_GRADIENT_PRIVATE_H
+#define THRUM_RUNTIME_DYNAMICS_DISCRETE_GRADIENT_PRIVATE_H
+
+#include "runtime/dynamics/implicit_problem.h"
+
+/* The share of F that the solve has: 1/2 of the trapezoidal discrete gradient, 1 of the average
+ * vector field. */
+static inline double thrum_share_of(const thrum_solver *s) {
+  return 0.5 / s->at;
+}
+
+/* h^2/2 */
+static inline double thrum_mean_weight(const thrum_solver *s) {
+  return 2.0 * s->at * s->weight;
+}
+
+/* to = from, scaled so that its kinetic energy grows by energy_error [J]; `to` may be `from`. False
+ * where that is more than the share `most` of the kinetic energy: then to = from. */
+bool thrum_momentum_take(const thrum_solver *s, double energy_error, double most,
+                         const double *from, double *to);
+
+/* The end of the step before, which is where the present one begins for all who look. */
+typedef struct thrum_step_start {
+  const double *q, *p;
+  double potential; /* V(q) [J] */
+} thrum_step_start;
+
+/* Solves the step with the trapezoidal discrete gradient, and puts its end and the start of the
+ * next one into the view. The view's q and p are those that the solve starts from, with R in
+ * view->force_start and V in the report. False where quasi-Newton does not converge, or p' cannot
+ * take up what is missing of the balance. */
+bool thrum_trapezoid_step(thrum_solver *s, const thrum_step_start *from);
+
+/* The same with the average vector field, without a correction for the next step. THRUM_OK,
+ * THRUM_NOT_CONVERGED or THRUM_NOT_FINITE. */
+thrum_status thrum_average_step(thrum_solver *s);
+
+#endif
