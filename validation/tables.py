@@ -20,7 +20,7 @@ RESULTS = ROOT / "validation" / "results"
 MODELS = ["beam", "basket", "bridge", "horse", "tower", "heart"]
 DEFAULT = "imexv"  # the integrator of a state whose def says nothing
 # those whose extremes stand in the pages; the others are in the report
-EXTREMES = ["thesis", "newmark", "imexv", "energy"]
+EXTREMES = ["thesis-newton", "position", "newmark", "fox-goodwin", "imexv", "energy"]
 MARKED = re.compile(r"(<!-- table (\w+) -->\n).*?(<!-- end of table -->)", re.DOTALL)
 
 def rows(*path):
@@ -64,7 +64,7 @@ def matrix():
     for place, model in enumerate(MODELS):
         cells = [model]
         for kind in kinds:
-            pair = [runs[(model, *kind, scheme)] for scheme in ("newmark", "thesis")]
+            pair = [runs[(model, *kind, scheme)] for scheme in ("newmark-newton", "thesis-newton")]
             lost = any(r["status"] != "done" for r in pair)
             ratio = "–" if lost else f"{float(pair[0]['us_per_step']) / float(pair[1]['us_per_step']):.2f}"
             published = f" ({THESIS_SPEEDUP[kind][place]:.2f})" if kind in THESIS_SPEEDUP else ""

@@ -18,6 +18,7 @@
   X(VERLET, "verlet", VERLET, THESIS, QUASI_NEWTON, true, false)                                   \
   X(MIDPOINT, "midpoint", MIDPOINT, THESIS, QUASI_NEWTON, true, false)                             \
   X(NEWMARK, "newmark", NEWMARK, THESIS, QUASI_NEWTON, false, false)                               \
+  X(NEWMARK_NEWTON, "newmark-newton", NEWMARK, THESIS, NEWTON, true, false)                        \
   X(FOX_GOODWIN, "fox-goodwin", FOX_GOODWIN, THESIS, QUASI_NEWTON, false, false)                   \
   X(IMEXV, "imexv", IMEXV, THESIS, QUASI_NEWTON, false, true)                                      \
   X(ENERGY, "energy", ENERGY, THESIS, QUASI_NEWTON, false, true)                                   \
