@@ -58,7 +58,7 @@ def ended(run):
     """A run in the key: when it was lost, and how many steps were the scheme's own where others stood in."""
     name = run["scheme"]
     if run["status"] != "done":
-        name += f", lost at {lost_time(run):.3g} s"
+        name += f", lost at {lost_time(run):.3g} s" if lost_time(run) < 100 else f", lost at {lost_time(run):,.0f} s"
     if stood_in(run):
         name += f": {int(run['own_steps']):,} own steps, then energy"
     return name
@@ -82,7 +82,7 @@ def long_energy(path):
         curves.sort(key=lambda curve: "lw 5" not in curve[1])
         panels.append(panel(f"{model}, undamped, swinging by {100 * swing:g} % of its length",
                             ("simulated time [s]", "mean energy over 35 s / energy at the start"), curves,
-                            "set xrange [0:9000]\nset yrange [0.4:2.2]\nset key at graph 0.99, graph 0.99 right top\n"))
+                            "set xrange [0:9000]\nset yrange [0:2.2]\nset key right top font ',9'\n"))
     draw(path, (1260, 520), (1, 2), panels)
 
 
@@ -96,7 +96,7 @@ def energy_schemes(path):
             f"beam, square load of 0.3 s, h = {dt} s", ("time [s]", "energy [J]"),
             [(run[0]["scheme"] if dt == "0.001" else None, line(run[0]["scheme"]),
               [(float(r["time_s"]), number(r["total_j"])) for r in run if float(r["time_s"]) > 0]) for run in own],
-            "set logscale x\nset xrange [0.004:30]\nset yrange [0:2]\nset key top left\n"))
+            "set logscale x\nset xrange [0.004:30]\nset yrange [0:2]\nset key top left font ',8' spacing 0.85\n"))
     draw(path, (1260, 460), (1, 3), panels)
 
 
