@@ -370,7 +370,7 @@ def sweep(path, rows, about, plots):
 def work_precision(path, rows, about, plots):
     page = ("<p>Undamped, the first second after an impulse at the loaded group, and after momentum in the first basis vector "
             "alone (smooth), both of a swing of a twentieth of the length. " + ERROR_OF_Q + fill(
-                " Cost: processor time of the steps, the least of five rounds over all runs. Runs that are lost within {} s are "
+                " Cost: processor time of the steps, the least of four rounds over all runs. Runs that are lost within {} s are "
                 "left out; the table has them.</p>\n", f"{about['time']:g}"))
     for case in groups(rows, "model", "start"):
         page += plots.add(f"{case[0]['model']}, {case[0]['start']}", ("processor time for a second [s]", "error of q"),

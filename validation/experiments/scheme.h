@@ -20,7 +20,7 @@
   X(NEWMARK, "newmark", NEWMARK, THESIS, QUASI_NEWTON, false, false)                               \
   X(NEWMARK_NEWTON, "newmark-newton", NEWMARK, THESIS, NEWTON, true, false)                        \
   X(FOX_GOODWIN, "fox-goodwin", FOX_GOODWIN, THESIS, QUASI_NEWTON, false, false)                   \
-  X(IMEXV, "imexv", IMEXV, THESIS, QUASI_NEWTON, false, true)                                      \
+  X(IMEXV, "imexv", IMEXV, POSITION, QUASI_NEWTON, false, true)                                    \
   X(ENERGY, "energy", ENERGY, THESIS, QUASI_NEWTON, false, true)                                   \
   X(BACKWARD_EULER, "backward-euler", BACKWARD_EULER, THESIS, QUASI_NEWTON, true, false)           \
   X(SEMI_IMPLICIT_EULER, "semi-implicit-euler", SEMI_IMPLICIT_EULER, THESIS, QUASI_NEWTON, true,   \
