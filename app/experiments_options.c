@@ -107,7 +107,7 @@ static const config_option options[] = {
                 "--extremes: of stiffness, poisson, size, density, load, snap, tet, square, rank, "
                 "resonance, rate",
                 .take = take_subjects, NAMES),
-    OPTION_TIME(experiments_request, time, "30; of --work-precision 5"),
+    OPTION_TIME(experiments_request, time, "30; of --work-precision 10"),
     OPTION_DT(experiments_request, dt),
     OPTION_COUNT("steps", "3000000; of --extremes 2000", "--long, --extremes: number of steps",
                  AT(steps), CONFIG_RANGE(1, STEPS_MAX)),
@@ -167,7 +167,7 @@ static int finish(int argc, char **argv, experiments_request *request) {
   for (int n = 0; n < EXPERIMENT_LOAD_COUNT && !any; n++)
     request->loads[n] = request->kind != EXPERIMENTS_STEP_SIZES || n == EXPERIMENT_LOAD_square;
   if (!(request->time > 0))
-    request->time = request->kind == EXPERIMENTS_WORK_PRECISION ? 5 : 30;
+    request->time = request->kind == EXPERIMENTS_WORK_PRECISION ? 10 : 30;
   if (request->amplitude_count == 0) {
     request->amplitude_count = request->kind == EXPERIMENTS_LONG ? 3 : 1;
     memcpy(request->amplitudes, swings, sizeof swings);

