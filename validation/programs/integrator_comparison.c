@@ -1,11 +1,12 @@
 /* How the forms of imexv and the other integrators compare on one model: their errors against a
  * fine reference, their energy in long runs, and what a step costs. Writes CSV to stdout.
  *
- *   thrum_integrator_comparison errors|energy|cost BODY MODEL.npz GROUP [STEPS]
+ *   thrum_integrator_comparison errors|energy|cost BODY MODEL.npz GROUP [STEPS [METHOD]]
  *
  * Starts: smooth has momentum in the first mode alone, impulse that of an impulse on the group,
  * both scaled so that the group swings by a share of the body's length within 3 s. An error is the
  * root mean square of q - q_ref over 0.6 s relative to that of q_ref, which `energy` steps at h/32.
+ * METHOD is one of errors and energy in place of all.
  * Methods named alone run without monitor and fallback. SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <stdio.h>
@@ -38,9 +39,10 @@ static const method methods[] = {
     {"quadratic alone", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_QUADRATIC, 0},
     {"quadratic", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_QUADRATIC, 1},
     {"newmark", THRUM_INTEGRATOR_NEWMARK, THRUM_FORM_THESIS, 1},
+    {"fox-goodwin", THRUM_INTEGRATOR_FOX_GOODWIN, THRUM_FORM_THESIS, 1},
     {"energy", THRUM_INTEGRATOR_ENERGY, THRUM_FORM_THESIS, 1},
 };
-enum { METHODS = sizeof methods / sizeof methods[0] };
+enum { METHODS = sizeof methods / sizeof methods[0], NEWMARK = 6 };
 
 static const char *const starts[] = {"smooth", "impulse"};
 static const double shares[] = {0.02, 0.05, 0.1, 0.2, 0.3, 0.4};
@@ -50,11 +52,16 @@ enum { SHARES = sizeof shares / sizeof shares[0] };
 /* One model with its momenta; a call that fails ends the program. */
 typedef struct subject {
   const char *name;
+  const char *only; /* method; NULL: all */
   experiment_body body;
   double momenta[2][SHARES][THRUM_RANK_MAX];
 } subject;
 
 static thrum_error error;
+
+static bool is_wanted(const subject *s, const method *m) {
+  return s->only == NULL || strcmp(s->only, m->name) == 0;
+}
 
 static void must(thrum_status status) {
   if (status >= 0)
@@ -184,7 +191,8 @@ static void print_errors(const subject *s) {
         const int count = (int)(ERROR_SECONDS / dt + 0.5);
         double *rows = reference_rows(s, dt, count, s->momenta[start][share]);
         for (int m = 0; m < METHODS; m++)
-          print_error(s, &methods[m], start, share, dt, rows, count);
+          if (is_wanted(s, &methods[m]))
+            print_error(s, &methods[m], start, share, dt, rows, count);
         free(rows);
       }
 }
@@ -238,7 +246,8 @@ static void print_energies(const subject *s, int64_t steps) {
   for (int start = 0; start < 2; start++)
     for (int share = 1; share < 5; share++)
       for (int m = 0; m < METHODS; m++)
-        print_energy(s, &methods[m], start, share, steps);
+        if (is_wanted(s, &methods[m]))
+          print_energy(s, &methods[m], start, share, steps);
 }
 
 /* --- cost ------------------------------------------------------------------------------------- */
@@ -276,7 +285,7 @@ static void print_costs(const subject *s) {
           least[m] = fmin(least[m], 1e6 * (clock_thread_seconds() - began) / COST_STEPS);
         }
 
-      const double newmark = least[METHODS - 2];
+      const double newmark = least[NEWMARK];
       for (int m = 0; m < METHODS; m++) {
         const thrum_state_report r = thrum_state_report_get(states[m]);
         printf("%s,%d,%g,%s,%g,%s,", s->name, (int)s->body.model->rank, SWING_STEP, starts[start],
@@ -300,10 +309,11 @@ int main(int argc, char **argv) {
   const double softest[3] = {0.0, 0.0, 0.0};
   if (argc < 5)
     return fprintf(stderr, "usage: thrum_integrator_comparison errors|energy|cost BODY MODEL.npz "
-                           "GROUP [STEPS]\n"),
+                           "GROUP [STEPS [METHOD]]\n"),
            2;
   must(thrum_model_load(argv[3], &model, &error));
   s.name = argv[2];
+  s.only = argc > 6 ? argv[6] : NULL;
   must(experiment_body_init(argv[2], model, argv[4], softest, &s.body, &error));
   make_momenta(&s);
 
