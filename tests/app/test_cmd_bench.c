@@ -40,7 +40,8 @@ static void a_step_is_measured_with_exactly_the_implicit_modes_asked_for(void **
 }
 
 /* A swing so wide that the Jacobian changes too much from step to step to be kept: every other one
- * is extrapolated from the three before, and serves nearly as well. */
+ * is extrapolated from the three before, and serves nearly as well. Energy plans one in eight steps
+ * and makes few more, as it needs no more than one evaluation in many of them. */
 static void a_wide_swing_makes_its_jacobian_in_every_other_step_at_most(void **state) {
   (void)state;
   static const char *const integrators[] = {"imexv", "newmark", "midpoint", "energy"};
@@ -54,7 +55,9 @@ static void a_wide_swing_makes_its_jacobian_in_every_other_step_at_most(void **s
     const double iterations = json_value(object, "mean_iterations");
 
     // extrapolated from two Jacobians only, Newmark's iterations would be 2.5
-    if (!(made > 0.25 && made < 0.55 && iterations < (n == 0 ? 2.9 : 2.45)))
+    const bool energy = n == 3;
+    const double most = energy ? 0.7 : n == 0 ? 2.9 : 2.45;
+    if (!(made > (energy ? 0.12 : 0.25) && made < (energy ? 0.25 : 0.55) && iterations < most))
       fail_msg("%s: %g Jacobians and %g iterations a step", integrators[n], made, iterations);
     cJSON_Delete(object);
     program_result_free(&result);
