@@ -78,6 +78,10 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
     run->run.bodies[n].figures.windows = (driver_drift){0};
     run->run.bodies[n].figures.uncounted = true;
   }
+
+  // loads and gravity also work on the motion of a free body as a whole, which nobody adds up
+  if (body->spec->free)
+    run->run.bodies[n].figures.uncounted = true;
   return THRUM_OK;
 }
 

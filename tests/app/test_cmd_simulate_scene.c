@@ -176,6 +176,20 @@ static void a_free_body_drops_on_the_floor_of_the_scene(void **state) {
   free(text);
 }
 
+/* Gravity works on the fall of a free body, whose energy therefore grows; that flags nothing. */
+static void a_body_that_falls_freely_is_done(void **state) {
+  (void)state;
+  cJSON *object = simulate("{\"time\": 0.5, \"gravity\": [0, 0, -9.81], \"damping\": 0.3,\n"
+                           " \"bodies\": [{\"name\": \"block\", \"model\": \"free.npz\",\n"
+                           " \"free\": true, \"spin\": [2, 3, 4]}]}",
+                           "fall", 0);
+
+  const cJSON *body = cJSON_GetArrayItem(cJSON_GetObjectItem(object, "bodies"), 0);
+  assert_string_equal(cJSON_GetObjectItem(body, "status")->valuestring, "done");
+  assert_true(json_value(body, "energy_last_j") > 2 * json_value(body, "energy_first_j"));
+  cJSON_Delete(object);
+}
+
 static void a_mistake_is_named_by_file_line_and_path(void **state) {
   (void)state;
 #define BODY "{\"name\": \"a\", \"model\": \"beam.npz\""
@@ -496,6 +510,7 @@ int main(void) {
       cmocka_unit_test(a_body_of_a_scene_has_the_run_of_it_alone),
       cmocka_unit_test(a_turned_and_scaled_body_follows_its_world),
       cmocka_unit_test(a_free_body_drops_on_the_floor_of_the_scene),
+      cmocka_unit_test(a_body_that_falls_freely_is_done),
       cmocka_unit_test(a_mistake_is_named_by_file_line_and_path),
       cmocka_unit_test(options_of_one_body_are_refused),
       cmocka_unit_test(an_earlier_run_is_replaced_and_other_files_stay),
