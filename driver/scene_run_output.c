@@ -79,7 +79,8 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
     run->run.bodies[n].figures.uncounted = true;
   }
 
-  // loads and gravity also work on the motion of a free body as a whole, which nobody adds up
+  // loads and gravity also work on the motion of a free body as a whole, and that work is not added
+  // up
   if (body->spec->free)
     run->run.bodies[n].figures.uncounted = true;
   return THRUM_OK;

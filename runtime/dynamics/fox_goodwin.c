@@ -5,9 +5,8 @@
  *   0 = mu_i (d - k) + h^2/4 [R(q + d) + D v' - f],  mu_i = 1/(4 beta_i),  d = q' - q
  *
  * With beta = 1/12, the method of Fox and Goodwin (Numerov, Cowell, Stoermer), an undamped mode has
- * its frequency to order 4, and it is stable while h^2 times the largest eigenvalue of T_LL is
- * below
- * 6. The equation is multiplied by mu_i, so that its Jacobian mu + h^2/4 T is symmetric.
+ * its frequency to order 4. It is stable while h^2 times the largest eigenvalue of T_LL is below 6.
+ * The equation is multiplied by mu_i, so that its Jacobian mu + h^2/4 T is symmetric.
  * v is the velocity only up to h^2: v + h^2/12 dR/dt = v + h^2/12 T(q) v is it to order 4 on L, and
  * that is the p that callers see. A state stores v.
  * Cost: as Newmark; reading p takes one product T v, setting it one tangent and |L|^3.
@@ -24,6 +23,7 @@
 
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/implicit_solve.h"
+#include "runtime/dynamics/newmark.h"
 #include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/polynomial_private.h"
 
@@ -37,11 +37,6 @@ int32_t thrum_fox_goodwin_modes(const thrum_model *model, const thrum_state *sta
   return count;
 }
 
-/* a with the load of this step in place of the one before. */
-static double acceleration_now(const thrum_state_view *view, int32_t i) {
-  return view->acceleration[i] + (view->load[i] - view->load_before[i]);
-}
-
 thrum_status thrum_step_fox_goodwin(const thrum_model *model, const thrum_state *state,
                                     thrum_state_view *view, thrum_solve_report *report) {
   const double h = state->def.dt;
@@ -51,7 +46,7 @@ thrum_status thrum_step_fox_goodwin(const thrum_model *model, const thrum_state 
 
   // a' and v' are linear in d; `drift` is v' for d = 0
   for (int32_t i = 0; i < state->rank; i++) {
-    const double a = acceleration_now(view, i), rest = i < low ? 5.0 / 12.0 : 0.25;
+    const double a = thrum_newmark_acceleration_now(view, i), rest = i < low ? 5.0 / 12.0 : 0.25;
     view->kick[i] = h * view->p[i] + h * h * rest * a;
     view->drift[i] = view->p[i] + 0.5 * h * a - view->mass[i] * s.rate * view->kick[i];
   }
@@ -61,7 +56,7 @@ thrum_status thrum_step_fox_goodwin(const thrum_model *model, const thrum_state 
   for (int32_t i = 0; i < state->rank; i++) {
     const double a_next = -view->total[i];
     view->q_next[i] = view->middle[i];
-    view->p_next[i] = view->p[i] + 0.5 * h * (acceleration_now(view, i) + a_next);
+    view->p_next[i] = view->p[i] + 0.5 * h * (thrum_newmark_acceleration_now(view, i) + a_next);
     view->acceleration_next[i] = a_next;
   }
   report->solved = true;

@@ -20,7 +20,7 @@
 
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/implicit_solve.h"
-#include "runtime/linear_algebra/dense.h"
+#include "runtime/dynamics/tangent_damping.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 /* total += R(q) + D v, v in `velocity`. Overwrites view->force and view->product. */
@@ -48,33 +48,6 @@ void thrum_newmark_acceleration(const thrum_model *model, const thrum_state *sta
     acceleration[i] = -acceleration[i];
 }
 
-/* a with the load of this step in place of the one before. */
-static double acceleration_now(const thrum_state_view *view, int64_t i) {
-  return view->acceleration[i] + (view->load[i] - view->load_before[i]);
-}
-
-/* x = (1 + gamma h D(q'))^-1 x for the tangent form of damping. */
-static thrum_status solve_tangent_damped(const thrum_model *model, const thrum_state *state,
-                                         thrum_state_view *view, thrum_solve_report *report,
-                                         double *x) {
-  const double h = state->def.dt, gamma = state->def.newmark_gamma;
-  const size_t rank = (size_t)state->rank;
-  double *matrix = view->jacobian_next;
-  int32_t *pivots = (int32_t *)(void *)view->pivots_next;
-  thrum_tangent_stiffness_by(view->kernel, model, view->q_next, matrix, view->work);
-  for (size_t a = 0; a < rank * rank; a++)
-    matrix[a] *= gamma * h * state->def.damping_beta;
-  for (size_t i = 0; i < rank; i++)
-    matrix[i * rank + i] += 1.0 + gamma * h * state->def.damping_alpha;
-
-  // T may be indefinite, and so may the matrix: LU, not Cholesky
-  report->factorisations++;
-  if (!thrum_dense_factor(matrix, state->rank, pivots))
-    return THRUM_NOT_CONVERGED;
-  thrum_dense_solve(matrix, state->rank, pivots, x);
-  return THRUM_OK;
-}
-
 /* beta_N = 0: q' is known, and a' is the solution of
  * (1 + gamma h D(q')) a' = f - R(q') - D(q') [v + h (1 - gamma) a]. */
 static thrum_status step_explicit(const thrum_model *model, const thrum_state *state,
@@ -86,8 +59,10 @@ static thrum_status step_explicit(const thrum_model *model, const thrum_state *s
   // q', the known part of v', and the right-hand side
   double *a_next = view->unknown;
   for (size_t i = 0; i < rank; i++) {
-    view->q_next[i] = view->q[i] + h * (view->p[i] + 0.5 * h * acceleration_now(view, (int64_t)i));
-    view->velocity[i] = view->p[i] + h * (1.0 - gamma) * acceleration_now(view, (int64_t)i);
+    view->q_next[i] =
+        view->q[i] + h * (view->p[i] + 0.5 * h * thrum_newmark_acceleration_now(view, (int32_t)i));
+    view->velocity[i] =
+        view->p[i] + h * (1.0 - gamma) * thrum_newmark_acceleration_now(view, (int32_t)i);
     a_next[i] = -view->load[i];
   }
   add_forces(model, state, view, view->q_next, view->velocity, a_next);
@@ -96,8 +71,12 @@ static thrum_status step_explicit(const thrum_model *model, const thrum_state *s
   for (size_t i = 0; i < rank; i++)
     a_next[i] = -a_next[i] /
                 (tangent ? 1.0 : 1.0 + gamma * h * thrum_rest_damping(model, state, (int64_t)i));
-  if (tangent)
-    THRUM_TRY(solve_tangent_damped(model, state, view, report, a_next));
+  if (tangent) {
+    report->factorisations++;
+    if (!thrum_tangent_damping_solve(model, state, view, view->q_next, gamma * h,
+                                     view->jacobian_next, a_next))
+      return THRUM_NOT_CONVERGED;
+  }
 
   for (size_t i = 0; i < rank; i++) {
     view->acceleration_next[i] = a_next[i];
@@ -119,7 +98,7 @@ thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *sta
   const thrum_solver s =
       thrum_problem_make(model, state, view, report, 0, 1.0, beta * h * h, gamma / (beta * h));
   for (int32_t i = 0; i < state->rank; i++) {
-    const double a = acceleration_now(view, i);
+    const double a = thrum_newmark_acceleration_now(view, i);
     view->kick[i] = h * view->p[i] + h * h * (0.5 - beta) * a;
     view->drift[i] = view->p[i] + h * (1.0 - gamma) * a - s.rate * view->kick[i];
   }
@@ -130,7 +109,8 @@ thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *sta
     // from a', not from d: for a small beta_N the latter would cancel
     const double a_next = -view->total[i];
     view->q_next[i] = view->middle[i];
-    view->p_next[i] = view->p[i] + h * ((1.0 - gamma) * acceleration_now(view, i) + gamma * a_next);
+    view->p_next[i] =
+        view->p[i] + h * ((1.0 - gamma) * thrum_newmark_acceleration_now(view, i) + gamma * a_next);
     view->acceleration_next[i] = a_next;
   }
   report->solved = true;

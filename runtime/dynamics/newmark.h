@@ -17,4 +17,9 @@ void thrum_newmark_acceleration(const thrum_model *model, const thrum_state *sta
                                 thrum_state_view *view, const double *q, const double *v,
                                 double *acceleration);
 
+/* Component i of the stored a, with the load of this step in place of the one before. */
+static inline double thrum_newmark_acceleration_now(const thrum_state_view *view, int32_t i) {
+  return view->acceleration[i] + (view->load[i] - view->load_before[i]);
+}
+
 #endif

@@ -31,11 +31,10 @@
 
 #include "runtime/base/lane_sums.h"
 #include "runtime/dynamics/implicit_solve.h"
-#include "runtime/linear_algebra/dense.h"
+#include "runtime/dynamics/tangent_damping.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-/* --- the step without the tangent form of damping ------------------------------------------------
- */
+/* --- the step without the tangent form of damping -------------------------------------------- */
 
 thrum_solver thrum_position_drift(const thrum_model *model, const thrum_state *state,
                                   thrum_state_view *view, thrum_solve_report *report) {
@@ -91,20 +90,11 @@ static thrum_status step(const thrum_model *model, const thrum_state *state, thr
 static bool damp(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
                  const double *q, const double *p, double *damped) {
   const size_t rank = (size_t)state->rank;
-  const double quarter = 0.25 * state->def.dt;
-  double *matrix = view->tangent;
-  thrum_tangent_stiffness_by(view->kernel, model, q, matrix, view->work);
-  for (size_t a = 0; a < rank * rank; a++)
-    matrix[a] *= quarter * state->def.damping_beta;
-  for (size_t i = 0; i < rank; i++)
-    matrix[i * rank + i] += 1.0 + quarter * state->def.damping_alpha;
-
-  // T may be indefinite, and so may the matrix: LU, not Cholesky
-  int32_t *pivots = (int32_t *)(void *)view->pivots_next;
-  if (!thrum_dense_factor(matrix, state->rank, pivots))
-    return false;
   memcpy(view->trial, p, rank * sizeof *p);
-  thrum_dense_solve(matrix, state->rank, pivots, view->trial);
+  if (!thrum_tangent_damping_solve(model, state, view, q, 0.25 * state->def.dt, view->tangent,
+                                   view->trial))
+    return false;
+
   for (size_t i = 0; i < rank; i++)
     damped[i] = 2.0 * view->trial[i] - p[i];
   return true;
