@@ -136,6 +136,12 @@ static void add_robustness(cJSON *object, const simulate_figures *figures) {
   json_number(stability, "first_switch",
               report->first_switch < 0 ? NAN : (double)report->first_switch);
 
+  // one map all along, as --adaptive off would have stepped it
+  cJSON_AddBoolToObject(stability, "untouched",
+                        report->split_changes + report->scheme_switches + report->corrections +
+                                report->energy_steps + report->substep_steps ==
+                            0);
+
   // the energy balance and its corrections
   json_number(stability, "corrections", (double)report->corrections);
   json_number(stability, "corrected_j", report->corrected);

@@ -15,8 +15,6 @@ typedef struct reduced_stepper {
   const thrum_model *model;
   stepper_loads loads; /* in coordinates of the model */
   thrum_state *state;
-  bool counts; /* anything acts or damps, so work and losses are counted */
-  double dissipated;
   int64_t fallback_steps;
 } reduced_stepper;
 
@@ -86,15 +84,12 @@ static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
   if (status < 0)
     return status;
   self->fallback_steps += status == THRUM_FELL_BACK;
-  if (!self->counts)
+  if (!stepper_loads_act(&self->loads))
     return status;
 
-  // what the step did for the energy: work of the loads, work of the base, loss by damping
+  // what the step did for the energy: work of the loads, work of the base
   thrum_state_get(self->model, self->state, self->loads.after, NULL, NULL);
-  if (stepper_loads_act(&self->loads))
-    stepper_loads_count_work(&self->loads);
-  self->dissipated +=
-      thrum_state_loss(self->model, self->state, self->loads.before, self->loads.after);
+  stepper_loads_count_work(&self->loads);
   stepper_loads_next(&self->loads);
   return status;
 }
@@ -142,7 +137,7 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
   figures->fallback_steps = self->fallback_steps;
   figures->work_load = self->loads.work_load;
   figures->work_base = self->loads.work_base;
-  figures->dissipated = self->dissipated;
+  figures->dissipated = figures->report.dissipated;
 }
 
 static void close_reduced(void *stepper) {
@@ -174,8 +169,6 @@ thrum_status driver_stepper_reduced(const simulate_request *request, const thrum
   self->request = request;
   self->model = model;
   THRUM_TRY(stepper_loads_open(request, model->rank, &self->loads, error));
-  self->counts = stepper_loads_act(&self->loads) || request->def.damping_alpha > 0 ||
-                 request->def.damping_beta > 0;
   THRUM_TRY(reduce_loads(self, error));
   return set_start(self, error);
 }

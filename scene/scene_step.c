@@ -34,7 +34,7 @@ static void count_work(const thrum_scene *scene, scene_body *body) {
                           : 0;
   body->work_load += all - base;
   body->work_base += base;
-  body->dissipated += thrum_state_loss(model, body->state, body->before, body->q);
+  body->dissipated = thrum_state_report_get(body->state).dissipated;
   memcpy(body->before, body->q, (size_t)model->rank * sizeof *body->q);
 }
 

@@ -355,13 +355,6 @@ typedef struct thrum_energies {
 THRUM_API thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
                                             thrum_energies *energies, thrum_error *error);
 
-/* Energy [J] that the damping of the state's def takes in a step of its dt from q to q_next (rank
- * each): d D d / dt with d = q_next - q, and with T in the middle for the tangent form, whose loss
- * is negative where it feeds energy in. NaN for NULL and for a model of another rank. Uses the
- * state's scratch. */
-THRUM_API double thrum_state_loss(const thrum_model *model, thrum_state *state, const double *q,
-                                  const double *q_next);
-
 /* How a linear undamped mode vibrates, and how as it is stepped. A step keeps the frequency of a
  * mode only up to an error that grows with h omega. */
 typedef struct thrum_stepped_mode {
@@ -402,6 +395,7 @@ typedef struct thrum_state_report {
   double stability_number_peak; /* its largest value */
   double balance_last;     /* imexv: energy less work plus dissipation, relative to the energy */
   double balance_peak;     /* its largest magnitude */
+  double dissipated;       /* energy that damping took [J]; the tangent form may feed some in */
   thrum_scheme scheme;     /* in use now */
   int32_t explicit_modes;  /* |E| now; r for verlet and rk4, else 0 but for imexv */
   int32_t implicit_modes;  /* |I| now */

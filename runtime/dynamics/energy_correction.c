@@ -25,7 +25,6 @@
 
 #include "runtime/base/finite.h"
 #include "runtime/base/lane_sums.h"
-#include "runtime/dynamics/dissipation.h"
 #include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/polynomial/polynomial_private.h"
 
@@ -68,16 +67,11 @@ static void add(thrum_energy_target *target, double amount) {
 }
 
 /* Adds work and dissipation of the step to the target. */
-static void enter_step(const thrum_model *model, thrum_state *state, const thrum_state_view *view,
+static void enter_step(thrum_state *state, const thrum_state_view *view,
                        const thrum_solve_report *report) {
   const double work = thrum_sum_less(state->rank, view->q_next, view->q, view->load);
-  const bool damped = state->def.damping_alpha > 0.0 || state->def.damping_beta > 0.0;
-  double dissipated = 0.0;
-  if (damped)
-    dissipated = report->dissipation_known ? report->dissipation
-                                           : thrum_step_dissipation(model, state, view);
-  add(&state->target, work - dissipated);
-  state->target.moved += fabs(work) + fabs(dissipated);
+  add(&state->target, work - report->dissipation);
+  state->target.moved += fabs(work) + fabs(report->dissipation);
 }
 
 /* Compares the energy at the end of the step with the target, and scales view->p_next. */
@@ -129,7 +123,7 @@ void thrum_energy_correction_after(const thrum_model *model, thrum_state *state,
     return;
 
   if (state->target.status != THRUM_ENERGY_CORRECTION_CLOSED)
-    enter_step(model, state, view, report);
+    enter_step(state, view, report);
 
   // on target, a comparison now and then is enough
   const int64_t since = state->report.steps + 1 - state->target.begin;

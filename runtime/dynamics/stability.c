@@ -9,9 +9,11 @@
  *          beyond the stability limit shows no growth either, so E itself is compared too. Beyond
  *          the limits the energy integrator takes over: at once if the error is urgent, else at a
  *          step where E is near its reference; until the energy has clearly fallen.
- *   slow   the mean of B over a window with that of the first windows. The error goes back through
- *          the momentum (energy_correction.c) by a proportional and integral law; where that
- *          becomes much, the energy integrator takes over.
+ *   slow   the mean of B over a window with that of the first windows. Energy that modes exchange
+ *          makes these means scatter, and comes back; a run drifts when the mean of many windows
+ *          is off by more than that. From then on the error goes back through the momentum
+ *          (energy_correction.c) by a proportional and integral law; where that becomes much, the
+ *          energy integrator takes over.
  *   ahead  the energy before a step shows one step late what the step before has spoilt. So the
  *          energy at the end is evaluated before a step is kept that moves more than those before
  *          it, the first one included. An impulsive load injects energy with an error of order 1
@@ -40,14 +42,16 @@
 #include "runtime/polynomial/polynomial_private.h"
 
 /* Shares are relative to the largest energy lately. */
-#define WINDOW_STEPS 128        /* of a mean of the balance */
-#define ENERGY_STEPS 8          /* position form: between two energies in quiet motion */
-#define REFERENCE_WINDOWS 16    /* whose mean is the reference */
-#define SWITCHED_STEPS 512      /* between two looks at a return from the energy integrator */
-#define ERROR_FAST 0.03         /* error of B that leads to a switch */
-#define ERROR_URGENT 0.08       /* the same without waiting; four times it for E itself */
-#define DRIFT_WINDOW 1e-4       /* drift of a window's mean that is corrected */
-#define DRIFT_SUM 1.6e-3        /* the same for the sum over windows, */
+#define WINDOW_STEPS 128     /* of a mean of the balance */
+#define ENERGY_STEPS 8       /* position form: between two energies in quiet motion */
+#define REFERENCE_WINDOWS 16 /* whose mean is the reference */
+#define SWITCHED_STEPS 512   /* between two looks at a return from the energy integrator */
+#define ERROR_FAST 0.03      /* error of B that leads to a switch */
+#define ERROR_URGENT 0.08    /* the same without waiting; four times it for E itself */
+#define BLOCK_WINDOWS 64     /* whose mean says whether a run drifts: by more than their scatter, */
+#define BLOCK_DRIFT 2e-3     /* or by this */
+#define DRIFT_WINDOW 1e-4    /* drift of a window's mean that is corrected in a run that drifts */
+#define DRIFT_SUM 1.6e-3     /* the same for the sum over windows, */
 #define DRIFT_FORGET 0.015625   /* of which this share is forgotten in each */
 #define INTEGRAL_GAIN 0.25      /* of the correction; its proportional gain is 1 */
 #define CORRECTION_MOST 0.04    /* one correction, or the net of all: more leads to a switch */
@@ -77,7 +81,9 @@ static void reset_reference(thrum_state *state) {
   m->work = m->moved = m->recent = 0.0;
   m->balance_sum = m->reference = m->modified_reference = 0.0;
   m->scale = m->scale_before = 0.0;
-  m->drift_sum = m->corrected = m->energy_error = 0.0;
+  m->drift_sum = m->block_sum = m->block_square = 0.0;
+  m->corrected = m->energy_error = 0.0;
+  m->drifting = 0;
   m->samples = m->switch_deadline = 0;
   m->windows = -1;
   m->window_end = state->report.steps + WINDOW_STEPS;
@@ -433,6 +439,24 @@ static void center_reference(thrum_stability_monitor *m, double mean) {
   }
 }
 
+/* Whether the means of the windows drift. Energy that modes exchange makes them scatter, and comes
+ * back: the mean over many windows then stays at the reference, to a fraction of their scatter.
+ * `drift` is that of a window, a share of the energy. */
+static bool is_drifting(thrum_stability_monitor *m, double drift) {
+  const double share = fmax(-1.0, fmin(drift, 1.0));
+  m->block_sum += share;
+  m->block_square += share * share;
+  if (++m->windows < REFERENCE_WINDOWS + BLOCK_WINDOWS)
+    return false;
+
+  // the next block begins
+  const double mean = m->block_sum / (double)BLOCK_WINDOWS;
+  const double scatter = sqrt(fmax(m->block_square / (double)BLOCK_WINDOWS - mean * mean, 0.0));
+  m->windows = REFERENCE_WINDOWS;
+  m->block_sum = m->block_square = 0.0;
+  return fabs(mean) > fmin(fmax(scatter, DRIFT_WINDOW), BLOCK_DRIFT);
+}
+
 /* Enters the mean balance of a window: the first ones make the reference, later ones the
  * correction. True when that is too much. */
 static bool enter_mean(thrum_stability_monitor *m, double mean, double scale) {
@@ -448,8 +472,11 @@ static bool enter_mean(thrum_stability_monitor *m, double mean, double scale) {
   if (scale < ENERGY_LEAST)
     return false;
 
-  // a run without drift is left alone
+  // a run without drift is left alone; one that has drifted is watched from then on
   const double drift = mean - m->reference;
+  m->drifting = m->drifting || is_drifting(m, drift / scale);
+  if (!m->drifting)
+    return false;
   m->drift_sum += drift - DRIFT_FORGET * m->drift_sum;
   if (fabs(drift) <= DRIFT_WINDOW * scale && fabs(m->drift_sum) <= DRIFT_SUM * scale)
     return false;
@@ -473,7 +500,7 @@ static bool end_window(thrum_state *state) {
 
   // where much was moved B is known to its own error only, which is not to be corrected
   if (m->moved > DRIVEN * scale) {
-    m->drift_sum = m->corrected = m->moved = 0.0;
+    m->drift_sum = m->block_sum = m->block_square = m->corrected = m->moved = 0.0;
     m->windows = -1;
   } else if (state->scheme == THRUM_SCHEME_POSITION) {
     center_reference(m, mean);

@@ -15,7 +15,6 @@
 #include "runtime/base/alignment_check.h"
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/discrete_gradient.h"
-#include "runtime/dynamics/dissipation.h"
 #include "runtime/dynamics/mode_split.h"
 #include "runtime/dynamics/motion_norm.h"
 #include "runtime/dynamics/newmark.h"
@@ -346,17 +345,6 @@ thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
                            "the energy of this state is beyond the range of finite numbers");
   *energies = found;
   return THRUM_OK;
-}
-
-double thrum_state_loss(const thrum_model *model, thrum_state *state, const double *q,
-                        const double *q_next) {
-  if (!q || !q_next || thrum_state_check(model, state, NULL) < 0)
-    return NAN;
-  const size_t vector = (size_t)state->rank * sizeof(double);
-  thrum_state_view view = thrum_state_view_of(state);
-  view.q = memcpy(view.q_start, q, vector);
-  memcpy(view.q_next, q_next, vector);
-  return thrum_step_dissipation(model, state, &view);
 }
 
 thrum_state_report thrum_state_report_get(const thrum_state *state) {

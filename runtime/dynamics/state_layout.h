@@ -23,7 +23,7 @@
 
 /* Of the header and the arrays below; raised with each change of them, so that a snapshot of
  * another version is known. */
-#define THRUM_STATE_VERSION 8
+#define THRUM_STATE_VERSION 9
 
 /* --- the header ------------------------------------------------------------------------------- */
 
@@ -41,6 +41,8 @@ typedef struct thrum_stability_monitor {
   double reference;          /* what the mean of B is compared with [J] */
   double modified_reference; /* what B less the modified Hamiltonian's part is compared with [J] */
   double drift_sum;          /* errors of the means since then; before it stands, the means [J] */
+  double block_sum;          /* the same in this block, as shares of the energy, */
+  double block_square;       /* and their squares */
   double corrected;          /* net of the corrections since then [J] */
   double energy_error;       /* correction that is still to be made [J] */
   double quiet_peak;         /* largest stability number of the def's explicit set, for a return */
@@ -50,6 +52,7 @@ typedef struct thrum_stability_monitor {
   int64_t samples;           /* of the balance in this window */
   int64_t windows;           /* since the reference was set; -1: the next energy is the reference */
   int64_t window_end;        /* step */
+  int64_t drifting;          /* 1: the means have drifted since the reference was set */
   int64_t switch_deadline;   /* step of a switch to come, 0: none */
   int64_t energy_step;       /* step of the energy that was entered last */
   int64_t before_step;       /* step of q_before and p_before, -1: none */

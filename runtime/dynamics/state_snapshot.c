@@ -131,8 +131,9 @@ static thrum_status check_counts(const thrum_state *header, thrum_error *error) 
     return refuse("counter", error);
 
   // switches, and places in the rings of past solves and inverses
-  if (header->past_discrete < 0 || header->past_discrete > 1 || header->jacobian_kept < 0 ||
-      header->jacobian_kept > 1 || header->target.status < THRUM_ENERGY_CORRECTION_CLOSED ||
+  if (monitor->drifting < 0 || monitor->drifting > 1 || header->past_discrete < 0 ||
+      header->past_discrete > 1 || header->jacobian_kept < 0 || header->jacobian_kept > 1 ||
+      header->target.status < THRUM_ENERGY_CORRECTION_CLOSED ||
       header->target.status > THRUM_ENERGY_CORRECTION_PENDING || header->carried < 0 ||
       header->carried > 1)
     return refuse("switch", error);
@@ -156,6 +157,7 @@ static bool is_finite_header(const thrum_state *header) {
                            report->stability_number_peak,
                            report->balance_last,
                            report->balance_peak,
+                           report->dissipated,
                            report->residual_last,
                            m->work,
                            m->moved,
@@ -169,6 +171,8 @@ static bool is_finite_header(const thrum_state *header) {
                            m->reference,
                            m->modified_reference,
                            m->drift_sum,
+                           m->block_sum,
+                           m->block_square,
                            m->corrected,
                            m->energy_error,
                            m->quiet_peak,

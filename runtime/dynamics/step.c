@@ -17,6 +17,7 @@
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/backward_euler.h"
 #include "runtime/dynamics/discrete_gradient.h"
+#include "runtime/dynamics/dissipation.h"
 #include "runtime/dynamics/energy_correction.h"
 #include "runtime/dynamics/fallback.h"
 #include "runtime/dynamics/fox_goodwin.h"
@@ -255,6 +256,16 @@ static thrum_status say_failure(const thrum_state *state, thrum_status status, t
                          step, state->report.time);
 }
 
+/* What the step dissipated, for the balances that follow and for the report. */
+static void count_dissipation(const thrum_model *model, thrum_step_run *run) {
+  const thrum_state_def *def = &run->next.def;
+  const bool damped = def->damping_alpha > 0.0 || def->damping_beta > 0.0;
+  if (damped && !run->report.dissipation_known)
+    run->report.dissipation = thrum_step_dissipation(model, &run->next, &run->view);
+  run->report.dissipation_known = true;
+  run->next.report.dissipated += run->report.dissipation;
+}
+
 thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum_status attempted,
                             thrum_error *error) {
   double amplitude = 0.0;
@@ -267,6 +278,7 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
   if (status < 0)
     return say_failure(run->state, status, error);
 
+  count_dissipation(model, run);
   thrum_stability_after(model, &run->next, &run->view, &run->report);
   thrum_energy_correction_after(model, &run->next, &run->view, &run->report);
   commit(run, amplitude);

@@ -165,6 +165,25 @@ static void a_violent_momentum_from_a_file_keeps_its_energy_in_every_row(void **
   }
 }
 
+/* A smooth swing of a sixth of the length, in whose windows the energy ripples far more than it
+ * drifts: 300 s without an edit. */
+static void a_calm_run_is_not_edited(void **context) {
+  (void)context;
+  char path[200];
+  const double rows[30] = {[15] = 5};
+  snprintf(path, sizeof path, "%s/swing.npy", folder);
+  assert_true(save_npy(path, rows, 2, 15));
+  int code = 0;
+  cJSON *object = run("", "swing.npy", "cfl", "imexv", "300", "on", &code);
+  assert_int_equal(code, 0);
+  const cJSON *stability = cJSON_GetObjectItemCaseSensitive(object, "stability");
+  assert_int_equal(json_value(stability, "corrections"), 0);
+  assert_true(cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(stability, "untouched")));
+  assert_true(fabs(json_value(object, "drift")) < 1e-5);
+  assert_true(json_value(object, "peak_displacement_m") > 0.15);
+  cJSON_Delete(object);
+}
+
 /* What stepped a run stands where its integrator does: in the table, not in the JSON alone. */
 static void a_run_that_switches_to_the_energy_integrator_says_so(void **context) {
   (void)context;
@@ -236,6 +255,7 @@ int main(void) {
       cmocka_unit_test(so_little_tangent_damping_that_it_takes_nothing_feeds_nothing_in),
       cmocka_unit_test(energy_that_grows_flags_a_damped_run_too),
       cmocka_unit_test(a_violent_momentum_from_a_file_keeps_its_energy_in_every_row),
+      cmocka_unit_test(a_calm_run_is_not_edited),
       cmocka_unit_test(a_run_that_switches_to_the_energy_integrator_says_so),
       cmocka_unit_test(the_quadratic_split_needs_no_iterations_and_says_so),
       cmocka_unit_test(a_switch_that_is_neither_on_nor_off_is_a_usage_error),
