@@ -102,8 +102,7 @@ static thrum_status run_rank(const bench_request *request, int64_t n, bench_run 
                              thrum_error *error) {
   thrum_model *model = NULL;
   thrum_status status = bench_model_beam(request->ranks[n], &model, error);
-  if (status >= 0)
-    status = run(request, model, rows, error);
+  THRUM_THEN(status, run(request, model, rows, error));
   bench_model_free(model);
   return status;
 }

@@ -57,8 +57,7 @@ int cmd_check(int argc, char **argv) {
   thrum_mesh mesh = {0};
   thrum_mesh_examined examined;
   thrum_status status = thrum_mesh_read(request.mesh_name, request.scale, &mesh, &error);
-  if (status >= 0)
-    status = thrum_mesh_examine(&mesh, &examined, &error);
+  THRUM_THEN(status, thrum_mesh_examine(&mesh, &examined, &error));
 
   unsigned flags = 0;
   if (status >= 0) {

@@ -111,15 +111,12 @@ int cmd_embed(int argc, char **argv) {
 
   // the output is checked before the long work
   thrum_status status = path_check_output(request.output, &error);
-  if (status >= 0)
-    status = named_model_load(request.model, request.quiet, &model, NULL, &error);
-  if (status >= 0)
-    status = embedded_surface_write(model, request.model, request.surface, request.scale,
-                                    request.quiet, &embed, &error);
+  THRUM_THEN(status, named_model_load(request.model, request.quiet, &model, NULL, &error));
+  THRUM_THEN(status, embedded_surface_write(model, request.model, request.surface, request.scale,
+                                            request.quiet, &embed, &error));
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
 
-  if (status >= 0)
-    status = thrum_embed_save(request.output, &embed.embedding, &error);
+  THRUM_THEN(status, thrum_embed_save(request.output, &embed.embedding, &error));
   if (status >= 0) {
     far = embedded_surface_warn(&embed.report, request.surface);
     if (request.json)

@@ -78,10 +78,8 @@ static int run_request(const experiments_request *request) {
 
   // a folder that cannot be used is found before hours of computing
   thrum_status status = folder_make(request->output, &error);
-  if (status >= 0)
-    status = load_bodies(request, bodies, &error);
-  if (status >= 0)
-    status = run_kind(request, bodies, &flagged, &error);
+  THRUM_THEN(status, load_bodies(request, bodies, &error));
+  THRUM_THEN(status, run_kind(request, bodies, &flagged, &error));
 
   for (int64_t n = 0; n < bodies->count; n++) {
     experiment_body_free(&bodies->bodies[n]);

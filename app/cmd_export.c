@@ -175,17 +175,15 @@ static thrum_status write_matrices(const thrum_model *model, const char *prefix,
   thrum_status status = thrum_model_fem_create(model, &body, error);
 
   // each matrix, and which row is which component
-  if (status >= 0)
-    status = thrum_matrix_market_write(note(files, "stiffness", prefix, ".K.mtx"), &body.stiffness,
-                                       "stiffness at rest of the free components [N/m]", error);
-  if (status >= 0)
-    status = thrum_matrix_market_write(note(files, "mass", prefix, ".M.mtx"), &body.mass,
-                                       body.kind == THRUM_MASS_LUMPED
-                                           ? "lumped mass of the free components [kg]"
-                                           : "consistent mass of the free components [kg]",
-                                       error);
-  if (status >= 0)
-    status = thrum_rows_write(note(files, "rows", prefix, ".rows.txt"), &body.fem, error);
+  THRUM_THEN(status,
+             thrum_matrix_market_write(note(files, "stiffness", prefix, ".K.mtx"), &body.stiffness,
+                                       "stiffness at rest of the free components [N/m]", error));
+  THRUM_THEN(status, thrum_matrix_market_write(note(files, "mass", prefix, ".M.mtx"), &body.mass,
+                                               body.kind == THRUM_MASS_LUMPED
+                                                   ? "lumped mass of the free components [kg]"
+                                                   : "consistent mass of the free components [kg]",
+                                               error));
+  THRUM_THEN(status, thrum_rows_write(note(files, "rows", prefix, ".rows.txt"), &body.fem, error));
 
   thrum_model_fem_free(&body);
   return status;

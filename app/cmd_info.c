@@ -452,8 +452,8 @@ static thrum_status measure_loads(info *about, thrum_error *error) {
     thrum_error_set(error, status, "no memory for the loads");
   for (int n = 0; n < about->load_count && status >= 0; n++)
     status = load_spec_fill(model, &about->loads[n], forces + (size_t)n * size, error);
-  if (status >= 0)
-    status = thrum_load_share_measure(model, about->load_count, forces, about->shares, error);
+  THRUM_THEN(status,
+             thrum_load_share_measure(model, about->load_count, forces, about->shares, error));
   free(forces);
   return status;
 }

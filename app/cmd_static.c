@@ -41,8 +41,7 @@ static thrum_status displaced(const thrum_model *model, const load_target *targe
   int32_t one = 0;
   thrum_error detail = {0};
   thrum_status status = load_target_find(model, target, &vertices, &count, &one, &detail);
-  if (status >= 0)
-    status = thrum_displacement_mean(model, vertices, count, q, mean, &detail);
+  THRUM_THEN(status, thrum_displacement_mean(model, vertices, count, q, mean, &detail));
   return status < 0 ? thrum_error_set(error, status, "--at: %s", detail.message) : status;
 }
 
@@ -91,13 +90,10 @@ static thrum_status write_q(const static_answer *answer, thrum_error *error) {
   thrum_file_writer writer = {0};
   const size_t size = thrum_npy_header_f8(header, answer->model->rank, 0);
   thrum_status status = thrum_file_writer_open(answer->request->output, &writer, error);
-  if (status >= 0)
-    status = thrum_file_writer_put(&writer, header, size, error);
-  if (status >= 0)
-    status = thrum_file_writer_put(&writer, answer->q,
-                                   (size_t)answer->model->rank * sizeof *answer->q, error);
-  if (status >= 0)
-    status = thrum_file_writer_commit(&writer, error);
+  THRUM_THEN(status, thrum_file_writer_put(&writer, header, size, error));
+  THRUM_THEN(status, thrum_file_writer_put(&writer, answer->q,
+                                           (size_t)answer->model->rank * sizeof *answer->q, error));
+  THRUM_THEN(status, thrum_file_writer_commit(&writer, error));
   thrum_file_writer_abandon(&writer);
   return status;
 }
@@ -108,8 +104,7 @@ static thrum_status write_frame(const static_answer *answer, thrum_error *error)
   if (field == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the frame");
   thrum_status status = thrum_displacement(model, answer->q, 0, model->vertex_count, field, error);
-  if (status >= 0)
-    status = vtu_write_whole(answer->request->frame, model, field, error);
+  THRUM_THEN(status, vtu_write_whole(answer->request->frame, model, field, error));
   free(field);
   return status;
 }
@@ -138,9 +133,8 @@ static thrum_status find(static_answer *answer, double *q, double *mode, thrum_e
   thrum_status status = request->path != NULL ? open_path(&file, error) : THRUM_OK;
   const static_progress progress = {request->path != NULL ? put_point : NULL, &file};
   const double began = clock_seconds();
-  if (status >= 0)
-    status = static_solve(answer->model, &request->def, request->model_path, request->loads,
-                          request->load_count, q, mode, &progress, &answer->report, error);
+  THRUM_THEN(status, static_solve(answer->model, &request->def, request->model_path, request->loads,
+                                  request->load_count, q, mode, &progress, &answer->report, error));
   answer->seconds = clock_seconds() - began;
   if (status >= 0 && request->path != NULL)
     status = close_path(&file, error);
@@ -191,8 +185,7 @@ static int run_request(const static_request *request) {
 
   thrum_status status = mesh_model_load(request->model_path, &request->mesh_def, request->quiet,
                                         &loaded, NULL, &error);
-  if (status >= 0)
-    status = model_truncate_to(loaded, request->rank, &lower, &answer.model, &error);
+  THRUM_THEN(status, model_truncate_to(loaded, request->rank, &lower, &answer.model, &error));
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
 
   // q, the mode of an instability and the extents of the basis
@@ -202,8 +195,7 @@ static int run_request(const static_request *request) {
     if (memory == NULL || answer.displaced == NULL)
       status = thrum_error_set(&error, THRUM_OUT_OF_MEMORY, "no memory for the answer");
   }
-  if (status >= 0)
-    status = answer_all(&answer, memory, &error);
+  THRUM_THEN(status, answer_all(&answer, memory, &error));
 
   // an instability on the way is flagged
   int code = COMMAND_DONE;

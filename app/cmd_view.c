@@ -118,11 +118,9 @@ static thrum_status write_page(const view_request *request, thrum_error *error) 
 
   // without the viewer's page there is nothing to precompute for
   thrum_status status = viewer_page_read(&page, error);
-  if (status >= 0)
-    status = view_archive_of_names(request->names, request->count, request->surface, request->quiet,
-                                   &archive, error);
-  if (status >= 0)
-    status = viewer_page_write(request->output, &page, &archive, error);
+  THRUM_THEN(status, view_archive_of_names(request->names, request->count, request->surface,
+                                           request->quiet, &archive, error));
+  THRUM_THEN(status, viewer_page_write(request->output, &page, &archive, error));
   view_archive_free(&archive);
   viewer_page_free(&page);
   return status;

@@ -47,8 +47,7 @@ thrum_status experiments_linear(const experiments_request *request,
                               .progress_context = &progress};
   thrum_status status = experiment_linear_run(&linear, error);
   config_progress_end(&progress, status >= 0);
-  if (status >= 0)
-    status = publish(request, &linear, error);
+  THRUM_THEN(status, publish(request, &linear, error));
   free(linear.results);
   return status;
 }

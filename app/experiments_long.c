@@ -102,8 +102,7 @@ thrum_status experiments_long(const experiments_request *request, const experime
     resume(&work);
   status = experiment_long_run(runs, error);
   config_progress_end(&work.progress, status >= 0);
-  if (status >= 0)
-    status = write_tables(&work, error);
+  THRUM_THEN(status, write_tables(&work, error));
 
   if (status >= 0) {
     const experiments_table table = {"long", "runs", experiment_long_rows(runs), columns};

@@ -67,8 +67,7 @@ thrum_status experiments_matrix(const experiments_request *request,
 
   thrum_status status = experiment_matrix_run(&matrix, runs, error);
   config_progress_end(&progress, status >= 0);
-  if (status >= 0)
-    status = publish(request, runs, count, flagged, error);
+  THRUM_THEN(status, publish(request, runs, count, flagged, error));
   experiment_runs_free(runs, count);
   return status;
 }

@@ -92,8 +92,7 @@ static thrum_status run_gmsh(temp_folder *temp, const mesh_tool_job *job,
   temp_folder_path(temp, "surface.msh", path);
   thrum_status status = thrum_surface_write_msh(path, surface, error);
   temp_folder_path(temp, "surface.geo", path);
-  if (status >= 0)
-    status = thrum_file_write_atomic(path, script, (size_t)length, error);
+  THRUM_THEN(status, thrum_file_write_atomic(path, script, (size_t)length, error));
   return status < 0 ? status : run(temp, words, end, error);
 }
 
@@ -118,8 +117,7 @@ static thrum_status run_tetgen(temp_folder *temp, const mesh_tool_job *job,
   thrum_status status = job->cavities && !seek
                             ? thrum_surface_cavities(surface, &holes, &hole_count, error)
                             : THRUM_OK;
-  if (status >= 0)
-    status = thrum_surface_write_smesh(path, surface, holes, hole_count, error);
+  THRUM_THEN(status, thrum_surface_write_smesh(path, surface, holes, hole_count, error));
   free(holes);
   return status < 0 ? status : run(temp, words, end, error);
 }

@@ -90,8 +90,7 @@ static int read_file(const config_command *command, const given_list *list, void
   config_file *file = (config_file *)(void *)((char *)request + given->option->field);
   thrum_error error = {0};
   thrum_status status = config_file_open(given->text, "options file", file, &error);
-  if (status >= 0)
-    status = config_file_apply(file, command, list->overridden, request);
+  THRUM_THEN(status, config_file_apply(file, command, list->overridden, request));
   file->error = NULL;
   return status < 0 ? config_refuse(&error) : COMMAND_DONE;
 }

@@ -122,8 +122,7 @@ static thrum_status read_row(thrum_text *text, const double *before, double row[
   thrum_status status = THRUM_OK;
   for (int n = 0; n < COLUMNS && status >= 0; n++)
     status = thrum_text_number(text, what[n], &row[n], error);
-  if (status >= 0)
-    status = thrum_text_finish(text, "the z column", error);
+  THRUM_THEN(status, thrum_text_finish(text, "the z column", error));
 
   // times ascend, and the first is not before the run begins
   if (status >= 0 && before == NULL && row[0] < 0)
@@ -223,8 +222,7 @@ thrum_status base_motion_read(base_motion_spec *base_motion, thrum_error *error)
     return THRUM_OK;
   THRUM_TRY(thrum_text_open(base_motion->text, '#', ',', &text, error));
   thrum_status status = read_rows(&text, &all, error);
-  if (status >= 0)
-    status = make_motion(&all, base_motion, error);
+  THRUM_THEN(status, make_motion(&all, base_motion, error));
   thrum_text_close(&text);
   free(all.values);
   return status;

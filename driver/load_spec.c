@@ -260,8 +260,7 @@ static thrum_status reduce_traction(const thrum_model *model, const int32_t *ver
   if (forces == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
   thrum_status status = thrum_traction_fill(model, vertices, count, traction, forces, NULL, error);
-  if (status >= 0)
-    status = thrum_load_add_field(model, forces, reduced, error);
+  THRUM_THEN(status, thrum_load_add_field(model, forces, reduced, error));
   free(forces);
   return status;
 }

@@ -108,7 +108,6 @@ thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool q
   request.options.fit = true;
   if (status >= 0 && !quiet)
     fprintf(stderr, "thrum: precomputing %s; kept in %s\n", text, file->cached);
-  if (status >= 0)
-    status = precompute_make(&request, NULL, &flagged, error);
+  THRUM_THEN(status, precompute_make(&request, NULL, &flagged, error));
   return status >= 0 ? thrum_model_load(file->cached, model, error) : status;
 }

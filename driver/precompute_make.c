@@ -199,8 +199,7 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   thrum_imported_basis imported = {0};
   thrum_status status = read_imported_basis(request, &imported, error);
   options.imported = request->import_basis ? &imported : NULL;
-  if (status >= 0)
-    status = thrum_precompute(mesh, fixed, &options, &result, error);
+  THRUM_THEN(status, thrum_precompute(mesh, fixed, &options, &result, error));
   thrum_imported_basis_free(&imported);
 
   config_progress_end(&progress, status >= 0);
@@ -214,10 +213,8 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
 
   // the model first: the modes are an extra
   const double writing = clock_seconds();
-  if (status >= 0)
-    status = save_model(request, mesh, &result, error);
-  if (status >= 0)
-    status = save_modes(request, &result, error);
+  THRUM_THEN(status, save_model(request, mesh, &result, error));
+  THRUM_THEN(status, save_modes(request, &result, error));
 
   // the caller shows the figures while the result is still there
   if (status >= 0) {
@@ -251,8 +248,7 @@ static thrum_status estimate_model(precompute_request *request, const uint8_t *f
   thrum_imported_basis imported = {0};
   thrum_status status = read_imported_basis(request, &imported, error);
   request->options.imported = request->import_basis ? &imported : NULL;
-  if (status >= 0)
-    status = precompute_dry_run(outcome, fixed, &outcome->flagged, error);
+  THRUM_THEN(status, precompute_dry_run(outcome, fixed, &outcome->flagged, error));
   thrum_imported_basis_free(&imported);
   return status;
 }
@@ -264,8 +260,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
 
   // a dry run writes nothing, so it needs no name
   thrum_status status = request->dry_run ? THRUM_OK : check_outputs(request, error);
-  if (status >= 0)
-    status = thrum_mesh_read(request->mesh_name, request->scale, &mesh, error);
+  THRUM_THEN(status, thrum_mesh_read(request->mesh_name, request->scale, &mesh, error));
   if (status < 0)
     return status;
 
@@ -284,12 +279,9 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld vertices",
                              (long long)mesh.vertex_count);
   }
-  if (status >= 0)
-    status = apply_material(request, &mesh, error);
-  if (status >= 0)
-    status = fix_vertices(request, &mesh, fixed, &outcome.fixed_count, error);
-  if (status >= 0)
-    status = find_handles(request, &mesh, handles, error);
+  THRUM_THEN(status, apply_material(request, &mesh, error));
+  THRUM_THEN(status, fix_vertices(request, &mesh, fixed, &outcome.fixed_count, error));
+  THRUM_THEN(status, find_handles(request, &mesh, handles, error));
 
   // a dry run stops at the estimate
   outcome.seconds_mesh = clock_seconds() - began;

@@ -41,8 +41,7 @@ static thrum_status make_skin(const thrum_model *model, render_mesh *shown, thru
   display_surface skin = {0};
   const int64_t rank = model->rank;
   thrum_status status = display_surface_make(model, &skin, error);
-  if (status >= 0)
-    status = allocate(skin.vertex_count, skin.triangle_count, rank, shown, error);
+  THRUM_THEN(status, allocate(skin.vertex_count, skin.triangle_count, rank, shown, error));
 
   // rows of the basis are copied in single precision, which drawing needs
   for (int64_t v = 0; v < skin.vertex_count && status >= 0; v++) {
@@ -111,16 +110,14 @@ thrum_status render_mesh_make(const thrum_model *model, const char *surface, ren
     status = embedded_surface_write(model, "", surface, 1, true, &embed, error);
     if (status >= 0)
       embedded_surface_warn(&embed.report, surface);
-    if (status >= 0)
-      status = take_embedding(model, &embed.embedding, surface, shown, error);
+    THRUM_THEN(status, take_embedding(model, &embed.embedding, surface, shown, error));
     thrum_embed_free(&embed);
     return status;
   }
 
   const thrum_embedding *loaded = NULL;
   status = thrum_embedding_load(surface, &loaded, error);
-  if (status >= 0)
-    status = take_embedding(model, loaded, surface, shown, error);
+  THRUM_THEN(status, take_embedding(model, loaded, surface, shown, error));
   thrum_embedding_free(loaded);
   return status;
 }

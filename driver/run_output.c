@@ -141,8 +141,7 @@ thrum_status run_output_frame(run_output *output, double time, const double base
   snprintf(name, sizeof name, RUN_FRAMES "/frame_%06" PRId64 ".vtu", output->frames);
   snprintf(path, sizeof path, "%s/%.40s", output->folder.work, name);
   thrum_status status = vtu_write(path, model, output->displacement, von_mises, time, error);
-  if (status >= 0)
-    status = pvd_add(&output->pvd, name, time, error);
+  THRUM_THEN(status, pvd_add(&output->pvd, name, time, error));
   output->frames += status >= 0;
   return status;
 }

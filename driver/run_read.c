@@ -66,8 +66,7 @@ static thrum_status read_times(const char *folder, recorded_run *run, thrum_erro
   while (status >= 0 && thrum_text_next_line(&text)) {
     double step = 0, time = 0;
     status = thrum_text_number(&text, "the step", &step, error);
-    if (status >= 0)
-      status = thrum_text_number(&text, "the time", &time, error);
+    THRUM_THEN(status, thrum_text_number(&text, "the time", &time, error));
     if (status >= 0 && (rows == run->rows || (rows > 0 && !(time > run->times[rows - 1]))))
       status = thrum_text_fail(&text, THRUM_BAD_VALUE, error,
                                "the times do not go with the %" PRId64 " rows of q.npy", run->rows);
@@ -174,8 +173,7 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
   // a body of a scene may be placed, and may move as a whole
   const cJSON *placement = cJSON_GetObjectItemCaseSensitive(object, "placement");
   const bool moves = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(placement, "free"));
-  if (status >= 0)
-    status = run_placement_read(path, object, &read.place, error);
+  THRUM_THEN(status, run_placement_read(path, object, &read.place, error));
   cJSON_Delete(object);
 
   // the series: coordinates, times and places
@@ -183,10 +181,8 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
     status = thrum_error_set(error, THRUM_MISSING,
                              "the model has no basis, so nothing can be "
                              "shown");
-  if (status >= 0)
-    status = read_q(path, &read, error);
-  if (status >= 0)
-    status = read_times(path, &read, error);
+  THRUM_THEN(status, read_q(path, &read, error));
+  THRUM_THEN(status, read_times(path, &read, error));
   path_text places;
   join(places, path, RUN_PLACEMENTS);
   if (status >= 0 && moves)

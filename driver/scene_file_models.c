@@ -36,8 +36,7 @@ static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *
   thrum_error detail = {0};
   thrum_status status =
       mesh_model_load(body->model, &def, quiet, &item->loaded, &item->file, &detail);
-  if (status >= 0)
-    status = file_hash(item->file.path, &item->hash, &detail);
+  THRUM_THEN(status, file_hash(item->file.path, &item->hash, &detail));
 
   if (status < 0)
     return config_record_refuse(&spec->file, &body->settings.at, "model", status, "%s",

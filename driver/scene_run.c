@@ -27,8 +27,7 @@ static thrum_status report(scene_run *run, double began, thrum_error *error) {
                    : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for " SCENE_JSON);
   free(text);
 
-  if (status >= 0)
-    status = run_folder_commit(&run->folder, error);
+  THRUM_THEN(status, run_folder_commit(&run->folder, error));
 
   // the object is shown where JSON was asked for, the table otherwise
   if (status >= 0 && run->request->json) {

@@ -39,8 +39,7 @@ static thrum_status add_load(scene_run *run, int32_t n, const load_spec *load, t
     given.field = field;
   }
 
-  if (status >= 0)
-    status = thrum_scene_add_load(run->scene, n, &given, error);
+  THRUM_THEN(status, thrum_scene_add_load(run->scene, n, &given, error));
   free(field);
   return status;
 }
@@ -55,8 +54,7 @@ static thrum_status add_loads(scene_run *run, int32_t n) {
     thrum_error detail = {0};
     load_spec *load = &request->loads[request->load_count];
     thrum_status status = load_spec_parse(texts->texts[l], load, &detail);
-    if (status >= 0)
-      status = add_load(run, n, load, &detail);
+    THRUM_THEN(status, add_load(run, n, load, &detail));
 
     if (status < 0)
       return config_record_refuse_text(&run->spec.file, &body->spec->settings.at, "loads", texts, l,
@@ -121,8 +119,8 @@ static thrum_status make_start(scene_run *run, scene_body_run *body, double *q, 
       thrum_scene_to_body(body->spec->rotation, start->load.vector, start->load.vector, NULL);
   }
 
-  if (status >= 0)
-    status = start_specs_make(scaled, request->starts, request->start_count, q, p, &detail);
+  THRUM_THEN(status,
+             start_specs_make(scaled, request->starts, request->start_count, q, p, &detail));
   free(memory);
   return status < 0 ? scene_run_refuse(run, &body->spec->settings.at, "start", status, &detail)
                     : THRUM_OK;
@@ -171,8 +169,8 @@ static thrum_status find_touch(const scene_run *run, const scene_body_run *body,
   load_target target;
   thrum_error detail = {0};
   thrum_status status = load_target_parse(body->spec->touch, "touch", &target, &detail);
-  if (status >= 0)
-    status = load_target_find(body->model, &target, &def->touch, &def->touch_count, one, &detail);
+  THRUM_THEN(status,
+             load_target_find(body->model, &target, &def->touch, &def->touch_count, one, &detail));
   return status < 0 ? scene_run_refuse(run, &body->spec->settings.at, "touch", status, &detail)
                     : THRUM_OK;
 }
@@ -242,8 +240,7 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
 
   // its state at the start and the part of it that others can touch
   thrum_status status = make_start(run, body, start, start + rank);
-  if (status >= 0)
-    status = name_surface(run, n, &def, &one);
+  THRUM_THEN(status, name_surface(run, n, &def, &one));
 
   // the scene copies what it needs, so the start can go
   if (status >= 0) {

@@ -14,17 +14,16 @@ thrum_status scene_run_base_motions(scene_run *run, thrum_error *error) {
     base_motion_spec *base_motion = &run->base_motions[n];
     thrum_error detail = {0};
     thrum_status status = base_motion_parse(texts->texts[n], base_motion, &detail);
-    if (status >= 0)
-      status = base_motion_read(base_motion, &detail);
+    THRUM_THEN(status, base_motion_read(base_motion, &detail));
 
     // counted as soon as it owns memory, so that closing frees it
     run->base_motion_count += status >= 0;
 
-    if (status >= 0)
-      status = base_motion->sine
+    THRUM_THEN(status,
+               base_motion->sine
                    ? thrum_scene_add_base_motion(run->scene, base_motion->amplitude,
                                                  &base_motion->course, &detail)
-                   : thrum_scene_add_base_motion_record(run->scene, &base_motion->motion, &detail);
+                   : thrum_scene_add_base_motion_record(run->scene, &base_motion->motion, &detail));
 
     if (status < 0)
       return config_record_refuse_text(&run->spec.file, &run->spec.settings.at, "base_motion",
@@ -93,10 +92,10 @@ thrum_status scene_run_probes(scene_run *run) {
 
     thrum_error detail = {0};
     thrum_status status = load_target_parse(probe->target, "at", &target, &detail);
-    if (status >= 0)
-      status = load_target_find(run->bodies[body].model, &target, &vertices, &count, &one, &detail);
-    if (status >= 0)
-      status = thrum_scene_add_probe(run->scene, probe->name, body, vertices, count, &detail);
+    THRUM_THEN(status, load_target_find(run->bodies[body].model, &target, &vertices, &count, &one,
+                                        &detail));
+    THRUM_THEN(status,
+               thrum_scene_add_probe(run->scene, probe->name, body, vertices, count, &detail));
 
     if (status < 0)
       return scene_run_refuse(run, &probe->at, "at", status, &detail);

@@ -73,8 +73,7 @@ static thrum_status look_at_loads(const simulate_request *request, const thrum_m
       forces[c] = 0;
 
     status = load_spec_fill(model, load, forces, error);
-    if (status >= 0)
-      status = thrum_monitor_look_at_load(m->monitor, model, forces, &m->record, error);
+    THRUM_THEN(status, thrum_monitor_look_at_load(m->monitor, model, forces, &m->record, error));
     if (status >= 0)
       m->load_share = fmax(m->load_share, m->record.load_share); // of NaN: the other
   }
@@ -96,8 +95,7 @@ thrum_status simulate_measures_open(const simulate_request *request, const thrum
   // the monitor is on by default, so it passes over a model that it cannot look at
   if (status >= 0 && request->monitor && model->tets != NULL && model->basis != NULL) {
     status = open_monitor(model, &m, error);
-    if (status >= 0)
-      status = look_at_loads(request, model, &m, error);
+    THRUM_THEN(status, look_at_loads(request, model, &m, error));
   }
 
   if (status < 0)

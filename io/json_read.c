@@ -266,8 +266,7 @@ static thrum_status read_members(reader *r, int64_t parent, char close) {
 
     // reading a value may move the nodes, so their address is taken afterwards
     int64_t child = -1;
-    if (status >= 0)
-      status = read_value(r, &child);
+    THRUM_THEN(status, read_value(r, &child));
     if (status < 0)
       return status;
 
@@ -362,8 +361,7 @@ thrum_status json_read(const char *name, const char *bytes, size_t length, json_
   int64_t root = -1;
   if (r.document.texts == NULL)
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "%.150s: out of memory", name);
-  if (status >= 0)
-    status = read_value(&r, &root);
+  THRUM_THEN(status, read_value(&r, &root));
 
   // a second value or a stray bracket behind the first is an error
   skip_blanks(&r);

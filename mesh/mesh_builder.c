@@ -322,8 +322,7 @@ static thrum_status take_list(thrum_mesh_builder *b, const char *name, const thr
                                name, list->name, (long long)list->numbers[i]);
   }
 
-  if (status >= 0)
-    status = thrum_mesh_add_group(mesh, list->name, vertices, list->count, b->error);
+  THRUM_THEN(status, thrum_mesh_add_group(mesh, list->name, vertices, list->count, b->error));
   free(vertices);
   return status;
 }

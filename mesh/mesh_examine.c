@@ -192,8 +192,7 @@ static thrum_status examine_surface(const thrum_mesh *mesh, thrum_mesh_examined 
   if (!on_surface)
     return no_memory(error);
   thrum_status status = thrum_mesh_find_faces(mesh, &faces, tets, error);
-  if (status >= 0)
-    status = measure_surface(mesh, &faces, on_surface, e, error);
+  THRUM_THEN(status, measure_surface(mesh, &faces, on_surface, e, error));
 
   // a tetrahedron with all corners on the surface has no interior
   for (int64_t t = 0; t < mesh->tet_count && status >= 0; t++) {

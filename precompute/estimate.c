@@ -200,12 +200,9 @@ thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fi
 
   // the matrices' patterns and the plan of the factor, without a number of either
   thrum_status status = thrum_fem_create(mesh, fixed, &fem, error);
-  if (status >= 0)
-    status = thrum_options_check_body(&asked, &fem, &free_body, error);
-  if (status >= 0)
-    status = thrum_fem_pattern(&fem, &stiffness, error);
-  if (status >= 0)
-    status = thrum_fem_mass(&fem, asked.mass, &stiffness, &mass, error);
+  THRUM_THEN(status, thrum_options_check_body(&asked, &fem, &free_body, error));
+  THRUM_THEN(status, thrum_fem_pattern(&fem, &stiffness, error));
+  THRUM_THEN(status, thrum_fem_mass(&fem, asked.mass, &stiffness, &mass, error));
   if (status >= 0 && !asked.imported)
     status = thrum_factor_plan(&stiffness, &factor, error);
 

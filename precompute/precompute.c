@@ -101,10 +101,8 @@ static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thru
 
   // memory is checked as soon as the plan tells the factor's size
   thrum_status status = thrum_factor_plan(&p->stiffness, &p->factor, error);
-  if (status >= 0)
-    status = check_memory(p, error);
-  if (status >= 0)
-    status = thrum_factor_compute(&p->stiffness, p->factor, error);
+  THRUM_THEN(status, check_memory(p, error));
+  THRUM_THEN(status, thrum_factor_compute(&p->stiffness, p->factor, error));
 
   if (p->rigid)
     thrum_support_springs_remove(&springs, &p->stiffness);
@@ -204,13 +202,10 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
                                            result->mode_omega2, p->candidates, reporter, error);
 
   // no mode may be missing, none may be a mechanism
-  if (status >= 0)
-    status = check_modes(p, error);
-  if (status >= 0)
-    status = thrum_eigen_residuals(&p->stiffness, &p->mass, k, result->mode_omega2, p->candidates,
-                                   result->mode_residual, error);
-  if (status >= 0)
-    status = check_mechanism(p, error);
+  THRUM_THEN(status, check_modes(p, error));
+  THRUM_THEN(status, thrum_eigen_residuals(&p->stiffness, &p->mass, k, result->mode_omega2,
+                                           p->candidates, result->mode_residual, error));
+  THRUM_THEN(status, check_mechanism(p, error));
   if (status >= 0 && p->options.keep_modes)
     status = keep_modes(p, error);
 
@@ -228,9 +223,8 @@ static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
       &p->fem, &p->mass, p->factor, p->options.handle_count, p->options.handles,
       p->candidates + k * n, p->result.mode_omega2 + k, error);
 
-  if (status >= 0)
-    status = thrum_derivatives(&p->fem, p->factor, shapes, p->candidates,
-                               p->candidates + shapes * n, reporter, error);
+  THRUM_THEN(status, thrum_derivatives(&p->fem, p->factor, shapes, p->candidates,
+                                       p->candidates + shapes * n, reporter, error));
 
   // the factor is the largest array of all, and it has served
   p->result.flops[THRUM_STAGE_derivatives] =
@@ -262,10 +256,8 @@ static thrum_status make_basis(pipeline *p, const thrum_reporter *reporter, thru
 static thrum_status run_basis(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   thrum_status status =
       thrum_model_fill_mesh(p->mesh, p->fixed, p->options.rank, &p->result.model, error);
-  if (status >= 0)
-    status = make_basis(p, reporter, error);
-  if (status >= 0)
-    status = thrum_model_fill_axis_mass(&p->fem, &p->result.model, error);
+  THRUM_THEN(status, make_basis(p, reporter, error));
+  THRUM_THEN(status, thrum_model_fill_axis_mass(&p->fem, &p->result.model, error));
   if (status >= 0 && p->rigid)
     status = thrum_model_fill_rigid(&p->fem, p->rigid, &p->result.model, error);
 
@@ -359,8 +351,7 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
   // all stages, with the number of threads that was asked for
   const thrum_threads before = thrum_threads_set(options->threads);
   thrum_status status = run_all(&p, error);
-  if (status >= 0)
-    status = thrum_model_check(&p.result.model, error);
+  THRUM_THEN(status, thrum_model_check(&p.result.model, error));
 
   // the libraries get their threads back, and the result is whole or nothing
   pipeline_free(&p);

@@ -63,8 +63,7 @@ thrum_status thrum_vega_basis_read(const char *path, thrum_imported_basis *impor
 
   // the whole file, whose header fits its size
   thrum_status status = thrum_file_read(path, &data, &size, error);
-  if (status >= 0)
-    status = basis_shape(path, data, size, &rows, &rank, &width, error);
+  THRUM_THEN(status, basis_shape(path, data, size, &rows, &rank, &width, error));
 
   // the columns of the file become rows of Thrum's layout
   double *basis =
@@ -274,8 +273,7 @@ thrum_status thrum_vega_cubic_read(const char *path, thrum_imported_basis *impor
 
   // the whole file, of the size that the rank says
   thrum_status status = thrum_file_read(path, &data, &size, error);
-  if (status >= 0)
-    status = check_sizes(path, data, size, r, error);
+  THRUM_THEN(status, check_sizes(path, data, size, r, error));
 
   if (status >= 0 &&
       (!(made.linear = thrum_allocate(r * r, sizeof(double), "the polynomial", error)) ||
@@ -284,8 +282,7 @@ thrum_status thrum_vega_cubic_read(const char *path, thrum_imported_basis *impor
     status = THRUM_OUT_OF_MEMORY;
 
   // the numbers start 16 bytes into a block of malloc, so they are aligned
-  if (status >= 0)
-    status = take_force(path, (const double *)((const char *)data + 16), &made, error);
+  THRUM_THEN(status, take_force(path, (const double *)((const char *)data + 16), &made, error));
 
   free(data);
   if (status < 0) {

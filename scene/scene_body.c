@@ -161,8 +161,7 @@ thrum_status thrum_scene_add_body(thrum_scene *scene, const thrum_scene_body_def
 
   // a body that cannot be made leaves the scene as it was
   thrum_status status = make_body(scene, def, body, error);
-  if (status >= 0)
-    status = scene_make_room(scene, scene->body_count + 1, error);
+  THRUM_THEN(status, scene_make_room(scene, scene->body_count + 1, error));
   if (status < 0) {
     free_body(scene, body);
     return status;

@@ -23,10 +23,8 @@ static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_st
     body->q[i] = body->p[i] = 0;
 
   thrum_status status = scene_state_make(derived->model, def, body->q, body->p, &state, error);
-  if (status >= 0)
-    status = scene_make_room(scene, scene->body_count, error);
-  if (status >= 0)
-    status = scene_touch_make(scene, body, derived, state, &touch, error);
+  THRUM_THEN(status, scene_make_room(scene, scene->body_count, error));
+  THRUM_THEN(status, scene_touch_make(scene, body, derived, state, &touch, error));
   if (status < 0) {
     free(state);
     scene_model_drop(scene, derived);

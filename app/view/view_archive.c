@@ -170,8 +170,7 @@ thrum_status view_archive_pack(const view_archive_model *models, int64_t count, 
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < count && status >= 0; n++)
     status = add_model(&data, list, &models[n], error);
-  if (status >= 0)
-    status = join(root, &data, archive, error);
+  THRUM_THEN(status, join(root, &data, archive, error));
   cJSON_Delete(root);
   free(data.bytes);
   return status;

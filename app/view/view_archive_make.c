@@ -69,9 +69,8 @@ static thrum_status pack_models(const char *const *names, int64_t count, const c
   }
 
   // the first one stands in the scene
-  if (status >= 0)
-    status = view_archive_pack(list.items, count, view_archive_scene_of_models(list.items), archive,
-                               error);
+  THRUM_THEN(status, view_archive_pack(list.items, count, view_archive_scene_of_models(list.items),
+                                       archive, error));
 
   for (int64_t n = 0; n < list.count; n++)
     thrum_model_free(list.items[n].model);
@@ -137,10 +136,8 @@ static thrum_status pack_scene(const char *path, bool quiet, view_archive *archi
 
   // a damping that the page leaves out is named once the archive is there
   thrum_status status = scene_run_read(run, error);
-  if (status >= 0)
-    status = scene_run_build(run, error);
-  if (status >= 0)
-    status = pack_run(run, archive, error);
+  THRUM_THEN(status, scene_run_build(run, error));
+  THRUM_THEN(status, pack_run(run, archive, error));
   if (status >= 0 && !quiet)
     warn_of_rest(&run->spec);
 

@@ -63,12 +63,20 @@ thrum_error_set(thrum_error *error, thrum_status status, const char *format, ...
 
 /* Returns from the caller when `call` fails: one line for a call whose failure the caller passes
  * on unchanged. A status above 0 is notable but not failed, so the caller goes on. A function that
- * has something to free keeps its status in a variable and leaves through one cleanup label. */
+ * has something to free keeps its status in a variable and goes on with THRUM_THEN. */
 #define THRUM_TRY(call)                                                                            \
   do {                                                                                             \
     const thrum_status try_status_ = (call);                                                       \
     if (try_status_ < 0)                                                                           \
       return try_status_;                                                                          \
+  } while (0)
+
+/* The next call of a chain that ends with something to free: skipped when a call before it failed,
+ * and `status` is what it returned otherwise. */
+#define THRUM_THEN(status, call)                                                                   \
+  do {                                                                                             \
+    if ((status) >= 0)                                                                             \
+      (status) = (call);                                                                           \
   } while (0)
 
 #ifdef __cplusplus

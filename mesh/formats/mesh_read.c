@@ -34,8 +34,7 @@ static thrum_status read_file(const char *path, thrum_mesh_parser *parse, thrum_
   void *data = NULL;
   size_t size = 0;
   thrum_status status = thrum_file_read(path, &data, &size, error);
-  if (status >= 0)
-    status = parse(path, data, size, mesh, error);
+  THRUM_THEN(status, parse(path, data, size, mesh, error));
   free(data);
   return status;
 }
@@ -62,9 +61,8 @@ static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error 
   }
 
   // the parser needs both texts at once, since tets name nodes
-  if (status >= 0)
-    status = thrum_mesh_parse_tetgen(names[0], data[0], size[0], names[1], data[1], size[1], mesh,
-                                     error);
+  THRUM_THEN(status, thrum_mesh_parse_tetgen(names[0], data[0], size[0], names[1], data[1], size[1],
+                                             mesh, error));
 
   for (int i = 0; i < 2; i++) {
     free(names[i]);
@@ -101,8 +99,7 @@ thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, t
   }
 
   // every source may repeat vertices or leave some unused
-  if (status >= 0)
-    status = thrum_mesh_clean(&read, name, scale, error);
+  THRUM_THEN(status, thrum_mesh_clean(&read, name, scale, error));
 
   return thrum_mesh_deliver(status, &read, mesh);
 }

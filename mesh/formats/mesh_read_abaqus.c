@@ -467,8 +467,8 @@ static thrum_status read_property(inp_reader *r, const inp_keyword *keyword) {
   thrum_status status;
   if (elastic) {
     status = thrum_text_number(&r->text, "Young's modulus", &material->values.young, r->error);
-    if (status >= 0)
-      status = thrum_text_number(&r->text, "Poisson's ratio", &material->values.poisson, r->error);
+    THRUM_THEN(status,
+               thrum_text_number(&r->text, "Poisson's ratio", &material->values.poisson, r->error));
     material->has_elastic = true;
   } else {
     status = thrum_text_number(&r->text, "the density", &material->values.density, r->error);
@@ -703,8 +703,7 @@ thrum_status thrum_mesh_parse_abaqus(const char *name, const void *data, size_t 
   inp_reader r = {.error = error, .text_size = (int64_t)size, .builder = {.error = error}};
   thrum_mesh read = {0};
   thrum_status status = thrum_text_view(name, data, size, 0, ',', &r.text, error);
-  if (status >= 0)
-    status = read_all(&r, &read);
+  THRUM_THEN(status, read_all(&r, &read));
 
   // what the reader gathered on the way
   for (int64_t s = 0; s < r.set_count; s++)

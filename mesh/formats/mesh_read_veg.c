@@ -626,8 +626,7 @@ thrum_status thrum_mesh_parse_veg(const char *name, const void *data, size_t siz
   r->error = r->builder.error = error;
   memcpy(copy, name, strlen(name) + 1);
   thrum_status status = open_first(r, copy, data, size);
-  if (status >= 0)
-    status = read_all(r, name, &read);
+  THRUM_THEN(status, read_all(r, name, &read));
 
   for (int i = 0; i < r->file_count; i++) {
     thrum_text_close(&r->files[i].text);

@@ -386,12 +386,10 @@ thrum_status thrum_mesh_parse_vtk(const char *name, const void *data, size_t siz
                                   thrum_error *error) {
   vtk_reader r = {.error = error, .place = THRUM_CELLS_OTHER};
   thrum_status status = thrum_text_view(name, data, size, 0, 0, &r.text, error);
-  if (status >= 0)
-    status = read_header(&r);
+  THRUM_THEN(status, read_header(&r));
   while (status >= 0 && thrum_text_next_line(&r.text))
     status = read_section(&r);
-  if (status >= 0)
-    status = thrum_cells_mesh(&r.cells, name, mesh, error);
+  THRUM_THEN(status, thrum_cells_mesh(&r.cells, name, mesh, error));
   thrum_cells_free(&r.cells);
   return status;
 }

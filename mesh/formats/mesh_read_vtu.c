@@ -475,10 +475,8 @@ thrum_status thrum_mesh_parse_vtu(const char *name, const void *data, size_t siz
 
   // appended arrays can be read only when the XML has told where they begin
   thrum_status status = parse_xml(&r);
-  if (status >= 0)
-    status = read_waiting(&r);
-  if (status >= 0)
-    status = thrum_cells_mesh(&r.cells, name, mesh, error);
+  THRUM_THEN(status, read_waiting(&r));
+  THRUM_THEN(status, thrum_cells_mesh(&r.cells, name, mesh, error));
 
   thrum_cells_free(&r.cells);
   free(r.waiting);

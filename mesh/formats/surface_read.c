@@ -48,8 +48,7 @@ thrum_status thrum_surface_mesh_read(const char *path, double scale, thrum_surfa
   thrum_status status = parse(path, data, size, &read, error);
   free(data);
 
-  if (status >= 0)
-    status = scale_vertices(path, scale, &read, error);
+  THRUM_THEN(status, scale_vertices(path, scale, &read, error));
 
   if (status < 0)
     thrum_surface_mesh_free(&read);

@@ -219,8 +219,7 @@ thrum_status thrum_surface_parse_obj(const char *name, const void *data, size_t 
   thrum_status status = thrum_text_view(name, data, size, '#', 0, &r.text, error);
   while (status >= 0 && next_statement(&r))
     status = read_statement(&r);
-  if (status >= 0)
-    status = check_indices(&r);
+  THRUM_THEN(status, check_indices(&r));
 
   free(r.corners);
   if (status < 0)

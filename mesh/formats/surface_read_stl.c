@@ -173,8 +173,7 @@ thrum_status thrum_surface_parse_stl(const char *name, const void *data, size_t 
                                      thrum_surface_mesh *surface, thrum_error *error) {
   stl_reader r = {.error = error, .builder = {.error = error}};
   thrum_status status = thrum_text_view(name, data, size, 0, 0, &r.text, error);
-  if (status >= 0)
-    status = read_stl(&r, data, size);
+  THRUM_THEN(status, read_stl(&r, data, size));
   if (status >= 0 && r.builder.made.triangle_count == 0)
     status = thrum_text_fail(&r.text, THRUM_MISSING, error, "there are no facets in the file");
 

@@ -205,10 +205,10 @@ static thrum_status diagonalise(pca *p, double *basis, thrum_error *error) {
 
   // U^T K U = X diag(w^2) X^T
   thrum_status status = thrum_reduced_stiffness(p->fem, rank, basis, p->small, error);
-  if (status >= 0)
-    status = thrum_lapack_status(
-        LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'V', 'U', r, p->small, r, p->values), THRUM_NOT_CONVERGED,
-        "the frequencies of the basis did not converge", error);
+  THRUM_THEN(status,
+             thrum_lapack_status(
+                 LAPACKE_dsyev(LAPACK_ROW_MAJOR, 'V', 'U', r, p->small, r, p->values),
+                 THRUM_NOT_CONVERGED, "the frequencies of the basis did not converge", error));
 
   // U becomes U X, in place
   const int64_t rows = 3 * p->fem->vertex_count;
@@ -235,8 +235,7 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
   normalise(p, candidates);
   thrum_status status =
       thrum_mass_orthonormalise(p->mass, p->count, p->q, TOLERANCE, &span, p->work, error);
-  if (status >= 0)
-    status = thrum_report(reporter, 0.5, error);
+  THRUM_THEN(status, thrum_report(reporter, 0.5, error));
 
   // the span limits the rank
   if (status >= 0 && p->rank > span)
@@ -244,8 +243,7 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
                              "rank %lld is more than the candidates span: they have rank %lld; "
                              "lower --rank or raise --modes",
                              (long long)p->rank, (long long)span);
-  if (status >= 0)
-    status = decompose(p, candidates, span, error);
+  THRUM_THEN(status, decompose(p, candidates, span, error));
   if (status < 0)
     return status;
 
@@ -275,8 +273,7 @@ thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t
            .count = k + k * (k + 1) / 2,
            .rank = rank};
   thrum_status status = pca_allocate(&p, error);
-  if (status >= 0)
-    status = build(&p, omega2, candidates, basis, reporter, error);
+  THRUM_THEN(status, build(&p, omega2, candidates, basis, reporter, error));
   if (status >= 0)
     *orthonormality = orthonormality_of(&p, basis);
   pca_free(&p);

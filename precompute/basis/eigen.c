@@ -95,8 +95,8 @@ static thrum_status lanczos_iterate(lanczos *l, const thrum_sparse *mass, thrum_
 
     // the count of solves is not known beforehand: creep towards 1
     solves++;
-    if (status >= 0)
-      status = thrum_report(reporter, 1 - exp(-(double)solves / (1.5 * l->vectors)), error);
+    THRUM_THEN(status,
+               thrum_report(reporter, 1 - exp(-(double)solves / (1.5 * l->vectors)), error));
   }
 
   // an end is no success yet
@@ -206,13 +206,11 @@ thrum_status thrum_eigen_lowest(const thrum_sparse *stiffness, const thrum_spars
     start_vector(l.n, l.resid);
     status = lanczos_iterate(&l, mass, factor, reporter, error);
   }
-  if (status >= 0)
-    status = lanczos_extract(&l, values, vectors, error);
+  THRUM_THEN(status, lanczos_extract(&l, values, vectors, error));
 
   // refined beyond Lanczos, and with a sign and an order that depend on nothing else
   lanczos_free(&l);
-  if (status >= 0)
-    status = thrum_eigen_refine(mass, factor, count, REFINEMENTS, values, vectors, error);
+  THRUM_THEN(status, thrum_eigen_refine(mass, factor, count, REFINEMENTS, values, vectors, error));
   if (status >= 0)
     thrum_eigen_canonicalise(n, count, values, 1e-10 * values[count - 1], vectors, 1, n);
   return status;

@@ -86,8 +86,7 @@ thrum_status thrum_handle_responses(const thrum_fem *fem, const thrum_sparse *ma
   for (int64_t h = 0; h < count && status >= 0; h++) {
     double *x = responses + 3 * h * n;
     status = fill_forces(fem, &handles[h], force, error);
-    if (status >= 0)
-      status = thrum_factor_solve(factor, force, 3, x, error);
+    THRUM_THEN(status, thrum_factor_solve(factor, force, 3, x, error));
     for (int axis = 0; axis < 3 && status >= 0; axis++)
       omega2[3 * h + axis] = normalise(fem, mass, force + axis * n, x + axis * n, force + 3 * n);
   }

@@ -221,10 +221,8 @@ thrum_status thrum_imported_basis_fill(const thrum_fem *fem, const thrum_mesh *m
     for (int64_t j = 0; j < r; j++)
       change[i * r + j] = i == j;
   thrum_status status = take_rows(fem, mesh, imported, basis, error);
-  if (status >= 0)
-    status = work_allocate(&w, error);
-  if (status >= 0)
-    status = change_basis(&w, rigid_dual, basis, change, figures, error);
+  THRUM_THEN(status, work_allocate(&w, error));
+  THRUM_THEN(status, change_basis(&w, rigid_dual, basis, change, figures, error));
   work_free(&w);
   return status;
 }

@@ -107,8 +107,7 @@ static thrum_status solve_all(const thrum_fem *fem, thrum_factor *factor, int64_
     }
 
     status = thrum_factor_solve(factor, block, width, block, error);
-    if (status >= 0)
-      status = thrum_report(reporter, (double)(first + width) / (double)total, error);
+    THRUM_THEN(status, thrum_report(reporter, (double)(first + width) / (double)total, error));
   }
   return status;
 }

@@ -184,8 +184,7 @@ thrum_status thrum_mode_search(const thrum_sparse *stiffness, const thrum_sparse
   *recovered = 0;
   *next = INFINITY;
   thrum_status status = search_allocate(&s, error);
-  if (status >= 0)
-    status = search_all(&s, values, vectors, recovered, next, error);
+  THRUM_THEN(status, search_all(&s, values, vectors, recovered, next, error));
   search_free(&s);
   return status;
 }

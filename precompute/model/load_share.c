@@ -155,8 +155,7 @@ thrum_status thrum_load_share_measure(const thrum_model *model, int64_t count, c
 
   meter m = {.model = model};
   thrum_status status = thrum_threads_ready(1, error);
-  if (status >= 0)
-    status = thrum_model_fem_create(model, &m.body, error);
+  THRUM_THEN(status, thrum_model_fem_create(model, &m.body, error));
 
   const int64_t n = m.body.fem.free_count;
 

@@ -94,14 +94,10 @@ thrum_status thrum_model_fem_create(const thrum_model *model, thrum_model_fem *b
   thrum_status status = thrum_model_borrow_mesh(model, &made.mesh, error);
 
   // the mass is found by trying; the stiffness is that at rest
-  if (status >= 0)
-    status = thrum_fem_create(&made.mesh, model->fixed, &made.fem, error);
-  if (status >= 0)
-    status = thrum_fem_pattern(&made.fem, &made.stiffness, error);
-  if (status >= 0)
-    status = make_mass(&made, model, error);
-  if (status >= 0)
-    status = thrum_fem_stiffness(&made.fem, NULL, &made.stiffness, error);
+  THRUM_THEN(status, thrum_fem_create(&made.mesh, model->fixed, &made.fem, error));
+  THRUM_THEN(status, thrum_fem_pattern(&made.fem, &made.stiffness, error));
+  THRUM_THEN(status, make_mass(&made, model, error));
+  THRUM_THEN(status, thrum_fem_stiffness(&made.fem, NULL, &made.stiffness, error));
   if (status >= 0)
     *body = made;
   else

@@ -142,8 +142,7 @@ thrum_status experiment_strike(const experiment_body *body, double impulse, doub
     for (int64_t i = 0; i < model->rank; i++)
       force[i] = strength * body->push[i];
     status = thrum_state_set_force(model, state, force, error);
-    if (status >= 0)
-      status = thrum_step(model, state, error);
+    THRUM_THEN(status, thrum_step(model, state, error));
   }
   return status >= 0 ? thrum_state_set_force(model, state, NULL, error) : status;
 }
@@ -161,8 +160,7 @@ static thrum_status swing(const experiment_body *body, double impulse, double dt
   *peak = 0;
   for (double time = 0; status >= 0 && time < SWING_SECONDS; time += dt) {
     status = thrum_step(body->model, state, error);
-    if (status >= 0)
-      status = thrum_state_get(body->model, state, q, NULL, error);
+    THRUM_THEN(status, thrum_state_get(body->model, state, q, NULL, error));
     if (status >= 0)
       *peak = fmax(*peak, experiment_body_amplitude(body, q));
   }

@@ -54,8 +54,7 @@ static thrum_status run_half(const experiment_extreme_case *run, thrum_state *st
     const double began = clock_thread_seconds();
     status = thrum_step(body->model, state, &result->stop);
     *seconds += clock_thread_seconds() - began;
-    if (status >= 0)
-      status = look(body, state, loaded, seen, result, &result->stop);
+    THRUM_THEN(status, look(body, state, loaded, seen, result, &result->stop));
   }
   return status;
 }
@@ -86,8 +85,7 @@ thrum_status experiment_extreme_run(const experiment_extreme_case *run,
   double seconds = 0;
   const int64_t half = (run->steps + 1) / 2;
   status = run_half(run, state, true, half, seen, &made, &seconds);
-  if (status >= 0)
-    status = run_half(run, state, false, run->steps - half, seen, &made, &seconds);
+  THRUM_THEN(status, run_half(run, state, false, run->steps - half, seen, &made, &seconds));
   made.status = status < 0 ? status : THRUM_OK;
   made.report = thrum_state_report_get(state);
   made.us_per_step = 1e6 * seconds / (double)made.report.steps;

@@ -74,10 +74,8 @@ static thrum_status make_tet(const experiment_extreme *extreme, thrum_mesh *mesh
   thrum_mesh made = {0};
   thrum_status status =
       thrum_mesh_parse_medit("one tetrahedron", text, sizeof text - 1, &made, error);
-  if (status >= 0)
-    status = thrum_mesh_clean(&made, "one tetrahedron", extreme->size[0], error);
-  if (status >= 0)
-    status = thrum_mesh_add_group(&made, "apex", &last, 1, error);
+  THRUM_THEN(status, thrum_mesh_clean(&made, "one tetrahedron", extreme->size[0], error));
+  THRUM_THEN(status, thrum_mesh_add_group(&made, "apex", &last, 1, error));
   if (status >= 0) {
     *mesh = made;
   } else {
@@ -133,8 +131,7 @@ static thrum_status reduce(const experiment_extreme *extreme, thrum_mesh *mesh,
     mesh->materials[n] = extreme->material;
   mesh->has_material = true;
   thrum_status status = hold(extreme, mesh, fixed, error);
-  if (status >= 0)
-    status = thrum_precompute(mesh, fixed, &options, made, error);
+  THRUM_THEN(status, thrum_precompute(mesh, fixed, &options, made, error));
   free(fixed);
   return status;
 }

@@ -33,20 +33,16 @@ static thrum_status follow(const experiment_extreme *extreme, experiment_scheme 
   if (status >= 0 && made.status < 0)
     status = thrum_error_set(error, made.status, "%s", made.refusal.message);
   const thrum_state_def def = experiment_scheme_def(scheme, made.dt);
-  if (status >= 0)
-    status = thrum_state_create(made.body.model, &def, &state, error);
+  THRUM_THEN(status, thrum_state_create(made.body.model, &def, &state, error));
   for (int64_t i = 0; status >= 0 && i < made.body.model->rank; i++)
     q[i] = made.force * made.body.push[i];
-  if (status >= 0)
-    status = thrum_state_set_force(made.body.model, state, q, error);
+  THRUM_THEN(status, thrum_state_set_force(made.body.model, state, q, error));
   for (int64_t n = 0; n < steps && status >= 0; n++) {
     const int64_t rank = made.body.model->rank;
     if (n == (steps + 1) / 2)
       status = thrum_state_set_force(made.body.model, state, NULL, error);
-    if (status >= 0)
-      status = thrum_step(made.body.model, state, error);
-    if (status >= 0)
-      status = thrum_state_get(made.body.model, state, q, NULL, error);
+    THRUM_THEN(status, thrum_step(made.body.model, state, error));
+    THRUM_THEN(status, thrum_state_get(made.body.model, state, q, NULL, error));
     for (int axis = 0; axis < 3 && status >= 0; axis++) {
       double sum = 0;
       for (int64_t i = 0; i < rank; i++)

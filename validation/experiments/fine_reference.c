@@ -29,8 +29,7 @@ static thrum_status follow(const experiment_body *body, double impulse,
   for (int64_t k = 0; k < at->count && status >= 0; k++) {
     for (int n = 0; n < finer && k > 0 && status >= 0; n++)
       status = thrum_step(model, state, error);
-    if (status >= 0)
-      status = thrum_state_get(model, state, q + k * model->rank, NULL, error);
+    THRUM_THEN(status, thrum_state_get(model, state, q + k * model->rank, NULL, error));
   }
   thrum_state_destroy(state);
   return status;
@@ -46,10 +45,10 @@ thrum_status experiment_reference_make(const experiment_body *body, double impul
   thrum_status status = reference->q == NULL || coarse == NULL
                             ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory")
                             : THRUM_OK;
-  if (status >= 0)
-    status = follow(body, impulse, reference, EXPERIMENT_REFERENCE_FINER, reference->q, error);
-  if (status >= 0)
-    status = follow(body, impulse, reference, EXPERIMENT_REFERENCE_FINER / 2, coarse, error);
+  THRUM_THEN(status,
+             follow(body, impulse, reference, EXPERIMENT_REFERENCE_FINER, reference->q, error));
+  THRUM_THEN(status,
+             follow(body, impulse, reference, EXPERIMENT_REFERENCE_FINER / 2, coarse, error));
 
   // order 2: the coarse run is off by four times the error of the fine one
   experiment_deviation sums = {0, 0};

@@ -251,10 +251,8 @@ static thrum_status time_all(const experiment_body *body, experiment_linear_resu
       t == NULL || numbers == NULL
           ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory")
           : experiment_impulse(body, AMPLITUDE, def.dt, &impulse, &reached, error);
-  if (status >= 0)
-    status = thrum_state_create(model, &def, &t->state, error);
-  if (status >= 0)
-    status = experiment_kick(body, impulse, t->state, &energy, error);
+  THRUM_THEN(status, thrum_state_create(model, &def, &t->state, error));
+  THRUM_THEN(status, experiment_kick(body, impulse, t->state, &energy, error));
   if (status >= 0) {
     t->model = model;
     t->q = numbers;

@@ -92,8 +92,7 @@ static thrum_status run_window(const experiment_long_case *run, thrum_state *sta
     for (; step < until && status >= 0; step++)
       status = thrum_step(model, state, &made->stop);
     *seconds += clock_thread_seconds() - began;
-    if (status >= 0)
-      status = thrum_state_energies(model, state, &energies, &made->stop);
+    THRUM_THEN(status, thrum_state_energies(model, state, &energies, &made->stop));
     if (status < 0)
       return status;
 

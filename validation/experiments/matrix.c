@@ -106,8 +106,7 @@ static thrum_status advance(experiment_run *run, thrum_state *state, int64_t ste
     for (int64_t i = 0; i < model->rank; i++)
       force[i] = strength * run->body->push[i];
     status = thrum_state_set_force(model, state, force, error);
-    if (status >= 0)
-      status = thrum_step(model, state, error);
+    THRUM_THEN(status, thrum_step(model, state, error));
   }
   *seconds += clock_thread_seconds() - began;
   return status;
@@ -154,8 +153,8 @@ static thrum_status perform(const experiment_matrix *matrix, experiment_run *run
     const int64_t until = step + stride < steps ? step + stride : steps;
     status = advance(run, state, step, until, &seconds, &run->stop);
     step = until;
-    if (status >= 0)
-      status = record(run, state, (double)step * run->dt, &run->rows[run->row_count], &run->stop);
+    THRUM_THEN(status,
+               record(run, state, (double)step * run->dt, &run->rows[run->row_count], &run->stop));
     run->row_count += status >= 0 && !run->lost;
   }
 
@@ -295,8 +294,7 @@ thrum_status experiment_matrix_run(const experiment_matrix *matrix, experiment_r
   work.progress_begin = 0.5;
   pool.count = count > 0 ? count / matrix->dt_count / schemes : 0;
   pool.task = run_group;
-  if (status >= 0)
-    status = thrum_thread_pool_run(&pool, error);
+  THRUM_THEN(status, thrum_thread_pool_run(&pool, error));
   free(work.forces);
   return status;
 }

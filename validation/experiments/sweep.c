@@ -107,8 +107,7 @@ static thrum_status run_energy(const experiment_sweep_case *run, int64_t ticks, 
 
     // the last tenth gives the change of the mean energy
     double difference = 0;
-    if (status >= 0)
-      status = look(run, at.state, &difference, made, &made->stop);
+    THRUM_THEN(status, look(run, at.state, &difference, made, &made->stop));
     if (status >= 0 && 10 * at.ticks >= 9 * ticks) {
       late_sum += difference;
       late_count++;

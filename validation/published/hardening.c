@@ -46,8 +46,7 @@ static thrum_status measure(const thrum_model *model, double amplitude, double *
   for (; status >= 0 && q[0] > 0 && step < 10000; step++) {
     before = q[0];
     status = thrum_step(model, state, error);
-    if (status >= 0)
-      status = thrum_state_get(model, state, q, NULL, error);
+    THRUM_THEN(status, thrum_state_get(model, state, q, NULL, error));
   }
   thrum_state_destroy(state);
   const double quarter = def.dt * ((double)step - 1 + before / (before - q[0]));

@@ -59,14 +59,12 @@ static thrum_status full_tip(const thrum_model *model, bool gravity, double load
   if (forces == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the full order");
   thrum_status status = thrum_model_group(model, "right", &vertices, &count, error);
-  if (status >= 0)
-    status = thrum_full_create(model, NULL, &def, &full, error);
+  THRUM_THEN(status, thrum_full_create(model, NULL, &def, &full, error));
   if (status >= 0 && gravity)
     thrum_full_add_gravity(full, (const double[3]){0, 0, load}, forces);
   for (int64_t n = 0; status >= 0 && !gravity && n < count; n++)
     forces[3 * vertices[n] + 2] = load / (double)count;
-  if (status >= 0)
-    status = thrum_full_rest(full, forces, NULL, &found, error);
+  THRUM_THEN(status, thrum_full_rest(full, forces, NULL, &found, error));
   if (status >= 0) {
     u += components;
     thrum_full_get(full, u, NULL);
@@ -179,18 +177,15 @@ thrum_status published_gravity_beam(const published_sink *sink, thrum_error *err
       double load[THRUM_RANK_MAX] = {0}, up[THRUM_RANK_MAX], q[THRUM_RANK_MAX];
       thrum_status status =
           thrum_load_add_gravity(&made.model, (const double[3]){0, 0, -2}, load, error);
-      if (status >= 0)
-        status = face_force(&made.model, 2, up, error);
-      if (status >= 0)
-        status = rest(&made.model, load, q, error);
+      THRUM_THEN(status, face_force(&made.model, 2, up, error));
+      THRUM_THEN(status, rest(&made.model, load, q, error));
       if (status >= 0)
         published_add(sink, "gravity_beam", cases[n].name, body.mesh, cells, cases[n].tip,
                       1e3 * product(&made.model, up, q));
 
       // the same mesh unreduced
       double tip = 0;
-      if (status >= 0)
-        status = full_tip(&made.model, true, -2, &tip, error);
+      THRUM_THEN(status, full_tip(&made.model, true, -2, &tip, error));
       if (status >= 0)
         published_add(sink, "gravity_beam", cases[n].full, body.mesh, cells, cases[n].tip,
                       1e3 * tip);

@@ -56,8 +56,7 @@ static thrum_status tumble(const thrum_model *model, thrum_full_scheme scheme, k
   def.tolerance = 1e-13;
 
   thrum_status status = thrum_full_create(model, NULL, &def, &full, error);
-  if (status >= 0)
-    status = throw(model, full, error);
+  THRUM_THEN(status, throw(model, full, error));
   *furthest = (kept){1, 1, 1};
   if (status >= 0)
     thrum_full_momentum(full, linear[0], angular[0]);

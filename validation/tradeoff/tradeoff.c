@@ -359,11 +359,9 @@ static thrum_status run_setting(void *context, int64_t index, thrum_error *error
   bool whole = false;
 
   thrum_status status = samples_make(space->model->rank, &samples, error);
-  if (status >= 0)
-    status = step_script(problem, space, &def, &samples, &seconds, &whole, error);
+  THRUM_THEN(status, step_script(problem, space, &def, &samples, &seconds, &whole, error));
 
-  if (status >= 0)
-    status = judge_frequencies(space, &def, run, error);
+  THRUM_THEN(status, judge_frequencies(space, &def, run, error));
 
   // an energy far above that of the tight run is that of no motion under this load
   if (status >= 0) {
@@ -450,8 +448,7 @@ static thrum_status judge_reference(solution *s, thrum_error *error) {
   double seconds;
   bool whole = false;
   thrum_status status = samples_make(space->model->rank, &samples, error);
-  if (status >= 0)
-    status = step_script(s->problem, space, &def, &samples, &seconds, &whole, error);
+  THRUM_THEN(status, step_script(s->problem, space, &def, &samples, &seconds, &whole, error));
   s->result.full_error = status >= 0 && whole
                              ? against(space->model->rank, &samples, &space->tight).displacement
                              : NAN;
@@ -494,16 +491,11 @@ thrum_status tradeoff_solve(const tradeoff_problem *problem, tradeoff_result *re
                              problem->time);
 
   // each stage needs the one before it
-  if (status >= 0)
-    status = make_spaces(&s, error);
-  if (status >= 0)
-    status = run_pool(&s, "tight runs", s.result.basis_count, run_tight, error);
-  if (status >= 0)
-    status = judge_reference(&s, error);
-  if (status >= 0)
-    status = plan_runs(&s, error);
-  if (status >= 0)
-    status = run_pool(&s, "settings", s.result.run_count, run_setting, error);
+  THRUM_THEN(status, make_spaces(&s, error));
+  THRUM_THEN(status, run_pool(&s, "tight runs", s.result.basis_count, run_tight, error));
+  THRUM_THEN(status, judge_reference(&s, error));
+  THRUM_THEN(status, plan_runs(&s, error));
+  THRUM_THEN(status, run_pool(&s, "settings", s.result.run_count, run_setting, error));
 
   if (status >= 0) {
     mark_front(&s.result);

@@ -116,10 +116,8 @@ thrum_status tradeoff_reference_make(const tradeoff_problem *problem, tradeoff_r
     status = made.mass_u != NULL ? fields_make(all, &f, error) : THRUM_OUT_OF_MEMORY;
   }
 
-  if (status >= 0)
-    status = thrum_full_create(problem->model, NULL, &def, &full, error);
-  if (status >= 0)
-    status = step_all(problem, full, &f, &made, error);
+  THRUM_THEN(status, thrum_full_create(problem->model, NULL, &def, &full, error));
+  THRUM_THEN(status, step_all(problem, full, &f, &made, error));
 
   thrum_full_free(full);
   free(f.memory);
