@@ -141,7 +141,7 @@ static thrum_status check_counts(const thrum_state *header, thrum_error *error) 
       spurious->halvings > THRUM_HALVINGS_MOST || spurious->quiet < 0 ||
       spurious->quiet > THRUM_WAIT_MOST || spurious->wait < 0 || spurious->wait > THRUM_WAIT_MOST)
     return refuse("plan of the energy integrator", error);
-  if (header->past_count < 0 || header->past_count > THRUM_PAST_SOLVES ||
+  if (header->unused != 0 || header->past_count < 0 || header->past_count > THRUM_PAST_SOLVES ||
       header->inverse_place < 0 || header->inverse_place >= THRUM_INVERSES)
     return refuse("place of a past solve", error);
   return THRUM_OK;

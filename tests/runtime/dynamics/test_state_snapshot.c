@@ -272,6 +272,34 @@ static void numbers_that_no_state_has_are_refused(void **context) {
   close_run(&f);
 }
 
+/* Whatever fields a state has or gets: no eight bytes of its header take a NaN of either sign. As
+ * an integer the one is beyond any counter, and the other ends in a negative choice. The scheme and
+ * the numbers of modes in the report are filled in when it is asked for. */
+static void no_place_of_the_header_takes_the_bits_of_a_nan(void **context) {
+  (void)context;
+  fixture f;
+  const thrum_state_def def = make_def(THRUM_INTEGRATOR_IMEXV);
+  open_run(&f, &def);
+  const uint64_t nan_bits[] = {UINT64_C(0x7ff8000000000001), UINT64_C(0xfff8000000000001)};
+  const size_t size = thrum_state_kept_bytes(f.state);
+  unsigned char *inside = malloc(size);
+  assert_non_null(inside);
+
+  for (size_t at = 0; at < sizeof(thrum_state); at += sizeof nan_bits[0]) {
+    bool taken = at < offsetof(thrum_state, report.scheme) ||
+                 at >= offsetof(thrum_state, report.residual_last);
+    for (int sign = 0; sign < 2; sign++) {
+      memcpy(inside, f.state, size);
+      memcpy(inside + at, &nan_bits[sign], sizeof nan_bits[sign]);
+      taken = taken && thrum_state_copy_check(&f.m.model, f.state, inside, NULL) >= 0;
+    }
+    if (taken)
+      fail_msg("the bytes of the header from %zu on take a NaN", at);
+  }
+  free(inside);
+  close_run(&f);
+}
+
 static void null_and_small_memory_are_refused(void **context) {
   (void)context;
   fixture f;
@@ -298,6 +326,7 @@ int main(void) {
       cmocka_unit_test(other_versions_and_byte_orders_are_refused_by_name),
       cmocka_unit_test(a_snapshot_of_another_def_or_rank_is_refused),
       cmocka_unit_test(numbers_that_no_state_has_are_refused),
+      cmocka_unit_test(no_place_of_the_header_takes_the_bits_of_a_nan),
       cmocka_unit_test(null_and_small_memory_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
