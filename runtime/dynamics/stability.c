@@ -62,8 +62,7 @@
 #define MOTION_KNOWN 2.0        /* times the largest motion lately: a step beyond looks ahead, */
 #define FIRST_STEPS 8           /* and so do the first ones */
 #define FOLLOW 2e-5             /* error by damping from which on the reference follows */
-#define DAMPING_ERROR 0.05      /* share of the dissipated energy that B may err by, */
-#define DAMPING_ERROR_MOST 0.2  /* and its largest value */
+#define DAMPING_ERROR 0.05      /* share of the dissipated energy that B may err by */
 #define MEMORY 256.0            /* steps for which dissipation is remembered */
 #define FALLEN 0.25             /* of the energy at the switch: imexv returns below it */
 #define ENERGY_LEAST 1e-300     /* [J]; the balance of smaller energies is rounding */
@@ -270,8 +269,7 @@ static void examine_end(const thrum_model *model, const thrum_state *state, thru
   const double error = found.energy - expected;
   const double modified =
       error - found.modified_energy + report->modified_energy + report->modified_energy_change;
-  const double allowed = fmin(DAMPING_ERROR * (state->monitor.recent + fabs(step->dissipated)),
-                              DAMPING_ERROR_MOST * scale);
+  const double allowed = DAMPING_ERROR * (state->monitor.recent + fabs(step->dissipated));
   const bool kept = scale < ENERGY_LEAST || (fabs(error) <= 4.0 * ERROR_URGENT * scale + allowed &&
                                              fabs(modified) <= ERROR_URGENT * scale + allowed);
   report->spoilt = report->spoilt || !kept;
@@ -394,7 +392,7 @@ static urgency enter_energy(thrum_state *state, const thrum_solve_report *report
   m->scale = fmax(m->scale, report->energy_scale);
   const double scale = scale_now(m);
   const double error = modified - m->modified_reference;
-  const double allowed = fmin(DAMPING_ERROR * m->recent, DAMPING_ERROR_MOST * scale);
+  const double allowed = DAMPING_ERROR * m->recent;
   state->report.balance_last =
       scale > 0.0 ? fmax(-THRUM_MONITOR_MOST, fmin(error / scale, THRUM_MONITOR_MOST)) : 0.0;
   if (scale > 0.0)

@@ -20,9 +20,9 @@
 #include "runtime/dynamics/scheme_change.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-#define NUMBER_HIGH 1.6  /* above it modes leave the explicit set, */
-#define NUMBER_GOOD 1.4  /* until the number is below this */
-#define NUMBER_QUIET 1.1 /* all modes return after a quiet time below this */
+#define NUMBER_HIGH 1.6 /* above it modes leave the explicit set, */
+#define NUMBER_GOOD                                                                                \
+  1.4 /* until the number is below this, below which a quiet time brings all back */
 
 /* view->direction = v/|v| of the first n modes. v all zero: starts with weight on the highest. */
 static void normalise(const thrum_state *state, thrum_state_view *view, int32_t n, double *v) {
@@ -128,7 +128,7 @@ static thrum_status look_for_return(const thrum_model *model, thrum_state *state
     return THRUM_OK;
 
   // the quiet time is over: it counts from here again
-  const bool quiet = monitor->quiet_peak < NUMBER_QUIET;
+  const bool quiet = monitor->quiet_peak < NUMBER_GOOD;
   monitor->quiet_peak = 0.0;
   monitor->quiet_end = state->report.steps + THRUM_QUIET_STEPS;
   if (!quiet)
