@@ -1,5 +1,5 @@
-/* The report of `thrum check` on a mesh, as a table and as JSON. SPDX-License-Identifier:
- * Apache-2.0 */
+/* The report of `thrum check` on a mesh, as a table and as JSON.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "app/check_report.h"
 
 #include <cjson/cJSON.h>

@@ -1,5 +1,5 @@
-/* `thrum export`: what a model holds, in the formats of other programs. SPDX-License-Identifier:
- * Apache-2.0 */
+/* `thrum export`: what a model holds, in the formats of other programs.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
 
 #include "app/cmd.h"

@@ -1,6 +1,6 @@
 /* `thrum static`: where a body comes to rest under a load. The search is the runtime's
- * (thrum/equilibrium.h); here it is asked for, shown and written. SPDX-License-Identifier:
- * Apache-2.0 */
+ * (thrum/equilibrium.h); here it is asked for, shown and written.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,8 +18,7 @@
 #include "platform/interrupt.h"
 #include "thrum/displacement.h"
 
-/* --- the path, as it is found -------------------------------------------------------------------
- */
+/* --- the path, as it is found ----------------------------------------------------------------- */
 
 typedef struct path_file {
   const static_request *request;
@@ -82,8 +81,7 @@ static thrum_status close_path(path_file *file, thrum_error *error) {
   return status;
 }
 
-/* --- the answer's files -------------------------------------------------------------------------
- */
+/* --- the answer's files ----------------------------------------------------------------------- */
 
 static thrum_status write_q(const static_answer *answer, thrum_error *error) {
   unsigned char header[192];

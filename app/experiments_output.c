@@ -1,5 +1,5 @@
-/* The files and the JSON object that all kinds of experiments share. SPDX-License-Identifier:
- * Apache-2.0 */
+/* The files and the JSON object that all kinds of experiments share.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
 
 #include "app/experiments.h"

@@ -1,6 +1,6 @@
 /* The programs that fill a closed surface with tetrahedra: Gmsh and TetGen, where they are
- * installed. They are run as programs of their own, never linked. SPDX-License-Identifier:
- * Apache-2.0 */
+ * installed. They are run as programs of their own, never linked.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_APP_MESH_TOOL_H
 #define THRUM_APP_MESH_TOOL_H
 

@@ -1,5 +1,5 @@
-/* The folder of results of `thrum experiments` and `thrum tradeoff`. SPDX-License-Identifier:
- * Apache-2.0 */
+/* The folder of results of `thrum experiments` and `thrum tradeoff`.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "app/results.h"
 
 #include <errno.h>

@@ -29,8 +29,7 @@ int config_rows(const config_option *table, config_row rows[CONFIG_OPTION_MAX]) 
   return spread(table, 0, rows, 0);
 }
 
-/* --- messages ----------------------------------------------------------------------------------
- */
+/* --- messages --------------------------------------------------------------------------------- */
 
 /* "imexv, newmark or energy" */
 static void join_names(const char *const *names, char *text, size_t size) {
@@ -139,8 +138,7 @@ thrum_status config_given_wrong(const config_given *given) {
   return refuse(given, THRUM_BAD_VALUE, line);
 }
 
-/* --- values ------------------------------------------------------------------------------------
- */
+/* --- values ----------------------------------------------------------------------------------- */
 
 static bool in_range(const config_option *o, double value) {
   if (o->least == 0 && o->most == 0)

@@ -212,8 +212,7 @@ typedef struct config_row {
 /* Spreads a table out, without headings; returns the number of rows. */
 int config_rows(const config_option *table, config_row rows[CONFIG_OPTION_MAX]);
 
-/* --- values ------------------------------------------------------------------------------------
- */
+/* --- values ----------------------------------------------------------------------------------- */
 
 /* Fails with "wants ..., not ...", with the row's `wants`, or what its kind and range say. */
 thrum_status config_given_wrong(const config_given *given);
@@ -240,8 +239,7 @@ thrum_status config_given_apply(const config_given *given, void *record);
 /* "a number above 0 s"; "imexv, newmark or energy" */
 const char *config_wants(const config_option *option, char *text, size_t size);
 
-/* --- commands ----------------------------------------------------------------------------------
- */
+/* --- commands --------------------------------------------------------------------------------- */
 
 /* Reads argv by the command's table into a request, which holds the defaults; optind is then the
  * first argument that is no option. An options file, where the table has one, comes first; an
@@ -254,8 +252,7 @@ int config_options_read(const config_command *command, int argc, char **argv, vo
 int config_one_argument(const char *command, const char *what, int argc, char **argv,
                         const char **value);
 
-/* --- files -------------------------------------------------------------------------------------
- */
+/* --- files ------------------------------------------------------------------------------------ */
 
 /* Reads a JSON file, or `length` bytes of one (`name` stands in messages); `what` it is: "scene
  * file". `name` and `error` must stay as long as the file. config_file_free frees it, whatever came
@@ -293,8 +290,7 @@ config_record_refuse_text(const config_file *file, const config_record *record, 
 const json_node *config_record_member(const config_file *file, const config_record *record,
                                       const char *key);
 
-/* --- what is made of the tables ----------------------------------------------------------------
- */
+/* --- what is made of the tables --------------------------------------------------------------- */
 
 /* The JSON schema (draft 7) of a file. Keys of records are written with '_', of commands with '-'.
  */

@@ -12,8 +12,7 @@
 
 #define EXITS "0 done, 1 refused, 2 usage"
 
-/* --- texts -------------------------------------------------------------------------------------
- */
+/* --- texts ------------------------------------------------------------------------------------ */
 
 __attribute__((format(printf, 3, 4))) static void append(char *text, size_t size,
                                                          const char *format, ...) {
@@ -112,8 +111,7 @@ static void visit(const config_option *table, const visitor *v) {
   }
 }
 
-/* --- help --------------------------------------------------------------------------------------
- */
+/* --- help ------------------------------------------------------------------------------------- */
 
 static int help_column;
 
@@ -171,8 +169,7 @@ void config_print_help(const config_command *command) {
   printf("\nexit codes: %s\n", command->exits != NULL ? command->exits : EXITS);
 }
 
-/* --- Markdown ----------------------------------------------------------------------------------
- */
+/* --- Markdown --------------------------------------------------------------------------------- */
 
 /* A cell of a table: '|' ends it, and '<' and '*' mean something. */
 static void print_cell(const char *text) {
@@ -263,8 +260,7 @@ void config_print_keys(const char *title, const config_option *keys) {
       config_print_keys(rows[n].option->name, rows[n].option->keys);
 }
 
-/* --- manual page -------------------------------------------------------------------------------
- */
+/* --- manual page ------------------------------------------------------------------------------ */
 
 static void print_troff(const char *text, int length) {
   if (length > 0 && (text[0] == '.' || text[0] == '\''))
@@ -322,8 +318,7 @@ void config_print_man(const config_command *command) {
   printf(".fi\n.PP\nExit codes: %s.\n", command->exits != NULL ? command->exits : EXITS);
 }
 
-/* --- completion --------------------------------------------------------------------------------
- */
+/* --- completion ------------------------------------------------------------------------------- */
 
 void config_print_completion(const config_command *command) {
   config_row rows[CONFIG_OPTION_MAX];

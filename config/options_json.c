@@ -29,8 +29,7 @@ typedef struct reading {
   int64_t items; /* of repeated options, so far */
 } reading;
 
-/* --- files -------------------------------------------------------------------------------------
- */
+/* --- files ------------------------------------------------------------------------------------ */
 
 void config_file_free(config_file *file) {
   json_free(&file->document);
@@ -105,8 +104,7 @@ static bool is_beside(const config_option *option, const char *folder, const cha
          (colon != NULL && colon > text && is_there(folder, text, (size_t)(colon - text)));
 }
 
-/* --- messages ----------------------------------------------------------------------------------
- */
+/* --- messages --------------------------------------------------------------------------------- */
 
 /* Both spellings of a key, dry-run and dry_run, are one. */
 static bool same_key(const char *a, const char *b) {
@@ -202,8 +200,7 @@ static const config_row *find_row(const reading *r, const json_node *member) {
   return NULL;
 }
 
-/* --- values ------------------------------------------------------------------------------------
- */
+/* --- values ----------------------------------------------------------------------------------- */
 
 /* 30.0 and 3e1 are whole numbers in JSON. */
 static const char *whole_text(config_file *file, const char *text) {

@@ -78,8 +78,7 @@ thrum_status base_motion_parse(const char *text, base_motion_spec *base_motion,
   return THRUM_OK;
 }
 
-/* --- files --------------------------------------------------------------------------------------
- */
+/* --- files ------------------------------------------------------------------------------------ */
 
 /* Whether the present line names columns, and whether those are of positions. */
 static thrum_status read_head(thrum_text *text, bool *names, bool *positions, thrum_error *error) {
@@ -233,8 +232,7 @@ void base_motion_close(base_motion_spec *base_motion) {
   base_motion->memory = NULL;
 }
 
-/* --- both kinds ---------------------------------------------------------------------------------
- */
+/* --- both kinds ------------------------------------------------------------------------------- */
 
 void base_motions_mean(const base_motion_spec *base_motions, int64_t count, int64_t step, double dt,
                        double mean[3]) {

@@ -1,5 +1,5 @@
-/* The skin of a mesh or an embedded surface as one kind of arrays. SPDX-License-Identifier:
- * Apache-2.0 */
+/* The skin of a mesh or an embedded surface as one kind of arrays.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/render_mesh.h"
 
 #include <stdlib.h>

@@ -7,8 +7,7 @@
 #include "driver/shared_options.h"
 #include "thrum/thrum.h"
 
-/* --- what holds without a key ------------------------------------------------------------------
- */
+/* --- what holds without a key ----------------------------------------------------------------- */
 
 static void begin_body(void *item, const void *in) {
   const scene_spec *scene = in;
@@ -37,8 +36,7 @@ static void begin_obstacle(void *item, const void *in) {
   };
 }
 
-/* --- values that are more than a number, a text or a list --------------------------------------
- */
+/* --- values that are more than a number, a text or a list ------------------------------------- */
 
 /* The quaternion of the rotation by `angle` [degrees] about `axis`; false for an axis of no length.
  */
@@ -132,8 +130,7 @@ static thrum_status check_base_motion(const char *text, thrum_error *error) {
   return base_motion_parse(text, &base_motion, error);
 }
 
-/* --- tables ------------------------------------------------------------------------------------
- */
+/* --- tables ----------------------------------------------------------------------------------- */
 
 #define NUMBERS(count)                                                                             \
   "{\"type\":\"array\",\"items\":{\"type\":\"number\"},\"minItems\":" count ",\"maxItems\":" count \

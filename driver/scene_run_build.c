@@ -9,8 +9,7 @@
 #include "mesh/formats/mesh_read.h"
 #include "platform/allocate.h"
 
-/* --- loads -------------------------------------------------------------------------------------
- */
+/* --- loads ------------------------------------------------------------------------------------ */
 
 /* A load on the engine: its vector is still in world axes. */
 static thrum_status add_load(scene_run *run, int32_t n, const load_spec *load, thrum_error *error) {
@@ -79,8 +78,7 @@ static void note_gravity(const scene_run *run, scene_body_run *body) {
   thrum_scene_to_body(body->spec->rotation, g, load->vector, NULL);
 }
 
-/* --- starts ------------------------------------------------------------------------------------
- */
+/* --- starts ----------------------------------------------------------------------------------- */
 
 /* The whole model as the body has it: scaled, with its mesh and basis; *memory is the caller's. */
 static thrum_status scale_whole(const scene_body_run *body, void **memory,
@@ -126,8 +124,7 @@ static thrum_status make_start(scene_run *run, scene_body_run *body, double *q, 
                     : THRUM_OK;
 }
 
-/* --- bodies ------------------------------------------------------------------------------------
- */
+/* --- bodies ----------------------------------------------------------------------------------- */
 
 static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_error *error) {
   const scene_spec *spec = &run->spec;

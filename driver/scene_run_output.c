@@ -18,8 +18,7 @@ static thrum_status write_failed(const scene_run *run, const char *name, thrum_e
                          run->folder.path, name, strerror(reason), thrum_file_hint(reason));
 }
 
-/* --- opening -----------------------------------------------------------------------------------
- */
+/* --- opening ---------------------------------------------------------------------------------- */
 
 /* The model with the stiffness and density that the body has, for stresses. */
 static bool scale_material(scene_body_run *body) {
@@ -113,8 +112,7 @@ thrum_status scene_run_open(scene_run *run, thrum_error *error) {
   return open_probes(run, error);
 }
 
-/* --- rows --------------------------------------------------------------------------------------
- */
+/* --- rows ------------------------------------------------------------------------------------- */
 
 thrum_status scene_run_record_probes(scene_run *run, int64_t step, double time,
                                      thrum_error *error) {
@@ -135,8 +133,7 @@ thrum_status scene_run_record_probes(scene_run *run, int64_t step, double time,
   return done ? THRUM_OK : write_failed(run, SCENE_PROBES, error);
 }
 
-/* --- the end -----------------------------------------------------------------------------------
- */
+/* --- the end ---------------------------------------------------------------------------------- */
 
 /* Where the body stands in its scene, besides the figures of a run. */
 static cJSON *placement_json(const scene_run *run, const scene_body_run *body) {

@@ -25,8 +25,7 @@ bool scene_spec_is_named(const char *path) {
   return stat(path, &status) != 0 || !S_ISDIR(status.st_mode);
 }
 
-/* --- names -------------------------------------------------------------------------------------
- */
+/* --- names ------------------------------------------------------------------------------------ */
 
 /* A name that can be a folder or a column. */
 static bool is_name(const char *text) {
@@ -93,8 +92,7 @@ static thrum_status check_names(scene_spec *spec) {
   return THRUM_OK;
 }
 
-/* --- records -----------------------------------------------------------------------------------
- */
+/* --- records ---------------------------------------------------------------------------------- */
 
 static thrum_status check_body(const scene_spec *spec, const scene_body_spec *body) {
   const config_record *at = &body->settings.at;
@@ -180,8 +178,7 @@ static thrum_status check(scene_spec *spec) {
   return THRUM_OK;
 }
 
-/* --- files -------------------------------------------------------------------------------------
- */
+/* --- files ------------------------------------------------------------------------------------ */
 
 /* The defaults of a scene. */
 static void begin_scene(scene_spec *spec) {

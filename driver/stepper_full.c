@@ -19,8 +19,7 @@ typedef struct full_stepper {
   int64_t fallback_steps;
 } full_stepper;
 
-/* --- opening -----------------------------------------------------------------------------------
- */
+/* --- opening ---------------------------------------------------------------------------------- */
 
 static thrum_full_def def_of(const simulate_request *request) {
   static const thrum_full_scheme schemes[] = {
@@ -115,8 +114,7 @@ static thrum_status add_starts(full_stepper *self, thrum_error *error) {
   return thrum_full_set(self->body, u, self->speed, error);
 }
 
-/* --- stepping ----------------------------------------------------------------------------------
- */
+/* --- stepping --------------------------------------------------------------------------------- */
 
 static thrum_status set_force(full_stepper *self, int64_t step, thrum_error *error) {
   const int64_t size = self->loads.size;
@@ -155,8 +153,7 @@ static int64_t steps(const void *stepper) {
   return thrum_full_report_get(self->body).steps;
 }
 
-/* --- reading -----------------------------------------------------------------------------------
- */
+/* --- reading ---------------------------------------------------------------------------------- */
 
 static thrum_status energies(void *stepper, int32_t body, thrum_energies *energies_of,
                              thrum_error *error) {

@@ -18,8 +18,7 @@ typedef struct reduced_stepper {
   int64_t fallback_steps;
 } reduced_stepper;
 
-/* --- opening -----------------------------------------------------------------------------------
- */
+/* --- opening ---------------------------------------------------------------------------------- */
 
 static thrum_status reduce_loads(reduced_stepper *self, thrum_error *error) {
   static const double still[3] = {0};
@@ -61,8 +60,7 @@ static thrum_status set_start(reduced_stepper *self, thrum_error *error) {
   return thrum_state_get(self->model, self->state, self->loads.before, NULL, error);
 }
 
-/* --- stepping ----------------------------------------------------------------------------------
- */
+/* --- stepping --------------------------------------------------------------------------------- */
 
 /* The mean force of all loads and of the base over a step. */
 static thrum_status set_force(reduced_stepper *self, int64_t step, thrum_error *error) {
@@ -99,8 +97,7 @@ static int64_t steps(const void *stepper) {
   return thrum_state_report_get(self->state).steps;
 }
 
-/* --- reading -----------------------------------------------------------------------------------
- */
+/* --- reading ---------------------------------------------------------------------------------- */
 
 static thrum_status energies(void *stepper, int32_t body, thrum_energies *found,
                              thrum_error *error) {
@@ -173,8 +170,7 @@ thrum_status driver_stepper_reduced(const simulate_request *request, const thrum
   return set_start(self, error);
 }
 
-/* --- warnings ----------------------------------------------------------------------------------
- */
+/* --- warnings --------------------------------------------------------------------------------- */
 
 /* A free body has no coordinates for what moves it as a whole. */
 static void warn_free(const simulate_request *request) {

@@ -96,8 +96,7 @@ static const void *values_of(const vtu_grid *grid, int64_t n, int64_t first, int
   }
 }
 
-/* --- numbers -----------------------------------------------------------------------------------
- */
+/* --- numbers ---------------------------------------------------------------------------------- */
 
 static void put_number(FILE *file, vtu_type type, const void *values, int64_t n) {
   char text[THRUM_NUMBER_TEXT];
@@ -147,8 +146,7 @@ static void put_values(FILE *file, const vtu_grid *grid, int64_t n, bool raw) {
   }
 }
 
-/* --- XML ---------------------------------------------------------------------------------------
- */
+/* --- XML -------------------------------------------------------------------------------------- */
 
 /* Writes a name so that it can stand inside quotes of XML. */
 static void put_escaped(FILE *file, const char *name) {

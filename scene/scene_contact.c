@@ -165,8 +165,7 @@ thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body,
   return status;
 }
 
-/* --- pulls -------------------------------------------------------------------------------------
- */
+/* --- pulls ------------------------------------------------------------------------------------ */
 
 /* The body and slot of a pull in use. */
 static thrum_status find_pull(const thrum_scene *scene, int32_t number, scene_body **body,

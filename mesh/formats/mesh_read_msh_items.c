@@ -24,8 +24,7 @@ static thrum_status check_items(msh_reader *r, const char *what, int64_t items, 
                          (long long)items, what, (long long)found);
 }
 
-/* --- nodes --------------------------------------------------------------------------------------
- */
+/* --- nodes ------------------------------------------------------------------------------------ */
 
 /* Reads coordinates, behind which parameters may stand. */
 static thrum_status read_position(msh_reader *r, bool parametric, int64_t parameters,
@@ -95,8 +94,7 @@ thrum_status thrum_msh_nodes(msh_reader *r, bool parametric) {
   return check_items(r, "nodes", items, r->builder.vertex_count);
 }
 
-/* --- elements -----------------------------------------------------------------------------------
- */
+/* --- elements --------------------------------------------------------------------------------- */
 
 /* The dimension of each type of element, -1 where it is unknown, and the number of its nodes, 0 for
  * solids but tets. */

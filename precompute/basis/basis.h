@@ -1,5 +1,5 @@
-/* The basis U from linear modes and modal derivatives, design 2. SPDX-License-Identifier:
- * Apache-2.0 */
+/* The basis U from linear modes and modal derivatives, design 2.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_BASIS_BASIS_H
 #define THRUM_PRECOMPUTE_BASIS_BASIS_H
 

@@ -1,6 +1,5 @@
-/* Places where a user will pull, and how the body answers there. SPDX-License-Identifier:
- * Apache-2.0
- */
+/* Places where a user will pull, and how the body answers there.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_BASIS_HANDLES_H
 #define THRUM_PRECOMPUTE_BASIS_HANDLES_H
 

@@ -1,5 +1,5 @@
-/* A basis and a polynomial made elsewhere, brought into Thrum's form. SPDX-License-Identifier:
- * Apache-2.0 */
+/* A basis and a polynomial made elsewhere, brought into Thrum's form.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_BASIS_IMPORTED_BASIS_H
 #define THRUM_PRECOMPUTE_BASIS_IMPORTED_BASIS_H
 

@@ -189,8 +189,7 @@ void thrum_full_free(thrum_full *full) {
   free(full);
 }
 
-/* --- state --------------------------------------------------------------------------------------
- */
+/* --- state ------------------------------------------------------------------------------------ */
 
 thrum_status thrum_full_set(thrum_full *full, const double *u, const double *v,
                             thrum_error *error) {

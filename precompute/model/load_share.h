@@ -1,5 +1,5 @@
-/* Measures what of a load a model's basis cannot show, design 10. SPDX-License-Identifier:
- * Apache-2.0 */
+/* Measures what of a load a model's basis cannot show, design 10.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_MODEL_LOAD_SHARE_H
 #define THRUM_PRECOMPUTE_MODEL_LOAD_SHARE_H
 

@@ -1,5 +1,5 @@
-/* The arrays of a freshly precomputed model, one heap block each. SPDX-License-Identifier:
- * Apache-2.0 */
+/* The arrays of a freshly precomputed model, one heap block each.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_MODEL_MODEL_FILL_H
 #define THRUM_PRECOMPUTE_MODEL_MODEL_FILL_H
 

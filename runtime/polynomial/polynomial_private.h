@@ -10,8 +10,7 @@
 #include "runtime/polynomial/packed.h"
 #include "thrum/polynomial.h"
 
-/* --- V by a given kernel: see thrum/polynomial.h ------------------------------------------------
- */
+/* --- V by a given kernel: see thrum/polynomial.h ---------------------------------------------- */
 double thrum_strain_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                               double *work);
 double thrum_internal_force_by(const thrum_kernel *by, const thrum_model *model, const double *q,

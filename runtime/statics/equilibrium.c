@@ -45,8 +45,7 @@ thrum_equilibrium_def thrum_default_equilibrium_def(void) {
   return def;
 }
 
-/* --- workspace ----------------------------------------------------------------------------------
- */
+/* --- workspace -------------------------------------------------------------------------------- */
 
 static size_t round_up(size_t doubles) {
   const size_t lane = ALIGNMENT / sizeof(double);
@@ -129,8 +128,7 @@ static thrum_status check_arguments(const thrum_model *model, const thrum_equili
   return THRUM_OK;
 }
 
-/* --- the path -----------------------------------------------------------------------------------
- */
+/* --- the path --------------------------------------------------------------------------------- */
 
 /* A path that is followed; the last accepted equilibrium lies in s.q and s.rate. */
 typedef struct path {
@@ -348,8 +346,7 @@ static bool follow(path *p) {
   return true;
 }
 
-/* --- the linear estimate ------------------------------------------------------------------------
- */
+/* --- the linear estimate ---------------------------------------------------------------------- */
 
 /* matrix_ij /= omega_i omega_j; returns its largest entry. */
 static double divide_by_omega(const thrum_search *s, double *matrix) {
@@ -396,8 +393,7 @@ static double linear_estimate(thrum_search *s) {
   return fabs(thrum_symmetric_least(s->tangent, s->n, s->spare)) < LINEAR ? -1.0 / least : NAN;
 }
 
-/* --- all of it ----------------------------------------------------------------------------------
- */
+/* --- all of it -------------------------------------------------------------------------------- */
 
 /* Fills the report, the mode and q from the last equilibrium. */
 static void finish(path *p, double *q, double *mode) {

@@ -1,7 +1,6 @@
 /* Runs are exported as glTF, vertex caches and .obj: each holds X + U q of the run's own q, in
- * single precision; the surface is closed and has the body's volume. SPDX-License-Identifier:
- * Apache-2.0
- */
+ * single precision; the surface is closed and has the body's volume.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

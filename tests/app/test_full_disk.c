@@ -1,8 +1,8 @@
 /* Tests of commands that cannot write: the disk is full, the folder cannot be written to, a folder
  * stands in place of a file, or Ctrl-C comes at any moment. Each command names the file in one
  * line, and leaves what was there before or whole files, never half of one. A limit on the file
- * size stands for the full disk, as writes then fail in the same places. SPDX-License-Identifier:
- * Apache-2.0 */
+ * size stands for the full disk, as writes then fail in the same places.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>

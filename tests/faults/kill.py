@@ -4,8 +4,9 @@
 usage: kill.py PROGRAM [--kills N]
 
 After each kill the earlier result or the new one must be there, whole, with the user's own file beside it once the next one
-has been written. Prints how often each was found, and exits with 1 at the first that is neither. SPDX-License-Identifier:
-Apache-2.0
+has been written. Prints how often each was found, and exits with 1 at the first that is neither.
+
+SPDX-License-Identifier: Apache-2.0
 """
 import argparse
 import collections

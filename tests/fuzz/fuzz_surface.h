@@ -1,5 +1,5 @@
-/* The use that every fuzz target of a surface reader makes of its surface. SPDX-License-Identifier:
- * Apache-2.0 */
+/* The use that every fuzz target of a surface reader makes of its surface.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_TESTS_FUZZ_FUZZ_SURFACE_H
 #define THRUM_TESTS_FUZZ_FUZZ_SURFACE_H
 

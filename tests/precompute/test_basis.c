@@ -1,7 +1,6 @@
 /* The basis against its definition, design 2: the dominant directions of the weighted candidates,
- * found here by the method of snapshots with weights written out. SPDX-License-Identifier:
- * Apache-2.0
- */
+ * found here by the method of snapshots with weights written out.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
 #include <lapacke.h>

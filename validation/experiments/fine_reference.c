@@ -1,9 +1,8 @@
 /* The reference of an error in time: `energy` at a step far below those compared.
  *
  * The scheme is of order 2, so the run with twice the step is off by four times as much, and a
- * third of the difference of the two is the error of the finer one. SPDX-License-Identifier:
- * Apache-2.0
- */
+ * third of the difference of the two is the error of the finer one.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "validation/experiments/fine_reference.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* The cost of contact: medians of the time of a step of a free model by itself, with contact far
- * from the floor, and while it touches.   thrum_contact_cost free.npz SPDX-License-Identifier:
- * Apache-2.0 */
+ * from the floor, and while it touches.   thrum_contact_cost free.npz
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
 #include <stdlib.h>
 

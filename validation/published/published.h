@@ -70,8 +70,7 @@ double published_frequency_of(const thrum_precomputed *result,
 void published_add(const published_sink *sink, const char *problem, const char *quantity,
                    const char *mesh, double size, double published, double computed);
 
-/* --- known solutions ----------------------------------------------------------------------------
- */
+/* --- known solutions -------------------------------------------------------------------------- */
 
 /* Angular frequency n (from 1) of a clamped-free Timoshenko beam with E = rho = length = 1, square
  * or rectangular section of this thickness, nu = 0, shear factor 5/6. */
@@ -84,8 +83,7 @@ void published_elastica_tip(double load, double *deflection, double *shortening)
 /* Frequency of q'' + q + e q^3 = 0 at amplitude 1 over that of e = 0. */
 double published_duffing(double e);
 
-/* --- models made of polynomials -----------------------------------------------------------------
- */
+/* --- models made of polynomials --------------------------------------------------------------- */
 
 #define VERIFY_RANK_MAX 8
 

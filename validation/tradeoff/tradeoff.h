@@ -100,8 +100,7 @@ int64_t tradeoff_choose(const tradeoff_result *result, double error, double cost
 /* The runs as comma-separated values, one row for each. */
 void tradeoff_csv(FILE *stream, const tradeoff_result *result);
 
-/* --- inside -------------------------------------------------------------------------------------
- */
+/* --- inside ----------------------------------------------------------------------------------- */
 
 /* The reference at the sample times, index 1 to TRADEOFF_SAMPLES of time / TRADEOFF_SAMPLES. */
 typedef struct tradeoff_reference {

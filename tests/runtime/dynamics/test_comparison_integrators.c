@@ -27,8 +27,7 @@ static void set_damping(thrum_state_def *def, int damped) {
   def->damping_form = damped == 2 ? THRUM_DAMPING_TANGENT : THRUM_DAMPING_REST;
 }
 
-/* --- order -------------------------------------------------------------------------------------
- */
+/* --- order ------------------------------------------------------------------------------------ */
 
 static double error_of(const thrum_model *model, thrum_state_def def, const double *q_ref,
                        const double *p_ref, double time, int64_t steps) {
@@ -67,8 +66,7 @@ static void the_eulers_are_of_order_one_and_runge_kutta_of_order_four(void **con
   random_model_free(&m);
 }
 
-/* --- a linear mode ------------------------------------------------------------------------------
- */
+/* --- a linear mode ---------------------------------------------------------------------------- */
 
 /* By how much a step multiplies the energy of a linear mode with this h omega. */
 static double factor_of(thrum_integrator integrator, double z) {
@@ -105,8 +103,7 @@ static void runge_kutta_is_stable_up_to_root_eight(void **context) {
   assert_true(factor_of(THRUM_INTEGRATOR_RK4, 2.829) > 1.0);
 }
 
-/* --- equations ----------------------------------------------------------------------------------
- */
+/* --- equations -------------------------------------------------------------------------------- */
 
 /* R(q) + D(at) p - f into `total`. */
 static void forces(const thrum_model *model, const thrum_state_def *def, const double *q,

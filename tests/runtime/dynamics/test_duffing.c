@@ -11,8 +11,7 @@ static const thrum_integrator all[5] = {THRUM_INTEGRATOR_IMEXV, THRUM_INTEGRATOR
                                         THRUM_INTEGRATOR_VERLET, THRUM_INTEGRATOR_MIDPOINT,
                                         THRUM_INTEGRATOR_ENERGY};
 
-/* --- exact solution ----------------------------------------------------------------------------
- */
+/* --- exact solution --------------------------------------------------------------------------- */
 
 /* Computes cn(u | m) and K(m), 0 <= m < 1. */
 static double jacobi_cn(double u, double m, double *quarter_period) {
@@ -154,8 +153,7 @@ static void extrapolated_duffing_end_state_is_exact(void **context) {
   random_model_free(&d.m);
 }
 
-/* --- the linear oscillator ---------------------------------------------------------------------
- */
+/* --- the linear oscillator -------------------------------------------------------------------- */
 
 /* Computes the largest |q| over `steps` steps from q = 1 at rest, for omega = 1 and h omega =
  * angle. */
@@ -250,8 +248,7 @@ static void imexv_chooses_its_split_at_the_bound(void **context) {
   random_model_free(&m);
 }
 
-/* --- conserved and decaying quantities ---------------------------------------------------------
- */
+/* --- conserved and decaying quantities -------------------------------------------------------- */
 
 enum { MODES = 6 };
 

@@ -1,6 +1,6 @@
 /* Tests of bodies far outside the usual range: nothing crashes, nothing is NaN, what cannot be done
- * is refused with a reason, and other units change no significant digit. SPDX-License-Identifier:
- * Apache-2.0 */
+ * is refused with a reason, and other units change no significant digit.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

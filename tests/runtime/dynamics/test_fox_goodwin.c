@@ -17,8 +17,7 @@ static thrum_state_def make_def(double dt) {
   return def;
 }
 
-/* --- a linear mode -----------------------------------------------------------------------------
- */
+/* --- a linear mode ---------------------------------------------------------------------------- */
 
 /* cos of the angle that a linear mode advances by in a step, from q at three times. */
 static double cosine_of_step(double omega, double dt) {
@@ -61,8 +60,7 @@ static void a_linear_mode_has_its_frequency_to_order_four(void **context) {
   assert_true(log2(error[0] / error[1]) > 3.9 && log2(error[0] / error[1]) < 4.1);
 }
 
-/* --- order on a nonlinear model ----------------------------------------------------------------
- */
+/* --- order on a nonlinear model --------------------------------------------------------------- */
 
 /* The largest error of q and p after 2.4 s, with steps at which all modes are low. */
 static double error_of(const thrum_model *model, thrum_state_def def, const test_load *load,
@@ -111,8 +109,7 @@ static void free_motion_of_low_modes_is_of_order_four_and_else_of_order_two(void
   random_model_free(&m);
 }
 
-/* --- Newmark -----------------------------------------------------------------------------------
- */
+/* --- Newmark ---------------------------------------------------------------------------------- */
 
 static void without_low_modes_it_is_newmark_bit_for_bit(void **context) {
   (void)context;
@@ -148,8 +145,7 @@ static void without_low_modes_it_is_newmark_bit_for_bit(void **context) {
   random_model_free(&m);
 }
 
-/* --- the symplectic form -----------------------------------------------------------------------
- */
+/* --- the symplectic form ---------------------------------------------------------------------- */
 
 enum { SIDE = 2 * RANK };
 static const double step_h = 0.15; /* two of the frequencies 1, 5, 9 are low */
@@ -234,8 +230,7 @@ static void a_step_is_symplectic_in_its_canonical_pair(void **context) {
   random_model_free(&m);
 }
 
-/* --- stability ---------------------------------------------------------------------------------
- */
+/* --- stability -------------------------------------------------------------------------------- */
 
 /* A mode with h omega = 0.9 at rest that a load has bent, until h^2 T = stiff there: by how much a
  * small disturbance of the equilibrium grows in 400 steps. */

@@ -192,8 +192,7 @@ static void newmark_is_of_order_one_for_gamma_beyond_one_half(void **context) {
   random_model_free(&m);
 }
 
-/* --- the ends of IMEXv, and an independent IMEXv -----------------------------------------------
- */
+/* --- the ends of IMEXv, and an independent IMEXv ---------------------------------------------- */
 
 /* Solves (1 + c T(x)) dx = b densely by Gauss elimination without pivoting; for tests. */
 static void eliminate(int64_t n, double a[RANK][RANK], double *b) {
@@ -390,8 +389,7 @@ static void ends_of_imexv_are_verlet_and_midpoint_bit_for_bit(void **context) {
   }
 }
 
-/* --- equivalences of Newmark -------------------------------------------------------------------
- */
+/* --- equivalences of Newmark ------------------------------------------------------------------ */
 
 /* Computes the largest absolute difference of q and p over 300 loaded steps; |q| and |p| are about
  * one. */
@@ -471,8 +469,7 @@ static void newmark_of_a_tiny_beta_is_the_explicit_one(void **context) {
   random_model_free(&m);
 }
 
-/* --- time reversal and impulses ----------------------------------------------------------------
- */
+/* --- time reversal and impulses --------------------------------------------------------------- */
 
 /* The integrators for comparison lose energy, and two of them are of order one. */
 static bool is_for_comparison(int integrator) {

@@ -29,8 +29,7 @@ static void expect_same_bytes(const thrum_state *state, const void *snapshot) {
   assert_memory_equal(state, snapshot, thrum_state_kept_bytes(state));
 }
 
-/* --- refusals ----------------------------------------------------------------------------------
- */
+/* --- refusals --------------------------------------------------------------------------------- */
 
 static void expect_refused(const thrum_model *model, const thrum_state_def *def,
                            thrum_status expected, const char *named) {
@@ -356,8 +355,7 @@ static void values_that_are_not_finite_are_refused(void **context) {
   random_model_free(&m);
 }
 
-/* --- rest and round trips ----------------------------------------------------------------------
- */
+/* --- rest and round trips --------------------------------------------------------------------- */
 
 static void a_body_at_rest_without_load_stays_at_rest_exactly(void **context) {
   (void)context;
@@ -530,8 +528,7 @@ static void a_new_dt_brings_its_own_split_and_keeps_the_motion(void **context) {
   random_model_free(&m);
 }
 
-/* --- snapshots and determinism -----------------------------------------------------------------
- */
+/* --- snapshots and determinism ---------------------------------------------------------------- */
 
 /* Makes `count` steps under a load that changes every step. */
 static void run(const thrum_model *model, thrum_state *state, uint64_t seed, int count) {
@@ -637,8 +634,7 @@ static void setting_a_state_forgets_the_solvers_history(void **context) {
   random_model_free(&m);
 }
 
-/* --- failed steps and the second attempt -------------------------------------------------------
- */
+/* --- failed steps and the second attempt ------------------------------------------------------ */
 
 static void
 a_failed_step_leaves_every_byte_and_the_run_goes_on_as_if_it_had_not_been(void **context) {
@@ -803,8 +799,7 @@ static void full_newton_takes_the_steps_that_quasi_newton_cannot(void **context)
   random_model_free(&m);
 }
 
-/* --- counters ----------------------------------------------------------------------------------
- */
+/* --- counters --------------------------------------------------------------------------------- */
 
 static void the_report_adds_up_and_factors_are_kept_over_steps(void **context) {
   (void)context;

@@ -22,8 +22,7 @@ static thrum_state_def make_def(thrum_integrator integrator, double dt) {
   return def;
 }
 
-/* --- the dense solver --------------------------------------------------------------------------
- */
+/* --- the dense solver ------------------------------------------------------------------------- */
 
 static void an_indefinite_system_with_a_zero_diagonal_is_solved(void **context) {
   (void)context;
@@ -82,8 +81,7 @@ static void a_singular_or_non_finite_matrix_is_refused(void **context) {
   assert_false(thrum_dense_factor(infinite, 2, pivots));
 }
 
-/* --- singular steps ----------------------------------------------------------------------------
- */
+/* --- singular steps --------------------------------------------------------------------------- */
 
 /* The Jacobian 1 + h^2/4 T(q) is zero at the start, where the force is not. */
 static void a_step_that_starts_from_a_singular_jacobian_is_solved(void **context) {
@@ -146,8 +144,7 @@ static void a_singular_tangent_damping_is_refused_everywhere(void **context) {
   random_model_free(&m);
 }
 
-/* --- the end of the range ----------------------------------------------------------------------
- */
+/* --- the end of the range --------------------------------------------------------------------- */
 
 /* Where q is finite and R(q) is not, q can be read, but nothing else, and the state can be set
  * again.
