@@ -18,6 +18,8 @@
 #include "driver/precompute_make.h"
 #include "io/file.h"
 #include "io/paths.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/formats/surface_read.h"
 #include "precompute/build_info.h"
 #include "thrum/version.h"
 
@@ -341,6 +343,25 @@ static thrum_status load_file(const char *path, const thrum_model **model, thrum
   return thrum_model_load(path, model, error);
 }
 
+/* What a text may have meant that names no model file; "" when nothing is plain. */
+static void advise(const char *text, char *advice, size_t size) {
+  const bool there = access(text, F_OK) == 0;
+  const char *nearest = config_nearest(path_basename(text), model_names, MODEL_NAME_COUNT);
+  advice[0] = 0;
+  if (there && nearest != NULL && strcmp(text, nearest) == 0)
+    snprintf(advice, size,
+             "; it hides the model of that name that comes with Thrum: move it, or work in another "
+             "folder");
+  else if (there && thrum_surface_mesh_is_named(text))
+    snprintf(advice, size,
+             "; it is a surface: fill it with thrum mesh, and make a model of that with thrum "
+             "precompute");
+  else if (thrum_mesh_is_named(text) && (there || strncmp(text, "beam:", 5) == 0))
+    snprintf(advice, size, "; it is a mesh: make a model of it with thrum precompute");
+  else if (!there && nearest != NULL)
+    snprintf(advice, size, "; did you mean '%s'?", nearest);
+}
+
 thrum_status named_model_load(const char *text, bool quiet, const thrum_model **model,
                               named_model_file *file, thrum_error *error) {
   model_recipe recipe;
@@ -349,6 +370,16 @@ thrum_status named_model_load(const char *text, bool quiet, const thrum_model **
     file = &own;
   THRUM_TRY(model_recipe_find(text, &recipe, error));
   file->path = recipe.found ? file->cached : text;
-  return recipe.found ? load_cached(&recipe, quiet, model, file->cached, error)
-                      : load_file(text, model, error);
+  if (recipe.found)
+    return load_cached(&recipe, quiet, model, file->cached, error);
+
+  // a file that is no model, or is not there, is often a mistake that can be named
+  thrum_error reason = {0};
+  const thrum_status status = load_file(text, model, &reason);
+  if (status >= 0)
+    return status;
+  char advice[160];
+  advise(text, advice, sizeof advice);
+  return thrum_error_set(error, status, "%.*s%s", advice[0] != 0 ? 239 : 399, reason.message,
+                         advice);
 }

@@ -169,6 +169,7 @@ static void requests_beyond_the_model_and_its_files_are_refused_in_one_line(void
       {{"nowhere.npz", "-o", "run"}, "nowhere.npz"},
       {{"text.npz", "-o", "run"}, "text.npz"},
       {{"foreign", "-o", "run"}, "foreign"},
+      {{"hors", "-o", "run"}, "did you mean 'horse'?"},
 
       // targets, starts and numbers that the model does not have
       {{"particle.npz", "-o", "run", "--load", "impulse:0,0,1@top"}, "tip, a, b, held"},

@@ -191,6 +191,18 @@ static void a_file_goes_before_the_name(void **state) {
   assert_int_equal(unlink(path), 0);
 }
 
+static void a_file_that_hides_a_name_and_is_no_model_is_said_to_hide_it(void **state) {
+  (void)state;
+  char path[192];
+  snprintf(path, sizeof path, "%s/beam", folder);
+  assert_true(text_file_write(path, "a program, say"));
+  program_result run = thrum_run(folder, "info", "beam", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "it hides the model of that name"));
+  program_result_free(&run);
+  assert_int_equal(unlink(path), 0);
+}
+
 /* Such a folder is left by an earlier run: simulate beam -o beam. */
 static void a_folder_of_that_name_is_no_model(void **state) {
   (void)state;
@@ -292,6 +304,7 @@ int main(void) {
       cmocka_unit_test(options_of_the_user_go_before_the_recipe),
       cmocka_unit_test(a_name_is_simulated),
       cmocka_unit_test(a_file_goes_before_the_name),
+      cmocka_unit_test(a_file_that_hides_a_name_and_is_no_model_is_said_to_hide_it),
       cmocka_unit_test(a_folder_of_that_name_is_no_model),
       cmocka_unit_test(the_folder_of_models_may_be_named),
       cmocka_unit_test(a_recipe_that_is_none_is_refused),
