@@ -71,6 +71,24 @@ static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error 
   return status;
 }
 
+/* What kind of file a name of another suffix may be. */
+static thrum_status refuse_kind(const char *name, thrum_error *error) {
+  if (thrum_file_has_suffix(name, ".stl") || thrum_file_has_suffix(name, ".obj"))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "%.200s: unknown kind of mesh; it is a surface: fill it with "
+                           "tetrahedra by thrum mesh",
+                           name);
+  if (thrum_file_has_suffix(name, ".npz"))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "%.200s: unknown kind of mesh; thrum info says what a model file holds",
+                           name);
+  return thrum_error_set(error, THRUM_UNSUPPORTED,
+                         "%.200s: unknown kind of mesh; give a .veg, .msh, .node, .ele, .mesh, "
+                         ".vtk, .vtu or .inp file, or a generator such as "
+                         "beam:20x3x3@1x0.15x0.15",
+                         name);
+}
+
 bool thrum_mesh_is_named(const char *name) {
   return strncmp(name, "beam:", 5) == 0 || find_parser(name) ||
          thrum_file_has_suffix(name, ".node") || thrum_file_has_suffix(name, ".ele");
@@ -91,11 +109,7 @@ thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, t
   } else if (thrum_file_has_suffix(name, ".node") || thrum_file_has_suffix(name, ".ele")) {
     status = read_tetgen(name, &read, error);
   } else {
-    status = thrum_error_set(error, THRUM_UNSUPPORTED,
-                             "%.200s: unknown kind of mesh; give a .veg, .msh, .node, .ele, .mesh, "
-                             ".vtk, .vtu or .inp file, or a generator such as "
-                             "beam:20x3x3@1x0.15x0.15",
-                             name);
+    status = refuse_kind(name, error);
   }
 
   // every source may repeat vertices or leave some unused

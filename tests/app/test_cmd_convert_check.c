@@ -83,7 +83,9 @@ static void wrong_arguments_and_unknown_formats_are_refused(void **state) {
     const char *arguments[5];
     const char *words;
   } cases[] = {{1, {"check", "no.msh"}, "no.msh"},
-               {1, {"check", "no.stl"}, "unknown kind of mesh"},
+               {1, {"check", "no.stl"}, "no.stl: unknown kind of mesh; it is a surface"},
+               {1, {"check", "no.npz"}, "thrum info says what a model file holds"},
+               {1, {"check", "no.txt"}, "unknown kind of mesh; give a .veg"},
                {2, {"check"}, "no mesh given"},
                {2, {"check", "--scale", "-1", "x"}, "--scale wants a number above 0"},
                {2, {"check", "--jsno", "x"}, "did you mean '--json'"},
