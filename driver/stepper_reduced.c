@@ -222,4 +222,11 @@ void driver_stepper_reduced_warn(const driver_stepper *stepper) {
   if (count > 0 && dt * sqrt(self->model->omega2[count - 1]) >= 2)
     config_warn("explicit mode %d is beyond the stability bound: dt omega = %.3g, not below 2",
                 (int)count, dt * sqrt(self->model->omega2[count - 1]));
+
+  // where all modes are implicit the run is stable, and so long a step shows nothing of them
+  const double turns = dt * sqrt(self->model->omega2[0]) / 6.28318530717958647693;
+  if (count == 0 && turns > 0.5)
+    config_warn("a step of %g s is %.3g periods of the slowest mode, of %.4g Hz: its motion cannot "
+                "be seen; lower --dt",
+                dt, turns, turns / dt);
 }
