@@ -434,7 +434,9 @@ static void print_table(const info *about) {
     if (isnan(about->shares[n].statics))
       printf("%s: acts on nothing that can deform\n", about->loads[n].text);
     else
-      printf("%s: the basis lacks %.3g %% of its static answer, %.3g %% of itself\n",
+      printf("%s: the basis lacks %.3g %% of its static answer (which counts for slow pulls), and "
+             "%.3g %% "
+             "of the load itself\n",
              about->loads[n].text, 100 * about->shares[n].statics, 100 * about->shares[n].load);
   }
 

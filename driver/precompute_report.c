@@ -296,7 +296,8 @@ void precompute_print_table(const precompute_outcome *outcome) {
   if (result->mode_count > 0)
     printf(" from %" PRId64 " linear modes", result->mode_count);
   if (outcome->request->handle_count > 0)
-    printf(" and %" PRId64 " handles", outcome->request->handle_count);
+    printf(" and %" PRId64 " handle%s", outcome->request->handle_count,
+           outcome->request->handle_count == 1 ? "" : "s");
   puts("");
 
   // a free body keeps its rigid modes apart from the elastic ones

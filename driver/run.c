@@ -188,8 +188,8 @@ void driver_run_warn(const driver_run *run) {
       snprintf(who, sizeof who, "body '%.100s': ", body->name);
 
     if (figures->fallback_steps > 0)
-      config_warn("%s%" PRId64 " steps needed a fallback beyond quasi-Newton", who,
-                  figures->fallback_steps);
+      config_warn("%s%" PRId64 " step%s needed a fallback beyond quasi-Newton", who,
+                  figures->fallback_steps, figures->fallback_steps == 1 ? "" : "s");
     warn_of_growth(figures, who);
     simulate_measures_warn(&body->measures);
   }

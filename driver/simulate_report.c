@@ -263,8 +263,10 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
 static const char *no_drift(const simulate_figures *figures) {
   if (figures->report.steps < figures->request->steps)
     return "- (the run ended early)";
+  if (figures->request->def.damping_alpha > 0 || figures->request->def.damping_beta > 0)
+    return "- (only of motion without damping)";
   if (figures->windows.last_end == 0)
-    return "- (needs 100 rows without load and damping)";
+    return "- (needs 100 rows after the loads have ended)";
   return "- (no energy to compare with)";
 }
 

@@ -157,8 +157,13 @@ void static_report_table(const static_answer *answer) {
   puts("");
 
   printf("status       %s\n", static_status_name(report));
-  if (request->output != NULL || request->frame != NULL || request->path != NULL)
-    printf("files        %s %s %s\n", request->output != NULL ? request->output : "",
-           request->frame != NULL ? request->frame : "",
-           request->path != NULL ? request->path : "");
+  const char *const files[] = {request->output, request->frame, request->path};
+  const char *before = "files        ";
+  for (int n = 0; n < 3; n++)
+    if (files[n] != NULL) {
+      printf("%s%s", before, files[n]);
+      before = ", ";
+    }
+  if (before[0] == ',')
+    puts("");
 }
