@@ -165,6 +165,19 @@ thrum_status config_record_refuse_text(const config_file *file, const config_rec
                      message);
 }
 
+/* "; its keys: A, B, ..." as far as there is room. */
+static void list_keys(const char *const *names, int64_t count, char *text, size_t size) {
+  size_t used = (size_t)snprintf(text, size, "; its keys: ");
+  for (int64_t n = 0; n < count; n++) {
+    const bool last = n + 1 == count;
+    if (used + strlen(names[n]) + sizeof ", ..." > size) {
+      snprintf(text + used, size - used, "...");
+      return;
+    }
+    used += (size_t)snprintf(text + used, size - used, "%s%s", names[n], last ? "" : ", ");
+  }
+}
+
 /* The row that a key means; NULL, and a message with the nearest one, where there is none. */
 static const config_row *find_row(const reading *r, const json_node *member) {
   char spelled[CONFIG_OPTION_MAX][KEY_MAX];
@@ -186,13 +199,13 @@ static const config_row *find_row(const reading *r, const json_node *member) {
   }
 
   const char *nearest = config_nearest(member->key, names, count);
-  char hint[120];
+  char hint[200];
   if (nearest != NULL)
     snprintf(hint, sizeof hint, "; did you mean \"%s\"?", nearest);
   else if (r->command != NULL)
     snprintf(hint, sizeof hint, " (try: thrum %s --help)", r->command);
   else
-    snprintf(hint, sizeof hint, "; its first is \"%s\"", names[0]);
+    list_keys(names, count, hint, sizeof hint);
   const config_record here = {.node = member};
   const char *in = r->record->path[0] != 0 ? r->record->path : "the file";
   config_record_refuse(r->file, &here, NULL, THRUM_BAD_VALUE, "%s has no key \"%s\"%s", in,

@@ -206,6 +206,8 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
        "scene.json:2: the file has no key \"bodys\"; did you mean \"bodies\"?"},
       {"{\"bodies\": [" BODY ",\n\"rnak\": 3}]}",
        "scene.json:2: bodies[0] has no key \"rnak\"; did you mean \"rank\"?"},
+      {"{\"bodies\": [" BODY ",\n\"zzz\": 3}]}",
+       "scene.json:2: bodies[0] has no key \"zzz\"; its keys: name, model, "},
       {"{\"bodies\": [" BODY ",\n\n\"rank\": 40}]}",
        "scene.json:3: bodies[0].rank: 40 is more than the model's 10"},
       {"{\"bodies\": [" BODY ",\n\"surface\": \"nothere.obj\"}]}",
