@@ -121,10 +121,11 @@ static const config_option options[] = {
 
 const config_command command_experiments = {
     .name = "experiments",
-    .summary = "run the experiments of the thesis and report them",
+    .summary = "run the experiments of the 2011 thesis and report them",
     .usage = "-o DIR [OPTIONS]",
     .about =
-        "Runs the experiments of the thesis and writes tables (CSV) and a report (HTML) to DIR: "
+        "Runs the experiments of the 2011 thesis and writes tables (CSV) and a report (HTML) to "
+        "DIR: "
         "six models x impulse, 0.3 s square load, 1 Hz sine x damping 0 and 0.3 /s x all "
         "schemes, 30 s each at 0.003 s. The forces are found first: a sine bends the "
         "loaded part by a tenth of the body's length at least, the other loads by a twentieth.",

@@ -194,7 +194,7 @@ typedef struct config_command {
 #define OPTION_FILE(type)                                                                          \
   {                                                                                                \
     .name = "options", .kind = CONFIG_FILE,                                                        \
-    .about = "read options from a JSON file (docs/options.md); those given here come first",       \
+    .about = "read options from a JSON file (docs/options.md); the command line overrides it",     \
     CONFIG_AT(type, file)                                                                          \
   }
 #define OPTION_JSON(type)                                                                          \

@@ -160,7 +160,10 @@ void config_print_help(const config_command *command) {
   const visitor measure = {no_heading, measure_option}, print = {help_heading, help_option};
   help_column = 0;
   visit(command->options, &measure);
-  putchar('\n');
+  // a heading brings its own blank line
+  const config_option *first = command->options;
+  if ((first->kind != CONFIG_HEADING && first->kind != CONFIG_GROUP) || first->about[0] == 0)
+    putchar('\n');
   visit(command->options, &print);
   if (command->notes != NULL)
     printf("\n%s", command->notes);
