@@ -12,7 +12,7 @@ static const json_column columns[] = {
     COLUMN_TEXT("scheme", "scheme", -19),
     COLUMN_TEXT("outcome", "outcome", -10),
     COLUMN_NUMBER("energy_error", "error", 9, "%.1e"),
-    COLUMN_PERCENT("peak_amplitude", "bend", 9, "%.1f%%"),
+    COLUMN_PERCENT("peak_amplitude", "bend", 9, "%.3g%%"),
     COLUMN_NUMBER("mean_iterations", "iter.", 6, "%.2f"),
     COLUMN_TEXT("reason", "", 0),
     COLUMN_END,

@@ -21,7 +21,7 @@ static const json_column columns[] = {
     COLUMN_NUMBER("simulated_s", "time [s]", 8, "%.3f"),
     COLUMN_NUMBER("us_per_step", "us/step", 8, "%.2f"),
     COLUMN_NUMBER("mean_iterations", "iter.", 6, "%.2f"),
-    COLUMN_PERCENT("peak_amplitude", "bend", 6, "%.1f%%"),
+    COLUMN_PERCENT("peak_amplitude", "bend", 6, "%.3g%%"),
     COLUMN_NUMBER("energy_end_j", "end [J]", 10, "%.3g"),
     COLUMN_TEXT("status", " status", 0),
     COLUMN_END,
