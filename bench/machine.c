@@ -6,12 +6,11 @@
 
 #include "bench/bench.h"
 #include "bench/machine.h"
+#include "platform/clock.h"
 
 #if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
 #define X86 1
 #include <immintrin.h>
-
-#include "platform/clock.h"
 #endif
 
 #define L2_BYTES (256 << 10)
