@@ -18,7 +18,7 @@ int main(int argc, char **argv) {
   // the model, and the vertices of its group
   if (argc != 2 || thrum_model_load(argv[1], &model, &error) < 0 ||
       thrum_model_group(model, "tip", &tip, &tip_count, &error) < 0)
-    return fprintf(stderr, "usage: beam MODEL.npz %s\n", error.message), 1;
+    return fprintf(stderr, "usage: beam MODEL.npz\n%s\n", error.message), 1;
 
   // a state at rest, and the push as a load on its coordinates
   if (thrum_state_create(model, &def, &state, &error) < 0 ||

@@ -63,7 +63,7 @@ int main(int argc, char **argv) {
   const int steps = argc == 3 ? (int)(1000 * strtod(argv[2], NULL)) : 0;
   if (steps < 1 || thrum_model_load(argv[1], &model, &error) < 0 ||
       thrum_model_group(model, "tip", &tip, &count, &error) < 0)
-    return fprintf(stderr, "usage: haptic MODEL.npz SECONDS %s\n", error.message), 1;
+    return fprintf(stderr, "usage: haptic MODEL.npz SECONDS\n%s\n", error.message), 1;
   if (thrum_state_create(model, &def, &state, &error) < 0)
     return fprintf(stderr, "haptic: %s\n", error.message), 1;
 

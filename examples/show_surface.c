@@ -25,7 +25,7 @@ int main(int argc, char **argv) {
   if (argc != 3 || thrum_model_load(argv[1], &model, &error) < 0 ||
       thrum_surface_load(argv[2], model, &surface, &error) < 0 ||
       thrum_model_group(model, "tip", &tip, &tip_count, &error) < 0)
-    return fprintf(stderr, "usage: show_surface MODEL.npz SURFACE.npz %s\n", error.message), 1;
+    return fprintf(stderr, "usage: show_surface MODEL.npz SURFACE.npz\n%s\n", error.message), 1;
 
   // a vertex buffer, a state at rest, and the push as a load on its coordinates
   const int64_t count = thrum_surface_vertex_count(surface);

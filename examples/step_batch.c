@@ -20,7 +20,7 @@ int main(int argc, char **argv) {
   // the model, and how much memory one of its states takes
   if (argc != 2 || thrum_model_load(argv[1], &model, &error) < 0 ||
       thrum_state_size(model, &def, &size, &error) < 0)
-    return fprintf(stderr, "usage: step_batch MODEL.npz %s\n", error.message), 1;
+    return fprintf(stderr, "usage: step_batch MODEL.npz\n%s\n", error.message), 1;
 
   // the first state is laid out; the others are copies of it
   const size_t stride = (size + 63) / 64 * 64;
