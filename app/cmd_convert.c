@@ -1,5 +1,5 @@
-/* `thrum convert`: from one mesh format to another. The work is done in precompute/; here it is
- * asked for, and what the format cannot hold is said. SPDX-License-Identifier: Apache-2.0 */
+/* `thrum convert`: from one mesh format to another. The work is done in mesh/formats/; here it
+ * is asked for, and what the format cannot hold is said. SPDX-License-Identifier: Apache-2.0 */
 #include <getopt.h>
 #include <inttypes.h>
 #include <stdio.h>

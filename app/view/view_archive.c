@@ -1,7 +1,7 @@
-/* Writes packs: 8 bytes of magic, the length of the JSON, the JSON, then arrays, each at a multiple
- * of 8 bytes so that a browser may view them in place. Little-endian, as every machine that this
- * program runs on. Only vertices of the surface go in: at rank r each costs 12 (r + 1) bytes.
- * SPDX-License-Identifier: Apache-2.0 */
+/* Writes the viewer archive (docs/viewer.md): 8 bytes of magic, the length of the JSON, the JSON,
+ * then arrays, each at a multiple of 8 bytes so that a browser may view them in place.
+ * Little-endian, as every machine that this program runs on. Only vertices of the surface go in: at
+ * rank r each costs 12 (r + 1) bytes. SPDX-License-Identifier: Apache-2.0 */
 #include "app/view/view_archive.h"
 
 #include <cjson/cJSON.h>

@@ -13,6 +13,7 @@
 
 #include <inttypes.h>
 #include <math.h>
+
 static const double TAU = 6.28318530717958647693;
 
 thrum_status thrum_base_motion_check(const thrum_base_motion *motion, thrum_error *error) {
