@@ -318,8 +318,11 @@ THRUM_API thrum_status thrum_state_get(const thrum_model *model, thrum_state *st
 THRUM_API thrum_status thrum_state_set_force(const thrum_model *model, thrum_state *state,
                                              const double *force, thrum_error *error);
 
-/* Changes the time step [s] between two steps (design 4); q and p of the present time stay as they
- * are. THRUM_INVALID_ARGUMENT unless finite and > 0, or as thrum_state_get. */
+/* Changes the time step [s] between two steps, as often as wanted (design 4). q and p of the present
+ * time stay as they are, and so do the target energy, the energy balance, a switch to another
+ * scheme, and what solves have learnt. The explicit modes are those for the longest step lately.
+ * Costs an inversion of the implicit modes' Jacobian, and two forces where momenta are staggered.
+ * THRUM_INVALID_ARGUMENT unless finite and > 0, or as thrum_state_get. */
 THRUM_API thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, double dt,
                                           thrum_error *error);
 

@@ -16,10 +16,16 @@
 
 #include "runtime/dynamics/implicit_solve.h"
 
+thrum_solver thrum_backward_euler_problem(const thrum_model *model, const thrum_state *state,
+                                          thrum_state_view *view, thrum_solve_report *report) {
+  const double h = state->def.dt;
+  return thrum_problem_make(model, state, view, report, 0, 1.0, h * h, 1.0 / h);
+}
+
 thrum_status thrum_step_backward_euler(const thrum_model *model, const thrum_state *state,
                                        thrum_state_view *view, thrum_solve_report *report) {
   const double h = state->def.dt;
-  const thrum_solver s = thrum_problem_make(model, state, view, report, 0, 1.0, h * h, 1.0 / h);
+  const thrum_solver s = thrum_backward_euler_problem(model, state, view, report);
   for (int32_t i = 0; i < state->rank; i++)
     view->kick[i] = h * view->p[i];
   if (!thrum_solve_increment(&s))

@@ -67,12 +67,24 @@ bool thrum_momentum_take(const thrum_solver *s, double energy_error, double most
   return taken;
 }
 
-/* The problem in which the solve has this share of F. */
+/* The problem in which the solve has this share of F, without its kick. */
+static thrum_solver make_problem(const thrum_model *model, const thrum_state *state,
+                                 thrum_state_view *view, thrum_solve_report *report, double share) {
+  const double h = state->def.dt;
+  return thrum_problem_make(model, state, view, report, 0, 0.5 / share, 0.5 * share * h * h,
+                            1.0 / (share * h));
+}
+
+thrum_solver thrum_energy_problem(const thrum_model *model, const thrum_state *state,
+                                  thrum_state_view *view, thrum_solve_report *report) {
+  return make_problem(model, state, view, report, 0.5);
+}
+
+/* The same with its kick. */
 static thrum_solver problem_of(const thrum_model *model, const thrum_state *state,
                                thrum_state_view *view, thrum_solve_report *report, double share) {
   const double h = state->def.dt, known = 0.5 * h * h * (1.0 - share);
-  thrum_solver s = thrum_problem_make(model, state, view, report, 0, 0.5 / share,
-                                      0.5 * share * h * h, 1.0 / (share * h));
+  thrum_solver s = make_problem(model, state, view, report, share);
   for (int32_t i = 0; i < s.n; i++)
     view->kick[i] = h * view->p[i] - known * (view->force_start[i] - view->load[i]);
 

@@ -3,11 +3,14 @@
 #ifndef THRUM_RUNTIME_DYNAMICS_FOX_GOODWIN_H
 #define THRUM_RUNTIME_DYNAMICS_FOX_GOODWIN_H
 
-#include "runtime/dynamics/solve_report.h"
-#include "runtime/dynamics/state_layout.h"
+#include "runtime/dynamics/implicit_problem.h"
 
 /* How many modes have beta = 1/12: the first ones. */
 int32_t thrum_fox_goodwin_modes(const thrum_model *model, const thrum_state *state);
+
+/* The problem of its step, without kick and drift. */
+thrum_solver thrum_fox_goodwin_problem(const thrum_model *model, const thrum_state *state,
+                                       thrum_state_view *view, thrum_solve_report *report);
 
 /* One step, as thrum_step_newmark. */
 thrum_status thrum_step_fox_goodwin(const thrum_model *model, const thrum_state *state,

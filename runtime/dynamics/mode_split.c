@@ -31,7 +31,7 @@ int32_t thrum_mode_split(const thrum_model *model, const thrum_state *state) {
   const thrum_state_def *def = &state->def;
   switch (def->integrator) {
   case THRUM_INTEGRATOR_IMEXV:
-    return thrum_mode_split_by(model, def->split_rule, def->dt, def->split_safety,
+    return thrum_mode_split_by(model, def->split_rule, state->split_dt, def->split_safety,
                                def->explicit_count);
   case THRUM_INTEGRATOR_VERLET:
     return state->rank;

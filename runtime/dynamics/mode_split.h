@@ -9,7 +9,7 @@
 int32_t thrum_mode_split_by(const thrum_model *model, thrum_split_rule rule, double dt,
                             double safety, int32_t count);
 
-/* |E| of a state as its def has it. */
+/* |E| of a state as its def has it, for the longest step lately. */
 int32_t thrum_mode_split(const thrum_model *model, const thrum_state *state);
 
 #endif

@@ -87,6 +87,13 @@ static thrum_status step_explicit(const thrum_model *model, const thrum_state *s
              : THRUM_NOT_FINITE;
 }
 
+thrum_solver thrum_newmark_problem(const thrum_model *model, const thrum_state *state,
+                                   thrum_state_view *view, thrum_solve_report *report) {
+  const double h = state->def.dt, beta = state->def.newmark_beta;
+  return thrum_problem_make(model, state, view, report, 0, 1.0, beta * h * h,
+                            state->def.newmark_gamma / (beta * h));
+}
+
 thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report) {
   const double h = state->def.dt, beta = state->def.newmark_beta;
@@ -95,8 +102,7 @@ thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *sta
     return step_explicit(model, state, view, report);
 
   // a' and v' are linear in d; `drift` is v' for d = 0
-  const thrum_solver s =
-      thrum_problem_make(model, state, view, report, 0, 1.0, beta * h * h, gamma / (beta * h));
+  const thrum_solver s = thrum_newmark_problem(model, state, view, report);
   for (int32_t i = 0; i < state->rank; i++) {
     const double a = thrum_newmark_acceleration_now(view, i);
     view->kick[i] = h * view->p[i] + h * h * (0.5 - beta) * a;

@@ -3,14 +3,17 @@
 #ifndef THRUM_RUNTIME_DYNAMICS_NEWMARK_H
 #define THRUM_RUNTIME_DYNAMICS_NEWMARK_H
 
-#include "runtime/dynamics/solve_report.h"
-#include "runtime/dynamics/state_layout.h"
+#include "runtime/dynamics/implicit_problem.h"
 
 /* One step: candidates into q_next, p_next and acceleration_next, also middle, force, pairs and,
  * when refreshed, jacobian_next; nothing that persists is written. THRUM_OK, THRUM_NOT_CONVERGED or
  * THRUM_NOT_FINITE. */
 thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report);
+
+/* The problem of its step, without kick and drift, for beta_N > 0. */
+thrum_solver thrum_newmark_problem(const thrum_model *model, const thrum_state *state,
+                                   thrum_state_view *view, thrum_solve_report *report);
 
 /* a = -R(q) - D v, without a load, into `acceleration` (rank). Overwrites force and product. */
 void thrum_newmark_acceleration(const thrum_model *model, const thrum_state *state,

@@ -1,13 +1,13 @@
 /* Quasi-Newton for the increment d of a step (design 5), one evaluation of R at a time.
  *
- * The first guess extrapolates q-bar and R of the past solves, as many as are smooth, and corrects
- * the result as if R had been evaluated there: no evaluation is spent on it. Each iteration
- * corrects by the inverse Jacobian that is kept from step to step and learns from it by BFGS
- * (secant.c). A new Jacobian is made where more iterations would be left than are cheaper. Fast
- * motion would need one in every step; then every other step makes one, and the inverse between is
- * extrapolated from the last three, which leaves its third difference. An iteration whose residual
- * is sure to be small enough, by the contraction of the one before and a margin, is not evaluated:
- * the equation then holds for d exactly, and R follows from it.
+ * The first guess extrapolates q-bar and R of the past solves in time, as many as are smooth, and
+ * corrects the result as if R had been evaluated there: no evaluation is spent on it. Each
+ * iteration corrects by the inverse Jacobian that is kept from step to step and learns from it by
+ * BFGS (secant.c). A new Jacobian is made where more iterations would be left than are cheaper.
+ * Fast motion would need one in every step; then every other step makes one, and the inverse
+ * between is extrapolated from the last three, which leaves its third difference. An iteration
+ * whose residual is sure to be small enough, by the contraction of the one before and a margin, is
+ * not evaluated: the equation then holds for d exactly, and R follows from it.
  *
  * A solve that carries its correction (discrete_gradient_trapezoid.c) ends at an evaluation instead
  * and leaves the correction to its caller. It ends as soon as
@@ -52,12 +52,72 @@
 
 /* --- first guess ------------------------------------------------------------------------------ */
 
+/* What each order adds to the extrapolation of the past solves, latest first: Newton's divided
+ * differences at the time where the solve to come evaluates R, times the distances to it. With
+ * steps of one length these are the plain differences. */
+typedef struct terms_of_guess {
+  double of[THRUM_PAST_SOLVES][THRUM_PAST_SOLVES]; /* order x past solve; unless even */
+  bool even;                                       /* all steps are of one length */
+} terms_of_guess;
+
+static terms_of_guess find_terms(const thrum_solver *s, int32_t count) {
+  const double h = s->state->def.dt;
+  double distance[THRUM_PAST_SOLVES], before = 0.0;
+  terms_of_guess terms = {.even = true};
+  for (int32_t j = 0; j < count; j++) {
+    const double dt = s->state->past_dt[thrum_past_place(s->state->report.steps - 1 - j)];
+    distance[j] = s->at * h + before + (1.0 - s->at) * dt;
+    before += dt;
+    terms.even = terms.even && dt == h;
+  }
+
+  for (int32_t order = 0; !terms.even && order < count; order++)
+    for (int32_t j = 0; j <= order; j++) {
+      double share = 1.0;
+      for (int32_t m = 0; m < order; m++)
+        share *= distance[m];
+      for (int32_t m = 0; m <= order; m++)
+        share /= m == j ? 1.0 : distance[m] - distance[j];
+      terms.of[order][j] = share;
+    }
+  return terms;
+}
+
+/* The sums over the modes that smooth_count compares, for steps of several lengths. */
+static void add_uneven(const thrum_solver *s, const double *const past_q[THRUM_PAST_SOLVES],
+                       const double *const past_r[THRUM_PAST_SOLVES], int32_t count,
+                       const terms_of_guess *terms, double sums[THRUM_PAST_SOLVES]) {
+  for (int32_t i = s->first; i < s->state->rank; i++) {
+    const double weight = s->view->unscale[i], linear = LINEAR_KNOWN * s->model->omega2[i];
+    for (int32_t order = 0; order < count; order++) {
+      double term = 0.0;
+      for (int32_t j = 0; j <= order; j++)
+        term += terms->of[order][j] * (past_r[j][i] - linear * past_q[j][i]);
+      sums[order] += term * term * weight;
+    }
+  }
+}
+
+/* The highest order below `count` at which differences still fall, by steps of two below the
+ * fourth. */
+static int32_t highest_order(const double sums[THRUM_PAST_SOLVES], int32_t count) {
+  int32_t order = count - 1;
+  while (order > 1 && !(sums[order] < sums[order - 1]))
+    order -= order == 4 ? 1 : 2;
+  return order > 0 ? order : 0;
+}
+
 /* How many of the `count` past solves, latest first, to extrapolate: differences that grow with
  * their order say that the motion is too fast for them. They are those of R without most of its
  * linear part, which the inverse knows and which follows q however fast. */
 static int32_t smooth_count(const thrum_solver *s, const double *const past_q[THRUM_PAST_SOLVES],
-                            const double *const past_r[THRUM_PAST_SOLVES], int32_t count) {
+                            const double *const past_r[THRUM_PAST_SOLVES], int32_t count,
+                            const terms_of_guess *terms) {
   double sums[THRUM_PAST_SOLVES] = {0.0};
+  if (!terms->even) {
+    add_uneven(s, past_q, past_r, count, terms, sums);
+    return highest_order(sums, count) + 1;
+  }
 
   // differences of order k take the first k + 1 solves; those beyond `count` are not looked at
   const double *q[THRUM_PAST_SOLVES], *r[THRUM_PAST_SOLVES];
@@ -82,11 +142,7 @@ static int32_t smooth_count(const thrum_solver *s, const double *const past_q[TH
     sums[4] += fourth * fourth * weight;
   }
 
-  // the highest order at which differences still fall, by steps of two below the fourth
-  int32_t order = count - 1;
-  while (order > 1 && !(sums[order] < sums[order - 1]))
-    order -= order == 4 ? 1 : 2;
-  return (order > 0 ? order : 0) + 1;
+  return highest_order(sums, count) + 1;
 }
 
 static double weighted(const double weight[THRUM_PAST_SOLVES],
@@ -128,14 +184,19 @@ static void correct_increment(const thrum_solver *s) {
     unknown[i] -= direction[i];
 }
 
-/* Finds the solves that the first guess extrapolates; returns how many they are, 0: there is none
- * to begin with. Entries beyond them repeat the first. */
+/* Finds the solves that the first guess extrapolates, and their weights; returns how many they are,
+ * 0: there is none to begin with. Entries beyond them repeat the first. */
 static int32_t choose_past(const thrum_solver *s, const double *past_q[THRUM_PAST_SOLVES],
-                           const double *past_r[THRUM_PAST_SOLVES]) {
+                           const double *past_r[THRUM_PAST_SOLVES],
+                           double weight[THRUM_PAST_SOLVES]) {
+  // extrapolation by one step, exact for polynomials of degree 0 to 4
+  static const double even[THRUM_PAST_SOLVES][THRUM_PAST_SOLVES] = {
+      {1.0}, {2.0, -1.0}, {3.0, -3.0, 1.0}, {4.0, -6.0, 4.0, -1.0}, {5.0, -10.0, 10.0, -5.0, 1.0}};
   thrum_state_view *view = s->view;
   int32_t count = s->past_count;
   if (s->carries && count > CARRIED_SOLVES)
     count = CARRIED_SOLVES;
+  const terms_of_guess terms = find_terms(s, count);
   for (int32_t j = 0; j < count; j++) {
     const int64_t at = thrum_past_at(view, s->state->report.steps - 1 - j);
     past_q[j] = view->past_q + at;
@@ -143,7 +204,7 @@ static int32_t choose_past(const thrum_solver *s, const double *past_q[THRUM_PAS
   }
 
   if (count > 0) {
-    count = smooth_count(s, past_q, past_r, count);
+    count = smooth_count(s, past_q, past_r, count, &terms);
     // the step of a part of the modes may be small beside any residual, which then says nothing
     if (count > 2 && s->first == 0 && s->state->guess_last > GUESS_POOR)
       count = 2;
@@ -160,24 +221,30 @@ static int32_t choose_past(const thrum_solver *s, const double *past_q[THRUM_PAS
     past_q[j] = past_q[0];
     past_r[j] = past_r[0];
   }
+
+  // the weights of all orders together
+  memcpy(weight, even[count > 0 ? count - 1 : 0], sizeof even[0]);
+  for (int32_t j = 0; !terms.even && j < count; j++) {
+    weight[j] = 0.0;
+    for (int32_t order = j; order < count; order++)
+      weight[j] += terms.of[order][j];
+  }
   return count;
 }
 
 /* The first guess: the extrapolated increment, corrected by the inverse for the residual that is
  * expected there. */
 static void guess(const thrum_solver *s, const thrum_quasi *quasi) {
-  // extrapolation by one step, exact for polynomials of degree 0 to 4
-  static const double weights[THRUM_PAST_SOLVES][THRUM_PAST_SOLVES] = {
-      {1.0}, {2.0, -1.0}, {3.0, -3.0, 1.0}, {4.0, -6.0, 4.0, -1.0}, {5.0, -10.0, 10.0, -5.0, 1.0}};
   thrum_state_view *view = s->view;
   const double *past_q[THRUM_PAST_SOLVES], *past_r[THRUM_PAST_SOLVES];
-  const int32_t count = choose_past(s, past_q, past_r);
+  double weight[THRUM_PAST_SOLVES];
+  const int32_t count = choose_past(s, past_q, past_r, weight);
   if (count == 0) {
     memset(view->unknown, 0, (size_t)s->state->rank * sizeof *view->unknown);
     return;
   }
 
-  expect(s, weights[count - 1], past_q, past_r);
+  expect(s, weight, past_q, past_r);
   if (quasi->known)
     thrum_secant_apply(&quasi->inverse, view->residual + s->first, view->direction + s->first);
   correct_increment(s);

@@ -614,9 +614,11 @@ thrum_status thrum_stability_switch_to_energy(const thrum_model *model, thrum_st
     energy_state.jacobian_kept = 0;
     energy_state.potential_step = -1;
     energy_state.past_count = 0;
+    energy_state.def.dt = m->before_dt;
     const thrum_status status = repeat_step(model, &energy_state, view, report);
     memset(report, 0, sizeof *report);
     if (status >= 0) {
+      energy_state.def.dt = state->def.dt;
       *state = energy_state;
       m->switched_energy = energy_at(model, state, view, view->q, view->p);
       return THRUM_OK;

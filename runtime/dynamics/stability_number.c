@@ -1,12 +1,11 @@
 /* The stability number of imexv, and the explicit set that follows from it (design 4; stability.h).
  *
- * The number is h sqrt(rho), rho the spectral radius of the stiffness treated explicitly: T_EE(q)
- * in the thesis split and the position form, T(q) - diag_I(omega^2) in the quadratic split; stable
- * below 2. It comes
- * from power iterations, one every few steps and one a step near the limit, started from the last
- * iterate. Above NUMBER_HIGH the highest explicit modes become implicit (the quadratic split
- * becomes the thesis split). All return after a long quiet time, which doubles with each change.
- * Cost: a product T v a sample.
+ * The number is h sqrt(rho), h the longest step lately (step_length.h) and rho the spectral radius
+ * of the stiffness treated explicitly: T_EE(q) in the thesis split and the position form, T(q) -
+ * diag_I(omega^2) in the quadratic split; stable below 2. It comes from power iterations, one every
+ * few steps and one a step near the limit, started from the last iterate. Above NUMBER_HIGH the
+ * highest explicit modes become implicit (the quadratic split becomes the thesis split). All return
+ * after a long quiet time, which doubles with each change. Cost: a product T v a sample.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
@@ -70,7 +69,7 @@ static double iterate(const thrum_model *model, const thrum_state *state, thrum_
 }
 
 static double number_of(const thrum_state *state, double radius) {
-  return fmin(state->def.dt * sqrt(radius), THRUM_MONITOR_MOST);
+  return fmin(state->split_dt * sqrt(radius), THRUM_MONITOR_MOST);
 }
 
 void thrum_stability_direct(const thrum_state *state, thrum_state_view *view) {

@@ -15,12 +15,14 @@
 #include "runtime/base/alignment_check.h"
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/discrete_gradient.h"
+#include "runtime/dynamics/kept_inverse.h"
 #include "runtime/dynamics/mode_split.h"
 #include "runtime/dynamics/motion_norm.h"
 #include "runtime/dynamics/newmark.h"
 #include "runtime/dynamics/stability.h"
 #include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/dynamics/state_def.h"
+#include "runtime/dynamics/step_length.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 #define STATE_MAGIC (UINT64_C(0x7468726d73743030) + THRUM_STATE_VERSION)
@@ -103,6 +105,7 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   // only imexv adapts
   state->def.adaptive = imexv ? def->adaptive : 0;
   state->scheme = (int32_t)thrum_state_first_scheme(def);
+  thrum_step_length_begin(state);
   state->split = thrum_mode_split(model, state);
   thrum_stability_reset(state);
   state->report.first_switch = -1;
@@ -169,13 +172,19 @@ thrum_status thrum_state_check(const thrum_model *model, const thrum_state *stat
 
 /* --- setting ---------------------------------------------------------------------------------- */
 
-/* Forgets everything that a solve kept for the next one. */
-static void forget_history(thrum_state *state, const thrum_state_view *view) {
+/* Forgets solves and inverses of other implicit modes, and the state before the last step. */
+static void forget_solves(thrum_state *state, const thrum_state_view *view) {
   // the arrays from power_explicit to the end of those that persist
   memset(view->power_explicit, 0, (size_t)(view->q_next - view->power_explicit) * sizeof(double));
   forget_inverses(state);
   state->jacobian_kept = 0;
   state->past_count = 0;
+  state->monitor.before_step = -1;
+}
+
+/* Forgets everything that a solve kept for the next one. */
+static void forget_history(thrum_state *state, const thrum_state_view *view) {
+  forget_solves(state, view);
   state->past_discrete = 0;
   state->eager_end = 0;
   state->average_field_end = 0;
@@ -196,36 +205,27 @@ static thrum_status refuse_values(thrum_error *error, const char *what) {
   return thrum_error_set(error, THRUM_BAD_VALUE, "%s holds a number that is not finite", what);
 }
 
-/* Commits q_next and the synchronised p_next together with `changed`, the header to be, whose dt
- * and split say how p is stored. load_before may be NULL for zero. */
-static thrum_status commit_synchronised(const thrum_model *model, thrum_state *state,
-                                        const thrum_state *changed, thrum_state_view *view,
-                                        const double *load_before, thrum_error *error) {
-  const int32_t r = state->rank;
-  const double amplitude = thrum_motion_norm(model, changed, view->q_next, view->p_next);
+/* Turns the synchronised p_next at q into the momentum that `changed`, a header to be, stores, and
+ * makes its amplitude and the acceleration of Newmark. load_before may be NULL for zero. */
+static thrum_status store_synchronised(const thrum_model *model, thrum_state *changed,
+                                       thrum_state_view *view, const double *q,
+                                       const double *load_before, thrum_error *error) {
+  const int32_t r = changed->rank;
+  changed->amplitude = thrum_motion_norm(model, changed, q, view->p_next);
 
   // what each scheme stores besides q: a momentum of its own, and Newmark an acceleration
   memset(view->acceleration_next, 0, (size_t)r * sizeof *view->acceleration_next);
   const thrum_status stored =
-      thrum_staggered_unsynchronise(model, changed, view, view->q_next, load_before, view->p_next);
+      thrum_staggered_unsynchronise(model, changed, view, q, load_before, view->p_next);
   if (stored == THRUM_SINGULAR)
     return thrum_error_set(error, stored,
                            "the momentum that the integrator stores cannot be solved for here");
-  if (state->scheme == THRUM_SCHEME_NEWMARK || state->scheme == THRUM_SCHEME_FOX_GOODWIN)
-    thrum_newmark_acceleration(model, changed, view, view->q_next, view->p_next,
-                               view->acceleration_next);
-
-  // nothing that persists has been written yet
-  if (stored < 0 || !isfinite(amplitude) || !thrum_all_finite(view->p_next, r) ||
+  if (changed->scheme == THRUM_SCHEME_NEWMARK || changed->scheme == THRUM_SCHEME_FOX_GOODWIN)
+    thrum_newmark_acceleration(model, changed, view, q, view->p_next, view->acceleration_next);
+  if (stored < 0 || !isfinite(changed->amplitude) || !thrum_all_finite(view->p_next, r) ||
       !thrum_all_finite(view->acceleration_next, r))
     return thrum_error_set(error, THRUM_NOT_FINITE,
                            "the forces at this state are beyond the range of finite numbers");
-
-  *state = *changed;
-  state->amplitude = amplitude;
-  memcpy(view->q, view->q_next, (size_t)r * sizeof *view->q);
-  memcpy(view->p, view->p_next, (size_t)r * sizeof *view->p);
-  forget_history(state, view);
   return THRUM_OK;
 }
 
@@ -233,6 +233,7 @@ static thrum_status commit_synchronised(const thrum_model *model, thrum_state *s
 static void restart_scheme(const thrum_model *model, thrum_state *state) {
   if (state->def.integrator == THRUM_INTEGRATOR_IMEXV)
     state->scheme = (int32_t)thrum_state_first_scheme(&state->def);
+  thrum_step_length_begin(state);
   state->split = thrum_mode_split(model, state);
   thrum_stability_reset(state);
 }
@@ -252,11 +253,18 @@ thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const
   copy_or_zero(view.p_next, p, r);
   thrum_state changed = *state;
   restart_scheme(model, &changed);
-  THRUM_TRY(commit_synchronised(model, state, &changed, &view, NULL, error));
+  THRUM_TRY(store_synchronised(model, &changed, &view, view.q_next, NULL, error));
+
+  // nothing that persists has been written yet
+  const size_t vector = (size_t)r * sizeof(double);
+  *state = changed;
+  memcpy(view.q, view.q_next, vector);
+  memcpy(view.p, view.p_next, vector);
+  forget_history(state, &view);
 
   // there is no step before, and so no load of it
-  memcpy(view.acceleration, view.acceleration_next, (size_t)r * sizeof(double));
-  memset(view.load_before, 0, (size_t)r * sizeof(double));
+  memcpy(view.acceleration, view.acceleration_next, vector);
+  memset(view.load_before, 0, vector);
   return THRUM_OK;
 }
 
@@ -294,12 +302,22 @@ thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, do
   // p at the time of q does not depend on dt; the stored one does
   thrum_state_view view = thrum_state_view_of(state);
   THRUM_TRY(synchronise(model, state, &view, NULL, error));
-  memcpy(view.q_next, view.q, (size_t)state->rank * sizeof(double));
-
   thrum_state changed = *state;
-  changed.def.dt = dt;
-  restart_scheme(model, &changed);
-  THRUM_TRY(commit_synchronised(model, state, &changed, &view, view.load_before, error));
+  thrum_step_length_enter(model, &changed, dt);
+  THRUM_TRY(store_synchronised(model, &changed, &view, view.q, view.load_before, error));
+
+  // nothing that persists has been written yet
+  const thrum_state before = *state;
+  const size_t vector = (size_t)state->rank * sizeof(double);
+  memcpy(view.p, view.p_next, vector);
+  *state = changed;
+  if (state->split != before.split)
+    forget_solves(state, &view);
+  else
+    thrum_kept_inverse_convert(model, &before, state, &view);
+
+  // an increment is as long as its step
+  state->step_recent *= dt / before.def.dt;
 
   // Newmark's acceleration stays, but for the damping of a v that depends on dt
   for (int32_t i = 0; state->scheme == THRUM_SCHEME_FOX_GOODWIN && i < state->rank; i++)

@@ -23,7 +23,7 @@
 
 /* Of the header and the arrays below; raised with each change of them, so that a snapshot of
  * another version is known. */
-#define THRUM_STATE_VERSION 9
+#define THRUM_STATE_VERSION 10
 
 /* --- the header ------------------------------------------------------------------------------- */
 
@@ -56,6 +56,7 @@ typedef struct thrum_stability_monitor {
   int64_t switch_deadline;   /* step of a switch to come, 0: none */
   int64_t energy_step;       /* step of the energy that was entered last */
   int64_t before_step;       /* step of q_before and p_before, -1: none */
+  double before_dt;          /* and its length [s] */
   int64_t quiet_end;         /* step of the next look at a return */
 } thrum_stability_monitor;
 
@@ -110,6 +111,11 @@ struct thrum_state {
   int64_t jacobian_due;      /* and the one in which the next is planned */
   /* Step at which each of `inverses` was factored, newest first; -1: BFGS-updated or empty. */
   int64_t inverse_step[THRUM_INVERSES];
+  int64_t split_end; /* step at which a lower split_dt may be taken */
+  double split_dt;   /* the split is for this length of a step [s] (step_length.h) */
+  double longest_dt; /* the longest step in force since split_end was set [s] */
+  /* Lengths of the steps of past_q and past_r, in the order of the ring [s]. */
+  double past_dt[THRUM_PAST_SOLVES];
   double potential;      /* V(q), or V(q_corrected) if that is carried [J] */
   double potential_end;  /* V(q_k) where that is carried [J] */
   double contraction;    /* energy: share of a residual that the inverse leaves, 0: not known */
@@ -237,9 +243,14 @@ int64_t thrum_borrowed_vectors(int64_t rank);
 /* Points the view to the borrowed workspace. */
 void thrum_state_view_borrow(thrum_state_view *view, const thrum_borrowed_workspace *borrowed);
 
+/* Place of step k in the ring of past solves. */
+static inline int64_t thrum_past_place(int64_t k) {
+  return (k % THRUM_PAST_SOLVES + THRUM_PAST_SOLVES) % THRUM_PAST_SOLVES;
+}
+
 /* Offset of step k in past_q and past_r. */
 static inline int64_t thrum_past_at(const thrum_state_view *view, int64_t k) {
-  return (k % THRUM_PAST_SOLVES + THRUM_PAST_SOLVES) % THRUM_PAST_SOLVES * view->stride;
+  return thrum_past_place(k) * view->stride;
 }
 
 /* True for D = alpha 1 + beta T(q) with beta > 0. */

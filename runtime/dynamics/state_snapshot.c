@@ -76,14 +76,17 @@ static thrum_status check_scheme(const thrum_state *header, thrum_error *error) 
   if (!thrum_scheme_name(scheme) || (scheme != thrum_state_first_scheme(def) && !changed))
     return refuse("scheme", error);
 
-  // the inverses have room for as many implicit modes as the def allows
+  // the inverses have room for as many implicit modes as the def allows, where any are kept
   const int64_t rank = header->rank;
   if (header->split < 0 || header->split > rank || header->high_first < 0 ||
       header->high_first > rank)
     return refuse("split of the modes", error);
   const int64_t implicit = rank - header->split;
-  if (implicit * implicit > header->kept_count)
+  const bool keeps = scheme != THRUM_SCHEME_RK4 && scheme != THRUM_SCHEME_SEMI_IMPLICIT_EULER;
+  if (keeps && implicit * implicit > header->kept_count)
     return refuse("split of the modes", error);
+  if (!(header->split_dt > 0.0 && header->longest_dt > 0.0))
+    return refuse("length of the steps", error);
   return THRUM_OK;
 }
 
@@ -124,6 +127,7 @@ static thrum_status check_counts(const thrum_state *header, thrum_error *error) 
                             report->tightened,
                             spurious->samples,
                             spurious->window_end,
+                            header->split_end,
                             header->jacobian_step,
                             header->jacobian_due};
   if (report->steps < 0 || !are_counts(counts, sizeof counts / sizeof counts[0]) ||
@@ -190,8 +194,12 @@ static bool is_finite_header(const thrum_state *header) {
                            s->energy[0],
                            s->energy[1],
                            header->guess_last,
-                           header->amplitude};
-  return thrum_all_finite(values, sizeof values / sizeof values[0]);
+                           header->amplitude,
+                           m->before_dt,
+                           header->split_dt,
+                           header->longest_dt};
+  return thrum_all_finite(values, sizeof values / sizeof values[0]) &&
+         thrum_all_finite(header->past_dt, THRUM_PAST_SOLVES);
 }
 
 /* The arrays behind the header hold doubles alone. */

@@ -30,6 +30,7 @@
 #include "runtime/dynamics/semi_implicit_euler.h"
 #include "runtime/dynamics/stability.h"
 #include "runtime/dynamics/state_private.h"
+#include "runtime/dynamics/step_length.h"
 
 #define EAGER_STEPS 96 /* with an eager Jacobian refresh after a late one */
 #define AVERAGE_FIELD_STEPS                                                                        \
@@ -68,6 +69,7 @@ static void remember_solve(thrum_state *next, const thrum_state_view *view,
   next->past_discrete = report->discrete;
   memcpy(view->past_q + at, view->middle, vector);
   memcpy(view->past_r + at, view->force, vector);
+  next->past_dt[thrum_past_place(next->report.steps)] = next->def.dt;
   next->past_count =
       next->past_count < THRUM_PAST_SOLVES ? next->past_count + 1 : THRUM_PAST_SOLVES;
   next->guess_last = report->guess;
@@ -133,6 +135,7 @@ static void commit(thrum_step_run *run, double amplitude) {
     memcpy(view->q_before, run->q, vector);
     memcpy(view->p_before, whole ? view->p : view->p_before_next, vector);
     next->monitor.before_step = next->report.steps;
+    next->monitor.before_dt = next->def.dt;
   }
 
   memcpy(run->q, view->q_next, vector);
@@ -176,7 +179,8 @@ thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state,
   // only Newmark fills it, and all schemes are checked for finite candidates
   memset(run->view.acceleration_next, 0, (size_t)state->rank * sizeof(double));
   memset(&run->report, 0, sizeof run->report);
-  if (thrum_stability_before(model, &run->next, &run->view, &run->samples) < 0)
+  if (thrum_step_length_settle(model, &run->next, &run->view) < 0 ||
+      thrum_stability_before(model, &run->next, &run->view, &run->samples) < 0)
     drop_monitor(run);
   return THRUM_OK;
 }

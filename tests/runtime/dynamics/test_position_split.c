@@ -287,7 +287,7 @@ static void its_momenta_are_of_whole_steps(void **context) {
   state_read(&m.model, state, NULL, now);
   assert_memory_equal(p, now, sizeof p);
 
-  // a state that is set to them goes on as the one that they are of
+  // a state that is set to them goes on as the one that they are of, to the tolerance of its solves
   thrum_state *other = state_make(&m.model, &def);
   assert_int_equal(thrum_state_set_dt(&m.model, other, 0.02, NULL), THRUM_OK);
   state_put(&m.model, other, q, p);
@@ -295,7 +295,7 @@ static void its_momenta_are_of_whole_steps(void **context) {
   state_steps(&m.model, other, 50);
   state_read(&m.model, state, q, p);
   state_read(&m.model, other, NULL, now);
-  assert_memory_equal(p, now, sizeof p);
+  assert_true(largest_difference(p, now, RANK) < 1e-8);
 
   state_free(state);
   state_free(other);

@@ -500,6 +500,7 @@ static void a_new_dt_brings_its_own_split_and_keeps_the_motion(void **context) {
   for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++) {
     thrum_state_def def = make_def(THRUM_INTEGRATOR_IMEXV, (thrum_damping_form)form);
     def.split_rule = THRUM_SPLIT_CFL;
+    def.adaptive = 0;
 
     thrum_state *state = state_make(&m.model, &def);
     state_put(&m.model, state, start_q, start_p);
