@@ -45,13 +45,14 @@ static thrum_status take_precisions(const config_given *given, void *request) {
   return config_given_names(given, names, 2, ((tradeoff_request *)request)->precisions);
 }
 
-/* A number and one of these endings, which scale it; no ending is the first's. */
+/* A number and one of these endings, which scale it; no ending is the first's where that is empty.
+ */
 static bool scaled(const char *text, const char *const *endings, const double *scales,
                    double *value) {
   // the longest ending that fits cuts the text
   const size_t length = strlen(text);
   char number[64];
-  double scale = scales[0];
+  double scale = endings[0][0] == 0 ? scales[0] : 0.0;
   size_t cut = length;
   for (int n = 0; endings[n] != NULL; n++) {
     const size_t size = strlen(endings[n]);
@@ -62,7 +63,7 @@ static bool scaled(const char *text, const char *const *endings, const double *s
   }
 
   // the number before it, which must be positive
-  if (cut >= sizeof number)
+  if (cut >= sizeof number || !(scale > 0))
     return false;
   memcpy(number, text, cut);
   number[cut] = 0;
@@ -108,7 +109,7 @@ static const config_option options[] = {
     OPTION_WORD("budget", "T", NULL,
                 "pick the most accurate one that takes at most T of processor time for a frame, "
                 "such as 2ms or 500us",
-                .take = take_budget, .wants = "a time such as 2ms"),
+                .take = take_budget, .wants = "a time with its unit, such as 2ms or 500us"),
     OPTION_NUMBER("fps", "1/s", "60", "frames a second of --budget", AT(fps), CONFIG_ABOVE(0)),
     OPTION_TIME(tradeoff_request, time, "1; with --quick 0.5"),
     OPTION_FLAG("quick", "a coarse answer in under a minute, on models of some thousand tetrahedra",

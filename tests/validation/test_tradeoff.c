@@ -419,9 +419,9 @@ static void an_error_out_of_reach_and_missing_loads_are_said(void **state) {
   program_result_free(&run);
 
   // wrong arguments are named in one line
-  static const char *const wrong[][2] = {{"--error", "a lot"}, {"--error", "200%"},
-                                         {"--budget", "-3ms"}, {"--ranks", "2.5"},
-                                         {"--dts", "0.003,,"}, {"--integrators", "euler"}};
+  static const char *const wrong[][2] = {
+      {"--error", "a lot"}, {"--error", "200%"},  {"--budget", "-3ms"},      {"--budget", "3"},
+      {"--ranks", "2.5"},   {"--dts", "0.003,,"}, {"--integrators", "euler"}};
   for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
     run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "none", wrong[n][0], wrong[n][1], NULL);
     assert_int_equal(run.exit_code, 2);
