@@ -343,6 +343,10 @@ static thrum_status load_file(const char *path, const thrum_model **model, thrum
   return thrum_model_load(path, model, error);
 }
 
+#define X(name, text) " " #name
+static const char known_names[] = MODEL_NAME_LIST(X);
+#undef X
+
 /* What a text may have meant that names no model file; "" when nothing is plain. */
 static void advise(const char *text, char *advice, size_t size) {
   const bool there = access(text, F_OK) == 0;
@@ -360,6 +364,8 @@ static void advise(const char *text, char *advice, size_t size) {
     snprintf(advice, size, "; it is a mesh: make a model of it with thrum precompute");
   else if (!there && nearest != NULL)
     snprintf(advice, size, "; did you mean '%s'?", nearest);
+  else if (!there && strpbrk(text, "/.") == NULL)
+    snprintf(advice, size, "; the models that come with Thrum are:%s", known_names);
 }
 
 thrum_status named_model_load(const char *text, bool quiet, const thrum_model **model,
