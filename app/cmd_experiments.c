@@ -51,6 +51,8 @@ static thrum_status run_kind(const experiments_request *request, const experimen
   switch (request->kind) {
   case EXPERIMENTS_LONG:
     return experiments_long(request, bodies, flagged, error);
+
+  // these three differ in their plan only
   case EXPERIMENTS_SWEEP:
   case EXPERIMENTS_WORK_PRECISION:
   case EXPERIMENTS_VARIABLE:
@@ -59,6 +61,7 @@ static thrum_status run_kind(const experiments_request *request, const experimen
     return experiments_extremes(request, flagged, error);
   case EXPERIMENTS_LINEAR:
     return experiments_linear(request, bodies, error);
+
   case EXPERIMENTS_MATRIX:
   case EXPERIMENTS_STEP_SIZES:
   default:

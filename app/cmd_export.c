@@ -50,6 +50,7 @@ static const config_option options[] = {
                   AT(fps), CONFIG_FROM(0)),
     OPTION_TEXT("model", "FILE", NULL, "the run's model, where it lies elsewhere now",
                 AT(run_model)),
+
     OPTION_HEADING("of a model or a run"),
     OPTION_TEXT("obj", "FILE", NULL, "the surface at rest, in metres", AT(obj)),
     OPTION_TEXT("surface", "FILE", NULL,

@@ -245,12 +245,16 @@ static void print_table(const trade *t) {
          "time off by %.2g %%\n",
          t->result.free_count, 1e-3 * t->result.full_us_per_step, t->request->full_dt,
          t->result.full_cost, 100 * t->result.full_error);
+
+  // a line for each run that no other beats in both cost and error
   printf("%-12s %5s %-6s %8s %9s %9s %10s %8s %10s %10s %10s %10s\n", "method", "rank", "coeff.",
          "h [s]", "tol.", "us/step", "cost s/s", "faster", "error", "of basis", "in time",
          "frequency");
   for (int64_t n = 0; n < t->result.run_count; n++)
     if (t->result.runs[n].front)
       print_run(t, &t->result.runs[n]);
+
+  // the setting that was picked among them
   printf("\nrecommended for %s:\n", t->wanted);
   if (t->chosen >= 0)
     print_run(t, &t->result.runs[t->chosen]);

@@ -89,6 +89,7 @@ static const config_option options[] = {
                 "how far the six models may be bent, at rest and in motion, before linear modal "
                 "analysis is wrong by 5 and by 20 %, and what the nonlinear terms cost",
                 KIND(LINEAR)),
+
     OPTION_HEADING("options"),
     OPTION_TEXT("output", "DIR", NULL, "the folder; made when it is not there", .letter = 'o',
                 AT(output)),
@@ -107,11 +108,15 @@ static const config_option options[] = {
                 "--extremes: of stiffness, poisson, size, density, load, snap, tet, square, rank, "
                 "resonance, rate",
                 .take = take_subjects, NAMES),
+
+    // the length of runs, and how they are spread over the machine
     OPTION_TIME(experiments_request, time, "30; of --work-precision 10"),
     OPTION_DT(experiments_request, dt),
     OPTION_COUNT("steps", "3000000; of --extremes 2000", "--long, --extremes: number of steps",
                  AT(steps), CONFIG_RANGE(1, STEPS_MAX)),
     OPTION_COUNT("threads", "1", "runs at a time", AT(threads), CONFIG_RANGE(1, THREADS_MAX)),
+
+    // what concerns the folder and the screen
     OPTION_FLAG("resume", "take over the runs that the folder has already", AT(resume)),
     OPTION_JSON(experiments_request),
     OPTION_QUIET(experiments_request),

@@ -46,6 +46,8 @@ thrum_status experiments_sweep(const experiments_request *request, const experim
       .progress = experiments_progress,
       .progress_context = &progress,
   };
+
+  // the files are written from the cases, which the sweep owns until its end
   memcpy(sweep.schemes, request->schemes, sizeof sweep.schemes);
   thrum_status status = experiment_sweep_run(&sweep, error);
   config_progress_end(&progress, status >= 0);

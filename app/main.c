@@ -22,6 +22,8 @@ static int print_help(FILE *stream) {
           "usage: thrum COMMAND [ARGUMENTS]\n\n",
           thrum_version());
   app_commands_print(stream, app_commands);
+
+  // what every command takes, and three commands that work as they stand
   fputs("\n"
         "  thrum COMMAND --help   options and examples of a command\n"
         "  thrum --version        the version\n"

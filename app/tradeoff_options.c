@@ -110,11 +110,14 @@ static const config_option options[] = {
                 "pick the most accurate one that takes at most T of processor time for a frame, "
                 "such as 2ms or 500us",
                 .take = take_budget, .wants = "a time with its unit, such as 2ms or 500us"),
+
+    // what is asked, and for how long a motion
     OPTION_NUMBER("fps", "1/s", "60", "frames a second of --budget", AT(fps), CONFIG_ABOVE(0)),
     OPTION_TIME(tradeoff_request, time, "1; with --quick 0.5"),
     OPTION_FLAG("quick", "a coarse answer in under a minute, on models of some thousand tetrahedra",
                 AT(quick)),
     OPTION_GROUP(mesh_options, "of a MESH", AT(mesh_def)),
+
     OPTION_HEADING("what is tried"),
     OPTION_TEXT("ranks", "LIST", "0,6,10,20,30; with --quick 0,10",
                 "ranks, each of half as many modes; 0 is the model's own basis", .take = take_ranks,
@@ -135,6 +138,7 @@ static const config_option options[] = {
     OPTION_DAMPING(take_damping),
     OPTION_NUMBER("full-dt", "s", "0.001; with --quick 0.002", "time step of the full order",
                   AT(full_dt), CONFIG_ABOVE(0)),
+
     OPTION_HEADING("the work"),
     OPTION_COUNT("threads", "1", "runs at a time", AT(threads), CONFIG_RANGE(1, 256)),
     OPTION_JSON(tradeoff_request),
@@ -173,6 +177,8 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   static const double dts[] = {0.001, 0.002, 0.003, 0.005, 0.01, 1. / 60};
   static const double quick_dts[] = {0.003, 0.01, 1. / 60};
   static const double tolerances[] = {1e-10, 1e-6, 1e-3}, quick_tolerances[] = {1e-6};
+
+  // defaults that zero does not stand for
   r->mesh_def = mesh_model_def_default();
   r->error = r->budget = NAN;
   r->fps = FPS_DEFAULT;
@@ -180,6 +186,8 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   r->integrators[EXPERIMENT_SCHEME_IMEXV] = true;
   r->integrators[EXPERIMENT_SCHEME_NEWMARK] = true;
   r->integrators[EXPERIMENT_SCHEME_ENERGY] = true;
+
+  // the first wrong option ends the command with its own exit code
   int code = config_options_read(&command_tradeoff, argc, argv, r);
   if (code != COMMAND_DONE)
     return code;
@@ -189,6 +197,8 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   code = mesh_model_def_check("tradeoff", &r->mesh_def, thrum_mesh_is_named(r->model_path));
   if (code != COMMAND_DONE)
     return code;
+
+  // what no default can stand for, and what two options decide together
   if (r->output == NULL || r->output[0] == 0)
     return config_usage("tradeoff", "where to? name a folder with -o DIR");
   if (isnan(r->error) && isnan(r->budget))
@@ -198,6 +208,8 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
     r->precisions[0] = true;
     r->precisions[1] = !r->quick;
   }
+
+  // the rest depends on --quick
   r->time = r->time > 0 ? r->time : r->quick ? 0.5 : 1;
   r->full_dt = r->full_dt > 0 ? r->full_dt : r->quick ? 0.002 : 0.001;
   default_list(r->quick ? quick_ranks : ranks, r->quick ? 2 : 5, r->ranks, &r->rank_count);

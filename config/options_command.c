@@ -99,12 +99,16 @@ static int apply(const config_command *command, const given_list *list, void *re
   const int code = list->file >= 0 ? read_file(command, list, request) : COMMAND_DONE;
   if (code != COMMAND_DONE)
     return code;
+
+  // options of the command line come after the file, and so over it
   for (int n = 0; n < list->count; n++) {
     thrum_error error = {0};
     config_given *given = &list->items[n];
     given->error = &error;
     if (n == list->file)
       continue;
+
+    // a row of a group writes into its own struct within the request
     char *base = (char *)request + list->rows[list->places[n]].base;
     const thrum_status status = config_given_apply(given, base);
     if (status == THRUM_OUT_OF_MEMORY)

@@ -61,6 +61,7 @@ static const config_option options[] = {
     OPTION_GROUP(material_options, "", AT(material)),
     OPTION_NUMBER("scale", NULL, "1", "lengths of the mesh times this are metres, such as 1e-3",
                   AT(scale), CONFIG_ABOVE(0)),
+
     OPTION_HEADING("the model"),
     OPTION_COUNT("modes", "10", "linear modes K", AT(options.modes), GIVEN(modes_given),
                  CONFIG_RANGE(1, COUNT_MAX)),
@@ -79,6 +80,7 @@ static const config_option options[] = {
                 "a group or vertex=N that will be pulled: its static responses to forces along x, "
                 "y, z are represented exactly",
                 .repeats = true, .take = take_handle),
+
     OPTION_HEADING("other programs"),
     OPTION_TEXT("import-basis", "FILE.U", NULL,
                 "take VegaFEM's basis in place of modes and derivatives; it is turned until it is "
@@ -88,6 +90,7 @@ static const config_option options[] = {
                 .path = CONFIG_PATH_ALWAYS, AT(import_cubic)),
     OPTION_TEXT("export-modes", "FILE.vtu", NULL, "write the linear modes for ParaView as well",
                 .path = CONFIG_PATH_ALWAYS, AT(export_modes)),
+
     OPTION_HEADING("the work"),
     OPTION_COUNT("threads", "1", "threads of the linear algebra", AT(options.threads),
                  CONFIG_RANGE(1, CONFIG_THREADS_MAX)),

@@ -18,7 +18,7 @@
 // rows x 7: the place of a free body of a scene, see driver/run_placement.h
 #define RUN_PLACEMENTS "places.npy"
 
-/* And the run of a scene, besides a folder as of one run for each body. */
+/* The run of a scene holds these besides a folder for each body, which is as of one run. */
 #define SCENE_JSON "scene.json"
 #define SCENE_PROBES "probes.csv"
 
@@ -27,7 +27,7 @@ typedef enum run_kind {
   RUN_OF_SCENE /* its mark is SCENE_JSON */
 } run_kind;
 
-/* Does the mark in the folder say that a run of this kind is there? */
+/* Whether the mark in the folder says that a run of this kind is there. */
 bool run_entries_marked(const char *path, run_kind kind);
 
 /* Is the folder empty? False where it cannot be read. */

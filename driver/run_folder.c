@@ -15,8 +15,8 @@
 #include "platform/folder_swap.h"
 #include "platform/interrupt.h"
 
-/* What follows RUN in the names of the work folder, of an earlier run while there is no way to
- * exchange two folders in one step, and of a run that could not be put in place. */
+/* These endings follow RUN in the names of the work folder, of an earlier run while there is no way
+ * to exchange two folders in one step, and of a run that could not be put in place. */
 #define WORK_END ".thrum-partial"
 #define SPARE_END ".thrum-earlier"
 #define NEW_END ".new-"
@@ -193,7 +193,7 @@ thrum_status run_folder_open(const char *path, run_kind kind, run_folder *folder
   THRUM_TRY(take_path(&opened, path, error));
   snprintf(opened.work, sizeof opened.work, "%s" WORK_END, opened.path);
 
-  // the lock comes first, so that nobody else changes RUN while it is looked at
+  // the lock comes first, so that no other process changes RUN while it is looked at
   THRUM_TRY(lock_work(&opened, error));
   struct stat status;
   thrum_status done = recover(&opened, error);

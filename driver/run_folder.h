@@ -2,11 +2,11 @@
  * files.
  *
  * A run is written into a work folder beside RUN. At the end the two exchange their places in one
- * step, so whoever looks, and whenever the process is killed, finds the earlier run or the new one
- * whole. What is the user's own in the earlier run's folder then moves over, and the rest of the
- * earlier run is removed. The work folder is locked, so of two processes that write into one RUN
- * the later one is refused; what a killed process left is cleared by the next run into the same
- * RUN. SPDX-License-Identifier: Apache-2.0 */
+ * step, so RUN is the earlier run or the new one, and whole, at any moment at which it is looked at
+ * or the process is killed. What is the user's own in the earlier run's folder then moves over, and
+ * the rest of the earlier run is removed. The work folder is locked, so of two processes that write
+ * into one RUN the later one is refused; what a killed process left is cleared by the next run into
+ * the same RUN. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_RUN_FOLDER_H
 #define THRUM_DRIVER_RUN_FOLDER_H
 

@@ -172,6 +172,8 @@ static const config_option body_keys[] = {
                 "shown in its place: a file of embed, or an .obj or .stl in metres",
                 .path = CONFIG_PATH_ALWAYS, AT(surface)),
     OPTION_OBJECT("material", material_keys, NULL, "of a mesh, in place of its own", AT(material)),
+
+    // where the body is, and by what factors it differs from its model
     OPTION_VECTOR("position", "m", "[0, 0, 0]", "where the model's origin is", AT(position)),
     ROTATION_KEY("about the model's origin", scene_body_spec),
     OPTION_NUMBER("scale", NULL, "1", "factor of all lengths, exact", AT(scale), CONFIG_ABOVE(0)),
@@ -182,6 +184,8 @@ static const config_option body_keys[] = {
     OPTION_COUNT("rank", "all of the model", "step the lowest so many coordinates only", AT(rank),
                  CONFIG_RANGE(1, THRUM_RANK_MAX)),
     COLOUR_KEY("\"#bfbfbf\"", scene_body_spec),
+
+    // how it starts, and what acts on it
     OPTION_FLAG("free", "the body may move and turn as a whole; of a model that nothing holds",
                 .fallback = "false", AT(free)),
     OPTION_VECTOR("velocity", "m/s", "[0, 0, 0]", "of a free body at the start", AT(velocity)),
@@ -198,6 +202,8 @@ static const config_option body_keys[] = {
     OPTION_NUMBER("touch_stiffness", "N/m^3", "of the material",
                   "pressure per depth where obstacles say nothing", AT(touch_stiffness),
                   CONFIG_ABOVE(0)),
+
+    // the keys of the scene's own solver, each of which may be replaced
     OPTION_GROUP(solver_options, "in place of what the scene says", AT(settings.def)),
     OPTION_END,
 };
@@ -220,6 +226,8 @@ static const char *const shapes[] = {"plane", "sphere", "box", NULL};
 static const config_option obstacle_keys[] = {
     OPTION_TEXT("name", NULL, NULL, "for those who look", AT(name)),
     OPTION_CHOICE("shape", shapes, NULL, "what it is", .needed = true, AT(shape)),
+
+    // its place and size; each shape has its own
     OPTION_VECTOR("centre", "m", "[0, 0, 0]", "of a sphere or box; a point of a plane", AT(centre)),
     OPTION_VECTOR("normal", NULL, "[0, 0, 1]", "of a plane, to its free side; of any length",
                   AT(normal)),
@@ -228,6 +236,8 @@ static const config_option obstacle_keys[] = {
     ROTATION_KEY("of a box about its centre", scene_obstacle_spec),
     OPTION_FLAG("inside", "of a sphere or box: the inside is free, a bowl or a room",
                 .fallback = "false", AT(inside)),
+
+    // how it moves, and what touching it is like
     OPTION_VECTOR("velocity", "m/s", "[0, 0, 0]", "with which the obstacle moves", AT(velocity)),
     OPTION_NUMBER("friction", NULL, "0.5", "Coulomb's coefficient", AT(friction), CONFIG_FROM(0)),
     OPTION_NUMBER("restitution", NULL, "0.5", "speed away over speed towards", AT(restitution),
@@ -272,6 +282,8 @@ const config_option scene_keys[] = {
     OPTION_LIST("bodies", body_keys, scene_body_spec, NULL, "what is stepped", .needed = true,
                 .begin = begin_body, AT(bodies)),
     OPTION_TEXT("title", NULL, NULL, "for those who look", AT(title)),
+
+    // how long, and what acts on all bodies
     OPTION_DT(scene_spec, settings.def.dt),
     OPTION_TIME(scene_spec, time, "10"),
     OPTION_VECTOR("gravity", "m/s^2", "[0, 0, 0]", "acceleration of all bodies", AT(gravity)),
@@ -280,6 +292,8 @@ const config_option scene_keys[] = {
                  .path = CONFIG_PATH_NAMED, .is_name = is_model_name_or_spec,
                  .check = check_base_motion, AT(base_motion)),
     OPTION_OBJECT("wind", wind_keys, "none", "air that drags on all surfaces", AT(wind)),
+
+    // what stands in their way, and what is written
     OPTION_LIST("obstacles", obstacle_keys, scene_obstacle_spec, "none", "what bodies touch",
                 .begin = begin_obstacle, AT(obstacles)),
     OPTION_LIST("probes", probe_keys, scene_probe_spec, "none", "points that are followed",

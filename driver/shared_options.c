@@ -102,6 +102,8 @@ const config_option solver_options[] = {
     OPTION_CHOICE("damping-form", damping_forms, "rest",
                   "whether B damps by the stiffness at rest or by the present one",
                   AT(damping_form)),
+
+    // what only imexv has
     OPTION_WORD("split", "RULE", "cfl",
                 "imexv: cfl, explicit where dt omega <= 2 c; sampling, where dt f < 1; or the "
                 "number of explicit modes, the lowest",
@@ -116,14 +118,20 @@ const config_option solver_options[] = {
                   AT(split_form)),
     OPTION_SWITCH("adaptive", "on", "imexv: monitor stability and energy, and adapt to them",
                   AT(adaptive)),
+
+    // what happens where a step cannot be solved
     OPTION_SWITCH("fallback", "on",
                   "imexv, newmark, energy, fox-goodwin: when a step cannot be solved, take one "
                   "that conserves "
                   "energy, then shorter ones; off: the run ends",
                   AT(fallback)),
+
+    // what only newmark has
     OPTION_PAIR("newmark", "0.25,0.5", "newmark: beta and gamma", .value = "BETA,GAMMA",
                 .take = take_newmark, CONFIG_FROM(0), .schema = PAIR_SCHEMA,
                 .wants = "BETA and GAMMA, BETA >= 0 and GAMMA in [0, 1]"),
+
+    // the implicit solve
     OPTION_CHOICE("solver", implicit_solvers, "quasi-newton",
                   "of implicit steps; newton makes a Jacobian in each iteration and costs more",
                   AT(solver)),

@@ -46,6 +46,8 @@ static const config_option options[] = {
     OPTION_TEXT("output", "RUN", NULL,
                 "the folder; new, empty, or an earlier run, which is replaced", .letter = 'o',
                 .path = CONFIG_PATH_ALWAYS, AT(run_path)),
+
+    // the motion: how long, under what, from where
     OPTION_DT(simulate_request, def.dt),
     OPTION_TIME(simulate_request, time, "10"),
     OPTION_LOAD(take_load, "none", "a load over time, see below"),
@@ -61,6 +63,7 @@ static const config_option options[] = {
                 .take = take_start),
     OPTION_COUNT("rank", "all of the model", "step the lowest N coordinates only", AT(rank),
                  CONFIG_RANGE(1, THRUM_RANK_MAX)),
+
     OPTION_HEADING("what is written"),
     OPTION_COUNT("record-every", "1", "steps between rows of energy.csv and q.npy",
                  AT(record_every), CONFIG_RANGE(1, 1e12)),
@@ -75,6 +78,7 @@ static const config_option options[] = {
                   "warn of compression, inversion and displacement beyond what the model can be "
                   "believed for; changes no result",
                   AT(monitor)),
+
     OPTION_GROUP(solver_options, "the integrators", AT(def)),
     OPTION_HEADING("the full order"),
     OPTION_FLAG("full",
@@ -84,6 +88,7 @@ static const config_option options[] = {
     OPTION_GROUP(mesh_options, "", AT(mesh_def)),
     OPTION_CHOICE("linear-solver", full_solver_names, "cholesky",
                   "how its linear systems are solved; cg is conjugate gradients", AT(solver)),
+
     OPTION_HEADING("besides"),
     OPTION_FILE(simulate_request),
     OPTION_JSON(simulate_request),
@@ -137,6 +142,8 @@ static const char *why_not_full(thrum_integrator integrator) {
   case THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER:
   case THRUM_INTEGRATOR_RK4:
     return "steps reduced models only";
+
+  // these stand here by name, so that the compiler asks about a new one
   case THRUM_INTEGRATOR_NEWMARK:
   case THRUM_INTEGRATOR_VERLET:
   case THRUM_INTEGRATOR_MIDPOINT:

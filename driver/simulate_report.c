@@ -233,6 +233,8 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   cJSON_AddStringToObject(object, "model_hash", hash);
   json_string(object, "run", request->run_path);
   cJSON_AddItemToObject(object, "files", files_json(output));
+
+  // what stepped it, and at what cost
   cJSON_AddStringToObject(object, "integrator", thrum_integrator_name(request->def.integrator));
   simulate_figures_stepped_by(figures, stepped_by);
   cJSON_AddStringToObject(object, "stepped_by", stepped_by);
@@ -246,8 +248,12 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   json_number(object, "mean_iterations", per_step(figures, (double)report->iterations));
   json_number(object, "factorisations", (double)report->factorisations);
   json_number(object, "fallback_steps", (double)figures->fallback_steps);
+
+  // whether the run can be trusted
   add_robustness(object, figures);
   add_energy_solves(object, figures);
+
+  // what was written and found
   json_number(object, "rows", (double)output->rows);
   json_number(object, "frames", (double)output->frames);
   add_full(object, figures);

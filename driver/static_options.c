@@ -64,6 +64,8 @@ static const config_option options[] = {
                 "as of thrum simulate, at its full strength (a sine's amplitude); when it acts "
                 "plays no part; the loads act together"),
     OPTION_NUMBER("factor", NULL, "1", "so many times the loads", AT(def.factor),
+
+                  // how far the load goes, and where the answer is read off
                   CONFIG_RANGE(0, FACTOR_MAX), .above = true),
     OPTION_TEXT("at", "TARGET", "where the loads act",
                 "show the mean displacement of a group, vertex=N or all", .repeats = true,
@@ -73,6 +75,7 @@ static const config_option options[] = {
                   AT(def.tolerance), CONFIG_RANGE(0, 0.01), .above = true),
     OPTION_COUNT("rank", "all of the model", "the lowest N coordinates only", AT(rank),
                  CONFIG_RANGE(1, THRUM_RANK_MAX)),
+
     OPTION_HEADING("the full order"),
     OPTION_FLAG("full", "of the whole mesh, unreduced; MODEL may then be a mesh", AT(full)),
     OPTION_GROUP(mesh_options, "", AT(mesh_def)),
@@ -81,12 +84,14 @@ static const config_option options[] = {
                 .unit = "m", .repeats = true, .take = take_move),
     OPTION_CHOICE("linear-solver", full_solver_names, "cholesky",
                   "how its linear systems are solved; cg is conjugate gradients", AT(solver)),
+
     OPTION_HEADING("what is written"),
     OPTION_TEXT("output", "FILE.npy", NULL, "q, which thrum simulate --start FILE.npy takes",
                 .letter = 'o', WRITTEN(output)),
     OPTION_TEXT("vtu", "FILE.vtu", NULL, "the deformed body for ParaView", WRITTEN(frame)),
     OPTION_TEXT("path", "FILE.csv", NULL, "the path: load, energy, stiffness, displacements",
                 WRITTEN(path)),
+
     OPTION_FILE(static_request),
     OPTION_JSON(static_request),
     OPTION_QUIET(static_request),

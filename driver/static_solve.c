@@ -48,6 +48,7 @@ thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def 
   if (workspace == NULL)
     return THRUM_OUT_OF_MEMORY;
 
+  // a load that nothing answers is a mistake more often than not
   warn_idle(model, said, sum);
 
   const thrum_status status =

@@ -1,6 +1,9 @@
 /* A haptic loop at 1 kHz: each millisecond a device says where the hand is, a spring ties the body
  * to it, one step is made, and the spring's force goes back to the hand. Here the device is a sine
- * of 2 Hz. Says how long steps took and how many came late.   haptic beam.npz SECONDS
+ * of 2 Hz. The program prints how long steps took and how many came late.
+ *
+ *   haptic beam.npz SECONDS
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #define _POSIX_C_SOURCE 200809L /* clock_nanosleep */
 

@@ -7,11 +7,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* From now on each allocation of cJSON is watched: cJSON leaves out what it has no memory for, so
- * after a failure json_text returns NULL, and the program must not end as if it were done. A
- * setting of the process, for programs; before any other use of cJSON. */
+/* From now on failures of cJSON's allocations are noted: cJSON leaves out what it has no memory
+ * for, so after a failure json_text returns NULL, and the program must not end as if it were done.
+ * A setting of the process, for programs; before any other use of cJSON. */
 void json_watch_memory(void);
-/* Has any of those allocations failed since? */
+/* Whether any of those allocations has failed since. */
 bool json_memory_failed(void);
 
 /* Adds a number with all its digits to a cJSON object; null when it is not finite. */

@@ -1,10 +1,12 @@
 /* VegaFEM's binary files, little-endian:
  *   .U    int32 rows, int32 r, then U column by column in float64 (.URendering.float: float32)
- *   .cub  int32 r, r, Q, C, then float64: linear r x r, quadratic r x Q, cubic r x C; component a
- * of the force outermost, then the monomials i <= j, i <= j <= k in lexicographic order The force
- * is R_a = dV/dq_a, design (1): the coefficient of a monomial of V, times how often q_a occurs in
- * it, stands in component a under the monomial that is left. So each distinct index of a monomial
- * tells its coefficient once more; they must agree. Cost: linear in the file.
+ *   .cub  int32 r, r, Q, C, then float64: linear r x r, quadratic r x Q, cubic r x C
+ *
+ * In these the component a of the force is outermost, then come the monomials i <= j, i <= j <= k
+ * in lexicographic order. The force is R_a = dV/dq_a, design (1): the coefficient of a monomial of
+ * V, times how often q_a occurs in it, stands in component a under the monomial that is left. So
+ * each distinct index of a monomial tells its coefficient once more; they must agree. Cost: linear
+ * in the file.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/vega_reduced.h"

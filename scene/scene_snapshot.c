@@ -93,7 +93,7 @@ static bool is_count(int64_t count) {
   return count >= 0 && count <= COUNT_MAX;
 }
 
-/* What steps do not change of a body's motion is as it is now, and the rest is finite. */
+/* Whether the parts of a body's motion that steps do not change are as now, and the rest finite. */
 static bool is_motion_right(const scene_body *body, const body_record *record) {
   const thrum_rigid_frame *now = &body->rigid_frame, *then = &record->rigid_frame;
   const double sums[] = {record->work_load, record->work_base, record->dissipated};
@@ -113,6 +113,7 @@ static thrum_status check_body(const scene_body *body, const unsigned char **at,
       !is_motion_right(body, &record))
     return refuse("motion of a body", error);
 
+  // q as the scene shows it; the state has its own check
   for (int64_t i = 0; i < body->derived->rank; i++) {
     double q;
     take(at, &q, sizeof q);
@@ -120,6 +121,7 @@ static thrum_status check_body(const scene_body *body, const unsigned char **at,
       return refuse("shape of a body", error);
   }
 
+  // the state, and the contact of a body that touches
   THRUM_TRY(thrum_state_copy_check(body->derived->model, body->state, *at, error));
   *at += thrum_state_kept_bytes(body->state);
   if (body->touch == NULL)
@@ -142,6 +144,7 @@ static thrum_status check_content(const thrum_scene *scene, const unsigned char 
       !thrum_all_finite(&head.origin, 1))
     return refuse("number of steps", error);
 
+  // bodies and obstacles in the order in which the snapshot was written
   for (int32_t n = 0; n < scene->body_count; n++)
     THRUM_TRY(check_body(scene->bodies[n], &at, error));
   for (int32_t n = 0; n < scene->obstacle_count; n++) {

@@ -61,6 +61,8 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   if (of == NULL || thrum_scene_body_count(bridge_scene) == BODIES_MAX)
     return thrum_error_set(&bridge_error, THRUM_INVALID_ARGUMENT,
                            "a body has no model, or there are more than %d bodies", BODIES_MAX);
+
+  // the page hands numbers over in one array, as a call from JavaScript takes few arguments
   const double *n = bridge_number;
   thrum_scene_body_def def = thrum_default_scene_body_def();
   def.model = &of->model;
@@ -74,6 +76,8 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   def.state.integrator = (thrum_integrator)integrator;
   memcpy(def.velocity, n + 12, sizeof def.velocity);
   memcpy(def.spin, n + 15, sizeof def.spin);
+
+  // the rest comes as arguments, or from the model
   def.rank = rank;
   def.q = q;
   def.p = p;
@@ -82,6 +86,8 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   def.triangle_count = of->triangle_count;
   def.touch = of->touch;
   def.touch_count = of->touch_count;
+
+  // the scene makes a copy, so the page keeps which model it was
   int32_t body;
   THRUM_TRY(thrum_scene_add_body(bridge_scene, &def, &body, &bridge_error));
   model_of_body[body] = model;
@@ -196,6 +202,8 @@ int32_t EXPORT(bridge_body)(int32_t body) {
   thrum_status status = thrum_scene_body(bridge_scene, body, &info, &bridge_error);
   if (status != THRUM_OK)
     return status;
+
+  // in the order that the page reads
   double *n = bridge_number;
   n[0] = info.status;
   n[1] = (double)info.rank;

@@ -53,15 +53,21 @@ static thrum_status make_rigid(bridge_model *made, double mass, const double *te
                                const double *tet_rigid) {
   thrum_model *model = &made->model;
   const int64_t first = model->vertex_count - CORNERS;
+
+  // the corners come behind the vertices that are shown
   double *rigid = bridge_alloc((size_t)model->vertex_count * 18 * sizeof *rigid);
   if (rigid == NULL)
     return no_memory();
   memset(rigid, 0, (size_t)model->vertex_count * 18 * sizeof *rigid);
   memcpy(rigid + 18 * first, tet_rigid, CORNERS * 18 * sizeof *rigid);
+
+  // a vertex that moves by 1/sqrt(m) under the first shift stands for the mass
   rigid[0] = 1.0 / sqrt(mass);
   memcpy((double *)model->vertices + 3 * first, tet, CORNERS * 3 * sizeof *tet);
   for (int32_t n = 0; n < CORNERS; n++)
     made->corners[n] = (int32_t)first + n;
+
+  // one tetrahedron of these corners carries the inertia
   model->rigid = rigid;
   model->tets = made->corners;
   model->tet_count = 1;
@@ -102,6 +108,8 @@ int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t tri
   if (model_count == MODELS_MAX)
     return thrum_error_set(&bridge_error, THRUM_UNSUPPORTED, "a page has at most %d models",
                            MODELS_MAX);
+
+  // the model borrows the page's arrays
   bridge_model *made = &models[model_count];
   *made = (bridge_model){.triangles = triangles, .triangle_count = triangle_count};
   made->material[0] = bridge_number[1];
@@ -114,6 +122,8 @@ int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t tri
                               .c4 = c4,
                               .axis_mass = axis_mass,
                               .fixed = fixed};
+
+  // what the runtime wants besides: a mesh, a pack, a surface, and what touches
   thrum_status status = make_mesh(made, positions, basis);
   if (status == THRUM_OK && tet != NULL)
     status = make_rigid(made, bridge_number[0], tet, tet_rigid);

@@ -165,7 +165,8 @@ typedef struct thrum_contact_def {
    * are dropped. Default 0: twice the vertices. */
   int64_t touch_max;
 
-  /* Largest number of pulls in a step; 0 to 2^31, default 1. Larger: more memory. */
+  /* Largest number of pulls in a step; 0 to 2^31, default 1. Larger: more memory, and more pulls
+   * are taken before the next is refused. */
   int64_t pull_max;
 
   /* Largest number of sweeps of the solver in one step; >= 1, default 20. Larger: more exact

@@ -104,10 +104,12 @@ typedef struct thrum_scene_body_def {
    * it is held. Default 0. */
   int32_t free;
 
-  /* Velocity of a free body at the start [m/s]; finite, default 0. */
+  /* Velocity of a free body at the start [m/s]; finite, default 0. Larger: it starts faster, in the
+   * direction of the vector. */
   double velocity[3];
 
-  /* Angular velocity of a free body at the start, in the world [rad/s]; finite, default 0. */
+  /* Angular velocity of a free body at the start, in the world [rad/s]; finite, default 0. Larger:
+   * it turns faster, about the direction of the vector. */
   double spin[3];
 
   /* triangle_count x 3: 0-based vertices of the outer triangles, counter-clockwise from outside.

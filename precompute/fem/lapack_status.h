@@ -1,4 +1,4 @@
-/* What a failed call of LAPACKE means. SPDX-License-Identifier: Apache-2.0 */
+/* The status that a failed call of LAPACKE stands for. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_FEM_LAPACK_STATUS_H
 #define THRUM_PRECOMPUTE_FEM_LAPACK_STATUS_H
 

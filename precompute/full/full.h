@@ -25,15 +25,31 @@ typedef enum thrum_full_scheme {
 typedef struct thrum_full_def {
   uint32_t cookie;          /* set by thrum_default_full_def */
   thrum_full_scheme scheme; /* default energy */
-  double dt;                /* [s], > 0; default 0.003 */
-  double damping_alpha;     /* [1/s], >= 0: C = alpha M + beta K at rest; default 0 */
-  double damping_beta;      /* [s], >= 0; default 0; central takes none */
-  double newmark_beta;      /* > 0; default 1/4 */
-  double newmark_gamma;     /* in [0, 1]; default 1/2 */
-  double tolerance;         /* of a step or an equilibrium, relative; default 1e-10 */
-  int32_t iterations_max;   /* of a step, >= 1; default 50 */
+
+  /* Time step [s]; > 0, default 0.003. Larger: fewer and less accurate steps, and more iterations
+   * in each. */
+  double dt;
+
+  /* C = alpha M + beta K at rest; >= 0 [1/s], [s], default 0; central takes no beta. Larger: motion
+   * decays faster, by beta the fast modes above all. */
+  double damping_alpha, damping_beta;
+
+  /* Newmark's; beta > 0, default 1/4, gamma in [0, 1], default 1/2. Larger beta: stable at larger
+   * steps and less accurate. Larger gamma: numerical damping, and order 1. */
+  double newmark_beta, newmark_gamma;
+
+  /* Residual at which a step or an equilibrium is found, relative; > 0, default 1e-10. Larger:
+   * fewer iterations, and each step errs by about it. */
+  double tolerance;
+
+  /* Iterations of a step; >= 1, default 50. Larger: shorter steps stand in later. */
+  int32_t iterations_max;
+
   thrum_full_solver solver; /* default Cholesky */
-  double solver_tolerance;  /* of conjugate gradients, relative; default 1e-10 */
+
+  /* Residual at which conjugate gradients end, relative; > 0, default 1e-10. Larger: fewer of their
+   * iterations, and more of Newton's. */
+  double solver_tolerance;
 } thrum_full_def;
 
 thrum_full_def thrum_default_full_def(void);

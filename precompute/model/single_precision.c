@@ -1,10 +1,10 @@
 /* Coefficients in single precision: c3 and c4 are rounded, and keep their place and type in the
  * file, so that every reader has them. A large model of such numbers is packed in half the bytes
- * (runtime/ model_pack.c), which its passes widen as they read.
+ * (runtime/polynomial/packed.c), which its passes widen as they read.
  *
- * What that costs is measured: R before and after at random q, each coordinate with its share
- * 1/omega of a motion that goes as far as the nonlinear force equals the linear one. Only c3 and c4
- * are rounded, so frequencies stay. Cost: 2 forces a sample and some to find its size.
+ * The error that this costs is measured: R before and after at random q, each coordinate with its
+ * share 1/omega of a motion that goes as far as the nonlinear force equals the linear one. Only c3
+ * and c4 are rounded, so frequencies stay. Cost: 2 forces a sample and some to find its size.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/model/single_precision.h"

@@ -58,21 +58,42 @@ typedef struct thrum_imported_figures {
 } thrum_imported_figures;
 
 typedef struct thrum_precompute_options {
-  int64_t modes;       /* k linear modes; default 10 */
-  int64_t rank;        /* r <= k (k + 3) / 2; default 0, which stands for 2 k */
-  bool fit;            /* lower modes and rank to what the body has room for; default false */
-  thrum_mass mass;     /* default consistent */
-  thrum_check check;   /* that no mode was missed; default THRUM_CHECK_AUTO */
-  bool single;         /* c3 and c4 in single precision; default false */
-  int threads;         /* BLAS threads; default 1 */
-  double memory_limit; /* bytes the process may hold; default 0: what is available */
+  /* k linear modes; >= 1, default 10. Larger: the basis follows faster and more local motion, and
+   * modes, derivatives and their memory grow with it, the derivatives with its square. */
+  int64_t modes;
+
+  /* r, reduced coordinates; up to k (k + 3) / 2, default 0, which stands for 2 k. Larger: a more
+   * accurate model, whose coefficients and steps grow with about the fourth power. */
+  int64_t rank;
+
+  bool fit;        /* lower modes and rank to what the body has room for; default false */
+  thrum_mass mass; /* default consistent */
+
+  /* How it is checked that no mode was missed; default THRUM_CHECK_AUTO. */
+  thrum_check check;
+
+  bool single; /* c3 and c4 in single precision; default false */
+
+  /* BLAS threads; >= 1, default 1. Larger: a faster precompute on a machine that has the cores, and
+   * other rounding. */
+  int threads;
+
+  /* Memory that the process may hold [bytes]; >= 0, default 0: what is available. Larger: bodies
+   * are refused later. */
+  double memory_limit;
+
   /* Their static responses are in the span of U, whatever the rank, which must be three a handle at
    * least; default none. `rank` 0 then stands for 2 (k + 3 handle_count). */
   const thrum_handle *handles;
+
+  /* Number of `handles`; >= 0, default 0. Larger: more of the rank goes to them. */
   int64_t handle_count;
+
   /* Takes the place of modes, rank, derivatives and mass-PCA; NULL: none. */
   const thrum_imported_basis *imported;
+
   bool keep_modes; /* hand out mode_vectors; default false */
+
   /* Called as a stage advances, fraction in [0, 1]; return false to stop. May be NULL. */
   bool (*progress)(void *context, thrum_stage stage, double fraction);
   void *progress_context;

@@ -33,6 +33,8 @@ static answer answer_of(const thrum_state *state, int32_t low, int32_t i) {
     return (answer){0.5, 0.5, i < low ? 1.0 / 12.0 : 0.25};
   case THRUM_SCHEME_ENERGY:
     return (answer){0.5, 0.5, 0.25};
+
+  // these take their forces at the end of the step
   case THRUM_SCHEME_BACKWARD_EULER:
   case THRUM_SCHEME_SEMI_IMPLICIT_EULER:
     return (answer){1.0, 1.0, 1.0};

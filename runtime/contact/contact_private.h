@@ -70,9 +70,13 @@ typedef struct thrum_contact_row {
   double response[9]; /* G: displacement at the end of the step under a mean force [m/N] */
   double along;       /* n G n */
   double across;      /* bound of G on the tangent plane */
-  double stiffness;   /* k [N/m] */
-  double damping;     /* c/h [N/m] */
+
+  /* Its law: a spring and a damper along the normal, friction across it. */
+  double stiffness; /* k [N/m] */
+  double damping;   /* c/h [N/m] */
   double restitution, friction;
+
+  /* What the step has found of it so far. */
   double speed;           /* along the normal at the start, relative to the obstacle [m/s] */
   double gained;          /* change of it towards the obstacle in the step without contact [m/s] */
   double unloaded_length; /* length of the displacement without contact and pulls [m] */

@@ -470,7 +470,7 @@ static bool enter_mean(thrum_stability_monitor *m, double mean, double scale) {
   if (scale < ENERGY_LEAST)
     return false;
 
-  // a run without drift is left alone; one that has drifted is watched from then on
+  // a run without drift is left alone; one that has drifted is corrected from then on
   const double drift = mean - m->reference;
   m->drifting = m->drifting || is_drifting(m, drift / scale);
   if (!m->drifting)

@@ -402,9 +402,13 @@ int main(void) {
       cmocka_unit_test(table_names_what_people_ask_for),
       cmocka_unit_test(a_polynomial_alone_is_a_model_too),
       cmocka_unit_test(meta_of_any_kind_is_survived),
+
+      // what is refused, and what cannot be printed
       cmocka_unit_test(a_file_that_is_no_model_is_refused_in_one_line),
       cmocka_unit_test(wrong_usage_exits_with_2),
       cmocka_unit_test(a_full_disk_is_not_success),
+
+      // the element quality that it reports
       cmocka_unit_test(mean_ratio_is_one_for_regular_tets_at_any_size),
       cmocka_unit_test(the_worst_tet_is_named),
   };

@@ -699,17 +699,23 @@ int main(void) {
       cmocka_unit_test(json_is_alone_on_standard_output),
       cmocka_unit_test(two_reproducible_runs_write_the_same_bytes),
       cmocka_unit_test(generator_equals_the_reference_file),
+
+      // what the options do to the model
       cmocka_unit_test(material_and_scale_act_as_physics_says),
       cmocka_unit_test(gmsh_files_give_the_model_of_the_same_mesh),
       cmocka_unit_test(lumped_mass_never_raises_a_frequency),
       cmocka_unit_test(fix_takes_predicates_files_groups_and_axes),
       cmocka_unit_test(meta_says_what_was_done_but_not_where),
+
+      // meshes that are mended or refused
       cmocka_unit_test(inverted_files_are_flipped_and_spare_vertices_dropped),
       cmocka_unit_test(bad_files_are_refused_by_name),
       cmocka_unit_test(every_truncation_of_a_mesh_is_refused_or_complete),
       cmocka_unit_test(bad_materials_are_refused),
       cmocka_unit_test(bodies_too_free_and_ranks_too_large_are_refused),
       cmocka_unit_test(a_body_that_nothing_holds_is_a_free_one),
+
+      // what it says on its way, and how it ends
       cmocka_unit_test(stages_say_time_memory_and_rate),
       cmocka_unit_test(precompute_says_how_modes_were_checked),
       cmocka_unit_test(an_output_that_cannot_be_written_is_refused_at_once),

@@ -653,11 +653,17 @@ int main(void) {
       cmocka_unit_test(gravity_pulls_each_coordinate_by_its_axis_mass),
       cmocka_unit_test(a_force_is_shared_equally_by_the_vertices_of_its_target),
       cmocka_unit_test(loads_add_up),
+
+      // loads on what cannot move are warned of
       cmocka_unit_test(a_load_on_held_vertices_is_warned_of),
       cmocka_unit_test(the_resultant_of_loads_on_a_free_body_is_warned_of),
+
+      // starts and integrators
       cmocka_unit_test(a_mode_starts_at_rest_with_its_amplitude),
       cmocka_unit_test(every_integrator_swings_the_beam_and_keeps_its_energy),
       cmocka_unit_test(a_damped_beam_comes_to_rest_where_its_force_balances_gravity),
+
+      // what is written
       cmocka_unit_test(rows_hold_the_energies_of_their_states),
       cmocka_unit_test(record_every_keeps_each_nth_row_and_the_last_energy),
       cmocka_unit_test(a_run_continues_from_the_end_of_another),
@@ -666,6 +672,8 @@ int main(void) {
       cmocka_unit_test(run_json_holds_the_options_and_what_json_printed),
       cmocka_unit_test(the_stages_fill_the_total_time),
       cmocka_unit_test(a_plot_is_drawn_exactly_where_gnuplot_is_installed),
+
+      // runs that are flagged
       cmocka_unit_test(an_explicit_mode_beyond_the_bound_is_warned_of_and_flagged),
       cmocka_unit_test(a_step_longer_than_half_a_period_is_warned_of),
       cmocka_unit_test(energy_that_grows_by_itself_flags_the_run),

@@ -1,6 +1,6 @@
 /* Tests of what happens to an earlier run where a new one takes its place: it is replaced as a
- * whole or stays as it was, whatever stands in the way, whoever else writes there, and whenever the
- * process is killed. SPDX-License-Identifier: Apache-2.0 */
+ * whole or stays as it was, whatever stands in the way, whichever other process writes there, and
+ * whenever the process is killed. SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -52,6 +52,7 @@ static double steps_of(const char *name) {
   cJSON_Delete(object);
   free(text);
 
+  // the rows of the file are those that run.json counts
   int64_t count = 0;
   snprintf(path, sizeof path, "%s/%s/energy.csv", folder, name);
   energy_row *energies = read_energies(path, &count);
@@ -184,6 +185,8 @@ static pid_t start_run(const char *name) {
             "--record-every", "100000", "--start", "mode:1,0.1", (char *)NULL);
     _exit(126);
   }
+
+  // the child has its work folder before it has stepped for long
   char work[100];
   snprintf(work, sizeof work, "%s.thrum-partial/q.npy", name);
   for (int n = 0; n < 1000 && !file_exists(in_folder(work)); n++)

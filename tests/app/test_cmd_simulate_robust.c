@@ -111,6 +111,8 @@ static void so_little_tangent_damping_that_it_takes_nothing_feeds_nothing_in(voi
                 "15", "--rank", "30", "-o", "fine.npz", "--quiet", NULL);
   assert_int_equal(made.exit_code, 0);
   program_result_free(&made);
+
+  // with both forms nothing may come into the body but the work of the load
   for (int n = 0; n < 2; n++) {
     program_result result = thrum_run(folder, "simulate", "fine.npz", "-o", "run", "--quiet",
                                       "--json", "--time", "3", "--load", "impulse:0,0,26000@tip",
@@ -149,12 +151,14 @@ static void energy_that_grows_flags_a_damped_run_too(void **context) {
 static void a_violent_momentum_from_a_file_keeps_its_energy_in_every_row(void **context) {
   (void)context;
   for (double times = 1; times < 2e4; times *= 10) {
+    // smaller momenta in higher modes, of both signs
     char path[200];
     double rows[30] = {0};
     for (int i = 0; i < 15; i++)
       rows[15 + i] = times * sin(1.7 * i + 1) / (1 + i);
     snprintf(path, sizeof path, "%s/kick.npy", folder);
     assert_true(save_npy(path, rows, 2, 15));
+
     int code = 0;
     cJSON *object = run("", "kick.npy", "cfl", "imexv", "0.3", "on", &code);
     const double first = json_value(object, "energy_first_j");

@@ -408,7 +408,7 @@ static void a_body_that_cannot_be_stepped_ends_the_run_and_flags_it(void **state
   cJSON *object = simulate("{\"time\": 3, \"bodies\": [" BODY ", \"integrator\": \"newmark\",\n"
                            "\"fallback\": false, \"iterations\": 1, \"tolerance\": 1e-12,\n"
                            "\"loads\": \"constant:0,0,-1e5@tip,from=0.03\"},\n"
-                           "{\"name\": \"calm\", \"model\": \"beam.npz\"}]}",
+                           "{\"name\": \"still\", \"model\": \"beam.npz\"}]}",
                            "failed", 3);
   assert_string_equal(cJSON_GetStringValue(cJSON_GetObjectItem(object, "status")), "not_converged");
 
@@ -419,7 +419,7 @@ static void a_body_that_cannot_be_stepped_ends_the_run_and_flags_it(void **state
   // both bodies have the rows of the steps that were completed
   int64_t rows = 0, others = 0;
   energy_row *first = read_energies(in_folder("failed/a/energy.csv"), &rows);
-  energy_row *second = read_energies(in_folder("failed/calm/energy.csv"), &others);
+  energy_row *second = read_energies(in_folder("failed/still/energy.csv"), &others);
   assert_true(first != NULL && second != NULL);
   assert_true(rows == (int64_t)steps + 1 && others == rows);
 
@@ -513,10 +513,14 @@ int main(void) {
       cmocka_unit_test(a_turned_and_scaled_body_follows_its_world),
       cmocka_unit_test(a_free_body_drops_on_the_floor_of_the_scene),
       cmocka_unit_test(a_body_that_falls_freely_is_done),
+
+      // mistakes, and folders that cannot be used
       cmocka_unit_test(a_mistake_is_named_by_file_line_and_path),
       cmocka_unit_test(options_of_one_body_are_refused),
       cmocka_unit_test(an_earlier_run_is_replaced_and_other_files_stay),
       cmocka_unit_test(a_folder_that_cannot_be_written_to_is_refused_first),
+
+      // what is written, and how runs end
       cmocka_unit_test(frames_stand_where_the_bodies_are),
       cmocka_unit_test(a_whole_turn_brings_a_free_body_back),
       cmocka_unit_test(a_body_that_cannot_be_stepped_ends_the_run_and_flags_it),

@@ -460,10 +460,14 @@ int main(void) {
       cmocka_unit_test(the_sweep_tells_integrators_apart),
       cmocka_unit_test(energy_survives_the_long_run),
       cmocka_unit_test(a_long_run_resumes),
+
+      // mistakes and losses are said
       cmocka_unit_test(mistakes_are_named),
       cmocka_unit_test(newmark_loses_wide_swings_at_long_steps_and_the_sweep_says_so),
       cmocka_unit_test(extremes_run_or_are_refused_with_a_reason),
       cmocka_unit_test(a_scheme_alone_that_is_lost_is_a_row_that_says_when),
+
+      // what the comparisons rest on
       cmocka_unit_test(drawn_steps_keep_the_energy_of_the_energy_integrator),
       cmocka_unit_test(work_falls_and_the_error_grows_with_the_step),
       cmocka_unit_test(

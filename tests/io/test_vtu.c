@@ -64,6 +64,8 @@ static const char *array_data(const vtu *file, const char *name, const char *typ
   assert_true(at != NULL && at < file->raw);
   while (*at != '<')
     at--;
+
+  // the attributes of its tag
   attribute(at, "type", value);
   assert_string_equal(value, type);
   attribute(at, "NumberOfComponents", value);
@@ -71,6 +73,8 @@ static const char *array_data(const vtu *file, const char *name, const char *typ
   attribute(at, "format", value);
   assert_string_equal(value, "appended");
   attribute(at, "offset", value);
+
+  // its block begins with its size
   const char *data = file->raw + strtoull(value, NULL, 10);
   uint64_t size = 0;
   assert_true(data + sizeof size <= file->raw_end);
@@ -90,6 +94,8 @@ static thrum_model make_chain(double *vertices, int32_t *tets, int32_t *region, 
     for (int n = 0; n < 4; n++)
       tets[4 * t + n] = (int32_t)(t + n);
   }
+
+  // all kinds of fixing
   for (int64_t v = 0; v < tet_count + 3; v++)
     fixed[v] = (uint8_t)(v % 8);
   return (thrum_model){.vertex_count = tet_count + 3,

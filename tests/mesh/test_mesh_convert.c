@@ -50,6 +50,7 @@ static thrum_mesh round_trip(const thrum_mesh *mesh, const char *name,
                              const thrum_mesh_write_options *options, thrum_mesh_lost *lost) {
   thrum_mesh read = {0};
   thrum_error error = {0};
+
   // the folder is emptied at the end
   const char *path = mesh_write_text(name, "");
   if (strstr(name, ".node"))
@@ -58,6 +59,8 @@ static thrum_mesh round_trip(const thrum_mesh *mesh, const char *name,
     fail_msg("%s", error.message);
   if (thrum_mesh_read(path, 1, &read, &error) < 0)
     fail_msg("%s", error.message);
+
+  // no number has changed
   assert_int_equal(read.vertex_count, mesh->vertex_count);
   assert_int_equal(read.tet_count, mesh->tet_count);
   assert_memory_equal(read.vertices, mesh->vertices,

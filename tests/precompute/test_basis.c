@@ -17,15 +17,21 @@ static double *weighted_candidates(const thrum_fem *fem, const thrum_sparse *mas
   const int64_t n = fem->free_count;
   double *c = need((size_t)(n * CANDIDATES), sizeof *c), w2[MODES], furthest = 0;
   double *u = need((size_t)(3 * fem->vertex_count), sizeof *u);
+
+  // modes, then the derivatives of all pairs
   thrum_factor *factor = NULL;
   assert_int_equal(thrum_factor_create(stiffness, &factor, NULL), THRUM_OK);
   assert_int_equal(thrum_eigen_lowest(stiffness, mass, factor, MODES, w2, c, NULL, NULL), THRUM_OK);
   assert_int_equal(thrum_derivatives(fem, factor, MODES, c, c + MODES * n, NULL, NULL), THRUM_OK);
   thrum_factor_free(factor);
+
+  // the length by which a derivative counts against a mode
   thrum_fem_scatter(fem, c, u);
   for (int64_t v = 0; v < fem->vertex_count; v++)
     furthest = fmax(furthest, norm_of(u + 3 * v, 3));
   free(u);
+
+  // the weights, in the order of the candidates
   const double a = 0.1 * diagonal / furthest;
   double weight[CANDIDATES];
   for (int i = 0, pair = MODES; i < MODES; i++) {

@@ -72,6 +72,8 @@ static double gram_defect(const thrum_sparse *mass, const double *left, int64_t 
                           const double *right, int64_t b, bool identity) {
   const int64_t n = mass->size;
   double *column = need((size_t)(2 * n), sizeof *column), worst = 0;
+
+  // a column of M B at a time
   for (int64_t j = 0; j < b; j++) {
     for (int64_t i = 0; i < n; i++)
       column[i] = right[i * b + j];

@@ -43,6 +43,8 @@ static void compare_tangent(const thrum_fem *fem, const thrum_model *model, cons
   thrum_sparse full;
   assert_int_equal(thrum_fem_pattern(fem, &full, NULL), THRUM_OK);
   assert_int_equal(thrum_fem_stiffness(fem, u, &full, NULL), THRUM_OK);
+
+  // U^T T(u) U is what the reduced tangent must be
   double *columns = free_columns(fem, model);
   double *product = need((size_t)(n * rank), sizeof *product);
   double *expected = need((size_t)(rank * rank), sizeof *expected);

@@ -426,10 +426,14 @@ int main(int argc, char **argv) {
   signals_as_in_a_terminal();
   for (int n = 0; n < 2; n++)
     tools[n] = n + 1 < argc ? argv[n + 1] : "";
+
+  // surfaces that are filled
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_surface_is_filled),
       cmocka_unit_test(an_stl_is_joined_scaled_and_filled),
       cmocka_unit_test(several_parts_are_for_tetgen),
+
+      // surfaces and tools that fail
       cmocka_unit_test(triangles_that_cross_are_found),
       cmocka_unit_test(a_missing_tool_is_named_with_its_package),
       cmocka_unit_test(a_tool_that_fails_is_quoted_in_one_line),

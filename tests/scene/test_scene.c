@@ -456,8 +456,8 @@ static void a_body_that_fails_stops_and_the_others_go_on(void **context) {
   add(f, &def);
 
   // beside it is a body that steps without trouble
-  const thrum_scene_body_def calm = def_of(f, THRUM_INTEGRATOR_IMEXV);
-  add(f, &calm);
+  const thrum_scene_body_def quiet = def_of(f, THRUM_INTEGRATOR_IMEXV);
+  add(f, &quiet);
 
   // the scene reports the first failure and goes on
   thrum_status failed = THRUM_OK;
@@ -631,11 +631,15 @@ int main(void) {
       TEST(turning_a_body_and_its_world_changes_nothing),
       TEST(a_scaled_body_moves_as_the_small_one_in_its_own_time),
       TEST(only_what_is_named_is_built),
+
+      // what a scene keeps through changes
       TEST(a_snapshot_brings_back_every_bit),
       TEST(a_reset_starts_over_with_the_same_bits),
       TEST(changes_keep_the_motion),
       TEST(loads_keep_their_time_when_dt_changes),
       TEST(a_body_that_fails_stops_and_the_others_go_on),
+
+      // what it tells, and what it refuses
       TEST(the_matrix_puts_a_surface_where_its_vertices_are),
       TEST(bad_defs_are_refused),
       TEST(a_scene_tells_what_was_set),

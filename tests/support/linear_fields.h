@@ -29,10 +29,14 @@ static inline void linear_fields_make(linear_fields *out, const char *mesh, doub
   out->body = body_make(mesh, NULL);
   const thrum_mesh *m = &out->body.mesh;
   out->basis = need((size_t)(3 * m->vertex_count * FIELDS), sizeof *out->basis);
+
+  // column 3 i + j is the field u_i = x_j, all of a constant gradient
   for (int64_t v = 0; v < m->vertex_count; v++)
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++)
         out->basis[(3 * v + i) * FIELDS + 3 * i + j] = m->vertices[3 * v + j];
+
+  // one material, that of the call
   out->material[0] = young;
   out->material[1] = poisson;
   out->material[2] = m->materials[0].density;

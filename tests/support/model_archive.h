@@ -239,6 +239,8 @@ static inline size_t archive_extra_field(archive_extra extra, size_t at, uint32_
   size_t padding = (64 - at % 64) % 64;
   padding += padding < 4 ? 64 : 0;
   memset(out, 0, 80);
+
+  // what other programs write is 0xD935 for padding, 1 for sizes beyond 32 bits
   switch (extra) {
   case EXTRA_NONE:
     return 0;
@@ -277,6 +279,8 @@ static inline size_t archive_member(const archive_part *part, unsigned char *fil
   size_t local_size = strlen(local_name), name_size = strlen(part->name);
   uint32_t size = (uint32_t)archive_npy(part, npy), crc = archive_crc(npy, size);
   size_t extra_size = archive_extra_field(part->extra, at + 30 + local_size, size, extra);
+
+  // the local record, with what the case has wrong
   unsigned char *local = file + at;
   memset(local, 0, 30);
   memcpy(local, "PK\3\4\24", 5);
@@ -289,9 +293,13 @@ static inline size_t archive_member(const archive_part *part, unsigned char *fil
   archive_put(local + 22, 4, said);
   archive_put(local + 26, 2, local_size);
   archive_put(local + 28, 2, extra_size);
+
+  // its name, its padding and its data
   memcpy(local + 30, local_name, local_size);
   memcpy(local + 30 + local_size, extra, extra_size);
   memcpy(local + 30 + local_size + extra_size, npy, size);
+
+  // the central record says the same but for what the case has wrong
   memset(central, 0, 46);
   memcpy(central, "PK\1\2\24\0\24", 7);
   archive_put(central + 8, 2, part->flags);

@@ -84,6 +84,8 @@ static inline void random_sort(int64_t *a, int count) {
 static inline void random_model_expand(int64_t rank, int64_t rows, const double *omega,
                                        const double *b, double *c3, double *c4) {
   const double *first = b;
+
+  // V is a sum of squares, so that it is bounded from below
   for (int64_t i = 0; i < rank; i++)
     for (int64_t j = i; j < rank; j++, first += rows) {
       for (int64_t k = 0; k < rank; k++) {
@@ -91,6 +93,8 @@ static inline void random_model_expand(int64_t rank, int64_t rows, const double 
         random_sort(s, 3);
         c3[thrum_c3_index(rank, s[0], s[1], s[2])] += omega[k] * first[k];
       }
+
+      // the products of all pairs of pairs
       const double *second = b;
       for (int64_t k = 0; k < rank; k++)
         for (int64_t l = k; l < rank; l++, second += rows) {
@@ -115,11 +119,15 @@ static inline void random_model_make(random_model *out, uint64_t seed, int64_t r
   model->rank = rank;
   model->c3_count = thrum_c3_count(rank);
   model->c4_count = thrum_c4_count(rank);
+
+  // arrays of the size that the format says
   static const int32_t format[2] = {THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR};
   model->format = format;
   model->omega2 = out->omega2 = random_alloc(rank, sizeof(double));
   model->c3 = out->c3 = random_alloc(model->c3_count, sizeof(double));
   model->c4 = out->c4 = random_alloc(model->c4_count, sizeof(double));
+
+  // evenly spaced frequencies
   double *omega = random_alloc(rank, sizeof(double));
   for (int64_t i = 0; i < rank; i++) {
     double s = rank > 1 ? (double)i / (double)(rank - 1) : 0;

@@ -133,10 +133,13 @@ static inline void reference_advance(const thrum_model *model, const thrum_state
   static const double at[4] = {0, 0.5, 0.5, 1}, weight[4] = {1. / 6, 1. / 3, 1. / 3, 1. / 6};
   double *work = random_alloc((int64_t)thrum_work_count(model), sizeof(double));
   const int64_t r = model->rank;
+
   for (int64_t k = 0; k < count; k++) {
     double dq[RANK_MAX] = {0}, dp[RANK_MAX] = {0}, q_sum[RANK_MAX], p_sum[RANK_MAX];
     memcpy(q_sum, q, (size_t)r * sizeof *q);
     memcpy(p_sum, p, (size_t)r * sizeof *p);
+
+    // the four stages, each from the rate of the one before
     for (int s = 0; s < 4; s++) {
       double q_at[RANK_MAX], p_at[RANK_MAX];
       for (int64_t i = 0; i < r; i++) {
@@ -149,6 +152,7 @@ static inline void reference_advance(const thrum_model *model, const thrum_state
         p_sum[i] += weight[s] * h * dp[i];
       }
     }
+
     memcpy(q, q_sum, (size_t)r * sizeof *q);
     memcpy(p, p_sum, (size_t)r * sizeof *p);
   }

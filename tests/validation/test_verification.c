@@ -244,9 +244,13 @@ int main(void) {
       cmocka_unit_test(a_ball_has_the_published_clusters),
       cmocka_unit_test(a_cantilever_follows_the_elastica),
       cmocka_unit_test(the_beam_of_turek_and_hron_sags_towards_the_published_tip),
+
+      // in large motion
       cmocka_unit_test(a_clamped_beam_hardens_along_the_backbone),
       cmocka_unit_test(the_full_order_says_what_the_reduced_one_says),
       cmocka_unit_test(a_tumbling_body_keeps_what_it_should),
+
+      // the split
       cmocka_unit_test(imexv_is_stable_where_the_slow_oscillator_is),
       cmocka_unit_test(the_chain_of_fermi_pasta_and_ulam_does_what_is_published),
   };

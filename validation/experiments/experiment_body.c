@@ -156,6 +156,8 @@ static thrum_status swing(const experiment_body *body, double impulse, double dt
   def.integrator = THRUM_INTEGRATOR_ENERGY;
   def.dt = dt;
   THRUM_TRY(thrum_state_create(body->model, &def, &state, error));
+
+  // the peak counts after the impulse, in free motion
   thrum_status status = experiment_strike(body, impulse, dt, state, error);
   *peak = 0;
   for (double time = 0; status >= 0 && time < SWING_SECONDS; time += dt) {

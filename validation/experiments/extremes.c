@@ -31,11 +31,15 @@ static thrum_status look(const experiment_body *body, thrum_state *state, bool l
   THRUM_TRY(thrum_state_energies(model, state, &energies, error));
   result->not_finite = result->not_finite || !thrum_all_finite(seen->q, model->rank) ||
                        !thrum_all_finite(seen->p, model->rank) || !isfinite(energies.total);
+
+  // under a constant load the work is f q, whatever the way there
   if (loaded) {
     seen->work = 0;
     for (int64_t i = 0; i < model->rank; i++)
       seen->work += seen->force[i] * seen->q[i];
   }
+
+  // what the energy differs from it by
   seen->largest = fmax(seen->largest, fabs(seen->work));
   seen->last = fabs(energies.total - seen->work);
   seen->worst = fmax(seen->worst, seen->last);
@@ -68,6 +72,8 @@ thrum_status experiment_extreme_run(const experiment_extreme_case *run,
     *result = made;
     return THRUM_OK;
   }
+
+  // this scheme at the step of the body, with the margin of the split that the case asks for
   thrum_state_def def = experiment_scheme_def(run->scheme, of->dt);
   thrum_state *state = NULL;
   balance *seen = calloc(1, sizeof *seen);
@@ -80,12 +86,16 @@ thrum_status experiment_extreme_run(const experiment_extreme_case *run,
     free(seen);
     return status;
   }
+
+  // half of the steps with the load, half without: both balances are looked at
   for (int64_t i = 0; i < of->body.model->rank; i++)
     seen->force[i] = of->force * of->body.push[i];
   double seconds = 0;
   const int64_t half = (run->steps + 1) / 2;
   status = run_half(run, state, true, half, seen, &made, &seconds);
   THRUM_THEN(status, run_half(run, state, false, run->steps - half, seen, &made, &seconds));
+
+  // a run that stopped is a result as well
   made.status = status < 0 ? status : THRUM_OK;
   made.report = thrum_state_report_get(state);
   made.us_per_step = 1e6 * seconds / (double)made.report.steps;
@@ -105,6 +115,8 @@ const char *experiment_extreme_outcome(const experiment_extreme_case *run,
   // from the last resort to the first
   static const int fallback_levels[] = {EXPERIMENT_LEVEL_substep, EXPERIMENT_LEVEL_energy,
                                         EXPERIMENT_LEVEL_switched, EXPERIMENT_LEVEL_newton};
+
+  // what ended the run comes before how it was stepped
   if (run->body->status < 0)
     return "refused";
   if (result->not_finite)
@@ -113,6 +125,8 @@ const char *experiment_extreme_outcome(const experiment_extreme_case *run,
     return "stopped";
   if (result->energy_end > LOST)
     return "lost";
+
+  // the last resort that was needed
   for (size_t n = 0; n < sizeof fallback_levels / sizeof fallback_levels[0]; n++) {
     if (experiment_level(&result->report, fallback_levels[n]) > 0)
       return experiment_level_names[fallback_levels[n]];

@@ -158,6 +158,8 @@ static thrum_status prepare(const experiment_extreme *extreme, experiment_extrem
 thrum_status experiment_extreme_make(const experiment_extreme *extreme,
                                      experiment_extreme_body *made, thrum_error *error) {
   experiment_extreme_body body = {.extreme = extreme};
+
+  // a body that is refused is a result, and keeps its reason
   thrum_mesh mesh = {0};
   body.status = make_mesh(extreme, &mesh, &body.refusal);
   if (body.status >= 0)
@@ -168,13 +170,16 @@ thrum_status experiment_extreme_make(const experiment_extreme *extreme,
     if (body.status < 0)
       thrum_precomputed_free(&body.made);
   }
+
+  // missing memory alone is none
   if (body.status == THRUM_OUT_OF_MEMORY) {
     if (error != NULL)
       *error = body.refusal;
     return body.status;
   }
-  *made = body;
+
   // the copy has moved, and the body borrows the model
+  *made = body;
   made->body.model = &made->made.model;
   return THRUM_OK;
 }

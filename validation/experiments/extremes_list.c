@@ -72,27 +72,34 @@ const experiment_extreme experiment_extreme_list[] = {
     STIFFNESS("E = 1e9 Pa", 1e9),
     STIFFNESS("E = 1e12 Pa", 1e12),
     STIFFNESS("E = 0", 0),
+
     POISSON("nu = -1", -1),
     POISSON("nu = -0.5", -0.5),
     POISSON("nu = 0", 0),
     POISSON("nu = 0.49", 0.49),
     POISSON("nu = 0.499", 0.499),
     POISSON("nu = 0.5", 0.5),
+
     SIZE("1 mm", 1e-3),
     SIZE("1 m", 1),
     SIZE("1 km", 1e3),
+
     DENSITY("1e-3 kg/m3", 1e-3),
     DENSITY("1 kg/m3", 1),
     DENSITY("2e4 kg/m3", 2e4),
     DENSITY("0", 0),
+
     LOAD("none", 0),
     LOAD("1e-6 times", 1e-6),
     LOAD("1 times", 1),
     LOAD("10 times", 10),
     LOAD("100 times", 100),
     LOAD("1000 times", 1000),
+
     SNAP("before it snaps", 0.002),
     SNAP("snaps through", 0.1),
+
+    // bodies of few or many coordinates
     TET("three corners held", false, 2, 3),
     TET("as many modes as it can move", false, 3, 3),
     TET("free", true, 5, 6),
@@ -100,6 +107,8 @@ const experiment_extreme experiment_extreme_list[] = {
     SQUARE("square section, 1 times", 1),
     RANK("r = 1", 1, 1, 2, 0),
     RANK("r = 100", 20, 100, 3, 20),
+
+    // steps at which a mode turns by an angle that some scheme cannot follow
     RESONANCE("h w1 = 1, the bound of the split", 1, 1, 0),
     RESONANCE("h w6 = 1, the bound of the split", 6, 1, 0),
     RESONANCE("h w1 = 2", 1, 2, 0),
@@ -108,6 +117,8 @@ const experiment_extreme experiment_extreme_list[] = {
     RESONANCE("h w1 = 2 pi", 1, 6.28318530717958648, 0),
     RESONANCE("h w1 = 2, split at the limit", 1, 2, 1),
     RESONANCE("h w6 = 2, split at the limit", 6, 2, 1),
+
+    // rates of haptics and of sound
     RATE("1 kHz, soft tissue", 0.1, 1e4, 0.45, 1000, 1e-3),
     RATE("44.1 kHz, steel bar", 0.3, 2e11, 0.3, 7850, 1.0 / 44100),
 };

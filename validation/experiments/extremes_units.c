@@ -32,11 +32,15 @@ static thrum_status follow(const experiment_extreme *extreme, experiment_scheme 
   thrum_status status = experiment_extreme_make(extreme, &made, error);
   if (status >= 0 && made.status < 0)
     status = thrum_error_set(error, made.status, "%s", made.refusal.message);
+
+  // at rest under a load that is taken away half-way
   const thrum_state_def def = experiment_scheme_def(scheme, made.dt);
   THRUM_THEN(status, thrum_state_create(made.body.model, &def, &state, error));
   for (int64_t i = 0; status >= 0 && i < made.body.model->rank; i++)
     q[i] = made.force * made.body.push[i];
   THRUM_THEN(status, thrum_state_set_force(made.body.model, state, q, error));
+
+  // the displacement as a share of the length has no unit, so that it can be compared
   for (int64_t n = 0; n < steps && status >= 0; n++) {
     const int64_t rank = made.body.model->rank;
     if (n == (steps + 1) / 2)
@@ -50,6 +54,8 @@ static thrum_status follow(const experiment_extreme *extreme, experiment_scheme 
       seen->displacement[3 * n + axis] = sum / made.body.length;
     }
   }
+
+  // the levels must be the same too
   if (status >= 0)
     seen->report = thrum_state_report_get(state);
   thrum_state_destroy(state);
@@ -64,6 +70,8 @@ static void compare(const track *si, const track *other, int64_t steps,
     largest = fmax(largest, fabs(si->displacement[n]));
     difference = fmax(difference, fabs(si->displacement[n] - other->displacement[n]));
   }
+
+  // no decision of a step may depend on the units
   const thrum_state_report *a = &si->report, *b = &other->report;
   *result = (experiment_unit_result){
       .difference = difference / largest,
@@ -82,6 +90,8 @@ thrum_status experiment_units_run(const experiment_unit_case *run, experiment_un
   const experiment_extreme other = in_units(run->extreme, run->units);
   track tracks[2] = {{0}};
   thrum_status status = THRUM_OK;
+
+  // the same run twice, in SI and in the other units
   for (int n = 0; n < 2 && status >= 0; n++) {
     tracks[n].displacement = calloc((size_t)(3 * run->steps + 1), sizeof *tracks[n].displacement);
     status =
@@ -89,6 +99,8 @@ thrum_status experiment_units_run(const experiment_unit_case *run, experiment_un
             ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the steps")
             : follow(n == 0 ? run->extreme : &other, run->scheme, run->steps, &tracks[n], error);
   }
+
+  // the largest difference counts, relative to the largest displacement
   if (status >= 0)
     compare(&tracks[0], &tracks[1], run->steps, result);
   for (int n = 0; n < 2; n++)

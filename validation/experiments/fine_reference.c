@@ -24,6 +24,7 @@ static thrum_status follow(const experiment_body *body, double impulse,
   def.tolerance = TOLERANCE;
   THRUM_TRY(thrum_state_create(model, &def, &state, error));
 
+  // the first moment is the kick itself
   thrum_status status = experiment_kick(body, impulse, state, &energy, error);
   for (int64_t k = 0; k < at->count && status >= 0; k++) {
     for (int n = 0; n < finer && k > 0 && status >= 0; n++)

@@ -244,6 +244,7 @@ static thrum_status time_all(const experiment_body *body, experiment_linear_resu
   const thrum_state_def def = thrum_default_state_def();
   const int64_t rank = model->rank;
 
+  // one allocation has q, p and the work of the polynomial
   timed *t = calloc(1, sizeof *t);
   double *numbers = calloc(2 * (size_t)rank + thrum_work_count(model), sizeof *numbers);
   double energy, impulse = 0, reached = 0;
@@ -253,6 +254,8 @@ static thrum_status time_all(const experiment_body *body, experiment_linear_resu
           : experiment_impulse(body, AMPLITUDE, def.dt, &impulse, &reached, error);
   THRUM_THEN(status, thrum_state_create(model, &def, &t->state, error));
   THRUM_THEN(status, experiment_kick(body, impulse, t->state, &energy, error));
+
+  // the exact step of linear modes is a rotation of each (omega q, p)
   if (status >= 0) {
     t->model = model;
     t->q = numbers;
@@ -265,6 +268,8 @@ static thrum_status time_all(const experiment_body *body, experiment_linear_resu
       t->table[3 * i + 2] = sin(omega * def.dt) * omega;
       t->p[i] = impulse * body->push[i];
     }
+
+    // one after the other, as each warms the caches for itself
     result->step_us = least_us(time_step, t);
     result->linear_us = least_us(time_linear, t);
     result->force_us = least_us(time_force, t);

@@ -52,9 +52,12 @@ typedef struct experiment_long {
   double dt; /* [s] */
   int64_t steps;
   int threads;
+
   /* Called after each run, when its result is there; may be NULL; false stops. */
   bool (*progress)(void *context, double fraction);
   void *progress_context;
+
+  /* Filled by experiment_long_plan. */
   int64_t count;
   experiment_long_case *cases; /* count, by body, amplitude, scheme, the last fastest */
   experiment_long_result *results;

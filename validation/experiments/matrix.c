@@ -79,6 +79,8 @@ static thrum_status record(experiment_run *run, thrum_state *state, double time,
   thrum_energies energies;
   THRUM_TRY(thrum_state_get(run->body->model, state, q, NULL, error));
   THRUM_TRY(thrum_state_energies(run->body->model, state, &energies, error));
+
+  // a row without state is what the tables and curves are made from
   *row = (experiment_row){
       .time = time,
       .total = energies.total,
@@ -86,6 +88,8 @@ static thrum_status record(experiment_run *run, thrum_state *state, double time,
       .explicit_modes = (double)thrum_state_report_get(state).explicit_modes,
       .amplitude = experiment_body_amplitude(run->body, q),
   };
+
+  // a run with ten times the energy it should have ends; its peaks mean nothing
   run->lost = energies.total > EXPERIMENT_LOST * run->energy_known;
   if (run->lost)
     return THRUM_OK;
@@ -277,11 +281,15 @@ thrum_status experiment_matrix_run(const experiment_matrix *matrix, experiment_r
   const int64_t schemes = count_true(matrix->schemes, EXPERIMENT_SCHEME_COUNT);
   memset(runs, 0, (size_t)count * sizeof *runs);
   matrix_work work = {.matrix = matrix, .runs = runs, .progress_share = 0.5};
+
+  // forces and energies, one for each body and load
   const size_t forces = (size_t)(matrix->body_count * EXPERIMENT_LOAD_COUNT + 1);
   work.forces = calloc(2 * forces, sizeof *work.forces);
   if (work.forces == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the forces");
   work.energies = work.forces + forces;
+
+  // first the forces, which the runs take
   thrum_thread_pool pool = {
       .threads = matrix->threads,
       .count = matrix->body_count * EXPERIMENT_LOAD_COUNT,
@@ -291,6 +299,8 @@ thrum_status experiment_matrix_run(const experiment_matrix *matrix, experiment_r
       .progress_context = &work,
   };
   thrum_status status = thrum_thread_pool_run(&pool, error);
+
+  // then the runs, a body, load and damping at a time, so that these share a thread
   work.progress_begin = 0.5;
   pool.count = count > 0 ? count / matrix->dt_count / schemes : 0;
   pool.task = run_group;

@@ -207,6 +207,7 @@ static thrum_status allocate(experiment_sweep *sweep, thrum_error *error) {
   sweep->start_count = sweep->body_count * starts;
   sweep->count = 0;
 
+  // room for all schemes, whether asked for or not
   const size_t room = (size_t)(sweep->start_count * sweep->dt_count * EXPERIMENT_SCHEME_COUNT + 1);
   sweep->cases = calloc(room, sizeof *sweep->cases);
   sweep->results = calloc(room, sizeof *sweep->results);
@@ -216,6 +217,8 @@ static thrum_status allocate(experiment_sweep *sweep, thrum_error *error) {
   if (sweep->cases == NULL || sweep->results == NULL || sweep->smooth == NULL ||
       sweep->references == NULL || sweep->impulses == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+
+  // the smooth start pushes the same body in another way
   for (int64_t b = 0; b < sweep->body_count; b++)
     THRUM_TRY(experiment_body_smooth(&sweep->bodies[b], &sweep->smooth[b], error));
   return THRUM_OK;
@@ -226,6 +229,8 @@ static void plan(experiment_sweep *sweep) {
   for (int64_t s = 0; s < sweep->start_count; s++) {
     experiment_start start;
     const experiment_body *body = find_start(sweep, s, &start);
+
+    // cases by time step, then scheme, in the order of the tables
     for (int64_t k = 0; k < sweep->dt_count; k++) {
       for (int i = 0; i < EXPERIMENT_SCHEME_COUNT; i++) {
         if (!sweep->schemes[i])

@@ -35,12 +35,16 @@ cJSON *experiment_matrix_rows(const experiment_run *runs, int64_t count) {
   cJSON *rows = cJSON_CreateArray();
   for (const experiment_run *run = runs; run < runs + count; run++) {
     cJSON *row = json_add_row(rows);
+
+    // which run
     json_string(row, "model", run->body->name);
     json_string(row, "load", experiment_load_names[run->load]);
     json_number(row, "force_n", run->force);
     json_number(row, "damping", run->alpha);
     json_number(row, "dt_s", run->dt);
     json_string(row, "scheme", experiment_scheme_names[run->scheme]);
+
+    // how it went
     add_status(row, run->status, run->lost);
     json_number(row, "simulated_s", run->simulated);
     json_number(row, "us_per_step", run->us_per_step);
@@ -123,11 +127,15 @@ cJSON *experiment_sweep_rows(const experiment_sweep *sweep) {
     const experiment_sweep_case *run = &sweep->cases[n];
     const experiment_sweep_result *result = &sweep->results[n];
     cJSON *row = json_add_row(rows);
+
+    // which run
     json_string(row, "model", run->body->name);
     json_string(row, "start", experiment_start_names[run->start]);
     json_string(row, "scheme", experiment_scheme_names[run->scheme]);
     json_number(row, "dt_s", (double)run->dt.longest * EXPERIMENT_SWEEP_TICK);
     json_number(row, "shortest_dt_s", (double)run->dt.shortest * EXPERIMENT_SWEEP_TICK);
+
+    // how it went, what it cost, and how far off it is
     add_status(row, result->status, result->lost);
     json_number(row, "simulated_s", result->report.time);
     json_number(row, "us_per_step", result->us_per_step);
@@ -179,10 +187,14 @@ cJSON *experiment_units_rows(const experiment_extremes *extremes) {
     const experiment_unit_case *run = &extremes->units[n];
     const experiment_unit_result *result = &extremes->unit_results[n];
     cJSON *row = json_add_row(rows);
+
+    // which run
     json_string(row, "units", run->units->name);
     json_string(row, "case", run->extreme->name);
     json_string(row, "scheme", experiment_scheme_names[run->scheme]);
     json_number(row, "steps", (double)run->steps);
+
+    // what other units changed: nothing, if all is well
     json_number(row, "difference", result->difference);
     json_number(row, "iterations", (double)result->iterations);
     json_number(row, "iterations_si", (double)result->iterations_si);

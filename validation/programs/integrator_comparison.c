@@ -263,6 +263,8 @@ static void print_costs(const subject *s) {
       double least[METHODS];
       thrum_state_report before[METHODS];
       bool lost[METHODS];
+
+      // 100 steps, so that predictors and Jacobians are those of a long run
       for (int m = 0; m < METHODS; m++) {
         states[m] = make(s, &methods[m], SWING_STEP, s->momenta[start][share]);
         lost[m] = false;
@@ -276,6 +278,7 @@ static void print_costs(const subject *s) {
         memcpy(kept[m], states[m], thrum_state_kept_bytes(states[m]));
       }
 
+      // in turns, so that a slow moment of the machine meets all methods
       for (int round = 0; round < COST_ROUNDS; round++)
         for (int m = 0; m < METHODS; m++) {
           memcpy(states[m], kept[m], thrum_state_kept_bytes(states[m]));
@@ -285,6 +288,7 @@ static void print_costs(const subject *s) {
           least[m] = fmin(least[m], 1e6 * (clock_thread_seconds() - began) / COST_STEPS);
         }
 
+      // relative to newmark, which is what one would use otherwise
       const double newmark = least[NEWMARK];
       for (int m = 0; m < METHODS; m++) {
         const thrum_state_report r = thrum_state_report_get(states[m]);
@@ -311,12 +315,15 @@ int main(int argc, char **argv) {
     return fprintf(stderr, "usage: thrum_integrator_comparison errors|energy|cost BODY MODEL.npz "
                            "GROUP [STEPS [METHOD]]\n"),
            2;
+
+  // the body is pushed along the axis in which it is softest
   must(thrum_model_load(argv[3], &model, &error));
   s.name = argv[2];
   s.only = argc > 6 ? argv[6] : NULL;
   must(experiment_body_init(argv[2], model, argv[4], softest, &s.body, &error));
   make_momenta(&s);
 
+  // each table is a program of its own, as it takes minutes to hours
   if (strcmp(argv[1], "errors") == 0)
     print_errors(&s);
   else if (strcmp(argv[1], "energy") == 0)

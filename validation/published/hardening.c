@@ -38,10 +38,13 @@ static thrum_status measure(const thrum_model *model, double amplitude, double *
   thrum_state_def def = thrum_default_state_def();
   const double slave = model->c3[thrum_c3_index(2, 0, 0, 1)];
   double q[2] = {amplitude, -slave * amplitude * amplitude / model->omega2[1]}, before = amplitude;
+
   // the fast coordinate follows; the slow one is resolved
   def.dt = 2 * 3.141592653589793 / sqrt(model->omega2[0]) / 2000;
   thrum_state *state = NULL;
   thrum_status status = published_state(model, &def, q, NULL, &state, error);
+
+  // a quarter of a period is over where q_0 passes zero, which lies between two steps
   int64_t step = 0;
   for (; status >= 0 && q[0] > 0 && step < 10000; step++) {
     before = q[0];

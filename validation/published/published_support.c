@@ -21,6 +21,7 @@ thrum_status published_precompute(const published_body *body, int64_t modes, int
   uint8_t *fixed = calloc((size_t)mesh.vertex_count, 1);
   if (fixed == NULL)
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", body->mesh);
+
   // what is held is named in the mesh as it is generated
   for (int n = 0; n < 4 && body->fix[n] != NULL && status >= 0; n++) {
     int64_t count;
@@ -28,6 +29,8 @@ thrum_status published_precompute(const published_body *body, int64_t modes, int
   }
   for (int64_t v = 0; body->map != NULL && v < mesh.vertex_count; v++)
     body->map(mesh.vertices + 3 * v);
+
+  // the body is of one material
   if (status >= 0) {
     mesh.materials[0] = body->material;
     thrum_precompute_options options = thrum_default_precompute_options();
@@ -36,6 +39,8 @@ thrum_status published_precompute(const published_body *body, int64_t modes, int
     options.keep_modes = keep_modes;
     status = thrum_precompute(&mesh, fixed, &options, result, error);
   }
+
+  // the result has copies of what it needs of the mesh
   free(fixed);
   thrum_mesh_free(&mesh);
   return status;
@@ -47,6 +52,7 @@ double published_frequency_of(const thrum_precomputed *result,
   double *weight = calloc((size_t)model->vertex_count, sizeof *weight);
   if (weight == NULL)
     return NAN;
+
   // the volume about each vertex stands for the mass
   for (int64_t t = 0; t < model->tet_count; t++) {
     const int32_t *v = model->tets + 4 * t;
@@ -59,12 +65,16 @@ double published_frequency_of(const thrum_precomputed *result,
                       e[0][1] * (e[1][0] * e[2][2] - e[1][2] * e[2][0]) +
                       e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
   }
+
+  // the product of a mode and the field in this mass, relative to both norms, is the share
   double sum = 0, total = 0, whole = 0;
   for (int64_t v = 0; v < model->vertex_count; v++) {
     double u[3];
     field(model->vertices + 3 * v, u);
     whole += weight[v] * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
   }
+
+  // modes of a pair may come as any two of their plane: the mean by shares is of the whole plane
   for (int64_t mode = 0; mode < result->mode_count; mode++) {
     const double *shape = result->mode_vectors + mode * 3 * model->vertex_count;
     double product = 0, square = 0;

@@ -56,18 +56,24 @@ static thrum_status run_chain(const thrum_state_def *def, double time, chain_run
   make_chain(&chain);
   thrum_state *state = NULL;
   THRUM_TRY(published_state(&chain.model, def, q0, p0, &state, error));
+
+  // the first energies are those that all others are compared with
   double first = 0, fast_first = 0, mean[SPRINGS] = {0};
   const int64_t steps = thrum_step_count(time, def->dt);
   *run = (chain_run){.exchange = NAN};
   for (int64_t k = 0; k <= steps && !run->lost; k++) {
     double q[RANK], p[RANK], fast[SPRINGS];
     thrum_energies now;
+
+    // a run that cannot go on is lost, and its figures end there
     if (k > 0)
       run->lost = thrum_step(&chain.model, state, NULL) < 0;
     run->lost = run->lost || thrum_state_get(&chain.model, state, q, p, NULL) < 0 ||
                 thrum_state_energies(&chain.model, state, &now, NULL) < 0;
     if (run->lost)
       break;
+
+    // the total must stay, and the sum of the fast energies is an adiabatic invariant
     fast_energies(q, p, fast);
     const double sum = fast[0] + fast[1] + fast[2];
     first = k == 0 ? now.total : first;
@@ -76,12 +82,14 @@ static thrum_status run_chain(const thrum_state_def *def, double time, chain_run
     run->energy_error = fmax(run->energy_error, fabs(now.total / first - 1));
     run->energy_rms += (now.total / first - 1) * (now.total / first - 1);
     run->fast_error = fmax(run->fast_error, fabs(sum / fast_first - 1));
+
     // the energies wiggle at the fast frequency: means over about a unit of time
     for (int i = 0; i < SPRINGS; i++)
       mean[i] += fmin(1, def->dt) * ((k == 0 ? fast[i] / def->dt : fast[i]) - mean[i]);
     if (isnan(run->exchange) && mean[2] > mean[0])
       run->exchange = (double)k * def->dt;
   }
+
   run->energy_rms = sqrt(run->energy_rms / (double)(steps + 1));
   thrum_state_destroy(state);
   return THRUM_OK;

@@ -58,6 +58,8 @@ static thrum_status full_tip(const thrum_model *model, bool gravity, double load
   double *forces = calloc(2 * components, sizeof *forces), *u = forces;
   if (forces == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the full order");
+
+  // the load is shared by the vertices of the face, or it is the weight
   thrum_status status = thrum_model_group(model, "right", &vertices, &count, error);
   THRUM_THEN(status, thrum_full_create(model, NULL, &def, &full, error));
   if (status >= 0 && gravity)
@@ -65,6 +67,8 @@ static thrum_status full_tip(const thrum_model *model, bool gravity, double load
   for (int64_t n = 0; status >= 0 && !gravity && n < count; n++)
     forces[3 * vertices[n] + 2] = load / (double)count;
   THRUM_THEN(status, thrum_full_rest(full, forces, NULL, &found, error));
+
+  // the mean over that face is what the beam theory speaks of
   if (status >= 0) {
     u += components;
     thrum_full_get(full, u, NULL);

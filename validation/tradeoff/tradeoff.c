@@ -323,6 +323,8 @@ static thrum_status judge_frequencies(const tradeoff_space *space, const thrum_s
   thrum_stepped_mode modes[THRUM_RANK_MAX];
   double energy[THRUM_RANK_MAX] = {0}, sum = 0;
   THRUM_TRY(stepped_modes_at(space->model, def, modes, error));
+
+  // the kinetic energy of each mode over the samples says which ones the load moves
   for (int64_t n = 0; n < TRADEOFF_SAMPLES; n++)
     for (int64_t i = 0; i < rank; i++) {
       const double p = space->tight.p[n * rank + i];
@@ -330,6 +332,7 @@ static thrum_status judge_frequencies(const tradeoff_space *space, const thrum_s
       sum += 0.5 * p * p;
     }
 
+  // the worst of them
   run->frequency_mode = -1;
   run->frequency_error = 0;
   for (int64_t i = 0; i < rank; i++) {

@@ -67,8 +67,8 @@ typedef struct tradeoff_run {
   tradeoff_errors error;      /* against the full order; NaN where not stable */
   tradeoff_errors time_error; /* against the tight run of the basis */
   double drift; /* change of the mean energy after the last load; NaN with damping or load */
-  /* Of the modes that the load moves the one whose frequency a step gets most wrong: which, by how
-   * much relatively, and both frequencies [Hz]; stepped NaN: it does not vibrate. */
+  /* The mode, among those that the load moves, whose frequency a step gets most wrong: which it is,
+   * by how much relatively, and both frequencies [Hz]; stepped NaN: it does not vibrate. */
   int64_t frequency_mode;
   double frequency_error, frequency, stepped_frequency;
   bool front; /* no run is both cheaper and more accurate */

@@ -104,11 +104,15 @@ thrum_status tradeoff_reference_make(const tradeoff_problem *problem, tradeoff_r
   fields f = {0};
   thrum_full *full = NULL;
   thrum_full_def def = thrum_default_full_def();
+
+  // the reference steps with the damping of the runs that are measured against it
   def.dt = problem->full_dt;
   def.damping_alpha = problem->damping_alpha;
   def.damping_beta = problem->damping_beta;
   thrum_status status = thrum_model_fem_create(problem->model, &made.body, error);
   made.n = made.body.fem.free_count;
+
+  // samples are kept times the mass, as errors are measured in its norm
   if (status >= 0) {
     made.mass_u = thrum_allocate(2 * TRADEOFF_SAMPLES * made.n, sizeof *made.mass_u,
                                  "the samples of the full order", error);

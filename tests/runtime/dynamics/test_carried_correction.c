@@ -77,6 +77,8 @@ static void the_bands_have_the_energy_of_the_verified_solve(void **context) {
   } starts[] = {{0.05, 0, 0.003}, {0.05, 2, 0.01}, {0.3, 0, 0.003}, {0.3, 2, 0.02}};
   random_model m;
   make_model(&m);
+
+  // the solve to 1e-12 verifies each correction
   for (size_t n = 0; n < sizeof starts / sizeof starts[0]; n++) {
     double high[2];
     for (int verified = 0; verified < 2; verified++) {
@@ -99,6 +101,8 @@ static void the_motion_is_that_of_the_verified_solve(void **context) {
   random_model m;
   make_model(&m);
   double q[3][RANK], p[RANK];
+
+  // the default, the verified one, and one with much smaller steps
   for (int n = 0; n < 3; n++) {
     // the default, the verified one, and one with much smaller steps
     thrum_state_def def = make_def(n == 0 ? 0 : 1e-12);
@@ -108,6 +112,7 @@ static void the_motion_is_that_of_the_verified_solve(void **context) {
     state_read(&m.model, state, q[n], p);
     state_free(state);
   }
+
   assert_true(largest_difference(q[0], q[1], RANK) < 0.01 * largest_difference(q[1], q[2], RANK));
   random_model_free(&m);
 }
@@ -120,6 +125,8 @@ static void a_copy_carries_the_correction_along(void **context) {
   const thrum_state_def def = make_def(0);
   thrum_state *state = start(&m.model, &def, 0.3, 2);
   thrum_state *other = state_make(&m.model, &def);
+
+  // copies at many moments, each with a correction that is still to come
   for (int k = 0; k < 40; k++) {
     state_steps(&m.model, state, 7);
     assert_int_equal(state->carried, 1);
@@ -148,6 +155,7 @@ static void setting_what_is_read_loses_only_the_correction(void **context) {
   const double energy = state_energy(&m.model, state).total;
   assert_true(fabs(state_energy(&m.model, other).total / energy - 1) < 1e-15);
 
+  // from there both go on, one with the correction
   state_steps(&m.model, state, 20);
   state_steps(&m.model, other, 20);
   state_read(&m.model, state, q[0], NULL);

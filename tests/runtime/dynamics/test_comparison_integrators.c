@@ -56,6 +56,7 @@ static void the_eulers_are_of_order_one_and_runge_kutta_of_order_four(void **con
       memcpy(p_ref, start_p, sizeof p_ref);
       reference_advance(&m.model, &def, &none, 0, time / 8000, 8000, q_ref, p_ref);
 
+      // steps at which the error is far above rounding
       const int64_t steps = n == 2 ? 40 : 1600;
       const double coarse = error_of(&m.model, def, q_ref, p_ref, time, steps);
       const double fine = error_of(&m.model, def, q_ref, p_ref, time, 2 * steps);
@@ -128,9 +129,13 @@ static void backward_euler_solves_its_equation(void **context) {
     thrum_state_def def = make_def(THRUM_INTEGRATOR_BACKWARD_EULER, 0.05);
     set_damping(&def, damped);
     thrum_state *state = state_make(&m.model, &def);
+
+    // under a constant load
     state_put(&m.model, state, start_q, start_p);
     state_push(&m.model, state, push);
     double q[2][RANK], p[2][RANK], total[RANK];
+
+    // both equations hold with the forces at the end of the step
     for (int k = 0; k < 30; k++) {
       state_read(&m.model, state, q[0], p[0]);
       state_steps(&m.model, state, 1);

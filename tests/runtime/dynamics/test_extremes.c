@@ -46,7 +46,7 @@ static bool is_refused(const experiment_extreme *extreme) {
   return false;
 }
 
-/* Those that must not stop, and Newmark. */
+/* The schemes that must not stop, and Newmark. */
 static const experiment_scheme robust[] = {EXPERIMENT_SCHEME_IMEXV, EXPERIMENT_SCHEME_NEWMARK,
                                            EXPERIMENT_SCHEME_ENERGY};
 enum { ROBUST_COUNT = sizeof robust / sizeof robust[0] };

@@ -72,6 +72,7 @@ static double error_of(const thrum_model *model, thrum_state_def def, const test
   memcpy(p_ref, start_p, sizeof p_ref);
   reference_advance(model, &def, load, 0, time / SUBSTEPS, SUBSTEPS, q_ref, p_ref);
 
+  // the same motion with the scheme, under the mean load of each step
   def.dt = time / (double)steps;
   thrum_state *state = state_make(model, &def);
   state_put(model, state, start_q, start_p);
@@ -98,6 +99,7 @@ static void free_motion_of_low_modes_is_of_order_four_and_else_of_order_two(void
       def.damping_beta = damped ? 0.01 : 0.0;
       def.damping_form = damped == 2 ? THRUM_DAMPING_TANGENT : THRUM_DAMPING_REST;
 
+      // of two halvings the smaller order counts
       const double coarse = error_of(&m.model, def, &loads[l], 80);
       const double middle = error_of(&m.model, def, &loads[l], 160);
       const double fine = error_of(&m.model, def, &loads[l], 320);

@@ -615,12 +615,16 @@ int main(void) {
       cmocka_unit_test(midpoint_is_of_order_two),
       cmocka_unit_test(newmark_is_of_order_two_for_any_beta),
       cmocka_unit_test(newmark_is_of_order_one_for_gamma_beyond_one_half),
+
+      // a scheme is what its equations say
       cmocka_unit_test(imexv_equals_its_equations_for_every_split),
       cmocka_unit_test(verlet_and_midpoint_equal_their_equations),
       cmocka_unit_test(ends_of_imexv_are_verlet_and_midpoint_bit_for_bit),
       cmocka_unit_test(average_acceleration_newmark_is_midpoint_on_a_linear_model),
       cmocka_unit_test(explicit_newmark_is_verlet),
       cmocka_unit_test(newmark_of_a_tiny_beta_is_the_explicit_one),
+
+      // what all schemes have in common
       cmocka_unit_test(every_other_integrator_returns_when_time_is_reversed),
       cmocka_unit_test(an_impulse_counts_once_and_equally_for_all_modes),
       cmocka_unit_test(changing_dt_on_the_way_keeps_order_two),

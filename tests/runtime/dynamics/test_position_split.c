@@ -36,6 +36,7 @@ static void plain_step(const thrum_model *model, const thrum_state_def *def, dou
   for (int i = 0; i < RANK; i++)
     middle[i] = i < def->explicit_count ? q[i] + h / 2 * p[i] : 0;
 
+  // the implicit modes see the explicit ones at the middle of the step
   for (int k = 0; k < 200; k++) {
     for (int i = def->explicit_count; i < RANK; i++)
       middle[i] = q[i] + d[i] / 2;
@@ -46,6 +47,7 @@ static void plain_step(const thrum_model *model, const thrum_state_def *def, dou
     }
   }
 
+  // with the force there both halves of the step follow
   for (int i = 0; i < RANK; i++) {
     const double damping = def->damping_alpha + def->damping_beta * model->omega2[i];
     if (i < def->explicit_count) {
@@ -68,6 +70,7 @@ static void it_equals_its_equations_for_every_split(void **context) {
     def.damping_alpha = 0.1;
     def.damping_beta = 0.005;
 
+    // the plain equations and the state start alike
     thrum_state *state = state_make(&m.model, &def);
     double q[RANK], p[RANK], q_now[RANK], p_now[RANK];
     memcpy(q, start_q, sizeof q);
@@ -136,6 +139,7 @@ static void without_explicit_modes_it_is_midpoint_bit_for_bit(void **context) {
   def.integrator = THRUM_INTEGRATOR_MIDPOINT;
   thrum_state *midpoint = state_make(&m.model, &def);
 
+  // the same start, load and number of steps
   double q[2][RANK], p[2][RANK];
   state_put(&m.model, position, start_q, start_p);
   state_put(&m.model, midpoint, start_q, start_p);
@@ -163,6 +167,7 @@ static void a_linear_body_follows_the_closed_form(void **context) {
   thrum_state *state = state_make(&m.model, &def);
   state_put(&m.model, state, start_q, start_p);
 
+  // the closed form holds at any step, not only at the end
   for (int k = 1; k <= 500; k++) {
     double q[RANK], p[RANK];
     state_steps(&m.model, state, 1);
@@ -383,6 +388,7 @@ static void a_motion_beyond_its_limit_is_lost_alone_and_kept_by_the_monitor(void
         most = fmax(most, energies.total / first);
     }
 
+    // alone the run is lost; the monitor changes the scheme or the split
     if (!monitored) {
       assert_true(status < 0 || most > 100);
     } else {
@@ -404,6 +410,8 @@ static void it_returns_after_a_switch(void **context) {
   def.adaptive = def.fallback = 1;
   def.damping_alpha = 0.02;
   thrum_state *state = state_make(&m.model, &def);
+
+  // a motion beyond the limit of stability
   const double large[RANK] = {4, 2, 1};
   state_put(&m.model, state, large, NULL);
   bool switched = false;
@@ -411,6 +419,7 @@ static void it_returns_after_a_switch(void **context) {
     state_steps(&m.model, state, 1);
     switched = switched || thrum_state_report_get(state).scheme == THRUM_SCHEME_ENERGY;
   }
+
   assert_true(switched);
   assert_int_equal(thrum_state_report_get(state).scheme, THRUM_SCHEME_POSITION);
   state_free(state);

@@ -21,7 +21,7 @@ static thrum_state_def make_def(int32_t explicit_count, double dt) {
   return def;
 }
 
-static void the_angle_at_rest_is_that_of_the_highest_explicit_mode(void **context) {
+static void the_stability_number_at_rest_is_that_of_the_highest_explicit_mode(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
@@ -39,7 +39,7 @@ static void the_angle_at_rest_is_that_of_the_highest_explicit_mode(void **contex
 
 /* In a body settled under a load the angle is that of T_EE there, found by many power iterations.
  */
-static void the_angle_under_a_load_is_that_of_the_tangent(void **context) {
+static void the_stability_number_under_a_load_is_that_of_the_tangent(void **context) {
   (void)context;
   enum { SPLIT = 4 };
   random_model m;
@@ -164,7 +164,7 @@ static double mean_energy(const thrum_model *model, thrum_state *state, int64_t 
 
 /* The thesis split keeps the mean energy of its first steps, the position form the energy that the
  * run began with. */
-static void a_drifting_run_is_handed_over_at_its_first_energy(thrum_split_form form) {
+static void a_drifting_run_switches_to_energy_at_its_first_energy(thrum_split_form form) {
   random_model m;
   make_model(&m);
   thrum_state *state = make_drifting(&m.model, form);
@@ -188,15 +188,15 @@ static void a_drifting_run_is_handed_over_at_its_first_energy(thrum_split_form f
   random_model_free(&m);
 }
 
-static void a_drifting_run_of_either_form_is_handed_over(void **context) {
+static void a_drifting_run_of_either_form_switches_to_energy(void **context) {
   (void)context;
-  a_drifting_run_is_handed_over_at_its_first_energy(THRUM_FORM_THESIS);
-  a_drifting_run_is_handed_over_at_its_first_energy(THRUM_FORM_POSITION);
+  a_drifting_run_switches_to_energy_at_its_first_energy(THRUM_FORM_THESIS);
+  a_drifting_run_switches_to_energy_at_its_first_energy(THRUM_FORM_POSITION);
 }
 
-/* Energy that moves among modes changes the mean energy of the thesis split, which conserves another
- * energy. Once the monitor has seen that it does not come back, the mean returns to what it was and
- * stays, and the report says how much was corrected. */
+/* Energy that moves among modes changes the mean energy of the thesis split, which conserves
+ * another energy. Once the monitor has seen that it does not come back, the mean returns to what it
+ * was and stays, and the report says how much was corrected. */
 static void slow_drift_goes_back_through_the_momentum(void **context) {
   (void)context;
   enum { PARTS = 20, PART = 10000, SEEN = 10 };
@@ -275,7 +275,7 @@ static void a_violent_run_goes_on_with_the_energy_it_began_with(void **context) 
 
 /* An impulse of one step gives more energy than the sum of its work shows, so the energy after it
  * is the one to keep. */
-static void a_blow_is_no_drift(void **context) {
+static void an_impulse_is_no_drift(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
@@ -491,12 +491,15 @@ static void a_wide_kick_keeps_its_energy_in_every_step(void **context) {
   for (uint64_t seed = 21; seed < 31; seed++) {
     random_model m;
     random_model_make(&m, seed, RANK, 1.0, 12.0, 0.5);
+
     for (size_t n = 0; n < sizeof steps / sizeof steps[0]; n++) {
       for (double times = 0.1; times < 2e4; times *= 10) {
         // momenta from small to far beyond the linear range
         const double p[RANK] = {0.5 * times, 2 * times, -1 * times, 0, 0.3 * times, 0};
         thrum_state_def def = thrum_default_state_def();
         def.dt = steps[n];
+
+        // the bound of each form holds at small and at large steps
         for (int form = THRUM_FORM_THESIS; form <= THRUM_FORM_POSITION; form++) {
           def.split_form = (thrum_split_form)form;
           const double worst = worst_after_kick(&m.model, &def, p);
@@ -512,8 +515,8 @@ static void a_wide_kick_keeps_its_energy_in_every_step(void **context) {
   }
 }
 
-/* A kick in the middle of a calm run is one more first step. */
-static void a_kick_in_a_calm_run_keeps_its_energy(void **context) {
+/* A kick in the middle of a quiet run is one more first step. */
+static void a_kick_in_a_quiet_run_keeps_its_energy(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
@@ -529,6 +532,7 @@ static void a_kick_in_a_calm_run_keeps_its_energy(void **context) {
     p[1] -= times;
     state_put(&m.model, state, q, p);
 
+    // the energy after the kick is the one to keep
     const double energy = state_energy(&m.model, state).total;
     for (int k = 0; k < 50; k++) {
       state_steps(&m.model, state, 1);
@@ -559,10 +563,10 @@ static void a_switch_shows_in_the_status_of_each_step(void **context) {
   assert_int_equal(thrum_batch_size(&m.model, &size, NULL), THRUM_OK);
   void *workspace = aligned_alloc(64, (size + 63) / 64 * 64);
 
-  // ten calm steps, then a load on one of the two
-  const double calm[RANK] = {0.01};
-  state_put(&m.model, state, NULL, calm);
-  state_put(&m.model, other, NULL, calm);
+  // ten quiet steps, then a load on one of the two
+  const double quiet[RANK] = {0.01};
+  state_put(&m.model, state, NULL, quiet);
+  state_put(&m.model, other, NULL, quiet);
   for (int k = 0; k < 10; k++)
     assert_int_equal(thrum_step(&m.model, state, NULL), THRUM_OK);
   assert_int_equal(thrum_state_report_get(state).first_switch, -1);
@@ -589,7 +593,7 @@ static void a_switch_shows_in_the_status_of_each_step(void **context) {
   def.explicit_count = RANK;
   def.damping_alpha = 0;
   other = state_make(&m.model, &def);
-  state_put(&m.model, other, calm, NULL);
+  state_put(&m.model, other, quiet, NULL);
   thrum_status status = THRUM_OK;
   for (int k = 0; k < 200; k++)
     status = thrum_step(&m.model, other, NULL);
@@ -604,7 +608,7 @@ static void a_switch_shows_in_the_status_of_each_step(void **context) {
 
 /* A state that switched to the energy integrator under a sudden load from rest returns when the
  * motion has been damped. */
-static void a_hand_over_from_rest_ends_too(void **context) {
+static void a_switch_from_rest_ends_too(void **context) {
   (void)context;
   static const double force[RANK] = {500, 2000, -1000, 0, 300, 0};
   random_model m;
@@ -631,22 +635,28 @@ static void a_hand_over_from_rest_ends_too(void **context) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(the_angle_at_rest_is_that_of_the_highest_explicit_mode),
-      cmocka_unit_test(the_angle_under_a_load_is_that_of_the_tangent),
+      cmocka_unit_test(the_stability_number_at_rest_is_that_of_the_highest_explicit_mode),
+      cmocka_unit_test(the_stability_number_under_a_load_is_that_of_the_tangent),
       cmocka_unit_test(modes_leave_when_the_body_stiffens_and_return_after_a_quiet_time),
-      cmocka_unit_test(a_drifting_run_of_either_form_is_handed_over),
+
+      // drift, and motion that is no drift
+      cmocka_unit_test(a_drifting_run_of_either_form_switches_to_energy),
       cmocka_unit_test(slow_drift_goes_back_through_the_momentum),
       cmocka_unit_test(a_violent_run_goes_on_with_the_energy_it_began_with),
-      cmocka_unit_test(a_blow_is_no_drift),
+      cmocka_unit_test(an_impulse_is_no_drift),
+
+      // what follows a switch, and runs without one
       cmocka_unit_test(imexv_returns_when_the_energy_has_fallen),
       cmocka_unit_test(a_snapshot_brings_the_stability_monitor_along),
       cmocka_unit_test(a_quiet_run_is_not_touched),
       cmocka_unit_test(a_split_beyond_the_bound_is_mended_at_once),
+
+      // sudden loads and kicks
       cmocka_unit_test(a_sudden_load_however_large_leaves_no_wrong_energy),
       cmocka_unit_test(a_wide_kick_keeps_its_energy_in_every_step),
-      cmocka_unit_test(a_kick_in_a_calm_run_keeps_its_energy),
+      cmocka_unit_test(a_kick_in_a_quiet_run_keeps_its_energy),
       cmocka_unit_test(a_switch_shows_in_the_status_of_each_step),
-      cmocka_unit_test(a_hand_over_from_rest_ends_too),
+      cmocka_unit_test(a_switch_from_rest_ends_too),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

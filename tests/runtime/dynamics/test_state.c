@@ -867,14 +867,20 @@ int main(void) {
       cmocka_unit_test(what_lies_behind_the_kept_bytes_does_not_count),
       cmocka_unit_test(calls_refuse_null_strangers_and_models_of_another_rank),
       cmocka_unit_test(values_that_are_not_finite_are_refused),
+
+      // what is set and read
       cmocka_unit_test(a_body_at_rest_without_load_stays_at_rest_exactly),
       cmocka_unit_test(what_is_set_is_read_back),
       cmocka_unit_test(reading_leaves_every_byte_as_it_was),
       cmocka_unit_test(energies_are_those_of_the_definition),
       cmocka_unit_test(a_new_dt_brings_its_own_split_and_keeps_the_motion),
+
+      // copies and snapshots
       cmocka_unit_test(a_restored_snapshot_steps_to_the_same_bits),
       cmocka_unit_test(two_states_of_one_history_have_the_same_bytes),
       cmocka_unit_test(setting_a_state_forgets_the_solvers_history),
+
+      // steps that fail
       cmocka_unit_test(a_failed_step_leaves_every_byte_and_the_run_goes_on_as_if_it_had_not_been),
       cmocka_unit_test(a_step_that_does_not_converge_leaves_every_byte),
       cmocka_unit_test(an_explicit_run_that_blows_up_ends_in_a_refusal_not_in_nan),

@@ -285,6 +285,7 @@ static void no_place_of_the_header_takes_the_bits_of_a_nan(void **context) {
   unsigned char *inside = malloc(size);
   assert_non_null(inside);
 
+  // a place that takes both would take a NaN
   for (size_t at = 0; at < sizeof(thrum_state); at += sizeof nan_bits[0]) {
     bool taken = at < offsetof(thrum_state, report.scheme) ||
                  at >= offsetof(thrum_state, report.residual_last);
@@ -306,11 +307,14 @@ static void null_and_small_memory_are_refused(void **context) {
   const thrum_state_def def = make_def(THRUM_INTEGRATOR_IMEXV);
   open_run(&f, &def);
   const thrum_model *model = &f.m.model;
+
+  // the snapshot, then the way back
   assert_int_equal(thrum_state_snapshot_size(NULL), 0);
   assert_int_equal(thrum_state_snapshot(NULL, f.snapshot, f.size, NULL), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_state_snapshot(f.state, NULL, f.size, NULL), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_state_snapshot(f.state, f.snapshot, f.size - 1, NULL),
                    THRUM_BUFFER_TOO_SMALL);
+
   assert_int_equal(thrum_state_restore(model, NULL, f.snapshot, f.size, NULL),
                    THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_state_restore(model, f.state, NULL, f.size, NULL), THRUM_INVALID_ARGUMENT);

@@ -90,6 +90,8 @@ static void the_monitor_bounds_what_imexv_errs_by_under_tangent_damping(void **c
   for (uint64_t seed = 21; seed < 25; seed++) {
     random_model m;
     random_model_make(&m, seed, RANK, 1.0, 12.0, 0.5);
+
+    // from damping that takes nothing to damping that takes all within steps
     for (double beta = 1e-6; beta < 0.1; beta *= 100) {
       for (double times = 0.1; times < 200; times *= 10) {
         const thrum_state_def def = make_def(0.05, 0, beta);
@@ -116,6 +118,8 @@ static void energy_that_tangent_damping_feeds_in_is_counted(void **context) {
   def.integrator = THRUM_INTEGRATOR_ENERGY;
   thrum_state *state = make_struck(&m.model, &def, 5);
   const double first = state_energy(&m.model, state).total;
+
+  // a load that changes slowly, so that T is indefinite for many steps
   double q[2][RANK] = {{0}}, loss = 0, work = 0, least = 0, scale = first;
   for (int k = 0; k < STEPS; k++) {
     double f[RANK];
@@ -124,6 +128,8 @@ static void energy_that_tangent_damping_feeds_in_is_counted(void **context) {
     state_push(&m.model, state, f);
     state_steps(&m.model, state, 1);
     state_read(&m.model, state, q[1], NULL);
+
+    // the balance closes with what damping took or fed in
     const double now = thrum_state_report_get(state).dissipated;
     least = fmin(least, now - loss);
     loss = now;

@@ -400,9 +400,13 @@ int main(void) {
       cmocka_unit_test(gravity_is_axis_mass_times_acceleration),
       cmocka_unit_test(displacement_of_any_range_is_the_basis_times_q),
       cmocka_unit_test(force_and_displacement_are_transposes),
+
+      // what is refused
       cmocka_unit_test(vertices_out_of_range_are_refused_and_outputs_kept),
       cmocka_unit_test(forces_that_are_not_finite_are_refused_and_outputs_kept),
       cmocka_unit_test(model_without_a_basis_is_missing_it),
+
+      // means of loads over time
       cmocka_unit_test(windows_of_whole_steps_count_them_exactly),
       cmocka_unit_test(window_keeps_its_impulse_at_any_step),
       cmocka_unit_test(windows_may_be_endless_empty_or_reversed),

@@ -662,12 +662,18 @@ int main(void) {
       cmocka_unit_test(every_array_of_a_saved_model_is_aligned_to_64_bytes),
       cmocka_unit_test(view_init_and_load_agree),
       cmocka_unit_test(a_laid_out_model_outlives_its_file),
+
+      // buffers that were not made by Thrum
       cmocka_unit_test(files_of_numpy_savez_are_copied_and_loaded_but_not_viewed),
       cmocka_unit_test(a_buffer_that_is_not_aligned_is_not_viewed),
+
+      // damage
       cmocka_unit_test(every_truncation_is_refused),
       cmocka_unit_test(every_one_byte_change_is_refused_or_harmless),
       cmocka_unit_test(a_change_of_a_full_model_or_of_a_savez_file_is_refused_or_harmless),
       cmocka_unit_test(damage_under_a_right_checksum_is_refused_or_a_valid_model),
+
+      // names, and files that cannot be read or written
       cmocka_unit_test(groups_are_found_by_name),
       cmocka_unit_test(a_file_that_cannot_be_loaded_is_named),
       cmocka_unit_test(a_missing_argument_is_refused),

@@ -630,12 +630,16 @@ int main(void) {
       cmocka_unit_test(extra_fields_are_padding_or_those_of_numpy),
       cmocka_unit_test(a_wrong_checksum_is_refused_of_unknown_members_too),
       cmocka_unit_test(names_are_plain_and_unique),
+
+      // the arrays
       cmocka_unit_test(required_arrays_and_their_companions_must_be_there),
       cmocka_unit_test(another_version_of_the_format_speaks_first),
       cmocka_unit_test(types_and_orders_are_those_of_the_list),
       cmocka_unit_test(shapes_are_those_of_the_list),
       cmocka_unit_test(the_rank_is_1_to_512),
       cmocka_unit_test(headers_are_plain_dictionaries),
+
+      // their content
       cmocka_unit_test(numbers_must_be_finite),
       cmocka_unit_test(frequencies_ascend_from_zero),
       cmocka_unit_test(indices_stay_in_range),

@@ -559,6 +559,8 @@ int main(void) {
       cmocka_unit_test(indices_count_up_in_block_order),
       cmocka_unit_test(counts_are_the_binomials),
       cmocka_unit_test(two_coordinates_give_numbers_worked_out_by_hand),
+
+      // derivatives agree with differences
       cmocka_unit_test(energy_agrees_with_loops_over_the_coefficients),
       cmocka_unit_test(force_returns_the_bits_of_the_energy),
       cmocka_unit_test(force_is_the_exact_difference_of_energies),
@@ -566,6 +568,8 @@ int main(void) {
       cmocka_unit_test(taylor_remainders_fall_with_their_order),
       cmocka_unit_test(tangent_is_symmetric_and_times_v_gives_tangent_vector),
       cmocka_unit_test(tangent_brings_the_force_and_the_energy_of_its_point),
+
+      // special points and parts
       cmocka_unit_test(rest_has_no_energy_no_force_and_the_linear_stiffness),
       cmocka_unit_test(one_degree_alone_is_homogeneous),
       cmocka_unit_test(restricted_polynomial_is_the_polynomial_at_every_split),
