@@ -139,25 +139,29 @@ static void a_surface_is_filled(void **state) {
     }
 }
 
-/* An .stl in millimetres, whose corners are repeated for each facet. */
-static void an_stl_is_joined_scaled_and_filled(void **state) {
-  (void)state;
+/* A cube as ASCII facets, whose corners are repeated for each facet. */
+static void write_stl_cube(const char *name, int edge) {
   static const int faces[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1},
                                   {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
 
-  // a cube of 1000 mm as ASCII facets
   char text[4096] = "solid cube\n";
   for (int f = 0; f < 12; f++) {
     strcat(text, "facet normal 0 0 0\nouter loop\n");
     for (int c = 0; c < 3; c++) {
       const int corner = faces[f / 2][c == 0 ? 0 : c + f % 2];
-      snprintf(text + strlen(text), 64, "vertex %d %d %d\n", corner / 4 * 1000,
-               corner / 2 % 2 * 1000, corner % 2 * 1000);
+      snprintf(text + strlen(text), 64, "vertex %d %d %d\n", corner / 4 * edge,
+               corner / 2 % 2 * edge, corner % 2 * edge);
     }
     strcat(text, "endloop\nendfacet\n");
   }
   strcat(text, "endsolid cube\n");
-  write_text("cube.stl", text);
+  write_text(name, text);
+}
+
+static void an_stl_in_millimetres_is_joined_scaled_and_filled(void **state) {
+  (void)state;
+  write_stl_cube("cube.stl", 1000);
+  write_stl_cube("part.stl", 100);
 
   // each tool meshes it at the scale of metres
   static const char *const names[] = {"gmsh", "tetgen"};
@@ -171,7 +175,13 @@ static void an_stl_is_joined_scaled_and_filled(void **state) {
     if (object == NULL)
       fail_msg("%s", run.err);
     assert_true(fabs(json_value(object, "volume_m3") - 1) < 1e-12);
+    assert_null(strstr(run.err, "--scale 0.001"));
     cJSON_Delete(object);
+    program_result_free(&run);
+
+    // a cube of 100 m is meshed, and its unit asked for
+    run = thrum_run(folder, "mesh", "part.stl", "-o", "stl.msh", "--tool", names[tool], "-q", NULL);
+    assert_non_null(strstr(run.err, "100 m long; if they are millimetres, give --scale 0.001"));
     program_result_free(&run);
   }
 }
@@ -430,7 +440,7 @@ int main(int argc, char **argv) {
   // surfaces that are filled
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_surface_is_filled),
-      cmocka_unit_test(an_stl_is_joined_scaled_and_filled),
+      cmocka_unit_test(an_stl_in_millimetres_is_joined_scaled_and_filled),
       cmocka_unit_test(several_parts_are_for_tetgen),
 
       // surfaces and tools that fail
