@@ -82,6 +82,9 @@ typedef struct thrum_model {
   const float *packed_single;
   int64_t packed_count; /* numbers in each of the first two orders, one after the other */
   const double *packed_c3, *packed_c4; /* the arrays packed; a copy with others is not packed */
+  /* what thrum_model_identity found when the model was made; a state steps with models of the
+   * identity of its own alone. 0: a model made by hand that was given none */
+  uint64_t identity;
 } thrum_model;
 
 /* Number of cubic and of quartic monomials in `rank` coordinates. Any thread. */
@@ -123,6 +126,12 @@ thrum_model_free(const thrum_model *model); /* made by thrum_model_load alone; N
  * range. THRUM_INVALID_ARGUMENT for NULL, THRUM_MISSING, THRUM_BAD_SHAPE or THRUM_BAD_VALUE with
  * the array. */
 THRUM_API thrum_status thrum_model_check(const thrum_model *model, thrum_error *error);
+
+/* A number that tells omega2, c3 and c4 of this model from those of others, never 0; the `identity`
+ * of models from files. Put it into that of a model made by hand whose states are to refuse other
+ * models. 0 for NULL and where a coefficient's array is missing. Reads every coefficient once. Any
+ * thread. */
+THRUM_API uint64_t thrum_model_identity(const thrum_model *model);
 
 /* Makes the checks of thrum_model_check that read no value but the format's version: that required
  * arrays are there and that their sizes agree. */

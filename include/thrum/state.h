@@ -284,7 +284,7 @@ THRUM_API thrum_status thrum_state_snapshot(const thrum_state *state, void *memo
  * that was made for the same model and with a def of the same sizes; dt and all else of the
  * snapshot's def come along. Any bytes may be given: THRUM_BAD_CHECKSUM for changed ones,
  * THRUM_BAD_FORMAT for none of a snapshot, THRUM_UNSUPPORTED for another version or byte order,
- * THRUM_MODEL_MISMATCH for another rank or def, THRUM_BAD_VALUE for numbers that no state can have,
+ * THRUM_MODEL_MISMATCH for another model or def, THRUM_BAD_VALUE for numbers that no state can have,
  * THRUM_BUFFER_TOO_SMALL, THRUM_INVALID_ARGUMENT for NULL. The state then stays as it was. */
 THRUM_API thrum_status thrum_state_restore(const thrum_model *model, thrum_state *state,
                                            const void *memory, size_t size, thrum_error *error);
@@ -298,8 +298,9 @@ THRUM_API thrum_status thrum_state_copy_check(const thrum_model *model, const th
 /* --- setting and stepping ---------------------------------------------------------------------
  *
  * Each function checks that state and model belong together: THRUM_INVALID_ARGUMENT for NULL or
- * for memory that holds no state, THRUM_MODEL_MISMATCH for a model of another rank. A call that
- * fails leaves every byte that persists as it was. */
+ * for memory that holds no state, THRUM_MODEL_MISMATCH for another model than that of
+ * thrum_state_init: of another rank, or of other coefficients (`identity` of thrum_model). A call
+ * that fails leaves every byte that persists as it was. */
 
 /* Sets q and p of the same time (rank each; NULL means zero). Counters, load and time stay; the
  * history of the solver is forgotten, and the mean load of the step before counts as zero.

@@ -99,6 +99,7 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   const bool imexv = def->integrator == THRUM_INTEGRATOR_IMEXV;
   state->magic = STATE_MAGIC;
   state->def = *def;
+  state->identity = model->identity;
   state->rank = (int32_t)model->rank;
   thrum_state_plan(state, model);
 
@@ -167,6 +168,11 @@ thrum_status thrum_state_check(const thrum_model *model, const thrum_state *stat
     return thrum_error_set(error, THRUM_MODEL_MISMATCH,
                            "the state was made for rank %d, the model has rank %lld",
                            (int)state->rank, (long long)model->rank);
+  if (model->identity != state->identity)
+    return thrum_error_set(error, THRUM_MODEL_MISMATCH,
+                           "the state was made for another model of rank %d: it has to be made anew "
+                           "for this one",
+                           (int)state->rank);
   return THRUM_OK;
 }
 

@@ -23,7 +23,7 @@
 
 /* Of the header and the arrays below; raised with each change of them, so that a snapshot of
  * another version is known. */
-#define THRUM_STATE_VERSION 10
+#define THRUM_STATE_VERSION 11
 
 /* --- the header ------------------------------------------------------------------------------- */
 
@@ -93,6 +93,7 @@ typedef struct thrum_spurious_work {
 struct thrum_state {
   uint64_t magic;
   uint64_t bytes;            /* of the whole block */
+  uint64_t identity;         /* of the model */
   thrum_state_def def;       /* adaptive is 0 unless the integrator is imexv */
   thrum_state_report report; /* scheme and numbers of modes are filled in when asked for */
   thrum_stability_monitor monitor;

@@ -35,6 +35,7 @@ thrum_status thrum_model_view(const void *file, size_t file_size, thrum_model *m
                              thrum_array_table[a].name);
 
   thrum_layout_to_model(&layout, model);
+  model->identity = thrum_model_identity(model);
   return THRUM_OK;
 }
 
@@ -109,9 +110,10 @@ thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file
 
   // behind them the packed coefficients, which the kernels read
   thrum_layout_to_model(&layout, memory);
-  THRUM_TRY(
-      thrum_model_pack(memory, next, needed - (size_t)(next - (unsigned char *)memory), error));
-  *model = memory;
+  thrum_model *made = memory;
+  THRUM_TRY(thrum_model_pack(made, next, needed - (size_t)(next - (unsigned char *)memory), error));
+  made->identity = thrum_model_identity(made);
+  *model = made;
   return THRUM_OK;
 }
 

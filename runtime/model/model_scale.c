@@ -171,6 +171,7 @@ thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_mod
   const void *packed = copy->packed ? (const void *)copy->packed : copy->packed_single;
   THRUM_TRY(thrum_model_pack(&result, within(memory, packed), thrum_model_pack_size(model), error));
 
+  result.identity = thrum_model_identity(&result);
   memcpy(memory, &result, sizeof result);
   *scaled = memory;
   return THRUM_OK;

@@ -117,6 +117,7 @@ thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_
   lower.axis_mass = model->axis_mass ? axis_mass : NULL;
   lower.basis = model->basis ? basis : NULL;
   THRUM_TRY(thrum_model_pack(&lower, at, size - (size_t)(at - (unsigned char *)memory), error));
+  lower.identity = thrum_model_identity(&lower);
   memcpy(memory, &lower, sizeof lower);
   *truncated = memory;
   return THRUM_OK;

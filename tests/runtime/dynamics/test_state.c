@@ -317,6 +317,65 @@ static void calls_refuse_null_strangers_and_models_of_another_rank(void **contex
   random_model_free(&other);
 }
 
+/* The inverses, forces and energies of a state are those of its model: another one of its rank is
+ * refused by every call, and one of the same coefficients is the same model. */
+static void another_model_of_its_rank_is_refused(void **context) {
+  (void)context;
+  random_model m, other;
+  make_model(&m);
+  make_model(&other);
+  m.model.identity = thrum_model_identity(&m.model);
+  other.model.identity = thrum_model_identity(&other.model);
+  assert_true(m.model.identity == other.model.identity && m.model.identity != 0);
+  for (int i = 0; i < INTEGRATOR_COUNT; i++) {
+    const thrum_state_def def = make_def(every_integrator[i], THRUM_DAMPING_REST);
+    thrum_state *state = state_make(&m.model, &def);
+    state_put(&m.model, state, start_q, start_p);
+    state_steps(&other.model, state, 5);
+
+    // the last bit of one coefficient makes another model
+    const size_t size = thrum_state_snapshot_size(state);
+    void *kept = state_snapshot(state), *sealed = malloc(size);
+    assert_non_null(sealed);
+    assert_int_equal(thrum_state_snapshot(state, sealed, size, NULL), THRUM_OK);
+    double *coefficients[] = {other.omega2, other.c3, other.c4};
+    for (int n = 0; n < 3; n++) {
+      const double was = coefficients[n][RANK - 1];
+      coefficients[n][RANK - 1] = nextafter(was, INFINITY);
+      other.model.identity = thrum_model_identity(&other.model);
+      double q[RANK] = {7}, p[RANK] = {7};
+      thrum_energies energies;
+      thrum_error error;
+      const thrum_model *model = &other.model;
+      assert_int_equal(thrum_step(model, state, &error), THRUM_MODEL_MISMATCH);
+      assert_non_null(strstr(error.message, "another model"));
+      assert_int_equal(thrum_state_set(model, state, q, p, NULL), THRUM_MODEL_MISMATCH);
+      assert_int_equal(thrum_state_get(model, state, q, p, NULL), THRUM_MODEL_MISMATCH);
+      assert_int_equal(thrum_state_set_force(model, state, q, NULL), THRUM_MODEL_MISMATCH);
+      assert_int_equal(thrum_state_set_dt(model, state, 0.1, NULL), THRUM_MODEL_MISMATCH);
+      assert_int_equal(thrum_state_energies(model, state, &energies, NULL), THRUM_MODEL_MISMATCH);
+      assert_int_equal(thrum_state_restore(model, state, sealed, size, NULL), THRUM_MODEL_MISMATCH);
+      assert_true(q[0] == 7 && p[0] == 7);
+
+      // nor is the snapshot one of a state of that model
+      thrum_state *stranger = state_make(model, &def);
+      assert_int_equal(thrum_state_restore(model, stranger, sealed, size, NULL),
+                       THRUM_MODEL_MISMATCH);
+      state_free(stranger);
+      coefficients[n][RANK - 1] = was;
+    }
+    other.model.identity = thrum_model_identity(&other.model);
+    expect_same_bytes(state, kept);
+    state_steps(&m.model, state, 1);
+
+    free(kept);
+    free(sealed);
+    state_free(state);
+  }
+  random_model_free(&m);
+  random_model_free(&other);
+}
+
 static void values_that_are_not_finite_are_refused(void **context) {
   (void)context;
   random_model m;
@@ -866,6 +925,7 @@ int main(void) {
       cmocka_unit_test(memory_that_is_short_or_misaligned_is_refused),
       cmocka_unit_test(what_lies_behind_the_kept_bytes_does_not_count),
       cmocka_unit_test(calls_refuse_null_strangers_and_models_of_another_rank),
+      cmocka_unit_test(another_model_of_its_rank_is_refused),
       cmocka_unit_test(values_that_are_not_finite_are_refused),
 
       // what is set and read

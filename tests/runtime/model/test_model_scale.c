@@ -136,6 +136,15 @@ static void a_scale_of_one_keeps_every_bit(void **context) {
   assert_memory_equal(scaled->basis, m->basis, 3 * (size_t)m->vertex_count * r * d);
   assert_memory_equal(scaled->axis_mass, m->axis_mass, 3 * r * d);
 
+  // so it is the same model for a state; another scale makes another one
+  const thrum_model_scaling stiffer = {1, 1.5, 1};
+  const thrum_model *other = NULL;
+  void *stiff = scale_model(m, &stiffer, &other);
+  assert_true(scaled->identity == thrum_model_identity(m));
+  assert_true(other->identity == thrum_model_identity(other));
+  assert_true(other->identity != scaled->identity);
+  free(stiff);
+
   // the copy is packed for itself
   assert_true(scaled->packed != NULL || scaled->packed_single != NULL);
   assert_ptr_equal(scaled->packed_c4, scaled->c4);

@@ -85,6 +85,8 @@ static void a_state_of_it_is_stepped_with_the_bits_of_the_model_made_by_hand(voi
   // states of the truncated model and of the one made by hand, from the same start
   const thrum_model *lower = NULL;
   void *memory = truncate_model(&m.model, LOWER, &lower);
+  hand.model.identity = thrum_model_identity(&hand.model);
+  assert_true(lower->identity == hand.model.identity);
   thrum_state_def def = thrum_default_state_def();
   def.dt = 0.02;
   thrum_state *a = state_make(lower, &def), *b = state_make(&hand.model, &def);
