@@ -112,8 +112,8 @@ int cmd_embed(int argc, char **argv) {
   // the output is checked before the long work
   thrum_status status = path_check_output(request.output, &error);
   THRUM_THEN(status, named_model_load(request.model, request.quiet, &model, NULL, &error));
-  THRUM_THEN(status, embedded_surface_write(model, request.model, request.surface, request.scale,
-                                            request.quiet, &embed, &error));
+  THRUM_THEN(status, embedded_surface_make(model, request.model, request.surface, request.scale,
+                                           request.quiet, &embed, &error));
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
 
   THRUM_THEN(status, thrum_embed_save(request.output, &embed.embedding, &error));

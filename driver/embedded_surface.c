@@ -28,8 +28,7 @@ static char *make_meta(const char *model_name, const char *path, double scale) {
   return text;
 }
 
-/* A bar for what takes longer than people like to wait. */
-#define PATIENCE 0.5
+#define PATIENCE 0.5 /* [s] a bar appears for what takes longer */
 
 typedef struct embed_progress {
   config_progress bar;
@@ -42,9 +41,9 @@ static void tell(void *context, double fraction) {
     config_progress_update(&progress->bar, "embedding", fraction);
 }
 
-thrum_status embedded_surface_write(const thrum_model *model, const char *model_name,
-                                    const char *path, double scale, bool quiet, thrum_embed *embed,
-                                    thrum_error *error) {
+thrum_status embedded_surface_make(const thrum_model *model, const char *model_name,
+                                   const char *path, double scale, bool quiet, thrum_embed *embed,
+                                   thrum_error *error) {
   thrum_surface_mesh surface = {0};
   THRUM_TRY(thrum_surface_mesh_read(path, scale, &surface, error));
   char *meta = make_meta(model_name, path, scale);

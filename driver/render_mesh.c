@@ -107,7 +107,7 @@ thrum_status render_mesh_make(const thrum_model *model, const char *surface, ren
   thrum_status status;
   if (thrum_surface_mesh_is_named(surface)) {
     thrum_embed embed = {0};
-    status = embedded_surface_write(model, "", surface, 1, true, &embed, error);
+    status = embedded_surface_make(model, "", surface, 1, true, &embed, error);
     if (status >= 0)
       embedded_surface_warn(&embed.report, surface);
     THRUM_THEN(status, take_embedding(model, &embed.embedding, surface, shown, error));

@@ -8,11 +8,12 @@
 #include "thrum/external_load.h"
 #include "validation/tradeoff/tradeoff.h"
 
-/* The context of the sampler. */
+/* What take() needs: where samples go, room for the free components of a field, and the energies at
+ * the two ends of the present step. */
 typedef struct taker {
   const tradeoff_problem *problem;
   tradeoff_reference *reference;
-  double *free_ones;
+  double *free_ones; /* n: the components that may move, of a field of all */
   double energy_from, energy_to;
 } taker;
 
@@ -23,6 +24,8 @@ static double dot(const double *x, const double *y, int64_t n) {
   return sum;
 }
 
+/* Takes one sample: a field u of all components, and v behind it, at `share` of the present step.
+ */
 static void take(void *context, int64_t index, double share, const double *value) {
   const taker *t = context;
   tradeoff_reference *r = t->reference;
@@ -56,6 +59,7 @@ static thrum_status fields_make(int64_t all, fields *f, thrum_error *error) {
   return THRUM_OK;
 }
 
+/* The mean forces of all loads in a step. */
 static void load(const tradeoff_problem *problem, int64_t step, double *forces) {
   const int64_t all = 3 * problem->model->vertex_count;
   memset(forces, 0, (size_t)all * sizeof *forces);
