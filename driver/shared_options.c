@@ -116,8 +116,11 @@ const config_option solver_options[] = {
                   "how imexv splits the energy; position is symplectic; quadratic needs no "
                   "iterations, for small steps or amplitudes",
                   AT(split_form)),
-    OPTION_SWITCH("adaptive", "on", "imexv: monitor stability and energy, and adapt to them",
-                  AT(adaptive)),
+    OPTION_SWITCH(
+        "adaptive", "on",
+        "imexv, fox-goodwin: monitor stability and energy, and adapt to them or switch to "
+        "energy",
+        AT(adaptive)),
 
     // what happens where a step cannot be solved
     OPTION_SWITCH("fallback", "on",

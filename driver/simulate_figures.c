@@ -62,7 +62,7 @@ void simulate_figures_end(simulate_figures *figures) {
   figures->drift = damped ? NAN : figures->growth;
   const bool gained =
       !figures->uncounted && simulate_figures_balance(figures) > GAIN_FLAG * figures->energy_max;
-  figures->energy_grew = figures->growth > GROWTH_FLAG || gained;
+  figures->energy_grew = figures->growth > GROWTH_FLAG || gained || figures->report.grown_steps > 0;
 }
 
 void simulate_figures_stepped_by(const simulate_figures *figures, char text[128]) {

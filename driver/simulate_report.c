@@ -248,6 +248,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   json_number(object, "mean_iterations", per_step(figures, (double)report->iterations));
   json_number(object, "factorisations", (double)report->factorisations);
   json_number(object, "fallback_steps", (double)figures->fallback_steps);
+  json_number(object, "grown_steps", (double)figures->report.grown_steps);
 
   // whether the run can be trusted
   add_robustness(object, figures);

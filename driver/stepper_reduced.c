@@ -15,7 +15,6 @@ typedef struct reduced_stepper {
   const thrum_model *model;
   stepper_loads loads; /* in coordinates of the model */
   thrum_state *state;
-  int64_t fallback_steps;
 } reduced_stepper;
 
 /* --- opening ---------------------------------------------------------------------------------- */
@@ -79,10 +78,7 @@ static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
   reduced_stepper *self = stepper;
   THRUM_TRY(set_force(self, step, error));
   const thrum_status status = thrum_step(self->model, self->state, error);
-  if (status < 0)
-    return status;
-  self->fallback_steps += status == THRUM_FELL_BACK;
-  if (!stepper_loads_act(&self->loads))
+  if (status < 0 || !stepper_loads_act(&self->loads))
     return status;
 
   // what the step did for the energy: work of the loads, work of the base
@@ -131,7 +127,8 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
   const reduced_stepper *self = stepper;
   (void)body;
   figures->report = thrum_state_report_get(self->state);
-  figures->fallback_steps = self->fallback_steps;
+  figures->fallback_steps =
+      figures->report.newton_steps + figures->report.energy_steps + figures->report.substep_steps;
   figures->work_load = self->loads.work_load;
   figures->work_base = self->loads.work_base;
   figures->dissipated = figures->report.dissipated;

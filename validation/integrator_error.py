@@ -25,7 +25,7 @@ CASES = {
     "thesis, alone": ["--split-form", "thesis", "--adaptive", "off", "--fallback", "off"],
     "quadratic, alone": ["--split-form", "quadratic", "--adaptive", "off", "--fallback", "off"],
     "newmark": ["--integrator", "newmark"],
-    "fox-goodwin": ["--integrator", "fox-goodwin"],
+    "fox-goodwin, alone": ["--integrator", "fox-goodwin", "--adaptive", "off"],
     "energy": ["--integrator", "energy"],
     "midpoint": ["--integrator", "midpoint"],
 }

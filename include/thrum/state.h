@@ -216,8 +216,9 @@ typedef struct thrum_state_def {
   /* How imexv splits the energy; default position. */
   thrum_split_form split_form;
 
-  /* 1: imexv monitors its stability and adapts (design 4); 0: its split stays as it begins.
-   * Default 1. The other integrators ignore it. */
+  /* 1: imexv monitors its stability and adapts (design 4), and fox-goodwin gives way to `energy`
+   * where its energy is no longer explained; 0: they stay as they begin. Default 1. The other
+   * integrators ignore it. */
   int32_t adaptive;
 
   /* 1: steps that the solver does not solve go through the fallback chain (design 8); 0: they fail
@@ -334,14 +335,18 @@ THRUM_API int64_t thrum_step_count(double time, double dt);
 
 /* Advances by one step of dt. Every status >= 0 is a step that was made:
  *
- *   THRUM_OK         by the scheme of the def
- *   THRUM_FELL_BACK  (> 0) quasi-Newton did not solve it, but a level of the fallback chain did
- *   THRUM_SWITCHED   (> 0) imexv: the stability monitor has switched the state to another scheme,
- *                    mostly `energy`, and that made this step, as it will the next; the report has
- *                    the scheme, the steps so made, and when the first switch was
+ *   THRUM_OK           by the scheme of the def
+ *   THRUM_ENERGY_GREW  (> 0) the state has gained energy that neither its start nor its loads
+ *                      explain, as much again as the largest that they do: what it holds is no
+ *                      motion of the body any more. `energy` and a monitored imexv keep an account
+ *                      instead; the others look every few steps, and when the motion grows
+ *   THRUM_FELL_BACK    (> 0) quasi-Newton did not solve it, but a level of the fallback chain did
+ *   THRUM_SWITCHED     (> 0) imexv, fox-goodwin: the monitor has switched the state to another
+ *                      scheme, mostly `energy`, and that made this step, as it will the next; the
+ *                      report has the scheme, the steps so made, and when the first switch was
  *
- * A step of both kinds is THRUM_FELL_BACK. THRUM_NOT_CONVERGED or THRUM_NOT_FINITE (< 0) where no
- * level solved it. */
+ * A step of several kinds has the first of them in this list. THRUM_NOT_CONVERGED or
+ * THRUM_NOT_FINITE (< 0) where no level solved it. */
 THRUM_API thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error);
 
 /* --- what a state says of itself -------------------------------------------------------------- */
@@ -383,10 +388,11 @@ typedef struct thrum_state_report {
   int64_t newton_steps;    /* fallback level 2: full Newton solved after quasi-Newton had failed */
   int64_t energy_steps;    /* fallback level 3, imexv, fox-goodwin: a step of `energy` stood in */
   int64_t substep_steps;   /* fallback level 4: shorter steps stood in */
-  int64_t switched_steps;  /* imexv: steps of `energy` after the monitor switched to it */
-  int64_t first_switch;    /* imexv: steps before the first switch to `energy`; -1: none */
+  int64_t switched_steps;  /* imexv, fox-goodwin: steps of `energy` after a switch to it */
+  int64_t first_switch;    /* imexv, fox-goodwin: steps before the first of them; -1: none */
+  int64_t grown_steps;     /* steps that returned THRUM_ENERGY_GREW */
   int64_t split_changes;   /* imexv: changes of E and I by the monitor */
-  int64_t scheme_switches; /* imexv: changes of the scheme by the monitor */
+  int64_t scheme_switches; /* imexv, fox-goodwin: changes of the scheme */
   int64_t corrections;     /* imexv: energy-drift corrections (momentum rescalings) */
   double corrected;        /* imexv: energy that they added, net [J] */
   int64_t single_steps;    /* energy: steps that took a single force evaluation */

@@ -1,6 +1,7 @@
 /* Statuses and error details shared by every part of Thrum.
  *
- * One list drives the enum and the texts: 0 is done, > 0 is usable but notable, < 0 is failed.
+ * One list drives the enum and the texts: 0 is done, > 0 is done but notable, the smaller the more
+ * so, and < 0 is failed.
  * A failed call leaves its outputs as they were.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -16,8 +17,9 @@ extern "C" {
 /* X(name, value, text) */
 #define THRUM_STATUS_LIST(X)                                                                       \
   X(OK, 0, "done")                                                                                 \
-  X(FELL_BACK, 1, "done, but a step needed a fallback beyond quasi-Newton")                        \
-  X(SWITCHED, 2, "done, but by a scheme that imexv has switched to")                               \
+  X(ENERGY_GREW, 1, "done, but the energy grew beyond what start and loads explain")               \
+  X(FELL_BACK, 2, "done, but a step needed a fallback beyond quasi-Newton")                        \
+  X(SWITCHED, 3, "done, but by a scheme that the integrator has switched to")                      \
   X(INVALID_ARGUMENT, -1, "an argument is out of its range")                                       \
   X(UNINITIALISED_DEF, -2, "the definition was not made by its default function")                  \
   X(BUFFER_TOO_SMALL, -3, "the caller's buffer is too small")                                      \

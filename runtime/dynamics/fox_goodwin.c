@@ -1,5 +1,5 @@
 /* Newmark's step with gamma = 1/2 and beta by mode (design 6): 1/12 on the low modes L, those with
- * h omega <= 1 at rest, and 1/4 on the others.
+ * h omega <= 1 and h (alpha + beta omega^2) <= 1 at rest, and 1/4 on the others.
  *
  *   q' = q + h v + h^2 [(1/2 - beta_i) a + beta_i a'],  v' = v + h/2 (a + a')
  *   0 = mu_i (d - k) + h^2/4 [R(q + d) + D v' - f],  mu_i = 1/(4 beta_i),  d = q' - q
@@ -28,11 +28,13 @@
 #include "runtime/polynomial/polynomial_private.h"
 
 #define ANGLE_MOST 1.0 /* h omega at rest of a mode with beta = 1/12 */
+#define DECAY_MOST 1.0 /* and h times its damping: it overshoots by a third of that */
 
 int32_t thrum_fox_goodwin_modes(const thrum_model *model, const thrum_state *state) {
   const double h = state->def.dt;
   int32_t count = 0;
-  while (count < model->rank && h * h * model->omega2[count] <= ANGLE_MOST * ANGLE_MOST)
+  while (count < model->rank && h * h * model->omega2[count] <= ANGLE_MOST * ANGLE_MOST &&
+         h * thrum_rest_damping(model, state, count) <= DECAY_MOST)
     count++;
   return count;
 }

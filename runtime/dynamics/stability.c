@@ -154,7 +154,7 @@ static int32_t sample_steps(const thrum_state *state) {
 thrum_status thrum_stability_before(const thrum_model *model, thrum_state *state,
                                     thrum_state_view *view, bool *samples) {
   *samples = false;
-  if (!state->def.adaptive)
+  if (!thrum_is_monitored_imexv(state))
     return THRUM_OK;
   if (state->scheme == THRUM_SCHEME_ENERGY)
     return look_for_return(model, state, view);
@@ -174,7 +174,7 @@ thrum_status thrum_stability_before(const thrum_model *model, thrum_state *state
 
 void thrum_stability_energy(const thrum_model *model, const thrum_state *state,
                             thrum_state_view *view, double potential, thrum_solve_report *report) {
-  if (!state->def.adaptive)
+  if (!thrum_is_monitored_imexv(state))
     return;
   const double h = state->def.dt;
   const int32_t n = thrum_staggered_modes(state);
@@ -346,7 +346,7 @@ static void look_at_position(const thrum_model *model, thrum_state *state, thrum
 
 void thrum_stability_look_ahead(const thrum_model *model, thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report) {
-  if (!state->def.adaptive || state->scheme == THRUM_SCHEME_ENERGY)
+  if (!thrum_is_monitored_imexv(state) || state->scheme == THRUM_SCHEME_ENERGY)
     return;
   const step_account step = account_of(model, state, view, report);
   if (state->scheme == THRUM_SCHEME_POSITION && state->split > 0) {
@@ -631,7 +631,7 @@ thrum_status thrum_stability_switch_to_energy(const thrum_model *model, thrum_st
 
 void thrum_stability_after(const thrum_model *model, thrum_state *state,
                            const thrum_state_view *view, const thrum_solve_report *report) {
-  if (!state->def.adaptive || state->scheme == THRUM_SCHEME_ENERGY)
+  if (!thrum_is_monitored_imexv(state) || state->scheme == THRUM_SCHEME_ENERGY)
     return;
   thrum_stability_monitor *m = &state->monitor;
   const step_account step = account_of(model, state, view, report);

@@ -15,6 +15,7 @@
 #include "runtime/base/alignment_check.h"
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/discrete_gradient.h"
+#include "runtime/dynamics/energy_balance.h"
 #include "runtime/dynamics/kept_inverse.h"
 #include "runtime/dynamics/mode_split.h"
 #include "runtime/dynamics/motion_norm.h"
@@ -31,8 +32,7 @@
 
 bool thrum_state_uses_energy(const thrum_state_def *def) {
   return def->integrator == THRUM_INTEGRATOR_ENERGY ||
-         (def->integrator == THRUM_INTEGRATOR_FOX_GOODWIN && def->fallback) ||
-         (def->integrator == THRUM_INTEGRATOR_IMEXV && (def->adaptive || def->fallback));
+         (thrum_adapts(def->integrator) && (def->adaptive || def->fallback));
 }
 
 /* Largest |I| that a state of this def can come to, with any dt. */
@@ -103,12 +103,13 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   state->rank = (int32_t)model->rank;
   thrum_state_plan(state, model);
 
-  // only imexv adapts
-  state->def.adaptive = imexv ? def->adaptive : 0;
+  // the others do not adapt
+  state->def.adaptive = thrum_adapts(def->integrator) ? def->adaptive : 0;
   state->scheme = (int32_t)thrum_state_first_scheme(def);
   thrum_step_length_begin(state);
   state->split = thrum_mode_split(model, state);
   thrum_stability_reset(state);
+  thrum_energy_balance_reset(state);
   state->report.first_switch = -1;
   state->potential_step = -1;
   forget_inverses(state);
@@ -235,13 +236,13 @@ static thrum_status store_synchronised(const thrum_model *model, thrum_state *ch
   return THRUM_OK;
 }
 
-/* Scheme and split as the def has them, and a stability monitor without a reference. */
+/* Scheme and split as the def has them, and a monitor and a balance without a reference. */
 static void restart_scheme(const thrum_model *model, thrum_state *state) {
-  if (state->def.integrator == THRUM_INTEGRATOR_IMEXV)
-    state->scheme = (int32_t)thrum_state_first_scheme(&state->def);
+  state->scheme = (int32_t)thrum_state_first_scheme(&state->def);
   thrum_step_length_begin(state);
   state->split = thrum_mode_split(model, state);
   thrum_stability_reset(state);
+  thrum_energy_balance_reset(state);
 }
 
 thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const double *q,

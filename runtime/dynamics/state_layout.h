@@ -23,7 +23,7 @@
 
 /* Of the header and the arrays below; raised with each change of them, so that a snapshot of
  * another version is known. */
-#define THRUM_STATE_VERSION 11
+#define THRUM_STATE_VERSION 12
 
 /* --- the header ------------------------------------------------------------------------------- */
 
@@ -88,17 +88,28 @@ typedef struct thrum_spurious_work {
   int64_t wait;       /* windows that it takes, doubled each time that the work is too much */
 } thrum_spurious_work;
 
+/* The energy balance of the other integrators (energy_balance.h). */
+typedef struct thrum_energy_balance {
+  double explained; /* energy at the beginning, plus work of the loads, less dissipation [J] */
+  double scale;     /* largest explained energy [J] */
+  double moved;     /* magnitudes of the work of changing loads and of the dissipation [J] */
+  double motion;    /* largest energy of a step's increment lately [J] */
+  int64_t begin;    /* step at which it began; -1: the next one begins it */
+  int64_t grew;     /* 1: the energy was far above the explained one at the last look */
+} thrum_energy_balance;
+
 /* Widest fields first and none missing: there is no padding, so that blocks can be compared byte by
  * byte. */
 struct thrum_state {
   uint64_t magic;
   uint64_t bytes;            /* of the whole block */
   uint64_t identity;         /* of the model */
-  thrum_state_def def;       /* adaptive is 0 unless the integrator is imexv */
+  thrum_state_def def;       /* adaptive is 0 but for imexv and fox-goodwin */
   thrum_state_report report; /* scheme and numbers of modes are filled in when asked for */
   thrum_stability_monitor monitor;
   thrum_energy_target target;
   thrum_spurious_work spurious;
+  thrum_energy_balance balance;
   int64_t work_count;        /* doubles in `work` */
   int64_t restricted_count;  /* doubles in `restricted` */
   int64_t kept_count;        /* doubles in each of `inverses` */
@@ -252,6 +263,16 @@ static inline int64_t thrum_past_place(int64_t k) {
 /* Offset of step k in past_q and past_r. */
 static inline int64_t thrum_past_at(const thrum_state_view *view, int64_t k) {
   return thrum_past_place(k) * view->stride;
+}
+
+/* True for the integrators that may switch to `energy` by themselves. */
+static inline bool thrum_adapts(thrum_integrator integrator) {
+  return integrator == THRUM_INTEGRATOR_IMEXV || integrator == THRUM_INTEGRATOR_FOX_GOODWIN;
+}
+
+/* True for an imexv with its stability monitor. */
+static inline bool thrum_is_monitored_imexv(const thrum_state *state) {
+  return state->def.adaptive && state->def.integrator == THRUM_INTEGRATOR_IMEXV;
 }
 
 /* True for D = alpha 1 + beta T(q) with beta > 0. */

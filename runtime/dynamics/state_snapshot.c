@@ -72,7 +72,8 @@ static thrum_status check_scheme(const thrum_state *header, thrum_error *error) 
   const bool its_own = scheme == THRUM_SCHEME_THESIS || scheme == THRUM_SCHEME_QUADRATIC ||
                        scheme == THRUM_SCHEME_POSITION ||
                        (scheme == THRUM_SCHEME_ENERGY && thrum_state_uses_energy(def));
-  const bool changed = imexv && its_own;
+  const bool changed = (imexv && its_own) || (thrum_adapts(def->integrator) && def->adaptive &&
+                                              scheme == THRUM_SCHEME_ENERGY);
   if (!thrum_scheme_name(scheme) || (scheme != thrum_state_first_scheme(def) && !changed))
     return refuse("scheme", error);
 
@@ -101,35 +102,18 @@ static thrum_status check_counts(const thrum_state *header, thrum_error *error) 
   const thrum_state_report *report = &header->report;
   const thrum_stability_monitor *monitor = &header->monitor;
   const thrum_spurious_work *spurious = &header->spurious;
-  const int64_t counts[] = {report->steps,
-                            report->iterations,
-                            report->factorisations,
-                            report->newton_steps,
-                            report->energy_steps,
-                            report->substep_steps,
-                            report->switched_steps,
-                            report->split_changes,
-                            report->scheme_switches,
-                            report->corrections,
-                            report->first_switch,
-                            monitor->samples,
-                            monitor->windows,
-                            monitor->window_end,
-                            monitor->switch_deadline,
-                            monitor->before_step,
-                            monitor->quiet_end,
-                            monitor->energy_step,
-                            header->target.begin,
-                            header->eager_end,
-                            header->potential_step,
-                            header->average_field_end,
-                            report->single_steps,
-                            report->tightened,
-                            spurious->samples,
-                            spurious->window_end,
-                            header->split_end,
-                            header->jacobian_step,
-                            header->jacobian_due};
+  const int64_t counts[] = {
+      report->steps,          report->iterations,     report->factorisations,
+      report->newton_steps,   report->energy_steps,   report->substep_steps,
+      report->switched_steps, report->split_changes,  report->scheme_switches,
+      report->corrections,    report->first_switch,   monitor->samples,
+      monitor->windows,       monitor->window_end,    monitor->switch_deadline,
+      monitor->before_step,   monitor->quiet_end,     monitor->energy_step,
+      report->grown_steps,    header->balance.begin,  header->target.begin,
+      header->eager_end,      header->potential_step, header->average_field_end,
+      report->single_steps,   report->tightened,      spurious->samples,
+      spurious->window_end,   header->jacobian_step,  header->jacobian_due,
+      header->split_end};
   if (report->steps < 0 || !are_counts(counts, sizeof counts / sizeof counts[0]) ||
       !are_counts(header->inverse_step, THRUM_INVERSES))
     return refuse("counter", error);
@@ -139,7 +123,7 @@ static thrum_status check_counts(const thrum_state *header, thrum_error *error) 
       header->past_discrete > 1 || header->jacobian_kept < 0 || header->jacobian_kept > 1 ||
       header->target.status < THRUM_ENERGY_CORRECTION_CLOSED ||
       header->target.status > THRUM_ENERGY_CORRECTION_PENDING || header->carried < 0 ||
-      header->carried > 1)
+      header->carried > 1 || header->balance.grew < 0 || header->balance.grew > 1)
     return refuse("switch", error);
   if (header->jacobian_interval < 0 || spurious->halvings < 0 ||
       spurious->halvings > THRUM_HALVINGS_MOST || spurious->quiet < 0 ||
@@ -181,6 +165,10 @@ static bool is_finite_header(const thrum_state *header) {
                            m->energy_error,
                            m->quiet_peak,
                            m->switched_energy,
+                           header->balance.explained,
+                           header->balance.scale,
+                           header->balance.moved,
+                           header->balance.motion,
                            header->target.energy,
                            header->target.carry,
                            header->target.moved,

@@ -18,6 +18,7 @@
 #include "runtime/dynamics/backward_euler.h"
 #include "runtime/dynamics/discrete_gradient.h"
 #include "runtime/dynamics/dissipation.h"
+#include "runtime/dynamics/energy_balance.h"
 #include "runtime/dynamics/energy_correction.h"
 #include "runtime/dynamics/fallback.h"
 #include "runtime/dynamics/fox_goodwin.h"
@@ -107,7 +108,7 @@ static void remember(thrum_state *next, const thrum_state_view *view,
 /* Counts the step in the report of the state. */
 static void count_step(thrum_state *next, const thrum_solve_report *report) {
   const bool switched =
-      next->scheme == THRUM_SCHEME_ENERGY && next->def.integrator == THRUM_INTEGRATOR_IMEXV;
+      next->scheme == THRUM_SCHEME_ENERGY && next->def.integrator != THRUM_INTEGRATOR_ENERGY;
   thrum_state_report *counts = &next->report;
   counts->steps++;
   counts->time += next->def.dt;
@@ -121,6 +122,7 @@ static void count_step(thrum_state *next, const thrum_solve_report *report) {
   counts->energy_steps += report->fallback_level == THRUM_FALLBACK_ENERGY ? 1 : 0;
   counts->substep_steps += report->fallback_level == THRUM_FALLBACK_SUBSTEPS ? 1 : 0;
   counts->switched_steps += switched ? 1 : 0;
+  counts->grown_steps += next->balance.grew;
 }
 
 /* Writes the candidates and the header to be into the state. */
@@ -261,33 +263,54 @@ static thrum_status say_failure(const thrum_state *state, thrum_status status, t
 }
 
 /* What the step dissipated, for the balances that follow and for the report. */
-static void count_dissipation(const thrum_model *model, thrum_step_run *run) {
+static void find_dissipation(const thrum_model *model, thrum_step_run *run) {
   const thrum_state_def *def = &run->next.def;
   const bool damped = def->damping_alpha > 0.0 || def->damping_beta > 0.0;
   if (damped && !run->report.dissipation_known)
     run->report.dissipation = thrum_step_dissipation(model, &run->next, &run->view);
   run->report.dissipation_known = true;
-  run->next.report.dissipated += run->report.dissipation;
+}
+
+/* A solved step whose energy is explained: one of a monitored fox-goodwin that is not is made again
+ * by the energy integrator. */
+static thrum_status settle_balance(const thrum_model *model, thrum_step_run *run,
+                                   thrum_status attempted, double *amplitude) {
+  THRUM_TRY(settle(model, run, attempted, amplitude));
+  find_dissipation(model, run);
+  if (!thrum_energy_balance_enter(model, &run->next, &run->view, &run->report))
+    return THRUM_OK;
+
+  // nothing of the first attempt stays
+  memset(&run->report, 0, sizeof run->report);
+  memset(run->view.acceleration_next, 0, (size_t)run->next.rank * sizeof(double));
+  THRUM_TRY(thrum_energy_balance_switch(model, &run->next, &run->view));
+  THRUM_TRY(settle(model, run, thrum_step_attempt(model, run), amplitude));
+  find_dissipation(model, run);
+  return THRUM_OK;
 }
 
 thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum_status attempted,
                             thrum_error *error) {
   double amplitude = 0.0;
-  thrum_status status = settle(model, run, attempted, &amplitude);
+  thrum_status status = settle_balance(model, run, attempted, &amplitude);
 
   // an amplitude that overflows would make every later residual look small
-  if (status >= 0 &&
-      (!isfinite(amplitude) || !thrum_all_finite(run->view.acceleration_next, run->state->rank)))
+  const double dissipated = run->next.report.dissipated + run->report.dissipation;
+  if (status >= 0 && (!isfinite(amplitude) || !isfinite(dissipated) ||
+                      !thrum_all_finite(run->view.acceleration_next, run->state->rank)))
     status = THRUM_NOT_FINITE;
   if (status < 0)
     return say_failure(run->state, status, error);
 
-  count_dissipation(model, run);
+  run->next.report.dissipated = dissipated;
   thrum_stability_after(model, &run->next, &run->view, &run->report);
   thrum_energy_correction_after(model, &run->next, &run->view, &run->report);
   commit(run, amplitude);
 
-  // a fallback says more of this step than a switch some time ago
+  // what the state is worth says more than how its step was made, and a fallback more than a switch
+  // some time ago
+  if (run->next.balance.grew)
+    return THRUM_ENERGY_GREW;
   if (run->report.newton || run->report.fallback_level != THRUM_FALLBACK_NONE)
     return THRUM_FELL_BACK;
   return run->next.scheme == (int32_t)thrum_state_first_scheme(&run->next.def) ? THRUM_OK

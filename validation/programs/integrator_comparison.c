@@ -39,6 +39,7 @@ static const method methods[] = {
     {"quadratic alone", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_QUADRATIC, 0},
     {"quadratic", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_QUADRATIC, 1},
     {"newmark", THRUM_INTEGRATOR_NEWMARK, THRUM_FORM_THESIS, 1},
+    {"fox-goodwin alone", THRUM_INTEGRATOR_FOX_GOODWIN, THRUM_FORM_THESIS, 0},
     {"fox-goodwin", THRUM_INTEGRATOR_FOX_GOODWIN, THRUM_FORM_THESIS, 1},
     {"energy", THRUM_INTEGRATOR_ENERGY, THRUM_FORM_THESIS, 1},
 };

@@ -59,12 +59,12 @@ static void batch_step(batch *c, const thrum_model *model, int part) {
   for (int n = 0; n < STATES; n++)
     alone[n] = thrum_step(model, c->alone[n], NULL);
 
-  // the batch reports the first failure, or else the first step that fell back
+  // the batch reports the first failure, or else the most notable status
   for (int first = 0; first < STATES; first += part) {
     const int count = first + part < STATES ? part : STATES - first;
     thrum_status worst = THRUM_OK;
     for (int n = first; n < first + count; n++)
-      if ((worst >= 0 && alone[n] < 0) || (worst == THRUM_OK && alone[n] > 0))
+      if ((worst >= 0 && alone[n] < 0) || (worst >= 0 && alone[n] > 0 && (worst == THRUM_OK || alone[n] < worst)))
         worst = alone[n];
     thrum_error error;
 

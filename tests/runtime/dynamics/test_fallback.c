@@ -97,7 +97,10 @@ static void climb(thrum_integrator integrator, int32_t iterations, uint64_t seed
     const int64_t substeps = after.substep_steps - before.substep_steps;
     const int64_t newton = after.newton_steps - before.newton_steps;
 
-    assert_int_equal(status == THRUM_FELL_BACK, energy + substeps + newton);
+    // what the step made of the energy goes before how it was made
+    const bool grew = status == THRUM_ENERGY_GREW;
+    assert_true(energy + substeps + newton <= 1);
+    assert_true(grew || (status == THRUM_FELL_BACK) == (energy + substeps + newton == 1));
 
     // a step of the energy integrator, or of the state's own, is equal to one made by it alone
     state_read(&m.model, state, q[1], p[1]);

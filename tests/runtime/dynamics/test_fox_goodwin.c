@@ -121,6 +121,7 @@ static void without_low_modes_it_is_newmark_bit_for_bit(void **context) {
   for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++)
     for (int low = 0; low < 2; low++) {
       thrum_state_def def = make_def(low ? 0.3 : 0.34);
+      def.adaptive = 0;
       def.damping_alpha = 0.1;
       def.damping_beta = 0.002;
       def.damping_form = (thrum_damping_form)form;

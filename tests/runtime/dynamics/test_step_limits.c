@@ -100,7 +100,8 @@ static void a_step_that_starts_from_a_singular_jacobian_is_solved(void **context
 
   // full Newton takes the step, which solves the midpoint rule
   state_put(&m.model, state, &start, NULL);
-  assert_int_equal(thrum_step(&m.model, state, NULL), THRUM_FELL_BACK);
+  assert_true(thrum_step(&m.model, state, NULL) >= 0);
+  assert_int_equal(thrum_state_report_get(state).newton_steps, 1);
   state_read(&m.model, state, &q, &p);
 
   const double middle = 0.5 * (start + q);
@@ -160,9 +161,9 @@ static void a_state_whose_force_overflows_says_so(void **context) {
   double q = 7, p = 7;
   thrum_energies energies = {7, 7, 7, 7};
 
-  // the first step is free of forces and carries q out of the range of R
+  // the first step is free of forces and carries q out of the range of R and V
   state_put(&m.model, state, NULL, &kick);
-  assert_int_equal(thrum_step(&m.model, state, NULL), THRUM_OK);
+  assert_int_equal(thrum_step(&m.model, state, NULL), THRUM_ENERGY_GREW);
 
   // every call that needs the force refuses, and changes neither its outputs nor the state
   void *kept = state_snapshot(state);

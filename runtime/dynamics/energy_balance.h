@@ -1,0 +1,27 @@
+/* The energy balance of the schemes that nothing else keeps an account of; private to the runtime,
+ * see energy_balance.c.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_DYNAMICS_ENERGY_BALANCE_H
+#define THRUM_RUNTIME_DYNAMICS_ENERGY_BALANCE_H
+
+#include "runtime/dynamics/solve_report.h"
+#include "runtime/dynamics/state_layout.h"
+
+/* True for a state whose balance is followed: `energy` and a monitored imexv see to theirs. */
+bool thrum_energy_balance_follows(const thrum_state *state);
+
+/* Forgets the balance: the next step begins a new one. */
+void thrum_energy_balance_reset(thrum_state *state);
+
+/* Enters a step whose candidates and dissipation are known, and sets state->balance.grew. True
+ * where a monitored fox-goodwin is to make this step by the energy integrator instead. Overwrites
+ * force_2, trial, tangent_2 and what belongs to the polynomial. */
+bool thrum_energy_balance_enter(const thrum_model *model, thrum_state *state,
+                                const thrum_state_view *view, const thrum_solve_report *report);
+
+/* Makes the header and the view those of the energy integrator, for the step that was just
+ * examined. THRUM_OK, or what thrum_scheme_change says. */
+thrum_status thrum_energy_balance_switch(const thrum_model *model, thrum_state *state,
+                                         thrum_state_view *view);
+
+#endif
