@@ -167,9 +167,7 @@ static thrum_status read_rows(thrum_text *text, rows *all, thrum_error *error) {
     if (!make_room(all))
       return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", text->name);
     double *row = all->values + COLUMNS * all->count;
-    const thrum_status status = read_row(text, all->count > 0 ? row - COLUMNS : NULL, row, error);
-    if (status < 0)
-      return status;
+    THRUM_TRY(read_row(text, all->count > 0 ? row - COLUMNS : NULL, row, error));
     all->count++;
   }
 

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "mesh/triple_product.h"
+#include "runtime/base/vec3.h"
 
 void thrum_mesh_free(thrum_mesh *mesh) {
   for (int64_t g = 0; g < mesh->group_count; g++) {
@@ -33,13 +33,9 @@ thrum_status thrum_mesh_deliver(thrum_status status, thrum_mesh *read, thrum_mes
 }
 
 double thrum_mesh_tet_volume(const thrum_mesh *mesh, int64_t t) {
-  const int32_t *v = mesh->tets + 4 * t;
   double edges[3][3];
-  for (int b = 1; b < 4; b++)
-    for (int c = 0; c < 3; c++)
-      edges[b - 1][c] =
-          mesh->vertices[3 * (int64_t)v[b] + c] - mesh->vertices[3 * (int64_t)v[0] + c];
-  return thrum_mesh_triple(edges) / 6;
+  thrum_tet_edges(mesh->vertices, mesh->tets + 4 * t, edges);
+  return thrum_triple3(edges[0], edges[1], edges[2]) / 6;
 }
 
 /* FNV-1a over the eight bytes of a number, lowest first, on any machine. */

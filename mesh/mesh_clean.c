@@ -15,7 +15,7 @@
 #include "mesh/mesh_clean.h"
 #include "mesh/mesh_faces.h"
 #include "mesh/tet_repeats.h"
-#include "mesh/triple_product.h"
+#include "runtime/base/vec3.h"
 
 static const double FLAT = 1e-12;
 
@@ -110,7 +110,7 @@ static double tet_shape(const thrum_mesh *mesh, int64_t t, double *extent) {
   // lengths relative to the extent, so that the result does not depend on the unit
   for (int i = 0; i < 9; i++)
     edges[i / 3][i % 3] /= *extent > 0 ? *extent : 1;
-  return thrum_mesh_triple(edges) / 6;
+  return thrum_triple3(edges[0], edges[1], edges[2]) / 6;
 }
 
 static thrum_status check_repeats(const thrum_mesh *mesh, const char *name, thrum_error *error) {

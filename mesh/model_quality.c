@@ -28,10 +28,7 @@ double thrum_tet_mean_ratio(const double *const corners[4], double *volume) {
     }
   }
 
-  const double determinant = edge[0][0] * (edge[1][1] * edge[2][2] - edge[1][2] * edge[2][1]) -
-                             edge[0][1] * (edge[1][0] * edge[2][2] - edge[1][2] * edge[2][0]) +
-                             edge[0][2] * (edge[1][0] * edge[2][1] - edge[1][1] * edge[2][0]);
-  *volume = determinant / 6;
+  *volume = thrum_triple3(edge[0], edge[1], edge[2]) / 6;
 
   // 12 (3 V)^(2/3) over the sum of the squared edges: 1 for the regular tet
   if (!(squares > 0))

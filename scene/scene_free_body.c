@@ -3,25 +3,19 @@
 #include "runtime/base/fp_contract.h"
 
 #include "runtime/base/finite.h"
+#include "runtime/base/vec3.h"
 #include "scene/scene_private.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-static void cross(const double a[3], const double b[3], double out[3]) {
-  for (int axis = 0; axis < 3; axis++) {
-    const int next = (axis + 1) % 3, last = (axis + 2) % 3;
-    out[axis] = a[next] * b[last] - a[last] * b[next];
-  }
-}
-
 /* L of an angular velocity: J w, where the inverse of J is known; rows of J are cross products of
  * columns of the inverse over its determinant. */
 static void find_momentum(const double inverse[9], const double spin[3], double momentum[3]) {
   double products[3][3];
   for (int row = 0; row < 3; row++)
-    cross(inverse + 3 * ((row + 1) % 3), inverse + 3 * ((row + 2) % 3), products[row]);
+    thrum_cross3(inverse + 3 * ((row + 1) % 3), inverse + 3 * ((row + 2) % 3), products[row]);
   const double determinant =
       inverse[0] * products[0][0] + inverse[1] * products[0][1] + inverse[2] * products[0][2];
   for (int row = 0; row < 3; row++)
@@ -108,7 +102,7 @@ void scene_free_centre(const scene_body *body, double centre[3]) {
 void scene_free_velocity(const scene_body *body, const double arm[3], double velocity[3]) {
   double spin[3];
   thrum_rigid_frame_velocity(&body->rigid_frame, &body->placement, spin);
-  cross(spin, arm, velocity);
+  thrum_cross3(spin, arm, velocity);
   for (int axis = 0; axis < 3; axis++)
     velocity[axis] += body->way.velocity[axis];
 }

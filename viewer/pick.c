@@ -7,6 +7,8 @@
 
 #include <math.h>
 
+#include "runtime/base/vec3.h"
+
 typedef struct ray {
   double origin[3], direction[3];
 } ray;
@@ -16,26 +18,16 @@ typedef struct hit {
   double distance; /* along the ray, in lengths of its direction */
 } hit;
 
-static void cross(const double a[3], const double b[3], double c[3]) {
-  c[0] = a[1] * b[2] - a[2] * b[1];
-  c[1] = a[2] * b[0] - a[0] * b[2];
-  c[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static double dot(const double a[3], const double b[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 // the ray in the axes and lengths of the model: `matrix` is a rotation times a scale, and a shift
 static ray into_model(const ray *world, const double matrix[16]) {
   ray local;
   for (int i = 0; i < 3; i++) {
     const double *column = matrix + 4 * i;
-    double scale2 = dot(column, column);
+    double scale2 = thrum_dot3(column, column);
     const double from[3] = {world->origin[0] - matrix[12], world->origin[1] - matrix[13],
                             world->origin[2] - matrix[14]};
-    local.origin[i] = dot(column, from) / scale2;
-    local.direction[i] = dot(column, world->direction) / scale2;
+    local.origin[i] = thrum_dot3(column, from) / scale2;
+    local.direction[i] = thrum_dot3(column, world->direction) / scale2;
   }
   return local;
 }
@@ -50,16 +42,16 @@ static double meet(const ray *r, const float *a, const float *b, const float *c,
   }
 
   // Moeller and Trumbore 1997, doi:10.1080/10867651.1997.10487468
-  cross(r->direction, e2, p);
-  double det = dot(e1, p);
+  thrum_cross3(r->direction, e2, p);
+  double det = thrum_dot3(e1, p);
   if (det == 0.0)
     return INFINITY;
 
-  cross(from, e1, s);
-  bary[1] = dot(from, p) / det;
-  bary[2] = dot(r->direction, s) / det;
+  thrum_cross3(from, e1, s);
+  bary[1] = thrum_dot3(from, p) / det;
+  bary[2] = thrum_dot3(r->direction, s) / det;
   bary[0] = 1.0 - bary[1] - bary[2];
-  double distance = dot(e2, s) / det;
+  double distance = thrum_dot3(e2, s) / det;
   return bary[0] >= 0.0 && bary[1] >= 0.0 && bary[2] >= 0.0 && distance > 0.0 ? distance : INFINITY;
 }
 

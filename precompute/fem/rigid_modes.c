@@ -10,6 +10,7 @@
 
 #include "platform/allocate.h"
 #include "precompute/fem/lapack_status.h"
+#include "runtime/base/vec3.h"
 
 // shifts and turns about a centre, lengths in units of `size` so that the six are comparable
 static void fill_motions(const thrum_fem *fem, const double centre[3], double size, double *modes) {
@@ -103,30 +104,16 @@ thrum_status thrum_rigid_residual(const thrum_sparse *stiffness, const double *m
   return THRUM_OK;
 }
 
-static void subtract(const double *a, const double *b, double result[3]) {
-  for (int c = 0; c < 3; c++)
-    result[c] = a[c] - b[c];
-}
-
-static void cross(const double a[3], const double b[3], double result[3]) {
-  for (int c = 0; c < 3; c++)
-    result[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
-}
-
-static double square_of(const double a[3]) {
-  return a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
-}
-
 // the vertex farthest from `point`, or, with a direction, from the line along it
 static int64_t farthest(const thrum_fem *fem, const double *point, const double *direction) {
   double most = -1;
   int64_t found = 0;
   for (int64_t v = 0; v < fem->vertex_count; v++) {
     double arm[3], across[3];
-    subtract(fem->vertices + 3 * v, point, arm);
+    thrum_subtract3(fem->vertices + 3 * v, point, arm);
     if (direction)
-      cross(arm, direction, across);
-    const double square = square_of(direction ? across : arm);
+      thrum_cross3(arm, direction, across);
+    const double *from = direction ? across : arm, square = thrum_dot3(from, from);
     if (square > most) {
       most = square;
       found = v;
@@ -160,18 +147,18 @@ void thrum_support_springs_add(const thrum_fem *fem, thrum_sparse *stiffness,
   const double *x = fem->vertices;
   const int64_t first = farthest(fem, x, NULL), second = farthest(fem, x + 3 * first, NULL);
   double line[3], arm[3], normal[3];
-  subtract(x + 3 * second, x + 3 * first, line);
+  thrum_subtract3(x + 3 * second, x + 3 * first, line);
   const int64_t third = farthest(fem, x + 3 * first, line);
-  subtract(x + 3 * third, x + 3 * first, arm);
-  cross(line, arm, normal);
+  thrum_subtract3(x + 3 * third, x + 3 * first, arm);
+  thrum_cross3(line, arm, normal);
 
   // the first is held in space, the second across the line, the third across the plane
   double all[3][3], across[3][3], plane[3][3];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) {
       all[c][d] = c == d;
-      across[c][d] = (c == d) - line[c] * line[d] / square_of(line);
-      plane[c][d] = normal[c] * normal[d] / square_of(normal);
+      across[c][d] = (c == d) - line[c] * line[d] / thrum_dot3(line, line);
+      plane[c][d] = normal[c] * normal[d] / thrum_dot3(normal, normal);
     }
 
   // a pattern without one of these entries has them nowhere: the three vertices differ

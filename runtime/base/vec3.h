@@ -16,6 +16,23 @@ static inline void thrum_cross3(const double a[3], const double b[3], double out
   out[2] = a[0] * b[1] - a[1] * b[0];
 }
 
+static inline void thrum_subtract3(const double a[3], const double b[3], double out[3]) {
+  for (int i = 0; i < 3; i++)
+    out[i] = a[i] - b[i];
+}
+
+/* a . (b x c); of three edges from a corner of a tetrahedron six times its signed volume. */
+static inline double thrum_triple3(const double a[3], const double b[3], const double c[3]) {
+  return a[0] * (b[1] * c[2] - b[2] * c[1]) - a[1] * (b[0] * c[2] - b[2] * c[0]) +
+         a[2] * (b[0] * c[1] - b[1] * c[0]);
+}
+
+/* The edges of a tetrahedron from its first corner; `v`: its corners among the vertices. */
+static inline void thrum_tet_edges(const double *vertices, const int32_t v[4], double edges[3][3]) {
+  for (int a = 0; a < 3; a++)
+    thrum_subtract3(vertices + 3 * (int64_t)v[a + 1], vertices + 3 * (int64_t)v[0], edges[a]);
+}
+
 /* The box of `count` points (x, y, z). */
 static inline void thrum_box3(const double *points, int64_t count, double least[3],
                               double most[3]) {

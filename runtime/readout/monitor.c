@@ -162,13 +162,8 @@ static void fill_mass(const thrum_model *model, double *mass) {
   for (int64_t t = 0; t < model->tet_count; t++) {
     const int32_t *corner = model->tets + 4 * t;
     double e[3][3];
-    for (int a = 0; a < 3; a++)
-      for (int i = 0; i < 3; i++)
-        e[a][i] = model->vertices[3 * (int64_t)corner[a + 1] + i] -
-                  model->vertices[3 * (int64_t)corner[0] + i];
-    const double six = e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) -
-                       e[0][1] * (e[1][0] * e[2][2] - e[1][2] * e[2][0]) +
-                       e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
+    thrum_tet_edges(model->vertices, corner, e);
+    const double six = thrum_triple3(e[0], e[1], e[2]);
     const double density = model->material[3 * (int64_t)model->tet_region[t] + 2];
     for (int a = 0; a < 4; a++)
       mass[corner[a]] += density * six / 24;

@@ -4,6 +4,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/base/vec3.h"
 #include "runtime/readout/stress_private.h"
 
 #include <math.h>
@@ -73,22 +74,15 @@ thrum_status thrum_stress_points_size(const thrum_model *model, const thrum_stre
 }
 
 bool thrum_stress_points_shape(const thrum_model *model, int64_t tet, double shape[9]) {
-  const int32_t *corner = model->tets + 4 * tet;
   double e[3][3];
-  for (int a = 0; a < 3; a++)
-    for (int i = 0; i < 3; i++)
-      e[a][i] = model->vertices[3 * (int64_t)corner[a + 1] + i] -
-                model->vertices[3 * (int64_t)corner[0] + i];
+  thrum_tet_edges(model->vertices, model->tets + 4 * tet, e);
 
   // the rows of the inverse of the edges' matrix are cross products over six volumes
-  for (int a = 0; a < 3; a++) {
-    const double *b = e[(a + 1) % 3], *c = e[(a + 2) % 3];
-    for (int i = 0; i < 3; i++)
-      shape[3 * a + i] = b[(i + 1) % 3] * c[(i + 2) % 3] - b[(i + 2) % 3] * c[(i + 1) % 3];
-  }
+  for (int a = 0; a < 3; a++)
+    thrum_cross3(e[(a + 1) % 3], e[(a + 2) % 3], shape + 3 * a);
 
   // a flat tetrahedron has no inverse
-  const double six = e[0][0] * shape[0] + e[0][1] * shape[1] + e[0][2] * shape[2];
+  const double six = thrum_dot3(e[0], shape);
   for (int n = 0; n < 9; n++) {
     shape[n] /= six;
     if (!isfinite(shape[n]))

@@ -142,11 +142,9 @@ static thrum_status prepare(const experiment_extreme *extreme, experiment_extrem
   static const char *const groups[] = {"tip", "tip", "crown", "apex"};
   static const double softest[3] = {0, 0, 0}, down[3] = {0, 0, -1};
   const thrum_model *model = &made->made.model;
-  const thrum_status status = experiment_body_init(
-      extreme->name, model, groups[extreme->shape],
-      extreme->shape == EXPERIMENT_SHAPE_ARCH ? down : softest, &made->body, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(experiment_body_init(extreme->name, model, groups[extreme->shape],
+                                 extreme->shape == EXPERIMENT_SHAPE_ARCH ? down : softest,
+                                 &made->body, error));
   made->omega[0] = sqrt(model->omega2[0]);
   made->omega[1] = sqrt(model->omega2[model->rank - 1]);
   made->force = extreme->load * made->body.length / made->body.compliance;

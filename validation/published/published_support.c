@@ -6,6 +6,7 @@
 
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_fix.h"
+#include "runtime/base/vec3.h"
 #include "thrum/polynomial.h"
 #include "validation/published/published.h"
 
@@ -57,13 +58,9 @@ double published_frequency_of(const thrum_precomputed *result,
   for (int64_t t = 0; t < model->tet_count; t++) {
     const int32_t *v = model->tets + 4 * t;
     double e[3][3];
-    for (int a = 0; a < 3; a++)
-      for (int i = 0; i < 3; i++)
-        e[a][i] = model->vertices[3 * v[a + 1] + i] - model->vertices[3 * v[0] + i];
+    thrum_tet_edges(model->vertices, v, e);
     for (int a = 0; a < 4; a++)
-      weight[v[a]] += e[0][0] * (e[1][1] * e[2][2] - e[1][2] * e[2][1]) -
-                      e[0][1] * (e[1][0] * e[2][2] - e[1][2] * e[2][0]) +
-                      e[0][2] * (e[1][0] * e[2][1] - e[1][1] * e[2][0]);
+      weight[v[a]] += thrum_triple3(e[0], e[1], e[2]);
   }
 
   // the product of a mode and the field in this mass, relative to both norms, is the share
