@@ -4,13 +4,13 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "runtime/base/vec3.h"
 #include "runtime/readout/stress_private.h"
 
 #include <math.h>
 #include <string.h>
 
 #include "runtime/base/alignment_check.h"
+#include "runtime/base/vec3.h"
 #include "runtime/readout/tet_strain.h"
 
 #define STRESS_POINTS_MAGIC UINT64_C(0x7468726d67613031)
