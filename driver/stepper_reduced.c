@@ -213,12 +213,16 @@ void driver_stepper_reduced_warn(const driver_stepper *stepper) {
                   request->loads[n].text);
   }
 
-  // an explicit mode beyond the bound of Stoermer-Verlet grows from the first step on (design 4)
+  // an explicit mode beyond the bound of Stoermer-Verlet (design 4), or of Runge-Kutta, grows from
+  // the first step on
   const int32_t count = thrum_state_report_get(self->state).explicit_modes;
   const double dt = request->def.dt;
-  if (count > 0 && dt * sqrt(self->model->omega2[count - 1]) >= 2)
-    config_warn("explicit mode %d is beyond the stability bound: dt omega = %.3g, not below 2",
-                (int)count, dt * sqrt(self->model->omega2[count - 1]));
+  const double bound = request->def.integrator == THRUM_INTEGRATOR_RK4 ? 2.828 : 2;
+  const double fastest = count > 0 ? sqrt(self->model->omega2[count - 1]) : 0;
+  if (dt * fastest >= bound)
+    config_warn("explicit mode %d is beyond the stability bound: dt omega = %.3g, not below %.3g; "
+                "take --dt below %.2g, or an implicit integrator",
+                (int)count, dt * fastest, bound, bound / fastest);
 
   // where all modes are implicit the run is stable, and so long a step shows nothing of them
   const double turns = dt * sqrt(self->model->omega2[0]) / 6.28318530717958647693;
