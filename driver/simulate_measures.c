@@ -207,10 +207,15 @@ void simulate_measures_table(const simulate_measures *m) {
   if (m->stress_points != NULL && m->peak_tet >= 0)
     printf("stress       von Mises up to %.6g Pa, in tetrahedron %" PRId64 " at %g s\n",
            m->peak_stress, m->peak_tet + 1, m->peak_time);
-  if (m->monitor != NULL && m->record.looks > 0)
-    printf(
-        "monitor      least stretch %.3f at %g s (warns below 0.577), reach %.2g (warns above 3)\n",
-        m->record.stretch_least, m->stretch_time, m->record.reach_most);
+  if (m->monitor == NULL || m->record.looks == 0)
+    return;
+
+  // a run that was lost may have stretches of a hundred digits
+  printf(fabs(m->record.stretch_least) < 1000 ? "monitor      least stretch %.3f"
+                                              : "monitor      least stretch %.3g",
+         m->record.stretch_least);
+  printf(" at %g s (warns below 0.577), reach %.2g (warns above 3)\n", m->stretch_time,
+         m->record.reach_most);
 }
 
 void simulate_measures_warn(const simulate_measures *m) {
