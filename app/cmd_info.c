@@ -255,8 +255,7 @@ static void print_label(const char *label) {
   printf("%-18s", label);
 }
 
-/* Frequencies in lines of a few, the label before the first. */
-/* The n-th of `count` frequencies, so many a line. */
+/* Prints the n-th of `count` frequencies, a few in each line and the label before the first. */
 static void print_frequency(const char *label, double hertz, int64_t n, int64_t count) {
   if (n % FREQUENCIES_A_LINE == 0)
     print_label(n == 0 ? label : "");

@@ -63,9 +63,9 @@ static const config_option options[] = {
     OPTION_LOAD(take_load, NULL,
                 "as of thrum simulate, at its full strength (a sine's amplitude); when it acts "
                 "plays no part; the loads act together"),
-    OPTION_NUMBER("factor", NULL, "1", "so many times the loads", AT(def.factor),
 
-                  // how far the load goes, and where the answer is read off
+    // how far the load goes, and where the answer is read off
+    OPTION_NUMBER("factor", NULL, "1", "so many times the loads", AT(def.factor),
                   CONFIG_RANGE(0, FACTOR_MAX), .above = true),
     OPTION_TEXT("at", "TARGET", "where the loads act",
                 "show the mean displacement of a group, vertex=N or all", .repeats = true,

@@ -57,13 +57,13 @@ static measures measure(const thrum_surface_mesh *surface, int64_t t) {
   // lengths of the sides
   for (int c = 0; c < 3; c++) {
     double squared = 0;
-
-    // twice the area as a vector, and the volume to one origin for all triangles
     for (int axis = 0; axis < 3; axis++)
       squared += (x[c][axis] - x[(c + 1) % 3][axis]) * (x[c][axis] - x[(c + 1) % 3][axis]);
     m.longest2 = fmax(m.longest2, squared);
     m.sides += sqrt(squared);
   }
+
+  // twice the area as a vector, and the volume to one origin for all triangles
   for (int axis = 0; axis < 3; axis++) {
     const int b = (axis + 1) % 3, c = (axis + 2) % 3;
     m.area[axis] =

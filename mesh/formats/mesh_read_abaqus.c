@@ -150,7 +150,7 @@ static void read_parameters(inp_reader *r, const char *start, inp_keyword *keywo
       keyword->parameters[keyword->count++] =
           (inp_parameter){key, equals ? trim(equals + 1, stop) : (inp_word){"", 0}};
 
-    // a comma at the end of the line continues the list on the next one
+    // the list ends with its last parameter
     if (!comma)
       return;
     start = comma + 1;

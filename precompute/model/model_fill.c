@@ -8,7 +8,7 @@
 #include "platform/allocate.h"
 
 double *thrum_model_writable(const double *array) {
-  // a model only reads its arrays; until it is switched to the energy integrator they are ours
+  // a model only reads its arrays; until the caller has it they are ours
   union {
     const double *read;
     double *write;

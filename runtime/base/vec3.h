@@ -46,7 +46,7 @@ static inline void thrum_box3(const double *points, int64_t count, double least[
   }
 }
 
-/* Length of its diagonal, */
+/* Length of the diagonal of their box. */
 static inline double thrum_box3_diagonal(const double *points, int64_t count) {
   double least[3], most[3], square = 0.0;
   thrum_box3(points, count, least, most);
@@ -55,7 +55,7 @@ static inline double thrum_box3_diagonal(const double *points, int64_t count) {
   return sqrt(square);
 }
 
-/* and of its longest side. */
+/* Length of its longest side. */
 static inline double thrum_box3_longest(const double *points, int64_t count) {
   double least[3], most[3], longest = 0.0;
   thrum_box3(points, count, least, most);

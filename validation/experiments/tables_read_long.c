@@ -48,7 +48,7 @@ static bool names_case(char *const *fields, const experiment_long_case *run) {
          fabs(number(fields[2]) - run->amplitude) < 1e-9;
 }
 
-/* The columns of experiment_long_csv. */
+/* Takes a row with the columns of experiment_long_rows; false where it is of another run. */
 static bool take_row(char *const *fields, experiment_long_case *run,
                      experiment_long_result *result) {
   const double steps = number(fields[LEVELS_FROM - 2]);
