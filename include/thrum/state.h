@@ -285,8 +285,8 @@ THRUM_API thrum_status thrum_state_snapshot(const thrum_state *state, void *memo
  * that was made for the same model and with a def of the same sizes; dt and all else of the
  * snapshot's def come along. Any bytes may be given: THRUM_BAD_CHECKSUM for changed ones,
  * THRUM_BAD_FORMAT for none of a snapshot, THRUM_UNSUPPORTED for another version or byte order,
- * THRUM_MODEL_MISMATCH for another model or def, THRUM_BAD_VALUE for numbers that no state can have,
- * THRUM_BUFFER_TOO_SMALL, THRUM_INVALID_ARGUMENT for NULL. The state then stays as it was. */
+ * THRUM_MODEL_MISMATCH for another model or def, THRUM_BAD_VALUE for numbers that no state can
+ * have, THRUM_BUFFER_TOO_SMALL, THRUM_INVALID_ARGUMENT for NULL. The state then stays as it was. */
 THRUM_API thrum_status thrum_state_restore(const thrum_model *model, thrum_state *state,
                                            const void *memory, size_t size, thrum_error *error);
 
@@ -320,11 +320,11 @@ THRUM_API thrum_status thrum_state_get(const thrum_model *model, thrum_state *st
 THRUM_API thrum_status thrum_state_set_force(const thrum_model *model, thrum_state *state,
                                              const double *force, thrum_error *error);
 
-/* Changes the time step [s] between two steps, as often as wanted (design 4). q and p of the present
- * time stay as they are, and so do the target energy, the energy balance, a switch to another
- * scheme, and what solves have learnt. The explicit modes are those for the longest step lately.
- * Costs an inversion of the implicit modes' Jacobian, and two forces where momenta are staggered.
- * THRUM_INVALID_ARGUMENT unless finite and > 0, or as thrum_state_get. */
+/* Changes the time step [s] between two steps, as often as wanted (design 4). q and p of the
+ * present time stay as they are, and so do the target energy, the energy balance, a switch to
+ * another scheme, and what solves have learnt. The explicit modes are those for the longest step
+ * lately. Costs an inversion of the implicit modes' Jacobian, and two forces where momenta are
+ * staggered. THRUM_INVALID_ARGUMENT unless finite and > 0, or as thrum_state_get. */
 THRUM_API thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, double dt,
                                           thrum_error *error);
 

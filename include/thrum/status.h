@@ -34,7 +34,7 @@ extern "C" {
   X(BAD_VALUE, -12, "a value is not finite or out of its range")                                   \
   X(NOT_CONVERGED, -13, "an iteration did not converge")                                           \
   X(NOT_FINITE, -14, "the step would leave the range of finite numbers")                           \
-  X(MODEL_MISMATCH, -15, "the state belongs to another model")                          \
+  X(MODEL_MISMATCH, -15, "the state belongs to another model")                                     \
   X(SINGULAR, -16, "a matrix is singular or not positive definite")                                \
   X(INTERRUPTED, -17, "the caller asked to stop")
 

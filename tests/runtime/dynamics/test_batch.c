@@ -64,7 +64,8 @@ static void batch_step(batch *c, const thrum_model *model, int part) {
     const int count = first + part < STATES ? part : STATES - first;
     thrum_status worst = THRUM_OK;
     for (int n = first; n < first + count; n++)
-      if ((worst >= 0 && alone[n] < 0) || (worst >= 0 && alone[n] > 0 && (worst == THRUM_OK || alone[n] < worst)))
+      if ((worst >= 0 && alone[n] < 0) ||
+          (worst >= 0 && alone[n] > 0 && (worst == THRUM_OK || alone[n] < worst)))
         worst = alone[n];
     thrum_error error;
 
