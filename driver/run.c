@@ -158,8 +158,10 @@ thrum_status driver_run_steps(driver_run *run, bool quiet, thrum_error *error) {
 
 const char *driver_run_status(const driver_run *run) {
   simulate_figures all = {.status = run->status};
-  for (int32_t n = 0; n < run->body_count; n++)
+  for (int32_t n = 0; n < run->body_count; n++) {
     all.energy_grew = all.energy_grew || run->bodies[n].figures.energy_grew;
+    all.condensed_wrong = all.condensed_wrong || run->bodies[n].figures.condensed_wrong;
+  }
   return simulate_status_name(&all);
 }
 
@@ -191,6 +193,11 @@ void driver_run_warn(const driver_run *run) {
       config_warn("%s%" PRId64 " step%s needed a fallback beyond quasi-Newton", who,
                   figures->fallback_steps, figures->fallback_steps == 1 ? "" : "s");
     warn_of_growth(figures, who);
+    if (figures->condensed_wrong)
+      config_warn("%sthe condensed model leaves out %.2g %% of the kinetic energy and has %.2g %% "
+                  "of the strain energy wrong where the body is bent most: do not trust the timing "
+                  "of this motion; take another number of coordinates, or the model uncondensed",
+                  who, 100 * figures->inertia_share, 100 * figures->energy_defect);
     simulate_measures_warn(&body->measures);
   }
 }

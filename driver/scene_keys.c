@@ -183,6 +183,9 @@ static const config_option body_keys[] = {
                   CONFIG_ABOVE(0)),
     OPTION_COUNT("rank", "all of the model", "step the lowest so many coordinates only", AT(rank),
                  CONFIG_RANGE(1, THRUM_RANK_MAX)),
+    OPTION_COUNT("condense", "none",
+                 "step the lowest so many coordinates and let the others follow", AT(condense),
+                 CONFIG_RANGE(1, THRUM_RANK_MAX)),
     COLOUR_KEY("\"#bfbfbf\"", scene_body_spec),
 
     // how it starts, and what acts on it

@@ -90,6 +90,7 @@ void scene_run_close(scene_run *run) {
     free(run->bodies[n].request.starts);
     free(run->bodies[n].material);
     free(run->bodies[n].vertices);
+    condensed_check_close(&run->bodies[n].check);
   }
 
   // work folders of bodies first, then the scene's around them

@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "driver/condensed_check.h"
 #include "driver/display_surface.h"
 #include "driver/run.h"
 #include "driver/scene_file_models.h"
@@ -24,6 +25,7 @@ typedef struct scene_request {
 typedef struct scene_body_run {
   const scene_body_spec *spec;
   const thrum_model *model;    /* at its rank, as it is in its file */
+  condensed_check check;       /* of a condensed body */
   simulate_request request;    /* of a run of it alone: loads in its axes, gravity first if any */
   thrum_model shown;           /* the model scaled in stiffness and put in place, for measures */
   double *material, *vertices; /* of that, and for frames */

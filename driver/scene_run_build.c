@@ -143,6 +143,7 @@ static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_err
       .time = spec->time,
       .steps = run->steps,
       .rank = body->spec->rank,
+      .condense = body->spec->condense,
       .record_every = spec->outputs.record_every,
       .frames_rate = spec->outputs.frames_rate,
       .frames_every = spec->outputs.frames_every,
@@ -207,6 +208,16 @@ static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def
   return THRUM_OK;
 }
 
+/* What tells how far a condensed body can be believed. */
+static thrum_status open_check(scene_run *run, int32_t n, thrum_error *error) {
+  scene_body_run *body = &run->bodies[n];
+  thrum_scene_body_info info;
+  thrum_scene_body(run->scene, n, &info, NULL);
+  if (!info.condensed || !body->request.monitor)
+    return THRUM_OK;
+  return condensed_check_open(info.stepped, &body->check, error);
+}
+
 static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   scene_body_run *body = &run->bodies[n];
   const scene_body_spec *spec = body->spec;
@@ -223,6 +234,7 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   def.model = body->model;
   def.scale = spec->scale;
   def.stiffness = spec->stiffness;
+  def.condense = spec->condense;
   def.density = spec->density;
   def.state = body->request.def;
   def.q = start;
@@ -242,6 +254,7 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   // the scene copies what it needs, so the start can go
   if (status >= 0) {
     status = thrum_scene_add_body(run->scene, &def, NULL, &detail);
+    THRUM_THEN(status, open_check(run, n, &detail));
     if (status < 0)
       scene_run_refuse(run, &spec->settings.at, NULL, status, &detail);
   }

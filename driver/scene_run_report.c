@@ -29,6 +29,7 @@ static cJSON *body_json(const scene_run *run, int32_t n) {
   simulate_figures_stepped_by(figures, stepped_by);
   cJSON_AddStringToObject(object, "stepped_by", stepped_by);
   json_number(object, "rank", (double)body->model->rank);
+  simulate_report_condensed(object, figures);
 
   // its place and the factors of its material
   json_numbers(object, "position_m", body->spec->position, 3);

@@ -34,7 +34,8 @@ typedef struct scene_body_spec {
   scene_material_spec material;
   double position[3], rotation[4];
   double scale, stiffness, density;
-  int64_t rank; /* 0: all */
+  int64_t rank;     /* 0: all */
+  int64_t condense; /* coordinates stepped while the others follow; 0: none follow */
   float colour[3];
   bool free;
   double velocity[3]; /* of a free body at the start [m/s] */

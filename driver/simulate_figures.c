@@ -10,6 +10,8 @@
 #define WINDOW_ROWS_MIN 10 /* a mean over fewer is no mean */
 #define GROWTH_FLAG 0.1    /* growth of the mean energy in free motion that flags the run */
 #define GAIN_FLAG 0.5      /* share of the largest energy that came from nowhere: the same */
+#define INERTIA_FLAG 0.005 /* share of the kinetic energy left out by condensing: the same */
+#define DEFECT_FLAG 0.02   /* share of the strain energy that condensing has wrong: the same */
 
 /* The larger of `steps` and the number of steps in `time`. */
 static int64_t later(int64_t steps, double time, double dt) {
@@ -63,6 +65,9 @@ void simulate_figures_end(simulate_figures *figures) {
   const bool gained =
       !figures->uncounted && simulate_figures_balance(figures) > GAIN_FLAG * figures->energy_max;
   figures->energy_grew = figures->growth > GROWTH_FLAG || gained || figures->report.grown_steps > 0;
+  figures->condensed_wrong =
+      figures->masters > 0 && figures->request->monitor &&
+      (figures->inertia_share > INERTIA_FLAG || figures->energy_defect > DEFECT_FLAG);
 }
 
 void simulate_figures_stepped_by(const simulate_figures *figures, char text[128]) {
@@ -81,6 +86,8 @@ void simulate_figures_stepped_by(const simulate_figures *figures, char text[128]
 const char *simulate_status_name(const simulate_figures *figures) {
   if (figures->status >= 0 && figures->energy_grew)
     return "energy_grew";
+  if (figures->status == THRUM_OK && figures->condensed_wrong)
+    return "condensed_wrong";
 
   // otherwise the last status of the stepper says why the run ended
   switch (figures->status) {

@@ -13,8 +13,9 @@ typedef struct simulate_figures {
   uint64_t model_hash; /* 64-bit FNV-1a of the file's bytes */
   thrum_status status; /* THRUM_OK, or how the run ended */
   bool energy_grew;
-  bool uncounted;   /* something acts whose work is not counted */
-  thrum_error stop; /* why it ended early; empty message: it did not */
+  bool condensed_wrong; /* condensing left out more than the result can be believed with */
+  bool uncounted;       /* something acts whose work is not counted */
+  thrum_error stop;     /* why it ended early; empty message: it did not */
   thrum_state_report report;
   thrum_full_report full; /* of --full */
   int64_t fallback_steps;
@@ -27,6 +28,10 @@ typedef struct simulate_figures {
   double growth; /* the same with damping too, where it is below zero or the energy grew */
   double peak;   /* largest displacement of the recorded states [m]; NaN without a basis */
   int64_t peak_vertex;
+  int64_t masters;      /* of a condensed model; 0: the model is not condensed */
+  double gap;           /* of the frequencies of slaves and masters [1] */
+  double inertia_share; /* of the kinetic energy, largest over largest, that it leaves out [1] */
+  double energy_defect; /* of the largest strain energy against the mesh [1]; NaN: not looked at */
   double seconds_read, seconds_step, seconds_output, seconds_plot, seconds_total;
 } simulate_figures;
 

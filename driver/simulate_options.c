@@ -63,7 +63,10 @@ static const config_option options[] = {
                 .take = take_start),
     OPTION_COUNT("rank", "all of the model", "step the lowest N coordinates only", AT(rank),
                  CONFIG_RANGE(1, THRUM_RANK_MAX)),
-
+    OPTION_COUNT("condense", "none",
+                 "step the lowest N coordinates and let the others follow them at rest: many times "
+                 "cheaper, without their vibration",
+                 AT(condense), CONFIG_RANGE(1, THRUM_RANK_MAX)),
     OPTION_HEADING("what is written"),
     OPTION_COUNT("record-every", "1", "steps between rows of energy.csv and q.npy",
                  AT(record_every), CONFIG_RANGE(1, 1e12)),
@@ -173,6 +176,8 @@ static int check_full(simulate_request *request) {
     return config_usage("simulate", "--full takes --damping-form rest only");
   if (request->stress)
     return config_usage("simulate", "--stress is of a reduced model; leave it out with --full");
+  if (request->condense > 0)
+    return config_usage("simulate", "--condense is of a reduced model; leave it out with --full");
   request->monitor = false;
   return COMMAND_DONE;
 }

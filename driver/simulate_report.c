@@ -165,6 +165,18 @@ static void add_energy_solves(cJSON *object, const simulate_figures *figures) {
   json_number(solves, "tightened", (double)report->tightened);
 }
 
+void simulate_report_condensed(cJSON *object, const simulate_figures *figures) {
+  if (figures->masters == 0) {
+    cJSON_AddNullToObject(object, "condensed");
+    return;
+  }
+  cJSON *condensed = cJSON_AddObjectToObject(object, "condensed");
+  json_number(condensed, "masters", (double)figures->masters);
+  json_number(condensed, "frequency_gap", figures->gap);
+  json_number(condensed, "inertia_share", figures->inertia_share);
+  json_number(condensed, "energy_defect", figures->energy_defect);
+}
+
 static double per_step(const simulate_figures *figures, double value) {
   return figures->report.steps > 0 ? value / (double)figures->report.steps : NAN;
 }
@@ -240,6 +252,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   cJSON_AddStringToObject(object, "stepped_by", stepped_by);
   json_number(object, "dt", request->def.dt);
   json_number(object, "rank", (double)figures->model->rank);
+  simulate_report_condensed(object, figures);
   json_number(object, "explicit_modes", report->explicit_modes);
   json_number(object, "implicit_modes", report->implicit_modes);
   json_number(object, "steps", (double)report->steps);
@@ -301,6 +314,12 @@ void simulate_report_table(const simulate_figures *figures, const run_output *ou
            per_step(figures, (double)report->iterations));
   }
   puts("");
+
+  if (figures->masters > 0)
+    printf("condensed    %" PRId64 " of %d coordinates stepped, the lowest that follows %.2f times "
+           "as fast; %.2g %% of the kinetic energy left out, %.2g %% of the strain energy wrong\n",
+           figures->masters, (int)figures->model->rank, figures->gap, 100 * figures->inertia_share,
+           100 * figures->energy_defect);
 
   // the headline names the integrator asked for, so a run that another one stepped says so
   if (report->switched_steps > 0)

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "driver/model_condense_to.h"
 #include "driver/model_truncate_to.h"
 #include "driver/named_model.h"
 #include "driver/run.h"
@@ -22,8 +23,10 @@
 typedef struct single_run {
   const simulate_request *request;
   const thrum_model *loaded;
-  const thrum_model *model; /* that is stepped: `loaded`, or its lowest coordinates */
-  void *lower_memory;       /* of the latter */
+  const thrum_model *model;   /* that is shown: `loaded`, or its lowest coordinates */
+  void *lower_memory;         /* of the latter */
+  const thrum_model *stepped; /* the same, or what is left of it where the others follow */
+  void *condensed_memory;     /* of the latter */
   driver_run run;
   double began;
 } single_run;
@@ -39,6 +42,10 @@ static thrum_status load_model(single_run *single, uint64_t *hash, thrum_error *
     THRUM_TRY(named_model_load(path, request->quiet, &single->loaded, &file, error));
   THRUM_TRY(model_truncate_to(single->loaded, request->rank, &single->lower_memory, &single->model,
                               error));
+  single->stepped = single->model;
+  if (!request->full)
+    THRUM_TRY(model_condense_to(single->model, request->condense, &single->condensed_memory,
+                                &single->stepped, error));
   return file_hash(file.path, hash, error);
 }
 
@@ -52,7 +59,7 @@ static thrum_status prepare(single_run *single, thrum_error *error) {
   run->name = request->model_path;
   figures->request = request;
   figures->model = single->model;
-  THRUM_TRY((request->full ? driver_stepper_full : driver_stepper_reduced)(request, single->model,
+  THRUM_TRY((request->full ? driver_stepper_full : driver_stepper_reduced)(request, single->stepped,
                                                                            &run->stepper, error));
 
   // from here on there is something to clean up
@@ -125,6 +132,7 @@ int simulate_run_request(const simulate_request *request) {
   if (status >= 0 && strcmp(driver_run_status(&single.run), "done") != 0)
     code = COMMAND_FLAGGED;
   driver_run_close(&single.run);
+  free(single.condensed_memory);
   free(single.lower_memory);
   thrum_model_free(single.loaded);
   return code;

@@ -52,8 +52,8 @@ typedef struct driver_stepper {
   void *self;
 } driver_stepper;
 
-/* Makes a stepper of `model` at the request's start, under its loads and base motions, which are
- * read here. The request and the model must stay. */
+/* Makes a stepper of `model`, which may be a condensed one, at the request's start, under its loads
+ * and base motions, which are read here. The request and the model must stay. */
 thrum_status driver_stepper_reduced(const simulate_request *request, const thrum_model *model,
                                     driver_stepper *stepper, thrum_error *error);
 thrum_status driver_stepper_full(const simulate_request *request, const thrum_model *model,

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "driver/condensed_check.h"
 #include "driver/stepper.h"
 #include "driver/stepper_loads.h"
 
@@ -12,9 +13,13 @@
 
 typedef struct reduced_stepper {
   const simulate_request *request;
-  const thrum_model *model;
-  stepper_loads loads; /* in coordinates of the model */
+  const thrum_model *model; /* that is stepped, */
+  const thrum_model *shape; /* and shown: another where coordinates follow */
+  stepper_loads loads;      /* in coordinates of the shape */
   thrum_state *state;
+  double *load;   /* of the last step, on all coordinates; owned, with the next */
+  double *middle; /* masters in the middle of the step to come, extrapolated */
+  condensed_check check;
 } reduced_stepper;
 
 /* --- opening ---------------------------------------------------------------------------------- */
@@ -23,18 +28,26 @@ static thrum_status reduce_loads(reduced_stepper *self, thrum_error *error) {
   static const double still[3] = {0};
   const simulate_request *request = self->request;
   for (int64_t n = 0; n < request->load_count; n++)
-    THRUM_TRY(load_spec_reduce(self->model, &request->loads[n],
-                               self->loads.directions + n * self->model->rank, error));
+    THRUM_TRY(load_spec_reduce(self->shape, &request->loads[n],
+                               self->loads.directions + n * self->shape->rank, error));
 
   // a model without axis_mass cannot be moved by its base: say so before anything is written
   for (int64_t n = 0; n < request->base_motion_count; n++) {
     thrum_error detail = {0};
     const thrum_status status =
-        thrum_base_motion_load(self->model, still, self->loads.inertia, &detail);
+        thrum_base_motion_load(self->shape, still, self->loads.inertia, &detail);
     if (status < 0)
       return thrum_error_set(error, status, "--base-motion '%.100s': %s",
                              request->base_motions[n].text, detail.message);
   }
+  return THRUM_OK;
+}
+
+/* The present coordinates of the shape, without the static answer to the load. */
+static thrum_status read_shape(const reduced_stepper *self, double *q) {
+  double x[THRUM_RANK_MAX];
+  THRUM_TRY(thrum_state_get(self->model, self->state, x, NULL, NULL));
+  thrum_condensed_shape(self->model, x, NULL, q);
   return THRUM_OK;
 }
 
@@ -44,7 +57,12 @@ static thrum_status set_start(reduced_stepper *self, thrum_error *error) {
   const thrum_state_def *def = &request->def;
   double *q = self->loads.before, *p = self->loads.after;
   thrum_error detail = {0};
-  THRUM_TRY(start_specs_make(self->model, request->starts, request->start_count, q, p, error));
+  THRUM_TRY(start_specs_make(self->shape, request->starts, request->start_count, q, p, error));
+  for (int64_t n = 0; n < request->start_count; n++)
+    if (request->starts[n].kind == START_MODE && request->starts[n].mode > self->model->rank)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "--start %s: of the condensed model only coordinates 1 to %lld start",
+                             request->starts[n].text, (long long)self->model->rank);
   if (def->split_rule == THRUM_SPLIT_COUNT && def->explicit_count > self->model->rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--split %d: the model has only %lld modes", (int)def->explicit_count,
@@ -56,7 +74,9 @@ static thrum_status set_start(reduced_stepper *self, thrum_error *error) {
   if (status < 0)
     return thrum_error_set(error, status, "%s: %s", request->start_count > 0 ? "--start" : "--dt",
                            detail.message);
-  return thrum_state_get(self->model, self->state, self->loads.before, NULL, error);
+  THRUM_TRY(read_shape(self, self->loads.before));
+  memcpy(self->middle, self->loads.before, (size_t)self->model->rank * sizeof *self->middle);
+  return THRUM_OK;
 }
 
 /* --- stepping --------------------------------------------------------------------------------- */
@@ -67,11 +87,18 @@ static thrum_status set_force(reduced_stepper *self, int64_t step, thrum_error *
   if (!stepper_loads_act(&self->loads))
     return THRUM_OK;
   if (stepper_loads_sum(&self->loads, step, mean)) {
-    memset(self->loads.inertia, 0, (size_t)self->model->rank * sizeof *self->loads.inertia);
-    THRUM_TRY(thrum_base_motion_load(self->model, mean, self->loads.inertia, error));
+    memset(self->loads.inertia, 0, (size_t)self->shape->rank * sizeof *self->loads.inertia);
+    THRUM_TRY(thrum_base_motion_load(self->shape, mean, self->loads.inertia, error));
     stepper_loads_add_inertia(&self->loads);
   }
-  return thrum_state_set_force(self->model, self->state, self->loads.force, error);
+  if (self->shape == self->model)
+    return thrum_state_set_force(self->model, self->state, self->loads.force, error);
+
+  // a load on what follows acts on the masters through how it follows in the middle of the step
+  double reduced[THRUM_RANK_MAX];
+  thrum_condensed_load(self->model, self->middle, self->loads.force, reduced);
+  memcpy(self->load, self->loads.force, (size_t)self->shape->rank * sizeof *self->load);
+  return thrum_state_set_force(self->model, self->state, reduced, error);
 }
 
 static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
@@ -82,8 +109,10 @@ static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
     return status;
 
   // what the step did for the energy: work of the loads, work of the base
-  thrum_state_get(self->model, self->state, self->loads.after, NULL, NULL);
+  read_shape(self, self->loads.after);
   stepper_loads_count_work(&self->loads);
+  for (int64_t i = 0; i < self->model->rank; i++)
+    self->middle[i] = 1.5 * self->loads.after[i] - 0.5 * self->loads.before[i];
   stepper_loads_next(&self->loads);
   return status;
 }
@@ -97,30 +126,44 @@ static int64_t steps(const void *stepper) {
 
 static thrum_status energies(void *stepper, int32_t body, thrum_energies *found,
                              thrum_error *error) {
-  const reduced_stepper *self = stepper;
+  reduced_stepper *self = stepper;
   (void)body;
-  return thrum_state_energies(self->model, self->state, found, error);
+  THRUM_TRY(thrum_state_energies(self->model, self->state, found, error));
+  if (self->check.model == NULL)
+    return THRUM_OK;
+
+  // what condensing leaves out of the kinetic energy
+  double x[THRUM_RANK_MAX], v[THRUM_RANK_MAX];
+  THRUM_TRY(thrum_state_get(self->model, self->state, x, v, error));
+  condensed_check_look(&self->check, x, v, found->potential);
+  return THRUM_OK;
 }
 
 static thrum_status coordinates(void *stepper, int32_t body, double *q, thrum_error *error) {
   const reduced_stepper *self = stepper;
+  double x[THRUM_RANK_MAX];
   (void)body;
-  return thrum_state_get(self->model, self->state, q, NULL, error);
+  THRUM_TRY(thrum_state_get(self->model, self->state, x, NULL, error));
+  thrum_condensed_shape(self->model, x, self->load, q);
+  return THRUM_OK;
 }
 
 static thrum_status displacements(void *stepper, int32_t body, double *u, thrum_error *error) {
   const reduced_stepper *self = stepper;
   double q[THRUM_RANK_MAX];
-  (void)body;
-  THRUM_TRY(thrum_state_get(self->model, self->state, q, NULL, error));
-  return thrum_displacement(self->model, q, 0, self->model->vertex_count, u, error);
+  THRUM_TRY(coordinates(stepper, body, q, error));
+  return thrum_displacement(self->shape, q, 0, self->shape->vertex_count, u, error);
 }
 
 static thrum_status snapshot(void *stepper, int32_t body, double *q, double *p,
                              thrum_error *error) {
   const reduced_stepper *self = stepper;
+  double x[THRUM_RANK_MAX], v[THRUM_RANK_MAX];
   (void)body;
-  return thrum_state_get(self->model, self->state, q, p, error);
+  THRUM_TRY(thrum_state_get(self->model, self->state, x, v, error));
+  thrum_condensed_shape(self->model, x, NULL, q);
+  thrum_condensed_velocity(self->model, x, v, p);
+  return THRUM_OK;
 }
 
 static void report(const void *stepper, int32_t body, simulate_figures *figures) {
@@ -132,12 +175,16 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
   figures->work_load = self->loads.work_load;
   figures->work_base = self->loads.work_base;
   figures->dissipated = figures->report.dissipated;
+  if (self->shape != self->model)
+    condensed_check_report(&self->check, self->model, figures);
 }
 
 static void close_reduced(void *stepper) {
   reduced_stepper *self = stepper;
   stepper_loads_close(&self->loads);
   thrum_state_destroy(self->state);
+  condensed_check_close(&self->check);
+  free(self->load);
   free(self);
 }
 
@@ -162,7 +209,14 @@ thrum_status driver_stepper_reduced(const simulate_request *request, const thrum
   *stepper = (driver_stepper){&reduced, self};
   self->request = request;
   self->model = model;
-  THRUM_TRY(stepper_loads_open(request, model->rank, &self->loads, error));
+  self->shape = thrum_condensed_shape_model(model);
+  self->load = calloc(2 * (size_t)self->shape->rank, sizeof *self->load);
+  if (self->load == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run of this model");
+  self->middle = self->load + self->shape->rank;
+  if (self->shape != model && request->monitor)
+    THRUM_TRY(condensed_check_open(model, &self->check, error));
+  THRUM_TRY(stepper_loads_open(request, self->shape->rank, &self->loads, error));
   THRUM_TRY(reduce_loads(self, error));
   return set_start(self, error);
 }
@@ -194,13 +248,13 @@ static void warn_free(const simulate_request *request) {
 void driver_stepper_reduced_warn(const driver_stepper *stepper) {
   const reduced_stepper *self = stepper->self;
   const simulate_request *request = self->request;
-  const int64_t rank = self->model->rank;
+  const int64_t rank = self->shape->rank;
 
   // what moves a free body as a whole is not in its basis
-  if (request->base_motion_count > 0 && self->model->rigid != NULL)
+  if (request->base_motion_count > 0 && self->shape->rigid != NULL)
     config_warn(
         "--base-motion moves nothing: nothing holds the body, so its supports cannot move it");
-  if (self->model->rigid != NULL)
+  if (self->shape->rigid != NULL)
     warn_free(request);
 
   // loads that the basis does not feel at all

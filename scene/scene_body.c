@@ -7,10 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "thrum/condensed_model.h"
 #include "thrum/displacement.h"
 
 #define BODY_COOKIE UINT32_C(0x7468626f)
-#define BODY_VECTORS 7
+#define BODY_VECTORS 9
 
 thrum_scene_body_def thrum_default_scene_body_def(void) {
   return (thrum_scene_body_def){
@@ -43,6 +44,7 @@ static void free_body(thrum_scene *scene, scene_body *body) {
   scene_model_drop(scene, body->derived);
   thrum_state_destroy(body->state);
   free(body->vectors);
+  free(body->slopes);
   free(body->courses);
   free(body->now);
   free(body->directions);
@@ -68,13 +70,23 @@ static thrum_status make_vectors(scene_body *body, thrum_error *error) {
   body->directions = calloc(r, sizeof *body->directions);
   if (!body->vectors || !body->courses || !body->now || !body->directions)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a body of rank %zu", r);
-  double **const each[BODY_VECTORS] = {&body->start_q, &body->start_p, &body->force, &body->inertia,
-                                       &body->before,  &body->q,       &body->p};
+  double **const each[BODY_VECTORS] = {&body->start_q, &body->start_p,  &body->force,
+                                       &body->inertia, &body->before,   &body->q,
+                                       &body->p,       &body->answered, &body->middle};
   for (size_t n = 0; n < BODY_VECTORS; n++)
     *each[n] = body->vectors + n * r;
   body->courses[0] = body->now[0] = (thrum_load){THRUM_LOAD_CONSTANT, 0, INFINITY, 0};
   body->load_count = 1;
   return THRUM_OK;
+}
+
+/* Slaves x masters are most where there are as many of each. */
+static thrum_status make_slopes(scene_body *body, thrum_error *error) {
+  const size_t half = (size_t)body->model->rank / 2 + 1;
+  body->slopes = calloc(half * half, sizeof *body->slopes);
+  return body->slopes != NULL
+             ? THRUM_OK
+             : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a condensed body");
 }
 
 /* q and p of the start; a mode's amplitude is that of the scaled body. */
@@ -105,6 +117,13 @@ static thrum_status check_def(const thrum_scene_body_def *def, thrum_error *erro
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is asked for; the model has 1 to %lld", (long long)def->rank,
                            (long long)def->model->rank);
+  if (def->rank > 0 && (def->condense != 0 || thrum_model_masters(def->model) > 0))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "a body is condensed or has a lower rank, not both");
+  if (def->condense < 0)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "a body cannot be condensed to %lld coordinates",
+                           (long long)def->condense);
   return THRUM_OK;
 }
 
@@ -119,7 +138,9 @@ static void set_name(const thrum_scene *scene, const char *name, scene_body *bod
 static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *def, scene_body *body,
                               thrum_error *error) {
   const thrum_model_scaling by = {def->scale, def->stiffness, def->density};
-  const int64_t rank = def->rank > 0 ? def->rank : def->model->rank;
+  const int64_t masters = def->condense > 0 ? def->condense : thrum_model_masters(def->model);
+  const int64_t whole = def->rank > 0 ? def->rank : def->model->rank;
+  const int64_t rank = masters > 0 ? masters : whole;
   body->model = def->model;
   body->def = def->state;
   body->def.dt = scene->dt;
@@ -130,7 +151,7 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
   THRUM_TRY(scene_placement_make(def->position, def->rotation, &body->placement, error));
   body->here = body->placement;
   THRUM_TRY(make_vectors(body, error));
-  THRUM_TRY(scene_model_take(scene, def->model, rank, &by, &body->derived, error));
+  THRUM_TRY(scene_model_take(scene, def->model, rank, masters > 0, &by, &body->derived, error));
   // thrum_model_scale: k = (d s^3)^-1/2, g = k / s
   const double volume = by.length * by.length * by.length;
   body->k = 1 / sqrt(by.density * volume);
@@ -140,6 +161,9 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
   // the start, and all that acts on the body
   THRUM_TRY(make_start(def, body, error));
   memcpy(body->before, body->start_q, (size_t)body->model->rank * sizeof *body->before);
+  memcpy(body->middle, body->start_q, (size_t)body->model->rank * sizeof *body->middle);
+  if (masters > 0)
+    THRUM_TRY(make_slopes(body, error));
   THRUM_TRY(scene_free_make(def, body, error));
   THRUM_TRY(scene_surface_make(def, body, error));
   if (scene->base_motion_count > 0)

@@ -17,9 +17,10 @@ static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_st
   thrum_model_scaling by = body->derived->by;
   by.stiffness = stiffness;
   THRUM_TRY(scene_body_read(body, true, error));
-  THRUM_TRY(scene_model_take(scene, body->model, rank, &by, &derived, error));
-  // coordinates that come are at rest
-  for (int64_t i = body->derived->rank; i < rank; i++)
+  THRUM_TRY(
+      scene_model_take(scene, body->model, rank, body->derived->condensed, &by, &derived, error));
+  // coordinates that come are at rest, or go on from where they followed
+  for (int64_t i = scene_shown(body); i < rank; i++)
     body->q[i] = body->p[i] = 0;
 
   thrum_status status = scene_state_make(derived->model, def, body->q, body->p, &state, error);
@@ -40,6 +41,9 @@ static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_st
   body->state = state;
   body->def = *def;
   memcpy(body->before, body->q, (size_t)rank * sizeof *body->q);
+  memcpy(body->middle, body->q, (size_t)rank * sizeof *body->q);
+  if (derived->condensed)
+    body->q_known = body->p_known = false;
   scene->revision++;
   return THRUM_OK;
 }
@@ -140,6 +144,8 @@ static thrum_status restart(scene_body *body, thrum_error *error) {
   body->work_load = body->work_base = body->dissipated = 0;
   body->q_known = body->p_known = false;
   memcpy(body->before, body->start_q, (size_t)model->rank * sizeof *body->before);
+  memcpy(body->middle, body->start_q, (size_t)model->rank * sizeof *body->middle);
+  memset(body->answered, 0, (size_t)body->model->rank * sizeof *body->answered);
 
   if (status < 0)
     return status;

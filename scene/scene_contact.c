@@ -22,6 +22,7 @@ void scene_touch_free(scene_touch *touch) {
     return;
   free(touch->rest);
   free(touch->rows);
+  free(touch->vertices);
   free(touch->places);
   free(touch->contact);
   free(touch);
@@ -31,6 +32,7 @@ void scene_touch_free(scene_touch *touch) {
 static void fill_point(const scene_body *body, scene_touch *touch, int64_t place, int64_t vertex) {
   const thrum_model *from = body->model;
   const int64_t rank = touch->model.rank;
+  touch->vertices[place] = vertex;
   for (int axis = 0; axis < 3; axis++) {
     const double *row = from->basis + (3 * vertex + axis) * from->rank;
     touch->rest[3 * place + axis] = body->derived->by.length * from->vertices[3 * vertex + axis];
@@ -95,11 +97,16 @@ thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
     touch->rest = calloc(3 * count, sizeof *touch->rest);
     touch->rows = calloc(3 * count * (size_t)derived->rank, sizeof *touch->rows);
     touch->places = calloc(count, sizeof *touch->places);
+    touch->vertices = calloc(count, sizeof *touch->vertices);
   }
-  if (touch == NULL || !touch->rest || !touch->rows || !touch->places) {
+  if (touch == NULL || !touch->rest || !touch->rows || !touch->places || !touch->vertices) {
     scene_touch_free(touch);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a contact");
   }
+
+  // places that no point has yet
+  for (int64_t n = 0; n < touch->count; n++)
+    touch->vertices[n] = -1;
 
   // the reduced model of these points alone
   make_model(body, derived, touch);
@@ -156,6 +163,10 @@ thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body,
                                            .load = body->force};
   memcpy(environment.force, wrench->force, sizeof environment.force);
   memcpy(environment.torque, wrench->torque, sizeof environment.torque);
+
+  // a condensed body's points as its coordinates follow now
+  if (body->derived->condensed)
+    THRUM_TRY(scene_condensed_touch(body, error));
 
   // the contact takes the step of the body; a free one has moved as a whole
   const thrum_status status = thrum_contact_step(&body->touch->model, body->state,

@@ -20,15 +20,18 @@ static thrum_status no_memory(const thrum_model *from, thrum_error *error) {
                          (long long)from->rank);
 }
 
-/* model->model of the given rank in memory of its own. */
+/* model->model of the given rank, condensed or truncated, in memory of its own. */
 static thrum_status cut_down(const thrum_model *from, scene_model *model, thrum_error *error) {
   size_t size = 0;
   const thrum_model copy = lean(from);
-  THRUM_TRY(thrum_model_truncate_size(&copy, model->rank, &size, error));
+  THRUM_TRY(model->condensed ? thrum_model_condense_size(from, model->rank, &size, error)
+                             : thrum_model_truncate_size(&copy, model->rank, &size, error));
   model->memory = scene_aligned(size);
   if (model->memory == NULL)
     return no_memory(from, error);
-  return thrum_model_truncate(model->memory, size, &copy, model->rank, &model->model, error);
+  return model->condensed
+             ? thrum_model_condense(model->memory, size, from, model->rank, &model->model, error)
+             : thrum_model_truncate(model->memory, size, &copy, model->rank, &model->model, error);
 }
 
 /* The same, scaled; what was in model->memory goes. */
@@ -40,24 +43,28 @@ static thrum_status scale(scene_model *model, thrum_error *error) {
   if (memory == NULL)
     return no_memory(model->from, error);
   thrum_status status = thrum_model_scale(memory, size, &copy, &model->by, &model->model, error);
-  free(status < 0 ? memory : model->memory);
+  if (status >= 0 && model->condensed)
+    model->unscaled = model->memory;
+  else
+    free(status < 0 ? memory : model->memory);
   if (status >= 0)
     model->memory = memory;
   return status;
 }
 
-static bool same(const scene_model *model, const thrum_model *from, int64_t rank,
+static bool same(const scene_model *model, const thrum_model *from, int64_t rank, bool condensed,
                  const thrum_model_scaling *by) {
-  return model->from == from && model->rank == rank && model->by.length == by->length &&
-         model->by.stiffness == by->stiffness && model->by.density == by->density;
+  return model->from == from && model->rank == rank && model->condensed == condensed &&
+         model->by.length == by->length && model->by.stiffness == by->stiffness &&
+         model->by.density == by->density;
 }
 
 thrum_status scene_model_take(thrum_scene *scene, const thrum_model *from, int64_t rank,
-                              const thrum_model_scaling *by, scene_model **taken,
+                              bool condensed, const thrum_model_scaling *by, scene_model **taken,
                               thrum_error *error) {
   // bodies of one model, rank and scale share what is derived from it
   for (scene_model *model = scene->models; model != NULL; model = model->next) {
-    if (same(model, from, rank, by)) {
+    if (same(model, from, rank, condensed, by)) {
       model->users++;
       *taken = model;
       return THRUM_OK;
@@ -67,16 +74,18 @@ thrum_status scene_model_take(thrum_scene *scene, const thrum_model *from, int64
   scene_model *model = calloc(1, sizeof *model);
   if (model == NULL)
     return no_memory(from, error);
-  *model = (scene_model){.from = from, .model = from, .rank = rank, .by = *by, .users = 1};
+  *model = (scene_model){
+      .from = from, .model = from, .rank = rank, .condensed = condensed, .by = *by, .users = 1};
   thrum_status status = THRUM_OK;
 
   // the rank first, as scaling fewer coordinates is cheaper
-  if (rank != from->rank)
+  if (condensed || rank != from->rank)
     status = cut_down(from, model, error);
   if (status >= 0 && (by->length != 1 || by->stiffness != 1 || by->density != 1))
     status = scale(model, error);
 
   if (status < 0) {
+    free(model->unscaled);
     free(model->memory);
     free(model);
     return status;
@@ -97,6 +106,7 @@ void scene_model_drop(thrum_scene *scene, scene_model *model) {
       break;
     }
   }
+  free(model->unscaled);
   free(model->memory);
   free(model);
 }

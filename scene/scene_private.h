@@ -12,7 +12,9 @@
 typedef struct scene_model {
   const thrum_model *from, *model; /* the same where nothing had to be changed */
   void *memory;                    /* of the latter; NULL then */
+  void *unscaled;                  /* where a scaled condensed model has how its slaves follow */
   int64_t rank;
+  bool condensed; /* the other coordinates follow */
   thrum_model_scaling by;
   int32_t users;
   struct scene_model *next;
@@ -23,6 +25,7 @@ typedef struct scene_model {
 typedef struct scene_touch {
   thrum_model model;   /* that the body steps, with these points as its mesh */
   double *rest, *rows; /* count x 3 [m], count x 3 x rank; in model */
+  int64_t *vertices;   /* count: of the body's model; -1: a pull's place that is not in use */
   int32_t *places;     /* of the points that touch, one at least: 0, 1, ... */
   int64_t count;
   double material[3];
@@ -56,6 +59,9 @@ typedef struct scene_body {
   thrum_state *state; /* its own aligned block */
   double *vectors;    /* of all that follow, each r long */
   double *start_q, *start_p, *force, *inertia, *before, *q, *p;
+  double *answered;      /* of a condensed body: the load that its slaves answer to, */
+  double *middle;        /* masters in the middle of the step to come, extrapolated, */
+  double *slopes;        /* and slaves x masters, how they follow; room for any number of masters */
   bool q_known, p_known; /* q, p are those of the present step */
   thrum_load *courses;   /* load_count; the first is gravity. As given, */
   thrum_load *now;       /* and counted from the scene's origin */
@@ -140,6 +146,25 @@ thrum_status scene_body_at(const thrum_scene *scene, int32_t number, scene_body 
 /* THRUM_MISSING for a body without a basis, THRUM_INVALID_ARGUMENT for a vertex that it has not. */
 thrum_status scene_vertex_check(const scene_body *body, int64_t vertex, thrum_error *error);
 
+/* scene_condensed.c: bodies whose stiff coordinates follow the others. */
+
+/* Coordinates of a body that show it, the first entries of q and p: those stepped, or all. */
+static inline int64_t scene_shown(const scene_body *body) {
+  return body->derived->condensed ? body->model->rank : body->derived->rank;
+}
+
+/* The slaves of body->q, and of body->p if `p`, from the masters there. */
+void scene_condensed_read(scene_body *body, bool p);
+
+/* body->force, on all coordinates, becomes that on the masters; body->inertia too if `base`. */
+void scene_condensed_load(const scene_body *body, bool base);
+
+/* body->middle from the masters before and after the last step. */
+void scene_condensed_extrapolate(const scene_body *body);
+
+/* The points that touch as they follow now. */
+thrum_status scene_condensed_touch(scene_body *body, thrum_error *error);
+
 /* scene_placement.c: between the axes of a body and the world. */
 
 thrum_status scene_placement_make(const double position[3], const double rotation[4],
@@ -151,7 +176,7 @@ void scene_to_body(const thrum_placement *placement, const double in_world[3], d
 
 /* Finds or makes the model of a body; scene_model_drop undoes. */
 thrum_status scene_model_take(thrum_scene *scene, const thrum_model *from, int64_t rank,
-                              const thrum_model_scaling *by, scene_model **taken,
+                              bool condensed, const thrum_model_scaling *by, scene_model **taken,
                               thrum_error *error);
 void scene_model_drop(thrum_scene *scene, scene_model *model);
 

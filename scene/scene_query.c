@@ -11,6 +11,8 @@ thrum_status scene_body_read(scene_body *body, bool p, thrum_error *error) {
   if (body->q_known && (!p || body->p_known))
     return THRUM_OK;
   THRUM_TRY(thrum_state_get(body->derived->model, body->state, body->q, p ? body->p : NULL, error));
+  if (body->derived->condensed)
+    scene_condensed_read(body, p);
   body->q_known = true;
   body->p_known = body->p_known || p;
   return THRUM_OK;
@@ -18,7 +20,7 @@ thrum_status scene_body_read(scene_body *body, bool p, thrum_error *error) {
 
 void scene_point(const scene_body *body, const double rest[3], const double *rows,
                  double position[3], double velocity[3]) {
-  const int64_t r = body->model->rank, rank = body->derived->rank;
+  const int64_t r = body->model->rank, rank = scene_shown(body);
   double x[3], v[3];
 
   // place and velocity in the frame of the body
@@ -62,7 +64,7 @@ static size_t bytes_of(const scene_body *body) {
   const size_t r = (size_t)body->model->rank, loads = (size_t)body->load_count;
   const size_t whole = body->free ? loads * (9 * r + 12) : 0;
   return sizeof *body + thrum_state_bytes(body->state) +
-         ((7 + loads) * r + whole) * sizeof(double) + 2 * loads * sizeof(thrum_load) +
+         ((9 + loads) * r + whole) * sizeof(double) + 2 * loads * sizeof(thrum_load) +
          (size_t)body->surface_count * (4 * sizeof(double) + sizeof(int32_t)) +
          (size_t)body->touch_count * (sizeof(double) + sizeof(int32_t)) +
          (body->touch != NULL ? body->touch->bytes : 0);
@@ -79,6 +81,8 @@ thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_sc
       .model = body->model,
       .stepped = body->derived->model,
       .rank = body->derived->rank,
+      .condensed = body->derived->condensed,
+      .shown = scene_shown(body),
       .scale = body->derived->by.length,
       .stiffness = body->derived->by.stiffness,
       .density = body->derived->by.density,
@@ -118,7 +122,7 @@ thrum_status thrum_scene_body_energies(thrum_scene *scene, int32_t number,
 
   // the work of the body's weight against its deformation
   double work = 0;
-  for (int64_t i = 0; i < body->derived->rank; i++)
+  for (int64_t i = 0; i < scene_shown(body); i++)
     work += body->directions[i] * body->q[i];
 
   // a free body moves as a whole as well
@@ -151,7 +155,7 @@ thrum_status thrum_scene_body_get(thrum_scene *scene, int32_t number, double *q,
                                   thrum_error *error) {
   scene_body *body = NULL;
   THRUM_TRY(read_body(scene, number, p != NULL, &body, error));
-  const size_t bytes = (size_t)body->derived->rank * sizeof(double);
+  const size_t bytes = (size_t)scene_shown(body) * sizeof(double);
   if (q != NULL)
     memcpy(q, body->q, bytes);
   if (p != NULL)
@@ -162,7 +166,7 @@ thrum_status thrum_scene_body_get(thrum_scene *scene, int32_t number, double *q,
 /* q of the model as it was given: g q' on the coordinates in use, zero on the others. */
 static void shape(const scene_body *body, double *q) {
   for (int64_t i = 0; i < body->model->rank; i++)
-    q[i] = i < body->derived->rank ? body->g * body->q[i] : 0.0;
+    q[i] = i < scene_shown(body) ? body->g * body->q[i] : 0.0;
 }
 
 thrum_status thrum_scene_body_shape(thrum_scene *scene, int32_t number, double *q,

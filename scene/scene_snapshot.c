@@ -32,12 +32,18 @@ static size_t contact_bytes(const scene_body *body) {
   return body->touch != NULL ? thrum_contact_bytes(body->touch->contact) : 0;
 }
 
+/* Numbers of a condensed body alone: where its masters go, and what its slaves answer to. */
+static size_t condensed_count(const scene_body *body) {
+  return body->derived->condensed ? (size_t)(body->derived->rank + body->model->rank) : 0;
+}
+
 size_t thrum_scene_snapshot_size(const thrum_scene *scene) {
   size_t size = THRUM_SEAL_BYTES + sizeof(scene_record);
   for (int32_t n = 0; n < scene->body_count; n++) {
     const scene_body *body = scene->bodies[n];
     size += sizeof(body_record) + (size_t)body->derived->rank * sizeof(double) +
-            thrum_state_kept_bytes(body->state) + contact_bytes(body);
+            thrum_state_kept_bytes(body->state) + contact_bytes(body) +
+            condensed_count(body) * sizeof(double);
   }
   return size + (size_t)scene->obstacle_count * sizeof *scene->obstacles;
 }
@@ -75,6 +81,10 @@ thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t
     put(&at, body->state, thrum_state_kept_bytes(body->state));
     if (body->touch != NULL)
       put(&at, body->touch->contact, contact_bytes(body));
+    if (body->derived->condensed) {
+      put(&at, body->middle, (size_t)body->derived->rank * sizeof *body->middle);
+      put(&at, body->answered, (size_t)body->model->rank * sizeof *body->answered);
+    }
   }
 
   if (scene->obstacle_count > 0)
@@ -124,10 +134,17 @@ static thrum_status check_body(const scene_body *body, const unsigned char **at,
   // the state, and the contact of a body that touches
   THRUM_TRY(thrum_state_copy_check(body->derived->model, body->state, *at, error));
   *at += thrum_state_kept_bytes(body->state);
-  if (body->touch == NULL)
-    return THRUM_OK;
-  THRUM_TRY(thrum_contact_copy_check(body->touch->contact, *at, error));
-  *at += contact_bytes(body);
+  if (body->touch != NULL) {
+    THRUM_TRY(thrum_contact_copy_check(body->touch->contact, *at, error));
+    *at += contact_bytes(body);
+  }
+
+  for (size_t n = 0; n < condensed_count(body); n++) {
+    double value;
+    take(at, &value, sizeof value);
+    if (!thrum_all_finite(&value, 1))
+      return refuse("shape of a body", error);
+  }
   return THRUM_OK;
 }
 
@@ -163,6 +180,10 @@ static void take_body(scene_body *body, const unsigned char **at) {
   take(at, body->state, thrum_state_kept_bytes(body->state));
   if (body->touch != NULL)
     take(at, body->touch->contact, contact_bytes(body));
+  if (body->derived->condensed) {
+    take(at, body->middle, (size_t)body->derived->rank * sizeof *body->middle);
+    take(at, body->answered, (size_t)body->model->rank * sizeof *body->answered);
+  }
 
   // where it is as a whole
   body->way = record.way;

@@ -15,6 +15,8 @@ static thrum_status push(const thrum_scene *scene, scene_body *body, thrum_error
   scene_loads_sum(scene, body, wrench);
   if (scene->air > 0 && body->surface_count > 0)
     THRUM_TRY(scene_wind_add(scene, body, wrench, error));
+  if (body->derived->condensed)
+    scene_condensed_load(body, scene->base_motion_count > 0);
   if (body->touch != NULL)
     return scene_touch_step(scene, body, wrench, error);
   return thrum_state_set_force(body->derived->model, body->state, body->force, error);
@@ -35,6 +37,8 @@ static void count_work(const thrum_scene *scene, scene_body *body) {
   body->work_load += all - base;
   body->work_base += base;
   body->dissipated = thrum_state_report_get(body->state).dissipated;
+  if (body->derived->condensed)
+    scene_condensed_extrapolate(body);
   memcpy(body->before, body->q, (size_t)model->rank * sizeof *body->q);
 }
 

@@ -54,7 +54,7 @@ typedef struct scene_flow {
 
 /* The velocity of a vertex without that of the body as a whole. */
 static void velocity_of(const scene_body *body, const double *rows, double velocity[3]) {
-  const int64_t r = body->model->rank, rank = body->derived->rank;
+  const int64_t r = body->model->rank, rank = scene_shown(body);
   for (int axis = 0; axis < 3; axis++) {
     double sum = 0;
     for (int64_t i = 0; i < rank; i++)
@@ -157,7 +157,7 @@ thrum_status scene_wind_add(const thrum_scene *scene, scene_body *body, scene_wr
                             thrum_error *error) {
   // the flow around the body: its mean speed, and the share of the drag that keeps a step stable
   THRUM_TRY(scene_body_read(body, true, error));
-  const int64_t r = body->model->rank, rank = body->derived->rank;
+  const int64_t r = body->model->rank, rank = scene_shown(body);
   scene_flow flow = find_flow(scene, body);
   flow.mean = mean_of(scene, body, &flow);
   flow.share = limit(scene, body, &flow);

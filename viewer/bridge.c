@@ -53,8 +53,8 @@ int32_t EXPORT(bridge_begin)(double dt) {
 }
 
 /* numbers: position 3, rotation 4 (w, x, y, z), scale, stiffness, density, alpha, beta, velocity 3,
- * spin 3. rank 0: all. q, p: its start, of the model's rank, or NULL. Returns the body's number, or
- * a status below 0. */
+ * spin 3, coordinates that are stepped while the others follow (0: none does). rank 0: all. q, p:
+ * its start, of the model's rank, or NULL. Returns the body's number, or a status below 0. */
 int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank, int32_t free_body,
                                 const double *q, const double *p) {
   const bridge_model *of = bridge_model_at(model);
@@ -78,7 +78,8 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   memcpy(def.spin, n + 15, sizeof def.spin);
 
   // the rest comes as arguments, or from the model
-  def.rank = rank;
+  def.condense = (int64_t)n[18];
+  def.rank = def.condense > 0 ? 0 : rank;
   def.q = q;
   def.p = p;
   def.free = free_body;
@@ -165,7 +166,7 @@ double EXPORT(bridge_time)(void) {
   return thrum_scene_time(bridge_scene);
 }
 
-/* numbers: q, of the body's rank. */
+/* numbers: q, of the coordinates that show the body. */
 int32_t EXPORT(bridge_coordinates)(int32_t body) {
   return thrum_scene_body_get(bridge_scene, body, bridge_number, NULL, &bridge_error);
 }

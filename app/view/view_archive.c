@@ -110,6 +110,12 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
                            "%.200s: the model has no axis_mass, so gravity cannot act on it",
                            item->name);
 
+  if (thrum_model_masters(model) > 0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "%.200s: the page cannot step a model that was precomputed condensed "
+                           "yet: show an uncondensed one, which a scene may condense",
+                           item->name);
+
   // its mass and the surface that is shown
   THRUM_TRY(thrum_quality_measure(model, &quality, error));
   THRUM_TRY(render_mesh_make(model, item->surface, &shown, error));

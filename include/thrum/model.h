@@ -24,7 +24,7 @@ extern "C" {
 #endif
 
 #define THRUM_MODEL_FORMAT_MAJOR 1 /* a reader refuses another major version */
-#define THRUM_MODEL_FORMAT_MINOR 1 /* a minor version only adds arrays */
+#define THRUM_MODEL_FORMAT_MINOR 2 /* a minor version only adds arrays */
 #define THRUM_RANK_MAX 512         /* far above the 334 that a file below 4 GiB can hold */
 
 /* Sizes of a model. X(name, meaning). A size is bound by the first array that carries it. */
@@ -38,19 +38,24 @@ extern "C" {
   X(group_count, "named vertex groups")                                                            \
   X(group_name_bytes, "bytes of all group names, each ended by one 0")                             \
   X(group_vertex_count, "vertices of all groups together")                                         \
-  X(meta_bytes, "bytes of the JSON text in meta")
+  X(meta_bytes, "bytes of the JSON text in meta")                                                  \
+  X(slave_count, "coordinates that follow the first k = rank - slave_count; 0: none")              \
+  X(slave_pairs, "products of two masters, k (k+1) / 2")                                           \
+  X(condensed_c3_count, "cubic coefficients of the masters")                                       \
+  X(condensed_c4_count, "quartic coefficients of the masters")
 
 /* The arrays, in file order. X(type, name, rows, columns, presence, meaning):
  * type f8 | i4 | u1; rows and columns are a size's name or a literal (columns 1: a plain vector);
  * presence REQUIRED or OPTIONAL (an absent array is a NULL pointer; all of the mesh arrays
  * vertices, tets, tet_region, material, fixed come together, basis and rigid only with vertices,
- * the three group arrays together). */
+ * the three group arrays together; c3 and c4 together, or in their place slave_map, condensed_c3
+ * and condensed_c4: thrum/condensed_model.h). */
 #define THRUM_MODEL_ARRAYS(X)                                                                      \
   X(i4, format, 2, 1, REQUIRED, "version of the format: major, minor")                             \
   X(u1, meta, meta_bytes, 1, OPTIONAL, "UTF-8 JSON about the model; the runtime never reads it")   \
   X(f8, omega2, rank, 1, REQUIRED, "squared angular frequencies [1/s^2], ascending, >= 0")         \
-  X(f8, c3, c3_count, 1, REQUIRED, "cubic coefficients of V [J/(m kg^1/2)^3], block order")        \
-  X(f8, c4, c4_count, 1, REQUIRED, "quartic coefficients of V [J/(m kg^1/2)^4], block order")      \
+  X(f8, c3, c3_count, 1, OPTIONAL, "cubic coefficients of V [J/(m kg^1/2)^3], block order")        \
+  X(f8, c4, c4_count, 1, OPTIONAL, "quartic coefficients of V [J/(m kg^1/2)^4], block order")      \
   X(f8, axis_mass, 3, rank, OPTIONAL, "U^T M 1 for the axes x, y, z [kg^1/2]")                     \
   X(f8, vertices, vertex_count, 3, OPTIONAL, "rest positions [m]")                                 \
   X(i4, tets, tet_count, 4, OPTIONAL, "0-based vertices of a tetrahedron, positive volume")        \
@@ -62,7 +67,11 @@ extern "C" {
   X(u1, group_names, group_name_bytes, 1, OPTIONAL, "names, each ended by one 0")                  \
   X(i4, group_ends, group_count, 1, OPTIONAL, "end of each group's run in group_vertices")         \
   X(i4, group_vertices, group_vertex_count, 1, OPTIONAL, "0-based vertices, ascending in a group") \
-  X(f8, rigid, basis_rows, 6, OPTIONAL, "rigid modes Z of a free body, rows as basis [kg^-1/2]")
+  X(f8, rigid, basis_rows, 6, OPTIONAL, "rigid modes Z of a free body, rows as basis [kg^-1/2]")   \
+  X(f8, slave_map, slave_count, slave_pairs, OPTIONAL,                                             \
+    "y_h over x_i x_j, i <= j, i outermost [1/(m kg^1/2)]: how slaves follow at rest")             \
+  X(f8, condensed_c3, condensed_c3_count, 1, OPTIONAL, "as c3, of the masters, in place of c3")    \
+  X(f8, condensed_c4, condensed_c4_count, 1, OPTIONAL, "as c4, of the masters, slaves following")
 /* basis_rows is 3 * vertex_count */
 
 typedef double thrum_f8;
@@ -85,6 +94,10 @@ typedef struct thrum_model {
   /* what thrum_model_identity found when the model was made; a state steps with models of the
    * identity of its own alone. 0: a model made by hand that was given none */
   uint64_t identity;
+  /* Of thrum_model_condense alone, NULL otherwise: the model that shows this one, and its slave_map
+   * for the masters of this one. */
+  const struct thrum_model *shape;
+  const double *follow;
 } thrum_model;
 
 /* Number of cubic and of quartic monomials in `rank` coordinates. Any thread. */

@@ -81,6 +81,11 @@ typedef struct thrum_scene_body_def {
    * accurate and slower, with about the fourth power. */
   int64_t rank;
 
+  /* Number of coordinates that are stepped while all others follow at rest
+   * (thrum/condensed_model.h); not with `rank`. Default 0: none follows, or, of a model that was
+   * precomputed condensed, all of its masters are stepped. Larger: more vibration, and slower. */
+  int64_t condense;
+
   /* Red, green, blue [1]; in [0, 1], default 0.75. The scene keeps it and never uses it. */
   float colour[3];
 
@@ -332,8 +337,10 @@ typedef struct thrum_scene_body_info {
   const char *name;
   const thrum_model *model; /* as it was given */
   const thrum_model
-      *stepped; /* scaled and of the rank below; without a mesh unless it is `model` */
-  int64_t rank; /* coordinates that are stepped */
+      *stepped;      /* scaled and of the rank below; without a mesh unless it is `model` */
+  int64_t rank;      /* coordinates that are stepped */
+  int64_t shown;     /* coordinates that show the body: all of them where the others follow */
+  int32_t condensed; /* 1: they follow */
   double scale, stiffness, density;   /* factors of the def [1] */
   thrum_integrator integrator;        /* its integrator */
   double damping_alpha, damping_beta; /* Rayleigh damping [1/s] and [s] */
@@ -374,8 +381,8 @@ THRUM_API thrum_status thrum_scene_body_energies(thrum_scene *scene, int32_t bod
                                                  thrum_scene_energies *energies,
                                                  thrum_error *error);
 
-/* Writes q [kg^1/2 m] and p [kg^1/2 m/s] of the scaled body, of the rank that is stepped; either
- * may be NULL. */
+/* Writes q [kg^1/2 m] and p [kg^1/2 m/s] of the scaled body, of the coordinates that show it (the
+ * rank that is stepped, or all that follow it as well: `shown` of its info); either may be NULL. */
 THRUM_API thrum_status thrum_scene_body_get(thrum_scene *scene, int32_t body, double *q, double *p,
                                             thrum_error *error);
 

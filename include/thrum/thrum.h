@@ -6,6 +6,7 @@
 #include "thrum/api.h"
 #include "thrum/base_motion.h"
 #include "thrum/batch.h"
+#include "thrum/condensed_model.h"
 #include "thrum/contact.h"
 #include "thrum/displacement.h"
 #include "thrum/embedding.h"

@@ -4,6 +4,8 @@
 
 #include <math.h>
 
+#include "thrum/condensed_model.h"
+
 #define DEF_COOKIE UINT32_C(0x7468726d)
 
 thrum_state_def thrum_default_state_def(void) {
@@ -38,6 +40,10 @@ thrum_status thrum_state_check_model(const thrum_model *model, thrum_error *erro
   if (model->rank < 1 || model->rank > THRUM_RANK_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model's rank is %lld, not 1 to %d",
                            (long long)model->rank, THRUM_RANK_MAX);
+  if (thrum_model_masters(model) > 0)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the model was precomputed condensed: what is stepped of it comes from "
+                           "thrum_model_condense");
   if (!model->omega2 || !model->c3 || !model->c4)
     return thrum_error_set(error, THRUM_MISSING, "the model has no omega2, c3 or c4");
 

@@ -51,6 +51,10 @@ static size_t block_size(const thrum_layout *layout) {
       return 0;
     size += bytes;
   }
+
+  // a condensed model is packed when it is made steppable
+  if (layout->data[THRUM_ARRAY_c3] == NULL)
+    return size;
   const size_t packed =
       thrum_round_up((size_t)thrum_pack_all(layout->size[THRUM_SIZE_rank]) * sizeof(double));
   return packed > PTRDIFF_MAX - size ? 0 : size + packed;
@@ -111,7 +115,9 @@ thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file
   // behind them the packed coefficients, which the kernels read
   thrum_layout_to_model(&layout, memory);
   thrum_model *made = memory;
-  THRUM_TRY(thrum_model_pack(made, next, needed - (size_t)(next - (unsigned char *)memory), error));
+  if (layout.data[THRUM_ARRAY_c3] != NULL)
+    THRUM_TRY(
+        thrum_model_pack(made, next, needed - (size_t)(next - (unsigned char *)memory), error));
   made->identity = thrum_model_identity(made);
   *model = made;
   return THRUM_OK;

@@ -87,4 +87,6 @@ void thrum_layout_to_model(const thrum_layout *layout, thrum_model *model) {
   model->packed_count = 0;
   model->packed_c3 = model->packed_c4 = NULL;
   model->identity = 0;
+  model->shape = NULL;
+  model->follow = NULL;
 }

@@ -4,6 +4,7 @@
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <inttypes.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "runtime/model/model_layout.h"
@@ -52,6 +53,27 @@ static thrum_status check_version(const thrum_layout *layout, thrum_error *error
   return THRUM_OK;
 }
 
+// the polynomial of all coordinates, or the condensed one of the first of them
+static thrum_status check_polynomial(const thrum_layout *layout, thrum_error *error) {
+  static const int condensed[] = {THRUM_ARRAY_slave_map, THRUM_ARRAY_condensed_c3,
+                                  THRUM_ARRAY_condensed_c4};
+  static const int whole[] = {THRUM_ARRAY_c3, THRUM_ARRAY_c4};
+  THRUM_TRY(check_together(layout, condensed, 3,
+                           "slave_map, condensed_c3 and condensed_c4 come together", error));
+  for (int i = 0; i < 2; i++) {
+    const bool present = layout->data[whole[i]] != NULL;
+    if (!HAS(layout, slave_map) && !present)
+      return thrum_error_set(error, THRUM_MISSING, "array '%s' is missing",
+                             thrum_array_table[whole[i]].name);
+    if (HAS(layout, slave_map) && present)
+      return thrum_error_set(error, THRUM_BAD_SHAPE,
+                             "array '%s' does not go with slave_map: a condensed model has no "
+                             "polynomial of all coordinates",
+                             thrum_array_table[whole[i]].name);
+  }
+  return THRUM_OK;
+}
+
 thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error *error) {
   static const int mesh[] = {THRUM_ARRAY_vertices, THRUM_ARRAY_tets, THRUM_ARRAY_tet_region,
                              THRUM_ARRAY_material, THRUM_ARRAY_fixed};
@@ -71,6 +93,7 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
       return thrum_error_set(error, THRUM_MISSING, "array '%s' is missing",
                              thrum_array_table[a].name);
 
+  THRUM_TRY(check_polynomial(layout, error));
   THRUM_TRY(check_together(layout, mesh, 5,
                            "vertices, tets, tet_region, material and fixed come together", error));
   THRUM_TRY(check_together(layout, groups, 3,
@@ -94,6 +117,17 @@ static int fits_memory(const thrum_layout *layout, int array) {
   return columns == 0 || rows <= most / columns;
 }
 
+// as many coefficients, or columns, as there are monomials of the masters
+static thrum_status check_count(const thrum_layout *layout, int array, int64_t count,
+                                int64_t expected, thrum_error *error) {
+  if (count == expected)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_BAD_SHAPE,
+                         "array '%s' has %" PRId64 " monomials; %" PRId64 " masters have %" PRId64,
+                         thrum_array_table[array].name, count,
+                         SIZE(layout, rank) - SIZE(layout, slave_count), expected);
+}
+
 // coefficients: one for every monomial of the rank
 static thrum_status check_rank(const thrum_layout *layout, thrum_error *error) {
   int64_t rank = SIZE(layout, rank);
@@ -101,6 +135,24 @@ static thrum_status check_rank(const thrum_layout *layout, thrum_error *error) {
     return thrum_error_set(error, THRUM_BAD_SHAPE,
                            "array 'omega2' has %" PRId64 " entries; a rank is 1 to %d", rank,
                            THRUM_RANK_MAX);
+  // a condensed model has coefficients of its masters alone
+  const int64_t slaves = SIZE(layout, slave_count), masters = rank - slaves;
+  if (!HAS(layout, slave_map) && slaves != 0)
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "array 'slave_map' is absent, yet slave_count is not 0");
+  if (HAS(layout, slave_map)) {
+    if (slaves < 1 || masters < 1)
+      return thrum_error_set(error, THRUM_BAD_SHAPE,
+                             "array 'slave_map' has %" PRId64 " rows; rank %" PRId64
+                             " has 1 to %" PRId64 " slaves",
+                             slaves, rank, rank - 1);
+    THRUM_TRY(check_count(layout, THRUM_ARRAY_slave_map, SIZE(layout, slave_pairs),
+                          masters * (masters + 1) / 2, error));
+    THRUM_TRY(check_count(layout, THRUM_ARRAY_condensed_c3, SIZE(layout, condensed_c3_count),
+                          thrum_c3_count(masters), error));
+    return check_count(layout, THRUM_ARRAY_condensed_c4, SIZE(layout, condensed_c4_count),
+                       thrum_c4_count(masters), error);
+  }
   if (SIZE(layout, c3_count) != thrum_c3_count(rank))
     return thrum_error_set(error, THRUM_BAD_SHAPE,
                            "array 'c3' has %" PRId64 " entries; rank %" PRId64 " has %" PRId64,

@@ -60,6 +60,12 @@ static thrum_status check_def(const thrum_model *model, const thrum_surface_def 
   if (!model || !def)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model or the def is NULL");
 
+  // rows for all coordinates would lose those that follow
+  if (model->shape)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "a condensed model is shown by its shape model: "
+                           "thrum_condensed_shape_model");
+
   // a surface of its own, or vertices of the mesh
   if (def->positions || def->rows) {
     if (!def->positions || !def->rows || def->vertices)

@@ -1,0 +1,38 @@
+/* Whether a condensed model can be believed: its energy against that of the mesh in the same shape.
+ *
+ * Condensing leaves terms of V out, and gives the slaves no inertia. The first is seen where the
+ * body is bent most: there V of the mesh at u = U q(x) and the condensed V_c(x) should agree.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_CONDENSED_CHECK_H
+#define THRUM_DRIVER_CONDENSED_CHECK_H
+
+#include "driver/simulate_figures.h"
+#include "precompute/model/model_fem.h"
+#include "thrum/thrum.h"
+
+/* A zeroed one looks at nothing. */
+typedef struct condensed_check {
+  const thrum_model *model; /* the stepped one */
+  thrum_mesh mesh;
+  thrum_fem fem;
+  double *q, *u;           /* of the shape; owned */
+  double energy;           /* V_c of the shape looked at last, the largest so far [J] */
+  double defect;           /* |V - V_c| / V_c there [1]; NaN: none was looked at */
+  double kinetic, inertia; /* largest kinetic energy with the slaves', and of the slaves [J] */
+} condensed_check;
+
+/* For a stepped model; one whose shape has no mesh is looked at for its inertia alone. */
+thrum_status condensed_check_open(const thrum_model *model, condensed_check *check,
+                                  thrum_error *error);
+void condensed_check_close(condensed_check *check);
+
+/* Looks at the masters x with the velocities v, of any scale, and V_c(x) [J]. */
+void condensed_check_look(condensed_check *check, const double *x, const double *v,
+                          double potential);
+
+/* Fills what figures say of a condensed model, stepped as `model`; the check may be a zeroed one.
+ */
+void condensed_check_report(const condensed_check *check, const thrum_model *model,
+                            simulate_figures *figures);
+
+#endif

@@ -1,0 +1,88 @@
+/* Condensed models: the stiff coordinates of a body follow the soft ones at rest, and are not
+ * stepped (design 16). With q = (x, y), x the first k coordinates (the masters), y the others (the
+ * slaves), and a_h = dV/dy_h at y = 0 without its linear part, quadratic in x:
+ *
+ *   y_h(x) = -a_h(x) / w_h^2 + f_h / w_h^2,    V_c(x) = V(x, 0) - 1/2 sum_h a_h(x)^2 / w_h^2,
+ *
+ * again a quartic polynomial, in k coordinates. f_h is a load on a slave. V_c is V at its least
+ * over y, but for terms of V in x y y, x x x y and higher: where the slaves are not small it may be
+ * wrong, and unlike V nothing bounds it below.
+ *
+ * Two models belong together. The *stepped* model has rank k, the polynomial V_c, and no mesh: it
+ * is what states, batches and the functions of thrum/polynomial.h take. Its *shape model*,
+ * thrum_condensed_shape_model, has the mesh and the basis of all r coordinates: it is what
+ * displacements, surfaces, stress, monitors and loads take, with the r coordinates that
+ * thrum_condensed_shape makes of x. A function that needs a basis therefore refuses the stepped
+ * model (THRUM_MISSING) and never shows a body without its slaves.
+ *
+ * What it costs: the slaves have no inertia and do not vibrate. thrum_condensed_inertia_share says
+ * how much of the kinetic energy that leaves out, thrum_condensed_gap how far slaves and masters
+ * lie apart. Sources: Vizzaccaro et al. 2020, doi:10.1007/s11071-020-05813-1; Touze et al. 2021,
+ * doi:10.1007/s00466-021-02051-1.
+ *
+ * Pure functions; any thread; nothing allocated.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_CONDENSED_MODEL_H
+#define THRUM_CONDENSED_MODEL_H
+
+#include "thrum/api.h"
+#include "thrum/model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Number of masters of a model whose file holds a condensed polynomial (`precompute --condense`),
+ * which thrum_model_condense must make steppable; 0 for every other model. */
+THRUM_API int64_t thrum_model_masters(const thrum_model *model);
+
+/* Bytes that thrum_model_condense needs for this model and this number of masters, into *size.
+ * THRUM_INVALID_ARGUMENT for NULL or masters out of 1 to one less than the model's rank, or above
+ * thrum_model_masters of a model that was precomputed condensed; THRUM_MISSING for a model without
+ * a polynomial; THRUM_BAD_VALUE where a slave has no stiffness. */
+THRUM_API thrum_status thrum_model_condense_size(const thrum_model *model, int64_t masters,
+                                                 size_t *size, thrum_error *error);
+
+/* The stepped model of the lowest `masters` coordinates, in `memory` (the caller's, aligned to 64,
+ * thrum_model_condense_size bytes). `model` is its shape model and must outlive it. A model that is
+ * itself stepped is refused. THRUM_MISALIGNED, THRUM_BUFFER_TOO_SMALL, or as
+ * thrum_model_condense_size. Cost: masters^4 (rank - masters) / 4 operations. */
+THRUM_API thrum_status thrum_model_condense(void *memory, size_t memory_size,
+                                            const thrum_model *model, int64_t masters,
+                                            const thrum_model **condensed, thrum_error *error);
+
+/* The model that shows a body: the shape model of a stepped one, `model` itself where it is not
+ * condensed. */
+THRUM_API const thrum_model *thrum_condensed_shape_model(const thrum_model *model);
+
+/* q (shape model's rank) = (x, y(x)) for the masters x (rank) of a stepped model. load: NULL, or
+ * the load on all coordinates (shape model's rank), whose static answer y gets. Of a model that is
+ * not condensed: a copy. q and x do not overlap. */
+THRUM_API void thrum_condensed_shape(const thrum_model *model, const double *x, const double *load,
+                                     double *q);
+
+/* Velocities of all coordinates, p (shape model's rank) = (v, dy/dx v), at the masters x with the
+ * velocities v (rank each). p overlaps neither. */
+THRUM_API void thrum_condensed_velocity(const thrum_model *model, const double *x, const double *v,
+                                        double *p);
+
+/* reduced (rank) = the force on the masters of a load on all coordinates (shape model's rank) at x:
+ * f_i + sum_h f_h dy_h/dx_i. It depends on x: for a step, take x at its middle. reduced overlaps
+ * neither. */
+THRUM_API void thrum_condensed_load(const thrum_model *model, const double *x, const double *load,
+                                    double *reduced);
+
+/* Kinetic energy of the slaves over that of the whole [1] at x with the velocities v (rank each):
+ * the inertia that condensing leaves out. 0 at rest, and of a model that is not condensed. */
+THRUM_API double thrum_condensed_inertia_share(const thrum_model *model, const double *x,
+                                               const double *v);
+
+/* Lowest frequency of a slave over the highest of a master [1]; INFINITY of a model that is not
+ * condensed. Above 3 the slaves follow well. */
+THRUM_API double thrum_condensed_gap(const thrum_model *model);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,118 @@
+/* Bodies whose stiff coordinates follow the others at rest (thrum/condensed_model.h).
+ *
+ * The stepped model of a scaled body has q = g q', so its slaves follow as y' = g y(x') and a load
+ * f' on them moves them by f' / w'^2, w' the scaled frequency. Forces on the slaves act on the
+ * masters through how they follow in the middle of the step to come, which is extrapolated. Contact
+ * takes the body as it follows at the start of the step: rest positions and rows of U' such that
+ * X' + J x is where the points are, with J = U'_x + U'_y dy/dx.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
+#include "scene/scene_private.h"
+
+#include <string.h>
+
+#include "thrum/condensed_model.h"
+
+/* w'^2 over w^2 of the scaled body. */
+static double stiffening(const scene_body *body) {
+  const thrum_model_scaling *by = &body->derived->by;
+  return by->stiffness / (by->length * by->length * by->density);
+}
+
+void scene_condensed_read(scene_body *body, bool p) {
+  const thrum_model *stepped = body->derived->model, *shape = body->model;
+  const int64_t masters = stepped->rank;
+  double x[THRUM_RANK_MAX], v[THRUM_RANK_MAX];
+  memcpy(x, body->q, (size_t)masters * sizeof *x);
+
+  // the slaves at rest, and their static answer to the load of the last step
+  const double scale = stiffening(body);
+  thrum_condensed_shape(stepped, x, NULL, body->q);
+  for (int64_t h = masters; h < shape->rank; h++)
+    body->q[h] = body->g * body->q[h] + body->answered[h] / (scale * shape->omega2[h]);
+
+  if (!p)
+    return;
+  memcpy(v, body->p, (size_t)masters * sizeof *v);
+  thrum_condensed_velocity(stepped, x, v, body->p);
+  for (int64_t h = masters; h < shape->rank; h++)
+    body->p[h] *= body->g;
+}
+
+/* vector (model's rank) in place: its force on the masters, with the slaves' part left as it is. */
+static void reduce(const scene_body *body, double *vector) {
+  const thrum_model *stepped = body->derived->model;
+  const int64_t masters = stepped->rank, all = body->model->rank;
+  double load[THRUM_RANK_MAX], reduced[THRUM_RANK_MAX];
+  memcpy(load, vector, (size_t)all * sizeof *load);
+  for (int64_t h = masters; h < all; h++)
+    load[h] *= body->g;
+  thrum_condensed_load(stepped, body->middle, load, reduced);
+  memcpy(vector, reduced, (size_t)masters * sizeof *reduced);
+}
+
+void scene_condensed_load(const scene_body *body, bool base) {
+  memcpy(body->answered, body->force, (size_t)body->model->rank * sizeof *body->answered);
+  reduce(body, body->force);
+  if (base)
+    reduce(body, body->inertia);
+}
+
+void scene_condensed_extrapolate(const scene_body *body) {
+  for (int64_t i = 0; i < body->derived->rank; i++)
+    body->middle[i] = 1.5 * body->q[i] - 0.5 * body->before[i];
+}
+
+/* dy'_h/dx at the present x, slaves x masters, into the body's slopes. */
+static void fill_slopes(const scene_body *body) {
+  const thrum_model *stepped = body->derived->model;
+  const int64_t masters = stepped->rank, all = body->model->rank;
+  double unit[THRUM_RANK_MAX] = {0}, column[THRUM_RANK_MAX];
+  for (int64_t i = 0; i < masters; i++) {
+    unit[i] = 1;
+    thrum_condensed_velocity(stepped, body->q, unit, column);
+    unit[i] = 0;
+    for (int64_t h = masters; h < all; h++)
+      body->slopes[(h - masters) * masters + i] = body->g * column[h];
+  }
+}
+
+thrum_status scene_condensed_touch(scene_body *body, thrum_error *error) {
+  THRUM_TRY(scene_body_read(body, false, error));
+  fill_slopes(body);
+  scene_touch *touch = body->touch;
+  const thrum_model *shape = body->model;
+  const int64_t masters = body->derived->rank, all = shape->rank;
+
+  // y' less its linear part: what the rows at x would show twice
+  double offset[THRUM_RANK_MAX];
+  for (int64_t h = masters; h < all; h++) {
+    const double *slope = body->slopes + (h - masters) * masters;
+    offset[h] = body->q[h];
+    for (int64_t i = 0; i < masters; i++)
+      offset[h] -= slope[i] * body->q[i];
+  }
+
+  for (int64_t n = 0; n < touch->count; n++) {
+    const int64_t vertex = touch->vertices[n];
+    if (vertex < 0)
+      continue;
+    for (int64_t axis = 0; axis < 3; axis++) {
+      const double *row = shape->basis + (3 * vertex + axis) * all;
+      double *to = touch->rows + (3 * n + axis) * masters;
+      double rest = body->derived->by.length * shape->vertices[3 * vertex + axis];
+      for (int64_t i = 0; i < masters; i++)
+        to[i] = body->k * row[i];
+      for (int64_t h = masters; h < all; h++) {
+        const double *slope = body->slopes + (h - masters) * masters, u = body->k * row[h];
+        rest += u * offset[h];
+        for (int64_t i = 0; i < masters; i++)
+          to[i] += u * slope[i];
+      }
+      touch->rest[3 * n + axis] = rest;
+    }
+  }
+  return THRUM_OK;
+}

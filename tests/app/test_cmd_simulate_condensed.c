@@ -1,0 +1,125 @@
+/* `thrum simulate --condense`: it is near the whole model and shows all coordinates, a scene does
+ * the same, and what it leaves out is said. SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <math.h>
+
+#include "io/npy_file.h"
+#include "tests/support/simulate_support.h"
+#include "tests/support/test_folder.h"
+
+enum { RANK = 15 };
+
+static int make_models(void **state) {
+  (void)state;
+  static const double kick[2 * RANK] = {[RANK] = 0.3};
+  return test_folder_make(folder) == NULL || !precompute_beam("12x2x2@1x0.1x0.1", "6", "15") ||
+         !save_npy(in_folder("kick.npy"), kick, 2, RANK);
+}
+
+/* Simulates into `run_name`; the caller frees the JSON. */
+static cJSON *simulate(const char *run_name, const char *start, const char *condense, int code) {
+  program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", run_name, "--json", "-q",
+                                 "--time", "0.6", "--integrator", "energy", "--start", start,
+                                 condense ? "--condense" : NULL, condense, NULL);
+  if (run.exit_code != code)
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  cJSON *object = json_line(run.out);
+  assert_non_null(object);
+  program_result_free(&run);
+  return object;
+}
+
+static double *read_q(const char *name, int64_t *rows) {
+  double *values = NULL;
+  int64_t columns = 0;
+  assert_int_equal(thrum_npy_read_f8(in_folder(name), &values, rows, &columns, NULL), 0);
+  assert_int_equal(columns, RANK);
+  return values;
+}
+
+/* rms of the difference over the rms of the second, of coordinates from `from` on. */
+static double difference(const char *name, const char *other, int from) {
+  int64_t rows = 0, others = 0;
+  double *q = read_q(name, &rows), *whole = read_q(other, &others), sum = 0, size = 0;
+  assert_int_equal(rows, others);
+  for (int64_t k = 0; k < RANK * rows; k++) {
+    if (k % RANK < from)
+      continue;
+    sum += (q[k] - whole[k]) * (q[k] - whole[k]);
+    size += whole[k] * whole[k];
+  }
+  free(q);
+  free(whole);
+  return sqrt(sum / size);
+}
+
+static void a_smooth_swing_is_that_of_the_whole_model_with_what_follows(void **state) {
+  (void)state;
+  cJSON_Delete(simulate("whole", "kick.npy", NULL, 0));
+  cJSON *object = simulate("condensed", "kick.npy", "6", 0);
+  assert_true(difference("condensed/q.npy", "whole/q.npy", 0) < 0.01);
+  assert_true(difference("condensed/q.npy", "whole/q.npy", 6) < 0.1);
+
+  // it says how many are stepped, and how far it can be believed
+  const cJSON *condensed = cJSON_GetObjectItem(object, "condensed");
+  assert_true(json_value(condensed, "masters") == 6);
+  assert_true(json_value(condensed, "frequency_gap") > 1);
+  assert_true(json_value(condensed, "inertia_share") < 0.005);
+  assert_true(json_value(condensed, "energy_defect") < 0.02);
+  assert_true(json_value(object, "rank") == RANK);
+  cJSON_Delete(object);
+}
+
+static void a_scene_steps_it_alike(void **state) {
+  (void)state;
+  assert_true(text_file_write(
+      in_folder("scene.json"),
+      "{\"bodies\":[{\"name\":\"a\",\"model\":\"beam.npz\",\"start\":\"kick.npy\",\"condense\":6}],"
+      "\"time\":0.6,\"integrator\":\"energy\"}"));
+  program_result run = thrum_run(folder, "simulate", "scene.json", "-o", "scene", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  program_result_free(&run);
+  cJSON_Delete(simulate("alone", "kick.npy", "6", 0));
+  assert_true(difference("scene/a/q.npy", "alone/q.npy", 0) == 0);
+}
+
+static void a_large_swing_is_flagged(void **state) {
+  (void)state;
+  cJSON *object = simulate("large", "mode:1,0.5", "2", 3);
+  assert_string_equal(cJSON_GetObjectItem(object, "status")->valuestring, "condensed_wrong");
+  cJSON_Delete(object);
+}
+
+static void what_cannot_be_condensed_is_refused(void **state) {
+  (void)state;
+  static const char *const cases[][4] = {
+      {"--condense", "15", NULL, "1 to 14"},
+      {"--condense", "0", NULL, "--condense"},
+      {"--condense", "4", "--full", "--condense is of a reduced model"},
+      {"--condense", "4", "--start=mode:5,0.1", "coordinates 1 to 4"},
+  };
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "no", "-q", cases[n][0],
+                                   cases[n][1], cases[n][2], NULL);
+    assert_true(run.exit_code == 1 || run.exit_code == 2);
+    if (strstr(run.err, cases[n][3]) == NULL)
+      fail_msg("case %zu: %s", n, run.err);
+    program_result_free(&run);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_smooth_swing_is_that_of_the_whole_model_with_what_follows),
+      cmocka_unit_test(a_scene_steps_it_alike),
+      cmocka_unit_test(a_large_swing_is_flagged),
+      cmocka_unit_test(what_cannot_be_condensed_is_refused),
+  };
+  return cmocka_run_group_tests(tests, make_models, remove_folder);
+}

@@ -1,0 +1,315 @@
+/* Tests of condensed models: the slaves minimise the energy, velocities and loads are derivatives
+ * of how they follow, and what needs a basis refuses a model that is stepped without its slaves.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/state_support.h"
+
+#include "thrum/condensed_model.h"
+#include "thrum/displacement.h"
+#include "thrum/external_load.h"
+#include "thrum/polynomial.h"
+#include "thrum/surface.h"
+
+enum { RANK = 9, MASTERS = 4 };
+
+static void *condense(const thrum_model *model, int64_t masters, const thrum_model **condensed) {
+  size_t size = 0;
+  thrum_error error;
+  if (thrum_model_condense_size(model, masters, &size, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  void *memory = aligned_alloc(64, size);
+  assert_non_null(memory);
+  memset(memory, 0xa5, size);
+  if (thrum_model_condense(memory, size, model, masters, condensed, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  return memory;
+}
+
+/* V of a model, with work of its own. */
+static double energy_of(const thrum_model *model, const double *q) {
+  double *work = random_alloc((int64_t)thrum_work_count(model), sizeof(double));
+  const double v = thrum_strain_energy(model, q, work);
+  free(work);
+  return v;
+}
+
+/* The terms of V that condensing keeps: those without a slave, one slave times two masters, and the
+ * slaves' own stiffness; summed over all monomials. */
+static double kept_terms(const thrum_model *model, int64_t masters, const double *q) {
+  double sum = 0;
+  for (int64_t i = 0; i < model->rank; i++)
+    sum += 0.5 * model->omega2[i] * q[i] * q[i];
+  for (int64_t i = 0; i < masters; i++)
+    for (int64_t j = i; j < masters; j++)
+      for (int64_t k = j; k < model->rank; k++) {
+        sum += model->c3[thrum_c3_index(model->rank, i, j, k)] * q[i] * q[j] * q[k];
+        for (int64_t l = k; l < masters; l++)
+          sum += model->c4[thrum_c4_index(model->rank, i, j, k, l)] * q[i] * q[j] * q[k] * q[l];
+      }
+  return sum;
+}
+
+static void the_condensed_energy_is_the_least_over_all_slaves(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make_wild(&m, 11, RANK);
+  for (int64_t masters = 1; masters < RANK; masters++) {
+    const thrum_model *stepped = NULL;
+    void *memory = condense(&m.model, masters, &stepped);
+    random_state random = {(uint64_t)masters};
+    for (int n = 0; n < 5; n++) {
+      // at the slaves' rest both energies agree
+      double x[RANK], q[RANK], away[RANK];
+      random_vector(&random, masters, 1, x);
+      thrum_condensed_shape(stepped, x, NULL, q);
+      const double least = kept_terms(&m.model, masters, q);
+      assert_true(fabs(energy_of(stepped, x) - least) <= 1e-12 * (1 + fabs(least)));
+
+      // anywhere else there is more of it, by the slaves' stiffness
+      memcpy(away, q, sizeof q);
+      double more = 0;
+      for (int64_t h = masters; h < RANK; h++) {
+        const double by = random_uniform(&random);
+        away[h] += by;
+        more += 0.5 * m.omega2[h] * by * by;
+      }
+      assert_true(fabs(kept_terms(&m.model, masters, away) - least - more) <=
+                  1e-11 * (1 + fabs(least)));
+    }
+    free(memory);
+  }
+  random_model_free(&m);
+}
+
+static void a_load_on_the_slaves_moves_where_they_rest(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make_wild(&m, 12, RANK);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, MASTERS, &stepped);
+  random_state random = {3};
+  double x[MASTERS], f[RANK], free_q[RANK], loaded[RANK];
+  random_vector(&random, MASTERS, 1, x);
+  random_vector(&random, RANK, 1, f);
+
+  // each slave moves by its share of the load over its stiffness, the masters stay
+  thrum_condensed_shape(stepped, x, NULL, free_q);
+  thrum_condensed_shape(stepped, x, f, loaded);
+  for (int64_t i = 0; i < RANK; i++) {
+    const double moved = i < MASTERS ? 0 : f[i] / m.omega2[i];
+    assert_true(fabs(loaded[i] - free_q[i] - moved) <= 1e-14);
+  }
+  free(memory);
+  random_model_free(&m);
+}
+
+static void velocities_are_the_derivative_of_the_shape_and_loads_their_transpose(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make_wild(&m, 13, RANK);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, MASTERS, &stepped);
+  random_state random = {5};
+  double x[MASTERS], v[MASTERS], f[RANK], p[RANK], reduced[MASTERS];
+  random_vector(&random, MASTERS, 1, x);
+  random_vector(&random, MASTERS, 1, v);
+  random_vector(&random, RANK, 1, f);
+
+  // the shape is quadratic, so its central difference is exact
+  double ahead[MASTERS], behind[MASTERS], q_ahead[RANK], q_behind[RANK];
+  for (int i = 0; i < MASTERS; i++) {
+    ahead[i] = x[i] + 0.5 * v[i];
+    behind[i] = x[i] - 0.5 * v[i];
+  }
+  thrum_condensed_shape(stepped, ahead, NULL, q_ahead);
+  thrum_condensed_shape(stepped, behind, NULL, q_behind);
+  thrum_condensed_velocity(stepped, x, v, p);
+  for (int i = 0; i < RANK; i++)
+    assert_true(fabs(p[i] - (q_ahead[i] - q_behind[i])) <= 1e-13);
+
+  // power of the load on all coordinates is that of the reduced one on the masters
+  double power = 0, of_masters = 0;
+  thrum_condensed_load(stepped, x, f, reduced);
+  for (int i = 0; i < RANK; i++)
+    power += f[i] * p[i];
+  for (int i = 0; i < MASTERS; i++)
+    of_masters += reduced[i] * v[i];
+  assert_true(fabs(power - of_masters) <= 1e-12);
+
+  // and the share of the inertia is that of these velocities
+  double whole = 0, left_out = 0;
+  for (int i = 0; i < RANK; i++) {
+    whole += p[i] * p[i];
+    left_out += i < MASTERS ? 0 : p[i] * p[i];
+  }
+  assert_true(fabs(thrum_condensed_inertia_share(stepped, x, v) - left_out / whole) <= 1e-14);
+  const double still[MASTERS] = {0};
+  assert_true(thrum_condensed_inertia_share(stepped, x, still) == 0);
+  free(memory);
+  random_model_free(&m);
+}
+
+/* A model as a file of `precompute --condense` gives it: the arrays of `stepped` and its shape. */
+static thrum_model as_precomputed(const random_model *m, const thrum_model *stepped) {
+  thrum_model model = m->model;
+  model.c3 = model.c4 = NULL;
+  model.c3_count = model.c4_count = 0;
+  model.slave_map = stepped->follow;
+  model.condensed_c3 = stepped->c3;
+  model.condensed_c4 = stepped->c4;
+  model.slave_count = m->model.rank - stepped->rank;
+  model.slave_pairs = stepped->rank * (stepped->rank + 1) / 2;
+  model.condensed_c3_count = stepped->c3_count;
+  model.condensed_c4_count = stepped->c4_count;
+  return model;
+}
+
+static void a_model_that_was_precomputed_condensed_gives_the_same_models(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make_wild(&m, 14, RANK);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, 6, &stepped);
+  const thrum_model file = as_precomputed(&m, stepped);
+  assert_int_equal(thrum_model_check(&file, NULL), THRUM_OK);
+  assert_int_equal(thrum_model_masters(&file), 6);
+  assert_int_equal(thrum_model_masters(&m.model), 0);
+
+  for (int64_t masters = 1; masters <= 6; masters++) {
+    // all of its masters, or fewer
+    const thrum_model *one = NULL, *other = NULL;
+    void *own = condense(&m.model, masters, &one), *again = condense(&file, masters, &other);
+    assert_true(largest_difference(one->c3, other->c3, one->c3_count) == 0);
+    assert_true(largest_difference(one->c4, other->c4, one->c4_count) <= 1e-12);
+    assert_true(largest_difference(one->follow, other->follow,
+                                   (RANK - masters) * masters * (masters + 1) / 2) == 0);
+    free(own);
+    free(again);
+  }
+
+  // coordinates that are slaves in the file cannot be stepped, and neither can the file itself
+  size_t size;
+  thrum_error error;
+  assert_int_equal(thrum_model_condense_size(&file, 7, &size, &error), THRUM_INVALID_ARGUMENT);
+  thrum_state_def def = thrum_default_state_def();
+  assert_int_equal(thrum_state_size(&file, &def, &size, &error), THRUM_MISSING);
+  assert_non_null(strstr(error.message, "thrum_model_condense"));
+  assert_int_equal(thrum_model_truncate_size(&file, 3, &size, &error), THRUM_INVALID_ARGUMENT);
+
+  free(memory);
+  random_model_free(&m);
+}
+
+static void arrays_of_a_condensed_model_that_do_not_fit_are_refused(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make_wild(&m, 15, RANK);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, 6, &stepped);
+  thrum_error error;
+
+  thrum_model bad = as_precomputed(&m, stepped);
+  bad.condensed_c4 = NULL;
+  assert_int_equal(thrum_model_check(&bad, &error), THRUM_MISSING);
+  bad = as_precomputed(&m, stepped);
+  bad.c3 = m.c3;
+  assert_int_equal(thrum_model_check(&bad, &error), THRUM_BAD_SHAPE);
+  bad = as_precomputed(&m, stepped);
+  bad.slave_pairs--;
+  assert_int_equal(thrum_model_check(&bad, &error), THRUM_BAD_SHAPE);
+  assert_non_null(strstr(error.message, "slave_map"));
+  bad = as_precomputed(&m, stepped);
+  bad.slave_count = RANK;
+  assert_int_equal(thrum_model_check(&bad, &error), THRUM_BAD_SHAPE);
+  bad = m.model;
+  bad.slave_count = 2;
+  assert_int_equal(thrum_model_check(&bad, &error), THRUM_BAD_SHAPE);
+  bad = m.model;
+  bad.c4 = NULL;
+  assert_int_equal(thrum_model_check(&bad, &error), THRUM_MISSING);
+
+  free(memory);
+  random_model_free(&m);
+}
+
+static void what_needs_a_basis_refuses_the_stepped_model(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 16, RANK, 5, 200, 1.0);
+  random_model_add_mesh(&m, 5, 7);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, MASTERS, &stepped);
+  assert_ptr_equal(thrum_condensed_shape_model(stepped), &m.model);
+  assert_ptr_equal(thrum_condensed_shape_model(&m.model), &m.model);
+  assert_true(thrum_condensed_gap(stepped) == sqrt(m.omega2[MASTERS] / m.omega2[MASTERS - 1]));
+  assert_true(thrum_condensed_gap(&m.model) == INFINITY);
+
+  // displacements and loads of the stepped model would lack the slaves
+  thrum_error error;
+  double q[RANK] = {0}, u[3];
+  const double down[3] = {0, 0, -9.81};
+  assert_int_equal(thrum_displacement(stepped, q, 0, 1, u, &error), THRUM_MISSING);
+  assert_int_equal(thrum_load_add_gravity(stepped, down, q, &error), THRUM_MISSING);
+  const double positions[3] = {0};
+  const float rows[3 * RANK] = {0};
+  const thrum_surface_def def = {
+      .vertex_count = 1, .positions = positions, .rows = rows, .row_rank = RANK};
+  size_t size;
+  assert_int_equal(thrum_surface_size(stepped, &def, &size, &error), THRUM_MISSING);
+
+  // what is condensed already has no slaves left to give
+  assert_int_equal(thrum_model_condense_size(stepped, 2, &size, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_model_condense_size(&m.model, RANK, &size, &error),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_model_condense_size(&m.model, 0, &size, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_model_condense_size(NULL, 2, &size, &error), THRUM_INVALID_ARGUMENT);
+
+  // memory that does not fit
+  const thrum_model *made = NULL;
+  assert_int_equal(thrum_model_condense_size(&m.model, 2, &size, &error), THRUM_OK);
+  unsigned char *own = aligned_alloc(64, size + 64);
+  assert_non_null(own);
+  assert_int_equal(thrum_model_condense(own, size - 1, &m.model, 2, &made, &error),
+                   THRUM_BUFFER_TOO_SMALL);
+  assert_int_equal(thrum_model_condense(own + 8, size, &m.model, 2, &made, &error),
+                   THRUM_MISALIGNED);
+  assert_null(made);
+  free(own);
+  free(memory);
+  random_model_free(&m);
+}
+
+static void the_energy_scheme_keeps_the_energy_of_a_condensed_model(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 17, 12, 5, 200, 1.0);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, 3, &stepped);
+  thrum_state_def def = thrum_default_state_def();
+  def.integrator = THRUM_INTEGRATOR_ENERGY;
+  def.dt = 0.01;
+  thrum_state *state = state_make(stepped, &def);
+  static const double q[3] = {0.3, -0.2, 0.1}, p[3] = {1, 0.5, -0.5};
+  thrum_energies before, after;
+  state_put(stepped, state, q, p);
+  assert_int_equal(thrum_state_energies(stepped, state, &before, NULL), THRUM_OK);
+  state_steps(stepped, state, 2000);
+  assert_int_equal(thrum_state_energies(stepped, state, &after, NULL), THRUM_OK);
+  assert_true(fabs(after.total - before.total) <= 1e-9 * before.total);
+  state_free(state);
+  free(memory);
+  random_model_free(&m);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(the_condensed_energy_is_the_least_over_all_slaves),
+      cmocka_unit_test(a_load_on_the_slaves_moves_where_they_rest),
+      cmocka_unit_test(velocities_are_the_derivative_of_the_shape_and_loads_their_transpose),
+      cmocka_unit_test(a_model_that_was_precomputed_condensed_gives_the_same_models),
+      cmocka_unit_test(arrays_of_a_condensed_model_that_do_not_fit_are_refused),
+      cmocka_unit_test(what_needs_a_basis_refuses_the_stepped_model),
+      cmocka_unit_test(the_energy_scheme_keeps_the_energy_of_a_condensed_model),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,257 @@
+/* Tests of condensed bodies in scenes: they step with the bits of their model alone, are shown with
+ * their slaves, scale exactly, and go on from a snapshot with the same bits.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/state_support.h"
+
+#include "thrum/condensed_model.h"
+#include "thrum/external_load.h"
+#include "thrum/scene.h"
+
+enum { RANK = 8, MASTERS = 3, VERTICES = 9, STEPS = 200 };
+
+static thrum_error error;
+
+#define MUST(call)                                                                                 \
+  do {                                                                                             \
+    if ((call) < 0)                                                                                \
+      fail_msg("%s", error.message);                                                               \
+  } while (0)
+
+static void make_model(random_model *m) {
+  random_model_make(m, 11, RANK, 3, 100, 1);
+  random_model_add_mesh(m, 12, VERTICES);
+  random_model_pack(m);
+}
+
+static thrum_scene_body_def def_of(const random_model *m) {
+  static const double q[RANK] = {0.2, -0.1, 0.1}, p[RANK] = {1, 0.5, -0.5};
+  thrum_scene_body_def def = thrum_default_scene_body_def();
+  def.model = &m->model;
+  def.condense = MASTERS;
+  def.state.integrator = THRUM_INTEGRATOR_ENERGY;
+  def.q = q;
+  def.p = p;
+  return def;
+}
+
+/* A scene of one body at dt, with gravity. */
+static thrum_scene *scene_of(const thrum_scene_body_def *def, double dt, const double gravity[3]) {
+  thrum_scene *scene = NULL;
+  MUST(thrum_scene_make(dt, &scene, &error));
+  if (gravity)
+    MUST(thrum_scene_set_gravity(scene, gravity, &error));
+  MUST(thrum_scene_add_body(scene, def, NULL, &error));
+  return scene;
+}
+
+static void steps(thrum_scene *scene, int count) {
+  for (int k = 0; k < count; k++)
+    MUST(thrum_scene_step(scene, &error));
+}
+
+static void a_condensed_body_has_the_bits_of_its_model_alone_and_shows_its_slaves(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  const thrum_scene_body_def def = def_of(&m);
+  thrum_scene *scene = scene_of(&def, 0.003, NULL);
+  steps(scene, STEPS);
+
+  // the same by the library's own calls
+  size_t size = 0;
+  const thrum_model *stepped = NULL;
+  MUST(thrum_model_condense_size(&m.model, MASTERS, &size, &error));
+  void *memory = aligned_alloc(64, size);
+  assert_non_null(memory);
+  MUST(thrum_model_condense(memory, size, &m.model, MASTERS, &stepped, &error));
+  thrum_state_def state_def = def.state;
+  state_def.dt = 0.003;
+  thrum_state *state = state_make(stepped, &state_def);
+  state_put(stepped, state, def.q, def.p);
+  state_steps(stepped, state, STEPS);
+
+  // its coordinates, all of them
+  double x[MASTERS], v[MASTERS], shape[RANK], velocity[RANK], q[RANK], p[RANK];
+  MUST(thrum_state_get(stepped, state, x, v, &error));
+  thrum_condensed_shape(stepped, x, NULL, shape);
+  thrum_condensed_velocity(stepped, x, v, velocity);
+  MUST(thrum_scene_body_get(scene, 0, q, p, &error));
+  assert_memory_equal(q, shape, sizeof q);
+  assert_memory_equal(p, velocity, sizeof p);
+
+  // a vertex is where the shape model has it
+  double u[3], position[3];
+  MUST(thrum_displacement(&m.model, shape, 4, 1, u, &error));
+  MUST(thrum_scene_body_vertex(scene, 0, 4, position, NULL, &error));
+  for (int axis = 0; axis < 3; axis++)
+    assert_true(fabs(position[axis] - m.vertices[12 + axis] - u[axis]) <= 1e-12);
+  thrum_scene_body_info info;
+  MUST(thrum_scene_body(scene, 0, &info, &error));
+  assert_int_equal(info.rank, MASTERS);
+  assert_int_equal(info.shown, RANK);
+  assert_int_equal(info.condensed, 1);
+
+  state_free(state);
+  free(memory);
+  thrum_scene_free(scene);
+  random_model_free(&m);
+}
+
+static void a_scaled_body_is_the_body_scaled(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+
+  // lengths by 2, the same frequencies: gravity twice as large makes all displacements twice as
+  // large
+  const double once[3] = {1, 2, -3}, twice[3] = {2, 4, -6};
+  thrum_scene_body_def def = def_of(&m);
+  def.q = def.p = NULL;
+  thrum_scene *small = scene_of(&def, 0.003, once);
+  def.scale = 2;
+  def.stiffness = 4;
+  thrum_scene *large = scene_of(&def, 0.003, twice);
+  steps(small, STEPS);
+  steps(large, STEPS);
+
+  // both are shown by the same coordinates of the model as it was given, slaves included
+  double a[RANK], b[RANK], slaves = 0;
+  MUST(thrum_scene_body_shape(small, 0, a, &error));
+  MUST(thrum_scene_body_shape(large, 0, b, &error));
+  for (int i = 0; i < RANK; i++) {
+    assert_true(fabs(a[i] - b[i]) <= 1e-9 * (1e-3 + fabs(a[i])));
+    slaves += i < MASTERS ? 0 : fabs(a[i]);
+  }
+  assert_true(slaves > 1e-6);
+  thrum_scene_free(small);
+  thrum_scene_free(large);
+  random_model_free(&m);
+}
+
+static void a_constant_load_ends_where_the_energy_and_its_potential_are_least(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  const double gravity[3] = {3, -2, 1};
+  thrum_scene_body_def def = def_of(&m);
+  def.q = def.p = NULL;
+  def.state.damping_alpha = 6;
+  thrum_scene *scene = scene_of(&def, 0.003, gravity);
+  steps(scene, 4000);
+
+  // R of the condensed model is the force on the masters, the slaves' part of the load included
+  size_t size = 0;
+  const thrum_model *stepped = NULL;
+  MUST(thrum_model_condense_size(&m.model, MASTERS, &size, &error));
+  void *memory = aligned_alloc(64, size);
+  assert_non_null(memory);
+  MUST(thrum_model_condense(memory, size, &m.model, MASTERS, &stepped, &error));
+  double q[RANK], f[RANK] = {0}, reduced[MASTERS], force[MASTERS];
+  double *work = random_alloc((int64_t)thrum_work_count(stepped), sizeof(double));
+  MUST(thrum_scene_body_get(scene, 0, q, NULL, &error));
+  MUST(thrum_load_add_gravity(&m.model, gravity, f, &error));
+  thrum_condensed_load(stepped, q, f, reduced);
+  thrum_internal_force(stepped, q, force, work);
+  for (int i = 0; i < MASTERS; i++)
+    assert_true(fabs(force[i] - reduced[i]) <= 1e-6 * (1 + fabs(reduced[i])));
+
+  // and the slaves have their static answer
+  double shape[RANK];
+  thrum_condensed_shape(stepped, q, f, shape);
+  for (int i = 0; i < RANK; i++)
+    assert_true(fabs(shape[i] - q[i]) <= 1e-12);
+
+  free(work);
+  free(memory);
+  thrum_scene_free(scene);
+  random_model_free(&m);
+}
+
+static void a_snapshot_goes_on_with_the_same_bits(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  const double gravity[3] = {3, -2, 1};
+  const thrum_scene_body_def def = def_of(&m);
+  thrum_scene *scene = scene_of(&def, 0.003, gravity);
+  steps(scene, 50);
+  const size_t size = thrum_scene_snapshot_size(scene);
+  void *kept = malloc(size);
+  assert_non_null(kept);
+  MUST(thrum_scene_snapshot(scene, kept, size, &error));
+  double first[RANK], again[RANK], at[RANK], restored[RANK];
+  MUST(thrum_scene_body_get(scene, 0, at, NULL, &error));
+  steps(scene, 50);
+  MUST(thrum_scene_body_get(scene, 0, first, NULL, &error));
+  MUST(thrum_scene_restore(scene, kept, size, &error));
+  MUST(thrum_scene_body_get(scene, 0, restored, NULL, &error));
+  steps(scene, 50);
+  MUST(thrum_scene_body_get(scene, 0, again, NULL, &error));
+  assert_memory_equal(restored, at, sizeof at);
+  assert_memory_equal(again, first, sizeof first);
+  free(kept);
+  thrum_scene_free(scene);
+  random_model_free(&m);
+}
+
+static void the_number_of_masters_can_change_without_a_jump_of_the_shape(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  const thrum_scene_body_def def = def_of(&m);
+  thrum_scene *scene = scene_of(&def, 0.003, NULL);
+  steps(scene, 50);
+
+  // coordinates that become masters go on from where they followed
+  double before[RANK], after[RANK];
+  MUST(thrum_scene_body_get(scene, 0, before, NULL, &error));
+  MUST(thrum_scene_set_rank(scene, 0, MASTERS + 2, &error));
+  MUST(thrum_scene_body_get(scene, 0, after, NULL, &error));
+  for (int i = 0; i < MASTERS + 2; i++)
+    assert_true(after[i] == before[i]);
+  thrum_scene_body_info info;
+  MUST(thrum_scene_body(scene, 0, &info, &error));
+  assert_int_equal(info.rank, MASTERS + 2);
+  assert_int_equal(info.condensed, 1);
+  steps(scene, 50);
+
+  // at least one coordinate must follow
+  assert_true(thrum_scene_set_rank(scene, 0, RANK, &error) < 0);
+  thrum_scene_free(scene);
+  random_model_free(&m);
+}
+
+static void what_cannot_be_condensed_is_refused(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  thrum_scene *scene = NULL;
+  MUST(thrum_scene_make(0.003, &scene, &error));
+  thrum_scene_body_def def = def_of(&m);
+  def.rank = 5;
+  assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &error), THRUM_INVALID_ARGUMENT);
+  def.rank = 0;
+  def.condense = RANK;
+  assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &error), THRUM_INVALID_ARGUMENT);
+  def.condense = -1;
+  assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &error), THRUM_INVALID_ARGUMENT);
+  def.condense = MASTERS;
+  def.start_mode = MASTERS + 1;
+  assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_scene_body_count(scene), 0);
+  thrum_scene_free(scene);
+  random_model_free(&m);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_condensed_body_has_the_bits_of_its_model_alone_and_shows_its_slaves),
+      cmocka_unit_test(a_scaled_body_is_the_body_scaled),
+      cmocka_unit_test(a_constant_load_ends_where_the_energy_and_its_potential_are_least),
+      cmocka_unit_test(a_snapshot_goes_on_with_the_same_bits),
+      cmocka_unit_test(the_number_of_masters_can_change_without_a_jump_of_the_shape),
+      cmocka_unit_test(what_cannot_be_condensed_is_refused),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
