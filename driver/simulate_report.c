@@ -323,9 +323,10 @@ void simulate_report_table(const simulate_figures *figures, const run_output *ou
 
   // the headline names the integrator asked for, so a run that another one stepped says so
   if (report->switched_steps > 0)
-    printf("switched     %" PRId64 " of these steps were the energy integrator's, to which imexv "
-           "switched when its energy drifted\n",
-           report->switched_steps);
+    printf("switched     %" PRId64
+           " of these steps were the energy integrator's, to which %s switched "
+           "when its energy drifted\n",
+           report->switched_steps, thrum_integrator_name(request->def.integrator));
 
   if (report->tightened > 0)
     printf("spurious     %.3g J between slow and fast modes by corrections that were not verified, "
