@@ -197,6 +197,10 @@ static void add_channel(const glb *g, cJSON *samplers, cJSON *channels, const ch
 static void add_animation(glb *g) {
   const int64_t rank = g->run->rank;
   cJSON *animation = cJSON_CreateObject();
+
+  // other programs show the name of an animation
+  if (g->run->stepped_by[0] != 0)
+    cJSON_AddStringToObject(animation, "name", g->run->stepped_by);
   cJSON *samplers = cJSON_AddArrayToObject(animation, "samplers");
   cJSON *channels = cJSON_AddArrayToObject(animation, "channels");
   add_channel(g, samplers, channels, "weights", rank + 3);

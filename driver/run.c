@@ -198,6 +198,6 @@ void driver_run_warn(const driver_run *run) {
                   "of the strain energy wrong where the body is bent most: do not trust the timing "
                   "of this motion; take another number of coordinates, or the model uncondensed",
                   who, 100 * figures->inertia_share, 100 * figures->energy_defect);
-    simulate_measures_warn(&body->measures);
+    simulate_measures_warn(&body->measures, who);
   }
 }

@@ -170,6 +170,11 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
     status =
         load_model(path, model != NULL ? model : named, hash, model != NULL, &read.model, error);
 
+  // "imexv, switched to energy after 24 steps"
+  const char *stepped_by =
+      cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(object, "stepped_by"));
+  snprintf(read.stepped_by, sizeof read.stepped_by, "%s", stepped_by != NULL ? stepped_by : "");
+
   // a body of a scene may be placed, and may move as a whole
   const cJSON *placement = cJSON_GetObjectItemCaseSensitive(object, "placement");
   const bool moves = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(placement, "free"));

@@ -15,7 +15,8 @@ typedef struct recorded_run {
   double *times; /* rows, ascending [s] */
   double *q;     /* rows x rank */
   run_placement place;
-  double *places; /* rows x RUN_PLACEMENT_COLUMNS; NULL: the body stays where it stands */
+  char stepped_by[128]; /* what stepped it, for people; "": the run does not say */
+  double *places;       /* rows x RUN_PLACEMENT_COLUMNS; NULL: the body stays where it stands */
 } recorded_run;
 
 /* Is there a run.json in the folder? */

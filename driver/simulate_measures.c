@@ -218,32 +218,33 @@ void simulate_measures_table(const simulate_measures *m) {
          m->record.reach_most);
 }
 
-void simulate_measures_warn(const simulate_measures *m) {
+void simulate_measures_warn(const simulate_measures *m, const char *who) {
   const thrum_monitor_record *record = &m->record;
 
   // an inverted element was compressed first, so one message is enough
   if (record->warnings & THRUM_WARNING_INVERTED) {
     config_warn(
-        "tetrahedron %d was turned inside out; the first time by %g s. The material allows it "
+        "%stetrahedron %d was turned inside out; the first time by %g s. The material allows it "
         "and no real one does: lower the load",
-        (int)record->stretch_tet + 1, m->warned_at[place_of(THRUM_WARNING_INVERTED)]);
+        who, (int)record->stretch_tet + 1, m->warned_at[place_of(THRUM_WARNING_INVERTED)]);
   } else if (record->warnings & THRUM_WARNING_COMPRESSED) {
-    config_warn("tetrahedron %d was compressed to %.3f of its length; below 0.577, first passed by "
-                "%g s, StVK gives way: do not trust what follows",
-                (int)record->stretch_tet + 1, record->stretch_least,
-                m->warned_at[place_of(THRUM_WARNING_COMPRESSED)]);
+    config_warn(
+        "%stetrahedron %d was compressed to %.3f of its length; below 0.577, first passed by "
+        "%g s, StVK gives way: do not trust what follows",
+        who, (int)record->stretch_tet + 1, record->stretch_least,
+        m->warned_at[place_of(THRUM_WARNING_COMPRESSED)]);
   }
 
   // the basis was made for smaller displacements, or cannot represent the load
   if (record->warnings & THRUM_WARNING_REACH)
     config_warn(
-        "the body moved %.2g times as far as the tenth of its diagonal that the basis is made "
+        "%sthe body moved %.2g times as far as the tenth of its diagonal that the basis is made "
         "for, first beyond 3 by %g s: it may be too stiff there",
-        record->reach_most, m->warned_at[place_of(THRUM_WARNING_REACH)]);
+        who, record->reach_most, m->warned_at[place_of(THRUM_WARNING_REACH)]);
   if (record->warnings & THRUM_WARNING_LOAD)
-    config_warn("%.4g %% of a load is not felt by the basis: see `thrum info --load`, and "
+    config_warn("%s%.4g %% of a load is not felt by the basis: see `thrum info --load`, and "
                 "`thrum precompute --handles`",
-                100 * m->load_share);
+                who, 100 * m->load_share);
 }
 
 void simulate_measures_close(simulate_measures *m) {

@@ -38,9 +38,10 @@ thrum_status simulate_measures_look(simulate_measures *measures, const double *q
 /* Adds "stress" and "monitor" to the object, null where there is none. */
 void simulate_measures_json(const simulate_measures *measures, cJSON *object);
 
-/* Lines of the table, and a line on standard error for each warning. */
+/* Lines of the table, and a line on standard error for each warning; each begins with `who`, the
+ * body of a scene, or "". */
 void simulate_measures_table(const simulate_measures *measures);
-void simulate_measures_warn(const simulate_measures *measures);
+void simulate_measures_warn(const simulate_measures *measures, const char *who);
 
 void simulate_measures_close(simulate_measures *measures);
 

@@ -197,7 +197,8 @@ int32_t EXPORT(bridge_energies)(int32_t body) {
 }
 
 /* numbers: status, rank, explicit and implicit modes, iterations of the last step, scheme,
- * steps that needed a fallback, integrator, steps before the first switch to energy (-1: none). */
+ * steps that needed a fallback, integrator, steps before the first switch to energy (-1: none),
+ * steps with energy that nothing explains. */
 int32_t EXPORT(bridge_body)(int32_t body) {
   thrum_scene_body_info info;
   thrum_status status = thrum_scene_body(bridge_scene, body, &info, &bridge_error);
@@ -215,6 +216,7 @@ int32_t EXPORT(bridge_body)(int32_t body) {
   n[6] = (double)info.fallback_steps;
   n[7] = info.integrator;
   n[8] = (double)info.report.first_switch;
+  n[9] = (double)info.report.grown_steps;
   return THRUM_OK;
 }
 

@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "io/file.h"
 #include "tests/support/simulate_support.h"
 #include "tests/support/test_folder.h"
 
@@ -221,6 +222,46 @@ static void a_run_that_switches_to_the_energy_integrator_says_so(void **context)
   }
 }
 
+/* Its table, run.json and the animation of its glTF name what stepped it. */
+static void fox_goodwin_says_that_it_gave_way(void **context) {
+  (void)context;
+  program_result result =
+      thrum_run(folder, "simulate", "beam.npz", "-o", "fox", "--quiet", "--integrator",
+                "fox-goodwin", "--dt", "0.006", "--time", "0.6", "--start", "mode:1,1", NULL);
+  assert_true(result.exit_code == 0 || result.exit_code == 3);
+  assert_non_null(strstr(result.out, "integrator   fox-goodwin, switched to energy after "));
+  assert_non_null(strstr(result.out, "to which fox-goodwin switched"));
+  program_result_free(&result);
+
+  result = thrum_run(folder, "export", "fox", "--glb", "fox.glb", NULL);
+  assert_int_equal(result.exit_code, 0);
+  program_result_free(&result);
+  char path[200];
+  void *bytes = NULL;
+  size_t size = 0;
+  snprintf(path, sizeof path, "%s/fox.glb", folder);
+  assert_true(thrum_file_read(path, &bytes, &size, NULL) >= 0);
+  cJSON *json = cJSON_ParseWithLength((const char *)bytes + 20, size - 20);
+  const cJSON *animation = cJSON_GetArrayItem(cJSON_GetObjectItem(json, "animations"), 0);
+  assert_non_null(strstr(text(animation, "name"), "fox-goodwin, switched to energy after "));
+  cJSON_Delete(json);
+  free(bytes);
+}
+
+static void a_newmark_run_that_is_lost_is_flagged_by_its_steps(void **context) {
+  (void)context;
+  program_result result = thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--quiet",
+                                    "--json", "--integrator", "newmark", "--newmark", "0.25,0.45",
+                                    "--time", "6", "--load", "sine:0,0,1@tip,f=1", NULL);
+  cJSON *object = json_line(result.out);
+  assert_non_null(object);
+  assert_int_equal(result.exit_code, 3);
+  assert_string_equal(text(object, "status"), "energy_grew");
+  assert_true(json_value(object, "grown_steps") > 0);
+  cJSON_Delete(object);
+  program_result_free(&result);
+}
+
 static void the_quadratic_split_needs_no_iterations_and_says_so(void **context) {
   (void)context;
   program_result result =
@@ -261,6 +302,8 @@ int main(void) {
       cmocka_unit_test(a_violent_momentum_from_a_file_keeps_its_energy_in_every_row),
       cmocka_unit_test(a_calm_run_is_not_edited),
       cmocka_unit_test(a_run_that_switches_to_the_energy_integrator_says_so),
+      cmocka_unit_test(fox_goodwin_says_that_it_gave_way),
+      cmocka_unit_test(a_newmark_run_that_is_lost_is_flagged_by_its_steps),
       cmocka_unit_test(the_quadratic_split_needs_no_iterations_and_says_so),
       cmocka_unit_test(a_switch_that_is_neither_on_nor_off_is_a_usage_error),
   };

@@ -221,11 +221,11 @@ export class Engine {
   report(body) {
     this.check(this.wasm.bridge_body(body));
     const [status, rank, explicit, implicit, iterations, scheme, fallbacks, integrator,
-      firstSwitch] = this.numbers;
+      firstSwitch, grown] = this.numbers;
     return {
-      status, rank, explicit, implicit, iterations, scheme, fallbacks, firstSwitch,
-      // imexv that the stability monitor has switched, and that has not returned
-      switched: scheme === SCHEME_ENERGY && integrator === INTEGRATORS.imexv,
+      status, rank, explicit, implicit, iterations, scheme, fallbacks, firstSwitch, grown,
+      // imexv or fox-goodwin that its monitor has switched, and that has not returned
+      switched: scheme === SCHEME_ENERGY && integrator !== INTEGRATORS.energy,
       integrator: INTEGRATOR_NAMES[integrator],
     };
   }

@@ -71,14 +71,15 @@ export class Panel {
   }
 
   /** Modes of the first body: how many are stepped explicitly, how fast they are and how fast they are
-   * stepped; whether it has switched to the energy integrator, and how many of its steps needed more
-   * than quasi-Newton. */
+   * stepped; whether it has switched to the energy integrator or gained energy by itself, and how many
+   * of its steps needed more than quasi-Newton. */
   showSplit() {
     const { engine } = this.world;
-    const { explicit, implicit, fallbacks, switched, firstSwitch } = engine.report(0);
+    const { explicit, implicit, fallbacks, switched, firstSwitch, grown } = engine.report(0);
     const by = switched ? `, switched to energy after step ${firstSwitch}` : '';
+    const lost = grown > 0 ? ', lost: its energy grew by itself' : '';
     const helped = fallbacks > 0 ? `, ${fallbacks} steps fell back` : '';
-    find('split-text').textContent = `${explicit} explicit, ${implicit} implicit${by}${helped}`;
+    find('split-text').textContent = `${explicit} explicit, ${implicit} implicit${by}${lost}${helped}`;
     drawSplit(find('split'), engine.frequencies(0), engine.steppedFrequencies(0), explicit);
   }
 
