@@ -66,12 +66,6 @@ thrum_status thrum_text_open(const char *path, char comment, char separator, thr
   return status;
 }
 
-void thrum_text_borrow(const char *name, const char *string, thrum_text *text) {
-  const char *stop = string + strlen(string);
-  *text = (thrum_text){
-      .name = name, .next = stop, .stop = stop, .start = string, .end = stop, .at = string};
-}
-
 void thrum_text_close(thrum_text *text) {
   free(text->data);
   *text = (thrum_text){0};

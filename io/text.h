@@ -34,8 +34,6 @@ thrum_status thrum_text_open(const char *path, char comment, char separator, thr
 /* Reads `size` bytes of the caller in the same way; name and bytes must outlive *text. */
 thrum_status thrum_text_view(const char *name, const void *data, size_t size, char comment,
                              char separator, thrum_text *text, thrum_error *error);
-/* Reads a string as a single line; name and string must outlive *text, which need not be closed. */
-void thrum_text_borrow(const char *name, const char *string, thrum_text *text);
 void thrum_text_close(thrum_text *text);
 
 /* Moves to the next line that is not blank; returns false at the end and keeps the line number. */
