@@ -63,8 +63,8 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_bat
 /* True when the step of this state can be made in a group. */
 static bool fits(const thrum_model *model, const thrum_step_run *run) {
   const thrum_state *next = &run->next;
-  return thrum_is_packed(model) && thrum_batch_takes(next) && next->split > 0 &&
-         !thrum_tangent_damped(next) && thrum_batch_kernel_of(run->view.kernel->id) != NULL;
+  return thrum_is_packed(model) && thrum_batch_takes(next) && !thrum_tangent_damped(next) &&
+         thrum_batch_kernel_of(run->view.kernel->id) != NULL;
 }
 
 /* How the steps of a call ended. */

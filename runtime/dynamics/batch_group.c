@@ -1,4 +1,4 @@
-/* The stages of a step of imexv for a group of states (batch.c). Each array of a group has an entry
+/* The stages of a step for a group of states (batch.c). Each array of a group has an entry
  * of every state, then the next entry.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "runtime/dynamics/implicit_solve.h"
+#include "runtime/dynamics/newmark.h"
 #include "runtime/dynamics/position_split.h"
 
 /* Entries first..last-1 of the vector of one state into the group's array. */
@@ -30,7 +31,7 @@ void thrum_batch_monitor(thrum_batch_group *g) {
     needed += g->members[m].run.samples ? 1 : 0;
 
   // one pass for all costs as much as for a quarter of them one by one
-  const bool together = 4 * needed > lanes;
+  const bool together = g->split > 0 && 4 * needed > lanes;
   // the directions and products are where forces and restricted polynomials will be
   double *directions = g->force, *products = g->restricted;
   if (together) {
@@ -122,7 +123,7 @@ static void go_on_alone(const thrum_batch_group *g, int64_t lane, thrum_quasi_ne
 
   // as thrum_solve_increment from here on
   while (next == THRUM_QUASI_EVALUATE) {
-    s->evaluate(s);
+    thrum_quasi_evaluate(s, &one->quasi);
     next = thrum_quasi_take(s, &one->quasi);
   }
   const bool solved = next == THRUM_QUASI_DONE || thrum_solve_newton(s);
@@ -197,8 +198,144 @@ static void prefetch(const thrum_batch_group *g) {
   }
 }
 
+/* --- steps without explicit modes ------------------------------------------------------------- */
+
+/* Begins the step of one member; what is not solved here is done. */
+static void begin_whole(const thrum_batch_group *g, thrum_batch_member *one) {
+  thrum_step_run *run = &one->run;
+  one->solving = true;
+  switch ((thrum_scheme)g->scheme) {
+  case THRUM_SCHEME_ENERGY:
+    one->solving = thrum_energy_begin(g->model, &run->next, &run->view, &run->report, &one->solver,
+                                      &one->from);
+    break;
+  case THRUM_SCHEME_NEWMARK:
+    one->solver = thrum_newmark_begin(g->model, &run->next, &run->view, &run->report);
+    break;
+  default:
+    one->solver = thrum_imexv_solver(g->model, &run->next, &run->view, &run->report);
+    break;
+  }
+  if (one->solving)
+    thrum_quasi_begin(&one->solver, &one->quasi);
+  else
+    one->status = thrum_step_attempt(g->model, run);
+}
+
+static thrum_quasi_next take_whole(const thrum_batch_group *g, thrum_batch_member *one) {
+  return g->scheme == THRUM_SCHEME_ENERGY ? thrum_energy_take(&one->solver, &one->from, &one->quasi)
+                                          : thrum_quasi_take(&one->solver, &one->quasi);
+}
+
+/* Ends the solve and the step of one member, as alone from here on. */
+static void finish_whole(const thrum_batch_group *g, thrum_batch_member *one,
+                         thrum_quasi_next next) {
+  const thrum_solver *s = &one->solver;
+  while (next == THRUM_QUASI_EVALUATE) {
+    thrum_quasi_evaluate(s, &one->quasi);
+    next = take_whole(g, one);
+  }
+  one->solving = false;
+  const bool solved = next == THRUM_QUASI_DONE;
+  if (g->scheme == THRUM_SCHEME_ENERGY)
+    one->status = thrum_energy_finish(s, &one->from, solved);
+  else if (g->scheme == THRUM_SCHEME_NEWMARK)
+    one->status = thrum_newmark_finish(s, solved || thrum_solve_newton(s));
+  else
+    one->status = thrum_imexv_finish(s, solved || thrum_solve_newton(s));
+}
+
+/* R at the middle of one member out of the group's arrays. */
+static void accept(const thrum_batch_group *g, int64_t lane) {
+  const thrum_solver *s = &g->members[lane].solver;
+  take(g, lane, 0, g->model->rank, g->force, s->evaluated);
+  if (s->accept)
+    s->accept(s, g->value[lane]);
+}
+
+/* One pass for the members that need the stiffness, or each alone. Where it is by pairs, R comes
+ * with the same bits only so. */
+static void stiffen_whole(thrum_batch_group *g, int64_t needed) {
+  const int64_t rank = g->model->rank;
+  const bool together = thrum_pairs_count(rank) > 0 && 4 * needed > g->kernel->lanes;
+  if (together)
+    g->kernel->tangent_pairs(g->model, g->q, g->force, g->value, g->hessian, g->work);
+  for (int64_t m = 0; m < g->count; m++) {
+    thrum_batch_member *one = &g->members[m];
+    if (!needs_stiffness(one))
+      continue;
+    if (!together) {
+      thrum_quasi_evaluate(&one->solver, &one->quasi);
+      continue;
+    }
+    double *matrix = one->run.view.jacobian_next;
+    accept(g, m);
+    take(g, m, 0, rank * rank, g->hessian, matrix);
+    one->solver.weigh(&one->solver, matrix);
+    one->quasi.assembled = true;
+  }
+}
+
+/* One evaluation of quasi-Newton for all members that still iterate; returns how many are left. */
+static int64_t iterate_whole(thrum_batch_group *g) {
+  int64_t stiff = 0, plain = 0, left = 0;
+  for (int64_t m = 0; m < g->count; m++) {
+    thrum_batch_member *one = &g->members[m];
+    if (!one->solving)
+      continue;
+    put(g, m, 0, g->model->rank, one->run.view.middle, g->q);
+    if (needs_stiffness(one))
+      stiff++;
+    else
+      plain++;
+  }
+
+  // what needs the stiffness has R from its pass
+  if (stiff > 0)
+    stiffen_whole(g, stiff);
+  if (plain > 0)
+    g->kernel->force(g->model, g->q, g->force, g->value, g->work);
+  for (int64_t m = 0; m < g->count; m++) {
+    thrum_batch_member *one = &g->members[m];
+    if (!one->solving)
+      continue;
+    if (!needs_stiffness(one)) {
+      accept(g, m);
+      one->quasi.assembled = false;
+    }
+    const thrum_quasi_next next = take_whole(g, one);
+    if (next == THRUM_QUASI_EVALUATE)
+      left++;
+    else
+      finish_whole(g, one, next);
+  }
+  return left;
+}
+
+static void attempt_whole(thrum_batch_group *g) {
+  memset(g->q, 0, (size_t)(g->model->rank * g->kernel->lanes) * sizeof *g->q);
+  int64_t left = 0;
+  for (int64_t m = 0; m < g->count; m++) {
+    begin_whole(g, &g->members[m]);
+    left += g->members[m].solving ? 1 : 0;
+  }
+
+  // a pass costs the same for one state as for all, so the last ones go on alone
+  while (4 * left > g->kernel->lanes)
+    left = iterate_whole(g);
+  for (int64_t m = 0; m < g->count; m++)
+    if (g->members[m].solving)
+      finish_whole(g, &g->members[m], THRUM_QUASI_EVALUATE);
+}
+
+/* --- all steps -------------------------------------------------------------------------------- */
+
 void thrum_batch_attempt(thrum_batch_group *g) {
   prefetch(g);
+  if (g->split == 0) {
+    attempt_whole(g);
+    return;
+  }
   if (g->scheme == THRUM_SCHEME_POSITION)
     drift(g);
   else

@@ -1,8 +1,9 @@
-/* Several states in one step of imexv together; private to the runtime, see batch_group.c.
+/* Several states in one step together; private to the runtime, see batch_group.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_DYNAMICS_BATCH_GROUP_H
 #define THRUM_RUNTIME_DYNAMICS_BATCH_GROUP_H
 
+#include "runtime/dynamics/discrete_gradient.h"
 #include "runtime/dynamics/imexv.h"
 #include "runtime/dynamics/quasi_newton.h"
 #include "runtime/dynamics/step.h"
@@ -13,6 +14,7 @@ typedef struct thrum_batch_member {
   thrum_step_run run;
   thrum_solver solver;
   thrum_quasi quasi;
+  thrum_step_start from; /* energy: the end of the step before */
   thrum_status status;
   double *vectors; /* workspace that it borrows */
   int64_t index;   /* in the caller's list */
@@ -37,7 +39,16 @@ void thrum_batch_monitor(thrum_batch_group *g);
 static inline bool thrum_batch_takes(const thrum_state *state) {
   if (state->def.solver != THRUM_SOLVER_QUASI_NEWTON)
     return false;
-  return state->scheme == THRUM_SCHEME_POSITION || state->scheme == THRUM_SCHEME_THESIS;
+  switch ((thrum_scheme)state->scheme) {
+  case THRUM_SCHEME_POSITION:
+  case THRUM_SCHEME_THESIS:
+  case THRUM_SCHEME_ENERGY:
+    return true;
+  case THRUM_SCHEME_NEWMARK:
+    return state->def.newmark_beta > 0.0;
+  default:
+    return false;
+  }
 }
 
 /* Attempts the step of all members, which have the scheme and split of the group. */

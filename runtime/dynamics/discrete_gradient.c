@@ -118,53 +118,75 @@ static bool load_jumps(const thrum_state *state, const thrum_state_view *view) {
   return !(fabs(work) <= JUMP_MOST * square);
 }
 
-/* One step of the trapezoidal discrete gradient from where the step before has left its correction,
- * if it did. */
-static bool step_trapezoid(const thrum_model *model, const thrum_state *state,
-                           thrum_state_view *view, thrum_solve_report *report) {
+bool thrum_energy_begin(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                        thrum_solve_report *report, thrum_solver *s, thrum_step_start *from) {
+  report->potential_known = report->carries = false;
+  report->contraction = -1.0;
+  if (thrum_tangent_damped(state) || state->report.steps < state->average_field_end)
+    return false;
+
+  // from where the step before has left its correction, if it did
   const bool carried = state->carried && !load_jumps(state, view);
   const bool known = state->potential_step == state->report.steps && carried == state->carried;
-  double *const q = view->q, *const p = view->p;
+  from->q = view->q;
+  from->p = view->p;
   if (known && carried) {
     view->q = view->q_corrected;
     view->p = view->p_corrected;
   }
   start(model, state, view, known, report);
-  const thrum_step_start from = {q, p,
-                                 known && carried ? state->potential_end : report->potential_start};
-  thrum_solver s = problem_of(model, state, view, report, 0.5);
-  if (state->def.tolerance == 0.0 && state->def.solver == THRUM_SOLVER_QUASI_NEWTON)
-    s.tolerance = ENERGY_TOLERANCE;
-  s.tolerance *= thrum_spurious_work_share(state);
-  const bool solved = thrum_trapezoid_step(&s, &from) && isfinite(report->potential_corrected) &&
-                      thrum_all_finite(view->q_corrected_next, state->rank) &&
-                      thrum_all_finite(view->p_corrected_next, state->rank) &&
-                      thrum_all_finite(view->force_2, state->rank);
+  from->potential = known && carried ? state->potential_end : report->potential_start;
 
-  // all others look at the end of the step before
-  view->q = q;
-  view->p = p;
-  return solved;
+  *s = problem_of(model, state, view, report, 0.5);
+  if (state->def.tolerance == 0.0 && state->def.solver == THRUM_SOLVER_QUASI_NEWTON)
+    s->tolerance = ENERGY_TOLERANCE;
+  s->tolerance *= thrum_spurious_work_share(state);
+  thrum_trapezoid_prepare(s);
+  return true;
 }
 
-thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *state,
-                               thrum_state_view *view, thrum_solve_report *report) {
-  report->potential_known = report->carries = false;
-  report->contraction = -1.0;
+thrum_quasi_next thrum_energy_take(const thrum_solver *s, const thrum_step_start *from,
+                                   thrum_quasi *quasi) {
+  return thrum_trapezoid_take(s, from, quasi);
+}
 
-  // the cheaper mean force first; it has no potential, so full Newton could not search along it
-  if (!thrum_tangent_damped(state) && state->report.steps >= state->average_field_end) {
-    if (step_trapezoid(model, state, view, report))
-      return THRUM_OK;
-    report->discrete_failed = true;
-    report->potential_known = report->solved = report->carries = report->sampled = false;
-    report->contraction = -1.0;
-  }
-
+/* The step with the average vector field. */
+static thrum_status step_average(const thrum_model *model, const thrum_state *state,
+                                 thrum_state_view *view, thrum_solve_report *report) {
   const bool known = state->potential_step == state->report.steps && !state->carried;
   start(model, state, view, known, report);
   thrum_solver s = problem_of(model, state, view, report, 1.0);
   return thrum_average_step(&s);
+}
+
+thrum_status thrum_energy_finish(const thrum_solver *s, const thrum_step_start *from, bool solved) {
+  const thrum_state *state = s->state;
+  thrum_state_view *view = s->view;
+  thrum_solve_report *report = s->report;
+
+  // all others look at the end of the step before
+  view->q = from->q;
+  view->p = from->p;
+  if (solved && isfinite(report->potential_corrected) &&
+      thrum_all_finite(view->q_corrected_next, state->rank) &&
+      thrum_all_finite(view->p_corrected_next, state->rank) &&
+      thrum_all_finite(view->force_2, state->rank))
+    return THRUM_OK;
+
+  // the cheaper mean force has no potential, so full Newton could not search along it
+  report->discrete_failed = true;
+  report->potential_known = report->solved = report->carries = report->sampled = false;
+  report->contraction = -1.0;
+  return step_average(s->model, state, view, report);
+}
+
+thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *state,
+                               thrum_state_view *view, thrum_solve_report *report) {
+  thrum_solver s;
+  thrum_step_start from;
+  if (!thrum_energy_begin(model, state, view, report, &s, &from))
+    return step_average(model, state, view, report);
+  return thrum_energy_finish(&s, &from, thrum_trapezoid_solve(&s, &from));
 }
 
 /* What the step has shown of the inverse, and when it is to be replaced. */

@@ -4,12 +4,32 @@
 #define THRUM_RUNTIME_DYNAMICS_DISCRETE_GRADIENT_H
 
 #include "runtime/dynamics/implicit_problem.h"
+#include "runtime/dynamics/quasi_newton.h"
 
 /* One step: candidates into q_next and p_next, also force, force_2, pairs and, when refreshed,
  * jacobian_next; nothing that persists is written. THRUM_OK, THRUM_NOT_CONVERGED or
  * THRUM_NOT_FINITE. */
 thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *state,
                                thrum_state_view *view, thrum_solve_report *report);
+
+/* The end of the step before, which is where the present one begins for all who look. */
+typedef struct thrum_step_start {
+  double *q, *p;
+  double potential; /* V(q) [J] */
+} thrum_step_start;
+
+/* A step in parts, so that a batch can evaluate several states together. Begins the solve with the
+ * trapezoidal discrete gradient, whose `accept` and `weigh` a batch calls; false where this step
+ * takes the average vector field, which is made alone. */
+bool thrum_energy_begin(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                        thrum_solve_report *report, thrum_solver *s, thrum_step_start *from);
+
+/* As thrum_quasi_take, for that solve. */
+thrum_quasi_next thrum_energy_take(const thrum_solver *s, const thrum_step_start *from,
+                                   thrum_quasi *quasi);
+
+/* Ends the step; where it is not solved, by the average vector field. As thrum_step_energy. */
+thrum_status thrum_energy_finish(const thrum_solver *s, const thrum_step_start *from, bool solved);
 
 /* The problem of its step with the trapezoidal discrete gradient, without the kick. */
 thrum_solver thrum_energy_problem(const thrum_model *model, const thrum_state *state,

@@ -3,7 +3,8 @@
 #ifndef THRUM_RUNTIME_DYNAMICS_DISCRETE_GRADIENT_PRIVATE_H
 #define THRUM_RUNTIME_DYNAMICS_DISCRETE_GRADIENT_PRIVATE_H
 
-#include "runtime/dynamics/implicit_problem.h"
+#include "runtime/dynamics/discrete_gradient.h"
+#include "runtime/dynamics/quasi_newton.h"
 
 /* The share of F that the solve has: 1/2 of the trapezoidal discrete gradient, 1 of the average
  * vector field. */
@@ -21,17 +22,18 @@ static inline double thrum_mean_weight(const thrum_solver *s) {
 bool thrum_momentum_take(const thrum_solver *s, double energy_error, double most,
                          const double *from, double *to);
 
-/* The end of the step before, which is where the present one begins for all who look. */
-typedef struct thrum_step_start {
-  const double *q, *p;
-  double potential; /* V(q) [J] */
-} thrum_step_start;
+/* Makes a problem that of the trapezoidal discrete gradient. The view's q and p are those that the
+ * solve starts from, with R in view->force_start and V in the report. */
+void thrum_trapezoid_prepare(thrum_solver *s);
 
-/* Solves the step with the trapezoidal discrete gradient, and puts its end and the start of the
- * next one into the view. The view's q and p are those that the solve starts from, with R in
- * view->force_start and V in the report. False where quasi-Newton does not converge, or p' cannot
- * take up what is missing of the balance. */
-bool thrum_trapezoid_step(thrum_solver *s, const thrum_step_start *from);
+/* As thrum_quasi_take; once solved, puts the end of the step and the start of the next one into the
+ * view. STUCK where quasi-Newton does not converge, or p' cannot take up what is missing of the
+ * balance. */
+thrum_quasi_next thrum_trapezoid_take(const thrum_solver *s, const thrum_step_start *from,
+                                      thrum_quasi *quasi);
+
+/* The whole solve. False where it is stuck. */
+bool thrum_trapezoid_solve(const thrum_solver *s, const thrum_step_start *from);
 
 /* The same with the average vector field, without a correction for the next step. THRUM_OK,
  * THRUM_NOT_CONVERGED or THRUM_NOT_FINITE. */

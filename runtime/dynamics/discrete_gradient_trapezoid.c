@@ -29,7 +29,6 @@
 #include "runtime/base/lane_sums.h"
 #include "runtime/dynamics/discrete_gradient_private.h"
 #include "runtime/dynamics/newton.h"
-#include "runtime/dynamics/quasi_newton.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 #define ROUNDING_SHARE 1e-5 /* cancellation threshold: 1e-16 of V over a residual of 1e-11 */
@@ -272,28 +271,44 @@ static bool step_by_newton(const thrum_solver *s, const thrum_step_start *from) 
   return end_step(s, from) <= MISSING_MOST;
 }
 
-bool thrum_trapezoid_step(thrum_solver *s, const thrum_step_start *from) {
+void thrum_trapezoid_prepare(thrum_solver *s) {
   s->evaluate = evaluate_discrete;
   s->evaluated = s->view->force_2;
   s->stiffness = stiffness_of_discrete;
   s->both = both_of_discrete;
+  s->accept = put_sigma;
+  s->weigh = weigh_discrete;
   s->border = border;
   s->carries = true;
   s->cheaper = CHEAPER_CARRIED;
-  if (s->state->def.solver == THRUM_SOLVER_NEWTON)
-    return step_by_newton(s, from);
+}
+
+thrum_quasi_next thrum_trapezoid_take(const thrum_solver *s, const thrum_step_start *from,
+                                      thrum_quasi *quasi) {
+  const thrum_quasi_next next = thrum_quasi_take(s, quasi);
+  if (next != THRUM_QUASI_DONE)
+    return next;
 
   // near a standstill the correction is evaluated, as long as there is one
+  const double missing = end_step(s, from);
+  if (missing == 0.0)
+    return THRUM_QUASI_DONE;
+  if (quasi->done >= s->state->def.iterations_max || thrum_problem_is_rounding(s, quasi->norm) ||
+      !(s->report->reached > RESIDUAL_ROUNDING))
+    return missing <= MISSING_MOST ? THRUM_QUASI_DONE : THRUM_QUASI_STUCK;
+  thrum_quasi_go_on(s, quasi);
+  return THRUM_QUASI_EVALUATE;
+}
+
+bool thrum_trapezoid_solve(const thrum_solver *s, const thrum_step_start *from) {
+  if (s->state->def.solver == THRUM_SOLVER_NEWTON)
+    return step_by_newton(s, from);
   thrum_quasi quasi;
+  thrum_quasi_next next;
   thrum_quasi_begin(s, &quasi);
-  while (thrum_quasi_run(s, &quasi)) {
-    const double missing = end_step(s, from);
-    if (missing == 0.0)
-      return true;
-    if (quasi.done >= s->state->def.iterations_max || thrum_problem_is_rounding(s, quasi.norm) ||
-        !(s->report->reached > RESIDUAL_ROUNDING))
-      return missing <= MISSING_MOST;
-    thrum_quasi_go_on(s, &quasi);
-  }
-  return false;
+  do {
+    thrum_quasi_evaluate(s, &quasi);
+    next = thrum_trapezoid_take(s, from, &quasi);
+  } while (next == THRUM_QUASI_EVALUATE);
+  return next == THRUM_QUASI_DONE;
 }

@@ -78,6 +78,7 @@ thrum_solver thrum_problem_make(const thrum_model *model, const thrum_state *sta
                           .evaluate = evaluate,
                           .stiffness = stiffness,
                           .both = evaluate_both,
+                          .weigh = thrum_problem_weigh,
                           .evaluated = view->force,
                           .at = at,
                           .weight = weight,

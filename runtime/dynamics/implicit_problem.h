@@ -33,6 +33,10 @@ struct thrum_solver {
   void (*stiffness)(const thrum_solver *s, double *matrix);
   /* Both at once; NULL: they are called one after the other. */
   void (*both)(const thrum_solver *s, double *matrix);
+  /* Their parts for a batch, which puts R at view->middle into `evaluated` and T into the matrix
+   * itself: what follows from V there (NULL: nothing), and the stiffness from T. */
+  void (*accept)(const thrum_solver *s, double potential);
+  void (*weigh)(const thrum_solver *s, double *matrix);
   /* The part of the Jacobian J beyond the J0 that `stiffness` leads to: turns image = J0^-1
    * residual into image = J^-1 residual and residual = J0 image, for quasi-Newton; `first` in the
    * first call with this J0. NULL: J is J0. */
@@ -40,7 +44,7 @@ struct thrum_solver {
                  double *image);
   /* view->force, which has R in the end. With the discrete gradient: view->force_2, which becomes
    * R(q'), and only there is the report's along_step, sigma, not zero. */
-  const double *evaluated;
+  double *evaluated;
   double at, weight, rate;
   double beside;      /* square of the scaled increment of the modes that are not solved for */
   double tolerance;   /* of the residual left, relative to the increment */

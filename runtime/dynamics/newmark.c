@@ -94,31 +94,42 @@ thrum_solver thrum_newmark_problem(const thrum_model *model, const thrum_state *
                             state->def.newmark_gamma / (beta * h));
 }
 
-thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *state,
-                                thrum_state_view *view, thrum_solve_report *report) {
+thrum_solver thrum_newmark_begin(const thrum_model *model, const thrum_state *state,
+                                 thrum_state_view *view, thrum_solve_report *report) {
   const double h = state->def.dt, beta = state->def.newmark_beta;
-  const double gamma = state->def.newmark_gamma;
-  if (beta == 0.0)
-    return step_explicit(model, state, view, report);
+  const thrum_solver s = thrum_newmark_problem(model, state, view, report);
 
   // a' and v' are linear in d; `drift` is v' for d = 0
-  const thrum_solver s = thrum_newmark_problem(model, state, view, report);
   for (int32_t i = 0; i < state->rank; i++) {
     const double a = thrum_newmark_acceleration_now(view, i);
     view->kick[i] = h * view->p[i] + h * h * (0.5 - beta) * a;
-    view->drift[i] = view->p[i] + h * (1.0 - gamma) * a - s.rate * view->kick[i];
+    view->drift[i] = view->p[i] + h * (1.0 - state->def.newmark_gamma) * a - s.rate * view->kick[i];
   }
-  if (!thrum_solve_increment(&s))
-    return report->saw_nonfinite ? THRUM_NOT_FINITE : THRUM_NOT_CONVERGED;
+  return s;
+}
 
-  for (int32_t i = 0; i < state->rank; i++) {
-    // from a', not from d: for a small beta_N the latter would cancel
+thrum_status thrum_newmark_finish(const thrum_solver *s, bool solved) {
+  if (!solved)
+    return s->report->saw_nonfinite ? THRUM_NOT_FINITE : THRUM_NOT_CONVERGED;
+
+  // v' from a', not from d: for a small beta_N the latter would cancel
+  const double h = s->state->def.dt, gamma = s->state->def.newmark_gamma;
+  thrum_state_view *view = s->view;
+  for (int32_t i = 0; i < s->n; i++) {
     const double a_next = -view->total[i];
     view->q_next[i] = view->middle[i];
     view->p_next[i] =
         view->p[i] + h * ((1.0 - gamma) * thrum_newmark_acceleration_now(view, i) + gamma * a_next);
     view->acceleration_next[i] = a_next;
   }
-  report->solved = true;
+  s->report->solved = true;
   return THRUM_OK;
+}
+
+thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *state,
+                                thrum_state_view *view, thrum_solve_report *report) {
+  if (state->def.newmark_beta == 0.0)
+    return step_explicit(model, state, view, report);
+  const thrum_solver s = thrum_newmark_begin(model, state, view, report);
+  return thrum_newmark_finish(&s, thrum_solve_increment(&s));
 }

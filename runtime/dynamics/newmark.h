@@ -15,6 +15,11 @@ thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *sta
 thrum_solver thrum_newmark_problem(const thrum_model *model, const thrum_state *state,
                                    thrum_state_view *view, thrum_solve_report *report);
 
+/* The parts of a step with beta_N > 0 around its solve. */
+thrum_solver thrum_newmark_begin(const thrum_model *model, const thrum_state *state,
+                                 thrum_state_view *view, thrum_solve_report *report);
+thrum_status thrum_newmark_finish(const thrum_solver *s, bool solved);
+
 /* a = -R(q) - D v, without a load, into `acceleration` (rank). Overwrites force and product. */
 void thrum_newmark_acceleration(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, const double *q, const double *v,

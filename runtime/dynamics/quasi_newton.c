@@ -539,16 +539,18 @@ thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi) {
   return THRUM_QUASI_DONE;
 }
 
+void thrum_quasi_evaluate(const thrum_solver *s, thrum_quasi *quasi) {
+  quasi->assembled = s->both && quasi->ahead && quasi->done == 0;
+  if (quasi->assembled)
+    s->both(s, s->view->jacobian_next);
+  else
+    s->evaluate(s);
+}
+
 bool thrum_quasi_run(const thrum_solver *s, thrum_quasi *quasi) {
   thrum_quasi_next next;
   do {
-    // force and stiffness in one pass where both will be needed
-    quasi->assembled = s->both && quasi->ahead && quasi->done == 0;
-    if (quasi->assembled) {
-      s->both(s, s->view->jacobian_next);
-    } else {
-      s->evaluate(s);
-    }
+    thrum_quasi_evaluate(s, quasi);
     next = thrum_quasi_take(s, quasi);
   } while (next == THRUM_QUASI_EVALUATE);
   return next == THRUM_QUASI_DONE;

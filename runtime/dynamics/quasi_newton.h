@@ -30,6 +30,10 @@ typedef enum thrum_quasi_next {
 void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi);
 thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi);
 
+/* What a solve alone does between them: R, and the stiffness in the same pass where it is needed.
+ */
+void thrum_quasi_evaluate(const thrum_solver *s, thrum_quasi *quasi);
+
 /* The whole solve: the increment in view->unknown, R + D v - f in view->total, q + at d in
  * view->middle and v in view->velocity; R where `evaluated` says if the report says verified, else
  * in view->force. False when it is stuck. */

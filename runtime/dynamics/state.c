@@ -170,10 +170,11 @@ thrum_status thrum_state_check(const thrum_model *model, const thrum_state *stat
                            "the state was made for rank %d, the model has rank %lld",
                            (int)state->rank, (long long)model->rank);
   if (model->identity != state->identity)
-    return thrum_error_set(error, THRUM_MODEL_MISMATCH,
-                           "the state was made for another model of rank %d: it has to be made anew "
-                           "for this one",
-                           (int)state->rank);
+    return thrum_error_set(
+        error, THRUM_MODEL_MISMATCH,
+        "the state was made for another model of rank %d: it has to be made anew "
+        "for this one",
+        (int)state->rank);
   return THRUM_OK;
 }
 

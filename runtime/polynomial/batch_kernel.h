@@ -29,6 +29,15 @@ static inline int64_t thrum_batch_work(int64_t rank) {
 typedef struct thrum_batch_kernel {
   int64_t lanes; /* number of states */
 
+  /* thrum_internal_force_by: R(q) into force (rank), V(q) into energy (1). */
+  void (*force)(const thrum_model *model, const double *q, double *force, double *energy,
+                double *work);
+
+  /* thrum_internal_force_tangent_by where the model has its coefficients by pairs: T(q) into
+   * tangent (rank x rank) too. */
+  void (*tangent_pairs)(const thrum_model *model, const double *q, double *force, double *energy,
+                        double *tangent, double *work);
+
   /* thrum_internal_force_part: R(q) into force (the first `split`), V(q) into energy (1). */
   void (*force_part)(const thrum_model *model, int64_t split, const double *q, double *force,
                      double *energy, double *work);

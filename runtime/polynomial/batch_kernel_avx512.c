@@ -40,6 +40,10 @@ INLINE vs vs_mul(vs a, vs b) {
   return _mm512_mul_pd(a, b);
 }
 
+INLINE vs vs_div(vs a, vs b) {
+  return _mm512_div_pd(a, b);
+}
+
 INLINE vs vs_add(vs a, vs b) {
   return _mm512_add_pd(a, b);
 }

@@ -31,22 +31,14 @@ PASS void pass_force_part(const thrum_model *model, int64_t split, const double 
   }
 
   // the energy: half of omega^2 q^2, and the polynomial from its row sums
-  const vs value = dot(n, e.z, e.s);
-  vs quadratic = vs_zero();
-  for (int64_t i = 0; i < n; i++) {
-    const vs q_i = vs_load(q + i * LANES);
-    quadratic = vs_add(quadratic, vs_mul(vs_mul(vs_set1(0.5 * model->omega2[i]), q_i), q_i));
-  }
-  vs_store(energy, vs_add(quadratic, value));
+  vs_store(energy, vs_add(quadratic_energy(model, q), dot(n, e.z, e.s)));
 
   // y is free
   upper(implicit, n, e.w, e.z, e.lifted, e.h, e.y);
 
   // force of the coordinates that are asked for
-  for (int64_t i = 0; i < split; i++) {
-    const vs linear = vs_mul(vs_set1(model->omega2[i]), vs_load(q + i * LANES));
-    vs_store(force + i * LANES, vs_add(linear, evaluation_entry(&e, n - 1 - i)));
-  }
+  for (int64_t i = 0; i < split; i++)
+    vs_store(force + i * LANES, vs_add(linear_force(model, q, i), evaluation_entry(&e, n - 1 - i)));
 }
 
 /* Evaluates the same runs of two w, each with the other's coordinates: h adds all of one and then

@@ -4,14 +4,15 @@
  *   LANES               number of states
  *   ROWS, ROWS_FEW      rows of a block taken at once, 1 to 8; ROWS_FEW where each has more
  * products INLINE, PASS        as for runtime/polynomial/kernel_lanes.h vs_zero, vs_set1(s),
- * vs_load(p), vs_store(p, a), vs_mul(a, b), vs_add(a, b) vs_set1_single(p)   one float vs_keep(a)
+ * vs_load(p), vs_store(p, a), vs_mul(a, b), vs_div(a, b), vs_add(a, b) vs_set1_single(p)   one float vs_keep(a)
  * a, which the compiler keeps in a register vs_again(p)         p, through which the compiler loads
  * a number again for each use
  *
  * A sum over columns has eight partial sums, column mod 8, as runtime/polynomial/kernel_private.h
  * says; here they are eight registers, and no sum runs across the lanes of one. The passes over a
  * whole model read it packed (runtime/polynomial/packed.h). Cost: for each coefficient and LANES
- * states 4 operations (force, gradient), 2 (restrict_to), 6 (Hessian), 8 (tangent times vector).
+ * states 4 operations (force, gradient, tangent by pairs), 2 (restrict_to), 6 (Hessian), 8 (tangent
+ * times vector).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
@@ -183,7 +184,22 @@ INLINE vs evaluation_entry(const evaluation *e, int64_t k) {
                 vs_add(vs_load(e->s + at), vs_load(e->y + at)));
 }
 
+/* 1/2 omega^2 q^2 of all modes. */
+INLINE vs quadratic_energy(const thrum_model *model, const double *q) {
+  vs quadratic = vs_zero();
+  for (int64_t i = 0; i < model->rank; i++) {
+    const vs q_i = vs_load(q + i * LANES);
+    quadratic = vs_add(quadratic, vs_mul(vs_mul(vs_set1(0.5 * model->omega2[i]), q_i), q_i));
+  }
+  return quadratic;
+}
+
+INLINE vs linear_force(const thrum_model *model, const double *q, int64_t i) {
+  return vs_mul(vs_set1(model->omega2[i]), vs_load(q + i * LANES));
+}
+
 // these need evaluations
+#include "runtime/polynomial/batch_model.inl"
 #include "runtime/polynomial/batch_part.inl"
 #include "runtime/polynomial/batch_restricted.inl"
 
@@ -195,7 +211,7 @@ PASS void ask_for(const double *from, size_t bytes) {
 /* Initialiser of the table of passes in this file. */
 #define THRUM_BATCH_TABLE                                                                          \
   {                                                                                                \
-    .lanes = LANES, .force_part = pass_force_part,                                                 \
+    .lanes = LANES, .force = pass_force, .tangent_pairs = pass_tangent_pairs, .force_part = pass_force_part,                                                 \
     .tangent_vector_part = pass_tangent_vector_part, .restrict_to = pass_restrict,                 \
     .restricted_gradient = pass_restricted_gradient,                                               \
     .restricted_hessian = pass_restricted_hessian, .ask_for = ask_for,                             \
