@@ -129,7 +129,11 @@ const config_option solver_options[] = {
                   "energy, then shorter ones; off: the run ends",
                   AT(fallback)),
 
-    // what only newmark has
+    // what only energy and newmark have
+    OPTION_SWITCH("frequency-matching", "on",
+                  "energy: turn modes with dt omega <= 1 at their own frequency; off: by the "
+                  "trapezoidal rule, which is late by (dt omega)^2/12",
+                  AT(frequency_matched)),
     OPTION_PAIR("newmark", "0.25,0.5", "newmark: beta and gamma", .value = "BETA,GAMMA",
                 .take = take_newmark, CONFIG_FROM(0), .schema = PAIR_SCHEMA,
                 .wants = "BETA and GAMMA, BETA >= 0 and GAMMA in [0, 1]"),

@@ -31,6 +31,7 @@ static void add_split(cJSON *object, const thrum_state_def *def) {
   cJSON_AddStringToObject(object, "split_form", thrum_split_form_name(def->split_form));
   cJSON_AddBoolToObject(object, "adaptive", def->adaptive);
   cJSON_AddBoolToObject(object, "fallback", def->fallback);
+  cJSON_AddBoolToObject(object, "frequency_matching", def->frequency_matched);
 }
 
 /* The texts of the loads and starts, in the words of the user. */

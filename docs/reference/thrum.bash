@@ -31,9 +31,10 @@ _thrum() {
   'simulate --split-form') words='thesis quadratic position' ;;
   'simulate --adaptive') words='on off' ;;
   'simulate --fallback') words='on off' ;;
+  'simulate --frequency-matching') words='on off' ;;
   'simulate --solver') words='quasi-newton newton' ;;
   'simulate --linear-solver') words='cholesky cg' ;;
-  'simulate '*) words=' --output --dt --time --load --base-motion --start --rank --condense --record-every --frames --frames-in --stress --monitor --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --newmark --solver --tolerance --iterations --full --fix --young --poisson --density --linear-solver --options --json --quiet --help' ;;
+  'simulate '*) words=' --output --dt --time --load --base-motion --start --rank --condense --record-every --frames --frames-in --stress --monitor --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --frequency-matching --newmark --solver --tolerance --iterations --full --fix --young --poisson --density --linear-solver --options --json --quiet --help' ;;
   'view '*) words='--output --surface --no-open --json --quiet --help' ;;
   'static --linear-solver') words='cholesky cg' ;;
   'static '*) words=' --load --factor --at --stay --tolerance --rank --full --fix --young --poisson --density --move --linear-solver --output --vtu --path --options --json --quiet --help' ;;

@@ -66,7 +66,9 @@ THRUM_API double thrum_load_work(const double *load, const double *q, const doub
                                  int64_t rank);
 
 /* Energy [J] that Rayleigh damping with the stiffness at rest takes in a step of length dt [s] from
- * q to q_next (rank): sum (alpha + beta omega_i^2) (q_next - q)_i^2 / dt; alpha [1/s], beta [s]. */
+ * q to q_next (rank): sum (alpha + beta omega_i^2) (q_next - q)_i^2 / dt; alpha [1/s], beta [s].
+ * energy with frequency_matched takes more from fast modes, by up to 9 % at dt omega = 1:
+ * thrum_state_report.dissipated has what each integrator took. */
 THRUM_API double thrum_damping_loss(const thrum_model *model, double alpha, double beta,
                                     const double *q, const double *q_next, double dt);
 

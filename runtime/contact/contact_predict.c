@@ -4,9 +4,9 @@
  *   dq_i = s_i [h p_i + h^2/2 (f_i - R_i(q))],   s_i = 1 / (1 + h/2 d_i + h^2/4 w_i^2),
  *
  * without the last term for explicit modes and with beta_N for 1/4 with Newmark, with beta_i and
- * its stored momentum with Fox-Goodwin. A further mean load f adds h^2/2 s_i f_i. Exact for a
- * linear body at rest damping with all but Stoermer-Verlet's damping; what a step leaves of it, its
- * end is measured for. Cost: one force evaluation.
+ * its stored momentum with Fox-Goodwin, with lambda_i and nu_i with energy. A further mean load f
+ * adds h^2/2 s_i f_i. Exact for a linear body at rest damping with all but Stoermer-Verlet's
+ * damping; what a step leaves of it, its end is measured for. Cost: one force evaluation.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
@@ -14,38 +14,49 @@
 #include "runtime/base/finite.h"
 #include "runtime/contact/contact_private.h"
 #include "runtime/dynamics/fox_goodwin.h"
+#include "runtime/dynamics/frequency_matching.h"
 #include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/dynamics/state_layout.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-/* How a mode moves in a step: by s_i [h p_i + load h^2 (f_i - R_i)], s_i = 1 / (1 + damping h d_i +
- * stiffness h^2 w_i^2). */
+/* How a mode moves in a step: by s_i [momentum h p_i + load h^2 (f_i - R_i)], s_i = 1 / (1 +
+ * damping h d_i + stiffness h^2 w_i^2). */
 typedef struct answer {
-  double load, damping, stiffness;
+  double momentum, load, damping, stiffness;
 } answer;
 
-/* That of mode i; `low` modes have Fox-Goodwin's beta. */
-static answer answer_of(const thrum_state *state, int32_t low, int32_t i) {
+/* The same of a mode whose frequency is matched. */
+static answer answer_of_matched(const thrum_model *model, const thrum_state *state, int32_t i) {
+  const thrum_matched_step by = thrum_matched_step_of(model, state, i);
+  const double square = by.stretch * by.stretch;
+  return (answer){by.stretch, 0.5 * square, 0.5 * square * (by.speed * by.speed), 0.25 * square};
+}
+
+/* That of mode i; the first `low` modes have Fox-Goodwin's beta, or a time step of their own. */
+static answer answer_of(const thrum_model *model, const thrum_state *state, int32_t low,
+                        int32_t i) {
   switch ((thrum_scheme)state->scheme) {
   case THRUM_SCHEME_NEWMARK:
-    return (answer){0.5, 0.5, state->def.newmark_beta};
+    return (answer){1.0, 0.5, 0.5, state->def.newmark_beta};
   case THRUM_SCHEME_FOX_GOODWIN:
-    return (answer){0.5, 0.5, i < low ? 1.0 / 12.0 : 0.25};
+    return (answer){1.0, 0.5, 0.5, i < low ? 1.0 / 12.0 : 0.25};
   case THRUM_SCHEME_ENERGY:
-    return (answer){0.5, 0.5, 0.25};
+    if (i < low)
+      return answer_of_matched(model, state, i);
+    return (answer){1.0, 0.5, 0.5, 0.25};
 
   // these take their forces at the end of the step
   case THRUM_SCHEME_BACKWARD_EULER:
   case THRUM_SCHEME_SEMI_IMPLICIT_EULER:
-    return (answer){1.0, 1.0, 1.0};
+    return (answer){1.0, 1.0, 1.0, 1.0};
   case THRUM_SCHEME_RK4:
-    return (answer){0.5, 0.5, 1.0 / 12.0}; // as far as its h^4
+    return (answer){1.0, 0.5, 0.5, 1.0 / 12.0}; // as far as its h^4
   case THRUM_SCHEME_THESIS:
   case THRUM_SCHEME_QUADRATIC:
   case THRUM_SCHEME_POSITION:
     break;
   }
-  return (answer){0.5, 0.5, i < state->split ? 0.0 : 0.25};
+  return (answer){1.0, 0.5, 0.5, i < state->split ? 0.0 : 0.25};
 }
 
 /* Fills the displacement over the step without contact, and the answer to a unit mean load, with
@@ -53,18 +64,20 @@ static answer answer_of(const thrum_state *state, int32_t low, int32_t i) {
 static void fill_unloaded(const thrum_contact_run *run, const double *momentum,
                           const double *force) {
   const thrum_state *state = run->state;
-  const int32_t low = thrum_fox_goodwin_modes(run->model, state);
+  const int32_t low = state->scheme == THRUM_SCHEME_ENERGY
+                          ? thrum_matched_modes(run->model, state)
+                          : thrum_fox_goodwin_modes(run->model, state);
   const thrum_contact_view *view = &run->view;
   const double h = run->dt;
   for (int32_t i = 0; i < state->rank; i++) {
-    const answer by = answer_of(state, low, i);
+    const answer by = answer_of(run->model, state, low, i);
     const double damping = thrum_rest_damping(run->model, state, i);
     const double scale =
         1.0 / (1.0 + by.damping * h * damping + by.stiffness * h * h * run->model->omega2[i]);
     const double load = run->environment->load ? run->environment->load[i] : 0.0;
     const double pushed = by.load * h * h;
     view->weights[i] = pushed * scale;
-    view->unloaded[i] = scale * (h * momentum[i] + pushed * (load - force[i]));
+    view->unloaded[i] = scale * (by.momentum * h * momentum[i] + pushed * (load - force[i]));
   }
 }
 

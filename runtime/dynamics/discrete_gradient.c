@@ -1,10 +1,13 @@
 /* One energy-conserving step of all modes by a discrete gradient (design 7):
  *
- *   p' = p - h F,  F = R-bar + D v - f,  q' = q + h/2 (p + p'),  v = (q' - q)/h,  d = q' - q,
+ *   p' = p - h L F,  F = R-bar + N D v - f,  q' = q + h/2 L (p + p'),  v = N (q' - q)/h,
+ *   d = q' - q,
  *
  * with a mean force R-bar for which R-bar d = V(q') - V(q). So 1/2 |p|^2 + V changes by the work of
- * the load less the dissipation at any h; the rest that the solver's tolerance leaves is taken up
- * by a scale of p'. Two mean forces have that property:
+ * the load less the dissipation h v D v at any h, as L d F = h/2 (p + p') F; the rest that the
+ * solver's tolerance leaves is taken up by a scale of p'. L = diag(lambda) and N = diag(nu) are 1
+ * but for slow modes, which they step at their own frequency (frequency_matching.c). Two mean
+ * forces have that property:
  *
  *   trapezoidal discrete gradient  R-bar = 1/2 [R(q) + R(q')] + sigma d,
  *                  sigma = (V(q') - V(q) - 1/2 [R(q) + R(q')] d)/|d|^2
@@ -21,7 +24,8 @@
  * the kick, and the solve has the other half, as that of Newmark's step has it (share = 1/2; for
  * the average vector field share = 1, E = R-bar):
  *
- *   0 = d - kick + share h^2/2 [E + D v/share - f],  kick = h p - (1 - share) h^2/2 [R(q) - f],
+ *   0 = mu (d - kick) + share h^2/2 [E + N D v/share - f],  mu = 1/lambda^2,
+ *   kick = h L p - (1 - share) h^2/2 L^2 [R(q) - f],
  *   R-bar = (1 - share) R(q) + share E,  E = R(q') + 2 sigma d
  *
  * The first guess then extrapolates only the unknown part.
@@ -42,6 +46,7 @@
 #include "runtime/base/finite.h"
 #include "runtime/base/lane_sums.h"
 #include "runtime/dynamics/discrete_gradient_private.h"
+#include "runtime/dynamics/frequency_matching.h"
 #include "runtime/dynamics/spurious_work.h"
 #include "runtime/polynomial/polynomial_private.h"
 
@@ -67,12 +72,30 @@ bool thrum_momentum_take(const thrum_solver *s, double energy_error, double most
   return taken;
 }
 
+/* Gives the problem the time steps of the modes whose frequency is matched. */
+static void match_frequencies(thrum_solver *s) {
+  thrum_state_view *view = s->view;
+  const int32_t count = thrum_matched_modes(s->model, s->state);
+  for (int32_t i = 0; i < count; i++) {
+    const thrum_matched_step by = thrum_matched_step_of(s->model, s->state, i);
+    view->stretch[i] = by.stretch;
+    view->unstretch[i] = by.inverse;
+    view->mass[i] = view->unstretch[i] * view->unstretch[i];
+    view->speed[i] = view->drag[i] = by.speed;
+  }
+  for (int32_t i = count; i < s->n; i++)
+    view->stretch[i] = view->unstretch[i] = 1.0;
+  thrum_problem_take_own(s, count);
+}
+
 /* The problem in which the solve has this share of F, without its kick. */
 static thrum_solver make_problem(const thrum_model *model, const thrum_state *state,
                                  thrum_state_view *view, thrum_solve_report *report, double share) {
   const double h = state->def.dt;
-  return thrum_problem_make(model, state, view, report, 0, 0.5 / share, 0.5 * share * h * h,
-                            1.0 / (share * h));
+  thrum_solver s = thrum_problem_make(model, state, view, report, 0, 0.5 / share,
+                                      0.5 * share * h * h, 1.0 / (share * h));
+  match_frequencies(&s);
+  return s;
 }
 
 thrum_solver thrum_energy_problem(const thrum_model *model, const thrum_state *state,
@@ -85,8 +108,10 @@ static thrum_solver problem_of(const thrum_model *model, const thrum_state *stat
                                thrum_state_view *view, thrum_solve_report *report, double share) {
   const double h = state->def.dt, known = 0.5 * h * h * (1.0 - share);
   thrum_solver s = make_problem(model, state, view, report, share);
-  for (int32_t i = 0; i < s.n; i++)
-    view->kick[i] = h * view->p[i] - known * (view->force_start[i] - view->load[i]);
+  for (int32_t i = 0; i < s.n; i++) {
+    const double stretch = view->stretch[i], unbalanced = view->force_start[i] - view->load[i];
+    view->kick[i] = h * stretch * view->p[i] - known * (stretch * stretch) * unbalanced;
+  }
 
   // past solves of the other mean force do not continue this one
   report->discrete = share < 1.0;

@@ -38,6 +38,18 @@ static void add_tangent(const thrum_solver *s, double at, double factor, double 
     matrix[a] += s->weight * factor * view->tangent[a];
 }
 
+/* matrix += weight rate beta N T(q-bar) N, with the tangent form of damping */
+static void add_damping(const thrum_solver *s, double *matrix) {
+  thrum_state_view *view = s->view;
+  const double factor = s->weight * (s->rate * s->state->def.damping_beta);
+  place(s, 0.5, view->point);
+  thrum_tangent_stiffness_by(view->kernel, s->model, view->point, view->tangent, view->work);
+  const size_t n = (size_t)s->n;
+  for (size_t i = 0; i < n; i++)
+    for (size_t j = 0; j < n; j++)
+      matrix[i * n + j] += factor * (view->drag[i] * view->speed[j]) * view->tangent[i * n + j];
+}
+
 /* R-bar into view->force, R(q') into view->force_2, V(q') into the report; returns P up to a
  * constant. */
 static double evaluate_average(const thrum_solver *s) {
@@ -56,13 +68,14 @@ static double evaluate_average(const thrum_solver *s) {
   return s->weight * (along + 8.0 * energies[0] + energies[1]) / 6.0;
 }
 
-/* weight (T(q-bar)/3 + T(q')/6), and weight rate beta T(q-bar) for the tangent form of damping. */
+/* weight (T(q-bar)/3 + T(q')/6), and weight rate beta N T(q-bar) N for the tangent form of damping.
+ */
 static void stiffness_of_average(const thrum_solver *s, double *matrix) {
   memset(matrix, 0, (size_t)s->n * (size_t)s->n * sizeof *matrix);
   add_tangent(s, 0.5, 1.0 / 3.0, matrix);
   add_tangent(s, 1.0, 1.0 / 6.0, matrix);
   if (s->tangent)
-    add_tangent(s, 0.5, s->rate * s->state->def.damping_beta, matrix);
+    add_damping(s, matrix);
 }
 
 /* R(q') and V(q') of an increment that was corrected and not evaluated again, to first order: it
@@ -74,8 +87,8 @@ static void follow_correction(const thrum_solver *s) {
 
   // the equation says what the correction did to R-bar; twice that to R(q')
   for (int32_t i = 0; i < s->n; i++) {
-    const double damped = s->rate * thrum_rest_damping(s->model, s->state, i) * back[i];
-    view->force_2[i] += 2.0 * ((back[i] - view->residual[i]) * inverse + damped);
+    const double damped = thrum_solved_damping(s, i) * back[i];
+    view->force_2[i] += 2.0 * ((view->mass[i] * back[i] - view->residual[i]) * inverse + damped);
   }
 
   // V changes by the mean of R over the correction
@@ -98,29 +111,33 @@ static void arrive(const thrum_solver *s) {
     report->potential = thrum_strain_energy_by(view->kernel, s->model, view->q_next, view->work);
 }
 
-/* q' and p' from d: p - h F is 2 (d - g)/h - p with the residual g, and there the forces of stiff
- * modes do not cancel. */
+/* q' and p' from d: p - h L F is 2 (L^-1 d - L g)/h - p with the residual g, and there the forces
+ * of stiff modes do not cancel. */
 static void advance(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   const double twice = 2.0 / s->state->def.dt;
   for (int32_t i = 0; i < s->n; i++) {
-    const double left = s->report->verified ? view->residual[i] : 0.0;
+    const double left = s->report->verified ? view->stretch[i] * view->residual[i] : 0.0;
     view->q_next[i] = view->q[i] + view->unknown[i];
-    view->p_next[i] = twice * (view->unknown[i] - left) - view->p[i];
+    view->p_next[i] = twice * (view->unstretch[i] * view->unknown[i] - left) - view->p[i];
   }
   s->report->solved = true;
 }
 
-/* The error that the balance of this step is left with. With p' = p - h F the kinetic energy
- * changes by -F (d - g), g the residual left; it should change by R-bar d less the change of V
+/* The error that the balance of this step is left with. With p' = p - h L F the kinetic energy
+ * changes by -F (d - L^2 g), g the residual left; it should change by R-bar d less the change of V
  * more. */
 static double energy_error_of(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
   double error = s->report->potential_start - s->report->potential +
                  thrum_sum_of(s->n, view->force, view->unknown, NULL);
-  if (s->report->verified)
-    error -= thrum_sum_less(s->n, view->p, view->p_next, view->residual) / s->state->def.dt;
-  return error;
+  if (!s->report->verified)
+    return error;
+
+  double *left = view->image;
+  for (int32_t i = 0; i < s->n; i++)
+    left[i] = view->stretch[i] * view->residual[i];
+  return error - thrum_sum_less(s->n, view->p, view->p_next, left) / s->state->def.dt;
 }
 
 /* Scales p' so that the balance holds; the factor differs from 1 by about the tolerance. False at a

@@ -12,6 +12,12 @@ static inline double thrum_share_of(const thrum_solver *s) {
   return 0.5 / s->at;
 }
 
+/* Rest damping of mode i in the solve's equation, per unit of d: rate eta D nu. */
+static inline double thrum_solved_damping(const thrum_solver *s, int32_t i) {
+  return s->rate * (s->view->speed[i] * s->view->drag[i]) *
+         thrum_rest_damping(s->model, s->state, i);
+}
+
 /* h^2/2 */
 static inline double thrum_mean_weight(const thrum_solver *s) {
   return 2.0 * s->at * s->weight;

@@ -8,7 +8,7 @@
  * correction c = -J^-1 g for the residual g, is not applied to q' but carried to the next step:
  *
  *   end of the step        q' = q + d, with R(q') and V(q') as evaluated
- *   start of the next one  x' = q' + c, p'' = 2 (d + c)/h - p, R'' by the equation,
+ *   start of the next one  x' = q' + c, p'' = 2 L^-1 (d + c)/h - p, R'' by the equation,
  *                          V'' = V(q') + 1/2 [R(q') + R''] c
  *   momentum at q'         p' = p'' scaled to 1/2 |p'|^2 = 1/2 |p''|^2 + V'' - V(q') - f c
  *
@@ -121,15 +121,15 @@ static void both_of_discrete(const thrum_solver *s, double *matrix) {
 /* |d|^2 grad(sigma) = 1/2 [R(q') - R(q)] - 1/2 T(q') d - 2 sigma d, and d T x follows from J0 x, as
  * J0 is symmetric: with the residual g
  *   h^2/2 |d|^2 grad(sigma) = slope - J0 d,
- *   slope = g + h p - h^2/2 [R(q) - f] - h^2 sigma d */
+ *   slope = g + mu h L p - h^2/2 [R(q) - f] - h^2 sigma d */
 static void put_slope(const thrum_solver *s, const double *residual) {
   const thrum_state_view *view = s->view;
   double *slope = view->slope;
   const double known = thrum_mean_weight(s) * (1.0 - thrum_share_of(s));
   const double twice = 2.0 * thrum_mean_weight(s) * s->report->along_step;
   for (int32_t i = 0; i < s->n; i++)
-    slope[i] = residual[i] + view->kick[i] - known * (view->force_start[i] - view->load[i]) -
-               twice * view->unknown[i];
+    slope[i] = residual[i] + view->mass[i] * view->kick[i] -
+               known * (view->force_start[i] - view->load[i]) - twice * view->unknown[i];
 }
 
 /* h^2/2 grad(sigma) x from the slope, x and image = J0 x. */
@@ -139,7 +139,7 @@ static double gradient_along(const thrum_solver *s, const double *x, const doubl
          s->report->inverse_square;
 }
 
-/* The Jacobian is J0 + h^2/2 d grad(sigma)^T with J0 = 1 + h^2/2 (T(q')/2 + sigma) + h/2 D: by
+/* The Jacobian is J0 + h^2/2 d grad(sigma)^T with J0 = mu + h^2/2 (T(q')/2 + sigma) + h/2 N D N: by
  * Sherman & Morrison one more product with J0^-1, in the first correction with this J0; later ones
  * take the same. On entry image = J0^-1 residual; then image = J^-1 residual and residual = J0
  * image. */
@@ -174,9 +174,8 @@ static void follow_correction(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
   thrum_solve_report *report = s->report;
   const double share = thrum_share_of(s), inverse = 1.0 / s->weight, sigma = report->along_step;
-  const double alpha = s->state->def.damping_alpha, beta = s->state->def.damping_beta;
-  const double rate = s->rate, *omega2 = s->model->omega2;
   const double *back = view->direction, *residual = view->residual, *d = view->unknown;
+  const double *mass = view->mass;
   const double before = thrum_sum_of(s->n, back, view->force_2, NULL);
 
   // the change of sigma
@@ -190,8 +189,8 @@ static void follow_correction(const thrum_solver *s) {
   // change of R(q'), but for the part along d
   double *restrict force = view->force_2;
   for (int32_t i = 0; i < s->n; i++) {
-    const double damped = rate * (alpha + beta * omega2[i]) * back[i];
-    const double change = share * ((back[i] - residual[i]) * inverse + damped);
+    const double damped = thrum_solved_damping(s, i) * back[i];
+    const double change = share * ((mass[i] * back[i] - residual[i]) * inverse + damped);
     force[i] += 2.0 * (change - sigma_change * d[i] + sigma * back[i]);
   }
 
@@ -204,10 +203,10 @@ static void follow_correction(const thrum_solver *s) {
  * extrapolates. */
 static void advance(const thrum_solver *s) {
   thrum_state_view *view = s->view;
-  const double twice = 2.0 / s->state->def.dt, inverse = 1.0 / s->weight, rate = s->rate;
-  const double alpha = s->state->def.damping_alpha, beta = s->state->def.damping_beta;
+  const double twice = 2.0 / s->state->def.dt, inverse = 1.0 / s->weight;
   const double *q = view->q, *p = view->p, *d = view->unknown, *back = view->direction;
-  const double *kick = view->kick, *load = view->load, *omega2 = s->model->omega2;
+  const double *kick = view->kick, *load = view->load, *mass = view->mass;
+  const double *unstretch = view->unstretch;
   double *restrict q_next = view->q_next;
   double *restrict q_start = view->q_corrected_next, *restrict p_start = view->p_corrected_next;
   double *restrict past = view->middle, *restrict force = view->force;
@@ -215,8 +214,8 @@ static void advance(const thrum_solver *s) {
     const double all = d[i] - back[i];
     q_next[i] = q[i] + d[i];
     past[i] = q_start[i] = q[i] + all;
-    p_start[i] = twice * all - p[i];
-    force[i] = (kick[i] - all) * inverse + load[i] - rate * (alpha + beta * omega2[i]) * all;
+    p_start[i] = twice * all * unstretch[i] - p[i];
+    force[i] = mass[i] * (kick[i] - all) * inverse + load[i] - thrum_solved_damping(s, i) * all;
   }
 }
 
@@ -233,7 +232,8 @@ static double balance(const thrum_solver *s, const thrum_step_start *from) {
   for (int32_t i = 0; i < s->n; i++) {
     const double d = view->q_next[i] - from->q[i];
     work += load[i] * d;
-    dissipated += (alpha + beta * s->model->omega2[i]) * (d * d);
+    dissipated +=
+        (alpha + beta * s->model->omega2[i]) * (view->speed[i] * d * (view->speed[i] * d));
     kinetic += (p[i] - p_end[i]) * (p[i] + p_end[i]);
     square += p[i] * p[i];
   }

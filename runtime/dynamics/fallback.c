@@ -94,6 +94,9 @@ static thrum_status run_levels(const thrum_model *model, const thrum_state *stat
   if (whole_first) {
     status = advance(model, state, view, report);
     report->fallback_level = THRUM_FALLBACK_ENERGY;
+    if (status >= 0)
+      report->dissipation = thrum_step_dissipation(model, state, view);
+    report->dissipation_known = status >= 0;
   }
   for (int32_t count = 2; count <= SUBSTEPS_MAX && status < 0; count *= 2) {
     status = substeps(model, state, view, count, report);

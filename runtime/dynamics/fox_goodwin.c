@@ -43,7 +43,10 @@ thrum_solver thrum_fox_goodwin_problem(const thrum_model *model, const thrum_sta
                                        thrum_state_view *view, thrum_solve_report *report) {
   const double h = state->def.dt;
   thrum_solver s = thrum_problem_make(model, state, view, report, 0, 1.0, 0.25 * h * h, 2.0 / h);
-  thrum_problem_set_mass(&s, thrum_fox_goodwin_modes(model, state), 3.0);
+  const int32_t low = thrum_fox_goodwin_modes(model, state);
+  for (int32_t i = 0; i < low; i++)
+    view->mass[i] = view->speed[i] = 3.0;
+  thrum_problem_take_own(&s, low);
   return s;
 }
 
@@ -51,7 +54,7 @@ thrum_status thrum_step_fox_goodwin(const thrum_model *model, const thrum_state 
                                     thrum_state_view *view, thrum_solve_report *report) {
   const double h = state->def.dt;
   const thrum_solver s = thrum_fox_goodwin_problem(model, state, view, report);
-  const int32_t low = s.heavy;
+  const int32_t low = s.own;
 
   // a' and v' are linear in d; `drift` is v' for d = 0
   for (int32_t i = 0; i < state->rank; i++) {

@@ -37,14 +37,16 @@ void thrum_problem_weigh(const thrum_solver *s, double *matrix) {
   const size_t n = (size_t)s->n;
   for (size_t a = 0; a < n * n; a++)
     matrix[a] *= stiff;
-  if (damping == 0.0 || s->heavy == 0)
+  if (damping == 0.0 || s->own == 0)
     return;
 
-  // T mu is not symmetric: the geometric mean of both modes' mu, which iterations make good
-  const double *mass = s->view->mass + s->first;
+  // T nu is not symmetric: the geometric mean of both modes' eta nu, which iterations make good
+  const double *speed = s->view->speed + s->first, *drag = s->view->drag + s->first;
   for (size_t i = 0; i < n; i++)
-    for (size_t j = 0; j < n; j++)
-      matrix[i * n + j] *= (s->at + damping * sqrt(mass[i] * mass[j])) / (s->at + damping);
+    for (size_t j = 0; j < n; j++) {
+      const double both = speed[i] * drag[i] * (speed[j] * drag[j]);
+      matrix[i * n + j] *= (s->at + damping * sqrt(both)) / (s->at + damping);
+    }
 }
 
 static void stiffness(const thrum_solver *s, double *matrix) {
@@ -104,18 +106,17 @@ thrum_solver thrum_problem_make(const thrum_model *model, const thrum_state *sta
   }
   memset(view->drift + first, 0, (size_t)s.n * sizeof *view->drift);
   for (int32_t i = first; i < state->rank; i++)
-    view->mass[i] = 1.0;
+    view->mass[i] = view->speed[i] = view->drag[i] = 1.0;
   return s;
 }
 
-void thrum_problem_set_mass(thrum_solver *s, int32_t count, double mass) {
+void thrum_problem_take_own(thrum_solver *s, int32_t count) {
   thrum_state_view *view = s->view;
-  s->heavy = count;
+  s->own = count;
   for (int32_t i = s->first; i < count; i++) {
     const double damping = thrum_rest_damping(s->model, s->state, i);
-    const double stiff = s->at * s->model->omega2[i] + s->rate * mass * damping;
-    view->mass[i] = mass;
-    view->scale[i] = mass + s->weight * stiff;
+    const double damped = s->rate * (view->speed[i] * view->drag[i]) * damping;
+    view->scale[i] = view->mass[i] + s->weight * (s->at * s->model->omega2[i] + damped);
     view->unscale[i] = 1.0 / view->scale[i];
   }
 }
@@ -123,12 +124,12 @@ void thrum_problem_set_mass(thrum_solver *s, int32_t count, double mass) {
 void thrum_problem_place(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   const double *q = view->q, *d = view->unknown, *drift = view->drift, at = s->at, rate = s->rate;
-  const double *mass = view->mass;
+  const double *speed = view->speed;
   double *restrict middle = view->middle, *restrict velocity = view->velocity;
   const int32_t rank = s->state->rank;
   for (int32_t i = s->first; i < rank; i++) {
     middle[i] = q[i] + at * d[i];
-    velocity[i] = mass[i] * rate * d[i] + drift[i];
+    velocity[i] = speed[i] * rate * d[i] + drift[i];
   }
 
   // tangent damping acts at the same point
@@ -143,6 +144,7 @@ double thrum_problem_residual(const thrum_solver *s) {
   const double weight = s->weight, twice = 2.0 * s->report->along_step, *omega2 = s->model->omega2;
   const double *force = s->evaluated, *velocity = view->velocity, *product = view->product;
   const double *d = view->unknown, *load = view->load, *kick = view->kick, *mass = view->mass;
+  const double *drag = view->drag;
   double *restrict total = view->total, *restrict residual = view->residual;
   const int32_t rank = s->state->rank;
   const bool tangent = s->tangent;
@@ -150,7 +152,7 @@ double thrum_problem_residual(const thrum_solver *s) {
   // locals and restrict, so that the loop is vectorised
   for (int32_t i = s->first; i < rank; i++) {
     const double v = velocity[i];
-    const double damped = alpha * v + beta * (tangent ? product[i] : omega2[i] * v);
+    const double damped = drag[i] * (alpha * v + beta * (tangent ? product[i] : omega2[i] * v));
     total[i] = force[i] + twice * d[i] + damped - load[i];
     residual[i] = mass[i] * (d[i] - kick[i]) + weight * total[i];
   }
@@ -188,7 +190,9 @@ void thrum_problem_assemble(const thrum_solver *s, bool stiffness_there) {
   const size_t n = (size_t)s->n;
   for (size_t i = 0; i < n; i++) {
     const double rest = s->tangent ? 0.0 : beta * s->model->omega2[(size_t)s->first + i];
-    const double mass = s->view->mass[(size_t)s->first + i];
-    matrix[i * n + i] += mass * (1.0 + s->weight * s->rate * (alpha + rest));
+    const size_t mode = (size_t)s->first + i;
+    const double mass = s->view->mass[mode];
+    const double damped = s->view->speed[mode] * s->view->drag[mode] / mass * (alpha + rest);
+    matrix[i * n + i] += mass * (1.0 + s->weight * s->rate * damped);
   }
 }

@@ -1,9 +1,10 @@
 /* The equation that an implicit step solves for its increment d of the modes first..rank-1:
  *
- *   0 = mu (d - kick) + weight (R + D v - f),  v = mu rate d + drift,  R at q + at d
+ *   0 = mu (d - kick) + weight (R + eta D v - f),  v = nu rate d + drift,  R at q + at d
  *
  * and its parts, shared by the implicit integrators; private to the runtime, see
- * implicit_problem.c. mu is 1 but for the low modes of Fox-Goodwin, `heavy` in the solver.
+ * implicit_problem.c. mu, nu and eta are 1 but for the first modes, `own` in the solver: nu = mu
+ * for those of Fox-Goodwin, and eta = nu for those of energy.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_DYNAMICS_IMPLICIT_PROBLEM_H
 #define THRUM_RUNTIME_DYNAMICS_IMPLICIT_PROBLEM_H
@@ -52,20 +53,21 @@ struct thrum_solver {
   int32_t past_count; /* past solves from which the first guess may extrapolate */
   int32_t first;      /* of the modes solved for */
   int32_t n;          /* how many they are */
-  int32_t heavy;      /* how many of the first modes have another mu */
+  int32_t own;        /* how many of the first modes have a mu, nu and eta of their own */
   bool tangent;       /* damping in tangent form */
   bool carries;       /* the solve ends at an evaluated increment, with a correction left over */
 };
 
 /* The problem for the modes from `first` on, with R and stiffness of the whole model; the caller
- * fills kick, drift is zero and each mu is 1. The midpoint rule has at = 1/2, weight = h^2/2, rate
- * = 1/h and the kick h p. */
+ * fills kick, drift is zero, and each mu, nu and eta is 1. The midpoint rule has at = 1/2, weight =
+ * h^2/2, rate = 1/h and the kick h p. */
 thrum_solver thrum_problem_make(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report, int32_t first,
                                 double at, double weight, double rate);
 
-/* Gives the first `count` of all modes another mu. */
-void thrum_problem_set_mass(thrum_solver *s, int32_t count, double mass);
+/* Takes over the mu, nu and eta that the caller has put into view->mass, speed and drag of the
+ * first `count` modes. */
+void thrum_problem_take_own(thrum_solver *s, int32_t count);
 
 /* Multiplies T of a problem that evaluates the model once into its stiffness. */
 void thrum_problem_weigh(const thrum_solver *s, double *matrix);
@@ -90,8 +92,8 @@ bool thrum_problem_is_rounding(const thrum_solver *s, double norm);
 /* True when a residual of this norm ends the solve; then the report gets it. */
 bool thrum_problem_accept(const thrum_solver *s, double norm, double step);
 
-/* The matrix mu + weight (at T + rate D mu) into jacobian_next, where the stiffness may already be.
- * Without dT of the tangent form of damping. */
+/* The matrix mu + weight (at T + rate eta D nu) into jacobian_next, where the stiffness may already
+ * be. Without dT of the tangent form of damping. */
 void thrum_problem_assemble(const thrum_solver *s, bool stiffness_there);
 
 #endif

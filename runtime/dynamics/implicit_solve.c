@@ -3,7 +3,8 @@
  *
  * Full Newton takes the exact Jacobian in each iteration and searches along its direction. Unless D
  * is in tangent form, the residual g is the gradient in d of the step's potential
- *   m(d) = mu (1/2 |d|^2 - d kick) + w [d D (drift + mu rate d/2) - d f] + P(d),  grad P = w R,
+ *   m(d) = mu (1/2 |d|^2 - d kick) + w [d eta D (drift + nu rate d/2) - d f] + P(d),
+ *   grad P = w R,
  * which is bounded below, so a line search on m finds a solution at any h.
  * Cost of full Newton: an evaluation of R, a tangent and n^3/3 an iteration.
  *
@@ -35,8 +36,8 @@ static merit evaluate(const thrum_solver *s) {
   // the quadratic terms of m beyond P
   for (int32_t i = s->first; i < s->state->rank; i++) {
     const double d = view->unknown[i], mass = view->mass[i];
-    const double damped =
-        thrum_rest_damping(s->model, s->state, i) * (view->drift[i] + 0.5 * mass * s->rate * d);
+    const double v = view->drift[i] + 0.5 * view->speed[i] * s->rate * d;
+    const double damped = view->drag[i] * (thrum_rest_damping(s->model, s->state, i) * v);
     potential += d * (mass * (0.5 * d - view->kick[i]) + s->weight * (damped - view->load[i]));
   }
   const merit found = {norm, potential};
@@ -47,8 +48,8 @@ static bool accept(const thrum_solver *s, double norm) {
   return thrum_problem_accept(s, norm, thrum_problem_norm(s));
 }
 
-/* jacobian_next += weight at beta dT(middle)[v]: T is quadratic in q, so a central difference of it
- * is exact. */
+/* jacobian_next += weight at beta eta dT(middle)[v]: T is quadratic in q, so a central difference
+ * of it is exact. */
 static void assemble_tangent_change(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   const double h = s->state->def.dt;
@@ -65,7 +66,8 @@ static void assemble_tangent_change(const thrum_solver *s) {
   for (size_t i = 0; i < n; i++)
     for (size_t j = 0; j < n; j++) {
       const size_t at = (first + i) * rank + first + j;
-      view->jacobian_next[i * n + j] += scale * (view->tangent_2[at] - view->tangent[at]);
+      view->jacobian_next[i * n + j] +=
+          view->drag[first + i] * scale * (view->tangent_2[at] - view->tangent[at]);
     }
 }
 

@@ -62,8 +62,10 @@ static double take_parts(const thrum_solver *s, double *diagonal) {
   for (int32_t i = 0; i < s->n; i++) {
     const int32_t mode = s->first + i;
     const double rest = s->tangent ? 0.0 : beta * s->model->omega2[mode];
-    diagonal[i] =
-        s->view->mass[mode] * (1.0 + s->weight * s->rate * (s->state->def.damping_alpha + rest));
+    const double mass = s->view->mass[mode];
+    const double damped =
+        s->view->speed[mode] * s->view->drag[mode] / mass * (s->state->def.damping_alpha + rest);
+    diagonal[i] = mass * (1.0 + s->weight * s->rate * damped);
   }
   return s->weight * (s->at + (s->tangent ? s->rate * beta : 0.0));
 }

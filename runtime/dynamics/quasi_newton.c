@@ -160,6 +160,7 @@ static void expect(const thrum_solver *s, const double weight[THRUM_PAST_SOLVES]
   const double by = 1.0 / s->at, rate = s->rate, of_force = s->weight;
   const double *q = view->q, *drift = view->drift, *kick = view->kick, *load = view->load;
   const double *unscale = view->unscale, *mass = view->mass;
+  const double *speed = view->speed, *drag = view->drag;
   double *restrict unknown = view->unknown, *restrict residual = view->residual;
   double *restrict direction = view->direction;
   const int32_t rank = s->state->rank;
@@ -167,8 +168,8 @@ static void expect(const thrum_solver *s, const double weight[THRUM_PAST_SOLVES]
   // as thrum_problem_residual, with the extrapolated R
   for (int32_t i = s->first; i < rank; i++) {
     const double d = (weighted(weight, past_q, i) - q[i]) * by;
-    const double v = mass[i] * rate * d + drift[i];
-    const double damped = thrum_rest_damping(s->model, s->state, i) * v;
+    const double v = speed[i] * rate * d + drift[i];
+    const double damped = drag[i] * (thrum_rest_damping(s->model, s->state, i) * v);
     unknown[i] = d;
     residual[i] =
         mass[i] * (d - kick[i]) + of_force * (weighted(weight, past_r, i) + damped - load[i]);
@@ -383,12 +384,13 @@ static void conclude(const thrum_solver *s) {
   const thrum_state_view *view = s->view;
   const double weight = s->weight;
   const double *kick = view->kick, *d = view->unknown, *load = view->load, *v = view->velocity;
-  const double *mass = view->mass;
+  const double *mass = view->mass, *drag = view->drag;
   double *restrict total = view->total, *restrict force = view->force;
   const int32_t rank = s->state->rank;
   for (int32_t i = s->first; i < rank; i++) {
     total[i] = mass[i] * (kick[i] - d[i]) / weight;
-    force[i] = total[i] + load[i] - thrum_rest_damping(s->model, s->state, i) * v[i];
+    const double damped = drag[i] * (thrum_rest_damping(s->model, s->state, i) * v[i]);
+    force[i] = total[i] + load[i] - damped;
   }
 }
 

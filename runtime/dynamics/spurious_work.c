@@ -1,9 +1,11 @@
 /* The guard on corrections that are not verified (design 7): a leak between modes does not show in
  * the total energy, which the discrete gradient keeps whatever the solve leaves.
  *
- * An increment that is off by e acts on the motion as a kick of 4 e/h, and so does the work
+ * An increment that is off by e acts on the motion as a kick of 4 e/h (of 4 e/(lambda h) on modes
+ * whose frequency is matched), and so does the work
  *
- *   W_b = 4/h sum of e_i p_i   on the modes i of a band b: those explicit at rest, or the others.
+ *   W_b = 4/h sum of e_i p_i/lambda_i   on the modes i of a band b: those explicit at rest, or the
+ * others.
  *
  * The discrete gradient takes the sum over both bands back along the increment d, in proportion to
  * their shares of |d|^2. So the work moves the energy
@@ -41,8 +43,8 @@ void thrum_spurious_work_sample(const thrum_solver *s) {
   for (int32_t i = 0; i < s->n; i++) {
     const int band = i >= state->high_first;
     const double d = view->unknown[i] - view->direction[i];
-    const double p = twice * d - view->p[i], q = view->q[i] + d;
-    work[band] += (view->direction[i] - view->correction[i]) * p;
+    const double per = view->unstretch[i], p = twice * d * per - view->p[i], q = view->q[i] + d;
+    work[band] += (view->direction[i] - view->correction[i]) * per * p;
     energy[band] += 0.5 * (p * p + s->model->omega2[i] * (q * q));
     moved[band] += d * d;
   }

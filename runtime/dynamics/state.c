@@ -16,6 +16,7 @@
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/discrete_gradient.h"
 #include "runtime/dynamics/energy_balance.h"
+#include "runtime/dynamics/frequency_matching.h"
 #include "runtime/dynamics/kept_inverse.h"
 #include "runtime/dynamics/mode_split.h"
 #include "runtime/dynamics/motion_norm.h"
@@ -102,6 +103,7 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   state->identity = model->identity;
   state->rank = (int32_t)model->rank;
   thrum_state_plan(state, model);
+  thrum_find_following(model, state);
 
   // the others do not adapt
   state->def.adaptive = thrum_adapts(def->integrator) ? def->adaptive : 0;

@@ -28,6 +28,7 @@ thrum_state_def thrum_default_state_def(void) {
       .adaptive = 1,
       .fallback = 1,
       .solver = THRUM_SOLVER_QUASI_NEWTON,
+      .frequency_matched = 1,
   };
   return def;
 }
@@ -95,8 +96,8 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
   const int solver = (int)def->solver;
   if (solver < THRUM_SOLVER_QUASI_NEWTON || solver > THRUM_SOLVER_NEWTON)
     return refuse(error, "solver", solver, "one of thrum_implicit_solver");
-  if (def->unused != 0)
-    return refuse(error, "unused", def->unused, "0");
+  if (def->frequency_matched != 0 && def->frequency_matched != 1)
+    return refuse(error, "frequency_matched", def->frequency_matched, "0 or 1");
   if (!thrum_kernel_name(def->kernel))
     return refuse(error, "kernel", (double)def->kernel, "one of thrum_kernel_id");
   if (def->iterations_max < 1)

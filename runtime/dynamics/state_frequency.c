@@ -3,6 +3,7 @@
  *
  *   Newmark, gamma and beta   u = z^2 / (1 + beta z^2),  lambda^2 - [2 - (gamma + 1/2) u] lambda +
  *                             1 - (gamma - 1/2) u = 0;  Verlet beta = 0, midpoint and energy 1/4
+ *                             but for the modes of energy whose frequency is matched
  *   backward Euler            lambda = (1 + i z) / (1 + z^2)
  *   Runge-Kutta               lambda = 1 - z^2/2 + z^4/24 + i (z - z^3/6)
  *
@@ -14,6 +15,7 @@
 #include <math.h>
 
 #include "runtime/dynamics/fox_goodwin.h"
+#include "runtime/dynamics/frequency_matching.h"
 #include "runtime/dynamics/state_private.h"
 
 /* The eigenvalue of a step. */
@@ -73,5 +75,12 @@ thrum_status thrum_state_stepped_modes(const thrum_model *model, const thrum_sta
                            : found.real,
     };
   }
+
+  // energy steps these as they are
+  const int32_t matched =
+      state->scheme == THRUM_SCHEME_ENERGY ? thrum_matched_modes(model, state) : 0;
+  for (int32_t i = 0; i < matched; i++)
+    if (thrum_matched_step_of(model, state, i).stretch > 1.0)
+      modes[i].stepped_hertz = modes[i].hertz;
   return THRUM_OK;
 }

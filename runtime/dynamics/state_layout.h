@@ -23,7 +23,7 @@
 
 /* Of the header and the arrays below; raised with each change of them, so that a snapshot of
  * another version is known. */
-#define THRUM_STATE_VERSION 12
+#define THRUM_STATE_VERSION 13
 
 /* --- the header ------------------------------------------------------------------------------- */
 
@@ -110,6 +110,8 @@ struct thrum_state {
   thrum_energy_target target;
   thrum_spurious_work spurious;
   thrum_energy_balance balance;
+  /* Bit i % 64 of entry i / 64: mode i follows a softer one (frequency_matching.h). */
+  uint64_t following[(THRUM_RANK_MAX + 63) / 64];
   int64_t work_count;        /* doubles in `work` */
   int64_t restricted_count;  /* doubles in `restricted` */
   int64_t kept_count;        /* doubles in each of `inverses` */
@@ -146,7 +148,8 @@ struct thrum_state {
   int32_t unused;            /* zero, so that there is no padding */
 };
 
-_Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + sizeof(int32_t) &&
+_Static_assert(sizeof(thrum_state_def) ==
+                       offsetof(thrum_state_def, frequency_matched) + sizeof(int32_t) &&
                    sizeof(thrum_state_report) ==
                        offsetof(thrum_state_report, residual_last) + sizeof(double) &&
                    offsetof(thrum_state, report) ==
@@ -191,7 +194,9 @@ _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + si
   X(image, vector)               /* the next correction */                                         \
   X(scale, vector)               /* Jacobian at rest: scale of a mode's residual */                \
   X(unscale, vector)             /* 1/scale */                                                     \
-  X(mass, vector)                /* of the solve: mu */                                            \
+  X(mass, vector)                /* of the solve: mu, */                                           \
+  X(speed, vector)               /* nu */                                                          \
+  X(drag, vector)                /* and eta */                                                     \
   X(kick, vector)                /* of the solve: d without forces */                              \
   X(drift, vector)               /* of the solve: the velocity for d = 0 */                        \
   X(total, vector)               /* R + D v - f at the middle */                                   \
@@ -209,6 +214,8 @@ _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + si
   X(point_2, vector)     /* and its second point */                                                \
   X(force_2, vector)     /* R there; energy: R(q') in the end */                                   \
   X(force_start, vector) /* energy: R(q_k) */                                                      \
+  X(stretch, vector)     /* energy: lambda, */                                                     \
+  X(unstretch, vector)   /* and 1/lambda */                                                        \
   X(bordered, vector)    /* energy: J0^-1 (q' - q) */                                              \
   X(slope, vector)       /* energy: h^2/2 |d|^2 grad(sigma) + J0 d */                              \
   X(correction, vector)  /* energy: by the inverse before a new one, negated */                    \

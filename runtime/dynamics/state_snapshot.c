@@ -10,6 +10,7 @@
 
 #include "runtime/base/finite.h"
 #include "runtime/base/seal.h"
+#include "runtime/dynamics/frequency_matching.h"
 #include "runtime/dynamics/spurious_work.h"
 #include "runtime/dynamics/state_layout.h"
 #include "runtime/dynamics/state_private.h"
@@ -65,7 +66,8 @@ static thrum_status check_sizes(const thrum_model *model, const thrum_state *sta
 }
 
 /* The scheme and the split of the modes are ones that a state of this def can come to. */
-static thrum_status check_scheme(const thrum_state *header, thrum_error *error) {
+static thrum_status check_scheme(const thrum_model *model, const thrum_state *header,
+                                 thrum_error *error) {
   const thrum_state_def *def = &header->def;
   const thrum_scheme scheme = (thrum_scheme)header->scheme;
   const bool imexv = def->integrator == THRUM_INTEGRATOR_IMEXV;
@@ -76,6 +78,11 @@ static thrum_status check_scheme(const thrum_state *header, thrum_error *error) 
                                               scheme == THRUM_SCHEME_ENERGY);
   if (!thrum_scheme_name(scheme) || (scheme != thrum_state_first_scheme(def) && !changed))
     return refuse("scheme", error);
+
+  thrum_state found = *header;
+  thrum_find_following(model, &found);
+  if (memcmp(found.following, header->following, sizeof found.following) != 0)
+    return refuse("modes that follow others", error);
 
   // the inverses have room for as many implicit modes as the def allows, where any are kept
   const int64_t rank = header->rank;
@@ -216,7 +223,7 @@ thrum_status thrum_state_copy_check(const thrum_model *model, const thrum_state 
   THRUM_TRY(thrum_state_check(model, &header, error));
   THRUM_TRY(thrum_state_size(model, &header.def, &size, error));
   THRUM_TRY(check_sizes(model, state, &header, error));
-  THRUM_TRY(check_scheme(&header, error));
+  THRUM_TRY(check_scheme(model, &header, error));
   THRUM_TRY(check_counts(&header, error));
 
   if (!is_finite_header(&header) || !is_finite_content(copy, thrum_state_kept_bytes(state)))

@@ -113,7 +113,8 @@ static void info_agrees_with_precompute(void **state) {
   cJSON_Delete(object);
 }
 
-/* (2/h) atan(h omega/2) for the energy integrator; a table of it where one is asked for. */
+/* For the energy integrator slow modes have their own frequency and fast ones (2/h) atan(h
+ * omega/2); a table of it where one is asked for. */
 static void frequencies_as_stepped_stand_beside_those_of_the_model(void **state) {
   (void)state;
   cJSON *object = info("beam.npz", "--integrator", "energy");
@@ -122,7 +123,8 @@ static void frequencies_as_stepped_stand_beside_those_of_the_model(void **state)
   assert_int_equal(rank, 8);
   for (int k = 0; k < rank; k++) {
     const double f = item_of(object, "basis_frequencies_hz", k)->valuedouble;
-    const double stepped = 2 / h * atan(h * two_pi * f / 2) / two_pi;
+    const double trapezoidal = 2 / h * atan(h * two_pi * f / 2) / two_pi;
+    const double stepped = h * two_pi * f <= 1 ? f : trapezoidal;
     assert_true(near(item_of(object, "stepped_frequencies_hz", k)->valuedouble, stepped, 1e-12));
     assert_true(near(item_of(object, "stepped_amplitude_factors", k)->valuedouble, 1, 1e-12));
   }

@@ -44,12 +44,13 @@ static double *read_q(const char *name, int64_t *rows) {
   return values;
 }
 
-/* A small swing is the same in both models. */
+/* A small swing is the same in both models: the full order has no modes whose frequency it could
+ * match. */
 static void a_small_swing_is_that_of_the_reduced_model(void **state) {
   (void)state;
   int64_t rows = 0, other = 0;
-  cJSON *reduced =
-      SIMULATE("reduced", "--time", "0.3", "--start", "mode:1,1e-6", "--integrator", "energy");
+  cJSON *reduced = SIMULATE("reduced", "--time", "0.3", "--start", "mode:1,1e-6", "--integrator",
+                            "energy", "--frequency-matching", "off");
   cJSON *full = SIMULATE("full", "--time", "0.3", "--start", "mode:1,1e-6", "--full");
 
   double *q = read_q("reduced/q.npy", &rows), *whole = read_q("full/q.npy", &other);

@@ -76,6 +76,27 @@ static inline thrum_energies state_energy(const thrum_model *model, thrum_state 
   return energies;
 }
 
+/* How a step of the energy integrator moves a mode (design 7): both 1 where it turns at the
+ * frequency of the trapezoidal rule. */
+typedef struct matched_step {
+  double stretch; /* its time step over dt */
+  double speed;   /* its velocity in the middle of the step over (q' - q)/dt */
+} matched_step;
+
+/* The same of each mode, by the frequency that the state says it has. */
+static inline void state_matched_steps(const thrum_model *model, const thrum_state *state,
+                                       double dt, matched_step *by) {
+  thrum_stepped_mode modes[RANK_MAX];
+  assert_int_equal(thrum_state_stepped_modes(model, state, modes, NULL), THRUM_OK);
+  for (int64_t i = 0; i < model->rank; i++) {
+    const double x = pi * dt * modes[i].hertz;
+    const bool matched =
+        x > 0 && fabs(modes[i].stepped_hertz - modes[i].hertz) < 1e-12 * modes[i].hertz;
+    by[i].stretch = matched ? tan(x) / x : 1;
+    by[i].speed = matched ? x / sin(x) : 1;
+  }
+}
+
 /* A copy of the whole memory block, to compare or to restore. */
 static inline void *state_snapshot(const thrum_state *state) {
   const size_t size = thrum_state_bytes(state);

@@ -155,8 +155,12 @@ static void errors_fall_with_the_basis_and_with_the_time_step(void **state) {
     assert_true(run->error.displacement > 0.9 * fabs(basis - run->time_error.displacement) - 1e-3);
     fronts += run->front;
 
-    // the runs of one integrator follow each other by time step, with second-order errors
-    if (n % 3 > 0) {
+    // energy has the frequency of more modes right the shorter the step, so that its errors fall
+    // unevenly, below imexv's; those of the others are of second order
+    if (run->integrator == EXPERIMENT_SCHEME_ENERGY) {
+      assert_true(run[-3].integrator == EXPERIMENT_SCHEME_IMEXV && run[-3].dt == run->dt);
+      assert_true(run->time_error.displacement < run[-3].time_error.displacement);
+    } else if (n % 3 > 0) {
       const double ratio = run->time_error.displacement / run[-1].time_error.displacement;
       assert_true(ratio > 2.2 && ratio < 6);
     }
@@ -271,13 +275,14 @@ static void the_command_recommends_what_simulate_takes(void **state) {
       assert_true(json_value(other, "cost_s_per_s") >= cost);
   }
 
-  // the frequencies of what the load moves come out worse at longer steps, and that is said
+  // the frequencies of what the load moves come out worse at longer steps, and that is said; energy
+  // has those of slow modes right
   double before = 0;
   cJSON_ArrayForEach(other, runs) {
     const double off = json_value(other, "frequency_error");
-    assert_true(off > 0 && off < 1 && json_value(other, "frequency_mode") >= 1);
+    assert_true(off >= 0 && off < 1 && json_value(other, "frequency_mode") >= 1);
     if (json_value(other, "dt") > 0.003)
-      assert_true(off > before);
+      assert_true(off > before || off == 0);
     before = off;
   }
   const bool warned = strstr(run.err, "is stepped at") != NULL;

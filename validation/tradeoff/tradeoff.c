@@ -445,8 +445,9 @@ static thrum_status judge_reference(solution *s, thrum_error *error) {
 
   // its tight run has no error in time to speak of
   const tradeoff_space *space = &s->spaces[best];
-  const thrum_state_def def =
+  thrum_state_def def =
       def_of(s->problem, EXPERIMENT_SCHEME_ENERGY, s->problem->full_dt, TIGHT_TOLERANCE);
+  def.frequency_matched = 0;
   tradeoff_samples samples = {0};
   double seconds;
   bool whole = false;

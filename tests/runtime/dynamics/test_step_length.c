@@ -55,7 +55,8 @@ static void the_inverse_of_a_linear_model_serves_every_step(void **context) {
       def.damping_alpha = damped ? 0.2 : 0;
       def.damping_beta = damped ? 0.01 : 0;
 
-      // there D is not symmetric beside the masses by mode, and the inverse only near
+      // where T of the damping is weighted by mode the inverse is only near
+      def.frequency_matched = damped < 2;
       if (def.integrator == THRUM_INTEGRATOR_FOX_GOODWIN && damped == 2)
         continue;
       thrum_state *state = state_make(&m.model, &def);

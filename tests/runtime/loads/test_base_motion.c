@@ -204,6 +204,8 @@ static void the_base_puts_in_what_the_body_gains(void **state) {
     def.damping_alpha = damped ? 0.5 : 0;
     def.damping_beta = damped ? 0.002 : 0;
     thrum_state *body = state_make(&o.model, &def);
+    matched_step by;
+    state_matched_steps(&o.model, body, def.dt, &by);
 
     // the sums over the run: work of the base, loss of the damping
     double work = 0, loss = 0, before = 0, after = 0, largest = 0;
@@ -222,7 +224,8 @@ static void the_base_puts_in_what_the_body_gains(void **state) {
 
       // the energy is the work less the loss, to rounding, at every step
       work += thrum_load_work(&force, &before, &after, 1);
-      loss += thrum_damping_loss(&o.model, def.damping_alpha, def.damping_beta, &before, &after,
+      loss += by.speed * by.speed *
+              thrum_damping_loss(&o.model, def.damping_alpha, def.damping_beta, &before, &after,
                                  def.dt);
       before = after;
       const double energy = state_energy(&o.model, body).total;
