@@ -157,6 +157,7 @@ cJSON *check_report_object(const char *name, const thrum_mesh *mesh, const thrum
     double value;
   } numbers[] = {{"vertices", (double)mesh->vertex_count},
                  {"tets", (double)mesh->tet_count},
+                 {"order", mesh->midsides ? 2 : 1},
                  {"regions", (double)mesh->region_count},
                  {"pieces", (double)e->pieces},
                  {"volume_m3", e->volume},

@@ -12,12 +12,18 @@
 typedef struct check_request {
   const char *mesh_name;
   double scale;
+  int64_t order;
   bool json;
 } check_request;
 
 static const config_option options[] = {
     OPTION_NUMBER("scale", NULL, "1", "multiply lengths by this", CONFIG_AT(check_request, scale),
                   CONFIG_ABOVE(0)),
+    OPTION_COUNT(
+        "order", "that of the mesh",
+        "of the tetrahedra: 2, ten nodes, with nodes in the middle of the edges of a linear "
+        "mesh; 1, four nodes, ten-node tetrahedra by their corners",
+        CONFIG_AT(check_request, order), CONFIG_RANGE(1, 2)),
     OPTION_JSON(check_request),
     OPTION_HELP,
     OPTION_END,
@@ -56,7 +62,8 @@ int cmd_check(int argc, char **argv) {
   thrum_error error = {0};
   thrum_mesh mesh = {0};
   thrum_mesh_examined examined;
-  thrum_status status = thrum_mesh_read(request.mesh_name, request.scale, &mesh, &error);
+  thrum_status status =
+      thrum_mesh_read_order(request.mesh_name, request.scale, (int)request.order, &mesh, &error);
   THRUM_THEN(status, thrum_mesh_examine(&mesh, &examined, &error));
 
   unsigned flags = 0;

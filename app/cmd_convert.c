@@ -18,6 +18,7 @@
 typedef struct convert_request {
   const char *input, *output;
   double scale;
+  int64_t order;
   thrum_mesh_write_options options;
   bool json;
 } convert_request;
@@ -36,6 +37,11 @@ static const char *const msh_versions[] = {"2.2", "4.1", NULL};
 static const config_option options[] = {
     OPTION_NUMBER("scale", NULL, "1", "multiply lengths by this: 0.001 for a mesh in millimetres",
                   AT(scale), CONFIG_ABOVE(0)),
+    OPTION_COUNT(
+        "order", "that of the mesh",
+        "of the tetrahedra: 2, ten nodes, with nodes in the middle of the edges of a linear "
+        "mesh; 1, four nodes, ten-node tetrahedra by their corners",
+        AT(order), CONFIG_RANGE(1, 2)),
     OPTION_FLAG("binary", ".msh, .vtk: numbers as bytes, not as text", AT(options.binary)),
     OPTION_FLAG("ascii", ".vtu: numbers as text, not as bytes", AT(options.ascii)),
     OPTION_CHOICE("msh", msh_versions, "4.1", "version of a .msh", .value = "VERSION",
@@ -96,6 +102,7 @@ static void print_json(const convert_request *request, const thrum_mesh *mesh,
   json_string(object, "mesh", request->output);
   json_number(object, "vertices", (double)mesh->vertex_count);
   json_number(object, "tets", (double)mesh->tet_count);
+  json_number(object, "order", mesh->midsides ? 2 : 1);
   json_number(object, "regions", (double)mesh->region_count);
   json_number(object, "groups", (double)mesh->group_count);
 
@@ -114,7 +121,8 @@ static int convert(const convert_request *request) {
   thrum_error error = {0};
   thrum_mesh mesh = {0};
   thrum_mesh_lost lost = {0};
-  thrum_status status = thrum_mesh_read(request->input, request->scale, &mesh, &error);
+  thrum_status status =
+      thrum_mesh_read_order(request->input, request->scale, (int)request->order, &mesh, &error);
   if (status < 0)
     return config_refuse(&error);
 

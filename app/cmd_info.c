@@ -169,6 +169,7 @@ static void add_mesh(cJSON *object, const info *about) {
   const double missing = NAN;
   json_number(object, "vertices", (double)about->model->vertex_count);
   json_number(object, "tets", (double)about->model->tet_count);
+  json_number(object, "order", !about->has_mesh ? missing : about->model->midsides ? 2 : 1);
   json_number(object, "regions", (double)about->model->region_count);
   json_number(object, "fixed", about->has_mesh ? (double)quality->fixed_count : missing);
   json_number(object, "mass_kg", about->has_mesh ? quality->mass : missing);
@@ -312,10 +313,11 @@ static void print_mesh(const info *about) {
     return;
   }
 
-  printf("%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra, %" PRId64
+  printf("%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra%s, %" PRId64
          " material%s\n",
          about->model->vertex_count, quality->fixed_count, about->model->tet_count,
-         about->model->region_count, about->model->region_count == 1 ? "" : "s");
+         about->model->midsides != NULL ? " of ten nodes" : "", about->model->region_count,
+         about->model->region_count == 1 ? "" : "s");
   for (int64_t m = 0; m < about->model->region_count && m < NAMES_SHOWN; m++) {
     const double *material = about->model->material + 3 * m;
     print_label("material");

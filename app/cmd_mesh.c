@@ -17,6 +17,7 @@
 #include "mesh/formats/mesh_write.h"
 #include "mesh/formats/surface_read.h"
 #include "mesh/mesh_flags.h"
+#include "mesh/midsides.h"
 #include "mesh/surface_check.h"
 #include "mesh/surface_join.h"
 #include "platform/interrupt.h"
@@ -30,6 +31,7 @@ typedef struct mesh_request {
   const char *surface, *output;
   int tool;
   double size, scale;
+  int64_t order;
   bool json, quiet, verbose;
 } mesh_request;
 
@@ -52,6 +54,9 @@ static const config_option table[] = {
                   AT(size), CONFIG_ABOVE(0)),
     OPTION_NUMBER("scale", NULL, "1", "multiply lengths by this, such as 0.001 for millimetres",
                   AT(scale), CONFIG_ABOVE(0)),
+    OPTION_COUNT("order", "1",
+                 "of the tetrahedra; 2: ten nodes, those in the middle of straight edges",
+                 AT(order), CONFIG_RANGE(1, 2)),
     OPTION_CHOICE("tool", mesh_tool_names, "whichever is installed", "what fills the surface",
                   AT(tool)),
     OPTION_FLAG("verbose", "show all that the tool says", AT(verbose)),
@@ -211,6 +216,8 @@ static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thru
   THRUM_TRY(path_check_output(request->output, error));
   THRUM_TRY(read_surface(request, work, error));
   THRUM_TRY(run_tool(request, work, error));
+  if (request->order == 2)
+    THRUM_TRY(thrum_midsides_add(&work->mesh, error));
 
   // the mesh is examined before it is written, and written even if it has defects
   THRUM_TRY(thrum_mesh_examine(&work->mesh, &work->examined, error));

@@ -41,6 +41,24 @@ static bool number_vertices(int64_t all, display_surface *skin) {
   return true;
 }
 
+static void add_triangle(int32_t a, int32_t b, int32_t c, display_surface *skin) {
+  int32_t *corners = skin->triangles + 3 * skin->triangle_count++;
+  corners[0] = a;
+  corners[1] = b;
+  corners[2] = c;
+}
+
+/* A face of six nodes is shown as four triangles: one at each corner, and that between them. */
+static void add_four(const thrum_mesh *mesh, int64_t tet, const int32_t corners[3],
+                     display_surface *skin) {
+  int32_t middle[3];
+  for (int k = 0; k < 3; k++)
+    middle[k] = thrum_mesh_middle_node(mesh, tet, corners[k], corners[(k + 1) % 3]);
+  for (int k = 0; k < 3; k++)
+    add_triangle(corners[k], middle[k], middle[(k + 2) % 3], skin);
+  add_triangle(middle[0], middle[1], middle[2], skin);
+}
+
 thrum_status display_surface_make(const thrum_model *model, display_surface *skin,
                                   thrum_error *error) {
   if (model->vertices == NULL || model->tets == NULL)
@@ -51,20 +69,24 @@ thrum_status display_surface_make(const thrum_model *model, display_surface *ski
   thrum_mesh mesh = {.vertex_count = model->vertex_count, .tet_count = model->tet_count};
   memcpy(&mesh.vertices, &model->vertices, sizeof mesh.vertices);
   memcpy(&mesh.tets, &model->tets, sizeof mesh.tets);
+  memcpy(&mesh.midsides, &model->midsides, sizeof mesh.midsides);
   thrum_mesh_faces faces = {0};
   int64_t shared[3];
   THRUM_TRY(thrum_mesh_find_faces(&mesh, &faces, shared, error));
 
   // a face of one tetrahedron alone is on the surface; its parity gives the order of corners
-  made.triangles = malloc((size_t)faces.count * 3 * sizeof *made.triangles + 1);
+  const size_t parts = mesh.midsides != NULL ? 4 : 1;
+  made.triangles = malloc((size_t)faces.count * parts * 3 * sizeof *made.triangles + 1);
   for (int64_t n = 0; n < faces.count && made.triangles != NULL; n++) {
     const thrum_mesh_face *face = &faces.faces[n];
     if (face->other >= 0)
       continue;
-    int32_t *corners = made.triangles + 3 * made.triangle_count++;
-    corners[0] = face->vertices[0];
-    corners[1] = face->vertices[face->even ? 1 : 2];
-    corners[2] = face->vertices[face->even ? 2 : 1];
+    const int32_t corners[3] = {face->vertices[0], face->vertices[face->even ? 1 : 2],
+                                face->vertices[face->even ? 2 : 1]};
+    if (mesh.midsides != NULL)
+      add_four(&mesh, face->tet, corners, &made);
+    else
+      add_triangle(corners[0], corners[1], corners[2], &made);
   }
 
   // triangles then refer to the vertices of the surface, not to those of the mesh

@@ -23,6 +23,7 @@ static void print_json(const thrum_mesh *mesh, int64_t held, const thrum_estimat
   cJSON_AddStringToObject(object, "status", estimate->fits ? "fits" : "does not fit");
   json_number(object, "vertices", (double)mesh->vertex_count);
   json_number(object, "tets", (double)mesh->tet_count);
+  json_number(object, "order", mesh->midsides != NULL ? 2 : 1);
   json_number(object, "fixed", (double)held);
   json_number(object, "free_dofs", (double)estimate->free_dofs);
   json_number(object, "factor_nonzeros", (double)estimate->factor_nonzeros);

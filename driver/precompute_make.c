@@ -260,7 +260,8 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
 
   // a dry run writes nothing, so it needs no name
   thrum_status status = request->dry_run ? THRUM_OK : check_outputs(request, error);
-  THRUM_THEN(status, thrum_mesh_read(request->mesh_name, request->scale, &mesh, error));
+  THRUM_THEN(status, thrum_mesh_read_order(request->mesh_name, request->scale, (int)request->order,
+                                           &mesh, error));
   if (status < 0)
     return status;
 

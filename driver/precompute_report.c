@@ -144,6 +144,8 @@ char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
   add_hash(about, "hash", mesh);
   json_number(about, "vertices", (double)mesh->vertex_count);
   json_number(about, "tets", (double)mesh->tet_count);
+  if (mesh->midsides != NULL)
+    json_number(about, "order", 2);
   add_materials(meta, mesh);
 
   // the options and the figures of the result
@@ -195,6 +197,7 @@ void precompute_print_json(const precompute_outcome *outcome) {
   add_hash(object, "mesh_hash", mesh);
   json_number(object, "vertices", (double)mesh->vertex_count);
   json_number(object, "tets", (double)mesh->tet_count);
+  json_number(object, "order", mesh->midsides != NULL ? 2 : 1);
   json_number(object, "fixed", (double)outcome->fixed_count);
   json_number(object, "flipped_tets", (double)mesh->flipped_tets);
   json_number(object, "dropped_vertices", (double)mesh->dropped_vertices);
@@ -287,8 +290,9 @@ void precompute_print_table(const precompute_outcome *outcome) {
 
   // the file, the mesh and the body
   printf("%-18s%s\n", "model", outcome->request->output);
-  printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra\n", "mesh",
-         outcome->mesh->vertex_count, outcome->fixed_count, outcome->mesh->tet_count);
+  printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra%s\n", "mesh",
+         outcome->mesh->vertex_count, outcome->fixed_count, outcome->mesh->tet_count,
+         outcome->mesh->midsides != NULL ? " of ten nodes" : "");
   printf("%-18s%.6g kg, %.6g m^3\n", "body", result->mass, result->volume);
 
   // where the basis comes from

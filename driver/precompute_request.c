@@ -61,6 +61,11 @@ static const config_option options[] = {
     OPTION_GROUP(material_options, "", AT(material)),
     OPTION_NUMBER("scale", NULL, "1", "lengths of the mesh times this are metres, such as 1e-3",
                   AT(scale), CONFIG_ABOVE(0)),
+    OPTION_COUNT(
+        "order", "that of the mesh",
+        "of the tetrahedra: 2, ten nodes, with nodes in the middle of the edges of a linear "
+        "mesh; 1, four nodes, ten-node tetrahedra by their corners",
+        AT(order), CONFIG_RANGE(1, 2)),
 
     OPTION_HEADING("the model"),
     OPTION_COUNT("modes", "10", "linear modes K", AT(options.modes), GIVEN(modes_given),

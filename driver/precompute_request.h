@@ -10,6 +10,7 @@ typedef struct precompute_request {
   const char *mesh_name;
   const char *output;
   double scale;
+  int64_t order;           /* of the tetrahedra, 1 or 2; 0: that of the mesh */
   thrum_material material; /* a field is NaN where the mesh's own stays */
   thrum_precompute_options options;
   const char **fixes; /* fix_count specs, pointing into argv */

@@ -8,6 +8,7 @@
 #include "driver/display_surface.h"
 #include "driver/embedded_surface.h"
 #include "mesh/formats/surface_read.h"
+#include "runtime/base/quadratic_tet.h"
 
 void render_mesh_free(render_mesh *shown) {
   free(shown->positions);
@@ -60,12 +61,15 @@ static thrum_status make_skin(const thrum_model *model, render_mesh *shown, thru
   return status;
 }
 
-/* A vertex is held where all corners that it follows are. */
+/* A vertex is held where all nodes that it follows are. */
 static uint8_t held(const thrum_model *model, int32_t tet, const double *weights) {
   uint8_t bits = 7;
   for (int c = 0; c < 4; c++)
     if (weights[c] != 0)
       bits &= model->fixed[model->tets[4 * (int64_t)tet + c]];
+  for (int e = 0; e < THRUM_QUADRATIC_EDGES && model->midsides != NULL; e++)
+    if (weights[thrum_quadratic_edges[e][0]] != 0 && weights[thrum_quadratic_edges[e][1]] != 0)
+      bits &= model->fixed[model->midsides[6 * (int64_t)tet + e]];
   return bits;
 }
 

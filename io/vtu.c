@@ -56,6 +56,7 @@ static bool put_file(FILE *file, const thrum_model *model, const vtu_vectors *ve
                          .tet_count = model->tet_count,
                          .points = model->vertices,
                          .tets = model->tets,
+                         .midsides = model->midsides,
                          .arrays = arrays,
                          .array_count = count,
                          .vectors = vectors->names[0],

@@ -14,6 +14,7 @@
 #include "io/number_text.h"
 
 #define VTK_TETRA 10
+#define VTK_QUADRATIC_TETRA 24
 #define CHUNK 4096 /* generated values are written in pieces of this many */
 
 /* The arrays of the grid itself stand first in the file, in this order. */
@@ -33,6 +34,7 @@ typedef struct placed_array {
 
 static placed_array array_at(const vtu_grid *grid, int64_t n) {
   const int64_t points = grid->point_count, tets = grid->tet_count;
+  const int nodes = grid->midsides ? 10 : 4;
 
   // the grid's own arrays have fixed names; the caller's follow behind them
   switch (n) {
@@ -40,7 +42,7 @@ static placed_array array_at(const vtu_grid *grid, int64_t n) {
     return (placed_array){"Points", VTU_FLOAT64, 3, 3, 3 * points};
   case CONNECTIVITY:
     // VTK wants one plain list
-    return (placed_array){"connectivity", VTU_INT32, 1, 4, 4 * tets};
+    return (placed_array){"connectivity", VTU_INT32, 1, nodes, nodes * tets};
   case OFFSETS:
     return (placed_array){"offsets", VTU_INT64, 1, 10, tets};
   case TYPES:
@@ -67,24 +69,34 @@ static uint64_t offset_of(const vtu_grid *grid, int64_t n) {
   return offset;
 }
 
+/* Corners and middle nodes of ten-node tetrahedra in one list, from number `first` on. */
+static const void *join_nodes(const vtu_grid *grid, int64_t first, int64_t chunk[CHUNK]) {
+  int32_t *nodes = (int32_t *)(void *)chunk;
+  for (int64_t k = 0; k < CHUNK && first + k < 10 * grid->tet_count; k++) {
+    const int64_t t = (first + k) / 10, a = (first + k) % 10;
+    nodes[k] = a < 4 ? grid->tets[4 * t + a] : grid->midsides[6 * t + a - 4];
+  }
+  return nodes;
+}
+
 /* Returns the values of array n from `first` on, at least CHUNK of them or up to the end; offsets
- * and types of tetrahedra are generated into `chunk`. */
+ * and types of tetrahedra are generated into `chunk`, and so are the nodes of quadratic ones. */
 static const void *values_of(const vtu_grid *grid, int64_t n, int64_t first, int64_t chunk[CHUNK]) {
   const placed_array array = array_at(grid, n);
   const size_t skipped = (size_t)first * (size_t)type_bytes[array.type];
 
-  // points and tets are in memory as VTK wants them; the ends and types of cells are not
+  // points and linear tets are in memory as VTK wants them; the ends and types of cells are not
   switch (n) {
   case POINTS:
     return (const char *)grid->points + skipped;
   case CONNECTIVITY:
-    return (const char *)grid->tets + skipped;
+    return grid->midsides ? join_nodes(grid, first, chunk) : (const char *)grid->tets + skipped;
   case OFFSETS:
     for (int64_t k = 0; k < CHUNK; k++)
-      chunk[k] = 4 * (first + k + 1);
+      chunk[k] = (grid->midsides ? 10 : 4) * (first + k + 1);
     return chunk;
   case TYPES:
-    memset(chunk, VTK_TETRA, CHUNK);
+    memset(chunk, grid->midsides ? VTK_QUADRATIC_TETRA : VTK_TETRA, CHUNK);
     return chunk;
   default: {
     // arrays without values are made when they are written, so that only one is in memory
@@ -123,7 +135,7 @@ static void put_number(FILE *file, vtu_type type, const void *values, int64_t n)
 static void put_values(FILE *file, const vtu_grid *grid, int64_t n, bool raw) {
   const placed_array array = array_at(grid, n);
   const uint64_t length = bytes_of(&array);
-  const bool generated = n == OFFSETS || n == TYPES;
+  const bool generated = n == OFFSETS || n == TYPES || (n == CONNECTIVITY && grid->midsides);
   int64_t chunk[CHUNK];
 
   if (raw)

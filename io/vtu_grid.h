@@ -21,8 +21,9 @@ typedef struct vtu_array {
 /* A grid of tetrahedra. */
 typedef struct vtu_grid {
   int64_t point_count, tet_count;
-  const double *points; /* point_count x 3 [m] */
-  const int32_t *tets;  /* tet_count x 4, 0-based */
+  const double *points;    /* point_count x 3 [m] */
+  const int32_t *tets;     /* tet_count x 4, 0-based */
+  const int32_t *midsides; /* tet_count x 6 of ten-node tetrahedra, in VTK's order; NULL: linear */
   const vtu_array *arrays;
   int64_t array_count;
   const char *vectors; /* name of the point vectors to show first; NULL: none */

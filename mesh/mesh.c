@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
 
 void thrum_mesh_free(thrum_mesh *mesh) {
@@ -16,6 +17,7 @@ void thrum_mesh_free(thrum_mesh *mesh) {
   free(mesh->groups);
   free(mesh->vertices);
   free(mesh->tets);
+  free(mesh->midsides);
   free(mesh->tet_region);
   free(mesh->materials);
   free(mesh->file_vertex);
@@ -32,7 +34,34 @@ thrum_status thrum_mesh_deliver(thrum_status status, thrum_mesh *read, thrum_mes
   return status;
 }
 
+int thrum_mesh_nodes(const thrum_mesh *mesh, int64_t t, int32_t nodes[10]) {
+  memcpy(nodes, mesh->tets + 4 * t, 4 * sizeof *nodes);
+  if (!mesh->midsides)
+    return 4;
+  memcpy(nodes + 4, mesh->midsides + 6 * t, 6 * sizeof *nodes);
+  return 10;
+}
+
+int32_t thrum_mesh_middle_node(const thrum_mesh *mesh, int64_t t, int32_t from, int32_t to) {
+  const int32_t *corner = mesh->tets + 4 * t;
+  for (int e = 0; e < THRUM_QUADRATIC_EDGES; e++) {
+    const int32_t a = corner[thrum_quadratic_edges[e][0]], b = corner[thrum_quadratic_edges[e][1]];
+    if ((a == from && b == to) || (a == to && b == from))
+      return mesh->midsides[6 * t + e];
+  }
+  return -1;
+}
+
 double thrum_mesh_tet_volume(const thrum_mesh *mesh, int64_t t) {
+  if (mesh->midsides) {
+    int32_t node[10];
+    double places[10][3];
+    thrum_mesh_nodes(mesh, t, node);
+    for (int a = 0; a < 10; a++)
+      memcpy(places[a], mesh->vertices + 3 * (int64_t)node[a], sizeof places[a]);
+    return thrum_quadratic_volume(places);
+  }
+
   double edges[3][3];
   thrum_tet_edges(mesh->vertices, mesh->tets + 4 * t, edges);
   return thrum_triple3(edges[0], edges[1], edges[2]) / 6;
@@ -60,5 +89,7 @@ uint64_t thrum_mesh_hash(const thrum_mesh *mesh) {
     hash = hash_number(hash, (uint64_t)mesh->tets[i]);
   for (int64_t t = 0; t < mesh->tet_count; t++)
     hash = hash_number(hash, (uint64_t)mesh->tet_region[t]);
+  for (int64_t i = 0; i < 6 * mesh->tet_count && mesh->midsides; i++)
+    hash = hash_number(hash, (uint64_t)mesh->midsides[i]);
   return hash;
 }

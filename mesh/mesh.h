@@ -32,6 +32,8 @@ typedef struct thrum_mesh {
   double *vertices; /* vertex_count x 3 */
   int64_t tet_count;
   int32_t *tets;       /* tet_count x 4, 0-based */
+  int32_t *midsides;   /* tet_count x 6: the middle nodes of ten-node tets, in the order of
+                          thrum_quadratic_edges; NULL: linear tets */
   int32_t *tet_region; /* tet_count, 0-based */
   int64_t region_count;
   thrum_material *materials; /* region_count */
@@ -55,8 +57,17 @@ void thrum_mesh_free(thrum_mesh *mesh); /* leaves it empty; an empty (zeroed) me
  * *mesh is untouched then. Returns `status`. */
 thrum_status thrum_mesh_deliver(thrum_status status, thrum_mesh *read, thrum_mesh *mesh);
 
-/* 64-bit FNV-1a over vertices, tets, regions: identifies the mesh in a model's meta. */
+/* 64-bit FNV-1a over vertices, tets, regions, and middle nodes where there are any: identifies the
+ * mesh in a model's meta. */
 uint64_t thrum_mesh_hash(const thrum_mesh *mesh);
+
+/* The nodes of tet `t`, corners first, as thrum_quadratic_edges orders them; returns how many, 4 or
+ * 10. */
+int thrum_mesh_nodes(const thrum_mesh *mesh, int64_t t, int32_t nodes[10]);
+
+/* The middle node between two corners of tet `t` of a mesh of ten-node tets; -1 where they are not
+ * corners of it. */
+int32_t thrum_mesh_middle_node(const thrum_mesh *mesh, int64_t t, int32_t from, int32_t to);
 
 /* Volume of tet `t` (signed) [m^3]. */
 double thrum_mesh_tet_volume(const thrum_mesh *mesh, int64_t t);

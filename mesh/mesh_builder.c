@@ -32,8 +32,8 @@ thrum_status thrum_builder_vertex(thrum_mesh_builder *b, int64_t number, const d
   return THRUM_OK;
 }
 
-thrum_status thrum_builder_tet(thrum_mesh_builder *b, const int64_t vertices[4], int64_t key,
-                               int64_t line) {
+static thrum_status add_tet(thrum_mesh_builder *b, const int64_t vertices[4], int64_t key,
+                            int64_t line) {
   const int64_t t = b->tet_count;
 
   if (t == INT32_MAX)
@@ -48,6 +48,28 @@ thrum_status thrum_builder_tet(thrum_mesh_builder *b, const int64_t vertices[4],
   b->lines[t] = line;
   b->tet_count = t + 1;
   return THRUM_OK;
+}
+
+thrum_status thrum_builder_tet(thrum_mesh_builder *b, const int64_t vertices[4], int64_t key,
+                               int64_t line) {
+  if (b->middles && b->odd_tet == 0)
+    b->odd_tet = b->tet_count;
+  return add_tet(b, vertices, key, line);
+}
+
+thrum_status thrum_builder_quadratic_tet(thrum_mesh_builder *b, const int64_t vertices[10],
+                                         int64_t key, int64_t line) {
+  const int64_t t = b->tet_count;
+  if (t > 0 && !b->middles && b->odd_tet == 0)
+    b->odd_tet = t;
+
+  // a mesh of mixed orders is refused at the end, so its middle nodes no longer matter
+  if (b->odd_tet == 0) {
+    if (!thrum_mesh_grow(&b->middles, &b->middle_capacity, t + 1, 6 * sizeof *b->middles))
+      return no_memory(b);
+    memcpy(b->middles + 6 * t, vertices + 4, 6 * sizeof *vertices);
+  }
+  return add_tet(b, vertices, key, line);
 }
 
 static char *copy_name(const char *name, size_t length) {
@@ -230,16 +252,33 @@ static thrum_status missing_vertex(thrum_mesh_builder *b, const char *name, int6
                          b->vertex_count > 0 ? (long long)b->numbers[b->vertex_count - 1] : -1LL);
 }
 
-static thrum_status take_tets(thrum_mesh_builder *b, const char *name, thrum_mesh *mesh) {
-  mesh->tets = malloc(((size_t)b->tet_count + 1) * 4 * sizeof *mesh->tets);
-  if (!mesh->tets)
+/* Looks up the vertices that tets name, `nodes` a tet; the caller frees *places. */
+static thrum_status find_places(thrum_mesh_builder *b, const char *name, const int64_t *numbers,
+                                int nodes, int32_t **places) {
+  *places = malloc(((size_t)b->tet_count + 1) * (size_t)nodes * sizeof **places);
+  if (!*places)
     return no_memory(b);
-  for (int64_t i = 0; i < 4 * b->tet_count; i++) {
-    const int64_t v = thrum_builder_find(b, b->tets[i]);
+  for (int64_t i = 0; i < nodes * b->tet_count; i++) {
+    const int64_t v = thrum_builder_find(b, numbers[i]);
     if (v < 0)
-      return missing_vertex(b, name, i / 4, b->tets[i]);
-    mesh->tets[i] = (int32_t)v;
+      return missing_vertex(b, name, i / nodes, numbers[i]);
+    (*places)[i] = (int32_t)v;
   }
+  return THRUM_OK;
+}
+
+static thrum_status take_tets(thrum_mesh_builder *b, const char *name, thrum_mesh *mesh) {
+  char where[32];
+  if (b->odd_tet > 0)
+    return thrum_error_set(b->error, THRUM_UNSUPPORTED,
+                           "%.200s%s: tet %lld has %d nodes, where those before it have %d; all "
+                           "tets of a mesh must be of one order",
+                           name, place(b->lines[b->odd_tet], where), (long long)b->odd_tet + 1,
+                           b->middles ? 4 : 10, b->middles ? 10 : 4);
+
+  THRUM_TRY(find_places(b, name, b->tets, 4, &mesh->tets));
+  if (b->middles)
+    THRUM_TRY(find_places(b, name, b->middles, 6, &mesh->midsides));
   mesh->tet_count = b->tet_count;
   mesh->tet_line = b->lines;
   b->lines = NULL;
@@ -257,6 +296,8 @@ static thrum_status join_repeats(thrum_mesh_builder *b, thrum_mesh *mesh) {
     if (earlier[t] >= 0)
       continue;
     memmove(mesh->tets + 4 * kept, mesh->tets + 4 * t, 4 * sizeof *mesh->tets);
+    if (mesh->midsides)
+      memmove(mesh->midsides + 6 * kept, mesh->midsides + 6 * t, 6 * sizeof *mesh->midsides);
     mesh->tet_line[kept] = mesh->tet_line[t];
     b->keys[kept++] = b->keys[t];
   }
@@ -361,6 +402,7 @@ void thrum_builder_free(thrum_mesh_builder *b) {
   free(b->numbers);
   free(b->vertex_lines);
   free(b->tets);
+  free(b->middles);
   free(b->keys);
   free(b->lines);
   free(b->region_keys);

@@ -20,10 +20,12 @@ typedef struct thrum_mesh_builder {
   double *positions;     /* vertex_count x 3 */
   int64_t *numbers;      /* vertex_count */
   int64_t *vertex_lines; /* vertex_count: in the file, 0 unknown */
-  int64_t tet_count, tet_capacity, key_capacity, line_capacity;
-  int64_t *tets;  /* tet_count x 4 */
-  int64_t *keys;  /* tet_count: what tells its region */
-  int64_t *lines; /* tet_count: in the file, 0 unknown */
+  int64_t tet_count, tet_capacity, middle_capacity, key_capacity, line_capacity;
+  int64_t *tets;    /* tet_count x 4 */
+  int64_t *middles; /* tet_count x 6 where the first tet has ten nodes */
+  int64_t odd_tet;  /* the first whose number of nodes is not that of tet 0; 0: none */
+  int64_t *keys;    /* tet_count: what tells its region */
+  int64_t *lines;   /* tet_count: in the file, 0 unknown */
   int64_t list_count, list_capacity;
   thrum_named_list *lists;
   int64_t last_list;    /* found last */
@@ -37,6 +39,10 @@ thrum_status thrum_builder_vertex(thrum_mesh_builder *b, int64_t number, const d
                                   int64_t line);
 thrum_status thrum_builder_tet(thrum_mesh_builder *b, const int64_t vertices[4], int64_t key,
                                int64_t line);
+/* The same of a tet of ten nodes, in the order of thrum_quadratic_edges. All tets of a file must
+ * have as many nodes, which finish checks. */
+thrum_status thrum_builder_quadratic_tet(thrum_mesh_builder *b, const int64_t vertices[10],
+                                         int64_t key, int64_t line);
 /* Index of the list of that name, added when it is new; the name must be a good one. */
 thrum_status thrum_builder_list(thrum_mesh_builder *b, const char *name, size_t length,
                                 int64_t *index);

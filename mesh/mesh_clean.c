@@ -14,6 +14,7 @@
 #include "mesh/mesh.h"
 #include "mesh/mesh_clean.h"
 #include "mesh/mesh_faces.h"
+#include "mesh/midsides.h"
 #include "mesh/tet_repeats.h"
 #include "runtime/base/vec3.h"
 
@@ -64,10 +65,11 @@ static thrum_status scale_vertices(thrum_mesh *mesh, const char *name, double sc
 
 static thrum_status check_tet_vertices(const thrum_mesh *mesh, const char *name,
                                        thrum_error *error) {
-  // four corners that exist
+  // nodes that exist
   for (int64_t t = 0; t < mesh->tet_count; t++) {
-    const int32_t *v = mesh->tets + 4 * t;
-    for (int a = 0; a < 4; a++)
+    int32_t v[10];
+    const int nodes = thrum_mesh_nodes(mesh, t, v);
+    for (int a = 0; a < nodes; a++)
       if (v[a] < 0 || v[a] >= mesh->vertex_count)
         return thrum_error_set(error, THRUM_BAD_VALUE,
                                "%s: tet %lld names vertex %lld, but there are %lld vertices",
@@ -75,8 +77,8 @@ static thrum_status check_tet_vertices(const thrum_mesh *mesh, const char *name,
                                (long long)mesh->vertex_count);
 
     // and differ
-    for (int a = 0; a < 4; a++)
-      for (int b = a + 1; b < 4; b++)
+    for (int a = 0; a < nodes; a++)
+      for (int b = a + 1; b < nodes; b++)
         if (v[a] == v[b])
           return thrum_error_set(
               error, THRUM_BAD_VALUE, "%s: tet %lld has vertex %lld twice; remove or mend it",
@@ -162,6 +164,10 @@ static thrum_status fix_winding(thrum_mesh *mesh, const char *name, thrum_error 
       continue;
     v[2] = v[3];
     v[3] = swap;
+
+    // and with them the middle nodes of their edges
+    if (mesh->midsides)
+      thrum_midsides_flip(mesh->midsides + 6 * t);
   }
 
   mesh->flipped_tets = inverted;
@@ -210,6 +216,8 @@ static void renumber(thrum_mesh *mesh, const int32_t *map, int32_t kept) {
 
   for (int64_t i = 0; i < 4 * mesh->tet_count; i++)
     mesh->tets[i] = map[mesh->tets[i]];
+  for (int64_t i = 0; i < 6 * mesh->tet_count && mesh->midsides; i++)
+    mesh->midsides[i] = map[mesh->midsides[i]];
 
   // a group whose vertices are all dropped goes with them
   int64_t groups = 0;
@@ -237,6 +245,8 @@ static thrum_status drop_vertices(thrum_mesh *mesh, thrum_error *error) {
     map[v] = -1;
   for (int64_t i = 0; i < 4 * mesh->tet_count; i++)
     map[mesh->tets[i]] = 0;
+  for (int64_t i = 0; i < 6 * mesh->tet_count && mesh->midsides; i++)
+    map[mesh->midsides[i]] = 0;
   int32_t kept = 0;
   for (int64_t v = 0; v < mesh->vertex_count; v++)
     if (map[v] == 0)
@@ -255,6 +265,16 @@ static thrum_status drop_vertices(thrum_mesh *mesh, thrum_error *error) {
   return THRUM_OK;
 }
 
+/* Refuses middle nodes that neighbours do not share, and those that turn an element inside out. */
+static thrum_status check_midsides(const thrum_mesh *mesh, const char *name, thrum_error *error) {
+  thrum_midside_fault fault;
+  const thrum_status status = thrum_midsides_check(mesh, &fault, error);
+  if (status != THRUM_BAD_VALUE)
+    return status;
+  return thrum_error_set(error, status, "%s: tet %lld %s", tet_place(mesh, name, fault.tet).text,
+                         (long long)fault.tet + 1, fault.text);
+}
+
 thrum_status thrum_mesh_clean(thrum_mesh *mesh, const char *name, double scale,
                               thrum_error *error) {
   if (mesh->tet_count == 0)
@@ -266,5 +286,7 @@ thrum_status thrum_mesh_clean(thrum_mesh *mesh, const char *name, double scale,
   THRUM_TRY(check_repeats(mesh, name, error));
   THRUM_TRY(fix_winding(mesh, name, error));
   THRUM_TRY(check_faces(mesh, name, error));
+  if (mesh->midsides)
+    THRUM_TRY(check_midsides(mesh, name, error));
   return drop_vertices(mesh, error);
 }

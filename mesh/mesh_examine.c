@@ -171,12 +171,15 @@ static thrum_status measure_surface(const thrum_mesh *mesh, const thrum_mesh_fac
     e->surfaces += find_root(parent, (int32_t)i) == i;
   for (int64_t v = 0; v < mesh->vertex_count; v++)
     e->surface_vertices += on_surface[v];
-  e->interior_vertices = mesh->vertex_count - e->surface_vertices;
 
   // V - E + F of closed surfaces is 2 for each, less 2 for every hole through the body
   const int64_t euler = e->surface_vertices - e->surface_edges + triangles;
   const bool closed = e->hinges == 0 && euler % 2 == 0 && euler <= 2 * e->surfaces;
   e->genus = closed ? e->surfaces - euler / 2 : -1;
+
+  // every edge of the surface has its middle node there
+  e->surface_vertices += mesh->midsides ? e->surface_edges : 0;
+  e->interior_vertices = mesh->vertex_count - e->surface_vertices;
 
   free(edges);
   free(parent);
@@ -228,6 +231,8 @@ static void measure_tet(const thrum_mesh *mesh, int64_t t, thrum_mesh_examined *
   for (int a = 0; a < 4; a++)
     corners[a] = mesh->vertices + 3 * (int64_t)mesh->tets[4 * t + a];
   const double ratio = thrum_tet_mean_ratio(corners, &volume);
+  if (mesh->midsides)
+    volume = thrum_mesh_tet_volume(mesh, t);
   for (int a = 0; a < 4; a++)
     for (int b = a + 1; b < 4; b++) {
       const double edge = hypot(hypot(corners[a][0] - corners[b][0], corners[a][1] - corners[b][1]),

@@ -43,9 +43,12 @@ unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *e) 
   flags |= e->extent >= EXTENT_LARGE || e->extent <= EXTENT_SMALL ? THRUM_EXAMINE_UNITS : 0U;
   flags |= odd_density(mesh) ? THRUM_EXAMINE_DENSITY : 0U;
   flags |= distance(e) > DISTANCE_FAR * e->extent ? THRUM_EXAMINE_FAR : 0U;
-  flags |= e->poisson_max > POISSON_LOCKS ? THRUM_EXAMINE_LOCKING : 0U;
-  flags |=
-      (double)e->shallow_tets > SHALLOW_SHARE * (double)mesh->tet_count ? THRUM_EXAMINE_THIN : 0U;
+
+  // tets of ten nodes bend, and lock far less
+  const bool linear = mesh->midsides == NULL;
+  const bool thin = (double)e->shallow_tets > SHALLOW_SHARE * (double)mesh->tet_count;
+  flags |= linear && e->poisson_max > POISSON_LOCKS ? THRUM_EXAMINE_LOCKING : 0U;
+  flags |= linear && thin ? THRUM_EXAMINE_THIN : 0U;
   flags |= e->ratio_min < RATIO_SLIVER ? THRUM_EXAMINE_SLIVERS : 0U;
 
   // middle nodes of quadratic tets are dropped as a matter of course

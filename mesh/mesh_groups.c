@@ -94,15 +94,13 @@ thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int3
 
 thrum_status thrum_mesh_add_region_group(thrum_mesh *mesh, int32_t region, const char *name,
                                          thrum_error *error) {
-  int32_t *vertices = malloc(((size_t)mesh->tet_count * 4 + 1) * sizeof *vertices);
+  int32_t *vertices = malloc(((size_t)mesh->tet_count * 10 + 1) * sizeof *vertices);
   if (!vertices)
     return no_memory(error);
   int64_t count = 0;
   for (int64_t t = 0; t < mesh->tet_count; t++)
-    if (mesh->tet_region[t] == region) {
-      memcpy(vertices + count, mesh->tets + 4 * t, 4 * sizeof *vertices);
-      count += 4;
-    }
+    if (mesh->tet_region[t] == region)
+      count += thrum_mesh_nodes(mesh, t, vertices + count);
   thrum_status status = thrum_mesh_add_group(mesh, name, vertices, count, error);
   free(vertices);
   return status;

@@ -3,7 +3,9 @@
 #include "mesh/model_quality.h"
 
 #include <math.h>
+#include <string.h>
 
+#include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
 
 #define LACKS 1.05 /* a frequency that is further above its own stands for another mode */
@@ -41,6 +43,15 @@ void thrum_bounding_box(const double *points, int64_t count, double box_min[3], 
   thrum_box3(points, count, box_min, box_max);
 }
 
+static double quadratic_volume(const thrum_model *model, int64_t t) {
+  double places[THRUM_QUADRATIC_NODES][3];
+  for (int a = 0; a < THRUM_QUADRATIC_NODES; a++) {
+    const int64_t v = a < 4 ? model->tets[4 * t + a] : model->midsides[6 * t + a - 4];
+    memcpy(places[a], model->vertices + 3 * v, sizeof places[a]);
+  }
+  return thrum_quadratic_volume(places);
+}
+
 thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *quality,
                                    thrum_error *error) {
   if (model->vertices == NULL || model->tets == NULL || model->tet_count < 1) {
@@ -60,6 +71,8 @@ thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *qual
       corners[a] = model->vertices + 3 * (int64_t)model->tets[4 * t + a];
     double volume = 0;
     const double ratio = thrum_tet_mean_ratio(corners, &volume);
+    if (model->midsides != NULL)
+      volume = quadratic_volume(model, t);
     measured.volume += volume;
     measured.mass += volume * model->material[3 * (int64_t)model->tet_region[t] + 2];
     measured.ratio_mean += ratio;

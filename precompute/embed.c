@@ -1,4 +1,4 @@
-/* Binding a surface to a mesh, and W_v = sum_c w_vc U_c in double precision, rounded once to
+/* Binding a surface to a mesh, and W_v = sum_c N_c(w_v) U_c in double precision, rounded once to
  * single; see precompute/embed.h. SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/embed.h"
 
@@ -10,6 +10,7 @@
 
 #include "io/npz.h"
 #include "mesh/tet_tree.h"
+#include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
 
 /* Nearer than this part of the mesh's extent is on its surface, but for rounding. */
@@ -111,20 +112,34 @@ static thrum_status bind_all(const thrum_model *model, int64_t count,
   return status;
 }
 
+/* The nodes of a tetrahedron and their weights at barycentric coordinates; returns how many. Where
+ * edges are curved the coordinates are those between the corners, near those of the element. */
+static int node_weights(const thrum_model *model, int64_t tet, const double place[4],
+                        int32_t nodes[10], double weights[10]) {
+  memcpy(nodes, model->tets + 4 * tet, 4 * sizeof *nodes);
+  memcpy(weights, place, 4 * sizeof *weights);
+  if (!model->midsides)
+    return 4;
+  memcpy(nodes + 4, model->midsides + 6 * tet, 6 * sizeof *nodes);
+  thrum_quadratic_shape(place, weights);
+  return THRUM_QUADRATIC_NODES;
+}
+
 /* W of one vertex. */
 static thrum_status make_rows(const thrum_model *model, int64_t v, embed_arrays *a,
                               thrum_error *error) {
   const int64_t rank = model->rank;
-  const int32_t *corners = model->tets + 4 * (int64_t)a->tet[v];
-  const double *w = a->weights + 4 * v;
+  int32_t nodes[THRUM_QUADRATIC_NODES];
+  double w[THRUM_QUADRATIC_NODES];
+  const int count = node_weights(model, a->tet[v], a->weights + 4 * v, nodes, w);
 
-  // the weighted sum of the corners' rows of the basis
+  // the weighted sum of the nodes' rows of the basis
   for (int64_t axis = 0; axis < 3; axis++)
     for (int64_t i = 0; i < rank; i++) {
       // from -0, so that a row taken whole keeps all its bits
       double sum = -0.0;
-      for (int c = 0; c < 4; c++)
-        sum += w[c] == 0 ? -0.0 : w[c] * model->basis[(3 * (int64_t)corners[c] + axis) * rank + i];
+      for (int c = 0; c < count; c++)
+        sum += w[c] == 0 ? -0.0 : w[c] * model->basis[(3 * (int64_t)nodes[c] + axis) * rank + i];
       if (!(fabs(sum) <= (double)FLT_MAX))
         return thrum_error_set(error, THRUM_BAD_VALUE,
                                "vertex %lld of the surface moves by %g in mode %lld, beyond the "

@@ -148,7 +148,8 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
     return;
 
   // the sizes of the body and of the basis
-  const double n = (double)fem->free_count, tets = (double)fem->tet_count;
+  const double n = (double)fem->free_count;
+  const double points = (double)(fem->tet_count * fem->point_count);
   const double r = (double)options->rank, columns = r + r * (r + 1) / 2;
   const double k = (double)thrum_options_shapes(options);
   const double pairs = k * (k + 1) / 2;
@@ -159,13 +160,13 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
   double *seconds = estimate->seconds;
 
   // an imported basis replaces every stage between assembly and polynomial
-  seconds[THRUM_STAGE_assemble] = 1e-6 * tets;
+  seconds[THRUM_STAGE_assemble] = 1e-6 * points;
   if (options->imported) {
     // Gram products and rotations of U; then the polynomial, or its change of basis
     seconds[THRUM_STAGE_basis] = 8 * 4 * n * r * r / (0.12 * gemm);
     seconds[THRUM_STAGE_polynomial] = options->imported->linear
                                           ? 4 * columns * columns * columns / (0.33 * gemm)
-                                          : 6 * tets * columns * columns / (0.9 * gemm);
+                                          : 6 * points * columns * columns / (0.9 * gemm);
     return;
   }
 
@@ -178,9 +179,9 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
   if (thrum_options_counted(options, fem->free_count))
     seconds[THRUM_STAGE_modes] += 1.3 * seconds[THRUM_STAGE_factor];
 
-  seconds[THRUM_STAGE_derivatives] = pairs * (blocked + 2.5e-8 * tets);
+  seconds[THRUM_STAGE_derivatives] = pairs * (blocked + 2.5e-8 * points);
   seconds[THRUM_STAGE_basis] = 8 * n * (k + pairs) * (k + pairs) / (0.12 * gemm);
-  seconds[THRUM_STAGE_polynomial] = 6 * tets * columns * columns / (0.9 * gemm);
+  seconds[THRUM_STAGE_polynomial] = 6 * points * columns * columns / (0.9 * gemm);
 }
 
 thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fixed,

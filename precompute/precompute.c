@@ -257,7 +257,7 @@ static thrum_status run_basis(pipeline *p, const thrum_reporter *reporter, thrum
   thrum_status status =
       thrum_model_fill_mesh(p->mesh, p->fixed, p->options.rank, &p->result.model, error);
   THRUM_THEN(status, make_basis(p, reporter, error));
-  THRUM_THEN(status, thrum_model_fill_axis_mass(&p->fem, &p->result.model, error));
+  THRUM_THEN(status, thrum_model_fill_axis_mass(&p->fem, p->options.mass, &p->result.model, error));
   if (status >= 0 && p->rigid)
     status = thrum_model_fill_rigid(&p->fem, p->rigid, &p->result.model, error);
 
@@ -276,9 +276,10 @@ static thrum_status make_polynomial(pipeline *p, double *linear, const thrum_rep
   if (p->options.imported && p->options.imported->linear)
     return thrum_imported_polynomial(&p->fem, p->options.imported, p->change, model, linear, c3, c4,
                                      &p->result.imported, error);
-  // one DSYRK of six rows a tet
+  // one DSYRK of six rows a point
   const double columns = (double)(model->rank + model->rank * (model->rank + 1) / 2);
-  p->result.flops[THRUM_STAGE_polynomial] = 6 * (double)p->fem.tet_count * columns * (columns + 1);
+  p->result.flops[THRUM_STAGE_polynomial] =
+      6 * (double)(p->fem.tet_count * p->fem.point_count) * columns * (columns + 1);
   return thrum_polynomial_reduce(&p->fem, model->rank, model->basis, linear, c3, c4, reporter,
                                  error);
 }

@@ -4,7 +4,8 @@
  *   x_v = sum_c w_vc (X_c + U_c q) = X_v + W_v q,   W_v = sum_c w_vc U_c,   sum_c w_vc = 1
  *
  * over the four corners c of its tetrahedron; w are its barycentric coordinates there, which stay
- * exact under every affine map of the mesh. The rows W are made beforehand, so a surface costs as
+ * exact under every affine map of the mesh. In a ten-node tetrahedron W_v is a sum over all nodes,
+ * with the quadratic shape functions at w. The rows W are made beforehand, so a surface costs as
  * much as the same number of vertices of the mesh, and a model needs neither mesh nor basis for it.
  *
  *   load the model; thrum_surface_load; each frame: step, thrum_surface_positions, _normals, draw

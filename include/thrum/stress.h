@@ -3,7 +3,8 @@
  * A linear tetrahedron has one displacement gradient, G(q) = sum_i q_i G_i, so its Green strain
  *   E(q) = 1/2 (G + G^T + G^T G)
  * is a quadratic polynomial of q, evaluated exactly up to rounding: the stresses belong to the same
- * body that the model steps. The second Piola-Kirchhoff stress is S = lambda tr(E) 1 + 2 mu E; with
+ * body that the model steps. In a ten-node tetrahedron G depends on the place, and G(q) is that at
+ * its centre. The second Piola-Kirchhoff stress is S = lambda tr(E) 1 + 2 mu E; with
  * F = 1 + G and J = det F the Cauchy stress, force over deformed area, is sigma = F S F^T / J, from
  * which von Mises' equivalent stress is taken.
  *

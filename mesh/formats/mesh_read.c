@@ -10,6 +10,7 @@
 #include "mesh/formats/file_suffix.h"
 #include "mesh/mesh_beam.h"
 #include "mesh/mesh_clean.h"
+#include "mesh/midsides.h"
 
 static thrum_status no_memory(thrum_error *error) {
   return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
@@ -95,6 +96,11 @@ bool thrum_mesh_is_named(const char *name) {
 }
 
 thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error) {
+  return thrum_mesh_read_order(name, scale, 0, mesh, error);
+}
+
+thrum_status thrum_mesh_read_order(const char *name, double scale, int order, thrum_mesh *mesh,
+                                   thrum_error *error) {
   thrum_mesh read = {0};
   thrum_mesh_parser *parse = find_parser(name);
   thrum_status status;
@@ -113,7 +119,11 @@ thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, t
   }
 
   // every source may repeat vertices or leave some unused
+  if (status >= 0 && order == 1)
+    thrum_midsides_drop(&read);
   THRUM_THEN(status, thrum_mesh_clean(&read, name, scale, error));
+  if (order == 2 && !read.midsides)
+    THRUM_THEN(status, thrum_midsides_add(&read, error));
 
   return thrum_mesh_deliver(status, &read, mesh);
 }

@@ -23,6 +23,13 @@
  * refused with the file, the line and the element named (1-based, as in the file). On failure *mesh
  * is untouched. */
 thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error);
+
+/* The same with tets of that order: 0, as the file has them; 1, linear, tets of ten nodes by their
+ * corners, which are counted; 2, of ten nodes, linear ones with a node in the middle of each edge.
+ */
+thrum_status thrum_mesh_read_order(const char *name, double scale, int order, thrum_mesh *mesh,
+                                   thrum_error *error);
+
 /* Tells whether a name is that of a mesh by its suffix or as a generator, whether or not the file
  * exists. */
 bool thrum_mesh_is_named(const char *name);

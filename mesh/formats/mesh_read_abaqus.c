@@ -1,5 +1,5 @@
 /* Reads Abaqus input files (.inp), as far as they describe a body: *NODE, *ELEMENT (C3D4;
- * C3D10 by its corners), *NSET, *ELSET (both with GENERATE), *MATERIAL with *ELASTIC and *DENSITY,
+ * C3D10), *NSET, *ELSET (both with GENERATE), *MATERIAL with *ELASTIC and *DENSITY,
  * *SOLID SECTION. Keywords, parameters and names in any case; ** comments; other keywords are
  * passed over. Node sets and the nodes of element sets, those of surface elements too, are groups;
  * solid sections are the regions. The element set allElements is no group. A file holds one part.
@@ -279,27 +279,26 @@ static int node_count(inp_word type) {
 
 /* Reads a tet's number and nodes, which may continue on further lines. */
 static thrum_status read_tet(inp_reader *r, int nodes, int64_t set) {
-  int64_t number = 0, corners[CORNERS] = {0};
+  int64_t number = 0, vertices[10] = {0};
   const int64_t line = r->text.line;
   THRUM_TRY(integer(r, "the number of an element", 1, &number));
 
-  // a tet of ten nodes is read by its corners, which come first
+  // the corners come first
   for (int n = 0; n < nodes; n++) {
     int64_t node = 0;
     if (!thrum_text_more(&r->text) && !data_line(r))
       return fail(r, "an element has too few nodes");
     THRUM_TRY(integer(r, "a node of the element", 1, &node));
-    if (n < CORNERS)
-      corners[n] = node;
+    vertices[n] = node;
   }
   THRUM_TRY(thrum_text_finish(&r->text, "the nodes", r->error));
   THRUM_TRY(add_element(r, number, r->builder.tet_count));
   if (set >= 0)
     THRUM_TRY(add_to_set(r, set, number));
 
-  // dropped mid-side nodes are no repair of the mesh, so these tets are counted
-  r->builder.cornered_tets += nodes > CORNERS;
-  return thrum_builder_tet(&r->builder, corners, -1, line);
+  // ten nodes stand in the order that meshes have here
+  return nodes > CORNERS ? thrum_builder_quadratic_tet(&r->builder, vertices, -1, line)
+                         : thrum_builder_tet(&r->builder, vertices, -1, line);
 }
 
 /* Reads an element that is no solid; its nodes belong to the groups of its sets. */
@@ -576,17 +575,21 @@ static thrum_status set_groups(inp_reader *r) {
     for (int64_t i = 0; i < set->count; i++) {
       THRUM_TRY(find_member(r, set, set->elements[i], &element));
 
-      // a tet gives its corners, any other element all its nodes
+      // a tet gives its corners first, any other element all its nodes
       const bool tet = element->tet >= 0;
       const int64_t count = tet ? CORNERS : element->count;
       if (count == 0) // neither a tet nor a face; there may be no array of faces at all
         continue;
 
-      // the group has the corners of the set's tets and the nodes of its faces
+      // the group has the nodes of the set's tets and of its faces
       const int64_t *nodes =
           tet ? r->builder.tets + CORNERS * element->tet : r->surface_nodes + element->first;
       for (int64_t n = 0; n < count; n++)
         THRUM_TRY(thrum_builder_add(&r->builder, list, nodes[n]));
+
+      // of a file of mixed orders, which is refused later, no middle nodes are known
+      for (int n = 0; n < 6 && tet && r->builder.middles && r->builder.odd_tet == 0; n++)
+        THRUM_TRY(thrum_builder_add(&r->builder, list, r->builder.middles[6 * element->tet + n]));
     }
   }
   return THRUM_OK;

@@ -9,7 +9,7 @@
 #include "io/text.h"
 #include "mesh/mesh_builder.h"
 
-enum { MSH_TET = 4, MSH_NO_PHYSICAL = -1 };
+enum { MSH_TET = 4, MSH_TET_10 = 11, MSH_NO_PHYSICAL = -1 };
 
 typedef struct msh_physical {
   int dimension;

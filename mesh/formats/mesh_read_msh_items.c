@@ -100,13 +100,17 @@ thrum_status thrum_msh_nodes(msh_reader *r, bool parametric) {
  * solids but tets. */
 static const struct {
   signed char dimension, nodes;
-} TYPES[] = {{-1, 0}, {1, 2},  {2, 3}, {2, 4}, {3, 4}, {3, 0},  {3, 0},  {3, 0},
-             {1, 3},  {2, 6},  {2, 9}, {3, 0}, {3, 0}, {3, 0},  {3, 0},  {0, 1},
-             {2, 8},  {3, 0},  {3, 0}, {3, 0}, {2, 9}, {2, 10}, {2, 12}, {2, 15},
-             {2, 15}, {2, 21}, {1, 4}, {1, 5}, {1, 6}, {3, 0},  {3, 0},  {3, 0}};
+} TYPES[] = {{-1, 0}, {1, 2},  {2, 3}, {2, 4},  {3, 4}, {3, 0},  {3, 0},  {3, 0},
+             {1, 3},  {2, 6},  {2, 9}, {3, 10}, {3, 0}, {3, 0},  {3, 0},  {0, 1},
+             {2, 8},  {3, 0},  {3, 0}, {3, 0},  {2, 9}, {2, 10}, {2, 12}, {2, 15},
+             {2, 15}, {2, 21}, {1, 4}, {1, 5},  {1, 6}, {3, 0},  {3, 0},  {3, 0}};
 
 static bool is_known(int64_t type) {
   return type >= 1 && type < (int64_t)(sizeof TYPES / sizeof *TYPES);
+}
+
+static bool is_tet(int64_t type) {
+  return type == MSH_TET || type == MSH_TET_10;
 }
 
 static int dimension_of(int64_t type) {
@@ -115,15 +119,15 @@ static int dimension_of(int64_t type) {
 
 /* Refuses solid elements other than tets, and in bytes those whose length is unknown. */
 static thrum_status check_type(msh_reader *r, int64_t type, int dimension) {
-  if (type != MSH_TET && !(dimension >= 0 && dimension < 3)) {
-    if (type == 11 || (type >= 29 && type <= 31))
+  if (!is_tet(type) && !(dimension >= 0 && dimension < 3)) {
+    if (type >= 29 && type <= 31)
       return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
-                             "tetrahedra of higher order (type %lld) are not supported; mesh again "
-                             "with: gmsh -3 -order 1",
+                             "tetrahedra of order 3 and more (type %lld) are not supported; mesh "
+                             "again with: gmsh -3 -order 2",
                              (long long)type);
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "elements of type %lld are not supported; the body must be meshed with "
-                           "tetrahedra (type 4) alone",
+                           "tetrahedra (type 4 or 11) alone",
                            (long long)type);
   }
   if (r->binary && (!is_known(type) || TYPES[type].nodes == 0))
@@ -143,8 +147,8 @@ static thrum_status read_node(msh_reader *r, int size, int64_t *tag) {
 /* Reads the nodes of an element, of `size` bytes each, and adds them to its physical groups. */
 static thrum_status read_element(msh_reader *r, int64_t type, int size, const int64_t *physicals,
                                  int64_t physical_count) {
-  const bool tet = type == MSH_TET;
-  int64_t corners[4] = {0}, tag = 0;
+  const bool tet = is_tet(type);
+  int64_t nodes[10] = {0}, tag = 0;
 
   // in text an element that is no tet goes on to the end of its line
   const int count = tet || r->binary ? TYPES[type].nodes : INT32_MAX;
@@ -154,18 +158,26 @@ static thrum_status read_element(msh_reader *r, int64_t type, int size, const in
       return THRUM_OK;
     THRUM_TRY(read_node(r, size, &tag));
     if (tet)
-      corners[n] = tag;
+      nodes[n] = tag;
     for (int64_t p = 0; p < physical_count; p++)
       THRUM_TRY(thrum_builder_add(&r->builder, r->physicals[physicals[p]].list, tag));
   }
   if (!tet)
     return THRUM_OK;
   if (!r->binary)
-    THRUM_TRY(thrum_text_finish(&r->text, "the four nodes", r->error));
+    THRUM_TRY(
+        thrum_text_finish(&r->text, count == 4 ? "the four nodes" : "the ten nodes", r->error));
 
   // a tet in several physical volumes belongs to the region of the first
-  return thrum_builder_tet(&r->builder, corners,
-                           physical_count > 0 ? physicals[0] : MSH_NO_PHYSICAL, r->text.line);
+  const int64_t key = physical_count > 0 ? physicals[0] : MSH_NO_PHYSICAL;
+  if (type == MSH_TET)
+    return thrum_builder_tet(&r->builder, nodes, key, r->text.line);
+
+  // Gmsh has the middle nodes of edges 23 and 13 the other way round
+  const int64_t swap = nodes[8];
+  nodes[8] = nodes[9];
+  nodes[9] = swap;
+  return thrum_builder_quadratic_tet(&r->builder, nodes, key, r->text.line);
 }
 
 /* Reads the tags and nodes of an element of version 2. */

@@ -16,12 +16,16 @@ static int64_t find_region_group(const thrum_mesh *mesh, int64_t region, uint8_t
 
   // regions have no names of their own, but a group of the same vertices has one
   int64_t count = 0;
-  for (int64_t t = 0; t < mesh->tet_count; t++)
-    for (int a = 0; a < 4 && mesh->tet_region[t] == region; a++) {
-      const int32_t v = mesh->tets[4 * t + a];
-      count += !in_region[v];
-      in_region[v] = 1;
+  for (int64_t t = 0; t < mesh->tet_count; t++) {
+    if (mesh->tet_region[t] == region) {
+      int32_t v[10];
+      const int nodes = thrum_mesh_nodes(mesh, t, v);
+      for (int a = 0; a < nodes; a++) {
+        count += !in_region[v[a]];
+        in_region[v[a]] = 1;
+      }
     }
+  }
 
   // a group of as many vertices, all of them in the region, has exactly these
   for (int64_t g = 0; g < mesh->group_count; g++) {
@@ -141,6 +145,15 @@ thrum_status thrum_mesh_write(const char *path, const thrum_mesh *mesh,
   } writers[] = {{".veg", thrum_mesh_write_veg},    {".msh", thrum_mesh_write_msh},
                  {".mesh", thrum_mesh_write_medit}, {".vtk", thrum_mesh_write_vtk},
                  {".vtu", thrum_mesh_write_vtu},    {".inp", thrum_mesh_write_abaqus}};
+
+  // these formats have linear tets alone, or an order of ten nodes that is not known for certain
+  static const char *const linear[] = {".veg", ".mesh", ".node", ".ele"};
+  for (size_t i = 0; i < sizeof linear / sizeof *linear && mesh->midsides; i++)
+    if (thrum_file_has_suffix(path, linear[i]))
+      return thrum_error_set(error, THRUM_UNSUPPORTED,
+                             "%.200s: tets of ten nodes are not written to %s files; write .msh, "
+                             ".vtk, .vtu or .inp, or give --order 1",
+                             path, linear[i]);
 
   thrum_mesh_written w = {.mesh = mesh, .options = *options};
   thrum_status status = THRUM_UNSUPPORTED;

@@ -68,11 +68,14 @@ void thrum_mesh_write_abaqus(thrum_mesh_out *out, thrum_mesh_written *w) {
   }
 
   // regions and readers refer to all tets by the set allElements
-  thrum_out_text(out, "*ELEMENT, TYPE=C3D4, ELSET=allElements\n");
+  thrum_out_text(out, "*ELEMENT, TYPE=%s, ELSET=allElements\n", m->midsides ? "C3D10" : "C3D4");
   for (int64_t t = 0; t < m->tet_count; t++) {
-    const int32_t *v = m->tets + 4 * t;
-    thrum_out_text(out, "%lld, %lld, %lld, %lld, %lld\n", (long long)t + 1, v[0] + 1LL, v[1] + 1LL,
-                   v[2] + 1LL, v[3] + 1LL);
+    int32_t v[10];
+    const int nodes = thrum_mesh_nodes(m, t, v);
+    thrum_out_text(out, "%lld", (long long)t + 1);
+    for (int a = 0; a < nodes; a++)
+      thrum_out_text(out, ", %lld", v[a] + 1LL);
+    thrum_out_text(out, "\n");
   }
 
   // a group that stands for a region becomes the element set of the region

@@ -6,7 +6,7 @@
 #include "mesh/formats/mesh_out.h"
 #include "mesh/formats/mesh_write.h"
 
-enum { TYPE_POINT = 15, TYPE_TET = 4 };
+enum { TYPE_POINT = 15, TYPE_TET = 4, TYPE_TET_10 = 11 };
 
 /* Writes a whole number as text with a blank behind, or as bytes, the lowest first. */
 static void put_whole(thrum_mesh_out *out, bool binary, uint64_t value, size_t size) {
@@ -36,6 +36,18 @@ static void put_real(thrum_mesh_out *out, bool binary, double value) {
 static void end_line(thrum_mesh_out *out, bool binary) {
   if (!binary)
     thrum_out_text(out, "\n");
+}
+
+/* The nodes of a tet in Gmsh's order, which has the middle nodes of edges 23 and 13 the other way
+ * round; returns how many. */
+static int tet_nodes(const thrum_mesh *mesh, int64_t t, int32_t nodes[10]) {
+  const int count = thrum_mesh_nodes(mesh, t, nodes);
+  if (count == 10) {
+    const int32_t swap = nodes[8];
+    nodes[8] = nodes[9];
+    nodes[9] = swap;
+  }
+  return count;
 }
 
 /* Returns the physical volume of a region, 0 for none. */
@@ -86,7 +98,7 @@ static int64_t point_count(const thrum_mesh_written *w, int64_t *groups) {
 /* Writes one element of version 2.2; in binary it has a header of its own. */
 static void put_element_2(thrum_mesh_out *out, bool binary, int64_t number, int type,
                           int64_t physical, int64_t entity, const int32_t *vertices) {
-  const int corners = type == TYPE_TET ? 4 : 1;
+  const int nodes = type == TYPE_TET ? 4 : type == TYPE_TET_10 ? 10 : 1;
 
   // a header is the type, the number of elements and the number of tags
   if (binary) {
@@ -100,7 +112,7 @@ static void put_element_2(thrum_mesh_out *out, bool binary, int64_t number, int 
     thrum_out_text(out, "%d 2 ", type);
   put_whole(out, binary, (uint64_t)physical, 4);
   put_whole(out, binary, (uint64_t)entity, 4);
-  for (int a = 0; a < corners; a++)
+  for (int a = 0; a < nodes; a++)
     put_whole(out, binary, (uint64_t)vertices[a] + 1, 4);
   end_line(out, binary);
 }
@@ -125,9 +137,12 @@ static void put_body_2(thrum_mesh_out *out, thrum_mesh_written *w) {
   for (int64_t g = 0; g < m->group_count; g++)
     for (int64_t i = 0; i < m->groups[g].count && w->group_region[g] < 0; i++)
       put_element_2(out, binary, ++number, TYPE_POINT, g + 1, g + 1, &m->groups[g].vertices[i]);
-  for (int64_t t = 0; t < m->tet_count; t++)
-    put_element_2(out, binary, ++number, TYPE_TET, region_tag(w, m->tet_region[t]),
-                  m->tet_region[t] + 1LL, m->tets + 4 * t);
+  for (int64_t t = 0; t < m->tet_count; t++) {
+    int32_t nodes[10];
+    const int type = tet_nodes(m, t, nodes) == 10 ? TYPE_TET_10 : TYPE_TET;
+    put_element_2(out, binary, ++number, type, region_tag(w, m->tet_region[t]),
+                  m->tet_region[t] + 1LL, nodes);
+  }
 
   thrum_out_text(out, "%s$EndElements\n", binary ? "\n" : "");
 }
@@ -257,11 +272,14 @@ static void put_elements_4(thrum_mesh_out *out, thrum_mesh_written *w) {
   // a block has one region; a block for each run keeps the tets in their order
   for (int64_t t = 0; t < m->tet_count;) {
     const int64_t end = run_end(m, t);
-    put_block_4(out, binary, 3, m->tet_region[t] + 1LL, TYPE_TET, end - t);
+    put_block_4(out, binary, 3, m->tet_region[t] + 1LL, m->midsides ? TYPE_TET_10 : TYPE_TET,
+                end - t);
     for (; t < end; t++) {
       put_whole(out, binary, (uint64_t)++number, 8);
-      for (int a = 0; a < 4; a++)
-        put_whole(out, binary, (uint64_t)m->tets[4 * t + a] + 1, 8);
+      int32_t nodes[10];
+      const int nodes_count = tet_nodes(m, t, nodes);
+      for (int a = 0; a < nodes_count; a++)
+        put_whole(out, binary, (uint64_t)nodes[a] + 1, 8);
       end_line(out, binary);
     }
   }

@@ -9,7 +9,7 @@
 #include "mesh/formats/mesh_out.h"
 #include "mesh/formats/mesh_write.h"
 
-enum { VTK_TETRA = 10 };
+enum { VTK_TETRA = 10, VTK_QUADRATIC_TETRA = 24 };
 
 typedef enum column_kind {
   COLUMN_POINTS,
@@ -130,22 +130,29 @@ static const char *column_name(column_kind kind) {
 }
 
 static void put_legacy_cells(thrum_mesh_out *out, const thrum_mesh *m, bool binary) {
-  thrum_out_text(out, "CELLS %lld %lld\n", (long long)m->tet_count, 5 * (long long)m->tet_count);
+  const int size = m->midsides ? 11 : 5, type = m->midsides ? VTK_QUADRATIC_TETRA : VTK_TETRA;
+
+  // the number of nodes stands before them
+  thrum_out_text(out, "CELLS %lld %lld\n", (long long)m->tet_count, size * (long long)m->tet_count);
   for (int64_t t = 0; t < m->tet_count; t++) {
-    const int32_t *v = m->tets + 4 * t;
-    if (!binary)
-      thrum_out_text(out, "4 %d %d %d %d\n", (int)v[0], (int)v[1], (int)v[2], (int)v[3]);
-    for (int a = -1; a < 4 && binary; a++)
-      put_bits(out, a < 0 ? 4 : (uint64_t)v[a], 4);
+    int32_t v[10];
+    const int nodes = thrum_mesh_nodes(m, t, v);
+    for (int a = -1; a < nodes; a++) {
+      const int32_t number = a < 0 ? nodes : v[a];
+      if (binary)
+        put_bits(out, (uint64_t)number, 4);
+      else
+        thrum_out_text(out, "%d%s", (int)number, a + 1 < nodes ? " " : "\n");
+    }
   }
 
   // the format wants a type for each cell, though all are tets
   thrum_out_text(out, "%sCELL_TYPES %lld\n", binary ? "\n" : "", (long long)m->tet_count);
   for (int64_t t = 0; t < m->tet_count; t++) {
     if (binary)
-      put_bits(out, VTK_TETRA, 4);
+      put_bits(out, (uint64_t)type, 4);
     else
-      thrum_out_text(out, "%d\n", VTK_TETRA);
+      thrum_out_text(out, "%d\n", type);
   }
 }
 

@@ -67,6 +67,7 @@ void thrum_mesh_write_vtu(thrum_mesh_out *out, thrum_mesh_written *w) {
                          .tet_count = m->tet_count,
                          .points = m->vertices,
                          .tets = m->tets,
+                         .midsides = m->midsides,
                          .arrays = arrays,
                          .array_count = count,
                          .ascii = w->options.ascii,

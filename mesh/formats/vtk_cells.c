@@ -202,8 +202,8 @@ static thrum_status add_cell(const grid *g, int64_t cell, double first, thrum_me
   if (end - first != corners)
     return bad_cell(g, cell, "has another number of points than its type");
 
-  int64_t vertices[4];
-  for (int a = 0; a < 4; a++) {
+  int64_t vertices[10];
+  for (int a = 0; a < corners; a++) {
     const double v = g->connectivity->values[(int64_t)first + a];
 
     // converting a number beyond the integers would be undefined
@@ -216,9 +216,9 @@ static thrum_status add_cell(const grid *g, int64_t cell, double first, thrum_me
   if (g->region && !(fabs(g->region->values[cell]) < 1e15))
     return bad_cell(g, cell, "has a region that is out of range");
 
-  // quadratic tets are read by their corners, which come first
-  b->cornered_tets += corners == 10;
-  return thrum_builder_tet(b, vertices, region_key(g, cell), 0);
+  // ten nodes stand in the order that meshes have here
+  return corners == 10 ? thrum_builder_quadratic_tet(b, vertices, region_key(g, cell), 0)
+                       : thrum_builder_tet(b, vertices, region_key(g, cell), 0);
 }
 
 /* Makes a group of whole point data of one column whose values are 0 and 1; without any 1 there is

@@ -1,8 +1,8 @@
 /* Static modal derivatives, design 2: K Phi_ij = b_ij = -d^2 R(sum p_a psi_a) / dp_i dp_j at p = 0,
- * where a tet of volume vol and shape gradients g_a adds to corner a
- *   -vol [S(sym(G_i^T G_j)) + G_i S(sym G_j) + G_j S(sym G_i)] g_a.
+ * where a point of weight w of a tet with shape gradients g_a adds to node a
+ *   -w [S(sym(G_i^T G_j)) + G_i S(sym G_j) + G_j S(sym G_i)] g_a.
  * After Barbic, James 2005, doi:10.1145/1073204.1073300. Solved in blocks of right-hand sides:
- * O(tets count^2) to build them.
+ * O(points count^2) to build them.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/basis/modal_derivatives.h"
@@ -19,15 +19,15 @@ typedef struct mode_in_tet {
   double stress[3][3];
 } mode_in_tet;
 
-static void deform(const thrum_fem *fem, int64_t t, double shape[4][3], const double *mode,
-                   mode_in_tet *result) {
-  const int32_t *corner = fem->tets + 4 * t;
+static void deform(const thrum_fem *fem, int64_t t, double shape[THRUM_FEM_NODES_MAX][3],
+                   const double *mode, mode_in_tet *result) {
+  const int32_t *node = fem->nodes + fem->node_count * t;
 
-  // the displacement gradient, a sum over the free corners
+  // the displacement gradient, a sum over the free nodes
   memset(result, 0, sizeof *result);
-  for (int a = 0; a < 4; a++)
+  for (int a = 0; a < fem->node_count; a++)
     for (int c = 0; c < 3; c++) {
-      const int32_t dof = fem->dof[3 * (int64_t)corner[a] + c];
+      const int32_t dof = fem->dof[3 * (int64_t)node[a] + c];
       const double u = dof < 0 ? 0 : mode[dof];
       for (int d = 0; d < 3; d++)
         result->gradient[c][d] += u * shape[a][d];
@@ -60,27 +60,54 @@ static void second_stress(double lambda, double mu, mode_in_tet *i, mode_in_tet 
         total[c][d] += i->gradient[c][e] * j->stress[e][d] + j->gradient[c][e] * i->stress[e][d];
 }
 
-// adds one tet to the right-hand sides of the pairs [first, first + width)
-static void add_tet(const thrum_fem *fem, int64_t t, const int32_t *pairs, int64_t width,
-                    mode_in_tet *modes, double shape[4][3], double *right) {
-  const int32_t *corner = fem->tets + 4 * t;
-  const int32_t region = fem->tet_region[t];
-  const int64_t n = fem->free_count;
+// what a tet adds to its nodes, for each pair of modes of a block
+typedef struct tet_forces {
+  double pair[THRUM_SOLVE_BLOCK][THRUM_FEM_NODES_MAX][3];
+} tet_forces;
 
-  // each pair's second derivative of the stress acts on the corners through the shape gradients
+// adds one point of a tet to the forces of the pairs [first, first + width)
+static void add_point(const thrum_fem *fem, int64_t t, int p, const int32_t *pairs, int64_t width,
+                      mode_in_tet *modes, double shape[THRUM_FEM_NODES_MAX][3],
+                      tet_forces *forces) {
+  const int32_t region = fem->tet_region[t];
+  const double weight = fem->weight[t * fem->point_count + p];
+
+  // each pair's second derivative of the stress acts on the nodes through the shape gradients
   for (int64_t b = 0; b < width; b++) {
     double total[3][3];
     second_stress(fem->lambda[region], fem->mu[region], &modes[pairs[2 * b]],
                   &modes[pairs[2 * b + 1]], total);
-    for (int a = 0; a < 4; a++)
-      for (int c = 0; c < 3; c++) {
-        const int32_t dof = fem->dof[3 * (int64_t)corner[a] + c];
-        if (dof >= 0)
-          right[b * n + dof] -=
-              fem->volume[t] *
-              (total[c][0] * shape[a][0] + total[c][1] * shape[a][1] + total[c][2] * shape[a][2]);
-      }
+    for (int a = 0; a < fem->node_count; a++)
+      for (int c = 0; c < 3; c++)
+        forces->pair[b][a][c] += weight * (total[c][0] * shape[a][0] + total[c][1] * shape[a][1] +
+                                           total[c][2] * shape[a][2]);
   }
+}
+
+// adds one tet to the right-hand sides of the pairs [first, first + width); local: a mode each
+static void add_tet(const thrum_fem *fem, int64_t t, const int32_t *pairs, int64_t width,
+                    int64_t count, const double *modes, mode_in_tet *local, double *right) {
+  const int32_t *node = fem->nodes + fem->node_count * t;
+  const int64_t n = fem->free_count;
+  tet_forces forces;
+  memset(&forces, 0, sizeof forces.pair[0] * (size_t)width);
+
+  // the strains of the modes at each point, then what all points add to the nodes
+  for (int p = 0; p < fem->point_count; p++) {
+    double shape[THRUM_FEM_NODES_MAX][3];
+    thrum_fem_shape_gradients(fem, t, p, shape);
+    for (int64_t i = pairs[0]; i < count; i++)
+      deform(fem, t, shape, modes + i * n, &local[i]);
+    add_point(fem, t, p, pairs, width, local, shape, &forces);
+  }
+
+  for (int64_t b = 0; b < width; b++)
+    for (int a = 0; a < fem->node_count; a++)
+      for (int c = 0; c < 3; c++) {
+        const int32_t dof = fem->dof[3 * (int64_t)node[a] + c];
+        if (dof >= 0)
+          right[b * n + dof] -= forces.pair[b][a][c];
+      }
 }
 
 static thrum_status solve_all(const thrum_fem *fem, thrum_factor *factor, int64_t count,
@@ -97,14 +124,8 @@ static thrum_status solve_all(const thrum_fem *fem, thrum_factor *factor, int64_
     double *block = derivatives + first * n;
     memset(block, 0, sizeof *block * (size_t)(n * width));
 
-    // each tet's part in every pair, from the strains of the modes in it
-    for (int64_t t = 0; t < fem->tet_count; t++) {
-      double shape[4][3];
-      thrum_fem_shape_gradients(fem, t, shape);
-      for (int64_t i = pairs[2 * first]; i < count; i++)
-        deform(fem, t, shape, modes + i * n, &local[i]);
-      add_tet(fem, t, pairs + 2 * first, width, local, shape, block);
-    }
+    for (int64_t t = 0; t < fem->tet_count; t++)
+      add_tet(fem, t, pairs + 2 * first, width, count, modes, local, block);
 
     status = thrum_factor_solve(factor, block, width, block, error);
     THRUM_THEN(status, thrum_report(reporter, (double)(first + width) / (double)total, error));

@@ -25,9 +25,9 @@ static void find_parts(const thrum_fem *fem, int32_t *parent) {
   for (int64_t v = 0; v < fem->vertex_count; v++)
     parent[v] = (int32_t)v;
   for (int64_t t = 0; t < fem->tet_count; t++)
-    for (int a = 1; a < 4; a++) {
-      const int32_t p = root_of(parent, fem->tets[4 * t]);
-      const int32_t q = root_of(parent, fem->tets[4 * t + a]);
+    for (int a = 1; a < fem->node_count; a++) {
+      const int32_t p = root_of(parent, fem->nodes[fem->node_count * t]);
+      const int32_t q = root_of(parent, fem->nodes[fem->node_count * t + a]);
       parent[p > q ? p : q] = p > q ? q : p;
     }
   for (int64_t v = 0; v < fem->vertex_count; v++)

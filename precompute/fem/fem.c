@@ -1,6 +1,7 @@
-/* Linear tetrahedra of Saint Venant-Kirchhoff material, design 1: with F = 1 + G constant in a tet,
- *   E = (F^T F - 1)/2,  S = lambda tr(E) 1 + 2 mu E,  V = vol (lambda/2 tr(E)^2 + mu E:E),
- *   force on corner a: vol F S g_a, g_a the gradient of its shape function.
+/* Tetrahedra of Saint Venant-Kirchhoff material, design 1: at a point of weight w of a tet, which
+ * is its volume in a linear one, where F = 1 + G is constant,
+ *   E = (F^T F - 1)/2,  S = lambda tr(E) 1 + 2 mu E,  V = w (lambda/2 tr(E)^2 + mu E:E),
+ *   force on node a: w F S g_a, g_a the gradient of its shape function.
  * Energy and force cost O(tets).
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -52,37 +53,69 @@ static thrum_status allocate(const thrum_mesh *mesh, thrum_fem *fem, thrum_error
   const int64_t vertices = mesh->vertex_count, tets = mesh->tet_count;
   const char *what = "the finite elements";
   // a component must fit an int32, as it does in the model file
-  if (vertices < 4 || tets < 1 || vertices > INT32_MAX / 3 || tets > INT32_MAX / 4)
+  if (vertices < 4 || tets < 1 || vertices > INT32_MAX / 3 || tets > INT32_MAX / fem->node_count)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "a mesh of %lld vertices and %lld tets is out of range",
                            (long long)vertices, (long long)tets);
 
   if (!(fem->dof = thrum_allocate(3 * vertices, sizeof *fem->dof, what, error)) ||
       !(fem->component = thrum_allocate(3 * vertices, sizeof *fem->component, what, error)) ||
-      !(fem->gradient = thrum_allocate(9 * tets, sizeof *fem->gradient, what, error)) ||
+      !(fem->gradient =
+            thrum_allocate(9 * tets * fem->point_count, sizeof *fem->gradient, what, error)) ||
+      !(fem->weight = thrum_allocate(tets * fem->point_count, sizeof *fem->weight, what, error)) ||
       !(fem->volume = thrum_allocate(tets, sizeof *fem->volume, what, error)) ||
       !(fem->lambda = thrum_allocate(mesh->region_count, sizeof(double), what, error)) ||
       !(fem->mu = thrum_allocate(mesh->region_count, sizeof(double), what, error)) ||
       !(fem->density = thrum_allocate(mesh->region_count, sizeof(double), what, error)) ||
       !(fem->incident_begin = thrum_allocate(vertices + 2, sizeof(int64_t), what, error)) ||
-      !(fem->incident = thrum_allocate(4 * tets, sizeof(int64_t), what, error)))
+      !(fem->incident = thrum_allocate(fem->node_count * tets, sizeof(int64_t), what, error)))
     return THRUM_OUT_OF_MEMORY;
   return THRUM_OK;
 }
 
-// shape gradients of corners 1..3 are the rows of the inverse of the matrix of edge columns
-static thrum_status measure_tet(thrum_fem *fem, int64_t t, thrum_error *error) {
-  const int32_t *corner = fem->tets + 4 * t;
+// a mesh made by hand may hold any index
+static thrum_status check_indices(const thrum_fem *fem, int64_t t, thrum_error *error) {
+  const int32_t *node = fem->nodes + fem->node_count * t;
   const int32_t region = fem->tet_region[t];
-
-  // a mesh made by hand may hold any index
   bool inside = region >= 0 && region < fem->region_count;
-  for (int a = 0; a < 4; a++)
-    inside = inside && corner[a] >= 0 && corner[a] < fem->vertex_count;
-  if (!inside)
-    return thrum_error_set(error, THRUM_BAD_VALUE,
-                           "tet %lld refers to a vertex or region that does not exist",
-                           (long long)t + 1);
+  for (int a = 0; a < fem->node_count; a++)
+    inside = inside && node[a] >= 0 && node[a] < fem->vertex_count;
+  if (inside)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_BAD_VALUE,
+                         "tet %lld refers to a vertex or region that does not exist",
+                         (long long)t + 1);
+}
+
+// the places of the nodes of a ten-node tet
+static void node_places(const thrum_fem *fem, int64_t t, double places[THRUM_FEM_NODES_MAX][3]) {
+  for (int a = 0; a < fem->node_count; a++)
+    memcpy(places[a], fem->vertices + 3 * (int64_t)fem->nodes[fem->node_count * t + a],
+           sizeof places[a]);
+}
+
+// gradients and weights at the points of a ten-node tet
+static thrum_status measure_quadratic(thrum_fem *fem, int64_t t, thrum_error *error) {
+  double places[THRUM_FEM_NODES_MAX][3];
+  node_places(fem, t, places);
+  fem->volume[t] = 0;
+  for (int p = 0; p < fem->point_count; p++) {
+    const int64_t point = t * fem->point_count + p;
+    const double det = thrum_quadratic_map(places, fem->slopes[p], fem->gradient + 9 * point);
+    if (!(det > 0) || !isfinite(1 / det))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "tet %lld is turned inside out at a point: the map of its ten nodes "
+                             "has determinant %g m^3 there, which must be positive",
+                             (long long)t + 1, det);
+    fem->weight[point] = fem->rule[p].weight * det / 6;
+    fem->volume[t] += fem->weight[point];
+  }
+  return THRUM_OK;
+}
+
+// shape gradients of corners 1..3 are the rows of the inverse of the matrix of edge columns
+static thrum_status measure_linear(thrum_fem *fem, int64_t t, thrum_error *error) {
+  const int32_t *corner = fem->nodes + 4 * t;
 
   // edges from corner 0, and their cross products: the cofactors of the inverse
   double edge[3][3];
@@ -108,7 +141,7 @@ static thrum_status measure_tet(thrum_fem *fem, int64_t t, thrum_error *error) {
 
   for (int c = 0; c < 9; c++)
     gradient[c] /= det;
-  fem->volume[t] = det / 6;
+  fem->volume[t] = fem->weight[t] = det / 6;
   return THRUM_OK;
 }
 
@@ -125,17 +158,53 @@ static void number_components(const uint8_t *fixed, thrum_fem *fem) {
 static void list_incident(thrum_fem *fem) {
   int64_t *begin = fem->incident_begin;
   memset(begin, 0, sizeof *begin * ((size_t)fem->vertex_count + 2));
-  for (int64_t e = 0; e < 4 * fem->tet_count; e++)
-    begin[fem->tets[e] + 2]++;
+  const int64_t entries = fem->node_count * fem->tet_count;
+  for (int64_t e = 0; e < entries; e++)
+    begin[fem->nodes[e] + 2]++;
   for (int64_t v = 0; v < fem->vertex_count; v++)
     begin[v + 2] += begin[v + 1];
-  for (int64_t e = 0; e < 4 * fem->tet_count; e++)
-    fem->incident[begin[fem->tets[e] + 1]++] = e;
+  for (int64_t e = 0; e < entries; e++)
+    fem->incident[begin[fem->nodes[e] + 1]++] = e;
+}
+
+// corners and middle nodes of ten-node tets in one array
+static thrum_status join_nodes(const thrum_mesh *mesh, thrum_fem *fem, thrum_error *error) {
+  int32_t *joined = thrum_allocate(10 * mesh->tet_count, sizeof *joined, "the nodes", error);
+  if (!joined)
+    return THRUM_OUT_OF_MEMORY;
+  for (int64_t t = 0; t < mesh->tet_count; t++)
+    thrum_mesh_nodes(mesh, t, joined + 10 * t);
+  fem->nodes = fem->joined_nodes = joined;
+  return THRUM_OK;
+}
+
+// the points of ten-node tets, and the slopes of the shape functions there
+static thrum_status choose_rule(thrum_fem *fem, thrum_error *error) {
+  bool curved = false;
+  for (int64_t t = 0; t < fem->tet_count && !curved; t++) {
+    double places[THRUM_FEM_NODES_MAX][3];
+    THRUM_TRY(check_indices(fem, t, error));
+    node_places(fem, t, places);
+    curved = thrum_quadratic_is_curved(places);
+  }
+
+  fem->rule = thrum_quadratic_rule(curved, &fem->point_count);
+  fem->slopes = thrum_allocate(fem->point_count, sizeof *fem->slopes, "the shape functions", error);
+  if (!fem->slopes)
+    return THRUM_OUT_OF_MEMORY;
+  for (int p = 0; p < fem->point_count; p++)
+    thrum_quadratic_slopes(fem->rule[p].place, fem->slopes[p]);
+  return THRUM_OK;
 }
 
 static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
                          thrum_error *error) {
-  thrum_status status = allocate(mesh, fem, error);
+  thrum_status status = THRUM_OK;
+  if (mesh->midsides) {
+    THRUM_TRY(join_nodes(mesh, fem, error));
+    THRUM_TRY(choose_rule(fem, error));
+  }
+  status = allocate(mesh, fem, error);
 
   // Lame's constants from Young's modulus and Poisson's ratio
   for (int64_t i = 0; i < mesh->region_count && status >= 0; i++) {
@@ -146,8 +215,11 @@ static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem
     fem->density[i] = material->density;
   }
 
-  for (int64_t t = 0; t < mesh->tet_count && status >= 0; t++)
-    status = measure_tet(fem, t, error);
+  for (int64_t t = 0; t < mesh->tet_count && status >= 0; t++) {
+    status = check_indices(fem, t, error);
+    if (status >= 0)
+      status = fem->rule ? measure_quadratic(fem, t, error) : measure_linear(fem, t, error);
+  }
   if (status < 0)
     return status;
 
@@ -168,7 +240,9 @@ thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thru
                     .tet_count = mesh->tet_count,
                     .region_count = mesh->region_count,
                     .vertices = mesh->vertices,
-                    .tets = mesh->tets,
+                    .node_count = mesh->midsides ? 10 : 4,
+                    .point_count = 1,
+                    .nodes = mesh->tets,
                     .tet_region = mesh->tet_region};
 
   // a body that failed half way leaves nothing
@@ -184,7 +258,10 @@ void thrum_fem_free(thrum_fem *fem) {
   free(fem->dof);
   free(fem->component);
   free(fem->gradient);
+  free(fem->weight);
   free(fem->volume);
+  free(fem->joined_nodes);
+  free(fem->slopes);
   free(fem->lambda);
   free(fem->mu);
   free(fem->density);
@@ -193,8 +270,22 @@ void thrum_fem_free(thrum_fem *fem) {
   *fem = (thrum_fem){0};
 }
 
-void thrum_fem_shape_gradients(const thrum_fem *fem, int64_t t, double gradients[4][3]) {
-  const double *stored = fem->gradient + 9 * t;
+// by the chain rule: the gradients of the barycentric coordinates times the slopes by them
+static void chain(const double *stored, double slopes[THRUM_FEM_NODES_MAX][3],
+                  double gradients[THRUM_FEM_NODES_MAX][3]) {
+  for (int a = 0; a < THRUM_QUADRATIC_NODES; a++)
+    for (int c = 0; c < 3; c++)
+      gradients[a][c] =
+          slopes[a][0] * stored[c] + slopes[a][1] * stored[3 + c] + slopes[a][2] * stored[6 + c];
+}
+
+void thrum_fem_shape_gradients(const thrum_fem *fem, int64_t t, int p,
+                               double gradients[THRUM_FEM_NODES_MAX][3]) {
+  const double *stored = fem->gradient + 9 * (t * fem->point_count + p);
+  if (fem->rule) {
+    chain(stored, fem->slopes[p], gradients);
+    return;
+  }
   for (int c = 0; c < 3; c++) {
     gradients[1][c] = stored[c];
     gradients[2][c] = stored[3 + c];

@@ -1,6 +1,10 @@
-/* The full-order body: linear tetrahedra of Saint Venant-Kirchhoff material, design 1. Sparse
- * matrices act on the free components of displacement alone; the functions of a displacement take
- * and give all components, 3 v + axis, held ones included.
+/* The full-order body: tetrahedra of four or of ten nodes, of Saint Venant-Kirchhoff material,
+ * design 1. Sparse matrices act on the free components of displacement alone; the functions of a
+ * displacement take and give all components, 3 v + axis, held ones included.
+ *
+ * Integrals over a tet are sums over its points. A linear tet has one, and its volume as weight;
+ * ten nodes take the points of thrum_quadratic_rule, the same for all tets of a mesh: those for
+ * curved edges where any edge is curved.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_FEM_FEM_H
@@ -9,33 +13,45 @@
 #include "mesh/mesh.h"
 #include "precompute/fem/sparse.h"
 #include "precompute/options/precompute_options.h"
+#include "runtime/base/quadratic_tet.h"
+
+enum { THRUM_FEM_NODES_MAX = THRUM_QUADRATIC_NODES };
 
 typedef struct thrum_fem {
   int64_t vertex_count;
   int64_t tet_count;
   int64_t free_count; /* n, components that may move */
   int64_t region_count;
+  int node_count;            /* of a tet: 4 or 10 */
+  int point_count;           /* of a tet: 1, or those of the rule */
   const double *vertices;    /* the mesh's, vertex_count x 3 [m] */
-  const int32_t *tets;       /* the mesh's, tet_count x 4 */
+  const int32_t *nodes;      /* tet_count x node_count, corners first */
+  int32_t *joined_nodes;     /* the array behind `nodes` of ten-node tets; NULL: the mesh's */
   const int32_t *tet_region; /* the mesh's, tet_count */
-  int32_t *dof;              /* vertex_count x 3: index among the free components, -1 held */
-  int32_t *component;        /* free_count: 3 v + axis of each free component */
-  double *gradient;          /* tet_count x 9: shape gradients of corners 1, 2, 3 [1/m] */
-  double *volume;            /* tet_count [m^3] */
-  double *lambda, *mu;       /* region_count, Lame's constants [Pa] */
-  double *density;           /* region_count [kg/m^3] */
-  int64_t *incident_begin;   /* vertex_count + 1 */
-  int64_t *incident;         /* 4 tet_count: 4 t + corner of the tets around each vertex */
+  const thrum_quadratic_point *rule;        /* point_count; NULL: linear tets */
+  double (*slopes)[THRUM_FEM_NODES_MAX][3]; /* point_count, of the shape functions; NULL: linear */
+  int32_t *dof;            /* vertex_count x 3: index among the free components, -1 held */
+  int32_t *component;      /* free_count: 3 v + axis of each free component */
+  double *gradient;        /* tet_count x point_count x 9: gradients of the barycentric
+                              coordinates 1, 2, 3 [1/m], in a linear tet its shape functions */
+  double *weight;          /* tet_count x point_count: of the points [m^3] */
+  double *volume;          /* tet_count, the sum of the weights [m^3] */
+  double *lambda, *mu;     /* region_count, Lame's constants [Pa] */
+  double *density;         /* region_count [kg/m^3] */
+  int64_t *incident_begin; /* vertex_count + 1 */
+  int64_t *incident;       /* node_count tet_count: node_count t + node of the tets around each
+                              vertex */
 } thrum_fem;
 
 /* The mesh must stay while the fem is used; `fixed` may go. Refuses bad materials, tets of no or
- * negative volume, and a body with no component free. */
+ * negative volume or whose map folds over at a point, and a body with no component free. */
 thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
                               thrum_error *error);
 void thrum_fem_free(thrum_fem *fem); /* leaves it empty; an empty (zeroed) one is fine */
 
-/* Gradients of the four shape functions of tet `t`, corner 0 first. */
-void thrum_fem_shape_gradients(const thrum_fem *fem, int64_t t, double gradients[4][3]);
+/* Gradients of the node_count shape functions of tet `t` at its point `p`, node 0 first [1/m]. */
+void thrum_fem_shape_gradients(const thrum_fem *fem, int64_t t, int p,
+                               double gradients[THRUM_FEM_NODES_MAX][3]);
 
 /* Makes the n x n pattern of the stiffness; values are zero. */
 thrum_status thrum_fem_pattern(const thrum_fem *fem, thrum_sparse *stiffness, thrum_error *error);
@@ -44,12 +60,15 @@ thrum_status thrum_fem_pattern(const thrum_fem *fem, thrum_sparse *stiffness, th
 thrum_status thrum_fem_stiffness(const thrum_fem *fem, const double *u, thrum_sparse *stiffness,
                                  thrum_error *error);
 
-/* The mass matrix; it borrows nothing from the pattern it is built from. */
+/* The mass matrix; it borrows nothing from the pattern it is built from. Ten-node tets are lumped
+ * by scaling their diagonal to their mass (Hinton, Rock & Zienkiewicz 1976,
+ * doi:10.1002/eqe.4290040305): their row sums are negative at corners. */
 thrum_status thrum_fem_mass(const thrum_fem *fem, thrum_mass kind, const thrum_sparse *pattern,
                             thrum_sparse *mass, thrum_error *error);
 
-/* Row sums of the mass matrix of all vertices, so M 1 of either kind: vertex_count [kg]. */
-void thrum_fem_vertex_mass(const thrum_fem *fem, double *mass);
+/* Row sums of the mass matrix of all vertices, so M 1: vertex_count [kg]. Of linear tets both kinds
+ * have the same. */
+void thrum_fem_vertex_mass(const thrum_fem *fem, thrum_mass kind, double *mass);
 
 /* V_full(u) [J] and R_full(u) = grad V_full [N]; u and force: 3 vertex_count, force may be NULL. */
 double thrum_fem_energy(const thrum_fem *fem, const double *u, double *force);

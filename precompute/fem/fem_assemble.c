@@ -1,8 +1,12 @@
-/* Assembly of stiffness and mass of the free components, design 1: the block of corners a and b is
- *   K_ab = vol [(g_a.S g_b) 1 + lambda (F g_a)(F g_b)^T + mu (F g_b)(F g_a)^T + mu (g_a.g_b) F
- * F^T], M_ab = rho vol/20 (1 + [a = b]) 1, or lumped rho vol/4 [a = b] 1. Two passes over the
- * vertices: one counts and lists the neighbours, one adds the blocks of the tets around a vertex
- * into its columns; no search, no duplicate, O(tets) in all.
+/* Assembly of stiffness and mass of the free components, design 1: the block of nodes a and b is a
+ * sum over the points of a tet, of weights w and shape functions N_a of gradients g_a,
+ *   K_ab = sum w [(g_a.S g_b) 1 + lambda (F g_a)(F g_b)^T + mu (F g_b)(F g_a)^T
+ *                 + mu (g_a.g_b) F F^T],
+ *   M_ab = rho sum w N_a N_b 1, in a linear tet rho vol/20 (1 + [a = b]) 1,
+ * or lumped rho vol/4 [a = b] 1 in a linear tet and M_aa rho vol/sum_b M_bb [a = b] 1 in one of ten
+ * nodes. The pattern takes two passes over the vertices, which list the neighbours; the stiffness
+ * one pass over the tets, which looks for the place of each block in its column.
+ * Cost: O(tets points nodes^2).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
@@ -20,11 +24,11 @@ static int ascending(const void *left, const void *right) {
 static int64_t neighbours(const thrum_fem *fem, int64_t v, int32_t *mark, int32_t *list) {
   int64_t count = 0;
   for (int64_t e = fem->incident_begin[v]; e < fem->incident_begin[v + 1]; e++) {
-    const int32_t *corner = fem->tets + fem->incident[e] / 4 * 4;
-    for (int a = 0; a < 4; a++)
-      if (corner[a] > v && mark[corner[a]] != v) {
-        mark[corner[a]] = (int32_t)v;
-        list[count++] = corner[a];
+    const int32_t *node = fem->nodes + fem->incident[e] / fem->node_count * fem->node_count;
+    for (int a = 0; a < fem->node_count; a++)
+      if (node[a] > v && mark[node[a]] != v) {
+        mark[node[a]] = (int32_t)v;
+        list[count++] = node[a];
       }
   }
   qsort(list, (size_t)count, sizeof *list, ascending);
@@ -94,70 +98,101 @@ static double dot(const double *a, const double *b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-// block[c][d] of corners a (rows) and b (columns)
-static void stiffness_block(thrum_tet *tet, int a, int b, double block[3][3]) {
-  double fa[3], fb[3], sb[3];
-  thrum_product_vector(tet->deformation, tet->gradient[a], fa);
-  thrum_product_vector(tet->deformation, tet->gradient[b], fb);
-  thrum_product_vector(tet->stress, tet->gradient[b], sb);
-  const double geometric = dot(tet->gradient[a], sb);
+// what the blocks of a tet's nodes have in common at one of its points
+typedef struct point_terms {
+  double fg[THRUM_FEM_NODES_MAX][3], sg[THRUM_FEM_NODES_MAX][3]; /* F g_a, S g_a */
+  double ff[3][3];                                               /* F F^T */
+} point_terms;
+
+static void take_terms(thrum_tet *tet, int nodes, point_terms *terms) {
+  for (int a = 0; a < nodes; a++) {
+    thrum_product_vector(tet->deformation, tet->gradient[a], terms->fg[a]);
+    thrum_product_vector(tet->stress, tet->gradient[a], terms->sg[a]);
+  }
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++)
+      terms->ff[c][d] = dot(tet->deformation[c], tet->deformation[d]);
+}
+
+// adds to block[c][d] of nodes a (rows) and b (columns)
+static void add_block(const thrum_tet *tet, const point_terms *terms, int a, int b,
+                      double block[3][3]) {
+  const double *fa = terms->fg[a], *fb = terms->fg[b];
+  const double geometric = dot(tet->gradient[a], terms->sg[b]);
   const double shear = tet->mu * dot(tet->gradient[a], tet->gradient[b]);
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++)
-      block[c][d] = tet->volume * ((c == d ? geometric : 0) + tet->lambda * fa[c] * fb[d] +
-                                   tet->mu * fb[c] * fa[d] +
-                                   shear * dot(tet->deformation[c], tet->deformation[d]));
+      block[c][d] += tet->weight * ((c == d ? geometric : 0) + tet->lambda * fa[c] * fb[d] +
+                                    tet->mu * fb[c] * fa[d] + shear * terms->ff[c][d]);
 }
 
-// adds the tets around v to the columns of v; slot[row] is the row's place in the first of them,
-// and the j-th column of v is the first one without its first j entries
-static void fill_vertex(const thrum_fem *fem, int64_t v, const double *u, thrum_sparse *stiffness,
-                        int32_t *slot) {
-  // the columns of the vertex are its free components
-  int32_t column[3];
-  int columns = 0, axes[3];
-  for (int axis = 0; axis < 3; axis++)
-    if (fem->dof[3 * v + axis] >= 0) {
-      axes[columns] = axis;
-      column[columns++] = fem->dof[3 * v + axis];
-    }
-  if (columns == 0)
-    return;
-
-  // where each row stands in the first column
-  const int64_t first = stiffness->begin[column[0]];
-  for (int64_t e = first; e < stiffness->begin[column[0] + 1]; e++)
-    slot[stiffness->row[e]] = (int32_t)(e - first);
-
-  // each tet at the vertex adds its blocks, from the diagonal downwards
-  for (int64_t e = fem->incident_begin[v]; e < fem->incident_begin[v + 1]; e++) {
-    const int64_t t = fem->incident[e] / 4;
-    thrum_tet tet;
-    thrum_tet_deform(fem, t, u, &tet);
-    for (int a = 0; a < 4; a++) {
-      const int64_t w = fem->tets[4 * t + a];
-      if (w < v)
-        continue;
-      double block[3][3];
-      stiffness_block(&tet, a, (int)(fem->incident[e] % 4), block);
-      for (int c = 0; c < 3; c++) {
-        const int32_t row = fem->dof[3 * w + c];
-        for (int j = 0; j < columns && row >= column[j]; j++)
-          stiffness->value[stiffness->begin[column[j]] + slot[row] - j] += block[c][axes[j]];
-      }
-    }
+// the place of a row in a column of the matrix, which holds it
+static int64_t find_row(const thrum_sparse *matrix, int64_t column, int64_t row) {
+  int64_t low = matrix->begin[column], high = matrix->begin[column + 1];
+  while (high - low > 1) {
+    const int64_t middle = low + (high - low) / 2;
+    if (matrix->row[middle] > row)
+      high = middle;
+    else
+      low = middle;
   }
+  return low;
+}
+
+// adds the block of vertices w (rows) and v <= w (columns) below the diagonal
+static void scatter_block(const thrum_fem *fem, int64_t w, int64_t v, double block[3][3],
+                          thrum_sparse *stiffness) {
+  // the rows of a vertex stand together, and later columns of v lack those above their diagonal
+  int64_t place = -1;
+  for (int axis = 0, j = 0; axis < 3; axis++) {
+    const int32_t column = fem->dof[3 * v + axis];
+    if (column < 0)
+      continue;
+    for (int c = 0, next = 0; c < 3; c++) {
+      const int32_t row = fem->dof[3 * w + c];
+      if (row < 0)
+        continue;
+      if (place < 0)
+        place = find_row(stiffness, column, row) - stiffness->begin[column];
+      if (row >= column)
+        stiffness->value[stiffness->begin[column] + place + next - j] += block[c][axis];
+      next++;
+    }
+    j++;
+  }
+}
+
+// adds one tet: the blocks of its nodes over all its points, then these to the matrix
+static void add_tet(const thrum_fem *fem, int64_t t, const double *u, thrum_sparse *stiffness) {
+  const int nodes = fem->node_count;
+  const int32_t *node = fem->nodes + nodes * t;
+  double blocks[THRUM_FEM_NODES_MAX * (THRUM_FEM_NODES_MAX + 1) / 2][3][3];
+  memset(blocks, 0, sizeof blocks[0] * (size_t)(nodes * (nodes + 1) / 2));
+
+  // the later vertex of a pair has the rows: only the lower triangle is stored
+  for (int p = 0; p < fem->point_count; p++) {
+    thrum_tet tet;
+    point_terms terms;
+    thrum_tet_deform(fem, t, p, u, &tet);
+    take_terms(&tet, nodes, &terms);
+    for (int a = 0, pair = 0; a < nodes; a++)
+      for (int b = 0; b <= a; b++, pair++)
+        add_block(&tet, &terms, node[a] < node[b] ? b : a, node[a] < node[b] ? a : b, blocks[pair]);
+  }
+
+  for (int a = 0, pair = 0; a < nodes; a++)
+    for (int b = 0; b <= a; b++, pair++) {
+      const int32_t w = node[a] < node[b] ? node[b] : node[a];
+      scatter_block(fem, w, node[a] < node[b] ? node[a] : node[b], blocks[pair], stiffness);
+    }
 }
 
 thrum_status thrum_fem_stiffness(const thrum_fem *fem, const double *u, thrum_sparse *stiffness,
                                  thrum_error *error) {
-  int32_t *slot = thrum_allocate(fem->free_count, sizeof *slot, "the assembly", error);
-  if (!slot)
-    return THRUM_OUT_OF_MEMORY;
+  (void)error;
   memset(stiffness->value, 0, sizeof(double) * (size_t)stiffness->begin[stiffness->size]);
-  for (int64_t v = 0; v < fem->vertex_count; v++)
-    fill_vertex(fem, v, u, stiffness, slot);
-  free(slot);
+  for (int64_t t = 0; t < fem->tet_count; t++)
+    add_tet(fem, t, u, stiffness);
   return THRUM_OK;
 }
 
@@ -180,16 +215,43 @@ static int64_t mass_column(const thrum_fem *fem, thrum_mass kind, const thrum_sp
   return next;
 }
 
+// mass between node a and every node of ten-node tet t
+static void node_masses(const thrum_fem *fem, thrum_mass kind, int64_t t, int a,
+                        double masses[THRUM_QUADRATIC_NODES]) {
+  const double density = fem->density[fem->tet_region[t]];
+  double diagonal = 0;
+  memset(masses, 0, sizeof *masses * THRUM_QUADRATIC_NODES);
+  for (int p = 0; p < fem->point_count; p++) {
+    double shape[THRUM_QUADRATIC_NODES];
+    const double weight = density * fem->weight[t * fem->point_count + p];
+    thrum_quadratic_shape(fem->rule[p].place, shape);
+    for (int b = 0; b < THRUM_QUADRATIC_NODES; b++) {
+      masses[b] += weight * (shape[a] * shape[b]);
+      diagonal += weight * (shape[b] * shape[b]);
+    }
+  }
+
+  // lumped: the diagonal, scaled so that the masses of all nodes add up to that of the tet
+  for (int b = 0; b < THRUM_QUADRATIC_NODES && kind == THRUM_MASS_LUMPED; b++)
+    masses[b] = b == a ? masses[b] * (density * fem->volume[t] / diagonal) : 0;
+}
+
 // couple[w] = mass between v and each neighbour w >= v
 static void couple_vertex(const thrum_fem *fem, thrum_mass kind, int64_t v, double *couple) {
+  const int nodes = fem->node_count;
   for (int pass = 0; pass < 2; pass++)
     for (int64_t e = fem->incident_begin[v]; e < fem->incident_begin[v + 1]; e++) {
-      const int64_t t = fem->incident[e] / 4;
+      const int64_t t = fem->incident[e] / nodes;
       const double weight = fem->density[fem->tet_region[t]] * fem->volume[t];
-      for (int a = 0; a < 4; a++) {
-        const int64_t w = fem->tets[4 * t + a];
+      double masses[THRUM_QUADRATIC_NODES] = {0};
+      if (fem->rule && pass == 1)
+        node_masses(fem, kind, t, (int)(fem->incident[e] % nodes), masses);
+      for (int a = 0; a < nodes; a++) {
+        const int64_t w = fem->nodes[nodes * t + a];
         if (pass == 0)
           couple[w] = 0;
+        else if (fem->rule)
+          couple[w] += masses[a];
         else if (kind == THRUM_MASS_LUMPED)
           couple[w] += w == v ? weight / 4 : 0;
         else
@@ -230,33 +292,58 @@ thrum_status thrum_fem_mass(const thrum_fem *fem, thrum_mass kind, const thrum_s
   return status;
 }
 
-void thrum_fem_vertex_mass(const thrum_fem *fem, double *mass) {
+// row sums of one ten-node tet
+static void add_row_sums(const thrum_fem *fem, thrum_mass kind, int64_t t, double *mass) {
+  const int32_t *node = fem->nodes + THRUM_QUADRATIC_NODES * t;
+  const double density = fem->density[fem->tet_region[t]];
+  double masses[THRUM_QUADRATIC_NODES], shape[THRUM_QUADRATIC_NODES];
+
+  // the shape functions add up to 1, so the sum over a row is the integral of one of them
+  for (int p = 0; p < fem->point_count && kind == THRUM_MASS_CONSISTENT; p++) {
+    thrum_quadratic_shape(fem->rule[p].place, shape);
+    for (int a = 0; a < THRUM_QUADRATIC_NODES; a++)
+      mass[node[a]] += density * fem->weight[t * fem->point_count + p] * shape[a];
+  }
+  for (int a = 0; a < THRUM_QUADRATIC_NODES && kind == THRUM_MASS_LUMPED; a++) {
+    node_masses(fem, kind, t, a, masses);
+    mass[node[a]] += masses[a];
+  }
+}
+
+void thrum_fem_vertex_mass(const thrum_fem *fem, thrum_mass kind, double *mass) {
   memset(mass, 0, sizeof *mass * (size_t)fem->vertex_count);
-  for (int64_t t = 0; t < fem->tet_count; t++)
-    for (int a = 0; a < 4; a++)
-      mass[fem->tets[4 * t + a]] += fem->density[fem->tet_region[t]] * fem->volume[t] / 4;
+  for (int64_t t = 0; t < fem->tet_count; t++) {
+    if (fem->rule)
+      add_row_sums(fem, kind, t, mass);
+    for (int a = 0; a < 4 && !fem->rule; a++)
+      mass[fem->nodes[4 * t + a]] += fem->density[fem->tet_region[t]] * fem->volume[t] / 4;
+  }
+}
+
+// energy at one point, whose forces are added
+static double add_point(const thrum_fem *fem, int64_t t, int p, const double *u, double *force) {
+  thrum_tet tet;
+  thrum_tet_deform(fem, t, p, u, &tet);
+
+  // force on node a: w F S g_a
+  for (int a = 0; force && a < fem->node_count; a++) {
+    double *at = force + 3 * (int64_t)fem->nodes[fem->node_count * t + a];
+    double traction[3];
+    thrum_product_vector(tet.stress, tet.gradient[a], traction);
+    for (int c = 0; c < 3; c++)
+      at[c] +=
+          tet.weight * (tet.deformation[c][0] * traction[0] + tet.deformation[c][1] * traction[1] +
+                        tet.deformation[c][2] * traction[2]);
+  }
+  return tet.energy;
 }
 
 double thrum_fem_energy(const thrum_fem *fem, const double *u, double *force) {
   double energy = 0;
   if (force)
     memset(force, 0, sizeof *force * (size_t)(3 * fem->vertex_count));
-  for (int64_t t = 0; t < fem->tet_count; t++) {
-    thrum_tet tet;
-    thrum_tet_deform(fem, t, u, &tet);
-    energy += tet.energy;
-
-    // force on corner a: vol F S g_a
-    for (int a = 0; force && a < 4; a++) {
-      double *at = force + 3 * (int64_t)fem->tets[4 * t + a];
-      double traction[3];
-      thrum_product_vector(tet.stress, tet.gradient[a], traction);
-      for (int c = 0; c < 3; c++)
-        at[c] += tet.volume *
-                 (tet.deformation[c][0] * traction[0] + tet.deformation[c][1] * traction[1] +
-                  tet.deformation[c][2] * traction[2]);
-    }
-  }
-
+  for (int64_t t = 0; t < fem->tet_count; t++)
+    for (int p = 0; p < fem->point_count; p++)
+      energy += add_point(fem, t, p, u, force);
   return energy;
 }

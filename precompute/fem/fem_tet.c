@@ -1,7 +1,5 @@
-/* One deformed tetrahedron, design 1. SPDX-License-Identifier: Apache-2.0 */
+/* One point of a deformed tetrahedron, design 1. SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/fem/fem_tet.h"
-
-#include <string.h>
 
 void thrum_product_vector(double matrix[3][3], const double vector[3], double result[3]) {
   for (int c = 0; c < 3; c++)
@@ -15,20 +13,20 @@ void thrum_stress(double lambda, double mu, double strain[3][3], double stress[3
       stress[c][d] = 2 * mu * strain[c][d] + (c == d ? pressure : 0);
 }
 
-void thrum_tet_deform(const thrum_fem *fem, int64_t t, const double *u, thrum_tet *tet) {
-  const int32_t *corner = fem->tets + 4 * t;
+void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet) {
+  const int nodes = fem->node_count;
+  const int32_t *node = fem->nodes + nodes * t;
   const int32_t region = fem->tet_region[t];
-  memset(tet, 0, sizeof *tet);
-  tet->volume = fem->volume[t];
+  tet->weight = fem->weight[t * fem->point_count + p];
   tet->lambda = fem->lambda[region];
   tet->mu = fem->mu[region];
-  thrum_fem_shape_gradients(fem, t, tet->gradient);
+  thrum_fem_shape_gradients(fem, t, p, tet->gradient);
 
   // G from edge displacements: a translation gives exact zeros
   double g[3][3] = {{0}};
-  for (int a = 1; u && a < 4; a++)
+  for (int a = 1; u && a < nodes; a++)
     for (int c = 0; c < 3; c++) {
-      const double edge = u[3 * (int64_t)corner[a] + c] - u[3 * (int64_t)corner[0] + c];
+      const double edge = u[3 * (int64_t)node[a] + c] - u[3 * (int64_t)node[0] + c];
       for (int d = 0; d < 3; d++)
         g[c][d] += edge * tet->gradient[a][d];
     }
@@ -43,5 +41,5 @@ void thrum_tet_deform(const thrum_fem *fem, int64_t t, const double *u, thrum_te
     }
   trace = strain[0][0] + strain[1][1] + strain[2][2];
   thrum_stress(tet->lambda, tet->mu, strain, tet->stress);
-  tet->energy = tet->volume * (tet->lambda / 2 * trace * trace + tet->mu * square);
+  tet->energy = tet->weight * (tet->lambda / 2 * trace * trace + tet->mu * square);
 }

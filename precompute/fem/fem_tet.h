@@ -1,4 +1,5 @@
-/* One deformed tetrahedron, for the files that loop over tets. SPDX-License-Identifier: Apache-2.0
+/* One point of a deformed tetrahedron, for the files that loop over tets. SPDX-License-Identifier:
+ * Apache-2.0
  */
 #ifndef THRUM_PRECOMPUTE_FEM_FEM_TET_H
 #define THRUM_PRECOMPUTE_FEM_FEM_TET_H
@@ -6,15 +7,15 @@
 #include "precompute/fem/fem.h"
 
 typedef struct thrum_tet {
-  double volume, lambda, mu;
-  double gradient[4][3];    /* of the shape functions */
-  double deformation[3][3]; /* F = 1 + G */
-  double stress[3][3];      /* second Piola-Kirchhoff S */
-  double energy;            /* [J] */
+  double weight, lambda, mu;
+  double deformation[3][3];                /* F = 1 + G */
+  double stress[3][3];                     /* second Piola-Kirchhoff S */
+  double energy;                           /* [J] */
+  double gradient[THRUM_FEM_NODES_MAX][3]; /* of the shape functions */
 } thrum_tet;
 
-/* Tet `t` under the displacement u of all components; NULL: at rest. */
-void thrum_tet_deform(const thrum_fem *fem, int64_t t, const double *u, thrum_tet *tet);
+/* Point p of tet `t` under the displacement u of all components; NULL: at rest. */
+void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet);
 
 /* stress = lambda tr(strain) 1 + 2 mu strain. */
 void thrum_stress(double lambda, double mu, double strain[3][3], double stress[3][3]);

@@ -40,7 +40,7 @@ static thrum_status find_centre(const thrum_fem *fem, double centre[3], double *
   double *mass = thrum_allocate(fem->vertex_count, sizeof *mass, "the rigid modes", error);
   if (!mass)
     return THRUM_OUT_OF_MEMORY;
-  thrum_fem_vertex_mass(fem, mass);
+  thrum_fem_vertex_mass(fem, THRUM_MASS_CONSISTENT, mass);
 
   // their mean place
   double total = 0;

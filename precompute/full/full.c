@@ -388,8 +388,9 @@ void thrum_full_momentum(const thrum_full *full, double linear[3], double angula
 
 void thrum_full_add_gravity(const thrum_full *full, const double acceleration[3], double *forces) {
   const thrum_fem *fem = &full->body.fem;
-  // row sums of the mass, by the place that forces are taken in
-  thrum_fem_vertex_mass(fem, full->place);
+  // row sums of the mass that the scheme uses, by the place that forces are taken in
+  const bool lumped = full->def.scheme == THRUM_FULL_CENTRAL;
+  thrum_fem_vertex_mass(fem, lumped ? THRUM_MASS_LUMPED : full->body.kind, full->place);
   for (int64_t c = 0; c < 3 * fem->vertex_count; c++)
     forces[c] += full->place[c / 3] * acceleration[c % 3];
 }

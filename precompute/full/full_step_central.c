@@ -52,7 +52,7 @@ static double largest_omega2(thrum_full *full) {
 
 thrum_status full_central_begin(thrum_full *full, thrum_error *error) {
   const thrum_fem *fem = &full->body.fem;
-  thrum_fem_vertex_mass(fem, full->place);
+  thrum_fem_vertex_mass(fem, THRUM_MASS_LUMPED, full->place);
   for (int64_t i = 0; i < fem->free_count; i++)
     full->lumped[i] = full->place[fem->component[i] / 3];
   full->dt_stable = KEPT_BACK * 2 / sqrt(largest_omega2(full));

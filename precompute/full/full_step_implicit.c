@@ -3,7 +3,7 @@
  *   Newmark   0 = f - R(u') - M a' - C v',       a' = (d - h v)/(beta h^2) - (1/(2 beta) - 1) a,
  *                                                v' = v + h [(1 - gamma) a + gamma a']
  *   energy    0 = f - R-bar - C d/h - M (2 d/h^2 - 2 v/h),   v' = 2 d/h - v,
- *             R-bar_a = sum_e vol F-bar S-bar grad N_a, F-bar and S-bar the means of both ends
+ *             R-bar_a = sum_e w F-bar S-bar grad N_a, F-bar and S-bar the means of both ends
  *   midpoint  the same with R(u + d/2)
  *
  * As E' - E = sym(F-bar^T (G' - G)), R-bar d is the change of V exactly; S-bar is symmetric, so the
@@ -27,32 +27,37 @@
 #define FLOOR (4 * DBL_EPSILON) /* of the increment and the displacement */
 #define STALLED 1e-12 /* of the increment: rounding may keep a step from being solved better */
 
+/* Adds the mean forces at one point of a tet. */
+static void add_mean_forces(thrum_full *full, int64_t t, int p) {
+  const thrum_fem *fem = &full->body.fem;
+  thrum_tet from, to;
+  thrum_tet_deform(fem, t, p, full->place, &from);
+  thrum_tet_deform(fem, t, p, full->place_to, &to);
+
+  // F-bar and S-bar: means of both ends
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++) {
+      to.stress[c][d] = 0.5 * (from.stress[c][d] + to.stress[c][d]);
+      to.deformation[c][d] = 0.5 * (from.deformation[c][d] + to.deformation[c][d]);
+    }
+
+  // w F-bar S-bar grad N_a
+  for (int a = 0; a < fem->node_count; a++) {
+    double traction[3], force[3];
+    thrum_product_vector(to.stress, to.gradient[a], traction);
+    thrum_product_vector(to.deformation, traction, force);
+    for (int c = 0; c < 3; c++)
+      full->forces[3 * (int64_t)fem->nodes[fem->node_count * t + a] + c] += to.weight * force[c];
+  }
+}
+
 /* r -= R-bar between full->place and full->place_to. */
 static void take_mean_forces(thrum_full *full, double *r) {
   const thrum_fem *fem = &full->body.fem;
   memset(full->forces, 0, (size_t)(3 * fem->vertex_count) * sizeof *full->forces);
-
-  for (int64_t t = 0; t < fem->tet_count; t++) {
-    thrum_tet from, to;
-    thrum_tet_deform(fem, t, full->place, &from);
-    thrum_tet_deform(fem, t, full->place_to, &to);
-
-    // F-bar and S-bar: means of both ends
-    for (int c = 0; c < 3; c++)
-      for (int d = 0; d < 3; d++) {
-        to.stress[c][d] = 0.5 * (from.stress[c][d] + to.stress[c][d]);
-        to.deformation[c][d] = 0.5 * (from.deformation[c][d] + to.deformation[c][d]);
-      }
-
-    // vol F-bar S-bar grad N_a
-    for (int a = 0; a < 4; a++) {
-      double traction[3], force[3];
-      thrum_product_vector(to.stress, to.gradient[a], traction);
-      thrum_product_vector(to.deformation, traction, force);
-      for (int c = 0; c < 3; c++)
-        full->forces[3 * (int64_t)fem->tets[4 * t + a] + c] += to.volume * force[c];
-    }
-  }
+  for (int64_t t = 0; t < fem->tet_count; t++)
+    for (int p = 0; p < fem->point_count; p++)
+      add_mean_forces(full, t, p);
 
   for (int64_t i = 0; i < fem->free_count; i++)
     r[i] -= full->forces[fem->component[i]];

@@ -42,7 +42,7 @@ thrum_status thrum_load_fill_gravity(const thrum_model *model, const double acce
     status = THRUM_OUT_OF_MEMORY;
 
   if (status >= 0)
-    thrum_fem_vertex_mass(&body.fem, mass);
+    thrum_fem_vertex_mass(&body.fem, body.kind, mass);
 
   // m g at each vertex
   for (int64_t c = 0; status >= 0 && c < 3 * model->vertex_count; c++)

@@ -28,6 +28,7 @@ thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
   mesh->region_count = model->region_count;
   mesh->vertices = thrum_model_writable(model->vertices);
   mesh->tets = lend(model->tets);
+  mesh->midsides = lend(model->midsides);
   mesh->tet_region = lend(model->tet_region);
 
   // only the materials are of another form, so they are copied

@@ -72,7 +72,10 @@ static thrum_status fill_reduced(int64_t rank, thrum_model *model, thrum_error *
   model->rank = rank;
   model->c3_count = thrum_c3_count(rank);
   model->c4_count = thrum_c4_count(rank);
-  const int32_t format[2] = {THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR};
+  const bool quadratic = model->midsides != NULL;
+  const int32_t format[2] = {
+      quadratic ? THRUM_MODEL_FORMAT_MAJOR_QUADRATIC : THRUM_MODEL_FORMAT_MAJOR,
+      quadratic ? THRUM_MODEL_FORMAT_MINOR_QUADRATIC : THRUM_MODEL_FORMAT_MINOR};
   if (!(model->format = copy(format, 2, sizeof *format, error)) ||
       !(model->omega2 = thrum_allocate(rank, sizeof(double), "the model", error)) ||
       !(model->c3 = thrum_allocate(model->c3_count, sizeof(double), "the model", error)) ||
@@ -106,18 +109,20 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
       !(model->tets = copy(mesh->tets, 4 * mesh->tet_count, sizeof(int32_t), error)) ||
       !(model->tet_region = copy(mesh->tet_region, mesh->tet_count, sizeof(int32_t), error)) ||
       !(model->fixed = copy(fixed, mesh->vertex_count, 1, error)))
-
+    return THRUM_OUT_OF_MEMORY;
+  if (mesh->midsides &&
+      !(model->midsides = copy(mesh->midsides, 6 * mesh->tet_count, sizeof(int32_t), error)))
     return THRUM_OUT_OF_MEMORY;
   THRUM_TRY(fill_reduced(rank, model, error));
   return fill_groups(mesh, model, error);
 }
 
-thrum_status thrum_model_fill_axis_mass(const thrum_fem *fem, thrum_model *model,
+thrum_status thrum_model_fill_axis_mass(const thrum_fem *fem, thrum_mass kind, thrum_model *model,
                                         thrum_error *error) {
   double *mass = thrum_allocate(fem->vertex_count, sizeof *mass, "the model", error);
   if (!mass)
     return THRUM_OUT_OF_MEMORY;
-  thrum_fem_vertex_mass(fem, mass);
+  thrum_fem_vertex_mass(fem, kind, mass);
 
   double *axis_mass = thrum_model_writable(model->axis_mass);
   memset(axis_mass, 0, sizeof *axis_mass * (size_t)(3 * model->rank));

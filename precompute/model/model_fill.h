@@ -14,7 +14,7 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
 
 /* axis_mass = U^T M 1 from the model's basis. 1 is taken on all vertices, held ones included: a
  * body force acts through the whole mass of the elements around a free vertex. */
-thrum_status thrum_model_fill_axis_mass(const thrum_fem *fem, thrum_model *model,
+thrum_status thrum_model_fill_axis_mass(const thrum_fem *fem, thrum_mass kind, thrum_model *model,
                                         thrum_error *error);
 
 /* Adds the rigid modes Z (free_count x 6, column-major) of a body with nothing held. */

@@ -1,9 +1,13 @@
-/* The exact reduced polynomial by one Gram product, design 3. The strain of a tet is
+/* The exact reduced polynomial by one Gram product, design 3. The strain at a point of a tet, of
+ * which a linear one has one, is
  *   eps(q) = sum_i q_i a_i + sum_{i<=j} q_i q_j b_ij,
  * a_i = sym G_i, b_ii = G_i^T G_i / 2, b_ij = sym(G_i^T G_j), so V = 1/2 z^T (A^T A) z with
- * z = (q_i, q_i q_j) and A the stack of W_e [a b], W_e^T W_e = vol C. Blocks of tets make six rows
- * each, component by component and tet by tet within, and one DSYRK a block adds them up.
- * Cost: m^2 rows of BLAS-3, m = r + r (r + 1) / 2, rows = 6 tets; memory: m^2 numbers and a block.
+ * z = (q_i, q_i q_j) and A the stack of W_e [a b], W_e^T W_e = w C, w the weight
+ * of the point. Blocks of points make six rows each, component by component and point by point
+ * within, and one DSYRK a block adds them up. The strain energy of a ten-node tet with straight
+ * edges is of degree 4 in the place, for which its points are exact.
+ * Cost: m^2 rows of BLAS-3, m = r + r (r + 1) / 2, rows = 6 points; memory: m^2 numbers and a
+ * block.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/polynomial/polynomial_reduce.h"
@@ -17,7 +21,7 @@
 #include "thrum/model.h"
 #include "thrum/polynomial.h"
 
-// tets in a block: 768 rows, deep enough for DSYRK at its best, and a panel that fits a cache
+// points in a block: 768 rows, deep enough for DSYRK at its best, and a panel that fits a cache
 #define BLOCK 128
 
 typedef struct panel {
@@ -45,40 +49,77 @@ static thrum_status panel_create(const thrum_fem *fem, int64_t rank, const doubl
   return THRUM_OUT_OF_MEMORY;
 }
 
-// G of every basis vector in every tet of the block; tets missing from the last block stay zero
+// G of every basis vector at one point of a linear tet, into place s of the block
+static void fill_linear_tet(panel *p, int64_t t, int64_t s) {
+  const int32_t *corner = p->fem->nodes + 4 * t;
+  const double *shape = p->fem->gradient + 9 * t;
+  const int64_t rank = p->rank;
+
+  // row c of G: gradients of the corners times differences to corner 0
+  for (int c = 0; c < 3; c++) {
+    const double *u[4];
+    for (int a = 0; a < 4; a++)
+      u[a] = p->basis + (3 * (int64_t)corner[a] + c) * rank;
+    for (int64_t i = 0; i < rank; i++) {
+      const double x = u[1][i] - u[0][i], y = u[2][i] - u[0][i], z = u[3][i] - u[0][i];
+      double *out = p->gradient + (9 * i + 3 * c) * BLOCK + s;
+      out[0] = x * shape[0] + y * shape[3] + z * shape[6];
+      out[BLOCK] = x * shape[1] + y * shape[4] + z * shape[7];
+      out[2 * BLOCK] = x * shape[2] + y * shape[5] + z * shape[8];
+    }
+  }
+}
+
+// the same at one point of a ten-node tet
+static void fill_quadratic_tet(panel *p, int64_t t, int point, int64_t s) {
+  const int32_t *node = p->fem->nodes + THRUM_QUADRATIC_NODES * t;
+  const int64_t rank = p->rank;
+  double shape[THRUM_FEM_NODES_MAX][3];
+  thrum_fem_shape_gradients(p->fem, t, point, shape);
+
+  // row c of G, a sum over differences to node 0
+  for (int c = 0; c < 3; c++) {
+    const double *u[THRUM_QUADRATIC_NODES];
+    for (int a = 0; a < THRUM_QUADRATIC_NODES; a++)
+      u[a] = p->basis + (3 * (int64_t)node[a] + c) * rank;
+    for (int64_t i = 0; i < rank; i++) {
+      double x = 0, y = 0, z = 0;
+      for (int a = 1; a < THRUM_QUADRATIC_NODES; a++) {
+        const double difference = u[a][i] - u[0][i];
+        x += difference * shape[a][0];
+        y += difference * shape[a][1];
+        z += difference * shape[a][2];
+      }
+      double *out = p->gradient + (9 * i + 3 * c) * BLOCK + s;
+      out[0] = x;
+      out[BLOCK] = y;
+      out[2 * BLOCK] = z;
+    }
+  }
+}
+
+// G of every basis vector at every point of the block; those missing from the last block stay zero
 static void fill_gradients(panel *p, int64_t first, int64_t count) {
   const thrum_fem *fem = p->fem;
-  const int64_t rank = p->rank;
   if (count < BLOCK) {
-    memset(p->gradient, 0, sizeof(double) * (size_t)(rank * 9 * BLOCK));
+    memset(p->gradient, 0, sizeof(double) * (size_t)(p->rank * 9 * BLOCK));
     memset(p->weight, 0, sizeof p->weight);
   }
 
   for (int64_t s = 0; s < count; s++) {
-    const int64_t t = first + s;
-    const int32_t *corner = fem->tets + 4 * t;
-    const double *shape = fem->gradient + 9 * t;
+    const int64_t t = (first + s) / fem->point_count;
+    if (fem->rule)
+      fill_quadratic_tet(p, t, (int)((first + s) % fem->point_count), s);
+    else
+      fill_linear_tet(p, t, s);
 
-    // row c of G: gradients of the corners times differences to corner 0
-    for (int c = 0; c < 3; c++) {
-      const double *u[4];
-      for (int a = 0; a < 4; a++)
-        u[a] = p->basis + (3 * (int64_t)corner[a] + c) * rank;
-      for (int64_t i = 0; i < rank; i++) {
-        const double x = u[1][i] - u[0][i], y = u[2][i] - u[0][i], z = u[3][i] - u[0][i];
-        double *out = p->gradient + (9 * i + 3 * c) * BLOCK + s;
-        out[0] = x * shape[0] + y * shape[3] + z * shape[6];
-        out[BLOCK] = x * shape[1] + y * shape[4] + z * shape[7];
-        out[2 * BLOCK] = x * shape[2] + y * shape[5] + z * shape[8];
-      }
-    }
-
-    // W = sqrt(vol) (sqrt(2 mu) 1 + trace part) on the normal strains, sqrt(4 mu) on the shears
+    // W = sqrt(w) (sqrt(2 mu) 1 + trace part) on the normal strains, sqrt(4 mu) on the shears
     const int32_t region = fem->tet_region[t];
     const double mu = fem->mu[region], bulk = 3 * fem->lambda[region] + 2 * mu;
-    p->weight[0][s] = sqrt(2 * mu * fem->volume[t]);
-    p->weight[1][s] = (sqrt(bulk * fem->volume[t]) - p->weight[0][s]) / 3;
-    p->weight[2][s] = sqrt(mu * fem->volume[t]);
+    const double weight = fem->weight[first + s];
+    p->weight[0][s] = sqrt(2 * mu * weight);
+    p->weight[1][s] = (sqrt(bulk * weight) - p->weight[0][s]) / 3;
+    p->weight[2][s] = sqrt(mu * weight);
   }
 }
 
@@ -135,11 +176,12 @@ static void fill_product(const panel *p, int64_t i, int64_t j, double scale, dou
 // gram (columns x columns, column-major, upper triangle) = A^T A
 static thrum_status accumulate(panel *p, double *gram, const thrum_reporter *reporter,
                                thrum_error *error) {
-  const int64_t tets = p->fem->tet_count, depth = 6 * BLOCK, m = p->columns;
+  const int64_t points = p->fem->tet_count * p->fem->point_count;
+  const int64_t depth = 6 * BLOCK, m = p->columns;
   memset(gram, 0, sizeof *gram * (size_t)(m * m));
-  for (int64_t first = 0; first < tets; first += BLOCK) {
-    // the columns of A for a block of tets, transposed
-    fill_gradients(p, first, tets - first < BLOCK ? tets - first : BLOCK);
+  for (int64_t first = 0; first < points; first += BLOCK) {
+    // the columns of A for a block of points, transposed
+    fill_gradients(p, first, points - first < BLOCK ? points - first : BLOCK);
     double *row = p->row;
     for (int64_t i = 0; i < p->rank; i++, row += depth)
       fill_linear(p, i, row);
@@ -150,7 +192,7 @@ static thrum_status accumulate(panel *p, double *gram, const thrum_reporter *rep
     cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)m, (int)depth, 1, p->row, (int)depth, 1,
                 gram, (int)m);
 
-    THRUM_TRY(thrum_report(reporter, (double)first / (double)tets, error));
+    THRUM_TRY(thrum_report(reporter, (double)first / (double)points, error));
   }
   return THRUM_OK;
 }

@@ -43,13 +43,21 @@ static thrum_status check_together(const thrum_layout *layout, const int *arrays
 static thrum_status check_version(const thrum_layout *layout, thrum_error *error) {
   int32_t major = get_i4(layout->data[THRUM_ARRAY_format], 0);
   int32_t minor = get_i4(layout->data[THRUM_ARRAY_format], 1);
-  if (major != THRUM_MODEL_FORMAT_MAJOR)
+  if (major != THRUM_MODEL_FORMAT_MAJOR && major != THRUM_MODEL_FORMAT_MAJOR_QUADRATIC)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "array 'format' says version %" PRId32 ".%" PRId32
-                           ", this program reads version %d",
-                           major, minor, THRUM_MODEL_FORMAT_MAJOR);
+                           ", this program reads versions %d and %d",
+                           major, minor, THRUM_MODEL_FORMAT_MAJOR,
+                           THRUM_MODEL_FORMAT_MAJOR_QUADRATIC);
   if (minor < 0)
     return thrum_error_set(error, THRUM_BAD_VALUE, "array 'format' holds a negative version");
+
+  // a reader of version 1 alone would take ten-node tetrahedra for linear ones
+  if (HAS(layout, midsides) && major == THRUM_MODEL_FORMAT_MAJOR)
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "array 'format' says version %" PRId32 ".%" PRId32
+                           "; a model with 'midsides' has version %d",
+                           major, minor, THRUM_MODEL_FORMAT_MAJOR_QUADRATIC);
   return THRUM_OK;
 }
 
@@ -100,8 +108,9 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
                            "group_names, group_ends and group_vertices come together", error));
 
   // arrays whose rows are vertices
-  static const int on_mesh[] = {THRUM_ARRAY_basis, THRUM_ARRAY_group_ends, THRUM_ARRAY_rigid};
-  for (int i = 0; i < 3; i++)
+  static const int on_mesh[] = {THRUM_ARRAY_basis, THRUM_ARRAY_group_ends, THRUM_ARRAY_rigid,
+                                THRUM_ARRAY_midsides};
+  for (int i = 0; i < 4; i++)
     if (layout->data[on_mesh[i]] != NULL && !HAS(layout, vertices))
       return thrum_error_set(error, THRUM_MISSING, "array 'vertices' is missing: '%s' needs a mesh",
                              thrum_array_table[on_mesh[i]].name);
@@ -264,6 +273,8 @@ static thrum_status check_material(const thrum_layout *layout, thrum_error *erro
 static thrum_status check_mesh(const thrum_layout *layout, thrum_error *error) {
   THRUM_TRY(check_indices(layout, THRUM_ARRAY_tets, SIZE(layout, vertex_count), error));
   THRUM_TRY(check_indices(layout, THRUM_ARRAY_tet_region, SIZE(layout, region_count), error));
+  if (HAS(layout, midsides))
+    THRUM_TRY(check_indices(layout, THRUM_ARRAY_midsides, SIZE(layout, vertex_count), error));
   THRUM_TRY(check_material(layout, error));
 
   // rigid modes are those of a body that nothing holds; who reads both would count other unknowns

@@ -157,7 +157,12 @@ static void fill_tips(const thrum_model *model, double *tips) {
   }
 }
 
-/* rho vol / 4 of each tet to its corners. */
+/* Shares of a corner and of a middle node in a ten-node tet whose diagonal is scaled to its mass.
+ */
+static const double corner_share = 1.0 / 36, middle_share = 4.0 / 27;
+
+/* rho vol / 4 of each tet to its corners; of a ten-node tet the lumped mass that its edges would
+ * have if they were straight. */
 static void fill_mass(const thrum_model *model, double *mass) {
   for (int64_t t = 0; t < model->tet_count; t++) {
     const int32_t *corner = model->tets + 4 * t;
@@ -166,7 +171,9 @@ static void fill_mass(const thrum_model *model, double *mass) {
     const double six = thrum_triple3(e[0], e[1], e[2]);
     const double density = model->material[3 * (int64_t)model->tet_region[t] + 2];
     for (int a = 0; a < 4; a++)
-      mass[corner[a]] += density * six / 24;
+      mass[corner[a]] += model->midsides ? corner_share * density * six / 6 : density * six / 24;
+    for (int n = 0; n < 6 && model->midsides; n++)
+      mass[model->midsides[6 * t + n]] += middle_share * density * six / 6;
   }
 }
 

@@ -15,10 +15,16 @@
 static double strain_square(const thrum_model *model, int64_t tet, int64_t mode,
                             const double shape[9]) {
   double u[12], g[3][3], square = 0;
-  for (int a = 0; a < 4; a++)
-    for (int axis = 0; axis < 3; axis++)
-      u[3 * a + axis] =
-          model->basis[(3 * (int64_t)model->tets[4 * tet + a] + axis) * model->rank + mode];
+  for (int a = 0; a < 4; a++) {
+    int32_t nodes[3];
+    const int parts = thrum_stress_points_nodes(model, tet, a, nodes);
+    for (int axis = 0; axis < 3; axis++) {
+      // from -0, so that one part alone keeps all its bits
+      u[3 * a + axis] = -0.0;
+      for (int part = 0; part < parts; part++)
+        u[3 * a + axis] += model->basis[(3 * (int64_t)nodes[part] + axis) * model->rank + mode];
+    }
+  }
   thrum_tet_gradient(u, shape, g);
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++)

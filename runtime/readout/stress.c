@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "runtime/base/alignment_check.h"
+#include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
 #include "runtime/readout/tet_strain.h"
 
@@ -73,7 +74,38 @@ thrum_status thrum_stress_points_size(const thrum_model *model, const thrum_stre
   return THRUM_OK;
 }
 
+int thrum_stress_points_nodes(const thrum_model *model, int64_t tet, int corner, int32_t nodes[3]) {
+  nodes[0] = model->tets[4 * tet + corner];
+  if (!model->midsides)
+    return 1;
+  int count = 0;
+  for (int e = 0; e < THRUM_QUADRATIC_EDGES; e++)
+    if (thrum_quadratic_edges[e][0] == corner || thrum_quadratic_edges[e][1] == corner)
+      nodes[count++] = model->midsides[6 * tet + e];
+  return count;
+}
+
+/* The same as below at the centre of a ten-node tet. */
+static bool quadratic_shape(const thrum_model *model, int64_t tet, double shape[9]) {
+  static const double centre[4] = {0.25, 0.25, 0.25, 0.25};
+  double places[THRUM_QUADRATIC_NODES][3], slopes[THRUM_QUADRATIC_NODES][3];
+  for (int a = 0; a < THRUM_QUADRATIC_NODES; a++) {
+    const int64_t v = a < 4 ? model->tets[4 * tet + a] : model->midsides[6 * tet + a - 4];
+    memcpy(places[a], model->vertices + 3 * v, sizeof places[a]);
+  }
+  thrum_quadratic_slopes(centre, slopes);
+  if (!(thrum_quadratic_map(places, slopes, shape) > 0))
+    return false;
+  for (int n = 0; n < 9; n++)
+    if (!isfinite(shape[n]))
+      return false;
+  return true;
+}
+
 bool thrum_stress_points_shape(const thrum_model *model, int64_t tet, double shape[9]) {
+  if (model->midsides)
+    return quadratic_shape(model, tet, shape);
+
   double e[3][3];
   thrum_tet_edges(model->vertices, model->tets + 4 * tet, e);
 
@@ -103,8 +135,15 @@ static thrum_status fill_tet(const thrum_model *model, const thrum_stress_points
   data->lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
   data->mu = young / (2 * (1 + poisson));
   data->tet = (int32_t)tet;
-  for (int a = 0; a < 4; a++)
-    data->corner[a] = def->tets ? (int32_t)(4 * n + a) : model->tets[4 * tet + a];
+
+  // chosen tetrahedra have rows of their own, in which the parts of a corner are added up
+  data->parts = 1;
+  for (int a = 0; a < 4; a++) {
+    if (def->tets)
+      data->place[a][0] = (int32_t)(4 * n + a);
+    else
+      data->parts = thrum_stress_points_nodes(model, tet, a, data->place[a]);
+  }
   return THRUM_OK;
 }
 
@@ -115,8 +154,13 @@ static void fill_rows(const thrum_model *model, const thrum_stress_points_def *d
     return;
   }
   for (int64_t n = 0; n < 4 * def->tet_count; n++) {
-    const int64_t vertex = model->tets[4 * (int64_t)def->tets[n / 4] + n % 4];
-    memcpy(rows + (size_t)n * row, model->basis + (size_t)vertex * row, row * sizeof *rows);
+    int32_t nodes[3];
+    double *own = rows + (size_t)n * row;
+    const int parts = thrum_stress_points_nodes(model, def->tets[n / 4], (int)(n % 4), nodes);
+    memcpy(own, model->basis + (size_t)nodes[0] * row, row * sizeof *rows);
+    for (int part = 1; part < parts; part++)
+      for (size_t i = 0; i < row; i++)
+        own[i] += model->basis[(size_t)nodes[part] * row + i];
   }
 }
 
@@ -173,16 +217,26 @@ static void displace(const double *rows, int64_t rank, const double *q, double u
   }
 }
 
-/* The twelve displacements of a tet: those of `work`, or made here. */
+/* Adds the displacement of one place: that of `work`, or made here. */
+static void add_place(const thrum_stress_points *stress_points, int64_t place, const double *q,
+                      const double *work, double u[3]) {
+  double made[3];
+  if (!work)
+    displace(rows_of(stress_points) + 3 * place * stress_points->rank, stress_points->rank, q,
+             made);
+  for (int axis = 0; axis < 3; axis++)
+    u[axis] += work ? work[3 * place + axis] : made[axis];
+}
+
+/* The twelve displacements of the corners of a tet. */
 static void gather(const thrum_stress_points *stress_points, const thrum_stress_point_tet *data,
                    const double *q, const double *work, double u[12]) {
-  for (int a = 0; a < 4; a++) {
-    if (work)
-      memcpy(u + 3 * a, work + 3 * (int64_t)data->corner[a], 3 * sizeof *u);
-    else
-      displace(rows_of(stress_points) + 3 * (int64_t)data->corner[a] * stress_points->rank,
-               stress_points->rank, q, u + 3 * a);
-  }
+  // from -0, so that one part alone keeps all its bits
+  for (int n = 0; n < 12; n++)
+    u[n] = -0.0;
+  for (int a = 0; a < 4; a++)
+    for (int part = 0; part < data->parts; part++)
+      add_place(stress_points, data->place[a][part], q, work, u + 3 * a);
 }
 
 void thrum_stress_points_strain(const thrum_stress_points *stress_points, int64_t n,

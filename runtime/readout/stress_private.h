@@ -4,6 +4,10 @@
  * the rows of their four corners, whether or not two share a vertex: chosen tets are few and
  * scattered.
  *
+ * A ten-node tet has its stress point at its centre, l_k = 1/4. There the slopes of its corners
+ * vanish and those of the middle node of edge ab are those of l_a + l_b, so G is that of a linear
+ * tet whose corner k moves by the sum of the three middle nodes next to it.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_READOUT_STRESS_PRIVATE_H
 #define THRUM_RUNTIME_READOUT_STRESS_PRIVATE_H
@@ -16,9 +20,9 @@
 typedef struct thrum_stress_point_tet {
   double shape[9]; /* gradients of shape functions 1..3 [1/m] */
   double lambda, mu;
-  int32_t corner[4]; /* places of its rows of U */
+  int32_t place[4][3]; /* places of the rows of U that make up the motion of each corner */
   int32_t tet;
-  int32_t pad;
+  int32_t parts; /* how many these are: 1, or 3 */
 } thrum_stress_point_tet;
 
 /* The header; behind it, each at a multiple of 64: tets (count), rows (3 places x rank). */
@@ -35,7 +39,12 @@ const thrum_stress_point_tet *thrum_stress_points_data(const thrum_stress_points
 void thrum_stress_points_strain(const thrum_stress_points *stress_points, int64_t n,
                                 const double *q, double gradient[3][3], double strain[6]);
 
-/* Gradients of shape functions 1..3 of a model's tet; false when its volume is not positive. */
+/* The vertices whose displacements make up that of a corner: the corner itself, or the three middle
+ * nodes next to it in a ten-node tet. Returns how many they are. */
+int thrum_stress_points_nodes(const thrum_model *model, int64_t tet, int corner, int32_t nodes[3]);
+
+/* Gradients of shape functions 1..3 of a model's tet, or of the barycentric coordinates 1..3 at the
+ * centre of a ten-node tet; false when its volume is not positive there. */
 bool thrum_stress_points_shape(const thrum_model *model, int64_t tet, double shape[9]);
 
 #endif

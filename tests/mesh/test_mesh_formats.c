@@ -341,17 +341,20 @@ static void abaqus_files_give_sets_and_sections(void **state) {
 #define INP_NODES "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n"
 #define INP_TET INP_NODES "*ELEMENT,TYPE=C3D4,ELSET=E\n1,1,2,3,4\n"
 
-static void tets_of_ten_nodes_are_read_by_their_corners_and_counted(void **state) {
+static void tets_of_ten_nodes_are_read_by_their_corners_where_asked_and_counted(void **state) {
   (void)state;
 
   // in Abaqus's order of nodes
-  thrum_mesh mesh = mesh_good("a.inp", INP_NODES
-                              "5,.5,0,0\n6,.5,.5,0\n7,0,.5,0\n8,0,0,.5\n9,.5,0,.5\n10,0,.5,.5\n"
-                              "*ELEMENT, TYPE=C3D10M\n1,1,2,3,4,5,6,\n7,8,9,10\n");
+  const char *path = mesh_write_text(
+      "a.inp", INP_NODES "5,.5,0,0\n6,.5,.5,0\n7,0,.5,0\n8,0,0,.5\n9,.5,0,.5\n10,0,.5,.5\n"
+                         "*ELEMENT, TYPE=C3D10M\n1,1,2,3,4,5,6,\n7,8,9,10\n");
+  thrum_mesh mesh = {0};
+  assert_int_equal(thrum_mesh_read_order(path, 1, 1, &mesh, NULL), THRUM_OK);
   assert_int_equal(mesh.vertex_count, 4);
   assert_int_equal(mesh.tet_count, 1);
   assert_int_equal(mesh.cornered_tets, 1);
   assert_int_equal(mesh.dropped_vertices, 6);
+  assert_null(mesh.midsides);
   thrum_mesh_free(&mesh);
 
   // in TetGen's order
@@ -551,7 +554,7 @@ int main(void) {
 
       // Abaqus
       cmocka_unit_test(abaqus_files_give_sets_and_sections),
-      cmocka_unit_test(tets_of_ten_nodes_are_read_by_their_corners_and_counted),
+      cmocka_unit_test(tets_of_ten_nodes_are_read_by_their_corners_where_asked_and_counted),
       cmocka_unit_test(an_abaqus_file_without_density_has_no_material),
 
       // refusals and damage

@@ -256,7 +256,7 @@ static void mass_of_either_kind_weighs_the_body(void **state) {
   double *lumps = need((size_t)fem.vertex_count, sizeof *lumps);
   thrum_sparse pattern, mass;
   assert_int_equal(thrum_fem_pattern(&fem, &pattern, NULL), THRUM_OK);
-  thrum_fem_vertex_mass(&fem, lumps);
+  thrum_fem_vertex_mass(&fem, THRUM_MASS_CONSISTENT, lumps);
 
   // a unit acceleration along each axis meets the whole mass and each vertex's share
   for (int kind = 0; kind < 2; kind++) {

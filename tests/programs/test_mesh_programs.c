@@ -9,6 +9,7 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/mesh_write.h"
 #include "mesh/mesh_groups.h"
+#include "runtime/base/quadratic_tet.h"
 
 static const char *gmsh, *tetgen;
 
@@ -91,6 +92,87 @@ static void gmsh_writes_and_we_read_every_format(void **state) {
   }
 }
 
+/* How far the middle nodes are off the middle of their edges, at most. */
+static double farthest_off(const thrum_mesh *mesh) {
+  double most = 0;
+  for (int64_t t = 0; t < mesh->tet_count; t++)
+    for (int e = 0; e < 6; e++) {
+      const double *from = mesh->vertices + 3 * mesh->tets[4 * t + thrum_quadratic_edges[e][0]];
+      const double *to = mesh->vertices + 3 * mesh->tets[4 * t + thrum_quadratic_edges[e][1]];
+      const double *middle = mesh->vertices + 3 * mesh->midsides[6 * t + e];
+      for (int axis = 0; axis < 3; axis++)
+        most = fmax(most, fabs(middle[axis] - (from[axis] + to[axis]) / 2));
+    }
+  return most;
+}
+
+static void gmsh_writes_ten_nodes_and_we_read_their_order(void **state) {
+  (void)state;
+  static const struct {
+    const char *format, *name, *binary;
+  } cases[] = {{"msh22", "q.msh", "0"}, {"msh41", "r.msh", "0"}, {"msh22", "s.msh", "1"},
+               {"msh41", "t.msh", "1"}, {"vtk", "u.vtk", "0"},   {"inp", "v.inp", "0"}};
+  if (!*gmsh)
+    return;
+  assert_true(text_file_write(in_folder("two.geo"), GEOMETRY));
+  assert_true(text_file_write(in_folder("ball.geo"),
+                              "SetFactory(\"OpenCASCADE\");\nSphere(1) = {0,0,0, 1};\n"
+                              "Mesh.MeshSizeMax = 0.5;\nPhysical Volume(\"ball\") = {1};\n"
+                              "Physical Surface(\"skin\") = {1};\n"));
+
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    // straight edges: only the right order has all middle nodes in the middle
+    const char *const boxes[] = {"two.geo",       "-3", "-order",      "2",          "-format",
+                                 cases[i].format, "-o", cases[i].name, "-setnumber", "Mesh.Binary",
+                                 cases[i].binary, NULL};
+    run(gmsh, boxes);
+    thrum_mesh mesh = read_mesh(cases[i].name);
+    assert_non_null(mesh.midsides);
+    assert_true(farthest_off(&mesh) < 1e-9);
+    assert_true(fabs(volume(&mesh) - 2 * 0.2 * 0.2) < 1e-9);
+    if (i < 4) // its middle nodes belong to a face too
+      assert_int_equal(group_count(&mesh, "held"), 13);
+    thrum_mesh_free(&mesh);
+
+    // curved edges: of 4/3 pi the corners alone lack 8 %
+    const char *const ball[] = {"ball.geo",      "-3", "-order",      "2",          "-format",
+                                cases[i].format, "-o", cases[i].name, "-setnumber", "Mesh.Binary",
+                                cases[i].binary, NULL};
+    run(gmsh, ball);
+    mesh = read_mesh(cases[i].name);
+    assert_true(farthest_off(&mesh) > 0.01);
+    assert_true(fabs(volume(&mesh) / (4 * 3.14159265358979 / 3) - 1) < 0.005);
+    thrum_mesh_free(&mesh);
+  }
+}
+
+static void gmsh_reads_the_ten_nodes_that_we_write(void **state) {
+  (void)state;
+  if (!*gmsh)
+    return;
+  thrum_mesh mesh = {0};
+  assert_int_equal(thrum_mesh_read_order("beam:3x2x2@1x0.3x0.3", 1, 2, &mesh, NULL), THRUM_OK);
+  assert_int_equal(thrum_mesh_add_region_group(&mesh, 0, "body", NULL), THRUM_OK);
+  for (int n = 0; n < 4; n++) {
+    const thrum_mesh_write_options options = {.binary = n % 2, .msh_version = n < 2 ? 22 : 41};
+    thrum_mesh_lost lost;
+    assert_int_equal(thrum_mesh_write(in_folder("ours.msh"), &mesh, &options, &lost, NULL),
+                     THRUM_OK);
+
+    // as another format, into whose order Gmsh turns the nodes
+    const char *const arguments[] = {"ours.msh", "-save",      "-format", "vtk",
+                                     "-o",       "theirs.vtk", NULL};
+    run(gmsh, arguments);
+    thrum_mesh read = read_mesh("theirs.vtk");
+    assert_int_equal(read.vertex_count, mesh.vertex_count);
+    assert_int_equal(read.tet_count, mesh.tet_count);
+    assert_non_null(read.midsides);
+    assert_true(farthest_off(&read) < 1e-12);
+    thrum_mesh_free(&read);
+  }
+  thrum_mesh_free(&mesh);
+}
+
 static void gmsh_reads_what_we_write(void **state) {
   (void)state;
   if (!*gmsh)
@@ -169,7 +251,9 @@ int main(int argc, char **argv) {
     return 1;
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(gmsh_writes_and_we_read_every_format),
+      cmocka_unit_test(gmsh_writes_ten_nodes_and_we_read_their_order),
       cmocka_unit_test(gmsh_reads_what_we_write),
+      cmocka_unit_test(gmsh_reads_the_ten_nodes_that_we_write),
       cmocka_unit_test(tetgen_writes_and_we_read_markers_and_regions),
   };
   const int failed = cmocka_run_group_tests(tests, NULL, NULL);

@@ -294,10 +294,11 @@ static void another_version_of_the_format_speaks_first(void **state) {
 
   // a file of another major version is refused for that, whatever else it lacks
   archive a = archive_sample();
-  archive_set_i4(&a, "format", 0, 2);
+  archive_set_i4(&a, "format", 0, 3);
   archive_remove(&a, "c4");
   archive_find(&a, "omega2")->type = "<f4";
-  refused(&a, THRUM_UNSUPPORTED, "array 'format' says version 2.0, this program reads version 1");
+  refused(&a, THRUM_UNSUPPORTED,
+          "array 'format' says version 3.0, this program reads versions 1 and 2");
 
   // a negative minor version is not one of this format
   a = archive_sample();
@@ -310,6 +311,32 @@ static void another_version_of_the_format_speaks_first(void **state) {
   thrum_model view;
   assert_int_equal(thrum_model_view(file_bytes, size, &view, NULL), THRUM_OK);
   assert_int_equal(view.format[1], 7);
+}
+
+static void middle_nodes_need_the_version_that_older_readers_refuse(void **state) {
+  (void)state;
+  static const int32_t midsides[12] = {0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 0, 1};
+  static const int32_t wrong[12] = {0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 5, 1};
+  thrum_model view;
+
+  // a reader of version 1 would not know the array, and take the tetrahedra for linear ones
+  archive a = archive_sample();
+  archive_add(&a, "midsides.npy", "<i4", "(2, 6)", midsides, sizeof midsides);
+  refused(&a, THRUM_BAD_VALUE, "a model with 'midsides' has version 2");
+  archive_set_i4(&a, "format", 0, 2);
+  assert_int_equal(thrum_model_view(file_bytes, archive_build(&a, file_bytes), &view, NULL),
+                   THRUM_OK);
+  assert_memory_equal(view.midsides, midsides, sizeof midsides);
+
+  // its shape and its indices are checked as those of any array
+  a = archive_sample();
+  archive_set_i4(&a, "format", 0, 2);
+  archive_add(&a, "midsides.npy", "<i4", "(2, 6)", wrong, sizeof wrong);
+  refused(&a, THRUM_BAD_VALUE, "array 'midsides' holds the index 5 (entry 10)");
+  a = archive_sample();
+  archive_set_i4(&a, "format", 0, 2);
+  archive_add(&a, "midsides.npy", "<i4", "(3, 4)", midsides, sizeof midsides);
+  refused(&a, THRUM_BAD_SHAPE, "array 'midsides' has shape (3, 4)");
 }
 
 static void types_and_orders_are_those_of_the_list(void **state) {
@@ -634,6 +661,7 @@ int main(void) {
       // the arrays
       cmocka_unit_test(required_arrays_and_their_companions_must_be_there),
       cmocka_unit_test(another_version_of_the_format_speaks_first),
+      cmocka_unit_test(middle_nodes_need_the_version_that_older_readers_refuse),
       cmocka_unit_test(types_and_orders_are_those_of_the_list),
       cmocka_unit_test(shapes_are_those_of_the_list),
       cmocka_unit_test(the_rank_is_1_to_512),

@@ -1,0 +1,316 @@
+/* Middle nodes of edges, by a hash table of the edges. Cost: linear in the mesh; about 60 bytes a
+ * tet.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "mesh/midsides.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "runtime/base/quadratic_tet.h"
+
+/* An edge by its ends, the lower vertex first; middle -1 marks a free slot. */
+typedef struct edge_slot {
+  int32_t low, high, middle;
+} edge_slot;
+
+typedef struct edge_table {
+  edge_slot *slots;
+  uint64_t slot_count; /* a power of two */
+  int64_t used;
+} edge_table;
+
+static thrum_status no_memory(thrum_error *error) {
+  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the middle nodes");
+}
+
+static bool table_resize(edge_table *table, uint64_t slot_count) {
+  edge_table larger = {malloc(slot_count * sizeof *larger.slots), slot_count, table->used};
+  if (!larger.slots)
+    return false;
+  for (uint64_t i = 0; i < slot_count; i++)
+    larger.slots[i].middle = -1;
+
+  // every edge finds its place anew
+  for (uint64_t i = 0; i < table->slot_count; i++) {
+    const edge_slot edge = table->slots[i];
+    if (edge.middle < 0)
+      continue;
+    uint64_t slot =
+        ((uint64_t)(uint32_t)edge.low << 32 | (uint32_t)edge.high) * UINT64_C(0x9e3779b97f4a7c15) >>
+        24;
+    for (slot &= slot_count - 1; larger.slots[slot].middle >= 0;)
+      slot = (slot + 1) & (slot_count - 1);
+    larger.slots[slot] = edge;
+  }
+  free(table->slots);
+  *table = larger;
+  return true;
+}
+
+/* The slot of an edge, which is added without a middle node where it is new; NULL: no memory. */
+static edge_slot *find_edge(edge_table *table, int32_t a, int32_t b) {
+  // at most half full
+  if (2 * (uint64_t)(table->used + 1) > table->slot_count &&
+      !table_resize(table, table->slot_count > 0 ? 2 * table->slot_count : 64))
+    return NULL;
+
+  const int32_t low = a < b ? a : b, high = a < b ? b : a;
+  uint64_t slot =
+      ((uint64_t)(uint32_t)low << 32 | (uint32_t)high) * UINT64_C(0x9e3779b97f4a7c15) >> 24;
+  for (slot &= table->slot_count - 1; table->slots[slot].middle >= 0;
+       slot = (slot + 1) & (table->slot_count - 1))
+    if (table->slots[slot].low == low && table->slots[slot].high == high)
+      return &table->slots[slot];
+  table->slots[slot].low = low;
+  table->slots[slot].high = high;
+  return &table->slots[slot];
+}
+
+/* The ends of edge e of tet t. */
+static const int32_t *corner_of(const thrum_mesh *mesh, int64_t t, int e, int end) {
+  return mesh->tets + 4 * t + thrum_quadratic_edges[e][end];
+}
+
+/* --- making -------------------------------------------------------------------------------------
+ */
+
+/* Numbers the edges behind the vertices; *count is how many there are. */
+static thrum_status number_edges(const thrum_mesh *mesh, int32_t *midsides, int64_t *count,
+                                 thrum_error *error) {
+  edge_table table = {0};
+  thrum_status status = THRUM_OK;
+  for (int64_t i = 0; i < 6 * mesh->tet_count && status >= 0; i++) {
+    const int64_t t = i / 6;
+    const int e = (int)(i % 6);
+    edge_slot *edge = find_edge(&table, *corner_of(mesh, t, e, 0), *corner_of(mesh, t, e, 1));
+    if (!edge) {
+      status = no_memory(error);
+    } else if (edge->middle < 0 && mesh->vertex_count + table.used >= INT32_MAX / 3) {
+      status = thrum_error_set(error, THRUM_UNSUPPORTED,
+                               "the mesh would have more than 2^31 components with middle nodes");
+    } else {
+      if (edge->middle < 0)
+        edge->middle = (int32_t)(mesh->vertex_count + table.used++);
+      midsides[i] = edge->middle;
+    }
+  }
+  *count = table.used;
+  free(table.slots);
+  return status;
+}
+
+/* Places the middle nodes, vertices of all behind them, and tells the ends of each. */
+static void place_middles(const thrum_mesh *mesh, const int32_t *midsides, double *vertices,
+                          int32_t *ends) {
+  for (int64_t i = 0; i < 6 * mesh->tet_count; i++) {
+    const int32_t a = *corner_of(mesh, i / 6, (int)(i % 6), 0);
+    const int32_t b = *corner_of(mesh, i / 6, (int)(i % 6), 1);
+    const int64_t middle = midsides[i], edge = middle - mesh->vertex_count;
+    for (int axis = 0; axis < 3; axis++)
+      vertices[3 * middle + axis] =
+          (vertices[3 * (int64_t)a + axis] + vertices[3 * (int64_t)b + axis]) / 2;
+    ends[2 * edge] = a;
+    ends[2 * edge + 1] = b;
+  }
+}
+
+/* Adds the middle nodes of edges with both ends in a group; *list is the group's new vertices. */
+static bool grow_group(const thrum_mesh *mesh, const thrum_group *group, const int32_t *ends,
+                       int64_t edges, uint8_t *marked, int32_t **list, int64_t *count) {
+  memset(marked, 0, (size_t)mesh->vertex_count);
+  for (int64_t i = 0; i < group->count; i++)
+    marked[group->vertices[i]] = 1;
+  *count = group->count;
+  for (int64_t e = 0; e < edges; e++)
+    *count += marked[ends[2 * e]] && marked[ends[2 * e + 1]];
+
+  *list = malloc(((size_t)*count + 1) * sizeof **list);
+  if (!*list)
+    return false;
+  memcpy(*list, group->vertices, (size_t)group->count * sizeof **list);
+  int64_t next = group->count;
+  for (int64_t e = 0; e < edges; e++)
+    if (marked[ends[2 * e]] && marked[ends[2 * e + 1]])
+      (*list)[next++] = (int32_t)(mesh->vertex_count + e);
+  return true;
+}
+
+/* The vertices of all groups with their middle nodes; lists and counts: group_count. */
+static bool grow_groups(const thrum_mesh *mesh, const int32_t *ends, int64_t edges, int32_t **lists,
+                        int64_t *counts) {
+  uint8_t *marked = malloc((size_t)mesh->vertex_count + 1);
+  bool grown = marked != NULL;
+  for (int64_t g = 0; g < mesh->group_count && grown; g++)
+    grown = grow_group(mesh, &mesh->groups[g], ends, edges, marked, &lists[g], &counts[g]);
+  free(marked);
+  return grown;
+}
+
+thrum_status thrum_midsides_add(thrum_mesh *mesh, thrum_error *error) {
+  const size_t groups = (size_t)mesh->group_count;
+  int64_t edges = 0;
+  int32_t *ends = NULL;
+  double *vertices = NULL;
+
+  // room for what grows; the mesh is changed at the end alone
+  int32_t *midsides = malloc(((size_t)mesh->tet_count + 1) * 6 * sizeof *midsides);
+  int32_t **lists = calloc(groups + 1, sizeof *lists);
+  int64_t *counts = calloc(groups + 1, sizeof *counts);
+  thrum_status status = midsides && lists && counts ? THRUM_OK : no_memory(error);
+  if (status >= 0)
+    status = number_edges(mesh, midsides, &edges, error);
+  if (status >= 0) {
+    vertices = malloc((size_t)(mesh->vertex_count + edges) * 3 * sizeof *vertices);
+    ends = malloc(((size_t)edges + 1) * 2 * sizeof *ends);
+    if (!vertices || !ends)
+      status = no_memory(error);
+  }
+  if (status >= 0) {
+    memcpy(vertices, mesh->vertices, (size_t)mesh->vertex_count * 3 * sizeof *vertices);
+    place_middles(mesh, midsides, vertices, ends);
+    if (!grow_groups(mesh, ends, edges, lists, counts))
+      status = no_memory(error);
+  }
+
+  // old arrays and new ones change places, and what is left over is freed
+  if (status >= 0) {
+    double *old = mesh->vertices;
+    mesh->vertices = vertices;
+    vertices = old;
+    mesh->vertex_count += edges;
+    mesh->midsides = midsides;
+    midsides = NULL;
+    for (size_t g = 0; g < groups; g++) {
+      int32_t *list = mesh->groups[g].vertices;
+      mesh->groups[g].vertices = lists[g];
+      mesh->groups[g].count = counts[g];
+      lists[g] = list;
+    }
+  }
+
+  for (size_t g = 0; lists && g < groups; g++)
+    free(lists[g]);
+  free(lists);
+  free(counts);
+  free(midsides);
+  free(vertices);
+  free(ends);
+  return status;
+}
+
+void thrum_midsides_drop(thrum_mesh *mesh) {
+  if (!mesh->midsides)
+    return;
+  free(mesh->midsides);
+  mesh->midsides = NULL;
+  mesh->cornered_tets = mesh->tet_count;
+}
+
+void thrum_midsides_flip(int32_t *midsides) {
+  // edges 12 and 13 change places, and so do 20 and 03
+  static const int pairs[2][2] = {{1, 4}, {2, 3}};
+  for (int p = 0; p < 2; p++) {
+    const int32_t swap = midsides[pairs[p][0]];
+    midsides[pairs[p][0]] = midsides[pairs[p][1]];
+    midsides[pairs[p][1]] = swap;
+  }
+}
+
+/* --- checking -----------------------------------------------------------------------------------
+ */
+
+/* Returns the number that the file gives to vertex v, before any was dropped. */
+static long long number_of(const thrum_mesh *mesh, int32_t v) {
+  return mesh->file_number ? (long long)mesh->file_number[v] : (long long)v + 1;
+}
+
+static thrum_status edge_fault(const thrum_mesh *mesh, int64_t t, int e, const char *what,
+                               thrum_midside_fault *fault) {
+  fault->tet = t;
+  snprintf(fault->text, sizeof fault->text, "has vertex %lld between %lld and %lld, %s",
+           number_of(mesh, mesh->midsides[6 * t + e]), number_of(mesh, *corner_of(mesh, t, e, 0)),
+           number_of(mesh, *corner_of(mesh, t, e, 1)), what);
+  return THRUM_BAD_VALUE;
+}
+
+/* What each vertex is: a corner, the middle of one edge, or nothing yet. */
+static thrum_status check_edges(const thrum_mesh *mesh, uint8_t *corner, int32_t *ends,
+                                edge_table *table, thrum_midside_fault *fault, thrum_error *error) {
+  for (int64_t i = 0; i < 4 * mesh->tet_count; i++)
+    corner[mesh->tets[i]] = 1;
+  for (int64_t v = 0; v < 2 * mesh->vertex_count; v++)
+    ends[v] = -1;
+
+  for (int64_t i = 0; i < 6 * mesh->tet_count; i++) {
+    const int64_t t = i / 6;
+    const int e = (int)(i % 6);
+    const int32_t middle = mesh->midsides[i];
+    if (corner[middle])
+      return edge_fault(mesh, t, e, "where that is a corner of a tet", fault);
+
+    // the first tet of an edge says what its middle node is
+    edge_slot *edge = find_edge(table, *corner_of(mesh, t, e, 0), *corner_of(mesh, t, e, 1));
+    if (!edge)
+      return no_memory(error);
+    if (edge->middle < 0) {
+      edge->middle = middle;
+      table->used++;
+    }
+    if (edge->middle != middle)
+      return edge_fault(mesh, t, e, "where another tet at this edge has another one", fault);
+
+    // and a middle node knows one edge
+    int32_t *own = ends + 2 * (int64_t)middle;
+    if (own[0] < 0) {
+      own[0] = edge->low;
+      own[1] = edge->high;
+    }
+    if (own[0] != edge->low || own[1] != edge->high)
+      return edge_fault(mesh, t, e, "where it lies on another edge as well", fault);
+  }
+  return THRUM_OK;
+}
+
+/* Refuses an element whose map folds over at one of the points of its rule. */
+static thrum_status check_shapes(const thrum_mesh *mesh, thrum_midside_fault *fault) {
+  for (int64_t t = 0; t < mesh->tet_count; t++) {
+    int32_t node[10];
+    double place[10][3], slopes[10][3], gradients[9];
+    thrum_mesh_nodes(mesh, t, node);
+    for (int a = 0; a < 10; a++)
+      memcpy(place[a], mesh->vertices + 3 * (int64_t)node[a], sizeof place[a]);
+
+    // with straight edges the map is that of the corners, which was checked
+    if (!thrum_quadratic_is_curved(place))
+      continue;
+    int points;
+    const thrum_quadratic_point *rule = thrum_quadratic_rule(true, &points);
+    for (int p = 0; p < points; p++) {
+      thrum_quadratic_slopes(rule[p].place, slopes);
+      if (thrum_quadratic_map(place, slopes, gradients) > 0)
+        continue;
+      fault->tet = t;
+      snprintf(
+          fault->text, sizeof fault->text,
+          "is turned inside out by its middle nodes (they are too far from the middle of their "
+          "edges, or in another order than that of the format)");
+      return THRUM_BAD_VALUE;
+    }
+  }
+  return THRUM_OK;
+}
+
+thrum_status thrum_midsides_check(const thrum_mesh *mesh, thrum_midside_fault *fault,
+                                  thrum_error *error) {
+  edge_table table = {0};
+  uint8_t *corner = calloc((size_t)mesh->vertex_count + 1, 1);
+  int32_t *ends = malloc(((size_t)mesh->vertex_count + 1) * 2 * sizeof *ends);
+  thrum_status status =
+      corner && ends ? check_edges(mesh, corner, ends, &table, fault, error) : no_memory(error);
+  free(corner);
+  free(ends);
+  free(table.slots);
+  return status >= 0 ? check_shapes(mesh, fault) : status;
+}
