@@ -217,8 +217,9 @@ void config_print_markdown(const config_command *command) {
     printf("thrum %s %.*s\n", command->name, length, at);
     at += length + (at[length] == '\n');
   }
-  printf("```\n\n%s\n\n| option | takes | default | meaning |\n|---|---|---|---|\n",
-         command->about);
+  printf("```\n\n");
+  print_wrapped(command->about, 0, 0);
+  printf("\n| option | takes | default | meaning |\n|---|---|---|---|\n");
   visit(command->options, &v);
 
   // notes and examples stay as they are
