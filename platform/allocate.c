@@ -4,7 +4,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "runtime/base/alignment_check.h"
+#include "runtime/base/large_memory.h"
 
 /* The memory, or an error that says how much was asked for. */
 static void *checked(void *memory, double size, const char *what, thrum_error *error) {
@@ -20,8 +20,6 @@ void *thrum_allocate(int64_t count, size_t size, const char *what, thrum_error *
 }
 
 void *thrum_allocate_aligned(size_t size, const char *what, thrum_error *error) {
-  // aligned_alloc wants a multiple of the alignment
   const bool fits = size <= SIZE_MAX / 2;
-  return checked(fits ? aligned_alloc(THRUM_ALIGNMENT, thrum_round_up(size + 1)) : NULL,
-                 (double)size, what, error);
+  return checked(fits ? thrum_large_memory(size + 1) : NULL, (double)size, what, error);
 }

@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "runtime/base/large_memory.h"
 #include "runtime/model/archive.h"
 
 #define SHOWN 150u
@@ -27,10 +28,7 @@ thrum_status thrum_file_buffer_fail(const char *path, thrum_status status, const
 }
 
 void *thrum_file_buffer_allocate(size_t size) {
-  if (size > PTRDIFF_MAX - THRUM_ALIGNMENT)
-    return NULL;
-  return aligned_alloc(THRUM_ALIGNMENT,
-                       (size + THRUM_ALIGNMENT - 1) / THRUM_ALIGNMENT * THRUM_ALIGNMENT);
+  return thrum_large_memory(size);
 }
 
 // size of the open file; a folder opens but cannot be read, a pipe has no size
