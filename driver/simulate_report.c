@@ -119,9 +119,11 @@ static void add_robustness(cJSON *object, const simulate_figures *figures) {
   json_number(fallback_levels, "failures",
               figures->status == THRUM_NOT_CONVERGED || figures->status == THRUM_NOT_FINITE);
 
-  // only imexv monitors its own stability
+  // the others have no monitor
   const thrum_state_def *def = &figures->request->def;
-  if (def->integrator != THRUM_INTEGRATOR_IMEXV || !def->adaptive) {
+  const bool monitored =
+      def->integrator == THRUM_INTEGRATOR_IMEXV || def->integrator == THRUM_INTEGRATOR_FOX_GOODWIN;
+  if (!monitored || !def->adaptive) {
     cJSON_AddNullToObject(object, "stability");
     return;
   }
