@@ -1,7 +1,7 @@
 /* How the forms of imexv and the other integrators compare on one model: their errors against a
  * fine reference, their energy in long runs, and what a step costs. Writes CSV to stdout.
  *
- *   thrum_integrator_comparison errors|energy|cost BODY MODEL.npz GROUP [STEPS [METHOD]]
+ *   thrum_integrator_comparison errors|energy|cost|matching BODY MODEL.npz GROUP [STEPS [METHOD]]
  *
  * Starts: smooth has momentum in the first mode alone, impulse that of an impulse on the group,
  * both scaled so that the group swings by a share of the body's length within 3 s. An error is the
@@ -28,22 +28,31 @@ typedef struct method {
   const char *name;
   thrum_integrator integrator;
   thrum_split_form form;
-  int32_t guarded; /* 1: with monitor and fallback */
+  int32_t guarded;   /* 1: with monitor and fallback */
+  int32_t unmatched; /* 1: energy without frequency matching */
 } method;
 
 static const method methods[] = {
-    {"position alone", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_POSITION, 0},
-    {"position", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_POSITION, 1},
-    {"thesis alone", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_THESIS, 0},
-    {"thesis", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_THESIS, 1},
-    {"quadratic alone", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_QUADRATIC, 0},
-    {"quadratic", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_QUADRATIC, 1},
-    {"newmark", THRUM_INTEGRATOR_NEWMARK, THRUM_FORM_THESIS, 1},
-    {"fox-goodwin alone", THRUM_INTEGRATOR_FOX_GOODWIN, THRUM_FORM_THESIS, 0},
-    {"fox-goodwin", THRUM_INTEGRATOR_FOX_GOODWIN, THRUM_FORM_THESIS, 1},
-    {"energy", THRUM_INTEGRATOR_ENERGY, THRUM_FORM_THESIS, 1},
+    {"position alone", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_POSITION, 0, 0},
+    {"position", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_POSITION, 1, 0},
+    {"thesis alone", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_THESIS, 0, 0},
+    {"thesis", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_THESIS, 1, 0},
+    {"quadratic alone", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_QUADRATIC, 0, 0},
+    {"quadratic", THRUM_INTEGRATOR_IMEXV, THRUM_FORM_QUADRATIC, 1, 0},
+    {"newmark", THRUM_INTEGRATOR_NEWMARK, THRUM_FORM_THESIS, 1, 0},
+    {"fox-goodwin alone", THRUM_INTEGRATOR_FOX_GOODWIN, THRUM_FORM_THESIS, 0, 0},
+    {"fox-goodwin", THRUM_INTEGRATOR_FOX_GOODWIN, THRUM_FORM_THESIS, 1, 0},
+    {"energy", THRUM_INTEGRATOR_ENERGY, THRUM_FORM_THESIS, 1, 0},
 };
 enum { METHODS = sizeof methods / sizeof methods[0], NEWMARK = 6 };
+
+/* energy without frequency matching and with it, and what both are compared with. */
+static const method matching[] = {
+    {"trapezoidal", THRUM_INTEGRATOR_ENERGY, THRUM_FORM_THESIS, 1, 1},
+    {"matched", THRUM_INTEGRATOR_ENERGY, THRUM_FORM_THESIS, 1, 0},
+};
+static const method fine = {"fox-goodwin alone", THRUM_INTEGRATOR_FOX_GOODWIN, THRUM_FORM_THESIS, 0,
+                            0};
 
 static const char *const starts[] = {"smooth", "impulse"};
 static const double shares[] = {0.02, 0.05, 0.1, 0.2, 0.3, 0.4};
@@ -76,6 +85,7 @@ static thrum_state *make(const subject *s, const method *m, double dt, const dou
   def.integrator = m->integrator;
   def.split_form = m->form;
   def.adaptive = def.fallback = m->guarded;
+  def.frequency_matched = !m->unmatched;
   def.dt = dt;
   thrum_state *state = NULL;
   must(thrum_state_create(s->body.model, &def, &state, &error));
@@ -93,7 +103,7 @@ static double total_energy(const subject *s, thrum_state *state) {
 
 /* Largest swing within SWING_SECONDS after this momentum, by `energy`. */
 static double swing_of(const subject *s, const double *p) {
-  const method by_energy = {"energy", THRUM_INTEGRATOR_ENERGY, THRUM_FORM_THESIS, 1};
+  const method by_energy = {"energy", THRUM_INTEGRATOR_ENERGY, THRUM_FORM_THESIS, 1, 0};
   thrum_state *state = make(s, &by_energy, SWING_STEP, p);
   double q[THRUM_RANK_MAX], most = 0.0;
   for (int k = 0; k < (int)(SWING_SECONDS / SWING_STEP); k++) {
@@ -145,13 +155,13 @@ static bool deviate(const subject *s, thrum_state *state, const double *rows, in
   return true;
 }
 
-static double *reference_rows(const subject *s, double dt, int count, const double *p) {
-  const method by_energy = {"energy", THRUM_INTEGRATOR_ENERGY, THRUM_FORM_THESIS, 1};
+static double *reference_rows(const subject *s, const method *by, double dt, int count,
+                              const double *p) {
   const int64_t rank = s->body.model->rank;
   double *rows = malloc((size_t)count * (size_t)rank * sizeof *rows);
   if (!rows)
     must(thrum_error_set(&error, THRUM_OUT_OF_MEMORY, "no memory for a reference"));
-  thrum_state *state = make(s, &by_energy, dt / FINER, p);
+  thrum_state *state = make(s, by, dt / FINER, p);
   for (int k = 0; k < count; k++) {
     for (int n = 0; n < FINER; n++)
       must(thrum_step(s->body.model, state, &error));
@@ -183,14 +193,43 @@ static void print_error(const subject *s, const method *m, int start, int share,
   thrum_state_destroy(state);
 }
 
+/* The errors of energy without and with frequency matching, against fox-goodwin at dt/32. */
+static void print_matching(const subject *s) {
+  static const double lengths[] = {0.001, 0.003, 0.01};
+  puts("body,rank,dt_s,start,swing,error_trapezoidal,error_matched,ratio,iterations_trapezoidal,"
+       "iterations_matched");
+  for (size_t h = 0; h < sizeof lengths / sizeof lengths[0]; h++)
+    for (int start = 0; start < 2; start++)
+      for (int share = 1; share < 4; share++) {
+        const double dt = lengths[h], *p = s->momenta[start][share];
+        const int count = (int)(ERROR_SECONDS / dt + 0.5);
+        double *rows = reference_rows(s, &fine, dt, count, p), errors[2], iterations[2];
+        for (int m = 0; m < 2; m++) {
+          thrum_state *state = make(s, &matching[m], dt, p);
+          double square = 0.0, whole = 0.0;
+          const bool there = deviate(s, state, rows, count, &square, &whole);
+          const thrum_state_report r = thrum_state_report_get(state);
+          errors[m] = there ? sqrt(square / whole) : NAN;
+          iterations[m] = (double)r.iterations / (double)r.steps;
+          thrum_state_destroy(state);
+        }
+        printf("%s,%d,%g,%s,%g,%.4g,%.4g,%.3f,%.3f,%.3f\n", s->name, (int)s->body.model->rank, dt,
+               starts[start], shares[share], errors[0], errors[1], errors[1] / errors[0],
+               iterations[0], iterations[1]);
+        fflush(stdout);
+        free(rows);
+      }
+}
+
 static void print_errors(const subject *s) {
+  const method by_energy = {"energy", THRUM_INTEGRATOR_ENERGY, THRUM_FORM_THESIS, 1, 0};
   puts("body,rank,dt_s,start,swing,method,error,iterations,factorisations,steps_by_energy");
   for (size_t h = 0; h < sizeof time_steps / sizeof time_steps[0]; h++)
     for (int start = 0; start < 2; start++)
       for (int share = 0; share < SHARES; share++) {
         const double dt = time_steps[h];
         const int count = (int)(ERROR_SECONDS / dt + 0.5);
-        double *rows = reference_rows(s, dt, count, s->momenta[start][share]);
+        double *rows = reference_rows(s, &by_energy, dt, count, s->momenta[start][share]);
         for (int m = 0; m < METHODS; m++)
           if (is_wanted(s, &methods[m]))
             print_error(s, &methods[m], start, share, dt, rows, count);
@@ -313,8 +352,9 @@ int main(int argc, char **argv) {
   const thrum_model *model = NULL;
   const double softest[3] = {0.0, 0.0, 0.0};
   if (argc < 5)
-    return fprintf(stderr, "usage: thrum_integrator_comparison errors|energy|cost BODY MODEL.npz "
-                           "GROUP [STEPS [METHOD]]\n"),
+    return fprintf(stderr,
+                   "usage: thrum_integrator_comparison errors|energy|cost|matching BODY MODEL.npz "
+                   "GROUP [STEPS [METHOD]]\n"),
            2;
 
   // the body is pushed along the axis in which it is softest
@@ -327,6 +367,8 @@ int main(int argc, char **argv) {
   // each table is a program of its own, as it takes minutes to hours
   if (strcmp(argv[1], "errors") == 0)
     print_errors(&s);
+  else if (strcmp(argv[1], "matching") == 0)
+    print_matching(&s);
   else if (strcmp(argv[1], "energy") == 0)
     print_energies(&s, argc > 5 ? atoll(argv[5]) : 200000);
   else
