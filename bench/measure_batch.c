@@ -42,8 +42,7 @@ static thrum_status herd_make(const thrum_model *model, const bench_batch *bench
   // the sizes of a state and of the workspace
   size_t size = 0;
   thrum_status status = thrum_state_size(model, &bench->step.def, &size, error);
-  if (status >= 0)
-    status = thrum_batch_size(model, &h->workspace_size, error);
+  THRUM_THEN(status, thrum_batch_size(model, &h->workspace_size, error));
   if (status < 0)
     return status;
 
@@ -74,8 +73,7 @@ static thrum_status herd_make(const thrum_model *model, const bench_batch *bench
     // from half the swing to all of it
     bench_step start = bench->step;
     start.swing *= 0.5 + 0.5 * (double)(n + 1) / (double)h->bodies;
-    if (status >= 0)
-      status = bench_step_start(model, &start, state, error);
+    THRUM_THEN(status, bench_step_start(model, &start, state, error));
     for (int k = 0; k < WARM_STEPS && status >= 0; k++)
       status = thrum_step(model, state, error);
     h->states[n] = body(h->together, h, n);
@@ -127,8 +125,7 @@ static thrum_status measure(herd *h, bench_batch *bench, thrum_error *error) {
     memcpy(h->together, h->snapshot, bytes);
     for (int64_t k = 0; k < h->steps && status >= 0; k++) {
       status = step_alone(h, alone + k * batches + b, error);
-      if (status >= 0)
-        status = step_together(h, together + k * batches + b, error);
+      THRUM_THEN(status, step_together(h, together + k * batches + b, error));
     }
     if (status < 0)
       return status;
@@ -161,10 +158,8 @@ thrum_status bench_batch_run(const thrum_model *model, bench_batch *bench, thrum
   thrum_status status = THRUM_OK;
   if (bench->step.implicit_wanted >= 0)
     status = bench_step_choose_dt(model, &bench->step, error);
-  if (status >= 0)
-    status = herd_make(model, bench, &h, error);
-  if (status >= 0)
-    status = measure(&h, bench, error);
+  THRUM_THEN(status, herd_make(model, bench, &h, error));
+  THRUM_THEN(status, measure(&h, bench, error));
   herd_free(&h);
   return status < 0 ? status : THRUM_OK;
 }

@@ -41,8 +41,7 @@ static thrum_status time_pipeline(bench_pipeline *bench, thrum_error *error) {
 
   thrum_precomputed result = {0};
   thrum_status status = make_beam(bench->wanted, &mesh, &fixed, error);
-  if (status >= 0)
-    status = thrum_precompute(&mesh, fixed, &options, &result, error);
+  THRUM_THEN(status, thrum_precompute(&mesh, fixed, &options, &result, error));
 
   // the figures of the stages, which the pipeline measures itself
   if (status >= 0) {

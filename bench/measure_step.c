@@ -150,8 +150,7 @@ thrum_status bench_step_run(const thrum_model *model, bench_step *bench, thrum_e
   if (bench->implicit_wanted >= 0)
     status = bench_step_choose_dt(model, bench, error);
   thrum_state *state = NULL;
-  if (status >= 0)
-    status = thrum_state_create(model, &bench->def, &state, error);
+  THRUM_THEN(status, thrum_state_create(model, &bench->def, &state, error));
   if (status < 0)
     return status;
 
@@ -161,10 +160,8 @@ thrum_status bench_step_run(const thrum_model *model, bench_step *bench, thrum_e
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a state");
 
   // the first steps factor and fill caches: they are not measured
-  if (status >= 0)
-    status = bench_step_start(model, bench, state, error);
-  if (status >= 0)
-    status = run_steps(model, state, WARM_STEPS, error);
+  THRUM_THEN(status, bench_step_start(model, bench, state, error));
+  THRUM_THEN(status, run_steps(model, state, WARM_STEPS, error));
   if (status >= 0) {
     memcpy(snapshot, state, thrum_state_kept_bytes(state));
     status = measure(model, state, snapshot, samples, bench, error);

@@ -16,8 +16,7 @@ thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *er
   thrum_status status =
       result ? THRUM_OK : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a model");
 
-  if (status >= 0)
-    status = thrum_mesh_read("beam:20x3x3@1x0.15x0.15", 1.0, &mesh, error);
+  THRUM_THEN(status, thrum_mesh_read("beam:20x3x3@1x0.15x0.15", 1.0, &mesh, error));
   if (status >= 0) {
     fixed = calloc((size_t)mesh.vertex_count, 1);
     int64_t held = 0;

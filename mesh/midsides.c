@@ -159,8 +159,7 @@ thrum_status thrum_midsides_add(thrum_mesh *mesh, thrum_error *error) {
   int32_t **lists = calloc(groups + 1, sizeof *lists);
   int64_t *counts = calloc(groups + 1, sizeof *counts);
   thrum_status status = midsides && lists && counts ? THRUM_OK : no_memory(error);
-  if (status >= 0)
-    status = number_edges(mesh, midsides, &edges, error);
+  THRUM_THEN(status, number_edges(mesh, midsides, &edges, error));
   if (status >= 0) {
     vertices = malloc((size_t)(mesh->vertex_count + edges) * 3 * sizeof *vertices);
     ends = malloc(((size_t)edges + 1) * 2 * sizeof *ends);

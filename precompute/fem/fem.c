@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "platform/allocate.h"
+#include "runtime/base/vec3.h"
 
 /* Far outside, products of numbers leave the range of doubles, where LAPACK prints its complaints.
  */
@@ -118,22 +119,13 @@ static thrum_status measure_linear(thrum_fem *fem, int64_t t, thrum_error *error
   const int32_t *corner = fem->nodes + 4 * t;
 
   // edges from corner 0, and their cross products: the cofactors of the inverse
-  double edge[3][3];
+  double edge[3][3], *gradient = fem->gradient + 9 * t;
+  thrum_tet_edges(fem->vertices, corner, edge);
   for (int a = 0; a < 3; a++)
-    for (int c = 0; c < 3; c++)
-      edge[a][c] =
-          fem->vertices[3 * (int64_t)corner[a + 1] + c] - fem->vertices[3 * (int64_t)corner[0] + c];
-
-  double *gradient = fem->gradient + 9 * t;
-  for (int a = 0; a < 3; a++) {
-    const double *p = edge[(a + 1) % 3], *q = edge[(a + 2) % 3];
-    gradient[3 * a] = p[1] * q[2] - p[2] * q[1];
-    gradient[3 * a + 1] = p[2] * q[0] - p[0] * q[2];
-    gradient[3 * a + 2] = p[0] * q[1] - p[1] * q[0];
-  }
+    thrum_cross3(edge[(a + 1) % 3], edge[(a + 2) % 3], gradient + 3 * a);
 
   // six times the volume
-  const double det = edge[0][0] * gradient[0] + edge[0][1] * gradient[1] + edge[0][2] * gradient[2];
+  const double det = thrum_dot3(edge[0], gradient);
   if (!(det > 0) || !isfinite(1 / det))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "tet %lld has volume %g m^3; it must be positive", (long long)t + 1,
@@ -217,8 +209,8 @@ static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem
 
   for (int64_t t = 0; t < mesh->tet_count && status >= 0; t++) {
     status = check_indices(fem, t, error);
-    if (status >= 0)
-      status = fem->rule ? measure_quadratic(fem, t, error) : measure_linear(fem, t, error);
+    THRUM_THEN(status,
+               fem->rule ? measure_quadratic(fem, t, error) : measure_linear(fem, t, error));
   }
   if (status < 0)
     return status;

@@ -174,8 +174,7 @@ thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor
   made->factor_flops = common->fl;
 
   thrum_status status = report(common, error);
-  if (status >= 0)
-    status = check_order(made->factor, error);
+  THRUM_THEN(status, check_order(made->factor, error));
   if (status < 0) {
     thrum_factor_free(made);
     return status;
@@ -195,8 +194,7 @@ thrum_status thrum_factor_create(const thrum_sparse *matrix, thrum_factor **fact
                                  thrum_error *error) {
   thrum_factor *made = NULL;
   thrum_status status = thrum_factor_plan(matrix, &made, error);
-  if (status >= 0)
-    status = thrum_factor_compute(matrix, made, error);
+  THRUM_THEN(status, thrum_factor_compute(matrix, made, error));
   if (status >= 0)
     *factor = made;
   else

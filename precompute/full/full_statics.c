@@ -59,10 +59,8 @@ static double descend(rest *s, thrum_error *error) {
     for (int64_t e = 0; shift > 0 && e < stiffness->begin[stiffness->size]; e++)
       full->system.value[e] += shift * stiffness->value[e];
 
-    if (status >= 0)
-      status = full_linear_prepare(&full->linear, error);
-    if (status >= 0)
-      status = full_linear_solve(&full->linear, full->r, full->delta, error);
+    THRUM_THEN(status, full_linear_prepare(&full->linear, error));
+    THRUM_THEN(status, full_linear_solve(&full->linear, full->r, full->delta, error));
 
     // the equilibrium is stable where no shift was needed
     s->found->stable = shift == 0 && status >= 0;

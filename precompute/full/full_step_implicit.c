@@ -121,8 +121,7 @@ static thrum_status refresh(thrum_full *full, thrum_error *error) {
   const double of_tangent = newmark ? 1 : 0.5;
   full_place(full, full->u, newmark ? 1 : 0.5, full->d, full->place_to);
   thrum_status status = full_assemble(full, full->place_to, of_tangent, of_mass, of_damping, error);
-  if (status >= 0)
-    status = full_linear_prepare(&full->linear, error);
+  THRUM_THEN(status, full_linear_prepare(&full->linear, error));
   if (status != THRUM_SINGULAR)
     return status;
   status = full_assemble(full, NULL, of_tangent, of_mass, of_damping, error);
@@ -181,8 +180,7 @@ thrum_status full_step_implicit(thrum_full *full, thrum_error *error) {
     evaluate(full);
     if (renew)
       status = refresh(full, error);
-    if (status >= 0)
-      status = full_linear_solve(&full->linear, full->r, full->delta, error);
+    THRUM_THEN(status, full_linear_solve(&full->linear, full->r, full->delta, error));
     if (status < 0)
       break;
 

@@ -197,8 +197,7 @@ thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
   for (int attempt = ATTEMPT_FIRST; status >= 0; attempt++) {
     if (attempt != ATTEMPT_FIRST)
       status = again(&run, attempt, error);
-    if (status >= 0)
-      status = thrum_step(model, state, error);
+    THRUM_THEN(status, thrum_step(model, state, error));
     if (status < 0 || attempt == ATTEMPT_WITHOUT || allowed(&run))
       break;
   }
