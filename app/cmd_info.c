@@ -344,9 +344,8 @@ static void print_groups(const thrum_model *model) {
     printf("%s%s (%d)", g > 0 ? ", " : "", thrum_model_group_name(model, g),
            model->group_ends[g] - begin);
   }
-  if (model->group_count > NAMES_SHOWN) {
+  if (model->group_count > NAMES_SHOWN)
     printf(" and %" PRId64 " more", model->group_count - NAMES_SHOWN);
-  }
   puts("");
 }
 
@@ -475,9 +474,8 @@ static thrum_status gather(info *about, thrum_error *error) {
   thrum_frequencies(model->omega2, model->rank, about->hertz);
 
   // what needs a mesh is left out for a polynomial alone
-  if (about->has_mesh) {
+  if (about->has_mesh)
     THRUM_TRY(thrum_quality_measure(model, &about->quality, error));
-  }
   about->stepped = malloc((size_t)model->rank * sizeof *about->stepped);
   if (about->stepped == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");

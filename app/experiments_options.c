@@ -158,15 +158,14 @@ static int finish(int argc, char **argv, experiments_request *request) {
     return config_usage("experiments", "--extremes has bodies of its own; leave --models out");
   if (request->model_count == 0 &&
       (request->kind == EXPERIMENTS_MATRIX || request->kind == EXPERIMENTS_LINEAR ||
-       request->kind == EXPERIMENTS_WORK_PRECISION)) {
+       request->kind == EXPERIMENTS_WORK_PRECISION))
     for (int n = 0; n < MODEL_NAME_COUNT; n++)
       request->models[request->model_count++] = model_names[n];
-  } else if (request->model_count == 0 && request->kind == EXPERIMENTS_STEP_SIZES) {
+  else if (request->model_count == 0 && request->kind == EXPERIMENTS_STEP_SIZES)
     request->models[request->model_count++] = "beam";
-  } else if (request->model_count == 0 && request->kind != EXPERIMENTS_EXTREMES) {
+  else if (request->model_count == 0 && request->kind != EXPERIMENTS_EXTREMES)
     for (int n = 0; n < 2; n++)
       request->models[request->model_count++] = pair[n];
-  }
   bool any = false;
   for (int n = 0; n < EXPERIMENT_LOAD_COUNT; n++)
     any = any || request->loads[n];

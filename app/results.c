@@ -77,10 +77,9 @@ static bool run_python(char *const *argv) {
 
   // a signal to this program alone must not lose track of the child
   int status = 0;
-  while (waitpid(child, &status, 0) < 0) {
+  while (waitpid(child, &status, 0) < 0)
     if (errno != EINTR)
       return false;
-  }
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 

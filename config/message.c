@@ -100,11 +100,9 @@ int config_usage_option(const char *command, char **argv, const struct option *o
   const char *text = argv[optind - 1];
   // a long option is named as typed, a short one by the letter that getopt kept
   if (strncmp(text, "--", 2) != 0) {
-    for (const struct option *option = options; option->name != NULL; option++) {
-      if (option->val == optopt && option->has_arg == required_argument) {
+    for (const struct option *option = options; option->name != NULL; option++)
+      if (option->val == optopt && option->has_arg == required_argument)
         return config_usage(command, "option '-%c' needs a value", optopt);
-      }
-    }
     return config_usage(command, "unknown option '-%c'", optopt);
   }
 
@@ -130,8 +128,7 @@ int config_usage_option(const char *command, char **argv, const struct option *o
       names[count++] = option->name;
   }
   const char *nearest = config_nearest(name, names, count);
-  if (nearest != NULL) {
+  if (nearest != NULL)
     return config_usage(command, "unknown option '--%s'; did you mean '--%s'?", name, nearest);
-  }
   return config_usage(command, "unknown option '--%s'", name);
 }

@@ -16,12 +16,11 @@
 #define LIST_MAX 64
 
 static int spread(const config_option *table, size_t base, config_row *rows, int count) {
-  for (const config_option *o = table; o->about != NULL; o++) {
+  for (const config_option *o = table; o->about != NULL; o++)
     if (o->kind == CONFIG_GROUP)
       count = spread(o->keys, base + o->field, rows, count);
     else if (o->kind != CONFIG_HEADING && count < CONFIG_OPTION_MAX)
       rows[count++] = (config_row){o, base};
-  }
   return count;
 }
 

@@ -54,10 +54,9 @@ static thrum_status parse_sine(const char *text, base_motion_spec *base_motion,
   // the pairs are taken from the right; the amplitude is left
   base_motion->sine = true;
   base_motion->course = (thrum_load){.shape = THRUM_LOAD_SINE, .until = INFINITY};
-  while (strchr(body, '=') != NULL) {
+  while (strchr(body, '=') != NULL)
     if (!take_pair(body, &base_motion->course))
       return refuse(text, error);
-  }
 
   // a sine needs a frequency and a window that ends after it begins
   if (!config_parse_vector3(body, base_motion->amplitude) || !(base_motion->course.frequency > 0) ||
@@ -71,9 +70,8 @@ thrum_status base_motion_parse(const char *text, base_motion_spec *base_motion,
   base_motion_spec parsed = {.text = text};
   if (text[0] == 0)
     return refuse(text, error);
-  if (strncmp(text, sine_prefix, sizeof sine_prefix - 1) == 0) {
+  if (strncmp(text, sine_prefix, sizeof sine_prefix - 1) == 0)
     THRUM_TRY(parse_sine(text, &parsed, error));
-  }
   *base_motion = parsed;
   return THRUM_OK;
 }

@@ -89,10 +89,9 @@ bool gnuplot_run(const char *folder, const char *script) {
 
   int status = 0;
   // a signal to us alone must not lose track of the child
-  while (child > 0 && waitpid(child, &status, 0) < 0) {
+  while (child > 0 && waitpid(child, &status, 0) < 0)
     if (errno != EINTR)
       return false;
-  }
   return child > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 

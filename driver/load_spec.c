@@ -172,10 +172,9 @@ static thrum_status parse_body(char *body, const load_kind *kind, load_spec *loa
 /* The kind that the text begins with, NULL: none. */
 static const load_kind *kind_of(const char *text, size_t *name_length) {
   *name_length = strcspn(text, ":");
-  for (int n = 0; n < KIND_COUNT && text[*name_length] != 0; n++) {
+  for (int n = 0; n < KIND_COUNT && text[*name_length] != 0; n++)
     if (strlen(kinds[n].name) == *name_length && strncmp(kinds[n].name, text, *name_length) == 0)
       return &kinds[n];
-  }
   return NULL;
 }
 
@@ -291,11 +290,10 @@ thrum_status load_spec_reduce(const thrum_model *model, const load_spec *load, d
   memset(reduced, 0, (size_t)model->rank * sizeof *reduced);
 
   // gravity needs the whole mass matrix, every other load its target
-  if (load->gravity) {
+  if (load->gravity)
     status = thrum_load_add_gravity(model, load->vector, reduced, &detail);
-  } else {
+  else
     status = reduce_target(model, load, reduced, &detail);
-  }
   if (status < 0)
     return thrum_error_set(error, status, "--load '%.100s': %s", load->text, detail.message);
   return THRUM_OK;

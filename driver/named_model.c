@@ -175,10 +175,9 @@ thrum_status model_recipe_find(const char *text, model_recipe *recipe, thrum_err
 
   // a file of that name comes first; a folder is no model, and may well be of an earlier run
   const bool file = access(text, F_OK) == 0 && !is_folder(text);
-  for (int n = 0; n < MODEL_NAME_COUNT; n++) {
+  for (int n = 0; n < MODEL_NAME_COUNT; n++)
     if (strcmp(text, model_names[n]) == 0 && !file)
       found.name = model_names[n];
-  }
 
   // any other text is the caller's to understand
   found.found = found.name != NULL;
@@ -207,10 +206,9 @@ void model_recipe_apply(const model_recipe *recipe, precompute_request *request)
     material->density = recipe->material.density;
 
   // a fixed set of the user's own replaces the recipe's
-  if (request->fix_count == 0) {
+  if (request->fix_count == 0)
     for (int64_t n = 0; n < recipe->fix_count; n++)
       request->fixes[request->fix_count++] = recipe->fixes[n];
-  }
 
   if (!request->modes_given)
     request->options.modes = recipe->modes;
@@ -271,11 +269,10 @@ thrum_status named_model_cache_folder(char path[NAMED_MODEL_PATH_MAX], thrum_err
   int length = -1;
 
   // the specification of XDG wants relative paths ignored
-  if (cache != NULL && cache[0] == '/') {
+  if (cache != NULL && cache[0] == '/')
     length = snprintf(path, NAMED_MODEL_PATH_MAX, "%s/thrum", cache);
-  } else if (home != NULL && home[0] == '/') {
+  else if (home != NULL && home[0] == '/')
     length = snprintf(path, NAMED_MODEL_PATH_MAX, "%s/.cache/thrum", home);
-  }
 
   // room is left for the name of a file in it
   if (length <= 0 || length >= NAMED_MODEL_PATH_MAX - 64)

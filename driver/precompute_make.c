@@ -131,9 +131,8 @@ static thrum_status save_model(const precompute_request *request, const thrum_me
 static bool is_flagged(const thrum_precomputed *result) {
   bool flagged = !(result->basis_orthonormality <= ORTHONORMALITY_FLAG) ||
                  !(result->basis_diagonality <= ORTHONORMALITY_FLAG);
-  for (int64_t n = 0; n < result->mode_count; n++) {
+  for (int64_t n = 0; n < result->mode_count; n++)
     flagged = flagged || !(result->mode_residual[n] <= RESIDUAL_FLAG);
-  }
 
   // an eigenvalue count that is larger than the list means missed modes
   if (!result->modes_complete)

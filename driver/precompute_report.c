@@ -176,9 +176,8 @@ static void add_seconds(cJSON *object, const precompute_outcome *outcome) {
   };
   cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
   json_number(seconds, "mesh", outcome->seconds_mesh);
-  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++) {
+  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
     json_number(seconds, names[stage], outcome->result->seconds[stage]);
-  }
   json_number(seconds, "write", outcome->seconds_write);
   json_number(seconds, "total", outcome->seconds_total);
 }
@@ -283,10 +282,9 @@ void precompute_print_table(const precompute_outcome *outcome) {
   double worst = 0;
 
   // one number stands for the residuals of all modes
-  for (int64_t n = 0; n < result->mode_count; n++) {
+  for (int64_t n = 0; n < result->mode_count; n++)
     if (result->mode_residual[n] > worst)
       worst = result->mode_residual[n];
-  }
 
   // the file, the mesh and the body
   printf("%-18s%s\n", "model", outcome->request->output);

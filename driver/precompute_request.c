@@ -151,9 +151,8 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
     return code;
 
   // some options need others or exclude them
-  if (request->output == NULL && !request->dry_run) {
+  if (request->output == NULL && !request->dry_run)
     return config_usage("precompute", "no output given: say -o NAME.npz");
-  }
   if (request->import_cubic && !request->import_basis)
     return config_usage("precompute", "--import-cubic goes with --import-basis");
   if (request->import_basis && (request->modes_given || request->rank_given ||

@@ -183,9 +183,8 @@ static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def
   const scene_loaded *skinned = NULL;
 
   thrum_error detail = {0};
-  if (!none && !surface) {
+  if (!none && !surface)
     THRUM_TRY(find_touch(run, body, def, one));
-  }
 
   // contact and wind both need the surface of the mesh
   if (!touches)

@@ -128,10 +128,9 @@ static thrum_status add_static(const thrum_model *model, const start_spec *start
 
   // equilibria of a nonlinear body do not add up, so their loads act together
   int64_t used = 0;
-  for (int64_t n = 0; n < count; n++) {
+  for (int64_t n = 0; n < count; n++)
     if (starts[n].kind == START_STATIC)
       loads[used++] = starts[n].load;
-  }
 
   thrum_status status = THRUM_OK;
   if (used > 0) {
@@ -155,9 +154,8 @@ static thrum_status add_static(const thrum_model *model, const start_spec *start
 thrum_status start_specs_make(const thrum_model *model, const start_spec *starts, int64_t count,
                               double *q, double *p, thrum_error *error) {
   thrum_status status = add_static(model, starts, count, q, error);
-  for (int64_t n = 0; n < count && status >= 0; n++) {
+  for (int64_t n = 0; n < count && status >= 0; n++)
     if (starts[n].kind != START_STATIC)
       status = add_one(model, &starts[n], q, p, error);
-  }
   return status;
 }

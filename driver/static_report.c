@@ -37,10 +37,9 @@ static void add_displacements(cJSON *object, const static_answer *answer) {
 static void add_files(cJSON *object, const static_request *request) {
   const char *const files[] = {request->output, request->frame, request->path};
   cJSON *list = cJSON_AddArrayToObject(object, "files");
-  for (int n = 0; n < 3; n++) {
+  for (int n = 0; n < 3; n++)
     if (files[n] != NULL)
       cJSON_AddItemToArray(list, cJSON_CreateString(files[n]));
-  }
 }
 
 void static_report_json(const static_answer *answer) {

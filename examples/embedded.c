@@ -29,10 +29,9 @@ int main(void) {
       thrum_state_set(model, state, q, NULL, &error) < 0)
     return printf("%s\n", error.message), 1;
 
-  for (int step = 0; step < STEPS; step++) {
+  for (int step = 0; step < STEPS; step++)
     if (thrum_step(model, state, &error) < 0)
       return printf("step %d: %s\n", step, error.message), 1;
-  }
 
   if (thrum_state_energies(model, state, &energies, &error) < 0)
     return printf("%s\n", error.message), 1;

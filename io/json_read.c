@@ -50,12 +50,11 @@ static thrum_status expected(const reader *r, const char *what) {
 }
 
 static void skip_blanks(reader *r) {
-  for (; r->at < r->end; r->at++) {
+  for (; r->at < r->end; r->at++)
     if (*r->at == '\n')
       r->line++;
     else if (*r->at != ' ' && *r->at != '\t' && *r->at != '\r')
       return;
-  }
 }
 
 static char *put_utf8(char *to, uint32_t code) {

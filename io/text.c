@@ -320,12 +320,11 @@ static const char *find_number_end(const char *p, const char *end, const char **
   bool any = false;
   *point = NULL;
 
-  for (; p < end && (is_digit(*p) || (*p == '.' && !*point)); p++) {
+  for (; p < end && (is_digit(*p) || (*p == '.' && !*point)); p++)
     if (*p == '.')
       *point = p;
     else
       any = true;
-  }
   if (!any)
     return NULL;
 

@@ -140,9 +140,8 @@ thrum_status pvd_open(const char *path, pvd_file *pvd, thrum_error *error) {
 
 thrum_status pvd_add(pvd_file *pvd, const char *file, double time, thrum_error *error) {
   if (fprintf(pvd->stream, "    <DataSet timestep=\"%.17g\" part=\"0\" file=\"%s\"/>\n", time,
-              file) < 0) {
+              file) < 0)
     return write_failed(pvd->path, error);
-  }
   return THRUM_OK;
 }
 

@@ -54,9 +54,8 @@ static double quadratic_volume(const thrum_model *model, int64_t t) {
 
 thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *quality,
                                    thrum_error *error) {
-  if (model->vertices == NULL || model->tets == NULL || model->tet_count < 1) {
+  if (model->vertices == NULL || model->tets == NULL || model->tet_count < 1)
     return thrum_error_set(error, THRUM_MISSING, "the model holds no mesh");
-  }
 
   // the box and the held vertices
   thrum_quality measured = {.ratio_min = INFINITY};
@@ -96,9 +95,8 @@ void thrum_frequencies(const double *omega2, int64_t count, double *hertz) {
 
 int64_t thrum_basis_lacks(const double *mode_omega2, int64_t modes, const double *omega2,
                           int64_t rank) {
-  for (int64_t n = 0; n < (modes + 1) / 2; n++) {
+  for (int64_t n = 0; n < (modes + 1) / 2; n++)
     if (n >= rank || omega2[n] > LACKS * LACKS * mode_omega2[n])
       return n;
-  }
   return -1;
 }

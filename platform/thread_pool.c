@@ -32,9 +32,8 @@ static void note(pool_run *run, thrum_status status, const thrum_error *error) {
     run->error = *error;
   }
   if (run->status >= 0 && pool->progress != NULL &&
-      !pool->progress(pool->progress_context, (double)run->done / (double)pool->count)) {
+      !pool->progress(pool->progress_context, (double)run->done / (double)pool->count))
     run->status = thrum_error_set(&run->error, THRUM_INTERRUPTED, "interrupted");
-  }
   pthread_mutex_unlock(&run->mutex);
 }
 
@@ -55,10 +54,9 @@ thrum_status thrum_thread_pool_run(const thrum_thread_pool *pool, thrum_error *e
   pthread_mutex_init(&run.mutex, NULL);
 
   // this thread works too, so a thread that cannot be had costs time and nothing else
-  for (int n = 1; n < pool->threads && n < THREADS_MAX && n < pool->count; n++) {
+  for (int n = 1; n < pool->threads && n < THREADS_MAX && n < pool->count; n++)
     if (pthread_create(&threads[started], NULL, work, &run) == 0)
       started++;
-  }
 
   work(&run);
   for (int n = 0; n < started; n++)

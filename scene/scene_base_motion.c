@@ -21,9 +21,8 @@ thrum_status scene_base_motion_check(const scene_body *body, thrum_error *error)
 
 static thrum_status add(thrum_scene *scene, const scene_base_motion *base_motion,
                         thrum_error *error) {
-  for (int32_t n = 0; n < scene->body_count; n++) {
+  for (int32_t n = 0; n < scene->body_count; n++)
     THRUM_TRY(scene_base_motion_check(scene->bodies[n], error));
-  }
   if (!scene_grow(&scene->base_motions, scene->base_motion_count + 1, sizeof *scene->base_motions))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a base motion");
   scene->base_motions[scene->base_motion_count++] = *base_motion;

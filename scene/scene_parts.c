@@ -113,9 +113,8 @@ thrum_status scene_parts_make(scene_body *body, const thrum_scene_load *load, in
 
   // each component of the load along each axis of the body
   for (int a = 0; a < 3; a++)
-    for (int b = 0; b < 3; b++) {
+    for (int b = 0; b < 3; b++)
       THRUM_TRY(reduce_part(body, load, a, b, body->parts + (9 * index + 3 * a + b) * r, error));
-    }
   find_whole(body, load, body->moments + 9 * index, body->resultants + 3 * index);
   return THRUM_OK;
 }

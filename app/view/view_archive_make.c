@@ -22,10 +22,9 @@ static void make_title(const char *name, char title[TITLE_MAX]) {
   const char *base = path_basename(name), *dot = strrchr(base, '.');
   const size_t length = dot != NULL && dot > base ? (size_t)(dot - base) : strlen(base);
   snprintf(title, TITLE_MAX, "%.*s", (int)(length < TITLE_MAX ? length : TITLE_MAX - 1), base);
-  for (int n = 0; n < MODEL_NAME_COUNT; n++) {
+  for (int n = 0; n < MODEL_NAME_COUNT; n++)
     if (strcmp(name, model_names[n]) == 0)
       title[0] = (char)toupper(title[0]);
-  }
 }
 
 /* Models with their titles, for an archive. */

@@ -106,17 +106,16 @@ thrum_status thrum_mesh_read_order(const char *name, double scale, int order, th
   thrum_status status;
 
   // a name means a generator, a single file or one of a pair of files
-  if (name[0] == '\0') {
+  if (name[0] == '\0')
     status = thrum_error_set(error, THRUM_IO, "the name of the mesh is empty");
-  } else if (strncmp(name, "beam:", 5) == 0) {
+  else if (strncmp(name, "beam:", 5) == 0)
     status = thrum_mesh_beam(name, &read, error);
-  } else if (parse) {
+  else if (parse)
     status = read_file(name, parse, &read, error);
-  } else if (thrum_file_has_suffix(name, ".node") || thrum_file_has_suffix(name, ".ele")) {
+  else if (thrum_file_has_suffix(name, ".node") || thrum_file_has_suffix(name, ".ele"))
     status = read_tetgen(name, &read, error);
-  } else {
+  else
     status = refuse_kind(name, error);
-  }
 
   // every source may repeat vertices or leave some unused
   if (status >= 0 && order == 1)

@@ -148,12 +148,11 @@ static void put_legacy_cells(thrum_mesh_out *out, const thrum_mesh *m, bool bina
 
   // the format wants a type for each cell, though all are tets
   thrum_out_text(out, "%sCELL_TYPES %lld\n", binary ? "\n" : "", (long long)m->tet_count);
-  for (int64_t t = 0; t < m->tet_count; t++) {
+  for (int64_t t = 0; t < m->tet_count; t++)
     if (binary)
       put_bits(out, (uint64_t)type, 4);
     else
       thrum_out_text(out, "%d\n", type);
-  }
 }
 
 void thrum_mesh_write_vtk(thrum_mesh_out *out, thrum_mesh_written *w) {

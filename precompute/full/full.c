@@ -359,12 +359,11 @@ void thrum_full_momentum(const thrum_full *full, double linear[3], double angula
   const thrum_fem *fem = &full->body.fem;
 
   // M v, with the mass that the scheme uses
-  if (full->def.scheme == THRUM_FULL_CENTRAL) {
+  if (full->def.scheme == THRUM_FULL_CENTRAL)
     for (int64_t i = 0; i < fem->free_count; i++)
       full->product[i] = full->lumped[i] * full->v[i];
-  } else {
+  else
     thrum_sparse_product(&full->body.mass, full->v, 1, full->product);
-  }
 
   // both fields on all components, held ones included
   thrum_fem_scatter(fem, full->product, full->forces);

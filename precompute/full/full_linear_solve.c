@@ -77,10 +77,9 @@ static thrum_status conjugate_gradients(full_linear *linear, const double *b, do
   double *r = linear->work, *z = r + n, *p = z + n, *ap = p + n;
 
   // a matrix that is positive definite has a positive diagonal
-  for (int64_t j = 0; j < n; j++) {
+  for (int64_t j = 0; j < n; j++)
     if (!(a->value[a->begin[j]] > 0))
       return thrum_error_set(error, THRUM_SINGULAR, "the matrix is not positive definite");
-  }
 
   // from zero, whose residual is the right-hand side
   memset(x, 0, (size_t)n * sizeof *x);

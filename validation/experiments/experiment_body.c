@@ -27,9 +27,8 @@ static double compliance(const thrum_model *model, const double *force) {
 static void choose_direction(const double given[3], experiment_body *body) {
   double softest = -1;
   const double length = sqrt(given[0] * given[0] + given[1] * given[1] + given[2] * given[2]);
-  for (int axis = 0; axis < 3; axis++) {
+  for (int axis = 0; axis < 3; axis++)
     body->direction[axis] = length > 0 ? given[axis] / length : 0;
-  }
 
   // without a direction: the axis along which 1 N moves the group furthest
   for (int axis = 0; axis < 3 && !(length > 0); axis++) {
@@ -71,10 +70,9 @@ thrum_status experiment_body_init(const char *name, const thrum_model *model, co
 
   // the push is 1 N along that direction
   choose_direction(direction, &made);
-  for (int axis = 0; axis < 3; axis++) {
+  for (int axis = 0; axis < 3; axis++)
     for (int64_t i = 0; i < rank; i++)
       made.push[i] += made.direction[axis] * made.tip[axis * rank + i];
-  }
   made.compliance = compliance(model, made.push);
   made.length = thrum_box3_longest(model->vertices, model->vertex_count);
   *body = made;
@@ -92,10 +90,9 @@ thrum_status experiment_body_smooth(const experiment_body *body, experiment_body
   memcpy(made.tip, body->tip, 3 * rank * sizeof *made.tip);
 
   // along the axis in which the first vector moves the group most
-  for (int axis = 0; axis < 3; axis++) {
+  for (int axis = 0; axis < 3; axis++)
     if (fabs(made.tip[(size_t)axis * rank]) > fabs(made.push[0]))
       made.push[0] = made.tip[(size_t)axis * rank];
-  }
   made.compliance = compliance(made.model, made.push);
   *smooth = made;
   return THRUM_OK;
@@ -187,11 +184,10 @@ thrum_status experiment_impulse(const experiment_body *body, double amplitude, d
     if (fabs(peak - amplitude) <= SWING_NEAR * amplitude || !(peak > 0))
       break;
     // the amplitude grows with the impulse, a little less than in proportion
-    if (peak < amplitude) {
+    if (peak < amplitude)
       low = trial;
-    } else {
+    else
       high = trial;
-    }
     trial *= amplitude / peak;
     if (high > 0 && low > 0 && !(trial > low && trial < high))
       trial = 0.5 * (low + high);

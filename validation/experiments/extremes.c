@@ -127,9 +127,8 @@ const char *experiment_extreme_outcome(const experiment_extreme_case *run,
     return "lost";
 
   // the last resort that was needed
-  for (size_t n = 0; n < sizeof fallback_levels / sizeof fallback_levels[0]; n++) {
+  for (size_t n = 0; n < sizeof fallback_levels / sizeof fallback_levels[0]; n++)
     if (experiment_level(&result->report, fallback_levels[n]) > 0)
       return experiment_level_names[fallback_levels[n]];
-  }
   return "runs";
 }

@@ -76,11 +76,10 @@ static thrum_status make_tet(const experiment_extreme *extreme, thrum_mesh *mesh
       thrum_mesh_parse_medit("one tetrahedron", text, sizeof text - 1, &made, error);
   THRUM_THEN(status, thrum_mesh_clean(&made, "one tetrahedron", extreme->size[0], error));
   THRUM_THEN(status, thrum_mesh_add_group(&made, "apex", &last, 1, error));
-  if (status >= 0) {
+  if (status >= 0)
     *mesh = made;
-  } else {
+  else
     thrum_mesh_free(&made);
-  }
   return status;
 }
 

@@ -53,10 +53,9 @@ static thrum_status make_bodies(experiment_extremes *x, thrum_error *error) {
     // a large rank takes fewer steps, but at least one with the load and one without
     const int64_t share = extreme->steps_share > 0 ? extreme->steps_share : 1;
     const int64_t steps = x->steps / share > 1 ? x->steps / share : 2;
-    for (int i = 0; i < EXPERIMENT_SCHEME_COUNT; i++) {
+    for (int i = 0; i < EXPERIMENT_SCHEME_COUNT; i++)
       if (x->schemes[i])
         x->cases[x->count++] = (experiment_extreme_case){body, (experiment_scheme)i, steps};
-    }
   }
   return THRUM_OK;
 }

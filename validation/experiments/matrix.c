@@ -225,11 +225,10 @@ static thrum_status find_force(void *context, int64_t index, thrum_error *error)
     if (amplitude >= wanted && amplitude <= FORCE_OVERSHOOT * wanted)
       break;
 
-    if (amplitude < wanted) {
+    if (amplitude < wanted)
       low = force;
-    } else {
+    else
       high = force;
-    }
 
     // resonance makes the way there uneven: bisect once both sides are known
     double factor = wanted / fmax(amplitude, 1e-3 * wanted);

@@ -63,10 +63,9 @@ static bool take_row(char *const *fields, experiment_long_case *run,
   if (!lost && (strcmp(fields[6], "done") != 0 || steps != (double)run->steps))
     return false;
   result->lost = lost && strcmp(fields[7], experiment_reason(THRUM_OK, true)) == 0;
-  for (size_t n = 0; n < sizeof ends / sizeof ends[0] && lost && !result->lost; n++) {
+  for (size_t n = 0; n < sizeof ends / sizeof ends[0] && lost && !result->lost; n++)
     if (strcmp(fields[7], experiment_reason(ends[n], false)) == 0)
       result->status = ends[n];
-  }
   if (lost && !result->lost && result->status == THRUM_OK)
     return false;
 
