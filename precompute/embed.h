@@ -34,7 +34,7 @@ typedef struct thrum_embed_progress {
 } thrum_embed_progress;
 
 /* Binds each vertex of the surface to the tetrahedron of the model that it lies in, or else to the
- * nearest, whose affine map it follows; makes its rows. Needs a model with a mesh and a basis
+ * nearest, whose map it follows; makes its rows. Needs a model with a mesh and a basis
  * (THRUM_MISSING). `meta` is JSON text, copied; NULL: none. `progress` may be NULL.
  * thrum_embed_free frees. Cost: a tree of the tetrahedra, then for each vertex about log n and 12
  * operations a coordinate. */

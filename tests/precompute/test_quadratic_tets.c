@@ -3,33 +3,8 @@
  * and two of them over a thickness. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
-#include "mesh/midsides.h"
-#include "precompute/full/full.h"
-#include "precompute/model/traction.h"
 #include "runtime/base/quadratic_tet.h"
 #include "thrum/polynomial.h"
-#include "thrum/stress.h"
-
-/* A body of ten-node tets; nodes move by up to `corner` and middle nodes by up to `middle` more. */
-static body quadratic_make(const char *name, const char *fix, double corner, double middle) {
-  body made = body_make(name, NULL);
-  thrum_error error = {0};
-  for (int64_t i = 0; i < 3 * made.mesh.vertex_count; i++)
-    made.mesh.vertices[i] += corner * random_number();
-  const int64_t corners = made.mesh.vertex_count;
-  if (thrum_midsides_add(&made.mesh, &error) != THRUM_OK)
-    fail_msg("%s", error.message);
-  for (int64_t i = 3 * corners; i < 3 * made.mesh.vertex_count; i++)
-    made.mesh.vertices[i] += middle * random_number();
-
-  // supports are looked up again, as there are more vertices now
-  free(made.fixed);
-  made.fixed = need((size_t)made.mesh.vertex_count, 1);
-  int64_t count;
-  if (fix && thrum_mesh_fix(&made.mesh, fix, made.fixed, &count, &error) != THRUM_OK)
-    fail_msg("%s", error.message);
-  return made;
-}
 
 static double factorial(int n) {
   return n < 2 ? 1 : n * factorial(n - 1);
@@ -103,7 +78,7 @@ static bool on_surface(const double *x) {
 /* A linear displacement gives a constant stress, so inner nodes carry no force, whatever the shape
  * of the elements; the energy is that of the volume. */
 static void patch_test(double corner, double middle) {
-  body b = quadratic_make("beam:4x3x3@1x1x1", NULL, corner, middle);
+  body b = body_quadratic("beam:4x3x3@1x1x1", NULL, corner, middle);
   thrum_fem fem = body_fem(&b);
   static const double a[3][3] = {{0.2, 0.3, -0.1}, {0.05, -0.1, 0.2}, {-0.15, 0.1, 0.1}};
   double *u = need((size_t)(3 * fem.vertex_count), sizeof *u);
@@ -154,7 +129,7 @@ static void linear_displacements_pass_the_patch_test_on_distorted_meshes(void **
 static void force_and_tangent_are_derivatives_of_the_energy(void **state) {
   (void)state;
   for (int curved = 0; curved < 2; curved++) {
-    body b = quadratic_make("beam:2x1x1@1x0.4x0.4", "x<0.001", 0, curved ? 0.02 : 0);
+    body b = body_quadratic("beam:2x1x1@1x0.4x0.4", "x<0.001", 0, curved ? 0.02 : 0);
     thrum_fem fem = body_fem(&b);
     assert_int_equal(fem.point_count, curved ? 14 : 11);
     const int64_t count = 3 * fem.vertex_count, n = fem.free_count;
@@ -199,7 +174,7 @@ static void force_and_tangent_are_derivatives_of_the_energy(void **state) {
 static void mass_of_either_kind_weighs_the_body_and_is_positive(void **state) {
   (void)state;
   for (int kind = 0; kind < 2; kind++) {
-    body b = quadratic_make("beam:3x2x1@1x0.4x0.3", NULL, 0, 0);
+    body b = body_quadratic("beam:3x2x1@1x0.4x0.3", NULL, 0, 0);
     thrum_fem fem = body_fem(&b);
     thrum_sparse pattern, mass;
     assert_int_equal(thrum_fem_pattern(&fem, &pattern, NULL), THRUM_OK);
@@ -303,9 +278,9 @@ static void compare_with_full_order(body b, int64_t modes, int64_t rank) {
 
 static void reduced_energy_force_and_tangent_are_those_of_the_full_order(void **state) {
   (void)state;
-  compare_with_full_order(quadratic_make("beam:6x2x1@1x0.2x0.15", "x<0.001", 0, 0), 6, 14);
-  compare_with_full_order(quadratic_make("beam:6x2x1@1x0.2x0.15", "x<0.02", 0.004, 0.008), 6, 14);
-  compare_with_full_order(quadratic_make("beam:4x2x1@1x0.3x0.2", NULL, 0, 0.01), 6, 14);
+  compare_with_full_order(body_quadratic("beam:6x2x1@1x0.2x0.15", "x<0.001", 0, 0), 6, 14);
+  compare_with_full_order(body_quadratic("beam:6x2x1@1x0.2x0.15", "x<0.02", 0.004, 0.008), 6, 14);
+  compare_with_full_order(body_quadratic("beam:4x2x1@1x0.3x0.2", NULL, 0, 0.01), 6, 14);
 }
 
 /* The first two frequencies of bending [Hz] of a cantilever of length 1 and thickness 0.1, clamped
@@ -313,7 +288,7 @@ static void reduced_energy_force_and_tangent_are_those_of_the_full_order(void **
 static void cantilever(int cells, double found[2]) {
   char name[100];
   snprintf(name, sizeof name, "beam:%dx%dx%d@1x0.1x0.1", 10 * cells, cells, cells);
-  body b = quadratic_make(name, "x<0.0001", 0, 0);
+  body b = body_quadratic(name, "x<0.0001", 0, 0);
   b.mesh.materials[0].poisson = 0;
   thrum_precomputed result = body_precompute(&b, 4, 4);
   found[0] = sqrt(result.mode_omega2[0]) / TWO_PI;
@@ -388,7 +363,7 @@ static void error_of_a_smooth_mode_falls_with_the_fourth_power(void **state) {
     char name[100];
     const int cells = 1 << n;
     snprintf(name, sizeof name, "beam:%dx%dx%d@1x0.5x0.5", 2 * cells, cells, cells);
-    body b = quadratic_make(name, "x<0.0001", 0, 0);
+    body b = body_quadratic(name, "x<0.0001", 0, 0);
     b.mesh.materials[0].poisson = 0;
     for (int64_t v = 0; v < b.mesh.vertex_count; v++)
       b.fixed[v] |= 6; // only x is free

@@ -15,6 +15,7 @@
 
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_fix.h"
+#include "mesh/midsides.h"
 #include "precompute/fem/fem.h"
 #include "precompute/precompute.h"
 
@@ -29,6 +30,13 @@ static inline void *need(size_t count, size_t size) {
   void *memory = calloc(count + 1, size);
   assert_non_null(memory);
   return memory;
+}
+
+/* A number uniform in [-1, 1); the sequence is the same in every run. */
+static inline double random_number(void) {
+  static uint64_t state = 42;
+  state = state * 6364136223846793005u + 1442695040888963407u;
+  return (double)(state >> 11) / 4503599627370496.0 - 1;
 }
 
 /* A mesh by name and its supports (NULL: none). */
@@ -47,6 +55,27 @@ static inline body body_make(const char *name, const char *fix) {
 static inline void body_free(body *b) {
   thrum_mesh_free(&b->mesh);
   free(b->fixed);
+}
+
+/* A body of ten-node tets; nodes move by up to `corner` and middle nodes by up to `middle` more. */
+static inline body body_quadratic(const char *name, const char *fix, double corner, double middle) {
+  body made = body_make(name, NULL);
+  thrum_error error = {0};
+  for (int64_t i = 0; i < 3 * made.mesh.vertex_count; i++)
+    made.mesh.vertices[i] += corner * random_number();
+  const int64_t corners = made.mesh.vertex_count;
+  if (thrum_midsides_add(&made.mesh, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  for (int64_t i = 3 * corners; i < 3 * made.mesh.vertex_count; i++)
+    made.mesh.vertices[i] += middle * random_number();
+
+  // supports are looked up again, as there are more vertices now
+  free(made.fixed);
+  made.fixed = need((size_t)made.mesh.vertex_count, 1);
+  int64_t count;
+  if (fix && thrum_mesh_fix(&made.mesh, fix, made.fixed, &count, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  return made;
 }
 
 static inline body body_beam1k(void) {
@@ -70,13 +99,6 @@ static inline thrum_precomputed body_precompute(const body *b, int64_t modes, in
   if (thrum_precompute(&b->mesh, b->fixed, &options, &result, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   return result;
-}
-
-/* A number uniform in [-1, 1); the sequence is the same in every run. */
-static inline double random_number(void) {
-  static uint64_t state = 42;
-  state = state * 6364136223846793005u + 1442695040888963407u;
-  return (double)(state >> 11) / 4503599627370496.0 - 1;
 }
 
 static inline double *random_vector(int64_t count, double size) {
