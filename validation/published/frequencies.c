@@ -25,27 +25,35 @@ static void axial_field(const double x[3], double u[3]) {
   u[1] = u[2] = 0;
 }
 
-thrum_status published_beam(const published_sink *sink, thrum_error *error) {
+/* The rows of one mesh of the beam. */
+static thrum_status beam_rows(const published_sink *sink, int cells, int order,
+                              thrum_error *error) {
   static const double thickness = 0.1;
-  const double first = published_timoshenko(thickness, 1) / (2 * PI);
-  const double second = published_timoshenko(thickness, 2) / (2 * PI);
+  static const char *const names[2][3] = {
+      {"bending 1, Hz", "bending 2, Hz", "axial 1, Hz"},
+      {"bending 1, ten nodes, Hz", "bending 2, ten nodes, Hz", "axial 1, ten nodes, Hz"}};
+  published_body body = planar_beam(cells, thickness);
+  body.order = order;
+  thrum_precomputed made = {0};
+  THRUM_TRY(published_precompute(&body, 4, 4, true, &made, error));
 
-  // each level halves the cells
-  for (int level = 0; level <= sink->level + 1; level++) {
-    const int cells = 2 << level;
-    const published_body body = planar_beam(cells, thickness);
-    thrum_precomputed made = {0};
-    THRUM_TRY(published_precompute(&body, 4, 4, true, &made, error));
+  const char *const *name = names[order == 2];
+  for (int n = 0; n < 2; n++)
+    published_add(sink, "beam", name[n], body.mesh, cells,
+                  published_timoshenko(thickness, n + 1) / (2 * PI),
+                  sqrt(made.mode_omega2[n]) / (2 * PI));
+  published_add(sink, "beam", name[2], body.mesh, cells, 0.25,
+                published_frequency_of(&made, axial_field));
+  thrum_precomputed_free(&made);
+  return THRUM_OK;
+}
 
-    const double *square = made.mode_omega2;
-    published_add(sink, "beam", "bending 1, Hz", body.mesh, cells, first,
-                  sqrt(square[0]) / (2 * PI));
-    published_add(sink, "beam", "bending 2, Hz", body.mesh, cells, second,
-                  sqrt(square[1]) / (2 * PI));
-    published_add(sink, "beam", "axial 1, Hz", body.mesh, cells, 0.25,
-                  published_frequency_of(&made, axial_field));
-    thrum_precomputed_free(&made);
-  }
+thrum_status published_beam(const published_sink *sink, thrum_error *error) {
+  // each level halves the cells; ten nodes begin with one and end sooner
+  for (int level = 0; level <= sink->level + 1; level++)
+    THRUM_TRY(beam_rows(sink, 2 << level, 0, error));
+  for (int level = 0; level <= sink->level + 1; level++)
+    THRUM_TRY(beam_rows(sink, 1 << level, 2, error));
   return THRUM_OK;
 }
 
@@ -146,23 +154,34 @@ static void taper(double p[3]) {
   p[1] *= 5 - 0.4 * p[0];
 }
 
-thrum_status published_membrane(const published_sink *sink, thrum_error *error) {
+/* The rows of one mesh of the membrane. */
+static thrum_status membrane_rows(const published_sink *sink, int cells, int order,
+                                  thrum_error *error) {
   static const double hertz[] = {44.623, 130.03, 162.70, 246.05, 379.90, 391.44};
-  static const char *const names[] = {"1, Hz", "2, Hz", "3, Hz", "4, Hz", "5, Hz", "6, Hz"};
+  static const char *const names[2][6] = {{"1, Hz", "2, Hz", "3, Hz", "4, Hz", "5, Hz", "6, Hz"},
+                                          {"1, ten nodes, Hz", "2, ten nodes, Hz",
+                                           "3, ten nodes, Hz", "4, ten nodes, Hz",
+                                           "5, ten nodes, Hz", "6, ten nodes, Hz"}};
+  published_body body = {.fix = {"x<1e-9", "z<-0.0249:z"},
+                         .material = {200e9, 0.3, 8000},
+                         .map = taper,
+                         .order = order};
+  thrum_precomputed made = {0};
+  snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx1@10x1x0.05", 2 * cells, cells);
+  THRUM_TRY(published_precompute(&body, 6, 6, false, &made, error));
 
-  // each level halves the cells
-  for (int level = 0; level <= sink->level + 1; level++) {
-    const int cells = 8 << level;
-    published_body body = {
-        .fix = {"x<1e-9", "z<-0.0249:z"}, .material = {200e9, 0.3, 8000}, .map = taper};
-    thrum_precomputed made = {0};
-    snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx1@10x1x0.05", 2 * cells, cells);
-    THRUM_TRY(published_precompute(&body, 6, 6, false, &made, error));
+  for (int i = 0; i < 6; i++)
+    published_add(sink, "membrane", names[order == 2][i], body.mesh, cells, hertz[i],
+                  sqrt(made.mode_omega2[i]) / (2 * PI));
+  thrum_precomputed_free(&made);
+  return THRUM_OK;
+}
 
-    for (int i = 0; i < 6; i++)
-      published_add(sink, "membrane", names[i], body.mesh, cells, hertz[i],
-                    sqrt(made.mode_omega2[i]) / (2 * PI));
-    thrum_precomputed_free(&made);
-  }
+thrum_status published_membrane(const published_sink *sink, thrum_error *error) {
+  // each level halves the cells; ten nodes begin with coarser ones
+  for (int level = 0; level <= sink->level + 1; level++)
+    THRUM_TRY(membrane_rows(sink, 8 << level, 0, error));
+  for (int level = 0; level <= sink->level + 1; level++)
+    THRUM_TRY(membrane_rows(sink, 2 << level, 2, error));
   return THRUM_OK;
 }

@@ -54,6 +54,7 @@ typedef struct published_body {
   const char *fix[4];
   thrum_material material;
   void (*map)(double vertex[3]);
+  int order; /* 2: tetrahedra of ten nodes; 0: linear */
 } published_body;
 
 /* Free with thrum_precomputed_free. */

@@ -16,7 +16,7 @@
 thrum_status published_precompute(const published_body *body, int64_t modes, int64_t rank,
                                   bool keep_modes, thrum_precomputed *result, thrum_error *error) {
   thrum_mesh mesh = {0};
-  thrum_status status = thrum_mesh_read(body->mesh, 1, &mesh, error);
+  thrum_status status = thrum_mesh_read_order(body->mesh, 1, body->order, &mesh, error);
   if (status < 0)
     return status;
   uint8_t *fixed = calloc((size_t)mesh.vertex_count, 1);
