@@ -105,13 +105,13 @@ const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examin
   case THRUM_EXAMINE_LOCKING:
     snprintf(line, SIZE,
              "Poisson's ratio %g is above %g: linear tetrahedra lock, and the body will be too "
-             "stiff",
+             "stiff; ten nodes (--order 2) lock far less",
              e->poisson_max, POISSON_LOCKS);
     break;
   case THRUM_EXAMINE_THIN:
     snprintf(line, SIZE,
              "%lld of %lld tets reach the surface with all corners, so there is one element "
-             "through the thickness: bending will be too stiff; refine",
+             "through the thickness: bending will be too stiff; refine, or give --order 2",
              (long long)e->shallow_tets, (long long)mesh->tet_count);
     break;
   case THRUM_EXAMINE_SLIVERS:
