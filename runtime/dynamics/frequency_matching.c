@@ -18,8 +18,8 @@
  *   c3_jjs^2/(2 omega_s^2) > FOLLOWING_SHARE c4_jjjj   for an omega_j < omega_s/APART.
  *
  * Cost: two divisions and a square root a mode; r^2 operations when a state is made.
- * Sources: Tustin 1947, doi:10.1049/ji-2a.1947.0020 (the rule); Cieslinski & Ratkiewicz 2010,
- * doi:10.1103/PhysRevE.81.016704 (locally exact discrete gradients in one dimension).
+ * Sources: Tustin 1947, doi:10.1049/ji-2a.1947.0020 (the transform); Cieslinski & Ratkiewicz 2011,
+ * doi:10.1088/1751-8113/44/15/155206 (locally exact discrete gradients in one dimension).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
