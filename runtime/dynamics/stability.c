@@ -43,6 +43,8 @@
 
 /* Shares are relative to the largest energy lately. */
 #define WINDOW_STEPS 128     /* of a mean of the balance */
+#define NUMBER_NEAR 0.9      /* stability number that is near its limit, if it also is */
+#define NUMBER_MOVED 1.02    /* more than so many times that of the explicit modes at rest */
 #define ENERGY_STEPS 8       /* position form: between two energies in quiet motion */
 #define REFERENCE_WINDOWS 16 /* whose mean is the reference */
 #define SWITCHED_STEPS 512   /* between two looks at a return from the energy integrator */
@@ -139,16 +141,24 @@ static thrum_status correct_drift(const thrum_model *model, thrum_state *state,
   return THRUM_OK;
 }
 
+/* Stability number beyond which it is near its limit: more than the explicit modes have at rest,
+ * where they are not near it already. */
+static double near_number(const thrum_model *model, const thrum_state *state) {
+  const double rest2 = state->split > 0 ? model->omega2[state->split - 1] : 0.0;
+  const double rest = fmin(state->def.dt * sqrt(rest2), 1.0);
+  return fmax(NUMBER_NEAR, NUMBER_MOVED * rest);
+}
+
 /* Steps between two samples of the stability number: fewer where it is near its limit. */
-static int32_t sample_steps(const thrum_state *state) {
+static int32_t sample_steps(const thrum_model *model, const thrum_state *state) {
   const double number = state->report.stability_number_last;
   // after a load jump the number passes its limit within a few steps; the balance shows it
   if (fabs(state->report.balance_last) > ERROR_FAST)
     return 1;
-  return number < 0.9    ? THRUM_SAMPLE_STEPS
-         : number < 1.2  ? THRUM_SAMPLE_STEPS / 4
-         : number < 1.45 ? THRUM_SAMPLE_STEPS / 8
-                         : 1;
+  return number < near_number(model, state) ? THRUM_SAMPLE_STEPS
+         : number < 1.2                     ? THRUM_SAMPLE_STEPS / 4
+         : number < 1.45                    ? THRUM_SAMPLE_STEPS / 8
+                                            : 1;
 }
 
 thrum_status thrum_stability_before(const thrum_model *model, thrum_state *state,
@@ -164,7 +174,7 @@ thrum_status thrum_stability_before(const thrum_model *model, thrum_state *state
   if (m->energy_error != 0.0 && (m->window_end - state->report.steps) % 4 == 0)
     THRUM_TRY(correct_drift(model, state, view));
 
-  *samples = state->report.steps % sample_steps(state) == 0;
+  *samples = state->report.steps % sample_steps(model, state) == 0;
   if (*samples)
     thrum_stability_direct(state, view);
   return THRUM_OK;
@@ -323,7 +333,7 @@ static void look_at_position(const thrum_model *model, thrum_state *state, thrum
                              const step_account *step, thrum_solve_report *report) {
   const double work = step->work - step->dissipated;
   thrum_stability_monitor *m = &state->monitor;
-  const int32_t apart = sample_steps(state) > 1 ? ENERGY_STEPS : 1;
+  const int32_t apart = sample_steps(model, state) > 1 ? ENERGY_STEPS : 1;
   const double middle = middle_energy(model, state, view, report->potential) - m->work - 0.5 * work;
   const bool moved = !(fabs(middle - m->middle_balance) <= ERROR_FAST * scale_now(m));
   if (m->windows >= 0 && state->report.steps % apart != 0 && !moved && !is_restless(state, step))
