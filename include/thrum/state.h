@@ -17,7 +17,8 @@
  * quasi-Newton does not solve goes through the levels of the fallback chain (design 8). The report
  * counts each of these events.
  *
- * Memory: a state is one block without pointers inside, aligned to 64 bytes. thrum_state_create
+ * Memory: a state is one block aligned to 64 bytes, without pointers inside but for one to scratch
+ * that it borrows (thrum_state_lend), behind all that persists. thrum_state_create
  * takes it from the heap and thrum_state_destroy returns it; a caller with memory of its own asks
  * thrum_state_size and calls thrum_state_init. No other function here allocates, and a step never
  * does. Within a program a snapshot is memcpy of thrum_state_kept_bytes(state) bytes, a restore is
@@ -25,8 +26,9 @@
  * for bit. A snapshot that leaves the program is made by thrum_state_snapshot, and
  * thrum_state_restore checks every bit of it.
  *
- * Threads: a state belongs to one thread at a time. The model is only read and may be shared by any
- * number of threads. No function here prints or keeps a global.
+ * Threads: a state belongs to one thread at a time, and so does scratch that states borrow. The
+ * model is only read and may be shared by any number of threads. No function here prints or keeps a
+ * global.
  *
  * Sources: Stern & Grinspun 2009, Implicit-explicit variational integration of highly oscillatory
  * problems, doi:10.1137/080732936; Kane et al. 2000,
@@ -235,6 +237,13 @@ typedef struct thrum_state_def {
    * trapezoidal rule, which is late by (dt omega)^2/12 of the angle. Default 1. It counts for every
    * step of energy, also where one stands in for imexv or fox-goodwin. */
   int32_t frequency_matched;
+
+  /* 1: the state keeps what persists alone, and works in scratch that the caller lends it
+   * (thrum_state_lend), which many states may share; 0: it has scratch of its own. Default 0. */
+  int32_t borrows_scratch;
+
+  /* Zero. It keeps the struct free of padding. */
+  int32_t unused;
 } thrum_state_def;
 
 /* A def with every default set. Any thread. */
@@ -269,6 +278,24 @@ THRUM_API thrum_status thrum_state_init(void *memory, size_t memory_size, const 
 /* Bytes of a state, those of thrum_state_size; a copy of them in other memory that is aligned to 64
  * bytes is a state of its own. 0 for NULL. */
 THRUM_API size_t thrum_state_bytes(const thrum_state *state);
+
+/* Bytes of scratch that a state of this model and def works in, into *size, whether it owns or
+ * borrows it. Failures as thrum_state_size. */
+THRUM_API thrum_status thrum_state_scratch_size(const thrum_model *model,
+                                                const thrum_state_def *def, size_t *size,
+                                                thrum_error *error);
+
+/* Lends scratch to a state whose def has borrows_scratch: `size` bytes at `scratch`, aligned to 64,
+ * of any content and at least thrum_state_scratch_size; NULL takes it back. The caller owns it, and
+ * it outlives its use. Any number of states, also of different models and defs, may have the same
+ * scratch: it holds nothing between calls. Two calls that use one scratch must not run at the same
+ * time, so each thread has its own, and lends it to the states that it is about to step; the bits
+ * do not depend on it. Until a state has scratch, each call that needs it, thrum_step and all that
+ * read or set p among them, answers THRUM_INVALID_ARGUMENT; thrum_batch_step needs none. A copy of
+ * the state's bytes has the same scratch, a snapshot none. THRUM_INVALID_ARGUMENT for NULL and for
+ * a state with scratch of its own, THRUM_MISALIGNED, THRUM_BUFFER_TOO_SMALL. */
+THRUM_API thrum_status thrum_state_lend(thrum_state *state, void *scratch, size_t size,
+                                        thrum_error *error);
 
 /* How many of them, from the first on, persist between calls: what a snapshot has to copy, and what
  * is equal in states of equal histories. The bytes after them are scratch of any content. */

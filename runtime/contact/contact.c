@@ -205,7 +205,7 @@ double thrum_contact_stiffness(const thrum_contact *contact) {
 
 thrum_status thrum_contact_check(const thrum_model *model, const thrum_state *state,
                                  const thrum_contact *contact, thrum_error *error) {
-  THRUM_TRY(thrum_state_check(model, state, error));
+  THRUM_TRY(thrum_state_check_ready(model, state, error));
   if (!contact || contact->magic != CONTACT_MAGIC)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the contact was not made by thrum_contact_init");

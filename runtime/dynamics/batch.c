@@ -35,7 +35,7 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_bat
                           (size_t)thrum_batch_work(model->rank) * number,
                           thrum_work_count(model) * sizeof(double),
                           restricted * sizeof(double),
-                          (size_t)thrum_borrowed_vectors(model->rank) * number};
+                          (size_t)thrum_borrowed_own(model->rank) * number};
 
   // one part after the other, each aligned
   enum { PARTS = sizeof sizes / sizeof sizes[0] };
@@ -56,7 +56,7 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_bat
   g->one_work = (double *)(void *)parts[7];
   g->one_restricted = (double *)(void *)parts[8];
   for (int m = 0; memory && m < THRUM_BATCH_LANES_MAX; m++)
-    g->members[m].vectors = (double *)(void *)parts[9] + m * thrum_borrowed_vectors(model->rank);
+    g->members[m].own = (double *)(void *)parts[9] + m * thrum_borrowed_own(model->rank);
   return size;
 }
 
@@ -92,11 +92,11 @@ static void end(const thrum_model *model, thrum_batch_member *one, outcome *o) {
   note(o, one->index, thrum_step_end(model, &one->run, one->status, &why), &why);
 }
 
-/* Moves a member to another place, and the vectors of that place to where it was. */
+/* Moves a member to another place, and the workspace of that place to where it was. */
 static void move(thrum_batch_member *from, thrum_batch_member *to) {
-  double *unused = to->vectors;
+  double *unused = to->own;
   *to = *from;
-  from->vectors = unused;
+  from->own = unused;
 }
 
 /* Steps those members alone whose stability monitor has chosen another kind of step, and takes them
@@ -152,7 +152,7 @@ static void add(thrum_batch_group *g, thrum_state *state, int64_t index, outcome
 
   thrum_batch_member *one = &g->members[g->count];
   one->index = index;
-  const thrum_borrowed_workspace borrowed = {g->one_work, g->one_restricted, one->vectors};
+  const thrum_borrowed_workspace borrowed = {g->one_work, g->one_restricted, one->own};
   const thrum_status status = thrum_step_begin(g->model, state, &borrowed, &one->run, &why);
   if (status < 0) {
     note(o, index, status, &why);

@@ -16,8 +16,8 @@ typedef struct thrum_batch_member {
   thrum_quasi quasi;
   thrum_step_start from; /* energy: the end of the step before */
   thrum_status status;
-  double *vectors; /* workspace that it borrows */
-  int64_t index;   /* in the caller's list */
+  double *own;   /* workspace that it borrows */
+  int64_t index; /* in the caller's list */
   bool solving;
 } thrum_batch_member;
 

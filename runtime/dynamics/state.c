@@ -180,12 +180,51 @@ thrum_status thrum_state_check(const thrum_model *model, const thrum_state *stat
   return THRUM_OK;
 }
 
+thrum_status thrum_state_check_ready(const thrum_model *model, const thrum_state *state,
+                                     thrum_error *error) {
+  THRUM_TRY(thrum_state_check(model, state, error));
+  if (state->def.borrows_scratch && !thrum_state_lent(state))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the state borrows its scratch and has none: thrum_state_lend lends it");
+  return THRUM_OK;
+}
+
+thrum_status thrum_state_scratch_size(const thrum_model *model, const thrum_state_def *def,
+                                      size_t *size, thrum_error *error) {
+  THRUM_TRY(thrum_state_def_check(model, def, error));
+  if (!size)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
+  thrum_state header;
+  memset(&header, 0, sizeof header);
+  fill_header(&header, model, def);
+  const uint64_t bytes = thrum_state_layout_scratch(&header);
+  if (bytes > SIZE_MAX)
+    return thrum_error_set(
+        error, THRUM_OUT_OF_MEMORY,
+        "the scratch of a state of rank %d is more than this machine can address",
+        (int)header.rank);
+  *size = (size_t)bytes;
+  return THRUM_OK;
+}
+
+thrum_status thrum_state_lend(thrum_state *state, void *scratch, size_t size, thrum_error *error) {
+  if (!state || state->magic != STATE_MAGIC || !state->def.borrows_scratch)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the state is NULL, was not made by thrum_state_init, or has scratch of "
+                           "its own: set borrows_scratch of its def");
+  if (scratch)
+    THRUM_TRY(thrum_alignment_check("scratch", scratch, size,
+                                    (size_t)thrum_state_layout_scratch(state), error));
+  thrum_state_set_lent(state, scratch);
+  return THRUM_OK;
+}
+
 /* --- setting ---------------------------------------------------------------------------------- */
 
 /* Forgets solves and inverses of other implicit modes, and the state before the last step. */
 static void forget_solves(thrum_state *state, const thrum_state_view *view) {
   // the arrays from power_explicit to the end of those that persist
-  memset(view->power_explicit, 0, (size_t)(view->q_next - view->power_explicit) * sizeof(double));
+  memset(view->power_explicit, 0, (size_t)(view->kept_end - view->power_explicit) * sizeof(double));
   forget_inverses(state);
   state->jacobian_kept = 0;
   state->past_count = 0;
@@ -250,7 +289,7 @@ static void restart_scheme(const thrum_model *model, thrum_state *state) {
 
 thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const double *q,
                              const double *p, thrum_error *error) {
-  THRUM_TRY(thrum_state_check(model, state, error));
+  THRUM_TRY(thrum_state_check_ready(model, state, error));
   const int32_t r = state->rank;
   if (q && !thrum_all_finite(q, r))
     return refuse_values(error, "q");
@@ -302,7 +341,7 @@ static thrum_status synchronise(const thrum_model *model, const thrum_state *sta
 
 thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, double dt,
                                 thrum_error *error) {
-  THRUM_TRY(thrum_state_check(model, state, error));
+  THRUM_TRY(thrum_state_check_ready(model, state, error));
   if (!isfinite(dt) || !(dt > 0.0))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "dt is %g; it must be finite and > 0 [s]",
                            dt);
@@ -339,7 +378,7 @@ thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, do
 
 thrum_status thrum_state_get(const thrum_model *model, thrum_state *state, double *q, double *p,
                              thrum_error *error) {
-  THRUM_TRY(thrum_state_check(model, state, error));
+  THRUM_TRY(thrum_state_check_ready(model, state, error));
   thrum_state_view view = thrum_state_view_of(state);
   if (p) {
     THRUM_TRY(synchronise(model, state, &view, NULL, error));
@@ -352,7 +391,7 @@ thrum_status thrum_state_get(const thrum_model *model, thrum_state *state, doubl
 
 thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
                                   thrum_energies *energies, thrum_error *error) {
-  THRUM_TRY(thrum_state_check(model, state, error));
+  THRUM_TRY(thrum_state_check_ready(model, state, error));
   if (!energies)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "energies is NULL");
 

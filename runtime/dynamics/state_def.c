@@ -96,6 +96,10 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
   const int solver = (int)def->solver;
   if (solver < THRUM_SOLVER_QUASI_NEWTON || solver > THRUM_SOLVER_NEWTON)
     return refuse(error, "solver", solver, "one of thrum_implicit_solver");
+  if (def->borrows_scratch != 0 && def->borrows_scratch != 1)
+    return refuse(error, "borrows_scratch", def->borrows_scratch, "0 or 1");
+  if (def->unused != 0)
+    return refuse(error, "unused", def->unused, "0");
   if (def->frequency_matched != 0 && def->frequency_matched != 1)
     return refuse(error, "frequency_matched", def->frequency_matched, "0 or 1");
   if (!thrum_kernel_name(def->kernel))

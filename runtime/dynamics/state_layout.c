@@ -38,14 +38,31 @@ static uint64_t header_doubles(void) {
   return round_up((sizeof(thrum_state) + sizeof(double) - 1) / sizeof(double));
 }
 
-uint64_t thrum_state_layout_bytes(const thrum_state *state) {
+uint64_t thrum_state_layout_scratch(const thrum_state *state) {
   const sizes s = sizes_of(state);
-  uint64_t doubles = header_doubles();
+  uint64_t doubles = 0;
 #define X(name, size) doubles += s.size;
-  THRUM_STATE_ARRAYS(X)
   THRUM_STATE_SCRATCH(X)
 #undef X
   return doubles * sizeof(double);
+}
+
+uint64_t thrum_state_layout_bytes(const thrum_state *state) {
+  const uint64_t behind =
+      state->def.borrows_scratch ? (uint64_t)THRUM_ALIGNMENT : thrum_state_layout_scratch(state);
+  return (uint64_t)thrum_state_kept_bytes(state) + behind;
+}
+
+/* The pointer to lent scratch is not one of the bytes that persist, so that snapshots and states of
+ * equal histories are equal. */
+void *thrum_state_lent(const thrum_state *state) {
+  void *scratch;
+  memcpy(&scratch, (const unsigned char *)state + thrum_state_kept_bytes(state), sizeof scratch);
+  return scratch;
+}
+
+void thrum_state_set_lent(thrum_state *state, void *scratch) {
+  memcpy((unsigned char *)state + thrum_state_kept_bytes(state), &scratch, sizeof scratch);
 }
 
 size_t thrum_state_kept_bytes(const thrum_state *state) {
@@ -70,6 +87,15 @@ thrum_state_view thrum_state_view_of(thrum_state *state) {
   view.name = at;                                                                                  \
   at += s.size;
   THRUM_STATE_ARRAYS(X)
+#undef X
+  view.kept_end = at;
+
+  // scratch is behind them, or where it has been lent; NULL while it has not
+  if (state->def.borrows_scratch)
+    at = thrum_state_lent(state);
+#define X(name, size)                                                                              \
+  view.name = at;                                                                                  \
+  at = at ? at + s.size : NULL;
   THRUM_STATE_SCRATCH(X)
 #undef X
 
@@ -84,37 +110,36 @@ thrum_state_view thrum_state_view_of(thrum_state *state) {
   return view;
 }
 
-/* Doubles of each kind of array that `vectors` of a borrowed workspace holds. */
-#define BORROWED_vector(stride) (stride)
-#define BORROWED_pairs(stride) (2 * THRUM_SECANT_PAIRS * (stride))
-#define BORROWED_work(stride) 0
-#define BORROWED_restricted(stride) 0
-#define BORROWED_next(stride) 0
-#define BORROWED_tangent(stride) 0
+/* Doubles of each kind of array that `own` of a borrowed workspace holds. */
+#define BORROWED_vector(stride, square) (stride)
+#define BORROWED_pairs(stride, square) (2 * THRUM_SECANT_PAIRS * (stride))
+#define BORROWED_work(stride, square) 0
+#define BORROWED_restricted(stride, square) 0
+#define BORROWED_next(stride, square) (square)
+#define BORROWED_tangent(stride, square) (square)
 
-int64_t thrum_borrowed_vectors(int64_t rank) {
+int64_t thrum_borrowed_own(int64_t rank) {
   const int64_t stride = (int64_t)round_up((uint64_t)rank);
+  const int64_t square = (int64_t)round_up((uint64_t)(rank * rank));
   int64_t count = 0;
-#define X(name, size) count += BORROWED_##size(stride);
+#define X(name, size) count += BORROWED_##size(stride, square);
   THRUM_STATE_SCRATCH(X)
 #undef X
   return count;
 }
 
-void thrum_state_view_borrow(thrum_state_view *view, const thrum_borrowed_workspace *borrowed) {
-  if (borrowed->work)
-    view->work = borrowed->work;
-  if (borrowed->restricted)
-    view->restricted = borrowed->restricted;
-  if (!borrowed->vectors)
-    return;
+void thrum_state_view_borrow(thrum_state_view *view, int64_t rank,
+                             const thrum_borrowed_workspace *borrowed) {
+  const int64_t stride = view->stride, square = (int64_t)round_up((uint64_t)(rank * rank));
+  view->work = borrowed->work;
+  view->restricted = borrowed->restricted;
 
-  // the vectors in the order of their list
-  double *at = borrowed->vectors;
+  // the others in the order of their list
+  double *at = borrowed->own;
 #define X(name, size)                                                                              \
-  if (BORROWED_##size(view->stride) > 0) {                                                         \
+  if (BORROWED_##size(stride, square) > 0) {                                                       \
     view->name = at;                                                                               \
-    at += BORROWED_##size(view->stride);                                                           \
+    at += BORROWED_##size(stride, square);                                                         \
   }
   THRUM_STATE_SCRATCH(X)
 #undef X

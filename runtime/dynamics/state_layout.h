@@ -2,8 +2,9 @@
  * from the sizes in the header. No pointer is stored, so a copy of the bytes is a state
  * (thrum/state.h).
  *
- * The block ends with scratch, of any content between calls. The bytes before it persist: a step
- * that fails leaves them as they were, and equal histories give equal bytes.
+ * The block ends with scratch, of any content between calls, or with a pointer to scratch that the
+ * state borrows. The bytes before it persist: a step that fails leaves them as they were, and equal
+ * histories give equal bytes.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_DYNAMICS_STATE_LAYOUT_H
@@ -23,7 +24,7 @@
 
 /* Of the header and the arrays below; raised with each change of them, so that a snapshot of
  * another version is known. */
-#define THRUM_STATE_VERSION 13
+#define THRUM_STATE_VERSION 14
 
 /* --- the header ------------------------------------------------------------------------------- */
 
@@ -148,8 +149,7 @@ struct thrum_state {
   int32_t unused;            /* zero, so that there is no padding */
 };
 
-_Static_assert(sizeof(thrum_state_def) ==
-                       offsetof(thrum_state_def, frequency_matched) + sizeof(int32_t) &&
+_Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + sizeof(int32_t) &&
                    sizeof(thrum_state_report) ==
                        offsetof(thrum_state_report, residual_last) + sizeof(double) &&
                    offsetof(thrum_state, report) ==
@@ -236,6 +236,7 @@ typedef struct thrum_state_view {
   THRUM_STATE_SCRATCH(X)
 #undef X
   double *inverse[THRUM_INVERSES];   /* the newest first */
+  double *kept_end;                  /* behind the last array that persists */
   const struct thrum_kernel *kernel; /* the one of the def, or the best one here */
   const double *restricted_from;     /* not NULL: a batch has the content of `restricted` there, */
   int64_t restricted_stride;         /* one entry every so many doubles */
@@ -249,18 +250,26 @@ uint64_t thrum_state_layout_bytes(const thrum_state *state);
 /* Pointers to the arrays of a state. */
 thrum_state_view thrum_state_view_of(thrum_state *state);
 
-/* Workspace that takes the place of a state's own scratch; each may be NULL. `work` and
- * `restricted` may be shared by several states, as each use fills them again. */
+/* Bytes of the scratch of a state. */
+uint64_t thrum_state_layout_scratch(const thrum_state *state);
+
+/* Where a state that borrows scratch has the pointer to it, at the end of its block. */
+void *thrum_state_lent(const thrum_state *state);
+void thrum_state_set_lent(thrum_state *state, void *scratch);
+
+/* Workspace of a batch that takes the place of a state's scratch. `work` and `restricted` may be
+ * shared by several states, as each use fills them again. */
 typedef struct thrum_borrowed_workspace {
   double *work, *restricted;
-  double *vectors; /* thrum_borrowed_vectors(rank) doubles, aligned to 64: the vectors and pairs */
+  double *own; /* thrum_borrowed_own(rank) doubles, aligned to 64: all else */
 } thrum_borrowed_workspace;
 
-/* Doubles in the `vectors` of a borrowed workspace. */
-int64_t thrum_borrowed_vectors(int64_t rank);
+/* Doubles in the `own` of a borrowed workspace. */
+int64_t thrum_borrowed_own(int64_t rank);
 
-/* Points the view to the borrowed workspace. */
-void thrum_state_view_borrow(thrum_state_view *view, const thrum_borrowed_workspace *borrowed);
+/* Points the view of a state of this rank to the borrowed workspace. */
+void thrum_state_view_borrow(thrum_state_view *view, int64_t rank,
+                             const thrum_borrowed_workspace *borrowed);
 
 /* Place of step k in the ring of past solves. */
 static inline int64_t thrum_past_place(int64_t k) {

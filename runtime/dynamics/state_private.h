@@ -7,9 +7,13 @@
 
 #include "thrum/state.h"
 
-/* Refuses NULL, memory that holds no state, and a model of another rank. */
+/* Refuses NULL, memory that holds no state, and another model than its own. */
 thrum_status thrum_state_check(const thrum_model *model, const thrum_state *state,
                                thrum_error *error);
+
+/* Refuses a state without scratch as well. */
+thrum_status thrum_state_check_ready(const thrum_model *model, const thrum_state *state,
+                                     thrum_error *error);
 
 /* Fills the sizes of the arrays in the header, `bytes` included, from the def in it. */
 void thrum_state_plan(thrum_state *state, const thrum_model *model);

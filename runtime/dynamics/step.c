@@ -169,14 +169,15 @@ static void drop_monitor(thrum_step_run *run) {
 thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state,
                               const thrum_borrowed_workspace *borrowed, thrum_step_run *run,
                               thrum_error *error) {
-  THRUM_TRY(thrum_state_check(model, state, error));
+  THRUM_TRY(borrowed ? thrum_state_check(model, state, error)
+                     : thrum_state_check_ready(model, state, error));
   run->state = state;
   run->next = *state;
   run->view = thrum_state_view_of(state);
   run->q = run->view.q;
   run->p = run->view.p;
   if (borrowed)
-    thrum_state_view_borrow(&run->view, borrowed);
+    thrum_state_view_borrow(&run->view, state->rank, borrowed);
 
   // only Newmark fills it, and all schemes are checked for finite candidates
   memset(run->view.acceleration_next, 0, (size_t)state->rank * sizeof(double));

@@ -88,9 +88,91 @@ static void threads_that_share_a_model_step_to_the_bits_of_a_run_alone(void **co
   random_model_free(&m);
 }
 
+/* Scratch of a thread, and the states that are its turn. */
+typedef struct shift {
+  const thrum_model *model;
+  thrum_state **states;
+  void *scratch;
+  size_t size;
+  int first;
+  bool stepped;
+} shift;
+
+/* Steps every other state with the scratch of this thread. */
+static void *run_shift(void *context) {
+  shift *s = context;
+  s->stepped = true;
+  for (int n = s->first; n < 2 * THREADS; n += 2) {
+    s->stepped =
+        s->stepped && thrum_state_lend(s->states[n], s->scratch, s->size, NULL) == THRUM_OK;
+    for (int k = 0; k < 20; k++)
+      s->stepped = s->stepped && thrum_step(s->model, s->states[n], NULL) >= 0;
+  }
+  return NULL;
+}
+
+/* States that borrow scratch are stepped by the one thread and then by the other, each with its
+ * own. */
+static void threads_lend_their_scratch_to_the_states_that_they_step(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 31, RANK, 1.0, 20.0, 0.5);
+  thrum_state *states[2 * THREADS], *alone[2 * THREADS];
+  thrum_state_def def = thrum_default_state_def();
+  def.dt = 0.02;
+  size_t size;
+  assert_int_equal(thrum_state_scratch_size(&m.model, &def, &size, NULL), THRUM_OK);
+  shift shifts[2];
+  for (int t = 0; t < 2; t++) {
+    shifts[t] = (shift){.model = &m.model, .states = states, .size = size};
+    shifts[t].scratch = aligned_alloc(64, size);
+    assert_non_null(shifts[t].scratch);
+  }
+
+  // every state has a start of its own
+  for (int n = 0; n < 2 * THREADS; n++) {
+    random_state random = {(uint64_t)n + 1};
+    double p[RANK];
+    random_vector(&random, RANK, 1.0, p);
+    def.borrows_scratch = 0;
+    alone[n] = state_make(&m.model, &def);
+    def.borrows_scratch = 1;
+    states[n] = state_make(&m.model, &def);
+    assert_int_equal(thrum_state_lend(states[n], shifts[0].scratch, size, NULL), THRUM_OK);
+    state_put(&m.model, states[n], NULL, p);
+    state_put(&m.model, alone[n], NULL, p);
+    state_steps(&m.model, alone[n], 20 * 4);
+  }
+
+  for (int round = 0; round < 4; round++) {
+    pthread_t threads[2];
+    for (int t = 0; t < 2; t++) {
+      shifts[t].first = (t + round) % 2;
+      assert_int_equal(pthread_create(&threads[t], NULL, run_shift, &shifts[t]), 0);
+    }
+    for (int t = 0; t < 2; t++) {
+      assert_int_equal(pthread_join(threads[t], NULL), 0);
+      assert_true(shifts[t].stepped);
+    }
+  }
+
+  for (int n = 0; n < 2 * THREADS; n++) {
+    double q[2][RANK];
+    state_read(&m.model, states[n], q[0], NULL);
+    state_read(&m.model, alone[n], q[1], NULL);
+    assert_memory_equal(q[0], q[1], sizeof q[0]);
+    state_free(states[n]);
+    state_free(alone[n]);
+  }
+  for (int t = 0; t < 2; t++)
+    free(shifts[t].scratch);
+  random_model_free(&m);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(threads_that_share_a_model_step_to_the_bits_of_a_run_alone),
+      cmocka_unit_test(threads_lend_their_scratch_to_the_states_that_they_step),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
