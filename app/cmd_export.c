@@ -39,6 +39,7 @@ typedef struct export_files {
 #define AT(member) CONFIG_AT(export_request, member)
 
 static const config_option options[] = {
+    // what each kind of source can be written as
     OPTION_HEADING("of a run"),
     OPTION_TEXT("glb", "FILE", NULL,
                 "glTF 2.0: the surface, the coordinates as morph targets, the motion as their "
@@ -57,6 +58,7 @@ static const config_option options[] = {
                 "all of these show this surface in place of the mesh's own: a file of thrum embed, "
                 "or an .obj or .stl in metres",
                 AT(surface)),
+
     OPTION_HEADING("of a model"),
     OPTION_TEXT("vega-basis", "FILE.U", NULL, "the basis U as VegaFEM reads it", AT(vega_basis)),
     OPTION_FLAG("float", "U in single precision (.URendering.float)", AT(single)),

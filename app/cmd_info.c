@@ -170,12 +170,15 @@ static void add_mesh(cJSON *object, const info *about) {
   json_number(object, "vertices", (double)about->model->vertex_count);
   json_number(object, "tets", (double)about->model->tet_count);
   json_number(object, "order", !about->has_mesh ? missing : about->model->midsides ? 2 : 1);
+
+  // counts, then what only a mesh has; null without one
   json_number(object, "regions", (double)about->model->region_count);
   json_number(object, "fixed", about->has_mesh ? (double)quality->fixed_count : missing);
   json_number(object, "mass_kg", about->has_mesh ? quality->mass : missing);
   json_number(object, "volume_m3", about->has_mesh ? quality->volume : missing);
   json_number(object, "quality_min", about->has_mesh ? quality->ratio_min : missing);
   json_number(object, "quality_mean", about->has_mesh ? quality->ratio_mean : missing);
+
   // 1-based, as in the mesh file
   json_number(object, "worst_tet", about->has_mesh ? (double)quality->worst_tet + 1 : missing);
   json_numbers(object, "box_min_m", quality->box_min, about->has_mesh ? 3 : 0);

@@ -57,6 +57,8 @@ static const config_option table[] = {
     OPTION_COUNT("order", "1",
                  "of the tetrahedra; 2: ten nodes, those in the middle of straight edges",
                  AT(order), CONFIG_RANGE(1, 2)),
+
+    // how the work is done and shown
     OPTION_CHOICE("tool", mesh_tool_names, "whichever is installed", "what fills the surface",
                   AT(tool)),
     OPTION_FLAG("verbose", "show all that the tool says", AT(verbose)),

@@ -349,6 +349,8 @@ static void advise(const char *text, char *advice, size_t size) {
   const bool there = access(text, F_OK) == 0;
   const char *nearest = config_nearest(path_basename(text), model_names, MODEL_NAME_COUNT);
   advice[0] = 0;
+
+  // what is there but is no model, or hides one
   if (there && nearest != NULL && strcmp(text, nearest) == 0)
     snprintf(advice, size,
              "; it hides the model of that name that comes with Thrum: move it, or work in another "
@@ -359,6 +361,8 @@ static void advise(const char *text, char *advice, size_t size) {
              "precompute");
   else if (thrum_mesh_is_named(text) && (there || strncmp(text, "beam:", 5) == 0))
     snprintf(advice, size, "; it is a mesh: make a model of it with thrum precompute");
+
+  // what is not there is a name with a slip, or one that is not known
   else if (!there && nearest != NULL)
     snprintf(advice, size, "; did you mean '%s'?", nearest);
   else if (!there && strpbrk(text, "/.") == NULL)

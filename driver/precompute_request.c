@@ -58,6 +58,8 @@ static const config_option options[] = {
                 "vertices (2, 3:7, # comment), or a group of the mesh; a suffix such as :z or :xy "
                 "picks the axes",
                 .path = CONFIG_PATH_IF_THERE, .repeats = true, .take = take_fix),
+
+    // its material, its unit and its elements
     OPTION_GROUP(material_options, "", AT(material)),
     OPTION_NUMBER("scale", NULL, "1", "lengths of the mesh times this are metres, such as 1e-3",
                   AT(scale), CONFIG_ABOVE(0)),

@@ -35,11 +35,15 @@ static thrum_status load_model(single_run *single, uint64_t *hash, thrum_error *
   const simulate_request *request = single->request;
   const char *path = request->model_path;
   named_model_file file;
+
+  // the full order takes a mesh as well
   if (request->full)
     THRUM_TRY(
         mesh_model_load(path, &request->mesh_def, request->quiet, &single->loaded, &file, error));
   else
     THRUM_TRY(named_model_load(path, request->quiet, &single->loaded, &file, error));
+
+  // fewer coordinates first, then those of them that follow the others
   THRUM_TRY(model_truncate_to(single->loaded, request->rank, &single->lower_memory, &single->model,
                               error));
   single->stepped = single->model;

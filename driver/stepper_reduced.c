@@ -206,6 +206,8 @@ thrum_status driver_stepper_reduced(const simulate_request *request, const thrum
   reduced_stepper *self = calloc(1, sizeof *self);
   if (self == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run of this model");
+
+  // from here on the caller frees what there is
   *stepper = (driver_stepper){&reduced, self};
   self->request = request;
   self->model = model;
@@ -214,6 +216,8 @@ thrum_status driver_stepper_reduced(const simulate_request *request, const thrum
   if (self->load == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run of this model");
   self->middle = self->load + self->shape->rank;
+
+  // how far a condensed body can be believed is a question of the monitor
   if (self->shape != model && request->monitor)
     THRUM_TRY(condensed_check_open(model, &self->check, error));
   THRUM_TRY(stepper_loads_open(request, self->shape->rank, &self->loads, error));

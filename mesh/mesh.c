@@ -80,6 +80,8 @@ uint64_t thrum_mesh_hash(const thrum_mesh *mesh) {
   uint64_t hash = UINT64_C(14695981039346656037);
   hash = hash_number(hash, (uint64_t)mesh->vertex_count);
   hash = hash_number(hash, (uint64_t)mesh->tet_count);
+
+  // positions to the last bit, then what joins them
   for (int64_t i = 0; i < 3 * mesh->vertex_count; i++) {
     uint64_t bits;
     memcpy(&bits, &mesh->vertices[i], sizeof bits);

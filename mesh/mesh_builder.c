@@ -276,6 +276,7 @@ static thrum_status take_tets(thrum_mesh_builder *b, const char *name, thrum_mes
                            name, place(b->lines[b->odd_tet], where), (long long)b->odd_tet + 1,
                            b->middles ? 4 : 10, b->middles ? 10 : 4);
 
+  // numbers of the file become places, and the lines go over to the mesh
   THRUM_TRY(find_places(b, name, b->tets, 4, &mesh->tets));
   if (b->middles)
     THRUM_TRY(find_places(b, name, b->middles, 6, &mesh->midsides));
@@ -292,6 +293,8 @@ static thrum_status join_repeats(thrum_mesh_builder *b, thrum_mesh *mesh) {
   int64_t *earlier = thrum_mesh_tet_repeats(mesh), kept = 0;
   if (!earlier)
     return no_memory(b);
+
+  // in place, so that what is kept stays in its order
   for (int64_t t = 0; t < mesh->tet_count; t++) {
     if (earlier[t] >= 0)
       continue;

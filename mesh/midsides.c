@@ -81,6 +81,8 @@ static thrum_status number_edges(const thrum_mesh *mesh, int32_t *midsides, int6
                                  thrum_error *error) {
   edge_table table = {0};
   thrum_status status = THRUM_OK;
+
+  // the first tetrahedron that meets an edge numbers it
   for (int64_t i = 0; i < 6 * mesh->tet_count && status >= 0; i++) {
     const int64_t t = i / 6;
     const int e = (int)(i % 6);
@@ -119,6 +121,7 @@ static void place_middles(const thrum_mesh *mesh, const int32_t *midsides, doubl
 /* Adds the middle nodes of edges with both ends in a group; *list is the group's new vertices. */
 static bool grow_group(const thrum_mesh *mesh, const thrum_group *group, const int32_t *ends,
                        int64_t edges, uint8_t *marked, int32_t **list, int64_t *count) {
+  // the vertices of the group are marked, and edges between two of them counted
   memset(marked, 0, (size_t)mesh->vertex_count);
   for (int64_t i = 0; i < group->count; i++)
     marked[group->vertices[i]] = 1;
@@ -126,6 +129,7 @@ static bool grow_group(const thrum_mesh *mesh, const thrum_group *group, const i
   for (int64_t e = 0; e < edges; e++)
     *count += marked[ends[2 * e]] && marked[ends[2 * e + 1]];
 
+  // the old vertices, and behind them the new ones
   *list = malloc(((size_t)*count + 1) * sizeof **list);
   if (!*list)
     return false;

@@ -17,12 +17,16 @@ typedef struct thrum_precomputed {
   double *mode_vectors;            /* mode_count x 3 vertex_count where asked for, else NULL */
   thrum_imported_figures imported; /* zero without an imported basis; then there are no modes */
   double *mode_residual;           /* mode_count, |K psi - w^2 M psi| / (|K| |psi|) */
-  bool mode_counted;               /* by inertia; else by the search alone */
-  bool modes_complete;             /* what was counted is what was found; true for a search */
-  int64_t modes_recovered;         /* missed at first, found by the search */
-  double next_omega2;          /* of the first mode left out, from above; INFINITY: there is none */
-  double shift;                /* [1/s^2], and how many modes were counted below it, */
-  int64_t shift_count;         /* rigid ones included; 0 where not counted */
+
+  /* How it was made sure that no mode is missing. */
+  bool mode_counted;       /* by inertia; else by the search alone */
+  bool modes_complete;     /* what was counted is what was found; true for a search */
+  int64_t modes_recovered; /* missed at first, found by the search */
+  double next_omega2;      /* of the first mode left out, from above; INFINITY: there is none */
+  double shift;            /* [1/s^2], and how many modes were counted below it, */
+  int64_t shift_count;     /* rigid ones included; 0 where not counted */
+
+  /* How far the result can be trusted, and the body. */
   double basis_orthonormality; /* max |U^T M U - 1| */
   double basis_diagonality;    /* max off-diagonal |U^T K U| / max omega2 */
   double single_error; /* of options.single: relative error of R, see single_precision.c; else 0 */
@@ -32,6 +36,8 @@ typedef struct thrum_precomputed {
   double volume;         /* [m^3] */
   int64_t rigid_count;   /* 6 for a free body, whose rigid modes are model.rigid; else 0 */
   double rigid_residual; /* largest |K z| / (|K| |z|) of them */
+
+  /* The cost of each stage. */
   double seconds[THRUM_STAGE_COUNT];
   double cpu_seconds[THRUM_STAGE_COUNT]; /* of all threads; less than seconds on a busy machine */
   double peak_mb[THRUM_STAGE_COUNT];     /* most memory of the process so far [2^20 bytes] */

@@ -70,11 +70,15 @@ static thrum_status make_vectors(scene_body *body, thrum_error *error) {
   body->directions = calloc(r, sizeof *body->directions);
   if (!body->vectors || !body->courses || !body->now || !body->directions)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a body of rank %zu", r);
+
+  // the vectors share one block
   double **const each[BODY_VECTORS] = {&body->start_q, &body->start_p,  &body->force,
                                        &body->inertia, &body->before,   &body->q,
                                        &body->p,       &body->answered, &body->middle};
   for (size_t n = 0; n < BODY_VECTORS; n++)
     *each[n] = body->vectors + n * r;
+
+  // gravity is the first load, constant and without end
   body->courses[0] = body->now[0] = (thrum_load){THRUM_LOAD_CONSTANT, 0, INFINITY, 0};
   body->load_count = 1;
   return THRUM_OK;
@@ -113,6 +117,8 @@ static thrum_status check_def(const thrum_scene_body_def *def, thrum_error *erro
                            "the body's def was not made by thrum_default_scene_body_def");
   if (def->model == NULL || def->model->rank < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the body's def has no model");
+
+  // a lower rank drops coordinates, condensing lets them follow
   if (def->rank < 0 || def->rank > def->model->rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is asked for; the model has 1 to %lld", (long long)def->rank,

@@ -100,6 +100,8 @@ static thrum_status measure_quadratic(thrum_fem *fem, int64_t t, thrum_error *er
   double places[THRUM_FEM_NODES_MAX][3];
   node_places(fem, t, places);
   fem->volume[t] = 0;
+
+  // the determinant must be positive at each point, and is its weight too
   for (int p = 0; p < fem->point_count; p++) {
     const int64_t point = t * fem->point_count + p;
     const double det = thrum_quadratic_map(places, fem->slopes[p], fem->gradient + 9 * point);
@@ -172,6 +174,7 @@ static thrum_status join_nodes(const thrum_mesh *mesh, thrum_fem *fem, thrum_err
 
 // the points of ten-node tets, and the slopes of the shape functions there
 static thrum_status choose_rule(thrum_fem *fem, thrum_error *error) {
+  // one curved tetrahedron is enough for the finer rule
   bool curved = false;
   for (int64_t t = 0; t < fem->tet_count && !curved; t++) {
     double places[THRUM_FEM_NODES_MAX][3];
@@ -180,6 +183,7 @@ static thrum_status choose_rule(thrum_fem *fem, thrum_error *error) {
     curved = thrum_quadratic_is_curved(places);
   }
 
+  // the slopes at the points are the same for all
   fem->rule = thrum_quadratic_rule(curved, &fem->point_count);
   fem->slopes = thrum_allocate(fem->point_count, sizeof *fem->slopes, "the shape functions", error);
   if (!fem->slopes)

@@ -144,6 +144,8 @@ static void scatter_block(const thrum_fem *fem, int64_t w, int64_t v, double blo
                           thrum_sparse *stiffness) {
   // the rows of a vertex stand together, and later columns of v lack those above their diagonal
   int64_t place = -1;
+
+  // only rows at or below the diagonal of the free components are stored
   for (int axis = 0, j = 0; axis < 3; axis++) {
     const int32_t column = fem->dof[3 * v + axis];
     if (column < 0)
@@ -239,6 +241,8 @@ static void node_masses(const thrum_fem *fem, thrum_mass kind, int64_t t, int a,
 // couple[w] = mass between v and each neighbour w >= v
 static void couple_vertex(const thrum_fem *fem, thrum_mass kind, int64_t v, double *couple) {
   const int nodes = fem->node_count;
+
+  // the first pass clears what the second adds to, as neighbours come several times
   for (int pass = 0; pass < 2; pass++)
     for (int64_t e = fem->incident_begin[v]; e < fem->incident_begin[v + 1]; e++) {
       const int64_t t = fem->incident[e] / nodes;

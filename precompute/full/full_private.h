@@ -30,16 +30,21 @@
   X(forces)
 
 struct thrum_full {
+
   thrum_full_def def;
   const thrum_model *model;
   thrum_model_fem body; /* stiffness: at rest; mass: the model's */
   uint8_t *fixed;       /* vertex_count: held, the model's and others */
+
+  /* Matrices on one pattern, and what solves with them. */
   thrum_sparse tangent; /* values of its own on the pattern of the stiffness */
   thrum_sparse system;  /* the same */
   int64_t *mass_slot;   /* place of each entry of the mass in that pattern */
   full_linear linear;   /* of the system */
   full_linear mass;     /* of the mass, Newmark */
-  bool fresh;           /* the load or the state was set: accelerations are to be taken anew */
+
+  /* The state of the run; the vectors lie in one block. */
+  bool fresh; /* the load or the state was set: accelerations are to be taken anew */
   int64_t steps, iterations, substep_steps;
   double dt_stable;
   double *memory;

@@ -72,10 +72,14 @@ static thrum_status fill_reduced(int64_t rank, thrum_model *model, thrum_error *
   model->rank = rank;
   model->c3_count = thrum_c3_count(rank);
   model->c4_count = thrum_c4_count(rank);
+
+  // other readers know ten-node tetrahedra by the version
   const bool quadratic = model->midsides != NULL;
   const int32_t format[2] = {
       quadratic ? THRUM_MODEL_FORMAT_MAJOR_QUADRATIC : THRUM_MODEL_FORMAT_MAJOR,
       quadratic ? THRUM_MODEL_FORMAT_MINOR_QUADRATIC : THRUM_MODEL_FORMAT_MINOR};
+
+  // the polynomial, and the basis that it is of
   if (!(model->format = copy(format, 2, sizeof *format, error)) ||
       !(model->omega2 = thrum_allocate(rank, sizeof(double), "the model", error)) ||
       !(model->c3 = thrum_allocate(model->c3_count, sizeof(double), "the model", error)) ||

@@ -69,6 +69,8 @@ static void fill_unloaded(const thrum_contact_run *run, const double *momentum,
                           : thrum_fox_goodwin_modes(run->model, state);
   const thrum_contact_view *view = &run->view;
   const double h = run->dt;
+
+  // one linear step of each mode, as its scheme makes it
   for (int32_t i = 0; i < state->rank; i++) {
     const answer by = answer_of(run->model, state, low, i);
     const double damping = thrum_rest_damping(run->model, state, i);

@@ -71,6 +71,7 @@ static void drift(thrum_batch_group *g) {
 
 /* Kick of all members in the position form whose solve has found an increment. */
 static void kick_position(thrum_batch_group *g) {
+  // what the passes read of members that have none is zero
   const int64_t rank = g->model->rank;
   memset(g->q, 0, (size_t)(rank * g->kernel->lanes) * sizeof *g->q);
   for (int64_t m = 0; m < g->count; m++)
@@ -78,6 +79,7 @@ static void kick_position(thrum_batch_group *g) {
       put(g, m, 0, rank, g->members[m].run.view.middle, g->q);
   g->kernel->force_part(g->model, g->split, g->q, g->force, g->value, g->work);
 
+  // each member takes its own column
   for (int64_t m = 0; m < g->count; m++) {
     thrum_step_run *run = &g->members[m].run;
     if (g->members[m].status != THRUM_OK)
@@ -204,6 +206,8 @@ static void prefetch(const thrum_batch_group *g) {
 static void begin_whole(const thrum_batch_group *g, thrum_batch_member *one) {
   thrum_step_run *run = &one->run;
   one->solving = true;
+
+  // the scheme states its equation
   switch ((thrum_scheme)g->scheme) {
   case THRUM_SCHEME_ENERGY:
     one->solving = thrum_energy_begin(g->model, &run->next, &run->view, &run->report, &one->solver,
@@ -216,6 +220,8 @@ static void begin_whole(const thrum_batch_group *g, thrum_batch_member *one) {
     one->solver = thrum_imexv_solver(g->model, &run->next, &run->view, &run->report);
     break;
   }
+
+  // what needs no solve is a step of its own
   if (one->solving)
     thrum_quasi_begin(&one->solver, &one->quasi);
   else
@@ -257,9 +263,13 @@ static void accept(const thrum_batch_group *g, int64_t lane) {
  * with the same bits only so. */
 static void stiffen_whole(thrum_batch_group *g, int64_t needed) {
   const int64_t rank = g->model->rank;
+
+  // for a few members a pass over all lanes costs more than it saves
   const bool together = thrum_pairs_count(rank) > 0 && 4 * needed > g->kernel->lanes;
   if (together)
     g->kernel->tangent_pairs(g->model, g->q, g->force, g->value, g->hessian, g->work);
+
+  // each takes its column, or evaluates alone
   for (int64_t m = 0; m < g->count; m++) {
     thrum_batch_member *one = &g->members[m];
     if (!needs_stiffness(one))

@@ -210,6 +210,8 @@ static void advance(const thrum_solver *s) {
   double *restrict q_next = view->q_next;
   double *restrict q_start = view->q_corrected_next, *restrict p_start = view->p_corrected_next;
   double *restrict past = view->middle, *restrict force = view->force;
+
+  // all of the increment but the correction is in the step that is shown
   for (int32_t i = 0; i < s->n; i++) {
     const double all = d[i] - back[i];
     q_next[i] = q[i] + d[i];

@@ -48,6 +48,8 @@ static bool find_problem(const thrum_model *model, const thrum_state *state, thr
   case THRUM_SCHEME_THESIS:
     *s = thrum_imexv_solver(model, state, view, report);
     return true;
+
+  // these solve nothing
   case THRUM_SCHEME_QUADRATIC:
   case THRUM_SCHEME_SEMI_IMPLICIT_EULER:
   case THRUM_SCHEME_RK4:

@@ -35,6 +35,8 @@ int32_t thrum_mode_split(const thrum_model *model, const thrum_state *state) {
                                def->explicit_count);
   case THRUM_INTEGRATOR_VERLET:
     return state->rank;
+
+  // no mode is explicit in these
   case THRUM_INTEGRATOR_NEWMARK:
   case THRUM_INTEGRATOR_ENERGY:
   case THRUM_INTEGRATOR_FOX_GOODWIN:

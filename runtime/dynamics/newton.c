@@ -26,6 +26,7 @@ static bool correct(const thrum_solver *s) {
   if (!thrum_dense_invert(view->kernel, view->jacobian_next, n, view->work))
     return false;
 
+  // the inverse as a secant without updates, so that the border of energy can use it
   const thrum_secant inverse = {
       .by = view->kernel, .base = view->jacobian_next, .stride = view->stride, .n = n};
   double *image = view->image + s->first, *residual = view->trial + s->first;
@@ -34,6 +35,7 @@ static bool correct(const thrum_solver *s) {
   if (s->border)
     s->border(s, &inverse, true, residual, image);
 
+  // the whole correction, without a line search
   for (int32_t i = 0; i < n; i++)
     view->unknown[s->first + i] -= image[i];
   s->report->iterations++;
@@ -47,6 +49,7 @@ bool thrum_newton_solve(const thrum_solver *s) {
   report->learnt = 0;
   report->verified = true;
 
+  // each iteration evaluates first, so that a good guess costs no Jacobian
   for (int32_t done = 0;; done++) {
     thrum_problem_place(s);
     s->evaluate(s);

@@ -64,6 +64,8 @@ static terms_of_guess find_terms(const thrum_solver *s, int32_t count) {
   const double h = s->state->def.dt;
   double distance[THRUM_PAST_SOLVES], before = 0.0;
   terms_of_guess terms = {.even = true};
+
+  // how far each past solve lies back, and whether all steps had one length
   for (int32_t j = 0; j < count; j++) {
     const double dt = s->state->past_dt[thrum_past_place(s->state->report.steps - 1 - j)];
     distance[j] = s->at * h + before + (1.0 - s->at) * dt;
@@ -71,6 +73,7 @@ static terms_of_guess find_terms(const thrum_solver *s, int32_t count) {
     terms.even = terms.even && dt == h;
   }
 
+  // divided differences where they had not
   for (int32_t order = 0; !terms.even && order < count; order++)
     for (int32_t j = 0; j <= order; j++) {
       double share = 1.0;

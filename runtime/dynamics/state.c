@@ -61,6 +61,8 @@ thrum_scheme thrum_state_first_scheme(const thrum_state_def *def) {
     return THRUM_SCHEME_SEMI_IMPLICIT_EULER;
   case THRUM_INTEGRATOR_RK4:
     return THRUM_SCHEME_RK4;
+
+  // imexv begins with the form that the def names
   case THRUM_INTEGRATOR_IMEXV:
     return def->split_form == THRUM_FORM_QUADRATIC  ? THRUM_SCHEME_QUADRATIC
            : def->split_form == THRUM_FORM_POSITION ? THRUM_SCHEME_POSITION
@@ -167,6 +169,8 @@ thrum_status thrum_state_check(const thrum_model *model, const thrum_state *stat
   if (state->magic != STATE_MAGIC)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the state was not made by thrum_state_init");
+
+  // a model of the same rank may still be another one
   if (model->rank != state->rank)
     return thrum_error_set(error, THRUM_MODEL_MISMATCH,
                            "the state was made for rank %d, the model has rank %lld",

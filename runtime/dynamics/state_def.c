@@ -16,9 +16,12 @@ thrum_state_def thrum_default_state_def(void) {
       .damping_alpha = 0.0,
       .damping_beta = 0.0,
       .damping_form = THRUM_DAMPING_REST,
+
       .split_rule = THRUM_SPLIT_CFL,
       .split_safety = 0.5,
       .explicit_count = 0,
+
+      // the solve, and what follows where it fails
       .newmark_beta = 0.25,
       .newmark_gamma = 0.5,
       .tolerance = 0.0,

@@ -41,11 +41,15 @@ static factor factor_of(const thrum_state *state, int32_t low, int32_t i, double
     return newmark_factor(z, state->def.newmark_beta, state->def.newmark_gamma);
   case THRUM_SCHEME_FOX_GOODWIN:
     return newmark_factor(z, i < low ? 1.0 / 12.0 : 0.25, 0.5);
+
+  // the Eulers and Runge-Kutta have closed forms of their own
   case THRUM_SCHEME_BACKWARD_EULER:
   case THRUM_SCHEME_SEMI_IMPLICIT_EULER:
     return (factor){1.0 / (1.0 + square), z / (1.0 + square)};
   case THRUM_SCHEME_RK4:
     return (factor){1.0 - 0.5 * square + square * square / 24.0, fabs(z - z * square / 6.0)};
+
+  // the trapezoidal rule, for energy without frequency matching and the implicit modes of imexv
   case THRUM_SCHEME_ENERGY:
     return newmark_factor(z, 0.25, 0.5);
   case THRUM_SCHEME_THESIS:

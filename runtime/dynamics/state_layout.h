@@ -31,34 +31,40 @@
 /* The memory of the stability monitor of imexv (design 4). The balance B is the energy less the
  * work of the load plus the dissipation; it would be constant without errors of the scheme. */
 typedef struct thrum_stability_monitor {
-  double work;               /* of the load less the dissipation, since the reference was set [J] */
-  double moved;              /* magnitudes of work and dissipation in this window [J] */
-  double recent;             /* dissipation of the last steps, fading [J] */
-  double scale;              /* largest energy in this window [J] */
-  double scale_before;       /* and in the window before [J] */
-  double motion;             /* largest energy of a step's increment in this window [J] */
-  double motion_before;      /* and in the window before [J] */
+  double work;          /* of the load less the dissipation, since the reference was set [J] */
+  double moved;         /* magnitudes of work and dissipation in this window [J] */
+  double recent;        /* dissipation of the last steps, fading [J] */
+  double scale;         /* largest energy in this window [J] */
+  double scale_before;  /* and in the window before [J] */
+  double motion;        /* largest energy of a step's increment in this window [J] */
+  double motion_before; /* and in the window before [J] */
+
+  /* The means of the windows. */
   double balance_sum;        /* of B over the samples of this window [J] */
   double reference;          /* what the mean of B is compared with [J] */
   double modified_reference; /* what B less the modified Hamiltonian's part is compared with [J] */
   double drift_sum;          /* errors of the means since then; before it stands, the means [J] */
   double block_sum;          /* the same in this block, as shares of the energy, */
   double block_square;       /* and their squares */
-  double corrected;          /* net of the corrections since then [J] */
-  double energy_error;       /* correction that is still to be made [J] */
-  double quiet_peak;         /* largest stability number of the def's explicit set, for a return */
-  double switched_energy;    /* when the energy integrator took over [J] */
-  double middle_balance;     /* position form: the balance in the middle of the last step whose
-                                energy was evaluated [J] */
-  int64_t samples;           /* of the balance in this window */
-  int64_t windows;           /* since the reference was set; -1: the next energy is the reference */
-  int64_t window_end;        /* step */
-  int64_t drifting;          /* 1: the means have drifted since the reference was set */
-  int64_t switch_deadline;   /* step of a switch to come, 0: none */
-  int64_t energy_step;       /* step of the energy that was entered last */
-  int64_t before_step;       /* step of q_before and p_before, -1: none */
-  double before_dt;          /* and its length [s] */
-  int64_t quiet_end;         /* step of the next look at a return */
+
+  /* What was corrected and switched. */
+  double corrected;       /* net of the corrections since then [J] */
+  double energy_error;    /* correction that is still to be made [J] */
+  double quiet_peak;      /* largest stability number of the def's explicit set, for a return */
+  double switched_energy; /* when the energy integrator took over [J] */
+  double middle_balance;  /* position form: the balance in the middle of the last step whose
+                             energy was evaluated [J] */
+
+  /* Counters and steps. */
+  int64_t samples;         /* of the balance in this window */
+  int64_t windows;         /* since the reference was set; -1: the next energy is the reference */
+  int64_t window_end;      /* step */
+  int64_t drifting;        /* 1: the means have drifted since the reference was set */
+  int64_t switch_deadline; /* step of a switch to come, 0: none */
+  int64_t energy_step;     /* step of the energy that was entered last */
+  int64_t before_step;     /* step of q_before and p_before, -1: none */
+  double before_dt;        /* and its length [s] */
+  int64_t quiet_end;       /* step of the next look at a return */
 } thrum_stability_monitor;
 
 typedef enum thrum_energy_correction {

@@ -209,6 +209,8 @@ thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
     return thrum_step_fox_goodwin(model, &run->next, &run->view, &run->report);
   case THRUM_SCHEME_POSITION:
     return thrum_step_position(model, &run->next, &run->view, &run->report);
+
+  // those that are there to be compared with
   case THRUM_SCHEME_BACKWARD_EULER:
     return thrum_step_backward_euler(model, &run->next, &run->view, &run->report);
   case THRUM_SCHEME_SEMI_IMPLICIT_EULER:

@@ -139,6 +139,8 @@ static int64_t c4_index_of(int64_t rank, int64_t i, int64_t j, int64_t k, int64_
 static void relax(const thrum_model *model, int64_t masters, const double *follow, double *c4) {
   const int64_t pairs = thrum_pair_count(masters), kept = thrum_model_masters(model);
   const int64_t end = kept > 0 ? kept : model->rank;
+
+  // all pairs of pairs of masters, whose product is a monomial of degree 4
   int64_t first = 0;
   for (int64_t i = 0; i < masters; i++)
     for (int64_t j = i; j < masters; j++, first++) {

@@ -68,6 +68,8 @@ static thrum_status check_polynomial(const thrum_layout *layout, thrum_error *er
   static const int whole[] = {THRUM_ARRAY_c3, THRUM_ARRAY_c4};
   THRUM_TRY(check_together(layout, condensed, 3,
                            "slave_map, condensed_c3 and condensed_c4 come together", error));
+
+  // either both of the one or all of the other
   for (int i = 0; i < 2; i++) {
     const bool present = layout->data[whole[i]] != NULL;
     if (!HAS(layout, slave_map) && !present)
@@ -144,6 +146,7 @@ static thrum_status check_rank(const thrum_layout *layout, thrum_error *error) {
     return thrum_error_set(error, THRUM_BAD_SHAPE,
                            "array 'omega2' has %" PRId64 " entries; a rank is 1 to %d", rank,
                            THRUM_RANK_MAX);
+
   // a condensed model has coefficients of its masters alone
   const int64_t slaves = SIZE(layout, slave_count), masters = rank - slaves;
   if (!HAS(layout, slave_map) && slaves != 0)
@@ -162,6 +165,8 @@ static thrum_status check_rank(const thrum_layout *layout, thrum_error *error) {
     return check_count(layout, THRUM_ARRAY_condensed_c4, SIZE(layout, condensed_c4_count),
                        thrum_c4_count(masters), error);
   }
+
+  // a whole one has them of all coordinates
   if (SIZE(layout, c3_count) != thrum_c3_count(rank))
     return thrum_error_set(error, THRUM_BAD_SHAPE,
                            "array 'c3' has %" PRId64 " entries; rank %" PRId64 " has %" PRId64,

@@ -25,6 +25,8 @@ static double strain_square(const thrum_model *model, int64_t tet, int64_t mode,
         u[3 * a + axis] += model->basis[(3 * (int64_t)nodes[part] + axis) * model->rank + mode];
     }
   }
+
+  // the square of the symmetric part of the displacement gradient
   thrum_tet_gradient(u, shape, g);
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++)

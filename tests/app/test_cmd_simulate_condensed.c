@@ -104,6 +104,8 @@ static void what_cannot_be_condensed_is_refused(void **state) {
       {"--condense", "4", "--full", "--condense is of a reduced model"},
       {"--condense", "4", "--start=mode:5,0.1", "coordinates 1 to 4"},
   };
+
+  // each is refused with a word that says why
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "no", "-q", cases[n][0],
                                    cases[n][1], cases[n][2], NULL);

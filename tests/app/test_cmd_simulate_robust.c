@@ -233,6 +233,7 @@ static void fox_goodwin_says_that_it_gave_way(void **context) {
   assert_non_null(strstr(result.out, "to which fox-goodwin switched"));
   program_result_free(&result);
 
+  // the animation carries the same name
   result = thrum_run(folder, "export", "fox", "--glb", "fox.glb", NULL);
   assert_int_equal(result.exit_code, 0);
   program_result_free(&result);
@@ -301,6 +302,8 @@ int main(void) {
       cmocka_unit_test(energy_that_grows_flags_a_damped_run_too),
       cmocka_unit_test(a_violent_momentum_from_a_file_keeps_its_energy_in_every_row),
       cmocka_unit_test(a_calm_run_is_not_edited),
+
+      // runs that say what stepped them
       cmocka_unit_test(a_run_that_switches_to_the_energy_integrator_says_so),
       cmocka_unit_test(fox_goodwin_says_that_it_gave_way),
       cmocka_unit_test(a_newmark_run_that_is_lost_is_flagged_by_its_steps),

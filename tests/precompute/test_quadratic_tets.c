@@ -359,6 +359,8 @@ static void cantilever_has_the_frequencies_of_timoshenko(void **state) {
 static void error_of_a_smooth_mode_falls_with_the_fourth_power(void **state) {
   (void)state;
   double error[3];
+
+  // each mesh halves the size of the one before
   for (int n = 0; n < 3; n++) {
     char name[100];
     const int cells = 1 << n;

@@ -144,6 +144,7 @@ static void write_stl_cube(const char *name, int edge) {
   static const int faces[6][4] = {{0, 1, 3, 2}, {4, 6, 7, 5}, {0, 4, 5, 1},
                                   {2, 3, 7, 6}, {0, 2, 6, 4}, {1, 5, 7, 3}};
 
+  // two triangles a face
   char text[4096] = "solid cube\n";
   for (int f = 0; f < 12; f++) {
     strcat(text, "facet normal 0 0 0\nouter loop\n");

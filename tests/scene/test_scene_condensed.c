@@ -180,6 +180,8 @@ static void a_snapshot_goes_on_with_the_same_bits(void **context) {
   void *kept = malloc(size);
   assert_non_null(kept);
   MUST(thrum_scene_snapshot(scene, kept, size, &error));
+
+  // steps on, back to the snapshot, and on again
   double first[RANK], again[RANK], at[RANK], restored[RANK];
   MUST(thrum_scene_body_get(scene, 0, at, NULL, &error));
   steps(scene, 50);
@@ -228,6 +230,8 @@ static void what_cannot_be_condensed_is_refused(void **context) {
   make_model(&m);
   thrum_scene *scene = NULL;
   MUST(thrum_scene_make(0.003, &scene, &error));
+
+  // each def asks for something that does not go together
   thrum_scene_body_def def = def_of(&m);
   def.rank = 5;
   assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &error), THRUM_INVALID_ARGUMENT);

@@ -33,6 +33,8 @@ static int make_bodies(void **context) {
   thrum_error error;
   if (make_folder(context) != 0)
     return 1;
+
+  // each body with both of its starts
   for (int b = 0; b < BODIES; b++) {
     char file[64];
     snprintf(file, sizeof file, "%s.npz", body_names[b]);
@@ -46,6 +48,8 @@ static int make_bodies(void **context) {
             0 ||
         experiment_body_smooth(&bodies[b][0], &bodies[b][1], &error) < 0)
       return 1;
+
+    // the impulse that gives the wanted swing
     for (int start = 0; start < STARTS; start++) {
       double reached;
       if (experiment_impulse(&bodies[b][start], swing, model_dt, &impulses[b][start], &reached,
@@ -89,6 +93,7 @@ static outcome run(int b, int start, int range, bool drawn, thrum_integrator int
   assert_int_equal(experiment_kick(&bodies[b][start], impulses[b][start], state, &first, NULL),
                    THRUM_OK);
 
+  // a run ends early when its energy has grown tenfold
   random_state random = {5};
   outcome made = {.status = THRUM_OK};
   while (made.report.time < duration && made.status >= 0 && made.energy_error < 9) {

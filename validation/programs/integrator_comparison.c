@@ -201,6 +201,7 @@ static void print_matching(const subject *s) {
   for (size_t h = 0; h < sizeof lengths / sizeof lengths[0]; h++)
     for (int start = 0; start < 2; start++)
       for (int share = 1; share < 4; share++) {
+        // the reference serves both
         const double dt = lengths[h], *p = s->momenta[start][share];
         const int count = (int)(ERROR_SECONDS / dt + 0.5);
         double *rows = reference_rows(s, &fine, dt, count, p), errors[2], iterations[2];
@@ -213,6 +214,8 @@ static void print_matching(const subject *s) {
           iterations[m] = (double)r.iterations / (double)r.steps;
           thrum_state_destroy(state);
         }
+
+        // a line of the table as soon as it is known
         printf("%s,%d,%g,%s,%g,%.4g,%.4g,%.3f,%.3f,%.3f\n", s->name, (int)s->body.model->rank, dt,
                starts[start], shares[share], errors[0], errors[1], errors[1] / errors[0],
                iterations[0], iterations[1]);

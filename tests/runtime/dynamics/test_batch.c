@@ -273,6 +273,7 @@ static void states_that_have_switched_to_energy_keep_their_bits(void **context) 
   for (int k = 0; k < 6 * STEPS; k++)
     batch_step(&c, &m.model, k % 3 == 0 ? 11 : STATES);
 
+  // the bits were compared in each step; this makes sure that they were those of energy
   int switched = 0;
   for (int n = 0; n < STATES; n++)
     switched += thrum_state_report_get(c.together[n]).scheme == THRUM_SCHEME_ENERGY ? 1 : 0;
@@ -288,6 +289,8 @@ static void states_of_many_time_steps_keep_their_bits(void **context) {
   random_model m;
   random_model_make(&m, 7, 9, 5, 120, 1.0);
   random_model_pack(&m);
+
+  // a third of the states gets another length in each step
   for (size_t d = 0; d < sizeof defs / sizeof defs[0]; d++) {
     batch c;
     batch_make(&c, &m.model, defs[d]);
@@ -556,12 +559,16 @@ int main(void) {
       cmocka_unit_test(a_batch_has_the_bits_of_its_states_alone),
       cmocka_unit_test(a_batch_of_single_precision_coefficients_keeps_its_bits),
       cmocka_unit_test(states_that_leave_their_group_keep_their_bits),
+
+      // states that differ in more than their motion
       cmocka_unit_test(states_that_have_switched_to_energy_keep_their_bits),
       cmocka_unit_test(states_of_many_time_steps_keep_their_bits),
       cmocka_unit_test(states_of_different_defs_keep_their_bits),
       cmocka_unit_test(a_long_list_of_many_kinds_keeps_its_bits),
       cmocka_unit_test(a_state_that_is_listed_again_steps_again),
       cmocka_unit_test(states_that_fall_back_or_fail_do_as_alone_and_spoil_no_other),
+
+      // what is refused
       cmocka_unit_test(bad_batches_and_workspaces_are_refused),
       cmocka_unit_test(a_missing_state_is_named_and_the_others_step),
   };

@@ -168,6 +168,7 @@ static void a_snapshot_of_a_switched_state_goes_on_with_the_same_bits(void **con
   state_steps(&m.model, state, 300);
   assert_int_equal(thrum_state_report_get(state).scheme, THRUM_SCHEME_ENERGY);
 
+  // in another state it goes on as in the first
   const size_t size = thrum_state_snapshot_size(state);
   void *memory = malloc(size);
   assert_non_null(memory);
@@ -187,6 +188,8 @@ static void heavy_damping_makes_no_energy(void **context) {
   random_model m;
   random_model_make(&m, 11, RANK, 4.0, 18.0, 0.5);
   const double q[RANK] = {0.2, 0.1, -0.1, 0.05};
+
+  // from damping by 1/s to damping within a step
   for (double alpha = 1.0; alpha < 1e7; alpha *= 10.0) {
     thrum_state_def def = make_def(THRUM_INTEGRATOR_FOX_GOODWIN, 0.05);
     def.adaptive = 0;

@@ -121,6 +121,8 @@ static void modes_that_follow_softer_ones_keep_the_trapezoidal_rule(void **conte
     m.c3[thrum_c3_index(2, 0, 0, 1)] = 10.0 * a;
     m.c4[thrum_c4_index(2, 0, 0, 0, 0)] = 0.5 * (a * a + b);
     const thrum_state_def def = make_def(0.05, 1);
+
+    // the first mode keeps its frequency, the second only if it does not follow
     thrum_state *state = state_make(&m.model, &def);
     thrum_stepped_mode modes[2];
     assert_int_equal(thrum_state_stepped_modes(&m.model, state, modes, NULL), THRUM_OK);
@@ -180,6 +182,7 @@ static void work_and_dissipation_account_for_the_energy(void **context) {
       for (int i = 0; i < RANK; i++)
         work += f[i] * (q[1][i] - q[0][i]);
 
+      // the balance holds in every step
       const double now = state_energy(&m.model, state).total;
       const double lost = thrum_state_report_get(state).dissipated;
       most = fmax(most, fmax(now, fabs(work)));
@@ -197,6 +200,8 @@ static void it_is_of_order_two(void **context) {
   random_model_make(&m, 21, RANK, 1.0, 12.0, 0.5);
   static const test_load none = {0, 0};
   double q[RANK], p[RANK], error[3];
+
+  // a reference by Runge-Kutta with much smaller steps
   thrum_state_def def = make_def(0, 1);
   def.tolerance = 1e-13;
   def.damping_alpha = 0.05;
@@ -204,6 +209,8 @@ static void it_is_of_order_two(void **context) {
   memcpy(q, start_q, sizeof q);
   memcpy(p, start_p, sizeof p);
   reference_advance(&m.model, &def, &none, 0, 1e-3, 2000, q, p);
+
+  // each run halves h
   for (int n = 0; n < 3; n++) {
     double found[RANK];
     def.dt = 0.04 / (1 << n);
@@ -227,6 +234,8 @@ static void it_runs_backwards(void **context) {
   def.tolerance = 1e-13;
   thrum_state *state = state_make(&m.model, &def);
   state_put(&m.model, state, start_q, start_p);
+
+  // there and back: the momentum is turned at each end
   double q[RANK], p[RANK];
   for (int way = 0; way < 2; way++) {
     state_steps(&m.model, state, 200);

@@ -140,6 +140,7 @@ static void a_new_length_does_not_take_a_switch_back(void **context) {
   random_state random = {4};
   draw_steps(&m.model, state, &random, 0.1, 0.2, 60);
 
+  // the state has switched, and stays where it is
   const thrum_state_report before = thrum_state_report_get(state);
   assert_int_equal(before.scheme, THRUM_SCHEME_ENERGY);
   const double energy = state_energy(&m.model, state).total;
@@ -165,6 +166,7 @@ static void a_snapshot_between_drawn_steps_goes_on_to_the_same_bits(void **conte
     random_state random = {6};
     draw_steps(&m.model, state, &random, 0.02, 0.06, 40);
 
+    // the copy draws the same lengths from there on
     const size_t size = thrum_state_snapshot_size(state);
     void *kept = malloc(size);
     assert_non_null(kept);

@@ -208,6 +208,7 @@ static void arrays_of_a_condensed_model_that_do_not_fit_are_refused(void **conte
   void *memory = condense(&m.model, 6, &stepped);
   thrum_error error;
 
+  // each case breaks one rule of the arrays
   thrum_model bad = as_precomputed(&m, stepped);
   bad.condensed_c4 = NULL;
   assert_int_equal(thrum_model_check(&bad, &error), THRUM_MISSING);
@@ -288,6 +289,8 @@ static void the_energy_scheme_keeps_the_energy_of_a_condensed_model(void **conte
   thrum_state_def def = thrum_default_state_def();
   def.integrator = THRUM_INTEGRATOR_ENERGY;
   def.dt = 0.01;
+
+  // 2000 steps from a start that moves all masters
   thrum_state *state = state_make(stepped, &def);
   static const double q[3] = {0.3, -0.2, 0.1}, p[3] = {1, 0.5, -0.5};
   thrum_energies before, after;
