@@ -35,7 +35,8 @@ int cmd_precompute(int argc, char **argv) {
   // no more --fix than arguments, or than a recipe holds
   request.fixes =
       calloc((size_t)argc + CONFIG_FILE_ITEMS_MAX + MODEL_RECIPE_FIXES_MAX, sizeof *request.fixes);
-  request.handles = calloc((size_t)argc + CONFIG_FILE_ITEMS_MAX, sizeof *request.handles);
+  const size_t room = (size_t)argc + CONFIG_FILE_ITEMS_MAX;
+  request.handles = calloc(3 * room, sizeof *request.handles);
 
   if (request.fixes == NULL || request.handles == NULL) {
     free(request.fixes);
@@ -44,6 +45,9 @@ int cmd_precompute(int argc, char **argv) {
     return config_refuse(&error);
   }
 
+  // the texts of handles, trainings and tests share one allocation
+  request.train = request.handles + room;
+  request.tests = request.train + room;
   int code = precompute_options_read(argc, argv, &request);
   if (code == COMMAND_DONE)
     code = run_request(&request);

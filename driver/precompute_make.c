@@ -115,8 +115,9 @@ static thrum_status fix_vertices(const precompute_request *request, const thrum_
 }
 
 static thrum_status save_model(const precompute_request *request, const thrum_mesh *mesh,
-                               const thrum_precomputed *result, thrum_error *error) {
-  char *meta = precompute_meta(request, mesh, result);
+                               const thrum_precomputed *result, const train_outcome *training,
+                               thrum_error *error) {
+  char *meta = precompute_meta(request, mesh, result, training);
   if (meta == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory for meta");
   // a shallow copy, so that meta stays ours
@@ -198,12 +199,19 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   thrum_imported_basis imported = {0};
   thrum_status status = read_imported_basis(request, &imported, error);
   options.imported = request->import_basis ? &imported : NULL;
+  if (status >= 0 && request->train_count > 0)
+    status = precompute_train(request, mesh, fixed, &options, &outcome->training, error);
   THRUM_THEN(status, thrum_precompute(mesh, fixed, &options, &result, error));
+  if (status >= 0 && request->train_count > 0)
+    status = precompute_train_judge(request, &result.model, &outcome->training, error);
   thrum_imported_basis_free(&imported);
 
   config_progress_end(&progress, status >= 0);
-  if (status < 0)
+  if (status < 0) {
+    precompute_train_free(&outcome->training);
+    thrum_precomputed_free(&result);
     return status;
+  }
 
   // the split at the default step is shown with the other figures
   outcome->result = &result;
@@ -212,7 +220,7 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
 
   // the model first: the modes are an extra
   const double writing = clock_seconds();
-  THRUM_THEN(status, save_model(request, mesh, &result, error));
+  THRUM_THEN(status, save_model(request, mesh, &result, &outcome->training, error));
   THRUM_THEN(status, save_modes(request, &result, error));
 
   // the caller shows the figures while the result is still there
@@ -226,6 +234,7 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   }
 
   thrum_precomputed_free(&result);
+  precompute_train_free(&outcome->training);
   outcome->result = NULL;
   return status;
 }

@@ -4,6 +4,7 @@
 #define THRUM_DRIVER_PRECOMPUTE_OUTCOME_H
 
 #include "driver/precompute_request.h"
+#include "driver/precompute_train.h"
 #include "driver/split_at.h"
 
 /* The facts known once the model is made; seconds are wall-clock times. */
@@ -11,7 +12,8 @@ typedef struct precompute_outcome {
   const precompute_request *request;
   const thrum_mesh *mesh;
   const thrum_precomputed *result;
-  int64_t fixed_count; /* vertices with any component held */
+  int64_t fixed_count;    /* vertices with any component held */
+  train_outcome training; /* of --train; freed with the result */
   bool flagged;
   double dt; /* of the split */
   split_counts split;

@@ -127,8 +127,25 @@ static void add_check(cJSON *object, const thrum_precomputed *result) {
   json_number(check, "below_shift", result->mode_counted ? (double)result->shift_count : NAN);
 }
 
+/* The errors under the loads of a training and of its test; nothing without one. */
+static void add_training(cJSON *object, const train_outcome *training) {
+  if (training->run_count == 0)
+    return;
+  cJSON *item = cJSON_AddObjectToObject(object, "training");
+  json_number(item, "shapes", (double)training->field_count);
+  json_number(item, "error", precompute_train_error(training, false));
+  json_number(item, "test_error", precompute_train_error(training, true));
+  cJSON *loads = cJSON_AddArrayToObject(item, "loads");
+  for (int64_t n = 0; n < training->run_count; n++) {
+    cJSON *load = json_add_row(loads);
+    json_string(load, "load", training->runs[n].text);
+    cJSON_AddBoolToObject(load, "test", training->runs[n].test);
+    json_number(load, "error", training->runs[n].error);
+  }
+}
+
 char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
-                      const thrum_precomputed *result) {
+                      const thrum_precomputed *result, const train_outcome *training) {
   cJSON *meta = cJSON_CreateObject();
 
   // the program that made the model, because another build may round differently
@@ -160,6 +177,7 @@ char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
   add_residuals(meta, result);
   add_check(meta, result);
   add_import(meta, request, result);
+  add_training(meta, training);
   if (!request->reproducible)
     precompute_add_stages(meta, result);
 
@@ -224,6 +242,8 @@ void precompute_print_json(const precompute_outcome *outcome) {
   add_check(object, result);
   add_import(object, outcome->request, result);
 
+  add_training(object, &outcome->training);
+
   // the cost
   json_number(object, "threads", outcome->request->options.threads);
   cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
@@ -277,6 +297,18 @@ static void print_check(const thrum_precomputed *result) {
   puts("");
 }
 
+/* A line for each load: what the basis is worth where it was trained, and elsewhere. */
+static void print_training(const train_outcome *training) {
+  for (int64_t n = 0; n < training->run_count; n++) {
+    const train_run *run = &training->runs[n];
+    printf("%-18s", run->test ? "error in a test" : "error in training");
+    if (isfinite(run->error))
+      printf("%.3g %% of the displacement under %s\n", 100 * run->error, run->text);
+    else
+      printf("the run was lost under %s\n", run->text);
+  }
+}
+
 void precompute_print_table(const precompute_outcome *outcome) {
   const thrum_precomputed *result = outcome->result;
   double worst = 0;
@@ -300,7 +332,10 @@ void precompute_print_table(const precompute_outcome *outcome) {
   if (outcome->request->handle_count > 0)
     printf(" and %" PRId64 " handle%s", outcome->request->handle_count,
            outcome->request->handle_count == 1 ? "" : "s");
+  if (outcome->training.field_count > 0)
+    printf(", %" PRId64 " of it trained", outcome->training.field_count);
   puts("");
+  print_training(&outcome->training);
 
   // a free body keeps its rigid modes apart from the elastic ones
   if (result->rigid_count > 0)

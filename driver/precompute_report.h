@@ -8,7 +8,7 @@
 /* The JSON text stored as meta, which the caller frees; NULL: no memory. request->reproducible
  * leaves the times out. */
 char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
-                      const thrum_precomputed *result);
+                      const thrum_precomputed *result, const train_outcome *training);
 
 /* The outcome on standard output. */
 void precompute_print_json(const precompute_outcome *outcome);

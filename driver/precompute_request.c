@@ -3,6 +3,7 @@
 
 #include "config/message.h"
 #include "config/options.h"
+#include "driver/load_spec.h"
 #include "driver/precompute_request.h"
 #include "driver/shared_options.h"
 
@@ -38,6 +39,26 @@ static thrum_status take_handle(const config_given *given, void *request) {
   keep_line(given, r, r->handle_lines, r->handle_count);
   r->handles[r->handle_count++] = given->text;
   return THRUM_OK;
+}
+
+/* The text of a load, which is looked at here and parsed again when it is run. */
+static thrum_status take_load_text(const config_given *given, const char **texts, int64_t *count) {
+  load_spec load;
+  thrum_error error = {0};
+  if (load_spec_parse(given->text, &load, &error) < 0)
+    return config_given_refuse(given, "%s", error.message);
+  texts[(*count)++] = given->text;
+  return THRUM_OK;
+}
+
+static thrum_status take_train(const config_given *given, void *request) {
+  precompute_request *r = request;
+  return take_load_text(given, r->train, &r->train_count);
+}
+
+static thrum_status take_test(const config_given *given, void *request) {
+  precompute_request *r = request;
+  return take_load_text(given, r->tests, &r->test_count);
 }
 
 /* In the order of their enums. */
@@ -88,6 +109,17 @@ static const config_option options[] = {
                 "y, z are represented exactly",
                 .repeats = true, .take = take_handle),
 
+    OPTION_HEADING("training"),
+    OPTION_TEXT("train", "LOAD", NULL,
+                "run the full order under this load, as --load of simulate, and give half of the "
+                "rank to what modes and derivatives cannot show of its motion",
+                .repeats = true, .take = take_train),
+    OPTION_TEXT("test", "LOAD", NULL,
+                "another load, which is not trained on: the error under it is printed too",
+                .repeats = true, .take = take_test),
+    OPTION_NUMBER("train-time", "s", "0.5", "of each of these runs", AT(train_time),
+                  CONFIG_ABOVE(0)),
+
     OPTION_HEADING("other programs"),
     OPTION_TEXT("import-basis", "FILE.U", NULL,
                 "take VegaFEM's basis in place of modes and derivatives; it is turned until it is "
@@ -135,6 +167,8 @@ const config_command command_precompute = {
                 "precompute part.msh --fix clamp --modes 20 --rank 30 --dry-run\n"
                 "precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' --handles tip -o pull.npz\n"
                 "precompute horse --young 1e6 -o soft-horse.npz\n"
+                "precompute bridge --rank 30 --train square:0,0,-72000@load "
+                "--test gravity:3,0,-9.81 -o bridge.npz\n"
                 "precompute beam.veg --fix beam.bou --import-basis beam.U --import-cubic beam.cub "
                 "-o beam.npz\n"
                 "precompute bridge.veg --fix bridge.bou --threads 2 --json -o bridge.npz",
@@ -143,6 +177,7 @@ const config_command command_precompute = {
 
 int precompute_options_read(int argc, char **argv, precompute_request *request) {
   request->scale = 1;
+  request->train_time = 0.5;
   request->material = (thrum_material){NAN, NAN, NAN};
   request->options = thrum_default_precompute_options();
   int code = config_options_read(&command_precompute, argc, argv, request);
@@ -155,6 +190,10 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   // some options need others or exclude them
   if (request->output == NULL && !request->dry_run)
     return config_usage("precompute", "no output given: say -o NAME.npz");
+  if (request->test_count > 0 && request->train_count == 0)
+    return config_usage("precompute", "--test goes with --train");
+  if (request->train_count > 0 && (request->import_basis || request->dry_run))
+    return config_usage("precompute", "--train goes without --import-basis and --dry-run");
   if (request->import_cubic && !request->import_basis)
     return config_usage("precompute", "--import-cubic goes with --import-basis");
   if (request->import_basis && (request->modes_given || request->rank_given ||

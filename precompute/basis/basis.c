@@ -30,12 +30,14 @@ typedef struct pca {
   const thrum_sparse *mass;
   int64_t n, modes, count, rank; /* count: candidates */
   int64_t kept;                  /* of the modes, the last ones */
-  double *weight;                /* count */
-  double *q;                     /* n x count */
-  double *work;                  /* n x THRUM_SOLVE_BLOCK */
-  double *small;                 /* count x count */
-  double *left;                  /* count x count */
-  double *values;                /* 2 count */
+  const double *trained;         /* trained_count fields, the last of the rank */
+  int64_t trained_count;
+  double *weight; /* count */
+  double *q;      /* n x count */
+  double *work;   /* n x THRUM_SOLVE_BLOCK */
+  double *small;  /* count x count */
+  double *left;   /* count x count */
+  double *values; /* 2 count */
 } pca;
 
 static void pca_free(pca *p) {
@@ -226,6 +228,25 @@ static thrum_status diagonalise(pca *p, double *basis, thrum_error *error) {
   return status;
 }
 
+// the trained fields behind the columns of modes and derivatives, orthonormal to them
+static thrum_status append_trained(pca *p, double *columns, thrum_error *error) {
+  const int64_t total = p->rank + p->trained_count;
+  int64_t span = 0;
+  for (int64_t t = 0; t < p->trained_count; t++) {
+    double *column = columns + (p->rank + t) * p->n, square = 0;
+    thrum_fem_gather(p->fem, p->trained + 3 * t * p->fem->vertex_count, column);
+    thrum_mass_gram(p->mass, column, 1, column, 1, &square, p->work);
+    cblas_dscal((int)p->n, square > 0 ? 1 / sqrt(square) : 0, column, 1);
+  }
+  THRUM_TRY(thrum_mass_orthonormalise(p->mass, total, columns, TOLERANCE, &span, p->work, error));
+  if (span < total)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%lld of the trained shapes are among the modes and derivatives, or the "
+                           "same; lower --rank",
+                           (long long)(total - span));
+  return THRUM_OK;
+}
+
 static thrum_status build(pca *p, const double *omega2, const double *candidates, double *basis,
                           const thrum_reporter *reporter, thrum_error *error) {
   int64_t span = 0;
@@ -248,13 +269,18 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
     return status;
 
   // the columns of the basis, on the free components and then on all
-  double *columns = thrum_allocate(p->n * p->rank, sizeof *columns, "the basis", error);
+  const int64_t total = p->rank + p->trained_count;
+  double *columns = thrum_allocate(p->n * total, sizeof *columns, "the basis", error);
   if (!columns)
     return THRUM_OUT_OF_MEMORY;
   cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, (int)p->n, (int)p->rank, (int)span, 1,
               p->q, (int)p->n, p->left, (int)span, 0, columns, (int)p->n);
+  status = p->trained_count > 0 ? append_trained(p, columns, error) : THRUM_OK;
+  p->rank = total;
   scatter_rows(p->fem, columns, p->rank, basis);
   free(columns);
+  if (status < 0)
+    return status;
 
   // the reduced stiffness of the basis becomes diagonal
   status = thrum_report(reporter, 0.8, error);
@@ -263,7 +289,8 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
 
 thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t k, int64_t kept,
                          const double *omega2, const double *candidates, int64_t rank,
-                         double *basis, double *orthonormality, const thrum_reporter *reporter,
+                         const double *trained, int64_t trained_count, double *basis,
+                         double *orthonormality, const thrum_reporter *reporter,
                          thrum_error *error) {
   pca p = {.fem = fem,
            .mass = mass,
@@ -271,7 +298,13 @@ thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t
            .modes = k,
            .kept = kept,
            .count = k + k * (k + 1) / 2,
-           .rank = rank};
+           .rank = rank - trained_count,
+           .trained = trained,
+           .trained_count = trained_count};
+  if (p.rank < 1 || rank > p.count)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "rank %lld does not go with %lld trained shapes and %lld modes",
+                           (long long)rank, (long long)trained_count, (long long)k);
   thrum_status status = pca_allocate(&p, error);
   THRUM_THEN(status, build(&p, omega2, candidates, basis, reporter, error));
   if (status >= 0)

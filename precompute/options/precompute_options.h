@@ -89,6 +89,14 @@ typedef struct thrum_precompute_options {
   /* Number of `handles`; >= 0, default 0. Larger: more of the rank goes to them. */
   int64_t handle_count;
 
+  /* Shapes that are in the span of U beside the rank - trained_count vectors of modes and
+   * derivatives: trained_count fields of 3 vertex_count each, one after the other, mass-independent
+   * of those and of each other; default NULL. Fewer than `rank`. */
+  const double *trained;
+
+  /* Number of `trained`; >= 0, default 0. Larger: more of the rank goes to them. */
+  int64_t trained_count;
+
   /* Takes the place of modes, rank, derivatives and mass-PCA; NULL: none. */
   const thrum_imported_basis *imported;
 

@@ -1,0 +1,48 @@
+/* precompute --train: a basis that also shows what the full order does under loads.
+ *
+ * Half of the rank, and at least the linear modes, is the usual basis. The full order is run under
+ * each load; what that half cannot show of its motion becomes the other half. The error on the
+ * loads of the training and on others, which were in none, says what it is worth.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_PRECOMPUTE_TRAIN_H
+#define THRUM_DRIVER_PRECOMPUTE_TRAIN_H
+
+#include "driver/precompute_request.h"
+#include "precompute/precompute.h"
+
+#define TRAIN_SAMPLES 64 /* of each run */
+
+/* One load, its full-order run, and the error of the model under it. */
+typedef struct train_run {
+  const char *text;
+  bool test;
+  double *u;    /* TRAIN_SAMPLES x 3 vertex_count: displacements at equally spaced steps */
+  double error; /* rms of the displacement against the full order [1]; NaN: the run was lost */
+} train_run;
+
+/* The outcome; a zeroed one has no runs. */
+typedef struct train_outcome {
+  train_run *runs; /* owned: those of the training, then those of the test */
+  int64_t run_count, train_count;
+  double *fields; /* field_count x 3 vertex_count: shapes for the basis; owned */
+  int64_t field_count;
+} train_outcome;
+
+/* Runs the full order of the mesh under all loads of the request, and finds the shapes that
+ * `options`, which gets them and the rank that they leave it, then makes the basis with.
+ * precompute_train_free frees, whatever came back. */
+thrum_status precompute_train(const precompute_request *request, const thrum_mesh *mesh,
+                              const uint8_t *fixed, thrum_precompute_options *options,
+                              train_outcome *outcome, thrum_error *error);
+
+/* Steps the model under all loads, and fills the errors. */
+thrum_status precompute_train_judge(const precompute_request *request, const thrum_model *model,
+                                    train_outcome *outcome, thrum_error *error);
+
+void precompute_train_free(train_outcome *outcome);
+
+/* The largest error of the runs of the training, or of the test; NaN: there is none, or one was
+ * lost. */
+double precompute_train_error(const train_outcome *outcome, bool test);
+
+#endif

@@ -1,0 +1,79 @@
+/* `thrum precompute --train`: a trained basis errs less under its load, says so, and what cannot be
+ * trained is refused. SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cjson/cJSON.h>
+#include <cmocka.h>
+#include <math.h>
+
+#include "tests/support/simulate_support.h"
+#include "tests/support/test_folder.h"
+
+#define MESH "beam:8x2x2@1x0.2x0.2"
+#define PULL "square:0,0,-300@vertex=30"
+
+/* The training of --json of a precompute with more options; the caller frees. */
+static cJSON *train(const char *modes, const char *rank) {
+  program_result run =
+      thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "trained.npz", "--modes",
+                modes, "--rank", rank, "--train", PULL, "--test", "gravity:0,2,-9.81",
+                "--train-time", "0.3", "--json", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  cJSON *object = json_line(run.out);
+  assert_non_null(object);
+  program_result_free(&run);
+  return object;
+}
+
+static void a_larger_trained_basis_errs_less_and_both_errors_are_said(void **state) {
+  (void)state;
+  cJSON *small = train("4", "8"), *large = train("4", "14");
+  const cJSON *of_small = cJSON_GetObjectItem(small, "training"),
+              *of_large = cJSON_GetObjectItem(large, "training");
+  assert_true(json_value(of_large, "shapes") == 7);
+  assert_true(json_value(of_large, "error") < 0.5 * json_value(of_small, "error"));
+  assert_true(json_value(of_large, "error") < 0.03);
+  assert_true(json_value(of_large, "test_error") > 0);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(of_large, "loads")), 2);
+  cJSON_Delete(small);
+  cJSON_Delete(large);
+}
+
+static void what_cannot_be_trained_is_refused(void **state) {
+  (void)state;
+  static const char *const cases[][5] = {
+      {"--test", PULL, NULL, NULL, "--test goes with --train"},
+      {"--train", "push:1,2,3", NULL, NULL, "push"},
+      {"--train", "square:0,0,-1@nowhere", NULL, NULL, "nowhere"},
+      {"--train", PULL, "--rank", "10", "leaves nothing beside 10 modes"},
+      {"--train", PULL, "--dry-run", NULL, "--train goes without"},
+  };
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    program_result run = thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "none.npz",
+                                   "-q", cases[n][0], cases[n][1], cases[n][2], cases[n][3], NULL);
+    assert_true(run.exit_code == 1 || run.exit_code == 2);
+    if (strstr(run.err, cases[n][4]) == NULL)
+      fail_msg("case %zu: %s", n, run.err);
+    assert_false(file_exists(in_folder("none.npz")));
+    program_result_free(&run);
+  }
+
+  // a free body would fly away
+  program_result run =
+      thrum_run(folder, "precompute", MESH, "-o", "none.npz", "-q", "--train", PULL, NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "nothing is held"));
+  program_result_free(&run);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_larger_trained_basis_errs_less_and_both_errors_are_said),
+      cmocka_unit_test(what_cannot_be_trained_is_refused),
+  };
+  return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
