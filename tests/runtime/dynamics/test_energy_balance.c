@@ -157,6 +157,52 @@ static void fox_goodwin_gives_way_before_it_is_lost(void **context) {
   random_model_free(&m);
 }
 
+/* Energy of the fastest kind of loss: a load of six orders of magnitude comes in calm motion, and
+ * the energy grows a thousandfold in two steps. No status may call that done. */
+static void no_status_hides_what_a_sudden_load_spoils(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 11, RANK, 4.0, 18.0, 0.5);
+  random_state random = {17};
+  int switched = 0;
+  for (int n = 0; n < 300; n++) {
+    thrum_state_def def = make_def(THRUM_INTEGRATOR_FOX_GOODWIN, 0.02);
+    thrum_state *state = state_make(&m.model, &def);
+    double p[RANK], q[2][RANK] = {{0}}, force[RANK] = {0}, explained, moved = 0.0, scale;
+    random_vector(&random, RANK, pow(10.0, random_uniform(&random)), p);
+    state_put(&m.model, state, NULL, p);
+    explained = scale = state_energy(&m.model, state).total;
+
+    const double load = pow(10.0, 3.0 + 2.0 * random_uniform(&random));
+    for (int k = 0; k < 120; k++) {
+      if (k >= 24 && k % 8 == 0)
+        random_vector(&random, RANK, load, force);
+      state_push(&m.model, state, force);
+      const thrum_status status = thrum_step(&m.model, state, NULL);
+      assert_true(status >= 0);
+      state_read(&m.model, state, q[1], NULL);
+      double work = 0.0;
+      for (int i = 0; i < RANK; i++) {
+        work += force[i] * (q[1][i] - q[0][i]);
+        q[0][i] = q[1][i];
+      }
+
+      // what the loads explain, with an allowance of twice what the balance has
+      explained += work;
+      moved += fabs(work);
+      scale = fmax(scale, explained);
+      const double error = state_energy(&m.model, state).total - explained - 0.2 * moved;
+      if (error > 1.5 * scale && status != THRUM_ENERGY_GREW)
+        fail_msg("run %d, step %d: %g J beyond %g J, and the step says: %s", n, k, error, scale,
+                 thrum_status_text(status));
+    }
+    switched += thrum_state_report_get(state).switched_steps > 0;
+    state_free(state);
+  }
+  assert_true(switched > 50);
+  random_model_free(&m);
+}
+
 static void a_snapshot_of_a_switched_state_goes_on_with_the_same_bits(void **context) {
   (void)context;
   random_model m;
@@ -214,6 +260,7 @@ int main(void) {
       cmocka_unit_test(damping_does_not_hide_growth),
       cmocka_unit_test(motion_that_loads_and_damping_explain_is_not_growth),
       cmocka_unit_test(fox_goodwin_gives_way_before_it_is_lost),
+      cmocka_unit_test(no_status_hides_what_a_sudden_load_spoils),
       cmocka_unit_test(a_snapshot_of_a_switched_state_goes_on_with_the_same_bits),
       cmocka_unit_test(heavy_damping_makes_no_energy),
   };
