@@ -4,9 +4,9 @@
  *   LANES               number of states
  *   ROWS, ROWS_FEW      rows of a block taken at once, 1 to 8; ROWS_FEW where each has more
  * products INLINE, PASS        as for runtime/polynomial/kernel_lanes.h vs_zero, vs_set1(s),
- * vs_load(p), vs_store(p, a), vs_mul(a, b), vs_div(a, b), vs_add(a, b) vs_set1_single(p)   one float vs_keep(a)
- * a, which the compiler keeps in a register vs_again(p)         p, through which the compiler loads
- * a number again for each use
+ * vs_load(p), vs_store(p, a), vs_mul(a, b), vs_div(a, b), vs_add(a, b) vs_set1_single(p)   one
+ * float vs_keep(a) a, which the compiler keeps in a register vs_again(p)         p, through which
+ * the compiler loads a number again for each use
  *
  * A sum over columns has eight partial sums, column mod 8, as runtime/polynomial/kernel_private.h
  * says; here they are eight registers, and no sum runs across the lanes of one. The passes over a
@@ -211,8 +211,8 @@ PASS void ask_for(const double *from, size_t bytes) {
 /* Initialiser of the table of passes in this file. */
 #define THRUM_BATCH_TABLE                                                                          \
   {                                                                                                \
-    .lanes = LANES, .force = pass_force, .tangent_pairs = pass_tangent_pairs, .force_part = pass_force_part,                                                 \
-    .tangent_vector_part = pass_tangent_vector_part, .restrict_to = pass_restrict,                 \
-    .restricted_gradient = pass_restricted_gradient,                                               \
+    .lanes = LANES, .force = pass_force, .tangent_pairs = pass_tangent_pairs,                      \
+    .force_part = pass_force_part, .tangent_vector_part = pass_tangent_vector_part,                \
+    .restrict_to = pass_restrict, .restricted_gradient = pass_restricted_gradient,                 \
     .restricted_hessian = pass_restricted_hessian, .ask_for = ask_for,                             \
   }

@@ -47,11 +47,15 @@ static void strain_at_centre(const thrum_model *model, int64_t t, const double *
   static const int rows[6] = {0, 1, 2, 0, 1, 0}, columns[6] = {0, 1, 2, 1, 2, 2};
   double places[10][3], slopes[10][3], map[9], g[3][3] = {{0}};
   int32_t node[10];
+
+  // the slopes of the shape functions there, in the body's axes
   node_of(model, t, node);
   for (int a = 0; a < 10; a++)
     memcpy(places[a], model->vertices + 3 * (int64_t)node[a], sizeof places[a]);
   thrum_quadratic_slopes(centre, slopes);
   assert_true(thrum_quadratic_map(places, slopes, map) > 0);
+
+  // the displacement gradient is a sum over the nodes
   for (int a = 0; a < 10; a++)
     for (int c = 0; c < 3; c++) {
       const double u =
@@ -60,6 +64,8 @@ static void strain_at_centre(const thrum_model *model, int64_t t, const double *
         g[c][d] +=
             u * (slopes[a][0] * map[d] + slopes[a][1] * map[3 + d] + slopes[a][2] * map[6 + d]);
     }
+
+  // E = 1/2 (G + G^T + G^T G)
   for (int n = 0; n < 6; n++) {
     const int c = rows[n], d = columns[n];
     strain[n] = (g[c][d] + g[d][c]) / 2;

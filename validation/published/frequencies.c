@@ -37,6 +37,7 @@ static thrum_status beam_rows(const published_sink *sink, int cells, int order,
   thrum_precomputed made = {0};
   THRUM_TRY(published_precompute(&body, 4, 4, true, &made, error));
 
+  // the lowest modes bend; the axial one lies among them and is found by its shape
   const char *const *name = names[order == 2];
   for (int n = 0; n < 2; n++)
     published_add(sink, "beam", name[n], body.mesh, cells,
@@ -170,6 +171,7 @@ static thrum_status membrane_rows(const published_sink *sink, int cells, int ord
   snprintf(body.mesh, sizeof body.mesh, "beam:%dx%dx1@10x1x0.05", 2 * cells, cells);
   THRUM_TRY(published_precompute(&body, 6, 6, false, &made, error));
 
+  // all six in their order
   for (int i = 0; i < 6; i++)
     published_add(sink, "membrane", names[order == 2][i], body.mesh, cells, hertz[i],
                   sqrt(made.mode_omega2[i]) / (2 * PI));

@@ -116,6 +116,7 @@ static thrum_status elastica_rows(const published_sink *sink, int cells, thrum_e
   snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@1x%.9gx%.9g", 50 * cells, cells,
            SLENDER / cells, SLENDER);
 
+  // the theory has no locking, and neither have ten nodes
   double deflection, shortening, found[2], tip = 0;
   thrum_precomputed made = {0};
   published_elastica_tip(load, &deflection, &shortening);
