@@ -354,6 +354,8 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
   const thrum_threads before = thrum_threads_set(options->threads);
   thrum_status status = run_all(&p, error);
   THRUM_THEN(status, thrum_model_check(&p.result.model, error));
+  if (status == THRUM_OK)
+    p.result.model.identity = thrum_model_identity(&p.result.model);
 
   // the libraries get their threads back, and the result is whole or nothing
   pipeline_free(&p);
