@@ -256,10 +256,21 @@ static void print_table(const trade *t) {
 
   // the setting that was picked among them
   printf("\nrecommended for %s:\n", t->wanted);
-  if (t->chosen >= 0)
-    print_run(t, &t->result.runs[t->chosen]);
-  else
-    puts("no setting that was tried");
+  if (t->chosen < 0) {
+    puts("no setting that was tried; a basis trained on this load may do it: thrum precompute "
+         "--train LOAD");
+    return;
+  }
+  const tradeoff_run *chosen = &t->result.runs[t->chosen];
+  const double basis = t->result.bases[chosen->basis].error.displacement;
+  print_run(t, chosen);
+
+  // two errors that cancel here need not do so elsewhere
+  if (chosen->error.displacement < basis)
+    printf(
+        "its error is below that of its basis, %.3g %%: the errors of basis and time step cancel "
+        "in part under this load, and need not under another\n",
+        100 * basis);
 }
 
 /* Warns where the chosen setting has a mode of the load's band at another pitch than was asked. */
