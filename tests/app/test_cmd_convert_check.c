@@ -52,6 +52,33 @@ static void converting_there_and_back_gives_the_same_check(void **state) {
   cJSON_Delete(first);
 }
 
+static void order_makes_and_drops_middle_nodes(void **state) {
+  (void)state;
+
+  // ten nodes there and back, and by their corners
+  cJSON *made = run_json(0, thrum_run(folder, "convert", "beam:2x2x2@1x1x1", "ten.msh", "--order",
+                                      "2", "--json", NULL));
+  assert_true(json_value(made, "order") == 2 && json_value(made, "vertices") == 125);
+  cJSON_Delete(made);
+  cJSON *check = run_json(0, thrum_run(folder, "check", "ten.msh", "--json", NULL));
+  assert_true(json_value(check, "order") == 2 && json_value(check, "vertices") == 125);
+  cJSON_Delete(check);
+  program_result run = thrum_run(folder, "convert", "ten.msh", "four.veg", "--order", "1", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, "48 tetrahedra of ten nodes were read by their corners"));
+  assert_non_null(strstr(run.out, "27 vertices, 48 tetrahedra"));
+  program_result_free(&run);
+
+  // a format without ten nodes is refused, and so is another order
+  run = thrum_run(folder, "convert", "ten.msh", "ten.veg", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "tets of ten nodes are not written to .veg files"));
+  program_result_free(&run);
+  run = thrum_run(folder, "check", "ten.msh", "--order", "3", NULL);
+  assert_int_equal(run.exit_code, 2);
+  program_result_free(&run);
+}
+
 static void a_group_or_material_that_the_format_cannot_hold_is_warned_of(void **state) {
   (void)state;
   program_result run = thrum_run(folder, "convert", "beam:2x2x2@1x1x1", "b.msh", NULL);
@@ -113,6 +140,7 @@ int main(void) {
     return 1;
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(converting_there_and_back_gives_the_same_check),
+      cmocka_unit_test(order_makes_and_drops_middle_nodes),
       cmocka_unit_test(a_group_or_material_that_the_format_cannot_hold_is_warned_of),
       cmocka_unit_test(a_likely_mistake_is_flagged_with_exit_code_3),
       cmocka_unit_test(wrong_arguments_and_unknown_formats_are_refused),

@@ -538,6 +538,29 @@ static void a_body_that_nothing_holds_is_a_free_one(void **state) {
   program_result_free(&run);
 }
 
+static void order_two_makes_a_model_of_ten_node_tetrahedra(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "precompute", BEAM, "-o", "ten.npz", "--order", "2",
+                                 "--fix", ROOT, "--modes", "4", "--rank", "8", "--json", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cJSON *object = json_line(run.out);
+  assert_true(json_value(object, "order") == 2);
+  cJSON_Delete(object);
+  program_result_free(&run);
+
+  // the file says so, and it is stepped, reduced and in the full order
+  run = thrum_run(folder, "info", "ten.npz", NULL);
+  assert_non_null(strstr(run.out, "format 2.0"));
+  assert_non_null(strstr(run.out, "tetrahedra of ten nodes"));
+  program_result_free(&run);
+  run = thrum_run(folder, "simulate", "ten.npz", "-o", "ten", "--time", "0.03", "--stress", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  run = thrum_run(folder, "simulate", "ten.npz", "-o", "whole", "--full", "--time", "0.01", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+}
+
 static void stages_say_time_memory_and_rate(void **state) {
   (void)state;
   cJSON *object = precompute(BEAM, ROOT, NULL, NULL, NULL, NULL);
@@ -716,6 +739,7 @@ int main(void) {
       cmocka_unit_test(a_body_that_nothing_holds_is_a_free_one),
 
       // what it says on its way, and how it ends
+      cmocka_unit_test(order_two_makes_a_model_of_ten_node_tetrahedra),
       cmocka_unit_test(stages_say_time_memory_and_rate),
       cmocka_unit_test(precompute_says_how_modes_were_checked),
       cmocka_unit_test(an_output_that_cannot_be_written_is_refused_at_once),

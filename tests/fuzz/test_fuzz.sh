@@ -17,7 +17,7 @@ flags="-std=c11 -O1 -g1 -I$source -I$source/include"
 flags="$flags -D_POSIX_C_SOURCE=200809L -ffp-contract=off"
 flags="$flags -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer"
 mesh_sources="mesh/*.c mesh/formats/*.c io/text.c io/file.c"
-mesh_sources="$mesh_sources platform/interrupt.c runtime/base/status.c"
+mesh_sources="$mesh_sources platform/interrupt.c runtime/base/quadratic_tet.c runtime/base/status.c"
 
 mkdir -p "$build"
 
