@@ -12,6 +12,7 @@
 #include "app/info_surface.h"
 #include "config/message.h"
 #include "config/options.h"
+#include "driver/model_condense_to.h"
 #include "driver/named_model.h"
 #include "driver/shared_options.h"
 #include "driver/split_at.h"
@@ -27,6 +28,8 @@
 typedef struct info {
   const char *path;
   const thrum_model *model;
+  const thrum_model *steps; /* that is stepped: another where the file is condensed */
+  void *steps_memory;       /* of that */
   bool has_mesh;
   thrum_quality quality;
   cJSON *meta;         /* NULL when the model has none or it is no JSON object */
@@ -158,7 +161,7 @@ static void add_stepped(cJSON *object, const info *about) {
   json_string(object, "integrator", thrum_integrator_name(about->def.integrator));
   cJSON *hertz = cJSON_AddArrayToObject(object, "stepped_frequencies_hz");
   cJSON *factors = cJSON_AddArrayToObject(object, "stepped_amplitude_factors");
-  for (int64_t i = 0; i < about->model->rank; i++) {
+  for (int64_t i = 0; i < about->steps->rank; i++) {
     cJSON_AddItemToArray(hertz, json_number_item(about->stepped[i].stepped_hertz));
     cJSON_AddItemToArray(factors, json_number_item(about->stepped[i].factor));
   }
@@ -202,8 +205,9 @@ static void print_json(const info *about) {
   json_number(object, "format_major", about->model->format[0]);
   json_number(object, "format_minor", about->model->format[1]);
   json_number(object, "rank", (double)about->model->rank);
-  json_number(object, "cubic_coefficients", (double)about->model->c3_count);
-  json_number(object, "quartic_coefficients", (double)about->model->c4_count);
+  json_number(object, "masters", (double)about->steps->rank);
+  json_number(object, "cubic_coefficients", (double)about->steps->c3_count);
+  json_number(object, "quartic_coefficients", (double)about->steps->c4_count);
 
   add_mesh(object, about);
   add_frequencies(object, about);
@@ -289,7 +293,7 @@ static void print_stepped(const info *about) {
          thrum_integrator_name(about->def.integrator), about->def.dt);
   print_label("");
   puts("mode      f [Hz]   stepped [Hz]    error   amplitude after 1 s");
-  for (int64_t i = 0; i < about->model->rank; i++) {
+  for (int64_t i = 0; i < about->steps->rank; i++) {
     const thrum_stepped_mode *mode = &about->stepped[i];
     print_label("");
     printf("%4" PRId64 "  %10.5g", i + 1, mode->hertz);
@@ -407,7 +411,11 @@ static void print_table(const info *about) {
 
   print_label("polynomial");
   printf("rank %" PRId64 ", %" PRId64 " cubic and %" PRId64 " quartic coefficients\n", model->rank,
-         model->c3_count, model->c4_count);
+         about->steps->c3_count, about->steps->c4_count);
+  if (about->steps != model) {
+    print_label("condensed");
+    printf("%" PRId64 " coordinates are stepped, the others follow at rest\n", about->steps->rank);
+  }
   if (is_single(about)) {
     print_label("precision");
     printf("single, force wrong by %.1e of itself at most, of 16 samples\n",
@@ -482,8 +490,9 @@ static thrum_status gather(info *about, thrum_error *error) {
   about->stepped = malloc((size_t)model->rank * sizeof *about->stepped);
   if (about->stepped == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
-  THRUM_TRY(stepped_modes_at(model, &about->def, about->stepped, error));
-  const thrum_status split = split_at(model, about->def.dt, &about->split, error);
+  THRUM_TRY(model_condense_to(model, 0, &about->steps_memory, &about->steps, error));
+  THRUM_TRY(stepped_modes_at(about->steps, &about->def, about->stepped, error));
+  const thrum_status split = split_at(about->steps, about->def.dt, &about->split, error);
   return split < 0 || about->load_count == 0 ? split : measure_loads(about, error);
 }
 
@@ -523,6 +532,7 @@ int cmd_info(int argc, char **argv) {
   cJSON_Delete(about.meta);
   free(about.hertz);
   free(about.stepped);
+  free(about.steps_memory);
   thrum_model_free(about.model);
   return status < 0 ? config_refuse(&error) : COMMAND_DONE;
 }

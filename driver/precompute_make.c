@@ -8,6 +8,7 @@
 #include "config/message.h"
 #include "config/progress.h"
 #include "driver/mesh_warnings.h"
+#include "driver/model_condense_to.h"
 #include "driver/precompute_dry.h"
 #include "driver/precompute_make.h"
 #include "driver/precompute_report.h"
@@ -114,6 +115,24 @@ static thrum_status fix_vertices(const precompute_request *request, const thrum_
   return THRUM_OK;
 }
 
+/* The model with the condensed polynomial of its lowest coordinates in the place of its own;
+ * *memory holds that and is the caller's. */
+static thrum_status condense(int64_t masters, thrum_model *model, void **memory,
+                             thrum_error *error) {
+  const thrum_model *stepped = NULL;
+  THRUM_TRY(model_condense_to(model, masters, memory, &stepped, error));
+  model->c3 = model->c4 = NULL;
+  model->c3_count = model->c4_count = 0;
+  model->slave_map = stepped->follow;
+  model->slave_count = model->rank - masters;
+  model->slave_pairs = masters * (masters + 1) / 2;
+  model->condensed_c3 = stepped->c3;
+  model->condensed_c3_count = stepped->c3_count;
+  model->condensed_c4 = stepped->c4;
+  model->condensed_c4_count = stepped->c4_count;
+  return THRUM_OK;
+}
+
 static thrum_status save_model(const precompute_request *request, const thrum_mesh *mesh,
                                const thrum_precomputed *result, const train_outcome *training,
                                thrum_error *error) {
@@ -124,7 +143,12 @@ static thrum_status save_model(const precompute_request *request, const thrum_me
   thrum_model model = result->model;
   model.meta = (const uint8_t *)meta;
   model.meta_bytes = (int64_t)strlen(meta);
-  const thrum_status status = thrum_model_save(request->output, &model, error);
+  void *memory = NULL;
+  thrum_status status = THRUM_OK;
+  if (request->condense)
+    status = condense(result->mode_count, &model, &memory, error);
+  THRUM_THEN(status, thrum_model_save(request->output, &model, error));
+  free(memory);
   free(meta);
   return status;
 }

@@ -109,6 +109,11 @@ static const config_option options[] = {
                 "y, z are represented exactly",
                 .repeats = true, .take = take_handle),
 
+    OPTION_FLAG("condense",
+                "write a condensed model: the linear modes are stepped, all other coordinates "
+                "follow at rest; the file is small, and cannot be stepped uncondensed",
+                AT(condense)),
+
     OPTION_HEADING("training"),
     OPTION_TEXT("train", "LOAD", NULL,
                 "run the full order under this load, as --load of simulate, and give half of the "
@@ -194,6 +199,9 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
     return config_usage("precompute", "--test goes with --train");
   if (request->train_count > 0 && (request->import_basis || request->dry_run))
     return config_usage("precompute", "--train goes without --import-basis and --dry-run");
+  if (request->condense && request->import_basis)
+    return config_usage("precompute",
+                        "--condense needs linear modes, which --import-basis has not");
   if (request->import_cubic && !request->import_basis)
     return config_usage("precompute", "--import-cubic goes with --import-basis");
   if (request->import_basis && (request->modes_given || request->rank_given ||

@@ -89,6 +89,49 @@ static void a_scene_steps_it_alike(void **state) {
   assert_true(difference("scene/a/q.npy", "alone/q.npy", 0) == 0);
 }
 
+static void a_file_that_was_precomputed_condensed_is_stepped_alike(void **state) {
+  (void)state;
+  program_result run =
+      thrum_run(folder, "precompute", "beam:12x2x2@1x0.1x0.1", "--fix", "x<0.001", "--young", "3e6",
+                "--poisson", "0.4", "--density", "1000", "--modes", "6", "--rank", "15",
+                "--condense", "-o", "small.npz", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  program_result_free(&run);
+
+  // the whole model of the same mesh, condensed when it is read
+  run = thrum_run(folder, "precompute", "beam:12x2x2@1x0.1x0.1", "--fix", "x<0.001", "--young",
+                  "3e6", "--poisson", "0.4", "--density", "1000", "--modes", "6", "--rank", "15",
+                  "-o", "large.npz", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  static const char *const names[2][4] = {{"small.npz", "small", NULL, NULL},
+                                          {"large.npz", "large", "--condense", "6"}};
+  for (int n = 0; n < 2; n++) {
+    run =
+        thrum_run(folder, "simulate", names[n][0], "-o", names[n][1], "-q", "--time", "0.3",
+                  "--integrator", "energy", "--start", "kick.npy", names[n][2], names[n][3], NULL);
+    if (run.exit_code != 0)
+      fail_msg("exit code %d: %s", run.exit_code, run.err);
+    program_result_free(&run);
+  }
+  assert_true(difference("small/q.npy", "large/q.npy", 0) == 0);
+
+  // what needs the polynomial of all coordinates says so, and info reads the file
+  run = thrum_run(folder, "static", "small.npz", "--load", "gravity:0,0,-1", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "condensed"));
+  program_result_free(&run);
+  run = thrum_run(folder, "export", "small.npz", "--vega-cubic", "small.cub", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "condensed"));
+  program_result_free(&run);
+  run = thrum_run(folder, "info", "small.npz", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.out, "condensed"));
+  program_result_free(&run);
+}
+
 static void a_large_swing_is_flagged(void **state) {
   (void)state;
   cJSON *object = simulate("large", "mode:1,0.5", "2", 3);
@@ -120,6 +163,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_smooth_swing_is_that_of_the_whole_model_with_what_follows),
       cmocka_unit_test(a_scene_steps_it_alike),
+      cmocka_unit_test(a_file_that_was_precomputed_condensed_is_stepped_alike),
       cmocka_unit_test(a_large_swing_is_flagged),
       cmocka_unit_test(what_cannot_be_condensed_is_refused),
   };
