@@ -94,6 +94,26 @@ static thrum_status check_names(scene_spec *spec) {
 
 /* --- records ---------------------------------------------------------------------------------- */
 
+/* Refuses what says how imexv splits the modes where imexv does not step. */
+static thrum_status check_split(const scene_spec *spec, const config_record *at,
+                                thrum_integrator integrator) {
+  static const char *const of_imexv[] = {"split", "safety", "split_form"};
+  for (size_t n = 0; n < sizeof of_imexv / sizeof of_imexv[0]; n++)
+    if (config_record_member(&spec->file, at, of_imexv[n]) != NULL)
+      return config_record_refuse(&spec->file, at, of_imexv[n], THRUM_BAD_VALUE,
+                                  "is of imexv, and %s steps; add \"integrator\": \"imexv\"",
+                                  thrum_integrator_name(integrator));
+  return THRUM_OK;
+}
+
+/* The keys of the scene itself serve the bodies that imexv steps. */
+static thrum_status check_scene_split(const scene_spec *spec) {
+  for (int64_t n = 0; n < spec->bodies.count; n++)
+    if (scene_bodies(spec)[n].settings.def.integrator == THRUM_INTEGRATOR_IMEXV)
+      return THRUM_OK;
+  return check_split(spec, &spec->settings.at, spec->settings.def.integrator);
+}
+
 static thrum_status check_body(const scene_spec *spec, const scene_body_spec *body) {
   const config_record *at = &body->settings.at;
   const bool mesh = thrum_mesh_is_named(body->model);
@@ -106,6 +126,8 @@ static thrum_status check_body(const scene_spec *spec, const scene_body_spec *bo
   if (!mesh && body->material.at.node != NULL)
     return config_record_refuse(&spec->file, at, "material", THRUM_BAD_VALUE,
                                 "is of a mesh; use \"stiffness\" and \"density\" of a model");
+  if (body->settings.def.integrator != THRUM_INTEGRATOR_IMEXV)
+    THRUM_TRY(check_split(spec, at, body->settings.def.integrator));
 
   // velocities are initial values of the rigid motion, which a held body has not
   static const char *const of_free[] = {"velocity", "spin"};
@@ -167,6 +189,7 @@ static thrum_status check(scene_spec *spec) {
     return config_record_refuse(&spec->file, &spec->settings.at, "bodies", THRUM_MISSING,
                                 "a scene needs a body");
   THRUM_TRY(check_names(spec));
+  THRUM_TRY(check_scene_split(spec));
   for (int64_t n = 0; n < spec->bodies.count; n++)
     THRUM_TRY(check_body(spec, &scene_bodies(spec)[n]));
   for (int64_t n = 0; n < spec->obstacles.count; n++)

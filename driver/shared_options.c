@@ -15,6 +15,17 @@ static const char *const split_forms[] = {THRUM_SPLIT_FORM_LIST(X) NULL};
 #undef X
 const char *const full_solver_names[] = {"cholesky", "cg", NULL};
 
+const char *split_option_without_effect(const thrum_state_def *def) {
+  const thrum_state_def usual = thrum_default_state_def();
+  if (def->integrator == THRUM_INTEGRATOR_IMEXV)
+    return NULL;
+  if (def->split_form != usual.split_form)
+    return "--split-form";
+  if (def->split_rule != usual.split_rule)
+    return "--split";
+  return def->split_safety != usual.split_safety ? "--safety" : NULL;
+}
+
 thrum_status load_option_take(const config_given *given, load_spec *loads, int64_t *count) {
   thrum_error error = {0};
   if (load_spec_parse(given->text, &loads[*count], &error) < 0)

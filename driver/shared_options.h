@@ -27,7 +27,7 @@ extern const char *const full_solver_names[];
               .take = taken)
 #define OPTION_INTEGRATOR(type, member)                                                            \
   OPTION_CHOICE(                                                                                   \
-      "integrator", integrator_names, "imexv",                                                     \
+      "integrator", integrator_names, "energy",                                                     \
       "what steps a body; the last three are there to be compared with: backward Euler, the same " \
       "with a single Newton iteration (Baraff and Witkin), and Runge-Kutta of order 4",            \
       CONFIG_AT(type, member))
@@ -49,6 +49,11 @@ extern const char *const full_solver_names[];
   "  traction  traction:X,Y,Z@GROUP, a force an area in Pa on the surface there\n"                 \
   "TARGET is a group, vertex=N (from 1, as in lists of fixed vertices), or all. The force is\n"    \
   "the total: the vertices of a group share it equally, held ones included.\n"
+
+/* The first option of how imexv splits the modes that differs from its default although another
+ * integrator steps, as on a command line ("--split-form"); NULL where there is none. Such an option
+ * would have no effect. */
+const char *split_option_without_effect(const thrum_state_def *def);
 
 /* For `take`: parses the load given into loads[*count], which has room for it, and counts it. */
 thrum_status load_option_take(const config_given *given, load_spec *loads, int64_t *count);

@@ -156,7 +156,7 @@ static const char *why_not_full(thrum_integrator integrator) {
   return NULL;
 }
 
-/* Whether the full order can do what is asked for; picks its integrator where none is named.
+/* Whether the full order can do what is asked for.
  * COMMAND_DONE, or the exit code after its line has been printed. */
 static int check_full(simulate_request *request) {
   thrum_state_def *def = &request->def;
@@ -164,8 +164,6 @@ static int check_full(simulate_request *request) {
     return COMMAND_DONE;
 
   // the full order has no split and no modes
-  if (!request->integrator_named)
-    def->integrator = THRUM_INTEGRATOR_ENERGY;
   const char *reason = why_not_full(def->integrator);
   if (reason)
     return config_usage("simulate", "--full: %s %s; take energy, newmark, midpoint or verlet",
@@ -189,6 +187,14 @@ static int finish(int argc, char **argv, simulate_request *request) {
     return code;
   if (request->run_path == NULL)
     return config_usage("simulate", "where to? name the run's folder with -o RUN");
+
+  // an option without effect would let a user believe that another integrator stepped
+  const char *idle = split_option_without_effect(&request->def);
+  if (idle != NULL)
+    return config_usage("simulate", "%s is of imexv, and %s steps; add --integrator imexv", idle,
+                        thrum_integrator_name(request->def.integrator));
+
+  // the length of the run
   request->steps = simulate_step_count(request->time, request->def.dt);
   if (request->steps == 0)
     return config_usage("simulate", "--time %g at --dt %g is more than %g steps", request->time,
@@ -205,14 +211,7 @@ int simulate_options_read(int argc, char **argv, simulate_request *request) {
   request->time = TIME_DEFAULT;
   request->record_every = 1;
   request->monitor = true;
-
-  // an integrator out of range shows that none was named
-  const thrum_integrator usual = request->def.integrator;
-  request->def.integrator = (thrum_integrator)-1;
   const int code = config_options_read(&command_simulate, argc, argv, request);
-  request->integrator_named = request->def.integrator != (thrum_integrator)-1;
-  if (!request->integrator_named)
-    request->def.integrator = usual;
   if (code != COMMAND_DONE)
     return code;
   return finish(argc, argv, request);

@@ -4,12 +4,12 @@
  * matrix in them is the identity, so the momentum p is also the velocity. Quantities are SI:
  * q in kg^1/2 m, p in kg^1/2 m/s, reduced forces in kg^1/2 m/s^2, energies in J, times in s.
  *
- *   imexv     two-stage implicit-explicit variational integrator, design 5 (2)-(5); the default
+ *   imexv     two-stage implicit-explicit variational integrator, design 5 (2)-(5)
  *   verlet    imexv with every mode explicit: Stoermer-Verlet
  *   midpoint  imexv with every mode implicit: the implicit midpoint rule
  *   newmark   the Newmark family, design 6, any beta and gamma; the baseline
  *   energy    an energy-conserving step by a discrete gradient, design 7: it keeps
- *             1/2 |p|^2 + V at any dt, up to the work of the load and the dissipation
+ *             1/2 |p|^2 + V at any dt, up to the work of the load and the dissipation; the default
  *
  * imexv also has a quadratic split, design 5 (6). With `adaptive` set it monitors its own stability
  * (design 4): it moves modes between the explicit set E and the implicit set I, corrects slow drift
@@ -161,7 +161,7 @@ typedef struct thrum_state_def {
   /* Set by thrum_default_state_def; a def without it is refused with THRUM_UNINITIALISED_DEF. */
   uint32_t cookie;
 
-  /* Which integrator; default imexv. */
+  /* Which integrator; default energy. */
   thrum_integrator integrator;
 
   /* Time step [s]; finite and > 0, default 0.003. Larger: a simulated second takes

@@ -11,7 +11,7 @@
 thrum_state_def thrum_default_state_def(void) {
   const thrum_state_def def = {
       .cookie = DEF_COOKIE,
-      .integrator = THRUM_INTEGRATOR_IMEXV,
+      .integrator = THRUM_INTEGRATOR_ENERGY,
       .dt = 0.003,
       .damping_alpha = 0.0,
       .damping_beta = 0.0,
