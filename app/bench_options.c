@@ -139,6 +139,8 @@ int bench_options_read(const config_command *about, int argc, char **argv, bench
   static const int64_t usual[] = {5, 10, 15, 20, 30, 45, 60};
   *request = (bench_request){.command = command, .batches = 40, .machine = true};
   request->step.def = thrum_default_state_def();
+  const thrum_integrator usual_integrator = request->step.def.integrator;
+  request->step.def.integrator = (thrum_integrator)-1; // shows that none was named
   request->step.implicit_wanted = -1;
   request->step.swing = 0.4;
   request->bodies = 300;
@@ -158,6 +160,13 @@ int bench_options_read(const config_command *about, int argc, char **argv, bench
     return config_usage(command, "one MODEL at most, not also '%s'", argv[optind + 1]);
   if (optind < argc)
     request->model_path = argv[optind];
+
+  // a number of implicit modes is asked of the integrator that has them
+  if (request->step.def.integrator == (thrum_integrator)-1)
+    request->step.def.integrator =
+        request->step.implicit_wanted >= 0 ? THRUM_INTEGRATOR_IMEXV : usual_integrator;
+
+  // options that exclude each other
   if (request->ranks_given && request->model_path)
     return config_usage(command, "--rank is of the beam; a model file has its own rank");
   if (request->step.implicit_wanted >= 0 && strcmp(command, "bench kernels") != 0 &&

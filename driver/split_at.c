@@ -8,6 +8,7 @@
 thrum_status split_at(const thrum_model *model, double dt, split_counts *split,
                       thrum_error *error) {
   thrum_state_def def = thrum_default_state_def();
+  def.integrator = THRUM_INTEGRATOR_IMEXV; // the one that splits the modes
   def.dt = dt;
   thrum_state *state = NULL;
   THRUM_TRY(thrum_state_create(model, &def, &state, error));

@@ -485,7 +485,7 @@ static void run_json_holds_the_options_and_what_json_printed(void **state) {
   (void)state;
 
   cJSON *printed = SIMULATE("beam.npz", "--time", "0.3", "--load", "gravity:0,0,-9.81", "--damping",
-                            "0.3,0.001", "--split", "4", "--safety", "0.25");
+                            "0.3,0.001", "--integrator=imexv", "--split", "4", "--safety=0.25");
 
   // the file and the line on standard output are the same object
   char *text = text_file_read(in_folder("run/run.json"));

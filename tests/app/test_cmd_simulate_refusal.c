@@ -182,7 +182,7 @@ static void requests_beyond_the_model_and_its_files_are_refused_in_one_line(void
       {{"particle.npz", "-o", "run", "--start", "huge.npy"}, "--start: "},
       {{"particle.npz", "-o", "run", "--start", "text.npz"}, "text.npz"},
       {{"particle.npz", "-o", "run", "--start", "mode:1,1e308"}, "--start"},
-      {{"particle.npz", "-o", "run", "--split", "3"}, "--split 3"},
+      {{"particle.npz", "-o", "run", "--integrator=imexv", "--split=3"}, "--split 3"},
       {{"particle.npz", "-o", "run", "--rank", "3"},
        "--rank: rank 3 is asked for; the model has 1 to 2"},
       {{"particle.npz", "-o", "run", "--dt", "1e308"}, "thrum: --dt: "},

@@ -78,9 +78,11 @@ static void paths_are_relative_to_the_file(void **state) {
   (void)state;
   assert_true(is_there("sub/b.npz"));
   assert_false(is_there("b.npz"));
-  write_file("sub/s.json", "{\"model\": \"b.npz\", \"output\": \"run\", \"time\": 0.03,\n"
-                           "\"start\": [\"mode:1,0.01\"], \"json\": true, \"adaptive\": false,\n"
-                           "\"damping\": [0.1, 0.001], \"split\": 3, \"quiet\": true}");
+  write_file(
+      "sub/s.json",
+      "{\"model\": \"b.npz\", \"output\": \"run\", \"time\": 0.03,\n"
+      "\"start\": [\"mode:1,0.01\"], \"json\": true, \"adaptive\": false,\n"
+      "\"damping\": [0.1, 0.001], \"integrator\": \"imexv\", \"split\": 3, \"quiet\": true}");
   cJSON *object = run_done(thrum_run(folder, "simulate", "--options", "sub/s.json", NULL));
   assert_true(number(object, "steps") == 10);
   cJSON_Delete(object);

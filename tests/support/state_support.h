@@ -31,6 +31,13 @@ enum { INTEGRATOR_COUNT = sizeof every_integrator / sizeof every_integrator[0] }
 
 static const double pi = 3.14159265358979323846;
 
+/* The default def but for its integrator. */
+static inline thrum_state_def imexv_def(void) {
+  thrum_state_def def = thrum_default_state_def();
+  def.integrator = THRUM_INTEGRATOR_IMEXV;
+  return def;
+}
+
 /* A state that the test owns; free it with state_free. */
 static inline thrum_state *state_make(const thrum_model *model, const thrum_state_def *def) {
   size_t size = 0;

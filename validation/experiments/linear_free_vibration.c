@@ -241,7 +241,8 @@ static double least_us(void (*call)(timed *t), timed *t) {
 static thrum_status time_all(const experiment_body *body, experiment_linear_result *result,
                              thrum_error *error) {
   const thrum_model *model = body->model;
-  const thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = thrum_default_state_def();
+  def.integrator = THRUM_INTEGRATOR_IMEXV;
   const int64_t rank = model->rank;
 
   // one allocation has q, p and the work of the polynomial

@@ -36,6 +36,7 @@ static double lowest(const thrum_model *model) {
 /* The body, its floor, and the time of its steps: those that touch, where it is to. */
 static thrum_status measure(const thrum_model *model, scene which, trial *out, thrum_error *error) {
   thrum_state_def def = thrum_default_state_def();
+  def.integrator = THRUM_INTEGRATOR_IMEXV;
   def.dt = STEP;
   def.damping_alpha = 2;
   const thrum_contact_def touching = thrum_default_contact_def();

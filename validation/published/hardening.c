@@ -36,6 +36,7 @@ static double middle_of(const thrum_model *model) {
 static thrum_status measure(const thrum_model *model, double amplitude, double *omega,
                             thrum_error *error) {
   thrum_state_def def = thrum_default_state_def();
+  def.integrator = THRUM_INTEGRATOR_IMEXV;
   const double slave = model->c3[thrum_c3_index(2, 0, 0, 1)];
   double q[2] = {amplitude, -slave * amplitude * amplitude / model->omega2[1]}, before = amplitude;
 

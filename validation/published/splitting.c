@@ -98,6 +98,7 @@ static thrum_status run_chain(const thrum_state_def *def, double time, chain_run
 /* imexv with the stretches implicit and nothing that adapts. */
 static thrum_state_def imexv_def(double dt, thrum_split_form form) {
   thrum_state_def def = thrum_default_state_def();
+  def.integrator = THRUM_INTEGRATOR_IMEXV;
   def.dt = dt;
   def.split_rule = THRUM_SPLIT_COUNT;
   def.explicit_count = SPRINGS;

@@ -86,7 +86,7 @@ static void no_call_of_a_running_simulation_allocates(void **context) {
   random_model_make(&m, 21, RANK, 1.0, 12.0, 0.5);
   for (int integrator = 0; integrator < INTEGRATOR_COUNT; integrator++)
     for (int form = THRUM_DAMPING_REST; form <= THRUM_DAMPING_TANGENT; form++) {
-      thrum_state_def def = thrum_default_state_def();
+      thrum_state_def def = imexv_def();
       def.integrator = (thrum_integrator)integrator;
       def.damping_form = (thrum_damping_form)form;
       def.damping_beta = 0.001;
@@ -109,7 +109,7 @@ static void planning_and_laying_out_a_state_allocate_nothing(void **context) {
   (void)context;
   random_model m;
   random_model_make(&m, 21, RANK, 1.0, 12.0, 0.5);
-  const thrum_state_def def = thrum_default_state_def();
+  const thrum_state_def def = imexv_def();
   size_t size = 0;
   thrum_state *state = NULL;
 
@@ -137,7 +137,7 @@ static void stepping_a_batch_and_showing_it_allocate_nothing(void **context) {
   random_model m;
   random_model_make(&m, 21, RANK, 1.0, 60.0, 0.5);
   random_model_add_mesh(&m, 5, VERTICES);
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.dt = 0.03;
 
   // more states than one group holds, all in motion

@@ -82,7 +82,7 @@ static void batch_step(batch *c, const thrum_model *model, int part) {
 
 static thrum_state_def plain(int n) {
   (void)n;
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.dt = 0.02;
   def.damping_alpha = 0.1;
   return def;

@@ -14,7 +14,7 @@ static const thrum_integrator compared[3] = {
     THRUM_INTEGRATOR_BACKWARD_EULER, THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER, THRUM_INTEGRATOR_RK4};
 
 static thrum_state_def make_def(thrum_integrator integrator, double dt) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.integrator = integrator;
   def.dt = dt;
   def.tolerance = 1e-13;

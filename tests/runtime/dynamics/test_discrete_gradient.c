@@ -14,7 +14,7 @@ static void make_model(random_model *m) {
 }
 
 static thrum_state_def make_def(double dt) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.integrator = THRUM_INTEGRATOR_ENERGY;
   def.dt = dt;
   return def;

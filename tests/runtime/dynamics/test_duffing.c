@@ -56,7 +56,7 @@ static void duffing_make(duffing *d, double stiffening) {
 }
 
 static thrum_state_def duffing_def(thrum_integrator integrator, double dt) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.integrator = integrator;
   def.dt = dt;
   def.tolerance = 1e-13;
@@ -220,7 +220,7 @@ static void imexv_chooses_its_split_at_the_bound(void **context) {
   random_model_make(&m, 1, 10, 100.0, 1000.0, INFINITY);
 
   // frequencies are 100, 200, ... 1000: the bound is a count of them
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   const struct {
     thrum_split_rule rule;
     double dt, safety;

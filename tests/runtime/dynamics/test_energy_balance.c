@@ -6,7 +6,7 @@
 enum { RANK = 4, LATE = 16 };
 
 static thrum_state_def make_def(thrum_integrator integrator, double dt) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.integrator = integrator;
   def.dt = dt;
   return def;

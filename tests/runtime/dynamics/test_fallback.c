@@ -11,7 +11,7 @@ static void make_model(random_model *m) {
 
 /* With few iterations at a large step, some solves fail. */
 static thrum_state_def make_def(thrum_integrator integrator, int32_t iterations) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.integrator = integrator;
   def.split_rule = THRUM_SPLIT_COUNT;
   def.explicit_count = LOW;

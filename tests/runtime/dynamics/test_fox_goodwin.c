@@ -10,7 +10,7 @@ static const double start_q[RANK] = {0.25, -0.1, 0.06};
 static const double start_p[RANK] = {-0.2, 0.4, 0.3};
 
 static thrum_state_def make_def(double dt) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.integrator = THRUM_INTEGRATOR_FOX_GOODWIN;
   def.dt = dt;
   def.tolerance = 1e-13;

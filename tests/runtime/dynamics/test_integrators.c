@@ -15,7 +15,7 @@ static const double start_q[RANK] = {0.3, -0.1, 0.15, 0.05, -0.04};
 static const double start_p[RANK] = {-0.2, 0.4, 0.1, -0.3, 0.2};
 
 static thrum_state_def make_def(thrum_integrator integrator) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.integrator = integrator;
   def.split_form = THRUM_FORM_THESIS;
   def.split_rule = THRUM_SPLIT_COUNT;

@@ -10,7 +10,7 @@ static const double start_q[RANK] = {0.3, -0.1, 0.15, 0.05, -0.04, 0.02};
 static const double start_p[RANK] = {-0.2, 0.4, 0.1, -0.3, 0.2, 0.1};
 
 static thrum_state_def make_def(int integrator, int form, int32_t borrows) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.integrator = every_integrator[integrator];
   def.dt = 0.03;
   def.split_rule = THRUM_SPLIT_COUNT;

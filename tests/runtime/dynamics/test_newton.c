@@ -17,7 +17,7 @@ static int iterations_of(thrum_integrator integrator, int32_t split, double dt, 
                          int32_t most) {
   random_model m;
   random_model_make(&m, 21, RANK, 1.0, 12.0, 0.5);
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.integrator = integrator;
   def.split_form = THRUM_FORM_THESIS;
   def.dt = dt;
@@ -111,7 +111,7 @@ static void steps_that_end_without_an_evaluation_solve_their_equation(void **con
     random_model_make(&m, seed, n, omega, last, amplitude);
 
     // Newmark at random steps, damping and tolerances
-    thrum_state_def def = thrum_default_state_def();
+    thrum_state_def def = imexv_def();
     random_index(&random, 2);
     def.integrator = THRUM_INTEGRATOR_NEWMARK;
     def.dt = exp(3 * random_uniform(&random)) / omega;
@@ -179,7 +179,7 @@ static void both_solvers_lead_to_the_same_steps(void **context) {
   random_model_make(&m, 21, RANK, 1.0, 12.0, 0.5);
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++)
     for (int damped = 0; damped < 3; damped++) {
-      thrum_state_def def = thrum_default_state_def();
+      thrum_state_def def = imexv_def();
       def.integrator = cases[n].integrator;
       def.split_form = cases[n].form;
       def.split_rule = THRUM_SPLIT_COUNT;
@@ -223,7 +223,7 @@ static void the_thesis_alone_is_lost_by_itself_and_says_so(void **context) {
   random_model m;
   random_model_make(&m, 21, RANK, 1.0, 12.0, 0.5);
   for (int alone = 0; alone < 2; alone++) {
-    thrum_state_def def = thrum_default_state_def();
+    thrum_state_def def = imexv_def();
     def.split_form = THRUM_FORM_THESIS;
     def.split_rule = THRUM_SPLIT_COUNT;
     def.explicit_count = LOW;

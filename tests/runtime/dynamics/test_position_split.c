@@ -15,7 +15,7 @@ static void make_model(random_model *m) {
 }
 
 static thrum_state_def make_def(int32_t explicit_count, double dt) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.split_form = THRUM_FORM_POSITION;
   def.split_rule = THRUM_SPLIT_COUNT;
   def.explicit_count = explicit_count;

@@ -14,7 +14,7 @@ static void make_model(random_model *m) {
 }
 
 static thrum_state_def make_def(thrum_split_form form, int32_t explicit_count, double dt) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.split_form = form;
   def.split_rule = THRUM_SPLIT_COUNT;
   def.explicit_count = explicit_count;

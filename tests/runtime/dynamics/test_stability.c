@@ -14,7 +14,7 @@ static void make_model(random_model *m) {
 }
 
 static thrum_state_def make_def(int32_t explicit_count, double dt) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.split_rule = THRUM_SPLIT_COUNT;
   def.explicit_count = explicit_count;
   def.dt = dt;
@@ -428,7 +428,7 @@ static void a_split_beyond_the_bound_is_mended_at_once(void **context) {
 /* From rest under a constant load f the energy is f q. Returns the largest error of that in any
  * step, relative to the most work that was done. */
 static double worst_balance(const thrum_model *model, double dt, const double *force) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   double q[RANK], largest = 0, worst = 0;
   def.dt = dt;
   thrum_state *state = state_make(model, &def);
@@ -496,7 +496,7 @@ static void a_wide_kick_keeps_its_energy_in_every_step(void **context) {
       for (double times = 0.1; times < 2e4; times *= 10) {
         // momenta from small to far beyond the linear range
         const double p[RANK] = {0.5 * times, 2 * times, -1 * times, 0, 0.3 * times, 0};
-        thrum_state_def def = thrum_default_state_def();
+        thrum_state_def def = imexv_def();
         def.dt = steps[n];
 
         // the bound of each form holds at small and at large steps
@@ -520,7 +520,7 @@ static void a_kick_in_a_quiet_run_keeps_its_energy(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.dt = 0.15;
   for (double times = 1; times < 2e4; times *= 10) {
     thrum_state *state = state_make(&m.model, &def);
@@ -552,7 +552,7 @@ static void a_switch_shows_in_the_status_of_each_step(void **context) {
   static const double force[RANK] = {50, 200, -100, 0, 30, 0};
   random_model m;
   make_model(&m);
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.split_form = THRUM_FORM_THESIS;
   def.dt = 0.15;
   def.damping_alpha = 1;
@@ -613,7 +613,7 @@ static void a_switch_from_rest_ends_too(void **context) {
   static const double force[RANK] = {500, 2000, -1000, 0, 300, 0};
   random_model m;
   make_model(&m);
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.dt = 0.15;
   def.damping_alpha = 1;
 

@@ -14,7 +14,7 @@ static void make_model(random_model *m) {
 }
 
 static thrum_state_def make_def(thrum_integrator integrator, thrum_damping_form form) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.integrator = integrator;
   def.dt = 0.05;
   def.split_rule = THRUM_SPLIT_COUNT;
@@ -60,14 +60,14 @@ static void an_uninitialised_def_is_refused(void **context) {
 
 #define REFUSE(field, value)                                                                       \
   do {                                                                                             \
-    thrum_state_def def = thrum_default_state_def();                                               \
+    thrum_state_def def = imexv_def();                                                             \
     def.field = (value);                                                                           \
     expect_refused(&m.model, &def, THRUM_INVALID_ARGUMENT, #field);                                \
   } while (0)
 
 #define ACCEPT(field, value)                                                                       \
   do {                                                                                             \
-    thrum_state_def def = thrum_default_state_def();                                               \
+    thrum_state_def def = imexv_def();                                                             \
     size_t size;                                                                                   \
     def.field = (value);                                                                           \
     assert_int_equal(thrum_state_size(&m.model, &def, &size, NULL), THRUM_OK);                     \
@@ -139,7 +139,7 @@ static void a_model_that_cannot_be_stepped_is_refused(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
-  const thrum_state_def def = thrum_default_state_def();
+  const thrum_state_def def = imexv_def();
   expect_refused(NULL, &def, THRUM_INVALID_ARGUMENT, "model");
 
   // a rank out of its range, and a polynomial that is not there
@@ -165,7 +165,7 @@ static void memory_that_is_short_or_misaligned_is_refused(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
-  const thrum_state_def def = thrum_default_state_def();
+  const thrum_state_def def = imexv_def();
   size_t size;
   assert_int_equal(thrum_state_size(&m.model, &def, &size, NULL), THRUM_OK);
   assert_int_equal(size % 64, 0);
@@ -273,7 +273,7 @@ static void calls_refuse_null_strangers_and_models_of_another_rank(void **contex
   random_model m, other;
   make_model(&m);
   random_model_make(&other, 2, RANK - 1, 1.0, 9.0, 0.5);
-  const thrum_state_def def = thrum_default_state_def();
+  const thrum_state_def def = imexv_def();
   thrum_state *state = state_make(&m.model, &def);
   void *stranger = calloc(1, thrum_state_bytes(state)), *kept = state_snapshot(state);
 

@@ -8,7 +8,7 @@ static void a_created_state_is_one_laid_into_memory(void **context) {
   (void)context;
   random_model m;
   random_model_make(&m, 3, RANK, 1.0, 30.0, 0.4);
-  const thrum_state_def def = thrum_default_state_def();
+  const thrum_state_def def = imexv_def();
   const double q[RANK] = {0.1, -0.2, 0.05, 0.02};
 
   thrum_state *laid = state_make(&m.model, &def), *created = NULL;
@@ -33,7 +33,7 @@ static void creation_refuses_what_size_refuses(void **context) {
   (void)context;
   random_model m;
   random_model_make(&m, 3, RANK, 1.0, 30.0, 0.4);
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   thrum_state *state = NULL;
   thrum_error error = {THRUM_OK, ""};
   assert_int_equal(thrum_state_create(&m.model, &def, NULL, &error), THRUM_INVALID_ARGUMENT);

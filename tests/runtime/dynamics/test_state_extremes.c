@@ -22,7 +22,7 @@ static void any_vector(random_state *random, double limit, double *out) {
 }
 
 static thrum_state_def any_def(random_state *random) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
 
   def.integrator = (thrum_integrator)random_index(random, INTEGRATORS);
   def.dt = pow(10.0, 12.0 * random_uniform(random) - 3.0);

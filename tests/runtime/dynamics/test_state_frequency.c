@@ -6,7 +6,7 @@
 enum { RANK = 6 };
 
 static thrum_state_def make_def(thrum_integrator integrator) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.integrator = integrator;
   def.dt = 0.05;
   def.tolerance = 1e-14;

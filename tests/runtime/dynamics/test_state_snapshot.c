@@ -13,7 +13,7 @@ static const double push[RANK] = {0.5, -0.4, 0.3};
 static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 't', 'a'}, THRUM_STATE_VERSION};
 
 static thrum_state_def make_def(thrum_integrator integrator) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.integrator = integrator;
   def.dt = 0.05;
   def.split_rule = THRUM_SPLIT_COUNT;

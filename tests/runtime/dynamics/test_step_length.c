@@ -44,7 +44,7 @@ static void the_inverse_of_a_linear_model_serves_every_step(void **context) {
 
   for (size_t n = 0; n < sizeof schemes / sizeof schemes[0]; n++)
     for (int damped = 0; damped < 3; damped++) {
-      thrum_state_def def = thrum_default_state_def();
+      thrum_state_def def = imexv_def();
       def.integrator = schemes[n].integrator;
       def.split_form = schemes[n].form;
       def.split_rule = THRUM_SPLIT_COUNT;
@@ -85,7 +85,7 @@ static void the_split_is_that_of_the_longest_step_lately(void **context) {
   random_model m;
   random_model_make(&m, 21, RANK, 1.0, 12.0, 0.5);
   for (int adaptive = 0; adaptive < 2; adaptive++) {
-    thrum_state_def def = thrum_default_state_def();
+    thrum_state_def def = imexv_def();
     def.split_rule = THRUM_SPLIT_CFL;
     def.adaptive = adaptive;
     def.dt = 0.1; // omega = 1, 3.2, 5.4, 7.6, 9.8, 12: five modes have h omega <= 1
@@ -130,7 +130,7 @@ static void a_new_length_does_not_take_a_switch_back(void **context) {
   (void)context;
   random_model m;
   random_model_make(&m, 21, RANK, 1.0, 12.0, 0.5);
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.split_rule = THRUM_SPLIT_COUNT;
   def.explicit_count = RANK;
   def.dt = 0.15;
@@ -158,7 +158,7 @@ static void a_snapshot_between_drawn_steps_goes_on_to_the_same_bits(void **conte
   random_model m;
   random_model_make(&m, 21, RANK, 1.0, 12.0, 0.5);
   for (int i = 0; i < INTEGRATOR_COUNT; i++) {
-    thrum_state_def def = thrum_default_state_def();
+    thrum_state_def def = imexv_def();
     def.integrator = every_integrator[i];
     def.dt = 0.05;
     thrum_state *state = state_make(&m.model, &def), *other = state_make(&m.model, &def);

@@ -16,7 +16,7 @@ static void make_mode(random_model *m, double w2, double c3, double c4) {
 }
 
 static thrum_state_def make_def(thrum_integrator integrator, double dt) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.integrator = integrator;
   def.dt = dt;
   return def;

@@ -8,7 +8,7 @@ enum { RANK = 6 };
 static const double momentum[RANK] = {0.5, 2, -1, 0, 0.3, 0};
 
 static thrum_state_def make_def(double dt, double alpha, double beta) {
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.dt = dt;
   def.damping_alpha = alpha;
   def.damping_beta = beta;

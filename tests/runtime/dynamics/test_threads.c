@@ -44,7 +44,7 @@ static void *run(void *context) {
 static worker make_worker(const thrum_model *model, int number) {
   worker w = {.model = model, .seed = 100 + (uint64_t)number};
   for (int n = 0; n < INTEGRATORS; n++) {
-    thrum_state_def def = thrum_default_state_def();
+    thrum_state_def def = imexv_def();
     def.integrator = (thrum_integrator)n;
     def.dt = 0.02 + 0.005 * number;
     def.split_rule = THRUM_SPLIT_COUNT;
@@ -118,7 +118,7 @@ static void threads_lend_their_scratch_to_the_states_that_they_step(void **conte
   random_model m;
   random_model_make(&m, 31, RANK, 1.0, 20.0, 0.5);
   thrum_state *states[2 * THREADS], *alone[2 * THREADS];
-  thrum_state_def def = thrum_default_state_def();
+  thrum_state_def def = imexv_def();
   def.dt = 0.02;
   size_t size;
   assert_int_equal(thrum_state_scratch_size(&m.model, &def, &size, NULL), THRUM_OK);
