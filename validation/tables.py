@@ -18,7 +18,7 @@ from report import THESIS_SPEEDUP
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "validation" / "results"
 MODELS = ["beam", "basket", "bridge", "horse", "tower", "heart"]
-DEFAULT = "imexv"  # the integrator of a state whose def says nothing
+DEFAULT = "energy"  # the integrator of a state whose def says nothing
 # these differ little from newmark and backward-euler, and stand in the wide tables of the reports alone
 NARROW = ("newmark-newton", "semi-implicit-euler")
 # those whose extremes stand in the pages; the others are in the report

@@ -5,7 +5,7 @@
  * driver/load_spec.c driver/base_motion_spec.c driver/start_spec.c driver/mesh_model.c
  * driver/named_model.c driver/model_names.c io/json_read.c io/text.c io/file.c io/paths.c
  * mesh/formats/mesh_read.c platform/interrupt.c runtime/base/status.c runtime/loads/*.c
- * runtime/dynamics/state_def.c runtime/polynomial/kernel.c
+ * runtime/dynamics/state_def.c runtime/dynamics/state_names.c runtime/polynomial/kernel.c
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/scene_spec.h"
 #include "tests/fuzz/fuzz_file.h"
