@@ -27,7 +27,7 @@ extern const char *const full_solver_names[];
               .take = taken)
 #define OPTION_INTEGRATOR(type, member)                                                            \
   OPTION_CHOICE(                                                                                   \
-      "integrator", integrator_names, "energy",                                                     \
+      "integrator", integrator_names, "energy",                                                    \
       "what steps a body; the last three are there to be compared with: backward Euler, the same " \
       "with a single Newton iteration (Baraff and Witkin), and Runge-Kutta of order 4",            \
       CONFIG_AT(type, member))

@@ -19,11 +19,12 @@ import numpy as np
 
 STEP, TIME, FINER = 0.003, 0.6, 32
 RANK, LENGTH = 15, 1.0
+ALONE = ["--adaptive", "off", "--fallback", "off"]
 CASES = {
     "imexv": ["--integrator", "imexv"],
-    "position, alone": ["--split-form", "position", "--adaptive", "off", "--fallback", "off"],
-    "thesis, alone": ["--split-form", "thesis", "--adaptive", "off", "--fallback", "off"],
-    "quadratic, alone": ["--split-form", "quadratic", "--adaptive", "off", "--fallback", "off"],
+    "position, alone": ["--integrator", "imexv", *ALONE],
+    "thesis, alone": ["--integrator", "imexv", "--split-form", "thesis", *ALONE],
+    "quadratic, alone": ["--integrator", "imexv", "--split-form", "quadratic", *ALONE],
     "newmark": ["--integrator", "newmark"],
     "fox-goodwin, alone": ["--integrator", "fox-goodwin", "--adaptive", "off"],
     "energy": ["--integrator", "energy"],

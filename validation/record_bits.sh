@@ -149,21 +149,21 @@ body() {
   simulate "$body_name.verlet" "$file" --integrator verlet --dt 0.0005 --time 0.1 --start "$moderate"
 
   # the forms of imexv and of damping
-  simulate "$body_name.imexv-thesis" "$file" --split-form thesis --time 0.6 --start "$moderate"
-  simulate "$body_name.imexv-quadratic" "$file" --split-form quadratic --time 0.6 --start "$moderate"
-  simulate "$body_name.imexv-fixed" "$file" --adaptive off --time 0.6 --start "$moderate"
-  simulate "$body_name.imexv-sampling" "$file" --split sampling --time 0.6 --start "$moderate"
-  simulate "$body_name.damped" "$file" --damping 0.3,0.001 --time 0.6 --start "$moderate"
+  simulate "$body_name.imexv-thesis" "$file" --integrator imexv --split-form thesis --time 0.6 --start "$moderate"
+  simulate "$body_name.imexv-quadratic" "$file" --integrator imexv --split-form quadratic --time 0.6 --start "$moderate"
+  simulate "$body_name.imexv-fixed" "$file" --integrator imexv --adaptive off --time 0.6 --start "$moderate"
+  simulate "$body_name.imexv-sampling" "$file" --integrator imexv --split sampling --time 0.6 --start "$moderate"
+  simulate "$body_name.damped" "$file" --integrator imexv --damping 0.3,0.001 --time 0.6 --start "$moderate"
   for integrator in imexv newmark energy; do
     simulate "$body_name.$integrator-tangent" "$file" --integrator "$integrator" \
       --damping 0.3,0.001 --damping-form tangent --time 0.6 --start "$moderate"
   done
 
   # a load that starts and ends, on fewer coordinates
-  simulate "$body_name.loaded" "$file" --load "square:$force" --rank 10 --time 0.6
+  simulate "$body_name.loaded" "$file" --integrator imexv --load "square:$force" --rank 10 --time 0.6
 
   # long enough for the energy correction, and far enough for the other ways out of a failed step
-  simulate "$body_name.long" "$file" --time 60 --record-every 100 --start "$moderate"
+  simulate "$body_name.long" "$file" --integrator imexv --time 60 --record-every 100 --start "$moderate"
   for integrator in imexv newmark energy; do
     simulate "$body_name.$integrator-large" "$file" --integrator "$integrator" --dt 0.006 \
       --time 1.2 --start "$large"
@@ -183,8 +183,8 @@ model beam-single beam --precision single
 model beam-lumped beam --mass lumped
 model beam-handles beam --handles load
 model beam-free beam:8x2x2@1x0.2x0.2
-simulate beam-single.imexv "$work/beam-single.npz" --time 0.6 --start mode:1,0.05
-simulate beam-free.imexv "$work/beam-free.npz" --time 0.6 --start mode:1,0.02
+simulate beam-single.imexv "$work/beam-single.npz" --integrator imexv --time 0.6 --start mode:1,0.05
+simulate beam-free.imexv "$work/beam-free.npz" --integrator imexv --time 0.6 --start mode:1,0.02
 
 # few iterations allowed, so that steps are halved
 simulate beam.newmark-halved "$work/beam.npz" --integrator newmark --iterations 2 --time 0.6 \
@@ -193,7 +193,7 @@ simulate beam.newmark-damped "$work/beam.npz" --integrator newmark --newmark 0.3
   --start mode:1,0.05
 
 # frames with stress, by the last of them
-thrum simulate "$work/beam.npz" -o "$work/frames" --time 0.3 --start mode:1,0.05 \
+thrum simulate "$work/beam.npz" -o "$work/frames" --integrator imexv --time 0.3 --start mode:1,0.05 \
   --frames every-50 --stress
 print_file beam.frame "$work/frames/frames/frame_000002.vtu"
 
