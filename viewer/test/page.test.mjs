@@ -146,7 +146,7 @@ test('stiffness: four times the modulus doubles the frequencies', async () => {
 
 test('frequencies as stepped follow the integrator and the time step', async () => {
   await fresh();
-  await page.selectOption('#integrator', 'energy');
+  await page.selectOption('#integrator', 'newmark');
   const ask = (name) => page.evaluate((key) => window.thrum[key](0), name);
   const [own, stepped] = [await ask('frequencies'), await ask('steppedFrequencies')];
   const dt = await page.evaluate(() => window.thrum.settings().dt);
