@@ -9,6 +9,7 @@
 
 #define COUNT_MAX 1000000 /* no mesh needs more modes; keeps products of counts in range */
 #define MEGABYTES_MAX 1099511627776.0
+#define TRAIN_TIME_MOST 3e4 /* [s]: ten million steps of the full order */
 
 static thrum_status take_memory(const config_given *given, void *request) {
   int64_t megabytes = 0;
@@ -197,6 +198,15 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
     return config_usage("precompute", "no output given: say -o NAME.npz");
   if (request->test_count > 0 && request->train_count == 0)
     return config_usage("precompute", "--test goes with --train");
+
+  // its error is that of the whole model, and its runs are as long as a run of simulate may be
+  if (request->train_count > 0 && request->condense)
+    return config_usage("precompute",
+                        "--train judges the whole model, which --condense does not write: leave "
+                        "one out, or condense when stepping (simulate --condense)");
+  if (request->train_time > TRAIN_TIME_MOST)
+    return config_usage("precompute", "--train-time %g is more than %g s", request->train_time,
+                        TRAIN_TIME_MOST);
   if (request->train_count > 0 && (request->import_basis || request->dry_run))
     return config_usage("precompute", "--train goes without --import-basis and --dry-run");
   if (request->condense && request->import_basis)

@@ -149,6 +149,10 @@ thrum_status precompute_train(const precompute_request *request, const thrum_mes
                              "--train: nothing is held, and a free body moves away as a whole");
   THRUM_THEN(status, run_all(request, &base.model, outcome, error));
   THRUM_THEN(status, find_shapes(&base.model, rank - usual, outcome, error));
+  if (status >= 0 && outcome->field_count == 0)
+    status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "--train: the loads move nothing that the basis does not show "
+                             "already; do they act within --train-time?");
   thrum_precomputed_free(&base);
 
   options->trained = outcome->fields;

@@ -9,6 +9,7 @@
 
 #include "runtime/dynamics/state_private.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
@@ -87,8 +88,8 @@ void thrum_state_plan(thrum_state *state, const thrum_model *model) {
 
   state->work_count = (int64_t)thrum_work_count(model);
   // midpoint and Newmark evaluate the whole model; imexv restricts it to fewer than r modes
-  if (def->integrator == THRUM_INTEGRATOR_IMEXV)
-    state->restricted_count = thrum_restricted_count(n < r ? n : r - 1);
+  state->restricted_count =
+      def->integrator == THRUM_INTEGRATOR_IMEXV ? thrum_restricted_count(n < r ? n : r - 1) : 0;
 
   // tangent damping needs T of all modes, also where few or none are implicit
   state->kept_count = def->integrator == THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER ? 0 : n * n;
@@ -352,6 +353,11 @@ thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, do
   if (dt == state->def.dt)
     return THRUM_OK;
 
+  // what is scaled by the ratio of the steps stays a number
+  if (!isfinite(dt / state->def.dt) || !isfinite(dt / state->longest_dt))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "dt is %g, and was %g: the ratio is not finite", dt, state->def.dt);
+
   // p at the time of q does not depend on dt; the stored one does
   thrum_state_view view = thrum_state_view_of(state);
   THRUM_TRY(synchronise(model, state, &view, NULL, error));
@@ -370,7 +376,7 @@ thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, do
     thrum_kept_inverse_convert(model, &before, state, &view);
 
   // an increment is as long as its step
-  state->step_recent *= dt / before.def.dt;
+  state->step_recent = fmin(state->step_recent * (dt / before.def.dt), DBL_MAX);
 
   // Newmark's acceleration stays, but for the damping of a v that depends on dt
   for (int32_t i = 0; state->scheme == THRUM_SCHEME_FOX_GOODWIN && i < state->rank; i++)

@@ -14,6 +14,7 @@
 #include "runtime/dynamics/spurious_work.h"
 #include "runtime/dynamics/state_layout.h"
 #include "runtime/dynamics/state_private.h"
+#include "runtime/polynomial/packed.h"
 
 /* Steps and counters beyond this could overflow when they are counted on. */
 #define COUNT_MAX (INT64_C(1) << 62)
@@ -51,12 +52,19 @@ static thrum_status check_sizes(const thrum_model *model, const thrum_state *sta
                                 const thrum_state *header, thrum_error *error) {
   thrum_state planned = *header;
   thrum_state_plan(&planned, model);
-  if (planned.bytes != state->bytes ||
+
+  // scratch that is lent is no part of the bytes, but a step writes all of it
+  const uint64_t scratch = thrum_state_layout_scratch(&planned);
+  if (planned.bytes != state->bytes || scratch != thrum_state_layout_scratch(state) ||
       thrum_state_kept_bytes(&planned) != thrum_state_kept_bytes(state))
     return thrum_error_set(error, THRUM_MODEL_MISMATCH,
-                           "the snapshot is of a state of another def: it has %llu bytes where the "
-                           "state has %llu",
-                           (unsigned long long)planned.bytes, (unsigned long long)state->bytes);
+                           "the snapshot is of a state of another def: it has %llu bytes and %llu "
+                           "of scratch where the state has %llu and %llu",
+                           (unsigned long long)planned.bytes, (unsigned long long)scratch,
+                           (unsigned long long)state->bytes,
+                           (unsigned long long)thrum_state_layout_scratch(state));
+
+  // what the header itself says of its arrays
   if (header->bytes != planned.bytes || header->work_count != planned.work_count ||
       header->restricted_count != planned.restricted_count ||
       header->kept_count != planned.kept_count || header->next_count != planned.next_count ||
@@ -92,6 +100,12 @@ static thrum_status check_scheme(const thrum_model *model, const thrum_state *he
   const int64_t implicit = rank - header->split;
   const bool keeps = scheme != THRUM_SCHEME_RK4 && scheme != THRUM_SCHEME_SEMI_IMPLICIT_EULER;
   if (keeps && implicit * implicit > header->kept_count)
+    return refuse("split of the modes", error);
+
+  // V is restricted to the implicit modes where both kinds are there
+  const bool restricts = scheme == THRUM_SCHEME_THESIS || scheme == THRUM_SCHEME_POSITION;
+  if (restricts && header->split > 0 && implicit > 0 &&
+      thrum_restricted_count(implicit) > header->restricted_count)
     return refuse("split of the modes", error);
   if (!(header->split_dt > 0.0 && header->longest_dt > 0.0))
     return refuse("length of the steps", error);

@@ -10,6 +10,7 @@
 
 #include "runtime/dynamics/step_length.h"
 
+#include <float.h>
 #include <math.h>
 
 #include "runtime/dynamics/mode_split.h"
@@ -49,7 +50,8 @@ void thrum_step_length_enter(const thrum_model *model, thrum_state *state, doubl
     state->split_dt = dt;
   else
     state->split = split_for(model, state, dt);
-  state->report.stability_number_last *= dt / longest;
+  state->report.stability_number_last =
+      fmin(state->report.stability_number_last * (dt / longest), DBL_MAX);
   open_window(state);
 }
 

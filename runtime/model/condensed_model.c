@@ -52,6 +52,9 @@ static parts parts_of(const thrum_model *model, int64_t masters) {
 static thrum_status check(const thrum_model *model, int64_t masters, thrum_error *error) {
   if (!model || !model->omega2)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model is NULL or has no omega2");
+  if (model->rank < 1 || model->rank > THRUM_RANK_MAX)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model's rank is %lld, not 1 to %d",
+                           (long long)model->rank, THRUM_RANK_MAX);
   const source from = source_of(model);
   if (!from.c3 || !from.c4)
     return thrum_error_set(error, THRUM_MISSING, "the model has no polynomial to condense");

@@ -31,6 +31,9 @@ thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank, s
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is asked for; the model has 1 to %lld", (long long)rank,
                            (long long)model->rank);
+  if (model->shape && rank != model->rank)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "a condensed model has no lower rank: condense its shape model to it");
   const parts p = parts_of(model, rank);
   *size = thrum_round_up(sizeof(thrum_model)) + thrum_round_up(p.omega2 * sizeof(double)) +
           thrum_round_up(p.c3 * sizeof(double)) + thrum_round_up(p.c4 * sizeof(double)) +

@@ -51,6 +51,9 @@ static void what_cannot_be_trained_is_refused(void **state) {
       {"--train", "square:0,0,-1@nowhere", NULL, NULL, "nowhere"},
       {"--train", PULL, "--rank", "10", "leaves nothing beside 10 modes"},
       {"--train", PULL, "--dry-run", NULL, "--train goes without"},
+      {"--train", PULL, "--condense", NULL, "--train judges the whole model"},
+      {"--train", PULL, "--train-time", "1e300", "--train-time 1e+300 is more than"},
+      {"--train", "gravity:0,0,0", NULL, NULL, "--train: the loads move nothing"},
   };
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     program_result run = thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "none.npz",

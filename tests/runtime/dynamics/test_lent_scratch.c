@@ -199,11 +199,35 @@ static void a_state_without_scratch_refuses_what_needs_it(void **context) {
   random_model_free(&m);
 }
 
+/* Two states may keep as many bytes and write scratch of different sizes. */
+static void a_snapshot_of_a_state_with_other_scratch_is_refused(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 7, 16, 1.0, 40.0, 0.5);
+  thrum_state_def newmark = thrum_default_state_def(), imexv = imexv_def();
+  newmark.integrator = THRUM_INTEGRATOR_NEWMARK;
+  newmark.borrows_scratch = imexv.borrows_scratch = 1;
+  thrum_state *to = state_make(&m.model, &newmark), *from = state_make(&m.model, &imexv);
+  assert_int_equal(thrum_state_snapshot_size(to), thrum_state_snapshot_size(from));
+
+  const size_t size = thrum_state_snapshot_size(from);
+  unsigned char *sealed = malloc(size);
+  assert_non_null(sealed);
+  assert_int_equal(thrum_state_snapshot(from, sealed, size, NULL), THRUM_OK);
+  assert_int_equal(thrum_state_restore(&m.model, to, sealed, size, NULL), THRUM_MODEL_MISMATCH);
+
+  free(sealed);
+  state_free(to);
+  state_free(from);
+  random_model_free(&m);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(states_that_share_scratch_step_to_the_bits_of_their_own),
       cmocka_unit_test(a_batch_lends_its_own_workspace),
       cmocka_unit_test(a_state_without_scratch_refuses_what_needs_it),
+      cmocka_unit_test(a_snapshot_of_a_state_with_other_scratch_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

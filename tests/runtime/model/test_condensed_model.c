@@ -258,6 +258,10 @@ static void what_needs_a_basis_refuses_the_stepped_model(void **context) {
   size_t size;
   assert_int_equal(thrum_surface_size(stepped, &def, &size, &error), THRUM_MISSING);
 
+  // nor is a lower rank of it one, whose slaves would not fit
+  assert_int_equal(thrum_model_truncate_size(stepped, MASTERS - 1, &size, &error),
+                   THRUM_INVALID_ARGUMENT);
+
   // what is condensed already has no slaves left to give
   assert_int_equal(thrum_model_condense_size(stepped, 2, &size, &error), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_model_condense_size(&m.model, RANK, &size, &error),
