@@ -31,10 +31,11 @@ typedef struct thrum_mesh {
   int64_t vertex_count;
   double *vertices; /* vertex_count x 3 */
   int64_t tet_count;
-  int32_t *tets;       /* tet_count x 4, 0-based */
-  int32_t *midsides;   /* tet_count x 6: the middle nodes of ten-node tets, in the order of
-                          thrum_quadratic_edges; NULL: linear tets */
-  int32_t *tet_region; /* tet_count, 0-based */
+  int32_t *tets;         /* tet_count x 4, 0-based */
+  int32_t *midsides;     /* tet_count x 6: the middle nodes of ten-node tets, in the order of
+                            thrum_quadratic_edges; NULL: linear tets */
+  int64_t made_midsides; /* the last vertices: those that thrum_midsides_add made */
+  int32_t *tet_region;   /* tet_count, 0-based */
   int64_t region_count;
   thrum_material *materials; /* region_count */
   bool has_material;         /* the file (or generator) said what it is made of; else all zero */

@@ -12,6 +12,7 @@
 #include "io/text.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_fix.h"
+#include "runtime/base/quadratic_tet.h"
 
 enum { ALL_AXES = 7, TERMS_MAX = 32 };
 
@@ -189,6 +190,22 @@ static thrum_status mark_entry(const thrum_mesh *mesh, thrum_text *text, uint8_t
   return mark_range(mesh, text, bounds[0], bounds[1], marks, error);
 }
 
+/* A list has the numbers of a linear mesh: middle nodes that were made since between two of its
+ * vertices are held with them, as in groups. */
+static void mark_made_midsides(const thrum_mesh *mesh, uint8_t *marks) {
+  const int64_t first = mesh->vertex_count - mesh->made_midsides;
+  if (mesh->made_midsides == 0 || mesh->midsides == NULL)
+    return;
+  for (int64_t t = 0; t < mesh->tet_count; t++)
+    for (int e = 0; e < THRUM_QUADRATIC_EDGES; e++) {
+      const int32_t middle = mesh->midsides[6 * t + e];
+      const int32_t *corners = mesh->tets + 4 * t;
+      const int *ends = thrum_quadratic_edges[e];
+      if (middle >= first && marks[corners[ends[0]]] && marks[corners[ends[1]]])
+        marks[middle] = 1;
+    }
+}
+
 static thrum_status mark_file(const thrum_mesh *mesh, const char *path, uint8_t *marks,
                               thrum_error *error) {
   thrum_text text;
@@ -199,6 +216,8 @@ static thrum_status mark_file(const thrum_mesh *mesh, const char *path, uint8_t 
     while (status >= 0 && thrum_text_more(&text))
       status = mark_entry(mesh, &text, marks, error);
   thrum_text_close(&text);
+  if (status >= 0)
+    mark_made_midsides(mesh, marks);
   return status;
 }
 

@@ -183,6 +183,7 @@ thrum_status thrum_midsides_add(thrum_mesh *mesh, thrum_error *error) {
     mesh->vertices = vertices;
     vertices = old;
     mesh->vertex_count += edges;
+    mesh->made_midsides = edges;
     mesh->midsides = midsides;
     midsides = NULL;
     for (size_t g = 0; g < groups; g++) {
@@ -208,6 +209,7 @@ void thrum_midsides_drop(thrum_mesh *mesh) {
     return;
   free(mesh->midsides);
   mesh->midsides = NULL;
+  mesh->made_midsides = 0;
   mesh->cornered_tets = mesh->tet_count;
 }
 

@@ -561,6 +561,32 @@ static void order_two_makes_a_model_of_ten_node_tetrahedra(void **state) {
   program_result_free(&run);
 }
 
+/* How many vertices a model of ten-node tetrahedra holds by this --fix. */
+static double held_by(const char *fix) {
+  program_result run =
+      thrum_run(folder, "precompute", "beam:4x1x1@1x0.2x0.2", "-o", "held.npz", "--order", "2",
+                "--fix", fix, "--modes", "2", "--rank", "4", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  run = thrum_run(folder, "info", "held.npz", "--json", NULL);
+  cJSON *object = json_line(run.out);
+  const double held = json_value(object, "fixed");
+  cJSON_Delete(object);
+  program_result_free(&run);
+  return held;
+}
+
+/* A list has the numbers of the linear mesh; what lies between them is held as well. */
+static void a_list_of_corners_holds_the_middle_nodes_between_them(void **state) {
+  (void)state;
+  FILE *file = fopen(in_folder("corners.txt"), "w");
+  assert_non_null(file);
+  fputs("1, 2, 3, 4\n", file);
+  assert_int_equal(fclose(file), 0);
+  assert_true(held_by("x<0.001") == 9);
+  assert_true(held_by("corners.txt") == 9);
+}
+
 static void stages_say_time_memory_and_rate(void **state) {
   (void)state;
   cJSON *object = precompute(BEAM, ROOT, NULL, NULL, NULL, NULL);
@@ -740,6 +766,7 @@ int main(void) {
 
       // what it says on its way, and how it ends
       cmocka_unit_test(order_two_makes_a_model_of_ten_node_tetrahedra),
+      cmocka_unit_test(a_list_of_corners_holds_the_middle_nodes_between_them),
       cmocka_unit_test(stages_say_time_memory_and_rate),
       cmocka_unit_test(precompute_says_how_modes_were_checked),
       cmocka_unit_test(an_output_that_cannot_be_written_is_refused_at_once),
