@@ -21,6 +21,14 @@ mesh_sources="$mesh_sources platform/interrupt.c runtime/base/quadratic_tet.c ru
 
 mkdir -p "$build"
 
+# a header that changed may concern any object
+headers=$build/headers
+if [ ! -e "$headers" ] ||
+  [ -n "$(find "$source" -path '*/build' -prune -o -name '*.h' -newer "$headers" -print)" ]; then
+  rm -f "$build"/*.o
+fi
+: >"$headers"
+
 # compiles the sources that are newer than their objects; the objects' names go to $objects
 compile() {
   objects=
