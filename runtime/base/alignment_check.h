@@ -15,6 +15,13 @@ static inline size_t thrum_round_up(size_t size) {
   return (size + (THRUM_ALIGNMENT - 1)) / THRUM_ALIGNMENT * THRUM_ALIGNMENT;
 }
 
+/* Takes an aligned array from the memory at *at, which moves on behind it. */
+static inline double *thrum_cut_doubles(unsigned char **at, size_t doubles) {
+  double *part = (double *)(void *)*at;
+  *at += thrum_round_up(doubles * sizeof(double));
+  return part;
+}
+
 /* Is `memory`, of memory_size bytes, aligned and large enough for the `size` bytes of `what`? */
 static inline thrum_status thrum_alignment_check(const char *what, const void *memory,
                                                  size_t memory_size, size_t size,

@@ -152,9 +152,7 @@ bool thrum_energy_balance_enter(const thrum_model *model, thrum_state *state,
 thrum_status thrum_energy_balance_switch(const thrum_model *model, thrum_state *state,
                                          thrum_state_view *view) {
   thrum_energy_balance *b = &state->balance;
-  state->report.scheme_switches++;
-  if (state->report.first_switch < 0)
-    state->report.first_switch = state->report.steps;
+  thrum_scheme_count_switch(state);
 
   // the steps before may have spoilt the energy already, between two looks
   const double energy = energy_at(model, state, view, view->q, view->p, view->load_before);

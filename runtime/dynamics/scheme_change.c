@@ -10,6 +10,12 @@
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/staggered_momentum.h"
 
+void thrum_scheme_count_switch(thrum_state *state) {
+  state->report.scheme_switches++;
+  if (state->report.first_switch < 0)
+    state->report.first_switch = state->report.steps;
+}
+
 thrum_status thrum_scheme_change(const thrum_model *model, thrum_state *state,
                                  thrum_state_view *view, thrum_scheme scheme, int32_t split) {
   THRUM_TRY(thrum_staggered_synchronise(model, state, view, NULL));

@@ -5,6 +5,9 @@
 
 #include "runtime/dynamics/state_layout.h"
 
+/* Counts a switch to the energy integrator in the report. */
+void thrum_scheme_count_switch(thrum_state *state);
+
 /* Makes `state`, the header to be, one of this scheme and split. view->p then points to
  * view->p_start, which has p of the present time as that scheme stores it. THRUM_OK, THRUM_SINGULAR
  * or THRUM_NOT_FINITE. */

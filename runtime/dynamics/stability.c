@@ -606,11 +606,9 @@ thrum_status thrum_stability_switch_to_energy(const thrum_model *model, thrum_st
   memset(report, 0, sizeof *report);
 
   // each switch makes the next return later
-  state->report.scheme_switches++;
+  thrum_scheme_count_switch(state);
   const int64_t changes = state->report.scheme_switches < 10 ? state->report.scheme_switches : 10;
   m->quiet_end = state->report.steps + ((int64_t)SWITCHED_STEPS << changes);
-  if (state->report.first_switch < 0)
-    state->report.first_switch = state->report.steps;
 
   // the target energy is what reference and work demand, where they are exact
   if (m->windows >= 0 && DAMPING_ERROR * m->recent <= FOLLOW * scale_now(m))

@@ -126,16 +126,22 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
       thrum_mode_split_by(model, rule, def->dt, def->split_safety, def->explicit_count);
 }
 
-thrum_status thrum_state_size(const thrum_model *model, const thrum_state_def *def, size_t *size,
-                              thrum_error *error) {
+/* The header of a state to be, which alone knows how much memory it needs; `size`, for that, is
+ * only checked. */
+static thrum_status make_header(const thrum_model *model, const thrum_state_def *def,
+                                const size_t *size, thrum_state *header, thrum_error *error) {
   THRUM_TRY(thrum_state_def_check(model, def, error));
   if (!size)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
+  memset(header, 0, sizeof *header);
+  fill_header(header, model, def);
+  return THRUM_OK;
+}
 
-  // the header alone knows the size of its block
+thrum_status thrum_state_size(const thrum_model *model, const thrum_state_def *def, size_t *size,
+                              thrum_error *error) {
   thrum_state header;
-  memset(&header, 0, sizeof header);
-  fill_header(&header, model, def);
+  THRUM_TRY(make_header(model, def, size, &header, error));
   if (header.bytes > SIZE_MAX)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
                            "a state of rank %d needs more memory than this machine can address",
@@ -196,12 +202,8 @@ thrum_status thrum_state_check_ready(const thrum_model *model, const thrum_state
 
 thrum_status thrum_state_scratch_size(const thrum_model *model, const thrum_state_def *def,
                                       size_t *size, thrum_error *error) {
-  THRUM_TRY(thrum_state_def_check(model, def, error));
-  if (!size)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
   thrum_state header;
-  memset(&header, 0, sizeof header);
-  fill_header(&header, model, def);
+  THRUM_TRY(make_header(model, def, size, &header, error));
   const uint64_t bytes = thrum_state_layout_scratch(&header);
   if (bytes > SIZE_MAX)
     return thrum_error_set(

@@ -14,6 +14,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/base/alignment_check.h"
 #include "runtime/model/model_layout.h"
 #include "runtime/polynomial/packed.h"
 #include "runtime/polynomial/polynomial_private.h"
@@ -87,12 +88,6 @@ thrum_status thrum_model_condense_size(const thrum_model *model, int64_t masters
           thrum_round_up(p.follow * sizeof(double)) +
           (size_t)thrum_pack_all(masters) * sizeof(double);
   return THRUM_OK;
-}
-
-static double *cut(unsigned char **memory, size_t doubles) {
-  double *part = (double *)(void *)*memory;
-  *memory += thrum_round_up(doubles * sizeof(double));
-  return part;
 }
 
 /* follow: (rank - masters) x pairs. */
@@ -178,19 +173,15 @@ thrum_status thrum_model_condense(void *memory, size_t memory_size, const thrum_
   THRUM_TRY(thrum_model_condense_size(model, masters, &size, error));
   if (!memory || !condensed)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or condensed is NULL");
-  if ((uintptr_t)memory % THRUM_ALIGNMENT != 0)
-    return thrum_error_set(error, THRUM_MISALIGNED,
-                           "the memory of a model must be aligned to 64 bytes");
-  if (memory_size < size)
-    return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
-                           "the memory has %zu bytes, this model needs %zu", memory_size, size);
+  THRUM_TRY(thrum_alignment_check("model", memory, memory_size, size, error));
 
   // where each array stands
   const source from = source_of(model);
   const parts p = parts_of(model, masters);
   unsigned char *at = (unsigned char *)memory + thrum_round_up(sizeof(thrum_model));
-  double *omega2 = cut(&at, p.omega2), *c3 = cut(&at, p.c3), *c4 = cut(&at, p.c4);
-  double *follow = cut(&at, p.follow);
+  double *omega2 = thrum_cut_doubles(&at, p.omega2), *c3 = thrum_cut_doubles(&at, p.c3),
+         *c4 = thrum_cut_doubles(&at, p.c4);
+  double *follow = thrum_cut_doubles(&at, p.follow);
 
   // the masters' own polynomial, less the energy that the slaves give up
   memcpy(omega2, model->omega2, p.omega2 * sizeof *omega2);
@@ -245,18 +236,22 @@ void thrum_condensed_shape(const thrum_model *model, const double *x, const doub
   }
 }
 
+/* dy/dt of one slave, whose row is taken; *row moves on to the next slave's. */
+static double slave_speed(const double **row, int64_t masters, const double *x, const double *v) {
+  double speed = 0;
+  for (int64_t i = 0; i < masters; i++)
+    for (int64_t j = i; j < masters; j++)
+      speed += *(*row)++ * (v[i] * x[j] + x[i] * v[j]);
+  return speed;
+}
+
 void thrum_condensed_velocity(const thrum_model *model, const double *x, const double *v,
                               double *p) {
   const int64_t masters = model->rank, slaves = slaves_of(model);
   const double *row = model->follow;
   memcpy(p, v, (size_t)masters * sizeof *p);
-  for (int64_t s = 0; s < slaves; s++) {
-    double sum = 0;
-    for (int64_t i = 0; i < masters; i++)
-      for (int64_t j = i; j < masters; j++)
-        sum += *row++ * (v[i] * x[j] + x[i] * v[j]);
-    p[masters + s] = sum;
-  }
+  for (int64_t s = 0; s < slaves; s++)
+    p[masters + s] = slave_speed(&row, masters, x, v);
 }
 
 void thrum_condensed_load(const thrum_model *model, const double *x, const double *load,
@@ -282,10 +277,7 @@ double thrum_condensed_inertia_share(const thrum_model *model, const double *x, 
   for (int64_t i = 0; i < masters; i++)
     whole += v[i] * v[i];
   for (int64_t s = 0; s < slaves; s++) {
-    double speed = 0;
-    for (int64_t i = 0; i < masters; i++)
-      for (int64_t j = i; j < masters; j++)
-        speed += *row++ * (v[i] * x[j] + x[i] * v[j]);
+    const double speed = slave_speed(&row, masters, x, v);
     left_out += speed * speed;
   }
   return left_out > 0 ? left_out / (whole + left_out) : 0;

@@ -6,6 +6,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 
+#include "runtime/base/alignment_check.h"
 #include "runtime/model/model_layout.h"
 #include "runtime/polynomial/packed.h"
 #include "runtime/polynomial/polynomial_private.h"
@@ -74,12 +75,6 @@ static void copy_columns(int64_t rows, int64_t columns, int64_t rank, const doub
     memcpy(to + n * rank, from + n * columns, (size_t)rank * sizeof *to);
 }
 
-static double *cut(unsigned char **memory, size_t doubles) {
-  double *part = (double *)(void *)*memory;
-  *memory += thrum_round_up(doubles * sizeof(double));
-  return part;
-}
-
 thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_model *model,
                                   int64_t rank, const thrum_model **truncated, thrum_error *error) {
   // the memory is checked before it is touched
@@ -87,19 +82,15 @@ thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_
   THRUM_TRY(thrum_model_truncate_size(model, rank, &size, error));
   if (!memory || !truncated)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or truncated is NULL");
-  if ((uintptr_t)memory % THRUM_ALIGNMENT != 0)
-    return thrum_error_set(error, THRUM_MISALIGNED,
-                           "the memory of a model must be aligned to 64 bytes");
-  if (memory_size < size)
-    return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
-                           "the memory has %zu bytes, this model needs %zu", memory_size, size);
+  THRUM_TRY(thrum_alignment_check("model", memory, memory_size, size, error));
 
   // where each array of the lower rank stands
   const parts p = parts_of(model, rank);
   thrum_model lower = *model;
   unsigned char *at = (unsigned char *)memory + thrum_round_up(sizeof lower);
-  double *omega2 = cut(&at, p.omega2), *c3 = cut(&at, p.c3), *c4 = cut(&at, p.c4);
-  double *axis_mass = cut(&at, p.axis_mass), *basis = cut(&at, p.basis);
+  double *omega2 = thrum_cut_doubles(&at, p.omega2), *c3 = thrum_cut_doubles(&at, p.c3),
+         *c4 = thrum_cut_doubles(&at, p.c4);
+  double *axis_mass = thrum_cut_doubles(&at, p.axis_mass), *basis = thrum_cut_doubles(&at, p.basis);
 
   // the coefficients of the first coordinates, and their columns of the basis
   memcpy(omega2, model->omega2, p.omega2 * sizeof *omega2);
