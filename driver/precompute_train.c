@@ -70,6 +70,13 @@ static thrum_status run_full(const thrum_model *model, const course *c, const ch
 
 static thrum_status run_all(const precompute_request *request, const thrum_model *model,
                             train_outcome *outcome, thrum_error *error) {
+  const int64_t each = TRAIN_SAMPLES * 3 * model->vertex_count;
+  outcome->samples =
+      thrum_allocate(outcome->run_count * each, sizeof *outcome->samples, "the training", error);
+  if (outcome->samples == NULL)
+    return THRUM_OUT_OF_MEMORY;
+
+  // the full order under one load after the other
   config_progress progress = config_progress_make(request->quiet);
   const thrum_threads before = thrum_threads_set(request->options.threads);
   thrum_status status = THRUM_OK;
@@ -79,11 +86,8 @@ static thrum_status run_all(const precompute_request *request, const thrum_model
     char label[64];
     snprintf(label, sizeof label, "%s %.40s", run->test ? "test" : "training", run->text);
     status = course_open(request, model, run->text, &c, error);
-    if (status >= 0) {
-      run->u = thrum_allocate(TRAIN_SAMPLES * 3 * model->vertex_count, sizeof *run->u,
-                              "the training", error);
-      status = run->u ? run_full(model, &c, label, &progress, run, error) : THRUM_OUT_OF_MEMORY;
-    }
+    run->u = outcome->samples + n * each;
+    THRUM_THEN(status, run_full(model, &c, label, &progress, run, error));
     free(c.forces);
   }
   thrum_threads_restore(before);
@@ -109,21 +113,17 @@ static thrum_status list_runs(const precompute_request *request, train_outcome *
 /* The shapes of what the basis of `model` leaves of the runs of the training. */
 static thrum_status find_shapes(const thrum_model *model, int64_t count, train_outcome *outcome,
                                 thrum_error *error) {
-  const int64_t all = 3 * model->vertex_count, each = TRAIN_SAMPLES * all;
   thrum_model_fem body = {0};
-  double *snapshots =
-      thrum_allocate(outcome->train_count * each, sizeof *snapshots, "the training", error);
-  outcome->fields = thrum_allocate(count * all, sizeof *outcome->fields, "the training", error);
-  thrum_status status = snapshots && outcome->fields ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  outcome->fields = thrum_allocate(3 * model->vertex_count * count, sizeof *outcome->fields,
+                                   "the training", error);
+  thrum_status status = outcome->fields ? THRUM_OK : THRUM_OUT_OF_MEMORY;
   THRUM_THEN(status, thrum_model_fem_create(model, &body, error));
-  if (status >= 0) {
-    for (int64_t n = 0; n < outcome->train_count; n++)
-      memcpy(snapshots + n * each, outcome->runs[n].u, (size_t)each * sizeof *snapshots);
-    status = thrum_snapshot_shapes(model, &body, snapshots, outcome->train_count, TRAIN_SAMPLES,
-                                   count, outcome->fields, &outcome->field_count, error);
-  }
+
+  // the runs of the training come first
+  THRUM_THEN(status, thrum_snapshot_shapes(model, &body, outcome->samples, outcome->train_count,
+                                           TRAIN_SAMPLES, count, outcome->fields,
+                                           &outcome->field_count, error));
   thrum_model_fem_free(&body);
-  free(snapshots);
   return status;
 }
 
@@ -251,8 +251,7 @@ double precompute_train_error(const train_outcome *outcome, bool test) {
 }
 
 void precompute_train_free(train_outcome *outcome) {
-  for (int64_t n = 0; n < outcome->run_count; n++)
-    free(outcome->runs[n].u);
+  free(outcome->samples);
   free(outcome->runs);
   free(outcome->fields);
   *outcome = (train_outcome){0};

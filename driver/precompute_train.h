@@ -16,7 +16,7 @@
 typedef struct train_run {
   const char *text;
   bool test;
-  double *u;    /* TRAIN_SAMPLES x 3 vertex_count: displacements at equally spaced steps */
+  double *u;    /* its samples, in those of the outcome */
   double error; /* rms of the displacement against the full order [1]; NaN: the run was lost */
 } train_run;
 
@@ -24,7 +24,9 @@ typedef struct train_run {
 typedef struct train_outcome {
   train_run *runs; /* owned: those of the training, then those of the test */
   int64_t run_count, train_count;
-  double *fields; /* field_count x 3 vertex_count: shapes for the basis; owned */
+  double *samples; /* run_count x TRAIN_SAMPLES x 3 vertex_count: displacements at equally spaced
+                      steps; owned */
+  double *fields;  /* field_count x 3 vertex_count: shapes for the basis; owned */
   int64_t field_count;
 } train_outcome;
 
