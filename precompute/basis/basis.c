@@ -228,16 +228,20 @@ static thrum_status diagonalise(pca *p, double *basis, thrum_error *error) {
   return status;
 }
 
-// the trained fields behind the columns of modes and derivatives, orthonormal to them
+/* The trained fields behind the columns of modes and derivatives, orthonormal to them. */
 static thrum_status append_trained(pca *p, double *columns, thrum_error *error) {
   const int64_t total = p->rank + p->trained_count;
   int64_t span = 0;
+
+  // each of unit size first, so that the tolerance of the orthonormalisation means the same to all
   for (int64_t t = 0; t < p->trained_count; t++) {
     double *column = columns + (p->rank + t) * p->n, square = 0;
     thrum_fem_gather(p->fem, p->trained + 3 * t * p->fem->vertex_count, column);
     thrum_mass_gram(p->mass, column, 1, column, 1, &square, p->work);
     cblas_dscal((int)p->n, square > 0 ? 1 / sqrt(square) : 0, column, 1);
   }
+
+  // what leaves no direction of its own cannot be a column
   THRUM_TRY(thrum_mass_orthonormalise(p->mass, total, columns, TOLERANCE, &span, p->work, error));
   if (span < total)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,

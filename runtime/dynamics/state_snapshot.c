@@ -156,6 +156,7 @@ static thrum_status check_counts(const thrum_state *header, thrum_error *error) 
   return THRUM_OK;
 }
 
+/* A test plants NaN in each of them, so that a field which is added and not listed is found. */
 static bool is_finite_header(const thrum_state *header) {
   const thrum_state_report *report = &header->report;
   const thrum_stability_monitor *m = &header->monitor;
@@ -207,6 +208,8 @@ static bool is_finite_header(const thrum_state *header) {
                            m->before_dt,
                            header->split_dt,
                            header->longest_dt};
+
+  // the lengths of past steps are an array already
   return thrum_all_finite(values, sizeof values / sizeof values[0]) &&
          thrum_all_finite(header->past_dt, THRUM_PAST_SOLVES);
 }

@@ -83,10 +83,13 @@ static void paths_are_relative_to_the_file(void **state) {
       "{\"model\": \"b.npz\", \"output\": \"run\", \"time\": 0.03,\n"
       "\"start\": [\"mode:1,0.01\"], \"json\": true, \"adaptive\": false,\n"
       "\"damping\": [0.1, 0.001], \"integrator\": \"imexv\", \"split\": 3, \"quiet\": true}");
+
+  // the model is found beside the file, and the run is written there
   cJSON *object = run_done(thrum_run(folder, "simulate", "--options", "sub/s.json", NULL));
   assert_true(number(object, "steps") == 10);
   cJSON_Delete(object);
   assert_true(is_there("sub/run/run.json"));
+
   // a start that is a file is looked up beside the options file as well
   write_file("sub/again.json", "{\"model\": \"b.npz\", \"output\": \"run2\", \"time\": 0.03,\n"
                                "\"start\": \"run/end.npy\", \"json\": true}");

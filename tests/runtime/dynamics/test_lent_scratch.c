@@ -207,9 +207,12 @@ static void a_snapshot_of_a_state_with_other_scratch_is_refused(void **context) 
   thrum_state_def newmark = thrum_default_state_def(), imexv = imexv_def();
   newmark.integrator = THRUM_INTEGRATOR_NEWMARK;
   newmark.borrows_scratch = imexv.borrows_scratch = 1;
+
+  // as many bytes in a snapshot, but imexv restricts the polynomial in its scratch
   thrum_state *to = state_make(&m.model, &newmark), *from = state_make(&m.model, &imexv);
   assert_int_equal(thrum_state_snapshot_size(to), thrum_state_snapshot_size(from));
 
+  // the state that has less of it does not take the other's snapshot
   const size_t size = thrum_state_snapshot_size(from);
   unsigned char *sealed = malloc(size);
   assert_non_null(sealed);
