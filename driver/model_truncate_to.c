@@ -12,6 +12,11 @@ thrum_status model_truncate_to(const thrum_model *loaded, int64_t rank, void **m
     *model = loaded;
     return THRUM_OK;
   }
+  if (thrum_model_masters(loaded) > 0)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "--rank: the model was precomputed condensed, and coordinates that "
+                           "follow cannot be left out: give --condense 1 to %lld",
+                           (long long)thrum_model_masters(loaded));
   thrum_error detail = {0};
   size_t size = 0;
   const thrum_status status = thrum_model_truncate_size(loaded, rank, &size, &detail);

@@ -21,6 +21,7 @@
 #include "mesh/model_quality.h"
 #include "platform/clock.h"
 #include "precompute/basis/handles.h"
+#include "precompute/options_check.h"
 #include "precompute/vega_reduced.h"
 
 /* Beyond these the model is written, but flagged (exit 3). */
@@ -55,6 +56,17 @@ static thrum_status check_outputs(const precompute_request *request, thrum_error
   if (paths[1] && path_same_file(paths[0], paths[1]))
     return thrum_error_set(error, THRUM_IO, "-o and --export-modes name one file, %s", paths[0]);
   return THRUM_OK;
+}
+
+/* --condense with no coordinate that could follow is refused before any work is done. */
+static thrum_status check_condensed(const precompute_request *request, thrum_error *error) {
+  const thrum_precompute_options complete = thrum_options_complete(&request->options);
+  if (!request->condense || complete.rank > complete.modes)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                         "--condense: at rank %lld nothing is left to follow %lld linear modes: "
+                         "raise --rank above it, or lower --modes",
+                         (long long)complete.rank, (long long)complete.modes);
 }
 
 /* The options' material replaces the mesh's own in every region. */
@@ -292,6 +304,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
 
   // a dry run writes nothing, so it needs no name
   thrum_status status = request->dry_run ? THRUM_OK : check_outputs(request, error);
+  THRUM_THEN(status, check_condensed(request, error));
   THRUM_THEN(status, thrum_mesh_read_order(request->mesh_name, request->scale, (int)request->order,
                                            &mesh, error));
   if (status < 0)

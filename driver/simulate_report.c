@@ -302,6 +302,16 @@ static void print_drift(const simulate_figures *figures) {
   }
 }
 
+/* How far a condensed run can be believed; at rest there is no energy to be wrong. */
+static void print_condensed(const simulate_figures *figures) {
+  printf("condensed    %" PRId64 " of %d coordinates stepped, the lowest that follows %.2f times "
+         "as fast; %.2g %% of the kinetic energy left out",
+         figures->masters, (int)figures->model->rank, figures->gap, 100 * figures->inertia_share);
+  if (isfinite(figures->energy_defect))
+    printf(", %.2g %% of the strain energy wrong", 100 * figures->energy_defect);
+  puts("");
+}
+
 void simulate_report_table(const simulate_figures *figures, const run_output *output,
                            const simulate_measures *measures) {
   const thrum_state_report *report = &figures->report;
@@ -319,10 +329,7 @@ void simulate_report_table(const simulate_figures *figures, const run_output *ou
   puts("");
 
   if (figures->masters > 0)
-    printf("condensed    %" PRId64 " of %d coordinates stepped, the lowest that follows %.2f times "
-           "as fast; %.2g %% of the kinetic energy left out, %.2g %% of the strain energy wrong\n",
-           figures->masters, (int)figures->model->rank, figures->gap, 100 * figures->inertia_share,
-           100 * figures->energy_defect);
+    print_condensed(figures);
 
   // the headline names the integrator asked for, so a run that another one stepped says so
   if (report->switched_steps > 0)

@@ -15,8 +15,12 @@ static thrum_status push(const thrum_scene *scene, scene_body *body, thrum_error
   scene_loads_sum(scene, body, wrench);
   if (scene->air > 0 && body->surface_count > 0)
     THRUM_TRY(scene_wind_add(scene, body, wrench, error));
-  if (body->derived->condensed)
+
+  // what is read after this would have the slaves answer to a load that has not acted yet
+  if (body->derived->condensed) {
+    THRUM_TRY(scene_body_read(body, false, error));
     scene_condensed_load(body, scene->base_motion_count > 0);
+  }
   if (body->touch != NULL)
     return scene_touch_step(scene, body, wrench, error);
   return thrum_state_set_force(body->derived->model, body->state, body->force, error);

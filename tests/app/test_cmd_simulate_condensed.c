@@ -120,7 +120,11 @@ static void a_file_that_was_precomputed_condensed_is_stepped_alike(void **state)
   // what needs the polynomial of all coordinates says so, and info reads the file
   run = thrum_run(folder, "static", "small.npz", "--load", "gravity:0,0,-1", NULL);
   assert_int_equal(run.exit_code, 1);
-  assert_non_null(strstr(run.err, "condensed"));
+  assert_non_null(strstr(run.err, "small.npz: the model was precomputed condensed to 6 of 15"));
+  program_result_free(&run);
+  run = thrum_run(folder, "simulate", "small.npz", "-o", "no", "--rank", "3", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "give --condense 1 to 6"));
   program_result_free(&run);
   run = thrum_run(folder, "export", "small.npz", "--vega-cubic", "small.cub", NULL);
   assert_int_equal(run.exit_code, 1);
@@ -129,6 +133,26 @@ static void a_file_that_was_precomputed_condensed_is_stepped_alike(void **state)
   run = thrum_run(folder, "info", "small.npz", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_non_null(strstr(run.out, "condensed"));
+  program_result_free(&run);
+}
+
+static void a_body_at_rest_has_no_strain_energy_that_is_wrong(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "rest", "--time", "0.03",
+                                 "--condense", "4", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.out, "4 of 15 coordinates stepped"));
+  assert_null(strstr(run.out, "nan"));
+  program_result_free(&run);
+}
+
+static void condensing_with_nothing_to_follow_is_refused_before_the_work(void **state) {
+  (void)state;
+  // the mesh is not even looked for
+  program_result run = thrum_run(folder, "precompute", "none.vtk", "--modes", "6", "--rank", "6",
+                                 "--condense", "-o", "no.npz", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "nothing is left to follow 6 linear modes"));
   program_result_free(&run);
 }
 
@@ -165,6 +189,8 @@ int main(void) {
       cmocka_unit_test(a_scene_steps_it_alike),
       cmocka_unit_test(a_file_that_was_precomputed_condensed_is_stepped_alike),
       cmocka_unit_test(a_large_swing_is_flagged),
+      cmocka_unit_test(a_body_at_rest_has_no_strain_energy_that_is_wrong),
+      cmocka_unit_test(condensing_with_nothing_to_follow_is_refused_before_the_work),
       cmocka_unit_test(what_cannot_be_condensed_is_refused),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);
