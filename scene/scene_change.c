@@ -32,7 +32,9 @@ static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_st
     return status;
   }
 
-  // nothing can fail any more: the new parts take the place of the old
+  // nothing can fail any more: the new parts take the place of the old, and what the state has
+  // counted is kept
+  body->before_state = scene_body_counts(body);
   scene_model_drop(scene, body->derived);
   free(body->state);
   scene_touch_free(body->touch);
@@ -134,14 +136,14 @@ static thrum_status restart(scene_body *body, thrum_error *error) {
                                                &body->def, &body->state, error);
 
   body->status = THRUM_OK;
-  body->fallback_steps = 0;
 
   // motion as a whole, touches and energies begin again
   if (body->free)
     scene_free_reset(body);
   if (body->touch != NULL)
     thrum_contact_reset(body->touch->contact);
-  body->work_load = body->work_base = body->dissipated = 0;
+  body->work_load = body->work_base = 0;
+  body->before_state = (scene_counts){0};
   body->q_known = body->p_known = false;
   memcpy(body->before, body->start_q, (size_t)model->rank * sizeof *body->before);
   memcpy(body->middle, body->start_q, (size_t)model->rank * sizeof *body->middle);

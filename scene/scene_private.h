@@ -47,6 +47,12 @@ typedef struct scene_wrench {
   double torque[3]; /* about the centre of mass [N m] */
 } scene_wrench;
 
+/* What a state counts in its report, and a scene for as long as the body lives. */
+typedef struct scene_counts {
+  int64_t fallback_steps;
+  double dissipated;
+} scene_counts;
+
 /* One body. Vectors are of its model's full rank r, the first `rank` entries are in use. */
 typedef struct scene_body {
   char name[THRUM_SCENE_NAME_MAX];
@@ -89,8 +95,8 @@ typedef struct scene_body {
   scene_pull pulls[THRUM_SCENE_PULLS];
   scene_wrench wrench; /* of the step to come */
   thrum_status status; /* < 0: stopped */
-  int64_t fallback_steps;
-  double work_load, work_base, dissipated;
+  double work_load, work_base;
+  scene_counts before_state; /* of states that changes of parameters have replaced */
 } scene_body;
 
 typedef struct scene_base_motion {
@@ -272,6 +278,9 @@ thrum_status scene_wind_add(const thrum_scene *scene, scene_body *body, scene_wr
 
 /* Makes body->q, and body->p if `p`, those of the present step. */
 thrum_status scene_body_read(scene_body *body, bool p, thrum_error *error);
+
+/* What the body has counted since its start, over all its states. */
+scene_counts scene_body_counts(const scene_body *body);
 
 /* A point of a body, rest position and three rows of U, in the world; body->q and, for a velocity
  * (which may be NULL), body->p are read. */

@@ -18,6 +18,14 @@ thrum_status scene_body_read(scene_body *body, bool p, thrum_error *error) {
   return THRUM_OK;
 }
 
+scene_counts scene_body_counts(const scene_body *body) {
+  const thrum_state_report now = thrum_state_report_get(body->state);
+  scene_counts counts = body->before_state;
+  counts.fallback_steps += now.newton_steps + now.energy_steps + now.substep_steps;
+  counts.dissipated += now.dissipated;
+  return counts;
+}
+
 void scene_point(const scene_body *body, const double rest[3], const double *rows,
                  double position[3], double velocity[3]) {
   const int64_t r = body->model->rank, rank = scene_shown(body);
@@ -74,6 +82,7 @@ thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_sc
                               thrum_error *error) {
   scene_body *body = NULL;
   THRUM_TRY(scene_body_at(scene, number, &body, error));
+  const scene_counts counts = scene_body_counts(body);
 
   // the body as it was defined, and as the steps have made it
   *info = (thrum_scene_body_info){
@@ -90,10 +99,10 @@ thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_sc
       .damping_alpha = body->def.damping_alpha,
       .damping_beta = body->def.damping_beta,
       .status = body->status,
-      .fallback_steps = body->fallback_steps,
+      .fallback_steps = counts.fallback_steps,
       .work_load = body->work_load,
       .work_base = body->work_base,
-      .dissipated = body->dissipated,
+      .dissipated = counts.dissipated,
       .free = body->free,
       .mass = body->way.mass,
       .report = thrum_state_report_get(body->state),

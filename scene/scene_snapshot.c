@@ -13,7 +13,7 @@
 #define COUNT_MAX (INT64_C(1) << 62)
 
 /* The version is that of the records below. */
-static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 3};
+static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 4};
 
 typedef struct scene_record {
   uint64_t revision;
@@ -22,8 +22,9 @@ typedef struct scene_record {
 } scene_record;
 
 typedef struct body_record {
-  int64_t status, fallback_steps;
-  double work_load, work_base, dissipated;
+  int64_t status;
+  double work_load, work_base;
+  scene_counts before_state;
   thrum_translation way;
   thrum_rigid_frame rigid_frame;
 } body_record;
@@ -73,9 +74,8 @@ thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t
   // each body with its state and contact
   for (int32_t n = 0; n < scene->body_count; n++) {
     const scene_body *body = scene->bodies[n];
-    const body_record record = {body->status,     body->fallback_steps, body->work_load,
-                                body->work_base,  body->dissipated,     body->way,
-                                body->rigid_frame};
+    const body_record record = {body->status,       body->work_load, body->work_base,
+                                body->before_state, body->way,       body->rigid_frame};
     put(&at, &record, sizeof record);
     put(&at, body->before, (size_t)body->derived->rank * sizeof *body->before);
     put(&at, body->state, thrum_state_kept_bytes(body->state));
@@ -106,7 +106,7 @@ static bool is_count(int64_t count) {
 /* Whether the parts of a body's motion that steps do not change are as now, and the rest finite. */
 static bool is_motion_right(const scene_body *body, const body_record *record) {
   const thrum_rigid_frame *now = &body->rigid_frame, *then = &record->rigid_frame;
-  const double sums[] = {record->work_load, record->work_base, record->dissipated};
+  const double sums[] = {record->work_load, record->work_base, record->before_state.dissipated};
   return thrum_all_finite(sums, 3) && record->way.mass == body->way.mass &&
          thrum_all_finite(record->way.position, 3) && thrum_all_finite(record->way.velocity, 3) &&
          memcmp(then->centre, now->centre, sizeof now->centre) == 0 &&
@@ -119,8 +119,8 @@ static thrum_status check_body(const scene_body *body, const unsigned char **at,
                                thrum_error *error) {
   body_record record;
   take(at, &record, sizeof record);
-  if (record.status < INT_MIN || record.status > INT_MAX || !is_count(record.fallback_steps) ||
-      !is_motion_right(body, &record))
+  if (record.status < INT_MIN || record.status > INT_MAX ||
+      !is_count(record.before_state.fallback_steps) || !is_motion_right(body, &record))
     return refuse("motion of a body", error);
 
   // q as the scene shows it; the state has its own check
@@ -193,10 +193,9 @@ static void take_body(scene_body *body, const unsigned char **at) {
 
   // its counters; shape and velocity are read again when asked for
   body->status = (thrum_status)record.status;
-  body->fallback_steps = record.fallback_steps;
   body->work_load = record.work_load;
   body->work_base = record.work_base;
-  body->dissipated = record.dissipated;
+  body->before_state = record.before_state;
   body->q_known = body->p_known = false;
 }
 

@@ -40,7 +40,6 @@ static void count_work(const thrum_scene *scene, scene_body *body) {
                           : 0;
   body->work_load += all - base;
   body->work_base += base;
-  body->dissipated = thrum_state_report_get(body->state).dissipated;
   if (body->derived->condensed)
     scene_condensed_extrapolate(body);
   memcpy(body->before, body->q, (size_t)model->rank * sizeof *body->q);
@@ -62,7 +61,6 @@ static int32_t gather(thrum_scene *scene, const scene_model *model) {
 /* Keeps what came of one body's step; the first failure is the scene's. */
 static void note(scene_body *body, thrum_status status, const thrum_error *detail,
                  thrum_status *scene_status, thrum_error *error) {
-  body->fallback_steps += status == THRUM_FELL_BACK;
   if (status < 0) {
     body->status = status;
     if (*scene_status >= 0)

@@ -349,11 +349,12 @@ typedef struct thrum_scene_body_info {
   int64_t fallback_steps;             /* steps that fell back since the start */
   double work_load,                   /* work of loads and gravity since the start [J] */
       work_base;                      /* work of the moving ground since the start [J] */
-  double dissipated;                  /* energy that damping took [J] */
+  double dissipated;                  /* energy that damping took since the start [J] */
   int32_t free;                       /* 1: it moves and rotates as a whole */
   double mass;                        /* mass of a free body [kg]; 0: held */
   thrum_contact_report contact;       /* zero for a body without contact and pulls */
-  thrum_state_report report;          /* counters since the last change of a parameter */
+  thrum_state_report report;          /* counters since the start, or since the last change of
+                                         damping, stiffness, integrator or rank */
   size_t bytes;                       /* heap memory of this body without shared models */
 } thrum_scene_body_info;
 

@@ -411,6 +411,83 @@ static void changes_keep_the_motion(void **context) {
   steps(f->scene, 1);
 }
 
+/* A damped body loses what its damping took, over all the states that changes give it. */
+static void what_damping_took_is_counted_through_changes(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_ENERGY);
+  def.start_mode = 1;
+  def.start_amplitude = 0.2;
+  def.state.damping_alpha = 0.5;
+  add(f, &def);
+  thrum_scene_energies first, now;
+  thrum_scene_body_info info;
+  MUST(thrum_scene_body_energies(f->scene, 0, &first, &error));
+
+  // none of these changes moves energy; the last leaves the first state, and a snapshot of before
+  double before = 0;
+  for (int change = 0; change < 4; change++) {
+    steps(f->scene, 100);
+    if (change == 0)
+      MUST(thrum_scene_set_damping(f->scene, 0, 0.7, 0.0005, &error));
+    else if (change == 1)
+      MUST(thrum_scene_set_dt(f->scene, 0.002, &error));
+    else if (change == 2)
+      MUST(thrum_scene_set_integrator(f->scene, 0, THRUM_INTEGRATOR_MIDPOINT, &error));
+    MUST(thrum_scene_body(f->scene, 0, &info, &error));
+    MUST(thrum_scene_body_energies(f->scene, 0, &now, &error));
+    assert_true(info.dissipated > before);
+    assert_true(fabs(first.total - now.total - info.dissipated) < 2e-3 * first.total);
+    before = info.dissipated;
+  }
+  assert_true(before > 0.2 * first.total);
+
+  // a snapshot keeps the sum, and a reset begins it anew
+  const size_t size = thrum_scene_snapshot_size(f->scene);
+  void *memory = malloc(size);
+  assert_non_null(memory);
+  MUST(thrum_scene_snapshot(f->scene, memory, size, &error));
+  steps(f->scene, 10);
+  MUST(thrum_scene_restore(f->scene, memory, size, &error));
+  free(memory);
+  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  assert_true(info.dissipated == before);
+  MUST(thrum_scene_reset(f->scene, &error));
+  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  assert_true(info.dissipated == 0);
+}
+
+/* A step of a body that also gained energy is a step that fell back none the less. */
+static void every_step_that_fell_back_is_counted(void **context) {
+  // a tenth-order motion at a step where quasi-Newton alone does not solve it
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_NEWMARK);
+  def.start_mode = 1;
+  def.start_amplitude = 3;
+  def.state.newmark_gamma = 0.4;
+  def.state.iterations_max = 2;
+  add(f, &def);
+  thrum_scene_body_info info;
+  int64_t fell_back = 0, both = 0, counted = 0;
+  for (int k = 0; k < 300; k++) {
+    // as the report of the state says
+    const thrum_status status = thrum_scene_step(f->scene, NULL);
+    assert_true(status >= 0);
+    MUST(thrum_scene_body(f->scene, 0, &info, &error));
+    const thrum_state_report *r = &info.report;
+    const int64_t steps_before = counted;
+    counted = r->newton_steps + r->energy_steps + r->substep_steps;
+    fell_back += counted - steps_before;
+    both += counted > steps_before && status == THRUM_ENERGY_GREW;
+    assert_int_equal(info.fallback_steps, fell_back);
+  }
+  assert_true(both > 0 && fell_back > both);
+
+  // and through a change
+  MUST(thrum_scene_set_damping(f->scene, 0, 0.1, 0, &error));
+  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  assert_int_equal(info.fallback_steps, fell_back);
+}
+
 /* The course of a load is evaluated at the time of the scene, also after dt has changed. */
 static void loads_keep_their_time_when_dt_changes(void **context) {
   // without restoring forces the momentum shows the load alone
@@ -636,6 +713,8 @@ int main(void) {
       TEST(a_snapshot_brings_back_every_bit),
       TEST(a_reset_starts_over_with_the_same_bits),
       TEST(changes_keep_the_motion),
+      TEST(what_damping_took_is_counted_through_changes),
+      TEST(every_step_that_fell_back_is_counted),
       TEST(loads_keep_their_time_when_dt_changes),
       TEST(a_body_that_fails_stops_and_the_others_go_on),
 

@@ -14,7 +14,7 @@
 static thrum_error error;
 
 /* The head of snapshots of scenes, as scene_snapshot.c writes it. */
-static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 3};
+static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 4};
 
 enum { VERTICES = 8 };
 
