@@ -368,7 +368,9 @@ THRUM_API int64_t thrum_step_count(double time, double dt);
  *   THRUM_ENERGY_GREW  (> 0) the state has gained energy that neither its start nor its loads
  *                      explain, as much again as the largest that they do: what it holds is no
  *                      motion of the body any more. `energy` and a monitored imexv keep an account
- *                      instead; the others look every few steps, and when the motion grows
+ *                      instead. The others look after each step that moves more than those lately
+ *                      and every 16 steps, since a look costs an energy: a slow growth is said up
+ *                      to 16 steps late, and grown_steps lacks these
  *   THRUM_FELL_BACK    (> 0) quasi-Newton did not solve it, but a level of the fallback chain did
  *   THRUM_SWITCHED     (> 0) imexv, fox-goodwin: the monitor has switched the state to another
  *                      scheme, mostly `energy`, and that made this step, as it will the next; the

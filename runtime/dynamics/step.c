@@ -289,6 +289,9 @@ static thrum_status settle_balance(const thrum_model *model, thrum_step_run *run
   THRUM_TRY(thrum_energy_balance_switch(model, &run->next, &run->view));
   THRUM_TRY(settle(model, run, thrum_step_attempt(model, run), amplitude));
   find_dissipation(model, run);
+
+  // a balance that goes on has this step too, whose energy may be right again
+  thrum_energy_balance_enter(model, &run->next, &run->view, &run->report);
   return THRUM_OK;
 }
 

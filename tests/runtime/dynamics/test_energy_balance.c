@@ -3,6 +3,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
+#include "runtime/dynamics/state_layout.h"
+
 enum { RANK = 4, LATE = 16 };
 
 static thrum_state_def make_def(thrum_integrator integrator, double dt) {
@@ -203,6 +205,47 @@ static void no_status_hides_what_a_sudden_load_spoils(void **context) {
   random_model_free(&m);
 }
 
+/* Where a switch does not explain the energy at once, the balance goes on, and has each step. */
+static void the_step_of_a_switch_is_in_the_balance(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 11, RANK, 4.0, 18.0, 0.5);
+  random_state random = {17};
+  int compared = 0;
+  for (int n = 0; n < 1500; n++) {
+    const thrum_state_def def = make_def(THRUM_INTEGRATOR_FOX_GOODWIN, 0.02);
+    thrum_state *state = state_make(&m.model, &def);
+    double p[RANK], q[2][RANK] = {{0}}, force[RANK] = {0};
+    random_vector(&random, RANK, pow(10.0, random_uniform(&random)), p);
+    state_put(&m.model, state, NULL, p);
+
+    // the loads come one after the other, until the switch
+    const double load = pow(10.0, 3.0 + 2.0 * random_uniform(&random));
+    int64_t switched = 0;
+    double explained = 0.0;
+    for (int k = 0; k < 120 && switched == 0; k++) {
+      if (k >= 24 && k % 8 == 0)
+        random_vector(&random, RANK, load, force);
+      explained = state->balance.explained;
+      state_push(&m.model, state, force);
+      assert_true(thrum_step(&m.model, state, NULL) >= 0);
+      state_read(&m.model, state, q[1], NULL);
+      for (int i = 0; i < RANK; i++)
+        explained += force[i] * (q[1][i] - q[0][i]);
+      memcpy(q[0], q[1], sizeof q[0]);
+      switched = thrum_state_report_get(state).switched_steps;
+    }
+
+    if (switched > 0 && state->balance.grew) {
+      assert_true(fabs(state->balance.explained / explained - 1.0) < 1e-12);
+      compared++;
+    }
+    state_free(state);
+  }
+  assert_true(compared > 2);
+  random_model_free(&m);
+}
+
 static void a_snapshot_of_a_switched_state_goes_on_with_the_same_bits(void **context) {
   (void)context;
   random_model m;
@@ -261,6 +304,7 @@ int main(void) {
       cmocka_unit_test(motion_that_loads_and_damping_explain_is_not_growth),
       cmocka_unit_test(fox_goodwin_gives_way_before_it_is_lost),
       cmocka_unit_test(no_status_hides_what_a_sudden_load_spoils),
+      cmocka_unit_test(the_step_of_a_switch_is_in_the_balance),
       cmocka_unit_test(a_snapshot_of_a_switched_state_goes_on_with_the_same_bits),
       cmocka_unit_test(heavy_damping_makes_no_energy),
   };
