@@ -56,7 +56,10 @@ static void fill_columns(pod *p, const double *snapshots, int64_t runs, int64_t 
       thrum_mass_gram(&p->body->mass, column, 1, column, 1, &square, p->work);
       size += square;
     }
-    cblas_dscal((int)(each * p->n), size > 0 ? 1 / sqrt(size) : 0, first, 1);
+
+    // column by column: a whole run may have more components than BLAS can count
+    for (int64_t s = 0; s < each; s++)
+      cblas_dscal((int)p->n, size > 0 ? 1 / sqrt(size) : 0, first + s * p->n, 1);
   }
 }
 
