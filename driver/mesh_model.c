@@ -8,9 +8,14 @@
 #include <unistd.h>
 
 #include "config/message.h"
+#include "driver/cache_trim.h"
 #include "driver/precompute_make.h"
 #include "driver/shared_options.h"
 #include "mesh/formats/mesh_read.h"
+
+/* Models of meshes in the cache: together, and how long a new one stays in any case. */
+#define KEPT_BYTES (INT64_C(1) << 30)
+#define KEPT_SECONDS 3600
 
 mesh_model_def mesh_model_def_default(void) {
   return (mesh_model_def){.material = {NAN, NAN, NAN}};
@@ -72,6 +77,8 @@ static thrum_status kept_path(const char *text, const mesh_model_def *def,
   for (int64_t n = 0; n < def->fix_count; n++)
     hash = named_model_hash(hash, def->fixes[n], strlen(def->fixes[n]) + 1);
 
+  // those of old runs make room
+  cache_trim(folder, "mesh-", KEPT_BYTES, KEPT_SECONDS);
   snprintf(path, NAMED_MODEL_PATH_MAX, "%.*s/mesh-%016" PRIx64 ".npz", NAMED_MODEL_PATH_MAX - 64,
            folder, hash);
   return THRUM_OK;
