@@ -380,6 +380,13 @@ THRUM_API int64_t thrum_step_count(double time, double dt);
  * THRUM_NOT_FINITE (< 0) where no level solved it. */
 THRUM_API thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error);
 
+/* Makes `count` >= 0 steps, with the bits of as many calls of thrum_step, and ends before at the
+ * first that fails; *made (may be NULL) gets how many were made, also then. Returns the failure,
+ * else the first in the list of thrum_step of what the steps returned, THRUM_OK if none was
+ * notable. THRUM_INVALID_ARGUMENT for count < 0. */
+THRUM_API thrum_status thrum_steps(const thrum_model *model, thrum_state *state, int64_t count,
+                                   int64_t *made, thrum_error *error);
+
 /* --- what a state says of itself -------------------------------------------------------------- */
 
 /* Energies of q and p of the same time [J]. */

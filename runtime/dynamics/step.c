@@ -329,3 +329,23 @@ thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_erro
   thrum_step_monitor(model, &run, false);
   return thrum_step_end(model, &run, thrum_step_attempt(model, &run), error);
 }
+
+thrum_status thrum_steps(const thrum_model *model, thrum_state *state, int64_t count, int64_t *made,
+                         thrum_error *error) {
+  if (count < 0)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "thrum_steps: %lld steps",
+                           (long long)count);
+
+  thrum_status worst = THRUM_OK;
+  int64_t done = 0;
+  for (; done < count && worst >= 0; ++done) {
+    const thrum_status status = thrum_step(model, state, error);
+
+    // the smaller of two notable statuses stands first in the list; a failure ends the loop
+    if (status < 0 || (status > 0 && (worst == THRUM_OK || status < worst)))
+      worst = status;
+  }
+  if (made != NULL)
+    *made = worst < 0 ? done - 1 : done;
+  return worst;
+}

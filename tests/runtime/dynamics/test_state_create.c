@@ -122,6 +122,57 @@ static void steps_are_counted_up_to_rounding(void **context) {
   assert_true(thrum_step_count(1.0, 1e-300) == INT64_MAX);
 }
 
+static void many_steps_are_as_many_single_ones(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 3, RANK, 1.0, 30.0, 0.4);
+  const thrum_state_def def = imexv_def();
+  const double q[RANK] = {0.1, -0.2, 0.05, 0.02};
+  thrum_state *once = state_make(&m.model, &def), *often = state_make(&m.model, &def);
+  state_put(&m.model, once, q, NULL);
+  state_put(&m.model, often, q, NULL);
+
+  int64_t made = -1;
+  assert_int_equal(thrum_steps(&m.model, once, 0, &made, NULL), THRUM_OK);
+  assert_int_equal(made, 0);
+  assert_int_equal(thrum_steps(&m.model, once, 50, &made, NULL), THRUM_OK);
+  assert_int_equal(made, 50);
+  state_steps(&m.model, often, 50);
+  assert_memory_equal(once, often, thrum_state_kept_bytes(once));
+
+  assert_int_equal(thrum_steps(&m.model, once, -1, &made, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(made, 50);
+  assert_int_equal(thrum_steps(&m.model, NULL, 1, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  state_free(once);
+  state_free(often);
+  random_model_free(&m);
+}
+
+static void many_steps_end_before_the_one_that_fails(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 3, RANK, 1.0, 30.0, 0.4);
+  thrum_state_def def = imexv_def();
+  // explicit, beyond its limit of stability: it grows until a number overflows
+  def.integrator = THRUM_INTEGRATOR_RK4;
+  def.dt = 1.0;
+  const double q[RANK] = {0.1, -0.2, 0.05, 0.02};
+  thrum_state *state = state_make(&m.model, &def);
+  state_put(&m.model, state, q, NULL);
+
+  int64_t made = -1;
+  thrum_error error = {THRUM_OK, ""};
+  assert_int_equal(thrum_steps(&m.model, state, 10000, &made, &error), THRUM_NOT_FINITE);
+  assert_true(made < 10000);
+  assert_int_equal(made, thrum_state_report_get(state).steps);
+  double end[RANK];
+  assert_int_equal(thrum_state_get(&m.model, state, end, NULL, NULL), THRUM_OK);
+  for (int i = 0; i < RANK; ++i)
+    assert_true(isfinite(end[i]));
+  state_free(state);
+  random_model_free(&m);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_created_state_is_one_laid_into_memory),
@@ -129,6 +180,8 @@ int main(void) {
       cmocka_unit_test(every_choice_has_a_name_that_leads_back),
       cmocka_unit_test(a_number_or_a_text_that_names_nothing_is_refused),
       cmocka_unit_test(steps_are_counted_up_to_rounding),
+      cmocka_unit_test(many_steps_are_as_many_single_ones),
+      cmocka_unit_test(many_steps_end_before_the_one_that_fails),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,39 @@
+"""Thrum: real-time deformable bodies that keep their energy.
+
+>>> import thrum
+>>> model = thrum.Model.precompute("beam", modes=5)        # needs the program thrum
+>>> state = model.state(integrator="energy", dt=0.003)
+>>> state.force = model.external_load(force=(0, 0, -40), group="tip")
+>>> state.step(100)
+<Status.OK: 0>
+>>> model.displacement(state.q).shape
+(336, 3)
+
+Quantities are SI. Arrays are numpy's, in C order; shapes are in the docstrings, with r the number of
+coordinates that are stepped and n the number of vertices. Long calls release the interpreter lock.
+Everything that the C library refuses raises a subclass of `thrum.Error` with its message.
+SPDX-License-Identifier: Apache-2.0
+"""
+
+from ._errors import (BadFile, BadValue, Error, InvalidArgument, Missing, ModelMismatch, NotConverged, OutOfMemory,
+                      ProgramFailed, Status, Unsupported)
+from ._native import integrators, library_path, version
+from ._program import Run, precompute, program, run_program, simulate, static, tradeoff
+from .batch import Batch
+from .equilibrium import Equilibrium
+from .model import Model
+from .monitor import Look, Monitor
+from .scene import Body, Load, Obstacle, Pull, Scene
+from .state import Energies, Report, State
+from .stress import Stress, StressPoints
+from .surface import Surface
+
+__version__ = version()
+
+__all__ = [
+    "BadFile", "BadValue", "Batch", "Body", "Energies", "Equilibrium", "Error", "InvalidArgument", "Load", "Look",
+    "Missing", "Model", "ModelMismatch", "Monitor", "NotConverged", "Obstacle", "OutOfMemory", "ProgramFailed",
+    "Pull", "Report", "Run", "Scene", "State", "Status", "Stress", "StressPoints", "Surface", "Unsupported",
+    "integrators", "library_path", "precompute", "program", "run_program", "simulate", "static", "tradeoff",
+    "version",
+]

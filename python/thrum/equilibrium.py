@@ -1,0 +1,71 @@
+"""Static equilibrium of a body under a load (thrum/equilibrium.h).
+
+SPDX-License-Identifier: Apache-2.0
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _native
+from ._native import AlignedBlock, Array, call, ffi, lib
+
+if TYPE_CHECKING:
+    from .model import Model
+
+_INSTABILITIES = ("none", "bifurcation", "limit")
+_OPTIONS = ("factor", "first_step", "tolerance", "steps_max", "iterations_max", "stay")
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """An equilibrium and how the body came there; thrum_equilibrium_report says what each number is."""
+
+    q: Array  # r
+    mode: Array  # r: the direction of least stiffness where the path lost its stability, else at q
+    factor: float
+    residual: float
+    energy: float
+    load_energy: float
+    least: float
+    softest: float
+    softest_factor: float
+    critical: float
+    critical_linear: float
+    instability: str
+    jumps: int
+    load_steps: int
+    cut_steps: int
+    iterations: int
+    factorisations: int
+
+    @property
+    def stable(self) -> bool:
+        """Whether the body stays there when it is nudged."""
+        return self.least >= 0.0
+
+
+def find(model: Model, load: Any, q: Any, options: dict[str, Any]) -> Equilibrium:
+    """`Model.equilibrium`: NotConverged says how far the load was followed."""
+    rank = model.rank
+    force = _native.doubles(load, (rank,), "load")
+    at = np.zeros(rank) if q is None else _native.doubles(q, (rank,), "q").copy()
+    mode = np.zeros(rank)
+    definition = ffi.new("thrum_equilibrium_def *", lib.thrum_default_equilibrium_def())
+    for name, value in options.items():
+        if name not in _OPTIONS:
+            raise TypeError(f"an equilibrium has no option {name!r}; it has: {', '.join(_OPTIONS)}")
+        setattr(definition, name, value)
+
+    size, report = ffi.new("size_t *"), ffi.new("thrum_equilibrium_report *")
+    call(lib.thrum_equilibrium_size, model._c, size)
+    workspace = AlignedBlock(size[0])
+    call(lib.thrum_equilibrium, model._c, definition, _native.pointer(force), _native.pointer(at),
+         _native.pointer(mode), workspace.place, workspace.size, ffi.NULL, ffi.NULL, report)
+
+    numbers = {name: getattr(report, name) for name in Equilibrium.__dataclass_fields__ if name not in ("q", "mode")}
+    numbers["instability"] = _INSTABILITIES[report.instability]
+    return Equilibrium(q=at, mode=mode, **numbers)

@@ -1,0 +1,477 @@
+"""Placed bodies, what acts on them, and their steps side by side (thrum/scene.h).
+
+SPDX-License-Identifier: Apache-2.0
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from . import _native
+from ._errors import Status
+from ._native import Array, FloatArray, call, ffi, lib
+from .model import Model
+from .state import Report, report_of, set_choice, state_def
+from .surface import Surface
+
+_NUMBERS = ("scale", "stiffness", "density", "start_amplitude", "touch_stiffness")
+_WHOLE = ("rank", "condense", "start_mode")
+_VECTORS = {"position": 3, "rotation": 4, "colour": 3, "velocity": 3, "spin": 3}
+_SHAPES = {"plane": 0, "sphere": 1, "box": 2}
+
+
+@dataclass
+class Load:
+    """A load over time on one body, in world axes.
+
+    One of: force, x, y, z [N], which `vertices` (0-based) or the `group` share, or the whole body; field, n x 3 [N];
+    acceleration [m/s^2]. It acts in [start, until) [s], as it is, or times sin(2 pi frequency (t - start)) [Hz].
+    """
+
+    force: Any = None
+    vertices: Any = None
+    group: str | None = None
+    field: Any = None
+    acceleration: Any = None
+    start: float = 0.0
+    until: float = math.inf
+    frequency: float | None = None
+
+
+@dataclass
+class Obstacle:
+    """A rigid obstacle: `shape` "plane", "sphere" or "box"; thrum_obstacle in thrum/contact.h has the units."""
+
+    shape: str = "plane"
+    centre: Any = (0.0, 0.0, 0.0)
+    normal: Any = (0.0, 0.0, 1.0)
+    radius: float = 1.0
+    half: Any = (1.0, 1.0, 1.0)
+    rotation: Any = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    velocity: Any = (0.0, 0.0, 0.0)
+    inside: bool = False
+    stiffness: float = 0.0
+    damping: float = 0.0
+    restitution: float = 0.5
+    friction: float = 0.5
+
+    def _fill(self) -> Any:
+        if self.shape not in _SHAPES:
+            raise ValueError(f"shape: {self.shape!r} is none of {', '.join(_SHAPES)}")
+        obstacle = ffi.new("thrum_obstacle *", lib.thrum_default_obstacle())
+        obstacle.shape = _SHAPES[self.shape]
+        obstacle.inside = 1 if self.inside else 0
+        for name in ("centre", "normal", "half", "velocity"):
+            setattr(obstacle, name, _native.doubles(getattr(self, name), (3,), name).tolist())
+        obstacle.rotation = _native.doubles(self.rotation, (3, 3), "rotation").ravel().tolist()
+        for name in ("radius", "stiffness", "damping", "restitution", "friction"):
+            setattr(obstacle, name, float(getattr(self, name)))
+        return obstacle
+
+
+def _obstacle_of(found: Any) -> Obstacle:
+    obstacle = Obstacle(shape=next(name for name, value in _SHAPES.items() if value == found.shape),
+                        inside=bool(found.inside), rotation=np.array(list(found.rotation)).reshape(3, 3))
+    for name in ("centre", "normal", "half", "velocity"):
+        setattr(obstacle, name, tuple(getattr(found, name)))
+    for name in ("radius", "stiffness", "damping", "restitution", "friction"):
+        setattr(obstacle, name, getattr(found, name))
+    return obstacle
+
+
+class Pull:
+    """A spring that pulls a vertex of a body to a target, until `end`."""
+
+    def __init__(self, scene: Scene, number: int) -> None:
+        self._scene = scene
+        self._number = number
+
+    def move(self, target: Any) -> None:
+        """Moves the target [m]."""
+        self._scene._call(lib.thrum_scene_pull_move, self._number, _vector(target, "target"))
+
+    def end(self) -> None:
+        """Ends the pull."""
+        self._scene._call(lib.thrum_scene_pull_end, self._number)
+
+    @property
+    def point(self) -> Array:
+        """Position of the pulled vertex [m]."""
+        return self._read()[0]
+
+    @property
+    def force(self) -> Array:
+        """Mean force of the last step on it [N]."""
+        return self._read()[1]
+
+    def _read(self) -> tuple[Array, Array]:
+        point, force = np.empty(3), np.empty(3)
+        self._scene._call(lib.thrum_scene_pull_get, self._number, _native.pointer(point), _native.pointer(force))
+        return point, force
+
+
+class Body:
+    """One body of a scene."""
+
+    def __init__(self, scene: Scene, number: int, model: Model) -> None:
+        self.scene = scene
+        self.model = model
+        self.number = number
+
+    def __repr__(self) -> str:
+        return f"<thrum.Body {self.number} {self.name!r}>"
+
+    def _info(self) -> Any:
+        info = ffi.new("thrum_scene_body_info *")
+        self.scene._call(lib.thrum_scene_body, self.number, info)
+        return info
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return str(ffi.string(self._info().name).decode("utf-8", "replace"))
+
+    @property
+    def status(self) -> Status:
+        """Below 0: the body has stopped for this reason; `Scene.reset` starts it again."""
+        return Status(self._info().status)
+
+    @property
+    def report(self) -> Report:
+        """Counters since the last change of one of its parameters."""
+        return report_of(self._info().report)
+
+    @property
+    def touching(self) -> int:
+        """Number of its touches in the last step."""
+        return int(self._info().contact.touching)
+
+    @property
+    def energies(self) -> dict[str, float]:
+        """kinetic, potential, gravity, contact, their sum total, and high [J]."""
+        found = ffi.new("thrum_scene_energies *")
+        self.scene._call(lib.thrum_scene_body_energies, self.number, found)
+        return {name: getattr(found, name) for name in ("kinetic", "potential", "gravity", "contact", "total", "high")}
+
+    @property
+    def q(self) -> Array:
+        """Coordinates that show the scaled body [kg^1/2 m]."""
+        return self._coordinates()[0]
+
+    @property
+    def p(self) -> Array:
+        """Their momenta [kg^1/2 m/s]."""
+        return self._coordinates()[1]
+
+    def _coordinates(self) -> tuple[Array, Array]:
+        shown = self._info().shown
+        q, p = np.empty(shown), np.empty(shown)
+        self.scene._call(lib.thrum_scene_body_get, self.number, _native.pointer(q), _native.pointer(p))
+        return q, p
+
+    @property
+    def matrix(self) -> Array:
+        """From the model's coordinates to the world, 4 x 4, for column vectors."""
+        flat = np.empty(16)
+        with self.scene._lock:
+            lib.thrum_scene_body_matrix(self.scene._open(), self.number, _native.pointer(flat))
+        return flat.reshape(4, 4).T.copy()
+
+    def positions(self, surface: Surface, out: FloatArray | None = None) -> FloatArray:
+        """X + U q of a surface of its model, in the model's coordinates, count x 3; `matrix` places them."""
+        into = _native.output(out, (surface.vertex_count, 3), np.float32, "out")
+        self.scene._call(lib.thrum_scene_body_positions, self.number, surface._surface,
+                         _native.pointer(into, "float"), 3)
+        return into
+
+    def vertex(self, vertex: int) -> tuple[Array, Array]:
+        """Position [m] and velocity [m/s] of one vertex (0-based) in the world."""
+        position, velocity = np.empty(3), np.empty(3)
+        self.scene._call(lib.thrum_scene_body_vertex, self.number, vertex, _native.pointer(position),
+                         _native.pointer(velocity))
+        return position, velocity
+
+    def pull(self, vertex: int, target: Any, stiffness: float, damping: float = -1.0) -> Pull:
+        """Starts a spring from a vertex (0-based) to a target [m]; stiffness [N/m], damping [N s/m], < 0: critical."""
+        number = ffi.new("int32_t *")
+        self.scene._call(lib.thrum_scene_pull_start, self.number, vertex, _vector(target, "target"),
+                         float(stiffness), float(damping), number)
+        return Pull(self.scene, number[0])
+
+    def add_load(self, load: Load) -> None:
+        """Adds a load over time."""
+        record, kept = _load_record(load, self.model)
+        self.scene._call(lib.thrum_scene_add_load, self.number, record)
+        del kept
+
+    def set_damping(self, alpha: float, beta: float = 0.0) -> None:
+        """Rayleigh damping [1/s, s] from now on."""
+        self.scene._call(lib.thrum_scene_set_damping, self.number, float(alpha), float(beta))
+
+    def set_stiffness(self, stiffness: float) -> None:
+        """Factor of Young's modulus from now on."""
+        self.scene._call(lib.thrum_scene_set_stiffness, self.number, float(stiffness))
+
+    def set_rank(self, rank: int) -> None:
+        """Number of coordinates that are stepped from now on."""
+        self.scene._call(lib.thrum_scene_set_rank, self.number, rank)
+
+    def set_integrator(self, name: str) -> None:
+        """Integrator from now on."""
+        definition = ffi.new("thrum_state_def *")
+        set_choice(definition, "integrator", name)
+        self.scene._call(lib.thrum_scene_set_integrator, self.number, definition.integrator)
+
+
+class Scene:
+    """Bodies in one world with one time step dt [s]. Threads may use it in turn: each call waits for the one before.
+
+    It keeps the models of its bodies alive.
+    """
+
+    def __init__(self, dt: float = 0.003, gravity: Any = None) -> None:
+        self._lock = threading.Lock()
+        self._kept: list[object] = []
+        place = ffi.new("thrum_scene **")
+        call(lib.thrum_scene_make, float(dt), place)
+        self._scene: Any = ffi.gc(place[0], lib.thrum_scene_free)
+        self.bodies: list[Body] = []
+        if gravity is not None:
+            self.gravity = gravity
+
+    def close(self) -> None:
+        """Frees the scene with all its bodies: later calls raise ValueError."""
+        with self._lock:
+            if self._scene is not None:
+                ffi.release(self._scene)
+                self._scene = None
+                self._kept.clear()
+
+    def __enter__(self) -> Scene:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None,
+                 trace: TracebackType | None) -> None:
+        self.close()
+
+    def _open(self) -> Any:
+        if self._scene is None:
+            raise ValueError("the scene was closed")
+        return self._scene
+
+    def _call(self, function: Any, *arguments: Any) -> int:
+        with self._lock:
+            return call(function, self._open(), *arguments)
+
+    # --- building --------------------------------------------------------------------------------
+
+    def add_body(self, model: Model, name: str | None = None, *, free: bool = False, triangles: Any = None,
+                 touch: Any = None, q: Any = None, p: Any = None, integrator: str = "energy",
+                 state: dict[str, Any] | None = None, **options: Any) -> Body:
+        """Adds a body.
+
+        free: it moves and rotates as a whole; the model then has rigid modes. triangles: its outer triangles (m x 3),
+        for wind and contact; touch: 0-based vertices that may touch obstacles, or "all" of the triangles. state: the
+        other options of `State`. Further options, as in thrum_scene_body_def: position, rotation (quaternion
+        w, x, y, z), scale, stiffness, density, rank, condense, colour, start_mode, start_amplitude, velocity, spin,
+        touch_stiffness.
+        """
+        definition = ffi.new("thrum_scene_body_def *", lib.thrum_default_scene_body_def())
+        handle = model._handle()
+        kept: list[object] = []
+        definition.model = model._c
+        definition.free = 1 if free else 0
+        definition.state = state_def({"integrator": integrator, **(state or {})})[0]
+        if name is not None:
+            text = ffi.new("char[]", name.encode())
+            kept.append(text)
+            definition.name = text
+        _set_fields(definition, options)
+        _set_arrays(definition, model, triangles, touch, q, p, kept)
+
+        number = ffi.new("int32_t *")
+        self._call(lib.thrum_scene_add_body, definition, number)
+        self._kept.append(handle)
+        body = Body(self, number[0], model)
+        self.bodies.append(body)
+        return body
+
+    def find(self, name: str) -> Body:
+        """The first body of this name; KeyError where there is none."""
+        with self._lock:
+            number = int(lib.thrum_scene_find_body(self._open(), name.encode()))
+        if number < 0:
+            raise KeyError(f"the scene has no body {name!r}")
+        return self.bodies[number]
+
+    @property
+    def gravity(self) -> Array:
+        """Gravity [m/s^2] for all bodies; a copy. Assign to set it."""
+        found = np.empty(3)
+        with self._lock:
+            lib.thrum_scene_gravity(self._open(), _native.pointer(found))
+        return found
+
+    @gravity.setter
+    def gravity(self, value: Any) -> None:
+        self._call(lib.thrum_scene_set_gravity, _vector(value, "gravity"))
+
+    def set_wind(self, velocity: Any, density: float = 1.2, drag: float = 1.0) -> None:
+        """Wind on the triangles of all bodies: velocity [m/s], density of the air [kg/m^3], drag coefficient."""
+        self._call(lib.thrum_scene_set_wind, _vector(velocity, "velocity"), float(density), float(drag))
+
+    def add_obstacle(self, obstacle: Obstacle) -> int:
+        """Adds an obstacle, which moves with its velocity, and returns its number."""
+        number = ffi.new("int32_t *")
+        self._call(lib.thrum_scene_add_obstacle, obstacle._fill(), number)
+        return int(number[0])
+
+    def obstacle(self, number: int) -> Obstacle:
+        """An obstacle where it is now."""
+        found = ffi.new("thrum_obstacle *")
+        self._call(lib.thrum_scene_obstacle, number, found)
+        return _obstacle_of(found)
+
+    def set_obstacle(self, number: int, obstacle: Obstacle) -> None:
+        """Changes an obstacle from now on."""
+        self._call(lib.thrum_scene_set_obstacle, number, obstacle._fill())
+
+    def add_base_motion(self, times: Any, accelerations: Any) -> None:
+        """Moves the ground under all bodies: accelerations (k x 3) [m/s^2] at `times` (k) [s], linear between them."""
+        when = _native.doubles(times, (None,), "times")
+        pushed = _native.doubles(accelerations, (len(when), 3), "accelerations")
+        velocities, positions = np.empty_like(pushed), np.empty_like(pushed)
+        motion = ffi.new("thrum_base_motion *", {
+            "count": len(when), "times": _native.pointer(when), "accelerations": _native.pointer(pushed)})
+        call(lib.thrum_base_motion_check, motion)
+        lib.thrum_base_motion_integrate(len(when), motion.times, motion.accelerations, _native.pointer(velocities),
+                                        _native.pointer(positions))
+        motion.velocities, motion.positions = _native.pointer(velocities), _native.pointer(positions)
+        self._call(lib.thrum_scene_add_base_motion_record, motion)
+        # the scene reads them in every step
+        self._kept.append((motion, when, pushed, velocities, positions))
+
+    # --- stepping --------------------------------------------------------------------------------
+
+    @property
+    def time(self) -> float:
+        """Time of the scene [s]."""
+        with self._lock:
+            return float(lib.thrum_scene_time(self._open()))
+
+    @property
+    def steps(self) -> int:
+        """Steps that were completed."""
+        with self._lock:
+            return int(lib.thrum_scene_steps(self._open()))
+
+    @property
+    def dt(self) -> float:
+        """Time step [s]; assign to change it between two steps."""
+        with self._lock:
+            return float(lib.thrum_scene_dt(self._open()))
+
+    @dt.setter
+    def dt(self, value: float) -> None:
+        self._call(lib.thrum_scene_set_dt, float(value))
+
+    def step(self, count: int = 1) -> Status:
+        """Makes `count` steps of every body that has not stopped; the most notable status.
+
+        A body whose step fails stops, keeps its last state, and the call raises after that step; the others have
+        made it too. Its `status` says why it stopped, and further steps go on without it.
+        """
+        if count < 0:
+            raise ValueError(f"count: {count} steps")
+        worst = 0
+        with self._lock:
+            scene, error = self._open(), _native.new_error()
+            for _ in range(count):
+                status = _native.check(lib.thrum_scene_step(scene, error), error)
+                worst = status if status > 0 and (worst == 0 or status < worst) else worst
+        return Status(worst)
+
+    def reset(self) -> None:
+        """Everything back to its start; bodies that stopped start again."""
+        self._call(lib.thrum_scene_reset)
+
+    def snapshot(self) -> bytes:
+        """Everything that steps change, for `restore`."""
+        with self._lock:
+            data = bytearray(lib.thrum_scene_snapshot_size(self._open()))
+            call(lib.thrum_scene_snapshot, self._scene, ffi.from_buffer(data), len(data))
+        return bytes(data)
+
+    def restore(self, snapshot: bytes) -> None:
+        """Back to a snapshot of this scene, or of one that was built in the same way."""
+        self._call(lib.thrum_scene_restore, ffi.from_buffer(snapshot), len(snapshot))
+
+
+def _vector(value: Any, name: str) -> Any:
+    return ffi.new("double[3]", _native.doubles(value, (3,), name).tolist())
+
+
+def _set_fields(definition: Any, options: dict[str, Any]) -> None:
+    for name, value in options.items():
+        if name in _NUMBERS:
+            setattr(definition, name, float(value))
+        elif name in _WHOLE:
+            setattr(definition, name, value)
+        elif name in _VECTORS:
+            setattr(definition, name, _native.doubles(value, (_VECTORS[name],), name).tolist())
+        else:
+            known = ", ".join([*_NUMBERS, *_WHOLE, *_VECTORS])
+            raise TypeError(f"a body has no option {name!r}; it has: {known}")
+
+
+def _set_arrays(definition: Any, model: Model, triangles: Any, touch: Any, q: Any, p: Any, kept: list[object]) -> None:
+    if triangles is not None:
+        faces = _native.triangle_numbers(triangles, model.vertex_count, "triangles")
+        kept.append(faces)
+        definition.triangles, definition.triangle_count = _native.pointer(faces, "int32_t"), len(faces)
+        if isinstance(touch, str):
+            touch = np.unique(faces)
+    if touch is not None:
+        if isinstance(touch, str):
+            raise ValueError("touch: without triangles it is a list of vertices")
+        points = _native.vertex_numbers(touch, model.vertex_count, "touch")
+        kept.append(points)
+        definition.touch, definition.touch_count = _native.pointer(points, "int32_t"), points.size
+    for name, value in (("q", q), ("p", p)):
+        if value is not None:
+            numbers = _native.doubles(value, (model.shown,), name)
+            kept.append(numbers)
+            setattr(definition, name, _native.pointer(numbers))
+
+
+def _load_record(load: Load, model: Model) -> tuple[Any, list[object]]:
+    """A thrum_scene_load, and the arrays that must live as long as it is read."""
+    given = [name for name in ("force", "field", "acceleration") if getattr(load, name) is not None]
+    if len(given) != 1:
+        raise ValueError("a load is one of force, field and acceleration")
+    record = ffi.new("thrum_scene_load *")
+    kept: list[object] = []
+    if load.field is not None:
+        field = _native.doubles(load.field, (model.vertex_count, 3), "field")
+        kept.append(field)
+        record.kind, record.field = lib.THRUM_SCENE_FIELD, _native.pointer(field)
+    else:
+        record.kind = lib.THRUM_SCENE_FORCE if load.force is not None else lib.THRUM_SCENE_ACCELERATION
+        record.vector = _native.doubles(getattr(load, given[0]), (3,), given[0]).tolist()
+    chosen = model.group(load.group) if load.group is not None else load.vertices
+    if chosen is not None:
+        points = _native.vertex_numbers(chosen, model.vertex_count, "vertices")
+        kept.append(points)
+        record.vertices, record.count = _native.pointer(points, "int32_t"), points.size
+
+    record.course.shape = lib.THRUM_LOAD_CONSTANT if load.frequency is None else lib.THRUM_LOAD_SINE
+    record.course.__setattr__("from", float(load.start))
+    record.course.until = float(load.until)
+    record.course.frequency = 0.0 if load.frequency is None else float(load.frequency)
+    return record, kept

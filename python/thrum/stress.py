@@ -1,0 +1,64 @@
+"""Stress and strain in the tetrahedra (thrum/stress.h).
+
+SPDX-License-Identifier: Apache-2.0
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import _native
+from ._native import AlignedBlock, Array, IntArray, call, ffi, lib
+from .model import Model
+
+
+@dataclass(frozen=True)
+class Stress:
+    """Values at count points. A symmetric tensor is six numbers xx, yy, zz, xy, yz, xz."""
+
+    strain: Array  # count x 6, Green strain [1]
+    second_piola: Array  # count x 6 [Pa]
+    cauchy: Array  # count x 6 [Pa]; NaN where the tetrahedron is inverted
+    von_mises: Array  # count [Pa]; NaN where it is inverted
+    stretch: Array  # count: least principal stretch [1]; below 0: inverted
+
+
+class StressPoints:
+    """A point in each chosen tetrahedron (0-based), or in all. Any number of threads may read it."""
+
+    def __init__(self, model: Model, tets: Any = None) -> None:
+        chosen = None if tets is None else _native.vertex_numbers(tets, model.tet_count, "tets")
+        definition = ffi.new("thrum_stress_points_def *")
+        definition.tets = _native.pointer(chosen, "int32_t")
+        definition.tet_count = 0 if chosen is None else chosen.size
+        size, place = ffi.new("size_t *"), ffi.new("const thrum_stress_points **")
+        call(lib.thrum_stress_points_size, model._shape, definition, size)
+        self._block = AlignedBlock(size[0])
+        call(lib.thrum_stress_points_init, self._block.place, self._block.size, model._shape, definition, place)
+        self._points = place[0]
+        self._model = model._handle()
+        self._rank = model.shown
+
+    def __len__(self) -> int:
+        return int(lib.thrum_stress_points_count(self._points))
+
+    @property
+    def tets(self) -> IntArray:
+        """0-based tetrahedron of each point."""
+        return np.array([lib.thrum_stress_points_tet(self._points, n) for n in range(len(self))], np.int32)
+
+    def read(self, q: Any) -> Stress:
+        """Stress and strain at q (`shown` coordinates of the model)."""
+        at = _native.doubles(q, (self._rank,), "q")
+        count = len(self)
+        found = Stress(np.empty((count, 6)), np.empty((count, 6)), np.empty((count, 6)), np.empty(count),
+                       np.empty(count))
+        output = ffi.new("thrum_stress_points_output *")
+        for name in Stress.__dataclass_fields__:
+            setattr(output, name, _native.pointer(getattr(found, name)))
+        work = np.empty(lib.thrum_stress_points_work_count(self._points))
+        call(lib.thrum_stress_points_read, self._points, _native.pointer(at), _native.pointer(work), output)
+        return found

@@ -1,0 +1,52 @@
+"""The program from Python: runs, statics, refusals. SPDX-License-Identifier: Apache-2.0"""
+import os
+import pickle
+import unittest
+from unittest import mock
+
+import numpy as np
+from support import FOLDER, beam, beam_file
+
+import thrum
+
+
+class Program(unittest.TestCase):
+    def test_simulate_has_the_bits_of_a_state(self):
+        run = thrum.simulate(beam_file(), FOLDER + "/run", time=0.3, start="mode:1,0.1")
+        self.assertEqual(run.report["status"], "done")
+        model = beam()
+        state = model.state()
+        state.set(model.start(0, 0.1))
+        state.step(100)
+        np.testing.assert_array_equal(run.q[-1], state.q)
+        self.assertAlmostEqual(run.energy["total_j"][-1] / state.energies.total, 1.0, 12)
+        again = thrum.Run(run.folder)
+        self.assertEqual(again.report["command"], "simulate")
+        with self.assertRaises(FileNotFoundError):
+            run.array("frames")
+
+    def test_full_order(self):
+        run = thrum.simulate(beam_file(), FOLDER + "/full", time=0.03, load="constant:0,0,-1@tip", full=True)
+        self.assertIsNotNone(run.report["full"])
+
+    def test_static(self):
+        model = beam()
+        report = thrum.static(beam_file(), load="gravity:0,0,-9.81")
+        found = model.equilibrium(model.external_load(gravity=(0, 0, -9.81)))
+        self.assertAlmostEqual(report["energy_j"] / found.energy, 1.0, 9)
+
+    def test_refusals(self):
+        with self.assertRaisesRegex(thrum.ProgramFailed, "nosuch") as caught:
+            thrum.simulate("nosuch.npz", FOLDER + "/none")
+        self.assertEqual(caught.exception.exit_code, 1)
+        self.assertEqual(pickle.loads(pickle.dumps(caught.exception)).exit_code, 1)
+        with self.assertRaises(thrum.ProgramFailed) as caught:
+            thrum.static(beam_file(), no_such_option=3)
+        self.assertEqual(caught.exception.exit_code, 2)
+        with mock.patch.dict(os.environ, {"THRUM_PROGRAM": "", "PATH": "/nonexistent"}):
+            with self.assertRaisesRegex(thrum.ProgramFailed, "not installed"):
+                thrum.program()
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,132 @@
+"""Scenes from Python. SPDX-License-Identifier: Apache-2.0"""
+import gc
+import unittest
+import weakref
+
+import numpy as np
+from support import beam, block
+
+import thrum
+
+
+class Scenes(unittest.TestCase):
+    def test_free_fall(self):
+        """A free body falls by g t^2 / 2, and keeps its energy."""
+        scene = thrum.Scene(dt=0.001, gravity=(0, 0, -9.81))
+        body = scene.add_body(block(), "stone", free=True, position=(0, 0, 10.0))
+        start = body.matrix[2, 3]
+        before = body.energies["total"]
+        self.assertEqual(scene.step(1000), thrum.Status.OK)
+        self.assertAlmostEqual(scene.time, 1.0, 9)
+        self.assertAlmostEqual(start - body.matrix[2, 3], 0.5 * 9.81, 9)
+        self.assertAlmostEqual(body.energies["total"], before, 8)
+
+    def test_bounce(self):
+        scene = thrum.Scene(dt=0.001, gravity=(0, 0, -9.81))
+        model = block()
+        body = scene.add_body(model, free=True, triangles=model.outer_triangles(), touch="all", position=(0, 0, 0.3))
+        number = scene.add_obstacle(thrum.Obstacle(restitution=0.3))
+        self.assertEqual(scene.obstacle(number).restitution, 0.3)
+        touched = 0
+        for _ in range(1500):
+            scene.step()
+            touched += body.touching > 0
+        self.assertGreater(touched, 0)
+        surface = model.surface()
+        world = body.positions(surface) @ body.matrix[:3, :3].T + body.matrix[:3, 3]
+        self.assertGreater(world[:, 2].min(), -0.02)
+
+    def test_loads_pulls_and_changes(self):
+        scene = thrum.Scene()
+        model = beam()
+        body = scene.add_body(model, "arm", integrator="imexv", state={"damping_alpha": 1.0})
+        body.add_load(thrum.Load(force=(0, 0, -40), group="tip", until=0.3))
+        body.add_load(thrum.Load(acceleration=(0, 1, 0), frequency=2.0))
+        scene.step(100)
+        tip = int(model.group("tip")[0])
+        position, velocity = body.vertex(tip)
+        self.assertLess(position[2], model.vertices[tip, 2])
+        self.assertTrue(np.isfinite(velocity).all())
+        pull = body.pull(tip, position + [0, 0, 0.2], stiffness=200.0)
+        scene.step(50)
+        self.assertGreater(pull.force[2], 0.0)
+        pull.move(position)
+        pull.end()
+        body.set_damping(5.0)
+        body.set_stiffness(2.0)
+        body.set_rank(8)
+        body.set_integrator("energy")
+        scene.dt = 0.002
+        scene.step(10)
+        self.assertEqual((len(body.q), body.report.scheme), (8, "energy"))
+        self.assertIs(scene.find("arm"), body)
+        with self.assertRaises(KeyError):
+            scene.find("leg")
+
+    def test_ground_and_wind(self):
+        scene = thrum.Scene()
+        model = beam()
+        body = scene.add_body(model, triangles=model.outer_triangles())
+        scene.set_wind((0, 20, 0))
+        times = np.linspace(0, 1, 11)
+        scene.add_base_motion(times, np.stack([np.zeros(11), np.zeros(11), np.sin(6 * times)], axis=1))
+        del times
+        gc.collect()
+        scene.step(300)
+        self.assertGreater(np.abs(body.q).max(), 0.0)
+
+    def test_snapshot_and_reset(self):
+        scene = thrum.Scene(gravity=(0, 0, -9.81))
+        body = scene.add_body(beam(), start_mode=1, start_amplitude=0.05)
+        scene.step(20)
+        kept = scene.snapshot()
+        scene.step(20)
+        end = body.q
+        scene.restore(kept)
+        scene.step(20)
+        np.testing.assert_array_equal(body.q, end)
+        scene.reset()
+        self.assertEqual((scene.steps, scene.time), (0, 0.0))
+        with self.assertRaises(thrum.BadFile):
+            scene.restore(b"nothing")
+
+    def test_refusals(self):
+        scene = thrum.Scene()
+        model = beam()
+        for options in ({"free": True}, {"position": (0, 0)}, {"rotation": (0, 0, 0, 0)}, {"touch": "all"},
+                        {"triangles": [[0, 1, 500]]}, {"rank": 13}):
+            with self.assertRaises((ValueError, LookupError)):
+                scene.add_body(model, **options)
+        with self.assertRaises(TypeError):
+            scene.add_body(model, size=3)
+        self.assertEqual(scene.bodies, [])
+        body = scene.add_body(model)
+        for load in (thrum.Load(), thrum.Load(force=(1, 0, 0), acceleration=(1, 0, 0)), thrum.Load(force=(1, np.nan, 0))):
+            with self.assertRaises(ValueError):
+                body.add_load(load)
+        with self.assertRaises(ValueError):
+            scene.add_obstacle(thrum.Obstacle(shape="cone"))
+        with self.assertRaises(ValueError):
+            scene.add_obstacle(thrum.Obstacle(radius=-1, shape="sphere"))
+        with self.assertRaises(thrum.Error):
+            thrum.Scene(dt=0)
+
+    def test_scene_keeps_its_models(self):
+        scene = thrum.Scene()
+        model = beam()
+        handle = weakref.ref(model._shared)
+        body = scene.add_body(model)
+        body.model = None
+        del model
+        gc.collect()
+        self.assertIsNotNone(handle())
+        scene.step(5)
+        scene.close()
+        gc.collect()
+        self.assertIsNone(handle())
+        with self.assertRaisesRegex(ValueError, "closed"):
+            scene.step()
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,245 @@
+"""States and batches from Python. SPDX-License-Identifier: Apache-2.0"""
+import gc
+import itertools
+import pickle
+import threading
+import unittest
+import weakref
+
+import numpy as np
+from support import beam
+
+import thrum
+
+
+def struck(model, **options):
+    """A state that swings: its tip is 0.1 m off."""
+    state = model.state(**options)
+    state.set(model.start(0, 0.1)[:model.rank])
+    return state
+
+
+class Stepping(unittest.TestCase):
+    def test_energy_is_kept(self):
+        state = struck(beam())
+        before = state.energies.total
+        self.assertEqual(state.step(2000), thrum.Status.OK)
+        self.assertAlmostEqual(state.energies.total / before, 1.0, 12)
+        self.assertEqual(state.report.steps, 2000)
+        self.assertAlmostEqual(state.time, 6.0, 9)
+
+    def test_many_steps_are_as_many_single_ones(self):
+        model = beam()
+        for integrator in thrum.integrators():
+            once, often = struck(model, integrator=integrator, dt=2e-4), struck(model, integrator=integrator, dt=2e-4)
+            once.step(40)
+            for _ in range(40):
+                often.step()
+            np.testing.assert_array_equal(once.q, often.q, integrator)
+
+    def test_every_integrator_of_the_library_is_named(self):
+        self.assertIn("energy", thrum.integrators())
+        self.assertIn("imexv", thrum.integrators())
+        with self.assertRaisesRegex(thrum.InvalidArgument, "newmark"):
+            beam().state(integrator="euler")
+
+    def test_failures(self):
+        # explicit and far beyond its stability: it is said, and nothing that is not finite stays
+        state = struck(beam(), integrator="rk4", dt=0.05)
+        with self.assertRaises(thrum.NotConverged) as caught:
+            state.step(100000)
+        self.assertEqual(caught.exception.status, thrum.Status.NOT_FINITE)
+        self.assertTrue(np.isfinite(state.q).all())
+        self.assertLess(state.report.steps, 100000)
+
+    def test_refusals(self):
+        model = beam()
+        for options in ({"dt": 0.0}, {"dt": float("nan")}, {"split_rule": "half"}, {"kernel": "gpu"},
+                        {"iterations_max": 0}, {"iterations_max": 1 << 40}):
+            with self.assertRaises((ValueError, OverflowError)):
+                model.state(**options)
+        with self.assertRaisesRegex(TypeError, "integrator"):
+            model.state(timestep=0.1)
+        state = model.state()
+        for wrong in (np.zeros(11), np.full(12, np.nan), "q"):
+            with self.assertRaises(ValueError):
+                state.set(wrong)
+            with self.assertRaises(ValueError):
+                state.force = wrong
+        with self.assertRaises(thrum.InvalidArgument):
+            state.step(-1)
+        with self.assertRaises(TypeError):
+            state.step(1.5)
+        with self.assertRaises(thrum.InvalidArgument):
+            state.set_dt(-1)
+
+    def test_load_and_statics(self):
+        """Under a load the damped beam comes to rest at its equilibrium."""
+        model = beam()
+        load = model.external_load(gravity=(0, 0, -9.81))
+        state = model.state(damping_alpha=20.0)
+        state.force = load
+        np.testing.assert_array_equal(state.force, load)
+        state.step(2000)
+        np.testing.assert_allclose(state.q, model.equilibrium(load).q, atol=1e-8)
+        state.force = None
+        self.assertEqual(state.force.tolist(), [0.0] * 12)
+
+    def test_snapshots_copies_pickles(self):
+        state = struck(beam(), integrator="imexv")
+        state.force = state.model.external_load(gravity=(0, 0, -1))
+        state.step(50)
+        kept = state.snapshot()
+        twins = [state.copy(), pickle.loads(pickle.dumps(state))]
+        state.step(50)
+        end = state.q
+        for twin in twins:
+            twin.step(50)
+            np.testing.assert_array_equal(twin.q, end)
+        state.restore(kept)
+        state.step(50)
+        np.testing.assert_array_equal(state.q, end)
+        changed = bytearray(kept)
+        changed[-1] ^= 1
+        with self.assertRaises(thrum.BadFile):
+            state.restore(bytes(changed))
+        with self.assertRaises(thrum.ModelMismatch):
+            state.model.truncate(5).state().restore(kept)
+
+    def test_output_in_place(self):
+        state = struck(beam())
+        q, p = np.empty(12), np.empty(12)
+        got = state.get(q, p)
+        self.assertIs(got[0], q)
+        self.assertIs(got[1], p)
+        frozen = np.empty(12)
+        frozen.flags.writeable = False
+        with self.assertRaises(ValueError):
+            state.get(q=frozen)
+
+    def test_closed(self):
+        with beam().state() as state:
+            state.step()
+        for use in (state.step, state.snapshot, lambda: state.q, lambda: state.report, lambda: state.energies):
+            with self.assertRaisesRegex(ValueError, "closed"):
+                use()
+        state.close()
+        self.assertIn("closed", repr(state))
+
+
+class Batches(unittest.TestCase):
+    def test_bits_of_single_steps(self):
+        model = beam()
+        alone = [struck(model, damping_alpha=0.1 * k) for k in range(20)]
+        together = [struck(model, damping_alpha=0.1 * k) for k in range(20)]
+        batch = model.batch(together)
+        self.assertEqual(batch.step(30).tolist(), [0] * 20)
+        for state in alone:
+            state.step(30)
+        np.testing.assert_array_equal(batch.coordinates(), [state.q for state in alone])
+
+    def test_refusals(self):
+        model = beam()
+        state = model.state()
+        with self.assertRaises(ValueError):
+            model.batch([state, state])
+        with self.assertRaises(thrum.ModelMismatch):
+            model.batch([state, model.truncate(5).state()])
+        with self.assertRaises(thrum.ModelMismatch):
+            model.batch([model.scale(stiffness=2.0).state()])
+        batch = model.batch([state])
+        state.close()
+        with self.assertRaisesRegex(ValueError, "closed"):
+            batch.step()
+        with self.assertRaisesRegex(ValueError, "closed"):
+            model.batch([state])
+
+    def test_a_state_that_fails_stops_alone(self):
+        model = beam()
+        batch = model.batch([struck(model), struck(model, integrator="rk4", dt=0.05)])
+        statuses = batch.step(1000)
+        self.assertEqual(statuses[0], thrum.Status.OK)
+        self.assertLess(statuses[1], 0)
+
+
+class Lifetimes(unittest.TestCase):
+    def test_freed_in_every_order(self):
+        """The memory of a model lives as long as anything that was made from it, and no longer."""
+        users = {
+            "model": lambda model: model,
+            "state": lambda model: model.state(),
+            "view": lambda model: model.basis,
+            "derived": lambda model: model.truncate(4).state(),
+            "stress": lambda model: model.stress_points(),
+        }
+        for order in itertools.permutations(users):
+            model = beam()
+            handle = weakref.ref(model._shared)
+            held = {name: make(model) for name, make in users.items()}
+            del model
+            for name in order:
+                self.assertIsNotNone(handle(), order)
+                for rest in held.values():
+                    self.use(rest)
+                del rest
+                del held[name]
+            gc.collect()
+            self.assertIsNone(handle(), order)
+
+    def use(self, thing):
+        if isinstance(thing, thrum.State):
+            thing.step()
+        elif isinstance(thing, np.ndarray):
+            self.assertTrue(np.isfinite(thing).all())
+        elif isinstance(thing, thrum.StressPoints):
+            thing.read(np.zeros(12))
+        else:
+            thing.strain_energy(np.zeros(12))
+
+    def test_model_closed_under_a_state(self):
+        model = beam()
+        state = struck(model)
+        model.close()
+        gc.collect()
+        self.assertEqual(state.step(10), thrum.Status.OK)
+
+
+class Threads(unittest.TestCase):
+    def test_steps_release_the_interpreter_lock(self):
+        state = struck(beam(), integrator="newmark", iterations_max=50)
+        worker = threading.Thread(target=state.step, args=(20000,))
+        worker.start()
+        turns = 0
+        while worker.is_alive():
+            turns += 1
+        worker.join()
+        # with the lock held this thread would get a turn or two
+        self.assertGreater(turns, 100)
+
+    def test_one_model_many_threads_same_bits(self):
+        model = beam()
+        expected = struck(model)
+        expected.step(3000)
+        states = [struck(model) for _ in range(4)]
+        workers = [threading.Thread(target=state.step, args=(3000,)) for state in states]
+        for worker in workers:
+            worker.start()
+        for worker in workers:
+            worker.join()
+        for state in states:
+            np.testing.assert_array_equal(state.q, expected.q)
+
+    def test_one_state_many_threads_takes_turns(self):
+        state = struck(beam())
+        workers = [threading.Thread(target=lambda: [state.step() for _ in range(500)]) for _ in range(4)]
+        for worker in workers:
+            worker.start()
+        for worker in workers:
+            worker.join()
+        expected = struck(beam())
+        expected.step(2000)
+        np.testing.assert_array_equal(state.q, expected.q)
+
+
+if __name__ == "__main__":
+    unittest.main()

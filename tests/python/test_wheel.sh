@@ -1,0 +1,49 @@
+#!/bin/sh
+# The source distribution holds all that it needs, the wheels made from it name the oldest system they run on,
+# and an installed wheel passes the tests without the source tree or a compiler. SPDX-License-Identifier: Apache-2.0
+# usage: test_wheel.sh SOURCE PYTHON PROGRAM
+set -eu
+source=$1 python=$2 program=$3
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT INT TERM
+unset PYTHONPATH
+# -O1 halves the time to build, and every build gives the same bits
+export CMAKE_ARGS="-DCMAKE_C_FLAGS_RELEASE=-O1"
+
+# Runs a hook of PEP 517 in the present folder: hook NAME OUTPUT
+hook() {
+  "$python" -c 'import sys, setuptools.build_meta as backend; getattr(backend, sys.argv[1])(sys.argv[2])' \
+    "$1" "$2" >"$work/log" 2>&1 || { tail -n 40 "$work/log"; exit 1; }
+}
+
+# a copy, because setuptools writes beside the sources; no build folder comes along
+mkdir "$work/tree" "$work/out"
+(cd "$source" && tar -c --exclude=./build --exclude=./.git --exclude=node_modules --exclude=./out \
+  --exclude=./validation --exclude=./models .) |
+  tar -x -C "$work/tree"
+echo "-- source distribution"
+(cd "$work/tree" && hook build_sdist "$work/out")
+rm -rf "$work/tree"
+mkdir "$work/sdist"
+tar -xzf "$work"/out/thrum-*.tar.gz -C "$work/sdist" --strip-components=1
+
+echo "-- wheel"
+(cd "$work/sdist" && hook build_wheel "$work/out")
+wheel=$(ls "$work"/out/thrum-*-py3-none-manylinux_2_17_x86_64.whl)
+"$python" -m pip install --quiet --root-user-action=ignore --no-deps --no-index --target "$work/installed" "$wheel"
+test -f "$work/installed/thrum/py.typed"
+
+echo "-- tests of the installed package"
+cp -r "$source/tests/python" "$work/tests"
+for name in model state scene program; do
+  (cd "$work" && PYTHONPATH="$work/installed:$work/tests" THRUM_PROGRAM="$program" PYTHONWARNINGS=error::ResourceWarning \
+    "$python" "tests/test_$name.py" 2>"$work/log") || { cat "$work/log"; exit 1; }
+done
+
+if command -v aarch64-linux-gnu-gcc >/dev/null 2>&1; then
+  echo "-- wheel for aarch64"
+  (cd "$work/sdist" && rm -rf build &&
+    CMAKE_ARGS="$CMAKE_ARGS -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=aarch64 -DCMAKE_C_COMPILER=aarch64-linux-gnu-gcc" \
+      hook build_wheel "$work/out")
+  ls "$work"/out/thrum-*-py3-none-manylinux_2_17_aarch64.whl
+fi
