@@ -17,10 +17,12 @@
 #include "io/paths.h"
 #include "io/vtu.h"
 #include "mesh/formats/mesh_read.h"
+#include "mesh/mesh_beam.h"
 #include "mesh/mesh_fix.h"
 #include "mesh/model_quality.h"
 #include "platform/clock.h"
 #include "precompute/basis/handles.h"
+#include "precompute/estimate.h"
 #include "precompute/options_check.h"
 #include "precompute/vega_reduced.h"
 
@@ -297,6 +299,15 @@ static thrum_status estimate_model(precompute_request *request, const uint8_t *f
   return status;
 }
 
+/* A short name of a mesh may mean more than the memory holds: that is known before it is made. */
+static thrum_status check_generated(const precompute_request *request, thrum_error *error) {
+  int64_t cells[3];
+  if (strncmp(request->mesh_name, "beam:", 5) != 0 || request->dry_run || request->import_basis)
+    return THRUM_OK;
+  THRUM_TRY(thrum_mesh_beam_cells(request->mesh_name, cells, error));
+  return thrum_estimate_grid(cells, &request->options, error);
+}
+
 thrum_status precompute_make(const precompute_request *request, precompute_show *show,
                              bool *flagged, thrum_error *error) {
   const double began = clock_seconds();
@@ -305,6 +316,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   // a dry run writes nothing, so it needs no name
   thrum_status status = request->dry_run ? THRUM_OK : check_outputs(request, error);
   THRUM_THEN(status, check_condensed(request, error));
+  THRUM_THEN(status, check_generated(request, error));
   THRUM_THEN(status, thrum_mesh_read_order(request->mesh_name, request->scale, (int)request->order,
                                            &mesh, error));
   if (status < 0)

@@ -155,6 +155,15 @@ static thrum_status add_groups(thrum_mesh *mesh, const beam *b, thrum_error *err
   return status;
 }
 
+thrum_status thrum_mesh_beam_cells(const char *spec, int64_t cells[3], thrum_error *error) {
+  beam b;
+  if (strncmp(spec, "beam:", 5) != 0)
+    return bad_spec(spec, error);
+  THRUM_TRY(parse_spec(spec, &b, error));
+  memcpy(cells, b.cells, sizeof b.cells);
+  return THRUM_OK;
+}
+
 thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *error) {
   if (strncmp(spec, "beam:", 5) != 0)
     return bad_spec(spec, error);

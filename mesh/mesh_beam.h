@@ -9,4 +9,7 @@
 /* Makes the mesh of a spec `beam:NXxNYxNZ@LXxLYxLZ`, see thrum_mesh_read. */
 thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *error);
 
+/* The cells of such a spec along x, y and z, without making the mesh. */
+thrum_status thrum_mesh_beam_cells(const char *spec, int64_t cells[3], thrum_error *error);
+
 #endif

@@ -12,7 +12,7 @@ int thrum_folder_swap(const char *first, const char *second, const char *spare);
  * descriptor, or -1 with errno: EWOULDBLOCK where another process has the lock. */
 int thrum_folder_lock(const char *path);
 
-/* The path of an existing folder without links, for free(); NULL with errno on failure. */
+/* The path of an existing folder or file without links, for free(); NULL with errno on failure. */
 char *thrum_folder_real_path(const char *path);
 
 /* Lets the names in a folder survive a power cut; a system that cannot is no failure. */

@@ -17,8 +17,9 @@
 
 #define MARGIN 1.05 /* heap and library buffers that are not counted one by one */
 #define COUNT_SHARE                                                                                \
-  0.5 /* of the factor's memory that MUMPS takes: 0.2 (slender) to 0.65 (small)                    \
-       */
+  0.5                   /* of the factor's memory that MUMPS takes: 0.2 (slender) to 0.65 (small)  \
+                         */
+#define GRID_WIDTH 0.75 /* treewidth of a grid over the vertices of its smallest section */
 #define PROBE_SIZE 384
 #define PROBE_LENGTH (4 << 20)
 
@@ -109,6 +110,26 @@ thrum_status thrum_estimate_refuse(const thrum_estimate *estimate, thrum_error *
       "use a coarser mesh or fewer modes",
       estimate->memory / 1048576, estimate->more / 1048576, estimate->available / 1048576,
       estimate->whose);
+}
+
+thrum_status thrum_estimate_grid(const int64_t cells[3], const thrum_precompute_options *options,
+                                 thrum_error *error) {
+  // the largest dense block has at least three quarters of the vertices of the smallest section,
+  // about the treewidth of a grid
+  double vertices = 1, tets = 6, longest = 1;
+  for (int axis = 0; axis < 3; axis++) {
+    vertices *= (double)cells[axis] + 1;
+    tets *= (double)cells[axis];
+    longest = fmax(longest, (double)cells[axis] + 1);
+  }
+  const double front = GRID_WIDTH * 3 * vertices / longest;
+
+  // the mesh, the shapes with what Lanczos adds, and that block
+  const double shapes = (double)thrum_options_shapes(options);
+  const double modes = 8 * 3 * vertices * (3 * shapes + 15) + 4 * front * front;
+  thrum_estimate estimate = {0};
+  judge(options, 24 * vertices + 20 * tets + (options->imported ? 0 : modes), &estimate);
+  return estimate.fits ? THRUM_OK : thrum_estimate_refuse(&estimate, error);
 }
 
 // the best of three: flops a second of DGEMM, and bytes a second of reading; 0 without memory

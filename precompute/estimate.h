@@ -31,6 +31,12 @@ thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fi
                                        const thrum_precompute_options *options,
                                        thrum_estimate *estimate, thrum_error *error);
 
+/* Refuses a grid of cells, each cut into tets, of which no model can be made in the memory that is
+ * available, before it is made: its mesh, its modes, and the largest dense block that every order
+ * of elimination meets do not fit. What passes may still not fit. */
+thrum_status thrum_estimate_grid(const int64_t cells[3], const thrum_precompute_options *options,
+                                 thrum_error *error);
+
 /* The refusal when an estimate does not fit. */
 thrum_status thrum_estimate_refuse(const thrum_estimate *estimate, thrum_error *error);
 

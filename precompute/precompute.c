@@ -91,6 +91,15 @@ static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, th
   return free_body ? find_rigid(p, error) : THRUM_OK;
 }
 
+// what lets a body move without strain, or nearly so
+static thrum_status say_singular(const pipeline *p, thrum_error *error) {
+  return thrum_error_set(error, THRUM_SINGULAR,
+                         "the stiffness is singular: a part hangs on by a vertex or an edge and "
+                         "can still move, or the body is so thin that it has no stiffness across; "
+                         "%smend the mesh (see thrum check)",
+                         p->rigid ? "" : "fix more with --fix, or ");
+}
+
 static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   (void)reporter;
   thrum_support_springs springs;
@@ -108,9 +117,7 @@ static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thru
     thrum_support_springs_remove(&springs, &p->stiffness);
 
   if (status == THRUM_SINGULAR)
-    return thrum_error_set(error, THRUM_SINGULAR,
-                           "the stiffness is singular: a part hangs on by a vertex or an edge and "
-                           "can still change; fix more with --fix or mend the mesh");
+    return say_singular(p, error);
   if (status < 0)
     return status;
 
@@ -132,9 +139,10 @@ static thrum_status check_mechanism(const pipeline *p, thrum_error *error) {
   if (p->result.mode_omega2[0] > 1e-16 * stiffest)
     return THRUM_OK;
   return thrum_error_set(error, THRUM_SINGULAR,
-                         "the body can move without strain (a mode of %g Hz): fix more with --fix "
-                         "or mend the mesh",
-                         sqrt(fmax(p->result.mode_omega2[0], 0)) / 6.283185307179586);
+                         "the body can move without strain, or is so thin that it hardly resists "
+                         "(a mode of %g Hz): %smend the mesh (see thrum check)",
+                         sqrt(fmax(p->result.mode_omega2[0], 0)) / 6.283185307179586,
+                         p->rigid ? "" : "fix more with --fix, or ");
 }
 
 // counts the modes below a shift in the gap before `next`

@@ -2,8 +2,9 @@
  * comments; keywords in any case, sections in any order. Vertices and elements are numbered
  * consecutively from 0 or 1, whichever comes first in the file; sets use the numbers of the
  * elements. The set allElements is always there. A later region overrides an earlier one. *INCLUDE
- * FILE, relative to the file that it stands in, may take the place of any line. Cost: linear in the
- * file; memory follows what the file holds, not the counts that it claims.
+ * FILE, relative to the file that it stands in, may take the place of any line; it stays in the
+ * folder of that file, or below the one that the environment variable THRUM_INCLUDES names. Cost:
+ * linear in the file; memory follows what the file holds, not the counts that it claims.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
@@ -15,6 +16,7 @@
 #include "mesh/mesh_builder.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
+#include "platform/folder_swap.h"
 
 enum { DEPTH_MAX = 8, INCLUDES_MAX = 100 };
 
@@ -142,6 +144,32 @@ static bool leaves_folder(const char *name, size_t length) {
   return false;
 }
 
+/* Whether a file lies below the folder that the user has named for includes from elsewhere. */
+static bool is_allowed(const char *path) {
+  const char *named = getenv("THRUM_INCLUDES");
+  char *folder = named && *named ? thrum_folder_real_path(named) : NULL;
+  char *file = folder ? thrum_folder_real_path(path) : NULL;
+  const size_t length = folder ? strlen(folder) : 0;
+  const bool below = file && strncmp(file, folder, length) == 0 &&
+                     (file[length] == '/' || (length > 0 && folder[length - 1] == '/'));
+  free(folder);
+  free(file);
+  return below;
+}
+
+/* The path of an included file, owned by the caller: beside the including file, or absolute. */
+static char *included_path(const veg_reader *r, const char *name, size_t length) {
+  const char *from = r->files[r->current].path, *slash = strrchr(from, '/');
+  const size_t folder = slash && name[0] != '/' ? (size_t)(slash - from) + 1 : 0;
+  char *path = malloc(folder + length + 1);
+  if (!path)
+    return NULL;
+  memcpy(path, from, folder);
+  memcpy(path + folder, name, length);
+  path[folder + length] = '\0';
+  return path;
+}
+
 /* Opens the file that the present line, `*INCLUDE name`, names. */
 static thrum_status include(veg_reader *r) {
   thrum_text *text = text_of(r);
@@ -152,21 +180,17 @@ static thrum_status include(veg_reader *r) {
   if (memchr(text->at, 0, length))
     return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error, "*INCLUDE names no proper file");
 
-  // a mesh from elsewhere must not have any file of the machine read, and its lines shown
-  if (leaves_folder(text->at, length))
-    return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error,
-                           "*INCLUDE leads out of the folder of this file: put the included file "
-                           "beside it");
-
-  // the name is relative to the including file
-  const char *from = r->files[r->current].path, *slash = strrchr(from, '/');
-  size_t folder = slash ? (size_t)(slash - from) + 1 : 0;
-  char *path = malloc(folder + length + 1);
+  char *path = included_path(r, text->at, length);
   if (!path)
     return no_memory(r);
-  memcpy(path, from, folder);
-  memcpy(path + folder, text->at, length);
-  path[folder + length] = '\0';
+
+  // a mesh from elsewhere must not have any file of the machine read, and its lines shown
+  if (leaves_folder(text->at, length) && !is_allowed(path)) {
+    free(path);
+    return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error,
+                           "*INCLUDE leads out of the folder of this file: put the included file "
+                           "beside it, or set THRUM_INCLUDES to the folder that it may come from");
+  }
 
   thrum_status status = check_cycle(r, path);
   if (status < 0) {

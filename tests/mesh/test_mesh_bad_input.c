@@ -192,6 +192,29 @@ static void bad_includes_are_refused(void **state) {
     snprintf(text, sizeof text, "*INCLUDE %s\n", away[n]);
     mesh_bad("d.veg", text, "d.veg:1: *INCLUDE leads out of the folder");
   }
+
+  // but from where the user allows it, and from nowhere else
+  char allowed[256], line[320];
+  snprintf(allowed, sizeof allowed, "%s/parts", mesh_folder);
+  assert_int_equal(mkdir(allowed, 0777), 0);
+  mesh_write_text("parts/part.node", "not a mesh\n");
+  mesh_write_text("d.node", "nor is this\n");
+  assert_int_equal(setenv("THRUM_INCLUDES", allowed, 1), 0);
+  snprintf(line, sizeof line, "*INCLUDE %s/part.node\n", allowed);
+  mesh_bad("d.veg", line, "part.node:1: ");
+  mesh_bad("d.veg", "*INCLUDE parts/../parts/part.node\n", "part.node:1: ");
+  mesh_bad("d.veg", "*INCLUDE parts/../d.node\n", "d.veg:1: *INCLUDE leads out of the folder");
+  snprintf(line, sizeof line, "*INCLUDE %s/../d.node\n", allowed);
+  mesh_bad("d.veg", line, "d.veg:1: *INCLUDE leads out of the folder");
+  snprintf(line, sizeof line, "%s/link.node", allowed);
+  assert_int_equal(symlink("../d.node", line), 0);
+  mesh_bad("d.veg", "*INCLUDE parts/../parts/link.node\n", "*INCLUDE leads out of the folder");
+  assert_int_equal(unlink(line), 0);
+  snprintf(line, sizeof line, "%s/part.node", allowed);
+  assert_int_equal(unlink(line), 0);
+  assert_int_equal(rmdir(allowed), 0);
+  assert_int_equal(unsetenv("THRUM_INCLUDES"), 0);
+
   mesh_bad("d.veg", "*INCLUDE .\n", "cannot be read");
   mesh_write_text("e.veg", "*INCLUDE d.veg\n");
   mesh_bad("d.veg", "*INCLUDE ./e.veg\n", "e.veg:1: *INCLUDE goes in a circle");

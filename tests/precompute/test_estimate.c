@@ -10,8 +10,10 @@
 
 #include <sys/resource.h>
 
+#include "platform/clock.h"
 #include "platform/memory_limit.h"
 #include "precompute/basis/mode_check.h"
+#include "precompute/estimate.h"
 #include "tests/support/test_folder.h"
 
 #define BEAM "beam:30x8x8@1x0.2x0.2"
@@ -239,6 +241,43 @@ static void the_least_of_all_limits_is_what_is_left(void **state) {
   assert_int_equal(WEXITSTATUS(status), 0);
 }
 
+/* What a generator would make is judged before it is made: never too much, and early enough. */
+static void a_grid_that_cannot_fit_is_refused_before_it_is_made(void **state) {
+  (void)state;
+  static const int64_t grids[][3] = {{200, 6, 6}, {16, 16, 16}, {4, 30, 30}};
+  thrum_precompute_options options = thrum_default_precompute_options();
+  for (size_t n = 0; n < sizeof grids / sizeof grids[0]; n++) {
+    char name[96];
+    snprintf(name, sizeof name, "beam:%dx%dx%d@1x1x1", (int)grids[n][0], (int)grids[n][1],
+             (int)grids[n][2]);
+    program_result dry = thrum_run(folder, "precompute", name, "--fix", "left", "--modes", "2",
+                                   "--rank", "4", "--dry-run", "--json", NULL);
+    assert_int_equal(dry.exit_code, 0);
+    cJSON *said = json_line(dry.out);
+
+    // where the whole estimate fits, the first look says nothing
+    options.modes = 2;
+    options.rank = 4;
+    options.memory_limit = thrum_memory_resident() + json_value(said, "memory_mb") * 1048576;
+    assert_int_equal(thrum_estimate_grid(grids[n], &options, NULL), THRUM_OK);
+    cJSON_Delete(said);
+    program_result_free(&dry);
+  }
+
+  // 56 letters that ask for 200 million tets
+  thrum_error error;
+  const int64_t large[3] = {320, 320, 320};
+  options.memory_limit = 16e9;
+  assert_int_equal(thrum_estimate_grid(large, &options, &error), THRUM_OUT_OF_MEMORY);
+  const double began = clock_seconds();
+  program_result run = thrum_run(folder, "precompute", "beam:320x320x320@1x1x1", "--fix", "left",
+                                 "-o", "large.npz", "--memory", "16000", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "this takes about"));
+  assert_true(clock_seconds() - began < 20);
+  program_result_free(&run);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_estimate_is_near_what_the_run_takes),
@@ -247,6 +286,7 @@ int main(void) {
       cmocka_unit_test(a_dry_run_refuses_what_the_run_would_refuse),
       cmocka_unit_test(the_inertia_count_is_counted_where_it_is_made),
       cmocka_unit_test(a_model_that_does_not_fit_into_memory_is_refused_in_one_line),
+      cmocka_unit_test(a_grid_that_cannot_fit_is_refused_before_it_is_made),
       cmocka_unit_test(a_program_without_room_for_its_libraries_ends_and_says_so),
       cmocka_unit_test(the_least_of_all_limits_is_what_is_left),
   };
