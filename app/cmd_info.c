@@ -13,6 +13,7 @@
 #include "config/message.h"
 #include "config/options.h"
 #include "driver/model_condense_to.h"
+#include "driver/model_meta.h"
 #include "driver/named_model.h"
 #include "driver/shared_options.h"
 #include "driver/split_at.h"
@@ -103,34 +104,13 @@ static int read_options(int argc, char **argv, info_request *request) {
   return config_one_argument("info", "model", argc, argv, &request->path);
 }
 
-/* The metadata as an object; NULL when there is none. Other programs may have written it, so any of
- * its keys may be missing. */
-static cJSON *parse_meta(const thrum_model *model) {
-  if (model->meta == NULL || model->meta_bytes < 2)
-    return NULL;
-  cJSON *meta = cJSON_ParseWithLength((const char *)model->meta, (size_t)model->meta_bytes);
-  if (meta != NULL && !cJSON_IsObject(meta)) {
-    cJSON_Delete(meta);
-    return NULL;
-  }
-  return meta;
-}
-
-/* A member of meta, or of one of its objects; NULL when it is missing. */
-static const cJSON *find_meta(const info *about, const char *object, const char *key) {
-  const cJSON *holder = about->meta;
-  if (object != NULL)
-    holder = cJSON_GetObjectItemCaseSensitive(holder, object);
-  return cJSON_GetObjectItemCaseSensitive(holder, key);
-}
-
 static double meta_number(const info *about, const char *object, const char *key) {
-  const cJSON *item = find_meta(about, object, key);
+  const cJSON *item = model_meta_find(about->meta, object, key);
   return cJSON_IsNumber(item) ? item->valuedouble : NAN;
 }
 
 static bool is_single(const info *about) {
-  const cJSON *item = find_meta(about, "options", "precision");
+  const cJSON *item = model_meta_find(about->meta, "options", "precision");
   return cJSON_IsString(item) && strcmp(item->valuestring, "single") == 0;
 }
 
@@ -138,7 +118,7 @@ static bool is_single(const info *about) {
 static double meta_worst_residual(const info *about) {
   const cJSON *item = NULL;
   double worst = NAN;
-  cJSON_ArrayForEach(item, find_meta(about, "residuals", "modes")) {
+  cJSON_ArrayForEach(item, model_meta_find(about->meta, "residuals", "modes")) {
     if (cJSON_IsNumber(item))
       worst = fmax(worst, item->valuedouble);
   }
@@ -148,7 +128,7 @@ static double meta_worst_residual(const info *about) {
 static void add_frequencies(cJSON *object, const info *about) {
   cJSON *array = cJSON_AddArrayToObject(object, "frequencies_hz");
   const cJSON *item = NULL;
-  cJSON_ArrayForEach(item, find_meta(about, NULL, "frequencies_hz")) {
+  cJSON_ArrayForEach(item, model_meta_find(about->meta, NULL, "frequencies_hz")) {
     if (cJSON_IsNumber(item))
       cJSON_AddItemToArray(array, json_number_item(item->valuedouble));
   }
@@ -224,13 +204,13 @@ static void print_json(const info *about) {
   json_number(residuals, "diagonality", meta_number(about, "residuals", "diagonality"));
   json_string(object, "precision", is_single(about) ? "single" : "double");
   json_number(residuals, "single_precision", meta_number(about, "residuals", "single_precision"));
-  const cJSON *check = find_meta(about, NULL, "mode_check");
+  const cJSON *check = model_meta_find(about->meta, NULL, "mode_check");
   if (check != NULL)
     cJSON_AddItemToObject(object, "mode_check", cJSON_Duplicate(check, true));
-  const cJSON *import = find_meta(about, NULL, "import");
+  const cJSON *import = model_meta_find(about->meta, NULL, "import");
   if (import != NULL)
     cJSON_AddItemToObject(object, "import", cJSON_Duplicate(import, true));
-  const cJSON *handles = find_meta(about, "options", "handles");
+  const cJSON *handles = model_meta_find(about->meta, "options", "handles");
   if (cJSON_IsArray(handles))
     cJSON_AddItemToObject(object, "handles", cJSON_Duplicate(handles, true));
 
@@ -245,7 +225,7 @@ static void print_json(const info *about) {
   json_number(object, "model_bytes", about->file_bytes);
   json_number(object, "state_bytes", (double)about->split.state_bytes);
   add_groups(object, about->model);
-  const cJSON *hash = find_meta(about, "mesh", "hash");
+  const cJSON *hash = model_meta_find(about->meta, "mesh", "hash");
   if (cJSON_IsString(hash))
     json_string(object, "mesh_hash", hash->valuestring);
 
@@ -273,7 +253,7 @@ static void print_frequency(const char *label, double hertz, int64_t n, int64_t 
 }
 
 static void print_linear_frequencies(const info *about) {
-  const cJSON *list = find_meta(about, NULL, "frequencies_hz");
+  const cJSON *list = model_meta_find(about->meta, NULL, "frequencies_hz");
   const cJSON *item = NULL;
   int64_t count = 0, n = 0;
   cJSON_ArrayForEach(item, list) {
@@ -358,7 +338,7 @@ static void print_groups(const thrum_model *model) {
 
 /* How precompute made sure that no mode was missed. */
 static void print_check(const info *about) {
-  const cJSON *check = find_meta(about, NULL, "mode_check");
+  const cJSON *check = model_meta_find(about->meta, NULL, "mode_check");
   const cJSON *method = cJSON_GetObjectItemCaseSensitive(check, "method");
   const cJSON *complete = cJSON_GetObjectItemCaseSensitive(check, "complete");
   if (!cJSON_IsString(method) || !cJSON_IsBool(complete))
@@ -371,17 +351,18 @@ static void print_check(const info *about) {
 
 /* Where the basis comes from when not from modes alone: from a file, or with handles. */
 static void print_origin(const info *about) {
-  const cJSON *basis = find_meta(about, "import", "basis");
+  const cJSON *basis = model_meta_find(about->meta, "import", "basis");
   if (cJSON_IsString(basis)) {
     print_label("imported");
     printf("from %s, |U^T M U - 1| was %.1e, %s\n", basis->valuestring,
            meta_number(about, "import", "orthonormality"),
-           cJSON_IsTrue(find_meta(about, "import", "basis_changed")) ? "its basis was changed"
-                                                                     : "taken as it is");
+           cJSON_IsTrue(model_meta_find(about->meta, "import", "basis_changed"))
+               ? "its basis was changed"
+               : "taken as it is");
   }
 
   // handles are separated by commas on one line
-  const cJSON *handles = find_meta(about, "options", "handles"), *handle = NULL;
+  const cJSON *handles = model_meta_find(about->meta, "options", "handles"), *handle = NULL;
   if (cJSON_GetArraySize(handles) > 0)
     print_label("handles");
   cJSON_ArrayForEach(handle, handles) {
@@ -477,7 +458,7 @@ static thrum_status gather(info *about, thrum_error *error) {
   struct stat status;
   about->file_bytes = stat(about->path, &status) == 0 ? (double)status.st_size : NAN;
   about->has_mesh = model->vertices != NULL;
-  about->meta = parse_meta(model);
+  about->meta = model_meta_parse(model);
 
   about->hertz = malloc((size_t)model->rank * sizeof *about->hertz);
   if (about->hertz == NULL)

@@ -9,10 +9,13 @@
 
 #include "app/cmd.h"
 #include "app/results.h"
+#include "app/tradeoff_commands.h"
 #include "app/tradeoff_options.h"
 #include "config/message.h"
 #include "config/progress.h"
+#include "driver/model_meta.h"
 #include "driver/named_model.h"
+#include "driver/train_case.h"
 #include "io/folder.h"
 #include "io/json.h"
 
@@ -22,9 +25,16 @@ typedef struct trade {
   const thrum_model *model;
   double *forces;
   thrum_load *courses;
+  model_recipe recipe; /* of a model by name, with the texts of its tests */
+  const char *test_texts[TRADEOFF_TESTS_MAX];
+  train_case test_cases[TRADEOFF_TESTS_MAX];
+  full_motion_script tests[TRADEOFF_TESTS_MAX];
+  int64_t mode_count; /* of the model's own basis; 0: not known */
+  double mode_omega2[THRUM_RANK_MAX];
   tradeoff_problem problem;
   tradeoff_result result;
   int64_t chosen;
+  tradeoff_commands commands;
   char wanted[160];
   config_progress progress;
   load_spec own; /* the default load of a model by name */
@@ -37,6 +47,17 @@ static bool show(void *context, const char *stage, double fraction) {
   return true;
 }
 
+/* Says before it begins that a search may take long. */
+static void announce(void *context, double seconds) {
+  config_progress *progress = context;
+  config_progress_end(progress, true);
+  if (!progress->quiet)
+    fprintf(stderr,
+            "thrum: no setting so far does it; going on with bases trained on the load, of higher "
+            "and higher rank, for up to about %.2g %s\n",
+            seconds < 90 ? seconds : seconds / 60, seconds < 90 ? "s" : "minutes");
+}
+
 /* The recipe's load where none is given. */
 static thrum_status default_load(trade *t, const load_spec **loads, int64_t *count,
                                  thrum_error *error) {
@@ -47,21 +68,21 @@ static thrum_status default_load(trade *t, const load_spec **loads, int64_t *cou
     return THRUM_OK;
 
   // a named model says in its recipe how to load it
-  model_recipe recipe;
-  THRUM_TRY(model_recipe_find(request->model_path, &recipe, error));
-  const double *d = recipe.load_direction, force = recipe.load_force;
-  if (!recipe.found || !(force > 0))
+  const model_recipe *recipe = &t->recipe;
+  const double *d = recipe->load_direction, force = recipe->load_force;
+  if (!recipe->found || !(force > 0))
     return thrum_error_set(error, THRUM_MISSING, "%.200s: name a load with --load",
                            request->model_path);
 
   snprintf(t->own_text, sizeof t->own_text, "square:%.6g,%.6g,%.6g@%.40s", force * d[0],
-           force * d[1], force * d[2], recipe.load_group);
+           force * d[1], force * d[2], recipe->load_group);
   *loads = &t->own;
   *count = 1;
   return load_spec_parse(t->own_text, &t->own, error);
 }
 
 static thrum_status fill_loads(trade *t, thrum_error *error) {
+  const tradeoff_request *request = t->request;
   const load_spec *loads;
   int64_t count;
   THRUM_TRY(default_load(t, &loads, &count, error));
@@ -84,32 +105,82 @@ static thrum_status fill_loads(trade *t, thrum_error *error) {
     THRUM_TRY(load_spec_fill(t->model, &loads[n], t->forces + (size_t)n * components, error));
     t->courses[n] = loads[n].course;
   }
-  t->problem.load_count = count;
+  t->problem.script = (full_motion_script){.load_count = count,
+                                           .courses = t->courses,
+                                           .forces = t->forces,
+                                           .damping_alpha = request->damping[0],
+                                           .damping_beta = request->damping[1],
+                                           .time = request->time};
+
+  // they stand in the commands, too
+  t->commands.loads = loads;
+  t->commands.load_count = count;
   return THRUM_OK;
+}
+
+/* The loads of the tests: those given, else those of the recipe. */
+static thrum_status fill_tests(trade *t, thrum_error *error) {
+  const tradeoff_request *request = t->request;
+  int64_t count = request->test_count;
+  for (int64_t n = 0; n < count; n++)
+    t->test_texts[n] = request->tests[n];
+  // a recipe's tests go with its load
+  if (count == 0 && !request->no_tests && request->load_count == 0)
+    for (; count < t->recipe.test_count; count++)
+      t->test_texts[count] = t->recipe.tests[count];
+
+  for (int64_t n = 0; n < count; n++) {
+    train_case *c = &t->test_cases[n];
+    THRUM_TRY(train_case_parse(t->test_texts[n], c, error));
+    THRUM_TRY(train_case_fill(t->model, c, error));
+    t->tests[n] = t->problem.script;
+    t->tests[n].load_count = c->count;
+    t->tests[n].courses = c->courses;
+    t->tests[n].forces = c->forces;
+  }
+  t->problem.tests = t->tests;
+  t->problem.test_count = count;
+  return THRUM_OK;
+}
+
+/* The linear modes that the model's own basis was made of, as its metadata has them. */
+static void find_modes(trade *t) {
+  cJSON *meta = model_meta_parse(t->model);
+  const cJSON *item = NULL;
+  cJSON_ArrayForEach(item, model_meta_find(meta, NULL, "frequencies_hz")) {
+    if (!cJSON_IsNumber(item) || t->mode_count == THRUM_RANK_MAX)
+      break;
+    const double omega = 6.28318530717958647693 * item->valuedouble;
+    t->mode_omega2[t->mode_count++] = omega * omega;
+  }
+  cJSON_Delete(meta);
+  t->commands.own_modes = t->mode_count;
+
+  // bases that are trained have as many, and half of the rank where that is not known
+  t->problem.mode_count = t->mode_count;
+  t->problem.mode_omega2 = t->mode_count > 0 ? t->mode_omega2 : NULL;
+  t->problem.modes = t->mode_count > 0 ? t->mode_count : (t->model->rank + 1) / 2;
 }
 
 static void fill_problem(trade *t) {
   const tradeoff_request *request = t->request;
   tradeoff_problem *p = &t->problem;
   p->model = t->model;
-  p->courses = t->courses;
-  p->forces = t->forces;
-  p->damping_alpha = request->damping[0];
-  p->damping_beta = request->damping[1];
-  p->time = request->time;
   p->full_dt = request->full_dt;
+  p->error = request->error;
+  p->cost = request->budget * request->fps;
+  p->rank_max = request->rank_max;
+  p->condense = request->condense;
 
   // each rank twice: in double and in single precision
   for (int64_t n = 0; n < 2 * request->rank_count; n++) {
-    const int64_t rank = (int64_t)request->ranks[n / 2], last = p->rank_count;
+    const int64_t rank = (int64_t)request->ranks[n / 2];
     // the model's own basis is as it is, and there once
     const bool tried = rank == 0 ? n % 2 == 0 : request->precisions[n % 2];
     if (!tried)
       continue;
-    p->ranks[last] = rank;
-    p->modes[last] = (rank + 1) / 2;
-    p->single[last] = n % 2 == 1;
-    p->rank_count++;
+    p->recipes[p->recipe_count++] =
+        (tradeoff_recipe){.modes = (rank + 1) / 2, .rank = rank, .single = n % 2 == 1};
   }
 
   p->dt_count = request->dt_count;
@@ -119,24 +190,8 @@ static void fill_problem(trade *t) {
   memcpy(p->integrators, request->integrators, sizeof p->integrators);
   p->threads = (int)request->threads;
   p->progress = show;
+  p->search_begins = announce;
   p->progress_context = &t->progress;
-}
-
-/* The chosen setting, as simulate and precompute take it. */
-static cJSON *simulate_options(const tradeoff_run *run) {
-  cJSON *object = cJSON_CreateObject();
-  cJSON_AddStringToObject(object, "integrator", experiment_scheme_names[run->integrator]);
-  json_number(object, "dt", run->dt);
-  json_number(object, "tolerance", run->tolerance);
-  return object;
-}
-
-static cJSON *precompute_options(const tradeoff_basis *basis) {
-  cJSON *object = cJSON_CreateObject();
-  json_number(object, "modes", (double)basis->modes);
-  json_number(object, "rank", (double)basis->rank);
-  cJSON_AddStringToObject(object, "precision", basis->single ? "single" : "double");
-  return object;
 }
 
 /* The figures of the full order, which stand in the printed object and beside the table. */
@@ -168,12 +223,7 @@ static thrum_status write_files(const trade *t, thrum_error *error) {
   if (t->chosen < 0)
     return THRUM_OK;
 
-  const tradeoff_run *run = &t->result.runs[t->chosen];
-  const tradeoff_basis *basis = &t->result.bases[run->basis];
-  THRUM_TRY(results_write_json(folder, "simulate.json", simulate_options(run), error));
-  if (basis->modes > 0)
-    THRUM_TRY(results_write_json(folder, "precompute.json", precompute_options(basis), error));
-  return THRUM_OK;
+  return tradeoff_commands_write(&t->commands, folder, error);
 }
 
 static void add_errors(cJSON *object, const char *key, const tradeoff_errors *errors) {
@@ -186,9 +236,12 @@ static void add_errors(cJSON *object, const char *key, const tradeoff_errors *er
 static cJSON *run_json(const trade *t, const tradeoff_run *run) {
   const tradeoff_basis *basis = &t->result.bases[run->basis];
   cJSON *item = cJSON_CreateObject();
-  json_number(item, "modes", basis->modes > 0 ? (double)basis->modes : NAN);
+  const tradeoff_recipe *recipe = &basis->recipe;
+  json_number(item, "modes", recipe->modes > 0 ? (double)recipe->modes : NAN);
   json_number(item, "rank", (double)basis->rank);
-  cJSON_AddStringToObject(item, "precision", basis->single ? "single" : "double");
+  cJSON_AddStringToObject(item, "precision", recipe->single ? "single" : "double");
+  cJSON_AddBoolToObject(item, "trained", recipe->trained);
+  json_number(item, "masters", recipe->masters > 0 ? (double)recipe->masters : NAN);
   cJSON_AddStringToObject(item, "integrator", experiment_scheme_names[run->integrator]);
   json_number(item, "dt", run->dt);
   json_number(item, "tolerance", run->tolerance);
@@ -201,12 +254,26 @@ static cJSON *run_json(const trade *t, const tradeoff_run *run) {
   json_number(item, "error", run->error.displacement);
   add_errors(item, "errors", &run->error);
   add_errors(item, "basis_errors", &basis->error);
+  json_number(item, "projection_error", basis->projection);
+  cJSON_AddBoolToObject(item, "cancels", run->cancels);
+  cJSON_AddBoolToObject(item, "disproved", run->disproved);
   add_errors(item, "time_errors", &run->time_error);
   json_number(item, "frequency_error", run->frequency_error);
   json_number(item, "frequency_mode", (double)run->frequency_mode + 1);
   json_number(item, "drift", run->drift);
   cJSON_AddBoolToObject(item, "front", run->front);
   return item;
+}
+
+/* The errors under the loads that nothing was trained on. */
+static void add_tests(cJSON *object, const trade *t) {
+  cJSON *tests = cJSON_AddArrayToObject(object, "tests");
+  for (int64_t n = 0; n < t->problem.test_count; n++) {
+    cJSON *item = json_add_row(tests);
+    json_string(item, "load", t->test_texts[n]);
+    json_number(item, "error", t->result.test_error[n]);
+    json_number(item, "own_basis_error", t->result.test_own_error[n]);
+  }
 }
 
 static void print_json(const trade *t) {
@@ -223,21 +290,65 @@ static void print_json(const trade *t) {
   cJSON_AddStringToObject(object, "wanted", t->wanted);
 
   // null says that no setting does what was wanted
-  if (t->chosen >= 0)
+  if (t->chosen >= 0) {
     cJSON_AddItemToObject(object, "recommended", run_json(t, &t->result.runs[t->chosen]));
-  else
+    add_tests(object, t);
+    tradeoff_commands_add(&t->commands, object);
+  } else {
     cJSON_AddNullToObject(object, "recommended");
+  }
   json_print(object);
 }
 
 static void print_run(const trade *t, const tradeoff_run *run) {
   const tradeoff_basis *basis = &t->result.bases[run->basis];
-  printf("%-8s %5" PRId64
-         " %-6s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %% %8.3g %%\n",
-         experiment_scheme_names[run->integrator], basis->rank, basis->single ? "single" : "double",
-         run->dt, run->tolerance, run->us_per_step, run->cost, t->result.full_cost / run->cost,
-         100 * run->error.displacement, 100 * basis->error.displacement,
-         100 * run->time_error.displacement, 100 * run->frequency_error);
+  const tradeoff_recipe *recipe = &basis->recipe;
+  char masters[16] = "";
+  if (recipe->masters > 0)
+    snprintf(masters, sizeof masters, "%d of ", (int)recipe->masters);
+  printf("%-8s %6s%3" PRId64
+         " %-7s %-6s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %% %8.3g %%\n",
+         experiment_scheme_names[run->integrator], masters, basis->rank,
+         recipe->trained      ? "trained"
+         : recipe->modes == 0 ? "own"
+                              : "modes",
+         recipe->single ? "single" : "double", run->dt, run->tolerance, run->us_per_step, run->cost,
+         t->result.full_cost / run->cost, 100 * run->error.displacement,
+         100 * basis->error.displacement, 100 * run->time_error.displacement,
+         100 * run->frequency_error);
+}
+
+/* What comes nearest where no setting does what was wanted. */
+static void print_nearest(const trade *t) {
+  const tradeoff_run *nearest = NULL;
+  for (int64_t n = 0; n < t->result.run_count; n++) {
+    const tradeoff_run *run = &t->result.runs[n];
+    if (run->stable && !run->disproved &&
+        (nearest == NULL || run->error.displacement < nearest->error.displacement))
+      nearest = run;
+  }
+  if (nearest == NULL) {
+    puts("no setting that was tried came to its end");
+    return;
+  }
+  printf("no setting that was tried; of least error is\n");
+  print_run(t, nearest);
+  if (t->problem.rank_max == 0)
+    puts("bases trained on the load are tried without --ranks, or with --rank-max");
+}
+
+static void print_tests(const trade *t) {
+  for (int64_t n = 0; n < t->problem.test_count; n++) {
+    printf("%-44s", t->test_texts[n]);
+    if (isfinite(t->result.test_error[n]))
+      printf(" %8.3g %%", 100 * t->result.test_error[n]);
+    else
+      printf(" %10s", "lost");
+    if (isfinite(t->result.test_own_error[n]))
+      printf(" under a load that was in no training; own basis %.3g %%",
+             100 * t->result.test_own_error[n]);
+    puts("");
+  }
 }
 
 static void print_table(const trade *t) {
@@ -247,8 +358,8 @@ static void print_table(const trade *t) {
          t->result.full_cost, 100 * t->result.full_error);
 
   // a line for each run that no other beats in both cost and error
-  printf("%-12s %5s %-6s %8s %9s %9s %10s %8s %10s %10s %10s %10s\n", "method", "rank", "coeff.",
-         "h [s]", "tol.", "us/step", "cost s/s", "faster", "error", "of basis", "in time",
+  printf("%-8s %9s %-7s %-6s %8s %9s %9s %10s %8s %10s %10s %10s %10s\n", "method", "rank", "basis",
+         "coeff.", "h [s]", "tol.", "us/step", "cost s/s", "faster", "error", "of basis", "in time",
          "frequency");
   for (int64_t n = 0; n < t->result.run_count; n++)
     if (t->result.runs[n].front)
@@ -257,8 +368,7 @@ static void print_table(const trade *t) {
   // the setting that was picked among them
   printf("\nrecommended for %s:\n", t->wanted);
   if (t->chosen < 0) {
-    puts("no setting that was tried; a basis trained on this load may do it: thrum precompute "
-         "--train LOAD");
+    print_nearest(t);
     return;
   }
   const tradeoff_run *chosen = &t->result.runs[t->chosen];
@@ -266,11 +376,12 @@ static void print_table(const trade *t) {
   print_run(t, chosen);
 
   // two errors that cancel here need not do so elsewhere
-  if (chosen->error.displacement < basis)
-    printf(
-        "its error is below that of its basis, %.3g %%: the errors of basis and time step cancel "
-        "in part under this load, and need not under another\n",
-        100 * basis);
+  if (chosen->cancels)
+    printf("its error is below that of its basis, %.3g %%: the errors of basis and time step "
+           "cancel in part under this load, and need not under another\n",
+           100 * basis);
+  print_tests(t);
+  tradeoff_commands_print(&t->commands);
 }
 
 /* Warns where the chosen setting has a mode of the load's band at another pitch than was asked. */
@@ -284,6 +395,14 @@ static void warn_of_frequency(const trade *t) {
               "%.2g %%: a smaller time step has its pitch nearer (thrum info --dt)",
               (int)run->frequency_mode + 1, run->frequency, run->stepped_frequency,
               100 * run->frequency_error);
+}
+
+/* No error below that of the reference means anything. */
+static void warn_of_reference(const trade *t) {
+  if (t->result.full_error > t->request->error)
+    config_warn("the full order itself is off by about %.2g %% in time at steps of %g s, more than "
+                "the error asked for: lower --full-dt",
+                100 * t->result.full_error, t->request->full_dt);
 }
 
 static void say_wanted(trade *t) {
@@ -303,7 +422,10 @@ static thrum_status run_trade(trade *t, thrum_error *error) {
   THRUM_TRY(folder_make(request->output, error));
   THRUM_TRY(mesh_model_load(request->model_path, &request->mesh_def, request->quiet, &t->model,
                             NULL, error));
+  THRUM_TRY(model_recipe_find(request->model_path, &t->recipe, error));
   THRUM_TRY(fill_loads(t, error));
+  THRUM_TRY(fill_tests(t, error));
+  find_modes(t);
   fill_problem(t);
   say_wanted(t);
 
@@ -316,9 +438,14 @@ static thrum_status run_trade(trade *t, thrum_error *error) {
   if (t->result.dropped > 0)
     config_warn("%d of the ranks could not be made: %s", (int)t->result.dropped,
                 t->result.dropped_reason.message);
-  t->chosen = tradeoff_choose(&t->result, request->error, request->budget * request->fps);
+  t->chosen = t->result.chosen;
 
+  // how the setting is made and run again
+  t->commands.request = request;
+  t->commands.problem = &t->problem;
+  t->commands.result = &t->result;
   warn_of_frequency(t);
+  warn_of_reference(t);
 
   // the files first: what is printed is then the last word
   THRUM_TRY(write_files(t, error));
@@ -333,7 +460,10 @@ int cmd_tradeoff(int argc, char **argv) {
   tradeoff_request request = {0};
   thrum_error error = {0};
   request.loads = calloc((size_t)argc, sizeof *request.loads);
-  if (request.loads == NULL) {
+  request.tests = calloc((size_t)argc, sizeof *request.tests);
+  if (request.loads == NULL || request.tests == NULL) {
+    free(request.loads);
+    free(request.tests);
     error.status = THRUM_OUT_OF_MEMORY;
     return config_refuse(&error);
   }
@@ -347,11 +477,14 @@ int cmd_tradeoff(int argc, char **argv) {
     else if (t.chosen < 0)
       code = COMMAND_FLAGGED;
     tradeoff_free(&t.result);
+    for (int64_t n = 0; n < TRADEOFF_TESTS_MAX; n++)
+      train_case_free(&t.test_cases[n]);
     free(t.forces);
     free(t.courses);
     thrum_model_free(t.model);
   }
 
   free(request.loads);
+  free(request.tests);
   return code;
 }

@@ -6,14 +6,36 @@
 #include "config/message.h"
 #include "config/parse.h"
 #include "driver/shared_options.h"
+#include "driver/train_case.h"
 #include "mesh/formats/mesh_read.h"
 
 #define FPS_DEFAULT 60
 #define ERROR_DEFAULT 0.05
+#define RANK_MAX_DEFAULT 100
 
 static thrum_status take_load(const config_given *given, void *request) {
   tradeoff_request *r = request;
   return load_option_take(given, r->loads, &r->load_count);
+}
+
+static thrum_status take_test(const config_given *given, void *request) {
+  tradeoff_request *r = request;
+  if (strcmp(given->text, "none") == 0) {
+    r->no_tests = true;
+    return THRUM_OK;
+  }
+
+  // the text is looked at here, and parsed again when it is run
+  train_case parsed = {0};
+  thrum_error error = {0};
+  const thrum_status status = train_case_parse(given->text, &parsed, &error);
+  train_case_free(&parsed);
+  if (status < 0)
+    return config_given_refuse(given, "%s", error.message);
+  if (r->test_count == TRADEOFF_TESTS_MAX)
+    return config_given_refuse(given, "given more than %d times", TRADEOFF_TESTS_MAX);
+  r->tests[r->test_count++] = given->text;
+  return THRUM_OK;
 }
 
 static thrum_status take_ranks(const config_given *given, void *request) {
@@ -118,10 +140,21 @@ static const config_option options[] = {
                 AT(quick)),
     OPTION_GROUP(mesh_options, "of a MESH", AT(mesh_def)),
 
+    OPTION_TEXT("test", "LOAD", "those of the model by name",
+                "a load that no basis is trained on, or several that act together, LOAD;LOAD: the "
+                "error of the setting that was picked is measured under it too; none: no such load",
+                .repeats = true, .take = take_test),
+
     OPTION_HEADING("what is tried"),
     OPTION_TEXT("ranks", "LIST", "0,6,10,20,30; with --quick 0,10",
-                "ranks, each of half as many modes; 0 is the model's own basis", .take = take_ranks,
-                CONFIG_RANGE(0, THRUM_RANK_MAX), .wants = "0 or ranks from 2 with commas between"),
+                "ranks, each of half as many modes; 0 is the model's own basis; given, only these "
+                "are tried, and without --rank-max neither condensed nor trained bases",
+                .take = take_ranks, CONFIG_RANGE(0, THRUM_RANK_MAX),
+                .wants = "0 or ranks from 2 with commas between"),
+    OPTION_COUNT("rank-max", "100",
+                 "where none of these does what is wanted, bases trained on the load are tried, up "
+                 "to this rank; 0: none",
+                 AT(rank_max), CONFIG_RANGE(0, 200)),
     OPTION_TEXT("dts", "LIST",
                 "0.001,0.002,0.003,0.005,0.01,0.016667; with --quick 0.003,0.01,0.016667",
                 "time steps [s]", .take = take_dts, CONFIG_RANGE(1e-6, 1),
@@ -154,8 +187,10 @@ const config_command command_tradeoff = {
     .about =
         "Steps a load with the full-order body of the model's mesh and with reduced models over "
         "rank, precision, integrator, time step and tolerance; says what each costs and how far "
-        "it is off; and picks a setting. Writes to DIR: tradeoff.html, tradeoff.csv, and the "
-        "setting as options files that thrum precompute and thrum simulate take.",
+        "it is off; and picks a setting. Where none is accurate enough, it goes on with bases "
+        "that are trained on the load. It prints the commands that make the model and run it. "
+        "Writes to DIR: tradeoff.html, tradeoff.csv, commands.sh, and the setting as options "
+        "files that thrum precompute and thrum simulate take.",
     .options = options,
     .examples =
         "tradeoff beam -o trade --error 5% --quick\n"
@@ -183,6 +218,7 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   r->error = r->budget = NAN;
   r->fps = FPS_DEFAULT;
   r->threads = 1;
+  r->rank_max = -1;
   r->integrators[EXPERIMENT_SCHEME_IMEXV] = true;
   r->integrators[EXPERIMENT_SCHEME_NEWMARK] = true;
   r->integrators[EXPERIMENT_SCHEME_ENERGY] = true;
@@ -208,6 +244,11 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
     r->precisions[0] = true;
     r->precisions[1] = !r->quick;
   }
+
+  // ranks that were asked for are all that is tried
+  r->condense = r->rank_count == 0 || r->rank_max > 0;
+  if (r->rank_max < 0)
+    r->rank_max = r->rank_count > 0 ? 0 : RANK_MAX_DEFAULT;
 
   // the rest depends on --quick
   r->time = r->time > 0 ? r->time : r->quick ? 0.5 : 1;

@@ -122,6 +122,18 @@ static bool take_load(const cJSON *object, model_recipe *recipe) {
   return true;
 }
 
+/* "tests": a list of loads, which may be left out. */
+static bool take_tests(const cJSON *object, model_recipe *recipe) {
+  const cJSON *item = NULL;
+  cJSON_ArrayForEach(item, cJSON_GetObjectItemCaseSensitive(object, "tests")) {
+    if (recipe->test_count == MODEL_RECIPE_TESTS_MAX ||
+        !take_text(item, recipe->tests[recipe->test_count]))
+      return false;
+    recipe->test_count++;
+  }
+  return true;
+}
+
 /* "mesh": a file beside the recipe; NAME.msh when it is not said. */
 static bool take_mesh(const cJSON *object, const char *folder, model_recipe *recipe) {
   const cJSON *mesh = cJSON_GetObjectItemCaseSensitive(object, "mesh");
@@ -147,6 +159,8 @@ static const char *take_recipe(const cJSON *object, const char *folder, model_re
     return "modes and rank want whole numbers from 1";
   if (!take_load(object, recipe))
     return "load wants a group, a direction of three numbers and a force";
+  if (!take_tests(object, recipe))
+    return "tests wants a few loads, as --load takes them";
   return NULL;
 }
 

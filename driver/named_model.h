@@ -12,6 +12,7 @@
 
 #define NAMED_MODEL_PATH_MAX 1024
 #define MODEL_RECIPE_FIXES_MAX 8
+#define MODEL_RECIPE_TESTS_MAX 8
 #define MODEL_RECIPE_TEXT_MAX 64
 
 /* The contents of NAME.json. */
@@ -24,9 +25,11 @@ typedef struct model_recipe {
   int64_t fix_count;
   int64_t modes;
   int64_t rank;
-  char load_group[MODEL_RECIPE_TEXT_MAX]; /* where loads act; default "load" */
-  double load_direction[3];               /* zero: not said */
-  double load_force;                      /* [N]; zero: not said */
+  char load_group[MODEL_RECIPE_TEXT_MAX];                    /* where loads act; default "load" */
+  double load_direction[3];                                  /* zero: not said */
+  double load_force;                                         /* [N]; zero: not said */
+  char tests[MODEL_RECIPE_TESTS_MAX][MODEL_RECIPE_TEXT_MAX]; /* loads, as --load takes them */
+  int64_t test_count;
 } model_recipe;
 
 /* Looks the text up; fails when it is one of our names and its recipe cannot be read. */

@@ -7,6 +7,7 @@
 
 #include "config/message.h"
 #include "config/progress.h"
+#include "driver/mesh_of_model.h"
 #include "driver/mesh_warnings.h"
 #include "driver/model_condense_to.h"
 #include "driver/precompute_dry.h"
@@ -108,10 +109,14 @@ static thrum_status name_line(const precompute_request *request, const char *key
                          (long long)lines[n], key, told);
 }
 
-/* Marks what the --fix options name in `fixed`, and counts the vertices held. */
+/* Marks what the --fix options name in `fixed`, beside what it marks already, and counts the
+ * vertices held. */
 static thrum_status fix_vertices(const precompute_request *request, const thrum_mesh *mesh,
                                  uint8_t *fixed, int64_t *held, thrum_error *error) {
-  if (request->fix_count == 0 && !request->free)
+  *held = 0;
+  for (int64_t v = 0; v < mesh->vertex_count; v++)
+    *held += fixed[v] != 0;
+  if (request->fix_count == 0 && !request->free && *held == 0)
     config_warn("nothing is fixed, so this is a free body: the model is its elastic part, the six "
                 "rigid modes are kept apart (hold vertices with --fix, such as --fix 'x<0.001')");
 
@@ -308,19 +313,40 @@ static thrum_status check_generated(const precompute_request *request, thrum_err
   return thrum_estimate_grid(cells, &request->options, error);
 }
 
+/* The mesh, and what of it is held before any --fix: a model file says so, too. */
+static thrum_status read_mesh(const precompute_request *request, thrum_mesh *mesh, uint8_t **fixed,
+                              thrum_error *error) {
+  if (mesh_of_model_is_named(request->mesh_name)) {
+    if (request->scale != 1 || request->order != 0)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "%.200s is a model: --scale and --order are of its mesh's file",
+                             request->mesh_name);
+    return mesh_of_model_read(request->mesh_name, mesh, fixed, error);
+  }
+
+  THRUM_TRY(
+      thrum_mesh_read_order(request->mesh_name, request->scale, (int)request->order, mesh, error));
+  *fixed = calloc((size_t)mesh->vertex_count, 1);
+  return *fixed != NULL ? THRUM_OK
+                        : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld vertices",
+                                          (long long)mesh->vertex_count);
+}
+
 thrum_status precompute_make(const precompute_request *request, precompute_show *show,
                              bool *flagged, thrum_error *error) {
   const double began = clock_seconds();
   thrum_mesh mesh = {0};
+  uint8_t *fixed = NULL;
 
   // a dry run writes nothing, so it needs no name
   thrum_status status = request->dry_run ? THRUM_OK : check_outputs(request, error);
   THRUM_THEN(status, check_condensed(request, error));
   THRUM_THEN(status, check_generated(request, error));
-  THRUM_THEN(status, thrum_mesh_read_order(request->mesh_name, request->scale, (int)request->order,
-                                           &mesh, error));
-  if (status < 0)
+  THRUM_THEN(status, read_mesh(request, &mesh, &fixed, error));
+  if (status < 0) {
+    thrum_mesh_free(&mesh);
     return status;
+  }
 
   // the request is completed in a copy, the caller's stays as it was given
   mesh_warnings_print(&mesh, path_basename(request->mesh_name));
@@ -332,8 +358,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   precompute_outcome outcome = {.request = &found, .mesh = &mesh, .began = began};
 
   // what the options say about the mesh: material, fixed vertices, handles
-  uint8_t *fixed = calloc((size_t)mesh.vertex_count, 1);
-  if (fixed == NULL || handles == NULL) {
+  if (handles == NULL) {
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld vertices",
                              (long long)mesh.vertex_count);
   }

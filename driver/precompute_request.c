@@ -3,13 +3,13 @@
 
 #include "config/message.h"
 #include "config/options.h"
-#include "driver/load_spec.h"
 #include "driver/precompute_request.h"
 #include "driver/shared_options.h"
+#include "driver/train_case.h"
 
 #define COUNT_MAX 1000000 /* no mesh needs more modes; keeps products of counts in range */
 #define MEGABYTES_MAX 1099511627776.0
-#define TRAIN_TIME_MOST 3e4 /* [s]: ten million steps of the full order */
+#define TRAIN_STEPS_MOST 1e7 /* of the full order */
 
 static thrum_status take_memory(const config_given *given, void *request) {
   int64_t megabytes = 0;
@@ -44,9 +44,11 @@ static thrum_status take_handle(const config_given *given, void *request) {
 
 /* The text of a load, which is looked at here and parsed again when it is run. */
 static thrum_status take_load_text(const config_given *given, const char **texts, int64_t *count) {
-  load_spec load;
+  train_case parsed = {0};
   thrum_error error = {0};
-  if (load_spec_parse(given->text, &load, &error) < 0)
+  const thrum_status status = train_case_parse(given->text, &parsed, &error);
+  train_case_free(&parsed);
+  if (status < 0)
     return config_given_refuse(given, "%s", error.message);
   texts[(*count)++] = given->text;
   return THRUM_OK;
@@ -60,6 +62,11 @@ static thrum_status take_train(const config_given *given, void *request) {
 static thrum_status take_test(const config_given *given, void *request) {
   precompute_request *r = request;
   return take_load_text(given, r->tests, &r->test_count);
+}
+
+static thrum_status take_train_damping(const config_given *given, void *request) {
+  precompute_request *r = request;
+  return damping_option_take(given, &r->train_damping[0], &r->train_damping[1]);
 }
 
 /* In the order of their enums. */
@@ -117,14 +124,21 @@ static const config_option options[] = {
 
     OPTION_HEADING("training"),
     OPTION_TEXT("train", "LOAD", NULL,
-                "run the full order under this load, as --load of simulate, and give half of the "
-                "rank to what modes and derivatives cannot show of its motion",
+                "run the full order under this load, as --load of simulate, or under several that "
+                "act together, LOAD;LOAD, and give half of the rank to what modes and derivatives "
+                "cannot show of its motion",
                 .repeats = true, .take = take_train),
     OPTION_TEXT("test", "LOAD", NULL,
                 "another load, which is not trained on: the error under it is printed too",
                 .repeats = true, .take = take_test),
     OPTION_NUMBER("train-time", "s", "0.5", "of each of these runs", AT(train_time),
                   CONFIG_ABOVE(0)),
+    OPTION_NUMBER("train-dt", "s", "0.003", "time step of these runs", AT(train_dt),
+                  CONFIG_ABOVE(0)),
+    OPTION_PAIR("train-damping", "0",
+                "Rayleigh damping of these runs: A of the mass, B of the stiffness",
+                .unit = "1/s, s", CONFIG_FROM(0), .wants = "A, or A and B, none negative",
+                .take = take_train_damping),
 
     OPTION_HEADING("other programs"),
     OPTION_TEXT("import-basis", "FILE.U", NULL,
@@ -163,7 +177,8 @@ const config_command command_precompute = {
         "the exact polynomial of its strain energy.\n\n"
         "MESH is a file of Vega (.veg), Gmsh (.msh), TetGen (.node and .ele), Medit (.mesh), VTK "
         "(.vtk, .vtu) or Abaqus (.inp), or a generated beam, beam:NXxNYxNZ@LXxLYxLZ: cells, then "
-        "metres (before --scale); or the name of a model that comes with Thrum (beam, basket, "
+        "metres (before --scale); or a model file, whose mesh, materials and held vertices it then "
+        "takes; or the name of a model that comes with Thrum (beam, basket, "
         "bridge, horse, tower, heart), whose material, fixed set, modes and rank are then the "
         "defaults.",
     .options = options,
@@ -184,6 +199,7 @@ const config_command command_precompute = {
 int precompute_options_read(int argc, char **argv, precompute_request *request) {
   request->scale = 1;
   request->train_time = 0.5;
+  request->train_dt = 0.003;
   request->material = (thrum_material){NAN, NAN, NAN};
   request->options = thrum_default_precompute_options();
   int code = config_options_read(&command_precompute, argc, argv, request);
@@ -204,9 +220,9 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
     return config_usage("precompute",
                         "--train judges the whole model, which --condense does not write: leave "
                         "one out, or condense when stepping (simulate --condense)");
-  if (request->train_time > TRAIN_TIME_MOST)
-    return config_usage("precompute", "--train-time %g is more than %g s", request->train_time,
-                        TRAIN_TIME_MOST);
+  if (request->train_time / request->train_dt > TRAIN_STEPS_MOST)
+    return config_usage("precompute", "--train-time %g is more than %g steps of --train-dt",
+                        request->train_time, TRAIN_STEPS_MOST);
   if (request->train_count > 0 && (request->import_basis || request->dry_run))
     return config_usage("precompute", "--train goes without --import-basis and --dry-run");
   if (request->condense && request->import_basis)

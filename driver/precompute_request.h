@@ -20,7 +20,9 @@ typedef struct precompute_request {
   const char **train, **tests; /* texts of loads: of the training, and to test it; as handles */
   int64_t train_count, test_count;
   double train_time; /* of each run [s] */
-  bool condense;     /* the file holds the polynomial of the linear modes, the others following */
+  double train_dt;   /* of the full order and of what is measured against it [s] */
+  double train_damping[2];
+  bool condense; /* the file holds the polynomial of the linear modes, the others following */
   // the lines of both in an options file; 0: from elsewhere
   int64_t fix_lines[CONFIG_FILE_ITEMS_MAX], handle_lines[CONFIG_FILE_ITEMS_MAX];
   const char *lines_file;   /* that file */

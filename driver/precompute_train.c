@@ -7,70 +7,47 @@
 #include <string.h>
 
 #include "config/progress.h"
-#include "driver/load_spec.h"
+#include "driver/full_motion.h"
+#include "driver/train_case.h"
 #include "platform/allocate.h"
 #include "platform/threads.h"
-#include "precompute/full/full.h"
 #include "precompute/model/snapshots.h"
+#include "precompute/options_check.h"
 
-#define TRAIN_DT 0.003 /* of the full order and of the runs that are measured against it [s] */
-
-/* One load on the unreduced body and the steps that it is run for. */
-typedef struct course {
-  load_spec load;
-  double *forces; /* 3 vertex_count, at full strength */
-  int64_t steps;
-} course;
-
-static thrum_status course_open(const precompute_request *request, const thrum_model *model,
-                                const char *text, course *c, thrum_error *error) {
-  *c = (course){.steps = thrum_step_count(request->train_time, TRAIN_DT)};
-  THRUM_TRY(load_spec_parse(text, &c->load, error));
-  c->forces = thrum_allocate(3 * model->vertex_count, sizeof *c->forces, "a load", error);
-  if (c->forces == NULL)
-    return THRUM_OUT_OF_MEMORY;
-  memset(c->forces, 0, 3 * (size_t)model->vertex_count * sizeof *c->forces);
-  return load_spec_fill(model, &c->load, c->forces, error);
+/* A case on the unreduced body. */
+static full_motion_script script_of(const precompute_request *request, const train_case *c) {
+  return (full_motion_script){.load_count = c->count,
+                              .courses = c->courses,
+                              .forces = c->forces,
+                              .damping_alpha = request->train_damping[0],
+                              .damping_beta = request->train_damping[1],
+                              .time = request->train_time};
 }
 
-/* The sample that the step `k` ends at; -1: none. */
-static int64_t sample_at(const course *c, int64_t k) {
-  const int64_t sample = (k + 1) * TRAIN_SAMPLES / c->steps;
-  return sample > k * TRAIN_SAMPLES / c->steps ? sample - 1 : -1;
+/* Where samples go, and the bar that shows the run. */
+typedef struct taker {
+  train_run *run;
+  int64_t all;
+  config_progress *progress;
+  const char *label;
+} taker;
+
+static void take(void *context, int64_t index, const double *u, const double *v, double energy) {
+  const taker *t = context;
+  (void)v;
+  (void)energy;
+  memcpy(t->run->u + index * t->all, u, (size_t)t->all * sizeof *u);
 }
 
-/* The full order under one load, its samples into run->u. */
-static thrum_status run_full(const thrum_model *model, const course *c, const char *label,
-                             config_progress *progress, train_run *run, thrum_error *error) {
-  const int64_t all = 3 * model->vertex_count;
-  thrum_full_def def = thrum_default_full_def();
-  thrum_full *full = NULL;
-  def.dt = TRAIN_DT;
-  double *forces = thrum_allocate(all, sizeof *forces, "the training", error);
-  thrum_status status = forces ? THRUM_OK : THRUM_OUT_OF_MEMORY;
-  THRUM_THEN(status, thrum_full_create(model, NULL, &def, &full, error));
-
-  // displacements at equally spaced steps; a step fills all samples that it passes
-  int64_t next = 0;
-  for (int64_t k = 0; k < c->steps && status >= 0; k++) {
-    const double mean = thrum_load_mean(&c->load.course, k, TRAIN_DT);
-    for (int64_t i = 0; i < all; i++)
-      forces[i] = mean * c->forces[i];
-    status = thrum_full_set_force(full, forces, error);
-    THRUM_THEN(status, thrum_full_step(full, error));
-    for (const int64_t sample = sample_at(c, k); status >= 0 && next <= sample; next++)
-      thrum_full_get(full, run->u + next * all, NULL);
-    config_progress_update(progress, label, (double)(k + 1) / (double)c->steps);
-  }
-
-  thrum_full_free(full);
-  free(forces);
-  return status;
+static bool show(void *context, double fraction) {
+  const taker *t = context;
+  config_progress_update(t->progress, t->label, fraction);
+  return true;
 }
 
 static thrum_status run_all(const precompute_request *request, const thrum_model *model,
                             train_outcome *outcome, thrum_error *error) {
-  const int64_t each = TRAIN_SAMPLES * 3 * model->vertex_count;
+  const int64_t each = FULL_MOTION_SNAPSHOTS * 3 * model->vertex_count;
   outcome->samples =
       thrum_allocate(outcome->run_count * each, sizeof *outcome->samples, "the training", error);
   if (outcome->samples == NULL)
@@ -82,13 +59,17 @@ static thrum_status run_all(const precompute_request *request, const thrum_model
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < outcome->run_count && status >= 0; n++) {
     train_run *run = &outcome->runs[n];
-    course c = {.forces = NULL};
+    train_case c = {0};
     char label[64];
     snprintf(label, sizeof label, "%s %.40s", run->test ? "test" : "training", run->text);
-    status = course_open(request, model, run->text, &c, error);
+    status = train_case_parse(run->text, &c, error);
+    THRUM_THEN(status, train_case_fill(model, &c, error));
     run->u = outcome->samples + n * each;
-    THRUM_THEN(status, run_full(model, &c, label, &progress, run, error));
-    free(c.forces);
+    const full_motion_script script = script_of(request, &c);
+    taker t = {run, 3 * model->vertex_count, &progress, label};
+    const full_motion_watch watch = {FULL_MOTION_SNAPSHOTS, take, &t, show, &t};
+    THRUM_THEN(status, full_motion_run(model, &script, request->train_dt, &watch, NULL, error));
+    train_case_free(&c);
   }
   thrum_threads_restore(before);
   config_progress_end(&progress, status >= 0);
@@ -110,54 +91,65 @@ static thrum_status list_runs(const precompute_request *request, train_outcome *
   return THRUM_OK;
 }
 
-/* The shapes of what the basis of `model` leaves of the runs of the training. */
-static thrum_status find_shapes(const thrum_model *model, int64_t count, train_outcome *outcome,
-                                thrum_error *error) {
-  thrum_model_fem body = {0};
-  outcome->fields = thrum_allocate(3 * model->vertex_count * count, sizeof *outcome->fields,
-                                   "the training", error);
-  thrum_status status = outcome->fields ? THRUM_OK : THRUM_OUT_OF_MEMORY;
-  THRUM_THEN(status, thrum_model_fem_create(model, &body, error));
+thrum_status precompute_train_base(const thrum_mesh *mesh, const uint8_t *fixed,
+                                   const thrum_precompute_options *options, thrum_precomputed *base,
+                                   thrum_error *error) {
+  // the part of the rank that is made as without a training
+  const int64_t rank = options->rank > 0 ? options->rank : 2 * options->modes;
+  thrum_precompute_options first = *options;
+  first.rank = options->modes > rank / 2 ? options->modes : rank / 2;
+  // few modes have few derivatives
+  const int64_t shapes = thrum_options_shapes(options), most = shapes * (shapes + 3) / 2;
+  first.rank = first.rank < most ? first.rank : most;
+  first.keep_modes = false;
+  if (first.rank >= rank)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--train: rank %lld leaves nothing beside %lld modes; raise --rank",
+                           (long long)rank, (long long)options->modes);
+  return thrum_precompute(mesh, fixed, &first, base, error);
+}
 
-  // the runs of the training come first
-  THRUM_THEN(status, thrum_snapshot_shapes(model, &body, outcome->samples, outcome->train_count,
-                                           TRAIN_SAMPLES, count, outcome->fields,
-                                           &outcome->field_count, error));
+thrum_status precompute_train_shapes(const thrum_model *base, const double *samples, int64_t runs,
+                                     thrum_precompute_options *options, double **fields,
+                                     thrum_error *error) {
+  const int64_t rank = options->rank > 0 ? options->rank : 2 * options->modes;
+  const int64_t count = rank - base->rank;
+  thrum_model_fem body = {0};
+  int64_t found = 0;
+  *fields = thrum_allocate(3 * base->vertex_count * count, sizeof **fields, "the training", error);
+  thrum_status status = *fields ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  THRUM_THEN(status, thrum_model_fem_create(base, &body, error));
+  THRUM_THEN(status, thrum_snapshot_shapes(base, &body, samples, runs, FULL_MOTION_SNAPSHOTS, count,
+                                           *fields, &found, error));
   thrum_model_fem_free(&body);
+  if (status >= 0 && found == 0)
+    status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "--train: the loads move nothing that the basis does not show "
+                             "already; do they act within --train-time?");
+
+  // the rank falls where fewer shapes show all of the motion
+  options->trained = *fields;
+  options->trained_count = found;
+  options->rank = base->rank + found;
   return status;
 }
 
 thrum_status precompute_train(const precompute_request *request, const thrum_mesh *mesh,
                               const uint8_t *fixed, thrum_precompute_options *options,
                               train_outcome *outcome, thrum_error *error) {
-  // the part of the rank that is made as without a training
-  const int64_t rank = options->rank > 0 ? options->rank : 2 * options->modes;
-  const int64_t usual = options->modes > rank / 2 ? options->modes : rank / 2;
-  if (usual >= rank)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "--train: rank %lld leaves nothing beside %lld modes; raise --rank",
-                           (long long)rank, (long long)options->modes);
-
-  thrum_precompute_options first = *options;
   thrum_precomputed base = {0};
-  first.rank = usual;
-  first.keep_modes = false;
   thrum_status status = list_runs(request, outcome, error);
-  THRUM_THEN(status, thrum_precompute(mesh, fixed, &first, &base, error));
+  THRUM_THEN(status, precompute_train_base(mesh, fixed, options, &base, error));
   if (status >= 0 && base.rigid_count > 0)
     status = thrum_error_set(error, THRUM_UNSUPPORTED,
                              "--train: nothing is held, and a free body moves away as a whole");
   THRUM_THEN(status, run_all(request, &base.model, outcome, error));
-  THRUM_THEN(status, find_shapes(&base.model, rank - usual, outcome, error));
-  if (status >= 0 && outcome->field_count == 0)
-    status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                             "--train: the loads move nothing that the basis does not show "
-                             "already; do they act within --train-time?");
-  thrum_precomputed_free(&base);
 
-  options->trained = outcome->fields;
-  options->trained_count = outcome->field_count;
-  options->rank = usual + outcome->field_count;
+  // the runs of the training come first
+  THRUM_THEN(status, precompute_train_shapes(&base.model, outcome->samples, outcome->train_count,
+                                             options, &outcome->fields, error));
+  outcome->field_count = options->trained_count;
+  thrum_precomputed_free(&base);
   return status;
 }
 
@@ -181,43 +173,65 @@ static double project(const thrum_model *model, const thrum_model_fem *body, con
   return square;
 }
 
+/* What is summed over the samples of a run that is judged. */
+typedef struct judge {
+  const thrum_model *model;
+  const thrum_model_fem *body;
+  const train_run *run;
+  double *work;     /* 2 free components */
+  double off, size; /* |U q - u|^2 and |u|^2, summed */
+} judge;
+
+static void judge_sample(void *context, int64_t index, double share, const double *q) {
+  judge *j = context;
+  double a[THRUM_RANK_MAX];
+  (void)share;
+  const double square =
+      project(j->model, j->body, j->run->u + index * 3 * j->model->vertex_count, j->work, a);
+
+  // |U q - u|^2 = |u|^2 - 2 q U^T M u + |q|^2
+  j->off += square;
+  j->size += square;
+  for (int64_t i = 0; i < j->model->rank; i++)
+    j->off += q[i] * q[i] - 2 * q[i] * a[i];
+}
+
 /* The model under one load, against the samples of the full order (design 14). */
 static thrum_status judge_run(const thrum_model *model, const thrum_model_fem *body,
-                              const course *c, double *work, train_run *run, thrum_error *error) {
-  double reduced[THRUM_RANK_MAX], force[THRUM_RANK_MAX], q[THRUM_RANK_MAX], a[THRUM_RANK_MAX];
-  const int64_t all = 3 * model->vertex_count, rank = model->rank;
+                              const precompute_request *request, const train_case *c, double *work,
+                              train_run *run, thrum_error *error) {
+  double force[THRUM_RANK_MAX];
+  double from[2 * THRUM_RANK_MAX] = {0}, to[2 * THRUM_RANK_MAX], between[2 * THRUM_RANK_MAX];
+  const int64_t rank = model->rank;
+  judge j = {model, body, run, work, 0, 0};
   thrum_state_def def = thrum_default_state_def();
   thrum_state *state = NULL;
   def.integrator = THRUM_INTEGRATOR_ENERGY;
-  def.dt = TRAIN_DT;
+  def.dt = request->train_dt;
+  def.damping_alpha = request->train_damping[0];
+  def.damping_beta = request->train_damping[1];
   def.frequency_matched = 0; // as the full order, so that the errors in time are the same
-  THRUM_TRY(load_spec_reduce(model, &c->load, reduced, error));
-  THRUM_TRY(thrum_state_create(model, &def, &state, error));
+  double *directions = thrum_allocate(c->count * rank, sizeof *directions, "a load", error);
+  thrum_status status = directions ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  THRUM_THEN(status, train_case_reduce(model, c, directions, error));
+  THRUM_THEN(status, thrum_state_create(model, &def, &state, error));
 
-  double off = 0, size = 0;
-  int64_t next = 0;
-  thrum_status status = THRUM_OK;
-  for (int64_t k = 0; k < c->steps && status >= 0; k++) {
-    const double mean = thrum_load_mean(&c->load.course, k, TRAIN_DT);
-    for (int64_t i = 0; i < rank; i++)
-      force[i] = mean * reduced[i];
+  const int64_t steps = thrum_step_count(request->train_time, def.dt);
+  for (int64_t k = 0; k < steps && status >= 0; k++) {
+    thrum_load_sum(c->courses, directions, c->count, rank, k, def.dt, force);
     status = thrum_state_set_force(model, state, force, error);
     THRUM_THEN(status, thrum_step(model, state, error));
-    THRUM_THEN(status, thrum_state_get(model, state, q, NULL, error));
-
-    // |U q - u|^2 = |u|^2 - 2 q U^T M u + |q|^2
-    for (const int64_t sample = sample_at(c, k); status >= 0 && next <= sample; next++) {
-      const double square = project(model, body, run->u + next * all, work, a);
-      off += square;
-      size += square;
-      for (int64_t i = 0; i < rank; i++)
-        off += q[i] * q[i] - 2 * q[i] * a[i];
-    }
+    THRUM_THEN(status, thrum_state_get(model, state, to, to + rank, error));
+    if (status >= 0)
+      full_motion_between(request->train_time, FULL_MOTION_SNAPSHOTS, (double)k * def.dt, def.dt,
+                          rank, from, to, judge_sample, &j, between);
+    memcpy(from, to, sizeof from);
   }
   thrum_state_destroy(state);
+  free(directions);
 
   // a run that was lost has no error, which is told apart from a small one
-  run->error = status >= 0 && size > 0 ? sqrt(fmax(off, 0) / size) : NAN;
+  run->error = status >= 0 && j.size > 0 ? sqrt(fmax(j.off, 0) / j.size) : NAN;
   return status == THRUM_NOT_CONVERGED || status == THRUM_NOT_FINITE ? THRUM_OK : status;
 }
 
@@ -228,10 +242,10 @@ thrum_status precompute_train_judge(const precompute_request *request, const thr
   double *work = thrum_allocate(2 * body.fem.free_count, sizeof *work, "the training", error);
   thrum_status status = work ? THRUM_OK : THRUM_OUT_OF_MEMORY;
   for (int64_t n = 0; n < outcome->run_count && status >= 0; n++) {
-    course c = {.forces = NULL};
-    status = course_open(request, model, outcome->runs[n].text, &c, error);
-    THRUM_THEN(status, judge_run(model, &body, &c, work, &outcome->runs[n], error));
-    free(c.forces);
+    train_case c = {0};
+    status = train_case_parse(outcome->runs[n].text, &c, error);
+    THRUM_THEN(status, judge_run(model, &body, request, &c, work, &outcome->runs[n], error));
+    train_case_free(&c);
   }
   free(work);
   thrum_model_fem_free(&body);

@@ -10,8 +10,6 @@
 #include "driver/precompute_request.h"
 #include "precompute/precompute.h"
 
-#define TRAIN_SAMPLES 64 /* of each run */
-
 /* One load, its full-order run, and the error of the model under it. */
 typedef struct train_run {
   const char *text;
@@ -24,8 +22,8 @@ typedef struct train_run {
 typedef struct train_outcome {
   train_run *runs; /* owned: those of the training, then those of the test */
   int64_t run_count, train_count;
-  double *samples; /* run_count x TRAIN_SAMPLES x 3 vertex_count: displacements at equally spaced
-                      steps; owned */
+  double *samples; /* run_count x FULL_MOTION_SNAPSHOTS x 3 vertex_count: displacements at equally
+                      spaced times; owned */
   double *fields;  /* field_count x 3 vertex_count: shapes for the basis; owned */
   int64_t field_count;
 } train_outcome;
@@ -40,6 +38,17 @@ thrum_status precompute_train(const precompute_request *request, const thrum_mes
 /* Steps the model under all loads, and fills the errors. */
 thrum_status precompute_train_judge(const precompute_request *request, const thrum_model *model,
                                     train_outcome *outcome, thrum_error *error);
+
+/* The same in parts, for samples that are there already: the model of the usual part of the basis
+ * that the options ask for, and what that leaves of `samples` (runs x FULL_MOTION_SNAPSHOTS x 3
+ * vertex_count), which `options` get, with the rank that it leaves them, and *fields holds; the
+ * caller frees it. */
+thrum_status precompute_train_base(const thrum_mesh *mesh, const uint8_t *fixed,
+                                   const thrum_precompute_options *options, thrum_precomputed *base,
+                                   thrum_error *error);
+thrum_status precompute_train_shapes(const thrum_model *base, const double *samples, int64_t runs,
+                                     thrum_precompute_options *options, double **fields,
+                                     thrum_error *error);
 
 void precompute_train_free(train_outcome *outcome);
 

@@ -55,6 +55,10 @@ double simulate_figures_balance(const simulate_figures *figures) {
   return gained - figures->work_load - figures->work_base + figures->dissipated;
 }
 
+bool simulate_condensed_believed(double inertia_share, double energy_defect) {
+  return !(inertia_share > INERTIA_FLAG || energy_defect > DEFECT_FLAG);
+}
+
 void simulate_figures_end(simulate_figures *figures) {
   const thrum_state_def *def = &figures->request->def;
   const bool damped = def->damping_alpha > 0 || def->damping_beta > 0;
@@ -67,7 +71,7 @@ void simulate_figures_end(simulate_figures *figures) {
   figures->energy_grew = figures->growth > GROWTH_FLAG || gained || figures->report.grown_steps > 0;
   figures->condensed_wrong =
       figures->masters > 0 && figures->request->monitor &&
-      (figures->inertia_share > INERTIA_FLAG || figures->energy_defect > DEFECT_FLAG);
+      !simulate_condensed_believed(figures->inertia_share, figures->energy_defect);
 }
 
 void simulate_figures_stepped_by(const simulate_figures *figures, char text[128]) {

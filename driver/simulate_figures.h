@@ -45,6 +45,10 @@ void simulate_figures_add(simulate_figures *figures, int64_t row, const thrum_en
  * counted. */
 double simulate_figures_balance(const simulate_figures *figures);
 
+/* Whether a run of a condensed model that leaves out these shares can be believed; NaN: not looked
+ * at. */
+bool simulate_condensed_believed(double inertia_share, double energy_defect);
+
 /* Tells what stepped the body: its integrator, and where imexv has switched, since when and to
  * what. */
 void simulate_figures_stepped_by(const simulate_figures *figures, char text[128]);

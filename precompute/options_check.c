@@ -36,9 +36,9 @@ static thrum_status check_counts(const thrum_precompute_options *options, thrum_
                            "rank is %lld; it must lie between 1 and %d", (long long)r,
                            THRUM_RANK_MAX);
 
-  // the candidates are k modes and k (k + 1) / 2 derivatives
+  // the candidates are k modes and k (k + 1) / 2 derivatives, beside what is trained
   const int64_t shapes = thrum_options_shapes(options);
-  if (r > shapes * (shapes + 3) / 2)
+  if (r - options->trained_count > shapes * (shapes + 3) / 2)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is more than %lld modes and their derivatives give (%lld); "
                            "lower --rank or raise --modes",

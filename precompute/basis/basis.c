@@ -29,15 +29,16 @@ typedef struct pca {
   const thrum_fem *fem;
   const thrum_sparse *mass;
   int64_t n, modes, count, rank; /* count: candidates */
+  int64_t wide;                  /* the larger of candidates and whole rank */
   int64_t kept;                  /* of the modes, the last ones */
   const double *trained;         /* trained_count fields, the last of the rank */
   int64_t trained_count;
   double *weight; /* count */
-  double *q;      /* n x count */
+  double *q;      /* n x wide */
   double *work;   /* n x THRUM_SOLVE_BLOCK */
-  double *small;  /* count x count */
+  double *small;  /* wide x wide */
   double *left;   /* count x count */
-  double *values; /* 2 count */
+  double *values; /* 2 wide */
 } pca;
 
 static void pca_free(pca *p) {
@@ -51,11 +52,11 @@ static void pca_free(pca *p) {
 
 static thrum_status pca_allocate(pca *p, thrum_error *error) {
   if (!(p->weight = thrum_allocate(p->count, sizeof(double), "the basis", error)) ||
-      !(p->q = thrum_allocate(p->n * p->count, sizeof(double), "the basis", error)) ||
+      !(p->q = thrum_allocate(p->n * p->wide, sizeof(double), "the basis", error)) ||
       !(p->work = thrum_allocate(p->n * THRUM_SOLVE_BLOCK, sizeof(double), "the basis", error)) ||
-      !(p->small = thrum_allocate(p->count * p->count, sizeof(double), "the basis", error)) ||
+      !(p->small = thrum_allocate(p->wide * p->wide, sizeof(double), "the basis", error)) ||
       !(p->left = thrum_allocate(p->count * p->count, sizeof(double), "the basis", error)) ||
-      !(p->values = thrum_allocate(2 * p->count, sizeof(double), "the basis", error)))
+      !(p->values = thrum_allocate(2 * p->wide, sizeof(double), "the basis", error)))
     return THRUM_OUT_OF_MEMORY;
   return THRUM_OK;
 }
@@ -305,7 +306,8 @@ thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t
            .rank = rank - trained_count,
            .trained = trained,
            .trained_count = trained_count};
-  if (p.rank < 1 || rank > p.count)
+  p.wide = rank > p.count ? rank : p.count;
+  if (p.rank < 1 || p.rank > p.count)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld does not go with %lld trained shapes and %lld modes",
                            (long long)rank, (long long)trained_count, (long long)k);

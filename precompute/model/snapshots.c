@@ -1,6 +1,10 @@
-/* Proper orthogonal decomposition in the norm of the mass, by the method of snapshots: with the
- * columns W = (u - U U^T M u) / |run|, the eigenvectors a of W^T M W with the largest eigenvalues l
- * give the shapes W a / sqrt(l). SPDX-License-Identifier: Apache-2.0 */
+/* Proper orthogonal decomposition in the norm of the stiffness, by the method of snapshots: with
+ * the columns W = (u - U U^T M u) / |run|, the eigenvectors a of W^T K W with the largest
+ * eigenvalues l give the shapes W a / sqrt(l).
+ *
+ * The norm is that of the energy and not of the mass, because a motion goes wrong by its phase:
+ * what a body would do to relax is small and makes it softer, and a basis without it swings too
+ * fast. SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/model/snapshots.h"
 
 #include <cblas.h>
@@ -13,7 +17,7 @@
 #include "precompute/basis/orthonormal.h"
 #include "precompute/fem/lapack_status.h"
 
-#define NOTHING 1e-12 /* of all snapshots' energy: what a shape below this shows is rounding */
+#define NOTHING 1e-12 /* of a run's energy: what a shape below this shows is rounding */
 
 typedef struct pod {
   const thrum_model *model;
@@ -53,7 +57,7 @@ static void fill_columns(pod *p, const double *snapshots, int64_t runs, int64_t 
     for (int64_t s = 0; s < each; s++) {
       double *column = first + s * p->n, square = 0;
       thrum_fem_gather(&p->body->fem, snapshots + (r * each + s) * all, column);
-      thrum_mass_gram(&p->body->mass, column, 1, column, 1, &square, p->work);
+      thrum_mass_gram(&p->body->stiffness, column, 1, column, 1, &square, p->work);
       size += square;
     }
 
@@ -79,7 +83,7 @@ static void remove_basis(pod *p) {
 static thrum_status decompose(pod *p, int64_t runs, int64_t count, double *fields, int64_t *found,
                               thrum_error *error) {
   const int64_t all = 3 * p->model->vertex_count, columns = p->columns;
-  thrum_mass_gram(&p->body->mass, p->w, columns, p->w, columns, p->gram, p->work);
+  thrum_mass_gram(&p->body->stiffness, p->w, columns, p->w, columns, p->gram, p->work);
   THRUM_TRY(thrum_lapack_status(
       LAPACKE_dsyev(LAPACK_COL_MAJOR, 'V', 'U', (int)columns, p->gram, (int)columns, p->values),
       THRUM_NOT_CONVERGED, "the decomposition of the snapshots did not converge", error));

@@ -43,6 +43,51 @@ static void a_larger_trained_basis_errs_less_and_both_errors_are_said(void **sta
   cJSON_Delete(large);
 }
 
+/* The error of a training under its loads. */
+static double error_of(const char *mesh, const char *load) {
+  program_result run = thrum_run(folder, "precompute", mesh, "-o", "one.npz", "--modes", "4",
+                                 "--rank", "10", "--train", load, "--train-time", "0.2",
+                                 "--train-dt", "0.005", "--fix", "x<0.001", "--json", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  cJSON *object = json_line(run.out);
+  const double error = json_value(cJSON_GetObjectItem(object, "training"), "error");
+  cJSON_Delete(object);
+  program_result_free(&run);
+  return error;
+}
+
+static void loads_of_one_training_act_together(void **state) {
+  (void)state;
+  const double both = error_of(MESH, PULL ";gravity:0,0,-9.81"), one = error_of(MESH, PULL);
+  assert_true(both > 0 && one > 0 && both != one);
+}
+
+static void a_model_file_stands_for_its_mesh(void **state) {
+  (void)state;
+  const double of_mesh = error_of(MESH, PULL);
+  program_result run = thrum_run(folder, "precompute", "one.npz", "-o", "two.npz", "--modes", "4",
+                                 "--rank", "10", "--train", PULL, "--train-time", "0.2",
+                                 "--train-dt", "0.005", "--reproducible", "--json", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  cJSON *object = json_line(run.out);
+
+  // materials, held vertices and groups came with it
+  assert_true(json_value(cJSON_GetObjectItem(object, "training"), "error") == of_mesh);
+  assert_true(json_value(object, "fixed") == 9);
+  cJSON_Delete(object);
+  program_result_free(&run);
+  run = thrum_run(folder, "info", "two.npz", NULL);
+  assert_non_null(strstr(run.out, "tip"));
+  program_result_free(&run);
+
+  // what belongs to the file of a mesh is refused, and so is a model without one
+  run = thrum_run(folder, "precompute", "two.npz", "-o", "three.npz", "--order", "2", "-q", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "--scale and --order"));
+  program_result_free(&run);
+}
+
 static void what_cannot_be_trained_is_refused(void **state) {
   (void)state;
   static const char *const cases[][5] = {
@@ -76,6 +121,8 @@ static void what_cannot_be_trained_is_refused(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_larger_trained_basis_errs_less_and_both_errors_are_said),
+      cmocka_unit_test(loads_of_one_training_act_together),
+      cmocka_unit_test(a_model_file_stands_for_its_mesh),
       cmocka_unit_test(what_cannot_be_trained_is_refused),
   };
   return cmocka_run_group_tests(tests, make_folder, remove_folder);

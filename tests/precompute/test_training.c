@@ -57,19 +57,24 @@ static double *fields_make(const fixture *f, int64_t count) {
   return fields;
 }
 
-/* a^T M b of two fields. */
-static double product(const fixture *f, const double *a, const double *b) {
+/* a^T A b of two fields, A the mass or the stiffness. */
+static double product_in(const fixture *f, const thrum_sparse *norm, const double *a,
+                         const double *b) {
   const int64_t n = f->full.fem.free_count;
   double *x = need((size_t)n, sizeof *x), *y = need((size_t)n, sizeof *y),
          *my = need((size_t)n, sizeof *my);
   thrum_fem_gather(&f->full.fem, a, x);
   thrum_fem_gather(&f->full.fem, b, y);
-  thrum_sparse_product(&f->full.mass, y, 1, my);
+  thrum_sparse_product(norm, y, 1, my);
   const double sum = dot_of(x, my, n);
   free(x);
   free(y);
   free(my);
   return sum;
+}
+
+static double product(const fixture *f, const double *a, const double *b) {
+  return product_in(f, &f->full.mass, a, b);
 }
 
 /* What U U^T M u leaves of a field, relative in the norm of the mass. */
@@ -100,7 +105,8 @@ static void shapes_are_orthonormal_and_what_the_basis_lacks(void **state) {
   assert_int_equal(found, SHAPES);
   for (int64_t i = 0; i < found; i++) {
     for (int64_t j = 0; j <= i; j++)
-      assert_true(fabs(product(&f, shapes + i * f.all, shapes + j * f.all) - (i == j)) < 1e-9);
+      assert_true(fabs(product_in(&f, &f.full.stiffness, shapes + i * f.all, shapes + j * f.all) -
+                       (i == j)) < 1e-9);
     assert_true(left_of(&f, &f.made.model, shapes + i * f.all) > 1 - 1e-9);
   }
   free(extra);

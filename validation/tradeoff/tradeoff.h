@@ -12,33 +12,54 @@
 
 #include <stdio.h>
 
-#include "precompute/model/model_fem.h"
-#include "precompute/precompute.h"
-#include "validation/experiments/experiment_body.h"
+#include "driver/full_motion.h"
 #include "validation/experiments/scheme.h"
 
-#define TRADEOFF_SAMPLES 64
 #define TRADEOFF_LIST_MAX 16
+#define TRADEOFF_BASES_MAX 160
+#define TRADEOFF_TESTS_MAX 16
+
+/* What steps: a basis, and how many of its coordinates. */
+typedef struct tradeoff_recipe {
+  int64_t modes, rank; /* modes 0: the model's own basis, with its rank */
+  bool single;         /* coefficients rounded to single precision; not of an own basis */
+  bool trained;        /* half of the rank shows the motion under the loads (precompute --train) */
+  int64_t masters;     /* coordinates that are stepped, the others following; 0: all are stepped */
+} tradeoff_recipe;
 
 /* The settings to be compared. `model` needs a mesh, a basis and fixed vertices. */
 typedef struct tradeoff_problem {
   const thrum_model *model;
-  int64_t load_count;
-  const thrum_load *courses; /* load_count */
-  const double *forces;      /* load_count x 3 vertex_count [N] */
-  double damping_alpha, damping_beta;
-  double time;    /* [s] */
+  full_motion_script script;
   double full_dt; /* of the full order [s] */
-  int64_t rank_count, dt_count, tolerance_count;
-  int64_t modes[2 * TRADEOFF_LIST_MAX]; /* rank_count; 0: the model's own basis, with its rank */
-  int64_t ranks[2 * TRADEOFF_LIST_MAX];
-  bool single[2 * TRADEOFF_LIST_MAX]; /* coefficients rounded to single precision; not of an own */
+
+  /* Tried in any case, each with all that follows. */
+  int64_t recipe_count;
+  tradeoff_recipe recipes[TRADEOFF_BASES_MAX];
+  int64_t dt_count, tolerance_count;
   double dts[TRADEOFF_LIST_MAX];
   double tolerances[TRADEOFF_LIST_MAX];
   bool integrators[EXPERIMENT_SCHEME_COUNT];
+  bool condense; /* each basis also with its linear modes alone stepped, by `verlet` too */
+
+  /* What is wanted: an error of the displacement, a cost [s/s]; NaN: no limit, one is a number.
+   * Where no recipe does it and rank_max is above 0, trained bases of `modes` linear modes are
+   * tried, of higher and higher rank up to rank_max. */
+  double error, cost;
+  int64_t modes, rank_max;
+  const double *mode_omega2; /* linear modes of the model's own basis [1/s^2]; NULL: not known */
+  int64_t mode_count;
+
+  /* Loads that no basis is trained on, under which the chosen setting is run as well. */
+  int64_t test_count;
+  const full_motion_script *tests;
+
   int threads;
-  /* Called as a stage advances; may be NULL. */
+  /* Called as a stage advances; false stops. May be NULL. */
   bool (*progress)(void *context, const char *stage, double fraction);
+  /* Called when the search goes on beyond the recipes, with about how long it may take [s]; may be
+   * NULL. */
+  void (*search_begins)(void *context, double seconds);
   void *progress_context;
 } tradeoff_problem;
 
@@ -50,9 +71,10 @@ typedef struct tradeoff_errors {
 
 /* A basis, and what its tightly solved run shows. */
 typedef struct tradeoff_basis {
-  int64_t modes, rank;   /* modes 0: the model's own */
-  bool single;           /* its coefficients */
+  tradeoff_recipe recipe;
+  int64_t rank;          /* as it was made */
   tradeoff_errors error; /* of the basis */
+  double projection;     /* displacement that no motion in the basis can show; below every error */
   double tight_dt;
   double precompute_seconds; /* processor time; NaN: the model's own */
 } tradeoff_basis;
@@ -62,10 +84,12 @@ typedef struct tradeoff_run {
   experiment_scheme integrator;
   double dt, tolerance;
   bool stable;                /* came to its end with an energy that a body of this load can have */
+  bool disproved;             /* condensing leaves out more than a run of it can be believed with */
   double us_per_step;         /* processor time */
   double cost;                /* processor seconds a simulated second */
   tradeoff_errors error;      /* against the full order; NaN where not stable */
   tradeoff_errors time_error; /* against the tight run of the basis */
+  bool cancels;               /* its error is below that of its basis */
   double drift; /* change of the mean energy after the last load; NaN with damping or load */
   /* The mode, among those that the load moves, whose frequency a step gets most wrong: which it is,
    * by how much relatively, and both frequencies [Hz]; stepped NaN: it does not vibrate. */
@@ -78,12 +102,18 @@ typedef struct tradeoff_result {
   int64_t basis_count, run_count;
   tradeoff_basis *bases;
   tradeoff_run *runs;
+  int64_t searched;        /* bases beyond the recipes */
   int64_t free_count;      /* components of the full order */
+  bool lumped;             /* its mass, and that of the bases */
   double full_us_per_step; /* processor time */
   double full_cost;        /* processor seconds a simulated second */
   int64_t dropped;         /* bases that could not be made, and why the last one could not */
   thrum_error dropped_reason;
   double full_error; /* of the reference in time: the finest basis at full_dt against tight */
+  int64_t chosen;    /* the run that does what was wanted; -1: none */
+  /* Errors of the displacement under the tests: of the chosen run, and of the model's own basis at
+   * its time step; NaN where a run is lost. Without a chosen run there are none. */
+  double test_error[TRADEOFF_TESTS_MAX], test_own_error[TRADEOFF_TESTS_MAX];
 } tradeoff_result;
 
 /* Free with tradeoff_free. A basis that the mesh does not have is dropped, unless none is left.
@@ -94,50 +124,11 @@ thrum_status tradeoff_solve(const tradeoff_problem *problem, tradeoff_result *re
 void tradeoff_free(tradeoff_result *result);
 
 /* The cheapest run whose displacement error is at most `error`, or the most accurate whose cost is
- * at most `cost`; NaN: no limit, but one of them must be a number. -1: there is none. */
+ * at most `cost`; NaN: no limit, but one of them must be a number. One whose basis is no worse than
+ * that either goes before one that owes it to errors that cancel. -1: there is none. */
 int64_t tradeoff_choose(const tradeoff_result *result, double error, double cost);
 
 /* The runs as comma-separated values, one row for each. */
 void tradeoff_csv(FILE *stream, const tradeoff_result *result);
-
-/* --- inside ----------------------------------------------------------------------------------- */
-
-/* The reference at the sample times, index 1 to TRADEOFF_SAMPLES of time / TRADEOFF_SAMPLES. */
-typedef struct tradeoff_reference {
-  thrum_model_fem body;
-  int64_t n;      /* free components */
-  double *mass_u; /* TRADEOFF_SAMPLES x n: M u */
-  double *mass_v; /* M v */
-  double u_square[TRADEOFF_SAMPLES], v_square[TRADEOFF_SAMPLES], energy[TRADEOFF_SAMPLES];
-  double us_per_step;
-} tradeoff_reference;
-
-thrum_status tradeoff_reference_make(const tradeoff_problem *problem, tradeoff_reference *reference,
-                                     thrum_error *error);
-void tradeoff_reference_free(tradeoff_reference *reference);
-
-/* A reduced run's samples: q and p (TRADEOFF_SAMPLES x rank each) and energies. */
-typedef struct tradeoff_samples {
-  double *q, *p;
-  double energy[TRADEOFF_SAMPLES];
-} tradeoff_samples;
-
-/* Data that the runs of one basis share. */
-typedef struct tradeoff_space {
-  const thrum_model *model;
-  thrum_precomputed made; /* empty for the model's own */
-  void *packed;           /* its coefficients as steps read them, or NULL */
-  double *directions;     /* load_count x rank */
-  double *reference_q;    /* TRADEOFF_SAMPLES x rank: U^T M u */
-  double *reference_p;
-  tradeoff_samples tight;
-} tradeoff_space;
-
-/* Values and slopes at the two ends of a step to every sample time in it: cubic Hermite. `from` and
- * `to`: q then p (2 x count). */
-void tradeoff_sample(double time, double begin, double dt, int64_t count, const double *from,
-                     const double *to,
-                     void (*take)(void *context, int64_t index, double share, const double *value),
-                     void *context, double *work);
 
 #endif

@@ -5,15 +5,18 @@
 
 void tradeoff_csv(FILE *stream, const tradeoff_result *result) {
   fputs(
-      "modes,rank,precision,integrator,dt_s,tolerance,stable,us_per_step,cost_s_per_s,"
+      "modes,rank,precision,trained,masters,integrator,dt_s,tolerance,stable,us_per_step,cost_s_"
+      "per_s,"
       "error_displacement,error_velocity,error_energy,basis_error,time_error,frequency_error,drift,"
-      "speedup,front\n",
+      "speedup,front,projection,disproved\n",
       stream);
   for (int64_t n = 0; n < result->run_count; n++) {
     const tradeoff_run *run = &result->runs[n];
     const tradeoff_basis *basis = &result->bases[run->basis];
-    fprintf(stream, "%lld,%lld,%s,%s,%g,%g,%d", (long long)basis->modes, (long long)basis->rank,
-            basis->single ? "single" : "double", experiment_scheme_names[run->integrator], run->dt,
+    const tradeoff_recipe *recipe = &basis->recipe;
+    fprintf(stream, "%lld,%lld,%s,%d,%lld,%s,%g,%g,%d", (long long)recipe->modes,
+            (long long)basis->rank, recipe->single ? "single" : "double", recipe->trained,
+            (long long)recipe->masters, experiment_scheme_names[run->integrator], run->dt,
             run->tolerance, run->stable);
 
     // a number that is not finite is left empty
@@ -29,6 +32,6 @@ void tradeoff_csv(FILE *stream, const tradeoff_result *result) {
                               result->full_cost / run->cost};
     for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
       fprintf(stream, isfinite(numbers[k]) ? ",%.10g" : ",", numbers[k]);
-    fprintf(stream, ",%d\n", run->front);
+    fprintf(stream, ",%d,%.10g,%d\n", run->front, basis->projection, run->disproved);
   }
 }

@@ -1,0 +1,240 @@
+/* The commands that make the recommended model and run it: as texts for a shell, and as options
+ * files. SPDX-License-Identifier: Apache-2.0 */
+#include "app/tradeoff_commands.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "app/results.h"
+#include "io/json.h"
+#include "mesh/formats/mesh_read.h"
+
+#define PLAIN "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:,@=%+-"
+
+static const tradeoff_run *run_of(const tradeoff_commands *c) {
+  return &c->result->runs[c->result->chosen];
+}
+
+static const tradeoff_recipe *recipe_of(const tradeoff_commands *c) {
+  return &c->result->bases[run_of(c)->basis].recipe;
+}
+
+/* Whether a model file has to be made: not of an own basis that lies in a file. */
+static bool is_made(const tradeoff_commands *c) {
+  return recipe_of(c)->modes > 0 || thrum_mesh_is_named(c->request->model_path);
+}
+
+/* A word as a shell takes it for one. */
+static void put(FILE *stream, const char *word) {
+  if (word[0] != 0 && word[strspn(word, PLAIN)] == 0) {
+    fprintf(stream, " %s", word);
+    return;
+  }
+  fputs(" '", stream);
+  for (const char *at = word; *at != 0; at++)
+    fputs(*at == '\'' ? "'\\''" : (char[]){*at, 0}, stream);
+  fputc('\'', stream);
+}
+
+/* The shortest number that is read as the same. */
+static void put_number(FILE *stream, const char *option, double value) {
+  char text[40];
+  int digits = 1;
+  do
+    snprintf(text, sizeof text, "%.*g", digits, value);
+  while (strtod(text, NULL) != value && ++digits <= 17);
+  fprintf(stream, " %s %s", option, text);
+}
+
+static void put_damping(FILE *stream, const char *option, const double damping[2]) {
+  if (!(damping[0] > 0 || damping[1] > 0))
+    return;
+  char text[80];
+  snprintf(text, sizeof text, "%.17g,%.17g", damping[0], damping[1]);
+  fprintf(stream, " %s %s", option, text);
+}
+
+/* All loads together, as a case of a training. */
+static void join_loads(const tradeoff_commands *c, char *text, size_t size) {
+  size_t used = 0;
+  text[0] = 0;
+  for (int64_t n = 0; n < c->load_count && used < size; n++)
+    used += (size_t)snprintf(text + used, size - used, "%s%s", n > 0 ? ";" : "", c->loads[n].text);
+}
+
+/* Room for them; the caller frees. */
+static char *joined(const tradeoff_commands *c) {
+  size_t size = 1;
+  for (int64_t n = 0; n < c->load_count; n++)
+    size += strlen(c->loads[n].text) + 1;
+  char *text = malloc(size);
+  if (text != NULL)
+    join_loads(c, text, size);
+  return text;
+}
+
+static void put_mesh(FILE *stream, const tradeoff_commands *c) {
+  const mesh_model_def *def = &c->request->mesh_def;
+  const double numbers[] = {def->material.young, def->material.poisson, def->material.density};
+  static const char *const names[] = {"--young", "--poisson", "--density"};
+  put(stream, c->request->model_path);
+  for (int64_t n = 0; n < def->fix_count; n++) {
+    fputs(" --fix", stream);
+    put(stream, def->fixes[n]);
+  }
+  for (int n = 0; n < 3; n++)
+    if (!isnan(numbers[n]))
+      put_number(stream, names[n], numbers[n]);
+}
+
+static int64_t modes_of(const tradeoff_commands *c) {
+  const tradeoff_recipe *recipe = recipe_of(c);
+  return recipe->modes > 0 ? recipe->modes : c->own_modes;
+}
+
+static int64_t rank_of(const tradeoff_commands *c) {
+  const tradeoff_recipe *recipe = recipe_of(c);
+  return recipe->modes > 0 ? recipe->rank : c->problem->model->rank;
+}
+
+static void put_precompute(FILE *stream, const tradeoff_commands *c) {
+  const tradeoff_recipe *recipe = recipe_of(c);
+  char model[600];
+  fputs("thrum precompute", stream);
+  put_mesh(stream, c);
+  fprintf(stream, " --modes %lld --rank %lld", (long long)modes_of(c), (long long)rank_of(c));
+  if (recipe->modes > 0 && recipe->single)
+    fputs(" --precision single", stream);
+  if (c->result->lumped)
+    fputs(" --mass lumped", stream);
+
+  // the training is the run that the errors are measured against
+  char *loads = recipe->trained ? joined(c) : NULL;
+  if (loads != NULL) {
+    fputs(" --train", stream);
+    put(stream, loads);
+    put_number(stream, "--train-time", c->request->time);
+    put_number(stream, "--train-dt", c->request->full_dt);
+    put_damping(stream, "--train-damping", c->request->damping);
+  }
+  free(loads);
+  snprintf(model, sizeof model, "%.500s/model.npz", c->request->output);
+  fputs(" -o", stream);
+  put(stream, model);
+}
+
+static void put_simulate(FILE *stream, const tradeoff_commands *c) {
+  const tradeoff_run *run = run_of(c);
+  const tradeoff_recipe *recipe = recipe_of(c);
+  char path[600];
+  snprintf(path, sizeof path, "%.500s/model.npz", c->request->output);
+  fputs("thrum simulate", stream);
+  put(stream, is_made(c) ? path : c->request->model_path);
+
+  fprintf(stream, " --integrator %s", experiment_scheme_names[run->integrator]);
+  put_number(stream, "--dt", run->dt);
+  put_number(stream, "--tolerance", run->tolerance);
+  if (recipe->masters > 0)
+    fprintf(stream, " --condense %lld", (long long)recipe->masters);
+  put_damping(stream, "--damping", c->request->damping);
+  for (int64_t n = 0; n < c->load_count; n++) {
+    fputs(" --load", stream);
+    put(stream, c->loads[n].text);
+  }
+  put_number(stream, "--time", c->request->time);
+  snprintf(path, sizeof path, "%.500s/run", c->request->output);
+  fputs(" -o", stream);
+  put(stream, path);
+}
+
+/* One of the commands, as a text that the caller frees; NULL: there is none, or no memory. */
+static char *text_of(const tradeoff_commands *c,
+                     void (*putter)(FILE *, const tradeoff_commands *)) {
+  char *text = NULL;
+  size_t size = 0;
+  FILE *stream = open_memstream(&text, &size);
+  if (stream == NULL)
+    return NULL;
+  putter(stream, c);
+  if (fclose(stream) == 0)
+    return text;
+  free(text);
+  return NULL;
+}
+
+/* The chosen setting, as simulate and precompute take it from an options file. */
+static cJSON *simulate_options(const tradeoff_commands *c) {
+  const tradeoff_run *run = run_of(c);
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "integrator", experiment_scheme_names[run->integrator]);
+  json_number(object, "dt", run->dt);
+  json_number(object, "tolerance", run->tolerance);
+  if (recipe_of(c)->masters > 0)
+    json_number(object, "condense", (double)recipe_of(c)->masters);
+  return object;
+}
+
+static cJSON *precompute_options(const tradeoff_commands *c) {
+  const tradeoff_recipe *recipe = recipe_of(c);
+  cJSON *object = cJSON_CreateObject();
+  json_number(object, "modes", (double)modes_of(c));
+  json_number(object, "rank", (double)rank_of(c));
+  cJSON_AddStringToObject(object, "precision",
+                          recipe->modes > 0 && recipe->single ? "single" : "double");
+  if (c->result->lumped)
+    cJSON_AddStringToObject(object, "mass", "lumped");
+
+  char *loads = recipe->trained ? joined(c) : NULL;
+  if (loads != NULL) {
+    cJSON *train = cJSON_AddArrayToObject(object, "train");
+    json_add_string(train, loads);
+    json_number(object, "train-time", c->request->time);
+    json_number(object, "train-dt", c->request->full_dt);
+    if (c->request->damping[0] > 0 || c->request->damping[1] > 0)
+      json_numbers(object, "train-damping", c->request->damping, 2);
+  }
+  free(loads);
+  return object;
+}
+
+thrum_status tradeoff_commands_write(const tradeoff_commands *c, const char *folder,
+                                     thrum_error *error) {
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  THRUM_TRY(results_open(folder, "commands.sh", &writer, error));
+  if (is_made(c)) {
+    put_precompute(writer.stream, c);
+    fputc('\n', writer.stream);
+  }
+  put_simulate(writer.stream, c);
+  fputc('\n', writer.stream);
+  THRUM_TRY(thrum_file_writer_commit(&writer, error));
+
+  THRUM_TRY(results_write_json(folder, "simulate.json", simulate_options(c), error));
+  return is_made(c) ? results_write_json(folder, "precompute.json", precompute_options(c), error)
+                    : THRUM_OK;
+}
+
+void tradeoff_commands_add(const tradeoff_commands *c, cJSON *object) {
+  cJSON *item = cJSON_AddObjectToObject(object, "commands");
+  char *precompute = is_made(c) ? text_of(c, put_precompute) : NULL;
+  char *simulate = text_of(c, put_simulate);
+  if (precompute != NULL)
+    json_string(item, "precompute", precompute);
+  else
+    cJSON_AddNullToObject(item, "precompute");
+  json_string(item, "simulate", simulate != NULL ? simulate : "");
+  free(precompute);
+  free(simulate);
+}
+
+void tradeoff_commands_print(const tradeoff_commands *c) {
+  puts("\nto make it and run it:");
+  if (is_made(c)) {
+    put_precompute(stdout, c);
+    puts("");
+  }
+  put_simulate(stdout, c);
+  puts("");
+}

@@ -1,0 +1,114 @@
+/* The motion of the full order, sampled. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/full_motion.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "platform/allocate.h"
+#include "platform/clock.h"
+#include "precompute/full/full.h"
+
+void full_motion_between(double time, int64_t samples, double begin, double dt, int64_t count,
+                         const double *from, const double *to,
+                         void (*take)(void *context, int64_t index, double share,
+                                      const double *value),
+                         void *context, double *work) {
+  const double spacing = time / (double)samples, slack = 1e-9 * spacing;
+  // the samples in (begin, begin + dt]; the first step's begin belongs to no sample
+  for (int64_t n = (int64_t)floor((begin + slack) / spacing) + 1;
+       n <= samples && (double)n * spacing <= begin + dt + slack; n++) {
+    const double s = ((double)n * spacing - begin) / dt, r = 1 - s;
+
+    // cubic Hermite: values, then slopes
+    for (int64_t i = 0; i < count; i++) {
+      const double a = from[i], va = dt * from[count + i], b = to[i], vb = dt * to[count + i];
+      work[i] = r * r * ((1 + 2 * s) * a + s * va) + s * s * ((3 - 2 * s) * b - r * vb);
+      work[count + i] = (6 * s * r * (b - a) + r * (1 - 3 * s) * va + s * (3 * s - 2) * vb) / dt;
+    }
+    take(context, n - 1, s, work);
+  }
+}
+
+/* What take() needs, and all fields of the stepping: two ends, a sample between, the forces. */
+typedef struct motion {
+  const full_motion_script *script;
+  const full_motion_watch *watch;
+  int64_t all; /* components */
+  double dt;
+  double *from, *to, *between, *forces; /* u, then v; from owns them all */
+  double energy_from, energy_to;
+} motion;
+
+static void take(void *context, int64_t index, double share, const double *value) {
+  const motion *m = context;
+  m->watch->take(m->watch->context, index, value, value + m->all,
+                 (1 - share) * m->energy_from + share * m->energy_to);
+}
+
+/* The mean forces of all loads in a step. */
+static void load(const motion *m, int64_t step) {
+  const full_motion_script *script = m->script;
+  memset(m->forces, 0, (size_t)m->all * sizeof *m->forces);
+  for (int64_t n = 0; n < script->load_count; n++) {
+    const double mean = thrum_load_mean(&script->courses[n], step, m->dt);
+    for (int64_t c = 0; c < m->all && mean != 0; c++)
+      m->forces[c] += mean * script->forces[n * m->all + c];
+  }
+}
+
+static thrum_status step_all(motion *m, thrum_full *full, double *us_per_step, thrum_error *error) {
+  const int64_t all = m->all, steps = thrum_step_count(m->script->time, m->dt);
+  const full_motion_watch *watch = m->watch;
+  double seconds = 0;
+
+  // only the step itself is timed
+  for (int64_t k = 0; k < steps; k++) {
+    load(m, k);
+    const double began = clock_thread_seconds();
+    THRUM_TRY(thrum_full_set_force(full, m->forces, error));
+    THRUM_TRY(thrum_full_step(full, error));
+    seconds += clock_thread_seconds() - began;
+    thrum_full_get(full, m->to, m->to + all);
+
+    // samples lie between steps
+    m->energy_to = thrum_full_energy(full).total;
+    full_motion_between(m->script->time, watch->samples, (double)k * m->dt, m->dt, all, m->from,
+                        m->to, take, m, m->between);
+    memcpy(m->from, m->to, 2 * (size_t)all * sizeof *m->from);
+    m->energy_from = m->energy_to;
+    if (watch->progress != NULL &&
+        !watch->progress(watch->progress_context, (double)(k + 1) / (double)steps))
+      return thrum_error_set(error, THRUM_INTERRUPTED, "interrupted");
+  }
+  if (us_per_step != NULL)
+    *us_per_step = 1e6 * seconds / (double)steps;
+  return THRUM_OK;
+}
+
+thrum_status full_motion_run(const thrum_model *model, const full_motion_script *script, double dt,
+                             const full_motion_watch *watch, double *us_per_step,
+                             thrum_error *error) {
+  const int64_t all = 3 * model->vertex_count;
+  motion m = {.script = script, .watch = watch, .all = all, .dt = dt};
+  thrum_full *full = NULL;
+  thrum_full_def def = thrum_default_full_def();
+  def.dt = dt;
+  def.damping_alpha = script->damping_alpha;
+  def.damping_beta = script->damping_beta;
+
+  // it begins at rest
+  m.from = thrum_allocate(7 * all, sizeof *m.from, "the full order", error);
+  if (m.from == NULL)
+    return THRUM_OUT_OF_MEMORY;
+  memset(m.from, 0, 2 * (size_t)all * sizeof *m.from);
+  m.to = m.from + 2 * all;
+  m.between = m.to + 2 * all;
+  m.forces = m.between + 2 * all;
+
+  thrum_status status = thrum_full_create(model, NULL, &def, &full, error);
+  THRUM_THEN(status, step_all(&m, full, us_per_step, error));
+  thrum_full_free(full);
+  free(m.from);
+  return status;
+}

@@ -1,0 +1,51 @@
+/* The motion of the full-order body under loads, at equally spaced times: what bases are trained on
+ * and reduced models are measured against. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_FULL_MOTION_H
+#define THRUM_DRIVER_FULL_MOTION_H
+
+#include <stdbool.h>
+
+#include "thrum/thrum.h"
+
+/* Samples of a run: those that errors are measured at, and the snapshots that a basis is trained
+ * on, every second of which is one of the former. */
+#define FULL_MOTION_SAMPLES 64
+#define FULL_MOTION_SNAPSHOTS (2 * FULL_MOTION_SAMPLES)
+
+/* Loads that act together on a body at rest, and for how long it is watched. */
+typedef struct full_motion_script {
+  int64_t load_count;
+  const thrum_load *courses; /* load_count */
+  const double *forces;      /* load_count x 3 vertex_count, at full strength [N] */
+  double damping_alpha, damping_beta;
+  double time; /* [s] */
+} full_motion_script;
+
+/* Values and slopes at the two ends of a step to every sample time in it, index 0 to samples - 1 at
+ * (index + 1) time / samples: cubic Hermite. `from` and
+ * `to`: values, then slopes (2 x count), as `take` gets them with where in the step the sample
+ * lies; `work` (2 x count) holds them. */
+void full_motion_between(double time, int64_t samples, double begin, double dt, int64_t count,
+                         const double *from, const double *to,
+                         void (*take)(void *context, int64_t index, double share,
+                                      const double *value),
+                         void *context, double *work);
+
+/* Who receives the samples, and who is told how far the run is; `progress` may be NULL, and stops
+ * the run where it answers false. */
+typedef struct full_motion_watch {
+  int64_t samples;
+  /* u and v: 3 vertex_count each; energy: kinetic and potential [J]. */
+  void (*take)(void *context, int64_t index, const double *u, const double *v, double energy);
+  void *context;
+  bool (*progress)(void *context, double fraction);
+  void *progress_context;
+} full_motion_watch;
+
+/* Steps the full order of the model's mesh (`energy`) through the script. *us_per_step: processor
+ * time of a step; may be NULL. THRUM_INTERRUPTED when progress says so. */
+thrum_status full_motion_run(const thrum_model *model, const full_motion_script *script, double dt,
+                             const full_motion_watch *watch, double *us_per_step,
+                             thrum_error *error);
+
+#endif

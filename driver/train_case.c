@@ -1,0 +1,62 @@
+/* Cases of trainings. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/train_case.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "platform/allocate.h"
+
+thrum_status train_case_parse(const char *text, train_case *c, thrum_error *error) {
+  int64_t most = 1;
+  for (const char *at = text; *at != 0; at++)
+    most += *at == ';';
+  *c = (train_case){.texts = malloc(strlen(text) + 1),
+                    .loads = calloc((size_t)most, sizeof *c->loads),
+                    .courses = calloc((size_t)most, sizeof *c->courses)};
+  if (c->texts == NULL || c->loads == NULL || c->courses == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a load");
+  strcpy(c->texts, text);
+
+  // the texts of the loads are pieces of the copy
+  for (char *piece = c->texts; piece != NULL;) {
+    char *end = strchr(piece, ';');
+    if (end != NULL)
+      *end++ = 0;
+    THRUM_TRY(load_spec_parse(piece, &c->loads[c->count], error));
+    c->courses[c->count] = c->loads[c->count].course;
+    c->count++;
+    piece = end;
+  }
+  return THRUM_OK;
+}
+
+void train_case_free(train_case *c) {
+  free(c->texts);
+  free(c->loads);
+  free(c->courses);
+  free(c->forces);
+  *c = (train_case){0};
+}
+
+thrum_status train_case_fill(const thrum_model *model, train_case *c, thrum_error *error) {
+  const int64_t all = 3 * model->vertex_count;
+  c->forces = thrum_allocate(c->count * all, sizeof *c->forces, "a load", error);
+  if (c->forces == NULL)
+    return THRUM_OUT_OF_MEMORY;
+  memset(c->forces, 0, (size_t)(c->count * all) * sizeof *c->forces);
+
+  // reducing a load first gives an error that names it and its target
+  for (int64_t n = 0; n < c->count; n++) {
+    double reduced[THRUM_RANK_MAX];
+    THRUM_TRY(load_spec_reduce(model, &c->loads[n], reduced, error));
+    THRUM_TRY(load_spec_fill(model, &c->loads[n], c->forces + n * all, error));
+  }
+  return THRUM_OK;
+}
+
+thrum_status train_case_reduce(const thrum_model *model, const train_case *c, double *directions,
+                               thrum_error *error) {
+  for (int64_t n = 0; n < c->count; n++)
+    THRUM_TRY(load_spec_reduce(model, &c->loads[n], directions + n * model->rank, error));
+  return THRUM_OK;
+}

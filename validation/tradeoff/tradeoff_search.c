@@ -1,0 +1,151 @@
+/* The search beyond the recipes: trained bases of higher and higher rank, each also condensed, and
+ * untrained ones while they come near, until one does what is wanted.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+
+#include "precompute/estimate.h"
+#include "validation/tradeoff/tradeoff_private.h"
+
+#define NEAR 3.0          /* times the error asked for: an untrained basis so near may reach it */
+#define UNTRAINED_MOST 60 /* rank up to which those are tried */
+#define TRAINED_TIMES 2.5 /* a trained basis over an untrained one: made twice, and its shapes */
+#define ITERATIONS 3.0    /* of a step of the tight run over one of the fastest setting */
+
+static const int64_t ranks[] = {20, 30, 45, 60, 80, 100};
+#define RANK_COUNT ((int64_t)(sizeof ranks / sizeof ranks[0]))
+
+/* The rung can be climbed: there is room beside the modes, and the limit allows it. */
+static bool is_open(const tradeoff_problem *problem, int64_t rung) {
+  return ranks[rung] > problem->modes && ranks[rung] <= problem->rank_max;
+}
+
+/* Processor time of a second of the cheapest run of the rank that is known best, for one step. */
+static double step_seconds(const tradeoff_solution *s, int64_t rank) {
+  double known = 0, scale = 0;
+  for (int64_t n = 0; n < s->result.run_count; n++) {
+    const tradeoff_run *run = &s->result.runs[n];
+    const tradeoff_basis *basis = &s->result.bases[run->basis];
+    if (basis->recipe.masters == 0 && (double)basis->rank >= scale) {
+      scale = (double)basis->rank;
+      known = fmax(known, 1e-6 * run->us_per_step);
+    }
+  }
+
+  // coefficients grow with the fourth power, and leave the caches
+  return known * pow((double)rank / fmax(scale, 1), 4);
+}
+
+/* About how long a trained basis of this rank takes to make and to run [s]. */
+static double guess(const tradeoff_solution *s, int64_t rank) {
+  const tradeoff_problem *problem = s->problem;
+  thrum_precompute_options options = thrum_default_precompute_options();
+  thrum_estimate estimate = {0};
+  options.modes = problem->modes;
+  options.rank = rank;
+  double seconds = 0, shortest = problem->full_dt, steps = 0;
+  if (thrum_precompute_estimate(&s->reference.body.mesh, problem->model->fixed, &options, &estimate,
+                                NULL) >= 0)
+    for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
+      seconds += TRAINED_TIMES * estimate.seconds[stage];
+
+  for (int64_t n = 0; n < problem->dt_count; n++) {
+    shortest = fmin(shortest, problem->dts[n]);
+    steps += 3 * (double)problem->tolerance_count * problem->script.time / problem->dts[n];
+  }
+  return seconds +
+         step_seconds(s, rank) * (steps + ITERATIONS * 8 * problem->script.time / shortest);
+}
+
+static bool is_met(const tradeoff_solution *s) {
+  const tradeoff_result *result = &s->result;
+  if (result->chosen < 0)
+    return false;
+
+  // a budget alone asks for the most accurate, which a better basis may be
+  const tradeoff_run *run = &result->runs[result->chosen];
+  return !isnan(s->problem->error) &&
+         !(run->cancels && result->bases[run->basis].error.displacement > s->problem->error);
+}
+
+/* A recipe and its condensed forms; one that cannot be made is counted, and no failure. */
+static thrum_status try_recipe(tradeoff_solution *s, const tradeoff_recipe *recipe,
+                               thrum_error *error) {
+  const int64_t first = s->result.basis_count;
+  thrum_error detail = {0};
+  thrum_status status = tradeoff_space_make(s, recipe, &detail);
+  if (status == THRUM_OUT_OF_MEMORY || status == THRUM_INTERRUPTED) {
+    *error = detail;
+    return status;
+  }
+  if (status < 0) {
+    s->result.dropped++;
+    s->result.dropped_reason = detail;
+    return THRUM_OK;
+  }
+
+  // the linear modes alone, which costs next to nothing to look at
+  int64_t masters[2];
+  const int64_t found = s->problem->condense ? tradeoff_masters(s, first, masters) : 0;
+  status = THRUM_OK;
+  for (int64_t n = 0; n < found && status >= 0; n++) {
+    tradeoff_recipe fewer = s->result.bases[first].recipe;
+    fewer.masters = masters[n];
+    status = tradeoff_space_make(s, &fewer, error);
+  }
+  THRUM_THEN(status, tradeoff_try(s, first, error));
+  s->result.searched += s->result.basis_count - first;
+  s->result.chosen = tradeoff_choose(&s->result, s->problem->error, s->problem->cost);
+  return status;
+}
+
+/* The least error of an untrained basis. */
+static double untrained_error(const tradeoff_solution *s) {
+  double least = INFINITY;
+  for (int64_t b = 0; b < s->result.basis_count; b++)
+    if (!s->result.bases[b].recipe.trained)
+      least = fmin(least, s->result.bases[b].error.displacement);
+  return least;
+}
+
+/* Whether the last basis had a run within the budget; one of a higher rank costs more. */
+static bool within_budget(const tradeoff_solution *s) {
+  if (isnan(s->problem->cost))
+    return true;
+  for (int64_t n = 0; n < s->result.run_count; n++) {
+    const tradeoff_run *run = &s->result.runs[n];
+    const tradeoff_basis *basis = &s->result.bases[run->basis],
+                         *last = &s->result.bases[s->result.basis_count - 1];
+    if (basis->recipe.masters == 0 && basis->rank == last->rank && run->cost <= s->problem->cost)
+      return true;
+  }
+  return false;
+}
+
+thrum_status tradeoff_search(tradeoff_solution *s, thrum_error *error) {
+  const tradeoff_problem *problem = s->problem;
+  if (problem->rank_max == 0 || is_met(s))
+    return THRUM_OK;
+
+  // how long it may take is said before it begins
+  double seconds = 0;
+  for (int64_t n = 0; n < RANK_COUNT; n++)
+    if (is_open(problem, n))
+      seconds += guess(s, ranks[n]);
+  if (problem->search_begins != NULL)
+    problem->search_begins(problem->progress_context, seconds);
+
+  const double untrained = untrained_error(s);
+  for (int64_t n = 0; n < RANK_COUNT && !is_met(s) && within_budget(s); n++) {
+    if (!is_open(problem, n))
+      continue;
+    const tradeoff_recipe trained = {.modes = problem->modes, .rank = ranks[n], .trained = true};
+    THRUM_TRY(try_recipe(s, &trained, error));
+
+    // more modes and derivatives alone, where those have come near already
+    const tradeoff_recipe higher = {.modes = ranks[n] / 2, .rank = ranks[n]};
+    if (ranks[n] > 30 && ranks[n] <= UNTRAINED_MOST && untrained <= NEAR * problem->error &&
+        !is_met(s))
+      THRUM_TRY(try_recipe(s, &higher, error));
+  }
+  return THRUM_OK;
+}
