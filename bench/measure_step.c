@@ -8,7 +8,8 @@
 #include "platform/clock.h"
 #include "thrum/displacement.h"
 
-#define WARM_STEPS 100
+#define WARM_STEPS 1024 /* until monitors and Jacobians have found their rhythm */
+#define WHOLE_STEPS 64  /* a batch has a multiple of it, as what is done now and then repeats so */
 #define BATCH_US 5000.0
 #define STEPS_LEAST 20
 #define STEPS_MOST 2000
@@ -120,7 +121,7 @@ static thrum_status measure(const thrum_model *model, thrum_state *state, const 
     const double began = clock_seconds();
     status = run_steps(model, state, STEPS_LEAST, error);
     const double one = 1e6 * (clock_seconds() - began) / STEPS_LEAST;
-    steps = (int64_t)fmin(STEPS_MOST, fmax(STEPS_LEAST, BATCH_US / one));
+    steps = (int64_t)ceil(fmin(STEPS_MOST, BATCH_US / one) / WHOLE_STEPS) * WHOLE_STEPS;
   }
 
   // every batch starts from the same state

@@ -76,12 +76,10 @@ bool thrum_momentum_take(const thrum_solver *s, double energy_error, double most
 static void match_frequencies(thrum_solver *s) {
   thrum_state_view *view = s->view;
   const int32_t count = thrum_matched_modes(s->model, s->state);
+  thrum_match_steps(s->model, s->state, count, view->stretch, view->unstretch, view->speed);
   for (int32_t i = 0; i < count; i++) {
-    const thrum_matched_step by = thrum_matched_step_of(s->model, s->state, i);
-    view->stretch[i] = by.stretch;
-    view->unstretch[i] = by.inverse;
     view->mass[i] = view->unstretch[i] * view->unstretch[i];
-    view->speed[i] = view->drag[i] = by.speed;
+    view->drag[i] = view->speed[i];
   }
   for (int32_t i = count; i < s->n; i++)
     view->stretch[i] = view->unstretch[i] = 1.0;

@@ -65,15 +65,46 @@ int32_t thrum_matched_modes(const thrum_model *model, const thrum_state *state) 
   return count;
 }
 
+/* x cot(x) = over/under with z = x^2. */
+static inline double over(double z) {
+  return 135135.0 - z * (62370.0 - z * (3150.0 - z * 28.0));
+}
+
+static inline double under(double z) {
+  return 135135.0 - z * (17325.0 - z * (378.0 - z));
+}
+
+static bool is_following(const thrum_state *state, int32_t i) {
+  return state->following[i / 64] >> (i % 64) & 1;
+}
+
 thrum_matched_step thrum_matched_step_of(const thrum_model *model, const thrum_state *state,
                                          int32_t i) {
-  if (state->following[i / 64] >> (i % 64) & 1)
+  if (is_following(state, i))
     return (thrum_matched_step){1.0, 1.0, 1.0};
-
-  // x cot(x) with z = x^2
   const double h = state->def.dt, z = 0.25 * (h * h * model->omega2[i]);
-  const double over = 135135.0 - z * (62370.0 - z * (3150.0 - z * 28.0));
-  const double under = 135135.0 - z * (17325.0 - z * (378.0 - z));
-  const double inverse = over / under;
-  return (thrum_matched_step){under / over, inverse, sqrt(inverse * inverse + z)};
+  const double inverse = over(z) / under(z);
+  return (thrum_matched_step){under(z) / over(z), inverse, sqrt(inverse * inverse + z)};
+}
+
+void thrum_match_steps(const thrum_model *model, const thrum_state *state, int32_t count,
+                       double *stretch, double *inverse, double *speed) {
+  const double h2 = state->def.dt * state->def.dt, *omega2 = model->omega2;
+  double *restrict to_stretch = stretch, *restrict to_inverse = inverse, *restrict square = speed;
+
+  // divisions are made side by side, which roots with their error numbers would prevent
+  for (int32_t i = 0; i < count; i++) {
+    const double z = 0.25 * (h2 * omega2[i]), above = over(z), below = under(z);
+    const double ratio = above / below;
+    to_stretch[i] = below / above;
+    to_inverse[i] = ratio;
+    square[i] = ratio * ratio + z;
+  }
+  for (int32_t i = 0; i < count; i++)
+    speed[i] = sqrt(speed[i]);
+
+  // the modes that follow keep the time step
+  for (int32_t i = 0; i < count; i++)
+    if (is_following(state, i))
+      stretch[i] = inverse[i] = speed[i] = 1.0;
 }

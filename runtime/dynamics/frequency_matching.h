@@ -23,4 +23,8 @@ int32_t thrum_matched_modes(const thrum_model *model, const thrum_state *state);
 thrum_matched_step thrum_matched_step_of(const thrum_model *model, const thrum_state *state,
                                          int32_t i);
 
+/* The same for the first `count` modes at once, into three vectors. */
+void thrum_match_steps(const thrum_model *model, const thrum_state *state, int32_t count,
+                       double *stretch, double *inverse, double *speed);
+
 #endif

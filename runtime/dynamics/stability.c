@@ -45,7 +45,9 @@
 #define WINDOW_STEPS 128     /* of a mean of the balance */
 #define NUMBER_NEAR 0.9      /* stability number that is near its limit, if it also is */
 #define NUMBER_MOVED 1.02    /* more than so many times that of the explicit modes at rest */
-#define ENERGY_STEPS 8       /* position form: between two energies in quiet motion */
+#define ENERGY_STEPS 32      /* position form: between two energies in quiet motion, */
+#define ENERGY_STEPS_FIRST 8 /* and in the first window */
+#define NUMBER_DRIFT 0.04    /* of the stability number until the next sample, at most */
 #define REFERENCE_WINDOWS 16 /* whose mean is the reference */
 #define SWITCHED_STEPS 512   /* between two looks at a return from the energy integrator */
 #define ERROR_FAST 0.03      /* error of B that leads to a switch */
@@ -96,6 +98,8 @@ void thrum_stability_reset(thrum_state *state) {
   state->monitor.motion = state->monitor.motion_before = 0.0;
   state->monitor.quiet_peak = 0.0;
   state->monitor.quiet_end = state->report.steps + THRUM_QUIET_STEPS;
+  state->monitor.sample_step = -1;
+  state->monitor.number_rate = 1.0;
   state->report.balance_last = 0.0;
   thrum_energy_correction_close(state);
 }
@@ -149,16 +153,19 @@ static double near_number(const thrum_model *model, const thrum_state *state) {
   return fmax(NUMBER_NEAR, NUMBER_MOVED * rest);
 }
 
-/* Steps between two samples of the stability number: fewer where it is near its limit. */
+/* Steps between two samples of the stability number: fewer where it is near its limit, and more
+ * where it hardly moves. */
 static int32_t sample_steps(const thrum_model *model, const thrum_state *state) {
   const double number = state->report.stability_number_last;
   // after a load jump the number passes its limit within a few steps; the balance shows it
   if (fabs(state->report.balance_last) > ERROR_FAST)
     return 1;
-  return number < near_number(model, state) ? THRUM_SAMPLE_STEPS
-         : number < 1.2                     ? THRUM_SAMPLE_STEPS / 4
-         : number < 1.45                    ? THRUM_SAMPLE_STEPS / 8
-                                            : 1;
+  if (!(number < near_number(model, state)))
+    return number < 1.2 ? THRUM_SAMPLE_STEPS / 4 : number < 1.45 ? THRUM_SAMPLE_STEPS / 8 : 1;
+
+  // far from it, the rate at which it moves says how long it stays there
+  const bool slow = THRUM_SAMPLE_STEPS_MOST * state->monitor.number_rate <= NUMBER_DRIFT;
+  return slow ? THRUM_SAMPLE_STEPS_MOST : THRUM_SAMPLE_STEPS;
 }
 
 thrum_status thrum_stability_before(const thrum_model *model, thrum_state *state,
@@ -333,7 +340,8 @@ static void look_at_position(const thrum_model *model, thrum_state *state, thrum
                              const step_account *step, thrum_solve_report *report) {
   const double work = step->work - step->dissipated;
   thrum_stability_monitor *m = &state->monitor;
-  const int32_t apart = sample_steps(model, state) > 1 ? ENERGY_STEPS : 1;
+  const int32_t quiet = m->windows > 0 ? ENERGY_STEPS : ENERGY_STEPS_FIRST;
+  const int32_t apart = sample_steps(model, state) > 1 ? quiet : 1;
   const double middle = middle_energy(model, state, view, report->potential) - m->work - 0.5 * work;
   const bool moved = !(fabs(middle - m->middle_balance) <= ERROR_FAST * scale_now(m));
   if (m->windows >= 0 && state->report.steps % apart != 0 && !moved && !is_restless(state, step))

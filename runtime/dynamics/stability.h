@@ -7,8 +7,10 @@
 #include "runtime/dynamics/solve_report.h"
 #include "runtime/dynamics/state_layout.h"
 
-/* Steps between two samples of the stability number far from its limit. */
+/* Steps between two samples of the stability number far from its limit, and where it hardly moves
+ * either. */
 #define THRUM_SAMPLE_STEPS 16
+#define THRUM_SAMPLE_STEPS_MOST 64
 
 /* Stands for larger numbers, and energies above it [J] are not monitored: sums could overflow. */
 #define THRUM_MONITOR_MOST 1e300

@@ -22,6 +22,7 @@
 #define NUMBER_HIGH 1.6 /* above it modes leave the explicit set, */
 #define NUMBER_GOOD                                                                                \
   1.4 /* until the number is below this, below which a quiet time brings all back */
+#define RATE_FADES 0.75 /* what a sample leaves of the rate at which the number has moved */
 
 /* view->direction = v/|v| of the first n modes. v all zero: starts with weight on the highest. */
 static void normalise(const thrum_state *state, thrum_state_view *view, int32_t n, double *v) {
@@ -137,13 +138,27 @@ static thrum_status look_for_return(const thrum_model *model, thrum_state *state
   return thrum_scheme_change(model, state, view, thrum_solving_scheme(state), whole);
 }
 
+/* Enters a sample of the stability number, and how fast it has moved since the last one: it rests
+ * where a swing turns and moves again, so that rate fades only slowly. */
+static void enter_number(thrum_state *state, double number) {
+  thrum_stability_monitor *m = &state->monitor;
+  const double before = state->report.stability_number_last;
+  const double steps = (double)(state->report.steps - m->sample_step);
+  m->number_rate *= RATE_FADES;
+  if (m->sample_step >= 0 && steps > 0.0 &&
+      !(fabs(number - before) <= m->number_rate * before * steps))
+    m->number_rate = before > 0.0 ? fmin(fabs(number - before) / (before * steps), 1.0) : 1.0;
+  m->sample_step = state->report.steps;
+  state->report.stability_number_last = number;
+}
+
 thrum_status thrum_stability_sample(const thrum_model *model, thrum_state *state,
                                     thrum_state_view *view) {
   thrum_state_report *report = &state->report;
   const int32_t whole = thrum_mode_split(model, state), n = thrum_monitored_modes(state);
   if (n > 0) {
     const double radius = finish_iteration(model, state, view, n, view->power_explicit_next);
-    report->stability_number_last = number_of(state, radius);
+    enter_number(state, number_of(state, radius));
     report->stability_number_peak =
         fmax(report->stability_number_peak, report->stability_number_last);
     if (!(report->stability_number_last <= NUMBER_HIGH))

@@ -24,7 +24,7 @@
 
 /* Of the header and the arrays below; raised with each change of them, so that a snapshot of
  * another version is known. */
-#define THRUM_STATE_VERSION 14
+#define THRUM_STATE_VERSION 15
 
 /* --- the header ------------------------------------------------------------------------------- */
 
@@ -52,6 +52,7 @@ typedef struct thrum_stability_monitor {
   double energy_error;    /* correction that is still to be made [J] */
   double quiet_peak;      /* largest stability number of the def's explicit set, for a return */
   double switched_energy; /* when the energy integrator took over [J] */
+  double number_rate;     /* largest change of the stability number a step, lately, as a share */
   double middle_balance;  /* position form: the balance in the middle of the last step whose
                              energy was evaluated [J] */
 
@@ -62,6 +63,7 @@ typedef struct thrum_stability_monitor {
   int64_t drifting;        /* 1: the means have drifted since the reference was set */
   int64_t switch_deadline; /* step of a switch to come, 0: none */
   int64_t energy_step;     /* step of the energy that was entered last */
+  int64_t sample_step;     /* step of the last sample of the stability number; -1: none */
   int64_t before_step;     /* step of q_before and p_before, -1: none */
   double before_dt;        /* and its length [s] */
   int64_t quiet_end;       /* step of the next look at a return */

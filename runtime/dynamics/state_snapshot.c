@@ -134,7 +134,7 @@ static thrum_status check_counts(const thrum_state *header, thrum_error *error) 
       header->eager_end,      header->potential_step, header->average_field_end,
       report->single_steps,   report->tightened,      spurious->samples,
       spurious->window_end,   header->jacobian_step,  header->jacobian_due,
-      header->split_end};
+      header->split_end,      monitor->sample_step};
   if (report->steps < 0 || !are_counts(counts, sizeof counts / sizeof counts[0]) ||
       !are_counts(header->inverse_step, THRUM_INVERSES))
     return refuse("counter", error);
@@ -187,6 +187,7 @@ static bool is_finite_header(const thrum_state *header) {
                            m->energy_error,
                            m->quiet_peak,
                            m->switched_energy,
+                           m->number_rate,
                            header->balance.explained,
                            header->balance.scale,
                            header->balance.moved,
