@@ -117,6 +117,35 @@ if command -v flock >/dev/null 2>&1; then
   test ! -f overlaps || fail "two builds at once"
 fi
 
+echo "-- the last line of ./run test counts the tests of all builds, as ctest does"
+for name in gcc g++ clang clang++ clang-format clang-tidy git; do
+  printf 'exit 0\n' | stand_in "$name"
+done
+# tests PRESET COMMAND...: the tests that a build of this preset has
+tests() {
+  mkdir -p "$checkout/build/$1"
+  file=$checkout/build/$1/CTestTestfile.cmake
+  shift
+  : >"$file"
+  for what in "$@"; do
+    printf 'add_test(test_%s "sh" "-c" "exit %s")\n' "$what" "${what#*_}" >>"$file"
+    printf 'set_tests_properties(test_%s PROPERTIES SKIP_RETURN_CODE 77)\n' "$what" >>"$file"
+  done
+}
+tests release a_0 b_0 skipped_77
+tests clang a_0
+tests asan a_0 b_0
+tests tsan threads_0
+sed -i 's/test_threads_0/test_threads/' "$checkout/build/tsan/CTestTestfile.cmake"
+"$checkout/run" test >out 2>err || fail "tests that pass: $(cat out err)"
+test "$(tail -n 1 out)" = '6 passed, 0 failed' || fail "counts: $(tail -n 1 out)"
+tests clang a_0 b_1 c_0
+! "$checkout/run" test >out 2>err || fail "a test that fails is no failure"
+test "$(tail -n 1 out)" = '4 passed, 1 failed' || fail "counts of a failure: $(tail -n 1 out)"
+tests clang
+! "$checkout/run" test >out 2>err || fail "a build without tests is no failure"
+test "$(tail -n 1 out)" = '2 passed, 0 failed' || fail "counts without tests: $(tail -n 1 out)"
+
 echo "-- a build that fails is the script's failure"
 mkdir "$work/building"
 touch "$checkout/runtime/newest.c"
