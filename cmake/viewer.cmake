@@ -5,10 +5,10 @@ option(THRUM_BUILD_VIEWER "Build the viewer with everything else, and test it" O
 # another build's page will do
 set(THRUM_VIEWER_PAGE ${CMAKE_BINARY_DIR}/viewer/viewer.html CACHE FILEPATH "The viewer's page")
 
-file(GLOB THRUM_VIEWER_SOURCES CONFIGURE_DEPENDS viewer/*.* viewer/src/* scene/*.[ch] runtime/*/*
+file(GLOB THRUM_VIEWER_SOURCES CONFIGURE_DEPENDS viewer/*.* viewer/src/* javascript/compile.mjs scene/*.[ch] runtime/*/*
   include/thrum/*.h)
 add_custom_command(OUTPUT ${CMAKE_BINARY_DIR}/viewer/viewer.html
-  COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/viewer/make.sh ${CMAKE_BINARY_DIR}/viewer
+  COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/cmake/node_package.sh viewer ${CMAKE_BINARY_DIR}/viewer
   DEPENDS ${THRUM_VIEWER_SOURCES} COMMENT "Building the viewer" VERBATIM)
 if(THRUM_BUILD_VIEWER)
   set(with_all ALL)
@@ -16,4 +16,7 @@ endif()
 add_custom_target(viewer ${with_all} DEPENDS ${CMAKE_BINARY_DIR}/viewer/viewer.html)
 set_property(SOURCE app/view/viewer_page.c APPEND PROPERTY COMPILE_DEFINITIONS
   THRUM_BUILT_VIEWER="${THRUM_VIEWER_PAGE}")
+# the npm package, in javascript/dist
+add_custom_target(javascript COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/cmake/node_package.sh javascript
+  COMMENT "Building the npm package" VERBATIM)
 install(FILES ${THRUM_VIEWER_PAGE} DESTINATION share/thrum OPTIONAL)

@@ -34,6 +34,7 @@ LAYERS = {
     "bench": {"platform", "io", "mesh", "precompute"},
     "app": {"platform", "io", "mesh", "precompute", "config", "driver", "validation", "bench"},
     "viewer": set(),
+    "javascript": set(),
 }
 # `thrum bench kernels` times the passes of a kernel one by one, which no public function runs alone
 EXCEPTIONS = {("bench/measure_kernels.c", "runtime/polynomial/polynomial_private.h")}
@@ -49,7 +50,7 @@ def read_tree(root):
     files = {}
     for top in LAYERS:
         for folder, names, found in os.walk(os.path.join(root, top)):
-            names[:] = [n for n in names if n not in ("node_modules", "build", "results")]
+            names[:] = [n for n in names if n not in ("node_modules", "build", "results", "dist")]
             for name in found:
                 if name.endswith(SUFFIXES):
                     path = os.path.join(folder, name)

@@ -1,0 +1,21 @@
+// Builds the npm package into dist/: node build.mjs. SPDX-License-Identifier: Apache-2.0
+import { copyFileSync, mkdirSync, readFileSync, readdirSync, rmSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { gzipSync } from 'node:zlib';
+import { compile, writeWhole } from './compile.mjs';
+
+const here = dirname(fileURLToPath(import.meta.url));
+const dist = join(here, 'dist');
+
+rmSync(dist, { recursive: true, force: true });
+mkdirSync(dist);
+for (const name of readdirSync(join(here, 'src'))) copyFileSync(join(here, 'src', name), join(dist, name));
+
+const wasm = join(dist, 'thrum.wasm');
+compile('javascript', wasm);
+const bytes = readFileSync(wasm);
+writeWhole(join(dist, 'wasm.js'),
+  `// The binary of the engine, made by build.mjs.\nexport const wasm = '${bytes.toString('base64')}';\n`);
+copyFileSync(join(here, '..', 'LICENSE'), join(here, 'LICENSE'));
+console.log(`dist/thrum.wasm: ${bytes.length} bytes, ${gzipSync(bytes).length} in gzip`);

@@ -1,0 +1,44 @@
+// libthrum, its scenes and the C files of a folder as one WebAssembly module. Needs clang with lld and
+// wasi-libc. SPDX-License-Identifier: Apache-2.0
+import { spawnSync } from 'node:child_process';
+import { readdirSync, renameSync, writeFileSync } from 'node:fs';
+import { dirname, join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+
+const root = dirname(dirname(fileURLToPath(import.meta.url)));
+
+/** Folders that hold no C of ours. */
+const OTHER = ['node_modules', 'src', 'test', 'dist', 'examples'];
+
+/** @param {string} folder @returns {string[]} the C files directly in it and in its folders */
+const sources = (folder) =>
+  readdirSync(folder, { withFileTypes: true }).sort((a, b) => (a.name < b.name ? -1 : 1))
+    .flatMap((entry) => entry.isDirectory()
+      ? (OTHER.includes(entry.name) ? [] : sources(join(folder, entry.name)))
+      : entry.name.endsWith('.c') ? [join(folder, entry.name)] : []);
+
+/** Writes beside, then renames, so that there is never half a file. */
+export function writeWhole(path, content) {
+  writeFileSync(`${path}.part`, content);
+  renameSync(`${path}.part`, path);
+}
+
+/** Compiles the runtime, the scenes and `folder` into the module at `path`. Clang 13 to 15 may move a
+ * load into both lanes (v128.load64_splat) behind stores and calls that follow it: nothing in their
+ * selection orders it against those. The SLP vectoriser makes such loads of numbers that change, as of
+ * touch.force in solve_row of runtime/contact/contact_solve.c, whose `before` then has the force
+ * after: it stays off. Loops and the kernel have such loads too, of numbers that nothing in their
+ * block writes. Clang 16 and 19 are right with it on. @param {string} folder @param {string} path */
+export function compile(folder, path) {
+  const part = `${path}.part`;
+  const clang = spawnSync(process.env.CLANG ?? 'clang', [
+    '--target=wasm32-wasi', '-mexec-model=reactor', '-msimd128', '-O3', '-fno-slp-vectorize',
+    '-std=c11', '-ffp-contract=off', '-Wall', '-Wextra', '-Wshadow', '-Wconversion',
+    '-Wno-sign-conversion', '-Werror', '-I', join(root, 'include'), '-I', root,
+    ...['runtime', 'scene', folder].flatMap((name) => sources(join(root, name))),
+    '-Wl,--strip-debug', '-o', part,
+  ], { stdio: 'inherit' });
+  if (clang.error) throw clang.error;
+  if (clang.status !== 0) process.exit(1);
+  renameSync(part, path);
+}

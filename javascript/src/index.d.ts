@@ -1,0 +1,309 @@
+// Types of Thrum in JavaScript. Quantities are SI; r is a model's rank, n its number of vertices.
+// SPDX-License-Identifier: Apache-2.0
+
+/** Three numbers. */
+export type Vector = ArrayLike<number>;
+
+export type Integrator =
+  | 'imexv' | 'newmark' | 'verlet' | 'midpoint' | 'energy' | 'fox-goodwin'
+  | 'backward-euler' | 'semi-implicit-euler' | 'rk4';
+
+/** A call failed: `status` is that of the C library (thrum/status.h), the message is for people. */
+export class ThrumError extends Error {
+  readonly status: number;
+}
+
+/** What a call that did its work may say besides; the smaller, the more notable. */
+export const Status: {
+  readonly OK: 0;
+  /** The energy grew beyond what the start and the loads explain. */
+  readonly ENERGY_GREW: 1;
+  /** A step needed a fallback. */
+  readonly FELL_BACK: 2;
+  /** The integrator has switched its scheme. */
+  readonly SWITCHED: 3;
+};
+
+interface Freed {
+  /** Frees it at once; otherwise it goes with the garbage. What is built on it keeps what it needs. */
+  free(): void;
+}
+
+/** Vertices of a model: one of the three; none: all of the body. */
+export interface Place {
+  /** 0-based. */
+  vertices?: Iterable<number>;
+  vertex?: number;
+  /** Name of a group of the model. */
+  group?: string;
+}
+
+export interface Equilibrium {
+  /** Coordinates, r. */
+  q: Float64Array;
+  /** Factor of the load that q balances. */
+  factor: number;
+  /** Strain energy [J]. */
+  energy: number;
+  /** Least eigenvalue of the tangent stiffness [1/s^2]; below 0: unstable. */
+  least: number;
+  /** Factor at which the path lost its stability first; NaN: it did not. */
+  critical: number;
+  stable: boolean;
+}
+
+/** A reduced model; states, scenes and models made from it keep its memory. Arrays are copies. */
+export class Model implements Freed {
+  private constructor();
+  free(): void;
+  /** Number of coordinates r. */
+  readonly rank: number;
+  /** Number of coordinates that show the body: r, but for a condensed model. */
+  readonly shown: number;
+  /** Coordinates of a model that was precomputed condensed, which `condense` makes steppable; else 0. */
+  readonly masters: number;
+  readonly vertexCount: number;
+  readonly tetCount: number;
+  /** Squared angular frequencies [1/s^2], r. */
+  readonly omega2: Float64Array;
+  /** Frequencies at rest [Hz], r. */
+  readonly frequencies: Float64Array;
+  /** Rest positions [m], 3 n; undefined without a mesh, as are the next four. */
+  readonly vertices: Float64Array | undefined;
+  /** 0-based corners, four a tetrahedron. */
+  readonly tets: Int32Array | undefined;
+  /** n: bit 0, 1, 2 is set where x, y, z is held. */
+  readonly fixed: Uint8Array | undefined;
+  /** Young's modulus [Pa], Poisson's ratio, density [kg/m^3], for each region. */
+  readonly material: Float64Array | undefined;
+  /** U [kg^-1/2], 3 n rows of `shown` numbers. */
+  readonly basis: Float64Array | undefined;
+  /** Named groups of 0-based vertices. */
+  readonly groups: Record<string, Int32Array>;
+  /** What precompute noted about the model. */
+  readonly meta: Record<string, unknown>;
+  group(name: string): Int32Array;
+  /** The lowest `rank` coordinates. */
+  truncate(rank: number): Model;
+  /** Steps the lowest `masters` coordinates while all others follow at rest. */
+  condense(masters: number): Model;
+  /** The same body with lengths, Young's modulus and density times these factors. */
+  scale(by: { length?: number; stiffness?: number; density?: number }): Model;
+  /** The load on the coordinates, `shown` of them: a force [N] shared by a place, gravity [m/s^2], or both. */
+  externalLoad(load: Place & { force?: Vector; gravity?: Vector }): Float64Array;
+  /** The force on the stepped coordinates (r) at q (r) of a load on all `shown` ones. */
+  condensedLoad(q: ArrayLike<number>, load: ArrayLike<number>): Float64Array;
+  /** All `shown` coordinates at the stepped ones (r). */
+  shape(q: ArrayLike<number>, load?: ArrayLike<number>): Float64Array;
+  /** q (`shown`) with coordinate `mode` (0-based) such that no vertex moves further than |amplitude| [m]. */
+  start(mode: number, amplitude: number): Float64Array;
+  /** Displacements [m], 3 n, at q (`shown`). */
+  displacement(q: ArrayLike<number>): Float64Array;
+  /** Von Mises' stress of every tetrahedron [Pa] at q (`shown`). */
+  vonMises(q: ArrayLike<number>): Float64Array;
+  /** Static equilibrium under a load (r), from rest or from the equilibrium `from`. */
+  equilibrium(load: ArrayLike<number>, from?: ArrayLike<number>): Equilibrium;
+  /** The outer triangles of the mesh, counter-clockwise from outside. */
+  outerTriangles(): Int32Array;
+  state(options?: StateOptions): State;
+  batch(states: readonly State[]): Batch;
+  surface(options?: { vertices?: Iterable<number>; triangles?: ArrayLike<number> & Iterable<number> }): Surface;
+}
+
+export interface StateOptions {
+  /** Default 'energy'. */
+  integrator?: Integrator;
+  /** Time step [s], default 0.003. */
+  dt?: number;
+  /** Rayleigh damping [1/s] and [s], default 0. */
+  dampingAlpha?: number;
+  dampingBeta?: number;
+  /** Of implicit solves; default the integrator's own. */
+  tolerance?: number;
+  /** Of imexv's split, default 0.5. */
+  splitSafety?: number;
+  /** Monitors and fallbacks, default on. */
+  adaptive?: boolean;
+  fallback?: boolean;
+}
+
+export interface Report {
+  steps: number;
+  /** [s] */
+  time: number;
+  iterations: number;
+  switchedSteps: number;
+  grownSteps: number;
+  explicitModes: number;
+  implicitModes: number;
+  /** Energy that damping took [J]. */
+  dissipated: number;
+  scheme: string;
+}
+
+/** A body at a time. */
+export class State implements Freed {
+  private constructor();
+  free(): void;
+  readonly model: Model;
+  /** Coordinates [kg^1/2 m] and momenta [kg^1/2 m/s], r each; copies. */
+  readonly q: Float64Array;
+  readonly p: Float64Array;
+  readonly energies: { kinetic: number; potential: number; total: number };
+  readonly report: Report;
+  set(q?: ArrayLike<number>, p?: ArrayLike<number>): void;
+  /** The load of the steps to come (r); undefined: none. */
+  setForce(force?: ArrayLike<number>): void;
+  setDt(dt: number): void;
+  /** Makes `count` steps; returns a Status of the most notable one. */
+  step(count?: number): number;
+  snapshot(): Uint8Array;
+  restore(snapshot: Uint8Array): void;
+}
+
+/** States of one model that are stepped side by side. */
+export class Batch implements Freed {
+  private constructor();
+  free(): void;
+  readonly states: State[];
+  /** Makes `count` steps of every state; the statuses of the last, below 0 where a state failed. */
+  step(count?: number): Int32Array;
+}
+
+/** Positions and normals for drawing: Float32Array of three numbers a vertex, as three.js takes them. */
+export class Surface implements Freed {
+  private constructor();
+  free(): void;
+  readonly vertexCount: number;
+  readonly shown: number;
+  readonly triangles: Int32Array | undefined;
+  /** Positions [m] at q (`shown`), into `out` if it is given. */
+  positions(q: ArrayLike<number>, out?: Float32Array): Float32Array;
+  /** Unit normals from positions; the surface has triangles. */
+  normals(positions: Float32Array, out?: Float32Array): Float32Array;
+}
+
+export interface BodyOptions {
+  /** [m] */
+  position?: Vector;
+  /** Quaternion w, x, y, z. */
+  rotation?: ArrayLike<number>;
+  /** Factors of lengths, Young's modulus and density, default 1. */
+  scale?: number;
+  stiffness?: number;
+  density?: number;
+  dampingAlpha?: number;
+  dampingBeta?: number;
+  integrator?: Integrator;
+  /** Coordinates that are stepped; default all. */
+  rank?: number;
+  /** Coordinates that are stepped while the others follow; default none follows. */
+  condense?: number;
+  /** It moves and rotates as a whole; the model then has rigid modes. */
+  free?: boolean;
+  /** Of a free body, [m/s] and [rad/s]. */
+  velocity?: Vector;
+  spin?: Vector;
+  /** Basis vector of the start, from 1, and its amplitude [m]. */
+  startMode?: number;
+  startAmplitude?: number;
+  /** Outer triangles, for wind and contact. */
+  triangles?: ArrayLike<number> & Iterable<number>;
+  /** Vertices that may touch obstacles; 'all': those of the triangles. */
+  touch?: Iterable<number> | 'all';
+}
+
+export interface ObstacleOptions {
+  shape?: 'plane' | 'sphere' | 'box';
+  inside?: boolean;
+  /** [m] */
+  centre?: Vector;
+  normal?: Vector;
+  radius?: number;
+  half?: Vector;
+  rotation?: ArrayLike<number>;
+  /** [m/s] */
+  velocity?: Vector;
+  friction?: number;
+  restitution?: number;
+  /** [N/m^3] and [N s/m^3] */
+  stiffness?: number;
+  damping?: number;
+}
+
+export type LoadOptions = Place & {
+  /** [N], or in its place an acceleration [m/s^2]. */
+  force?: Vector;
+  acceleration?: Vector;
+  /** Acts in [start, until) [s]; with a frequency [Hz] times sin(2 pi frequency (t - start)). */
+  start?: number;
+  until?: number;
+  frequency?: number;
+};
+
+/** Placed bodies in one world. */
+export class Scene implements Freed {
+  private constructor();
+  free(): void;
+  readonly bodies: Body[];
+  /** [s] */
+  readonly time: number;
+  addBody(model: Model, options?: BodyOptions): Body;
+  setGravity(gravity: Vector): void;
+  /** Velocity of the air [m/s], its density [kg/m^3], drag coefficient. */
+  setWind(velocity: Vector, options?: { density?: number; drag?: number }): void;
+  /** Returns its number. */
+  addObstacle(obstacle: ObstacleOptions): number;
+  setObstacle(number: number, obstacle: ObstacleOptions): void;
+  /** Makes `count` steps; returns a Status. Throws after a step in which a body failed; the others made it. */
+  step(count?: number): number;
+  setDt(dt: number): void;
+  reset(): void;
+  snapshot(): Uint8Array;
+  restore(snapshot: Uint8Array): void;
+}
+
+export class Body {
+  private constructor();
+  readonly scene: Scene;
+  readonly model: Model;
+  readonly number: number;
+  readonly q: Float64Array;
+  readonly p: Float64Array;
+  readonly info: {
+    status: number; rank: number; shown: number; touching: number; fallbackSteps: number;
+    grownSteps: number; switchedSteps: number; scheme: string;
+  };
+  /** [J] */
+  readonly energies: { kinetic: number; potential: number; gravity: number; contact: number; total: number };
+  /** From the model's coordinates to the world, 4 x 4 column-major, as three.js takes it. */
+  readonly matrix: number[];
+  /** Positions of a surface of its model, in the model's coordinates. */
+  positions(surface: Surface, out?: Float32Array): Float32Array;
+  /** Position [m] and velocity [m/s] of a vertex in the world. */
+  vertex(vertex: number): { position: number[]; velocity: number[] };
+  setDamping(alpha: number, beta?: number): void;
+  addLoad(load: LoadOptions): void;
+  /** A spring [N/m], [N s/m; below 0: critical] from a vertex to a target [m]. */
+  pull(vertex: number, target: Vector, spring: { stiffness: number; damping?: number }): Pull;
+}
+
+export class Pull {
+  private constructor();
+  move(target: Vector): void;
+  end(): void;
+  /** Mean force of the last step [N]. */
+  readonly force: number[];
+}
+
+/** An instance of the engine: models of one instance do not go into scenes of another. */
+export interface Thrum {
+  readonly version: string;
+  readonly integrators: Integrator[];
+  /** The model of a file's bytes (.npz), which are copied. */
+  model(bytes: ArrayBuffer | ArrayBufferView): Model;
+  scene(options?: { dt?: number; gravity?: Vector }): Scene;
+}
+
+/** The engine from its binary: bytes, or a module compiled from them. */
+export function loadFrom(wasm: BufferSource | WebAssembly.Module): Promise<Thrum>;

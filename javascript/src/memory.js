@@ -1,0 +1,170 @@
+// The module's memory: what goes in, what comes out, and who owns what lies in it.
+// SPDX-License-Identifier: Apache-2.0
+
+/** What vsnprintf drags in; nothing is ever written. */
+const wasi = { fd_close: () => 8, fd_seek: () => 8, fd_write: () => 8 };
+
+const NUMBERS = 64;
+
+/** A call failed: `status` is that of the C library (thrum/status.h), the message is for people. */
+export class ThrumError extends Error {
+  constructor(message, status) {
+    super(message);
+    this.name = 'ThrumError';
+    this.status = status;
+  }
+}
+
+/** Something in the module's memory, freed once its object and all that is built on it are gone. */
+export class Owned {
+  #uses = 1;
+  #release;
+  #parents;
+
+  constructor(address, release, parents = []) {
+    this.address = address;
+    this.#release = release;
+    this.#parents = parents;
+    for (const parent of parents) parent.keep();
+  }
+
+  keep() {
+    this.#uses += 1;
+  }
+
+  /** Needs another object from now on. */
+  lean(parent) {
+    parent.keep();
+    this.#parents = [...this.#parents, parent];
+  }
+
+  drop() {
+    this.#uses -= 1;
+    if (this.#uses > 0) return;
+    this.#release(this.address);
+    for (const parent of this.#parents) parent.drop();
+  }
+}
+
+const collected = new FinalizationRegistry((owned) => owned.drop());
+
+/** An object of the package: free() ends it at once, otherwise it goes with the garbage. */
+export class Resource {
+  #owned;
+  #name;
+
+  constructor(name, owned) {
+    this.#name = name;
+    this.#owned = owned;
+    collected.register(this, owned, this);
+  }
+
+  /** What it owns; throws after free(). */
+  get owned() {
+    if (this.#owned === undefined) throw new ThrumError(`the ${this.#name} was freed`, -1);
+    return this.#owned;
+  }
+
+  get address() {
+    return this.owned.address;
+  }
+
+  free() {
+    if (this.#owned === undefined) return;
+    collected.unregister(this);
+    this.#owned.drop();
+    this.#owned = undefined;
+  }
+}
+
+/** The instance of the module, and copies in and out of its memory. */
+export class Memory {
+  constructor(exports) {
+    this.calls = exports;
+    this.calls._initialize();
+    this.numbersAt = this.calls.js_numbers();
+  }
+
+  /** @param {BufferSource|WebAssembly.Module} wasm @returns {Promise<Memory>} */
+  static async of(wasm) {
+    const imports = { wasi_snapshot_preview1: wasi };
+    const made = await WebAssembly.instantiate(wasm, imports);
+    return new Memory((made.instance ?? made).exports);
+  }
+
+  /** A view that holds until memory grows, which any call that makes something may do. */
+  view(Kind, at, count) {
+    return new Kind(this.calls.memory.buffer, at, count);
+  }
+
+  get numbers() {
+    return this.view(Float64Array, this.numbersAt, NUMBERS);
+  }
+
+  text(at) {
+    const bytes = this.view(Uint8Array, at);
+    return new TextDecoder().decode(bytes.subarray(0, bytes.indexOf(0)));
+  }
+
+  /** Throws what the library says is wrong. */
+  check(status, message = this.calls.js_message) {
+    if (status < 0) throw new ThrumError(this.text(message()), status);
+    return status;
+  }
+
+  /** An address that is not 0; throws what the library says. */
+  made(address, message = this.calls.js_message) {
+    if (address === 0) throw new ThrumError(this.text(message()), -1);
+    return address;
+  }
+
+  alloc(bytes) {
+    const at = this.calls.js_alloc(bytes);
+    if (at === 0) throw new ThrumError('there is no memory left', -5);
+    return at;
+  }
+
+  /** Calls with the addresses of copies of arrays (0 for undefined), which are freed afterwards. */
+  lend(arrays, call) {
+    const at = [];
+    try {
+      for (const array of arrays) {
+        at.push(array === undefined ? 0 : this.alloc(array.byteLength));
+        if (array !== undefined) this.view(array.constructor, at.at(-1), array.length).set(array);
+      }
+      return call(...at);
+    } finally {
+      for (const address of at) if (address !== 0) this.calls.js_free(address);
+    }
+  }
+
+  /** What a call writes into room for `count` numbers of a kind, as a new array or into `out`. */
+  take(Kind, count, call, out) {
+    const at = this.alloc(count * Kind.BYTES_PER_ELEMENT);
+    try {
+      call(at);
+      const result = out ?? new Kind(count);
+      result.set(this.view(Kind, at, count));
+      return result;
+    } finally {
+      this.calls.js_free(at);
+    }
+  }
+}
+
+/** `value` as doubles of that length. @returns {Float64Array} */
+export function doubles(value, length, name) {
+  const array = Float64Array.from(value);
+  if (array.length !== length)
+    throw new ThrumError(`${name}: it has ${array.length} numbers, not ${length}`, -11);
+  return array;
+}
+
+/** `value` as 0-based vertices below `count`. @returns {Int32Array} */
+export function vertices(value, count, name) {
+  const array = Array.from(value);
+  const wrong = array.find((vertex) => !Number.isInteger(vertex) || vertex < 0 || vertex >= count);
+  if (wrong !== undefined || array.length === 0)
+    throw new ThrumError(`${name}: ${wrong ?? 'nothing'} is no vertex of 0 to ${count - 1}`, -1);
+  return Int32Array.from(array);
+}

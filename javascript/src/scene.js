@@ -1,0 +1,236 @@
+// Scenes: placed bodies and what acts on them. SPDX-License-Identifier: Apache-2.0
+import { Owned, Resource, ThrumError, doubles, vertices } from './memory.js';
+import { integratorNumber, knownOptions } from './model.js';
+
+const SHAPES = { plane: 0, sphere: 1, box: 2 };
+const FORCE = 0;
+const ACCELERATION = 2;
+const BODY_OPTIONS = ['position', 'rotation', 'scale', 'stiffness', 'density', 'dampingAlpha',
+  'dampingBeta', 'velocity', 'spin', 'integrator', 'rank', 'condense', 'free', 'startMode',
+  'startAmplitude', 'triangles', 'touch'];
+const OBSTACLE_OPTIONS = ['shape', 'inside', 'centre', 'normal', 'radius', 'half', 'rotation',
+  'velocity', 'friction', 'restitution', 'stiffness', 'damping'];
+const LOAD_OPTIONS = ['force', 'acceleration', 'vertices', 'vertex', 'group', 'start', 'until',
+  'frequency'];
+const ZERO = [0, 0, 0];
+const UPRIGHT = [1, 0, 0, 0];
+
+export class Scene extends Resource {
+  #memory;
+  #bodies = [];
+
+  constructor(memory, { dt = 0.003, gravity } = {}) {
+    const { calls } = memory;
+    super('scene', new Owned(memory.made(calls.js_scene_make(dt), calls.js_scene_message),
+      (at) => calls.js_scene_free(at)));
+    this.#memory = memory;
+    if (gravity !== undefined) this.setGravity(gravity);
+  }
+
+  /** Calls a function of the bridge on this scene with numbers. */
+  call(name, numbers, ...rest) {
+    const { calls } = this.#memory;
+    if (numbers !== undefined) this.#memory.numbers.set(numbers);
+    return this.#memory.check(calls[name](this.address, ...rest), calls.js_scene_message);
+  }
+
+  /** The first results of a call. */
+  results(count) {
+    return Array.from(this.#memory.numbers.subarray(0, count));
+  }
+
+  addBody(model, options = {}) {
+    knownOptions(options, BODY_OPTIONS, 'a body');
+    const given = { position: ZERO, rotation: UPRIGHT, velocity: ZERO, spin: ZERO, ...options };
+    const triangles = options.triangles && vertices(options.triangles, model.vertexCount, 'triangles');
+    const touch = this.#touching(options.touch, triangles, model);
+    const integrator = integratorNumber(this.#memory, options.integrator ?? 'energy');
+    const numbers = [...doubles(given.position, 3, 'position'), ...doubles(given.rotation, 4, 'rotation'),
+      given.scale ?? 1, given.stiffness ?? 1, given.density ?? 1, given.dampingAlpha ?? 0,
+      given.dampingBeta ?? 0, ...doubles(given.velocity, 3, 'velocity'), ...doubles(given.spin, 3, 'spin'),
+      given.startAmplitude ?? 0];
+    const number = this.#memory.lend([triangles, touch], (faces, points) => this.call(
+      'js_scene_add_body', numbers, model.address, integrator, given.rank ?? 0, given.condense ?? 0,
+      given.free ? 1 : 0, given.startMode ?? 0, faces, (triangles?.length ?? 0) / 3, points, touch?.length ?? 0));
+    // the scene reads the model until it is gone itself
+    this.owned.lean(model.owned);
+    const body = new Body(this.#memory, this, number, model);
+    this.#bodies.push(body);
+    return body;
+  }
+
+  #touching(touch, triangles, model) {
+    if (touch === undefined) return undefined;
+    if (touch !== 'all') return vertices(touch, model.vertexCount, 'touch');
+    if (triangles === undefined)
+      throw new ThrumError("touch: 'all' means the vertices of the triangles, and there are none", -1);
+    return Int32Array.from(new Set(triangles));
+  }
+
+  get bodies() {
+    return [...this.#bodies];
+  }
+
+  setGravity(gravity) {
+    this.call('js_scene_gravity', doubles(gravity, 3, 'gravity'));
+  }
+
+  setWind(velocity, { density = 1.2, drag = 1 } = {}) {
+    this.call('js_scene_wind', [...doubles(velocity, 3, 'velocity'), density, drag]);
+  }
+
+  addObstacle(obstacle) {
+    return this.#obstacle(-1, obstacle);
+  }
+
+  setObstacle(number, obstacle) {
+    if (!Number.isInteger(number) || number < 0)
+      throw new ThrumError(`there is no obstacle ${number}`, -1);
+    this.#obstacle(number, obstacle);
+  }
+
+  #obstacle(number, obstacle) {
+    knownOptions(obstacle, OBSTACLE_OPTIONS, 'an obstacle');
+    const shape = SHAPES[obstacle.shape ?? 'plane'];
+    if (shape === undefined)
+      throw new ThrumError(`'${obstacle.shape}' is no shape; there are ${Object.keys(SHAPES).join(', ')}`, -1);
+    const numbers = [...doubles(obstacle.centre ?? ZERO, 3, 'centre'),
+      ...doubles(obstacle.normal ?? [0, 0, 1], 3, 'normal'), obstacle.radius ?? 1,
+      ...doubles(obstacle.half ?? [1, 1, 1], 3, 'half'), ...doubles(obstacle.rotation ?? UPRIGHT, 4, 'rotation'),
+      ...doubles(obstacle.velocity ?? ZERO, 3, 'velocity'), obstacle.friction ?? 0.5,
+      obstacle.restitution ?? 0.5, obstacle.stiffness ?? 0, obstacle.damping ?? 0];
+    return this.call('js_scene_obstacle', numbers, number, shape, obstacle.inside ? 1 : 0);
+  }
+
+  step(count = 1) {
+    let worst = 0;
+    for (let done = 0; done < count; done += 1) {
+      const status = this.call('js_scene_step');
+      if (status > 0 && (worst === 0 || status < worst)) worst = status;
+    }
+    return worst;
+  }
+
+  get time() {
+    return this.#memory.calls.js_scene_time(this.address);
+  }
+
+  setDt(dt) {
+    this.call('js_scene_dt', undefined, dt);
+  }
+
+  reset() {
+    this.call('js_scene_reset');
+  }
+
+  snapshot() {
+    const size = this.#memory.calls.js_scene_snapshot_size(this.address);
+    return this.#memory.take(Uint8Array, size, (at) => this.call('js_scene_snapshot', undefined, at, size));
+  }
+
+  restore(snapshot) {
+    this.#memory.lend([Uint8Array.from(snapshot)], (at) =>
+      this.call('js_scene_restore', undefined, at, snapshot.length));
+  }
+}
+
+export class Body {
+  #memory;
+
+  constructor(memory, scene, number, model) {
+    this.#memory = memory;
+    this.scene = scene;
+    this.number = number;
+    this.model = model;
+  }
+
+  #coordinates(momenta) {
+    const { shown } = this.info;
+    return this.#memory.take(Float64Array, shown, (at) => this.scene.call('js_body_coordinates',
+      undefined, this.number, momenta ? 0 : at, momenta ? at : 0));
+  }
+
+  get q() {
+    return this.#coordinates(false);
+  }
+
+  get p() {
+    return this.#coordinates(true);
+  }
+
+  get info() {
+    this.scene.call('js_body_info', undefined, this.number);
+    const [status, rank, shown, touching, scheme, fallbackSteps, grownSteps, switchedSteps] =
+      this.scene.results(8);
+    return { status, rank, shown, touching, fallbackSteps, grownSteps, switchedSteps,
+      scheme: this.#memory.text(this.#memory.calls.js_name(scheme, 1)) };
+  }
+
+  get energies() {
+    this.scene.call('js_body_energies', undefined, this.number);
+    const [kinetic, potential, gravity, contact, total] = this.scene.results(5);
+    return { kinetic, potential, gravity, contact, total };
+  }
+
+  get matrix() {
+    this.#memory.calls.js_body_matrix(this.scene.address, this.number);
+    return this.scene.results(16);
+  }
+
+  positions(surface, out) {
+    const into = surface.room(out);
+    return this.#memory.take(Float32Array, into.length, (at) => this.scene.call('js_body_positions',
+      undefined, this.number, surface.address, at), into);
+  }
+
+  vertex(vertex) {
+    this.scene.call('js_body_vertex', undefined, this.number, vertex);
+    const found = this.scene.results(6);
+    return { position: found.slice(0, 3), velocity: found.slice(3) };
+  }
+
+  setDamping(alpha, beta = 0) {
+    this.scene.call('js_body_damping', undefined, this.number, alpha, beta);
+  }
+
+  addLoad(load) {
+    knownOptions(load, LOAD_OPTIONS, 'a load');
+    if ((load.force === undefined) === (load.acceleration === undefined))
+      throw new ThrumError('a load is one of force and acceleration', -1);
+    const kind = load.force === undefined ? ACCELERATION : FORCE;
+    const vector = doubles(load.force ?? load.acceleration, 3, 'a load');
+    const chosen = this.model.chosen(load);
+    const numbers = [...vector, load.start ?? 0, load.until ?? Infinity, load.frequency ?? 0];
+    this.#memory.lend([chosen], (at) => this.scene.call('js_scene_load', numbers, this.number, kind,
+      load.frequency === undefined ? 0 : 1, at, chosen?.length ?? 0));
+  }
+
+  pull(vertex, target, { stiffness, damping = -1 }) {
+    const number = this.scene.call('js_pull_start', [...doubles(target, 3, 'target'), stiffness, damping],
+      this.number, vertex);
+    return new Pull(this.scene, number);
+  }
+}
+
+export class Pull {
+  #scene;
+  #number;
+
+  constructor(scene, number) {
+    this.#scene = scene;
+    this.#number = number;
+  }
+
+  move(target) {
+    this.#scene.call('js_pull_move', doubles(target, 3, 'target'), this.#number);
+  }
+
+  end() {
+    this.#scene.call('js_pull_end', undefined, this.#number);
+  }
+
+  get force() {
+    this.#scene.call('js_pull_get', undefined, this.#number);
+    return this.#scene.results(6).slice(3);
+  }
+}

@@ -1,0 +1,190 @@
+// Models, states, batches and scenes in WebAssembly. SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { before, test } from 'node:test';
+import { Status, ThrumError, load } from '../dist/inline.js';
+import { beamBytes, blockBytes, folder, thrum } from './fixture.mjs';
+
+const RANK = 12;
+let engine, beam, block, bytes;
+
+before(async () => {
+  engine = await load();
+  bytes = beamBytes();
+  beam = engine.model(bytes);
+  block = engine.model(blockBytes());
+});
+
+/** A state whose tip is 0.1 m off. */
+function struck(options) {
+  const state = beam.state(options);
+  state.set(beam.start(0, 0.1));
+  return state;
+}
+
+/** The last row of a .npy of doubles in C order. */
+function lastRow(path, columns) {
+  const data = readFileSync(path);
+  return Array.from({ length: columns }, (_, i) => data.readDoubleLE(data.length - 8 * (columns - i)));
+}
+
+test('a model says what is in it', () => {
+  assert.equal(beam.rank, RANK);
+  assert.equal(beam.vertices.length, 3 * beam.vertexCount);
+  assert.equal(beam.basis.length, 3 * beam.vertexCount * RANK);
+  assert.deepEqual([...beam.material], [5e6, 0.4, 1000]);
+  assert.ok(beam.groups.tip.length > 0);
+  assert.equal(beam.meta.tool, 'thrum');
+  // the first bending frequency of the program's own table, to what the basis changes in it
+  const report = JSON.parse(thrum('info', 'beam.npz', '--json'));
+  assert.ok(Math.abs(beam.frequencies[0] / report.frequencies_hz[0] - 1) < 1e-5);
+});
+
+for (const integrator of ['energy', 'imexv', 'newmark'])
+  test(`${integrator}: steps have the bits of the program`, () => {
+    thrum('simulate', 'beam.npz', '-o', integrator, '--integrator', integrator, '--time', '0.3', '--start', 'mode:1,0.1');
+    const state = struck({ integrator });
+    state.step(100);
+    assert.deepEqual([...state.q], lastRow(join(folder, integrator, 'q.npy'), RANK));
+  });
+
+test('energy keeps the energy', () => {
+  const state = struck();
+  const { total } = state.energies;
+  assert.equal(state.step(2000), Status.OK);
+  assert.ok(Math.abs(state.energies.total / total - 1) < 1e-12);
+  assert.equal(state.report.steps, 2000);
+  assert.equal(state.report.scheme, 'energy');
+});
+
+test('under a load the damped beam comes to rest at its equilibrium', () => {
+  const state = beam.state({ dampingAlpha: 20 });
+  const weight = beam.externalLoad({ gravity: [0, 0, -9.81] });
+  state.setForce(weight);
+  state.step(2000);
+  const rest = beam.equilibrium(weight);
+  assert.ok(rest.stable);
+  state.q.forEach((value, i) => assert.ok(Math.abs(value - rest.q[i]) < 1e-8));
+  assert.ok(Math.max(...beam.vonMises(rest.q)) > 1000);
+});
+
+test('a snapshot continues with the same bits, a changed one is refused', () => {
+  const state = struck({ integrator: 'imexv' });
+  state.step(20);
+  const kept = state.snapshot();
+  state.step(20);
+  const end = state.q;
+  state.restore(kept);
+  state.step(20);
+  assert.deepEqual(state.q, end);
+  kept[kept.length - 1] ^= 1;
+  assert.throws(() => state.restore(kept), ThrumError);
+});
+
+test('a batch has the bits of single steps', () => {
+  const states = Array.from({ length: 10 }, () => struck());
+  const batch = beam.batch(states);
+  assert.deepEqual([...batch.step(30)], Array(10).fill(0));
+  const alone = struck();
+  alone.step(30);
+  for (const state of states) assert.deepEqual(state.q, alone.q);
+  assert.throws(() => beam.batch([alone, alone]), ThrumError);
+});
+
+test('condensed, truncated and scaled models', () => {
+  const condensed = beam.condense(4);
+  assert.deepEqual([condensed.rank, condensed.shown], [4, RANK]);
+  assert.equal(condensed.shape(new Float64Array(4)).length, RANK);
+  assert.equal(beam.truncate(5).rank, 5);
+  const long = beam.scale({ length: 2 });
+  assert.ok(Math.abs((2 * long.frequencies[0]) / beam.frequencies[0] - 1) < 1e-14);
+});
+
+test('surfaces give three.js its arrays', () => {
+  const triangles = beam.outerTriangles();
+  const surface = beam.surface({ triangles });
+  const out = new Float32Array(3 * surface.vertexCount);
+  const q = beam.start(0, 0.1);
+  assert.equal(surface.positions(q, out), out);
+  const moved = beam.displacement(q);
+  beam.vertices.forEach((rest, i) => assert.ok(Math.abs(out[i] - rest - moved[i]) < 1e-6));
+  assert.equal(surface.normals(out).length, out.length);
+  assert.throws(() => surface.positions(q, new Float32Array(3)), ThrumError);
+});
+
+test('a free body falls by g t^2 / 2', () => {
+  const scene = engine.scene({ dt: 0.001, gravity: [0, 0, -9.81] });
+  const body = scene.addBody(block, { free: true, position: [0, 0, 10] });
+  const start = body.matrix[14];
+  scene.step(1000);
+  assert.ok(Math.abs(start - body.matrix[14] - 0.5 * 9.81) < 1e-9);
+});
+
+test('contact, loads and pulls in a scene', () => {
+  const scene = engine.scene({ gravity: [0, 0, -9.81] });
+  const triangles = beam.outerTriangles();
+  const body = scene.addBody(beam, { triangles, touch: 'all', dampingAlpha: 0.5 });
+  scene.addObstacle({ centre: [0, 0, -0.05] });
+  body.addLoad({ force: [0, 0, -20], group: 'tip', until: 0.3 });
+  scene.setWind([0, 5, 0]);
+  let touched = 0;
+  for (let i = 0; i < 300; i += 1) {
+    scene.step();
+    touched += body.info.touching > 0 ? 1 : 0;
+  }
+  assert.ok(touched > 0);
+  const tip = beam.groups.tip[0];
+  const pull = body.pull(tip, [1, 0, 0.5], { stiffness: 300 });
+  scene.step(30);
+  assert.ok(pull.force[2] > 0);
+  pull.end();
+  const kept = scene.snapshot();
+  scene.step(10);
+  const end = body.q;
+  scene.restore(kept);
+  scene.step(10);
+  assert.deepEqual(body.q, end);
+  assert.ok(Number.isFinite(body.energies.total));
+});
+
+test('what is wrong is refused by name', () => {
+  assert.throws(() => engine.model(new Uint8Array(10)), ThrumError);
+  const changed = Uint8Array.from(bytes);
+  changed[changed.length >> 1] ^= 1;
+  assert.throws(() => engine.model(changed), /checksum|CRC/i);
+  assert.throws(() => beam.state({ integrator: 'euler' }), /newmark/);
+  assert.throws(() => beam.state({ timestep: 1 }), /dampingAlpha/);
+  assert.throws(() => beam.state({ dt: 0 }), /dt/);
+  assert.throws(() => beam.externalLoad({ force: [1, 2, 3], group: 'nose' }), /tip/);
+  assert.throws(() => beam.state().set([1, 2]), /12/);
+  assert.throws(() => beam.state().set(Array(RANK).fill(NaN)), ThrumError);
+  assert.throws(() => beam.state().step(1.5), ThrumError);
+  const scene = engine.scene();
+  assert.throws(() => scene.addBody(beam, { free: true }), ThrumError);
+  assert.throws(() => scene.addBody(beam, { touch: 'all' }), /triangles/);
+  assert.throws(() => scene.addObstacle({ shape: 'cone' }), /sphere/);
+  assert.throws(() => engine.scene({ dt: -1 }), ThrumError);
+  assert.equal(scene.bodies.length, 0);
+});
+
+test('things are freed in any order', () => {
+  for (const first of ['model', 'state', 'scene']) {
+    const model = engine.model(bytes);
+    const things = { model, state: model.truncate(5).state(), scene: engine.scene() };
+    things.scene.addBody(model);
+    things[first].free();
+    for (const [name, thing] of Object.entries(things))
+      if (name !== first && name !== 'model') thing.step(5);
+    for (const thing of Object.values(things)) thing.free();
+    assert.throws(() => things.state.step(), /freed/);
+  }
+  // memory that was freed is used again: a thousand models do not fill it
+  for (let i = 0; i < 1000; i += 1) {
+    const model = engine.model(bytes);
+    const state = model.state();
+    model.free();
+    state.step();
+    state.free();
+  }
+});
