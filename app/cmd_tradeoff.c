@@ -303,6 +303,8 @@ static void print_json(const trade *t) {
 static void print_run(const trade *t, const tradeoff_run *run) {
   const tradeoff_basis *basis = &t->result.bases[run->basis];
   const tradeoff_recipe *recipe = &basis->recipe;
+
+  // a condensed basis steps some of its coordinates
   char masters[16] = "";
   if (recipe->masters > 0)
     snprintf(masters, sizeof masters, "%d of ", (int)recipe->masters);
@@ -318,7 +320,7 @@ static void print_run(const trade *t, const tradeoff_run *run) {
          100 * run->frequency_error);
 }
 
-/* What comes nearest where no setting does what was wanted. */
+/* Prints the setting that comes nearest where none does what was asked for. */
 static void print_nearest(const trade *t) {
   const tradeoff_run *nearest = NULL;
   for (int64_t n = 0; n < t->result.run_count; n++) {
@@ -327,6 +329,8 @@ static void print_nearest(const trade *t) {
         (nearest == NULL || run->error.displacement < nearest->error.displacement))
       nearest = run;
   }
+
+  // none may have come to its end
   if (nearest == NULL) {
     puts("no setting that was tried came to its end");
     return;

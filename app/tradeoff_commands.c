@@ -133,11 +133,14 @@ static void put_simulate(FILE *stream, const tradeoff_commands *c) {
   fputs("thrum simulate", stream);
   put(stream, is_made(c) ? path : c->request->model_path);
 
+  // the setting that was chosen
   fprintf(stream, " --integrator %s", experiment_scheme_names[run->integrator]);
   put_number(stream, "--dt", run->dt);
   put_number(stream, "--tolerance", run->tolerance);
   if (recipe->masters > 0)
     fprintf(stream, " --condense %lld", (long long)recipe->masters);
+
+  // the motion that it was chosen for
   put_damping(stream, "--damping", c->request->damping);
   for (int64_t n = 0; n < c->load_count; n++) {
     fputs(" --load", stream);
@@ -186,6 +189,7 @@ static cJSON *precompute_options(const tradeoff_commands *c) {
   if (c->result->lumped)
     cJSON_AddStringToObject(object, "mass", "lumped");
 
+  // a trained basis has the loads of its training
   char *loads = recipe->trained ? joined(c) : NULL;
   if (loads != NULL) {
     cJSON *train = cJSON_AddArrayToObject(object, "train");

@@ -6,7 +6,7 @@
 
 #include "app/tradeoff_options.h"
 
-/* What they are made of; the pointers are borrowed. */
+/* The parts that the commands are made of; the pointers are borrowed. */
 typedef struct tradeoff_commands {
   const tradeoff_request *request;
   const tradeoff_problem *problem;

@@ -7,8 +7,8 @@
 
 /* Removes files of the folder whose names begin with `prefix`, the longest unchanged first, until
  * the others have `bytes_most` together at most. Files changed in the last `seconds` stay, since
- * somebody may be about to read them. What cannot be read or removed is left alone: a cache that is
- * too large harms nobody's run. */
+ * another program may be about to read them. What cannot be read or removed is left alone: a cache
+ * that is too large harms no run. */
 void cache_trim(const char *folder, const char *prefix, int64_t bytes_most, int64_t seconds);
 
 #endif

@@ -30,10 +30,11 @@ void full_motion_between(double time, int64_t samples, double begin, double dt, 
   }
 }
 
-/* What take() needs, and all fields of the stepping: two ends, a sample between, the forces. */
+/* A motion under way: what take() needs, and the fields of the stepping, which are two ends, a
+ * sample between them, and the forces. */
 typedef struct motion {
   const full_motion_script *script;
-  const full_motion_watch *watch;
+  const full_motion_observer *observer;
   int64_t all; /* components */
   double dt;
   double *from, *to, *between, *forces; /* u, then v; from owns them all */
@@ -42,8 +43,8 @@ typedef struct motion {
 
 static void take(void *context, int64_t index, double share, const double *value) {
   const motion *m = context;
-  m->watch->take(m->watch->context, index, value, value + m->all,
-                 (1 - share) * m->energy_from + share * m->energy_to);
+  m->observer->take(m->observer->context, index, value, value + m->all,
+                    (1 - share) * m->energy_from + share * m->energy_to);
 }
 
 /* The mean forces of all loads in a step. */
@@ -59,7 +60,7 @@ static void load(const motion *m, int64_t step) {
 
 static thrum_status step_all(motion *m, thrum_full *full, double *us_per_step, thrum_error *error) {
   const int64_t all = m->all, steps = thrum_step_count(m->script->time, m->dt);
-  const full_motion_watch *watch = m->watch;
+  const full_motion_observer *observer = m->observer;
   double seconds = 0;
 
   // only the step itself is timed
@@ -73,12 +74,12 @@ static thrum_status step_all(motion *m, thrum_full *full, double *us_per_step, t
 
     // samples lie between steps
     m->energy_to = thrum_full_energy(full).total;
-    full_motion_between(m->script->time, watch->samples, (double)k * m->dt, m->dt, all, m->from,
+    full_motion_between(m->script->time, observer->samples, (double)k * m->dt, m->dt, all, m->from,
                         m->to, take, m, m->between);
     memcpy(m->from, m->to, 2 * (size_t)all * sizeof *m->from);
     m->energy_from = m->energy_to;
-    if (watch->progress != NULL &&
-        !watch->progress(watch->progress_context, (double)(k + 1) / (double)steps))
+    if (observer->progress != NULL &&
+        !observer->progress(observer->progress_context, (double)(k + 1) / (double)steps))
       return thrum_error_set(error, THRUM_INTERRUPTED, "interrupted");
   }
   if (us_per_step != NULL)
@@ -87,10 +88,10 @@ static thrum_status step_all(motion *m, thrum_full *full, double *us_per_step, t
 }
 
 thrum_status full_motion_run(const thrum_model *model, const full_motion_script *script, double dt,
-                             const full_motion_watch *watch, double *us_per_step,
+                             const full_motion_observer *observer, double *us_per_step,
                              thrum_error *error) {
   const int64_t all = 3 * model->vertex_count;
-  motion m = {.script = script, .watch = watch, .all = all, .dt = dt};
+  motion m = {.script = script, .observer = observer, .all = all, .dt = dt};
   thrum_full *full = NULL;
   thrum_full_def def = thrum_default_full_def();
   def.dt = dt;

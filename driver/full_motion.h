@@ -12,7 +12,7 @@
 #define FULL_MOTION_SAMPLES 64
 #define FULL_MOTION_SNAPSHOTS (2 * FULL_MOTION_SAMPLES)
 
-/* Loads that act together on a body at rest, and for how long it is watched. */
+/* Loads that act together on a body at rest, and for how long it is followed. */
 typedef struct full_motion_script {
   int64_t load_count;
   const thrum_load *courses; /* load_count */
@@ -33,19 +33,19 @@ void full_motion_between(double time, int64_t samples, double begin, double dt, 
 
 /* Who receives the samples, and who is told how far the run is; `progress` may be NULL, and stops
  * the run where it answers false. */
-typedef struct full_motion_watch {
+typedef struct full_motion_observer {
   int64_t samples;
   /* u and v: 3 vertex_count each; energy: kinetic and potential [J]. */
   void (*take)(void *context, int64_t index, const double *u, const double *v, double energy);
   void *context;
   bool (*progress)(void *context, double fraction);
   void *progress_context;
-} full_motion_watch;
+} full_motion_observer;
 
 /* Steps the full order of the model's mesh (`energy`) through the script. *us_per_step: processor
  * time of a step; may be NULL. THRUM_INTERRUPTED when progress says so. */
 thrum_status full_motion_run(const thrum_model *model, const full_motion_script *script, double dt,
-                             const full_motion_watch *watch, double *us_per_step,
+                             const full_motion_observer *observer, double *us_per_step,
                              thrum_error *error);
 
 #endif

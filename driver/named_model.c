@@ -147,6 +147,8 @@ static bool take_mesh(const cJSON *object, const char *folder, model_recipe *rec
 
 static const char *take_recipe(const cJSON *object, const char *folder, model_recipe *recipe) {
   const cJSON *material = cJSON_GetObjectItemCaseSensitive(object, "material");
+
+  // what precompute is given; the first fault is the one that is said
   if (!take_mesh(object, folder, recipe))
     return "mesh wants the name of a file in the same folder";
   if (!take_number(material, "young", &recipe->material.young) ||
@@ -157,6 +159,8 @@ static const char *take_recipe(const cJSON *object, const char *folder, model_re
     return "fix wants one SPEC or a few, as --fix takes them";
   if (!take_count(object, "modes", &recipe->modes) || !take_count(object, "rank", &recipe->rank))
     return "modes and rank want whole numbers from 1";
+
+  // loads for the runs of the model
   if (!take_load(object, recipe))
     return "load wants a group, a direction of three numbers and a force";
   if (!take_tests(object, recipe))
@@ -358,7 +362,7 @@ static thrum_status load_file(const char *path, const thrum_model **model, thrum
 static const char known_names[] = MODEL_NAME_LIST(X);
 #undef X
 
-/* What a text may have meant that names no model file; "" when nothing is plain. */
+/* Guesses the meaning of a text that names no model file; "" when nothing is plain. */
 static void advise(const char *text, char *advice, size_t size) {
   const bool there = access(text, F_OK) == 0;
   const char *nearest = config_nearest(path_basename(text), model_names, MODEL_NAME_COUNT);

@@ -67,8 +67,8 @@ static thrum_status run_all(const precompute_request *request, const thrum_model
     run->u = outcome->samples + n * each;
     const full_motion_script script = script_of(request, &c);
     taker t = {run, 3 * model->vertex_count, &progress, label};
-    const full_motion_watch watch = {FULL_MOTION_SNAPSHOTS, take, &t, show, &t};
-    THRUM_THEN(status, full_motion_run(model, &script, request->train_dt, &watch, NULL, error));
+    const full_motion_observer observer = {FULL_MOTION_SNAPSHOTS, take, &t, show, &t};
+    THRUM_THEN(status, full_motion_run(model, &script, request->train_dt, &observer, NULL, error));
     train_case_free(&c);
   }
   thrum_threads_restore(before);
@@ -173,7 +173,7 @@ static double project(const thrum_model *model, const thrum_model_fem *body, con
   return square;
 }
 
-/* What is summed over the samples of a run that is judged. */
+/* The sums over the samples of a run that is judged. */
 typedef struct judge {
   const thrum_model *model;
   const thrum_model_fem *body;

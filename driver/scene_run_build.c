@@ -207,7 +207,7 @@ static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def
   return THRUM_OK;
 }
 
-/* What tells how far a condensed body can be believed. */
+/* Opens the check that tells how far a condensed body can be believed. */
 static thrum_status open_check(scene_run *run, int32_t n, thrum_error *error) {
   scene_body_run *body = &run->bodies[n];
   thrum_scene_body_info info;

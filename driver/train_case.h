@@ -1,4 +1,4 @@
-/* What one run of a training does, as the command line names it: LOAD[;LOAD...], loads that act
+/* One run of a training, as the command line names it: LOAD[;LOAD...], loads that act
  * together on the body at rest. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_TRAIN_CASE_H
 #define THRUM_DRIVER_TRAIN_CASE_H

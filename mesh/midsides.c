@@ -240,7 +240,7 @@ static thrum_status edge_fault(const thrum_mesh *mesh, int64_t t, int e, const c
   return THRUM_BAD_VALUE;
 }
 
-/* What each vertex is: a corner, the middle of one edge, or nothing yet. */
+/* Finds for each vertex whether it is a corner, the middle of one edge, or nothing yet. */
 static thrum_status check_edges(const thrum_mesh *mesh, uint8_t *corner, int32_t *ends,
                                 edge_table *table, thrum_midside_fault *fault, thrum_error *error) {
   for (int64_t i = 0; i < 4 * mesh->tet_count; i++)

@@ -47,7 +47,7 @@ typedef struct scene_wrench {
   double torque[3]; /* about the centre of mass [N m] */
 } scene_wrench;
 
-/* What a state counts in its report, and a scene for as long as the body lives. */
+/* The counts of a state's report, which a scene keeps for as long as the body lives. */
 typedef struct scene_counts {
   int64_t fallback_steps;
   double dissipated;
@@ -279,7 +279,7 @@ thrum_status scene_wind_add(const thrum_scene *scene, scene_body *body, scene_wr
 /* Makes body->q, and body->p if `p`, those of the present step. */
 thrum_status scene_body_read(scene_body *body, bool p, thrum_error *error);
 
-/* What the body has counted since its start, over all its states. */
+/* The counts of the body since its start, over all its states. */
 scene_counts scene_body_counts(const scene_body *body);
 
 /* A point of a body, rest position and three rows of U, in the world; body->q and, for a velocity

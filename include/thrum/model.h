@@ -101,8 +101,8 @@ typedef struct thrum_model {
   /* what thrum_model_identity found when the model was made; a state steps with models of the
    * identity of its own alone. 0: a model made by hand that was given none */
   uint64_t identity;
-  /* Of thrum_model_condense alone, NULL otherwise: the model that shows this one, and its slave_map
-   * for the masters of this one. */
+  /* Set by thrum_model_condense alone, NULL otherwise: the model that shows this one, and its
+   * slave_map for the masters of this one. */
   const struct thrum_model *shape;
   const double *follow;
 } thrum_model;

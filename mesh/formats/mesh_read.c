@@ -72,7 +72,7 @@ static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error 
   return status;
 }
 
-/* What kind of file a name of another suffix may be. */
+/* Refuses a suffix that no reader knows, and says which kinds of file there are. */
 static thrum_status refuse_kind(const char *name, thrum_error *error) {
   if (thrum_file_has_suffix(name, ".stl") || thrum_file_has_suffix(name, ".obj"))
     return thrum_error_set(error, THRUM_UNSUPPORTED,

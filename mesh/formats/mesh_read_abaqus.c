@@ -587,7 +587,7 @@ static thrum_status set_groups(inp_reader *r) {
       for (int64_t n = 0; n < count; n++)
         THRUM_TRY(thrum_builder_add(&r->builder, list, nodes[n]));
 
-      // of a file of mixed orders, which is refused later, no middle nodes are known
+      // a file of mixed orders, which is refused later, has no middle nodes that are known
       for (int n = 0; n < 6 && tet && r->builder.middles && r->builder.odd_tet == 0; n++)
         THRUM_TRY(thrum_builder_add(&r->builder, list, r->builder.middles[6 * element->tet + n]));
     }

@@ -76,7 +76,7 @@ typedef struct thrum_contact_row {
   double damping;   /* c/h [N/m] */
   double restitution, friction;
 
-  /* What the step has found of it so far. */
+  /* The step has found this of it so far. */
   double speed;           /* along the normal at the start, relative to the obstacle [m/s] */
   double gained;          /* change of it towards the obstacle in the step without contact [m/s] */
   double unloaded_length; /* length of the displacement without contact and pulls [m] */

@@ -212,7 +212,7 @@ thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *stat
   return thrum_energy_finish(&s, &from, thrum_trapezoid_solve(&s, &from));
 }
 
-/* What the step has shown of the inverse, and when it is to be replaced. */
+/* Keeps what the step has shown of the inverse, and plans when it is to be replaced. */
 static void keep_inverse_plan(thrum_state *next, const thrum_solve_report *report) {
   // a contraction that grows counts at once
   const double measured = fmin(report->contraction, 1.0), known = next->contraction;

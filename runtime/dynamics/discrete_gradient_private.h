@@ -1,4 +1,4 @@
-/* What the files of the energy-conserving step share, see discrete_gradient.c.
+/* The parts that the files of the energy-conserving step share, see discrete_gradient.c.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_DYNAMICS_DISCRETE_GRADIENT_PRIVATE_H
 #define THRUM_RUNTIME_DYNAMICS_DISCRETE_GRADIENT_PRIVATE_H

@@ -52,7 +52,7 @@
 
 /* --- first guess ------------------------------------------------------------------------------ */
 
-/* What each order adds to the extrapolation of the past solves, latest first: Newton's divided
+/* The share of each order in the extrapolation of the past solves, latest first: Newton's divided
  * differences at the time where the solve to come evaluates R, times the distances to it. With
  * steps of one length these are the plain differences. */
 typedef struct terms_of_guess {

@@ -30,7 +30,7 @@ typedef enum thrum_quasi_next {
 void thrum_quasi_begin(const thrum_solver *s, thrum_quasi *quasi);
 thrum_quasi_next thrum_quasi_take(const thrum_solver *s, thrum_quasi *quasi);
 
-/* What a solve alone does between them: R, and the stiffness in the same pass where it is needed.
+/* The work of a solve between the two: R, and the stiffness in the same pass where it is needed.
  */
 void thrum_quasi_evaluate(const thrum_solver *s, thrum_quasi *quasi);
 

@@ -225,7 +225,7 @@ void thrum_stability_energy(const thrum_model *model, const thrum_state *state,
   report->energy_known = true;
 }
 
-/* What a step does to the balance [J]. */
+/* The changes that a step makes to the balance [J]. */
 typedef struct step_account {
   double work;       /* of the load */
   double dissipated; /* by damping */

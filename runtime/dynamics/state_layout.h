@@ -22,8 +22,8 @@
 /* How many solves the first guess may extrapolate. */
 #define THRUM_PAST_SOLVES 5
 
-/* Of the header and the arrays below; raised with each change of them, so that a snapshot of
- * another version is known. */
+/* The version of the header and the arrays below; it is raised with each change of them, so that a
+ * snapshot of another version is known. */
 #define THRUM_STATE_VERSION 15
 
 /* --- the header ------------------------------------------------------------------------------- */
@@ -47,7 +47,7 @@ typedef struct thrum_stability_monitor {
   double block_sum;          /* the same in this block, as shares of the energy, */
   double block_square;       /* and their squares */
 
-  /* What was corrected and switched. */
+  /* Corrections and switches. */
   double corrected;       /* net of the corrections since then [J] */
   double energy_error;    /* correction that is still to be made [J] */
   double quiet_peak;      /* largest stability number of the def's explicit set, for a return */

@@ -1,4 +1,4 @@
-/* What other parts of the runtime share of state.c.
+/* The functions of state.c that other parts of the runtime share.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_DYNAMICS_STATE_PRIVATE_H
 #define THRUM_RUNTIME_DYNAMICS_STATE_PRIVATE_H

@@ -265,7 +265,7 @@ static thrum_status say_failure(const thrum_state *state, thrum_status status, t
                          step, state->report.time);
 }
 
-/* What the step dissipated, for the balances that follow and for the report. */
+/* Finds what the step dissipated, for the balances that follow and for the report. */
 static void find_dissipation(const thrum_model *model, thrum_step_run *run) {
   const thrum_state_def *def = &run->next.def;
   const bool damped = def->damping_alpha > 0.0 || def->damping_beta > 0.0;

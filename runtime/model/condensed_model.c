@@ -286,7 +286,7 @@ double thrum_condensed_inertia_share(const thrum_model *model, const double *x, 
 double thrum_condensed_gap(const thrum_model *model) {
   if (slaves_of(model) == 0)
     return INFINITY;
-  // of the shape both, since a scaled model keeps its unscaled shape
+  // both are those of the shape, since a scaled model keeps its unscaled shape
   const double *omega2 = model->shape->omega2;
   return sqrt(omega2[model->rank] / omega2[model->rank - 1]);
 }

@@ -605,12 +605,12 @@ static void an_explicit_mode_beyond_the_bound_is_warned_of_and_flagged(void **st
 
 static void a_step_longer_than_half_a_period_is_warned_of(void **state) {
   (void)state;
-  assert_true(save_oscillator(in_folder("calm.npz"), 4.0, 0));
+  assert_true(save_oscillator(in_folder("quiet.npz"), 4.0, 0));
   assert_true(save_npy(in_folder("one.npy"), (const double[]){1}, 1, 0));
 
   // half a period is pi/2 s, and the mode is implicit
   for (int n = 0; n < 2; n++) {
-    program_result run = thrum_run(folder, "simulate", "calm.npz", "-o", "run", "--time", "10",
+    program_result run = thrum_run(folder, "simulate", "quiet.npz", "-o", "run", "--time", "10",
                                    "--start", "one.npy", "--dt", n == 0 ? "1.6" : "1.5", NULL);
     assert_int_equal(strstr(run.err, "periods of the slowest mode") != NULL, n == 0);
     program_result_free(&run);

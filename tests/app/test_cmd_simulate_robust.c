@@ -172,7 +172,7 @@ static void a_violent_momentum_from_a_file_keeps_its_energy_in_every_row(void **
 
 /* A smooth swing of a sixth of the length, in whose windows the energy ripples far more than it
  * drifts: 300 s without an edit. */
-static void a_calm_run_is_not_edited(void **context) {
+static void a_run_without_drift_is_not_edited(void **context) {
   (void)context;
   char path[200];
   const double rows[30] = {[15] = 5};
@@ -189,7 +189,8 @@ static void a_calm_run_is_not_edited(void **context) {
   cJSON_Delete(object);
 }
 
-/* What stepped a run stands where its integrator does: in the table, not in the JSON alone. */
+/* The scheme that stepped a run stands where its integrator does: in the table, not in the JSON
+ * alone. */
 static void a_run_that_switches_to_the_energy_integrator_says_so(void **context) {
   (void)context;
   static const char *const integrators[2] = {"imexv", "energy"};
@@ -306,7 +307,7 @@ int main(void) {
       cmocka_unit_test(so_little_tangent_damping_that_it_takes_nothing_feeds_nothing_in),
       cmocka_unit_test(energy_that_grows_flags_a_damped_run_too),
       cmocka_unit_test(a_violent_momentum_from_a_file_keeps_its_energy_in_every_row),
-      cmocka_unit_test(a_calm_run_is_not_edited),
+      cmocka_unit_test(a_run_without_drift_is_not_edited),
 
       // runs that say what stepped them
       cmocka_unit_test(a_run_that_switches_to_the_energy_integrator_says_so),

@@ -177,7 +177,7 @@ static void the_sweep_tells_integrators_apart(void **state) {
     }
   }
 
-  // of order 2
+  // newmark is of order 2
   assert_true(newmark_coarse > 30 * newmark_fine && newmark_coarse < 300 * newmark_fine);
   assert_true(error_coarse > 30 * error_fine && error_coarse < 300 * error_fine);
   cJSON_Delete(object);

@@ -152,7 +152,7 @@ static void refuse(const char *name, const char *text, const char *words) {
 static void wrong_middle_nodes_are_refused_with_the_element_and_its_line(void **state) {
   (void)state;
 
-  // of mixed orders
+  // elements of mixed orders
   refuse("a.inp", NODES TEN "*ELEMENT, TYPE=C3D4\n2,2,3,4,11\n",
          "a.inp:20: tet 2 has 4 nodes, where those before it have 10");
   refuse("a.inp", NODES "*ELEMENT, TYPE=C3D4\n2,2,3,4,11\n" TEN,

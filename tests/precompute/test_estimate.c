@@ -241,7 +241,7 @@ static void the_least_of_all_limits_is_what_is_left(void **state) {
   assert_int_equal(WEXITSTATUS(status), 0);
 }
 
-/* What a generator would make is judged before it is made: never too much, and early enough. */
+/* The mesh of a generator is judged before it is made: never too much, and early enough. */
 static void a_grid_that_cannot_fit_is_refused_before_it_is_made(void **state) {
   (void)state;
   static const int64_t grids[][3] = {{200, 6, 6}, {16, 16, 16}, {4, 30, 30}};

@@ -1,4 +1,4 @@
-/* What is done with a body of ten-node tetrahedra: full-order runs, tractions, stress, monitors,
+/* The uses of a body of ten-node tetrahedra: full-order runs, tractions, stress, monitors,
  * embedded and shown surfaces, and files. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 #include "tests/support/test_folder.h"

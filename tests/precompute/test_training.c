@@ -77,7 +77,7 @@ static double product(const fixture *f, const double *a, const double *b) {
   return product_in(f, &f->full.mass, a, b);
 }
 
-/* What U U^T M u leaves of a field, relative in the norm of the mass. */
+/* The part of a field that U U^T M u leaves, relative in the norm of the mass. */
 static double left_of(const fixture *f, const thrum_model *model, const double *u) {
   double *column = need((size_t)f->all, sizeof *column), shown = 0;
   for (int64_t i = 0; i < model->rank; i++) {

@@ -69,7 +69,7 @@ static int free_bodies(void **context) {
   return remove_folder(context);
 }
 
-/* What became of a run. */
+/* The end of a run. */
 typedef struct outcome {
   thrum_state_report report;
   thrum_status status;   /* of the last step */

@@ -165,7 +165,7 @@ cJSON *experiment_extremes_rows(const experiment_extremes *extremes) {
     json_string(row, "outcome", experiment_extreme_outcome(run, result));
     json_string(row, "reason", result->status < 0 ? result->stop.message : "");
 
-    // of a body that was refused these are zero
+    // these are zero where a body was refused
     json_number(row, "dt_s", body->dt);
     json_number(row, "h_omega_first", body->dt * body->omega[0]);
     json_number(row, "h_omega_last", body->dt * body->omega[1]);

@@ -332,6 +332,8 @@ static thrum_status test_error(const tradeoff_solution *s, int64_t b, const thru
 static thrum_status run_tests(tradeoff_solution *s, thrum_error *error) {
   const tradeoff_problem *problem = s->problem;
   thrum_status status = THRUM_OK;
+
+  // the model's own basis, if it was tried
   int64_t own = -1;
   for (int64_t b = s->result.basis_count - 1; b >= 0; b--)
     if (s->result.bases[b].recipe.modes == 0 && s->result.bases[b].recipe.masters == 0)
@@ -343,6 +345,8 @@ static thrum_status run_tests(tradeoff_solution *s, thrum_error *error) {
     const thrum_state_def plain =
         def_of(problem, EXPERIMENT_SCHEME_ENERGY, run->dt, run->tolerance);
     const full_motion_script *script = &problem->tests[n];
+
+    // both against the full order under this test
     tradeoff_reference reference = {0};
     s->result.test_error[n] = s->result.test_own_error[n] = NAN;
     status =

@@ -19,7 +19,7 @@
 #define TRADEOFF_BASES_MAX 160
 #define TRADEOFF_TESTS_MAX 16
 
-/* What steps: a basis, and how many of its coordinates. */
+/* The coordinates that are stepped: a basis, and how many of them. */
 typedef struct tradeoff_recipe {
   int64_t modes, rank; /* modes 0: the model's own basis, with its rank */
   bool single;         /* coefficients rounded to single precision; not of an own basis */
@@ -42,7 +42,7 @@ typedef struct tradeoff_problem {
   bool integrators[EXPERIMENT_SCHEME_COUNT];
   bool condense; /* each basis also with its linear modes alone stepped, by `verlet` too */
 
-  /* What is wanted: an error of the displacement, a cost [s/s]; NaN: no limit, one is a number.
+  /* The wish: an error of the displacement, a cost [s/s]; NaN: no limit, one is a number.
    * Where no recipe does it and rank_max is above 0, trained bases of `modes` linear modes are
    * tried, of higher and higher rank up to rank_max. */
   double error, cost;

@@ -1,5 +1,5 @@
-/* What the parts of the trade-off share: the reference, the bases, and the work on them. For
- * tradeoff*.c alone. SPDX-License-Identifier: Apache-2.0 */
+/* The things that the parts of the trade-off share: the reference, the bases, and the work on them.
+ * For tradeoff*.c alone. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_VALIDATION_TRADEOFF_TRADEOFF_PRIVATE_H
 #define THRUM_VALIDATION_TRADEOFF_TRADEOFF_PRIVATE_H
 

@@ -5,7 +5,7 @@
 #include "platform/allocate.h"
 #include "validation/tradeoff/tradeoff_private.h"
 
-/* What take() needs: where samples go, and room for the free components of a field. */
+/* The context of take(): where samples go, and room for the free components of a field. */
 typedef struct taker {
   tradeoff_reference *reference;
   double *free_ones; /* n: the components that may move, of a field of all */
@@ -73,13 +73,13 @@ thrum_status tradeoff_reference_make(const tradeoff_problem *problem,
   tradeoff_reference made = {0};
   taker t = {.reference = &made, .all = all};
   staged shown = {problem, stage};
-  const full_motion_watch watch = {FULL_MOTION_SNAPSHOTS, take, &t, show, &shown};
+  const full_motion_observer observer = {FULL_MOTION_SNAPSHOTS, take, &t, show, &shown};
   thrum_status status = thrum_model_fem_create(problem->model, &made.body, error);
   made.n = made.body.fem.free_count;
 
   // samples are kept times the mass, as errors are measured in its norm
   THRUM_THEN(status, allocate(&made, all, keep, &t, error));
-  THRUM_THEN(status, full_motion_run(problem->model, script, problem->full_dt, &watch,
+  THRUM_THEN(status, full_motion_run(problem->model, script, problem->full_dt, &observer,
                                      &made.us_per_step, error));
   free(t.free_ones);
   if (status < 0)

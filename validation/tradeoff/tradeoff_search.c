@@ -14,9 +14,9 @@
 static const int64_t ranks[] = {20, 30, 45, 60, 80, 100};
 #define RANK_COUNT ((int64_t)(sizeof ranks / sizeof ranks[0]))
 
-/* The rung can be climbed: there is room beside the modes, and the limit allows it. */
-static bool is_open(const tradeoff_problem *problem, int64_t rung) {
-  return ranks[rung] > problem->modes && ranks[rung] <= problem->rank_max;
+/* The rank of this number can be tried: there is room beside the modes, and the limit allows it. */
+static bool is_open(const tradeoff_problem *problem, int64_t number) {
+  return ranks[number] > problem->modes && ranks[number] <= problem->rank_max;
 }
 
 /* Processor time of a second of the cheapest run of the rank that is known best, for one step. */
@@ -42,12 +42,15 @@ static double guess(const tradeoff_solution *s, int64_t rank) {
   thrum_estimate estimate = {0};
   options.modes = problem->modes;
   options.rank = rank;
+
+  // making it
   double seconds = 0, shortest = problem->full_dt, steps = 0;
   if (thrum_precompute_estimate(&s->reference.body.mesh, problem->model->fixed, &options, &estimate,
                                 NULL) >= 0)
     for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
       seconds += TRAINED_TIMES * estimate.seconds[stage];
 
+  // its runs, and the finest one that they are judged by
   for (int64_t n = 0; n < problem->dt_count; n++) {
     shortest = fmin(shortest, problem->dts[n]);
     steps += 3 * (double)problem->tolerance_count * problem->script.time / problem->dts[n];

@@ -102,7 +102,7 @@ static const tradeoff_space *uncondensed(const tradeoff_solution *s,
   return NULL;
 }
 
-/* What the recipe steps and shows. */
+/* Fills in what the recipe steps and shows. */
 static thrum_status fill(const tradeoff_solution *s, const tradeoff_recipe *recipe,
                          tradeoff_space *space, thrum_error *error) {
   // the coordinates that are left follow in a basis that is there already

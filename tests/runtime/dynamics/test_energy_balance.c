@@ -149,8 +149,8 @@ static void fox_goodwin_gives_way_before_it_is_lost(void **context) {
       assert_true(fabs(state_energy(&m.model, state).total / first - 1.0) < 1e-9);
 
       // a new start is its own again
-      const double calm[RANK] = {0.01, 0.0, 0.0, 0.0};
-      state_put(&m.model, state, NULL, calm);
+      const double gentle[RANK] = {0.01, 0.0, 0.0, 0.0};
+      state_put(&m.model, state, NULL, gentle);
       assert_int_equal(thrum_step(&m.model, state, NULL), THRUM_OK);
       assert_int_equal(thrum_state_report_get(state).scheme, THRUM_SCHEME_FOX_GOODWIN);
     }
@@ -159,7 +159,7 @@ static void fox_goodwin_gives_way_before_it_is_lost(void **context) {
   random_model_free(&m);
 }
 
-/* Energy of the fastest kind of loss: a load of six orders of magnitude comes in calm motion, and
+/* Energy of the fastest kind of loss: a load of six orders of magnitude comes in gentle motion, and
  * the energy grows a thousandfold in two steps. No status may call that done. */
 static void no_status_hides_what_a_sudden_load_spoils(void **context) {
   (void)context;

@@ -99,7 +99,7 @@ static void free_motion_of_low_modes_is_of_order_four_and_else_of_order_two(void
       def.damping_beta = damped ? 0.01 : 0.0;
       def.damping_form = damped == 2 ? THRUM_DAMPING_TANGENT : THRUM_DAMPING_REST;
 
-      // of two halvings the smaller order counts
+      // the smaller order of two halvings counts
       const double coarse = error_of(&m.model, def, &loads[l], 80);
       const double middle = error_of(&m.model, def, &loads[l], 160);
       const double fine = error_of(&m.model, def, &loads[l], 320);

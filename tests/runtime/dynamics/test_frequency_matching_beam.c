@@ -1,4 +1,4 @@
-/* What frequency matching is there for (design 7): the energy integrator follows a swinging beam
+/* The purpose of frequency matching (design 7): the energy integrator follows a swinging beam
  * with less error. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 #include "thrum/thrum.h"

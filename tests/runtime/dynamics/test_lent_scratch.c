@@ -37,7 +37,8 @@ static void *make_scratch(const thrum_model *model, size_t *size) {
   return memset(scratch, 0xff, *size);
 }
 
-/* What persists is equal but for the def, which says whose the scratch is, and for the size. */
+/* All that persists is equal but for the def, which says whose the scratch is, and for the
+ * size. */
 static void expect_same_motion(const thrum_model *model, thrum_state *a, thrum_state *b) {
   double q[2][RANK], p[2][RANK];
   state_read(model, a, q[0], p[0]);

@@ -337,7 +337,7 @@ static void a_copy_steps_to_the_same_bits(void **context) {
 
 /* --- monitor ---------------------------------------------------------------------------------- */
 
-static void a_calm_run_is_left_alone_by_the_monitor(void **context) {
+static void a_gentle_run_is_left_alone_by_the_monitor(void **context) {
   (void)context;
   random_model m;
   make_model(&m);
@@ -436,7 +436,7 @@ int main(void) {
       cmocka_unit_test(its_steps_run_backwards),
       cmocka_unit_test(its_momenta_are_of_whole_steps),
       cmocka_unit_test(a_copy_steps_to_the_same_bits),
-      cmocka_unit_test(a_calm_run_is_left_alone_by_the_monitor),
+      cmocka_unit_test(a_gentle_run_is_left_alone_by_the_monitor),
       cmocka_unit_test(a_motion_beyond_its_limit_is_lost_alone_and_kept_by_the_monitor),
       cmocka_unit_test(it_returns_after_a_switch),
   };

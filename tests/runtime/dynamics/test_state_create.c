@@ -132,6 +132,7 @@ static void many_steps_are_as_many_single_ones(void **context) {
   state_put(&m.model, once, q, NULL);
   state_put(&m.model, often, q, NULL);
 
+  // the same bits, and no step where none is asked for
   int64_t made = -1;
   assert_int_equal(thrum_steps(&m.model, once, 0, &made, NULL), THRUM_OK);
   assert_int_equal(made, 0);
@@ -140,6 +141,7 @@ static void many_steps_are_as_many_single_ones(void **context) {
   state_steps(&m.model, often, 50);
   assert_memory_equal(once, often, thrum_state_kept_bytes(once));
 
+  // a call that is refused leaves the count
   assert_int_equal(thrum_steps(&m.model, once, -1, &made, NULL), THRUM_INVALID_ARGUMENT);
   assert_int_equal(made, 50);
   assert_int_equal(thrum_steps(&m.model, NULL, 1, NULL, NULL), THRUM_INVALID_ARGUMENT);

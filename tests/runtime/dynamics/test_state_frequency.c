@@ -1,4 +1,4 @@
-/* What thrum_state_stepped_modes says is compared with what linear runs do: the angle and the
+/* The answers of thrum_state_stepped_modes are compared with linear runs: the angle and the
  * amplitude of each mode are fitted to four samples of q, of which two are exactly determined.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"

@@ -27,7 +27,7 @@ static thrum_state *make_struck(const thrum_model *model, const thrum_state_def 
   return state;
 }
 
-/* What such a damping takes in all these steps is less than a millionth. */
+/* Such a damping takes less than a millionth in all these steps. */
 static void next_to_no_tangent_damping_keeps_the_energy_as_none_does(void **context) {
   (void)context;
   for (uint64_t seed = 21; seed < 24; seed++) {
