@@ -36,14 +36,17 @@ consume() {
   compile_examples "$prefix" "$(dirname "$pc")"
 }
 
-# Each installed example is one command of the compiler; the embedded one needs a model's bytes.
+# Each installed example is one command of the compiler; the embedded one needs a model's bytes, and
+# the one of a scene its library.
 compile_examples() {
   examples=$1/share/doc/thrum/examples
   printf 'static const _Alignas(64) unsigned char model_bytes[] = {0};\n' >"$work/model_bytes.h"
   for example in "$examples"/*.c; do
+    package=thrum
+    ! grep -q '"thrum/scene.h"' "$example" || package=thrum-scene
     # shellcheck disable=SC2046,SC2086
     "$compiler" -std=c11 -Wall -Wextra -Werror -I"$work" "$example" \
-      $(PKG_CONFIG_PATH=$2 pkg-config --cflags --libs thrum) -lm -o "$work/example"
+      $(PKG_CONFIG_PATH=$2 pkg-config --cflags --libs $package) -lm -o "$work/example"
   done
 }
 
