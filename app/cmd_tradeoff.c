@@ -132,7 +132,7 @@ static thrum_status fill_tests(trade *t, thrum_error *error) {
   for (int64_t n = 0; n < count; n++) {
     train_case *c = &t->test_cases[n];
     THRUM_TRY(train_case_parse(t->test_texts[n], c, error));
-    THRUM_TRY(train_case_fill(t->model, c, error));
+    THRUM_TRY(train_case_fill(t->model, "test", c, error));
     t->tests[n] = t->problem.script;
     t->tests[n].load_count = c->count;
     t->tests[n].courses = c->courses;
@@ -167,6 +167,7 @@ static void fill_problem(trade *t) {
   tradeoff_problem *p = &t->problem;
   p->model = t->model;
   p->full_dt = request->full_dt;
+  p->keep_runs = request->keep_runs;
   p->error = request->error;
   p->cost = request->budget * request->fps;
   p->rank_max = request->rank_max;

@@ -25,17 +25,9 @@ static thrum_status take_test(const config_given *given, void *request) {
     return THRUM_OK;
   }
 
-  // the text is looked at here, and parsed again when it is run
-  train_case parsed = {0};
-  thrum_error error = {0};
-  const thrum_status status = train_case_parse(given->text, &parsed, &error);
-  train_case_free(&parsed);
-  if (status < 0)
-    return config_given_refuse(given, "%s", error.message);
   if (r->test_count == TRADEOFF_TESTS_MAX)
     return config_given_refuse(given, "given more than %d times", TRADEOFF_TESTS_MAX);
-  r->tests[r->test_count++] = given->text;
-  return THRUM_OK;
+  return train_case_option_take(given, r->tests, &r->test_count);
 }
 
 static thrum_status take_ranks(const config_given *given, void *request) {
@@ -173,6 +165,9 @@ static const config_option options[] = {
                   AT(full_dt), CONFIG_ABOVE(0)),
 
     OPTION_HEADING("the work"),
+    OPTION_TEXT("keep-runs", "DIR", "none",
+                "keep full-order runs in this folder, and take those that are there already",
+                .path = CONFIG_PATH_ALWAYS, AT(keep_runs)),
     OPTION_COUNT("threads", "1", "runs at a time", AT(threads), CONFIG_RANGE(1, 256)),
     OPTION_JSON(tradeoff_request),
     OPTION_QUIET(tradeoff_request),

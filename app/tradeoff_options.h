@@ -17,11 +17,12 @@ typedef struct tradeoff_request {
   int64_t load_count;
   const char **tests; /* texts of the loads of a test, each of its own; room for argc */
   int64_t test_count;
-  bool no_tests;    /* not those of a model by name either */
-  int64_t rank_max; /* of the search; 0: none */
-  bool condense;    /* linear modes alone are tried, too */
-  double time;      /* [s] */
-  double full_dt;   /* [s]; 0: by --quick */
+  const char *keep_runs; /* folder of full-order runs; NULL: none are kept */
+  bool no_tests;         /* not those of a model by name either */
+  int64_t rank_max;      /* of the search; 0: none */
+  bool condense;         /* linear modes alone are tried, too */
+  double time;           /* [s] */
+  double full_dt;        /* [s]; 0: by --quick */
   double damping[2];
   double error;  /* NaN: not asked */
   double budget; /* processor time of a frame [s]; NaN: not asked */

@@ -11,6 +11,7 @@
 #include "driver/cache_trim.h"
 #include "driver/precompute_make.h"
 #include "driver/shared_options.h"
+#include "io/file_hash.h"
 #include "mesh/formats/mesh_read.h"
 
 /* Models of meshes in the cache: together, and how long a new one stays in any case. */
@@ -65,17 +66,17 @@ static thrum_status kept_path(const char *text, const mesh_model_def *def,
   THRUM_TRY(named_model_cache_folder(folder, error));
 
   // a relative name means another file in another folder
-  uint64_t hash = named_model_hash(0, text, strlen(text) + 1);
+  uint64_t hash = hash_bytes(0, text, strlen(text) + 1);
   char here[NAMED_MODEL_PATH_MAX];
   if (getcwd(here, sizeof here) != NULL)
-    hash = named_model_hash(hash, here, strlen(here));
+    hash = hash_bytes(hash, here, strlen(here));
 
   // the material and the fixed vertices change the model too
   snprintf(numbers, sizeof numbers, "%.17g|%.17g|%.17g", def->material.young, def->material.poisson,
            def->material.density);
-  hash = named_model_hash(hash, numbers, strlen(numbers));
+  hash = hash_bytes(hash, numbers, strlen(numbers));
   for (int64_t n = 0; n < def->fix_count; n++)
-    hash = named_model_hash(hash, def->fixes[n], strlen(def->fixes[n]) + 1);
+    hash = hash_bytes(hash, def->fixes[n], strlen(def->fixes[n]) + 1);
 
   // those of old runs make room
   cache_trim(folder, "mesh-", KEPT_BYTES, KEPT_SECONDS);

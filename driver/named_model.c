@@ -17,14 +17,12 @@
 #include "config/message.h"
 #include "driver/precompute_make.h"
 #include "io/file.h"
+#include "io/file_hash.h"
 #include "io/paths.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/surface_read.h"
 #include "precompute/build_info.h"
 #include "thrum/version.h"
-
-#define HASH_START UINT64_C(0xcbf29ce484222325)
-#define HASH_PRIME UINT64_C(0x100000001b3)
 
 static bool is_folder(const char *path) {
   struct stat status;
@@ -235,14 +233,6 @@ void model_recipe_apply(const model_recipe *recipe, precompute_request *request)
     request->options.rank = recipe->rank;
 }
 
-uint64_t named_model_hash(uint64_t hash, const void *data, size_t size) {
-  hash = hash == 0 ? HASH_START : hash;
-  const unsigned char *bytes = data;
-  for (size_t n = 0; n < size; n++)
-    hash = (hash ^ bytes[n]) * HASH_PRIME;
-  return hash;
-}
-
 /* The hash of everything that the model file's bytes depend on. */
 static thrum_status hash_recipe(const model_recipe *recipe, uint64_t *hash, thrum_error *error) {
   char text[512];
@@ -251,7 +241,7 @@ static thrum_status hash_recipe(const model_recipe *recipe, uint64_t *hash, thru
   THRUM_TRY(thrum_file_read(recipe->mesh, &mesh, &size, error));
 
   // the mesh by its bytes, not by its name or date
-  uint64_t value = named_model_hash(0, mesh, size);
+  uint64_t value = hash_bytes(0, mesh, size);
   free(mesh);
 
   // versions and the compiler, because other code may round differently
@@ -260,10 +250,10 @@ static thrum_status hash_recipe(const model_recipe *recipe, uint64_t *hash, thru
                thrum_version(), THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR,
                thrum_build_compiler(), thrum_build_blas_core(), recipe->material.young,
                recipe->material.poisson, recipe->material.density, recipe->modes, recipe->rank);
-  value = named_model_hash(value, text, (size_t)length);
+  value = hash_bytes(value, text, (size_t)length);
 
   for (int64_t n = 0; n < recipe->fix_count; n++)
-    value = named_model_hash(value, recipe->fixes[n], strlen(recipe->fixes[n]) + 1);
+    value = hash_bytes(value, recipe->fixes[n], strlen(recipe->fixes[n]) + 1);
   *hash = value;
   return THRUM_OK;
 }

@@ -47,8 +47,6 @@ typedef struct named_model_file {
 
 /* The folder of cached models, made where it is not there. */
 thrum_status named_model_cache_folder(char path[NAMED_MODEL_PATH_MAX], thrum_error *error);
-/* FNV-1a of 64 bits, from `hash`; 0 starts. */
-uint64_t named_model_hash(uint64_t hash, const void *data, size_t size);
 
 /* Loads the model file at `text`, or the one that `text` names: from the cache (XDG_CACHE_HOME or
  * ~/.cache, folder thrum), where it is made first if it is not there or not whole. `file` may be

@@ -203,6 +203,18 @@ static bool is_flagged(const thrum_precomputed *result) {
   return flagged || !result->modes_complete;
 }
 
+/* Whether the model could not be stepped through a load of its training or test. */
+static bool is_lost(const train_outcome *training) {
+  for (int64_t n = 0; n < training->run_count; n++)
+    if (isnan(training->runs[n].error)) {
+      config_warn("the model is lost under %.200s: lower the load, or train on a smaller one as "
+                  "well",
+                  training->runs[n].text);
+      return true;
+    }
+  return false;
+}
+
 static thrum_status read_imported_basis(const precompute_request *request,
                                         thrum_imported_basis *imported, thrum_error *error) {
   thrum_status status = THRUM_OK;
@@ -271,7 +283,7 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
     const double now = clock_seconds();
     outcome->seconds_write = now - writing;
     outcome->seconds_total = now - outcome->began;
-    outcome->flagged = is_flagged(&result);
+    outcome->flagged = is_flagged(&result) || is_lost(&outcome->training);
     if (show != NULL)
       show(outcome);
   }

@@ -42,26 +42,14 @@ static thrum_status take_handle(const config_given *given, void *request) {
   return THRUM_OK;
 }
 
-/* The text of a load, which is looked at here and parsed again when it is run. */
-static thrum_status take_load_text(const config_given *given, const char **texts, int64_t *count) {
-  train_case parsed = {0};
-  thrum_error error = {0};
-  const thrum_status status = train_case_parse(given->text, &parsed, &error);
-  train_case_free(&parsed);
-  if (status < 0)
-    return config_given_refuse(given, "%s", error.message);
-  texts[(*count)++] = given->text;
-  return THRUM_OK;
-}
-
 static thrum_status take_train(const config_given *given, void *request) {
   precompute_request *r = request;
-  return take_load_text(given, r->train, &r->train_count);
+  return train_case_option_take(given, r->train, &r->train_count);
 }
 
 static thrum_status take_test(const config_given *given, void *request) {
   precompute_request *r = request;
-  return take_load_text(given, r->tests, &r->test_count);
+  return train_case_option_take(given, r->tests, &r->test_count);
 }
 
 static thrum_status take_train_damping(const config_given *given, void *request) {
@@ -139,6 +127,10 @@ static const config_option options[] = {
                 "Rayleigh damping of these runs: A of the mass, B of the stiffness",
                 .unit = "1/s, s", CONFIG_FROM(0), .wants = "A, or A and B, none negative",
                 .take = take_train_damping),
+    OPTION_TEXT("keep-runs", "DIR", "none",
+                "keep these runs in this folder, and take those that are there already: a training "
+                "that was stopped goes on with the runs that it had finished",
+                .path = CONFIG_PATH_ALWAYS, AT(keep_runs)),
 
     OPTION_HEADING("other programs"),
     OPTION_TEXT("import-basis", "FILE.U", NULL,

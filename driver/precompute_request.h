@@ -22,6 +22,7 @@ typedef struct precompute_request {
   double train_time; /* of each run [s] */
   double train_dt;   /* of the full order and of what is measured against it [s] */
   double train_damping[2];
+  const char *keep_runs; /* folder of full-order runs; NULL: none are kept */
   bool condense; /* the file holds the polynomial of the linear modes, the others following */
   // the lines of both in an options file; 0: from elsewhere
   int64_t fix_lines[CONFIG_FILE_ITEMS_MAX], handle_lines[CONFIG_FILE_ITEMS_MAX];

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "config/progress.h"
-#include "driver/full_motion.h"
+#include "driver/full_motion_kept.h"
 #include "driver/train_case.h"
 #include "platform/allocate.h"
 #include "platform/threads.h"
@@ -63,12 +63,13 @@ static thrum_status run_all(const precompute_request *request, const thrum_model
     char label[64];
     snprintf(label, sizeof label, "%s %.40s", run->test ? "test" : "training", run->text);
     status = train_case_parse(run->text, &c, error);
-    THRUM_THEN(status, train_case_fill(model, &c, error));
+    THRUM_THEN(status, train_case_fill(model, run->test ? "test" : "train", &c, error));
     run->u = outcome->samples + n * each;
     const full_motion_script script = script_of(request, &c);
     taker t = {run, 3 * model->vertex_count, &progress, label};
     const full_motion_observer observer = {FULL_MOTION_SNAPSHOTS, take, &t, show, &t};
-    THRUM_THEN(status, full_motion_run(model, &script, request->train_dt, &observer, NULL, error));
+    THRUM_THEN(status, full_motion_kept(request->keep_runs, model, (int)request->options.mass,
+                                        &script, request->train_dt, &observer, NULL, error));
     train_case_free(&c);
   }
   thrum_threads_restore(before);
@@ -94,25 +95,27 @@ static thrum_status list_runs(const precompute_request *request, train_outcome *
 thrum_status precompute_train_base(const thrum_mesh *mesh, const uint8_t *fixed,
                                    const thrum_precompute_options *options, thrum_precomputed *base,
                                    thrum_error *error) {
-  // the part of the rank that is made as without a training
-  const int64_t rank = options->rank > 0 ? options->rank : 2 * options->modes;
-  thrum_precompute_options first = *options;
-  first.rank = options->modes > rank / 2 ? options->modes : rank / 2;
-  // few modes have few derivatives
+  // the part of the rank that is made as without a training, of modes and handles at least
+  const int64_t rank = thrum_options_complete(options).rank;
   const int64_t shapes = thrum_options_shapes(options), most = shapes * (shapes + 3) / 2;
+  thrum_precompute_options first = *options;
+  first.rank = shapes > rank / 2 ? shapes : rank / 2;
+
+  // few modes have few derivatives
   first.rank = first.rank < most ? first.rank : most;
   first.keep_modes = false;
   if (first.rank >= rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "--train: rank %lld leaves nothing beside %lld modes; raise --rank",
-                           (long long)rank, (long long)options->modes);
+                           "--train: rank %lld leaves nothing beside %lld modes%s; raise --rank",
+                           (long long)rank, (long long)shapes,
+                           options->handle_count > 0 ? " and handles" : "");
   return thrum_precompute(mesh, fixed, &first, base, error);
 }
 
 thrum_status precompute_train_shapes(const thrum_model *base, const double *samples, int64_t runs,
                                      thrum_precompute_options *options, double **fields,
                                      thrum_error *error) {
-  const int64_t rank = options->rank > 0 ? options->rank : 2 * options->modes;
+  const int64_t rank = thrum_options_complete(options).rank;
   const int64_t count = rank - base->rank;
   thrum_model_fem body = {0};
   int64_t found = 0;

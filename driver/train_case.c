@@ -38,7 +38,15 @@ void train_case_free(train_case *c) {
   *c = (train_case){0};
 }
 
-thrum_status train_case_fill(const thrum_model *model, train_case *c, thrum_error *error) {
+/* What a load says of itself, which begins with the option that it has in simulate, with another
+ * one. */
+static const char *renamed(const char *message) {
+  static const char other[] = "--load ";
+  return message + (strncmp(message, other, sizeof other - 1) == 0 ? sizeof other - 1 : 0);
+}
+
+thrum_status train_case_fill(const thrum_model *model, const char *option, train_case *c,
+                             thrum_error *error) {
   const int64_t all = 3 * model->vertex_count;
   c->forces = thrum_allocate(c->count * all, sizeof *c->forces, "a load", error);
   if (c->forces == NULL)
@@ -48,7 +56,10 @@ thrum_status train_case_fill(const thrum_model *model, train_case *c, thrum_erro
   // reducing a load first gives an error that names it and its target
   for (int64_t n = 0; n < c->count; n++) {
     double reduced[THRUM_RANK_MAX];
-    THRUM_TRY(load_spec_reduce(model, &c->loads[n], reduced, error));
+    thrum_error detail = {0};
+    const thrum_status status = load_spec_reduce(model, &c->loads[n], reduced, &detail);
+    if (status < 0)
+      return thrum_error_set(error, status, "--%s %.300s", option, renamed(detail.message));
     THRUM_TRY(load_spec_fill(model, &c->loads[n], c->forces + n * all, error));
   }
   return THRUM_OK;
@@ -58,5 +69,17 @@ thrum_status train_case_reduce(const thrum_model *model, const train_case *c, do
                                thrum_error *error) {
   for (int64_t n = 0; n < c->count; n++)
     THRUM_TRY(load_spec_reduce(model, &c->loads[n], directions + n * model->rank, error));
+  return THRUM_OK;
+}
+
+thrum_status train_case_option_take(const config_given *given, const char **texts, int64_t *count) {
+  train_case parsed = {0};
+  thrum_error error = {0};
+  const thrum_status status = train_case_parse(given->text, &parsed, &error);
+  train_case_free(&parsed);
+
+  if (status < 0)
+    return config_given_refuse(given, "--%s %s", given->option->name, renamed(error.message));
+  texts[(*count)++] = given->text;
   return THRUM_OK;
 }

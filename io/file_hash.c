@@ -10,18 +10,27 @@
 
 #define HASH_CHUNK 65536
 
+#define HASH_START UINT64_C(0xcbf29ce484222325)
+#define HASH_PRIME UINT64_C(0x100000001b3)
+
+uint64_t hash_bytes(uint64_t hash, const void *data, size_t size) {
+  hash = hash == 0 ? HASH_START : hash;
+  const unsigned char *bytes = data;
+  for (size_t n = 0; n < size; n++)
+    hash = (hash ^ bytes[n]) * HASH_PRIME;
+  return hash;
+}
+
 thrum_status file_hash(const char *path, uint64_t *hash, thrum_error *error) {
-  static const uint64_t offset = UINT64_C(0xcbf29ce484222325), prime = UINT64_C(0x100000001b3);
   FILE *file = fopen(path, "rb");
   unsigned char *bytes = malloc(HASH_CHUNK);
-  uint64_t value = offset;
+  uint64_t value = HASH_START;
   bool failed = file == NULL || bytes == NULL;
 
   // the file is read in pieces, so that memory does not grow with it
   for (size_t count = 1; !failed && count > 0;) {
     count = fread(bytes, 1, HASH_CHUNK, file);
-    for (size_t n = 0; n < count; n++)
-      value = (value ^ bytes[n]) * prime;
+    value = hash_bytes(value, bytes, count);
     failed = ferror(file) != 0;
   }
 

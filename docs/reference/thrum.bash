@@ -18,7 +18,7 @@ _thrum() {
   'precompute --mass') words='consistent lumped' ;;
   'precompute --precision') words='double single' ;;
   'precompute --check') words='auto search inertia' ;;
-  'precompute '*) words=' --output --fix --young --poisson --density --scale --order --modes --rank --mass --precision --check --handles --condense --train --test --train-time --train-dt --train-damping --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help' ;;
+  'precompute '*) words=' --output --fix --young --poisson --density --scale --order --modes --rank --mass --precision --check --handles --condense --train --test --train-time --train-dt --train-damping --keep-runs --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help' ;;
   'mesh --tool') words='gmsh tetgen' ;;
   'mesh '*) words='--output --size --scale --order --tool --verbose --json --quiet --help' ;;
   'check '*) words='--scale --order --json --help' ;;
@@ -39,7 +39,7 @@ _thrum() {
   'static --linear-solver') words='cholesky cg' ;;
   'static '*) words=' --load --factor --at --stay --tolerance --rank --full --fix --young --poisson --density --move --linear-solver --output --vtu --path --options --json --quiet --help' ;;
   'experiments '*) words='--long --sweep --step-sizes --work-precision --variable --extremes --linear --output --models --loads --schemes --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help' ;;
-  'tradeoff '*) words='--output --load --error --budget --fps --time --quick --fix --young --poisson --density --test --ranks --rank-max --dts --tolerances --integrators --precisions --damping --full-dt --threads --json --quiet --help' ;;
+  'tradeoff '*) words='--output --load --error --budget --fps --time --quick --fix --young --poisson --density --test --ranks --rank-max --dts --tolerances --integrators --precisions --damping --full-dt --keep-runs --threads --json --quiet --help' ;;
   'info --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4' ;;
   'info '*) words='--dt --integrator --load --json --help' ;;
   'embed '*) words='--output --scale --json --quiet --help' ;;

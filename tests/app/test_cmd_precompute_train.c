@@ -7,7 +7,10 @@
 
 #include <cjson/cJSON.h>
 #include <cmocka.h>
+#include <dirent.h>
 #include <math.h>
+
+#include "io/npy_file.h"
 
 #include "tests/support/simulate_support.h"
 #include "tests/support/test_folder.h"
@@ -88,12 +91,73 @@ static void a_model_file_stands_for_its_mesh(void **state) {
   program_result_free(&run);
 }
 
+static void a_run_that_is_kept_is_not_made_again(void **state) {
+  (void)state;
+  double errors[2];
+  char kept[200] = "";
+  for (int n = 0; n < 2; n++) {
+    program_result run = thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "k.npz",
+                                   "--modes", "4", "--rank", "10", "--train", PULL, "--train-time",
+                                   "0.2", "--keep-runs", "kept", "--json", "-q", NULL);
+    assert_int_equal(run.exit_code, 0);
+    cJSON *object = json_line(run.out);
+    errors[n] = json_value(cJSON_GetObjectItem(object, "training"), "error");
+    cJSON_Delete(object);
+    program_result_free(&run);
+    if (n > 0)
+      break;
+
+    // one file; of twice the displacements, it tells whether it is taken
+    DIR *dir = opendir(in_folder("kept"));
+    assert_non_null(dir);
+    for (struct dirent *entry = readdir(dir); entry != NULL; entry = readdir(dir))
+      if (entry->d_name[0] == 'f')
+        snprintf(kept, sizeof kept, "kept/%.180s", entry->d_name);
+    closedir(dir);
+    double *values = NULL;
+    int64_t rows = 0, columns = 0;
+    assert_int_equal(thrum_npy_read_f8(in_folder(kept), &values, &rows, &columns, NULL), THRUM_OK);
+    FILE *file = fopen(in_folder(kept), "r+b");
+    assert_non_null(file);
+    assert_int_equal(fseek(file, -(long)(rows * columns * 8), SEEK_END), 0);
+    for (int64_t i = 0; i < rows * columns; i++)
+      values[i] *= 2;
+    assert_int_equal(fwrite(values, 8, (size_t)(rows * columns), file), rows * columns);
+    assert_int_equal(fclose(file), 0);
+    free(values);
+  }
+  assert_true(errors[0] < 0.2 && errors[1] > 0.3);
+
+  // a file that was cut short is made again
+  assert_int_equal(truncate(in_folder(kept), 1000), 0);
+  program_result run = thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "k.npz",
+                                 "--modes", "4", "--rank", "10", "--train", PULL, "--train-time",
+                                 "0.2", "--keep-runs", "kept", "--json", "-q", NULL);
+  cJSON *object = json_line(run.out);
+  assert_true(json_value(cJSON_GetObjectItem(object, "training"), "error") == errors[0]);
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
+static void handles_and_a_training_share_the_rank(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "h.npz",
+                                 "--modes", "4", "--handles", "vertex=30", "--train", PULL,
+                                 "--train-time", "0.2", "--json", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  cJSON *object = json_line(run.out);
+  assert_true(json_value(object, "rank") == 14);
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
 static void what_cannot_be_trained_is_refused(void **state) {
   (void)state;
   static const char *const cases[][5] = {
       {"--test", PULL, NULL, NULL, "--test goes with --train"},
-      {"--train", "push:1,2,3", NULL, NULL, "push"},
-      {"--train", "square:0,0,-1@nowhere", NULL, NULL, "nowhere"},
+      {"--train", "push:1,2,3", NULL, NULL, "--train 'push:1,2,3'"},
+      {"--train", "square:0,0,-1@nowhere", NULL, NULL, "--train 'square:0,0,-1@nowhere': no group"},
       {"--train", PULL, "--rank", "10", "leaves nothing beside 10 modes"},
       {"--train", PULL, "--dry-run", NULL, "--train goes without"},
       {"--train", PULL, "--condense", NULL, "--train judges the whole model"},
@@ -123,6 +187,8 @@ int main(void) {
       cmocka_unit_test(a_larger_trained_basis_errs_less_and_both_errors_are_said),
       cmocka_unit_test(loads_of_one_training_act_together),
       cmocka_unit_test(a_model_file_stands_for_its_mesh),
+      cmocka_unit_test(a_run_that_is_kept_is_not_made_again),
+      cmocka_unit_test(handles_and_a_training_share_the_rank),
       cmocka_unit_test(what_cannot_be_trained_is_refused),
   };
   return cmocka_run_group_tests(tests, make_folder, remove_folder);

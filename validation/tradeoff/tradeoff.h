@@ -31,7 +31,8 @@ typedef struct tradeoff_recipe {
 typedef struct tradeoff_problem {
   const thrum_model *model;
   full_motion_script script;
-  double full_dt; /* of the full order [s] */
+  double full_dt;        /* of the full order [s] */
+  const char *keep_runs; /* folder where full-order runs are kept and taken from; may be NULL */
 
   /* Tried in any case, each with all that follows. */
   int64_t recipe_count;

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "driver/full_motion_kept.h"
 #include "platform/allocate.h"
 #include "validation/tradeoff/tradeoff_private.h"
 
@@ -79,8 +80,9 @@ thrum_status tradeoff_reference_make(const tradeoff_problem *problem,
 
   // samples are kept times the mass, as errors are measured in its norm
   THRUM_THEN(status, allocate(&made, all, keep, &t, error));
-  THRUM_THEN(status, full_motion_run(problem->model, script, problem->full_dt, &observer,
-                                     &made.us_per_step, error));
+  THRUM_THEN(status,
+             full_motion_kept(problem->keep_runs, problem->model, (int)made.body.kind, script,
+                              problem->full_dt, &observer, &made.us_per_step, error));
   free(t.free_ones);
   if (status < 0)
     tradeoff_reference_free(&made);

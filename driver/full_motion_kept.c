@@ -1,0 +1,145 @@
+/* Full-order runs in files named after a hash of all that they depend on: .npy with a row for each
+ * sample (u, v, energy) and a last one that begins with the processor time of a step.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/full_motion_kept.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "io/file.h"
+#include "io/file_hash.h"
+#include "io/folder.h"
+#include "io/npy_file.h"
+#include "platform/allocate.h"
+#include "precompute/build_info.h"
+#include "thrum/version.h"
+
+static uint64_t hash_numbers(uint64_t hash, const double *values, int64_t count) {
+  return hash_bytes(hash, values, (size_t)count * sizeof *values);
+}
+
+/* The hash of the body: mesh, materials, what is held, mass. */
+static uint64_t hash_body(const thrum_model *model, int mass) {
+  const size_t tets = (size_t)model->tet_count, vertices = (size_t)model->vertex_count;
+  uint64_t hash = hash_numbers(0, model->vertices, 3 * model->vertex_count);
+  hash = hash_bytes(hash, model->tets, 4 * tets * sizeof *model->tets);
+  if (model->midsides != NULL)
+    hash = hash_bytes(hash, model->midsides, 6 * tets * sizeof *model->midsides);
+  hash = hash_bytes(hash, model->tet_region, tets * sizeof *model->tet_region);
+  hash = hash_numbers(hash, model->material, 3 * model->region_count);
+  if (model->fixed != NULL)
+    hash = hash_bytes(hash, model->fixed, vertices);
+  return hash_bytes(hash, &mass, sizeof mass);
+}
+
+static uint64_t hash_run(const thrum_model *model, int mass, const full_motion_script *script,
+                         double dt, int64_t samples) {
+  uint64_t hash = hash_body(model, mass);
+  for (int64_t n = 0; n < script->load_count; n++) {
+    const thrum_load *course = &script->courses[n];
+    const double window[] = {(double)course->shape, course->from, course->until, course->frequency};
+    hash = hash_numbers(hash, window, sizeof window / sizeof window[0]);
+  }
+  hash = hash_numbers(hash, script->forces, 3 * script->load_count * model->vertex_count);
+
+  // versions and the compiler, because other code may round differently
+  const double numbers[] = {script->damping_alpha, script->damping_beta, script->time, dt,
+                            (double)samples};
+  char text[256];
+  hash = hash_numbers(hash, numbers, sizeof numbers / sizeof numbers[0]);
+  const int length = snprintf(text, sizeof text, "%s|%.120s|%.60s", thrum_version(),
+                              thrum_build_compiler(), thrum_build_blas_core());
+  return hash_bytes(hash, text, (size_t)length);
+}
+
+/* A run in memory, and who else watches it. */
+typedef struct kept {
+  int64_t all, columns;
+  double *rows; /* samples + 1 x columns */
+  const full_motion_observer *observer;
+} kept;
+
+static void take(void *context, int64_t index, const double *u, const double *v, double energy) {
+  const kept *k = context;
+  double *row = k->rows + index * k->columns;
+  memcpy(row, u, (size_t)k->all * sizeof *u);
+  memcpy(row + k->all, v, (size_t)k->all * sizeof *v);
+  row[2 * k->all] = energy;
+}
+
+/* Hands all samples on. */
+static void replay(const kept *k, double *us_per_step) {
+  for (int64_t n = 0; n < k->observer->samples; n++) {
+    const double *row = k->rows + n * k->columns;
+    k->observer->take(k->observer->context, n, row, row + k->all, row[2 * k->all]);
+  }
+  if (us_per_step != NULL)
+    *us_per_step = k->rows[k->observer->samples * k->columns];
+}
+
+static thrum_status write_rows(const char *path, const kept *k, thrum_error *error) {
+  unsigned char header[THRUM_NPY_HEADER_MAX];
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  const int64_t rows = k->observer->samples + 1;
+  const size_t length = thrum_npy_header_f8(header, rows, k->columns);
+  THRUM_TRY(thrum_file_writer_open(path, &writer, error));
+  thrum_status status = thrum_file_writer_put(&writer, header, length, error);
+  THRUM_THEN(status, thrum_file_writer_put(&writer, k->rows,
+                                           (size_t)(rows * k->columns) * sizeof(double), error));
+  THRUM_THEN(status, thrum_file_writer_commit(&writer, error));
+  if (status < 0)
+    thrum_file_writer_abandon(&writer);
+  return status;
+}
+
+/* The run of the file into k->rows; false: it is not there, or not whole, and is made anew. */
+static bool read_rows(const char *path, kept *k) {
+  int64_t rows = 0, columns = 0;
+  if (access(path, F_OK) != 0 || thrum_npy_read_f8(path, &k->rows, &rows, &columns, NULL) < 0)
+    return false;
+  if (rows == k->observer->samples + 1 && columns == k->columns)
+    return true;
+  free(k->rows);
+  k->rows = NULL;
+  return false;
+}
+
+static thrum_status make(const thrum_model *model, const full_motion_script *script, double dt,
+                         const char *path, kept *k, thrum_error *error) {
+  const full_motion_observer inside = {k->observer->samples, take, k, k->observer->progress,
+                                       k->observer->progress_context};
+  const int64_t count = (k->observer->samples + 1) * k->columns;
+  k->rows = thrum_allocate(count, sizeof *k->rows, "the run that is kept", error);
+  if (k->rows == NULL)
+    return THRUM_OUT_OF_MEMORY;
+  memset(k->rows, 0, (size_t)count * sizeof *k->rows);
+  THRUM_TRY(full_motion_run(model, script, dt, &inside, k->rows + k->observer->samples * k->columns,
+                            error));
+  return write_rows(path, k, error);
+}
+
+thrum_status full_motion_kept(const char *folder, const thrum_model *model, int mass,
+                              const full_motion_script *script, double dt,
+                              const full_motion_observer *observer, double *us_per_step,
+                              thrum_error *error) {
+  if (folder == NULL)
+    return full_motion_run(model, script, dt, observer, us_per_step, error);
+
+  // the name says all that the run depends on
+  char path[1200];
+  const int64_t all = 3 * model->vertex_count;
+  kept k = {.all = all, .columns = 2 * all + 1, .observer = observer};
+  snprintf(path, sizeof path, "%.1000s/full-%016" PRIx64 ".npy", folder,
+           hash_run(model, mass, script, dt, observer->samples));
+  THRUM_TRY(folder_make(folder, error));
+
+  const thrum_status status =
+      read_rows(path, &k) ? THRUM_OK : make(model, script, dt, path, &k, error);
+  if (status >= 0)
+    replay(&k, us_per_step);
+  free(k.rows);
+  return status;
+}

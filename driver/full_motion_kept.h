@@ -1,0 +1,16 @@
+/* Full-order runs that are kept in a folder, so that what was stopped goes on where it was, and a
+ * run that two commands need is made once. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_FULL_MOTION_KEPT_H
+#define THRUM_DRIVER_FULL_MOTION_KEPT_H
+
+#include "driver/full_motion.h"
+
+/* As full_motion_run, from the folder (made where it is not there) where it has that run: of the
+ * same body, script, time step and number of samples, by the same build. Else the run is made and
+ * kept. NULL: nothing is kept. `mass`: of the body, a thrum_mass. */
+thrum_status full_motion_kept(const char *folder, const thrum_model *model, int mass,
+                              const full_motion_script *script, double dt,
+                              const full_motion_observer *observer, double *us_per_step,
+                              thrum_error *error);
+
+#endif
