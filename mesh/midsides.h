@@ -25,9 +25,9 @@ void thrum_midsides_drop(thrum_mesh *mesh);
 void thrum_midsides_flip(int32_t *midsides);
 
 /* Tets that share an edge must share its middle node, no middle node may be a corner or lie on two
- * edges, and the map of an element must not fold over at a point where it is integrated:
- * THRUM_BAD_VALUE with *fault, and no text in *error. The mesh is quadratic, its nodes exist and
- * its tets are wound the right way. Cost: linear in the mesh. */
+ * edges, and the map of an element must not fold over at a point where it is integrated, at a
+ * corner or at a middle node: THRUM_BAD_VALUE with *fault, and no text in *error. The mesh is
+ * quadratic, its nodes exist and its tets are wound the right way. Cost: linear in the mesh. */
 thrum_status thrum_midsides_check(const thrum_mesh *mesh, thrum_midside_fault *fault,
                                   thrum_error *error);
 

@@ -179,12 +179,37 @@ static void wrong_middle_nodes_are_refused_with_the_element_and_its_line(void **
          "a.inp:19: tet 2 has vertex 5 between 4 and 11, where it lies on another edge as well");
 }
 
+/* Middle node 5 at a share of its edge from 1 to 2. */
+static const char *with_middle_at(double share, char text[600]) {
+  snprintf(text, 600, "%s*NODE\n16,%.17g,0,0\n*ELEMENT, TYPE=C3D10\n1,1,2,3,4,16,6,7,8,9,10\n",
+           NODES, share);
+  return text;
+}
+
+static void a_middle_node_beyond_a_quarter_of_its_edge_is_refused(void **state) {
+  (void)state;
+  char text[600];
+  static const double beyond[] = {0.05, 0.15, 0.2, 0.24, 0.2499, 0.7501, 0.8};
+  for (size_t n = 0; n < sizeof beyond / sizeof *beyond; n++)
+    refuse("a.inp", with_middle_at(beyond[n], text), "a.inp:20: tet 1 is turned inside out");
+  refuse("a.inp", with_middle_at(0.24, text), "inside out at vertex 1");
+  refuse("a.inp", with_middle_at(0.76, text), "inside out at vertex 2");
+
+  // the quarter itself is what elements at the tip of a crack have
+  static const double within[] = {0.25, 0.2501, 0.4, 0.75};
+  for (size_t n = 0; n < sizeof within / sizeof *within; n++) {
+    thrum_mesh mesh = mesh_good("a.inp", with_middle_at(within[n], text));
+    thrum_mesh_free(&mesh);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_linear_mesh_gets_a_node_in_the_middle_of_each_edge),
       cmocka_unit_test(every_format_with_ten_nodes_gives_back_the_mesh),
       cmocka_unit_test(tets_wound_the_other_way_are_flipped_with_their_middle_nodes),
       cmocka_unit_test(wrong_middle_nodes_are_refused_with_the_element_and_its_line),
+      cmocka_unit_test(a_middle_node_beyond_a_quarter_of_its_edge_is_refused),
   };
   return cmocka_run_group_tests(tests, mesh_setup, mesh_teardown);
 }
