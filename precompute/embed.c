@@ -10,6 +10,7 @@
 
 #include "io/npz.h"
 #include "mesh/tet_tree.h"
+#include "precompute/curved_place.h"
 #include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
 
@@ -69,10 +70,13 @@ static bool allocate(const thrum_model *model, const thrum_surface_mesh *surface
          a->basis;
 }
 
-static thrum_status bind_vertex(const thrum_tet_tree *tree, int64_t v, embed_arrays *a,
-                                thrum_embed_report *report, thrum_error *error) {
-  // the nearest tetrahedron and the weights of its corners
-  const thrum_tet_place place = thrum_tet_tree_find(tree, a->positions + 3 * v);
+static thrum_status bind_vertex(const thrum_tet_tree *tree, const thrum_curved_places *curved,
+                                int64_t v, embed_arrays *a, thrum_embed_report *report,
+                                thrum_error *error) {
+  // the nearest tetrahedron and the weights of its corners, or the place in a curved element
+  thrum_tet_place place = thrum_tet_tree_find(tree, a->positions + 3 * v);
+  if (curved)
+    thrum_curved_place(curved, a->positions + 3 * v, &place);
   bool finite = isfinite(place.distance);
   for (int c = 0; c < 4; c++) {
     finite = finite && isfinite(place.weights[c]);
@@ -101,19 +105,21 @@ static thrum_status bind_all(const thrum_model *model, int64_t count,
                              const thrum_embed_progress *progress, embed_arrays *a,
                              thrum_embed_report *report, thrum_error *error) {
   thrum_tet_tree *tree = NULL;
+  thrum_curved_places *curved = NULL;
   thrum_status status =
       thrum_tet_tree_make(model->vertices, model->tets, model->tet_count, &tree, error);
+  THRUM_THEN(status, thrum_curved_places_make(model, &curved, error));
   for (int64_t v = 0; v < count && status >= 0; v++) {
-    status = bind_vertex(tree, v, a, report, error);
+    status = bind_vertex(tree, curved, v, a, report, error);
     if (progress != NULL && v % 1024 == 0)
       progress->tell(progress->context, (double)v / (double)count);
   }
   thrum_tet_tree_free(tree);
+  thrum_curved_places_free(curved);
   return status;
 }
 
-/* The nodes of a tetrahedron and their weights at barycentric coordinates; returns how many. Where
- * edges are curved the coordinates are those between the corners, near those of the element. */
+/* The nodes of a tetrahedron and their weights at barycentric coordinates; returns how many. */
 static int node_weights(const thrum_model *model, int64_t tet, const double place[4],
                         int32_t nodes[10], double weights[10]) {
   memcpy(nodes, model->tets + 4 * tet, 4 * sizeof *nodes);

@@ -9,6 +9,7 @@
 #include "mesh/tet_distance.h"
 #include "mesh/tet_tree.h"
 #include "precompute/embed.h"
+#include "runtime/base/quadratic_tet.h"
 #include "tests/support/precompute_support.h"
 
 #define BEAM "beam:6x3x2@1x0.4x0.3"
@@ -102,6 +103,55 @@ static void an_affine_map_of_the_mesh_carries_the_surface_along(void **state) {
     thrum_surface_mesh_free(&surface);
   }
 
+  thrum_precomputed_free(&model);
+  body_free(&b);
+}
+
+/* Where edges are curved, sum N_a(l) X_a is the vertex itself, so affine maps are carried along, no
+ * vertex inside an element counts as outside, and middle nodes have their own rows. */
+static void curved_elements_place_a_surface_by_their_shape_functions(void **state) {
+  (void)state;
+  body b = body_quadratic(BEAM, "x<0.001", 0.01, 0.01);
+  thrum_precomputed model = body_precompute(&b, 4, 6);
+  thrum_surface_mesh surface = cloud(3000, 0.1);
+  memcpy(surface.vertices, b.mesh.vertices, 3 * (size_t)b.mesh.vertex_count * sizeof(double));
+
+  // the nodes first, then points in elements that are drawn
+  for (int64_t v = b.mesh.vertex_count; v < 3000; v++) {
+    const int64_t t = v * 7 % b.mesh.tet_count;
+    double l[4] = {0.05, 0.1 + 0.2 * fabs(random_number()), 0.1 + 0.3 * fabs(random_number()), 0};
+    double shape[10];
+    int32_t node[10];
+    l[3] = 1 - l[0] - l[1] - l[2];
+    thrum_quadratic_shape(l, shape);
+    thrum_mesh_nodes(&b.mesh, t, node);
+    for (int axis = 0; axis < 3; axis++) {
+      surface.vertices[3 * v + axis] = 0;
+      for (int a = 0; a < 10; a++)
+        surface.vertices[3 * v + axis] += shape[a] * b.mesh.vertices[3 * (int64_t)node[a] + axis];
+    }
+  }
+
+  thrum_embed made = embed(&model.model, &surface);
+  assert_int_equal(made.report.outside, 0);
+  for (int64_t v = 0; v < 3000; v++) {
+    double shape[10];
+    int32_t node[10];
+    thrum_quadratic_shape(made.embedding.weights + 4 * v, shape);
+    thrum_mesh_nodes(&b.mesh, made.embedding.tet[v], node);
+    for (int axis = 0; axis < 3; axis++) {
+      double sum = 0;
+      for (int a = 0; a < 10; a++)
+        sum += shape[a] * b.mesh.vertices[3 * (int64_t)node[a] + axis];
+      assert_true(fabs(sum - surface.vertices[3 * v + axis]) < 1e-14);
+    }
+    for (int64_t i = 0; i < 18 && v < b.mesh.vertex_count; i++)
+      assert_true(fabs((double)made.embedding.basis[18 * v + i] - model.model.basis[18 * v + i]) <
+                  1e-6 * (1 + fabs(model.model.basis[18 * v + i])));
+  }
+
+  thrum_embed_free(&made);
+  thrum_surface_mesh_free(&surface);
   thrum_precomputed_free(&model);
   body_free(&b);
 }
@@ -550,6 +600,7 @@ static void bytes_are_viewed_in_place(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(an_affine_map_of_the_mesh_carries_the_surface_along),
+      cmocka_unit_test(curved_elements_place_a_surface_by_their_shape_functions),
       cmocka_unit_test(the_tetrahedron_found_is_the_nearest),
       cmocka_unit_test(a_real_surface_lies_about_its_mesh),
       cmocka_unit_test(the_distance_to_a_triangle_is_the_least),
