@@ -34,7 +34,7 @@ static double most_bytes(const thrum_fem *fem, double entries, const thrum_facto
   const double block = THRUM_SOLVE_BLOCK;
   const double factored = thrum_factor_bytes(factor);
 
-  // CHOLMOD permutes a copy of K before it factorises
+  // a copy of K is permuted before it is factorised
   const double factor_stage = factored + thrum_factor_work_bytes(factor) + 16 * entries;
 
   // the modes: the factor, the shapes, and the largest of what Lanczos, refinement and search add
@@ -44,11 +44,15 @@ static double most_bytes(const thrum_fem *fem, double entries, const thrum_facto
   const double counting =
       thrum_options_counted(options, fem->free_count) ? COUNT_SHARE * factored + 16 * entries : 0;
 
-  const double modes =
-      factored + fmax(8 * n * (k + fmax(fmax(lanczos, refining), searching)), 8 * n * k + counting);
+  // in single precision three arrays of a space of four blocks take the place of Lanczos vectors
+  const bool single = thrum_factor_is_single(factor);
+  const double davidson = 12 * (k + 4) + k;
+  const double most =
+      single ? fmax(davidson, searching + 0.5 * block) : fmax(fmax(lanczos, refining), searching);
+  const double modes = factored + fmax(8 * n * (k + most), 8 * n * k + counting);
 
-  // the derivatives stand beside the modes and the factor
-  const double derivatives = factored + 8 * n * (candidates + 2 * block);
+  // the derivatives stand beside the modes and the factor; refined solves have three blocks more
+  const double derivatives = factored + 8 * n * (candidates + (single ? 4.5 : 2) * block);
 
   // the factor and K are gone by then
   const double basis = 8 * n * (2 * candidates + block + r) + 24 * vertices * r - 16 * entries;
@@ -227,6 +231,8 @@ thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fi
   THRUM_THEN(status, thrum_fem_mass(&fem, asked.mass, &stiffness, &mass, error));
   if (status >= 0 && !asked.imported)
     status = thrum_factor_plan(&stiffness, &factor, error);
+  if (status >= 0 && factor && thrum_factor_nonzeros(factor) >= THRUM_SINGLE_NONZEROS)
+    thrum_factor_set_single(factor, &stiffness);
 
   if (status >= 0) {
     thrum_estimate_memory(&fem, &stiffness, factor, &asked, &made);

@@ -110,8 +110,17 @@ static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thru
 
   // memory is checked as soon as the plan tells the factor's size
   thrum_status status = thrum_factor_plan(&p->stiffness, &p->factor, error);
+  if (status >= 0 && thrum_factor_nonzeros(p->factor) >= THRUM_SINGLE_NONZEROS)
+    thrum_factor_set_single(p->factor, &p->stiffness);
   THRUM_THEN(status, check_memory(p, error));
   THRUM_THEN(status, thrum_factor_compute(&p->stiffness, p->factor, error));
+
+  // what is singular in single precision may be none in double
+  if (status == THRUM_SINGULAR && thrum_factor_is_single(p->factor)) {
+    thrum_factor_set_single(p->factor, NULL);
+    status = check_memory(p, error);
+    THRUM_THEN(status, thrum_factor_compute(&p->stiffness, p->factor, error));
+  }
 
   if (p->rigid)
     thrum_support_springs_remove(&springs, &p->stiffness);
@@ -217,9 +226,10 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
   if (status >= 0 && p->options.keep_modes)
     status = keep_modes(p, error);
 
-  // the stiffness has served: later stages need its factor alone
+  // the stiffness has served: later stages need its factor alone, if that is in double precision
   p->result.flops[THRUM_STAGE_modes] = thrum_factor_solve_flops(p->factor);
-  thrum_sparse_free(&p->stiffness);
+  if (!thrum_factor_is_single(p->factor))
+    thrum_sparse_free(&p->stiffness);
   return status;
 }
 
@@ -239,6 +249,7 @@ static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
       thrum_factor_solve_flops(p->factor) - p->result.flops[THRUM_STAGE_modes];
   thrum_factor_free(p->factor);
   p->factor = NULL;
+  thrum_sparse_free(&p->stiffness);
   return status;
 }
 

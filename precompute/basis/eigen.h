@@ -14,6 +14,13 @@ thrum_status thrum_eigen_lowest(const thrum_sparse *stiffness, const thrum_spars
                                 double *vectors, const thrum_reporter *reporter,
                                 thrum_error *error);
 
+/* The same for a factor in single precision, which thrum_eigen_lowest hands over; signs and
+ * clusters are left. Re-entrant. */
+thrum_status thrum_eigen_lowest_block(const thrum_sparse *stiffness, const thrum_sparse *mass,
+                                      thrum_factor *factor, int64_t count, double *values,
+                                      double *vectors, const thrum_reporter *reporter,
+                                      thrum_error *error);
+
 /* Makes pairs that are nearly right exact: `passes` steps of subspace iteration with Rayleigh-Ritz
  * on all of them together; the values come out ascending, the vectors M-orthonormal. */
 thrum_status thrum_eigen_refine(const thrum_sparse *mass, thrum_factor *factor, int64_t count,

@@ -7,6 +7,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/basis/modal_derivatives.h"
 
+#include <cblas.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -62,7 +63,7 @@ static void second_stress(double lambda, double mu, mode_in_tet *i, mode_in_tet 
 
 // what a tet adds to its nodes, for each pair of modes of a block
 typedef struct tet_forces {
-  double pair[THRUM_SOLVE_BLOCK][THRUM_FEM_NODES_MAX][3];
+  double pair[THRUM_SOLVE_BLOCK][4][3];
 } tet_forces;
 
 // adds one point of a tet to the forces of the pairs [first, first + width)
@@ -84,25 +85,23 @@ static void add_point(const thrum_fem *fem, int64_t t, int p, const int32_t *pai
   }
 }
 
-// adds one tet to the right-hand sides of the pairs [first, first + width); local: a mode each
-static void add_tet(const thrum_fem *fem, int64_t t, const int32_t *pairs, int64_t width,
-                    int64_t count, const double *modes, mode_in_tet *local, double *right) {
-  const int32_t *node = fem->nodes + fem->node_count * t;
+// adds the forces of one linear tet to the right-hand sides of the pairs; local: a mode each
+static void add_linear_tet(const thrum_fem *fem, int64_t t, const int32_t *pairs, int64_t width,
+                           int64_t count, const double *modes, mode_in_tet *local, double *right) {
+  const int32_t *node = fem->nodes + 4 * t;
   const int64_t n = fem->free_count;
   tet_forces forces;
   memset(&forces, 0, sizeof forces.pair[0] * (size_t)width);
 
-  // the strains of the modes at each point, then what all points add to the nodes
-  for (int p = 0; p < fem->point_count; p++) {
-    double shape[THRUM_FEM_NODES_MAX][3];
-    thrum_fem_shape_gradients(fem, t, p, shape);
-    for (int64_t i = pairs[0]; i < count; i++)
-      deform(fem, t, shape, modes + i * n, &local[i]);
-    add_point(fem, t, p, pairs, width, local, shape, &forces);
-  }
+  // the strains of the modes, then what they add to the nodes
+  double shape[THRUM_FEM_NODES_MAX][3];
+  thrum_fem_shape_gradients(fem, t, 0, shape);
+  for (int64_t i = pairs[0]; i < count; i++)
+    deform(fem, t, shape, modes + i * n, &local[i]);
+  add_point(fem, t, 0, pairs, width, local, shape, &forces);
 
   for (int64_t b = 0; b < width; b++)
-    for (int a = 0; a < fem->node_count; a++)
+    for (int a = 0; a < 4; a++)
       for (int c = 0; c < 3; c++) {
         const int32_t dof = fem->dof[3 * (int64_t)node[a] + c];
         if (dof >= 0)
@@ -110,8 +109,141 @@ static void add_tet(const thrum_fem *fem, int64_t t, const int32_t *pairs, int64
       }
 }
 
+/* --- ten nodes ----------------------------------------------------------------------------------
+ * Many points a tet: the sums over nodes and over points are matrix products for all modes or pairs
+ * at once, and what stands between them runs over the points of a group, which lie side by side. */
+
+#define GROUP 16 /* points that are treated together; those that are missing have no weight */
+
+typedef struct group_terms {
+  double shape[THRUM_QUADRATIC_NODES][3][GROUP];    /* gradients */
+  double weighted[THRUM_QUADRATIC_NODES][3][GROUP]; /* times the weight */
+  double total[THRUM_SOLVE_BLOCK][3][3][GROUP];     /* of each pair */
+  double force[THRUM_SOLVE_BLOCK][3][THRUM_QUADRATIC_NODES];
+} group_terms;
+
+typedef struct mode_terms {
+  double u[3][THRUM_QUADRATIC_NODES];
+  double gradient[3][3][GROUP], stress[3][3][GROUP];
+} mode_terms;
+
+static void take_shapes(const thrum_fem *fem, int64_t t, int first, int points, group_terms *g) {
+  memset(g->shape, 0, sizeof g->shape);
+  memset(g->weighted, 0, sizeof g->weighted);
+  for (int p = 0; p < points; p++) {
+    double shape[THRUM_FEM_NODES_MAX][3];
+    const double weight = fem->weight[t * fem->point_count + first + p];
+    thrum_fem_shape_gradients(fem, t, first + p, shape);
+    for (int a = 0; a < THRUM_QUADRATIC_NODES; a++)
+      for (int d = 0; d < 3; d++) {
+        g->shape[a][d][p] = shape[a][d];
+        g->weighted[a][d][p] = weight * shape[a][d];
+      }
+  }
+}
+
+// gradient and stress of one mode at the points of a group
+static void take_mode(double lambda, double mu, const group_terms *g, mode_terms *mode) {
+  cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, 3, 3 * GROUP, THRUM_QUADRATIC_NODES, 1,
+              mode->u[0], THRUM_QUADRATIC_NODES, g->shape[0][0], 3 * GROUP, 0, mode->gradient[0][0],
+              3 * GROUP);
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++)
+      for (int p = 0; p < GROUP; p++) {
+        const double trace =
+            mode->gradient[0][0][p] + mode->gradient[1][1][p] + mode->gradient[2][2][p];
+        mode->stress[c][d][p] = mu * (mode->gradient[c][d][p] + mode->gradient[d][c][p]) +
+                                (c == d ? lambda * trace : 0);
+      }
+}
+
+// S(sym(G_i^T G_j)) + G_i S_j + G_j S_i at the points of a group
+static void pair_stress(double lambda, double mu, const mode_terms *i, const mode_terms *j,
+                        double total[3][3][GROUP]) {
+  double product[3][3][GROUP], pressure[GROUP];
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++)
+      for (int p = 0; p < GROUP; p++)
+        product[c][d][p] = i->gradient[0][c][p] * j->gradient[0][d][p] +
+                           i->gradient[1][c][p] * j->gradient[1][d][p] +
+                           i->gradient[2][c][p] * j->gradient[2][d][p];
+  for (int p = 0; p < GROUP; p++)
+    pressure[p] = lambda * (product[0][0][p] + product[1][1][p] + product[2][2][p]);
+
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++)
+      for (int p = 0; p < GROUP; p++) {
+        double sum = mu * (product[c][d][p] + product[d][c][p]) + (c == d ? pressure[p] : 0);
+        for (int e = 0; e < 3; e++)
+          sum +=
+              i->gradient[c][e][p] * j->stress[e][d][p] + j->gradient[c][e][p] * i->stress[e][d][p];
+        total[c][d][p] = sum;
+      }
+}
+
+// adds the forces of one ten-node tet
+static void add_quadratic_tet(const thrum_fem *fem, int64_t t, const int32_t *pairs, int64_t width,
+                              int64_t count, const double *modes, mode_terms *local, group_terms *g,
+                              double *right) {
+  const int32_t *node = fem->nodes + THRUM_QUADRATIC_NODES * t;
+  const int64_t n = fem->free_count;
+  const double lambda = fem->lambda[fem->tet_region[t]], mu = fem->mu[fem->tet_region[t]];
+
+  // the displacements of the modes at the nodes
+  for (int64_t i = pairs[0]; i < count; i++)
+    for (int c = 0; c < 3; c++)
+      for (int a = 0; a < THRUM_QUADRATIC_NODES; a++) {
+        const int32_t dof = fem->dof[3 * (int64_t)node[a] + c];
+        local[i].u[c][a] = dof < 0 ? 0 : modes[i * n + dof];
+      }
+
+  // what the points of each group add to the nodes
+  for (int first = 0; first < fem->point_count; first += GROUP) {
+    const int left = fem->point_count - first;
+    take_shapes(fem, t, first, left < GROUP ? left : GROUP, g);
+    for (int64_t i = pairs[0]; i < count; i++)
+      take_mode(lambda, mu, g, &local[i]);
+    for (int64_t b = 0; b < width; b++)
+      pair_stress(lambda, mu, &local[pairs[2 * b]], &local[pairs[2 * b + 1]], g->total[b]);
+    cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasTrans, 3 * (int)width, THRUM_QUADRATIC_NODES,
+                3 * GROUP, 1, g->total[0][0][0], 3 * GROUP, g->weighted[0][0], 3 * GROUP, first > 0,
+                g->force[0][0], THRUM_QUADRATIC_NODES);
+  }
+
+  for (int64_t b = 0; b < width; b++)
+    for (int c = 0; c < 3; c++)
+      for (int a = 0; a < THRUM_QUADRATIC_NODES; a++) {
+        const int32_t dof = fem->dof[3 * (int64_t)node[a] + c];
+        if (dof >= 0)
+          right[b * n + dof] -= g->force[b][c][a];
+      }
+}
+
+// room for the modes in one tet, of whichever order
+typedef struct tet_work {
+  mode_in_tet *linear;
+  mode_terms *quadratic;
+  group_terms *group;
+} tet_work;
+
+static bool work_allocate(const thrum_fem *fem, int64_t count, tet_work *w, thrum_error *error) {
+  const char *what = "the modal derivatives";
+  *w = (tet_work){0};
+  if (!fem->rule)
+    return (w->linear = thrum_allocate(count, sizeof *w->linear, what, error)) != NULL;
+  w->quadratic = thrum_allocate(count, sizeof *w->quadratic, what, error);
+  w->group = thrum_allocate(1, sizeof *w->group, what, error);
+  return w->quadratic && w->group;
+}
+
+static void work_free(tet_work *w) {
+  free(w->linear);
+  free(w->quadratic);
+  free(w->group);
+}
+
 static thrum_status solve_all(const thrum_fem *fem, thrum_factor *factor, int64_t count,
-                              const double *modes, const int32_t *pairs, mode_in_tet *local,
+                              const double *modes, const int32_t *pairs, tet_work *work,
                               double *derivatives, const thrum_reporter *reporter,
                               thrum_error *error) {
   const int64_t n = fem->free_count, total = count * (count + 1) / 2;
@@ -125,7 +257,11 @@ static thrum_status solve_all(const thrum_fem *fem, thrum_factor *factor, int64_
     memset(block, 0, sizeof *block * (size_t)(n * width));
 
     for (int64_t t = 0; t < fem->tet_count; t++)
-      add_tet(fem, t, pairs + 2 * first, width, count, modes, local, block);
+      if (fem->rule)
+        add_quadratic_tet(fem, t, pairs + 2 * first, width, count, modes, work->quadratic,
+                          work->group, block);
+      else
+        add_linear_tet(fem, t, pairs + 2 * first, width, count, modes, work->linear, block);
 
     status = thrum_factor_solve(factor, block, width, block, error);
     THRUM_THEN(status, thrum_report(reporter, (double)(first + width) / (double)total, error));
@@ -138,11 +274,12 @@ thrum_status thrum_derivatives(const thrum_fem *fem, thrum_factor *factor, int64
                                const thrum_reporter *reporter, thrum_error *error) {
   const int64_t total = count * (count + 1) / 2;
   int32_t *pairs = thrum_allocate(2 * total, sizeof *pairs, "the modal derivatives", error);
-  mode_in_tet *local = thrum_allocate(count, sizeof *local, "the modal derivatives", error);
+  tet_work work;
+  const bool room = work_allocate(fem, count, &work, error);
   thrum_status status = THRUM_OUT_OF_MEMORY;
 
   // pairs i <= j, in the order of the derivatives
-  if (pairs && local) {
+  if (pairs && room) {
     int64_t next = 0;
     for (int64_t i = 0; i < count; i++)
       for (int64_t j = i; j < count; j++) {
@@ -150,10 +287,10 @@ thrum_status thrum_derivatives(const thrum_fem *fem, thrum_factor *factor, int64
         pairs[next++] = (int32_t)j;
       }
 
-    status = solve_all(fem, factor, count, modes, pairs, local, derivatives, reporter, error);
+    status = solve_all(fem, factor, count, modes, pairs, &work, derivatives, reporter, error);
   }
 
   free(pairs);
-  free(local);
+  work_free(&work);
   return status;
 }

@@ -55,12 +55,8 @@ static thrum_status search_allocate(search *s, thrum_error *error) {
 
 // x -= Q (Q^T M x), twice for rounding's sake
 static void project(search *s, const double *q, int64_t columns, double *x, int64_t width) {
-  const int n = (int)s->n;
-  for (int pass = 0; pass < 2 && columns > 0; pass++) {
-    thrum_mass_gram(s->mass, q, columns, x, width, s->small, s->work);
-    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, n, (int)width, (int)columns, -1, q, n,
-                s->small, (int)columns, 1, x, n);
-  }
+  for (int pass = 0; pass < 2; pass++)
+    thrum_mass_project(s->mass, q, columns, x, width, s->small, s->work);
 }
 
 // columns of unit mass norm; what is shorter than `least` is rounding and becomes zero
@@ -78,7 +74,7 @@ static thrum_status grow(search *s, const double *modes, int64_t first, int64_t 
   double *block = s->space + first * s->n;
   const double *before = first >= width ? block - width * s->n : block;
   thrum_sparse_product(s->mass, before, width, s->work);
-  THRUM_TRY(thrum_factor_solve(s->factor, s->work, width, block, error));
+  THRUM_TRY(thrum_factor_solve_roughly(s->factor, s->work, width, block, error));
   scale_to_unit(s, block, width, 0);
   project(s, modes, s->count, block, width);
   project(s, s->space, first, block, width);

@@ -28,9 +28,8 @@ void thrum_mass_gram(const thrum_sparse *mass, const double *left, int64_t a, co
   }
 }
 
-// x -= Q (Q^T M x): `done` orthonormal columns Q, `count` columns x right behind them
-static void project(const thrum_sparse *mass, double *q, int64_t done, double *x, int64_t count,
-                    double *gram, double *work) {
+void thrum_mass_project(const thrum_sparse *mass, const double *q, int64_t done, double *x,
+                        int64_t count, double *gram, double *work) {
   const int n = (int)mass->size;
   if (done == 0 || count == 0)
     return;
@@ -85,7 +84,7 @@ static thrum_status factor_front(const thrum_sparse *mass, double *q, int64_t do
   const int n = (int)mass->size, p = (int)picked;
   double *x = q + done * mass->size;
   for (int pass = 0; pass < 2; pass++) {
-    project(mass, q, done, x, picked, gram, work);
+    thrum_mass_project(mass, q, done, x, picked, gram, work);
     thrum_mass_gram(mass, x, picked, x, picked, gram, work);
     THRUM_TRY(thrum_lapack_status(LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'U', p, gram, p), THRUM_SINGULAR,
                                   "the basis could not be orthonormalised", error));
@@ -110,8 +109,8 @@ thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, 
     const int64_t left = count - done;
 
     // orthogonal to the columns that are done; twice, as once leaves rounding
-    project(mass, x, done, rest, left, gram, work);
-    project(mass, x, done, rest, left, gram, work);
+    thrum_mass_project(mass, x, done, rest, left, gram, work);
+    thrum_mass_project(mass, x, done, rest, left, gram, work);
 
     // pivots of the Gram matrix say which columns are independent enough
     thrum_mass_gram(mass, rest, left, rest, left, gram, work);

@@ -8,6 +8,11 @@
 void thrum_mass_gram(const thrum_sparse *mass, const double *left, int64_t a, const double *right,
                      int64_t b, double *gram, double *work);
 
+/* x -= Q (Q^T M x): `done` orthonormal columns Q and `count` columns x; gram: done x count. Once
+ * leaves rounding, which a second call takes away. */
+void thrum_mass_project(const thrum_sparse *mass, const double *q, int64_t done, double *x,
+                        int64_t count, double *gram, double *work);
+
 /* Turns the columns of x (n x count, column-major, each of unit mass norm or zero) in place into
  * *rank mass-orthonormal ones that span them; what is left of a column below `tolerance` counts as
  * nothing. work: n x THRUM_SOLVE_BLOCK. */

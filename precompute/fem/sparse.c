@@ -1,4 +1,4 @@
-/* Sparse symmetric matrices and their Cholesky factors, see sparse.h.
+/* Cholesky factors of sparse symmetric matrices, see sparse.h.
  *
  * The factor is CHOLMOD's supernodal one (Chen, Davis, Hager, Rajamanickam 2008,
  * doi:10.1145/1391989.1391995) in METIS nested dissection order (Karypis, Kumar 1998,
@@ -10,11 +10,12 @@
 
 #include <cblas.h>
 #include <cholmod.h>
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "platform/threads.h"
+#include "precompute/fem/refined_solve.h"
+#include "precompute/fem/single_factor.h"
 
 _Static_assert(sizeof(SuiteSparse_long) == sizeof(int64_t), "CHOLMOD's long has 64 bits");
 
@@ -27,69 +28,10 @@ struct thrum_factor {
   const double *vectors, *dual;
   double factor_flops;
   int64_t solved; /* columns */
+  /* in single precision: the numbers, and the matrix whose solutions they lead to */
+  const thrum_sparse *matrix; /* NULL: in double precision */
+  thrum_single_factor *single;
 };
-
-thrum_status thrum_sparse_create(int64_t size, int64_t entries, thrum_sparse *matrix,
-                                 thrum_error *error) {
-  thrum_sparse made = {.size = size};
-  made.begin = calloc((size_t)size + 1, sizeof *made.begin);
-  made.row = calloc((size_t)entries + 1, sizeof *made.row);
-  made.value = calloc((size_t)entries + 1, sizeof *made.value);
-  if (!made.begin || !made.row || !made.value) {
-    thrum_sparse_free(&made);
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
-                           "no memory for a sparse matrix of %lld rows and %lld entries",
-                           (long long)size, (long long)entries);
-  }
-  *matrix = made;
-  return THRUM_OK;
-}
-
-void thrum_sparse_free(thrum_sparse *matrix) {
-  free(matrix->begin);
-  free(matrix->row);
-  free(matrix->value);
-  *matrix = (thrum_sparse){0};
-}
-
-void thrum_sparse_product(const thrum_sparse *matrix, const double *x, int64_t columns,
-                          double *product) {
-  const int64_t n = matrix->size;
-  memset(product, 0, sizeof *product * (size_t)(n * columns));
-
-  for (int64_t c = 0; c < columns; c++) {
-    const double *in = x + c * n;
-    double *out = product + c * n;
-    for (int64_t j = 0; j < n; j++) {
-      // the diagonal comes first; every other entry stands for its mirror image too
-      const int64_t first = matrix->begin[j], end = matrix->begin[j + 1];
-      double sum = matrix->value[first] * in[j];
-      const double in_j = in[j];
-      for (int64_t e = first + 1; e < end; e++) {
-        const int64_t i = matrix->row[e];
-        sum += matrix->value[e] * in[i];
-        out[i] += matrix->value[e] * in_j;
-      }
-      out[j] += sum;
-    }
-  }
-}
-
-double thrum_sparse_norm(const thrum_sparse *matrix, double *work) {
-  const int64_t n = matrix->size;
-  memset(work, 0, sizeof *work * (size_t)n);
-  for (int64_t j = 0; j < n; j++)
-    for (int64_t e = matrix->begin[j]; e < matrix->begin[j + 1]; e++) {
-      const double size = matrix->value[e] < 0 ? -matrix->value[e] : matrix->value[e];
-      work[j] += size;
-      if (matrix->row[e] != j)
-        work[matrix->row[e]] += size;
-    }
-  double norm = 0;
-  for (int64_t j = 0; j < n; j++)
-    norm = work[j] > norm ? work[j] : norm;
-  return norm;
-}
 
 // CHOLMOD's status as ours
 static thrum_status report(const cholmod_common *common, thrum_error *error) {
@@ -183,8 +125,31 @@ thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor
   return THRUM_OK;
 }
 
+// the pattern of L that CHOLMOD planned
+static thrum_supernodes supernodes(const thrum_factor *factor) {
+  const cholmod_factor *planned = factor->factor;
+  return (thrum_supernodes){.size = (int64_t)planned->n,
+                            .count = (int64_t)planned->nsuper,
+                            .first = planned->super,
+                            .begin = planned->pi,
+                            .row = planned->s,
+                            .order = planned->Perm};
+}
+
+void thrum_factor_set_single(thrum_factor *factor, const thrum_sparse *matrix) {
+  factor->matrix = matrix;
+}
+
+bool thrum_factor_is_single(const thrum_factor *factor) {
+  return factor->matrix != NULL;
+}
+
 thrum_status thrum_factor_compute(const thrum_sparse *matrix, thrum_factor *factor,
                                   thrum_error *error) {
+  if (factor->matrix) {
+    const thrum_supernodes pattern = supernodes(factor);
+    return thrum_single_factor_create(&pattern, matrix, &factor->single, error);
+  }
   cholmod_sparse sparse = view(matrix);
   cholmod_l_factorize(&sparse, factor->factor, &factor->common);
   return report(&factor->common, error);
@@ -224,17 +189,11 @@ static void take_out(const thrum_factor *factor, const double *against, const do
     }
 }
 
-thrum_status thrum_factor_solve(thrum_factor *factor, const double *right, int64_t columns,
-                                double *solution, thrum_error *error) {
+// solution = A^-1 right by the factor in double precision
+static thrum_status solve_double(thrum_factor *factor, const double *right, int64_t columns,
+                                 double *solution, thrum_error *error) {
   cholmod_common *common = &factor->common;
   const size_t n = factor->factor->n;
-
-  // the part in the deflated space is taken out before and after
-  if (factor->deflated > 0) {
-    memmove(solution, right, sizeof *right * n * (size_t)columns);
-    take_out(factor, factor->vectors, factor->dual, columns, solution);
-    right = solution;
-  }
 
   // CHOLMOD's description of the right-hand sides
   cholmod_dense dense = {0};
@@ -257,10 +216,42 @@ thrum_status thrum_factor_solve(thrum_factor *factor, const double *right, int64
                    &factor->work_a, &factor->work_b, common);
   THRUM_TRY(report(common, error));
   memcpy(solution, factor->solution->x, sizeof(double) * dense.nzmax);
-
-  take_out(factor, factor->dual, factor->vectors, columns, solution);
   factor->solved += columns;
   return THRUM_OK;
+}
+
+// a solve, exact or, in single precision, as the factor alone gives it
+static thrum_status solve(thrum_factor *factor, bool exact, const double *right, int64_t columns,
+                          double *solution, thrum_error *error) {
+  // the part in the deflated space is taken out before and after
+  if (factor->deflated > 0) {
+    memmove(solution, right, sizeof *right * factor->factor->n * (size_t)columns);
+    take_out(factor, factor->vectors, factor->dual, columns, solution);
+    right = solution;
+  }
+
+  if (!factor->single)
+    THRUM_TRY(solve_double(factor, right, columns, solution, error));
+  else if (exact)
+    THRUM_TRY(thrum_refined_solve(factor->matrix, factor->single, right, columns, solution,
+                                  &factor->solved, error));
+  else {
+    THRUM_TRY(thrum_single_factor_solve(factor->single, right, columns, solution, error));
+    factor->solved += columns;
+  }
+
+  take_out(factor, factor->dual, factor->vectors, columns, solution);
+  return THRUM_OK;
+}
+
+thrum_status thrum_factor_solve(thrum_factor *factor, const double *right, int64_t columns,
+                                double *solution, thrum_error *error) {
+  return solve(factor, true, right, columns, solution, error);
+}
+
+thrum_status thrum_factor_solve_roughly(thrum_factor *factor, const double *right, int64_t columns,
+                                        double *solution, thrum_error *error) {
+  return solve(factor, false, right, columns, solution, error);
 }
 
 int64_t thrum_factor_nonzeros(const thrum_factor *factor) {
@@ -276,8 +267,10 @@ double thrum_factor_solve_flops(const thrum_factor *factor) {
 }
 
 double thrum_factor_bytes(const thrum_factor *factor) {
-  return 8 * ((double)factor->factor->xsize + (double)factor->factor->ssize +
-              3 * (double)factor->factor->n);
+  const thrum_supernodes pattern = supernodes(factor);
+  const double numbers = factor->matrix ? 0.5 * (double)thrum_single_factor_entries(&pattern)
+                                        : (double)factor->factor->xsize;
+  return 8 * (numbers + (double)factor->factor->ssize + 3 * (double)factor->factor->n);
 }
 
 double thrum_factor_work_bytes(const thrum_factor *factor) {
@@ -290,6 +283,7 @@ void thrum_factor_free(thrum_factor *factor) {
   cholmod_l_free_dense(&factor->solution, &factor->common);
   cholmod_l_free_dense(&factor->work_a, &factor->common);
   cholmod_l_free_dense(&factor->work_b, &factor->common);
+  thrum_single_factor_free(factor->single);
   cholmod_l_free_factor(&factor->factor, &factor->common);
   cholmod_l_finish(&factor->common);
   free(factor);

@@ -1,34 +1,13 @@
-/* Sparse symmetric matrices and their Cholesky factors: the one interface to CHOLMOD. Nothing else
+/* Cholesky factors of sparse symmetric matrices: the one interface to CHOLMOD. Nothing else
  * of Thrum sees the solver, so another one can take its place here.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_FEM_SPARSE_H
 #define THRUM_PRECOMPUTE_FEM_SPARSE_H
 
-#include <stdint.h>
+#include <stdbool.h>
 
-#include "thrum/status.h"
-
-/* A symmetric matrix by the columns of its lower triangle: rows ascending, the diagonal first. */
-typedef struct thrum_sparse {
-  int64_t size;   /* n */
-  int64_t *begin; /* n + 1: where each column starts in row and value */
-  int64_t *row;   /* begin[n] */
-  double *value;  /* begin[n] */
-} thrum_sparse;
-
-/* Allocates a matrix of n columns and `entries` stored entries, begin[0] = 0, the rest undefined.
- */
-thrum_status thrum_sparse_create(int64_t size, int64_t entries, thrum_sparse *matrix,
-                                 thrum_error *error);
-void thrum_sparse_free(thrum_sparse *matrix); /* leaves it empty; an empty (zeroed) one is fine */
-
-/* product = A x; both n x columns, column-major, not overlapping. */
-void thrum_sparse_product(const thrum_sparse *matrix, const double *x, int64_t columns,
-                          double *product);
-
-/* Largest sum of absolute values of a row, work: n doubles. */
-double thrum_sparse_norm(const thrum_sparse *matrix, double *work);
+#include "precompute/fem/sparse_matrix.h"
 
 /* A supernodal Cholesky factor L L^T = P A P^T, P by METIS nested dissection. One thread at a time.
  */
@@ -45,6 +24,19 @@ thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor
 thrum_status thrum_factor_compute(const thrum_sparse *matrix, thrum_factor *factor,
                                   thrum_error *error);
 
+/* Numbers in a factor from which on single precision is worth its additional passes: 1.2 GB in
+ * double. Smaller bodies keep the bits of double precision. */
+#define THRUM_SINGLE_NONZEROS 150000000
+
+/* Between plan and compute: the numbers will be computed in single precision, and solves are
+ * refined by conjugate gradients with `matrix` until they are as good as those of double precision.
+ * The matrix must stay while the factor is used; its null space may be deflated where the one that
+ * is factorised is the matrix with springs. NULL: back to double precision, as after a failed
+ * compute.
+ */
+void thrum_factor_set_single(thrum_factor *factor, const thrum_sparse *matrix);
+bool thrum_factor_is_single(const thrum_factor *factor);
+
 /* From now on solve keeps to the complement of `count` vectors Z: it takes b - dual (Z^T b) for b
  * and gives x - Z (dual^T x) for x, dual = M Z, both n x count, column-major. They must stay while
  * the factor is used. */
@@ -57,6 +49,11 @@ int64_t thrum_factor_deflated(const thrum_factor *factor); /* count, 0 before */
 #define THRUM_SOLVE_BLOCK 32
 thrum_status thrum_factor_solve(thrum_factor *factor, const double *right, int64_t columns,
                                 double *solution, thrum_error *error);
+
+/* The same as one pass through the factor gives it: of a factor in single precision about six
+ * digits less the condition, else the same. */
+thrum_status thrum_factor_solve_roughly(thrum_factor *factor, const double *right, int64_t columns,
+                                        double *solution, thrum_error *error);
 
 int64_t thrum_factor_nonzeros(const thrum_factor *factor); /* of L, stored zeros included */
 /* Count the operations of the factorisation, by CHOLMOD, and of all solves so far, four a nonzero

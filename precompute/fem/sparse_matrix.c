@@ -1,0 +1,124 @@
+/* Sparse symmetric matrices, see sparse_matrix.h. SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/fem/sparse_matrix.h"
+
+#include <stdbool.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define PRODUCT_COLUMNS 8 /* side by side: a line of the cache */
+
+thrum_status thrum_sparse_create(int64_t size, int64_t entries, thrum_sparse *matrix,
+                                 thrum_error *error) {
+  thrum_sparse made = {.size = size};
+  made.begin = calloc((size_t)size + 1, sizeof *made.begin);
+  made.row = calloc((size_t)entries + 1, sizeof *made.row);
+  made.value = calloc((size_t)entries + 1, sizeof *made.value);
+  if (!made.begin || !made.row || !made.value) {
+    thrum_sparse_free(&made);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
+                           "no memory for a sparse matrix of %lld rows and %lld entries",
+                           (long long)size, (long long)entries);
+  }
+  *matrix = made;
+  return THRUM_OK;
+}
+
+void thrum_sparse_free(thrum_sparse *matrix) {
+  free(matrix->begin);
+  free(matrix->row);
+  free(matrix->value);
+  *matrix = (thrum_sparse){0};
+}
+
+// one column; every entry below the diagonal, which comes first, stands for its mirror image too
+static void multiply_one(const thrum_sparse *matrix, const double *x, double *product) {
+  for (int64_t j = 0; j < matrix->size; j++) {
+    const int64_t first = matrix->begin[j], end = matrix->begin[j + 1];
+    double sum = matrix->value[first] * x[j];
+    for (int64_t e = first + 1; e < end; e++) {
+      const int64_t i = matrix->row[e];
+      sum += matrix->value[e] * x[i];
+      product[i] += matrix->value[e] * x[j];
+    }
+    product[j] += sum;
+  }
+}
+
+// the same for columns that lie side by side, in the same order of operations
+static void multiply_packed(const thrum_sparse *matrix, const double (*x)[PRODUCT_COLUMNS],
+                            double (*product)[PRODUCT_COLUMNS]) {
+  for (int64_t j = 0; j < matrix->size; j++) {
+    const int64_t first = matrix->begin[j], end = matrix->begin[j + 1];
+    double sum[PRODUCT_COLUMNS], at_j[PRODUCT_COLUMNS];
+    for (int c = 0; c < PRODUCT_COLUMNS; c++) {
+      at_j[c] = x[j][c];
+      sum[c] = matrix->value[first] * at_j[c];
+    }
+    for (int64_t e = first + 1; e < end; e++) {
+      const double value = matrix->value[e];
+      const double *in = x[matrix->row[e]];
+      double *out = product[matrix->row[e]];
+      for (int c = 0; c < PRODUCT_COLUMNS; c++) {
+        sum[c] += value * in[c];
+        out[c] += value * at_j[c];
+      }
+    }
+    for (int c = 0; c < PRODUCT_COLUMNS; c++)
+      product[j][c] += sum[c];
+  }
+}
+
+// up to PRODUCT_COLUMNS columns, which read the matrix together; false without memory
+static bool multiply_together(const thrum_sparse *matrix, const double *x, int64_t columns,
+                              double *product) {
+  const int64_t n = matrix->size;
+  double(*in)[PRODUCT_COLUMNS] = calloc((size_t)n, sizeof *in);
+  double(*out)[PRODUCT_COLUMNS] = calloc((size_t)n, sizeof *out);
+  const bool room = in && out;
+  if (room) {
+    for (int64_t i = 0; i < n; i++)
+      for (int64_t c = 0; c < columns; c++)
+        in[i][c] = x[c * n + i];
+    multiply_packed(matrix, (const double(*)[PRODUCT_COLUMNS])in, out);
+    for (int64_t i = 0; i < n; i++)
+      for (int64_t c = 0; c < columns; c++)
+        product[c * n + i] = out[i][c];
+  }
+  free(in);
+  free(out);
+  return room;
+}
+
+void thrum_sparse_product(const thrum_sparse *matrix, const double *x, int64_t columns,
+                          double *product) {
+  const int64_t n = matrix->size;
+
+  // from three columns on it pays to copy them
+  int64_t c = 0;
+  while (columns - c >= 3) {
+    const int64_t width = columns - c < PRODUCT_COLUMNS ? columns - c : PRODUCT_COLUMNS;
+    if (!multiply_together(matrix, x + c * n, width, product + c * n))
+      break;
+    c += width;
+  }
+
+  memset(product + c * n, 0, sizeof *product * (size_t)(n * (columns - c)));
+  for (; c < columns; c++)
+    multiply_one(matrix, x + c * n, product + c * n);
+}
+
+double thrum_sparse_norm(const thrum_sparse *matrix, double *work) {
+  const int64_t n = matrix->size;
+  memset(work, 0, sizeof *work * (size_t)n);
+  for (int64_t j = 0; j < n; j++)
+    for (int64_t e = matrix->begin[j]; e < matrix->begin[j + 1]; e++) {
+      const double size = matrix->value[e] < 0 ? -matrix->value[e] : matrix->value[e];
+      work[j] += size;
+      if (matrix->row[e] != j)
+        work[matrix->row[e]] += size;
+    }
+  double norm = 0;
+  for (int64_t j = 0; j < n; j++)
+    norm = work[j] > norm ? work[j] : norm;
+  return norm;
+}

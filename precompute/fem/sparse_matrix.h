@@ -1,0 +1,30 @@
+/* Sparse symmetric matrices. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_PRECOMPUTE_FEM_SPARSE_MATRIX_H
+#define THRUM_PRECOMPUTE_FEM_SPARSE_MATRIX_H
+
+#include <stdint.h>
+
+#include "thrum/status.h"
+
+/* A symmetric matrix by the columns of its lower triangle: rows ascending, the diagonal first. */
+typedef struct thrum_sparse {
+  int64_t size;   /* n */
+  int64_t *begin; /* n + 1: where each column starts in row and value */
+  int64_t *row;   /* begin[n] */
+  double *value;  /* begin[n] */
+} thrum_sparse;
+
+/* Allocates a matrix of n columns and `entries` stored entries, begin[0] = 0, the rest undefined.
+ */
+thrum_status thrum_sparse_create(int64_t size, int64_t entries, thrum_sparse *matrix,
+                                 thrum_error *error);
+void thrum_sparse_free(thrum_sparse *matrix); /* leaves it empty; an empty (zeroed) one is fine */
+
+/* product = A x; both n x columns, column-major, not overlapping. */
+void thrum_sparse_product(const thrum_sparse *matrix, const double *x, int64_t columns,
+                          double *product);
+
+/* Largest sum of absolute values of a row, work: n doubles. */
+double thrum_sparse_norm(const thrum_sparse *matrix, double *work);
+
+#endif
