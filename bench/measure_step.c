@@ -92,6 +92,9 @@ static void count_passes(const thrum_model *model, bench_step *bench) {
   case THRUM_INTEGRATOR_RK4:
     forces = 4.0;
     break;
+  case THRUM_INTEGRATOR_MANIFOLD:
+    forces *= 2.0;
+    break;
   case THRUM_INTEGRATOR_VERLET:
   case THRUM_INTEGRATOR_IMEXV:
     if (implicit == model->rank)

@@ -145,6 +145,8 @@ static const char *why_not_full(thrum_integrator integrator) {
   case THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER:
   case THRUM_INTEGRATOR_RK4:
     return "steps reduced models only";
+  case THRUM_INTEGRATOR_MANIFOLD:
+    return "steps condensed models";
 
   // these stand here by name, so that the compiler asks about a new one
   case THRUM_INTEGRATOR_NEWMARK:

@@ -304,9 +304,11 @@ static void print_drift(const simulate_figures *figures) {
 
 /* How far a condensed run can be believed; at rest there is no energy to be wrong. */
 static void print_condensed(const simulate_figures *figures) {
+  const bool stepped = figures->request->def.integrator == THRUM_INTEGRATOR_MANIFOLD;
   printf("condensed    %" PRId64 " of %d coordinates stepped, the lowest that follows %.2f times "
-         "as fast; %.2g %% of the kinetic energy left out",
-         figures->masters, (int)figures->model->rank, figures->gap, 100 * figures->inertia_share);
+         "as fast; %.2g %% of the kinetic energy %s",
+         figures->masters, (int)figures->model->rank, figures->gap, 100 * figures->inertia_share,
+         stepped ? "in what follows" : "left out");
   if (isfinite(figures->energy_defect))
     printf(", %.2g %% of the strain energy wrong", 100 * figures->energy_defect);
   puts("");

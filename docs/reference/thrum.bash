@@ -8,10 +8,10 @@ _thrum() {
   else
     case "$command $previous" in
     'bench bench') words='step kernels batch displacement precompute ' ;;
-  'bench step --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4' ;;
+  'bench step --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
   'bench step '*) words='--rank --batches --integrator --dt --implicit --swing --steps --kernel --no-machine --output --json --quiet --help' ;;
   'bench kernels '*) words='--rank --batches --implicit --kernel --no-machine --output --json --quiet --help' ;;
-  'bench batch --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4' ;;
+  'bench batch --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
   'bench batch '*) words='--rank --batches --bodies --integrator --dt --implicit --swing --steps --kernel --no-machine --output --json --quiet --help' ;;
   'bench displacement '*) words='--vertices --rank --repetitions --json --help' ;;
   'bench precompute '*) words='--tets --ranks --modes --rank --threads --json --help' ;;
@@ -26,7 +26,7 @@ _thrum() {
   'convert '*) words='--scale --order --binary --ascii --msh --json --help' ;;
   'simulate --frames-in') words='base ground' ;;
   'simulate --monitor') words='on off' ;;
-  'simulate --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4' ;;
+  'simulate --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
   'simulate --damping-form') words='rest tangent' ;;
   'simulate --split-form') words='thesis quadratic position' ;;
   'simulate --adaptive') words='on off' ;;
@@ -40,7 +40,7 @@ _thrum() {
   'static '*) words=' --load --factor --at --stay --tolerance --rank --full --fix --young --poisson --density --move --linear-solver --output --vtu --path --options --json --quiet --help' ;;
   'experiments '*) words='--long --sweep --step-sizes --work-precision --variable --extremes --linear --output --models --loads --schemes --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help' ;;
   'tradeoff '*) words='--output --load --error --budget --fps --time --quick --fix --young --poisson --density --test --ranks --rank-max --dts --tolerances --integrators --precisions --damping --full-dt --keep-runs --threads --json --quiet --help' ;;
-  'info --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4' ;;
+  'info --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
   'info '*) words='--dt --integrator --load --json --help' ;;
   'embed '*) words='--output --scale --json --quiet --help' ;;
   'export '*) words='--glb --pc2 --mdd --fps --model --obj --surface --vega-basis --float --vega-cubic --matrices --json --help' ;;

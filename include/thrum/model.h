@@ -102,9 +102,11 @@ typedef struct thrum_model {
    * identity of its own alone. 0: a model made by hand that was given none */
   uint64_t identity;
   /* Set by thrum_model_condense alone, NULL otherwise: the model that shows this one, and its
-   * slave_map for the masters of this one. */
+   * slave_map for the masters of this one; follow_scale (1; g of a scaled model) times that is how
+   * slaves follow in the units of this one. */
   const struct thrum_model *shape;
-  const double *follow;
+  const double *follow, *follow_by_pair; /* the second has a row for each pair of masters */
+  double follow_scale;
 } thrum_model;
 
 /* Number of cubic and of quartic monomials in `rank` coordinates. Any thread. */

@@ -10,6 +10,9 @@
  *   newmark   the Newmark family, design 6, any beta and gamma; the baseline
  *   energy    an energy-conserving step by a discrete gradient, design 7: it keeps
  *             1/2 |p|^2 + V at any dt, up to the work of the load and the dissipation; the default
+ *   manifold  an energy-conserving step of a condensed model with the inertia of what follows,
+ *             design 17: p is the velocity of the masters, and the kinetic energy has that of the
+ *             slaves as well
  *
  * imexv also has a quadratic split, design 5 (6). With `adaptive` set it monitors its own stability
  * (design 4): it moves modes between the explicit set E and the implicit set I, corrects slow drift
@@ -61,7 +64,8 @@ extern "C" {
   X(FOX_GOODWIN, 5, "fox-goodwin")                                                                 \
   X(BACKWARD_EULER, 6, "backward-euler")           /* drains; for comparison */                    \
   X(SEMI_IMPLICIT_EULER, 7, "semi-implicit-euler") /* one Newton step of it; for comparison */     \
-  X(RK4, 8, "rk4")                                 /* explicit; for comparison */
+  X(RK4, 8, "rk4")                                 /* explicit; for comparison */                  \
+  X(MANIFOLD, 9, "manifold")                       /* condensed models, with inertia of slaves */
 
 /* Form of the Rayleigh damping matrix D (design 5). */
 #define THRUM_DAMPING_FORM_LIST(X)                                                                 \
@@ -95,7 +99,8 @@ extern "C" {
   X(POSITION, 5, "position")       /* (7) */                                                       \
   X(BACKWARD_EULER, 6, "backward-euler")                                                           \
   X(SEMI_IMPLICIT_EULER, 7, "semi-implicit-euler")                                                 \
-  X(RK4, 8, "rk4")
+  X(RK4, 8, "rk4")                                                                                 \
+  X(MANIFOLD, 9, "manifold") /* design 17 */
 
 typedef enum thrum_integrator {
 #define X(name, value, text) THRUM_INTEGRATOR_##name = value,

@@ -6,7 +6,7 @@ export type Vector = ArrayLike<number>;
 
 export type Integrator =
   | 'imexv' | 'newmark' | 'verlet' | 'midpoint' | 'energy' | 'fox-goodwin'
-  | 'backward-euler' | 'semi-implicit-euler' | 'rk4';
+  | 'backward-euler' | 'semi-implicit-euler' | 'rk4' | 'manifold';
 
 /** A call failed: `status` is that of the C library (thrum/status.h), the message is for people. */
 export class ThrumError extends Error {

@@ -54,6 +54,7 @@ static answer answer_of(const thrum_model *model, const thrum_state *state, int3
   case THRUM_SCHEME_THESIS:
   case THRUM_SCHEME_QUADRATIC:
   case THRUM_SCHEME_POSITION:
+  case THRUM_SCHEME_MANIFOLD:
     break;
   }
   return (answer){1.0, 0.5, 0.5, i < state->split ? 0.0 : 0.25};

@@ -16,6 +16,7 @@
 
 #include "runtime/base/alignment_check.h"
 #include "runtime/dynamics/batch_group.h"
+#include "runtime/dynamics/manifold.h"
 #include "runtime/dynamics/state_private.h"
 #include "thrum/polynomial.h"
 
@@ -26,6 +27,7 @@
 static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_batch_group *g) {
   const size_t number = THRUM_BATCH_LANES_MAX * sizeof(double), rank = (size_t)model->rank;
   const size_t restricted = (size_t)thrum_restricted_count(model->rank);
+  const size_t slopes = (size_t)thrum_manifold_count(model);
   const size_t sizes[] = {THRUM_BATCH_LANES_MAX * sizeof(thrum_batch_member),
                           rank * number,
                           rank * number,
@@ -34,7 +36,7 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_bat
                           rank * rank * number,
                           (size_t)thrum_batch_work(model->rank) * number,
                           thrum_work_count(model) * sizeof(double),
-                          restricted * sizeof(double),
+                          (restricted > slopes ? restricted : slopes) * sizeof(double),
                           (size_t)thrum_borrowed_own(model->rank) * number};
 
   // one part after the other, each aligned

@@ -43,7 +43,7 @@ bool thrum_energy_balance_follows(const thrum_state *state) {
   // after a switch until the energy is explained again
   if (state->scheme == THRUM_SCHEME_ENERGY)
     return state->balance.grew;
-  return !thrum_is_monitored_imexv(state);
+  return !thrum_is_monitored_imexv(state) && state->scheme != THRUM_SCHEME_MANIFOLD;
 }
 
 void thrum_energy_balance_reset(thrum_state *state) {

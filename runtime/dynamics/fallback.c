@@ -4,7 +4,8 @@
  *   imexv, fox-goodwin
  *                    one energy-conserving step (design 7) of all modes, from synchronised momenta
  *                    2, 4, .. SUBSTEPS_MAX such steps of dt/2, dt/4, ..
- *   newmark, energy  as many shorter steps of their own
+ *   newmark, energy, manifold
+ *                    as many shorter steps of their own
  *
  * Those of `energy` take the average vector field, whose equation always has a solution. The load
  * of a step is its mean, so the shorter steps all take it. The others have no fallback chain: they
@@ -22,6 +23,7 @@
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/discrete_gradient.h"
 #include "runtime/dynamics/dissipation.h"
+#include "runtime/dynamics/manifold.h"
 #include "runtime/dynamics/motion_norm.h"
 #include "runtime/dynamics/newmark.h"
 #include "runtime/dynamics/staggered_momentum.h"
@@ -34,10 +36,12 @@ static bool candidates_finite(const thrum_state *state, const thrum_state_view *
          thrum_all_finite(view->acceleration_next, state->rank);
 }
 
-/* One step by the scheme of `state`, energy or newmark. */
+/* One step by the scheme of `state`: energy, newmark or manifold. */
 static thrum_status advance(const thrum_model *model, const thrum_state *state,
                             thrum_state_view *view, thrum_solve_report *report) {
   report->saw_nonfinite = false;
+  if (state->scheme == THRUM_SCHEME_MANIFOLD)
+    return thrum_step_manifold(model, state, view, report);
   THRUM_TRY(state->scheme == THRUM_SCHEME_NEWMARK ? thrum_step_newmark(model, state, view, report)
                                                   : thrum_step_energy(model, state, view, report));
   return candidates_finite(state, view) ? THRUM_OK : THRUM_NOT_FINITE;
@@ -71,7 +75,9 @@ static thrum_status substeps(const thrum_model *model, const thrum_state *state,
   for (int32_t k = 0; k < count && status >= 0; k++) {
     status = advance(model, &shorter, &at, report);
     if (status >= 0)
-      dissipation += thrum_step_dissipation(model, &shorter, &at);
+      dissipation += shorter.scheme == THRUM_SCHEME_MANIFOLD
+                         ? report->dissipation
+                         : thrum_step_dissipation(model, &shorter, &at);
     memcpy(at.q, view->q_next, vector);
     memcpy(at.p, view->p_next, vector);
     memcpy(at.acceleration, view->acceleration_next, vector);
@@ -146,8 +152,9 @@ static thrum_status run_by_energy(const thrum_model *model, thrum_state *state,
 thrum_status thrum_fallback_run(const thrum_model *model, thrum_state *state,
                                 thrum_state_view *view, thrum_status failure,
                                 thrum_solve_report *report) {
-  const bool all_modes =
-      state->scheme == THRUM_SCHEME_NEWMARK || state->scheme == THRUM_SCHEME_ENERGY;
+  const bool all_modes = state->scheme == THRUM_SCHEME_NEWMARK ||
+                         state->scheme == THRUM_SCHEME_ENERGY ||
+                         state->scheme == THRUM_SCHEME_MANIFOLD;
   const bool by_energy =
       state->def.integrator == THRUM_INTEGRATOR_IMEXV || state->scheme == THRUM_SCHEME_FOX_GOODWIN;
   if (!state->def.fallback || !(all_modes || by_energy))

@@ -49,10 +49,11 @@ static bool find_problem(const thrum_model *model, const thrum_state *state, thr
     *s = thrum_imexv_solver(model, state, view, report);
     return true;
 
-  // these solve nothing
+  // these solve nothing, or make their inverse anew
   case THRUM_SCHEME_QUADRATIC:
   case THRUM_SCHEME_SEMI_IMPLICIT_EULER:
   case THRUM_SCHEME_RK4:
+  case THRUM_SCHEME_MANIFOLD:
     break;
   }
   return false;

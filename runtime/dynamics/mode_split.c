@@ -44,6 +44,7 @@ int32_t thrum_mode_split(const thrum_model *model, const thrum_state *state) {
   case THRUM_INTEGRATOR_BACKWARD_EULER:
   case THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER:
   case THRUM_INTEGRATOR_RK4:
+  case THRUM_INTEGRATOR_MANIFOLD:
     break;
   }
   return 0;

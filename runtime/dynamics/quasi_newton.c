@@ -440,8 +440,8 @@ static bool refresh_as_planned(const thrum_solver *s, thrum_quasi *quasi, double
   quasi->assembled = true;
   if (*compared) {
     double *left = view->image;
-    view->kernel->product(s->n, view->inverse[0], view->residual, view->correction);
-    view->kernel->product(s->n, view->jacobian_next, view->correction, left);
+    view->kernel->product(s->n, s->n, view->inverse[0], view->residual, view->correction);
+    view->kernel->product(s->n, s->n, view->jacobian_next, view->correction, left);
     for (int32_t i = 0; i < s->n; i++)
       left[i] = view->residual[i] - left[i];
     s->report->contraction =

@@ -29,7 +29,7 @@ static void add_pair(int32_t n, const double *s, const double *w, const double *
 }
 
 void thrum_secant_apply(const thrum_secant *h, const double *x, double *y) {
-  h->by->product(h->n, h->base, x, y);
+  h->by->product(h->n, h->n, h->base, x, y);
   for (int32_t k = 0; k < h->count; k++) {
     const double *s = h->pairs + 2 * k * h->stride;
     add_pair(h->n, s, s + h->stride, x, y);

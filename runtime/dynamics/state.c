@@ -19,6 +19,7 @@
 #include "runtime/dynamics/energy_balance.h"
 #include "runtime/dynamics/frequency_matching.h"
 #include "runtime/dynamics/kept_inverse.h"
+#include "runtime/dynamics/manifold.h"
 #include "runtime/dynamics/mode_split.h"
 #include "runtime/dynamics/motion_norm.h"
 #include "runtime/dynamics/newmark.h"
@@ -62,6 +63,8 @@ thrum_scheme thrum_state_first_scheme(const thrum_state_def *def) {
     return THRUM_SCHEME_SEMI_IMPLICIT_EULER;
   case THRUM_INTEGRATOR_RK4:
     return THRUM_SCHEME_RK4;
+  case THRUM_INTEGRATOR_MANIFOLD:
+    return THRUM_SCHEME_MANIFOLD;
 
   // imexv begins with the form that the def names
   case THRUM_INTEGRATOR_IMEXV:
@@ -85,16 +88,20 @@ void thrum_state_plan(thrum_state *state, const thrum_model *model) {
   const thrum_state_def *def = &state->def;
   const int64_t r = model->rank, n = implicit_max(model, def);
   const bool tangent = thrum_tangent_damped(state);
+  const bool manifold = def->integrator == THRUM_INTEGRATOR_MANIFOLD;
 
   state->work_count = (int64_t)thrum_work_count(model);
-  // midpoint and Newmark evaluate the whole model; imexv restricts it to fewer than r modes
-  state->restricted_count =
-      def->integrator == THRUM_INTEGRATOR_IMEXV ? thrum_restricted_count(n < r ? n : r - 1) : 0;
+  // midpoint and Newmark evaluate the whole model; imexv restricts it to fewer than r modes, and
+  // a manifold has its slopes there
+  state->restricted_count = def->integrator == THRUM_INTEGRATOR_IMEXV
+                                ? thrum_restricted_count(n < r ? n : r - 1)
+                            : manifold ? thrum_manifold_count(model)
+                                       : 0;
 
   // tangent damping needs T of all modes, also where few or none are implicit
   state->kept_count = def->integrator == THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER ? 0 : n * n;
   state->next_count = tangent ? r * r : n * n;
-  state->tangent_count = tangent || thrum_state_uses_energy(def) ? r * r : 0;
+  state->tangent_count = tangent || manifold || thrum_state_uses_energy(def) ? r * r : 0;
   state->bytes = thrum_state_layout_bytes(state);
 }
 
@@ -416,6 +423,9 @@ thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
     if (i >= state->high_first)
       found.high += 0.5 * (twice + model->omega2[i] * (view.q[i] * view.q[i]));
   }
+
+  if (state->scheme == THRUM_SCHEME_MANIFOLD)
+    found.kinetic += thrum_manifold_slave_energy(model, view.q, view.p_next);
 
   // a finite state may have an energy that is not
   found.total = found.kinetic + found.potential;

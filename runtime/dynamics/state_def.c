@@ -78,7 +78,7 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
   const int rule = (int)def->split_rule, split_form = (int)def->split_form;
 
   // compared as int: the value may be none of its enum
-  if (integrator < THRUM_INTEGRATOR_IMEXV || integrator > THRUM_INTEGRATOR_RK4)
+  if (integrator < THRUM_INTEGRATOR_IMEXV || integrator > THRUM_INTEGRATOR_MANIFOLD)
     return refuse(error, "integrator", integrator, "one of thrum_integrator");
   if (form < THRUM_DAMPING_REST || form > THRUM_DAMPING_TANGENT)
     return refuse(error, "damping_form", form, "one of thrum_damping_form");

@@ -51,6 +51,7 @@ static factor factor_of(const thrum_state *state, int32_t low, int32_t i, double
 
   // the trapezoidal rule, for energy without frequency matching and the implicit modes of imexv
   case THRUM_SCHEME_ENERGY:
+  case THRUM_SCHEME_MANIFOLD:
     return newmark_factor(z, 0.25, 0.5);
   case THRUM_SCHEME_THESIS:
   case THRUM_SCHEME_QUADRATIC:

@@ -23,6 +23,7 @@
 #include "runtime/dynamics/fallback.h"
 #include "runtime/dynamics/fox_goodwin.h"
 #include "runtime/dynamics/imexv.h"
+#include "runtime/dynamics/manifold.h"
 #include "runtime/dynamics/motion_norm.h"
 #include "runtime/dynamics/newmark.h"
 #include "runtime/dynamics/position_split.h"
@@ -217,6 +218,8 @@ thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
     return thrum_step_semi_implicit_euler(model, &run->next, &run->view, &run->report);
   case THRUM_SCHEME_RK4:
     return thrum_step_rk4(model, &run->next, &run->view, &run->report);
+  case THRUM_SCHEME_MANIFOLD:
+    return thrum_step_manifold(model, &run->next, &run->view, &run->report);
   case THRUM_SCHEME_THESIS:
     break;
   }

@@ -85,7 +85,7 @@ thrum_status thrum_model_condense_size(const thrum_model *model, int64_t masters
   const parts p = parts_of(model, masters);
   *size = thrum_round_up(sizeof(thrum_model)) + thrum_round_up(p.omega2 * sizeof(double)) +
           thrum_round_up(p.c3 * sizeof(double)) + thrum_round_up(p.c4 * sizeof(double)) +
-          thrum_round_up(p.follow * sizeof(double)) +
+          2 * thrum_round_up(p.follow * sizeof(double)) +
           (size_t)thrum_pack_all(masters) * sizeof(double);
   return THRUM_OK;
 }
@@ -103,6 +103,12 @@ static void fill_follow(const thrum_model *model, const source *from, int64_t ma
         *follow++ = known ? known[thrum_pair_count(kept) - thrum_pair_count(kept - i) + j - i]
                           : -from->c3[thrum_c3_index(from->rank, i, j, h)] / model->omega2[h];
   }
+}
+
+static void transpose(const double *from, int64_t rows, int64_t columns, double *to) {
+  for (int64_t i = 0; i < rows; i++)
+    for (int64_t j = 0; j < columns; j++)
+      to[j * rows + i] = from[i * columns + j];
 }
 
 /* The coefficients of the masters alone. */
@@ -181,11 +187,12 @@ thrum_status thrum_model_condense(void *memory, size_t memory_size, const thrum_
   unsigned char *at = (unsigned char *)memory + thrum_round_up(sizeof(thrum_model));
   double *omega2 = thrum_cut_doubles(&at, p.omega2), *c3 = thrum_cut_doubles(&at, p.c3),
          *c4 = thrum_cut_doubles(&at, p.c4);
-  double *follow = thrum_cut_doubles(&at, p.follow);
+  double *follow = thrum_cut_doubles(&at, p.follow), *by_pair = thrum_cut_doubles(&at, p.follow);
 
   // the masters' own polynomial, less the energy that the slaves give up
   memcpy(omega2, model->omega2, p.omega2 * sizeof *omega2);
   fill_follow(model, &from, masters, follow);
+  transpose(follow, model->rank - masters, thrum_pair_count(masters), by_pair);
   copy_masters(&from, masters, c3, c4);
   relax(model, masters, follow, c4);
   for (size_t n = 0; n < p.c4; n++)
@@ -199,6 +206,8 @@ thrum_status thrum_model_condense(void *memory, size_t memory_size, const thrum_
   stepped.c3 = c3;
   stepped.c4 = c4;
   stepped.follow = follow;
+  stepped.follow_by_pair = by_pair;
+  stepped.follow_scale = 1.0;
   THRUM_TRY(thrum_model_pack(&stepped, at, size - (size_t)(at - (unsigned char *)memory), error));
   stepped.identity = thrum_model_identity(&stepped);
   memcpy(memory, &stepped, sizeof stepped);

@@ -31,5 +31,13 @@ uint64_t thrum_model_identity(const thrum_model *model) {
   hash = mix_all(hash, model->omega2, model->rank);
   hash = mix_all(hash, model->c3, model->c3_count);
   hash = mix_all(hash, model->c4, model->c4_count);
+
+  // what follows has inertia of its own
+  if (model->shape && model->follow) {
+    hash = mix(hash, (uint64_t)model->shape->rank);
+    hash = mix_all(hash, model->follow,
+                   (model->shape->rank - model->rank) * (model->rank * (model->rank + 1) / 2));
+    hash = mix_all(hash, &model->follow_scale, 1);
+  }
   return hash ? hash : 1;
 }

@@ -88,5 +88,6 @@ void thrum_layout_to_model(const thrum_layout *layout, thrum_model *model) {
   model->packed_c3 = model->packed_c4 = NULL;
   model->identity = 0;
   model->shape = NULL;
-  model->follow = NULL;
+  model->follow = model->follow_by_pair = NULL;
+  model->follow_scale = 0.0;
 }

@@ -20,7 +20,7 @@
 
 /* Factor of each array. */
 typedef struct factors {
-  double omega2, c3, c4, axis_mass, basis;
+  double omega2, c3, c4, axis_mass, basis, follow;
 } factors;
 
 /* Doubles of what a lower rank would share with the model and a scale does not. */
@@ -53,11 +53,12 @@ static thrum_status find_factors(const thrum_model_scaling *by, factors *found,
                      .c3 = e * volume * (g * g * g),
                      .c4 = e * volume * (g * g * g * g),
                      .axis_mass = d * volume * k,
-                     .basis = k};
+                     .basis = k,
+                     .follow = g};
 
   // a factor beyond the range of numbers would leave a model of zeros or infinities
-  const double all[] = {f.omega2, f.c3, f.c4, f.axis_mass, f.basis};
-  for (int n = 0; n < 5; n++)
+  const double all[] = {f.omega2, f.c3, f.c4, f.axis_mass, f.basis, f.follow};
+  for (int n = 0; n < 6; n++)
     if (!isnormal(all[n]))
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "scaled by %g in length, %g in stiffness and %g in density the model "
@@ -171,6 +172,8 @@ thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_mod
   const void *packed = copy->packed ? (const void *)copy->packed : copy->packed_single;
   THRUM_TRY(thrum_model_pack(&result, within(memory, packed), thrum_model_pack_size(model), error));
 
+  // y = g^-1 F(g q', g q') of slaves that are quadratic in the masters
+  result.follow_scale = f.follow * model->follow_scale;
   result.identity = thrum_model_identity(&result);
   memcpy(memory, &result, sizeof result);
   *scaled = memory;

@@ -110,9 +110,9 @@ typedef struct thrum_kernel {
   void (*restricted_hessian)(const thrum_model *model, int64_t split, const double *restricted,
                              const double *q, double *hessian, double *work);
 
-  /* y = matrix x for a symmetric matrix (n x n); the arguments do not overlap. Each sum runs down a
-   * column in ascending order. */
-  void (*product)(int64_t n, const double *matrix, const double *x, double *y);
+  /* y (n) = matrix^T x (rows) for a matrix rows x n; the arguments do not overlap. Each sum runs
+   * down a column in ascending order. */
+  void (*product)(int64_t rows, int64_t n, const double *matrix, const double *x, double *y);
 
   /* matrix (n x n) += a b^T + c d^T for each of the pairs, in their order. With `lower` only the
    * lower triangle holds afterwards, and entries above the diagonal are undefined. */

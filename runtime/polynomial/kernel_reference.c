@@ -620,9 +620,10 @@ static void reference_restricted_hessian(const thrum_model *model, int64_t split
   }
 }
 
-static void reference_product(int64_t n, const double *matrix, const double *x, double *y) {
+static void reference_product(int64_t rows, int64_t n, const double *matrix, const double *x,
+                              double *y) {
   memset(y, 0, (size_t)n * sizeof *y);
-  for (int64_t i = 0; i < n; i++)
+  for (int64_t i = 0; i < rows; i++)
     axpy(n, x[i], matrix + i * n, y);
 }
 

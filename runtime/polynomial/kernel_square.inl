@@ -56,13 +56,13 @@ INLINE void square_store(double *p, int k, int vectors, int64_t columns, v8 a) {
 }
 
 /* Adds up the products in the columns from `first` on. */
-INLINE void product_columns(int vectors, int64_t n, int64_t first, const double *matrix,
-                            const double *x, double *y) {
+INLINE void product_columns(int vectors, int64_t rows, int64_t n, int64_t first,
+                            const double *matrix, const double *x, double *y) {
   const v8_mask last = v8_range(0, n - first - 8 * (vectors - 1));
   v8 sum[SQUARE_VECTORS];
   for (int k = 0; k < vectors; k++)
     sum[k] = v8_zero();
-  for (int64_t i = 0; i < n; i++) {
+  for (int64_t i = 0; i < rows; i++) {
     const v8 x_i = v8_set1(x[i]);
     for (int k = 0; k < vectors; k++)
       sum[k] = v8_add(sum[k], v8_mul(x_i, square_load(matrix + i * n + first, k, vectors, last)));
@@ -71,8 +71,8 @@ INLINE void product_columns(int vectors, int64_t n, int64_t first, const double 
     square_store(y + first, k, vectors, n - first, sum[k]);
 }
 
-PASS void pass_product(int64_t n, const double *matrix, const double *x, double *y) {
-#define CALL(vectors) product_columns(vectors, n, first, matrix, x, y)
+PASS void pass_product(int64_t rows, int64_t n, const double *matrix, const double *x, double *y) {
+#define CALL(vectors) product_columns(vectors, rows, n, first, matrix, x, y)
   for (int64_t first = 0; first < n; first += 8 * SQUARE_VECTORS)
     SQUARE_CASES(square_vectors(n - first), CALL)
 #undef CALL

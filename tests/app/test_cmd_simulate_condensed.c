@@ -136,6 +136,26 @@ static void a_file_that_was_precomputed_condensed_is_stepped_alike(void **state)
   program_result_free(&run);
 }
 
+static void
+with_the_inertia_of_what_follows_a_large_swing_is_that_of_the_whole_model(void **state) {
+  (void)state;
+  // four modes bend the beam by a fifth of its length, and its stretching follows
+  static const double swing[2 * RANK] = {[RANK] = 3};
+  assert_true(save_npy(in_folder("swing.npy"), swing, 2, RANK));
+  cJSON_Delete(simulate("swung", "swing.npy", NULL, 0));
+  cJSON_Delete(simulate("without", "swing.npy", "4", 3));
+  program_result run =
+      thrum_run(folder, "simulate", "beam.npz", "-o", "with", "-q", "--time", "0.6", "--integrator",
+                "manifold", "--start", "swing.npy", "--condense", "4", NULL);
+  if (run.exit_code != 0)
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  program_result_free(&run);
+  const double without = difference("without/q.npy", "swung/q.npy", 0);
+  const double with = difference("with/q.npy", "swung/q.npy", 0);
+  if (!(with < 0.02 && without > 4 * with))
+    fail_msg("%g with and %g without", with, without);
+}
+
 static void a_body_at_rest_has_no_strain_energy_that_is_wrong(void **state) {
   (void)state;
   program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "rest", "--time", "0.03",
@@ -189,6 +209,7 @@ int main(void) {
       cmocka_unit_test(a_scene_steps_it_alike),
       cmocka_unit_test(a_file_that_was_precomputed_condensed_is_stepped_alike),
       cmocka_unit_test(a_large_swing_is_flagged),
+      cmocka_unit_test(with_the_inertia_of_what_follows_a_large_swing_is_that_of_the_whole_model),
       cmocka_unit_test(a_body_at_rest_has_no_strain_energy_that_is_wrong),
       cmocka_unit_test(condensing_with_nothing_to_follow_is_refused_before_the_work),
       cmocka_unit_test(what_cannot_be_condensed_is_refused),

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 export const INTEGRATORS = { imexv: 0, newmark: 1, verlet: 2, midpoint: 3, energy: 4, 'fox-goodwin': 5,
-  'backward-euler': 6, 'semi-implicit-euler': 7, rk4: 8 };
+  'backward-euler': 6, 'semi-implicit-euler': 7, rk4: 8, manifold: 9 };
 export const INTEGRATOR_NAMES = Object.keys(INTEGRATORS);
 const SCHEME_ENERGY = 2;
 const OBSTACLES = { plane: 0, sphere: 1, box: 2 };

@@ -101,7 +101,7 @@ static void a_number_or_a_text_that_names_nothing_is_refused(void **context) {
   assert_int_equal((int)found, THRUM_INTEGRATOR_VERLET);
   assert_string_equal(error.message,
                       "'euler' is no integrator; there are imexv newmark verlet midpoint energy "
-                      "fox-goodwin backward-euler semi-implicit-euler rk4");
+                      "fox-goodwin backward-euler semi-implicit-euler rk4 manifold");
   assert_int_equal(thrum_integrator_from_name(NULL, &found, NULL), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_integrator_from_name("", &found, NULL), THRUM_INVALID_ARGUMENT);
 }

@@ -88,7 +88,7 @@ static void every_kernel_gives_the_same_inverse(void **context) {
         // an update of rank two and a product with the inverse
         const thrum_two two = {s, w, w, s, 2, MOST};
         by->rank_two(n, false, &two, inverses[k]);
-        by->product(n, inverses[k], s, products[k]);
+        by->product(n, n, inverses[k], s, products[k]);
         if (kind != ANY_SIGN)
           expect_swept(by, (matrix_kind)kind, n);
 

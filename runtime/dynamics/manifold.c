@@ -1,0 +1,410 @@
+/* A step of a condensed model with the inertia of what follows (design 17). The body moves on the
+ * manifold y = Y(x), quadratic in the masters x, with the kinetic energy of all coordinates:
+ *
+ *   E = 1/2 |v|^2 + 1/2 |J(x) v|^2 + V_c(x),   J = dY/dx, linear in x
+ *
+ * As Y is quadratic, Y(x') - Y(x) = J(xm) d with d = x' - x and xm = x + d/2. The trapezoidal rule
+ * in all coordinates, d = h/2 (v + v') and J(xm) d = h/2 (u + u') with u = J(x) v, leaves
+ *
+ *   F(d) = (v' - v) + J(xm)^T (u' - u) + h <R> + damping - h f = 0,
+ *
+ * k equations in d; <R> is the mean of R_c over the step, exact for a quartic V_c with two Gauss
+ * points. d F is h times the error of the energy balance, so that 1/2 |v|^2 + 1/2 |u|^2 + V_c
+ * changes by f d less the dissipation, at any h. u' is not yet J(x') v', but for O(h^2): (v', u')
+ * is projected onto the tangent space of the manifold at x', and its length gives back what energy
+ * the projection took (of the order h^4) and what an inexact solve left (d F / h).
+ *
+ * Newton's method solves for d, with the inverse, kept over steps, of
+ *   (2/h + alpha)(1 + J^T J) + h/2 T + beta diag(omega^2) at xm.
+ * J is not formed but for that: J(x) v = sum_ij follow_ij (x_i v_j + v_i x_j) over the pairs, and
+ * J(x)^T w = B x with B_ij = sum_s w_s follow_s,ij.
+ * Cost: an evaluation takes two forces and two passes over the s k^2/2 numbers of `follow` for s
+ * slaves, the rest of a step about six passes more. Without slaves it is the average vector field.
+ * Sources: Jain et al. 2017, doi:10.1016/j.compstruc.2017.04.005 (quadratic manifold); Quispel &
+ * McLaren 2008, doi:10.1088/1751-8113/41/4/045206 (average vector field).
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
+#include "runtime/dynamics/manifold.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/base/finite.h"
+#include "runtime/dynamics/implicit_problem.h"
+#include "runtime/linear_algebra/dense.h"
+#include "runtime/polynomial/polynomial_private.h"
+
+#define TOLERANCE 1e-6             /* of a residual over the step, where the def names none */
+#define SLOW 0.2                   /* residual over the one before: a new Jacobian */
+#define GAUSS 0.211324865405187118 /* (1 - 1/sqrt(3)) / 2, the first of two points in [0, 1] */
+#define QUIET 0x1p-34              /* step over the amplitude: below, guesses are not continued */
+#define PROJECTED 1e-8             /* residual of the projection over the velocity */
+
+/* A step being solved. The arrays are of the slaves, but for what says otherwise. */
+typedef struct motion {
+  const thrum_model *model;
+  const thrum_state *state;
+  thrum_state_view *view;
+  int64_t masters, slaves, pairs;
+  double *before; /* u at the start of the step */
+  double *moved;  /* J(xm) d */
+  double *gained; /* u' - u */
+  double *image;
+  double *monomials, *weights; /* pairs */
+  double *slopes;              /* slaves x masters: J at the last point of a Jacobian */
+} motion;
+
+static int64_t slaves_of(const thrum_model *model) {
+  return model->follow ? model->shape->rank - model->rank : 0;
+}
+
+int64_t thrum_manifold_count(const thrum_model *model) {
+  const int64_t slaves = slaves_of(model);
+  return slaves > 0 ? slaves * (model->rank + 4) + 2 * thrum_pair_count(model->rank) : 0;
+}
+
+static motion motion_of(const thrum_model *model, const thrum_state *state,
+                        thrum_state_view *view) {
+  motion m = {.model = model,
+              .state = state,
+              .view = view,
+              .masters = model->rank,
+              .slaves = slaves_of(model),
+              .pairs = thrum_pair_count(model->rank)};
+  m.before = view->restricted;
+  m.moved = m.before + m.slaves;
+  m.gained = m.moved + m.slaves;
+  m.image = m.gained + m.slaves;
+  m.monomials = m.image + m.slaves;
+  m.weights = m.monomials + m.pairs;
+  m.slopes = m.weights + m.pairs;
+  return m;
+}
+
+/* --- how the slaves follow -------------------------------------------------------------------- */
+
+/* to (slaves) = J(x) v. */
+static void push_forward(const motion *m, const double *x, const double *v, double *to) {
+  if (m->slaves == 0)
+    return;
+  const double scale = m->model->follow_scale;
+  double *pair = m->monomials;
+  for (int64_t i = 0; i < m->masters; i++) {
+    const double at = scale * x[i], by = scale * v[i];
+    for (int64_t j = i; j < m->masters; j++)
+      *pair++ = at * v[j] + by * x[j];
+  }
+  m->view->kernel->product(m->pairs, m->slaves, m->model->follow_by_pair, m->monomials, to);
+}
+
+/* to (masters) += J(x)^T what. */
+static void add_pulled_back(const motion *m, const double *x, const double *what, double *to) {
+  if (m->slaves == 0)
+    return;
+  m->view->kernel->product(m->slaves, m->pairs, m->model->follow, what, m->weights);
+  const double scale = m->model->follow_scale, *weight = m->weights;
+  for (int64_t i = 0; i < m->masters; i++) {
+    const double at = scale * x[i];
+    double sum = 0.0;
+    for (int64_t j = i; j < m->masters; j++) {
+      sum += weight[j - i] * x[j];
+      to[j] += weight[j - i] * at;
+    }
+    to[i] += scale * sum;
+    weight += m->masters - i;
+  }
+}
+
+/* J(x) into m->slopes. */
+static void fill_slopes(const motion *m, const double *x) {
+  const double *row = m->model->follow, scale = m->model->follow_scale;
+  memset(m->slopes, 0, (size_t)(m->slaves * m->masters) * sizeof *m->slopes);
+  for (int64_t s = 0; s < m->slaves; s++) {
+    double *slope = m->slopes + s * m->masters;
+    for (int64_t i = 0; i < m->masters; i++) {
+      const double at = scale * x[i];
+      double sum = 0.0;
+      for (int64_t j = i; j < m->masters; j++) {
+        sum += row[j - i] * x[j];
+        slope[j] += row[j - i] * at;
+      }
+      slope[i] += scale * sum;
+      row += m->masters - i;
+    }
+  }
+}
+
+double thrum_manifold_slave_energy(const thrum_model *model, const double *x, const double *v) {
+  const double *row = model->follow;
+  double sum = 0.0;
+  for (int64_t s = 0; s < slaves_of(model); s++) {
+    double speed = 0.0;
+    for (int64_t i = 0; i < model->rank; i++)
+      for (int64_t j = i; j < model->rank; j++)
+        speed += *row++ * (v[i] * x[j] + x[i] * v[j]);
+    speed *= model->follow_scale;
+    sum += 0.5 * (speed * speed);
+  }
+  return sum;
+}
+
+/* --- the solve -------------------------------------------------------------------------------- */
+
+static double dot(const double *a, const double *b, int64_t count) {
+  double sum = 0.0;
+  for (int64_t i = 0; i < count; i++)
+    sum += a[i] * b[i];
+  return sum;
+}
+
+/* total += h <R> at the increment d. */
+static void add_mean_force(const motion *m, const double *d, double *total) {
+  thrum_state_view *view = m->view;
+  for (int64_t i = 0; i < m->masters; i++) {
+    view->point[i] = view->q[i] + GAUSS * d[i];
+    view->point_2[i] = view->q[i] + (1.0 - GAUSS) * d[i];
+  }
+  const double *const points[2] = {view->point, view->point_2};
+  double *const forces[2] = {view->force, view->force_2};
+  double values[2];
+  thrum_internal_forces_by(view->kernel, m->model, points, forces, values, view->work);
+  const double half = 0.5 * m->state->def.dt;
+  for (int64_t i = 0; i < m->masters; i++)
+    total[i] += half * (view->force[i] + view->force_2[i]);
+}
+
+/* (alpha + beta stiffness) d into view->product, with the stiffness at rest or at the middle. */
+static void damp(const motion *m, const double *d) {
+  const thrum_state_def *def = &m->state->def;
+  thrum_state_view *view = m->view;
+  const bool tangent = thrum_tangent_damped(m->state);
+  if (tangent)
+    thrum_tangent_product_by(view->kernel, m->model, view->middle, d, view->product, view->work);
+  for (int64_t i = 0; i < m->masters; i++) {
+    const double stiff = tangent ? view->product[i] : m->model->omega2[i] * d[i];
+    view->product[i] = def->damping_alpha * d[i] + def->damping_beta * stiff;
+  }
+}
+
+/* F(d) of the increment in view->unknown, with J(xm) d and u' - u. */
+static void evaluate(const motion *m) {
+  thrum_state_view *view = m->view;
+  const double h = m->state->def.dt, alpha = m->state->def.damping_alpha;
+  const double *d = view->unknown;
+  double *total = view->residual;
+
+  // the middle of the step, and what has followed
+  for (int64_t i = 0; i < m->masters; i++)
+    view->middle[i] = view->q[i] + 0.5 * d[i];
+  push_forward(m, view->middle, d, m->moved);
+  for (int64_t s = 0; s < m->slaves; s++) {
+    m->gained[s] = 2.0 * (m->moved[s] / h - m->before[s]);
+    m->image[s] = m->gained[s] + alpha * m->moved[s];
+  }
+
+  // inertia and damping of the masters, then those of the slaves, then the mean force
+  damp(m, d);
+  for (int64_t i = 0; i < m->masters; i++)
+    total[i] = 2.0 * (d[i] / h - view->p[i]) + view->product[i] - h * view->load[i];
+  add_pulled_back(m, view->middle, m->image, total);
+  add_mean_force(m, d, total);
+}
+
+/* The inverse of the Jacobian at the present increment into jacobian_next; false: there is none. */
+static bool make_inverse(const motion *m, thrum_solve_report *report) {
+  thrum_state_view *view = m->view;
+  const double h = m->state->def.dt, mass = 2.0 / h + m->state->def.damping_alpha;
+  const int64_t k = m->masters;
+  double *matrix = view->jacobian_next;
+  thrum_tangent_stiffness_by(view->kernel, m->model, view->middle, view->tangent, view->work);
+  const double beta = m->state->def.damping_beta;
+  const double stiff = 0.5 * h + (thrum_tangent_damped(m->state) ? beta : 0.0);
+  for (int64_t n = 0; n < k * k; n++)
+    matrix[n] = stiff * view->tangent[n];
+  for (int64_t i = 0; i < k; i++)
+    matrix[i * k + i] += mass + (thrum_tangent_damped(m->state) ? 0.0 : beta * m->model->omega2[i]);
+
+  // the mass of the slaves
+  fill_slopes(m, view->middle);
+  for (int64_t s = 0; s < m->slaves; s++) {
+    const double *slope = m->slopes + s * k;
+    for (int64_t i = 0; i < k; i++) {
+      const double share = mass * slope[i];
+      for (int64_t j = 0; j < k; j++)
+        matrix[i * k + j] += share * slope[j];
+    }
+  }
+  report->factorisations++;
+  report->refreshed = thrum_dense_invert(view->kernel, matrix, (int32_t)k, view->work);
+  return report->refreshed;
+}
+
+/* The first guess: the middles of the steps before, continued; h v where they are of other steps.
+ */
+static void guess(const motion *m) {
+  static const double weights[THRUM_PAST_SOLVES][THRUM_PAST_SOLVES] = {
+      {1}, {2, -1}, {3, -3, 1}, {4, -6, 4, -1}, {5, -10, 10, -5, 1}};
+  const thrum_state *state = m->state;
+  thrum_state_view *view = m->view;
+  const double h = state->def.dt;
+  const double speed = sqrt(dot(view->p, view->p, m->masters));
+
+  // of a body that hardly moves they differ by rounding, which continuing them multiplies
+  int64_t known = 0;
+  while (h * speed > QUIET * state->amplitude && known < THRUM_PAST_SOLVES &&
+         known < state->past_count &&
+         state->past_dt[thrum_past_place(state->report.steps - 1 - known)] == h)
+    known++;
+
+  // one step alone says less than the velocity
+  for (int64_t i = 0; i < m->masters; i++)
+    view->unknown[i] = known < 2 ? h * view->p[i] : -2.0 * view->q[i];
+  for (int64_t n = 0; known >= 2 && n < known; n++) {
+    const double *middle = view->past_q + thrum_past_at(view, state->report.steps - 1 - n);
+    for (int64_t i = 0; i < m->masters; i++)
+      view->unknown[i] += 2.0 * weights[known - 1][n] * middle[i];
+  }
+}
+
+/* Newton's method; the increment stays in view->unknown. */
+static thrum_status solve(const motion *m, thrum_solve_report *report) {
+  const thrum_state_def *def = &m->state->def;
+  thrum_state_view *view = m->view;
+  const double h = def->dt, tolerance = def->tolerance > 0.0 ? def->tolerance : TOLERANCE;
+  const double *inverse = m->state->jacobian_kept ? view->inverse[0] : NULL;
+  double last = INFINITY;
+  guess(m);
+
+  // a body that hardly moves is judged by what has moved it before
+  const double floor = THRUM_ROUNDING_FLOOR * m->state->amplitude;
+  for (int32_t done = 0;; done++) {
+    evaluate(m);
+    double step = 0.0, error = 0.0;
+    for (int64_t i = 0; i < m->masters; i++) {
+      const double scale = 1.0 + 0.25 * h * h * m->model->omega2[i];
+      step += scale * (view->unknown[i] * view->unknown[i]);
+      error += view->residual[i] * view->residual[i] / scale;
+    }
+    step = sqrt(step);
+    error = 0.5 * h * sqrt(error);
+    report->saw_nonfinite = !isfinite(error);
+    if (report->saw_nonfinite)
+      return THRUM_NOT_FINITE;
+    if (error <= tolerance * step + floor) {
+      report->residual = step > 0.0 ? error / step : 0.0;
+      return THRUM_OK;
+    }
+
+    // an inverse that no longer leaves little is made anew
+    if (done == def->iterations_max)
+      return THRUM_NOT_CONVERGED;
+    if (!inverse || error > SLOW * last) {
+      if (!make_inverse(m, report))
+        return THRUM_NOT_CONVERGED;
+      inverse = view->jacobian_next;
+    }
+    view->kernel->product(m->masters, m->masters, inverse, view->residual, view->direction);
+    for (int64_t i = 0; i < m->masters; i++)
+      view->unknown[i] -= view->direction[i];
+    report->iterations++;
+    last = error;
+  }
+}
+
+/* --- the end of the step ---------------------------------------------------------------------- */
+
+/* x (masters) solves (1 + J^T J) x = `rest` at q', by conjugate gradients; overwrites rest. */
+static void solve_mass(const motion *m, double *rest, double *x) {
+  thrum_state_view *view = m->view;
+  const int64_t k = m->masters;
+  double *direction = view->direction, *image = view->trial;
+  memset(x, 0, (size_t)k * sizeof *x);
+  memcpy(direction, rest, (size_t)k * sizeof *direction);
+  double square = dot(rest, rest, k);
+  const double end = PROJECTED * PROJECTED * dot(view->p_next, view->p_next, k);
+
+  // as many as there are masters end it but for rounding
+  for (int64_t n = 0; n < k && square > end; n++) {
+    memcpy(image, direction, (size_t)k * sizeof *image);
+    push_forward(m, view->q_next, direction, m->image);
+    add_pulled_back(m, view->q_next, m->image, image);
+    const double along = square / dot(direction, image, k);
+    for (int64_t i = 0; i < k; i++) {
+      x[i] += along * direction[i];
+      rest[i] -= along * image[i];
+    }
+    const double before = square;
+    square = dot(rest, rest, k);
+    for (int64_t i = 0; i < k; i++)
+      direction[i] = rest[i] + (square / before) * direction[i];
+  }
+}
+
+/* v' and u' onto the tangent space at q', into view->p_next; returns their kinetic energies there,
+ * doubled. */
+static double project(const motion *m) {
+  thrum_state_view *view = m->view;
+  double *v = view->p_next, *rest = view->velocity, *change = view->kick;
+  if (m->slaves == 0)
+    return dot(v, v, m->masters);
+
+  // (1 + J^T J) of the change of v' is J^T of u' - J v'
+  push_forward(m, view->q_next, v, m->image);
+  for (int64_t s = 0; s < m->slaves; s++)
+    m->image[s] = m->before[s] + m->gained[s] - m->image[s];
+  memset(rest, 0, (size_t)m->masters * sizeof *rest);
+  add_pulled_back(m, view->q_next, m->image, rest);
+  solve_mass(m, rest, change);
+  for (int64_t i = 0; i < m->masters; i++)
+    v[i] += change[i];
+  push_forward(m, view->q_next, v, m->image);
+  return dot(v, v, m->masters) + dot(m->image, m->image, m->slaves);
+}
+
+/* q' and v' of the increment, with the energy that the balance says. */
+static void finish(const motion *m) {
+  thrum_state_view *view = m->view;
+  const double h = m->state->def.dt;
+  double kinetic = 0.0;
+  for (int64_t i = 0; i < m->masters; i++) {
+    view->q_next[i] = view->q[i] + view->unknown[i];
+    view->p_next[i] = 2.0 * view->unknown[i] / h - view->p[i];
+    kinetic += view->p_next[i] * view->p_next[i];
+  }
+  for (int64_t s = 0; s < m->slaves; s++) {
+    const double speed = m->before[s] + m->gained[s];
+    kinetic += speed * speed;
+  }
+
+  // what the solve has left, doubled as the rest, goes as well
+  kinetic -= 2.0 * dot(view->unknown, view->residual, m->masters) / h;
+  const double projected = project(m);
+  if (!(kinetic > 0.0 && projected > 0.0))
+    return;
+  const double factor = sqrt(kinetic / projected);
+  for (int64_t i = 0; i < m->masters; i++)
+    view->p_next[i] *= factor;
+}
+
+/* What the damping took: the increments of all coordinates. */
+static double dissipation_of(const motion *m) {
+  const thrum_state_view *view = m->view;
+  const double slaves = m->state->def.damping_alpha * dot(m->moved, m->moved, m->slaves);
+  return (dot(view->unknown, view->product, m->masters) + slaves) / m->state->def.dt;
+}
+
+thrum_status thrum_step_manifold(const thrum_model *model, const thrum_state *state,
+                                 thrum_state_view *view, thrum_solve_report *report) {
+  const motion m = motion_of(model, state, view);
+  push_forward(&m, view->q, view->p, m.before);
+  THRUM_TRY(solve(&m, report));
+  report->dissipation = dissipation_of(&m);
+  report->dissipation_known = true;
+  report->solved = true;
+  finish(&m);
+  return thrum_all_finite(view->q_next, state->rank) && thrum_all_finite(view->p_next, state->rank)
+             ? THRUM_OK
+             : THRUM_NOT_FINITE;
+}

@@ -1,0 +1,282 @@
+/* Tests of the step on the manifold of a condensed model: it is the motion of the whole model where
+ * the slaves are stiff, it conserves the energy of all coordinates at any step, and it is of order
+ * two. SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/state_support.h"
+
+#include "thrum/batch.h"
+#include "thrum/condensed_model.h"
+
+enum { RANK = 9, MASTERS = 3 };
+
+static void *condense(const thrum_model *model, int64_t masters, const thrum_model **condensed) {
+  size_t size = 0;
+  thrum_error error;
+  if (thrum_model_condense_size(model, masters, &size, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  void *memory = aligned_alloc(64, size);
+  assert_non_null(memory);
+  if (thrum_model_condense(memory, size, model, masters, condensed, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+  return memory;
+}
+
+static thrum_state_def def_of(double dt) {
+  thrum_state_def def = thrum_default_state_def();
+  def.integrator = THRUM_INTEGRATOR_MANIFOLD;
+  def.dt = dt;
+  return def;
+}
+
+/* A model of three coordinates, the third of which follows the first two, V = 1/2 sum w^2 q^2 with
+ * 1/2 w_y^2 (y - a x1^2 - b x1 x2)^2 in place of the third term. Condensed, it is linear: the
+ * inertia of y alone makes it what it is. */
+typedef struct valley {
+  double omega2[3], c3[10], c4[15];
+  thrum_model model;
+} valley;
+
+static void valley_make(valley *v, double stiff) {
+  static const double a = 0.6, b = -0.4;
+  memset(v, 0, sizeof *v);
+  v->omega2[0] = 4;
+  v->omega2[1] = 9;
+  v->omega2[2] = stiff;
+  v->c3[thrum_c3_index(3, 0, 0, 2)] = -stiff * a;
+  v->c3[thrum_c3_index(3, 0, 1, 2)] = -stiff * b;
+  v->c4[thrum_c4_index(3, 0, 0, 0, 0)] = 0.5 * stiff * a * a;
+  v->c4[thrum_c4_index(3, 0, 0, 0, 1)] = stiff * a * b;
+  v->c4[thrum_c4_index(3, 0, 0, 1, 1)] = 0.5 * stiff * b * b;
+  v->model.rank = 3;
+  v->model.c3_count = 10;
+  v->model.c4_count = 15;
+  v->model.omega2 = v->omega2;
+  v->model.c3 = v->c3;
+  v->model.c4 = v->c4;
+}
+
+/* x after `time` from momenta p, stepped with the def. */
+static void run(const thrum_model *model, const thrum_state_def *def, double time, const double *p,
+                double *x, double *v) {
+  thrum_state *state = state_make(model, def);
+  state_put(model, state, NULL, p);
+  state_steps(model, state, (int64_t)(time / def->dt + 0.5));
+  state_read(model, state, x, v);
+  state_free(state);
+}
+
+static void a_stiff_slave_has_its_inertia_which_plain_condensing_leaves_out(void **context) {
+  (void)context;
+  valley wide;
+  valley_make(&wide, 1e6);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&wide.model, 2, &stepped);
+  const double p[3] = {2, -1, 0};
+  double whole[3], x[3], plain[3], v[3];
+
+  // the whole model in steps that resolve the slave, the condensed one in steps that are 100 times
+  // as long
+  thrum_state_def def = thrum_default_state_def();
+  def.dt = 5e-5;
+  run(&wide.model, &def, 2, p, whole, v);
+  def = def_of(5e-3);
+  run(stepped, &def, 2, p, x, v);
+  def.integrator = THRUM_INTEGRATOR_ENERGY;
+  run(stepped, &def, 2, p, plain, v);
+  assert_true(largest_difference(x, whole, 2) < 2e-3);
+  assert_true(largest_difference(plain, whole, 2) > 0.1);
+  free(memory);
+}
+
+static void the_energy_of_all_coordinates_stays_at_any_step(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 21, RANK, 3, 100, 1);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, MASTERS, &stepped);
+  const double p[MASTERS] = {4, -6, 4};
+  for (double dt = 0.001; dt < 1; dt *= 10) {
+    const thrum_state_def def = def_of(dt);
+    thrum_state *state = state_make(stepped, &def);
+    state_put(stepped, state, NULL, p);
+    const double begin = state_energy(stepped, state).total;
+    double moved = 0;
+    for (int k = 0; k < 400; k++) {
+      state_steps(stepped, state, 1);
+      double x[MASTERS], v[MASTERS];
+      state_read(stepped, state, x, v);
+      moved = fmax(moved, thrum_condensed_inertia_share(stepped, x, v));
+
+      // what is reported is the energy of the velocities of all coordinates
+      double all[RANK], kinetic = 0;
+      thrum_condensed_velocity(stepped, x, v, all);
+      for (int i = 0; i < RANK; i++)
+        kinetic += 0.5 * all[i] * all[i];
+      const thrum_energies now = state_energy(stepped, state);
+      assert_true(fabs(now.kinetic - kinetic) <= 1e-13 * begin);
+      assert_true(fabs(now.total - begin) <= 1e-11 * begin);
+    }
+    assert_true(moved > 1e-4);
+    state_free(state);
+  }
+  free(memory);
+  random_model_free(&m);
+}
+
+static void half_the_step_leaves_a_quarter_of_the_error(void **context) {
+  (void)context;
+  valley wide;
+  valley_make(&wide, 400);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&wide.model, 2, &stepped);
+  const double p[2] = {2, -1};
+  double fine[2], v_fine[2], error[3];
+  thrum_state_def def = def_of(0.02 / 64);
+  def.tolerance = 1e-10;
+  run(stepped, &def, 2, p, fine, v_fine);
+  for (int n = 0; n < 3; n++) {
+    double x[2], v[2];
+    def.dt = 0.02 / (1 << n);
+    run(stepped, &def, 2, p, x, v);
+    error[n] = fmax(largest_difference(x, fine, 2), largest_difference(v, v_fine, 2));
+  }
+  for (int n = 0; n < 2; n++)
+    assert_true(fabs(log2(error[n] / error[n + 1]) - 2) < 0.15);
+  free(memory);
+}
+
+static void loads_and_damping_account_for_every_change_of_the_energy(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 22, RANK, 3, 100, 1);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, MASTERS, &stepped);
+  const double f[MASTERS] = {0.3, 0.2, -0.1};
+  for (int form = 0; form < 2; form++) {
+    thrum_state_def def = def_of(0.02);
+    def.damping_alpha = 0.3;
+    def.damping_beta = 0.002;
+    def.damping_form = form == 0 ? THRUM_DAMPING_REST : THRUM_DAMPING_TANGENT;
+    thrum_state *state = state_make(stepped, &def);
+    state_push(stepped, state, f);
+    double x[MASTERS] = {0}, work = 0, most = 0;
+    for (int k = 0; k < 500; k++) {
+      double before[MASTERS];
+      memcpy(before, x, sizeof x);
+      state_steps(stepped, state, 1);
+      state_read(stepped, state, x, NULL);
+      for (int i = 0; i < MASTERS; i++)
+        work += f[i] * (x[i] - before[i]);
+      most = fmax(most, work);
+      const double lost = thrum_state_report_get(state).dissipated;
+      assert_true(fabs(state_energy(stepped, state).total - work + lost) <= 1e-11 * most);
+    }
+    state_free(state);
+  }
+  free(memory);
+  random_model_free(&m);
+}
+
+static void a_scaled_body_moves_as_the_body_scaled(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 23, RANK, 3, 100, 1);
+  const thrum_model *stepped = NULL, *scaled = NULL;
+  void *memory = condense(&m.model, MASTERS, &stepped);
+
+  // lengths by 2 and stiffness by 4 keep the times; coordinates grow by 1/g
+  const thrum_model_scaling by = {2, 4, 1};
+  const double g = 1 / (sqrt(8) * 2);
+  size_t size = 0;
+  assert_int_equal(thrum_model_scale_size(stepped, &size, NULL), THRUM_OK);
+  void *large = aligned_alloc(64, size);
+  assert_non_null(large);
+  assert_int_equal(thrum_model_scale(large, size, stepped, &by, &scaled, NULL), THRUM_OK);
+
+  const thrum_state_def def = def_of(0.01);
+  const double p[MASTERS] = {0.4, -0.3, 0.2};
+  double p_large[MASTERS], x[MASTERS], v[MASTERS], x_large[MASTERS], v_large[MASTERS];
+  for (int i = 0; i < MASTERS; i++)
+    p_large[i] = p[i] / g;
+  run(stepped, &def, 3, p, x, v);
+  run(scaled, &def, 3, p_large, x_large, v_large);
+  for (int i = 0; i < MASTERS; i++)
+    assert_true(fabs(g * x_large[i] - x[i]) < 1e-6 && fabs(g * v_large[i] - v[i]) < 1e-5);
+  free(large);
+  free(memory);
+  random_model_free(&m);
+}
+
+static void a_copy_and_a_batch_step_to_the_same_bits(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 24, RANK, 3, 100, 1);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, MASTERS, &stepped);
+  const thrum_state_def def = def_of(0.01);
+  const double p[MASTERS] = {0.4, -0.3, 0.2};
+  thrum_state *alone = state_make(stepped, &def);
+  state_put(stepped, alone, NULL, p);
+  state_steps(stepped, alone, 50);
+  thrum_state *other = state_snapshot(alone), *third = state_snapshot(alone);
+
+  // two copies side by side
+  size_t size = 0;
+  assert_int_equal(thrum_batch_size(stepped, &size, NULL), THRUM_OK);
+  void *workspace = aligned_alloc(64, size);
+  assert_non_null(workspace);
+  thrum_state *both[2] = {other, third};
+  state_steps(stepped, alone, 20);
+  for (int k = 0; k < 20; k++)
+    assert_true(thrum_batch_step(stepped, both, 2, NULL, workspace, size, NULL) >= 0);
+  for (int n = 0; n < 2; n++)
+    assert_memory_equal(both[n], alone, thrum_state_kept_bytes(alone));
+
+  // and a snapshot with its checks
+  const size_t bytes = thrum_state_snapshot_size(alone);
+  void *kept = malloc(bytes);
+  assert_non_null(kept);
+  assert_int_equal(thrum_state_snapshot(alone, kept, bytes, NULL), THRUM_OK);
+  state_steps(stepped, alone, 20);
+  assert_int_equal(thrum_state_restore(stepped, other, kept, bytes, NULL), THRUM_OK);
+  state_steps(stepped, other, 20);
+  assert_memory_equal(other, alone, thrum_state_kept_bytes(alone));
+  free(kept);
+  free(workspace);
+  state_free(third);
+  state_free(other);
+  state_free(alone);
+  free(memory);
+  random_model_free(&m);
+}
+
+static void all_kernels_give_the_same_bits(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 25, RANK, 3, 100, 1);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, MASTERS, &stepped);
+  const double p[MASTERS] = {0.4, -0.3, 0.2};
+  double x[2][MASTERS], v[2][MASTERS];
+  for (int n = 0; n < 2; n++) {
+    thrum_state_def def = def_of(0.01);
+    def.kernel = n == 0 ? THRUM_KERNEL_REFERENCE : THRUM_KERNEL_BEST;
+    run(stepped, &def, 2, p, x[n], v[n]);
+  }
+  assert_memory_equal(x[0], x[1], sizeof x[0]);
+  assert_memory_equal(v[0], v[1], sizeof v[0]);
+  free(memory);
+  random_model_free(&m);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_stiff_slave_has_its_inertia_which_plain_condensing_leaves_out),
+      cmocka_unit_test(the_energy_of_all_coordinates_stays_at_any_step),
+      cmocka_unit_test(half_the_step_leaves_a_quarter_of_the_error),
+      cmocka_unit_test(loads_and_damping_account_for_every_change_of_the_energy),
+      cmocka_unit_test(a_scaled_body_moves_as_the_body_scaled),
+      cmocka_unit_test(a_copy_and_a_batch_step_to_the_same_bits),
+      cmocka_unit_test(all_kernels_give_the_same_bits),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
