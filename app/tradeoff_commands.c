@@ -118,6 +118,10 @@ static void put_precompute(FILE *stream, const tradeoff_commands *c) {
     put_number(stream, "--train-time", c->request->time);
     put_number(stream, "--train-dt", c->request->full_dt);
     put_damping(stream, "--train-damping", c->request->damping);
+    if (c->request->keep_runs != NULL) {
+      fputs(" --keep-runs", stream);
+      put(stream, c->request->keep_runs);
+    }
   }
   free(loads);
   snprintf(model, sizeof model, "%.500s/model.npz", c->request->output);

@@ -59,49 +59,14 @@ static thrum_status take_precisions(const config_given *given, void *request) {
   return config_given_names(given, names, 2, ((tradeoff_request *)request)->precisions);
 }
 
-/* A number and one of these endings, which scale it; no ending is the first's where that is empty.
- */
-static bool scaled(const char *text, const char *const *endings, const double *scales,
-                   double *value) {
-  // the longest ending that fits cuts the text
-  const size_t length = strlen(text);
-  char number[64];
-  double scale = endings[0][0] == 0 ? scales[0] : 0.0;
-  size_t cut = length;
-  for (int n = 0; endings[n] != NULL; n++) {
-    const size_t size = strlen(endings[n]);
-    if (size < length && strcmp(text + length - size, endings[n]) == 0 && length - size < cut) {
-      cut = length - size;
-      scale = scales[n];
-    }
-  }
-
-  // the number before it, which must be positive
-  if (cut >= sizeof number || !(scale > 0))
-    return false;
-  memcpy(number, text, cut);
-  number[cut] = 0;
-  double parsed;
-  if (!config_parse_number(number, &parsed) || !(parsed > 0))
-    return false;
-  *value = scale * parsed;
-  return true;
-}
-
 static thrum_status take_error(const config_given *given, void *request) {
-  static const char *const endings[] = {"", "%", NULL};
-  static const double scales[] = {1, 0.01};
-  tradeoff_request *r = request;
-  return scaled(given->text, endings, scales, &r->error) && r->error <= 1
-             ? THRUM_OK
-             : config_given_wrong(given);
+  return error_option_take(given, &((tradeoff_request *)request)->error);
 }
 
 static thrum_status take_budget(const config_given *given, void *request) {
   static const char *const endings[] = {"s", "ms", "us", NULL};
   static const double scales[] = {1, 1e-3, 1e-6};
-  tradeoff_request *r = request;
-  return scaled(given->text, endings, scales, &r->budget) ? THRUM_OK : config_given_wrong(given);
+  return scaled_option_take(given, endings, scales, &((tradeoff_request *)request)->budget);
 }
 
 static thrum_status take_damping(const config_given *given, void *request) {

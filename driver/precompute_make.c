@@ -203,8 +203,12 @@ static bool is_flagged(const thrum_precomputed *result) {
   return flagged || !result->modes_complete;
 }
 
-/* Whether the model could not be stepped through a load of its training or test. */
-static bool is_lost(const train_outcome *training) {
+/* Whether the model is not what its training wanted: lost under a load, or of a larger error. */
+static bool is_lost(const precompute_request *request, const train_outcome *training) {
+  if (training->missed)
+    config_warn("the error of %g %% is not reached; raise --rank-max, train on more of the loads, "
+                "or ask for less",
+                100 * request->error);
   for (int64_t n = 0; n < training->run_count; n++)
     if (isnan(training->runs[n].error)) {
       config_warn("the model is lost under %.200s: lower the load, or train on a smaller one as "
@@ -212,7 +216,7 @@ static bool is_lost(const train_outcome *training) {
                   training->runs[n].text);
       return true;
     }
-  return false;
+  return training->missed;
 }
 
 static thrum_status read_imported_basis(const precompute_request *request,
@@ -255,10 +259,9 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   thrum_status status = read_imported_basis(request, &imported, error);
   options.imported = request->import_basis ? &imported : NULL;
   if (status >= 0 && request->train_count > 0)
-    status = precompute_train(request, mesh, fixed, &options, &outcome->training, error);
-  THRUM_THEN(status, thrum_precompute(mesh, fixed, &options, &result, error));
-  if (status >= 0 && request->train_count > 0)
-    status = precompute_train_judge(request, &result.model, &outcome->training, error);
+    status = precompute_train(request, mesh, fixed, &options, &outcome->training, &result, error);
+  else
+    THRUM_THEN(status, thrum_precompute(mesh, fixed, &options, &result, error));
   thrum_imported_basis_free(&imported);
 
   config_progress_end(&progress, status >= 0);
@@ -283,7 +286,7 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
     const double now = clock_seconds();
     outcome->seconds_write = now - writing;
     outcome->seconds_total = now - outcome->began;
-    outcome->flagged = is_flagged(&result) || is_lost(&outcome->training);
+    outcome->flagged = is_flagged(&result) || is_lost(request, &outcome->training);
     if (show != NULL)
       show(outcome);
   }

@@ -52,6 +52,10 @@ static thrum_status take_test(const config_given *given, void *request) {
   return train_case_option_take(given, r->tests, &r->test_count);
 }
 
+static thrum_status take_error(const config_given *given, void *request) {
+  return error_option_take(given, &((precompute_request *)request)->error);
+}
+
 static thrum_status take_train_damping(const config_given *given, void *request) {
   precompute_request *r = request;
   return damping_option_take(given, &r->train_damping[0], &r->train_damping[1]);
@@ -119,6 +123,12 @@ static const config_option options[] = {
     OPTION_TEXT("test", "LOAD", NULL,
                 "another load, which is not trained on: the error under it is printed too",
                 .repeats = true, .take = take_test),
+    OPTION_WORD("error", "P%", "none",
+                "grow modes, derivatives and trained shapes until no load of training and test "
+                "errs by more than P per cent; exit code 3 where --rank-max does not allow it",
+                .take = take_error, .wants = "an error such as 5%"),
+    OPTION_COUNT("rank-max", "100", "of --error: the most that the rank may grow to", AT(rank_max),
+                 CONFIG_RANGE(2, THRUM_RANK_MAX)),
     OPTION_NUMBER("train-time", "s", "0.5", "of each of these runs", AT(train_time),
                   CONFIG_ABOVE(0)),
     OPTION_NUMBER("train-dt", "s", "0.003", "time step of these runs", AT(train_dt),
@@ -182,6 +192,8 @@ const config_command command_precompute = {
                 "precompute horse --young 1e6 -o soft-horse.npz\n"
                 "precompute bridge --rank 30 --train square:0,0,-72000@load "
                 "--test gravity:3,0,-9.81 -o bridge.npz\n"
+                "precompute bridge --train square:0,0,-72000@load --test gravity:3,0,-9.81 "
+                "--error 5% -o bridge.npz\n"
                 "precompute beam.veg --fix beam.bou --import-basis beam.U --import-cubic beam.cub "
                 "-o beam.npz\n"
                 "precompute bridge.veg --fix bridge.bou --threads 2 --json -o bridge.npz",
@@ -191,6 +203,8 @@ const config_command command_precompute = {
 int precompute_options_read(int argc, char **argv, precompute_request *request) {
   request->scale = 1;
   request->train_time = 0.5;
+  request->error = NAN;
+  request->rank_max = 100;
   request->train_dt = 0.003;
   request->material = (thrum_material){NAN, NAN, NAN};
   request->options = thrum_default_precompute_options();
@@ -206,6 +220,8 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
     return config_usage("precompute", "no output given: say -o NAME.npz");
   if (request->test_count > 0 && request->train_count == 0)
     return config_usage("precompute", "--test goes with --train");
+  if (!isnan(request->error) && request->train_count == 0)
+    return config_usage("precompute", "--error goes with --train");
 
   // its error is that of the whole model, and its runs are as long as a run of simulate may be
   if (request->train_count > 0 && request->condense)

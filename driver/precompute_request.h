@@ -19,6 +19,8 @@ typedef struct precompute_request {
   int64_t handle_count;
   const char **train, **tests; /* texts of loads: of the training, and to test it; as handles */
   int64_t train_count, test_count;
+  double error;      /* wanted under all of them; NaN: the rank is as it is given */
+  int64_t rank_max;  /* up to which it grows for that */
   double train_time; /* of each run [s] */
   double train_dt;   /* of the full order and of what is measured against it [s] */
   double train_damping[2];

@@ -14,6 +14,8 @@
 #include "precompute/model/snapshots.h"
 #include "precompute/options_check.h"
 
+#define GROWTH_LEAST 5 /* coordinates that a part of the basis grows by */
+
 /* A case on the unreduced body. */
 static full_motion_script script_of(const precompute_request *request, const train_case *c) {
   return (full_motion_script){.load_count = c->count,
@@ -93,13 +95,13 @@ static thrum_status list_runs(const precompute_request *request, train_outcome *
 }
 
 thrum_status precompute_train_base(const thrum_mesh *mesh, const uint8_t *fixed,
-                                   const thrum_precompute_options *options, thrum_precomputed *base,
-                                   thrum_error *error) {
+                                   const thrum_precompute_options *options, int64_t usual,
+                                   thrum_precomputed *base, thrum_error *error) {
   // the part of the rank that is made as without a training, of modes and handles at least
-  const int64_t rank = thrum_options_complete(options).rank;
+  const int64_t rank = thrum_options_complete(options).rank, half = usual > 0 ? usual : rank / 2;
   const int64_t shapes = thrum_options_shapes(options), most = shapes * (shapes + 3) / 2;
   thrum_precompute_options first = *options;
-  first.rank = shapes > rank / 2 ? shapes : rank / 2;
+  first.rank = shapes > half ? shapes : half;
 
   // few modes have few derivatives
   first.rank = first.rank < most ? first.rank : most;
@@ -134,25 +136,6 @@ thrum_status precompute_train_shapes(const thrum_model *base, const double *samp
   options->trained = *fields;
   options->trained_count = found;
   options->rank = base->rank + found;
-  return status;
-}
-
-thrum_status precompute_train(const precompute_request *request, const thrum_mesh *mesh,
-                              const uint8_t *fixed, thrum_precompute_options *options,
-                              train_outcome *outcome, thrum_error *error) {
-  thrum_precomputed base = {0};
-  thrum_status status = list_runs(request, outcome, error);
-  THRUM_THEN(status, precompute_train_base(mesh, fixed, options, &base, error));
-  if (status >= 0 && base.rigid_count > 0)
-    status = thrum_error_set(error, THRUM_UNSUPPORTED,
-                             "--train: nothing is held, and a free body moves away as a whole");
-  THRUM_THEN(status, run_all(request, &base.model, outcome, error));
-
-  // the runs of the training come first
-  THRUM_THEN(status, precompute_train_shapes(&base.model, outcome->samples, outcome->train_count,
-                                             options, &outcome->fields, error));
-  outcome->field_count = options->trained_count;
-  thrum_precomputed_free(&base);
   return status;
 }
 
@@ -238,8 +221,9 @@ static thrum_status judge_run(const thrum_model *model, const thrum_model_fem *b
   return status == THRUM_NOT_CONVERGED || status == THRUM_NOT_FINITE ? THRUM_OK : status;
 }
 
-thrum_status precompute_train_judge(const precompute_request *request, const thrum_model *model,
-                                    train_outcome *outcome, thrum_error *error) {
+/* Steps the model under all loads, and fills the errors. */
+static thrum_status judge_all(const precompute_request *request, const thrum_model *model,
+                              train_outcome *outcome, thrum_error *error) {
   thrum_model_fem body = {0};
   THRUM_TRY(thrum_model_fem_create(model, &body, error));
   double *work = thrum_allocate(2 * body.fem.free_count, sizeof *work, "the training", error);
@@ -265,6 +249,172 @@ double precompute_train_error(const train_outcome *outcome, bool test) {
       return NAN;
   }
   return worst;
+}
+
+/* --- making ------------------------------------------------------------------------------------
+ */
+
+/* What a basis is made of: modes, the part of the rank for them and their derivatives, all of it.
+ */
+typedef struct trial {
+  int64_t modes, usual, rank; /* usual 0: half of the rank */
+} trial;
+
+/* The model of a trial with its errors; the full order is run where it was not before. */
+static thrum_status make_trial(const precompute_request *request, const thrum_mesh *mesh,
+                               const uint8_t *fixed, const thrum_precompute_options *options,
+                               const trial *t, train_outcome *outcome, thrum_precomputed *result,
+                               thrum_error *error) {
+  thrum_precompute_options asked = *options;
+  thrum_precomputed base = {0};
+  asked.modes = t->modes;
+  asked.rank = t->rank;
+  thrum_status status = precompute_train_base(mesh, fixed, &asked, t->usual, &base, error);
+  if (status >= 0 && base.rigid_count > 0)
+    status = thrum_error_set(error, THRUM_UNSUPPORTED,
+                             "--train: nothing is held, and a free body moves away as a whole");
+  if (outcome->samples == NULL)
+    THRUM_THEN(status, run_all(request, &base.model, outcome, error));
+
+  // the runs of the training come first among the samples
+  free(outcome->fields);
+  outcome->fields = NULL;
+  THRUM_THEN(status, precompute_train_shapes(&base.model, outcome->samples, outcome->train_count,
+                                             &asked, &outcome->fields, error));
+  outcome->field_count = asked.trained_count;
+  thrum_precomputed_free(&base);
+  THRUM_THEN(status, thrum_precompute(mesh, fixed, &asked, result, error));
+  THRUM_THEN(status, judge_all(request, &result->model, outcome, error));
+  return status;
+}
+
+/* The larger of both errors; infinite where a run is lost. */
+static double worst_of(const train_outcome *outcome) {
+  double worst = 0;
+  for (int64_t n = 0; n < outcome->run_count; n++)
+    worst = isnan(outcome->runs[n].error) ? INFINITY : fmax(worst, outcome->runs[n].error);
+  return worst;
+}
+
+static int64_t half_more(int64_t count) {
+  return count + (count / 2 > GROWTH_LEAST ? count / 2 : GROWTH_LEAST);
+}
+
+/* The trial after one of this rank, `shapes` of it trained. What errs under the loads of the
+ * training needs more of their shapes, what errs under others more modes and derivatives. False:
+ * the rank may not grow any more. */
+static bool grow(const precompute_request *request, const train_outcome *outcome, int64_t rank,
+                 trial *t) {
+  if (rank >= request->rank_max)
+    return false;
+  int64_t shapes = outcome->field_count, usual = rank - shapes;
+  const double wanted = request->error;
+  if (!(precompute_train_error(outcome, false) <= wanted))
+    shapes = half_more(shapes);
+  if (outcome->run_count > outcome->train_count &&
+      !(precompute_train_error(outcome, true) <= wanted))
+    usual = half_more(usual);
+
+  // the last one takes what the limit leaves it
+  if (usual + shapes > request->rank_max) {
+    usual = usual * request->rank_max / (usual + shapes);
+    shapes = request->rank_max - usual;
+  }
+  t->usual = usual;
+  t->rank = usual + shapes;
+  t->modes = t->modes > usual / 2 ? t->modes : usual / 2;
+  return true;
+}
+
+/* A line for each trial of --error. */
+static void tell(const precompute_request *request, const trial *t, const train_outcome *outcome,
+                 int64_t rank) {
+  if (request->quiet)
+    return;
+  fprintf(stderr, "thrum: rank %lld of %lld modes, %lld of it trained: %.3g %% in training",
+          (long long)rank, (long long)t->modes, (long long)outcome->field_count,
+          100 * precompute_train_error(outcome, false));
+  if (outcome->run_count > outcome->train_count)
+    fprintf(stderr, ", %.3g %% in tests", 100 * precompute_train_error(outcome, true));
+  fputc('\n', stderr);
+}
+
+/* The best model so far: itself, and the errors of its runs. */
+typedef struct best {
+  thrum_precomputed result;
+  double worst;
+  double *errors; /* run_count */
+  int64_t field_count;
+} best;
+
+/* Keeps the better of two; `found` is empty then. */
+static void keep(best *b, thrum_precomputed *found, const train_outcome *outcome) {
+  const double worst = worst_of(outcome);
+  const bool better = b->result.model.rank == 0 || worst < b->worst;
+  if (better) {
+    thrum_precomputed_free(&b->result);
+    b->result = *found;
+    *found = (thrum_precomputed){0};
+    b->worst = worst;
+    b->field_count = outcome->field_count;
+    for (int64_t n = 0; n < outcome->run_count; n++)
+      b->errors[n] = outcome->runs[n].error;
+  }
+  thrum_precomputed_free(found);
+}
+
+/* One trial, and where an error is wanted more of them until one has it. */
+static thrum_status make_trials(const precompute_request *request, const thrum_mesh *mesh,
+                                const uint8_t *fixed, const thrum_precompute_options *options,
+                                train_outcome *outcome, best *b, thrum_error *error) {
+  const bool wanted = !isnan(request->error);
+  trial t = {.modes = options->modes, .rank = thrum_options_complete(options).rank};
+  for (bool first = true;; first = false) {
+    thrum_precomputed found = {0};
+    thrum_error detail = {0};
+    const thrum_status status =
+        make_trial(request, mesh, fixed, options, &t, outcome, &found, &detail);
+
+    // where the mesh has no more modes, what was there before counts
+    if (status < 0) {
+      thrum_precomputed_free(&found);
+      if (!first && status == THRUM_INVALID_ARGUMENT)
+        return THRUM_OK;
+      *error = detail;
+      return status;
+    }
+
+    const int64_t rank = found.model.rank;
+    if (wanted)
+      tell(request, &t, outcome, rank);
+    keep(b, &found, outcome);
+    if (!wanted || b->worst <= request->error || !grow(request, outcome, rank, &t))
+      return THRUM_OK;
+  }
+}
+
+thrum_status precompute_train(const precompute_request *request, const thrum_mesh *mesh,
+                              const uint8_t *fixed, const thrum_precompute_options *options,
+                              train_outcome *outcome, thrum_precomputed *result,
+                              thrum_error *error) {
+  best b = {.worst = INFINITY};
+  thrum_status status = list_runs(request, outcome, error);
+  b.errors = calloc((size_t)outcome->run_count + 1, sizeof *b.errors);
+  if (status >= 0 && b.errors == NULL)
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the training");
+  THRUM_THEN(status, make_trials(request, mesh, fixed, options, outcome, &b, error));
+
+  // the outcome is that of the model that is kept
+  for (int64_t n = 0; n < outcome->run_count && status >= 0; n++)
+    outcome->runs[n].error = b.errors[n];
+  outcome->field_count = b.field_count;
+  outcome->missed = status >= 0 && b.worst > request->error;
+  free(b.errors);
+  if (status < 0)
+    thrum_precomputed_free(&b.result);
+  else
+    *result = b.result;
+  return status;
 }
 
 void precompute_train_free(train_outcome *outcome) {

@@ -26,26 +26,25 @@ typedef struct train_outcome {
                       spaced times; owned */
   double *fields;  /* field_count x 3 vertex_count: shapes for the basis; owned */
   int64_t field_count;
+  bool missed; /* the error that was wanted is not reached */
 } train_outcome;
 
-/* Runs the full order of the mesh under all loads of the request, and finds the shapes that
- * `options`, which gets them and the rank that they leave it, then makes the basis with.
- * precompute_train_free frees, whatever came back. */
+/* Runs the full order of the mesh under all loads of the request, makes a basis that shows what it
+ * does, and steps it under all of them. Where the request has an error, modes, derivatives and
+ * shapes grow until no load errs by more, up to its rank_max; the best is kept. options: those of
+ * the request. precompute_train_free frees the outcome, whatever came back. */
 thrum_status precompute_train(const precompute_request *request, const thrum_mesh *mesh,
-                              const uint8_t *fixed, thrum_precompute_options *options,
-                              train_outcome *outcome, thrum_error *error);
-
-/* Steps the model under all loads, and fills the errors. */
-thrum_status precompute_train_judge(const precompute_request *request, const thrum_model *model,
-                                    train_outcome *outcome, thrum_error *error);
+                              const uint8_t *fixed, const thrum_precompute_options *options,
+                              train_outcome *outcome, thrum_precomputed *result,
+                              thrum_error *error);
 
 /* The same in parts, for samples that are there already: the model of the usual part of the basis
- * that the options ask for, and what that leaves of `samples` (runs x FULL_MOTION_SNAPSHOTS x 3
- * vertex_count), which `options` get, with the rank that it leaves them, and *fields holds; the
- * caller frees it. */
+ * that the options ask for (`usual` of the rank; 0: half, and at least the modes), and what that
+ * leaves of `samples` (runs x FULL_MOTION_SNAPSHOTS x 3 vertex_count), which `options` get, with
+ * the rank that it leaves them, and *fields holds; the caller frees it. */
 thrum_status precompute_train_base(const thrum_mesh *mesh, const uint8_t *fixed,
-                                   const thrum_precompute_options *options, thrum_precomputed *base,
-                                   thrum_error *error);
+                                   const thrum_precompute_options *options, int64_t usual,
+                                   thrum_precomputed *base, thrum_error *error);
 thrum_status precompute_train_shapes(const thrum_model *base, const double *samples, int64_t runs,
                                      thrum_precompute_options *options, double **fields,
                                      thrum_error *error);

@@ -161,3 +161,44 @@ const config_option solver_options[] = {
                  CONFIG_RANGE(1, 1e6)),
     OPTION_END,
 };
+
+/* A number and one of these endings, which scale it; no ending is the first's where that is empty.
+ */
+static bool scaled(const char *text, const char *const *endings, const double *scales,
+                   double *value) {
+  // the longest ending that fits cuts the text
+  const size_t length = strlen(text);
+  char number[64];
+  double scale = endings[0][0] == 0 ? scales[0] : 0.0;
+  size_t cut = length;
+  for (int n = 0; endings[n] != NULL; n++) {
+    const size_t size = strlen(endings[n]);
+    if (size < length && strcmp(text + length - size, endings[n]) == 0 && length - size < cut) {
+      cut = length - size;
+      scale = scales[n];
+    }
+  }
+
+  // the number before it, which must be positive
+  if (cut >= sizeof number || !(scale > 0))
+    return false;
+  memcpy(number, text, cut);
+  number[cut] = 0;
+  double parsed;
+  if (!config_parse_number(number, &parsed) || !(parsed > 0))
+    return false;
+  *value = scale * parsed;
+  return true;
+}
+
+thrum_status scaled_option_take(const config_given *given, const char *const *endings,
+                                const double *scales, double *value) {
+  return scaled(given->text, endings, scales, value) ? THRUM_OK : config_given_wrong(given);
+}
+
+thrum_status error_option_take(const config_given *given, double *error) {
+  static const char *const endings[] = {"", "%", NULL};
+  static const double scales[] = {1, 0.01};
+  return scaled(given->text, endings, scales, error) && *error <= 1 ? THRUM_OK
+                                                                    : config_given_wrong(given);
+}

@@ -55,6 +55,13 @@ extern const char *const full_solver_names[];
  * would have no effect. */
 const char *split_option_without_effect(const thrum_state_def *def);
 
+/* For `take`: a number and one of these endings (NULL ends them), which scale it; no ending is the
+ * first's where that is empty. Above 0. */
+thrum_status scaled_option_take(const config_given *given, const char *const *endings,
+                                const double *scales, double *value);
+/* An error, such as 0.05 or 5%, up to 1. */
+thrum_status error_option_take(const config_given *given, double *error);
+
 /* For `take`: parses the load given into loads[*count], which has room for it, and counts it. */
 thrum_status load_option_take(const config_given *given, load_spec *loads, int64_t *count);
 /* A (of the mass) and B (of the stiffness). */

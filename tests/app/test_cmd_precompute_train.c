@@ -152,10 +152,50 @@ static void handles_and_a_training_share_the_rank(void **state) {
   program_result_free(&run);
 }
 
+/* The object of a training that grows for an error; *code: the exit code. */
+static cJSON *grow(const char *error, const char *rank_max, int *code) {
+  program_result run = thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "grown.npz",
+                                 "--modes", "3", "--rank", "5", "--train", PULL, "--test",
+                                 "gravity:0,2,-9.81", "--train-time", "0.2", "--keep-runs", "kept",
+                                 "--error", error, "--rank-max", rank_max, "--json", NULL);
+  *code = run.exit_code;
+  cJSON *object = json_line(run.out);
+  if (object == NULL)
+    fail_msg("%s", run.err);
+
+  // each trial is told
+  assert_non_null(strstr(run.err, "thrum: rank 5 of 3 modes"));
+  program_result_free(&run);
+  return object;
+}
+
+static void a_basis_grows_until_no_load_errs_by_more(void **state) {
+  (void)state;
+  int code = 0;
+  cJSON *coarse = grow("20%", "60", &code);
+  assert_int_equal(code, 0);
+  cJSON *fine = grow("3%", "60", &code);
+  assert_int_equal(code, 0);
+  const cJSON *training = cJSON_GetObjectItem(fine, "training");
+  assert_true(json_value(training, "error") <= 0.03);
+  assert_true(json_value(training, "test_error") <= 0.03);
+  assert_true(json_value(fine, "rank") > json_value(coarse, "rank"));
+
+  // the limit says no, and the model is there all the same
+  cJSON *limited = grow("0.01%", "10", &code);
+  assert_int_equal(code, 3);
+  assert_true(json_value(limited, "rank") <= 10);
+  assert_true(file_exists(in_folder("grown.npz")));
+  cJSON_Delete(coarse);
+  cJSON_Delete(fine);
+  cJSON_Delete(limited);
+}
+
 static void what_cannot_be_trained_is_refused(void **state) {
   (void)state;
   static const char *const cases[][5] = {
       {"--test", PULL, NULL, NULL, "--test goes with --train"},
+      {"--error", "5%", NULL, NULL, "--error goes with --train"},
       {"--train", "push:1,2,3", NULL, NULL, "--train 'push:1,2,3'"},
       {"--train", "square:0,0,-1@nowhere", NULL, NULL, "--train 'square:0,0,-1@nowhere': no group"},
       {"--train", PULL, "--rank", "10", "leaves nothing beside 10 modes"},
@@ -189,6 +229,7 @@ int main(void) {
       cmocka_unit_test(a_model_file_stands_for_its_mesh),
       cmocka_unit_test(a_run_that_is_kept_is_not_made_again),
       cmocka_unit_test(handles_and_a_training_share_the_rank),
+      cmocka_unit_test(a_basis_grows_until_no_load_errs_by_more),
       cmocka_unit_test(what_cannot_be_trained_is_refused),
   };
   return cmocka_run_group_tests(tests, make_folder, remove_folder);

@@ -73,7 +73,7 @@ static thrum_status precompute(const tradeoff_solution *s, const tradeoff_recipe
 
   if (recipe->trained) {
     thrum_precomputed base = {0};
-    thrum_status status = precompute_train_base(mesh, fixed, &options, &base, error);
+    thrum_status status = precompute_train_base(mesh, fixed, &options, 0, &base, error);
     THRUM_THEN(status, precompute_train_shapes(&base.model, s->reference.u, 1, &options,
                                                &space->fields, error));
     thrum_precomputed_free(&base);
