@@ -6,6 +6,7 @@
 
 #include <string.h>
 
+#include "runtime/dynamics/fox_goodwin.h"
 #include "runtime/dynamics/implicit_solve.h"
 #include "runtime/dynamics/newmark.h"
 #include "runtime/dynamics/position_split.h"
@@ -216,6 +217,9 @@ static void begin_whole(const thrum_batch_group *g, thrum_batch_member *one) {
   case THRUM_SCHEME_NEWMARK:
     one->solver = thrum_newmark_begin(g->model, &run->next, &run->view, &run->report);
     break;
+  case THRUM_SCHEME_FOX_GOODWIN:
+    one->solver = thrum_fox_goodwin_begin(g->model, &run->next, &run->view, &run->report);
+    break;
   default:
     one->solver = thrum_imexv_solver(g->model, &run->next, &run->view, &run->report);
     break;
@@ -247,6 +251,8 @@ static void finish_whole(const thrum_batch_group *g, thrum_batch_member *one,
     one->status = thrum_energy_finish(s, &one->from, solved);
   else if (g->scheme == THRUM_SCHEME_NEWMARK)
     one->status = thrum_newmark_finish(s, solved || thrum_solve_newton(s));
+  else if (g->scheme == THRUM_SCHEME_FOX_GOODWIN)
+    one->status = thrum_fox_goodwin_finish(s, solved || thrum_solve_newton(s));
   else
     one->status = thrum_imexv_finish(s, solved || thrum_solve_newton(s));
 }

@@ -43,6 +43,7 @@ static inline bool thrum_batch_takes(const thrum_state *state) {
   case THRUM_SCHEME_POSITION:
   case THRUM_SCHEME_THESIS:
   case THRUM_SCHEME_ENERGY:
+  case THRUM_SCHEME_FOX_GOODWIN:
     return true;
   case THRUM_SCHEME_NEWMARK:
     return state->def.newmark_beta > 0.0;

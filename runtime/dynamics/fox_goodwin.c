@@ -50,8 +50,8 @@ thrum_solver thrum_fox_goodwin_problem(const thrum_model *model, const thrum_sta
   return s;
 }
 
-thrum_status thrum_step_fox_goodwin(const thrum_model *model, const thrum_state *state,
-                                    thrum_state_view *view, thrum_solve_report *report) {
+thrum_solver thrum_fox_goodwin_begin(const thrum_model *model, const thrum_state *state,
+                                     thrum_state_view *view, thrum_solve_report *report) {
   const double h = state->def.dt;
   const thrum_solver s = thrum_fox_goodwin_problem(model, state, view, report);
   const int32_t low = s.own;
@@ -62,17 +62,30 @@ thrum_status thrum_step_fox_goodwin(const thrum_model *model, const thrum_state 
     view->kick[i] = h * view->p[i] + h * h * rest * a;
     view->drift[i] = view->p[i] + 0.5 * h * a - view->mass[i] * s.rate * view->kick[i];
   }
-  if (!thrum_solve_increment(&s))
-    return report->saw_nonfinite ? THRUM_NOT_FINITE : THRUM_NOT_CONVERGED;
+  return s;
+}
 
-  for (int32_t i = 0; i < state->rank; i++) {
+thrum_status thrum_fox_goodwin_finish(const thrum_solver *s, bool solved) {
+  if (!solved)
+    return s->report->saw_nonfinite ? THRUM_NOT_FINITE : THRUM_NOT_CONVERGED;
+
+  // a' from the equation, and v' from both accelerations
+  const double h = s->state->def.dt;
+  thrum_state_view *view = s->view;
+  for (int32_t i = 0; i < s->n; i++) {
     const double a_next = -view->total[i];
     view->q_next[i] = view->middle[i];
     view->p_next[i] = view->p[i] + 0.5 * h * (thrum_newmark_acceleration_now(view, i) + a_next);
     view->acceleration_next[i] = a_next;
   }
-  report->solved = true;
+  s->report->solved = true;
   return THRUM_OK;
+}
+
+thrum_status thrum_step_fox_goodwin(const thrum_model *model, const thrum_state *state,
+                                    thrum_state_view *view, thrum_solve_report *report) {
+  const thrum_solver s = thrum_fox_goodwin_begin(model, state, view, report);
+  return thrum_fox_goodwin_finish(&s, thrum_solve_increment(&s));
 }
 
 void thrum_fox_goodwin_synchronise(const thrum_model *model, const thrum_state *state,

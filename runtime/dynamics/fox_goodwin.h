@@ -12,6 +12,12 @@ int32_t thrum_fox_goodwin_modes(const thrum_model *model, const thrum_state *sta
 thrum_solver thrum_fox_goodwin_problem(const thrum_model *model, const thrum_state *state,
                                        thrum_state_view *view, thrum_solve_report *report);
 
+/* The problem with both, and the candidates of the step from its solution, as those of newmark.h.
+ */
+thrum_solver thrum_fox_goodwin_begin(const thrum_model *model, const thrum_state *state,
+                                     thrum_state_view *view, thrum_solve_report *report);
+thrum_status thrum_fox_goodwin_finish(const thrum_solver *s, bool solved);
+
 /* One step, as thrum_step_newmark. */
 thrum_status thrum_step_fox_goodwin(const thrum_model *model, const thrum_state *state,
                                     thrum_state_view *view, thrum_solve_report *report);

@@ -124,6 +124,12 @@ static thrum_state_def newmark(int n) {
   return def;
 }
 
+static thrum_state_def fox_goodwin(int n) {
+  thrum_state_def def = plain(n);
+  def.integrator = THRUM_INTEGRATOR_FOX_GOODWIN;
+  return def;
+}
+
 static thrum_state_def midpoint(int n) {
   thrum_state_def def = plain(n);
   def.integrator = THRUM_INTEGRATOR_MIDPOINT;
@@ -161,8 +167,8 @@ static thrum_state_def mixed(int n) {
 static void a_batch_has_the_bits_of_its_states_alone(void **context) {
   (void)context;
   static const int64_t ranks[] = {1, 2, 8, 9, 21};
-  static thrum_state_def (*const defs[])(int) = {plain,  position,    avx2,    reference,
-                                                 energy, energy_avx2, newmark, midpoint};
+  static thrum_state_def (*const defs[])(int) = {
+      plain, position, avx2, reference, energy, energy_avx2, newmark, midpoint, fox_goodwin};
   static const int parts[] = {1, 2, 5, 8, 9, STATES};
   for (size_t r = 0; r < sizeof ranks / sizeof ranks[0]; r++)
     for (size_t d = 0; d < sizeof defs / sizeof defs[0]; d++) {
@@ -205,7 +211,8 @@ static void a_batch_of_single_precision_coefficients_keeps_its_bits(void **conte
   assert_non_null(m.model.packed_single);
 
   // the packed form is used with both kernels
-  static thrum_state_def (*const defs[])(int) = {plain, avx2, energy, energy_avx2, newmark};
+  static thrum_state_def (*const defs[])(int) = {plain,       avx2,    energy,
+                                                 energy_avx2, newmark, fox_goodwin};
   for (size_t d = 0; d < sizeof defs / sizeof defs[0]; d++) {
     batch c;
     batch_make(&c, &m.model, defs[d]);
@@ -285,7 +292,7 @@ static void states_that_have_switched_to_energy_keep_their_bits(void **context) 
 /* Each has a time step of its own, which changes at times. */
 static void states_of_many_time_steps_keep_their_bits(void **context) {
   (void)context;
-  static thrum_state_def (*const defs[])(int) = {position, energy, newmark};
+  static thrum_state_def (*const defs[])(int) = {position, energy, newmark, fox_goodwin};
   random_model m;
   random_model_make(&m, 7, 9, 5, 120, 1.0);
   random_model_pack(&m);
