@@ -25,10 +25,34 @@ thrum_scene_body_def thrum_default_scene_body_def(void) {
   };
 }
 
-thrum_status scene_state_make(const thrum_model *model, const thrum_state_def *def, const double *q,
-                              const double *p, thrum_state **state, thrum_error *error) {
+/* Makes the scratch of the scene as large as a state of this def needs. */
+static thrum_status make_scratch(thrum_scene *scene, const thrum_model *model,
+                                 const thrum_state_def *def, thrum_error *error) {
+  size_t size = 0;
+  THRUM_TRY(thrum_state_scratch_size(model, def, &size, error));
+  if (size <= scene->scratch_size)
+    return THRUM_OK;
+  void *scratch = scene_aligned(size);
+  if (scratch == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to step a body of rank %lld",
+                           (long long)model->rank);
+
+  // the states that are there take the new one, which is large enough for all
+  for (int32_t n = 0; n < scene->body_count; n++)
+    thrum_state_lend(scene->bodies[n]->state, scratch, size, NULL);
+  free(scene->scratch);
+  scene->scratch = scratch;
+  scene->scratch_size = size;
+  return THRUM_OK;
+}
+
+thrum_status scene_state_make(thrum_scene *scene, const thrum_model *model,
+                              const thrum_state_def *def, const double *q, const double *p,
+                              thrum_state **state, thrum_error *error) {
+  THRUM_TRY(make_scratch(scene, model, def, error));
   THRUM_TRY(thrum_state_create(model, def, state, error));
-  const thrum_status status = thrum_state_set(model, *state, q, p, error);
+  thrum_status status = thrum_state_lend(*state, scene->scratch, scene->scratch_size, error);
+  THRUM_THEN(status, thrum_state_set(model, *state, q, p, error));
   if (status < 0) {
     thrum_state_destroy(*state);
     *state = NULL;
@@ -150,6 +174,7 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
   body->model = def->model;
   body->def = def->state;
   body->def.dt = scene->dt;
+  body->def.borrows_scratch = 1;
   memcpy(body->colour, def->colour, sizeof body->colour);
   set_name(scene, def->name, body);
 
@@ -175,7 +200,7 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
   if (scene->base_motion_count > 0)
     THRUM_TRY(scene_base_motion_check(body, error));
   THRUM_TRY(scene_gravity_reduce(body, scene->gravity, error));
-  THRUM_TRY(scene_state_make(body->derived->model, &body->def, body->start_q, body->start_p,
+  THRUM_TRY(scene_state_make(scene, body->derived->model, &body->def, body->start_q, body->start_p,
                              &body->state, error));
   return scene_touch_make(scene, body, body->derived, body->state, &body->touch, error);
 }
@@ -236,5 +261,6 @@ void thrum_scene_free(thrum_scene *scene) {
   free(scene->side_status);
   free(scene->side_body);
   free(scene->workspace);
+  free(scene->scratch);
   free(scene);
 }

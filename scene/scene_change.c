@@ -23,7 +23,8 @@ static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_st
   for (int64_t i = scene_shown(body); i < rank; i++)
     body->q[i] = body->p[i] = 0;
 
-  thrum_status status = scene_state_make(derived->model, def, body->q, body->p, &state, error);
+  thrum_status status =
+      scene_state_make(scene, derived->model, def, body->q, body->p, &state, error);
   THRUM_THEN(status, scene_make_room(scene, scene->body_count, error));
   THRUM_THEN(status, scene_touch_make(scene, body, derived, state, &touch, error));
   if (status < 0) {
@@ -128,12 +129,13 @@ thrum_status thrum_scene_set_dt(thrum_scene *scene, double dt, thrum_error *erro
 }
 
 /* A body at its start, with the counters of a new one. */
-static thrum_status restart(scene_body *body, thrum_error *error) {
+static thrum_status restart(thrum_scene *scene, scene_body *body, thrum_error *error) {
   const thrum_model *model = body->derived->model;
 
   // a fresh state forgets its counters and its solver
-  const thrum_status status = thrum_state_init(body->state, thrum_state_bytes(body->state), model,
-                                               &body->def, &body->state, error);
+  thrum_status status = thrum_state_init(body->state, thrum_state_bytes(body->state), model,
+                                         &body->def, &body->state, error);
+  THRUM_THEN(status, thrum_state_lend(body->state, scene->scratch, scene->scratch_size, error));
 
   body->status = THRUM_OK;
 
@@ -159,7 +161,7 @@ thrum_status thrum_scene_reset(thrum_scene *scene, thrum_error *error) {
   void *kept = keep(scene, &size, error);
   thrum_status status = kept != NULL ? THRUM_OK : THRUM_OUT_OF_MEMORY;
   for (int32_t n = 0; status >= 0 && n < scene->body_count; n++)
-    status = restart(scene->bodies[n], error);
+    status = restart(scene, scene->bodies[n], error);
   if (status < 0 && kept != NULL)
     thrum_scene_restore(scene, kept, size, NULL);
   free(kept);

@@ -132,6 +132,8 @@ struct thrum_scene {
   int32_t *side_body;
   void *workspace; /* of thrum_batch_step, for the largest model that two bodies share */
   size_t workspace_size;
+  void *scratch; /* that all states borrow */
+  size_t scratch_size;
 };
 
 /* scene_memory.c: memory of a scene. */
@@ -191,9 +193,11 @@ thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *er
 
 /* scene_body.c: bodies of a scene as they are made. */
 
-/* A state of a def at a model, with q and p (rank) in it; thrum_state_destroy frees. */
-thrum_status scene_state_make(const thrum_model *model, const thrum_state_def *def, const double *q,
-                              const double *p, thrum_state **state, thrum_error *error);
+/* A state of a def, which borrows scratch, at a model, with q and p (rank) in it;
+ * thrum_state_destroy frees. */
+thrum_status scene_state_make(thrum_scene *scene, const thrum_model *model,
+                              const thrum_state_def *def, const double *q, const double *p,
+                              thrum_state **state, thrum_error *error);
 
 /* scene_base_motion.c: base motions under the bodies of a scene. */
 

@@ -3,7 +3,8 @@
  * It is built over the public headers of libthrum alone: no files, no JSON, no printing, so that
  * the same code serves the program and a browser. A scene starts empty and is filled by the add and
  * set functions. A body keeps its state, a few vectors of its model's rank, and copies of only
- * those rows of the basis that touch, are pulled or are followed.
+ * those rows of the basis that touch, are pulled or are followed; the states work in scratch that
+ * all bodies share.
  *
  * Memory: it is allocated while a scene is built or changed, never in a step, and
  * thrum_scene_free returns all of it. Models, surfaces and motions stay the caller's and must
@@ -90,7 +91,7 @@ typedef struct thrum_scene_body_def {
   float colour[3];
 
   /* Integrator, damping and solver; default thrum_default_state_def. The scene's dt replaces its
-   * dt. */
+   * dt, and the scene lends scratch to all states whatever borrows_scratch says. */
   thrum_state_def state;
 
   /* model->rank each: q [kg^1/2 m] and p [kg^1/2 m/s] of the scaled body at the start; default

@@ -4,8 +4,9 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
+#include "scene/scene_private.h"
+#include "tests/support/scene_call.h"
 #include "thrum/external_load.h"
-#include "thrum/scene.h"
 
 enum { RANK = 8, VERTICES = 9, STEPS = 200 };
 
@@ -13,14 +14,6 @@ typedef struct fixture {
   random_model m;
   thrum_scene *scene;
 } fixture;
-
-static thrum_error error;
-
-#define MUST(call)                                                                                 \
-  do {                                                                                             \
-    if ((call) < 0)                                                                                \
-      fail_msg("%s", error.message);                                                               \
-  } while (0)
 
 static void make_model(random_model *m) {
   random_model_make(m, 11, RANK, 3, 400, 1);
@@ -34,7 +27,7 @@ static int setup(void **context) {
     return -1;
   make_model(&f->m);
   *context = f;
-  return thrum_scene_make(0.003, &f->scene, &error) < 0;
+  return thrum_scene_make(0.003, &f->scene, &failure) < 0;
 }
 
 static int teardown(void **context) {
@@ -47,7 +40,7 @@ static int teardown(void **context) {
 
 static int32_t add(fixture *f, const thrum_scene_body_def *def) {
   int32_t body = -1;
-  MUST(thrum_scene_add_body(f->scene, def, &body, &error));
+  MUST(thrum_scene_add_body(f->scene, def, &body, &failure));
   return body;
 }
 
@@ -60,7 +53,7 @@ static thrum_scene_body_def def_of(const fixture *f, thrum_integrator integrator
 
 static void steps(thrum_scene *scene, int count) {
   for (int k = 0; k < count; k++)
-    MUST(thrum_scene_step(scene, &error));
+    MUST(thrum_scene_step(scene, &failure));
 }
 
 /* Takes the same steps by the library's own calls, under gravity and one force over time. */
@@ -83,6 +76,28 @@ static void step_alone(const fixture *f, const thrum_state_def *def, const thrum
   state_free(state);
 }
 
+/* The states of a scene keep what persists alone, and all work in the scratch of the largest. */
+static void bodies_share_scratch(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_ENERGY);
+  size_t own = 0;
+  assert_int_equal(thrum_state_size(&f->m.model, &def.state, &own, NULL), THRUM_OK);
+  def.rank = RANK / 2;
+  add(f, &def);
+  def.rank = 0;
+  add(f, &def);
+
+  for (int n = 0; n < 2; n++)
+    assert_true(2 * thrum_state_bytes(f->scene->bodies[n]->state) < own);
+  steps(f->scene, 3);
+
+  // a body that starts again borrows it too, and so does one of another integrator
+  MUST(thrum_scene_reset(f->scene, &failure));
+  MUST(thrum_scene_set_integrator(f->scene, 0, THRUM_INTEGRATOR_IMEXV, &failure));
+  steps(f->scene, 3);
+  assert_true(2 * thrum_state_bytes(f->scene->bodies[0]->state) < own);
+}
+
 static void bodies_side_by_side_have_the_bits_of_each_alone(void **context) {
   fixture *f = *context;
 
@@ -94,7 +109,7 @@ static void bodies_side_by_side_have_the_bits_of_each_alone(void **context) {
   const int32_t vertex = 5;
 
   // bodies of different integrators under the same gravity and the same force
-  MUST(thrum_scene_set_gravity(f->scene, gravity, &error));
+  MUST(thrum_scene_set_gravity(f->scene, gravity, &failure));
   for (int32_t n = 0; n < 4; n++) {
     const thrum_scene_body_def def = def_of(f, integrators[n]);
     assert_int_equal(add(f, &def), n);
@@ -103,7 +118,7 @@ static void bodies_side_by_side_have_the_bits_of_each_alone(void **context) {
                                    .vertices = &vertex,
                                    .count = 1,
                                    .course = course};
-    MUST(thrum_scene_add_load(f->scene, n, &load, &error));
+    MUST(thrum_scene_add_load(f->scene, n, &load, &failure));
   }
 
   // each body has the bits of a state that is stepped without a scene
@@ -113,7 +128,7 @@ static void bodies_side_by_side_have_the_bits_of_each_alone(void **context) {
     thrum_state_def def = thrum_default_state_def();
     def.integrator = integrators[n];
     step_alone(f, &def, &course, gravity, force, &vertex, q_alone, p_alone);
-    MUST(thrum_scene_body_get(f->scene, n, q, p, &error));
+    MUST(thrum_scene_body_get(f->scene, n, q, p, &failure));
     assert_memory_equal(q, q_alone, sizeof q);
     assert_memory_equal(p, p_alone, sizeof p);
   }
@@ -142,29 +157,29 @@ static void a_reduced_load_is_the_load(void **context) {
                            .vertices = &vertex,
                            .count = 1,
                            .course = {THRUM_LOAD_SINE, 0.01, INFINITY, 3}};
-  MUST(thrum_scene_add_load(f->scene, first, &load, &error));
+  MUST(thrum_scene_add_load(f->scene, first, &load, &failure));
 
   // the load is read back in reduced coordinates, and only under an index that exists
   assert_int_equal(thrum_scene_load_count(f->scene, first), 1);
-  assert_true(thrum_scene_body_load(f->scene, first, 1, &load, &error) < 0);
-  assert_true(thrum_scene_body_load(f->scene, first, -1, &load, &error) < 0);
-  MUST(thrum_scene_body_load(f->scene, first, 0, &load, &error));
+  assert_true(thrum_scene_body_load(f->scene, first, 1, &load, &failure) < 0);
+  assert_true(thrum_scene_body_load(f->scene, first, -1, &load, &failure) < 0);
+  MUST(thrum_scene_body_load(f->scene, first, 0, &load, &failure));
 
   // reduced loads without numbers, or with a number that is not finite, are refused
   const double nothing[RANK] = {NAN};
   thrum_scene_load wrong = load;
   wrong.reduced = NULL;
-  assert_true(thrum_scene_add_load(f->scene, second, &wrong, &error) < 0);
+  assert_true(thrum_scene_add_load(f->scene, second, &wrong, &failure) < 0);
   wrong.reduced = nothing;
-  assert_true(thrum_scene_add_load(f->scene, second, &wrong, &error) < 0);
+  assert_true(thrum_scene_add_load(f->scene, second, &wrong, &failure) < 0);
   assert_int_equal(thrum_scene_load_count(f->scene, second), 0);
 
   // under the load that was read back, the second body moves as the first
-  MUST(thrum_scene_add_load(f->scene, second, &load, &error));
+  MUST(thrum_scene_add_load(f->scene, second, &load, &failure));
   steps(f->scene, STEPS);
   double q[2][RANK];
-  MUST(thrum_scene_body_get(f->scene, first, q[0], NULL, &error));
-  MUST(thrum_scene_body_get(f->scene, second, q[1], NULL, &error));
+  MUST(thrum_scene_body_get(f->scene, first, q[0], NULL, &failure));
+  MUST(thrum_scene_body_get(f->scene, second, q[1], NULL, &failure));
   assert_true(q[0][0] != 0);
   assert_memory_equal(q[0], q[1], sizeof q[0]);
 }
@@ -179,7 +194,7 @@ static void turning_a_body_and_its_world_changes_nothing(void **context) {
   const thrum_load always = {THRUM_LOAD_CONSTANT, 0, 0.2, 0};
   const thrum_load sway = {THRUM_LOAD_SINE, 0, INFINITY, 2};
   thrum_scene *turned = NULL;
-  MUST(thrum_scene_make(0.003, &turned, &error));
+  MUST(thrum_scene_make(0.003, &turned, &failure));
 
   // the same scene twice, the second time with everything in it rotated and moved
   for (int k = 0; k < 2; k++) {
@@ -200,20 +215,20 @@ static void turning_a_body_and_its_world_changes_nothing(void **context) {
     }
 
     // the base motion and the force have different courses over time
-    MUST(thrum_scene_set_gravity(scene, g, &error));
-    MUST(thrum_scene_add_body(scene, &def, NULL, &error));
-    MUST(thrum_scene_add_base_motion(scene, push, &sway, &error));
+    MUST(thrum_scene_set_gravity(scene, g, &failure));
+    MUST(thrum_scene_add_body(scene, &def, NULL, &failure));
+    MUST(thrum_scene_add_base_motion(scene, push, &sway, &failure));
     const thrum_scene_load load = {
         .kind = THRUM_SCENE_FORCE, .vector = {push[0], push[1], push[2]}, .course = always};
-    MUST(thrum_scene_add_load(scene, 0, &load, &error));
-    MUST(thrum_scene_add_probe(scene, "all", 0, NULL, 0, &error));
+    MUST(thrum_scene_add_load(scene, 0, &load, &failure));
+    MUST(thrum_scene_add_probe(scene, "all", 0, NULL, 0, &failure));
     steps(scene, STEPS);
   }
 
   // the probe of the second scene is the rotated and moved probe of the first
   double x[3], v[3], xt[3], vt[3], x_turned[3], v_turned[3];
-  MUST(thrum_scene_probe(f->scene, 0, x, v, &error));
-  MUST(thrum_scene_probe(turned, 0, xt, vt, &error));
+  MUST(thrum_scene_probe(f->scene, 0, x, v, &failure));
+  MUST(thrum_scene_probe(turned, 0, xt, vt, &failure));
   turn(rotation, x, x_turned);
   turn(rotation, v, v_turned);
   for (int axis = 0; axis < 3; axis++)
@@ -232,36 +247,36 @@ static void a_scaled_body_moves_as_the_small_one_in_its_own_time(void **context)
   fixture *f = *context;
   const double s = 2, e = 8, d = 0.5, slower = sqrt(d * s * s / e);
   thrum_scene *large = NULL;
-  MUST(thrum_scene_make(0.003 * slower, &large, &error));
+  MUST(thrum_scene_make(0.003 * slower, &large, &failure));
 
   const double gravity[3] = {0, 4, -3};
   // accelerations go as length over time squared
   const double large_gravity[3] = {0, 4 * s / (slower * slower), -3 * s / (slower * slower)};
-  MUST(thrum_scene_set_gravity(f->scene, gravity, &error));
-  MUST(thrum_scene_set_gravity(large, large_gravity, &error));
+  MUST(thrum_scene_set_gravity(f->scene, gravity, &failure));
+  MUST(thrum_scene_set_gravity(large, large_gravity, &failure));
 
   // the same start, in lengths of each body
   thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_ENERGY);
   def.start_mode = 1;
   def.start_amplitude = 0.1;
-  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
   def.start_amplitude *= s;
   def.scale = s;
   def.stiffness = e;
   def.density = d;
-  MUST(thrum_scene_add_body(large, &def, NULL, &error));
+  MUST(thrum_scene_add_body(large, &def, NULL, &failure));
 
   // after the same number of steps the modal coordinates are equal
   steps(f->scene, STEPS);
   steps(large, STEPS);
   double q[RANK], q_large[RANK], x[3], v[3], x_large[3], v_large[3];
-  MUST(thrum_scene_body_shape(f->scene, 0, q, &error));
-  MUST(thrum_scene_body_shape(large, 0, q_large, &error));
+  MUST(thrum_scene_body_shape(f->scene, 0, q, &failure));
+  MUST(thrum_scene_body_shape(large, 0, q_large, &failure));
   assert_true(largest_difference(q, q_large, RANK) < 1e-6 * (fabs(q[0]) + fabs(q[1])));
 
   // positions go as length, velocities as length over time
-  MUST(thrum_scene_body_vertex(f->scene, 0, 4, x, v, &error));
-  MUST(thrum_scene_body_vertex(large, 0, 4, x_large, v_large, &error));
+  MUST(thrum_scene_body_vertex(f->scene, 0, 4, x, v, &failure));
+  MUST(thrum_scene_body_vertex(large, 0, 4, x_large, v_large, &failure));
   for (int axis = 0; axis < 3; axis++) {
     assert_true(fabs(x_large[axis] - s * x[axis]) < 1e-6);
     assert_true(fabs(v_large[axis] - s / slower * v[axis]) < 1e-5);
@@ -269,8 +284,8 @@ static void a_scaled_body_moves_as_the_small_one_in_its_own_time(void **context)
 
   // energies go as stiffness times volume
   thrum_scene_energies small_e, large_e;
-  MUST(thrum_scene_body_energies(f->scene, 0, &small_e, &error));
-  MUST(thrum_scene_body_energies(large, 0, &large_e, &error));
+  MUST(thrum_scene_body_energies(f->scene, 0, &small_e, &failure));
+  MUST(thrum_scene_body_energies(large, 0, &large_e, &failure));
   assert_true(fabs(large_e.total - e * s * s * s * small_e.total) <
               1e-6 * e * s * s * s * (fabs(small_e.kinetic) + fabs(small_e.gravity)));
   thrum_scene_free(large);
@@ -287,9 +302,9 @@ static void only_what_is_named_is_built(void **context) {
   add(f, &def);
   add(f, &def);
   add(f, &half);
-  MUST(thrum_scene_body(f->scene, 0, &first, &error));
-  MUST(thrum_scene_body(f->scene, 1, &second, &error));
-  MUST(thrum_scene_body(f->scene, 2, &lower, &error));
+  MUST(thrum_scene_body(f->scene, 0, &first, &failure));
+  MUST(thrum_scene_body(f->scene, 1, &second, &failure));
+  MUST(thrum_scene_body(f->scene, 2, &lower, &failure));
 
   // bodies as they were given step the model itself; others step a copy without a mesh
   assert_ptr_equal(first.stepped, &f->m.model);
@@ -300,7 +315,7 @@ static void only_what_is_named_is_built(void **context) {
 
   // a body's own memory is its state and vectors of the rank, whatever the mesh
   size_t state = 0;
-  MUST(thrum_state_size(&f->m.model, &def.state, &state, &error));
+  MUST(thrum_state_size(&f->m.model, &def.state, &state, &failure));
   assert_true(first.bytes < state + (size_t)(9 * RANK) * sizeof(double) + 2000);
   assert_int_equal(first.bytes, second.bytes);
   assert_int_equal(thrum_scene_probe_count(f->scene), 0);
@@ -322,21 +337,21 @@ static void a_snapshot_brings_back_every_bit(void **context) {
   const size_t size = thrum_scene_snapshot_size(f->scene);
   void *kept = malloc(size), *again = malloc(size), *end = malloc(size);
   assert_true(kept && again && end);
-  MUST(thrum_scene_snapshot(f->scene, kept, size, &error));
+  MUST(thrum_scene_snapshot(f->scene, kept, size, &failure));
   steps(f->scene, 50);
-  MUST(thrum_scene_snapshot(f->scene, end, size, &error));
+  MUST(thrum_scene_snapshot(f->scene, end, size, &failure));
 
   // from the restored snapshot, the same steps end in the same bits
-  MUST(thrum_scene_restore(f->scene, kept, size, &error));
+  MUST(thrum_scene_restore(f->scene, kept, size, &failure));
   assert_true(fabs(thrum_scene_time(f->scene) - 0.15) < 1e-12);
   steps(f->scene, 50);
-  MUST(thrum_scene_snapshot(f->scene, again, size, &error));
+  MUST(thrum_scene_snapshot(f->scene, again, size, &failure));
   assert_memory_equal(again, end, size);
 
   // a snapshot does not fit a buffer of another size or a scene of other ranks
-  assert_int_equal(thrum_scene_restore(f->scene, kept, size - 1, &error), THRUM_BUFFER_TOO_SMALL);
-  MUST(thrum_scene_set_rank(f->scene, 1, 3, &error));
-  assert_int_equal(thrum_scene_restore(f->scene, kept, size, &error), THRUM_MODEL_MISMATCH);
+  assert_int_equal(thrum_scene_restore(f->scene, kept, size - 1, &failure), THRUM_BUFFER_TOO_SMALL);
+  MUST(thrum_scene_set_rank(f->scene, 1, 3, &failure));
+  assert_int_equal(thrum_scene_restore(f->scene, kept, size, &failure), THRUM_MODEL_MISMATCH);
   free(kept);
   free(again);
   free(end);
@@ -354,15 +369,15 @@ static void a_reset_starts_over_with_the_same_bits(void **context) {
   const thrum_scene_load load = {.kind = THRUM_SCENE_ACCELERATION,
                                  .vector = {1, 2, 3},
                                  .course = {THRUM_LOAD_SINE, 0.02, 0.1, 5}};
-  MUST(thrum_scene_add_load(f->scene, 0, &load, &error));
+  MUST(thrum_scene_add_load(f->scene, 0, &load, &failure));
 
   // the run after the reset repeats the first run
   steps(f->scene, 60);
-  MUST(thrum_scene_body_get(f->scene, 0, q, NULL, &error));
-  MUST(thrum_scene_reset(f->scene, &error));
+  MUST(thrum_scene_body_get(f->scene, 0, q, NULL, &failure));
+  MUST(thrum_scene_reset(f->scene, &failure));
   assert_true(thrum_scene_time(f->scene) == 0);
   steps(f->scene, 60);
-  MUST(thrum_scene_body_get(f->scene, 0, again, NULL, &error));
+  MUST(thrum_scene_body_get(f->scene, 0, again, NULL, &failure));
   assert_memory_equal(q, again, sizeof q);
 }
 
@@ -376,38 +391,38 @@ static void changes_keep_the_motion(void **context) {
   def.start_amplitude = 0.2;
   add(f, &def);
   steps(f->scene, 40);
-  MUST(thrum_scene_body_get(f->scene, 0, q, p, &error));
+  MUST(thrum_scene_body_get(f->scene, 0, q, p, &failure));
 
   // no parameter of the integration may move the body
-  MUST(thrum_scene_set_dt(f->scene, 0.001, &error));
-  MUST(thrum_scene_set_damping(f->scene, 0, 0.5, 0.001, &error));
-  MUST(thrum_scene_set_integrator(f->scene, 0, THRUM_INTEGRATOR_ENERGY, &error));
-  MUST(thrum_scene_set_stiffness(f->scene, 0, 2, &error));
-  MUST(thrum_scene_body_get(f->scene, 0, q_now, p_now, &error));
+  MUST(thrum_scene_set_dt(f->scene, 0.001, &failure));
+  MUST(thrum_scene_set_damping(f->scene, 0, 0.5, 0.001, &failure));
+  MUST(thrum_scene_set_integrator(f->scene, 0, THRUM_INTEGRATOR_ENERGY, &failure));
+  MUST(thrum_scene_set_stiffness(f->scene, 0, 2, &failure));
+  MUST(thrum_scene_body_get(f->scene, 0, q_now, p_now, &failure));
   assert_true(largest_difference(q, q_now, RANK) < 1e-12);
   assert_true(largest_difference(p, p_now, RANK) < 1e-10);
 
   // the new parameters are in effect
   thrum_scene_body_info info;
-  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
   assert_true(info.stepped->omega2[2] == 2 * f->m.model.omega2[2]);
   assert_int_equal(info.integrator, THRUM_INTEGRATOR_ENERGY);
 
   // modes that are dropped and taken back start from rest; the others keep their coordinates
-  MUST(thrum_scene_set_rank(f->scene, 0, 3, &error));
-  MUST(thrum_scene_set_rank(f->scene, 0, RANK, &error));
-  MUST(thrum_scene_body_get(f->scene, 0, q_now, NULL, &error));
+  MUST(thrum_scene_set_rank(f->scene, 0, 3, &failure));
+  MUST(thrum_scene_set_rank(f->scene, 0, RANK, &failure));
+  MUST(thrum_scene_body_get(f->scene, 0, q_now, NULL, &failure));
   for (int i = 0; i < RANK; i++)
     assert_true(i < 3 ? fabs(q_now[i] - q[i]) < 1e-12 : q_now[i] == 0);
   steps(f->scene, 40);
   assert_true(fabs(thrum_scene_time(f->scene) - 0.16) < 1e-12);
 
   // refused changes leave the scene as it was
-  assert_true(thrum_scene_set_rank(f->scene, 0, RANK + 1, &error) < 0);
-  assert_true(thrum_scene_set_dt(f->scene, -1, &error) < 0);
-  assert_true(thrum_scene_set_stiffness(f->scene, 0, 0, &error) < 0);
-  assert_true(thrum_scene_set_damping(f->scene, 0, NAN, 0, &error) < 0);
-  assert_true(thrum_scene_set_rank(f->scene, 1, 2, &error) < 0);
+  assert_true(thrum_scene_set_rank(f->scene, 0, RANK + 1, &failure) < 0);
+  assert_true(thrum_scene_set_dt(f->scene, -1, &failure) < 0);
+  assert_true(thrum_scene_set_stiffness(f->scene, 0, 0, &failure) < 0);
+  assert_true(thrum_scene_set_damping(f->scene, 0, NAN, 0, &failure) < 0);
+  assert_true(thrum_scene_set_rank(f->scene, 1, 2, &failure) < 0);
   steps(f->scene, 1);
 }
 
@@ -421,20 +436,20 @@ static void what_damping_took_is_counted_through_changes(void **context) {
   add(f, &def);
   thrum_scene_energies first, now;
   thrum_scene_body_info info;
-  MUST(thrum_scene_body_energies(f->scene, 0, &first, &error));
+  MUST(thrum_scene_body_energies(f->scene, 0, &first, &failure));
 
   // none of these changes moves energy; the last leaves the first state, and a snapshot of before
   double before = 0;
   for (int change = 0; change < 4; change++) {
     steps(f->scene, 100);
     if (change == 0)
-      MUST(thrum_scene_set_damping(f->scene, 0, 0.7, 0.0005, &error));
+      MUST(thrum_scene_set_damping(f->scene, 0, 0.7, 0.0005, &failure));
     else if (change == 1)
-      MUST(thrum_scene_set_dt(f->scene, 0.002, &error));
+      MUST(thrum_scene_set_dt(f->scene, 0.002, &failure));
     else if (change == 2)
-      MUST(thrum_scene_set_integrator(f->scene, 0, THRUM_INTEGRATOR_MIDPOINT, &error));
-    MUST(thrum_scene_body(f->scene, 0, &info, &error));
-    MUST(thrum_scene_body_energies(f->scene, 0, &now, &error));
+      MUST(thrum_scene_set_integrator(f->scene, 0, THRUM_INTEGRATOR_MIDPOINT, &failure));
+    MUST(thrum_scene_body(f->scene, 0, &info, &failure));
+    MUST(thrum_scene_body_energies(f->scene, 0, &now, &failure));
     assert_true(info.dissipated > before);
     assert_true(fabs(first.total - now.total - info.dissipated) < 2e-3 * first.total);
     before = info.dissipated;
@@ -445,14 +460,14 @@ static void what_damping_took_is_counted_through_changes(void **context) {
   const size_t size = thrum_scene_snapshot_size(f->scene);
   void *memory = malloc(size);
   assert_non_null(memory);
-  MUST(thrum_scene_snapshot(f->scene, memory, size, &error));
+  MUST(thrum_scene_snapshot(f->scene, memory, size, &failure));
   steps(f->scene, 10);
-  MUST(thrum_scene_restore(f->scene, memory, size, &error));
+  MUST(thrum_scene_restore(f->scene, memory, size, &failure));
   free(memory);
-  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
   assert_true(info.dissipated == before);
-  MUST(thrum_scene_reset(f->scene, &error));
-  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  MUST(thrum_scene_reset(f->scene, &failure));
+  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
   assert_true(info.dissipated == 0);
 }
 
@@ -472,7 +487,7 @@ static void every_step_that_fell_back_is_counted(void **context) {
     // as the report of the state says
     const thrum_status status = thrum_scene_step(f->scene, NULL);
     assert_true(status >= 0);
-    MUST(thrum_scene_body(f->scene, 0, &info, &error));
+    MUST(thrum_scene_body(f->scene, 0, &info, &failure));
     const thrum_state_report *r = &info.report;
     const int64_t steps_before = counted;
     counted = r->newton_steps + r->energy_steps + r->substep_steps;
@@ -483,8 +498,8 @@ static void every_step_that_fell_back_is_counted(void **context) {
   assert_true(both > 0 && fell_back > both);
 
   // and through a change
-  MUST(thrum_scene_set_damping(f->scene, 0, 0.1, 0, &error));
-  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  MUST(thrum_scene_set_damping(f->scene, 0, 0.1, 0, &failure));
+  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
   assert_int_equal(info.fallback_steps, fell_back);
 }
 
@@ -504,14 +519,14 @@ static void loads_keep_their_time_when_dt_changes(void **context) {
   const double field[3 * VERTICES] = {[3] = 1, [10] = -2, [20] = 3};
   const thrum_scene_load load = {
       .kind = THRUM_SCENE_FIELD, .field = field, .course = {THRUM_LOAD_SINE, 0.01, 0.2, 4}};
-  MUST(thrum_scene_add_load(f->scene, 0, &load, &error));
+  MUST(thrum_scene_add_load(f->scene, 0, &load, &failure));
 
   // the time step changes while the load acts
   double p[RANK], expected[RANK] = {0};
   steps(f->scene, 10);
-  MUST(thrum_scene_set_dt(f->scene, 0.002, &error));
+  MUST(thrum_scene_set_dt(f->scene, 0.002, &failure));
   steps(f->scene, 200);
-  MUST(thrum_scene_body_get(f->scene, 0, NULL, p, &error));
+  MUST(thrum_scene_body_get(f->scene, 0, NULL, p, &failure));
 
   // without a restoring force the momentum is the integral of the load
   assert_int_equal(thrum_load_add_field(&f->m.model, field, expected, NULL), THRUM_OK);
@@ -539,23 +554,23 @@ static void a_body_that_fails_stops_and_the_others_go_on(void **context) {
   // the scene reports the first failure and goes on
   thrum_status failed = THRUM_OK;
   for (int k = 0; k < 20; k++) {
-    const thrum_status status = thrum_scene_step(f->scene, &error);
+    const thrum_status status = thrum_scene_step(f->scene, &failure);
     failed = failed < 0 ? failed : status;
   }
   assert_true(failed < 0);
-  assert_non_null(strstr(error.message, "wild"));
+  assert_non_null(strstr(failure.message, "wild"));
 
   // the failed body keeps its status, and the other one has taken every step
   thrum_scene_body_info info;
-  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
   assert_int_equal(info.status, failed);
-  MUST(thrum_scene_body(f->scene, 1, &info, &error));
+  MUST(thrum_scene_body(f->scene, 1, &info, &failure));
   assert_int_equal(info.status, THRUM_OK);
   assert_int_equal(info.report.steps, 20);
 
   // a reset clears the failure
-  MUST(thrum_scene_reset(f->scene, &error));
-  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  MUST(thrum_scene_reset(f->scene, &failure));
+  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
   assert_int_equal(info.status, THRUM_OK);
 }
 
@@ -576,18 +591,18 @@ static void the_matrix_puts_a_surface_where_its_vertices_are(void **context) {
   size_t size = 0;
   const thrum_surface_def all = {0};
   const thrum_surface *surface = NULL;
-  MUST(thrum_surface_size(&f->m.model, &all, &size, &error));
+  MUST(thrum_surface_size(&f->m.model, &all, &size, &failure));
   void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
-  MUST(thrum_surface_init(memory, size, &f->m.model, &all, &surface, &error));
+  MUST(thrum_surface_init(memory, size, &f->m.model, &all, &surface, &failure));
   float out[3 * VERTICES];
   double matrix[16], x[3];
 
   // the matrix maps displayed positions to the positions that the body reports
   steps(f->scene, 5);
-  MUST(thrum_scene_body_positions(f->scene, 0, surface, out, 3, &error));
+  MUST(thrum_scene_body_positions(f->scene, 0, surface, out, 3, &failure));
   thrum_scene_body_matrix(f->scene, 0, matrix);
   for (int v = 0; v < VERTICES; v++) {
-    MUST(thrum_scene_body_vertex(f->scene, 0, v, x, NULL, &error));
+    MUST(thrum_scene_body_vertex(f->scene, 0, v, x, NULL, &failure));
     for (int row = 0; row < 3; row++) {
       double sum = matrix[12 + row];
       for (int column = 0; column < 3; column++)
@@ -602,7 +617,7 @@ static void bad_defs_are_refused(void **context) {
   // a definition that was not initialised has a status of its own
   fixture *f = *context;
   thrum_scene_body_def def = {0};
-  assert_int_equal(thrum_scene_add_body(f->scene, &def, NULL, &error), THRUM_UNINITIALISED_DEF);
+  assert_int_equal(thrum_scene_add_body(f->scene, &def, NULL, &failure), THRUM_UNINITIALISED_DEF);
 
   // every other refusal changes one field of a good definition and leaves the scene empty
   const thrum_scene_body_def good = def_of(f, THRUM_INTEGRATOR_IMEXV);
@@ -610,7 +625,7 @@ static void bad_defs_are_refused(void **context) {
   do {                                                                                             \
     def = good;                                                                                    \
     change;                                                                                        \
-    assert_true(thrum_scene_add_body(f->scene, &def, NULL, &error) < 0);                           \
+    assert_true(thrum_scene_add_body(f->scene, &def, NULL, &failure) < 0);                         \
     assert_int_equal(thrum_scene_body_count(f->scene), 0);                                         \
   } while (0)
   REFUSED(def.model = NULL);
@@ -626,15 +641,15 @@ static void bad_defs_are_refused(void **context) {
 #undef REFUSED
 
   // the scene's own arguments: time step, probes, loads and gravity
-  assert_true(thrum_scene_make(0, &f->scene, &error) < 0);
-  assert_true(thrum_scene_add_probe(f->scene, NULL, 0, NULL, 0, &error) < 0);
+  assert_true(thrum_scene_make(0, &f->scene, &failure) < 0);
+  assert_true(thrum_scene_add_probe(f->scene, NULL, 0, NULL, 0, &failure) < 0);
   add(f, &good);
   const int32_t beyond = VERTICES;
-  assert_true(thrum_scene_add_probe(f->scene, NULL, 0, &beyond, 1, &error) < 0);
+  assert_true(thrum_scene_add_probe(f->scene, NULL, 0, &beyond, 1, &failure) < 0);
   const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE, .vertices = &beyond, .count = 1};
-  assert_true(thrum_scene_add_load(f->scene, 0, &load, &error) < 0);
+  assert_true(thrum_scene_add_load(f->scene, 0, &load, &failure) < 0);
   const double nowhere[3] = {0, NAN, 0};
-  assert_true(thrum_scene_set_gravity(f->scene, nowhere, &error) < 0);
+  assert_true(thrum_scene_set_gravity(f->scene, nowhere, &failure) < 0);
 }
 
 /* The scene tells its time step, gravity, obstacles and probes as they were set last. */
@@ -649,34 +664,34 @@ static void a_scene_tells_what_was_set(void **context) {
   double gravity[3] = {NAN, NAN, NAN};
   thrum_scene_gravity(f->scene, gravity);
   assert_memory_equal(gravity, none, sizeof gravity);
-  MUST(thrum_scene_set_gravity(f->scene, down, &error));
+  MUST(thrum_scene_set_gravity(f->scene, down, &failure));
   thrum_scene_gravity(f->scene, gravity);
   assert_memory_equal(gravity, down, sizeof gravity);
   assert_true(thrum_scene_dt(f->scene) == 0.003);
-  MUST(thrum_scene_set_dt(f->scene, 0.002, &error));
+  MUST(thrum_scene_set_dt(f->scene, 0.002, &failure));
   assert_true(thrum_scene_dt(f->scene) == 0.002);
 
   // an obstacle is replaced, and keeps its place and number
   thrum_obstacle obstacle = thrum_default_obstacle(), seen;
   int32_t number = -1;
   assert_int_equal(thrum_scene_obstacle_count(f->scene), 0);
-  MUST(thrum_scene_add_obstacle(f->scene, &obstacle, &number, &error));
+  MUST(thrum_scene_add_obstacle(f->scene, &obstacle, &number, &failure));
   obstacle.friction = 0.25;
-  MUST(thrum_scene_set_obstacle(f->scene, number, &obstacle, &error));
+  MUST(thrum_scene_set_obstacle(f->scene, number, &obstacle, &failure));
   assert_int_equal(thrum_scene_obstacle_count(f->scene), 1);
-  MUST(thrum_scene_obstacle(f->scene, number, &seen, &error));
+  MUST(thrum_scene_obstacle(f->scene, number, &seen, &failure));
   assert_true(seen.friction == 0.25);
 
   // one that cannot be leaves the old one, as does a number that does not exist
   obstacle.friction = -1;
-  assert_true(thrum_scene_set_obstacle(f->scene, number, &obstacle, &error) < 0);
+  assert_true(thrum_scene_set_obstacle(f->scene, number, &obstacle, &failure) < 0);
   obstacle.friction = 0.5;
-  assert_true(thrum_scene_set_obstacle(f->scene, number + 1, &obstacle, &error) < 0);
-  MUST(thrum_scene_obstacle(f->scene, number, &seen, &error));
+  assert_true(thrum_scene_set_obstacle(f->scene, number + 1, &obstacle, &failure) < 0);
+  MUST(thrum_scene_obstacle(f->scene, number, &seen, &failure));
   assert_true(seen.friction == 0.25);
 
   // a probe knows its body
-  MUST(thrum_scene_add_probe(f->scene, "tip", 1, NULL, 0, &error));
+  MUST(thrum_scene_add_probe(f->scene, "tip", 1, NULL, 0, &failure));
   assert_int_equal(thrum_scene_probe_body(f->scene, 0), 1);
   assert_int_equal(thrum_scene_probe_body(f->scene, 1), -1);
 }
@@ -688,8 +703,8 @@ static void the_ground_is_where_the_base_motions_put_it(void **context) {
   add(f, &def);
   const double frequency = 0.7, omega = 2 * pi * frequency;
   const thrum_load sine = {THRUM_LOAD_SINE, 0, INFINITY, frequency};
-  MUST(thrum_scene_add_base_motion(f->scene, (const double[3]){2, 0, 0}, &sine, &error));
-  MUST(thrum_scene_add_base_motion(f->scene, (const double[3]){0, -1, 3}, &sine, &error));
+  MUST(thrum_scene_add_base_motion(f->scene, (const double[3]){2, 0, 0}, &sine, &failure));
+  MUST(thrum_scene_add_base_motion(f->scene, (const double[3]){0, -1, 3}, &sine, &failure));
   steps(f->scene, 100);
 
   double ground[3];
@@ -704,6 +719,7 @@ static void the_ground_is_where_the_base_motions_put_it(void **context) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       TEST(bodies_side_by_side_have_the_bits_of_each_alone),
+      TEST(bodies_share_scratch),
       TEST(a_reduced_load_is_the_load),
       TEST(turning_a_body_and_its_world_changes_nothing),
       TEST(a_scaled_body_moves_as_the_small_one_in_its_own_time),

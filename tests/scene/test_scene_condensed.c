@@ -4,19 +4,11 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
+#include "tests/support/scene_call.h"
 #include "thrum/condensed_model.h"
 #include "thrum/external_load.h"
-#include "thrum/scene.h"
 
 enum { RANK = 8, MASTERS = 3, VERTICES = 9, STEPS = 200 };
-
-static thrum_error error;
-
-#define MUST(call)                                                                                 \
-  do {                                                                                             \
-    if ((call) < 0)                                                                                \
-      fail_msg("%s", error.message);                                                               \
-  } while (0)
 
 static void make_model(random_model *m) {
   random_model_make(m, 11, RANK, 3, 100, 1);
@@ -38,16 +30,16 @@ static thrum_scene_body_def def_of(const random_model *m) {
 /* A scene of one body at dt, with gravity. */
 static thrum_scene *scene_of(const thrum_scene_body_def *def, double dt, const double gravity[3]) {
   thrum_scene *scene = NULL;
-  MUST(thrum_scene_make(dt, &scene, &error));
+  MUST(thrum_scene_make(dt, &scene, &failure));
   if (gravity)
-    MUST(thrum_scene_set_gravity(scene, gravity, &error));
-  MUST(thrum_scene_add_body(scene, def, NULL, &error));
+    MUST(thrum_scene_set_gravity(scene, gravity, &failure));
+  MUST(thrum_scene_add_body(scene, def, NULL, &failure));
   return scene;
 }
 
 static void steps(thrum_scene *scene, int count) {
   for (int k = 0; k < count; k++)
-    MUST(thrum_scene_step(scene, &error));
+    MUST(thrum_scene_step(scene, &failure));
 }
 
 static void a_condensed_body_has_the_bits_of_its_model_alone_and_shows_its_slaves(void **context) {
@@ -61,10 +53,10 @@ static void a_condensed_body_has_the_bits_of_its_model_alone_and_shows_its_slave
   // the same by the library's own calls
   size_t size = 0;
   const thrum_model *stepped = NULL;
-  MUST(thrum_model_condense_size(&m.model, MASTERS, &size, &error));
+  MUST(thrum_model_condense_size(&m.model, MASTERS, &size, &failure));
   void *memory = aligned_alloc(64, size);
   assert_non_null(memory);
-  MUST(thrum_model_condense(memory, size, &m.model, MASTERS, &stepped, &error));
+  MUST(thrum_model_condense(memory, size, &m.model, MASTERS, &stepped, &failure));
   thrum_state_def state_def = def.state;
   state_def.dt = 0.003;
   thrum_state *state = state_make(stepped, &state_def);
@@ -73,21 +65,21 @@ static void a_condensed_body_has_the_bits_of_its_model_alone_and_shows_its_slave
 
   // its coordinates, all of them
   double x[MASTERS], v[MASTERS], shape[RANK], velocity[RANK], q[RANK], p[RANK];
-  MUST(thrum_state_get(stepped, state, x, v, &error));
+  MUST(thrum_state_get(stepped, state, x, v, &failure));
   thrum_condensed_shape(stepped, x, NULL, shape);
   thrum_condensed_velocity(stepped, x, v, velocity);
-  MUST(thrum_scene_body_get(scene, 0, q, p, &error));
+  MUST(thrum_scene_body_get(scene, 0, q, p, &failure));
   assert_memory_equal(q, shape, sizeof q);
   assert_memory_equal(p, velocity, sizeof p);
 
   // a vertex is where the shape model has it
   double u[3], position[3];
-  MUST(thrum_displacement(&m.model, shape, 4, 1, u, &error));
-  MUST(thrum_scene_body_vertex(scene, 0, 4, position, NULL, &error));
+  MUST(thrum_displacement(&m.model, shape, 4, 1, u, &failure));
+  MUST(thrum_scene_body_vertex(scene, 0, 4, position, NULL, &failure));
   for (int axis = 0; axis < 3; axis++)
     assert_true(fabs(position[axis] - m.vertices[12 + axis] - u[axis]) <= 1e-12);
   thrum_scene_body_info info;
-  MUST(thrum_scene_body(scene, 0, &info, &error));
+  MUST(thrum_scene_body(scene, 0, &info, &failure));
   assert_int_equal(info.rank, MASTERS);
   assert_int_equal(info.shown, RANK);
   assert_int_equal(info.condensed, 1);
@@ -117,8 +109,8 @@ static void a_scaled_body_is_the_body_scaled(void **context) {
 
   // both are shown by the same coordinates of the model as it was given, slaves included
   double a[RANK], b[RANK], slaves = 0;
-  MUST(thrum_scene_body_shape(small, 0, a, &error));
-  MUST(thrum_scene_body_shape(large, 0, b, &error));
+  MUST(thrum_scene_body_shape(small, 0, a, &failure));
+  MUST(thrum_scene_body_shape(large, 0, b, &failure));
   for (int i = 0; i < RANK; i++) {
     assert_true(fabs(a[i] - b[i]) <= 1e-9 * (1e-3 + fabs(a[i])));
     slaves += i < MASTERS ? 0 : fabs(a[i]);
@@ -143,14 +135,14 @@ static void a_constant_load_ends_where_the_energy_and_its_potential_are_least(vo
   // R of the condensed model is the force on the masters, the slaves' part of the load included
   size_t size = 0;
   const thrum_model *stepped = NULL;
-  MUST(thrum_model_condense_size(&m.model, MASTERS, &size, &error));
+  MUST(thrum_model_condense_size(&m.model, MASTERS, &size, &failure));
   void *memory = aligned_alloc(64, size);
   assert_non_null(memory);
-  MUST(thrum_model_condense(memory, size, &m.model, MASTERS, &stepped, &error));
+  MUST(thrum_model_condense(memory, size, &m.model, MASTERS, &stepped, &failure));
   double q[RANK], f[RANK] = {0}, reduced[MASTERS], force[MASTERS];
   double *work = random_alloc((int64_t)thrum_work_count(stepped), sizeof(double));
-  MUST(thrum_scene_body_get(scene, 0, q, NULL, &error));
-  MUST(thrum_load_add_gravity(&m.model, gravity, f, &error));
+  MUST(thrum_scene_body_get(scene, 0, q, NULL, &failure));
+  MUST(thrum_load_add_gravity(&m.model, gravity, f, &failure));
   thrum_condensed_load(stepped, q, f, reduced);
   thrum_internal_force(stepped, q, force, work);
   for (int i = 0; i < MASTERS; i++)
@@ -174,20 +166,20 @@ static void go_back(thrum_scene *scene) {
   const size_t size = thrum_scene_snapshot_size(scene);
   void *kept = malloc(size);
   assert_non_null(kept);
-  MUST(thrum_scene_snapshot(scene, kept, size, &error));
+  MUST(thrum_scene_snapshot(scene, kept, size, &failure));
 
   // steps on, back to the snapshot, and on again
   double first[RANK], again[RANK], at[RANK], restored[RANK];
-  MUST(thrum_scene_body_get(scene, 0, at, NULL, &error));
+  MUST(thrum_scene_body_get(scene, 0, at, NULL, &failure));
   steps(scene, 50);
-  MUST(thrum_scene_body_get(scene, 0, first, NULL, &error));
+  MUST(thrum_scene_body_get(scene, 0, first, NULL, &failure));
 
   // a step at once, as reading the shape first would hide what it is read with
-  MUST(thrum_scene_restore(scene, kept, size, &error));
+  MUST(thrum_scene_restore(scene, kept, size, &failure));
   steps(scene, 50);
-  MUST(thrum_scene_body_get(scene, 0, again, NULL, &error));
-  MUST(thrum_scene_restore(scene, kept, size, &error));
-  MUST(thrum_scene_body_get(scene, 0, restored, NULL, &error));
+  MUST(thrum_scene_body_get(scene, 0, again, NULL, &failure));
+  MUST(thrum_scene_restore(scene, kept, size, &failure));
+  MUST(thrum_scene_body_get(scene, 0, restored, NULL, &failure));
   assert_memory_equal(restored, at, sizeof at);
   assert_memory_equal(again, first, sizeof first);
   free(kept);
@@ -216,8 +208,8 @@ static void a_snapshot_under_a_pull_and_a_changing_load_goes_on_with_the_same_bi
   const double target[3] = {1, 0, 1};
   const thrum_scene_load load = {
       .kind = THRUM_SCENE_FORCE, .vector = {5, -3, 4}, .course = {THRUM_LOAD_SINE, 0, INFINITY, 3}};
-  MUST(thrum_scene_add_load(scene, 0, &load, &error));
-  MUST(thrum_scene_pull_start(scene, 0, 4, target, 20, 0.1, NULL, &error));
+  MUST(thrum_scene_add_load(scene, 0, &load, &failure));
+  MUST(thrum_scene_pull_start(scene, 0, 4, target, 20, 0.1, NULL, &failure));
   go_back(scene);
   thrum_scene_free(scene);
   random_model_free(&m);
@@ -233,19 +225,19 @@ static void the_number_of_masters_can_change_without_a_jump_of_the_shape(void **
 
   // coordinates that become masters go on from where they followed
   double before[RANK], after[RANK];
-  MUST(thrum_scene_body_get(scene, 0, before, NULL, &error));
-  MUST(thrum_scene_set_rank(scene, 0, MASTERS + 2, &error));
-  MUST(thrum_scene_body_get(scene, 0, after, NULL, &error));
+  MUST(thrum_scene_body_get(scene, 0, before, NULL, &failure));
+  MUST(thrum_scene_set_rank(scene, 0, MASTERS + 2, &failure));
+  MUST(thrum_scene_body_get(scene, 0, after, NULL, &failure));
   for (int i = 0; i < MASTERS + 2; i++)
     assert_true(after[i] == before[i]);
   thrum_scene_body_info info;
-  MUST(thrum_scene_body(scene, 0, &info, &error));
+  MUST(thrum_scene_body(scene, 0, &info, &failure));
   assert_int_equal(info.rank, MASTERS + 2);
   assert_int_equal(info.condensed, 1);
   steps(scene, 50);
 
   // at least one coordinate must follow
-  assert_true(thrum_scene_set_rank(scene, 0, RANK, &error) < 0);
+  assert_true(thrum_scene_set_rank(scene, 0, RANK, &failure) < 0);
   thrum_scene_free(scene);
   random_model_free(&m);
 }
@@ -255,20 +247,20 @@ static void what_cannot_be_condensed_is_refused(void **context) {
   random_model m;
   make_model(&m);
   thrum_scene *scene = NULL;
-  MUST(thrum_scene_make(0.003, &scene, &error));
+  MUST(thrum_scene_make(0.003, &scene, &failure));
 
   // each def asks for something that does not go together
   thrum_scene_body_def def = def_of(&m);
   def.rank = 5;
-  assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &failure), THRUM_INVALID_ARGUMENT);
   def.rank = 0;
   def.condense = RANK;
-  assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &failure), THRUM_INVALID_ARGUMENT);
   def.condense = -1;
-  assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &failure), THRUM_INVALID_ARGUMENT);
   def.condense = MASTERS;
   def.start_mode = MASTERS + 1;
-  assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_scene_add_body(scene, &def, NULL, &failure), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_scene_body_count(scene), 0);
   thrum_scene_free(scene);
   random_model_free(&m);

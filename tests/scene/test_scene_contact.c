@@ -6,17 +6,10 @@
 #include "tests/support/precompute_support.h"
 
 #include "mesh/mesh_faces.h"
+#include "tests/support/scene_call.h"
 #include "thrum/displacement.h"
 #include "thrum/external_load.h"
-#include "thrum/scene.h"
 
-#define MUST(call)                                                                                 \
-  do {                                                                                             \
-    if ((call) < 0)                                                                                \
-      fail_msg("%s", error.message);                                                               \
-  } while (0)
-
-static thrum_error error;
 static const double down[3] = {0, 0, -9.81};
 
 /* A block that is free or held at its left side, with the triangles of its surface. */
@@ -32,7 +25,7 @@ typedef struct fixture {
 static void make_triangles(fixture *f) {
   thrum_mesh_faces faces = {0};
   int64_t shared[3];
-  MUST(thrum_mesh_find_faces(&f->block.mesh, &faces, shared, &error));
+  MUST(thrum_mesh_find_faces(&f->block.mesh, &faces, shared, &failure));
   f->triangles = need(3 * (size_t)faces.count, sizeof *f->triangles);
   for (int64_t n = 0; n < faces.count; n++) {
     const thrum_mesh_face *face = &faces.faces[n];
@@ -58,7 +51,7 @@ static int make(void **context, const char *fix) {
   for (int64_t v = 0; v < m->vertex_count; v++)
     f->touch[v] = (int32_t)v;
   *context = f;
-  return thrum_scene_make(0.002, &f->scene, &error) < 0;
+  return thrum_scene_make(0.002, &f->scene, &failure) < 0;
 }
 
 static int make_free(void **context) {
@@ -91,7 +84,7 @@ static thrum_scene_body_def def_of(const fixture *f) {
 
 static void steps(thrum_scene *scene, int count) {
   for (int k = 0; k < count; k++)
-    MUST(thrum_scene_step(scene, &error));
+    MUST(thrum_scene_step(scene, &failure));
 }
 
 static void a_free_body_falls_as_a_stone(void **context) {
@@ -104,23 +97,23 @@ static void a_free_body_falls_as_a_stone(void **context) {
   def.density = 3;
   def.velocity[0] = 2;
   def.position[2] = 5;
-  MUST(thrum_scene_set_gravity(f->scene, down, &error));
-  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  MUST(thrum_scene_set_gravity(f->scene, down, &failure));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
 
   // the mass follows density and volume
   thrum_scene_body_info info;
-  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
   const double density = f->made.model.material[2];
   assert_close(info.mass, 3 * density * 8 * 0.4 * 0.3 * 0.2, 1e-10);
 
   // a vertex and the energies, before and after half a second
   double before[3], x[3], v[3];
-  MUST(thrum_scene_body_vertex(f->scene, 0, 7, before, NULL, &error));
+  MUST(thrum_scene_body_vertex(f->scene, 0, 7, before, NULL, &failure));
   thrum_scene_energies first, last;
-  MUST(thrum_scene_body_energies(f->scene, 0, &first, &error));
+  MUST(thrum_scene_body_energies(f->scene, 0, &first, &failure));
   steps(f->scene, 250);
-  MUST(thrum_scene_body_vertex(f->scene, 0, 7, x, v, &error));
-  MUST(thrum_scene_body_energies(f->scene, 0, &last, &error));
+  MUST(thrum_scene_body_vertex(f->scene, 0, 7, x, v, &failure));
+  MUST(thrum_scene_body_energies(f->scene, 0, &last, &failure));
 
   // every vertex moves on the parabola of a point mass
   const double t = 0.5;
@@ -147,7 +140,7 @@ static void a_shove_moves_and_turns_a_free_body(void **context) {
   def.position[0] = 3;
   def.rotation[0] = 0.8;
   def.rotation[3] = 0.6;
-  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
 
   // a force at one corner for the first 0.1 s
   const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
@@ -155,26 +148,26 @@ static void a_shove_moves_and_turns_a_free_body(void **context) {
                                  .vertices = &corner,
                                  .count = 1,
                                  .course = {THRUM_LOAD_CONSTANT, 0, 0.1, 0}};
-  MUST(thrum_scene_add_load(f->scene, 0, &load, &error));
+  MUST(thrum_scene_add_load(f->scene, 0, &load, &failure));
 
   // the arm of the force is measured from the mean of the vertices
   double before[3], after[3], v[3], centre[3], middle[3];
-  MUST(thrum_scene_body_vertex(f->scene, 0, corner, before, NULL, &error));
-  MUST(thrum_scene_add_probe(f->scene, "all", 0, NULL, 0, &error));
-  MUST(thrum_scene_probe(f->scene, 0, centre, NULL, &error));
+  MUST(thrum_scene_body_vertex(f->scene, 0, corner, before, NULL, &failure));
+  MUST(thrum_scene_add_probe(f->scene, "all", 0, NULL, 0, &failure));
+  MUST(thrum_scene_probe(f->scene, 0, centre, NULL, &failure));
 
   // the momentum is force times time
   steps(f->scene, 50);
   thrum_scene_body_info info;
-  MUST(thrum_scene_body(f->scene, 0, &info, &error));
-  MUST(thrum_scene_body_vertex(f->scene, 0, corner, after, v, &error));
-  MUST(thrum_scene_probe(f->scene, 0, middle, v, &error));
+  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
+  MUST(thrum_scene_body_vertex(f->scene, 0, corner, after, v, &failure));
+  MUST(thrum_scene_probe(f->scene, 0, middle, v, &failure));
   // mesh and bar are symmetric: the mean of the vertices is the centre of mass
   assert_close(v[2], 0.02 * 0.1 / info.mass, 1e-3);
 
   // the kinetic energy of the rotation follows from the angular momentum about each axis
   thrum_scene_energies e;
-  MUST(thrum_scene_body_energies(f->scene, 0, &e, &error));
+  MUST(thrum_scene_body_energies(f->scene, 0, &e, &failure));
   const double arm[3] = {before[0] - centre[0], before[1] - centre[1], 0};
   // a bar of sides 0.8, 0.6, 0.4 is rotated about z; its own x and y axes carry the torque
   const double turn = 2 * acos(0.8), c = cos(turn), n = sin(turn);
@@ -187,7 +180,7 @@ static void a_shove_moves_and_turns_a_free_body(void **context) {
   // without forces the rotation goes on with its energy
   const double kept = e.total;
   steps(f->scene, 2000);
-  MUST(thrum_scene_body_energies(f->scene, 0, &e, &error));
+  MUST(thrum_scene_body_energies(f->scene, 0, &e, &failure));
   assert_close(e.total, kept, 1e-6);
 }
 
@@ -204,13 +197,13 @@ static void a_spin_is_that_of_the_def_and_stays(void **context) {
   def.spin[0] = 1.5;
   def.spin[1] = 0.2;
   def.spin[2] = -0.7;
-  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
-  MUST(thrum_scene_add_probe(f->scene, "all", 0, NULL, 0, &error));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
+  MUST(thrum_scene_add_probe(f->scene, "all", 0, NULL, 0, &failure));
 
   // the initial velocity of a vertex is spin times arm
   double x[3], v[3], centre[3];
-  MUST(thrum_scene_probe(f->scene, 0, centre, NULL, &error));
-  MUST(thrum_scene_body_vertex(f->scene, 0, 3, x, v, &error));
+  MUST(thrum_scene_probe(f->scene, 0, centre, NULL, &failure));
+  MUST(thrum_scene_body_vertex(f->scene, 0, 3, x, v, &failure));
   const double arm[3] = {x[0] - centre[0], x[1] - centre[1], x[2] - centre[2]};
   for (int axis = 0; axis < 3; axis++) {
     const int next = (axis + 1) % 3, last = (axis + 2) % 3;
@@ -219,15 +212,15 @@ static void a_spin_is_that_of_the_def_and_stays(void **context) {
 
   // the energy of the free rotation is constant
   thrum_scene_energies first, last;
-  MUST(thrum_scene_body_energies(f->scene, 0, &first, &error));
+  MUST(thrum_scene_body_energies(f->scene, 0, &first, &failure));
   steps(f->scene, 3000);
-  MUST(thrum_scene_body_energies(f->scene, 0, &last, &error));
+  MUST(thrum_scene_body_energies(f->scene, 0, &last, &failure));
   assert_close(last.total, first.total, 1e-9);
 
   // a reset puts the vertices back bit for bit
-  MUST(thrum_scene_reset(f->scene, &error));
+  MUST(thrum_scene_reset(f->scene, &failure));
   double again[3];
-  MUST(thrum_scene_body_vertex(f->scene, 0, 3, again, NULL, &error));
+  MUST(thrum_scene_body_vertex(f->scene, 0, 3, again, NULL, &failure));
   assert_memory_equal(x, again, sizeof x);
 }
 
@@ -239,18 +232,18 @@ static void a_drop_ends_on_the_floor(void **context) {
   def.free = 1;
   def.position[2] = 0.3;
   def.state.damping_alpha = 5;
-  MUST(thrum_scene_set_gravity(f->scene, down, &error));
-  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  MUST(thrum_scene_set_gravity(f->scene, down, &failure));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
   const thrum_obstacle floor = thrum_default_obstacle();
-  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &error));
-  MUST(thrum_scene_add_probe(f->scene, "all", 0, NULL, 0, &error));
+  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &failure));
+  MUST(thrum_scene_add_probe(f->scene, "all", 0, NULL, 0, &failure));
 
   // long enough to fall, bounce and come to rest
   steps(f->scene, 2000);
   thrum_scene_body_info info;
   double x[3], v[3];
-  MUST(thrum_scene_body(f->scene, 0, &info, &error));
-  MUST(thrum_scene_probe(f->scene, 0, x, v, &error));
+  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
+  MUST(thrum_scene_probe(f->scene, 0, x, v, &failure));
 
   // the lowest vertices of the mesh lie at its z = 0
   const double *first = f->made.model.vertices;
@@ -291,40 +284,40 @@ static void contact_has_the_bits_of_the_library_alone(void **context) {
   def.start_amplitude = 0.05;
   thrum_obstacle floor = thrum_default_obstacle();
   floor.centre[2] = m->vertices[2] - 0.11;
-  MUST(thrum_scene_set_gravity(f->scene, down, &error));
-  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &error));
-  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  MUST(thrum_scene_set_gravity(f->scene, down, &failure));
+  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &failure));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
   steps(f->scene, 150);
 
   // the library's state, from the same initial shape and under the same gravity
   thrum_state_def alone = thrum_default_state_def();
   alone.dt = 0.002;
   size_t size = 0;
-  MUST(thrum_state_size(m, &alone, &size, &error));
+  MUST(thrum_state_size(m, &alone, &size, &failure));
   thrum_state *state = NULL;
   void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
-  MUST(thrum_state_init(memory, size, m, &alone, &state, &error));
+  MUST(thrum_state_init(memory, size, m, &alone, &state, &failure));
   double *q = need((size_t)m->rank, sizeof *q), *load = need((size_t)m->rank, sizeof *load);
-  MUST(thrum_mode_add(m, 0, 0.05, q, &error));
-  MUST(thrum_state_set(m, state, q, NULL, &error));
-  MUST(thrum_load_add_gravity(m, down, load, &error));
+  MUST(thrum_mode_add(m, 0, 0.05, q, &failure));
+  MUST(thrum_state_set(m, state, q, NULL, &failure));
+  MUST(thrum_load_add_gravity(m, down, load, &failure));
 
   // the library's contact over the same vertices
   thrum_contact_def contact_def = thrum_default_contact_def();
   contact_def.vertices = moving;
   contact_def.vertex_count = moving_count;
   thrum_contact *contact = NULL;
-  MUST(thrum_contact_size(m, state, &contact_def, &size, &error));
+  MUST(thrum_contact_size(m, state, &contact_def, &size, &failure));
   void *block = aligned_alloc(64, (size + 63) / 64 * 64);
-  MUST(thrum_contact_init(block, size, m, state, &contact_def, &contact, &error));
+  MUST(thrum_contact_init(block, size, m, state, &contact_def, &contact, &failure));
 
   // the same steps against the same floor end in the same bits
   const thrum_contact_environment environment = {
       .obstacles = &floor, .obstacle_count = 1, .load = load};
   for (int k = 0; k < 150; k++)
-    MUST(thrum_contact_step(m, state, contact, &environment, &error));
-  MUST(thrum_state_get(m, state, q, NULL, &error));
-  MUST(thrum_scene_body_get(f->scene, 0, load, NULL, &error));
+    MUST(thrum_contact_step(m, state, contact, &environment, &failure));
+  MUST(thrum_state_get(m, state, q, NULL, &failure));
+  MUST(thrum_scene_body_get(f->scene, 0, load, NULL, &failure));
   assert_memory_equal(q, load, (size_t)m->rank * sizeof *q);
 
   free(moving);
@@ -340,34 +333,34 @@ static void a_pull_holds_its_point_and_lets_go(void **context) {
   // a damped body, pulled at its last vertex to a place above rest
   thrum_scene_body_def def = def_of(f);
   def.state.damping_alpha = 20;
-  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
   const int64_t tip = f->made.model.vertex_count - 1;
   double rest[3], target[3], point[3], force[3];
-  MUST(thrum_scene_body_vertex(f->scene, 0, tip, rest, NULL, &error));
+  MUST(thrum_scene_body_vertex(f->scene, 0, tip, rest, NULL, &failure));
   memcpy(target, rest, sizeof target);
   target[2] += 0.01;
   int32_t pull = -1;
-  MUST(thrum_scene_pull_start(f->scene, 0, tip, rest, 1e9, -1, &pull, &error));
-  MUST(thrum_scene_pull_move(f->scene, pull, target, &error));
+  MUST(thrum_scene_pull_start(f->scene, 0, tip, rest, 1e9, -1, &pull, &failure));
+  MUST(thrum_scene_pull_move(f->scene, pull, target, &failure));
 
   steps(f->scene, 2000);
-  MUST(thrum_scene_pull_get(f->scene, pull, point, force, &error));
+  MUST(thrum_scene_pull_get(f->scene, pull, point, force, &failure));
   // a spring far stiffer than the body brings the point to its target
   assert_true(fabs(point[2] - target[2]) < 1e-4);
   assert_true(force[2] > 0);
 
   // a pull ends once, and the released body returns to rest
-  MUST(thrum_scene_pull_end(f->scene, pull, &error));
-  assert_true(thrum_scene_pull_end(f->scene, pull, &error) < 0);
+  MUST(thrum_scene_pull_end(f->scene, pull, &failure));
+  assert_true(thrum_scene_pull_end(f->scene, pull, &failure) < 0);
   steps(f->scene, 4000);
-  MUST(thrum_scene_body_vertex(f->scene, 0, tip, point, NULL, &error));
+  MUST(thrum_scene_body_vertex(f->scene, 0, tip, point, NULL, &failure));
   assert_true(fabs(point[2] - rest[2]) < 1e-6);
 
   // the number of pulls is limited, and pulls outlast a change of the rank
   for (int n = 0; n < THRUM_SCENE_PULLS; n++)
-    MUST(thrum_scene_pull_start(f->scene, 0, n, rest, 1, 0, NULL, &error));
-  assert_true(thrum_scene_pull_start(f->scene, 0, 1, rest, 1, 0, NULL, &error) < 0);
-  MUST(thrum_scene_set_rank(f->scene, 0, 4, &error));
+    MUST(thrum_scene_pull_start(f->scene, 0, n, rest, 1, 0, NULL, &failure));
+  assert_true(thrum_scene_pull_start(f->scene, 0, 1, rest, 1, 0, NULL, &failure) < 0);
+  MUST(thrum_scene_set_rank(f->scene, 0, 4, &failure));
   steps(f->scene, 5);
 }
 
@@ -380,32 +373,32 @@ static void wind_on_a_box_is_its_frontal_drag(void **context) {
   thrum_scene_body_def def = def_of(f);
   def.free = 1;
   def.scale = 2;
-  MUST(thrum_scene_set_wind(f->scene, wind, 1.2, 1.1, &error));
-  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  MUST(thrum_scene_set_wind(f->scene, wind, 1.2, 1.1, &failure));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
 
   // the acceleration of the first step is the drag at rest over the mass
   thrum_scene_body_info info;
   double x[3], v[3];
-  MUST(thrum_scene_body(f->scene, 0, &info, &error));
-  MUST(thrum_scene_add_probe(f->scene, NULL, 0, NULL, 0, &error));
+  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
+  MUST(thrum_scene_add_probe(f->scene, NULL, 0, NULL, 0, &failure));
   steps(f->scene, 1);
-  MUST(thrum_scene_probe(f->scene, 0, x, v, &error));
+  MUST(thrum_scene_probe(f->scene, 0, x, v, &failure));
   const double force = 0.5 * 1.2 * 1.1 * 144 * 4 * 0.3 * 0.2;
   // the mean over the vertices differs from the centre of mass by the strain of the first step
   assert_close(v[0], force * 0.002 / info.mass, 0.2);
 
   // after many steps the velocity has approached the wind as in the closed form
   steps(f->scene, 20000);
-  MUST(thrum_scene_probe(f->scene, 0, x, v, &error));
+  MUST(thrum_scene_probe(f->scene, 0, x, v, &failure));
   // v' = c (w - v)^2 has the solution w - v = w / (1 + c w t)
   const double c = 0.5 * 1.2 * 1.1 * 4 * 0.3 * 0.2 / info.mass, t = 20001 * 0.002;
   assert_close(v[0], 12 - 12 / (1 + c * 12 * t), 1e-3);
 
   // time steps in which the drag would stop the body many times over stay stable
-  MUST(thrum_scene_set_dt(f->scene, 0.05, &error));
-  MUST(thrum_scene_set_wind(f->scene, wind, 1e6, 1.1, &error));
+  MUST(thrum_scene_set_dt(f->scene, 0.05, &failure));
+  MUST(thrum_scene_set_wind(f->scene, wind, 1e6, 1.1, &failure));
   steps(f->scene, 200);
-  MUST(thrum_scene_probe(f->scene, 0, x, v, &error));
+  MUST(thrum_scene_probe(f->scene, 0, x, v, &failure));
   assert_close(v[0], 12, 0.01);
 }
 
@@ -414,9 +407,9 @@ static void an_energy_beyond_numbers_is_refused(void **context) {
   thrum_scene_body_def def = def_of(f);
   def.free = 1;
   def.velocity[0] = 1e300;
-  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
   thrum_scene_energies e = {.total = 3};
-  assert_int_equal(thrum_scene_body_energies(f->scene, 0, &e, &error), THRUM_NOT_FINITE);
+  assert_int_equal(thrum_scene_body_energies(f->scene, 0, &e, &failure), THRUM_NOT_FINITE);
   assert_true(e.total == 3);
 }
 
@@ -427,18 +420,18 @@ static void no_wind_is_too_strong_for_dt(void **context) {
   const double wind[3] = {0, 300, 100};
   thrum_scene_body_def def = def_of(f);
   def.stiffness = 1e3;
-  MUST(thrum_scene_set_wind(f->scene, wind, 1000, 2, &error));
-  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  MUST(thrum_scene_set_wind(f->scene, wind, 1000, 2, &failure));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
   for (int k = 0; k < 2000; k++)
-    if (thrum_scene_step(f->scene, &error) < 0)
-      fail_msg("%s", error.message);
+    if (thrum_scene_step(f->scene, &failure) < 0)
+      fail_msg("%s", failure.message);
 
   // the kinetic energy stays bounded over as many steps again
   thrum_scene_energies e;
-  MUST(thrum_scene_body_energies(f->scene, 0, &e, &error));
+  MUST(thrum_scene_body_energies(f->scene, 0, &e, &failure));
   thrum_scene_energies later;
   steps(f->scene, 2000);
-  MUST(thrum_scene_body_energies(f->scene, 0, &later, &error));
+  MUST(thrum_scene_body_energies(f->scene, 0, &later, &failure));
   assert_true(isfinite(later.total) && later.kinetic < 10 * (e.kinetic + e.potential));
 }
 
@@ -449,39 +442,39 @@ static void a_snapshot_holds_contact_and_ways(void **context) {
   thrum_scene_body_def def = def_of(f);
   def.free = 1;
   def.position[2] = 0.05;
-  MUST(thrum_scene_set_gravity(f->scene, down, &error));
-  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  MUST(thrum_scene_set_gravity(f->scene, down, &failure));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
   thrum_obstacle floor = thrum_default_obstacle();
   floor.velocity[2] = 0.1;
-  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &error));
+  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &failure));
   steps(f->scene, 80);
 
   // a snapshot in the middle, and the state at the end of the same run
   const size_t size = thrum_scene_snapshot_size(f->scene);
   void *kept = malloc(size), *end = malloc(size), *again = malloc(size);
   assert_true(kept && end && again);
-  MUST(thrum_scene_snapshot(f->scene, kept, size, &error));
+  MUST(thrum_scene_snapshot(f->scene, kept, size, &failure));
   steps(f->scene, 80);
-  MUST(thrum_scene_snapshot(f->scene, end, size, &error));
+  MUST(thrum_scene_snapshot(f->scene, end, size, &failure));
 
   // from the restored snapshot, contact and obstacle end in the same bits
-  MUST(thrum_scene_restore(f->scene, kept, size, &error));
+  MUST(thrum_scene_restore(f->scene, kept, size, &failure));
   steps(f->scene, 80);
-  MUST(thrum_scene_snapshot(f->scene, again, size, &error));
+  MUST(thrum_scene_snapshot(f->scene, again, size, &failure));
   assert_memory_equal(end, again, size);
 
   // the floor has moved with its velocity for the steps that count
-  MUST(thrum_scene_obstacle(f->scene, 0, &floor, &error));
+  MUST(thrum_scene_obstacle(f->scene, 0, &floor, &failure));
   assert_true(fabs(floor.centre[2] - 160 * 0.002 * 0.1) < 1e-12);
 
   // a reset brings back the floor and starts the count of contact steps again
-  MUST(thrum_scene_reset(f->scene, &error));
-  MUST(thrum_scene_obstacle(f->scene, 0, &floor, &error));
+  MUST(thrum_scene_reset(f->scene, &failure));
+  MUST(thrum_scene_obstacle(f->scene, 0, &floor, &failure));
   assert_true(floor.centre[2] == 0);
   steps(f->scene, 160);
-  MUST(thrum_scene_snapshot(f->scene, again, size, &error));
+  MUST(thrum_scene_snapshot(f->scene, again, size, &failure));
   thrum_scene_body_info info;
-  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
   assert_true(info.contact.steps == 160);
 
   free(kept);
@@ -494,15 +487,15 @@ static void what_does_not_touch_has_no_rows(void **context) {
 
   // without an obstacle a body needs no memory for contact
   thrum_scene_body_def def = def_of(f);
-  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
   thrum_scene_body_info info;
-  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
   const size_t bare = info.bytes;
 
   // with a floor it holds the basis rows of the vertices that may touch it
   const thrum_obstacle floor = thrum_default_obstacle();
-  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &error));
-  MUST(thrum_scene_body(f->scene, 0, &info, &error));
+  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &failure));
+  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
   // one layer of vertices in five is held, and some vertices lie inside
   const size_t rows = (size_t)(3 * f->made.model.vertex_count * f->made.model.rank);
   assert_true(info.bytes > bare + rows * sizeof(double) / 4);
@@ -510,10 +503,10 @@ static void what_does_not_touch_has_no_rows(void **context) {
   // a free body must be able to touch; a held body without contact vertices holds no rows
   def.touch_count = 0;
   def.free = 1;
-  assert_true(thrum_scene_add_body(f->scene, &def, NULL, &error) < 0);
+  assert_true(thrum_scene_add_body(f->scene, &def, NULL, &failure) < 0);
   def.free = 0;
-  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
-  MUST(thrum_scene_body(f->scene, 1, &info, &error));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
+  MUST(thrum_scene_body(f->scene, 1, &info, &failure));
   assert_true(info.bytes <= bare);
 }
 

@@ -3,15 +3,7 @@
 #include "tests/support/precompute_support.h"
 
 #include "runtime/base/seal.h"
-#include "thrum/scene.h"
-
-#define MUST(call)                                                                                 \
-  do {                                                                                             \
-    if ((call) < 0)                                                                                \
-      fail_msg("%s", error.message);                                                               \
-  } while (0)
-
-static thrum_error error;
+#include "tests/support/scene_call.h"
 
 /* The head of snapshots of scenes, as scene_snapshot.c writes it. */
 static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 4};
@@ -46,22 +38,22 @@ static int setup(void **context) {
   def.touch_count = VERTICES;
   def.free = 1;
   def.position[2] = 0.002;
-  MUST(thrum_scene_make(0.002, &f->scene, &error));
-  MUST(thrum_scene_set_gravity(f->scene, down, &error));
-  MUST(thrum_scene_add_body(f->scene, &def, NULL, &error));
+  MUST(thrum_scene_make(0.002, &f->scene, &failure));
+  MUST(thrum_scene_set_gravity(f->scene, down, &failure));
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
   const thrum_obstacle floor = thrum_default_obstacle();
-  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &error));
+  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &failure));
   thrum_scene_body_info info = {0};
   for (int k = 0; k < 200 && info.contact.touching == 0; k++) {
-    MUST(thrum_scene_step(f->scene, &error));
-    MUST(thrum_scene_body(f->scene, 0, &info, &error));
+    MUST(thrum_scene_step(f->scene, &failure));
+    MUST(thrum_scene_body(f->scene, 0, &info, &failure));
   }
   assert_true(info.contact.touching > 0);
 
   f->size = thrum_scene_snapshot_size(f->scene);
   f->snapshot = need(f->size, 1);
   f->now = need(f->size, 1);
-  MUST(thrum_scene_snapshot(f->scene, f->snapshot, f->size, &error));
+  MUST(thrum_scene_snapshot(f->scene, f->snapshot, f->size, &failure));
   *context = f;
   return 0;
 }
@@ -78,12 +70,12 @@ static int teardown(void **context) {
 }
 
 static thrum_status restore(fixture *f) {
-  return thrum_scene_restore(f->scene, f->snapshot, f->size, &error);
+  return thrum_scene_restore(f->scene, f->snapshot, f->size, &failure);
 }
 
 /* The scene is where the snapshot `kept` was taken. */
 static void expect_at(fixture *f, const unsigned char *kept) {
-  MUST(thrum_scene_snapshot(f->scene, f->now, f->size, &error));
+  MUST(thrum_scene_snapshot(f->scene, f->now, f->size, &failure));
   assert_memory_equal(f->now, kept, f->size);
 }
 
@@ -124,11 +116,11 @@ static void a_changed_bit_under_a_right_checksum_is_refused_or_harmless(void **c
     // steps may fail, but the body is somewhere
     double q[VERTICES], p[VERTICES];
     taken++;
-    thrum_scene_step(f->scene, &error);
-    thrum_scene_step(f->scene, &error);
-    if (thrum_scene_body_get(f->scene, 0, q, p, &error) >= 0)
+    thrum_scene_step(f->scene, &failure);
+    thrum_scene_step(f->scene, &failure);
+    if (thrum_scene_body_get(f->scene, 0, q, p, &failure) >= 0)
       assert_true(isfinite(q[0]) && isfinite(q[1]) && isfinite(p[0]) && isfinite(p[1]));
-    MUST(thrum_scene_restore(f->scene, kept, f->size, &error));
+    MUST(thrum_scene_restore(f->scene, kept, f->size, &failure));
   }
 
   assert_true(taken > 0 && refused > 0);
@@ -141,15 +133,15 @@ static void a_snapshot_of_another_version_or_scene_is_refused(void **context) {
   later.version++;
   thrum_seal_put(f->snapshot, f->size, later);
   assert_int_equal(restore(f), THRUM_UNSUPPORTED);
-  assert_non_null(strstr(error.message, "version"));
+  assert_non_null(strstr(failure.message, "version"));
   thrum_seal_put(f->snapshot, f->size, kind);
   MUST(restore(f));
 
   // a scene that was changed since
-  MUST(thrum_scene_set_dt(f->scene, 0.001, &error));
+  MUST(thrum_scene_set_dt(f->scene, 0.001, &failure));
   assert_int_equal(restore(f), THRUM_MODEL_MISMATCH);
-  assert_int_equal(thrum_scene_restore(f->scene, NULL, f->size, &error), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_scene_restore(f->scene, f->snapshot, f->size - 1, &error),
+  assert_int_equal(thrum_scene_restore(f->scene, NULL, f->size, &failure), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_scene_restore(f->scene, f->snapshot, f->size - 1, &failure),
                    THRUM_BUFFER_TOO_SMALL);
 }
 
