@@ -60,7 +60,7 @@ static thrum_status run(temp_folder *temp, const char *const *words, temp_folder
                         thrum_error *error) {
   char texts[12][TEMP_FOLDER_PATH_MAX], *argv[13];
   int count = 0;
-  for (; words[count] != NULL && count < 12; count++) {
+  for (; count < 12 && words[count] != NULL; count++) {
     // a name with a dot is a file
     if (count > 0 && words[count][0] != '-' && strchr(words[count], '.') != NULL)
       temp_folder_path(temp, words[count], texts[count]);

@@ -41,9 +41,10 @@ thrum_status bench_step_choose_dt(const thrum_model *model, bench_step *bench, t
  * bends as it likes, where a displaced mode would be stretched. */
 thrum_status bench_step_start(const thrum_model *model, const bench_step *bench, thrum_state *state,
                               thrum_error *error) {
-  double *p = calloc(2 * (size_t)model->rank, sizeof *p), *extents = p + model->rank;
+  double *p = calloc(2 * (size_t)model->rank, sizeof *p);
   if (!p)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a start");
+  double *extents = p + model->rank;
   thrum_status status = THRUM_MISSING;
   if (model->basis)
     status = thrum_basis_extents(model, extents, error);

@@ -21,7 +21,7 @@
 /* Printable, quotes doubled. */
 static void quote_title(const char *title, char quoted[2 * TITLE_MAX + 1]) {
   size_t used = 0;
-  for (size_t n = 0; title[n] != 0 && n < TITLE_MAX; n++) {
+  for (size_t n = 0; n < TITLE_MAX && title[n] != 0; n++) {
     const unsigned char byte = (unsigned char)title[n];
     if (byte < ' ' || byte == 127)
       continue;

@@ -220,9 +220,9 @@ THRUM_API thrum_status thrum_scene_add_load(thrum_scene *scene, int32_t body,
 /* Number of loads of a body; 0 where there is no such body. */
 THRUM_API int64_t thrum_scene_load_count(const thrum_scene *scene, int32_t body);
 
-/* Load `number` of a body into *load, as a reduced one. The scene owns its arrays, which stay until
+/* Load `index` of a body into *load, as a reduced one. The scene owns its arrays, which stay until
  * something is added. */
-THRUM_API thrum_status thrum_scene_body_load(const thrum_scene *scene, int32_t body, int64_t number,
+THRUM_API thrum_status thrum_scene_body_load(const thrum_scene *scene, int32_t body, int64_t index,
                                              thrum_scene_load *load, thrum_error *error);
 
 /* Accelerates the ground under all bodies: by a motion sampled in time, which must outlive the
