@@ -10,4 +10,8 @@
  * every locale; returns its length. */
 size_t thrum_number_text(double value, char text[THRUM_NUMBER_TEXT]);
 
+/* The same in at most `width` characters, 10 or more, for readers that take no more: without zeros
+ * that say nothing, and where that is not enough with fewer digits. */
+size_t thrum_number_text_within(double value, size_t width, char text[THRUM_NUMBER_TEXT]);
+
 #endif

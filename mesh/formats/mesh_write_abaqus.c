@@ -3,10 +3,19 @@
  * mesh, for every region.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include "io/number_text.h"
 #include "mesh/formats/mesh_out.h"
 #include "mesh/formats/mesh_write.h"
 
 static const char BAD[] = ",\"*=";
+
+/* Abaqus and CalculiX take the first 20 characters of a number, and nothing of what follows. */
+enum { FIELD = 20 };
+
+static void put_number(thrum_mesh_out *out, double value) {
+  char text[THRUM_NUMBER_TEXT];
+  thrum_out_bytes(out, text, thrum_number_text_within(value, FIELD, text));
+}
 
 static void put_member(thrum_mesh_out *out, int64_t number, int64_t *column) {
   thrum_out_text(out, "%s%lld", *column == 0 ? "" : ", ", (long long)number);
@@ -28,11 +37,11 @@ static void put_material(thrum_mesh_out *out, const thrum_mesh *m, int64_t regio
     return;
 
   thrum_out_text(out, "*ELASTIC\n");
-  thrum_out_number(out, material->young);
+  put_number(out, material->young);
   thrum_out_text(out, ", ");
-  thrum_out_number(out, material->poisson);
+  put_number(out, material->poisson);
   thrum_out_text(out, "\n*DENSITY\n");
-  thrum_out_number(out, material->density);
+  put_number(out, material->density);
   thrum_out_text(out, ",\n");
 }
 
@@ -63,8 +72,10 @@ void thrum_mesh_write_abaqus(thrum_mesh_out *out, thrum_mesh_written *w) {
   thrum_out_text(out, "*HEADING\n mesh written by thrum, in metres\n*NODE\n");
   for (int64_t v = 0; v < m->vertex_count; v++) {
     thrum_out_text(out, "%lld, ", (long long)v + 1);
-    thrum_out_vertex(out, m->vertices + 3 * v, ", ");
-    thrum_out_text(out, "\n");
+    for (int axis = 0; axis < 3; axis++) {
+      put_number(out, m->vertices[3 * v + axis]);
+      thrum_out_text(out, axis < 2 ? ", " : "\n");
+    }
   }
 
   // regions and readers refer to all tets by the set allElements

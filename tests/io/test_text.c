@@ -4,6 +4,7 @@
 #include <locale.h>
 #include <math.h>
 
+#include "io/number_text.h"
 #include "io/text.h"
 
 static uint64_t bits(double value) {
@@ -224,6 +225,34 @@ static void a_locale_with_decimal_commas_changes_nothing(void **state) {
   setlocale(LC_ALL, "C");
 }
 
+static void a_number_within_a_width_keeps_the_digits_that_fit(void **state) {
+  (void)state;
+  char text[THRUM_NUMBER_TEXT];
+  // whatever the number, it fits, and what is read back is as near as 12 digits are
+  uint64_t random = 20;
+  for (int i = 0; i < 50000; i++) {
+    uint64_t pattern = next_random(&random);
+    double value;
+    memcpy(&value, &pattern, sizeof value);
+    if (!isfinite(value))
+      continue;
+    const size_t length = thrum_number_text_within(value, 20, text);
+    assert_int_equal(length, strlen(text));
+    assert_true(length <= 20);
+    const double back = strtod(text, NULL);
+    if (fabs(back - value) > 1e-11 * fabs(value) && isnormal(value))
+      fail_msg("%.17g became %s", value, text);
+  }
+
+  // zeros that say nothing go before digits do
+  thrum_number_text_within(0.15, 20, text);
+  assert_string_equal(text, "0.15");
+  thrum_number_text_within(-0.025000000000000085, 20, text);
+  assert_string_equal(text, "-.025000000000000085");
+  thrum_number_text_within(-8.5001450322863552e-17, 20, text);
+  assert_string_equal(text, "-8.5001450322864e-17");
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(doubles_come_back_bit_for_bit),
@@ -234,6 +263,7 @@ int main(void) {
       cmocka_unit_test(integers_stop_at_their_range),
       cmocka_unit_test(lines_end_in_three_ways_and_keep_their_numbers),
       cmocka_unit_test(a_locale_with_decimal_commas_changes_nothing),
+      cmocka_unit_test(a_number_within_a_width_keeps_the_digits_that_fit),
   };
   return cmocka_run_group_tests(tests, mesh_setup, mesh_teardown);
 }
