@@ -269,6 +269,11 @@ static double compliance(int32_t body, int32_t vertex, const thrum_scene_body_in
 int32_t EXPORT(bridge_pull_start)(int32_t body, int32_t vertex, double strength) {
   thrum_scene_body_info info;
   THRUM_TRY(thrum_scene_body(bridge_scene, body, &info, &bridge_error));
+
+  // its compliance is read from the rows of the basis before the scene sees the vertex
+  if (vertex < 0 || vertex >= bridge_body_model(body)->model.vertex_count)
+    return thrum_error_set(&bridge_error, THRUM_INVALID_ARGUMENT,
+                           "the body has no vertex %ld to pull at", (long)vertex);
   int32_t pull;
   thrum_status status = thrum_scene_pull_start(bridge_scene, body, vertex, bridge_number,
                                                strength / compliance(body, vertex, &info), -1.0,

@@ -86,6 +86,12 @@ test('a free body falls as all things do, and turns', async () => {
   assert.ok(Math.abs(Math.atan2(matrix[6], matrix[5]) - 0.6) < 1e-4, `${matrix}`);
 });
 
+test('a vertex that the body has not cannot be pulled', async () => {
+  const engine = await run({ gravity: [0, 0, 0] }, 0);
+  for (const vertex of [-1, 100000, 2 ** 30])
+    assert.throws(() => engine.startPull(0, vertex, [0, 0, 0], 1), /no vertex/);
+});
+
 test('a pull brings a vertex to its target, the nearer the stronger', async () => {
   const away = async (strength) => {
     const engine = await run({ gravity: [0, 0, 0], damping: 3 }, 0);

@@ -1,0 +1,80 @@
+#!/bin/sh
+# Builds the fuzz targets fuzz_*.c with clang's libFuzzer, and prints their names. The sources that a
+# target needs are listed in its first comment, after "sources:", patterns included, and the
+# libraries beside libm and expat after "libraries:"; the sources of the mesh readers are the same
+# for all.
+#   build.sh SOURCE_FOLDER FOLDER CLANG [TARGETS] [sanitized | covered]
+# "sanitized" stops at errors that the address and undefined-behaviour sanitizers see; "covered"
+# counts which lines are reached instead.
+# SPDX-License-Identifier: Apache-2.0
+set -eu
+source=$(cd "$1" && pwd)
+build=$2
+clang=$3
+wanted=${4:-"fuzz_*"}
+flags="-std=c11 -O1 -g1 -I$source -I$source/include"
+flags="$flags -D_POSIX_C_SOURCE=200809L -DTHRUM_FUZZ -ffp-contract=off -Wno-comment"
+# the unrolled kernels of processors, which take minutes to compile with sanitizers; tests of their own
+# run them so
+plain=$flags
+case ${5:-sanitized} in
+sanitized)
+  flags="$flags -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer" ;;
+covered) flags="$flags -fprofile-instr-generate -fcoverage-mapping" ;;
+esac
+mesh_sources="mesh/*.c mesh/formats/*.c io/text.c io/file.c"
+mesh_sources="$mesh_sources platform/interrupt.c runtime/base/quadratic_tet.c runtime/base/status.c"
+
+mkdir -p "$build"
+
+# a header that changed may concern any object
+headers=$build/headers
+if [ ! -e "$headers" ] ||
+  [ -n "$(find "$source" -path '*/build' -prune -o \( -name '*.h' -o -name '*.inl' \) \
+    -newer "$headers" -print)" ]; then
+  rm -f "$build"/*.o
+fi
+: >"$headers"
+
+# prints source and object of each file of the patterns whose object is older than it
+stale() {
+  for pattern in "$@"; do
+    for file in "$source"/$pattern; do
+      object=$build/$(basename "$(dirname "$file")")_$(basename "$file" .c).o
+      [ -n "$(find "$object" -newer "$file" 2>/dev/null)" ] || printf '%s\n%s\n' "$file" "$object"
+    done
+  done
+}
+
+for target in "$source"/tests/fuzz/$wanted.c; do
+  name=$(basename "$target" .c)
+  case $name in
+  fuzz_mesh_*) sources=$mesh_sources ;;
+  *) sources=$(sed -n '/sources:/,/SPDX/p' "$target" | tr ' ' '\n' | grep '\.c$') ;;
+  esac
+  libraries=$(sed -n 's/.*libraries: *\(.*[a-z0-9]\).*/\1/p' "$target")
+  # shellcheck disable=SC2086
+  set -- $libraries
+  library_flags=
+  [ $# -eq 0 ] || library_flags=$(pkg-config --cflags --libs "$@")
+
+  # shellcheck disable=SC2086
+  stale $sources | xargs -r -n 2 -P "$(nproc)" sh -c \
+    'case $1 in
+     */*kernel_avx*.c) flags="'"$plain"'" ;;
+     *) flags="'"$flags $library_flags"' -fsanitize=fuzzer-no-link" ;;
+     esac
+     "$0" $flags -c "$1" -o "$2"' "$clang"
+  objects=
+  for pattern in $sources; do
+    for file in "$source"/$pattern; do
+      objects="$objects $build/$(basename "$(dirname "$file")")_$(basename "$file" .c).o"
+    done
+  done
+
+  # functions that a target does not reach may miss the sources that they call
+  # shellcheck disable=SC2086
+  "$clang" $flags -fsanitize=fuzzer -no-pie -Wl,--unresolved-symbols=ignore-in-object-files "$target" \
+    $objects $library_flags -lexpat -lm -o "$build/$name"
+  echo "$name"
+done

@@ -1,0 +1,142 @@
+#!/usr/bin/env python3
+"""Runs all fuzz targets in turn for a given time, and says how many inputs each took and what of the readers they reached.
+
+usage: fuzz_long.py SOURCE BUILD CLANG --seconds N [--targets PATTERN] [--resume]\n                    [--record FILE]
+
+The targets are built with sanitizers (build.sh) in BUILD/fuzz, and take turns of --turn seconds. The inputs that reached
+something new stay in BUILD/fuzz/NAME.found, so that a later run goes on from there. An input that crashes a target is left in
+BUILD/fuzz, and the run goes on. At the end a second build counts the lines that all the inputs that were kept reach. Exits
+with 1 where there is a finding.
+SPDX-License-Identifier: Apache-2.0
+"""
+import argparse
+import collections
+import json
+import os
+import pathlib
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import time
+
+# the readers, whose lines are counted one by one
+READERS = ("mesh/formats/mesh_read", "mesh/formats/surface_read", "io/json_read", "io/npy_file", "io/npz", "runtime/base/npy",
+           "runtime/base/seal", "runtime/model/archive", "runtime/model/zip", "runtime/model/model_layout",
+           "runtime/model/embedding", "runtime/dynamics/state_snapshot", "scene/scene_snapshot", "driver/scene_spec",
+           "driver/load_spec", "driver/start_spec", "driver/base_motion_spec", "precompute/vega_reduced", "mesh/mesh_fix")
+
+
+def build(source, folder, clang, pattern, how):
+    made = subprocess.run([source / "tests/fuzz/build.sh", source, folder, clang, pattern, how], check=True,
+                          stdout=subprocess.PIPE, text=True)
+    return made.stdout.split()
+
+
+def corpora(source, found, name):
+    return [str(found / f"{name}.found"), str(source / "tests/fuzz/corpus" / name.removeprefix("fuzz_"))]
+
+
+def turn(source, folder, name, seconds):
+    """One target for so many seconds: its executions, and whether it stopped at a finding."""
+    (folder / f"{name}.found").mkdir(exist_ok=True)
+    done = subprocess.run([folder / name, f"-max_total_time={seconds}", "-max_len=8192", "-timeout=20", "-rss_limit_mb=2048",
+                           f"-artifact_prefix={folder}/{name}-", "-print_final_stats=1", "-verbosity=0",
+                           *corpora(source, folder, name)], capture_output=True, check=False)
+    text = done.stderr.decode(errors="replace")
+    number = re.search(r"number_of_executed_units: *(\d+)", text)
+    if done.returncode != 0:
+        (folder / f"{name}.log").write_text(text)
+    return int(number[1]) if number else 0, done.returncode != 0
+
+
+def covered_lines(source, folder, clang, names, found):
+    """Lines of each reader that the inputs which were kept reach, and how many there are; None without llvm's programs."""
+    tools = [shutil.which(tool) or shutil.which(f"{tool}-14") for tool in ("llvm-profdata", "llvm-cov")]
+    if None in tools:
+        return None
+    build(source, folder, clang, "fuzz_*", "covered")
+    profiles = []
+    for name in names:
+        profiles.append(str(folder / f"{name}.profraw"))
+        subprocess.run([folder / name, "-runs=0", "-verbosity=0", *corpora(source, found, name)], check=False,
+                       stderr=subprocess.DEVNULL, env=dict(os.environ, LLVM_PROFILE_FILE=profiles[-1]))
+    profiles = [path for path in profiles if os.path.exists(path)]
+    subprocess.run([tools[0], "merge", "-sparse", *profiles, "-o", folder / "all.profdata"], check=True)
+    objects = [part for name in names for part in ("-object", str(folder / name))]
+    told = subprocess.run([tools[1], "export", "-summary-only", f"-instr-profile={folder / 'all.profdata'}", *objects[1:]],
+                          check=True, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
+    files = {}
+    for file in json.loads(told.stdout)["data"][0]["files"]:
+        name = os.path.relpath(file["filename"], source)
+        lines = file["summary"]["lines"]
+        if name.startswith(READERS) and lines["count"] > 0:
+            files[name] = (lines["covered"], lines["count"])
+    return files
+
+
+def report(executions, times, findings, lines):
+    """The record as text."""
+    total, hours = sum(executions.values()), sum(times.values()) / 3600
+    text = [f"{total:,} executions of {len(executions)} targets in {hours:.2f} h, {sum(findings.values())} findings, "
+            f"on {platform.machine()}, {os.cpu_count()} processors", "",
+            "| target | executions | seconds | findings |", "|---|---|---|---|"]
+    text += [f"| {name} | {executions[name]:,} | {times[name]:.0f} | {findings[name]} |" for name in sorted(executions)]
+    if lines:
+        covered, count = (sum(part[n] for part in lines.values()) for n in (0, 1))
+        text += ["", f"Lines of the readers that the inputs reach: {covered} of {count}, {100 * covered / count:.1f} %.", "",
+                 "| reader | lines reached | lines | % |", "|---|---|---|---|"]
+        text += [f"| {name} | {a} | {b} | {100 * a / b:.1f} |" for name, (a, b) in sorted(lines.items())]
+    return "\n".join(text) + "\n"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("source", type=pathlib.Path)
+    parser.add_argument("build", type=pathlib.Path)
+    parser.add_argument("clang")
+    parser.add_argument("--seconds", type=float, default=3600)
+    parser.add_argument("--turn", type=int, default=20)
+    parser.add_argument("--targets", default="fuzz_*")
+    parser.add_argument("--resume", action="store_true", help="count on from an earlier run in the same folder")
+    parser.add_argument("--record", type=pathlib.Path)
+    wanted = parser.parse_args()
+    source, folder = wanted.source.resolve(), wanted.build.resolve() / "fuzz"
+    executions, times, findings = collections.Counter(), collections.Counter(), collections.Counter()
+    counts = folder / "counts.json"
+    if wanted.resume and counts.exists():
+        for counter, kept in zip((executions, times, findings), json.loads(counts.read_text())):
+            counter.update(kept)
+    names = build(source, folder, wanted.clang, wanted.targets, "sanitized")
+    began = time.time()
+
+    # the turns; a record is there at any time, in case the run is stopped
+    while time.time() - began < wanted.seconds:
+        for name in names:
+            left = wanted.seconds - (time.time() - began)
+            if left < 1:
+                break
+            start = time.time()
+            count, stopped = turn(source, folder, name, int(min(wanted.turn, left)) or 1)
+            executions[name] += count
+            times[name] += time.time() - start
+            findings[name] += stopped
+            if stopped:
+                print(f"{name}: a finding, see {folder}/{name}.log", flush=True)
+            counts.write_text(json.dumps([executions, times, findings]))
+            if wanted.record:
+                wanted.record.write_text(report(executions, times, findings, None))
+
+    lines = covered_lines(source, wanted.build.resolve() / "fuzz_covered", wanted.clang, names, folder)
+    text = report(executions, times, findings, lines)
+    if lines is None:
+        text += "\nllvm-profdata and llvm-cov are not installed, so no lines were counted.\n"
+    if wanted.record:
+        wanted.record.write_text(text)
+    print(text, end="")
+    sys.exit(1 if sum(findings.values()) else 0)
+
+
+if __name__ == "__main__":
+    main()

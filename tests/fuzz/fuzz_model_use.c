@@ -1,0 +1,327 @@
+/* Fuzz target of everything that a program does with a model: an input is a model file behind
+ * PLAN_BYTES bytes that choose what is done. Whatever the file says, a call that succeeds leaves
+ * finite numbers, and one that fails says why. Inputs get valid checksums.
+ * sources: runtime/[a-z]*[a-z]/*.c scene/*.c SPDX-License-Identifier: Apache-2.0 */
+#define PLAN_BYTES 64
+#define FUZZ_ZIP_AT PLAN_BYTES
+
+#include "tests/fuzz/fuzz_draw.h"
+#include "tests/fuzz/fuzz_file.h"
+#include "tests/fuzz/fuzz_zip.h"
+#include "thrum/scene.h"
+
+#define RANK_MOST 16
+#define STEPS 6
+
+/* Memory as the library wants it, of just this size, so that a sanitizer sees what lies beyond. */
+static void *block(size_t size) {
+  void *memory = NULL;
+  if (posix_memalign(&memory, 64, size > 0 ? size : 1) != 0)
+    abort();
+  memset(memory, 0xa5, size);
+  return memory;
+}
+
+static void must_be_finite(const double *values, int64_t count) {
+  for (int64_t n = 0; n < count; n++)
+    if (!isfinite(values[n]))
+      abort();
+}
+
+static void draw_vector(fuzz_draw *draw, int64_t count, double size, double *values) {
+  for (int64_t n = 0; n < count; n++)
+    values[n] = draw_about(draw, size);
+}
+
+static thrum_state_def draw_def(fuzz_draw *draw, int64_t rank) {
+  thrum_state_def def = thrum_default_state_def();
+  def.integrator = (thrum_integrator)draw_index(draw, 9);
+  def.dt = draw_above(draw, 0.01);
+  def.iterations_max = 1 + (int32_t)draw_index(draw, 20);
+
+  // choices that are seldom away from their defaults
+  const unsigned bits = draw_byte(draw);
+  if (bits & 1)
+    def.damping_alpha = draw_above(draw, 1);
+  if (bits & 2)
+    def.damping_beta = draw_above(draw, 1e-3);
+  def.damping_form = bits & 4 ? THRUM_DAMPING_TANGENT : THRUM_DAMPING_REST;
+  def.split_rule = (thrum_split_rule)(bits >> 3 & 3);
+  def.explicit_count = (int32_t)draw_index(draw, rank + 1);
+  def.split_form = (thrum_split_form)draw_index(draw, 3);
+  def.solver = bits & 32 ? THRUM_SOLVER_NEWTON : THRUM_SOLVER_QUASI_NEWTON;
+  def.adaptive = !(bits & 64);
+  def.fallback = !(bits & 128);
+  return def;
+}
+
+/* A state is stepped, kept, put back, and batched. */
+static void use_state(const thrum_model *model, fuzz_draw *draw) {
+  const thrum_state_def def = draw_def(draw, model->rank);
+  thrum_state *state = NULL;
+  thrum_error error = {0};
+  fuzz_check(thrum_state_create(model, &def, &state, &error), &error);
+  if (state == NULL)
+    return;
+
+  double q[RANK_MOST], p[RANK_MOST], force[RANK_MOST];
+  thrum_energies energies;
+  draw_vector(draw, model->rank, 0.1, q);
+  draw_vector(draw, model->rank, 1, p);
+  draw_vector(draw, model->rank, 10, force);
+  fuzz_check(thrum_state_set(model, state, q, p, &error), &error);
+  fuzz_check(thrum_state_set_force(model, state, force, &error), &error);
+
+  // a snapshot between steps is put back after them
+  const size_t size = thrum_state_snapshot_size(state);
+  void *snapshot = block(size);
+  for (int step = 0; step < STEPS; step++) {
+    fuzz_check(thrum_step(model, state, &error), &error);
+    if (thrum_state_get(model, state, q, p, &error) >= 0) {
+      must_be_finite(q, model->rank);
+      must_be_finite(p, model->rank);
+    }
+    fuzz_check(thrum_state_energies(model, state, &energies, &error), &error);
+    if (step == STEPS / 2 && thrum_state_snapshot(state, snapshot, size, &error) < 0)
+      abort();
+    if (step == STEPS / 2 && draw_byte(draw) % 2 == 0)
+      fuzz_check(thrum_state_set_dt(model, state, draw_above(draw, 0.01), &error), &error);
+  }
+  if (thrum_state_restore(model, state, snapshot, size, &error) < 0)
+    abort();
+
+  // a batch of the state and a copy
+  thrum_state *copy = block(thrum_state_bytes(state));
+  memcpy(copy, state, thrum_state_bytes(state));
+  if (thrum_batch_size(model, &(size_t){0}, &error) >= 0) {
+    size_t work;
+    thrum_batch_size(model, &work, NULL);
+    void *workspace = block(work);
+    thrum_state *both[] = {state, copy};
+    fuzz_check(thrum_batch_step(model, both, 2, NULL, workspace, work, &error), &error);
+    free(workspace);
+  }
+
+  static thrum_stepped_mode modes[RANK_MOST];
+  fuzz_check(thrum_state_stepped_modes(model, state, modes, &error), &error);
+  free(copy);
+  free(snapshot);
+  thrum_state_destroy(state);
+}
+
+static void use_equilibrium(const thrum_model *model, fuzz_draw *draw) {
+  double load[RANK_MOST], q[RANK_MOST] = {0}, mode[RANK_MOST];
+  thrum_equilibrium_def def = thrum_default_equilibrium_def();
+  thrum_equilibrium_report report;
+  thrum_error error = {0};
+  size_t size = 0;
+  draw_vector(draw, model->rank, 10, load);
+  def.steps_max = 20;
+  def.iterations_max = 20;
+  if (thrum_equilibrium_size(model, &size, &error) < 0)
+    return;
+
+  void *workspace = block(size);
+  const thrum_status status =
+      thrum_equilibrium(model, &def, load, q, mode, workspace, size, NULL, NULL, &report, &error);
+  fuzz_check(status, &error);
+  if (status >= 0)
+    must_be_finite(q, model->rank);
+  free(workspace);
+}
+
+/* What is shown of a body, and what warns: positions, stress, the monitor. */
+static void use_readouts(const thrum_model *model, fuzz_draw *draw) {
+  double q[RANK_MOST];
+  thrum_error error = {0};
+  size_t size = 0;
+  draw_vector(draw, model->rank, 0.1, q);
+
+  const thrum_surface_def surface_def = {.triangles = model->tets,
+                                         .triangle_count = model->tet_count};
+  const thrum_surface *surface = NULL;
+  if (thrum_surface_size(model, &surface_def, &size, &error) >= 0) {
+    void *memory = block(size);
+    float *out = block((size_t)model->vertex_count * 6 * sizeof *out);
+    fuzz_check(thrum_surface_init(memory, size, model, &surface_def, &surface, &error), &error);
+    if (surface != NULL && thrum_surface_positions(surface, THRUM_SURFACE_POSITIONS, q, 0,
+                                                   model->vertex_count, out, 6, &error) >= 0)
+      fuzz_check(thrum_surface_normals(surface, out, 6, out + 3, 6, &error), &error);
+    free(out);
+    free(memory);
+  }
+
+  const thrum_stress_points_def points_def = {0};
+  const thrum_stress_points *points = NULL;
+  if (thrum_stress_points_size(model, &points_def, &size, &error) >= 0) {
+    void *memory = block(size);
+    fuzz_check(thrum_stress_points_init(memory, size, model, &points_def, &points, &error), &error);
+    if (points != NULL) {
+      const int64_t count = thrum_stress_points_count(points);
+      double *work = block((size_t)thrum_stress_points_work_count(points) * sizeof *work);
+      double *values = block((size_t)count * 20 * sizeof *values);
+      const thrum_stress_points_output output = {.strain = values,
+                                                 .second_piola = values + 6 * count,
+                                                 .cauchy = values + 12 * count,
+                                                 .von_mises = values + 18 * count,
+                                                 .stretch = values + 19 * count};
+      fuzz_check(thrum_stress_points_read(points, q, work, &output, &error), &error);
+      free(values);
+      free(work);
+    }
+    free(memory);
+  }
+
+  thrum_monitor_def monitor_def = thrum_default_monitor_def();
+  const thrum_monitor *monitor = NULL;
+  if (thrum_monitor_size(model, &monitor_def, &size, &error) >= 0) {
+    thrum_monitor_record record;
+    void *memory = block(size);
+    fuzz_check(thrum_monitor_init(memory, size, model, &monitor_def, &monitor, &error), &error);
+    thrum_monitor_clear(&record);
+    if (monitor != NULL)
+      fuzz_check(thrum_monitor_look(monitor, q, &record, &error), &error);
+    free(memory);
+  }
+
+  // displacements, of all vertices and of the modes
+  double mean[3], length = 0, extents[RANK_MOST];
+  int64_t vertex = 0;
+  fuzz_check(thrum_displacement_mean(model, NULL, 0, q, mean, &error), &error);
+  fuzz_check(thrum_mode_add(model, draw_index(draw, model->rank), 0.1, q, &error), &error);
+  if (thrum_basis_extents(model, extents, &error) >= 0)
+    fuzz_check(thrum_displacement_peak(model, extents, q, &length, &vertex, &error), &error);
+}
+
+/* The body in a scene: loaded, on a floor, pulled, in wind, free where it can be. */
+static void use_scene(const thrum_model *model, fuzz_draw *draw) {
+  thrum_scene *scene = NULL;
+  thrum_error error = {0};
+  if (thrum_scene_make(0.003, &scene, &error) < 0)
+    abort();
+
+  int32_t touch[256], body = 0, pull = -1;
+  thrum_scene_body_def def = thrum_default_scene_body_def();
+  def.model = model;
+  def.state = draw_def(draw, model->rank);
+  def.free = draw_byte(draw) % 2 == 0 && model->rigid != NULL;
+  def.scale = draw_above(draw, 64);
+  def.rank = draw_index(draw, model->rank + 1);
+  def.touch = touch;
+  while (def.touch_count < model->vertex_count && def.touch_count < 256) {
+    touch[def.touch_count] = (int32_t)def.touch_count;
+    def.touch_count++;
+  }
+  if (draw_byte(draw) % 4 == 0)
+    def.condense = draw_index(draw, model->rank + 1);
+  if (def.condense > 0)
+    def.rank = 0;
+  def.triangles = model->tets;
+  def.triangle_count = model->tet_count;
+  draw_vector(draw, 3, 1, def.velocity);
+
+  // each addition may be refused, and the scene goes on without it
+  thrum_status status = thrum_scene_add_body(scene, &def, &body, &error);
+  fuzz_check(status, &error);
+  if (status >= 0) {
+    const double gravity[3] = {0, 0, draw_about(draw, 10)}, wind[3] = {draw_about(draw, 10), 0, 0};
+    double target[3] = {1, 0, 0};
+    thrum_obstacle floor = thrum_default_obstacle();
+    floor.shape = (thrum_obstacle_shape)draw_index(draw, 3);
+    floor.centre[2] = draw_about(draw, 1);
+    const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
+                                   .vector = {0, 0, draw_about(draw, 10)},
+                                   .course = {THRUM_LOAD_SINE, 0, INFINITY, 2}};
+    fuzz_check(thrum_scene_set_gravity(scene, gravity, &error), &error);
+    fuzz_check(thrum_scene_set_wind(scene, wind, 1.2, 1, &error), &error);
+    fuzz_check(thrum_scene_add_obstacle(scene, &floor, NULL, &error), &error);
+    fuzz_check(thrum_scene_add_load(scene, body, &load, &error), &error);
+    fuzz_check(thrum_scene_add_probe(scene, NULL, body, NULL, 0, &error), &error);
+    fuzz_check(thrum_scene_pull_start(scene, body, draw_index(draw, model->vertex_count + 1),
+                                      target, 100, -1, &pull, &error),
+               &error);
+
+    double q[RANK_MOST], place[6], velocity[3];
+    thrum_scene_energies energies;
+    for (int step = 0; step < STEPS; step++) {
+      fuzz_check(thrum_scene_step(scene, &error), &error);
+      if (thrum_scene_body_shape(scene, body, q, &error) >= 0)
+        must_be_finite(q, model->rank);
+      fuzz_check(thrum_scene_body_energies(scene, body, &energies, &error), &error);
+      fuzz_check(thrum_scene_probe(scene, 0, place, velocity, &error), &error);
+    }
+    fuzz_check(thrum_scene_set_rank(scene, body, draw_index(draw, model->rank + 1), &error),
+               &error);
+    fuzz_check(thrum_scene_reset(scene, &error), &error);
+    fuzz_check(thrum_scene_step(scene, &error), &error);
+  }
+  thrum_scene_free(scene);
+}
+
+/* Another model made of it, which is then used in its place. */
+static const thrum_model *derive(const thrum_model *model, fuzz_draw *draw, void **memory) {
+  const thrum_model *made = model;
+  const thrum_model_scaling by = {draw_above(draw, 64), draw_above(draw, 64), draw_above(draw, 64)};
+  const int64_t rank = draw_index(draw, model->rank + 2);
+  thrum_error error = {0};
+  size_t size = 0;
+  thrum_status status = THRUM_OK;
+
+  switch (draw_byte(draw) % 4) {
+  case 0:
+    status = thrum_model_truncate_size(model, rank, &size, &error);
+    *memory = block(size);
+    THRUM_THEN(status, thrum_model_truncate(*memory, size, model, rank, &made, &error));
+    break;
+  case 1:
+    status = thrum_model_scale_size(model, &size, &error);
+    *memory = block(size);
+    THRUM_THEN(status, thrum_model_scale(*memory, size, model, &by, &made, &error));
+    break;
+  case 2:
+    status = thrum_model_condense_size(model, rank, &size, &error);
+    *memory = block(size);
+    THRUM_THEN(status, thrum_model_condense(*memory, size, model, rank, &made, &error));
+    break;
+  default:
+    break;
+  }
+  fuzz_check(status, &error);
+  return status >= 0 ? made : NULL;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
+  if (size < PLAN_BYTES)
+    return 0;
+
+  // the file is read out of memory of just its size
+  fuzz_draw draw = {data, PLAN_BYTES};
+  const thrum_model *model = NULL;
+  thrum_error error = {0};
+  size_t needed = 0;
+  void *memory = NULL, *other = NULL;
+  thrum_status status = thrum_model_size(data + PLAN_BYTES, size - PLAN_BYTES, &needed, &error);
+  if (status >= 0) {
+    memory = block(needed);
+    status = thrum_model_init(memory, needed, data + PLAN_BYTES, size - PLAN_BYTES, &model, &error);
+  }
+  fuzz_check(status, &error);
+
+  if (status >= 0 && model->rank <= RANK_MOST && (model = derive(model, &draw, &other)) != NULL)
+    switch (draw_byte(&draw) % 4) {
+    case 0:
+      use_state(model, &draw);
+      break;
+    case 1:
+      use_equilibrium(model, &draw);
+      break;
+    case 2:
+      use_readouts(model, &draw);
+      break;
+    default:
+      use_scene(model, &draw);
+    }
+  free(other);
+  free(memory);
+  return 0;
+}
