@@ -83,14 +83,19 @@ static thrum_status read_times(const char *folder, recorded_run *run, thrum_erro
   return status;
 }
 
-/* Whether a file is the one whose hash run.json holds. */
-static bool is_model(const char *path, const char *hash) {
+/* The file is the one whose hash run.json holds, which is in this folder. */
+static thrum_status check_model(const char *path, const char *hash, const char *folder,
+                                thrum_error *error) {
   uint64_t value = 0;
   char text[20];
-  if (file_hash(path, &value, NULL) < 0)
-    return false;
+  THRUM_TRY(file_hash(path, &value, error));
   snprintf(text, sizeof text, "%016" PRIx64, value);
-  return strcmp(text, hash) == 0;
+  if (strcmp(text, hash) == 0)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_BAD_VALUE,
+                         "%.150s is not the model that %.150s was made with: name that with "
+                         "--model FILE",
+                         path, folder);
 }
 
 /* The run's model: as named, from here; or beside the run's folder. */
@@ -98,7 +103,6 @@ static thrum_status load_model(const char *folder, const char *name, const char 
                                const thrum_model **model, thrum_error *error) {
   path_text beside;
   named_model_file file;
-  thrum_status status = THRUM_OK;
 
   // the model beside the run's folder counts where none is here
   join(beside, folder, "..");
@@ -106,19 +110,15 @@ static thrum_status load_model(const char *folder, const char *name, const char 
   snprintf(beside + length, sizeof beside - length, "/%.250s", path_basename(name));
   struct stat info;
   const bool here = given || stat(name, &info) == 0 || stat(beside, &info) != 0;
-  status = named_model_load(here ? name : beside, true, model, &file, error);
-  if (status < 0)
-    return status;
-  if (is_model(file.path, hash))
-    return THRUM_OK;
+  THRUM_TRY(named_model_load(here ? name : beside, true, model, &file, error));
 
   // a model of that name that is another one would show another motion
-  thrum_model_free(*model);
-  *model = NULL;
-  return thrum_error_set(error, THRUM_BAD_VALUE,
-                         "%.150s is not the model that %.150s was made with: name that with "
-                         "--model FILE",
-                         file.path, folder);
+  const thrum_status status = check_model(file.path, hash, folder, error);
+  if (status < 0) {
+    thrum_model_free(*model);
+    *model = NULL;
+  }
+  return status;
 }
 
 /* The texts of run.json that matter here; the object is the caller's to delete. */

@@ -1,10 +1,11 @@
 /* Computes the 64-bit FNV-1a hash of a file's bytes. SPDX-License-Identifier: Apache-2.0 */
 #include "io/file_hash.h"
 
-#include <stdbool.h>
+#include <errno.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "thrum/thrum.h"
 
@@ -25,20 +26,21 @@ thrum_status file_hash(const char *path, uint64_t *hash, thrum_error *error) {
   FILE *file = fopen(path, "rb");
   unsigned char *bytes = malloc(HASH_CHUNK);
   uint64_t value = HASH_START;
-  bool failed = file == NULL || bytes == NULL;
+  int failure = file == NULL || bytes == NULL ? errno : 0;
 
   // the file is read in pieces, so that memory does not grow with it
-  for (size_t count = 1; !failed && count > 0;) {
+  for (size_t count = 1; failure == 0 && count > 0;) {
     count = fread(bytes, 1, HASH_CHUNK, file);
     value = hash_bytes(value, bytes, count);
-    failed = ferror(file) != 0;
+    if (ferror(file) != 0)
+      failure = errno;
   }
 
   free(bytes);
   if (file != NULL)
     fclose(file);
-  if (failed)
-    return thrum_error_set(error, THRUM_IO, "%.300s: cannot be read", path);
+  if (failure != 0)
+    return thrum_error_set(error, THRUM_IO, "%.300s: cannot be read: %s", path, strerror(failure));
   *hash = value;
   return THRUM_OK;
 }

@@ -59,10 +59,15 @@ static thrum_status read_stream(FILE *stream, const char *path, unsigned char **
   unsigned char *memory = thrum_file_buffer_allocate(*size);
   if (memory == NULL)
     return thrum_file_buffer_fail(path, THRUM_OUT_OF_MEMORY, "no memory to load it", error);
+
+  // a failure has a reason of the system; a file that is shorter or longer than it was has none
+  errno = 0;
   if (fread(memory, 1, *size, stream) != *size || fgetc(stream) != EOF) {
+    const char *reason =
+        ferror(stream) && errno != 0 ? strerror(errno) : "the file changed meanwhile";
+    thrum_file_buffer_fail(path, THRUM_IO, reason, error);
     free(memory);
-    return thrum_file_buffer_fail(path, THRUM_IO, "cannot be read to its end, or changed meanwhile",
-                                  error);
+    return THRUM_IO;
   }
   *block = memory;
   return THRUM_OK;

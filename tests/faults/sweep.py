@@ -8,7 +8,8 @@ PROGRAM is thrum, LIBRARY what allocation_fault.c makes, INJECTOR what file_faul
 else N of them for each command and kind of fault: the first ones, and the rest evenly. A run may end in three ways:
 
   exit code 0 or 3   the output and all files are those of an undisturbed run, up to rounding (times and memory left out)
-  exit code 1        a line says why; files that were there are as they were or new, and whole
+  exit code 1        a line says why, with the reason that the kernel gave; nothing is there, or what was there before, or
+                     what would be there after it, whole
   exit code 127      the loader itself found no memory, before the program began
 
 A crash inside of a library of linear algebra, which looks at no memory of its own, is counted apart. Anything else, a signal
@@ -63,6 +64,27 @@ COMMANDS = {
     "help": "help --reference",
     "bench": "bench step m.npz --no-machine --batches 1 --steps 2 -q --json",
 }
+
+# commands whose folder holds an earlier result, made by this one, which they replace
+EARLIER = {
+    "simulate_again": "simulate m.npz -o OUT/run --time 0.06 --start mode:2,0.01 -q --frames every-10",
+    "scene_again": "simulate scene.json -o OUT/run -q",
+    "precompute_again": "precompute beam:2x1x1@2x1x1 --fix x<0.1 --modes 2 --rank 3 -q -o OUT/m.npz",
+    "static_again": "static m.npz --load gravity:0,0,-2 -q -o OUT/q.npy --vtu OUT/q.vtu --path OUT/q.csv",
+    "export_again": "export run --glb OUT/m.glb --rate 60",
+}
+COMMANDS.update({
+    "simulate_again": COMMANDS["simulate"],
+    "scene_again": "simulate longer.json -o OUT/run -q --json",
+    "precompute_again": COMMANDS["precompute"],
+    "static_again": COMMANDS["static"],
+    "export_again": "export run --glb OUT/m.glb --json",
+})
+
+# kinds of access to files that fail, and what the kernel then says (tests/faults/file_fault.c)
+FILE_FAULTS = {"open": "Too many open files", "read": "Input/output error", "write": "Input/output error",
+               "full": "No space left on device", "fsync": "Input/output error", "close": "Input/output error",
+               "rename": "Input/output error", "folder": "Permission denied", "remove": "Permission denied"}
 
 # libraries that crash or end the program themselves where they find no memory
 LIBRARIES = ("mumps", "gfortran", "cholmod", "metis", "arpack", "openblas", "lapack")
@@ -127,6 +149,11 @@ def numbers_of(data):
     return [float(text) for text in NUMBER.findall(data)], NUMBER.sub(b"0", data)
 
 
+def part_of(name):
+    """What is there as a whole or not at all: the folder of a run, else the file, with all members where it is an archive."""
+    return name.split("/")[0] if name.startswith("run") else name.split(":")[0]
+
+
 def is_close(data, other):
     """Equal up to rounding: an order of the sparse factor that METIS made with less memory gives other last digits."""
     (a, rest), (b, other_rest) = numbers_of(data), numbers_of(other)
@@ -140,23 +167,36 @@ class Case:
 
     def __init__(self, program, inputs, name):
         self.program, self.inputs, self.name = program, inputs, name
-        self.masks, self.wanted = {}, None
+        self.masks, self.wanted, self.earlier = {}, None, {}
+        self.earlier_folder = None
+        self.environment = dict(os.environ, OPENBLAS_NUM_THREADS="1", THRUM_MODELS=str(inputs), PATH=str(inputs / "programs"),
+                                THRUM_VIEWER=str(inputs / "page.html"))
+        if name in EARLIER:
+            # the same place for all, since results hold the names of their folders
+            self.earlier_folder = inputs.parent / f"earlier-{name}"
+            self.earlier_folder.mkdir()
+            self.call(EARLIER[name], self.earlier_folder, environment=self.environment)
+            self.earlier = {file: normal(data, [self.earlier_folder])
+                            for file, data in files_of(self.earlier_folder).items()}
+
+    def call(self, command, out, prefix=(), environment=None):
+        arguments = [part.replace("OUT", str(out)) for part in command.split(" ")]
+        return subprocess.run([*prefix, self.program, *arguments], cwd=self.inputs, env=environment,
+                              stdin=subprocess.DEVNULL, capture_output=True, timeout=300, check=False)
 
     def run(self, fault, at, extra=None):
         out = pathlib.Path(tempfile.mkdtemp(prefix="out-", dir=self.inputs.parent))
-        arguments = [part.replace("OUT", str(out)) for part in COMMANDS[self.name].split(" ")]
-        environment = dict(os.environ, OPENBLAS_NUM_THREADS="1", THRUM_MODELS=str(self.inputs),
-                           PATH=str(self.inputs / "programs"),
-                           THRUM_VIEWER=str(self.inputs / "page.html"), **fault.environment(at),
-                           **(extra or {}))
-        done = subprocess.run([*fault.prefix(at), self.program, *arguments], cwd=self.inputs, env=environment,
-                              stdin=subprocess.DEVNULL, capture_output=True, timeout=300, check=False)
+        if self.earlier_folder:
+            shutil.copytree(self.earlier_folder, out, dirs_exist_ok=True)
+        environment = dict(self.environment, **fault.environment(at), **(extra or {}))
+        done = self.call(COMMANDS[self.name], out, fault.prefix(at), environment)
         if at == 0 and done.returncode not in (0, 3):
             sys.exit(f"{self.name}: an undisturbed run ends with {done.returncode}: {done.stderr.decode(errors='replace')}")
-        results = {name: normal(data, [out]) for name, data in files_of(out).items()}
-        results["standard output"] = normal(done.stdout, [out])
+        names = [out, *([self.earlier_folder] if self.earlier_folder else [])]
+        results = {name: normal(data, names) for name, data in files_of(out).items()}
+        results["standard output"] = normal(done.stdout, names)
         shutil.rmtree(out)
-        return done.returncode, results, done.stderr.decode(errors="replace")
+        return done.returncode, results, done.stderr.decode(errors="replace").replace(str(out), "OUT")
 
     def learn(self, fault):
         """The results of undisturbed runs, and which lines of them differ from run to run."""
@@ -169,20 +209,38 @@ class Case:
                     self.masks.setdefault(name, set()).update(
                         n for n, (a, b) in enumerate(zip(data.split(b"\n"), other[name].split(b"\n"))) if a != b)
 
-    def half(self, results):
+    def half(self, results, errors):
         """A file of a run that failed which is neither missing nor whole; None: there is none."""
         # without any memory a folder cannot even be looked through, so a work folder stays, as of a killed run
-        results = {name: data for name, data in results.items() if ".thrum-partial/" not in name}
-        left = [name for name in results if name not in self.wanted[1] and name != "standard output"]
-        return left[0] if left else self.differs(self.wanted[0], {**self.wanted[1], **results, "standard output": b""},
-                                                 {"standard output"})
+        parts = collections.defaultdict(dict)
+        for name, data in results.items():
+            if name != "standard output" and ".thrum-partial/" not in name:
+                parts[part_of(name)][name] = data
 
-    def differs(self, code, results, but=()):
-        """What of the results is not that of an undisturbed run; None: all is."""
+        # a new run that could not be put in its place is kept beside it, and the message says so
+        for part in [part for part in parts if re.search(r"\.new-\d+$", part) and f"is kept in OUT/{part}" in errors]:
+            moved = re.sub(r"\.new-\d+$", "", part)
+            kept = {moved + name[len(part):]: data for name, data in parts.pop(part).items()}
+            if self.differs(self.wanted[0], kept, part=moved):
+                return part
+
+        # each file or folder is the earlier one or the new one, as a whole
+        for part in {*parts, *(part_of(name) for name in self.earlier)}:
+            earlier = {name: data for name, data in self.earlier.items() if part_of(name) == part}
+            if parts[part] == earlier:
+                continue
+            wrong = self.differs(self.wanted[0], parts[part], part=part)
+            left = [name for name in parts[part] if name not in self.wanted[1]]
+            if wrong or left:
+                return wrong or left[0]
+        return None
+
+    def differs(self, code, results, part=None):
+        """What of the results, or of this file or folder among them, is not that of an undisturbed run; None: all is."""
         if code != self.wanted[0]:
             return f"exit code {code}"
         for name, data in self.wanted[1].items():
-            if name in but:
+            if part is not None and part_of(name) != part:
                 continue
             if name not in results:
                 return f"{name} is missing"
@@ -200,6 +258,7 @@ def make_inputs(program, inputs):
     """The models, meshes and files that the commands read."""
     inputs.mkdir()
     (inputs / "scene.json").write_text(json.dumps(SCENE))
+    (inputs / "longer.json").write_text(json.dumps(dict(SCENE, time=0.06)))
     # without gnuplot there are no plots, which may be missing without being wrong
     (inputs / "programs").mkdir()
     (inputs / "programs" / "python3").symlink_to(sys.executable)
@@ -226,8 +285,8 @@ def chosen(count, points):
     return list(range(1, first + 1)) + [first + 1 + k * (count - first - 1) // (points - first) for k in range(points - first)]
 
 
-def judge(case, code, results, errors):
-    """A finding, as its kind and a text; None: the run ended as it may."""
+def judge(case, code, results, errors, reason):
+    """A finding, as its kind and a text; None: the run ended as it may. `reason`: what a message must say; None: anything."""
     if code < 0 or code == 139:
         libraries = re.findall(r" (\S+?):", errors[errors.rfind(" in "):])
         if libraries and any(part in name for name in libraries[:4] for part in LIBRARIES):
@@ -242,7 +301,9 @@ def judge(case, code, results, errors):
         return "exit code", f"exit code {code}"
     if not errors.strip():
         return "silent", "exit code 1 without a word"
-    half = case.half(results)
+    if reason and reason not in errors and "standard output could not be written" not in errors:
+        return "another reason", "the message has not the reason"
+    half = case.half(results, errors)
     return ("half a file", half) if half else None
 
 
@@ -259,13 +320,25 @@ def sweep_allocations(case, library, points, show):
                lambda at: []), count)], points, show)
 
 
+def sweep_files(case, injector, points, show):
+    """Every n-th call of each kind that reads or writes files."""
+    count_path = case.inputs / "count"
+    case.learn(Fault("none", lambda at: {}, lambda at: []))
+    faults = []
+    for kind in FILE_FAULTS:
+        case.run(Fault(kind, lambda at: {}, lambda at, kind=kind: [injector, kind, str(count_path), "0"]), 0)
+        faults.append((Fault(kind, lambda at: {}, lambda at, kind=kind: [injector, kind, "-", str(at)]),
+                       int(count_path.read_text())))
+    yield from sweep(case, faults, points, show)
+
+
 def sweep(case, faults, points, show):
     for fault, count in faults:
         findings, codes, crashes = collections.Counter(), collections.Counter(), 0
         for at in chosen(count, points):
             code, results, errors = case.run(fault, at)
             codes[code] += 1
-            found = judge(case, code, results, errors)
+            found = judge(case, code, results, errors, FILE_FAULTS.get(fault.name))
             if found and found[0] == "crash of a library":
                 crashes += 1
             elif found:
@@ -277,7 +350,7 @@ def sweep(case, faults, points, show):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("kind", choices=["allocation"])
+    parser.add_argument("kind", choices=["allocation", "files"])
     parser.add_argument("program", type=os.path.abspath)
     parser.add_argument("tool", type=os.path.abspath)
     parser.add_argument("--points", type=int, default=0)
@@ -288,10 +361,13 @@ def main():
     with tempfile.TemporaryDirectory(prefix="thrum-faults-") as folder:
         inputs = pathlib.Path(folder) / "inputs"
         make_inputs(wanted.program, inputs)
+        if wanted.kind == "files" and subprocess.run([wanted.tool, "read", "-", "0", "/bin/true"], check=False).returncode == 125:
+            sys.exit("skipped: this system lets no process trace another")
         print(f"{'command':16} {'fault':10} {'points':>7} {'done':>6} {'refused':>8} {'libs':>8}  findings")
+        sweep_all = sweep_allocations if wanted.kind == "allocation" else sweep_files
         for name in wanted.command or COMMANDS:
             case = Case(wanted.program, inputs, name)
-            for fault, crashes, codes, findings in sweep_allocations(case, wanted.tool, wanted.points, wanted.show):
+            for fault, crashes, codes, findings in sweep_all(case, wanted.tool, wanted.points, wanted.show):
                 print(f"{name:16} {fault:10} {sum(codes.values()):7} {codes[0] + codes[3]:6} {codes[1]:8} {crashes:8}  "
                       f"{', '.join(f'{n} {what}' for what, n in findings.items()) or 'none'}", flush=True)
                 total["runs"] += sum(codes.values())
