@@ -97,16 +97,43 @@ bool run_entries_marked(const char *path, run_kind kind) {
   return marked;
 }
 
-bool run_entries_none(const char *path) {
+/* Whether the folder is empty, into *none. */
+static thrum_status find_none(const char *path, bool *none, thrum_error *error) {
   DIR *entries = opendir(path);
   if (entries == NULL)
-    return false;
-  bool none = true;
+    return fail(path, "cannot be read", errno, error);
+  *none = true;
+  errno = 0;
   for (const struct dirent *entry = readdir(entries); entry != NULL; entry = readdir(entries))
     if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0)
-      none = false;
+      *none = false;
+
+  // readdir tells its end from a failure by errno alone
+  const thrum_status status = errno != 0 ? fail(path, "cannot be read", errno, error) : THRUM_OK;
   closedir(entries);
-  return none;
+  return status;
+}
+
+bool run_entries_none(const char *path) {
+  bool none = false;
+  return find_none(path, &none, NULL) >= 0 && none;
+}
+
+thrum_status run_entries_replaceable(const char *path, run_kind kind, thrum_error *error) {
+  bool ours = false;
+  cJSON *object = NULL;
+  THRUM_TRY(find_none(path, &ours, error));
+  if (ours)
+    return THRUM_OK;
+
+  // a mark that cannot be read is not the same as none
+  THRUM_TRY(read_mark(path, kind == RUN_OF_SCENE ? SCENE_JSON : RUN_JSON, &object, error));
+  ours = is_ours(object);
+  cJSON_Delete(object);
+  return ours ? THRUM_OK
+              : thrum_error_set(error, THRUM_IO,
+                                "%.300s: holds files that are no earlier run; choose another -o",
+                                path);
 }
 
 /* --- entries ---------------------------------------------------------------------------------- */

@@ -33,6 +33,10 @@ bool run_entries_marked(const char *path, run_kind kind);
 /* Is the folder empty? False where it cannot be read. */
 bool run_entries_none(const char *path);
 
+/* The folder is empty or holds a run of this kind, so that it may be replaced; otherwise THRUM_IO
+ * with the reason. */
+thrum_status run_entries_replaceable(const char *path, run_kind kind, thrum_error *error);
+
 /* Could the run in the folder `from` be removed, and the user's entries be moved into the folder
  * `to`? THRUM_IO with the entry and the reason: an entry of the user's has the name of one in `to`,
  * or of a file of any run where `to` is NULL, or a folder cannot be written to. */

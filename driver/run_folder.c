@@ -174,9 +174,7 @@ static thrum_status look_at(run_folder *folder, thrum_error *error) {
   if (!S_ISDIR(status.st_mode))
     return thrum_error_set(
         error, THRUM_IO, "%.300s: is a file; -o names the folder that the run is written to", path);
-  if (!run_entries_none(path) && !run_entries_marked(path, folder->kind))
-    return thrum_error_set(error, THRUM_IO,
-                           "%.300s: holds files that are no earlier run; choose another -o", path);
+  THRUM_TRY(run_entries_replaceable(path, folder->kind, error));
   THRUM_TRY(check_place(folder, &status, error));
   return run_entries_check(path, NULL, folder->kind, error);
 }
