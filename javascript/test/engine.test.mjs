@@ -41,6 +41,12 @@ test('a model says what is in it', () => {
   assert.ok(Math.abs(beam.frequencies[0] / report.frequencies_hz[0] - 1) < 1e-5);
 });
 
+test('the types name the integrators of the library', () => {
+  const types = readFileSync(new URL('../src/index.d.ts', import.meta.url), 'utf8');
+  const [, union] = types.match(/type Integrator =([^;]*);/);
+  assert.deepEqual(union.match(/[a-z0-9-]+/g), engine.integrators);
+});
+
 for (const integrator of ['energy', 'imexv', 'newmark'])
   test(`${integrator}: steps have the bits of the program`, () => {
     thrum('simulate', 'beam.npz', '-o', integrator, '--integrator', integrator, '--time', '0.3', '--start', 'mode:1,0.1');
