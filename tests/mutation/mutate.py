@@ -50,6 +50,8 @@ import threading
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+# of the runtime, of scenes, and those of other libraries whose subject lies in runtime/base
+TESTS = ("runtime/*/test_*.c", "scene/test_*.c", "precompute/test_quadratic_*.c")
 # measured in processor time without a fault; longer tests say little more for what they cost
 LONGEST_TEST = 15.0
 # this test counts the library's allocations by wrapping symbols that a shared library keeps
@@ -181,8 +183,7 @@ class Bench:
 
         seconds = {}
         self.where = {}
-        for source in glob.glob(os.path.join(ROOT, "tests/runtime/*/test_*.c")) + \
-                glob.glob(os.path.join(ROOT, "tests/scene/test_*.c")):
+        for source in sum((glob.glob(os.path.join(ROOT, "tests", p)) for p in TESTS), []):
             name = os.path.basename(source)[:-2]
             if name in NOT_SHARED:
                 continue
@@ -234,7 +235,9 @@ def order(bench, seconds, path):
     folder = os.path.dirname(path)
     stem = os.path.splitext(os.path.basename(path))[0]
     def rank(name):
-        near = 0 if stem.split("_")[0] in name else 1 if bench.where[name] == folder else 2
+        same_word, same_folder = stem.split("_")[0] in name, bench.where[name] == folder
+        near = 0 if stem in name else 1 if same_word and same_folder else 2 if same_folder \
+            else 3 if same_word else 4
         return (near, seconds[name])
     return sorted(seconds, key=rank)
 

@@ -286,6 +286,116 @@ static void impossible_obstacles_and_contacts_are_refused(void **state) {
   rig_free(&r);
 }
 
+/* A step with one number changed is refused with that word. */
+static void refuse_number(rig *r, double *number, double value, const char *part) {
+  const double kept = *number;
+  *number = value;
+  expect_refused(r, THRUM_BAD_VALUE, part);
+  *number = kept;
+}
+
+/* Each of `count` numbers, not finite in turn, is refused with that word. */
+static void refuse_numbers(rig *r, double *numbers, int count, const char *part) {
+  for (int n = 0; n < count; n++) {
+    refuse_number(r, numbers + n, NAN, part);
+    refuse_number(r, numbers + n, n % 2 ? INFINITY : -INFINITY, part);
+  }
+}
+
+static void every_number_around_a_body_is_checked(void **state) {
+  (void)state;
+  rig_def def = rig_default();
+  rig r;
+  rig_make(&r, &def);
+
+  // where the body is, and what moves it as a whole
+  thrum_placement placement = {.axes = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+  thrum_rigid_frame frame = {.inverse = {1, 0, 0, 0, 1, 0, 0, 0, 1},
+                             .attitude = {1, 0, 0, 0, 1, 0, 0, 0, 1}};
+  r.environment.placement = &placement;
+  r.environment.rigid_frame = &frame;
+  refuse_numbers(&r, placement.axes, 9, "placement");
+  refuse_numbers(&r, placement.origin, 3, "placement");
+  refuse_numbers(&r, frame.centre, 3, "rigid frame");
+  refuse_numbers(&r, frame.inverse, 9, "rigid frame");
+  refuse_numbers(&r, frame.attitude, 9, "rigid frame");
+  refuse_numbers(&r, frame.momentum, 3, "rigid frame");
+  refuse_numbers(&r, r.translation.position, 3, "translation");
+  refuse_numbers(&r, r.translation.velocity, 3, "translation");
+  refuse_number(&r, &r.translation.mass, INFINITY, "translation");
+  refuse_number(&r, &r.translation.mass, -1, "translation");
+  refuse_numbers(&r, r.environment.force, 3, "force");
+  refuse_numbers(&r, r.environment.torque, 3, "torque");
+
+  // pulls
+  thrum_pull pull = {.vertices = {1, 1, 1}, .weights = {1, 0, 0}, .stiffness = 1};
+  r.environment.pulls = &pull;
+  r.environment.pull_count = 1;
+  refuse_numbers(&r, pull.weights, 3, "pull 0");
+  refuse_numbers(&r, pull.target, 3, "pull 0");
+  refuse_numbers(&r, pull.velocity, 3, "pull 0");
+  refuse_number(&r, &pull.stiffness, -1, "pull 0");
+  refuse_number(&r, &pull.stiffness, 1.1e30, "pull 0");
+  refuse_number(&r, &pull.damping, 1.1e30, "pull 0");
+  refuse_number(&r, &pull.damping, NAN, "pull 0");
+  refuse_number(&r, &pull.force_max, -1, "pull 0");
+  refuse_number(&r, &pull.force_max, 1.1e30, "pull 0");
+  for (int corner = 0; corner < 3; corner++) {
+    pull.vertices[corner] = -1;
+    expect_refused(&r, THRUM_INVALID_ARGUMENT, "pull 0: vertex -1");
+    pull.vertices[corner] = 1;
+  }
+
+  // lists that do not fit their counts
+  r.environment.pulls = NULL;
+  expect_refused(&r, THRUM_INVALID_ARGUMENT, "counts");
+  r.environment.pull_count = -1;
+  expect_refused(&r, THRUM_INVALID_ARGUMENT, "counts");
+  r.environment.pull_count = 0;
+  r.environment.obstacle_count = -1;
+  expect_refused(&r, THRUM_INVALID_ARGUMENT, "counts");
+  r.environment.obstacle_count = 1;
+  r.environment.obstacles = NULL;
+  expect_refused(&r, THRUM_INVALID_ARGUMENT, "counts");
+  r.environment.obstacles = &r.floor;
+
+  // as it was, it is taken
+  assert_true(thrum_contact_step(&r.m.model, r.state, r.contact, &r.environment, NULL) >= 0);
+  rig_free(&r);
+}
+
+static void every_number_of_an_obstacle_is_checked(void **state) {
+  (void)state;
+  rig_def def = rig_default();
+  rig r;
+  rig_make(&r, &def);
+  refuse_numbers(&r, r.floor.centre, 3, "centre");
+  refuse_numbers(&r, r.floor.velocity, 3, "velocity");
+  refuse_numbers(&r, r.floor.normal, 3, "normal");
+  refuse_number(&r, &r.floor.stiffness, -1, "stiffness");
+  refuse_number(&r, &r.floor.damping, -1, "damping");
+  refuse_number(&r, &r.floor.damping, 1.1e30, "damping");
+  refuse_number(&r, &r.floor.restitution, -0.1, "restitution");
+  refuse_number(&r, &r.floor.friction, -1, "friction");
+  refuse_number(&r, &r.floor.friction, 1.1e30, "friction");
+
+  // the numbers of its own shape
+  r.floor.shape = THRUM_OBSTACLE_SPHERE;
+  refuse_numbers(&r, &r.floor.radius, 1, "radius");
+  refuse_number(&r, &r.floor.radius, INFINITY, "radius");
+  refuse_number(&r, &r.floor.radius, 0, "radius");
+  r.floor.shape = THRUM_OBSTACLE_BOX;
+  refuse_numbers(&r, r.floor.half, 3, "half sides");
+  refuse_numbers(&r, r.floor.rotation, 9, "rotation");
+  for (int axis = 0; axis < 3; axis++)
+    refuse_number(&r, &r.floor.half[axis], 0, "half sides");
+  for (int n = 0; n < 9; n++)
+    refuse_number(&r, &r.floor.rotation[n], r.floor.rotation[n] + 1e-3, "rotation");
+  memset(&r.floor.shape, 0x11, sizeof r.floor.shape);
+  expect_refused(&r, THRUM_BAD_VALUE, "none of plane, sphere and box");
+  rig_free(&r);
+}
+
 static void defs_that_cannot_be_are_refused(void **state) {
   (void)state;
 
@@ -335,6 +445,31 @@ static void defs_that_cannot_be_are_refused(void **state) {
     size = 77;
   }
 
+  // each other number outside its range
+  static const double bad[][2] = {{NAN, NAN}, {-1, 0}, {1.1e30, 1.1e-2}};
+  for (int n = 0; n < 3; n++) {
+    thrum_contact_def wrong = def;
+    wrong.stiffness = bad[n][0];
+    assert_int_equal(thrum_contact_size(&r.m.model, r.state, &wrong, &size, &error),
+                     THRUM_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "stiffness"));
+    wrong = def;
+    wrong.tolerance = bad[n][1];
+    assert_int_equal(thrum_contact_size(&r.m.model, r.state, &wrong, &size, &error),
+                     THRUM_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "tolerance"));
+  }
+  for (int n = 0; n < 4; n++) {
+    thrum_contact_def wrong = def;
+    wrong.touch_max = n == 0 ? -1 : 0;
+    wrong.pull_max = n == 1 ? -1 : 0;
+    wrong.sweeps_max = n == 2 ? 0 : 1;
+    wrong.vertex_count = n == 3 ? 0 : 1;
+    assert_int_equal(thrum_contact_size(&r.m.model, r.state, &wrong, &size, &error),
+                     THRUM_INVALID_ARGUMENT);
+  }
+  assert_int_equal(size, 77);
+
   // a model without a basis has no vertices to touch with
   thrum_model bare = r.m.model;
   bare.basis = NULL;
@@ -365,6 +500,8 @@ int main(void) {
       cmocka_unit_test(a_body_swings_in_a_smooth_bowl),
       cmocka_unit_test(a_placement_turns_everything),
       cmocka_unit_test(impossible_obstacles_and_contacts_are_refused),
+      cmocka_unit_test(every_number_around_a_body_is_checked),
+      cmocka_unit_test(every_number_of_an_obstacle_is_checked),
       cmocka_unit_test(defs_that_cannot_be_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

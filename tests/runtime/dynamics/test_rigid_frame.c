@@ -290,9 +290,65 @@ static void a_block_topples_where_its_weight_passes_its_edge(void **state) {
   assert_true(topples(1.1 * edge));
 }
 
+/* Rigid modes 3 to 5 are a x (X - c) for three axes a: c is the centre, sum a a^T the inverse. */
+static void a_frame_is_read_from_the_rigid_modes(void **state) {
+  (void)state;
+  random_model m;
+  random_model_make(&m, 21, RIG_RANK, 5, 20, 1);
+  random_model_add_mesh(&m, 22, RIG_POINTS);
+  const double axes[3][3] = {{0.7, -0.2, 0.4}, {0.1, 0.9, -0.3}, {-0.5, 0.3, 1.1}};
+  const double centre[3] = {0.3, -0.8, 0.5};
+  double rigid[3 * RIG_POINTS * 6] = {0};
+  for (int v = 0; v < RIG_POINTS; v++)
+    for (int axis = 0; axis < 3; axis++) {
+      const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+      const double *x = m.model.vertices + (ptrdiff_t)(3 * v);
+      double *row = rigid + (ptrdiff_t)(18 * v + 6 * axis);
+      row[axis] = 1;
+      for (int n = 0; n < 3; n++)
+        row[3 + n] =
+            axes[n][next] * (x[last] - centre[last]) - axes[n][last] * (x[next] - centre[next]);
+    }
+  const int32_t tet[4] = {2, 5, 3, 7};
+  thrum_model model = m.model;
+  model.rigid = rigid;
+  model.tets = tet;
+  model.tet_count = 1;
+
+  thrum_rigid_frame frame;
+  thrum_error error = {0};
+  assert_int_equal(thrum_rigid_frame_of(&model, &frame, &error), THRUM_OK);
+  for (int i = 0; i < 3; i++) {
+    assert_true(fabs(frame.centre[i] - centre[i]) < 1e-10);
+    for (int j = 0; j < 3; j++) {
+      double sum = 0;
+      for (int n = 0; n < 3; n++)
+        sum += axes[n][i] * axes[n][j];
+      assert_true(fabs(frame.inverse[3 * i + j] - sum) < 1e-10);
+      assert_true(frame.attitude[3 * i + j] == (i == j));
+    }
+    assert_true(frame.momentum[i] == 0);
+  }
+
+  // what gives no frame is refused, and the frame stays
+  const thrum_rigid_frame kept = frame;
+  assert_int_equal(thrum_rigid_frame_of(NULL, &frame, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_rigid_frame_of(&model, NULL, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_rigid_frame_of(&m.model, &frame, &error), THRUM_MISSING);
+  const int32_t flat[4] = {2, 5, 3, 3};
+  model.tets = flat;
+  assert_int_equal(thrum_rigid_frame_of(&model, &frame, &error), THRUM_SINGULAR);
+  model.tets = tet;
+  memset(rigid, 0, sizeof rigid);
+  assert_int_equal(thrum_rigid_frame_of(&model, &frame, &error), THRUM_SINGULAR);
+  assert_memory_equal(&frame, &kept, sizeof frame);
+  random_model_free(&m);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_free_top_keeps_energy_momentum_and_shape),
+      cmocka_unit_test(a_frame_is_read_from_the_rigid_modes),
       cmocka_unit_test(a_symmetric_top_precesses_as_euler_says),
       cmocka_unit_test(energy_changes_by_torque_times_angle),
       cmocka_unit_test(a_body_hung_by_a_pull_is_a_pendulum),
