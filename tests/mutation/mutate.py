@@ -13,8 +13,8 @@ text of messages, and kernels of processors that this machine is not. A mutant w
 that of the original is not counted, nor one that does not compile.
 
 Each mutant costs one compilation with -O1, one link of a shared library, and the tests up to the
-first that fails: those of the same name first, then those of the same folder, then the rest; in each
-group the short ones first. A test that takes three times the processor time it takes without a fault
+first that fails: those of the same name first, then short ones of the same folder, then all other short ones,
+then the rest. A test that takes three times the processor time it takes without a fault
 has noticed too. Run it where nobody else works: it never writes to the sources.
 
 usage: mutate.py BUILD OUT [--count N] [--seed N] [--only TEXT] [--again] [--seconds S] [--jobs N]
@@ -236,8 +236,9 @@ def order(bench, seconds, path):
     stem = os.path.splitext(os.path.basename(path))[0]
     def rank(name):
         same_word, same_folder = stem.split("_")[0] in name, bench.where[name] == folder
-        near = 0 if stem in name else 1 if same_word and same_folder else 2 if same_folder \
-            else 3 if same_word else 4
+        # a test of a second is soon run whatever it is about
+        near = 0 if stem in name else 1 if (same_word or same_folder) and seconds[name] < 2 \
+            else 2 if seconds[name] < 1 else 3 if same_word or same_folder else 4
         return (near, seconds[name])
     return sorted(seconds, key=rank)
 
