@@ -14,6 +14,7 @@ static const char *const implicit_solvers[] = {THRUM_IMPLICIT_SOLVER_LIST(X) NUL
 static const char *const split_forms[] = {THRUM_SPLIT_FORM_LIST(X) NULL};
 #undef X
 const char *const full_solver_names[] = {"cholesky", "cg", NULL};
+const char *const full_quadrature_names[] = {"exact", "four", NULL};
 
 const char *split_option_without_effect(const thrum_state_def *def) {
   const thrum_state_def usual = thrum_default_state_def();

@@ -14,6 +14,7 @@ extern const config_option solver_options[];
 /* Names in the order of their enums; NULL ends them. */
 extern const char *const integrator_names[];
 extern const char *const full_solver_names[];
+extern const char *const full_quadrature_names[];
 
 /* Single rows, for the fields of a request. */
 #define OPTION_DT(type, member)                                                                    \

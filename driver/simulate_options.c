@@ -91,6 +91,10 @@ static const config_option options[] = {
     OPTION_GROUP(mesh_options, "", AT(mesh_def)),
     OPTION_CHOICE("linear-solver", full_solver_names, "cholesky",
                   "how its linear systems are solved; cg is conjugate gradients", AT(solver)),
+    OPTION_CHOICE("quadrature", full_quadrature_names, "exact",
+                  "points at which forces of ten-node tetrahedra are taken: those that are exact, "
+                  "or four, as other programs take them",
+                  AT(quadrature)),
 
     OPTION_HEADING("besides"),
     OPTION_FILE(simulate_request),

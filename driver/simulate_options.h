@@ -27,6 +27,7 @@ typedef struct simulate_request {
   base_motion_spec *base_motions; /* the same; read and closed by the run */
   bool full;                      /* the full order in place of the model */
   thrum_full_solver solver;
+  thrum_full_quadrature quadrature;
   bool ground; /* frames as seen from the ground, not from the base */
   int64_t start_count;
   start_spec *starts; /* the same */

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "driver/shared_options.h"
 #include "io/json.h"
 #include "platform/clock.h"
 
@@ -71,6 +72,7 @@ static cJSON *options_json(const simulate_request *request) {
   json_number(object, "record_every", (double)request->record_every);
   cJSON_AddBoolToObject(object, "full", request->full);
   cJSON_AddStringToObject(object, "linear_solver", solver_name(request));
+  cJSON_AddStringToObject(object, "quadrature", full_quadrature_names[request->quadrature]);
   cJSON_AddStringToObject(object, "frames_in", request->ground ? "ground" : "base");
 
   // frames in the form that the option takes

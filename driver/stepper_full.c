@@ -42,6 +42,7 @@ static thrum_full_def def_of(const simulate_request *request) {
     def.tolerance = request->def.tolerance;
   def.iterations_max = request->def.iterations_max;
   def.solver = request->solver;
+  def.quadrature = request->quadrature;
   return def;
 }
 

@@ -255,8 +255,24 @@ def tradeoff():
                   "of rank 10", "least error of a run", "its times faster than full"], body)
 
 
+def calculix():
+    """One row for each body and order, one column for each comparison; what no bound holds stands in italics."""
+    runs = rows("calculix", "calculix.csv")
+    kinds = list(dict.fromkeys(r["quantity"] for r in runs if r["body"] != "element"))
+    cells = {(r["body"], r["order"], r["quantity"]): r for r in runs}
+    body = []
+    for name, order in dict.fromkeys((r["body"], r["order"]) for r in runs if r["body"] != "element"):
+        line = [name, "four" if order == "1" else "ten"]
+        for kind in kinds:
+            cell = cells.get((name, order, kind))
+            text = "–" if cell is None else f"{float(cell['difference']):.0e}".replace("e-0", "e-")
+            line.append(text if cell is None or cell["bound"] else f"*{text}*")
+        body.append(line)
+    return table(["body", "nodes"] + kinds, body)
+
+
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
-                                           work_precision, extremes, linear, tradeoff)}
+                                           work_precision, extremes, linear, tradeoff, calculix)}
 
 
 def main(arguments):

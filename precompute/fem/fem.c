@@ -173,7 +173,7 @@ static thrum_status join_nodes(const thrum_mesh *mesh, thrum_fem *fem, thrum_err
 }
 
 // the points of ten-node tets, and the slopes of the shape functions there
-static thrum_status choose_rule(thrum_fem *fem, thrum_error *error) {
+static thrum_status choose_rule(thrum_fem *fem, bool of_four, thrum_error *error) {
   // one curved tetrahedron is enough for the finer rule
   bool curved = false;
   for (int64_t t = 0; t < fem->tet_count && !curved; t++) {
@@ -184,7 +184,8 @@ static thrum_status choose_rule(thrum_fem *fem, thrum_error *error) {
   }
 
   // the slopes at the points are the same for all
-  fem->rule = thrum_quadratic_rule(curved, &fem->point_count);
+  fem->rule = of_four ? thrum_quadratic_rule_of_four(&fem->point_count)
+                      : thrum_quadratic_rule(curved, &fem->point_count);
   fem->slopes = thrum_allocate(fem->point_count, sizeof *fem->slopes, "the shape functions", error);
   if (!fem->slopes)
     return THRUM_OUT_OF_MEMORY;
@@ -193,12 +194,12 @@ static thrum_status choose_rule(thrum_fem *fem, thrum_error *error) {
   return THRUM_OK;
 }
 
-static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
+static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, bool of_four, thrum_fem *fem,
                          thrum_error *error) {
   thrum_status status = THRUM_OK;
   if (mesh->midsides) {
     THRUM_TRY(join_nodes(mesh, fem, error));
-    THRUM_TRY(choose_rule(fem, error));
+    THRUM_TRY(choose_rule(fem, of_four, error));
   }
   status = allocate(mesh, fem, error);
 
@@ -227,8 +228,8 @@ static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem
   return THRUM_OK;
 }
 
-thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
-                              thrum_error *error) {
+static thrum_status create(const thrum_mesh *mesh, const uint8_t *fixed, bool of_four,
+                           thrum_fem *fem, thrum_error *error) {
   THRUM_TRY(check_materials(mesh, error));
 
   // the mesh's arrays are borrowed
@@ -242,12 +243,22 @@ thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thru
                     .tet_region = mesh->tet_region};
 
   // a body that failed half way leaves nothing
-  thrum_status status = fill(mesh, fixed, &made, error);
+  thrum_status status = fill(mesh, fixed, of_four, &made, error);
   if (status < 0)
     thrum_fem_free(&made);
   else
     *fem = made;
   return status;
+}
+
+thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
+                              thrum_error *error) {
+  return create(mesh, fixed, false, fem, error);
+}
+
+thrum_status thrum_fem_create_of_four(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
+                                      thrum_error *error) {
+  return create(mesh, fixed, true, fem, error);
 }
 
 void thrum_fem_free(thrum_fem *fem) {

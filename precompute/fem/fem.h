@@ -47,6 +47,11 @@ typedef struct thrum_fem {
  * negative volume or whose map folds over at a point, and a body with no component free. */
 thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
                               thrum_error *error);
+
+/* The same, where ten-node tets take thrum_quadratic_rule_of_four: for comparison with programs
+ * that do. Their mass is then not exact. */
+thrum_status thrum_fem_create_of_four(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
+                                      thrum_error *error);
 void thrum_fem_free(thrum_fem *fem); /* leaves it empty; an empty (zeroed) one is fine */
 
 /* Gradients of the node_count shape functions of tet `t` at its point `p`, node 0 first [1/m]. */

@@ -11,6 +11,10 @@ double full_dot(const thrum_full *full, const double *x, const double *y) {
   return sum;
 }
 
+const thrum_fem *full_elastic(const thrum_full *full) {
+  return full->def.quadrature == THRUM_FULL_FOUR ? &full->four : &full->body.fem;
+}
+
 void full_place(const thrum_full *full, const double *u, double share, const double *d,
                 double *place) {
   const thrum_fem *fem = &full->body.fem;
@@ -21,7 +25,7 @@ void full_place(const thrum_full *full, const double *u, double share, const dou
 }
 
 double full_subtract_forces(thrum_full *full, const double *place, double *r) {
-  const thrum_fem *fem = &full->body.fem;
+  const thrum_fem *fem = full_elastic(full);
   const double energy = thrum_fem_energy(fem, place, full->forces);
   for (int64_t i = 0; i < fem->free_count; i++)
     r[i] -= full->forces[fem->component[i]];
@@ -47,7 +51,7 @@ void full_subtract_damping(thrum_full *full, double scale, const double *x, doub
 thrum_status full_assemble(thrum_full *full, const double *place, double of_tangent, double of_mass,
                            double of_damping, thrum_error *error) {
   const thrum_sparse *rest = &full->body.stiffness, *mass = &full->body.mass;
-  THRUM_TRY(thrum_fem_stiffness(&full->body.fem, place, &full->tangent, error));
+  THRUM_TRY(thrum_fem_stiffness(full_elastic(full), place, &full->tangent, error));
   const double of_rest = of_damping * full->def.damping_beta;
   for (int64_t e = 0; e < rest->begin[rest->size]; e++)
     full->system.value[e] = of_tangent * full->tangent.value[e] + of_rest * rest->value[e];

@@ -29,7 +29,7 @@
 
 /* Adds the mean forces at one point of a tet. */
 static void add_mean_forces(thrum_full *full, int64_t t, int p) {
-  const thrum_fem *fem = &full->body.fem;
+  const thrum_fem *fem = full_elastic(full);
   thrum_tet from, to;
   thrum_tet_deform(fem, t, p, full->place, &from);
   thrum_tet_deform(fem, t, p, full->place_to, &to);
@@ -53,7 +53,7 @@ static void add_mean_forces(thrum_full *full, int64_t t, int p) {
 
 /* r -= R-bar between full->place and full->place_to. */
 static void take_mean_forces(thrum_full *full, double *r) {
-  const thrum_fem *fem = &full->body.fem;
+  const thrum_fem *fem = full_elastic(full);
   memset(full->forces, 0, (size_t)(3 * fem->vertex_count) * sizeof *full->forces);
   for (int64_t t = 0; t < fem->tet_count; t++)
     for (int p = 0; p < fem->point_count; p++)
