@@ -10,6 +10,7 @@
 #include "config/message.h"
 #include "driver/model_truncate_to.h"
 #include "driver/static_full.h"
+#include "driver/static_monitor.h"
 #include "driver/static_solve.h"
 #include "io/file.h"
 #include "io/npy_file.h"
@@ -84,25 +85,21 @@ static thrum_status close_path(path_file *file, thrum_error *error) {
 /* --- the answer's files ----------------------------------------------------------------------- */
 
 static thrum_status write_q(const static_answer *answer, thrum_error *error) {
-  unsigned char header[192];
-  thrum_file_writer writer = {0};
-  const size_t size = thrum_npy_header_f8(header, answer->model->rank, 0);
-  thrum_status status = thrum_file_writer_open(answer->request->output, &writer, error);
-  THRUM_THEN(status, thrum_file_writer_put(&writer, header, size, error));
-  THRUM_THEN(status, thrum_file_writer_put(&writer, answer->q,
-                                           (size_t)answer->model->rank * sizeof *answer->q, error));
-  THRUM_THEN(status, thrum_file_writer_commit(&writer, error));
-  thrum_file_writer_abandon(&writer);
-  return status;
+  return thrum_npy_write_f8(answer->request->output, answer->q, answer->model->rank, 0, error);
 }
 
-static thrum_status write_frame(const static_answer *answer, thrum_error *error) {
+/* The frame for ParaView and the field of displacements, whichever is wanted. */
+static thrum_status write_fields(const static_answer *answer, thrum_error *error) {
   const thrum_model *model = answer->model;
   double *field = malloc((size_t)model->vertex_count * 3 * sizeof *field + 1);
   if (field == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the frame");
   thrum_status status = thrum_displacement(model, answer->q, 0, model->vertex_count, field, error);
-  THRUM_THEN(status, vtu_write_whole(answer->request->frame, model, field, error));
+  if (answer->request->frame != NULL)
+    THRUM_THEN(status, vtu_write_whole(answer->request->frame, model, field, error));
+  if (answer->request->field != NULL)
+    THRUM_THEN(status,
+               thrum_npy_write_f8(answer->request->field, field, model->vertex_count, 3, error));
   free(field);
   return status;
 }
@@ -125,14 +122,37 @@ static thrum_status measure(static_answer *answer, double *extents, thrum_error 
                                  &answer->peak_vertex, error);
 }
 
+/* q of --from, where the path starts. */
+static thrum_status start_from(const static_request *request, const thrum_model *model, double *q,
+                               thrum_error *error) {
+  double *values = NULL;
+  int64_t rows = 0, columns = 0;
+  if (request->from == NULL)
+    return THRUM_OK;
+  THRUM_TRY(thrum_npy_read_f8(request->from, &values, &rows, &columns, error));
+  thrum_status status = THRUM_OK;
+  if (columns == 0 && rows == model->rank)
+    memcpy(q, values, (size_t)rows * sizeof *q);
+  else
+    status =
+        thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                        "--from %.200s: it has %lld x %lld numbers; wanted is q of %lld, as -o "
+                        "writes it",
+                        request->from, (long long)rows, (long long)columns, (long long)model->rank);
+  free(values);
+  return status;
+}
+
 static thrum_status find(static_answer *answer, double *q, double *mode, thrum_error *error) {
   const static_request *request = answer->request;
   path_file file = {.request = request, .model = answer->model};
   thrum_status status = request->path != NULL ? open_path(&file, error) : THRUM_OK;
   const static_progress progress = {request->path != NULL ? put_point : NULL, &file};
   const double began = clock_seconds();
+  THRUM_THEN(status, start_from(request, answer->model, q, error));
   THRUM_THEN(status, static_solve(answer->model, &request->def, request->model_path, request->loads,
-                                  request->load_count, q, mode, &progress, &answer->report, error));
+                                  request->load_count, request->from != NULL, q, mode, &progress,
+                                  &answer->report, error));
   answer->seconds = clock_seconds() - began;
   if (status >= 0 && request->path != NULL)
     status = close_path(&file, error);
@@ -156,10 +176,11 @@ static thrum_status answer_all(static_answer *answer, double *memory, thrum_erro
   THRUM_TRY(measure(answer, extents, error));
   THRUM_TRY(find(answer, q, mode, error));
   THRUM_TRY(measure(answer, extents, error));
+  THRUM_TRY(static_monitor_look(answer, &answer->belief, error));
   if (request->output != NULL)
     THRUM_TRY(write_q(answer, error));
-  if (request->frame != NULL)
-    THRUM_TRY(write_frame(answer, error));
+  if (request->frame != NULL || request->field != NULL)
+    THRUM_TRY(write_fields(answer, error));
   return THRUM_OK;
 }
 
@@ -172,6 +193,12 @@ static void warn_flags(const static_answer *answer) {
                 report->jumps > 0 ? "; the answer is a stable shape that it falls to" : "");
   if (report->least < 0)
     config_warn("the equilibrium is unstable");
+  if (isfinite(answer->lower_energy))
+    config_warn("the path led to a higher branch: another shape has %.6g J of energy in body and "
+                "load, this one %.6g J; go there in several runs with --from, or by another way",
+                answer->lower_energy, report->energy + report->load_energy);
+  if (!answer->request->full)
+    static_monitor_warn(answer);
 }
 
 /* An equilibrium is sought in all coordinates, whose polynomial a condensed file has not. */
@@ -190,7 +217,7 @@ static int run_request(const static_request *request) {
   thrum_error error = {0};
   const thrum_model *loaded = NULL;
   void *lower = NULL;
-  static_answer answer = {.request = request};
+  static_answer answer = {.request = request, .lower_energy = NAN};
   double *memory = NULL;
 
   thrum_status status = mesh_model_load(request->model_path, &request->mesh_def, request->quiet,
@@ -218,7 +245,7 @@ static int run_request(const static_request *request) {
     else
       static_report_table(&answer);
     warn_flags(&answer);
-    code = strcmp(static_status_name(&answer.report), "done") == 0 ? COMMAND_DONE : COMMAND_FLAGGED;
+    code = strcmp(static_status_name(&answer), "done") == 0 ? COMMAND_DONE : COMMAND_FLAGGED;
   }
 
   free(memory);

@@ -227,6 +227,10 @@ static void list_groups(const thrum_model *model, char *list, size_t size) {
   }
 }
 
+bool load_target_equal(const load_target *a, const load_target *b) {
+  return a->all == b->all && a->vertex == b->vertex && strcmp(a->group, b->group) == 0;
+}
+
 thrum_status load_target_find(const thrum_model *model, const load_target *target,
                               const int32_t **vertices, int64_t *count, int32_t *one,
                               thrum_error *error) {

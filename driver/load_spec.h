@@ -32,6 +32,9 @@ typedef struct load_spec {
 thrum_status load_target_parse(const char *text, const char *said, load_target *target,
                                thrum_error *error);
 
+/* Do both name the same? */
+bool load_target_equal(const load_target *a, const load_target *b);
+
 /* Its vertices: *vertices points into the model (NULL: all of them) or at *one, which gets the
  * number of a single vertex. */
 thrum_status load_target_find(const thrum_model *model, const load_target *target,

@@ -6,50 +6,139 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "io/npy_file.h"
 #include "io/vtu.h"
+#include "platform/allocate.h"
 #include "platform/clock.h"
 #include "platform/threads.h"
+#include "thrum/displacement.h"
+
+#define DEGREE 0.017453292519943295 /* [rad] */
+#define KICK 0.3                    /* of the largest displacement */
 
 /* Memory of one search; fields are 3 vertex_count. */
 typedef struct search {
   thrum_full *body;
   uint8_t *held; /* vertex_count */
   double *forces, *moves, *field;
+  int32_t *single; /* move_count: a target that is one vertex */
+  thrum_full_follower *followers;
+  thrum_full_turn *turns;
+  thrum_full_loading loading;
 } search;
 
-static thrum_status allocate(const thrum_model *model, search *s, thrum_error *error) {
-  const size_t vertices = (size_t)model->vertex_count;
+static thrum_status allocate(const thrum_model *model, int64_t move_count, search *s,
+                             thrum_error *error) {
+  const size_t vertices = (size_t)model->vertex_count, moves = (size_t)move_count + 1;
   s->held = calloc(vertices + 1, 1);
   s->forces = calloc(9 * vertices + 1, sizeof *s->forces);
-  if (s->held == NULL || s->forces == NULL)
+  s->single = calloc(moves, sizeof *s->single);
+  s->followers = calloc(moves, sizeof *s->followers);
+  s->turns = calloc(moves, sizeof *s->turns);
+  if (s->held == NULL || s->forces == NULL || s->single == NULL || s->followers == NULL ||
+      s->turns == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the full order");
   s->moves = s->forces + 3 * vertices;
   s->field = s->moves + 3 * vertices;
   return THRUM_OK;
 }
 
+static void hold(const int32_t *vertices, int64_t count, const double *by, search *s) {
+  for (int64_t k = 0; k < count; k++) {
+    const int64_t v = vertices != NULL ? vertices[k] : k;
+    s->held[v] = 7;
+    if (by != NULL)
+      memcpy(s->moves + 3 * v, by, 3 * sizeof *by);
+  }
+}
+
+/* The last --move of the same target as a --rotate; NULL: none. */
+static const static_move *move_of(const static_request *request, const load_target *target) {
+  const static_move *found = NULL;
+  for (int64_t n = 0; n < request->move_count; n++)
+    if (request->moves[n].kind == STATIC_MOVE &&
+        load_target_equal(&request->moves[n].target, target))
+      found = &request->moves[n];
+  return found;
+}
+
+static void add_turn(const static_request *request, const static_move *move,
+                     const int32_t *vertices, int64_t count, search *s) {
+  const double factor = request->def.factor;
+  const static_move *to = move_of(request, &move->target);
+  thrum_full_turn *turn = &s->turns[s->loading.turn_count++];
+  *turn = (thrum_full_turn){.vertices = vertices, .count = count, .moved = to != NULL};
+  for (int axis = 0; axis < 3; axis++) {
+    turn->by[axis] = factor * DEGREE * move->by[axis];
+    turn->to[axis] = to != NULL ? factor * to->by[axis] : 0;
+  }
+}
+
+static void add_follower(const static_request *request, const static_move *move,
+                         const int32_t *vertices, int64_t count, search *s) {
+  thrum_full_follower *one = &s->followers[s->loading.follower_count++];
+  *one = (thrum_full_follower){.vertices = vertices, .count = count};
+  double *into = move->kind == STATIC_MOMENT ? one->moment : one->force;
+  for (int axis = 0; axis < 3; axis++)
+    into[axis] = request->def.factor * move->by[axis];
+}
+
 static thrum_status take_moves(const static_request *request, const thrum_model *model, search *s,
                                thrum_error *error) {
+  static const char *const names[] = {"move", "rotate", "follow", "moment"};
   for (int64_t n = 0; n < request->move_count; n++) {
     const static_move *move = &request->moves[n];
     const int32_t *vertices = NULL;
     int64_t count = 0;
-    int32_t one = 0;
 
     thrum_error detail = {0};
     const thrum_status status =
-        load_target_find(model, &move->target, &vertices, &count, &one, &detail);
+        load_target_find(model, &move->target, &vertices, &count, &s->single[n], &detail);
     if (status < 0)
-      return thrum_error_set(error, status, "--move '%.100s': %s", move->text, detail.message);
+      return thrum_error_set(error, status, "--%s '%.100s': %s", names[move->kind], move->text,
+                             detail.message);
 
-    // a moved vertex is held in all three directions at its new place
-    for (int64_t k = 0; k < count; k++) {
-      const int64_t v = vertices != NULL ? vertices[k] : k;
-      s->held[v] = 7;
-      memcpy(s->moves + 3 * v, move->by, sizeof move->by);
-    }
+    // a moved or turned vertex is held in all three directions at its new place
+    if (move->kind <= STATIC_ROTATE)
+      hold(vertices, count, move->kind == STATIC_MOVE ? move->by : NULL, s);
+    if (move->kind == STATIC_ROTATE)
+      add_turn(request, move, vertices, count, s);
+    if (move->kind >= STATIC_FOLLOW)
+      add_follower(request, move, vertices, count, s);
   }
+
+  s->loading.forces = s->forces;
+  s->loading.moves = request->move_count > s->loading.follower_count ? s->moves : NULL;
+  s->loading.followers = s->followers;
+  s->loading.turns = s->turns;
   return THRUM_OK;
+}
+
+/* The body where --from has it: a field of displacements, or q. */
+static thrum_status start_from(const static_request *request, const thrum_model *model, search *s,
+                               thrum_error *error) {
+  double *values = NULL;
+  int64_t rows = 0, columns = 0;
+  if (request->from == NULL)
+    return THRUM_OK;
+  THRUM_TRY(thrum_npy_read_f8(request->from, &values, &rows, &columns, error));
+
+  // a field as it is, and q through the basis
+  thrum_status status = THRUM_OK;
+  if (rows == model->vertex_count && columns == 3)
+    memcpy(s->field, values, (size_t)(3 * rows) * sizeof *values);
+  else if (columns == 0 && rows == model->rank && model->basis != NULL)
+    status = thrum_displacement(model, values, 0, model->vertex_count, s->field, error);
+  else
+    status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "--from %.200s: it has %lld x %lld numbers; wanted are %lld x 3, the "
+                             "displacements of all vertices, or q of %lld",
+                             request->from, (long long)rows, (long long)columns,
+                             (long long)model->vertex_count, (long long)model->rank);
+
+  THRUM_THEN(status, thrum_full_displace(s->body, s->field, error));
+  free(values);
+  return status;
 }
 
 static thrum_status add_loads(const static_request *request, const thrum_model *model, search *s,
@@ -128,6 +217,35 @@ static void fill_report(static_answer *answer, const thrum_full_equilibrium *fou
     thrum_full_project(s->body, s->field, q);
 }
 
+/* Is there a shape of less energy, so that the path led to a higher branch? The body is kicked
+ * along its two lowest vibrations by a third of how far it is displaced. */
+static thrum_status look_lower(static_answer *answer, const thrum_full_equilibrium *found,
+                               search *s, thrum_error *error) {
+  const thrum_model *model = answer->model;
+  const int64_t all = 3 * model->vertex_count, rank = model->rank, count = rank < 2 ? rank : 2;
+  double peak = 0, lower = INFINITY;
+  int64_t vertex = 0;
+  double *kicks = thrum_allocate(count * all, sizeof *kicks, "a search for less energy", error);
+  if (kicks == NULL)
+    return THRUM_OUT_OF_MEMORY;
+  thrum_full_peak(s->body, &peak, &vertex);
+  for (int64_t k = 0; k < count; k++) {
+    double largest = 0;
+    for (int64_t c = 0; c < all; c++)
+      largest = fmax(largest, fabs(model->basis[c * rank + k]));
+    for (int64_t c = 0; c < all; c++)
+      kicks[k * all + c] = KICK * peak / largest * model->basis[c * rank + k];
+  }
+
+  // energies that differ by rounding are those of the same shape
+  const double energy = found->energy + found->load_energy;
+  thrum_status status = thrum_full_lower(s->body, &s->loading, kicks, count, &lower, error);
+  if (status >= 0 && lower < energy - 1e-6 * fabs(energy))
+    answer->lower_energy = lower;
+  free(kicks);
+  return status;
+}
+
 static thrum_status find(static_answer *answer, search *s, double *q, thrum_error *error) {
   const static_request *request = answer->request;
   const thrum_model *model = answer->model;
@@ -135,21 +253,28 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
   thrum_full_def def = thrum_default_full_def();
   def.tolerance = request->def.tolerance;
   def.solver = request->solver;
+  def.quadrature = request->quadrature;
 
   // held vertices belong to the body, so they are known before it is made
-  THRUM_TRY(allocate(model, s, error));
+  THRUM_TRY(allocate(model, request->move_count, s, error));
   THRUM_TRY(take_moves(request, model, s, error));
   THRUM_TRY(thrum_full_create(model, s->held, &def, &s->body, error));
   THRUM_TRY(add_loads(request, model, s, error));
 
   // displacements are read once before the search, so that a wrong target fails at once
   THRUM_TRY(look(answer, s, error));
-  THRUM_TRY(thrum_full_rest(s->body, s->forces, request->move_count > 0 ? s->moves : NULL, &found,
-                            error));
+  THRUM_TRY(start_from(request, model, s, error));
+  THRUM_TRY(thrum_full_rest_under(s->body, &s->loading, &found, error));
+
+  if (request->monitor && s->loading.moves != NULL && s->loading.follower_count == 0 &&
+      found.stable && model->basis != NULL)
+    THRUM_TRY(look_lower(answer, &found, s, error));
 
   // the answer is read off the body at rest
   fill_report(answer, &found, s, q);
   THRUM_TRY(look(answer, s, error));
+  if (request->field != NULL)
+    THRUM_TRY(thrum_npy_write_f8(request->field, s->field, model->vertex_count, 3, error));
   return request->frame != NULL ? vtu_write_whole(request->frame, model, s->field, error)
                                 : THRUM_OK;
 }
@@ -166,5 +291,8 @@ thrum_status static_full_find(static_answer *answer, double *q, thrum_error *err
   thrum_full_free(s.body);
   free(s.held);
   free(s.forces);
+  free(s.single);
+  free(s.followers);
+  free(s.turns);
   return status;
 }

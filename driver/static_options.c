@@ -23,9 +23,20 @@ static thrum_status take_at(const config_given *given, void *request) {
   return THRUM_OK;
 }
 
-/* A displacement [m] that a target is brought to: X,Y,Z@TARGET. */
-static thrum_status parse_move(const char *text, static_move *move, thrum_error *error) {
-  static_move parsed = {.text = text};
+static const struct {
+  const char *option, *wants;
+} move_kinds[] = {
+    [STATIC_MOVE] = {"--move", "metres that a group is brought to"},
+    [STATIC_ROTATE] = {"--rotate", "an axis times the degrees that a group is turned by"},
+    [STATIC_FOLLOW] = {"--follow", "newtons that turn with a group"},
+    [STATIC_MOMENT] = {"--moment", "newton metres that turn with a group"},
+};
+
+/* X,Y,Z@TARGET */
+static thrum_status parse_move(const char *text, static_move_kind kind, static_move *move,
+                               thrum_error *error) {
+  static_move parsed = {.kind = kind, .text = text};
+  const char *option = move_kinds[kind].option;
   char vector[128], said[LOAD_TEXT_MAX];
   const char *at = strchr(text, '@');
   const size_t length = at != NULL ? (size_t)(at - text) : sizeof vector;
@@ -36,22 +47,37 @@ static thrum_status parse_move(const char *text, static_move *move, thrum_error 
 
   // the target is named as those of loads are
   if (length >= sizeof vector || !config_parse_vector3(vector, parsed.by))
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "--move '%.200s': it is X,Y,Z@TARGET, metres that a group is brought to",
-                           text);
-  snprintf(said, sizeof said, "--move '%.200s'", text);
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%s '%.200s': it is X,Y,Z@TARGET, %s",
+                           option, text, move_kinds[kind].wants);
+  snprintf(said, sizeof said, "%s '%.200s'", option, text);
   THRUM_TRY(load_target_parse(at + 1, said, &parsed.target, error));
   *move = parsed;
   return THRUM_OK;
 }
 
-static thrum_status take_move(const config_given *given, void *request) {
+static thrum_status take_kind(const config_given *given, static_move_kind kind, void *request) {
   static_request *r = request;
   thrum_error error = {0};
-  if (parse_move(given->text, &r->moves[r->move_count], &error) < 0)
+  if (parse_move(given->text, kind, &r->moves[r->move_count], &error) < 0)
     return config_given_refuse(given, "%s", error.message);
   r->move_count++;
   return THRUM_OK;
+}
+
+static thrum_status take_move(const config_given *given, void *request) {
+  return take_kind(given, STATIC_MOVE, request);
+}
+
+static thrum_status take_rotate(const config_given *given, void *request) {
+  return take_kind(given, STATIC_ROTATE, request);
+}
+
+static thrum_status take_follow(const config_given *given, void *request) {
+  return take_kind(given, STATIC_FOLLOW, request);
+}
+
+static thrum_status take_moment(const config_given *given, void *request) {
+  return take_kind(given, STATIC_MOMENT, request);
 }
 
 #define AT(member) CONFIG_AT(static_request, member)
@@ -76,18 +102,47 @@ static const config_option options[] = {
     OPTION_COUNT("rank", "all of the model", "the lowest N coordinates only", AT(rank),
                  CONFIG_RANGE(1, THRUM_RANK_MAX)),
 
+    OPTION_TEXT(
+        "from", "FILE.npy", "at rest",
+        "go on from this equilibrium, q of -o or the field of --displacements, to the loads "
+        "given here; the factor then counts from 0 to 1 on that way",
+        .path = CONFIG_PATH_ALWAYS, AT(from)),
+    OPTION_SWITCH(
+        "monitor", "on",
+        "warn of compression and displacement beyond what the model can be believed for, "
+        "of a basis that cannot bend so far, and of a moved body that has a shape of less "
+        "energy; changes no result",
+        AT(monitor)),
+
     OPTION_HEADING("the full order"),
     OPTION_FLAG("full", "of the whole mesh, unreduced; MODEL may then be a mesh", AT(full)),
     OPTION_GROUP(mesh_options, "", AT(mesh_def)),
     OPTION_TEXT("move", "X,Y,Z@TARGET", NULL,
                 "bring a group, vertex=N or all to this displacement and hold it there",
                 .unit = "m", .repeats = true, .take = take_move),
+    OPTION_TEXT(
+        "rotate", "X,Y,Z@TARGET", NULL,
+        "turn a group as a rigid whole about the mean of its vertices, by axis times angle, "
+        "and hold it there; the mean stays, or goes where --move says",
+        .unit = "degrees", .repeats = true, .take = take_rotate),
+    OPTION_TEXT("moment", "X,Y,Z@TARGET", NULL, "a moment on a group that turns with it",
+                .unit = "N m", .repeats = true, .take = take_moment),
+    OPTION_TEXT("follow", "X,Y,Z@TARGET", NULL,
+                "a force on a group, shared equally, that turns with it", .unit = "N",
+                .repeats = true, .take = take_follow),
     OPTION_CHOICE("linear-solver", full_solver_names, "cholesky",
                   "how its linear systems are solved; cg is conjugate gradients", AT(solver)),
+    OPTION_CHOICE("quadrature", full_quadrature_names, "exact",
+                  "points at which forces of ten-node tetrahedra are taken: those that are exact, "
+                  "or four, as other programs take them",
+                  AT(quadrature)),
 
     OPTION_HEADING("what is written"),
     OPTION_TEXT("output", "FILE.npy", NULL, "q, which thrum simulate --start FILE.npy takes",
                 .letter = 'o', WRITTEN(output)),
+    OPTION_TEXT("displacements", "FILE.npy", NULL,
+                "the displacements of all vertices, which --from takes", .unit = "m",
+                WRITTEN(field)),
     OPTION_TEXT("vtu", "FILE.vtu", NULL, "the deformed body for ParaView", WRITTEN(frame)),
     OPTION_TEXT("path", "FILE.csv", NULL, "the path: load, energy, stiffness, displacements",
                 WRITTEN(path)),
@@ -113,13 +168,10 @@ const config_command command_static = {
     .notes = "thrum simulate --start static:LOAD begins a run from such an equilibrium.\n",
     .examples = "static beam.npz --load gravity:0,0,-9.81 -o sag.npy\n"
                 "static beam.npz --load constant:-100,0,0@tip --factor 5 --path column.csv\n"
+                "static beam.npz --full --moment 0,-20,0@tip --displacements bent.npy\n"
                 "static bridge --load gravity:0,0,-9.81 --at load --json",
-    .exits = "0 done, 1 refused, 2 usage, 3 found but flagged (buckled, snapped, unstable)",
+    .exits = "0 done, 1 refused, 2 usage, 3 found but flagged (buckled, snapped, unstable, higher)",
 };
-
-static bool same_target(const load_target *a, const load_target *b) {
-  return a->all == b->all && a->vertex == b->vertex && strcmp(a->group, b->group) == 0;
-}
 
 /* Shows the displacements where the loads act, when no target is given. */
 static void default_targets(static_request *request) {
@@ -128,7 +180,7 @@ static void default_targets(static_request *request) {
     const char *at = strchr(request->loads[n].text, '@');
     bool seen = at == NULL;
     for (int64_t k = 0; k < request->target_count && !seen; k++)
-      seen = same_target(&request->targets[k], &request->loads[n].target);
+      seen = load_target_equal(&request->targets[k], &request->loads[n].target);
     if (seen)
       continue;
 
@@ -149,6 +201,9 @@ static bool ends_with(const char *text, const char *end) {
 static int check_names(const static_request *request) {
   if (request->output != NULL && !ends_with(request->output, ".npy"))
     return config_usage("static", "-o wants the name of an .npy file, not '%s'", request->output);
+  if (request->field != NULL && !ends_with(request->field, ".npy"))
+    return config_usage("static", "--displacements wants the name of an .npy file, not '%s'",
+                        request->field);
   if (request->frame != NULL && !ends_with(request->frame, ".vtu"))
     return config_usage("static", "--vtu wants the name of a .vtu file, not '%s'", request->frame);
   if (request->path != NULL && !ends_with(request->path, ".csv"))
@@ -159,6 +214,7 @@ static int check_names(const static_request *request) {
 int static_options_read(int argc, char **argv, static_request *request) {
   request->def = thrum_default_equilibrium_def();
   request->mesh_def = mesh_model_def_default();
+  request->monitor = true;
   int code = config_options_read(&command_static, argc, argv, request);
   if (code != COMMAND_DONE)
     return code;
@@ -171,8 +227,11 @@ int static_options_read(int argc, char **argv, static_request *request) {
 
   // some options belong to the full order, others to reduced models
   if (request->move_count > 0 && !request->full)
-    return config_usage("static",
-                        "--move goes with --full: a model's basis holds still what is held");
+    return config_usage("static", "%s goes with --full: a model's basis %s",
+                        move_kinds[request->moves[0].kind].option,
+                        request->moves[0].kind <= STATIC_ROTATE
+                            ? "holds still what is held"
+                            : "does not know how a group turns");
   if (request->full && (request->def.stay || request->path != NULL))
     return config_usage("static", "--%s is of a reduced model; leave it out with --full",
                         request->def.stay ? "stay" : "path");

@@ -7,10 +7,18 @@
 #include "driver/mesh_model.h"
 #include "precompute/full/full.h"
 
-/* A displacement that the full order brings a target to. */
+typedef enum static_move_kind {
+  STATIC_MOVE,   /* a displacement that a target is brought to [m] */
+  STATIC_ROTATE, /* axis times angle that it is turned by [degrees] */
+  STATIC_FOLLOW, /* a force that turns with it [N] */
+  STATIC_MOMENT  /* a moment that turns with it [N m] */
+} static_move_kind;
+
+/* What the full order does to a target besides its loads. */
 typedef struct static_move {
+  static_move_kind kind;
   const char *text;
-  double by[3]; /* [m] */
+  double by[3];
   load_target target;
 } static_move;
 
@@ -20,6 +28,8 @@ typedef struct static_request {
   const char *output;      /* q as .npy; NULL: none */
   const char *frame;       /* .vtu; NULL: none */
   const char *path;        /* .csv of the path; NULL: none */
+  const char *from;        /* .npy where the path starts; NULL: at rest */
+  const char *field;       /* .npy of the displacements; NULL: none */
   const char **at;         /* targets whose displacement is shown, as given */
   load_target *targets;    /* the same, parsed */
   int64_t target_count;
@@ -29,8 +39,10 @@ typedef struct static_request {
   static_move *moves; /* of --full */
   int64_t move_count;
   thrum_full_solver solver;
+  thrum_full_quadrature quadrature;
   thrum_equilibrium_def def;
   int64_t rank; /* 0: all */
+  bool monitor; /* warn of what the answer of a model can be believed for */
   bool json, quiet;
   config_file file; /* of --options; the texts above may point into it */
 } static_request;

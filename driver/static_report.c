@@ -14,7 +14,10 @@
 
 static const char *const instabilities[] = {"none", "bifurcation", "limit point"};
 
-const char *static_status_name(const thrum_equilibrium_report *report) {
+const char *static_status_name(const static_answer *answer) {
+  const thrum_equilibrium_report *report = &answer->report;
+  if (isfinite(answer->lower_energy))
+    return "higher";
   if (report->least < 0)
     return "unstable";
   if (report->instability == THRUM_INSTABILITY_LIMIT)
@@ -35,9 +38,9 @@ static void add_displacements(cJSON *object, const static_answer *answer) {
 }
 
 static void add_files(cJSON *object, const static_request *request) {
-  const char *const files[] = {request->output, request->frame, request->path};
+  const char *const files[] = {request->output, request->field, request->frame, request->path};
   cJSON *list = cJSON_AddArrayToObject(object, "files");
-  for (int n = 0; n < 3; n++)
+  for (int n = 0; n < 4; n++)
     if (files[n] != NULL)
       cJSON_AddItemToArray(list, cJSON_CreateString(files[n]));
 }
@@ -45,7 +48,7 @@ static void add_files(cJSON *object, const static_request *request) {
 void static_report_json(const static_answer *answer) {
   const static_request *request = answer->request;
   const thrum_equilibrium_report *report = &answer->report;
-  cJSON *object = json_report("static", static_status_name(report));
+  cJSON *object = json_report("static", static_status_name(answer));
 
   // what was asked
   json_string(object, "model", request->model_path);
@@ -60,6 +63,7 @@ void static_report_json(const static_answer *answer) {
   add_displacements(object, answer);
   json_number(object, "energy_j", report->energy);
   json_number(object, "load_energy_j", report->load_energy);
+  json_number(object, "lower_energy_j", answer->lower_energy);
   json_number(object, "residual", report->residual);
 
   // its stability
@@ -82,6 +86,16 @@ void static_report_json(const static_answer *answer) {
     cJSON_AddNullToObject(object, "mode");
   else
     json_numbers(object, "mode", answer->mode, answer->model->rank);
+
+  // what of it is to be believed
+  if (request->full || isnan(answer->belief.reach)) {
+    cJSON_AddNullToObject(object, "monitor");
+  } else {
+    cJSON *monitor = cJSON_AddObjectToObject(object, "monitor");
+    json_number(monitor, "least_stretch", answer->belief.stretch);
+    json_number(monitor, "reach", answer->belief.reach);
+    json_number(monitor, "undone_share", answer->belief.undone);
+  }
 
   // the cost
   json_number(object, "jumps", report->jumps);
@@ -139,14 +153,26 @@ void static_report_table(const static_answer *answer) {
     printf("full order   %" PRId64 " components, %.3g s\n", answer->components, answer->seconds);
 
   // where the body came to rest
-  printf("energy       %.6g J in the body, %.6g J of the load\n", report->energy,
-         report->load_energy);
+  if (isfinite(report->load_energy))
+    printf("energy       %.6g J in the body, %.6g J of the load\n", report->energy,
+           report->load_energy);
+  else
+    printf("energy       %.6g J in the body; loads that turn have none\n", report->energy);
   for (int64_t n = 0; n < request->target_count; n++) {
     const double *mean = answer->displaced[n];
     printf("displaced    %s: %.6g, %.6g, %.6g m\n", request->at[n], mean[0], mean[1], mean[2]);
   }
   if (answer->peak_vertex >= 0)
     printf("peak         %.6g m at vertex %" PRId64 "\n", answer->peak, answer->peak_vertex + 1);
+
+  if (!request->full && !isnan(answer->belief.reach)) {
+    printf("monitor      least stretch %.3f (warns below 0.577), reach %.2g (warns above 3)",
+           answer->belief.stretch, answer->belief.reach);
+    if (isnan(answer->belief.undone))
+      puts("");
+    else
+      printf(", %.2g %% of the energy undone (warns above 5 %%)\n", 100 * answer->belief.undone);
+  }
 
   // stability, then the coordinates themselves
   print_stability(answer);
@@ -155,10 +181,10 @@ void static_report_table(const static_answer *answer) {
     printf(" %.6g", answer->q[i]);
   puts("");
 
-  printf("status       %s\n", static_status_name(report));
-  const char *const files[] = {request->output, request->frame, request->path};
+  printf("status       %s\n", static_status_name(answer));
+  const char *const files[] = {request->output, request->field, request->frame, request->path};
   const char *before = "files        ";
-  for (int n = 0; n < 3; n++)
+  for (int n = 0; n < 4; n++)
     if (files[n] != NULL) {
       printf("%s%s", before, files[n]);
       before = ", ";

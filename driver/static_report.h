@@ -5,6 +5,14 @@
 
 #include "driver/static_options.h"
 
+/* What of the answer of a reduced model is to be believed; NaN: not looked at. */
+typedef struct static_belief {
+  uint32_t warnings; /* thrum_warning */
+  double reach;      /* [tenths of the diagonal] */
+  double stretch;    /* least of the sampled tetrahedra */
+  double undone;     /* share of the energy that the basis leaves undone */
+} static_belief;
+
 typedef struct static_answer {
   const static_request *request;
   const thrum_model *model;
@@ -16,10 +24,12 @@ typedef struct static_answer {
   int64_t peak_vertex;    /* 0-based, -1: none */
   double seconds;         /* of the search */
   int64_t components;     /* of the full order */
+  static_belief belief;
+  double lower_energy; /* of a shape of body and load that has less [J]; NaN: none was found */
 } static_answer;
 
-/* "done", or what flags it: "unstable", "buckled", "snapped". */
-const char *static_status_name(const thrum_equilibrium_report *report);
+/* "done", or what flags it: "unstable", "buckled", "snapped", "higher". */
+const char *static_status_name(const static_answer *answer);
 
 void static_report_json(const static_answer *answer);
 void static_report_table(const static_answer *answer);

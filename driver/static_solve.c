@@ -36,8 +36,8 @@ static void warn_idle(const thrum_model *model, const char *said, const double *
 }
 
 thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def *def,
-                          const char *said, const load_spec *loads, int64_t count, double *q,
-                          double *mode, const static_progress *progress,
+                          const char *said, const load_spec *loads, int64_t count, bool from,
+                          double *q, double *mode, const static_progress *progress,
                           thrum_equilibrium_report *report, thrum_error *error) {
   size_t size = 0;
   double one[THRUM_RANK_MAX], sum[THRUM_RANK_MAX] = {0};
@@ -51,8 +51,19 @@ thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def 
   // a load that nothing answers is a mistake more often than not
   warn_idle(model, said, sum);
 
+  // an answer is continued from the forces that hold it
+  thrum_equilibrium_def continued = *def;
+  double base[THRUM_RANK_MAX];
+  if (from) {
+    thrum_internal_force(model, q, base, workspace);
+    for (int64_t i = 0; i < model->rank; i++)
+      sum[i] = def->factor * sum[i] - base[i];
+    continued.base = base;
+    continued.factor = 1;
+  }
+
   const thrum_status status =
-      thrum_equilibrium(model, def, sum, q, mode, workspace, size, progress->report,
+      thrum_equilibrium(model, &continued, sum, q, mode, workspace, size, progress->report,
                         progress->context, report, &detail);
 
   free(workspace);

@@ -11,11 +11,11 @@ typedef struct static_progress {
 } static_progress;
 
 /* The equilibrium under `count` loads at their full strength together. q (rank): where to begin,
- * and the answer; mode (rank) may be NULL. On failure, whose line begins with `said`, nothing is
- * changed. */
+ * and the answer; from: q is an equilibrium under some load, from which the path goes to these;
+ * mode (rank) may be NULL. On failure, whose line begins with `said`, nothing is changed. */
 thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def *def,
-                          const char *said, const load_spec *loads, int64_t count, double *q,
-                          double *mode, const static_progress *progress,
+                          const char *said, const load_spec *loads, int64_t count, bool from,
+                          double *q, double *mode, const static_progress *progress,
                           thrum_equilibrium_report *report, thrum_error *error);
 
 /* Frequency [Hz] of a squared angular one; that of its magnitude, negative, where it is negative.

@@ -84,3 +84,17 @@ thrum_status thrum_npy_read_f8(const char *path, double **values, int64_t *rows,
   free(bytes);
   return status;
 }
+
+thrum_status thrum_npy_write_f8(const char *path, const double *values, int64_t rows,
+                                int64_t columns, thrum_error *error) {
+  unsigned char header[THRUM_NPY_HEADER_MAX];
+  thrum_file_writer writer = {0};
+  const size_t size = thrum_npy_header_f8(header, rows, columns);
+  const size_t count = (size_t)rows * (size_t)(columns > 0 ? columns : 1);
+  thrum_status status = thrum_file_writer_open(path, &writer, error);
+  THRUM_THEN(status, thrum_file_writer_put(&writer, header, size, error));
+  THRUM_THEN(status, thrum_file_writer_put(&writer, values, count * sizeof *values, error));
+  THRUM_THEN(status, thrum_file_writer_commit(&writer, error));
+  thrum_file_writer_abandon(&writer);
+  return status;
+}

@@ -19,6 +19,10 @@ size_t thrum_npy_header(unsigned char header[THRUM_NPY_HEADER_MAX], const char *
 /* Writes the header for <f8 in the same way; returns its length, at most 192 bytes. */
 size_t thrum_npy_header_f8(unsigned char header[192], int64_t rows, int64_t columns);
 
+/* Writes a .npy file of <f8, first beside its place and then renamed; columns 0 as above. */
+thrum_status thrum_npy_write_f8(const char *path, const double *values, int64_t rows,
+                                int64_t columns, thrum_error *error);
+
 /* Reads a .npy file of <f8 in C order with one or two dimensions; *columns is 0 for a plain vector.
  * The caller frees *values, which may be infinite or NaN. */
 thrum_status thrum_npy_read_f8(const char *path, double **values, int64_t *rows, int64_t *columns,

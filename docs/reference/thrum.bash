@@ -34,10 +34,13 @@ _thrum() {
   'simulate --frequency-matching') words='on off' ;;
   'simulate --solver') words='quasi-newton newton' ;;
   'simulate --linear-solver') words='cholesky cg' ;;
-  'simulate '*) words=' --output --dt --time --load --base-motion --start --rank --condense --record-every --frames --frames-in --stress --monitor --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --frequency-matching --newmark --solver --tolerance --iterations --full --fix --young --poisson --density --linear-solver --options --json --quiet --help' ;;
+  'simulate --quadrature') words='exact four' ;;
+  'simulate '*) words=' --output --dt --time --load --base-motion --start --rank --condense --record-every --frames --frames-in --stress --monitor --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --frequency-matching --newmark --solver --tolerance --iterations --full --fix --young --poisson --density --linear-solver --quadrature --options --json --quiet --help' ;;
   'view '*) words='--output --surface --no-open --json --quiet --help' ;;
+  'static --monitor') words='on off' ;;
   'static --linear-solver') words='cholesky cg' ;;
-  'static '*) words=' --load --factor --at --stay --tolerance --rank --full --fix --young --poisson --density --move --linear-solver --output --vtu --path --options --json --quiet --help' ;;
+  'static --quadrature') words='exact four' ;;
+  'static '*) words=' --load --factor --at --stay --tolerance --rank --from --monitor --full --fix --young --poisson --density --move --rotate --moment --follow --linear-solver --quadrature --output --displacements --vtu --path --options --json --quiet --help' ;;
   'experiments '*) words='--long --sweep --step-sizes --work-precision --variable --extremes --linear --output --models --loads --schemes --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help' ;;
   'tradeoff '*) words='--output --load --error --budget --fps --time --quick --fix --young --poisson --density --test --ranks --rank-max --dts --tolerances --integrators --precisions --damping --full-dt --keep-runs --threads --json --quiet --help' ;;
   'info --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;

@@ -1,4 +1,4 @@
-/* Static equilibrium of a body under a load: R(q) = factor f (design 12).
+/* Static equilibrium of a body under a load: R(q) = factor f (design 12), or base + factor f.
  *
  * The load grows in steps from zero, with Newton and a line search in each, so that a body that
  * bends far is followed from its shape at rest. The least eigenvalue of T(q) tells whether the
@@ -48,6 +48,11 @@ typedef struct thrum_equilibrium_def {
   /* 1: the path stays on a branch that has become unstable; 0: it leaves it. Default 0. */
   int32_t stay;
 
+  /* A load that acts all along, beside factor times the other (rank) [kg^1/2 m/s^2]; NULL, the
+   * default: none. With base = R(q) of another equilibrium q, which is where the path then starts,
+   * that answer is continued. */
+  const double *base;
+
   /* Which instructions evaluate the polynomial; default the best of this machine. All kernels give
    * the same bits. */
   thrum_kernel_id kernel;
@@ -77,7 +82,7 @@ typedef struct thrum_equilibrium_report {
   double factor;          /* factor of the load that q balances [1] */
   double residual;        /* |R - factor f| / |factor f|, both divided by omega mode by mode */
   double energy;          /* V(q) [J] */
-  double load_energy;     /* -factor f q, the potential of the load [J] */
+  double load_energy;     /* -(base + factor f) q, the potential of the load [J] */
   double least;           /* least eigenvalue of T(q) [1/s^2]: squared frequency of the softest
                              small vibration about q; < 0: the equilibrium is unstable */
   double softest;         /* least value of `least` along the path [1/s^2] */
@@ -103,11 +108,11 @@ THRUM_API thrum_status thrum_equilibrium_size(const thrum_model *model, size_t *
  * [kg^1/2 m/s^2]).
  *
  * q (rank) holds the start on entry, zeros for the shape at rest; another start is first relaxed
- * without load. On return it holds the equilibrium. mode (rank, may be NULL) gets the direction of
- * least stiffness where the path lost its stability first, else at q; it has length 1 and its
- * largest entry is positive. `workspace` has thrum_equilibrium_size bytes, is aligned to 64 and
- * stays the caller's. `visit` (may be NULL) is called with `context` and each equilibrium in turn,
- * in this thread.
+ * without load, or under the base. On return it holds the equilibrium. mode (rank, may be NULL)
+ * gets the direction of least stiffness where the path lost its stability first, else at q; it has
+ * length 1 and its largest entry is positive. `workspace` has thrum_equilibrium_size bytes, is
+ * aligned to 64 and stays the caller's. `visit` (may be NULL) is called with `context` and each
+ * equilibrium in turn, in this thread.
  *
  * A failure leaves q, mode and report as they were: THRUM_NOT_CONVERGED with the factor that was
  * reached, THRUM_BAD_VALUE for numbers that are not finite, THRUM_UNINITIALISED_DEF,

@@ -127,7 +127,13 @@ static thrum_status hold(thrum_full *full, const uint8_t *held, thrum_error *err
     full->fixed[v] = (uint8_t)(full->model->fixed[v] | (held ? held[v] : 0));
   thrum_model seen = *full->model;
   seen.fixed = full->fixed;
-  return thrum_model_fem_create(&seen, &full->body, error);
+  THRUM_TRY(thrum_model_fem_create(&seen, &full->body, error));
+  if (full->def.quadrature == THRUM_FULL_EXACT)
+    return THRUM_OK;
+
+  // masses stay exact; forces and the stiffness at rest are those of four points
+  THRUM_TRY(thrum_fem_create_of_four(&full->body.mesh, full->fixed, &full->four, error));
+  return thrum_fem_stiffness(&full->four, NULL, &full->body.stiffness, error);
 }
 
 static thrum_status fill(thrum_full *full, const uint8_t *held, thrum_error *error) {
@@ -181,6 +187,7 @@ void thrum_full_free(thrum_full *full) {
   full_linear_free(&full->linear);
   full_linear_free(&full->mass);
   thrum_model_fem_free(&full->body);
+  thrum_fem_free(&full->four);
   free(full->fixed);
   free(full->tangent.value);
   free(full->system.value);
@@ -204,6 +211,14 @@ thrum_status thrum_full_set(thrum_full *full, const double *u, const double *v,
   memset(full->held, 0, (size_t)all * sizeof *full->held);
   full->linear.ready = false;
   full->fresh = true;
+  return THRUM_OK;
+}
+
+thrum_status thrum_full_displace(thrum_full *full, const double *u, thrum_error *error) {
+  const thrum_fem *fem = &full->body.fem;
+  THRUM_TRY(thrum_full_set(full, u, NULL, error));
+  for (int64_t c = 0; c < 3 * fem->vertex_count; c++)
+    full->held[c] = fem->dof[c] < 0 ? u[c] : 0;
   return THRUM_OK;
 }
 
@@ -309,7 +324,7 @@ thrum_status thrum_full_step(thrum_full *full, thrum_error *error) {
 thrum_full_energies thrum_full_energy(const thrum_full *full) {
   thrum_full_energies found = {0, 0, 0};
   full_place(full, full->u, 0, NULL, full->place);
-  found.potential = thrum_fem_energy(&full->body.fem, full->place, NULL);
+  found.potential = thrum_fem_energy(full_elastic(full), full->place, NULL);
   if (full->def.scheme == THRUM_FULL_CENTRAL) {
     for (int64_t i = 0; i < full->body.fem.free_count; i++)
       found.kinetic += 0.5 * full->lumped[i] * full->v[i] * full->v[i];

@@ -12,6 +12,7 @@
 
 #include <stdbool.h>
 
+#include "precompute/full/full_loading.h"
 #include "precompute/full/full_solver.h"
 #include "thrum/model.h"
 
@@ -46,6 +47,10 @@ typedef struct thrum_full_def {
   int32_t iterations_max;
 
   thrum_full_solver solver; /* default Cholesky */
+
+  /* Points at which the elastic forces of ten-node tetrahedra are taken; default exact. Four are
+   * cheaper, and stiffness at large strains is then not exact; masses always are. */
+  thrum_full_quadrature quadrature;
 
   /* Residual at which conjugate gradients end, relative; > 0, default 1e-10. Larger: fewer of their
    * iterations, and more of Newton's. */
@@ -89,6 +94,8 @@ void thrum_full_free(thrum_full *full); /* NULL is fine */
 /* Displacements [m] and velocities [m/s]; NULL means zero, and not wanted. Held components of set
  * are taken as zero. */
 thrum_status thrum_full_set(thrum_full *full, const double *u, const double *v, thrum_error *error);
+/* The same for displacements of held components too, at rest. */
+thrum_status thrum_full_displace(thrum_full *full, const double *u, thrum_error *error);
 void thrum_full_get(const thrum_full *full, double *u, double *v);
 
 /* Forces [N] of the steps to come: their mean over a step, as of thrum_state_set_force. */
@@ -102,6 +109,28 @@ thrum_status thrum_full_step(thrum_full *full, thrum_error *error);
  * are brought to along the way. The body is then there, at rest. On failure it is as it was. */
 thrum_status thrum_full_rest(thrum_full *full, const double *forces, const double *moves,
                              thrum_full_equilibrium *found, thrum_error *error);
+
+/* The same under a loading. Where the body is displaced at the start, the path begins at the forces
+ * and the places that hold it there, and goes from them to the loading: an answer is continued.
+ * With followers the way down is Newton's alone, load_energy is NaN, and `stable` speaks of the
+ * body's tangent without the loads. THRUM_INVALID_ARGUMENT for followers whose vertices lie on a
+ * line. */
+thrum_status thrum_full_rest_under(thrum_full *full, const thrum_full_loading *loading,
+                                   thrum_full_equilibrium *found, thrum_error *error);
+
+/* The lowest energy of body and load [J] that searches from other places find: from the present
+ * displacement, an equilibrium, kicked along each of the fields `kicks` (kick_count x 3
+ * vertex_count, [m]) both ways. Infinity: none ended. The body stays as it is. Not with followers.
+ */
+thrum_status thrum_full_lower(thrum_full *full, const thrum_full_loading *loading,
+                              const double *kicks, int64_t kick_count, double *lower,
+                              thrum_error *error);
+
+/* How much lower the energy of body and load is at the equilibrium near the present displacement
+ * under `forces` [J], by one correction of Newton: half of delta^T r. What a displacement that a
+ * basis was allowed to show leaves undone. The body stays as it is. */
+thrum_status thrum_full_undone(thrum_full *full, const double *forces, double *energy,
+                               thrum_error *error);
 
 thrum_full_energies thrum_full_energy(const thrum_full *full);
 thrum_full_report thrum_full_report_get(const thrum_full *full);

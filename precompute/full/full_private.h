@@ -34,6 +34,7 @@ struct thrum_full {
   thrum_full_def def;
   const thrum_model *model;
   thrum_model_fem body; /* stiffness: at rest; mass: the model's */
+  thrum_fem four;       /* the elements with four points; empty without THRUM_FULL_FOUR */
   uint8_t *fixed;       /* vertex_count: held, the model's and others */
 
   /* Matrices on one pattern, and what solves with them. */
@@ -54,6 +55,9 @@ struct thrum_full {
 #undef X
 };
 
+/* The elements whose points the elastic forces are taken at. */
+const thrum_fem *full_elastic(const thrum_full *full);
+
 /* place = the field of u + share d (d NULL: of u), held components displaced. */
 void full_place(const thrum_full *full, const double *u, double share, const double *d,
                 double *place);
@@ -68,6 +72,22 @@ thrum_status full_assemble(thrum_full *full, const double *place, double of_tang
 /* r -= scale M x, or scale C x. */
 void full_subtract_mass(thrum_full *full, double scale, const double *x, double *r);
 void full_subtract_damping(thrum_full *full, double scale, const double *x, double *r);
+
+/* Loads that turn with their group, as a search uses them; a zeroed one is fine to free. */
+typedef struct full_turning {
+  full_followers followers;
+  int64_t count;  /* 3 follower_count, products in their derivative */
+  double *memory; /* of the products and of the solver */
+} full_turning;
+
+thrum_status full_turning_make(thrum_full *full, const thrum_full_loading *loading,
+                               full_turning *turning, thrum_error *error);
+void full_turning_free(full_turning *turning);
+
+/* full->delta = (K - factor times the derivative of the loads)^-1 full->r at full->place, with
+ * full->tangent K there and factors of it, shifted or not, in full->linear. */
+thrum_status full_turning_solve(thrum_full *full, const full_turning *turning, double factor,
+                                thrum_error *error);
 
 double full_dot(const thrum_full *full, const double *x, const double *y);
 

@@ -4,6 +4,10 @@
  * at rest where it is not positive definite, so that every direction leads downhill and what is
  * found is stable, but for saddles that nothing pushes the body off.
  *
+ * A path that starts at a displaced body begins under the forces that hold it there: the load is
+ * (1 - factor) R(start) + factor f. Loads that turn with their group have no energy: full steps of
+ * Newton are then taken (full_turning.c), and shorter load steps where those do not converge.
+ *
  * Cost: an assembly and a factorisation an iteration.
  * Source: Nocedal & Wright 2006, Numerical Optimization, doi:10.1007/978-0-387-40065-5, chapter 3.
  *
@@ -20,10 +24,14 @@
 #define NEWTON_MAX 300
 #define FIRST_STEP 0.25
 #define SHORTEST 1e-5
+#define TURNING_MAX 25 /* iterations with loads that turn; a step that needs more is too long */
 
 typedef struct rest {
   thrum_full *full;
-  const double *moves;
+  const thrum_full_loading *loading;
+  double *from;       /* all components at the start; owned */
+  const double *hold; /* forces on the free components that hold the body there; NULL: none */
+  full_turning turning;
   double factor;  /* where u is */
   double largest; /* correction so far, in the norm of the matrix */
   double energy;  /* V at the trial */
@@ -33,17 +41,45 @@ typedef struct rest {
   thrum_full_equilibrium *found;
 } rest;
 
+/* Held components on their way: straight, and as rigid groups where those turn. */
+static void place_held(const rest *s, double factor) {
+  thrum_full *full = s->full;
+  const thrum_fem *fem = &full->body.fem;
+  const double *moves = s->loading->moves;
+  if (!moves && !s->hold && s->loading->turn_count == 0)
+    return;
+
+  for (int64_t c = 0; c < 3 * fem->vertex_count; c++) {
+    const double start = s->hold ? (1 - factor) * s->from[c] : 0;
+    full->held[c] = fem->dof[c] < 0 ? start + (moves ? factor * moves[c] : 0) : 0;
+  }
+  if (s->loading->turn_count > 0)
+    full_turns_place(s->loading, fem->vertices, s->from, factor, full->held);
+}
+
 /* Residual at u under factor times the load; held components as the factor has them. */
 static void evaluate(rest *s, double factor) {
   thrum_full *full = s->full;
   const thrum_fem *fem = &full->body.fem;
-  for (int64_t c = 0; s->moves && c < 3 * fem->vertex_count; c++)
-    full->held[c] = fem->dof[c] < 0 ? factor * s->moves[c] : 0;
+  place_held(s, factor);
   for (int64_t i = 0; i < fem->free_count; i++)
     full->r[i] = factor * full->f[i];
+  for (int64_t i = 0; s->hold && i < fem->free_count; i++)
+    full->r[i] += (1 - factor) * s->hold[i];
   full_place(full, full->u, 0, NULL, full->place);
+
+  // loads that turn are where the body is
+  if (s->loading->follower_count > 0) {
+    memset(full->place_to, 0, (size_t)(3 * fem->vertex_count) * sizeof(double));
+    full_followers_add(&s->turning.followers, full->place, factor, full->place_to);
+    for (int64_t i = 0; i < fem->free_count; i++)
+      full->r[i] += full->place_to[fem->component[i]];
+  }
+
   s->energy = full_subtract_forces(full, full->place, full->r);
   s->merit = s->energy - factor * full_dot(full, full->f, full->u);
+  if (s->hold)
+    s->merit -= (1 - factor) * full_dot(full, s->hold, full->u);
 }
 
 /* Newton's correction into delta; the slope at which the energy falls along it, 0 on failure. */
@@ -99,8 +135,40 @@ static bool shorten(rest *s, double factor, double slope) {
   return false;
 }
 
+/* Full steps of Newton with loads that turn; sizes are in the energy norm at rest. */
+static bool newton_turning(rest *s, double factor, thrum_error *error) {
+  thrum_full *full = s->full;
+  const int64_t n = full->body.fem.free_count;
+  for (int k = 0; k < TURNING_MAX; k++) {
+    evaluate(s, factor);
+    const double slope = descend(s, error);
+    if (slope == 0 && full_dot(full, full->r, full->r) > 0)
+      return false;
+    if (full_turning_solve(full, &s->turning, factor, error) < 0)
+      return false;
+
+    thrum_sparse_product(&full->body.stiffness, full->delta, 1, full->product);
+    const double size = sqrt(fmax(full_dot(full, full->delta, full->product), 0));
+    if (!isfinite(size))
+      return false;
+    for (int64_t i = 0; i < n; i++)
+      full->u[i] += full->delta[i];
+
+    // an end that is not that of a positive definite tangent is no end of Newton's own method
+    s->largest = fmax(s->largest, size);
+    s->found->residual = s->largest > 0 ? size / s->largest : 0;
+    if (size <= fmax(full->def.tolerance, 64 * DBL_EPSILON) * s->largest) {
+      evaluate(s, factor);
+      return true;
+    }
+  }
+  return false;
+}
+
 static bool newton(rest *s, double factor, thrum_error *error) {
   thrum_full *full = s->full;
+  if (s->loading->follower_count > 0)
+    return newton_turning(s, factor, error);
   evaluate(s, factor);
   for (int k = 0; k < NEWTON_MAX; k++) {
     const double slope = descend(s, error);
@@ -159,12 +227,45 @@ static bool follow(rest *s, thrum_error *error) {
   return true;
 }
 
+/* Where the path starts, and where that is displaced what holds it there. */
+static thrum_status begin_at(rest *s, thrum_error *error) {
+  thrum_full *full = s->full;
+  const thrum_fem *fem = &full->body.fem;
+  const int64_t n = fem->free_count, all = 3 * fem->vertex_count;
+  double *from = thrum_allocate(all + n, sizeof *from, "the start", error);
+  if (!from)
+    return THRUM_OUT_OF_MEMORY;
+  full_place(full, full->u, 0, NULL, from);
+  s->from = from;
+
+  // turned groups count from here, at rest too
+  bool displaced = false;
+  for (int64_t c = 0; c < all; c++)
+    displaced = displaced || from[c] != 0;
+  if (!displaced)
+    return THRUM_OK;
+
+  double *hold = from + all;
+  memset(full->r, 0, (size_t)n * sizeof *hold);
+  full_subtract_forces(full, from, full->r);
+  for (int64_t i = 0; i < n; i++)
+    hold[i] = -full->r[i];
+  s->hold = hold;
+  return THRUM_OK;
+}
+
 thrum_status thrum_full_rest(thrum_full *full, const double *forces, const double *moves,
                              thrum_full_equilibrium *found, thrum_error *error) {
+  const thrum_full_loading loading = {.forces = forces, .moves = moves};
+  return thrum_full_rest_under(full, &loading, found, error);
+}
+
+thrum_status thrum_full_rest_under(thrum_full *full, const thrum_full_loading *loading,
+                                   thrum_full_equilibrium *found, thrum_error *error) {
   const int64_t n = full->body.fem.free_count, all = 3 * full->body.fem.vertex_count;
 
   // a free body has no equilibrium, unless its motion is given
-  if (full->model->rigid != NULL && moves == NULL)
+  if (full->model->rigid != NULL && loading->moves == NULL && loading->turn_count == 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "full order: nothing holds the body, so it has no equilibrium");
 
@@ -173,7 +274,7 @@ thrum_status thrum_full_rest(thrum_full *full, const double *forces, const doubl
   if (!memory)
     return THRUM_OUT_OF_MEMORY;
   thrum_full_equilibrium made = {0};
-  rest s = {.full = full, .moves = moves, .found = &made};
+  rest s = {.full = full, .loading = loading, .found = &made};
   double *start = memory, *held = memory + 3 * n;
   s.before = start + n;
   s.kept = s.before + n;
@@ -181,7 +282,10 @@ thrum_status thrum_full_rest(thrum_full *full, const double *forces, const doubl
   memcpy(held, full->held, (size_t)all * sizeof *held);
 
   // the load grows in steps, each of which Newton's method solves
-  thrum_status status = thrum_full_set_force(full, forces, error);
+  thrum_status status = begin_at(&s, error);
+  if (status >= 0 && loading->follower_count > 0)
+    status = full_turning_make(full, loading, &s.turning, error);
+  THRUM_THEN(status, thrum_full_set_force(full, loading->forces, error));
   if (status >= 0 && !follow(&s, error))
     status = thrum_error_set(error, THRUM_NOT_CONVERGED,
                              "full order: no equilibrium was found beyond %.6g of the load (%d "
@@ -196,13 +300,70 @@ thrum_status thrum_full_rest(thrum_full *full, const double *forces, const doubl
   if (status >= 0) {
     memset(full->v, 0, (size_t)n * sizeof *full->v);
     made.energy = s.energy;
-    made.load_energy = s.merit - s.energy;
+    made.load_energy = loading->follower_count > 0 ? NAN : s.merit - s.energy;
     *found = made;
   } else {
     memcpy(full->u, start, (size_t)n * sizeof *start);
     memcpy(full->held, held, (size_t)all * sizeof *held);
   }
 
+  full_turning_free(&s.turning);
+  free(s.from);
   free(memory);
   return status;
+}
+
+thrum_status thrum_full_undone(thrum_full *full, const double *forces, double *energy,
+                               thrum_error *error) {
+  const thrum_full_loading loading = {.forces = forces};
+  thrum_full_equilibrium made = {0};
+  rest s = {.full = full, .loading = &loading, .found = &made};
+  THRUM_TRY(thrum_full_set_force(full, forces, error));
+  evaluate(&s, 1);
+  *energy = descend(&s, error) / 2;
+  full->linear.ready = false;
+  full->fresh = true;
+  return THRUM_OK;
+}
+
+/* One search from the displacement in full->u under the whole loading: its energy with that of the
+ * load, or infinity where it ends nowhere. */
+static double settle(rest *s, thrum_error *error) {
+  s->largest = 0;
+  return newton(s, 1, error) ? s->merit : INFINITY;
+}
+
+thrum_status thrum_full_lower(thrum_full *full, const thrum_full_loading *loading,
+                              const double *kicks, int64_t kick_count, double *lower,
+                              thrum_error *error) {
+  const thrum_fem *fem = &full->body.fem;
+  const int64_t n = fem->free_count, all = 3 * fem->vertex_count;
+  double *memory = thrum_allocate(n + all, sizeof *memory, "the equilibrium", error);
+  if (!memory)
+    return THRUM_OUT_OF_MEMORY;
+  thrum_full_equilibrium made = {0};
+  rest s = {.full = full, .loading = loading, .found = &made};
+  double *start = memory, *held = memory + n, best = INFINITY;
+  memcpy(start, full->u, (size_t)n * sizeof *start);
+  memcpy(held, full->held, (size_t)all * sizeof *held);
+
+  // turned groups are where they are to be, so that nothing moves them further
+  const thrum_full_loading still = {.forces = loading->forces, .moves = held};
+  s.loading = &still;
+
+  // both ways along each kick
+  for (int64_t k = 0; k < 2 * kick_count; k++) {
+    const double *kick = kicks + k / 2 * all, way = k % 2 ? -1 : 1;
+    for (int64_t i = 0; i < n; i++)
+      full->u[i] = start[i] + way * kick[fem->component[i]];
+    best = fmin(best, settle(&s, error));
+  }
+
+  memcpy(full->u, start, (size_t)n * sizeof *start);
+  memcpy(full->held, held, (size_t)all * sizeof *held);
+  full->linear.ready = false;
+  full->fresh = true;
+  free(memory);
+  *lower = best;
+  return THRUM_OK;
 }

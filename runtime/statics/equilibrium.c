@@ -122,7 +122,8 @@ static thrum_status check_arguments(const thrum_model *model, const thrum_equili
                            size, workspace_size);
 
   // a number that is not finite would end as a failure to converge
-  if (!thrum_all_finite(load, model->rank) || !thrum_all_finite(q, model->rank))
+  if (!thrum_all_finite(load, model->rank) || !thrum_all_finite(q, model->rank) ||
+      (def->base && !thrum_all_finite(def->base, model->rank)))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "the load or q holds a number that is not finite");
   return THRUM_OK;
@@ -405,7 +406,8 @@ static void finish(path *p, double *q, double *mode) {
   report->least = p->least;
   report->residual = s->load_norm > 0.0 ? p->norm / (p->factor * s->load_norm) : 0.0;
   for (int32_t i = 0; i < s->n; i++)
-    report->load_energy -= p->factor * s->load[i] * s->q[i];
+    report->load_energy -=
+        p->factor * s->load[i] * s->q[i] + (s->def->base ? s->def->base[i] * s->q[i] : 0.0);
 
   // a path that stayed stable reports its softest mode at the end
   if (mode && report->instability == THRUM_INSTABILITY_NONE) {
@@ -441,7 +443,7 @@ thrum_status thrum_equilibrium(const thrum_model *model, const thrum_equilibrium
                            "the load is beyond the range of finite numbers");
 
   // the linear estimate, then the path itself
-  found.critical_linear = linear_estimate(&p.s);
+  found.critical_linear = def->base ? NAN : linear_estimate(&p.s);
   memcpy(p.s.trial, q, (size_t)model->rank * sizeof *q);
   if (!follow(&p))
     return thrum_error_set(error, THRUM_NOT_CONVERGED,

@@ -6,6 +6,9 @@
  * equilibria; T is shifted by 3/2 of its least eigenvalue where that is negative, so that every
  * direction leads downhill, and a search along it ends in a minimum (Nocedal & Wright 2006,
  * Numerical Optimization, doi:10.1007/978-0-387-40065-5, chapter 3).
+ * Where steps stay short because the minimum lies along a curved valley, as that of a slender body
+ * which bends far without stretching, a few full steps are taken during which the energy may rise
+ * (the watchdog of Chamberlain, Powell, Lemarechal & Pedersen 1982, doi:10.1007/BFb0120945).
  * Norms are of energy: |g| = sqrt(sum g_i^2 / omega_i^2), |q| = sqrt(sum omega_i^2 q_i^2), so that
  * no mode is judged in another's units. Cost: a tangent and r^3 to 3 r^3 operations an iteration.
  *
@@ -24,7 +27,10 @@
   (256.0 * DBL_EPSILON) /* relative to the largest |q|: no residual falls below it                 \
                          */
 #define STALLED                                                                                    \
-  1e-7 /* residual relative to the load that will do where rounding stops the descent */
+  1e-7             /* residual relative to the load that will do where rounding stops the descent */
+#define SHORT 0.25 /* lengths of a line search below this are short */
+#define SHORT_MOST 8       /* so many in a row lead to a leap */
+#define LEAP_STEPS 6       /* full steps within which the energy must fall below where it was */
 #define NEAR_ITERATIONS 20 /* a step that needs more is too long */
 
 thrum_search_measure thrum_search_assess(thrum_search *s, double factor) {
@@ -33,8 +39,12 @@ thrum_search_measure thrum_search_assess(thrum_search *s, double factor) {
   double sum = 0.0, worked = 0.0;
   for (int32_t i = 0; i < s->n; i++) {
     s->residual[i] = s->force[i] - factor * s->load[i];
-    sum += s->residual[i] * s->residual[i] / s->scale[i];
     worked += factor * s->load[i] * s->trial[i];
+    if (s->def->base) {
+      s->residual[i] -= s->def->base[i];
+      worked += s->def->base[i] * s->trial[i];
+    }
+    sum += s->residual[i] * s->residual[i] / s->scale[i];
   }
   found.norm = sqrt(sum);
   found.merit = found.energy - worked;
@@ -99,21 +109,27 @@ static void place(thrum_search *s, double length) {
 
 /* Line search: goes along the direction by 1 and then shorter. With slope > 0 the merit must fall,
  * else the residual. False, and back where it was, when neither does. */
-static bool shorten(thrum_search *s, double factor, double slope, thrum_search_measure *here) {
+static bool shorten(thrum_search *s, double factor, double slope, thrum_search_measure *here,
+                    double *taken) {
   memcpy(s->origin, s->trial, (size_t)s->n * sizeof *s->origin);
+
+  // the energy is a difference of terms as large as those of the displacement
+  const double size = thrum_search_length(s, s->origin, NULL);
+  const double noise = 1e-12 * fabs(here->merit) + 16.0 * DBL_EPSILON * size * size;
   double length = 1.0;
   for (int k = 0; k < 60; k++) {
     place(s, length);
     const thrum_search_measure there = thrum_search_assess(s, factor);
 
     // enough is a fixed share of what the slope promises
-    const bool fell = slope > 0.0 ? there.merit < here->merit - 1e-4 * length * slope ||
-                                        (there.norm < 0.5 * here->norm &&
-                                         there.merit <= here->merit + 1e-12 * fabs(here->merit))
-                                  : there.norm < (1.0 - 0.1 * length) * here->norm;
+    const bool fell =
+        slope > 0.0 ? there.merit < here->merit - 1e-4 * length * slope ||
+                          (there.norm < 0.5 * here->norm && there.merit <= here->merit + noise)
+                    : there.norm < (1.0 - 0.1 * length) * here->norm;
     if (isfinite(there.norm) && isfinite(there.merit) &&
         (fell || there.norm <= target(s, factor))) {
       *here = there;
+      *taken = length;
       return true;
     }
 
@@ -140,7 +156,8 @@ bool thrum_search_near(thrum_search *s, double factor, thrum_search_measure *fou
     memcpy(s->direction, s->residual, (size_t)s->n * sizeof *s->direction);
     solve(s, s->direction);
     s->report->iterations++;
-    if (!shorten(s, factor, 0.0, found))
+    double length = 0.0;
+    if (!shorten(s, factor, 0.0, found, &length))
       return found->norm <= STALLED * factor * s->load_norm;
   }
   return isfinite(found->norm);
@@ -178,8 +195,39 @@ static void push_off(thrum_search *s, double factor) {
     place(s, push);
 }
 
+/* Full steps of Newton until the energy is lower than here by a share of what the first slope
+ * promises; false, and back where it was, when it is not after LEAP_STEPS. The candidate is free
+ * while a search goes down. */
+static bool leap(thrum_search *s, double factor, double slope, thrum_search_measure *here) {
+  const size_t vector = (size_t)s->n * sizeof *s->trial;
+  const double enough = here->merit - 1e-4 * slope;
+  memcpy(s->candidate, s->trial, vector);
+
+  double least = 0.0;
+  for (int k = 0; k < LEAP_STEPS && isfinite(slope) && slope > 0.0; k++) {
+    memcpy(s->origin, s->trial, vector);
+    place(s, 1.0);
+    const thrum_search_measure there = thrum_search_assess(s, factor);
+    if (!isfinite(there.norm) || !isfinite(there.merit))
+      break;
+    if (there.merit < enough) {
+      *here = there;
+      return true;
+    }
+    slope = descend(s, &least);
+    s->report->iterations++;
+  }
+
+  // the direction is that of where the search was
+  memcpy(s->trial, s->candidate, vector);
+  *here = thrum_search_assess(s, factor);
+  descend(s, &least);
+  return false;
+}
+
 bool thrum_search_down(thrum_search *s, double factor, thrum_search_measure *found) {
   *found = thrum_search_assess(s, factor);
+  int short_steps = 0;
   for (int32_t j = 0; j <= s->def->iterations_max && isfinite(found->norm); j++) {
     if (found->norm <= target(s, factor)) {
       if (thrum_search_least(s, s->trial, false) >= -1e-12 * s->scale[s->n - 1])
@@ -193,8 +241,14 @@ bool thrum_search_down(thrum_search *s, double factor, thrum_search_measure *fou
     double least = 0.0;
     const double slope = descend(s, &least);
     s->report->iterations++;
-    if (!isfinite(slope) || !(slope > 0.0) || !shorten(s, factor, slope, found))
+    if (short_steps >= SHORT_MOST && leap(s, factor, slope, found))
+      continue;
+    double length = 0.0;
+    if (!isfinite(slope) || !(slope > 0.0) || !shorten(s, factor, slope, found, &length))
       return least >= 0.0 && found->norm <= STALLED * factor * s->load_norm;
+
+    // a leap that came to nothing waits for as many short steps again
+    short_steps = short_steps >= SHORT_MOST || length >= SHORT ? 0 : short_steps + 1;
   }
   return false;
 }

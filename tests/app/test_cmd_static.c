@@ -238,6 +238,105 @@ static void a_group_is_brought_to_where_it_is_to_go(void **state) {
   assert_true(energy[0] > 0 && fabs(energy[1] - energy[0]) <= 1e-8 * energy[0]);
 }
 
+/* An answer that goes on from another is the same as one from rest, in the model and in the mesh.
+ */
+static void an_answer_goes_on_from_another(void **state) {
+  (void)state;
+  static const char *const forms[][4] = {{"-o", "half.npy", "--monitor", "off"},
+                                         {"--full", "--displacements", "half.npy", "--json"}};
+  for (int n = 0; n < 2; n++) {
+    program_result half = thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@tip",
+                                    forms[n][0], forms[n][1], forms[n][2], forms[n][3], NULL);
+    assert_int_equal(half.exit_code, 0);
+    program_result_free(&half);
+
+    const char *form = n == 0 ? "--json" : "--full";
+    cJSON *on = object_of(thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-60@tip",
+                                    "--from", "half.npy", "--json", form, NULL),
+                          0);
+    cJSON *whole = object_of(thrum_run(folder, "static", "beam.npz", "--load",
+                                       "constant:0,0,-60@tip", "--json", form, NULL),
+                             0);
+    const double energy = json_value(whole, "energy_j");
+    assert_true(energy > 0 && fabs(json_value(on, "energy_j") / energy - 1) < 1e-8);
+    cJSON_Delete(on);
+    cJSON_Delete(whole);
+  }
+
+  // a file of another shape is refused
+  program_result run = thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-60@tip",
+                                 "--from", "half.npy", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "wanted is q of 10"));
+  program_result_free(&run);
+}
+
+/* Rank 2 has no stretch that goes with bending, and bends by half of what the mesh does. */
+static void a_basis_that_cannot_bend_so_far_is_warned_of(void **state) {
+  (void)state;
+  static const char *const ranks[] = {"2", "10"};
+  for (int n = 0; n < 2; n++) {
+    program_result run = thrum_run(folder, "static", "beam.npz", "--rank", ranks[n], "--load",
+                                   "constant:0,0,-200@tip", "--json", NULL);
+    assert_int_equal(run.exit_code, 0);
+    assert_true((strstr(run.err, "the basis cannot show this shape") != NULL) == (n == 0));
+    cJSON *object = json_line(run.out);
+    const cJSON *monitor = cJSON_GetObjectItemCaseSensitive(object, "monitor");
+    const double undone = json_value(monitor, "undone_share");
+    assert_true(n == 0 ? undone > 0.1 : undone < 0.05);
+    cJSON_Delete(object);
+    program_result_free(&run);
+  }
+}
+
+/* A face that is turned by a right angle in one run coils the strip up; energy tells. */
+static void a_path_to_a_higher_branch_is_said(void **state) {
+  (void)state;
+  program_result made = thrum_run(folder, "precompute", "beam:16x1x1@1x0.02x0.02", "--order", "2",
+                                  "--fix", "x<1e-9", "--fix", "y>-1e9:y", "--young", "1e6",
+                                  "--poisson", "0", "--modes", "4", "-o", "strip.npz", NULL);
+  assert_int_equal(made.exit_code, 0);
+  program_result_free(&made);
+  program_result run =
+      thrum_run(folder, "static", "strip.npz", "--full", "--rotate", "0,-90,0@right",
+                "--move=-0.36338,0,0.63662@right", "--json", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.err, "higher branch"));
+  cJSON *object = json_line(run.out);
+  assert_string_equal(text_of(object, "status"), "higher");
+
+  // the arc of a right angle: E I theta^2/2
+  const double arc = 1e6 * pow(0.02, 4) / 12 * pow(1.5707963267948966, 2) / 2;
+  assert_true(fabs(json_value(object, "lower_energy_j") / arc - 1) < 0.01);
+  assert_true(json_value(object, "energy_j") > 2 * arc);
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
+/* Two bending modes buckle at the same load, and the valley that the column falls along is curved.
+ */
+static void a_square_column_is_followed_beyond_its_critical_load(void **state) {
+  (void)state;
+  program_result made = thrum_run(folder, "precompute", "beam:20x1x1@1x0.05x0.05", "--order", "2",
+                                  "--fix", "x<0.001", "--young", "1e6", "--poisson", "0", "--modes",
+                                  "6", "--rank", "10", "-o", "square.npz", NULL);
+  assert_int_equal(made.exit_code, 0);
+  program_result_free(&made);
+  static const char *const factors[] = {"3", "4", "6", "20"};
+  for (int n = 0; n < 4; n++) {
+    cJSON *object =
+        object_of(thrum_run(folder, "static", "square.npz", "--load", "constant:-1,0,0@tip",
+                            "--factor", factors[n], "--monitor", "off", "--json", NULL),
+                  3);
+    assert_string_equal(text_of(object, "status"), "buckled");
+
+    // Euler's load, pi^2 E I/(4 L^2)
+    const double euler = 9.8696044 * 1e6 * pow(0.05, 4) / 12 / 4;
+    assert_true(fabs(json_value(object, "critical_factor") / euler - 1) < 0.02);
+    cJSON_Delete(object);
+  }
+}
+
 static void buckling_is_flagged_with_its_load(void **state) {
   (void)state;
   program_result run =
@@ -313,6 +412,10 @@ int main(void) {
       cmocka_unit_test(the_full_order_rests_near_the_reduced_model),
       cmocka_unit_test(a_mesh_is_taken_whole),
       cmocka_unit_test(a_group_is_brought_to_where_it_is_to_go),
+      cmocka_unit_test(an_answer_goes_on_from_another),
+      cmocka_unit_test(a_basis_that_cannot_bend_so_far_is_warned_of),
+      cmocka_unit_test(a_path_to_a_higher_branch_is_said),
+      cmocka_unit_test(a_square_column_is_followed_beyond_its_critical_load),
       cmocka_unit_test(buckling_is_flagged_with_its_load),
       cmocka_unit_test(slips_are_refused_in_one_line),
   };

@@ -1,0 +1,16 @@
+/* What the answer of a reduced model can be believed for.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_STATIC_MONITOR_H
+#define THRUM_DRIVER_STATIC_MONITOR_H
+
+#include "driver/static_report.h"
+
+/* Looks at answer->q: compression, reach, and how much of the energy the basis leaves undone. A
+ * model without a mesh or a basis, or a free one, is passed over: NaN. */
+thrum_status static_monitor_look(const static_answer *answer, static_belief *belief,
+                                 thrum_error *error);
+
+/* One warning for each thing that is not to be believed. */
+void static_monitor_warn(const static_answer *answer);
+
+#endif
