@@ -80,12 +80,11 @@ const thrum_quadratic_point *thrum_quadratic_rule(bool curved, int *count) {
 }
 
 /* Degree 2: one orbit around the corners, (5 + 3 sqrt 5)/20 and (5 - sqrt 5)/20. */
-#define NEAR 0.58541019662496845446
-#define FAR 0.13819660112501051518
-static const thrum_quadratic_point FOUR[4] = {{{NEAR, FAR, FAR, FAR}, 0.25},
-                                              {{FAR, NEAR, FAR, FAR}, 0.25},
-                                              {{FAR, FAR, NEAR, FAR}, 0.25},
-                                              {{FAR, FAR, FAR, NEAR}, 0.25}};
+static const thrum_quadratic_point FOUR[4] = {
+    {{0.58541019662496845, 0.13819660112501052, 0.13819660112501052, 0.13819660112501052}, 0.25},
+    {{0.13819660112501052, 0.58541019662496845, 0.13819660112501052, 0.13819660112501052}, 0.25},
+    {{0.13819660112501052, 0.13819660112501052, 0.58541019662496845, 0.13819660112501052}, 0.25},
+    {{0.13819660112501052, 0.13819660112501052, 0.13819660112501052, 0.58541019662496845}, 0.25}};
 
 const thrum_quadratic_point *thrum_quadratic_rule_of_four(int *count) {
   *count = 4;
