@@ -7,8 +7,10 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "driver/mesh_warnings.h"
 #include "io/json.h"
 #include "mesh/mesh_flags.h"
+#include "mesh/mesh_groups.h"
 #include "thrum/thrum.h"
 
 static const unsigned ALL_FLAGS[] = {
@@ -50,21 +52,35 @@ static void print_surface(const thrum_mesh_examined *e) {
   puts("");
 }
 
+/* The materials of the regions, with the names of those where there are several. */
+static void print_regions(const thrum_mesh *mesh) {
+  if (!mesh->has_material)
+    printf("%-18s%" PRId64 ", no materials in the file\n", "regions", mesh->region_count);
+  for (int64_t i = 0; i < mesh->region_count; i++) {
+    if (!mesh->has_material && mesh->region_count == 1)
+      return;
+    printf("%-18s", i == 0 && mesh->has_material ? "materials" : "");
+    if (mesh->region_count > 1)
+      printf("%s%s", thrum_mesh_region_text(mesh, i).text, mesh->has_material ? ": " : "\n");
+    if (mesh->has_material)
+      printf("E = %g Pa, nu = %g, rho = %g kg/m^3\n", mesh->materials[i].young,
+             mesh->materials[i].poisson, mesh->materials[i].density);
+  }
+}
+
 static void print_groups(const thrum_mesh *mesh) {
   for (int64_t g = 0; g < mesh->group_count; g++)
     printf("%-18s%s, %" PRId64 " vertices\n", g == 0 ? "groups" : "", mesh->groups[g].name,
            mesh->groups[g].count);
-  for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++)
-    printf("%-18sE = %g Pa, nu = %g, rho = %g kg/m^3\n", i == 0 ? "materials" : "",
-           mesh->materials[i].young, mesh->materials[i].poisson, mesh->materials[i].density);
-  if (!mesh->has_material)
-    printf("%-18s%" PRId64 ", no materials in the file\n", "regions", mesh->region_count);
+  print_regions(mesh);
 }
 
 void check_report_print(const char *name, const thrum_mesh *mesh, const thrum_mesh_examined *e,
                         unsigned flags) {
-  // size and place
+  // what the reader has made of the file, then size and place
   printf("%-18s%s\n", "mesh", name);
+  for (int64_t n = 0; n < mesh->note_count; n++)
+    printf("%-18s%s\n", n == 0 ? "read" : "", mesh->notes[n].text);
   printf("%-18s%" PRId64 " vertices (%" PRId64 " inside), %" PRId64 " tetrahedra, %" PRId64
          " piece%s\n",
          "size", mesh->vertex_count, e->interior_vertices, mesh->tet_count, e->pieces,
@@ -134,6 +150,12 @@ static void add_lists(cJSON *object, const thrum_mesh *mesh, const thrum_mesh_ex
     json_string(group, "name", mesh->groups[g].name);
     json_number(group, "vertices", (double)mesh->groups[g].count);
   }
+
+  // as the command line calls them
+  cJSON *regions = cJSON_AddArrayToObject(object, "region_names");
+  for (int64_t i = 0; i < mesh->region_count; i++)
+    cJSON_AddItemToArray(regions, cJSON_CreateString(thrum_mesh_region_text(mesh, i).text));
+  mesh_notes_object(object, mesh);
 
   // a mesh without materials gets an empty list
   cJSON *materials = cJSON_AddArrayToObject(object, "materials");

@@ -5,25 +5,19 @@
 #include "app/cmd.h"
 #include "config/message.h"
 #include "config/options.h"
+#include "driver/shared_options.h"
 #include "io/json.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_flags.h"
 
 typedef struct check_request {
   const char *mesh_name;
-  double scale;
-  int64_t order;
+  thrum_mesh_read_options reading;
   bool json;
 } check_request;
 
 static const config_option options[] = {
-    OPTION_NUMBER("scale", NULL, "1", "multiply lengths by this", CONFIG_AT(check_request, scale),
-                  CONFIG_ABOVE(0)),
-    OPTION_COUNT(
-        "order", "that of the mesh",
-        "of the tetrahedra: 2, ten nodes, with nodes in the middle of the edges of a linear "
-        "mesh; 1, four nodes, ten-node tetrahedra by their corners",
-        CONFIG_AT(check_request, order), CONFIG_RANGE(1, 2)),
+    OPTION_GROUP(mesh_read_rows, "", CONFIG_AT(check_request, reading)),
     OPTION_JSON(check_request),
     OPTION_HELP,
     OPTION_END,
@@ -41,7 +35,7 @@ const config_command command_check = {
         "likely mistakes of units, coordinates far from the origin, locking, slivers.",
     .options = options,
     .examples = "check bracket.msh\n"
-                "check bracket.inp --scale 0.001 --json",
+                "check bracket.inp --unit mm-t-s --json",
     .exits = "0 nothing to flag, 1 refused, 2 usage, 3 something is flagged",
 };
 
@@ -53,7 +47,7 @@ static int read_options(int argc, char **argv, check_request *request) {
 }
 
 int cmd_check(int argc, char **argv) {
-  check_request request = {.scale = 1};
+  check_request request = {.reading = {.scale = 1}};
   const int code = read_options(argc, argv, &request);
   if (code != COMMAND_DONE)
     return code;
@@ -62,8 +56,7 @@ int cmd_check(int argc, char **argv) {
   thrum_error error = {0};
   thrum_mesh mesh = {0};
   thrum_mesh_examined examined;
-  thrum_status status =
-      thrum_mesh_read_order(request.mesh_name, request.scale, (int)request.order, &mesh, &error);
+  thrum_status status = thrum_mesh_read_with(request.mesh_name, &request.reading, &mesh, &error);
   THRUM_THEN(status, thrum_mesh_examine(&mesh, &examined, &error));
 
   unsigned flags = 0;

@@ -9,6 +9,7 @@
 #include "config/message.h"
 #include "config/options.h"
 #include "driver/mesh_warnings.h"
+#include "driver/shared_options.h"
 #include "io/json.h"
 #include "io/paths.h"
 #include "mesh/formats/mesh_read.h"
@@ -17,8 +18,7 @@
 
 typedef struct convert_request {
   const char *input, *output;
-  double scale;
-  int64_t order;
+  thrum_mesh_read_options reading;
   thrum_mesh_write_options options;
   bool json;
 } convert_request;
@@ -35,13 +35,7 @@ static thrum_status take_msh(const config_given *given, void *request) {
 
 static const char *const msh_versions[] = {"2.2", "4.1", NULL};
 static const config_option options[] = {
-    OPTION_NUMBER("scale", NULL, "1", "multiply lengths by this: 0.001 for a mesh in millimetres",
-                  AT(scale), CONFIG_ABOVE(0)),
-    OPTION_COUNT(
-        "order", "that of the mesh",
-        "of the tetrahedra: 2, ten nodes, with nodes in the middle of the edges of a linear "
-        "mesh; 1, four nodes, ten-node tetrahedra by their corners",
-        AT(order), CONFIG_RANGE(1, 2)),
+    OPTION_GROUP(mesh_read_rows, "", AT(reading)),
     OPTION_FLAG("binary", ".msh, .vtk: numbers as bytes, not as text", AT(options.binary)),
     OPTION_FLAG("ascii", ".vtu: numbers as text, not as bytes", AT(options.ascii)),
     OPTION_CHOICE("msh", msh_versions, "4.1", "version of a .msh", .value = "VERSION",
@@ -110,6 +104,7 @@ static void print_json(const convert_request *request, const thrum_mesh *mesh,
   json_number(object, "flipped_tets", (double)mesh->flipped_tets);
   json_number(object, "dropped_vertices", (double)mesh->dropped_vertices);
   json_number(object, "cornered_tets", (double)mesh->cornered_tets);
+  mesh_notes_object(object, mesh);
   json_number(object, "lost_groups", (double)lost->groups);
   json_number(object, "lost_names", (double)lost->names);
   json_number(object, "lost_materials", (double)lost->materials);
@@ -121,8 +116,7 @@ static int convert(const convert_request *request) {
   thrum_error error = {0};
   thrum_mesh mesh = {0};
   thrum_mesh_lost lost = {0};
-  thrum_status status =
-      thrum_mesh_read_order(request->input, request->scale, (int)request->order, &mesh, &error);
+  thrum_status status = thrum_mesh_read_with(request->input, &request->reading, &mesh, &error);
   if (status < 0)
     return config_refuse(&error);
 
@@ -147,7 +141,7 @@ static int convert(const convert_request *request) {
 }
 
 int cmd_convert(int argc, char **argv) {
-  convert_request request = {.scale = 1};
+  convert_request request = {.reading = {.scale = 1}};
   const int code = read_options(argc, argv, &request);
   if (code != COMMAND_DONE)
     return code;

@@ -36,7 +36,7 @@ int cmd_precompute(int argc, char **argv) {
   request.fixes =
       calloc((size_t)argc + CONFIG_FILE_ITEMS_MAX + MODEL_RECIPE_FIXES_MAX, sizeof *request.fixes);
   const size_t room = (size_t)argc + CONFIG_FILE_ITEMS_MAX;
-  request.handles = calloc(3 * room, sizeof *request.handles);
+  request.handles = calloc(4 * room, sizeof *request.handles);
 
   if (request.fixes == NULL || request.handles == NULL) {
     free(request.fixes);
@@ -45,8 +45,9 @@ int cmd_precompute(int argc, char **argv) {
     return config_refuse(&error);
   }
 
-  // the texts of handles, trainings and tests share one allocation
+  // the texts of handles, trainings, tests and materials share one allocation
   request.train = request.handles + room;
+  request.materials = request.handles + 3 * room;
   request.tests = request.train + room;
   int code = precompute_options_read(argc, argv, &request);
   if (code == COMMAND_DONE)

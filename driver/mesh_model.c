@@ -102,7 +102,7 @@ thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool q
   precompute_request request = {
       .mesh_name = text,
       .output = file->cached,
-      .scale = 1,
+      .reading = {.scale = 1},
       .material = def->material,
       .options = thrum_default_precompute_options(),
       .fixes = fixes,

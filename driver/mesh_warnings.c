@@ -8,7 +8,9 @@
 #include "thrum/thrum.h"
 
 void mesh_warnings_print(const thrum_mesh *mesh, const char *name) {
-  // changes that the reader has made to the mesh
+  // what the reader has made of the file
+  for (int64_t n = 0; n < mesh->note_count; n++)
+    config_warn("%s: %s", name, mesh->notes[n].text);
   if (mesh->cornered_tets > 0) {
     config_warn("%s: %lld tetrahedra of ten nodes were read by their corners", name,
                 (long long)mesh->cornered_tets);
@@ -36,4 +38,16 @@ void mesh_warnings_print(const thrum_mesh *mesh, const char *name) {
     if (flags & grave[i])
       config_warn("%s: %s", name, thrum_mesh_flag_line(mesh, &examined, grave[i], line));
   }
+}
+
+void mesh_notes_object(cJSON *object, const thrum_mesh *mesh) {
+  cJSON *notes = cJSON_AddArrayToObject(object, "notes");
+  for (int64_t n = 0; n < mesh->note_count; n++)
+    cJSON_AddItemToArray(notes, cJSON_CreateString(mesh->notes[n].text));
+}
+
+void mesh_warn_density(const thrum_mesh *mesh, const char *name) {
+  char line[300];
+  if (thrum_mesh_odd_density(mesh) >= 0)
+    config_warn("%s: %s", name, thrum_mesh_flag_line(mesh, NULL, THRUM_EXAMINE_DENSITY, line));
 }

@@ -302,7 +302,7 @@ static thrum_status make_cached(const model_recipe *recipe, const char *path, bo
   precompute_request request = {
       .mesh_name = recipe->name,
       .output = path,
-      .scale = 1,
+      .reading = {.scale = 1},
       .material = {NAN, NAN, NAN},
       .options = thrum_default_precompute_options(),
       .fixes = fixes,

@@ -13,6 +13,7 @@
 #include "driver/precompute_dry.h"
 #include "driver/precompute_make.h"
 #include "driver/precompute_report.h"
+#include "driver/region_material.h"
 #include "driver/split_at.h"
 #include "io/npz.h"
 #include "io/paths.h"
@@ -20,6 +21,7 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_beam.h"
 #include "mesh/mesh_fix.h"
+#include "mesh/mesh_groups.h"
 #include "mesh/model_quality.h"
 #include "platform/clock.h"
 #include "precompute/basis/handles.h"
@@ -72,17 +74,12 @@ static thrum_status check_condensed(const precompute_request *request, thrum_err
                          (long long)complete.rank, (long long)complete.modes);
 }
 
-/* The options' material replaces the mesh's own in every region. */
+/* The options' material replaces the mesh's own, in every region and then in those that are named.
+ */
 static thrum_status apply_material(const precompute_request *request, thrum_mesh *mesh,
                                    thrum_error *error) {
   const thrum_material *wanted = &request->material;
   const bool whole = !isnan(wanted->young) && !isnan(wanted->poisson) && !isnan(wanted->density);
-  if (!mesh->has_material && !whole) {
-    return thrum_error_set(error, THRUM_MISSING,
-                           "%s does not say what it is made of: give --young, --poisson and "
-                           "--density",
-                           request->mesh_name);
-  }
 
   // one material in place of the mesh's own, in every region
   for (int64_t m = 0; m < mesh->region_count; m++) {
@@ -93,7 +90,23 @@ static thrum_status apply_material(const precompute_request *request, thrum_mesh
     if (!isnan(wanted->density))
       mesh->materials[m].density = wanted->density;
   }
+  int64_t lacking = -1;
+  THRUM_TRY(
+      region_materials_apply(request->materials, request->material_count, mesh, &lacking, error));
+
+  if (!mesh->has_material && !whole && lacking >= 0) {
+    if (request->material_count > 0)
+      return thrum_error_set(error, THRUM_MISSING,
+                             "%.150s does not say what region '%.80s' is made of: give --material "
+                             "for it too, or --young, --poisson and --density",
+                             request->mesh_name, thrum_mesh_region_text(mesh, lacking).text);
+    return thrum_error_set(error, THRUM_MISSING,
+                           "%s does not say what it is made of: give --young, --poisson and "
+                           "--density",
+                           request->mesh_name);
+  }
   mesh->has_material = true;
+  mesh_warn_density(mesh, path_basename(request->mesh_name));
   return THRUM_OK;
 }
 
@@ -113,24 +126,22 @@ static thrum_status name_line(const precompute_request *request, const char *key
  * vertices held. */
 static thrum_status fix_vertices(const precompute_request *request, const thrum_mesh *mesh,
                                  uint8_t *fixed, int64_t *held, thrum_error *error) {
-  *held = 0;
-  for (int64_t v = 0; v < mesh->vertex_count; v++)
-    *held += fixed[v] != 0;
-  if (request->fix_count == 0 && !request->free && *held == 0)
-    config_warn("nothing is fixed, so this is a free body: the model is its elastic part, the six "
-                "rigid modes are kept apart (hold vertices with --fix, such as --fix 'x<0.001')");
-
   // each SPEC adds to the vertices already held
   for (int64_t n = 0; n < request->fix_count; n++) {
     int64_t count = 0;
     const thrum_status status = thrum_mesh_fix(mesh, request->fixes[n], fixed, &count, error);
     if (status < 0)
       return name_line(request, "fix", request->fix_lines, n, status, error);
+    if (count == 0)
+      config_warn("--fix %s: the list is empty and holds nothing", request->fixes[n]);
   }
 
   *held = 0;
   for (int64_t v = 0; v < mesh->vertex_count; v++)
     *held += fixed[v] != 0;
+  if (*held == 0 && !request->free)
+    config_warn("nothing is fixed, so this is a free body: the model is its elastic part, the six "
+                "rigid modes are kept apart (hold vertices with --fix, such as --fix 'x<0.001')");
   return THRUM_OK;
 }
 
@@ -332,15 +343,16 @@ static thrum_status check_generated(const precompute_request *request, thrum_err
 static thrum_status read_mesh(const precompute_request *request, thrum_mesh *mesh, uint8_t **fixed,
                               thrum_error *error) {
   if (mesh_of_model_is_named(request->mesh_name)) {
-    if (request->scale != 1 || request->order != 0)
+    const thrum_mesh_read_options *reading = &request->reading;
+    if (reading->scale != 1 || reading->order != 0 || reading->unit || reading->regions)
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                             "%.200s is a model: --scale and --order are of its mesh's file",
+                             "%.200s is a model: --scale, --unit, --regions and --order are of its "
+                             "mesh's file",
                              request->mesh_name);
     return mesh_of_model_read(request->mesh_name, mesh, fixed, error);
   }
 
-  THRUM_TRY(
-      thrum_mesh_read_order(request->mesh_name, request->scale, (int)request->order, mesh, error));
+  THRUM_TRY(thrum_mesh_read_with(request->mesh_name, &request->reading, mesh, error));
   *fixed = calloc((size_t)mesh->vertex_count, 1);
   return *fixed != NULL ? THRUM_OK
                         : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld vertices",

@@ -13,6 +13,7 @@
 #include "driver/precompute_stages.h"
 #include "io/json.h"
 #include "io/paths.h"
+#include "mesh/mesh_groups.h"
 #include "mesh/model_quality.h"
 #include "platform/clock.h"
 #include "precompute/build_info.h"
@@ -48,6 +49,8 @@ static void add_materials(cJSON *meta, const thrum_mesh *mesh) {
   cJSON *materials = cJSON_AddArrayToObject(meta, "materials");
   for (int64_t m = 0; m < mesh->region_count; m++) {
     cJSON *material = json_add_row(materials);
+    if (mesh->region_count > 1)
+      json_string(material, "region", thrum_mesh_region_text(mesh, m).text);
     json_number(material, "young_pa", mesh->materials[m].young);
     json_number(material, "poisson", mesh->materials[m].poisson);
     json_number(material, "density_kg_m3", mesh->materials[m].density);
@@ -63,7 +66,9 @@ static void add_options(cJSON *meta, const precompute_request *request,
   json_number(options, "rank", (double)result->model.rank);
   cJSON_AddStringToObject(options, "mass", mass_name(request->options.mass));
   cJSON_AddStringToObject(options, "precision", request->options.single ? "single" : "double");
-  json_number(options, "scale", request->scale);
+  json_number(options, "scale", request->reading.scale);
+  if (request->reading.unit)
+    json_string(options, "unit", request->reading.unit);
   json_number(options, "threads", request->options.threads);
 
   // a predicate stays as it is, a file loses its folder

@@ -4,6 +4,7 @@
 #include "config/message.h"
 #include "config/options.h"
 #include "driver/precompute_request.h"
+#include "driver/region_material.h"
 #include "driver/shared_options.h"
 #include "driver/train_case.h"
 
@@ -39,6 +40,17 @@ static thrum_status take_handle(const config_given *given, void *request) {
   precompute_request *r = request;
   keep_line(given, r, r->handle_lines, r->handle_count);
   r->handles[r->handle_count++] = given->text;
+  return THRUM_OK;
+}
+
+/* Looked at here, and parsed again when the mesh has told its regions. */
+static thrum_status take_region_material(const config_given *given, void *request) {
+  precompute_request *r = request;
+  region_material material;
+  thrum_error error = {0};
+  if (region_material_parse(given->text, &material, &error) < 0)
+    return config_given_refuse(given, "%s", error.message);
+  r->materials[r->material_count++] = given->text;
   return THRUM_OK;
 }
 
@@ -82,13 +94,11 @@ static const config_option options[] = {
 
     // its material, its unit and its elements
     OPTION_GROUP(material_options, "", AT(material)),
-    OPTION_NUMBER("scale", NULL, "1", "lengths of the mesh times this are metres, such as 1e-3",
-                  AT(scale), CONFIG_ABOVE(0)),
-    OPTION_COUNT(
-        "order", "that of the mesh",
-        "of the tetrahedra: 2, ten nodes, with nodes in the middle of the edges of a linear "
-        "mesh; 1, four nodes, ten-node tetrahedra by their corners",
-        AT(order), CONFIG_RANGE(1, 2)),
+    OPTION_TEXT("material", "REGION:E,NU,RHO", NULL,
+                "what one region of the mesh is made of, in Pa and kg/m^3; thrum check names the "
+                "regions",
+                .repeats = true, .take = take_region_material),
+    OPTION_GROUP(mesh_read_rows, "", AT(reading)),
 
     OPTION_HEADING("the model"),
     OPTION_COUNT("modes", "10", "linear modes K", AT(options.modes), GIVEN(modes_given),
@@ -187,6 +197,8 @@ const config_command command_precompute = {
     .examples = "precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' -o beam.npz\n"
                 "precompute part.msh --scale 1e-3 --young 2e6 --poisson 0.45 --density 1100 "
                 "--fix clamp --fix 'z<0.002:z' --modes 12 --rank 30 -o part.npz\n"
+                "precompute deck.inp --unit mm-t-s --fix clamp --material STEEL:2.1e11,0.3,7850 "
+                "-o deck.npz\n"
                 "precompute part.msh --fix clamp --modes 20 --rank 30 --dry-run\n"
                 "precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' --handles tip -o pull.npz\n"
                 "precompute horse --young 1e6 -o soft-horse.npz\n"
@@ -201,7 +213,7 @@ const config_command command_precompute = {
 };
 
 int precompute_options_read(int argc, char **argv, precompute_request *request) {
-  request->scale = 1;
+  request->reading.scale = 1;
   request->train_time = 0.5;
   request->error = NAN;
   request->rank_max = 100;

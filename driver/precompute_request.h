@@ -4,14 +4,16 @@
 #define THRUM_DRIVER_PRECOMPUTE_REQUEST_H
 
 #include "config/options.h"
+#include "mesh/formats/mesh_read.h"
 #include "precompute/precompute.h"
 
 typedef struct precompute_request {
   const char *mesh_name;
   const char *output;
-  double scale;
-  int64_t order;           /* of the tetrahedra, 1 or 2; 0: that of the mesh */
+  thrum_mesh_read_options reading;
   thrum_material material; /* a field is NaN where the mesh's own stays */
+  const char **materials;  /* material_count texts of region_material.h, as handles */
+  int64_t material_count;
   thrum_precompute_options options;
   const char **fixes; /* fix_count specs, pointing into argv */
   int64_t fix_count;
@@ -45,8 +47,8 @@ typedef struct precompute_request {
 /* The command and its options. */
 extern const config_command command_precompute;
 
-/* Fills the request from argv; COMMAND_DONE, or what the command is to return. `fixes` and
- * `handles` have room for argc + CONFIG_FILE_ITEMS_MAX texts. */
+/* Fills the request from argv; COMMAND_DONE, or what the command is to return. `fixes`,
+ * `handles` and `materials` have room for argc + CONFIG_FILE_ITEMS_MAX texts. */
 int precompute_options_read(int argc, char **argv, precompute_request *request);
 
 #endif

@@ -4,7 +4,9 @@
 #include <string.h>
 
 #include "config/parse.h"
+#include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
+#include "mesh/mesh_units.h"
 #include "thrum/thrum.h"
 
 #define X(name, value, text) text,
@@ -91,6 +93,31 @@ static thrum_status take_split(const config_given *given, void *record) {
   return THRUM_OK;
 }
 
+#define AT(member) CONFIG_AT(thrum_mesh_read_options, member)
+
+static thrum_status check_unit(const char *text, thrum_error *error) {
+  thrum_mesh_unit unit;
+  return thrum_mesh_unit_read(text, &unit, error);
+}
+
+const config_option mesh_read_rows[] = {
+    OPTION_NUMBER("scale", NULL, "1", "lengths of the mesh times this are metres, such as 1e-3",
+                  AT(scale), CONFIG_ABOVE(0)),
+    OPTION_TEXT("unit", "UNIT", "m-kg-s",
+                "of the lengths and materials in the file, LENGTH-MASS-TIME: mm-t-s has "
+                "millimetres, MPa and t/mm^3",
+                AT(unit), .check = check_unit),
+    OPTION_TEXT("regions", "NAME", "known names, such as region, MaterialIds, mat_id",
+                ".vtk, .vtu: the cell data of whole numbers that tells regions", AT(regions)),
+    OPTION_COUNT(
+        "order", "that of the mesh",
+        "of the tetrahedra: 2, ten nodes, with nodes in the middle of the edges of a linear "
+        "mesh; 1, four nodes, ten-node tetrahedra by their corners",
+        AT(order), CONFIG_RANGE(1, 2)),
+    OPTION_END,
+};
+
+#undef AT
 #define AT(member) CONFIG_AT(thrum_material, member)
 #define PAIR_SCHEMA                                                                                \
   "{\"type\":\"array\",\"items\":{\"type\":\"number\"},\"minItems\":2,\"maxItems\":2}"

@@ -7,7 +7,9 @@
 #include "driver/load_spec.h"
 #include "driver/model_names.h"
 
-/* Tables for groups: of a thrum_material, and of a thrum_state_def without its dt. */
+/* Tables for groups: of a thrum_mesh_read_options, of a thrum_material, and of a thrum_state_def
+ * without its dt. */
+extern const config_option mesh_read_rows[];
 extern const config_option material_options[];
 extern const config_option solver_options[];
 

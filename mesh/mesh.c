@@ -3,9 +3,12 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/mesh.h"
 
+#include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "mesh/mesh_grow.h"
 #include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
 
@@ -20,9 +23,14 @@ void thrum_mesh_free(thrum_mesh *mesh) {
   free(mesh->midsides);
   free(mesh->tet_region);
   free(mesh->materials);
+  for (int64_t i = 0; i < mesh->region_count && mesh->region_names; i++)
+    free(mesh->region_names[i]);
+  free(mesh->region_names);
   free(mesh->file_vertex);
   free(mesh->file_number);
   free(mesh->tet_line);
+  free(mesh->tet_number);
+  free(mesh->notes);
   *mesh = (thrum_mesh){0};
 }
 
@@ -32,6 +40,24 @@ thrum_status thrum_mesh_deliver(thrum_status status, thrum_mesh *read, thrum_mes
   else
     *mesh = *read;
   return status;
+}
+
+void thrum_mesh_add_note(thrum_mesh *mesh, const char *format, ...) {
+  if (!thrum_mesh_grow(&mesh->notes, &mesh->note_capacity, mesh->note_count + 1,
+                       sizeof *mesh->notes))
+    return;
+  thrum_mesh_note *note = &mesh->notes[mesh->note_count++];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(note->text, sizeof note->text, format, arguments);
+  va_end(arguments);
+}
+
+thrum_tet_text thrum_mesh_tet_text(const thrum_mesh *mesh, int64_t t) {
+  thrum_tet_text name;
+  snprintf(name.text, sizeof name.text, "%s %lld", mesh->cut_elements > 0 ? "element" : "tet",
+           mesh->tet_number ? (long long)mesh->tet_number[t] : (long long)t + 1);
+  return name;
 }
 
 int thrum_mesh_nodes(const thrum_mesh *mesh, int64_t t, int32_t nodes[10]) {

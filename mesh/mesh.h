@@ -27,6 +27,11 @@ typedef struct thrum_group {
   int32_t *vertices; /* 0-based, ascending, no duplicates */
 } thrum_group;
 
+/* What a reader did that its user should know, in a line of its own: elements that were cut, ... */
+typedef struct thrum_mesh_note {
+  char text[240];
+} thrum_mesh_note;
+
 typedef struct thrum_mesh {
   int64_t vertex_count;
   double *vertices; /* vertex_count x 3 */
@@ -34,10 +39,11 @@ typedef struct thrum_mesh {
   int32_t *tets;         /* tet_count x 4, 0-based */
   int32_t *midsides;     /* tet_count x 6: the middle nodes of ten-node tets, in the order of
                             thrum_quadratic_edges; NULL: linear tets */
-  int64_t made_midsides; /* the last vertices: those that thrum_midsides_add made */
+  int64_t made_midsides; /* the last vertices: middle nodes that are not in the file */
   int32_t *tet_region;   /* tet_count, 0-based */
   int64_t region_count;
   thrum_material *materials; /* region_count */
+  char **region_names;       /* region_count, NULL where the file has none; NULL: it has none */
   bool has_material;         /* the file (or generator) said what it is made of; else all zero */
   int64_t group_count;
   thrum_group *groups;
@@ -49,7 +55,11 @@ typedef struct thrum_mesh {
   int64_t *file_number;  /* file_vertex_count, ascending: the number that the file gives each
                             vertex (Gmsh's node tags); NULL: 1 to file_vertex_count */
   int64_t *tet_line;     /* tet_count: line of each tet in the file, 0 unknown; NULL: unknown */
+  int64_t *tet_number;   /* tet_count: the number of its element in the file; NULL: from 1 */
+  int64_t cut_elements;  /* hexahedra, wedges and pyramids that were cut into tets */
   int64_t cornered_tets; /* tets of higher order that were read by their four corners */
+  int64_t note_count, note_capacity;
+  thrum_mesh_note *notes;
 } thrum_mesh;
 
 void thrum_mesh_free(thrum_mesh *mesh); /* leaves it empty; an empty (zeroed) mesh is fine */
@@ -57,6 +67,19 @@ void thrum_mesh_free(thrum_mesh *mesh); /* leaves it empty; an empty (zeroed) me
 /* The end of a reader: hands `read` over to *mesh, or frees it where `status` is a failure, and
  * *mesh is untouched then. Returns `status`. */
 thrum_status thrum_mesh_deliver(thrum_status status, thrum_mesh *read, thrum_mesh *mesh);
+
+/* Adds a note; without memory for it there is none. */
+#if defined(__GNUC__)
+__attribute__((format(printf, 2, 3)))
+#endif
+void thrum_mesh_add_note(thrum_mesh *mesh, const char *format, ...);
+
+/* How messages call tet `t`: "tet 7", or "element 7" where elements were cut, by the number in the
+ * file. */
+typedef struct thrum_tet_text {
+  char text[40];
+} thrum_tet_text;
+thrum_tet_text thrum_mesh_tet_text(const thrum_mesh *mesh, int64_t t);
 
 /* 64-bit FNV-1a over vertices, tets, regions, and middle nodes where there are any: identifies the
  * mesh in a model's meta. */

@@ -1,6 +1,8 @@
 /* The generator beam:NXxNYxNZ@LXxLYxLZ: a box of NX x NY x NZ cells, each cut into the six Kuhn
  * tets around its diagonal (Kuhn 1960, Some combinatorial lemmas in topology,
- * doi:10.1147/rd.45.0518), so that neighbours fit. Default rubber-like material.
+ * doi:10.1147/rd.45.0518), so that neighbours fit. With ",split=5" each is cut into five, one of
+ * them in the middle, and every other cell is the mirror image of its neighbours. Default
+ * rubber-like material.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
@@ -17,12 +19,13 @@ enum { TETS_MAX = 200000000 };
 typedef struct beam {
   int64_t cells[3];
   double lengths[3];
+  int split; /* tets a cell, 5 or 6 */
 } beam;
 
 static thrum_status bad_spec(const char *spec, thrum_error *error) {
   return thrum_error_set(error, THRUM_BAD_FORMAT,
                          "'%.100s' is no beam; write beam:NXxNYxNZ@LXxLYxLZ, cells and metres, "
-                         "such as beam:20x3x3@1x0.15x0.15",
+                         "such as beam:20x3x3@1x0.15x0.15, and perhaps ,split=5",
                          spec);
 }
 
@@ -32,13 +35,18 @@ static thrum_status parse_spec(const char *spec, beam *b, thrum_error *error) {
     size_t used = a < 3 ? thrum_text_scan_integer(at, end, &b->cells[a])
                         : thrum_text_scan_number(at, end, &b->lengths[a - 3]);
     at += used;
-    char expected = a == 5 ? '\0' : a == 2 ? '@' : 'x';
-    if (used == 0 || *at != expected)
+    const char expected = a == 2 ? '@' : 'x';
+    if (used == 0 || (a < 5 && *at != expected))
       return bad_spec(spec, error);
     at += a < 5;
   }
 
-  double tets = 6;
+  // how cells are cut
+  b->split = strcmp(at, ",split=5") == 0 ? 5 : 6;
+  if (*at != '\0' && b->split != 5 && strcmp(at, ",split=6") != 0)
+    return bad_spec(spec, error);
+
+  double tets = b->split;
   for (int a = 0; a < 3; a++) {
     if (b->cells[a] < 1 || !(b->lengths[a] > 1e-30 && b->lengths[a] < 1e30))
       return thrum_error_set(error, THRUM_BAD_VALUE,
@@ -48,7 +56,6 @@ static thrum_status parse_spec(const char *spec, beam *b, thrum_error *error) {
     tets *= (double)b->cells[a];
   }
 
-  // six tets a cell
   if (tets > TETS_MAX)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "'%.100s' would have %.3g tets; at most %d are made", spec, tets,
@@ -102,17 +109,36 @@ static void fill_tet(const beam *b, const int64_t cell[3], const int order[3], b
   }
 }
 
+/* The five tets of a cell: at every other corner one with the three corners next to it, and one of
+ * these four corners' neighbours in the middle. In odd cells the corners are the other four. */
+static void fill_five(const beam *b, const int64_t cell[3], int32_t *tets) {
+  static const int shapes[5][4] = {
+      {0, 1, 2, 4}, {3, 2, 1, 7}, {5, 4, 7, 1}, {6, 7, 4, 2}, {1, 2, 4, 7}};
+  const bool odd = (cell[0] + cell[1] + cell[2]) % 2 != 0;
+  for (int t = 0; t < 5; t++)
+    for (int a = 0; a < 4; a++) {
+      // bits of a corner are its steps along the axes; the mirror image has the other x
+      const int corner = shapes[t][a] ^ (odd ? 1 : 0);
+      const int place = odd && a >= 2 ? 5 - a : a; // and is wound the other way
+      tets[4 * t + place] = vertex_at(b, cell[0] + (corner & 1), cell[1] + (corner >> 1 & 1),
+                                      cell[2] + (corner >> 2));
+    }
+}
+
 static void fill_tets(const beam *b, int32_t *tets) {
   static const int orders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2},
                                    {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
   static const bool odd[6] = {false, true, true, false, false, true};
   for (int64_t i = 0; i < b->cells[0]; i++)
     for (int64_t j = 0; j < b->cells[1]; j++)
-      for (int64_t k = 0; k < b->cells[2]; k++)
-        for (int o = 0; o < 6; o++) {
-          fill_tet(b, (const int64_t[3]){i, j, k}, orders[o], odd[o], tets);
-          tets += 4;
-        }
+      for (int64_t k = 0; k < b->cells[2]; k++) {
+        const int64_t cell[3] = {i, j, k};
+        if (b->split == 5)
+          fill_five(b, cell, tets);
+        for (int o = 0; o < 6 && b->split == 6; o++)
+          fill_tet(b, cell, orders[o], odd[o], tets + 4 * (int64_t)o);
+        tets += 4 * (int64_t)b->split;
+      }
 }
 
 /* Vertices whose grid position lies within [low, high] on each axis, as a group. */
@@ -173,7 +199,7 @@ thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *er
   thrum_mesh m = {0};
   m.vertex_count = (b.cells[0] + 1) * (b.cells[1] + 1) * (b.cells[2] + 1);
   m.file_vertex_count = m.vertex_count;
-  m.tet_count = 6 * b.cells[0] * b.cells[1] * b.cells[2];
+  m.tet_count = b.split * b.cells[0] * b.cells[1] * b.cells[2];
   m.region_count = 1;
   m.has_material = true;
 

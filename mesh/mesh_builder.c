@@ -4,13 +4,19 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/mesh_builder.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
+#include "mesh/midsides.h"
 #include "mesh/tet_repeats.h"
+#include "runtime/base/quadratic_tet.h"
+
+/* How far middle nodes of straight edges may be off the middle, in edges: digits of a file. */
+static const double STRAIGHT = 1e-5;
 
 static thrum_status no_memory(thrum_mesh_builder *b) {
   return thrum_error_set(b->error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
@@ -32,44 +38,129 @@ thrum_status thrum_builder_vertex(thrum_mesh_builder *b, int64_t number, const d
   return THRUM_OK;
 }
 
-static thrum_status add_tet(thrum_mesh_builder *b, const int64_t vertices[4], int64_t key,
-                            int64_t line) {
+/* Adds a tet of an element with corners and, where it has ten nodes, middle nodes. */
+static thrum_status add_tet(thrum_mesh_builder *b, const thrum_element *element, int64_t number,
+                            const int64_t corners[4], const int64_t middles[6]) {
   const int64_t t = b->tet_count;
 
   if (t == INT32_MAX)
     return thrum_error_set(b->error, THRUM_UNSUPPORTED, "more than 2^31 - 1 tetrahedra");
+  if (t > 0 && element->quadratic != (b->middles != NULL) && b->odd_tet == 0)
+    b->odd_tet = t;
+
+  // a mesh of mixed orders is refused at the end, so its middle nodes no longer matter
+  if (element->quadratic && b->odd_tet == 0) {
+    if (!thrum_mesh_grow(&b->middles, &b->middle_capacity, t + 1, 6 * sizeof *b->middles))
+      return no_memory(b);
+    memcpy(b->middles + 6 * t, middles, 6 * sizeof *middles);
+  }
 
   if (!thrum_mesh_grow(&b->tets, &b->tet_capacity, t + 1, 4 * sizeof *b->tets) ||
-      !thrum_mesh_grow(&b->keys, &b->key_capacity, t + 1, sizeof key) ||
-      !thrum_mesh_grow(&b->lines, &b->line_capacity, t + 1, sizeof line))
+      !thrum_mesh_grow(&b->keys, &b->key_capacity, t + 1, sizeof *b->keys) ||
+      !thrum_mesh_grow(&b->lines, &b->line_capacity, t + 1, sizeof *b->lines) ||
+      !thrum_mesh_grow(&b->tet_numbers, &b->tet_number_capacity, t + 1, sizeof *b->tet_numbers))
     return no_memory(b);
-  memcpy(b->tets + 4 * t, vertices, 4 * sizeof *vertices);
-  b->keys[t] = key;
-  b->lines[t] = line;
+  memcpy(b->tets + 4 * t, corners, 4 * sizeof *corners);
+  b->keys[t] = element->key;
+  b->lines[t] = element->line;
+  b->tet_numbers[t] = number;
   b->tet_count = t + 1;
   return THRUM_OK;
 }
 
 thrum_status thrum_builder_tet(thrum_mesh_builder *b, const int64_t vertices[4], int64_t key,
                                int64_t line) {
-  if (b->middles && b->odd_tet == 0)
-    b->odd_tet = b->tet_count;
-  return add_tet(b, vertices, key, line);
+  const thrum_element element = {.nodes = vertices, .key = key, .line = line};
+  return thrum_builder_element(b, &element);
 }
 
-thrum_status thrum_builder_quadratic_tet(thrum_mesh_builder *b, const int64_t vertices[10],
-                                         int64_t key, int64_t line) {
-  const int64_t t = b->tet_count;
-  if (t > 0 && !b->middles && b->odd_tet == 0)
-    b->odd_tet = t;
+/* Notes a middle node on the diagonal between two corners, which is not in the file; *middle stands
+ * for it. `nodes` is where those of the element are kept. */
+static thrum_status add_diagonal(thrum_mesh_builder *b, const thrum_element *element, int from,
+                                 int to, int64_t nodes, int64_t *middle) {
+  const int64_t d = b->diagonal_count, x = element->nodes[from], y = element->nodes[to];
+  if (d == INT32_MAX)
+    return thrum_error_set(b->error, THRUM_UNSUPPORTED, "more than 2^31 - 1 diagonals");
+  if (!thrum_mesh_grow(&b->diagonals, &b->diagonal_capacity, d + 1, sizeof *b->diagonals))
+    return no_memory(b);
+  b->diagonals[d] = (thrum_diagonal){.ends = {x < y ? x : y, x < y ? y : x},
+                                     .nodes = nodes,
+                                     .kind = (int8_t)element->kind,
+                                     .face = (int8_t)thrum_solid_diagonal(element->kind, from, to)};
+  b->diagonal_count = d + 1;
+  *middle = -1 - d;
+  return THRUM_OK;
+}
 
-  // a mesh of mixed orders is refused at the end, so its middle nodes no longer matter
-  if (b->odd_tet == 0) {
-    if (!thrum_mesh_grow(&b->middles, &b->middle_capacity, t + 1, 6 * sizeof *b->middles))
-      return no_memory(b);
-    memcpy(b->middles + 6 * t, vertices + 4, 6 * sizeof *vertices);
+/* Finds the middle nodes of a tet of an element: on edges of the element its own, on diagonals new
+ * ones. */
+static thrum_status find_middles(thrum_mesh_builder *b, const thrum_element *element,
+                                 const int tet[4], int64_t nodes, int64_t middles[6]) {
+  for (int e = 0; e < THRUM_QUADRATIC_EDGES; e++) {
+    const int from = tet[thrum_quadratic_edges[e][0]], to = tet[thrum_quadratic_edges[e][1]];
+    const int edge = thrum_solid_edge(element->kind, from, to);
+    if (edge >= 0)
+      middles[e] = element->nodes[thrum_solid_shapes[element->kind].corners + edge];
+    else
+      THRUM_TRY(add_diagonal(b, element, from, to, nodes, &middles[e]));
   }
-  return add_tet(b, vertices, key, line);
+  return THRUM_OK;
+}
+
+/* Keeps the nodes of an element that is cut, from which nodes on its diagonals are placed. */
+static thrum_status keep_nodes(thrum_mesh_builder *b, const thrum_element *element,
+                               int64_t *place) {
+  const thrum_solid_shape *shape = &thrum_solid_shapes[element->kind];
+  const int count = shape->corners + shape->edges;
+  *place = b->cut_node_count;
+  if (!thrum_mesh_grow(&b->cut_nodes, &b->cut_node_capacity, *place + count, sizeof *b->cut_nodes))
+    return no_memory(b);
+  memcpy(b->cut_nodes + *place, element->nodes, (size_t)count * sizeof *b->cut_nodes);
+  b->cut_node_count += count;
+  return THRUM_OK;
+}
+
+/* Does a tet have a corner twice? So have parts of an element whose corners fall together, such as
+ * a wedge that is written as a hexahedron. */
+static bool is_collapsed(const int64_t corners[4]) {
+  for (int i = 0; i < 4; i++)
+    for (int j = i + 1; j < 4; j++)
+      if (corners[i] == corners[j])
+        return true;
+  return false;
+}
+
+thrum_status thrum_builder_element(thrum_mesh_builder *b, const thrum_element *element) {
+  const bool cut = element->kind != THRUM_SOLID_TET;
+  int tets[THRUM_SOLID_TETS_MAX][4];
+  int64_t nodes = 0;
+  const int64_t before = b->tet_count;
+  const int64_t number = element->number > 0 ? element->number : b->element_count + 1;
+  b->element_count++;
+
+  // diagonals are placed when all vertices are known
+  if (cut && element->quadratic)
+    THRUM_TRY(keep_nodes(b, element, &nodes));
+  const int count = thrum_solid_cut(element->kind, element->nodes, tets);
+  for (int t = 0; t < count; t++) {
+    int64_t corners[4], middles[6] = {0};
+    for (int c = 0; c < 4; c++)
+      corners[c] = element->nodes[tets[t][c]];
+    if (cut && is_collapsed(corners))
+      continue;
+    if (element->quadratic)
+      THRUM_TRY(find_middles(b, element, tets[t], nodes, middles));
+    THRUM_TRY(add_tet(b, element, number, corners, middles));
+  }
+
+  // an element that collapses altogether would be a hole in the body, and is refused by finish
+  if (b->tet_count == before && b->flat_number == 0) {
+    b->flat_number = number;
+    b->flat_line = element->line;
+  }
+  b->cut_elements[element->kind] += cut;
+  b->cut_tets += cut ? b->tet_count - before : 0;
+  return THRUM_OK;
 }
 
 static char *copy_name(const char *name, size_t length) {
@@ -241,40 +332,152 @@ static thrum_status take_vertices(thrum_mesh_builder *b, thrum_mesh *mesh) {
   return THRUM_OK;
 }
 
+/* Whether elements were cut, which messages then name in the place of tets. */
+static const char *tet_word(const thrum_mesh_builder *b) {
+  return b->cut_tets > 0 ? "element" : "tet";
+}
+
 static thrum_status missing_vertex(thrum_mesh_builder *b, const char *name, int64_t t,
                                    int64_t number) {
   char where[32];
   return thrum_error_set(b->error, THRUM_BAD_VALUE,
-                         "%.200s%s: tet %lld names vertex %lld, which is not in the file; its "
+                         "%.200s%s: %s %lld names vertex %lld, which is not in the file; its "
                          "vertices are %lld to %lld",
-                         name, place(b->lines[t], where), (long long)t + 1, (long long)number,
-                         b->vertex_count > 0 ? (long long)b->numbers[0] : 0LL,
+                         name, place(b->lines[t], where), tet_word(b), (long long)b->tet_numbers[t],
+                         (long long)number, b->vertex_count > 0 ? (long long)b->numbers[0] : 0LL,
                          b->vertex_count > 0 ? (long long)b->numbers[b->vertex_count - 1] : -1LL);
 }
 
-/* Looks up the vertices that tets name, `nodes` a tet; the caller frees *places. */
+/* Looks up the vertices that tets name, `nodes` a tet; those of diagonals follow the vertices. The
+ * caller frees *places. */
 static thrum_status find_places(thrum_mesh_builder *b, const char *name, const int64_t *numbers,
                                 int nodes, int32_t **places) {
   *places = malloc(((size_t)b->tet_count + 1) * (size_t)nodes * sizeof **places);
   if (!*places)
     return no_memory(b);
   for (int64_t i = 0; i < nodes * b->tet_count; i++) {
-    const int64_t v = thrum_builder_find(b, numbers[i]);
+    const int64_t v = numbers[i] < 0 ? b->vertex_count + b->diagonals[-1 - numbers[i]].place
+                                     : thrum_builder_find(b, numbers[i]);
     if (v < 0)
       return missing_vertex(b, name, i / nodes, numbers[i]);
+    if (v >= INT32_MAX / 3)
+      return thrum_error_set(b->error, THRUM_UNSUPPORTED, "%.200s: more than 2^31 components",
+                             name);
     (*places)[i] = (int32_t)v;
   }
   return THRUM_OK;
 }
 
+/* --- the diagonals of elements that were cut ---------------------------------------------------
+ */
+
+typedef struct diagonal_key {
+  int64_t ends[2], from;
+} diagonal_key;
+
+static int compare_diagonals(const void *a, const void *b) {
+  const diagonal_key *x = a, *y = b;
+  if (x->ends[0] != y->ends[0])
+    return x->ends[0] < y->ends[0] ? -1 : 1;
+  if (x->ends[1] != y->ends[1])
+    return x->ends[1] < y->ends[1] ? -1 : 1;
+  return (x->from > y->from) - (x->from < y->from);
+}
+
+/* Gives diagonals with the same ends one place; *count is how many different ones there are, and
+ * firsts, diagonal_count long, has the first diagonal at each place. */
+static thrum_status join_diagonals(thrum_mesh_builder *b, int64_t *firsts, int64_t *count) {
+  const size_t all = (size_t)b->diagonal_count;
+  diagonal_key *order = malloc((all + 1) * sizeof *order);
+  if (!order)
+    return no_memory(b);
+  for (size_t d = 0; d < all; d++)
+    order[d] = (diagonal_key){{b->diagonals[d].ends[0], b->diagonals[d].ends[1]}, (int64_t)d};
+  qsort(order, all, sizeof *order, compare_diagonals);
+
+  // both neighbours at a face have the same diagonal
+  *count = 0;
+  for (size_t d = 0; d < all; d++) {
+    const diagonal_key *key = &order[d];
+    if (d == 0 || memcmp(key->ends, order[d - 1].ends, sizeof key->ends) != 0)
+      firsts[(*count)++] = key->from;
+    b->diagonals[key->from].place = (int32_t)(*count - 1);
+  }
+  free(order);
+  return THRUM_OK;
+}
+
+/* Places the node of a diagonal: between straight edges in its middle, so that the tets there are
+ * straight too; between others where the shape functions of the whole element have the centre of
+ * the face or of the element, which for both is the sum of the middle nodes around it, by 1/2 or
+ * 1/4, less that of the corners by 1/4. What a face gets depends on its nodes alone. */
+static void place_diagonal(const thrum_mesh_builder *b, const thrum_mesh *mesh,
+                           const thrum_diagonal *diagonal, int32_t ends[2], double position[3]) {
+  const thrum_solid_shape *shape = &thrum_solid_shapes[diagonal->kind];
+  const int64_t *nodes = b->cut_nodes + diagonal->nodes;
+  const double share = diagonal->face >= 0 ? 0.5 : 0.25;
+  double centre[3] = {0, 0, 0};
+  bool curved = false;
+
+  // what the tets of the element name was found; where its corners fall together they name less
+  for (int e = 0; e < shape->edges; e++) {
+    if (!thrum_solid_around(diagonal->kind, diagonal->face, e))
+      continue;
+    const int64_t from = thrum_builder_find(b, nodes[shape->edge[e][0]]);
+    const int64_t to = thrum_builder_find(b, nodes[shape->edge[e][1]]);
+    const int64_t middle = thrum_builder_find(b, nodes[shape->corners + e]);
+    if (from < 0 || to < 0 || middle < 0)
+      continue;
+
+    // each corner of a face ends two of its edges, and of an element three
+    const double *p = mesh->vertices + 3 * from, *q = mesh->vertices + 3 * to;
+    const double *m = mesh->vertices + 3 * middle;
+    double bulge = 0, length = 0;
+    for (int axis = 0; axis < 3; axis++) {
+      centre[axis] += share * m[axis] - (p[axis] + q[axis]) / (diagonal->face >= 0 ? 8 : 12);
+      bulge = fmax(bulge, fabs(m[axis] - (p[axis] + q[axis]) / 2));
+      length = fmax(length, fabs(q[axis] - p[axis]));
+    }
+    curved = curved || bulge > STRAIGHT * length;
+  }
+
+  for (int end = 0; end < 2; end++)
+    ends[end] = (int32_t)thrum_builder_find(b, diagonal->ends[end]);
+  for (int axis = 0; axis < 3; axis++)
+    position[axis] = curved ? centre[axis]
+                            : (mesh->vertices[3 * (int64_t)ends[0] + axis] +
+                               mesh->vertices[3 * (int64_t)ends[1] + axis]) /
+                                  2;
+}
+
+/* Appends the nodes on diagonals to the mesh, which has its groups already. */
+static thrum_status append_diagonals(thrum_mesh_builder *b, const int64_t *firsts, int64_t count,
+                                     thrum_mesh *mesh) {
+  int32_t *ends = calloc((size_t)count + 1, 2 * sizeof *ends);
+  double *positions = calloc((size_t)count + 1, 3 * sizeof *positions);
+  thrum_status status = ends && positions ? THRUM_OK : no_memory(b);
+  for (int64_t d = 0; d < count && status >= 0; d++)
+    place_diagonal(b, mesh, &b->diagonals[firsts[d]], ends + 2 * d, positions + 3 * d);
+  THRUM_THEN(status, thrum_midsides_append(mesh, ends, positions, count, b->error));
+  free(ends);
+  free(positions);
+  return status;
+}
+
 static thrum_status take_tets(thrum_mesh_builder *b, const char *name, thrum_mesh *mesh) {
   char where[32];
+  if (b->flat_number > 0)
+    return thrum_error_set(b->error, THRUM_BAD_VALUE,
+                           "%.200s%s: element %lld has no volume: its corners fall together", name,
+                           place(b->flat_line, where), (long long)b->flat_number);
   if (b->odd_tet > 0)
     return thrum_error_set(b->error, THRUM_UNSUPPORTED,
-                           "%.200s%s: tet %lld has %d nodes, where those before it have %d; all "
-                           "tets of a mesh must be of one order",
-                           name, place(b->lines[b->odd_tet], where), (long long)b->odd_tet + 1,
-                           b->middles ? 4 : 10, b->middles ? 10 : 4);
+                           "%.200s%s: %s %lld %s, where those before it %s; all elements of a mesh "
+                           "must be of one order",
+                           name, place(b->lines[b->odd_tet], where), tet_word(b),
+                           (long long)b->tet_numbers[b->odd_tet],
+                           b->middles ? "has no middle nodes" : "has middle nodes",
+                           b->middles ? "have some" : "have none");
 
   // numbers of the file become places, and the lines go over to the mesh
   THRUM_TRY(find_places(b, name, b->tets, 4, &mesh->tets));
@@ -283,7 +486,15 @@ static thrum_status take_tets(thrum_mesh_builder *b, const char *name, thrum_mes
   mesh->tet_count = b->tet_count;
   mesh->tet_line = b->lines;
   b->lines = NULL;
-  mesh->cornered_tets = b->cornered_tets;
+
+  // elements that are counted from 1 need no numbers
+  int64_t t = 0;
+  while (t < b->tet_count && b->tet_numbers[t] == t + 1)
+    t++;
+  if (t < b->tet_count) {
+    mesh->tet_number = b->tet_numbers;
+    b->tet_numbers = NULL;
+  }
   return THRUM_OK;
 }
 
@@ -302,6 +513,8 @@ static thrum_status join_repeats(thrum_mesh_builder *b, thrum_mesh *mesh) {
     if (mesh->midsides)
       memmove(mesh->midsides + 6 * kept, mesh->midsides + 6 * t, 6 * sizeof *mesh->midsides);
     mesh->tet_line[kept] = mesh->tet_line[t];
+    if (mesh->tet_number)
+      mesh->tet_number[kept] = mesh->tet_number[t];
     b->keys[kept++] = b->keys[t];
   }
   mesh->tet_count = b->tet_count = kept;
@@ -312,6 +525,12 @@ static thrum_status join_repeats(thrum_mesh_builder *b, thrum_mesh *mesh) {
 static int compare_keys(const void *a, const void *b) {
   const int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
   return (x > y) - (x < y);
+}
+
+int64_t thrum_builder_region(const thrum_mesh_builder *b, const thrum_mesh *mesh, int64_t key) {
+  const int64_t *found = bsearch(&key, b->region_keys, (size_t)mesh->region_count,
+                                 sizeof *b->region_keys, compare_keys);
+  return found - b->region_keys;
 }
 
 /* A region for each key, ascending. */
@@ -338,13 +557,9 @@ static thrum_status number_regions(thrum_mesh_builder *b, const char *name, thru
     return thrum_error_set(b->error, THRUM_UNSUPPORTED, "%.200s: more than %d regions", name,
                            THRUM_MESH_GROUPS_MAX);
 
-  for (int64_t t = 0; t < b->tet_count; t++) {
-    const int64_t *found =
-        bsearch(&b->keys[t], b->region_keys, (size_t)regions, sizeof *b->region_keys, compare_keys);
-    mesh->tet_region[t] = (int32_t)(found - b->region_keys);
-  }
-
   mesh->region_count = regions > 0 ? regions : 1;
+  for (int64_t t = 0; t < b->tet_count; t++)
+    mesh->tet_region[t] = (int32_t)thrum_builder_region(b, mesh, b->keys[t]);
   mesh->materials = calloc((size_t)mesh->region_count, sizeof *mesh->materials);
   return mesh->materials ? THRUM_OK : no_memory(b);
 }
@@ -371,15 +586,55 @@ static thrum_status take_list(thrum_mesh_builder *b, const char *name, const thr
   return status;
 }
 
-thrum_status thrum_builder_finish(thrum_mesh_builder *b, const char *name, thrum_mesh *mesh) {
+/* Tells which elements were cut. */
+static void note_cuts(const thrum_mesh_builder *b, thrum_mesh *mesh) {
+  char list[160] = "";
+  size_t length = 0;
+  for (int kind = 0; kind < THRUM_SOLID_KINDS; kind++) {
+    mesh->cut_elements += b->cut_elements[kind];
+    if (b->cut_elements[kind] > 0)
+      length +=
+          (size_t)snprintf(list + length, sizeof list - length, "%s%lld %s", length > 0 ? ", " : "",
+                           (long long)b->cut_elements[kind], thrum_solid_shapes[kind].name);
+  }
+  if (mesh->cut_elements > 0)
+    thrum_mesh_add_note(mesh, "%s were cut into %lld tetrahedra of %s nodes", list,
+                        (long long)b->cut_tets, b->middles ? "ten" : "four");
+}
+
+static thrum_status finish(thrum_mesh_builder *b, const char *name, int64_t *firsts,
+                           thrum_mesh *mesh) {
+  int64_t diagonals = 0;
   THRUM_TRY(thrum_builder_order(b, name));
-  THRUM_TRY(take_vertices(b, mesh));
+  THRUM_TRY(join_diagonals(b, firsts, &diagonals));
   THRUM_TRY(take_tets(b, name, mesh));
+  THRUM_TRY(take_vertices(b, mesh));
   if (b->joins_repeats)
     THRUM_TRY(join_repeats(b, mesh));
   THRUM_TRY(number_regions(b, name, mesh));
   for (int64_t i = 0; i < b->list_count; i++)
     THRUM_TRY(take_list(b, name, &b->lists[i], mesh));
+
+  // the groups are there, so that new nodes can join them
+  if (diagonals > 0)
+    THRUM_TRY(append_diagonals(b, firsts, diagonals, mesh));
+  note_cuts(b, mesh);
+  return THRUM_OK;
+}
+
+thrum_status thrum_builder_finish(thrum_mesh_builder *b, const char *name, thrum_mesh *mesh) {
+  int64_t *firsts = malloc(((size_t)b->diagonal_count + 1) * sizeof *firsts);
+  const thrum_status status = firsts ? finish(b, name, firsts, mesh) : no_memory(b);
+  free(firsts);
+  return status;
+}
+
+thrum_status thrum_builder_name_regions(const thrum_mesh_builder *b, thrum_mesh *mesh) {
+  for (int64_t i = 0; i < mesh->region_count && b->tet_count > 0; i++) {
+    char name[32];
+    snprintf(name, sizeof name, "%lld", (long long)b->region_keys[i]);
+    THRUM_TRY(thrum_mesh_name_region(mesh, i, name, strlen(name), b->error));
+  }
   return THRUM_OK;
 }
 
@@ -408,6 +663,9 @@ void thrum_builder_free(thrum_mesh_builder *b) {
   free(b->middles);
   free(b->keys);
   free(b->lines);
+  free(b->tet_numbers);
+  free(b->diagonals);
+  free(b->cut_nodes);
   free(b->region_keys);
   *b = (thrum_mesh_builder){0};
 }

@@ -1,11 +1,30 @@
-/* Building a mesh from numbered vertices, tets that name them, and named lists of them: what the
- * readers of TetGen, Medit, VTK and Abaqus files share.
+/* Building a mesh from numbered vertices, solid elements that name them, and named lists of them:
+ * what all readers share. Elements that are no tets are cut into tets of their order (solids.h).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_MESH_MESH_BUILDER_H
 #define THRUM_MESH_MESH_BUILDER_H
 
 #include "mesh/mesh.h"
+#include "mesh/solids.h"
+
+/* A solid element of a file. */
+typedef struct thrum_element {
+  thrum_solid kind;
+  bool quadratic;       /* middle nodes follow its corners */
+  const int64_t *nodes; /* their numbers, at least 0 */
+  int64_t number;       /* its own; 0: elements are counted from 1 */
+  int64_t key;          /* what tells its region */
+  int64_t line;         /* in the file, 0 unknown */
+} thrum_element;
+
+/* A middle node that a cut makes on a diagonal of an element. */
+typedef struct thrum_diagonal {
+  int64_t ends[2]; /* numbers, ascending */
+  int64_t nodes;   /* those of the element, a place in `cut_nodes` */
+  int8_t kind, face;
+  int32_t place; /* of the one node of all elements at the diagonal, from 0; set by finish */
+} thrum_diagonal;
 
 typedef struct thrum_named_list {
   char *name; /* owned */
@@ -20,18 +39,26 @@ typedef struct thrum_mesh_builder {
   double *positions;     /* vertex_count x 3 */
   int64_t *numbers;      /* vertex_count */
   int64_t *vertex_lines; /* vertex_count: in the file, 0 unknown */
-  int64_t tet_count, tet_capacity, middle_capacity, key_capacity, line_capacity;
-  int64_t *tets;    /* tet_count x 4 */
-  int64_t *middles; /* tet_count x 6 where the first tet has ten nodes */
-  int64_t odd_tet;  /* the first whose number of nodes is not that of tet 0; 0: none */
-  int64_t *keys;    /* tet_count: what tells its region */
-  int64_t *lines;   /* tet_count: in the file, 0 unknown */
+  int64_t tet_count, tet_capacity, middle_capacity, key_capacity, line_capacity,
+      tet_number_capacity;
+  int64_t *tets;        /* tet_count x 4 */
+  int64_t *middles;     /* tet_count x 6 where the first tet has ten nodes; -1 - d: of diagonal d */
+  int64_t odd_tet;      /* the first whose number of nodes is not that of tet 0; 0: none */
+  int64_t *keys;        /* tet_count: what tells its region */
+  int64_t *lines;       /* tet_count: in the file, 0 unknown */
+  int64_t *tet_numbers; /* tet_count: of the elements */
+  int64_t element_count;
+  int64_t flat_number, flat_line; /* of the first element whose corners leave no volume; 0: none */
+  int64_t cut_elements[THRUM_SOLID_KINDS], cut_tets; /* elements of each kind that were cut */
+  int64_t diagonal_count, diagonal_capacity;
+  thrum_diagonal *diagonals;
+  int64_t cut_node_count, cut_node_capacity;
+  int64_t *cut_nodes; /* the nodes of quadratic elements that were cut */
   int64_t list_count, list_capacity;
   thrum_named_list *lists;
   int64_t last_list;    /* found last */
   int64_t *region_keys; /* of each region, ascending; made by finish */
-  int64_t cornered_tets;
-  bool joins_repeats; /* of tets that come again the first is kept */
+  bool joins_repeats;   /* of tets that come again the first is kept */
   thrum_error *error;
 } thrum_mesh_builder;
 
@@ -39,10 +66,9 @@ thrum_status thrum_builder_vertex(thrum_mesh_builder *b, int64_t number, const d
                                   int64_t line);
 thrum_status thrum_builder_tet(thrum_mesh_builder *b, const int64_t vertices[4], int64_t key,
                                int64_t line);
-/* The same of a tet of ten nodes, in the order of thrum_quadratic_edges. All tets of a file must
+/* The same of an element of any kind and order; its tets are the last ones. All tets of a file must
  * have as many nodes, which finish checks. */
-thrum_status thrum_builder_quadratic_tet(thrum_mesh_builder *b, const int64_t vertices[10],
-                                         int64_t key, int64_t line);
+thrum_status thrum_builder_element(thrum_mesh_builder *b, const thrum_element *element);
 /* Index of the list of that name, added when it is new; the name must be a good one. */
 thrum_status thrum_builder_list(thrum_mesh_builder *b, const char *name, size_t length,
                                 int64_t *index);
@@ -61,9 +87,15 @@ thrum_status thrum_builder_order(thrum_mesh_builder *b, const char *name);
 int64_t thrum_builder_find(const thrum_mesh_builder *b, int64_t number);
 
 /* Orders the vertices by number, looks up what tets and lists name, makes a region of each key
- * (ascending, without materials) and a group of each list. `name` is the file's. Into an empty
- * mesh, which the caller frees on failure. */
+ * (ascending, without materials) and a group of each list, and notes which elements were cut.
+ * `name` is the file's. Into an empty mesh, which the caller frees on failure. */
 thrum_status thrum_builder_finish(thrum_mesh_builder *b, const char *name, thrum_mesh *mesh);
+
+/* After finish: the region of a key of an element. */
+int64_t thrum_builder_region(const thrum_mesh_builder *b, const thrum_mesh *mesh, int64_t key);
+
+/* After finish: calls each region by its key. */
+thrum_status thrum_builder_name_regions(const thrum_mesh_builder *b, thrum_mesh *mesh);
 
 /* After finish: where there are several regions, the vertices of each become the group PREFIX_KEY,
  * but those of the key 0 only if `zero`. */

@@ -72,21 +72,22 @@ static thrum_status check_tet_vertices(const thrum_mesh *mesh, const char *name,
     for (int a = 0; a < nodes; a++)
       if (v[a] < 0 || v[a] >= mesh->vertex_count)
         return thrum_error_set(error, THRUM_BAD_VALUE,
-                               "%s: tet %lld names vertex %lld, but there are %lld vertices",
-                               tet_place(mesh, name, t).text, (long long)t + 1, (long long)v[a] + 1,
-                               (long long)mesh->vertex_count);
+                               "%s: %s names vertex %lld, but there are %lld vertices",
+                               tet_place(mesh, name, t).text, thrum_mesh_tet_text(mesh, t).text,
+                               (long long)v[a] + 1, (long long)mesh->vertex_count);
 
     // and differ
     for (int a = 0; a < nodes; a++)
       for (int b = a + 1; b < nodes; b++)
         if (v[a] == v[b])
-          return thrum_error_set(
-              error, THRUM_BAD_VALUE, "%s: tet %lld has vertex %lld twice; remove or mend it",
-              tet_place(mesh, name, t).text, (long long)t + 1, (long long)number_of(mesh, v[a]));
+          return thrum_error_set(error, THRUM_BAD_VALUE,
+                                 "%s: %s has vertex %lld twice; remove or mend it",
+                                 tet_place(mesh, name, t).text, thrum_mesh_tet_text(mesh, t).text,
+                                 (long long)number_of(mesh, v[a]));
 
     if (mesh->tet_region[t] < 0 || mesh->tet_region[t] >= mesh->region_count)
-      return thrum_error_set(error, THRUM_BAD_VALUE, "%s: tet %lld is in no region",
-                             tet_place(mesh, name, t).text, (long long)t + 1);
+      return thrum_error_set(error, THRUM_BAD_VALUE, "%s: %s is in no region",
+                             tet_place(mesh, name, t).text, thrum_mesh_tet_text(mesh, t).text);
   }
   return THRUM_OK;
 }
@@ -124,9 +125,10 @@ static thrum_status check_repeats(const thrum_mesh *mesh, const char *name, thru
     t++;
   thrum_status status = THRUM_OK;
   if (t < mesh->tet_count)
-    status = thrum_error_set(
-        error, THRUM_BAD_VALUE, "%s: tet %lld has the same vertices as tet %lld; remove one",
-        tet_place(mesh, name, t).text, (long long)t + 1, (long long)earlier[t] + 1);
+    status =
+        thrum_error_set(error, THRUM_BAD_VALUE, "%s: %s has the same vertices as %s; remove one",
+                        tet_place(mesh, name, t).text, thrum_mesh_tet_text(mesh, t).text,
+                        thrum_mesh_tet_text(mesh, earlier[t]).text);
   free(earlier);
   return status;
 }
@@ -141,15 +143,16 @@ static thrum_status fix_winding(thrum_mesh *mesh, const char *name, thrum_error 
     if (!(fabs(shape) > FLAT))
       return thrum_error_set(
           error, THRUM_BAD_VALUE,
-          "%s: tet %lld (vertices %lld %lld %lld %lld) has no volume; remove or mend it",
-          tet_place(mesh, name, t).text, (long long)t + 1, (long long)number_of(mesh, v[0]),
-          (long long)number_of(mesh, v[1]), (long long)number_of(mesh, v[2]),
-          (long long)number_of(mesh, v[3]));
+          "%s: %s (vertices %lld %lld %lld %lld) has no volume; remove or mend it",
+          tet_place(mesh, name, t).text, thrum_mesh_tet_text(mesh, t).text,
+          (long long)number_of(mesh, v[0]), (long long)number_of(mesh, v[1]),
+          (long long)number_of(mesh, v[2]), (long long)number_of(mesh, v[3]));
 
     // far outside, products of lengths leave the range of doubles
     if (!(extent > 1e-30 && extent < 1e30))
-      return thrum_error_set(error, THRUM_BAD_VALUE, "%s: tet %lld is %g m large; check the scale",
-                             tet_place(mesh, name, t).text, (long long)t + 1, extent);
+      return thrum_error_set(error, THRUM_BAD_VALUE, "%s: %s is %g m large; check the scale",
+                             tet_place(mesh, name, t).text, thrum_mesh_tet_text(mesh, t).text,
+                             extent);
     inverted += shape < 0;
   }
 
@@ -187,16 +190,17 @@ static thrum_status check_faces(const thrum_mesh *mesh, const char *name, thrum_
   // the place that is named is that of the last tet, the later mistake
   const int64_t last = tets[2] >= 0 ? tets[2] : tets[1];
   if (tets[2] >= 0)
-    return thrum_error_set(error, status,
-                           "%s: tets %lld, %lld and %lld share one face, where only two can be; "
-                           "remove what overlaps",
-                           tet_place(mesh, name, last).text, (long long)tets[0] + 1,
-                           (long long)tets[1] + 1, (long long)tets[2] + 1);
+    return thrum_error_set(
+        error, status,
+        "%s: %s, %s and %s share one face, where only two can be; "
+        "remove what overlaps",
+        tet_place(mesh, name, last).text, thrum_mesh_tet_text(mesh, tets[0]).text,
+        thrum_mesh_tet_text(mesh, tets[1]).text, thrum_mesh_tet_text(mesh, tets[2]).text);
   return thrum_error_set(error, status,
-                         "%s: tets %lld and %lld lie on the same side of the face that they share, "
+                         "%s: %s and %s lie on the same side of the face that they share, "
                          "so they overlap; mesh the body again",
-                         tet_place(mesh, name, last).text, (long long)tets[0] + 1,
-                         (long long)tets[1] + 1);
+                         tet_place(mesh, name, last).text, thrum_mesh_tet_text(mesh, tets[0]).text,
+                         thrum_mesh_tet_text(mesh, tets[1]).text);
 }
 
 /* Renumbers a group in place; an emptied one is removed by the caller. */
@@ -252,9 +256,11 @@ static thrum_status drop_vertices(thrum_mesh *mesh, thrum_error *error) {
     if (map[v] == 0)
       map[v] = kept++;
 
-  mesh->file_vertex_count = mesh->vertex_count;
-  mesh->dropped_vertices = mesh->vertex_count - kept;
-  if (mesh->dropped_vertices == 0) {
+  // middle nodes that were made are in no file, and were not dropped from it
+  mesh->dropped_vertices = 0;
+  for (int64_t v = 0; v < mesh->file_vertex_count; v++)
+    mesh->dropped_vertices += map[v] < 0;
+  if (kept == mesh->vertex_count) {
     free(map);
     return THRUM_OK;
   }
@@ -271,14 +277,17 @@ static thrum_status check_midsides(const thrum_mesh *mesh, const char *name, thr
   const thrum_status status = thrum_midsides_check(mesh, &fault, error);
   if (status != THRUM_BAD_VALUE)
     return status;
-  return thrum_error_set(error, status, "%s: tet %lld %s", tet_place(mesh, name, fault.tet).text,
-                         (long long)fault.tet + 1, fault.text);
+  return thrum_error_set(error, status, "%s: %s %s", tet_place(mesh, name, fault.tet).text,
+                         thrum_mesh_tet_text(mesh, fault.tet).text, fault.text);
 }
 
 thrum_status thrum_mesh_clean(thrum_mesh *mesh, const char *name, double scale,
                               thrum_error *error) {
   if (mesh->tet_count == 0)
     return thrum_error_set(error, THRUM_MISSING, "%.200s: the mesh holds no tetrahedra", name);
+  // a mesh that was put together by hand has no other vertices than these
+  if (mesh->file_vertex_count == 0)
+    mesh->file_vertex_count = mesh->vertex_count;
   if (mesh->vertex_count > INT32_MAX)
     return thrum_error_set(error, THRUM_UNSUPPORTED, "%.200s: more than 2^31 - 1 vertices", name);
   THRUM_TRY(scale_vertices(mesh, name, scale, error));

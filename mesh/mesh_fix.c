@@ -206,15 +206,19 @@ static void mark_made_midsides(const thrum_mesh *mesh, uint8_t *marks) {
     }
 }
 
-static thrum_status mark_file(const thrum_mesh *mesh, const char *path, uint8_t *marks,
+/* *empty tells a list without any number, which is how Vega's files say that a body is free. */
+static thrum_status mark_file(const thrum_mesh *mesh, const char *path, uint8_t *marks, bool *empty,
                               thrum_error *error) {
   thrum_text text;
   thrum_status status = thrum_text_open(path, '#', ',', &text, error);
   if (status < 0)
     return status;
+  *empty = true;
   while (status >= 0 && thrum_text_next_line(&text))
-    while (status >= 0 && thrum_text_more(&text))
+    while (status >= 0 && thrum_text_more(&text)) {
       status = mark_entry(mesh, &text, marks, error);
+      *empty = false;
+    }
   thrum_text_close(&text);
   if (status >= 0)
     mark_made_midsides(mesh, marks);
@@ -258,10 +262,10 @@ static bool is_file(const char *path) {
   return stat(path, &about) == 0 && !S_ISDIR(about.st_mode);
 }
 
-static thrum_status mark_name(const thrum_mesh *mesh, const char *name, uint8_t *marks,
+static thrum_status mark_name(const thrum_mesh *mesh, const char *name, uint8_t *marks, bool *empty,
                               thrum_error *error) {
   if (is_file(name))
-    return mark_file(mesh, name, marks, error);
+    return mark_file(mesh, name, marks, empty, error);
   const thrum_group *group = find_group(mesh, name);
   if (!group)
     return unknown_name(mesh, name, error);
@@ -272,19 +276,19 @@ static thrum_status mark_name(const thrum_mesh *mesh, const char *name, uint8_t 
 
 /* `text` is the spec without blanks around it. */
 static thrum_status mark(const thrum_mesh *mesh, char *text, uint8_t *marks, uint8_t *axes,
-                         thrum_error *error) {
+                         bool *empty, thrum_error *error) {
   bool predicate = strpbrk(text, "<>") != NULL;
   // a name that happens to end like components is still that name
   if (!predicate && (is_file(text) || find_group(mesh, text))) {
     *axes = ALL_AXES;
-    return mark_name(mesh, text, marks, error);
+    return mark_name(mesh, text, marks, empty, error);
   }
   const char *end = text + strlen(text);
   *axes = split_components(text, &end);
   if (predicate)
     return mark_predicate(mesh, text, end, marks, error);
   text[end - text] = '\0';
-  return mark_name(mesh, text, marks, error);
+  return mark_name(mesh, text, marks, empty, error);
 }
 
 /* A copy without blanks around it; other blanks and control characters become spaces, which keeps
@@ -309,11 +313,12 @@ static thrum_status mark_all(const thrum_mesh *mesh, char *text, uint8_t *marks,
   // mark may cut the components off
   char shown[101];
   snprintf(shown, sizeof shown, "%s", text);
-  THRUM_TRY(mark(mesh, text, marks, axes, error));
+  bool empty = false;
+  THRUM_TRY(mark(mesh, text, marks, axes, &empty, error));
   *named = 0;
   for (int64_t v = 0; v < mesh->vertex_count; v++)
     *named += marks[v];
-  if (*named == 0)
+  if (*named == 0 && !empty)
     return thrum_error_set(error, THRUM_BAD_VALUE, "'%s' names no vertex of the mesh", shown);
   return THRUM_OK;
 }

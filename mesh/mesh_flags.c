@@ -27,12 +27,21 @@ static double distance(const thrum_mesh_examined *e) {
   return far;
 }
 
-static bool odd_density(const thrum_mesh *mesh) {
+static bool is_odd(double density) {
+  return !(density >= DENSITY_LIGHT && density <= DENSITY_HEAVY);
+}
+
+int64_t thrum_mesh_odd_density(const thrum_mesh *mesh) {
   for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++)
-    if (!(mesh->materials[i].density >= DENSITY_LIGHT &&
-          mesh->materials[i].density <= DENSITY_HEAVY))
-      return true;
-  return false;
+    if (is_odd(mesh->materials[i].density))
+      return i;
+  return -1;
+}
+
+/* What to do about a density: decks in millimetres often have tonnes by cubic millimetre. */
+static const char *density_advice(double density) {
+  return is_odd(1e12 * density) ? "materials are in Pa and kg/m^3 unless --unit says otherwise"
+                                : "a file in millimetres, tonnes and seconds needs --unit mm-t-s";
 }
 
 unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *e) {
@@ -41,7 +50,7 @@ unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *e) 
   flags |= e->coincident_vertices > 0 ? THRUM_EXAMINE_COINCIDENT : 0U;
   flags |= e->hinges > 0 ? THRUM_EXAMINE_HINGES : 0U;
   flags |= e->extent >= EXTENT_LARGE || e->extent <= EXTENT_SMALL ? THRUM_EXAMINE_UNITS : 0U;
-  flags |= odd_density(mesh) ? THRUM_EXAMINE_DENSITY : 0U;
+  flags |= thrum_mesh_odd_density(mesh) >= 0 ? THRUM_EXAMINE_DENSITY : 0U;
   flags |= distance(e) > DISTANCE_FAR * e->extent ? THRUM_EXAMINE_FAR : 0U;
 
   // tets of ten nodes bend, and lock far less
@@ -51,8 +60,9 @@ unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *e) 
   flags |= linear && thin ? THRUM_EXAMINE_THIN : 0U;
   flags |= e->ratio_min < RATIO_SLIVER ? THRUM_EXAMINE_SLIVERS : 0U;
 
-  // middle nodes of quadratic tets are dropped as a matter of course
-  const bool dropped = mesh->dropped_vertices > 0 && mesh->cornered_tets == 0;
+  // middle nodes of quadratic tets, and centres of what was cut, are dropped as a matter of course
+  const bool dropped =
+      mesh->dropped_vertices > 0 && mesh->cornered_tets == 0 && mesh->cut_elements == 0;
   flags |= mesh->flipped_tets > 0 || dropped ? THRUM_EXAMINE_REPAIRED : 0U;
   return flags;
 }
@@ -89,11 +99,13 @@ const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examin
              e->extent, e->extent > 1 ? "millimetres" : "metres times 1000",
              e->extent > 1 ? "0.001" : "1000");
     break;
-  case THRUM_EXAMINE_DENSITY:
-    snprintf(line, SIZE,
-             "a density is outside %g to %g kg/m^3; materials are in SI units (Pa, kg/m^3)",
-             DENSITY_LIGHT, DENSITY_HEAVY);
+  case THRUM_EXAMINE_DENSITY: {
+    const int64_t odd = thrum_mesh_odd_density(mesh);
+    const double density = odd >= 0 ? mesh->materials[odd].density : 0;
+    snprintf(line, SIZE, "a density is %.3g kg/m^3, outside %g to %g; %s", density, DENSITY_LIGHT,
+             DENSITY_HEAVY, density_advice(density));
     break;
+  }
   case THRUM_EXAMINE_FAR:
     snprintf(line, SIZE,
              "the body lies %.3g m from the origin but is %.3g m long: positions lose digits; move "

@@ -26,7 +26,10 @@ typedef enum thrum_examine_flag {
 
 /* Returns what is to be flagged: thrum_examine_flag, or'ed. */
 unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *examined);
-/* One line for a person on a flag: what, how much, and what to do. Returns `line`. */
+/* The first region of a density that no solid has; -1: none. */
+int64_t thrum_mesh_odd_density(const thrum_mesh *mesh);
+/* One line for a person on a flag: what, how much, and what to do. Returns `line`. The density
+ * needs no `examined`. */
 const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examined *examined,
                                  thrum_examine_flag flag, char line[300]);
 

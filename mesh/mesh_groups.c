@@ -4,6 +4,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/mesh_groups.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -104,4 +105,29 @@ thrum_status thrum_mesh_add_region_group(thrum_mesh *mesh, int32_t region, const
   thrum_status status = thrum_mesh_add_group(mesh, name, vertices, count, error);
   free(vertices);
   return status;
+}
+
+thrum_status thrum_mesh_name_region(thrum_mesh *mesh, int64_t region, const char *name,
+                                    size_t length, thrum_error *error) {
+  if (!mesh->region_names)
+    mesh->region_names = calloc((size_t)mesh->region_count + 1, sizeof *mesh->region_names);
+  char *copy = malloc(length + 1);
+  if (!mesh->region_names || !copy) {
+    free(copy);
+    return no_memory(error);
+  }
+  memcpy(copy, name, length);
+  copy[length] = '\0';
+  free(mesh->region_names[region]);
+  mesh->region_names[region] = copy;
+  return THRUM_OK;
+}
+
+thrum_region_text thrum_mesh_region_text(const thrum_mesh *mesh, int64_t region) {
+  thrum_region_text name;
+  if (mesh->region_names && mesh->region_names[region])
+    snprintf(name.text, sizeof name.text, "%s", mesh->region_names[region]);
+  else
+    snprintf(name.text, sizeof name.text, "%lld", (long long)region + 1);
+  return name;
 }

@@ -18,6 +18,16 @@ thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int3
 thrum_status thrum_mesh_add_region_group(thrum_mesh *mesh, int32_t region, const char *name,
                                          thrum_error *error);
 
+/* Gives region `region` the name that its file has for it, `length` bytes, which are copied. */
+thrum_status thrum_mesh_name_region(thrum_mesh *mesh, int64_t region, const char *name,
+                                    size_t length, thrum_error *error);
+
+/* The name of a region; without one, its number from 1. */
+typedef struct thrum_region_text {
+  char text[THRUM_MESH_NAME_MAX + 1];
+} thrum_region_text;
+thrum_region_text thrum_mesh_region_text(const thrum_mesh *mesh, int64_t region);
+
 /* NULL, or why this is no name for a group: its length, its bytes. */
 const char *thrum_mesh_name_fault(const char *name, size_t length);
 

@@ -103,16 +103,16 @@ static thrum_status number_edges(const thrum_mesh *mesh, int32_t *midsides, int6
   return status;
 }
 
-/* Places the middle nodes, vertices of all behind them, and tells the ends of each. */
-static void place_middles(const thrum_mesh *mesh, const int32_t *midsides, double *vertices,
-                          int32_t *ends) {
+/* Tells the ends of the edge of each middle node, and the place between them. */
+static void place_middles(const thrum_mesh *mesh, const int32_t *midsides, int32_t *ends,
+                          double *places) {
   for (int64_t i = 0; i < 6 * mesh->tet_count; i++) {
     const int32_t a = *corner_of(mesh, i / 6, (int)(i % 6), 0);
     const int32_t b = *corner_of(mesh, i / 6, (int)(i % 6), 1);
-    const int64_t middle = midsides[i], edge = middle - mesh->vertex_count;
+    const int64_t edge = midsides[i] - mesh->vertex_count;
     for (int axis = 0; axis < 3; axis++)
-      vertices[3 * middle + axis] =
-          (vertices[3 * (int64_t)a + axis] + vertices[3 * (int64_t)b + axis]) / 2;
+      places[3 * edge + axis] =
+          (mesh->vertices[3 * (int64_t)a + axis] + mesh->vertices[3 * (int64_t)b + axis]) / 2;
     ends[2 * edge] = a;
     ends[2 * edge + 1] = b;
   }
@@ -152,40 +152,27 @@ static bool grow_groups(const thrum_mesh *mesh, const int32_t *ends, int64_t edg
   return grown;
 }
 
-thrum_status thrum_midsides_add(thrum_mesh *mesh, thrum_error *error) {
-  const size_t groups = (size_t)mesh->group_count;
-  int64_t edges = 0;
-  int32_t *ends = NULL;
-  double *vertices = NULL;
+thrum_status thrum_midsides_append(thrum_mesh *mesh, const int32_t *ends, const double *places,
+                                   int64_t count, thrum_error *error) {
+  const size_t groups = (size_t)mesh->group_count, old_count = (size_t)mesh->vertex_count;
 
   // room for what grows; the mesh is changed at the end alone
-  int32_t *midsides = malloc(((size_t)mesh->tet_count + 1) * 6 * sizeof *midsides);
   int32_t **lists = calloc(groups + 1, sizeof *lists);
   int64_t *counts = calloc(groups + 1, sizeof *counts);
-  thrum_status status = midsides && lists && counts ? THRUM_OK : no_memory(error);
-  THRUM_THEN(status, number_edges(mesh, midsides, &edges, error));
-  if (status >= 0) {
-    vertices = malloc((size_t)(mesh->vertex_count + edges) * 3 * sizeof *vertices);
-    ends = malloc(((size_t)edges + 1) * 2 * sizeof *ends);
-    if (!vertices || !ends)
-      status = no_memory(error);
-  }
-  if (status >= 0) {
-    memcpy(vertices, mesh->vertices, (size_t)mesh->vertex_count * 3 * sizeof *vertices);
-    place_middles(mesh, midsides, vertices, ends);
-    if (!grow_groups(mesh, ends, edges, lists, counts))
-      status = no_memory(error);
-  }
+  double *vertices = malloc((old_count + (size_t)count + 1) * 3 * sizeof *vertices);
+  thrum_status status = lists && counts && vertices ? THRUM_OK : no_memory(error);
+  if (status >= 0 && !grow_groups(mesh, ends, count, lists, counts))
+    status = no_memory(error);
 
   // old arrays and new ones change places, and what is left over is freed
   if (status >= 0) {
+    memcpy(vertices, mesh->vertices, old_count * 3 * sizeof *vertices);
+    memcpy(vertices + 3 * old_count, places, (size_t)count * 3 * sizeof *vertices);
     double *old = mesh->vertices;
     mesh->vertices = vertices;
     vertices = old;
-    mesh->vertex_count += edges;
-    mesh->made_midsides = edges;
-    mesh->midsides = midsides;
-    midsides = NULL;
+    mesh->vertex_count += count;
+    mesh->made_midsides = count;
     for (size_t g = 0; g < groups; g++) {
       int32_t *list = mesh->groups[g].vertices;
       mesh->groups[g].vertices = lists[g];
@@ -198,9 +185,38 @@ thrum_status thrum_midsides_add(thrum_mesh *mesh, thrum_error *error) {
     free(lists[g]);
   free(lists);
   free(counts);
-  free(midsides);
   free(vertices);
+  return status;
+}
+
+thrum_status thrum_midsides_add(thrum_mesh *mesh, thrum_error *error) {
+  int64_t edges = 0;
+  int32_t *ends = NULL;
+  double *places = NULL;
+
+  // the edges are counted first, and then there is room for their nodes
+  int32_t *midsides = malloc(((size_t)mesh->tet_count + 1) * 6 * sizeof *midsides);
+  thrum_status status = midsides ? THRUM_OK : no_memory(error);
+  THRUM_THEN(status, number_edges(mesh, midsides, &edges, error));
+  if (status >= 0) {
+    ends = malloc(((size_t)edges + 1) * 2 * sizeof *ends);
+    places = malloc(((size_t)edges + 1) * 3 * sizeof *places);
+    if (!ends || !places)
+      status = no_memory(error);
+  }
+  if (status >= 0) {
+    place_middles(mesh, midsides, ends, places);
+    status = thrum_midsides_append(mesh, ends, places, edges, error);
+  }
+
+  // the elements name their new nodes once these are there
+  if (status >= 0) {
+    mesh->midsides = midsides;
+    midsides = NULL;
+  }
+  free(midsides);
   free(ends);
+  free(places);
   return status;
 }
 

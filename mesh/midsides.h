@@ -17,6 +17,12 @@ typedef struct thrum_midside_fault {
  * both ends of its edge. On failure the mesh is as it was. Cost: linear in the mesh. */
 thrum_status thrum_midsides_add(thrum_mesh *mesh, thrum_error *error);
 
+/* Appends `count` middle nodes of the edges whose vertices are `ends`, count x 2, at `places`,
+ * count x 3. A node joins the groups that hold both ends of its edge. Elements do not name it yet.
+ * On failure the mesh is as it was. */
+thrum_status thrum_midsides_append(thrum_mesh *mesh, const int32_t *ends, const double *places,
+                                   int64_t count, thrum_error *error);
+
 /* Leaves the middle nodes out, so that only the corners of the tets count, and counts these tets as
  * cornered; the vertices stay until the mesh is cleaned. A linear mesh stays as it is. */
 void thrum_midsides_drop(thrum_mesh *mesh);

@@ -18,12 +18,12 @@ _thrum() {
   'precompute --mass') words='consistent lumped' ;;
   'precompute --precision') words='double single' ;;
   'precompute --check') words='auto search inertia' ;;
-  'precompute '*) words=' --output --fix --young --poisson --density --scale --order --modes --rank --mass --precision --check --handles --condense --train --test --error --rank-max --train-time --train-dt --train-damping --keep-runs --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help' ;;
+  'precompute '*) words=' --output --fix --young --poisson --density --material --scale --unit --regions --order --modes --rank --mass --precision --check --handles --condense --train --test --error --rank-max --train-time --train-dt --train-damping --keep-runs --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help' ;;
   'mesh --tool') words='gmsh tetgen' ;;
   'mesh '*) words='--output --size --scale --order --tool --verbose --json --quiet --help' ;;
-  'check '*) words='--scale --order --json --help' ;;
+  'check '*) words='--scale --unit --regions --order --json --help' ;;
   'convert --msh') words='2.2 4.1' ;;
-  'convert '*) words='--scale --order --binary --ascii --msh --json --help' ;;
+  'convert '*) words='--scale --unit --regions --order --binary --ascii --msh --json --help' ;;
   'simulate --frames-in') words='base ground' ;;
   'simulate --monitor') words='on off' ;;
   'simulate --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;

@@ -10,6 +10,7 @@
 #include "mesh/formats/file_suffix.h"
 #include "mesh/mesh_beam.h"
 #include "mesh/mesh_clean.h"
+#include "mesh/mesh_units.h"
 #include "mesh/midsides.h"
 
 static thrum_status no_memory(thrum_error *error) {
@@ -30,12 +31,13 @@ static thrum_mesh_parser *find_parser(const char *name) {
   return NULL;
 }
 
-static thrum_status read_file(const char *path, thrum_mesh_parser *parse, thrum_mesh *mesh,
-                              thrum_error *error) {
+static thrum_status read_file(const char *path, const char *regions, thrum_mesh_parser *parse,
+                              thrum_mesh *mesh, thrum_error *error) {
   void *data = NULL;
   size_t size = 0;
   thrum_status status = thrum_file_read(path, &data, &size, error);
-  THRUM_THEN(status, parse(path, data, size, mesh, error));
+  const thrum_mesh_source source = {path, data, size, regions};
+  THRUM_THEN(status, parse(&source, mesh, error));
   free(data);
   return status;
 }
@@ -62,8 +64,9 @@ static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error 
   }
 
   // the parser needs both texts at once, since tets name nodes
-  THRUM_THEN(status, thrum_mesh_parse_tetgen(names[0], data[0], size[0], names[1], data[1], size[1],
-                                             mesh, error));
+  const thrum_mesh_source nodes = {names[0], data[0], size[0], NULL};
+  const thrum_mesh_source elements = {names[1], data[1], size[1], NULL};
+  THRUM_THEN(status, thrum_mesh_parse_tetgen(&nodes, &elements, mesh, error));
 
   for (int i = 0; i < 2; i++) {
     free(names[i]);
@@ -101,28 +104,57 @@ thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, t
 
 thrum_status thrum_mesh_read_order(const char *name, double scale, int order, thrum_mesh *mesh,
                                    thrum_error *error) {
-  thrum_mesh read = {0};
-  thrum_mesh_parser *parse = find_parser(name);
-  thrum_status status;
+  const thrum_mesh_read_options options = {.scale = scale, .order = order};
+  return thrum_mesh_read_with(name, &options, mesh, error);
+}
 
-  // a name means a generator, a single file or one of a pair of files
+/* A name means a generator, a single file or one of a pair of files. */
+static thrum_status read_named(const char *name, const char *regions, thrum_mesh *mesh,
+                               thrum_error *error) {
+  thrum_mesh_parser *parse = find_parser(name);
   if (name[0] == '\0')
-    status = thrum_error_set(error, THRUM_IO, "the name of the mesh is empty");
-  else if (strncmp(name, "beam:", 5) == 0)
-    status = thrum_mesh_beam(name, &read, error);
-  else if (parse)
-    status = read_file(name, parse, &read, error);
-  else if (thrum_file_has_suffix(name, ".node") || thrum_file_has_suffix(name, ".ele"))
-    status = read_tetgen(name, &read, error);
-  else
-    status = refuse_kind(name, error);
+    return thrum_error_set(error, THRUM_IO, "the name of the mesh is empty");
+  if (strncmp(name, "beam:", 5) == 0)
+    return thrum_mesh_beam(name, mesh, error);
+
+  // only VTK's cell data has names
+  if (regions && parse != thrum_mesh_parse_vtk && parse != thrum_mesh_parse_vtu)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "%.200s: regions by name are cell data of .vtk and .vtu files", name);
+  if (parse)
+    return read_file(name, regions, parse, mesh, error);
+  if (thrum_file_has_suffix(name, ".node") || thrum_file_has_suffix(name, ".ele"))
+    return read_tetgen(name, mesh, error);
+  return refuse_kind(name, error);
+}
+
+/* Reads the unit; without one lengths and materials are those of SI. */
+static thrum_status read_unit(const char *name, const char *text, thrum_mesh_unit *unit,
+                              thrum_error *error) {
+  *unit = (thrum_mesh_unit){1, 1, 1};
+  if (!text)
+    return THRUM_OK;
+  if (strncmp(name, "beam:", 5) == 0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "'%.100s' is in metres; a unit is that of a file", name);
+  return thrum_mesh_unit_read(text, unit, error);
+}
+
+thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_options *options,
+                                  thrum_mesh *mesh, thrum_error *error) {
+  thrum_mesh read = {0};
+  thrum_mesh_unit unit;
+  thrum_status status = read_unit(name, options->unit, &unit, error);
+  THRUM_THEN(status, read_named(name, options->regions, &read, error));
 
   // every source may repeat vertices or leave some unused
-  if (status >= 0 && order == 1)
+  if (status >= 0 && options->order == 1)
     thrum_midsides_drop(&read);
-  THRUM_THEN(status, thrum_mesh_clean(&read, name, scale, error));
-  if (order == 2 && !read.midsides)
+  THRUM_THEN(status, thrum_mesh_clean(&read, name, options->scale * unit.length, error));
+  if (options->order == 2 && !read.midsides)
     THRUM_THEN(status, thrum_midsides_add(&read, error));
+  if (status >= 0)
+    thrum_mesh_unit_materials(&unit, &read);
 
   return thrum_mesh_deliver(status, &read, mesh);
 }

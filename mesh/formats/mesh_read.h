@@ -9,8 +9,8 @@
 
 #include "mesh/mesh.h"
 
-/* Reads a mesh: the generator `beam:NXxNYxNZ@LXxLYxLZ`, or a file by its suffix: .veg (Vega),
- * .msh (Gmsh), .node or .ele (TetGen), .mesh (Medit), .vtk and .vtu (VTK), .inp (Abaqus).
+/* Reads a mesh: the generator `beam:NXxNYxNZ@LXxLYxLZ[,split=5]`, or a file by its suffix: .veg
+ * (Vega), .msh (Gmsh), .node or .ele (TetGen), .mesh (Medit), .vtk and .vtu (VTK), .inp (Abaqus).
  * The beam fills [0,LX] x [-LY/2,LY/2] x [-LZ/2,LZ/2]; its groups are the faces left (x = 0), right
  * (x = LX), front and back (y = -LY/2, LY/2), bottom and top (z = -LZ/2, LZ/2), and tip, the one,
  * two or four vertices of the right face that are nearest to its centre. A file's groups are the
@@ -24,9 +24,22 @@
  * is untouched. */
 thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error);
 
-/* The same with tets of that order: 0, as the file has them; 1, linear, tets of ten nodes by their
- * corners, which are counted; 2, of ten nodes, linear ones with a node in the middle of each edge.
- */
+/* How a mesh is to be read. */
+typedef struct thrum_mesh_read_options {
+  double scale;        /* above 0: lengths times this are metres, behind the unit */
+  int order;           /* of the tets: 0, as the file has them; 1, linear, tets of ten nodes by
+                          their corners, which are counted; 2, of ten nodes, linear ones with a
+                          node in the middle of each edge */
+  const char *regions; /* of VTK files: the cell data that tells the regions; NULL: by the names
+                          that programs give it */
+  const char *unit;    /* of the file, such as "mm-t-s", see thrum_mesh_unit; NULL: SI */
+} thrum_mesh_read_options;
+
+/* The same with options; `options` is not NULL. */
+thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_options *options,
+                                  thrum_mesh *mesh, thrum_error *error);
+
+/* The same with the order alone. */
 thrum_status thrum_mesh_read_order(const char *name, double scale, int order, thrum_mesh *mesh,
                                    thrum_error *error);
 
@@ -34,15 +47,23 @@ thrum_status thrum_mesh_read_order(const char *name, double scale, int order, th
  * exists. */
 bool thrum_mesh_is_named(const char *name);
 
-/* A reader makes a raw mesh, not yet clean, from the bytes of a file. `name` is for messages and,
- * for .veg, the path that *INCLUDE is relative to. */
-typedef thrum_status thrum_mesh_parser(const char *name, const void *data, size_t size,
-                                       thrum_mesh *mesh, thrum_error *error);
+/* The bytes of a file. `name` is for messages and, for .veg, the path that *INCLUDE is relative
+ * to; `regions` as among the options. */
+typedef struct thrum_mesh_source {
+  const char *name;
+  const void *data;
+  size_t size;
+  const char *regions;
+} thrum_mesh_source;
+
+/* A reader makes a raw mesh, not yet clean. */
+typedef thrum_status thrum_mesh_parser(const thrum_mesh_source *source, thrum_mesh *mesh,
+                                       thrum_error *error);
 thrum_mesh_parser thrum_mesh_parse_veg, thrum_mesh_parse_msh, thrum_mesh_parse_medit,
     thrum_mesh_parse_vtk, thrum_mesh_parse_vtu, thrum_mesh_parse_abaqus;
-/* Reads TetGen's pair of files; `elements_name` is the name of the .ele file. */
-thrum_status thrum_mesh_parse_tetgen(const char *name, const void *nodes, size_t nodes_size,
-                                     const char *elements_name, const void *elements,
-                                     size_t elements_size, thrum_mesh *mesh, thrum_error *error);
+/* Reads TetGen's pair of files. */
+thrum_status thrum_mesh_parse_tetgen(const thrum_mesh_source *nodes,
+                                     const thrum_mesh_source *elements, thrum_mesh *mesh,
+                                     thrum_error *error);
 
 #endif

@@ -1,11 +1,14 @@
-/* Reads Abaqus input files (.inp), as far as they describe a body: *NODE, *ELEMENT (C3D4;
- * C3D10), *NSET, *ELSET (both with GENERATE), *MATERIAL with *ELASTIC and *DENSITY,
- * *SOLID SECTION. Keywords, parameters and names in any case; ** comments; other keywords are
- * passed over. Node sets and the nodes of element sets, those of surface elements too, are groups;
- * solid sections are the regions. The element set allElements is no group. A file holds one part.
+/* Reads Abaqus input files (.inp), as far as they describe a body: *NODE, *ELEMENT (C3D4, C3D10,
+ * and C3D5, C3D6, C3D8, C3D15, C3D20, which are cut into tets), *NSET, *ELSET (both with GENERATE),
+ * *MATERIAL with *ELASTIC and *DENSITY, *SOLID SECTION. Keywords, parameters and names in any case;
+ * ** comments; other keywords are passed over. Node sets and the nodes of element sets, those of
+ * surface elements too, are groups; solid sections are the regions. The element set allElements is
+ * no group. A file holds one part, and one *INSTANCE of it, which is put where that says; nodes and
+ * sets of an *ASSEMBLY that belong to no instance, such as reference points, are passed over.
  * Cost: linear in the file, n log n in elements that sets name.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,8 +18,9 @@
 #include "mesh/mesh_builder.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
+#include "runtime/base/vec3.h"
 
-enum { SECTIONS_MAX = THRUM_MESH_GROUPS_MAX, PARAMETERS_MAX = 16, CORNERS = 4 };
+enum { SECTIONS_MAX = THRUM_MESH_GROUPS_MAX, PARAMETERS_MAX = 16 };
 
 typedef struct inp_word {
   const char *text;
@@ -36,7 +40,7 @@ typedef struct inp_keyword {
 
 typedef struct inp_element {
   int64_t number;
-  int64_t tet;          /* -1: no tet */
+  int64_t tet, tets;    /* the first of its tets, and how many; 0: no solid */
   int64_t first, count; /* nodes of any other element, in `surface_nodes` */
 } inp_element;
 
@@ -58,12 +62,24 @@ typedef struct inp_section {
   int64_t line;
 } inp_section;
 
+/* Where an instance of a part is put: moved first, then turned about an axis through two points. */
+typedef struct inp_instance {
+  inp_word name;
+  double move[3];
+  double axis[2][3];
+  double degrees;
+} inp_instance;
+
 typedef struct inp_reader {
   thrum_text text;
   int64_t text_size;
   bool again; /* the present line is a keyword still to be read */
   thrum_mesh_builder builder;
-  int64_t part_count;
+  int64_t part_count, instance_count;
+  bool in_assembly, in_instance;
+  bool beside_body;      /* the present keyword is of the assembly and of no instance */
+  inp_instance instance; /* the one that there is */
+  int64_t modified_tets; /* elements of type C3D10M */
   int64_t element_count, element_capacity;
   inp_element *elements;
   int64_t surface_node_count, surface_node_capacity;
@@ -257,55 +273,77 @@ static thrum_status add_to_set(inp_reader *r, int64_t index, int64_t element) {
   return THRUM_OK;
 }
 
-static thrum_status add_element(inp_reader *r, int64_t number, int64_t tet) {
+static thrum_status add_element(inp_reader *r, inp_element element) {
   if (!thrum_mesh_grow(&r->elements, &r->element_capacity, r->element_count + 1,
                        sizeof *r->elements))
     return no_memory(r);
-  r->elements[r->element_count++] = (inp_element){number, tet, r->surface_node_count, 0};
+  r->elements[r->element_count++] = element;
   return THRUM_OK;
 }
 
-/* Returns the nodes of a solid element's type, 4 or 10; 0 for other elements; -1 for a solid that
- * is not supported. */
-static int node_count(inp_word type) {
-  if (type.length >= 5 && thrum_text_equals(type.text, 5, "C3D10"))
-    return 10;
-  if (type.length >= 4 && thrum_text_equals(type.text, 4, "C3D4"))
-    return 4;
-  const bool solid = (type.length >= 3 && thrum_text_equals(type.text, 3, "C3D")) ||
-                     (type.length >= 3 && thrum_text_equals(type.text, 3, "DC3"));
-  return solid ? -1 : 0;
+/* A solid by the beginning of its type; letters behind it, as in C3D8R, are kinds of integration.
+ */
+typedef struct inp_solid {
+  const char *type;
+  int nodes;
+  thrum_solid solid;
+  bool quadratic;
+} inp_solid;
+
+static const inp_solid SOLIDS[] = {
+    {"C3D4", 4, THRUM_SOLID_TET, false},        {"C3D10", 10, THRUM_SOLID_TET, true},
+    {"C3D5", 5, THRUM_SOLID_PYRAMID, false},    {"C3D6", 6, THRUM_SOLID_WEDGE, false},
+    {"C3D15", 15, THRUM_SOLID_WEDGE, true},     {"C3D8", 8, THRUM_SOLID_HEXAHEDRON, false},
+    {"C3D20", 20, THRUM_SOLID_HEXAHEDRON, true}};
+
+/* Finds the solid that a type is; *unknown tells a solid that is not read. */
+static const inp_solid *find_solid(inp_word type, bool *unknown) {
+  *unknown = false;
+  for (size_t i = 0; i < sizeof SOLIDS / sizeof *SOLIDS; i++) {
+    const size_t length = strlen(SOLIDS[i].type);
+
+    // C3D15V has three nodes more than C3D15
+    if (type.length >= length && thrum_text_equals(type.text, length, SOLIDS[i].type) &&
+        (type.length == length || (type.text[length] != 'V' && type.text[length] != 'v')))
+      return &SOLIDS[i];
+  }
+  *unknown = type.length >= 3 &&
+             (thrum_text_equals(type.text, 3, "C3D") || thrum_text_equals(type.text, 3, "DC3"));
+  return NULL;
 }
 
-/* Reads a tet's number and nodes, which may continue on further lines. */
-static thrum_status read_tet(inp_reader *r, int nodes, int64_t set) {
-  int64_t number = 0, vertices[10] = {0};
-  const int64_t line = r->text.line;
+/* Reads a solid's number and nodes, which may continue on further lines. */
+static thrum_status read_solid(inp_reader *r, const inp_solid *solid, int64_t set) {
+  int64_t number = 0, nodes[THRUM_SOLID_NODES_MAX] = {0};
+  const int64_t line = r->text.line, first = r->builder.tet_count;
   THRUM_TRY(integer(r, "the number of an element", 1, &number));
 
-  // the corners come first
-  for (int n = 0; n < nodes; n++) {
-    int64_t node = 0;
+  for (int n = 0; n < solid->nodes; n++) {
     if (!thrum_text_more(&r->text) && !data_line(r))
-      return fail(r, "an element has too few nodes");
-    THRUM_TRY(integer(r, "a node of the element", 1, &node));
-    vertices[n] = node;
+      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                             "element %lld has too few nodes: %d, not %d", (long long)number, n,
+                             solid->nodes);
+    THRUM_TRY(integer(r, "a node of the element", 1, &nodes[n]));
   }
   THRUM_TRY(thrum_text_finish(&r->text, "the nodes", r->error));
-  THRUM_TRY(add_element(r, number, r->builder.tet_count));
-  if (set >= 0)
-    THRUM_TRY(add_to_set(r, set, number));
 
-  // ten nodes stand in the order that meshes have here
-  return nodes > CORNERS ? thrum_builder_quadratic_tet(&r->builder, vertices, -1, line)
-                         : thrum_builder_tet(&r->builder, vertices, -1, line);
+  // nodes stand in the order that elements have here
+  THRUM_TRY(thrum_builder_element(&r->builder, &(thrum_element){.kind = solid->solid,
+                                                                .quadratic = solid->quadratic,
+                                                                .nodes = nodes,
+                                                                .number = number,
+                                                                .key = -1,
+                                                                .line = line}));
+  THRUM_TRY(add_element(
+      r, (inp_element){.number = number, .tet = first, .tets = r->builder.tet_count - first}));
+  return set < 0 ? THRUM_OK : add_to_set(r, set, number);
 }
 
 /* Reads an element that is no solid; its nodes belong to the groups of its sets. */
 static thrum_status read_surface(inp_reader *r, int64_t set) {
   int64_t number = 0, node = 0;
   THRUM_TRY(integer(r, "the number of an element", 1, &number));
-  THRUM_TRY(add_element(r, number, -1));
+  THRUM_TRY(add_element(r, (inp_element){.number = number, .first = r->surface_node_count}));
   while (thrum_text_more(&r->text)) {
     THRUM_TRY(integer(r, "a node of the element", 1, &node));
 
@@ -321,17 +359,23 @@ static thrum_status read_surface(inp_reader *r, int64_t set) {
 
 static thrum_status read_elements(inp_reader *r, const inp_keyword *keyword) {
   const inp_word type = parameter(keyword, "TYPE"), name = parameter(keyword, "ELSET");
-  const int nodes = node_count(type);
+  bool unknown;
+  const inp_solid *solid = find_solid(type, &unknown);
+  const int64_t before = r->element_count;
   int64_t set = -1;
-  if (nodes < 0)
+  if (unknown)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "elements of type %s are not supported; the body must be meshed with "
-                           "C3D4 alone",
+                           "C3D4, C3D10, C3D6, C3D8, C3D15 or C3D20",
                            thrum_text_excerpt(type.text, type.length).text);
   if (name.length > 0)
     THRUM_TRY(find_set(r, name, &set));
   while (data_line(r))
-    THRUM_TRY(nodes == 0 ? read_surface(r, set) : read_tet(r, nodes, set));
+    THRUM_TRY(solid ? read_solid(r, solid, set) : read_surface(r, set));
+
+  // modified elements lump their mass and share forces in another way
+  if (type.length >= 6 && thrum_text_equals(type.text, 6, "C3D10M"))
+    r->modified_tets += r->element_count - before;
   return THRUM_OK;
 }
 
@@ -390,6 +434,35 @@ static thrum_status add_named(inp_reader *r, int64_t set, inp_word name, add_mem
                          thrum_text_excerpt(name.text, name.length).text);
 }
 
+/* Takes "INSTANCE." off the front of a member; true where it was there. */
+static bool take_instance(inp_reader *r) {
+  const inp_word name = r->instance.name;
+  const size_t left = (size_t)(r->text.end - r->text.at);
+  if (name.length == 0 || left <= name.length || r->text.at[name.length] != '.' ||
+      !same((inp_word){r->text.at, name.length}, name))
+    return false;
+  r->text.at += name.length + 1;
+  return true;
+}
+
+/* Reads a member of a set, a number or the name of a set that came before. In sets of the assembly
+ * only members of the instance are part of the body. */
+static thrum_status read_member(inp_reader *r, int64_t set, add_member *add) {
+  const bool ours = take_instance(r) || !r->beside_body;
+  int64_t member = 0;
+  if (r->text.at < r->text.end && *r->text.at >= '0' && *r->text.at <= '9') {
+    THRUM_TRY(integer(r, "a member of the set", 1, &member));
+    return ours ? add(r, set, member) : THRUM_OK;
+  }
+
+  const char *end = r->text.at;
+  while (end < r->text.end && *end != ',')
+    end++;
+  const inp_word word = trim(r->text.at, end);
+  r->text.at = end;
+  return ours ? add_named(r, set, word, add) : THRUM_OK;
+}
+
 static thrum_status read_set(inp_reader *r, const inp_keyword *keyword, const char *key,
                              add_member *add) {
   const inp_word name = parameter(keyword, key);
@@ -401,27 +474,15 @@ static thrum_status read_set(inp_reader *r, const inp_keyword *keyword, const ch
   // a set of nodes is a group; one of elements waits until all of them are known
   THRUM_TRY(add == add_node ? node_list(r, name, &set) : find_set(r, name, &set));
   while (data_line(r)) {
+    if (has_parameter(keyword, "GENERATE") && r->beside_body)
+      continue;
     if (has_parameter(keyword, "GENERATE")) {
       THRUM_TRY(read_range(r, set, add));
       continue;
     }
 
-    // members are numbers, or names of sets that came before
-    while (thrum_text_more(&r->text)) {
-      int64_t member = 0;
-      const char c = *r->text.at;
-      if (c >= '0' && c <= '9') {
-        THRUM_TRY(integer(r, "a member of the set", 1, &member));
-        THRUM_TRY(add(r, set, member));
-        continue;
-      }
-
-      const char *comma = memchr(r->text.at, ',', (size_t)(r->text.end - r->text.at));
-      const char *end = comma ? comma : r->text.end;
-      const inp_word word = trim(r->text.at, end);
-      r->text.at = end;
-      THRUM_TRY(add_named(r, set, word, add));
-    }
+    while (thrum_text_more(&r->text))
+      THRUM_TRY(read_member(r, set, add));
   }
   return THRUM_OK;
 }
@@ -444,7 +505,15 @@ static thrum_status read_material(inp_reader *r, const inp_keyword *keyword) {
   return THRUM_OK;
 }
 
-/* Reads the first line of *ELASTIC or *DENSITY into the present material. */
+/* Refuses a property that changes with temperature or a field: there is one stiffness of a body. */
+static thrum_status refuse_dependent(inp_reader *r, const inp_keyword *keyword) {
+  return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+                         "*%s changes with temperature or a field; leave the one line that is to "
+                         "hold",
+                         thrum_text_excerpt(keyword->name.text, keyword->name.length).text);
+}
+
+/* Reads *ELASTIC or *DENSITY into the present material. */
 static thrum_status read_property(inp_reader *r, const inp_keyword *keyword) {
   const bool elastic = is(keyword->name, "ELASTIC");
   if (r->material_count == 0)
@@ -462,7 +531,7 @@ static thrum_status read_property(inp_reader *r, const inp_keyword *keyword) {
   if (!data_line(r))
     return fail(r, "the file ends, or goes on, before the values of the material");
 
-  // both keywords give the constants at the first temperature on one line
+  // a temperature may stand behind the constants; with one line it changes nothing
   thrum_status status;
   if (elastic) {
     status = thrum_text_number(&r->text, "Young's modulus", &material->values.young, r->error);
@@ -474,7 +543,8 @@ static thrum_status read_property(inp_reader *r, const inp_keyword *keyword) {
     material->has_density = true;
   }
 
-  // further lines are for other temperatures
+  if (status >= 0 && data_line(r))
+    return refuse_dependent(r, keyword);
   return status;
 }
 
@@ -495,8 +565,57 @@ static thrum_status read_section(inp_reader *r, const inp_keyword *keyword) {
   return THRUM_OK;
 }
 
+/* Reads where an instance is put: a line of its translation, and one of two points of an axis and
+ * an angle in degrees. */
+static thrum_status read_instance(inp_reader *r, const inp_keyword *keyword) {
+  inp_instance *instance = &r->instance;
+  const inp_word name = parameter(keyword, "NAME");
+  double values[7] = {0};
+  if (++r->instance_count > 1)
+    return thrum_text_fail(
+        &r->text, THRUM_UNSUPPORTED, r->error,
+        "'%s' is a second instance beside '%s': a mesh is one body, so save each instance as a "
+        "file of its own",
+        thrum_text_excerpt(name.text, name.length).text,
+        thrum_text_excerpt(instance->name.text, instance->name.length).text);
+  instance->name = name;
+  r->in_instance = true;
+
+  // both lines may be missing, and numbers at their ends
+  for (int line = 0; line < 2 && data_line(r); line++) {
+    int count = 0;
+    for (; count < (line == 0 ? 3 : 7) && thrum_text_more(&r->text); count++)
+      THRUM_TRY(thrum_text_number(&r->text, "a number of the instance's place", &values[count],
+                                  r->error));
+    THRUM_TRY(thrum_text_finish(&r->text, "the instance's place", r->error));
+    if (line == 1 && count < 7)
+      return fail(r, "a rotation is two points of its axis and an angle, seven numbers");
+    memcpy(line == 0 ? instance->move : instance->axis[0], values,
+           (line == 0 ? 3 : 6) * sizeof *values);
+  }
+  instance->degrees = values[6];
+  return THRUM_OK;
+}
+
+/* Parts, instances and the assembly, whose numbers of nodes are each its own. */
+static thrum_status enter_or_leave(inp_reader *r, const inp_keyword *keyword) {
+  const inp_word name = keyword->name;
+  if (is(name, "PART") && ++r->part_count > 1)
+    return fail(r, "there are several parts; save each as a file of its own");
+  if (is(name, "ASSEMBLY") || is(name, "END ASSEMBLY"))
+    r->in_assembly = is(name, "ASSEMBLY");
+  if (is(name, "END INSTANCE"))
+    r->in_instance = false;
+  return is(name, "INSTANCE") ? read_instance(r, keyword) : THRUM_OK;
+}
+
 static thrum_status obey(inp_reader *r, const inp_keyword *keyword) {
   const inp_word name = keyword->name;
+
+  // nodes and elements of the assembly alone are reference points and the like
+  r->beside_body = r->in_assembly && !r->in_instance && !has_parameter(keyword, "INSTANCE");
+  if (r->beside_body && (is(name, "NODE") || is(name, "ELEMENT")))
+    return THRUM_OK;
 
   // the keywords that describe the body
   if (is(name, "NODE"))
@@ -520,13 +639,39 @@ static thrum_status obey(inp_reader *r, const inp_keyword *keyword) {
   if (is(name, "INCLUDE"))
     return fail(r, "*INCLUDE is not read; put the included file in its place");
 
-  // node numbers are unique within one part only
-  if ((is(name, "PART") || is(name, "INSTANCE")) && has_parameter(keyword, "NAME")) {
-    r->part_count += is(name, "PART");
-    if (r->part_count > 1)
-      return fail(r, "there are several parts; save each as a file of its own");
-  }
+  return enter_or_leave(r, keyword);
+}
 
+/* Puts the vertices where the instance is: x' = a + R (x + move - a), by Rodrigues' formula for the
+ * turn R about the axis from a. */
+static thrum_status place_instance(inp_reader *r) {
+  const inp_instance *at = &r->instance;
+  const double radians = at->degrees * (3.14159265358979323846 / 180);
+  double along[3];
+  for (int c = 0; c < 3; c++)
+    along[c] = at->axis[1][c] - at->axis[0][c];
+  const double length = sqrt(thrum_dot3(along, along));
+  if (at->degrees != 0 && !(length > 0))
+    return thrum_error_set(r->error, THRUM_BAD_VALUE,
+                           "%.200s: the instance turns about an axis between equal points",
+                           r->text.name);
+
+  for (int64_t v = 0; v < r->builder.vertex_count; v++) {
+    double *x = r->builder.positions + 3 * v, arm[3], across[3];
+    for (int c = 0; c < 3; c++)
+      x[c] += at->move[c];
+    if (at->degrees == 0)
+      continue;
+
+    for (int c = 0; c < 3; c++) {
+      arm[c] = x[c] - at->axis[0][c];
+      along[c] = (at->axis[1][c] - at->axis[0][c]) / length;
+    }
+    thrum_cross3(along, arm, across);
+    const double share = thrum_dot3(along, arm) * (1 - cos(radians));
+    for (int c = 0; c < 3; c++)
+      x[c] = at->axis[0][c] + cos(radians) * arm[c] + sin(radians) * across[c] + share * along[c];
+  }
   return THRUM_OK;
 }
 
@@ -560,6 +705,17 @@ static thrum_status find_member(inp_reader *r, const inp_set *set, int64_t numbe
   return THRUM_OK;
 }
 
+static thrum_status add_tet_nodes(inp_reader *r, int64_t list, int64_t t) {
+  for (int n = 0; n < 4; n++)
+    THRUM_TRY(thrum_builder_add(&r->builder, list, r->builder.tets[4 * t + n]));
+
+  // of a file of mixed orders, which is refused later, no middle nodes are known
+  for (int n = 0; n < 6 && r->builder.middles && r->builder.odd_tet == 0; n++)
+    if (r->builder.middles[6 * t + n] >= 0)
+      THRUM_TRY(thrum_builder_add(&r->builder, list, r->builder.middles[6 * t + n]));
+  return THRUM_OK;
+}
+
 /* Makes a group of the vertices of each element set. */
 static thrum_status set_groups(inp_reader *r) {
   for (int64_t s = 0; s < r->set_count; s++) {
@@ -575,21 +731,13 @@ static thrum_status set_groups(inp_reader *r) {
     for (int64_t i = 0; i < set->count; i++) {
       THRUM_TRY(find_member(r, set, set->elements[i], &element));
 
-      // a tet gives its corners first, any other element all its nodes
-      const bool tet = element->tet >= 0;
-      const int64_t count = tet ? CORNERS : element->count;
-      if (count == 0) // neither a tet nor a face; there may be no array of faces at all
-        continue;
+      // a face or an edge gives all its nodes
+      for (int64_t n = 0; n < element->count; n++)
+        THRUM_TRY(thrum_builder_add(&r->builder, list, r->surface_nodes[element->first + n]));
 
-      // the group has the nodes of the set's tets and of its faces
-      const int64_t *nodes =
-          tet ? r->builder.tets + CORNERS * element->tet : r->surface_nodes + element->first;
-      for (int64_t n = 0; n < count; n++)
-        THRUM_TRY(thrum_builder_add(&r->builder, list, nodes[n]));
-
-      // a file of mixed orders, which is refused later, has no middle nodes that are known
-      for (int n = 0; n < 6 && tet && r->builder.middles && r->builder.odd_tet == 0; n++)
-        THRUM_TRY(thrum_builder_add(&r->builder, list, r->builder.middles[6 * element->tet + n]));
+      // and a solid those of its tets; nodes that a cut has made join groups later
+      for (int64_t t = element->tet; t < element->tet + element->tets; t++)
+        THRUM_TRY(add_tet_nodes(r, list, t));
     }
   }
   return THRUM_OK;
@@ -614,8 +762,8 @@ static thrum_status apply_section(inp_reader *r, int64_t index) {
   // the section is the region of its tets
   for (int64_t i = 0; i < r->sets[s].count; i++) {
     THRUM_TRY(find_member(r, &r->sets[s], r->sets[s].elements[i], &element));
-    if (element->tet >= 0)
-      r->builder.keys[element->tet] = index;
+    for (int64_t t = element->tet; t < element->tet + element->tets; t++)
+      r->builder.keys[t] = index;
   }
   return THRUM_OK;
 }
@@ -649,6 +797,9 @@ static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
           r->error, THRUM_MISSING, "%.150s:%lld: there is no material '%s'", r->text.name,
           (long long)section->line,
           thrum_text_excerpt(section->material.text, section->material.length).text);
+
+    // a region has the name of its set
+    THRUM_TRY(thrum_mesh_name_region(mesh, i, section->set.text, section->set.length, r->error));
 
     // incomplete materials are an error only beside complete ones
     mesh->materials[i] = material->values;
@@ -688,7 +839,7 @@ static thrum_status read_all(inp_reader *r, thrum_mesh *mesh) {
       continue;
   }
 
-  if ((r->builder.vertex_count == 0 || r->builder.tet_count == 0))
+  if (r->builder.vertex_count == 0 || r->builder.element_count == 0)
     return thrum_text_fail(&r->text, THRUM_MISSING, r->error, "there is no %s; is the file whole?",
                            r->builder.vertex_count == 0 ? "*NODE" : "*ELEMENT of type C3D4");
 
@@ -697,15 +848,22 @@ static thrum_status read_all(inp_reader *r, thrum_mesh *mesh) {
   for (int64_t i = 0; i < r->section_count; i++)
     THRUM_TRY(apply_section(r, i));
   THRUM_TRY(set_groups(r));
+  THRUM_TRY(place_instance(r));
   THRUM_TRY(thrum_builder_finish(&r->builder, r->text.name, mesh));
+  if (r->modified_tets > 0)
+    thrum_mesh_add_note(mesh,
+                        "%lld elements C3D10M were read as C3D10: their modified formulation "
+                        "is Abaqus' own",
+                        (long long)r->modified_tets);
   return region_materials(r, mesh);
 }
 
-thrum_status thrum_mesh_parse_abaqus(const char *name, const void *data, size_t size,
-                                     thrum_mesh *mesh, thrum_error *error) {
-  inp_reader r = {.error = error, .text_size = (int64_t)size, .builder = {.error = error}};
+thrum_status thrum_mesh_parse_abaqus(const thrum_mesh_source *source, thrum_mesh *mesh,
+                                     thrum_error *error) {
+  inp_reader r = {.error = error, .text_size = (int64_t)source->size, .builder = {.error = error}};
   thrum_mesh read = {0};
-  thrum_status status = thrum_text_view(name, data, size, 0, ',', &r.text, error);
+  thrum_status status =
+      thrum_text_view(source->name, source->data, source->size, 0, ',', &r.text, error);
   THRUM_THEN(status, read_all(&r, &read));
 
   // what the reader gathered on the way

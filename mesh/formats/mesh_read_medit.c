@@ -1,8 +1,9 @@
-/* Reads Medit .mesh files in ASCII: Vertices and Tetrahedra, and the marked Vertices, Edges,
- * Triangles and Quadrilaterals as groups. A file is one stream of words: a keyword, a count, and as
- * many records, each ended by a reference. References of tetrahedra other than 0 are regions;
- * those of the rest are the groups vertices_N, edges_N, triangles_N, quadrilaterals_N, and of
- * several regions tetrahedra_N. Other keywords are passed over. Cost: linear in the file.
+/* Reads Medit .mesh files in ASCII: Vertices, Tetrahedra of four and of ten nodes (TetrahedraP2, as
+ * Gmsh writes them), Hexahedra, Prisms and Pyramids, and the marked Vertices, Edges, Triangles and
+ * Quadrilaterals as groups. A file is one stream of words: a keyword, a count, and as many records,
+ * each ended by a reference. References of solids are regions; those of the rest are the groups
+ * vertices_N, edges_N, triangles_N, quadrilaterals_N, and of several regions tetrahedra_N. Other
+ * keywords are passed over. Cost: linear in the file.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
@@ -16,26 +17,31 @@
 typedef struct medit_reader {
   thrum_text text;
   thrum_mesh_builder builder;
-  bool has_vertices, has_tets;
+  bool seen[16]; /* the keywords that came, in the order of KINDS */
   thrum_error *error;
 } medit_reader;
 
-/* A keyword whose records are `corners` vertices and a reference. */
+/* A keyword whose records are `nodes` vertices and a reference. */
 typedef struct medit_kind {
   const char *keyword;
-  int corners;
-  const char *list; /* first part of the names of its groups; NULL: passed over or refused */
+  int nodes;        /* 0: the record is a vertex */
+  const char *list; /* first part of the names of its groups; NULL: a solid */
+  thrum_solid solid;
+  bool quadratic;
 } medit_kind;
 
-static const medit_kind KINDS[] = {{"Vertices", 0, "vertices"},
-                                   {"Edges", 2, "edges"},
-                                   {"Triangles", 3, "triangles"},
-                                   {"Quadrilaterals", 4, "quadrilaterals"},
-                                   {"Tetrahedra", 4, "tetrahedra"},
-                                   {"Hexahedra", 8, NULL},
-                                   {"Prisms", 6, NULL},
-                                   {"Pyramids", 5, NULL},
-                                   {"TetrahedraP2", 10, NULL}};
+static const medit_kind KINDS[] = {{"Vertices", 0, "vertices", THRUM_SOLID_TET, false},
+                                   {"Edges", 2, "edges", THRUM_SOLID_TET, false},
+                                   {"EdgesP2", 3, "edges", THRUM_SOLID_TET, false},
+                                   {"Triangles", 3, "triangles", THRUM_SOLID_TET, false},
+                                   {"TrianglesP2", 6, "triangles", THRUM_SOLID_TET, false},
+                                   {"Quadrilaterals", 4, "quadrilaterals", THRUM_SOLID_TET, false},
+                                   {"Tetrahedra", 4, NULL, THRUM_SOLID_TET, false},
+                                   {"TetrahedraP2", 10, NULL, THRUM_SOLID_TET, true},
+                                   {"Pyramids", 5, NULL, THRUM_SOLID_PYRAMID, false},
+                                   {"Prisms", 6, NULL, THRUM_SOLID_WEDGE, false},
+                                   {"Hexahedra", 8, NULL, THRUM_SOLID_HEXAHEDRON, false}};
+enum { KIND_COUNT = sizeof KINDS / sizeof *KINDS };
 
 static thrum_status integer(medit_reader *r, const char *what, int64_t low, int64_t high,
                             int64_t *value) {
@@ -62,41 +68,35 @@ static thrum_status read_vertex(medit_reader *r, int64_t number) {
 }
 
 static thrum_status read_element(medit_reader *r, const medit_kind *kind) {
-  int64_t vertices[8] = {0}, ref = 0;
-  for (int i = 0; i < kind->corners; i++)
+  int64_t vertices[10] = {0}, ref = 0;
+  for (int i = 0; i < kind->nodes; i++)
     THRUM_TRY(integer(r, "a vertex", 1, INT32_MAX, &vertices[i]));
   const int64_t line = r->text.line;
   THRUM_TRY(reference(r, &ref));
-  const bool tet = strcmp(kind->keyword, "Tetrahedra") == 0;
-  if (tet)
-    return thrum_builder_tet(&r->builder, vertices, ref, line);
-  return ref == 0 ? THRUM_OK
-                  : thrum_builder_mark(&r->builder, kind->list, ref, vertices, kind->corners);
+  if (kind->list)
+    return ref == 0 ? THRUM_OK
+                    : thrum_builder_mark(&r->builder, kind->list, ref, vertices, kind->nodes);
+
+  // the middle nodes of Gmsh's TetrahedraP2 have the order of VTK
+  return thrum_builder_element(&r->builder, &(thrum_element){.kind = kind->solid,
+                                                             .quadratic = kind->quadratic,
+                                                             .nodes = vertices,
+                                                             .key = ref,
+                                                             .line = line});
 }
 
 static thrum_status read_kind(medit_reader *r, const medit_kind *kind) {
   int64_t count = 0;
   THRUM_TRY(integer(r, "a count", 0, INT32_MAX, &count));
 
-  // solids that are no tets are refused unless there are none of them
-  if (!kind->list)
-    return count == 0 ? THRUM_OK
-                      : thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
-                                        "%s are not supported; the body must be meshed with "
-                                        "Tetrahedra alone",
-                                        kind->keyword);
-
-  // vertices are numbered by their order, so a second list of them would be ambiguous
-  bool *seen = kind->corners == 0                         ? &r->has_vertices
-               : strcmp(kind->keyword, "Tetrahedra") == 0 ? &r->has_tets
-                                                          : NULL;
-  if (seen && *seen)
+  // vertices are numbered by their order, and a second list of solids is a file joined wrongly
+  bool *seen = &r->seen[kind - KINDS];
+  if (*seen && (kind->nodes == 0 || !kind->list))
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "%s comes twice", kind->keyword);
-  if (seen)
-    *seen = true;
+  *seen = true;
 
   for (int64_t i = 0; i < count; i++)
-    THRUM_TRY(kind->corners == 0 ? read_vertex(r, i + 1) : read_element(r, kind));
+    THRUM_TRY(kind->nodes == 0 ? read_vertex(r, i + 1) : read_element(r, kind));
   return THRUM_OK;
 }
 
@@ -128,7 +128,7 @@ static thrum_status read_keyword(medit_reader *r, bool *more) {
     }
 
   // most keywords differ only in the number of vertices of a record
-  for (size_t i = 0; i < sizeof KINDS / sizeof *KINDS; i++)
+  for (int i = 0; i < KIND_COUNT; i++)
     if (thrum_text_equals(word, length, KINDS[i].keyword))
       return read_kind(r, &KINDS[i]);
 
@@ -183,19 +183,23 @@ static thrum_status read_all(medit_reader *r, thrum_mesh *mesh) {
     THRUM_TRY(read_keyword(r, &more));
 
   // a file without either list is no volume mesh or was cut short
-  if (!r->has_vertices || !r->has_tets)
+  bool solids = false;
+  for (int i = 0; i < KIND_COUNT; i++)
+    solids = solids || (r->seen[i] && !KINDS[i].list);
+  if (!r->seen[0] || !solids)
     return thrum_text_fail(&r->text, THRUM_MISSING, r->error, "there are no %s; is the file whole?",
-                           r->has_vertices ? "Tetrahedra" : "Vertices");
+                           r->seen[0] ? "Tetrahedra" : "Vertices");
 
   THRUM_TRY(thrum_builder_finish(&r->builder, r->text.name, mesh));
+  THRUM_TRY(thrum_builder_name_regions(&r->builder, mesh));
   return thrum_builder_region_groups(&r->builder, "tetrahedra", false, mesh);
 }
 
-thrum_status thrum_mesh_parse_medit(const char *name, const void *data, size_t size,
-                                    thrum_mesh *mesh, thrum_error *error) {
+thrum_status thrum_mesh_parse_medit(const thrum_mesh_source *source, thrum_mesh *mesh,
+                                    thrum_error *error) {
   medit_reader r = {.error = error, .builder = {.error = error}};
   thrum_mesh read = {0};
-  THRUM_TRY(thrum_text_view(name, data, size, '#', 0, &r.text, error));
+  THRUM_TRY(thrum_text_view(source->name, source->data, source->size, '#', 0, &r.text, error));
   const thrum_status status = read_all(&r, &read);
   thrum_builder_free(&r.builder);
   return thrum_mesh_deliver(status, &read, mesh);

@@ -1,6 +1,7 @@
 /* Reads Gmsh .msh files, versions 2.2 and 4.1, ASCII or binary of either byte order:
  * $PhysicalNames and $Entities (mesh_read_msh_groups.c), $Nodes and $Elements
- * (mesh_read_msh_items.c); other sections are passed over. Tetrahedra (type 4) are the mesh.
+ * (mesh_read_msh_items.c); other sections are passed over. Tetrahedra (types 4 and 11) are the
+ * mesh; hexahedra, wedges and pyramids of order 1 and 2 are cut into them.
  * Physical volumes are its regions; physical groups of any dimension are vertex groups. Version 2
  * writes an element once for each physical group that it is in: tets that come again are joined
  * with the first. Vertices are ordered by their tags, which may have gaps. Format: Gmsh reference
@@ -13,6 +14,7 @@
 
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/mesh_read_msh.h"
+#include "mesh/mesh_groups.h"
 
 static thrum_status read_format(msh_reader *r) {
   double version = 0;
@@ -33,24 +35,42 @@ static thrum_status read_format(msh_reader *r) {
   return binary != 0 ? thrum_msh_byte_order(r) : THRUM_OK;
 }
 
-/* Reads up to the line $EndNAME; right after a section that was read it must be the next one. */
-static thrum_status end_section(msh_reader *r, const char *name, size_t length, bool skip) {
-  while (thrum_text_next_line(&r->text)) {
-    const char *line = r->text.start;
-    if ((size_t)(r->text.end - line) == length + 4 && memcmp(line, "$End", 4) == 0 &&
-        memcmp(line + 4, name, length) == 0)
-      return THRUM_OK;
-
-    // a section that was read must end here, otherwise its count is wrong
-    if (!skip)
-      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
-                             "expected $End%s, found '%s'; is a count too small?",
-                             thrum_text_excerpt(name, length).text,
-                             thrum_text_excerpt(line, (size_t)(r->text.end - line)).text);
-  }
+static thrum_status cut_short(msh_reader *r, const char *name, size_t length) {
   return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                          "the file ends before $End%s; is it cut short?",
                          thrum_text_excerpt(name, length).text);
+}
+
+/* Reads the line $EndNAME right after a section that was read; otherwise its count is wrong. */
+static thrum_status end_section(msh_reader *r, const char *name, size_t length) {
+  if (!thrum_text_next_line(&r->text))
+    return cut_short(r, name, length);
+  const char *line = r->text.start;
+  if ((size_t)(r->text.end - line) == length + 4 && memcmp(line, "$End", 4) == 0 &&
+      memcmp(line + 4, name, length) == 0)
+    return THRUM_OK;
+  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                         "expected $End%s, found '%s'; is a count too small?",
+                         thrum_text_excerpt(name, length).text,
+                         thrum_text_excerpt(line, (size_t)(r->text.end - line)).text);
+}
+
+/* Passes over a section that holds nothing of the mesh. Behind bytes Gmsh 2.2 writes $EndNAME
+ * without a line of its own, so the word is sought and not the line. */
+static thrum_status skip_section(msh_reader *r, const char *name, size_t length) {
+  thrum_text *text = &r->text;
+  for (const char *at = text->next; text->stop - at >= (ptrdiff_t)length + 4; at++) {
+    text->line += *at == '\n';
+    const char *behind = at + length + 4;
+    if (*at != '$' || memcmp(at, "$End", 4) != 0 || memcmp(at + 4, name, length) != 0 ||
+        (behind<text->stop && * behind> ' '))
+      continue;
+
+    // the text goes on in front of the word, which is then read as a line
+    text->next = at;
+    return end_section(r, name, length);
+  }
+  return cut_short(r, name, length);
 }
 
 static thrum_status read_entities(msh_reader *r) {
@@ -118,9 +138,9 @@ static thrum_status read_section(msh_reader *r) {
   for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
     if (thrum_text_equals(start, length, sections[i].keyword)) {
       THRUM_TRY(sections[i].read(r));
-      return end_section(r, start + 1, length - 1, false);
+      return end_section(r, start + 1, length - 1);
     }
-  return end_section(r, start + 1, length - 1, true);
+  return skip_section(r, start + 1, length - 1);
 }
 
 static thrum_status read_all(msh_reader *r, thrum_mesh *mesh) {
@@ -135,15 +155,23 @@ static thrum_status read_all(msh_reader *r, thrum_mesh *mesh) {
                            : r->has_nodes ? "Elements"
                                           : "Nodes");
 
-  // materials come from the user
-  return thrum_builder_finish(&r->builder, r->text.name, mesh);
+  // materials come from the user, who calls the regions by their physical groups
+  THRUM_TRY(thrum_builder_finish(&r->builder, r->text.name, mesh));
+  for (int64_t i = 0; i < mesh->region_count && r->builder.tet_count > 0; i++) {
+    const int64_t key = r->builder.region_keys[i];
+    if (key == MSH_NO_PHYSICAL)
+      continue;
+    const char *named = r->builder.lists[r->physicals[key].list].name;
+    THRUM_TRY(thrum_mesh_name_region(mesh, i, named, strlen(named), r->error));
+  }
+  return THRUM_OK;
 }
 
-thrum_status thrum_mesh_parse_msh(const char *name, const void *data, size_t size, thrum_mesh *mesh,
+thrum_status thrum_mesh_parse_msh(const thrum_mesh_source *source, thrum_mesh *mesh,
                                   thrum_error *error) {
   msh_reader r = {.error = error, .builder = {.error = error, .joins_repeats = true}};
   thrum_mesh read = {0};
-  THRUM_TRY(thrum_text_view(name, data, size, 0, 0, &r.text, error));
+  THRUM_TRY(thrum_text_view(source->name, source->data, source->size, 0, 0, &r.text, error));
   const thrum_status status = read_all(&r, &read);
   free(r.physicals);
   free(r.entities);

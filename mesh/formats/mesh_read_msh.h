@@ -9,7 +9,7 @@
 #include "io/text.h"
 #include "mesh/mesh_builder.h"
 
-enum { MSH_TET = 4, MSH_TET_10 = 11, MSH_NO_PHYSICAL = -1 };
+enum { MSH_NO_PHYSICAL = -1, MSH_NODES_MAX = 27 };
 
 typedef struct msh_physical {
   int dimension;

@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/mesh_read_msh.h"
 
+#include <string.h>
+
 /* Elements of version 2 have at most so many tags. */
 enum { TAGS_MAX = 1000 };
 
@@ -97,29 +99,54 @@ thrum_status thrum_msh_nodes(msh_reader *r, bool parametric) {
 /* --- elements --------------------------------------------------------------------------------- */
 
 /* The dimension of each type of element, -1 where it is unknown, and the number of its nodes, 0 for
- * solids but tets. */
+ * solids that are not read. */
 static const struct {
   signed char dimension, nodes;
-} TYPES[] = {{-1, 0}, {1, 2},  {2, 3}, {2, 4},  {3, 4}, {3, 0},  {3, 0},  {3, 0},
-             {1, 3},  {2, 6},  {2, 9}, {3, 10}, {3, 0}, {3, 0},  {3, 0},  {0, 1},
-             {2, 8},  {3, 0},  {3, 0}, {3, 0},  {2, 9}, {2, 10}, {2, 12}, {2, 15},
-             {2, 15}, {2, 21}, {1, 4}, {1, 5},  {1, 6}, {3, 0},  {3, 0},  {3, 0}};
+} TYPES[] = {{-1, 0}, {1, 2},  {2, 3},  {2, 4},  {3, 4},  {3, 8},  {3, 6},  {3, 5},
+             {1, 3},  {2, 6},  {2, 9},  {3, 10}, {3, 27}, {3, 18}, {3, 14}, {0, 1},
+             {2, 8},  {3, 20}, {3, 15}, {3, 13}, {2, 9},  {2, 10}, {2, 12}, {2, 15},
+             {2, 15}, {2, 21}, {1, 4},  {1, 5},  {1, 6},  {3, 0},  {3, 0},  {3, 0}};
+
+/* The solids that are read, and where their middle nodes stand, in the order that elements have
+ * here. Nodes at the centres of faces and elements come last and are left out. */
+typedef struct msh_solid {
+  int type;
+  thrum_solid solid;
+  bool quadratic;
+} msh_solid;
+
+static const msh_solid SOLIDS[] = {
+    {4, THRUM_SOLID_TET, false},        {5, THRUM_SOLID_HEXAHEDRON, false},
+    {6, THRUM_SOLID_WEDGE, false},      {7, THRUM_SOLID_PYRAMID, false},
+    {11, THRUM_SOLID_TET, true},        {12, THRUM_SOLID_HEXAHEDRON, true},
+    {13, THRUM_SOLID_WEDGE, true},      {14, THRUM_SOLID_PYRAMID, true},
+    {17, THRUM_SOLID_HEXAHEDRON, true}, {18, THRUM_SOLID_WEDGE, true},
+    {19, THRUM_SOLID_PYRAMID, true}};
+
+static const signed char MIDDLES[THRUM_SOLID_KINDS][12] = {
+    {4, 5, 6, 7, 9, 8},
+    {5, 8, 10, 6, 7, 9, 11, 12},
+    {6, 9, 7, 12, 14, 13, 8, 10, 11},
+    {8, 11, 13, 9, 16, 18, 19, 17, 10, 12, 14, 15}};
+
+static const msh_solid *find_solid(int64_t type) {
+  for (size_t i = 0; i < sizeof SOLIDS / sizeof *SOLIDS; i++)
+    if (SOLIDS[i].type == type)
+      return &SOLIDS[i];
+  return NULL;
+}
 
 static bool is_known(int64_t type) {
   return type >= 1 && type < (int64_t)(sizeof TYPES / sizeof *TYPES);
-}
-
-static bool is_tet(int64_t type) {
-  return type == MSH_TET || type == MSH_TET_10;
 }
 
 static int dimension_of(int64_t type) {
   return is_known(type) ? TYPES[type].dimension : -1;
 }
 
-/* Refuses solid elements other than tets, and in bytes those whose length is unknown. */
+/* Refuses solid elements that are not read, and in bytes those whose length is unknown. */
 static thrum_status check_type(msh_reader *r, int64_t type, int dimension) {
-  if (!is_tet(type) && !(dimension >= 0 && dimension < 3)) {
+  if (!find_solid(type) && !(dimension >= 0 && dimension < 3)) {
     if (type >= 29 && type <= 31)
       return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                              "tetrahedra of order 3 and more (type %lld) are not supported; mesh "
@@ -127,7 +154,7 @@ static thrum_status check_type(msh_reader *r, int64_t type, int dimension) {
                              (long long)type);
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "elements of type %lld are not supported; the body must be meshed with "
-                           "tetrahedra (type 4 or 11) alone",
+                           "solids of order 1 or 2, such as tetrahedra (type 4 or 11)",
                            (long long)type);
   }
   if (r->binary && (!is_known(type) || TYPES[type].nodes == 0))
@@ -144,44 +171,51 @@ static thrum_status read_node(msh_reader *r, int size, int64_t *tag) {
                          "the element names node %lld, which is not in $Nodes", (long long)*tag);
 }
 
-/* Reads the nodes of an element, of `size` bytes each, and adds them to its physical groups. */
-static thrum_status read_element(msh_reader *r, int64_t type, int size, const int64_t *physicals,
-                                 int64_t physical_count) {
-  const bool tet = is_tet(type);
-  int64_t nodes[10] = {0}, tag = 0;
+/* Adds a solid of Gmsh's nodes. */
+static thrum_status add_solid(msh_reader *r, const msh_solid *solid, const int64_t *nodes,
+                              int64_t number, int64_t key) {
+  const thrum_solid_shape *shape = &thrum_solid_shapes[solid->solid];
+  int64_t ordered[THRUM_SOLID_NODES_MAX];
+  memcpy(ordered, nodes, (size_t)shape->corners * sizeof *nodes);
+  for (int e = 0; e < shape->edges && solid->quadratic; e++)
+    ordered[shape->corners + e] = nodes[MIDDLES[solid->solid][e]];
+  return thrum_builder_element(&r->builder, &(thrum_element){.kind = solid->solid,
+                                                             .quadratic = solid->quadratic,
+                                                             .nodes = ordered,
+                                                             .number = number,
+                                                             .key = key,
+                                                             .line = r->text.line});
+}
 
-  // in text an element that is no tet goes on to the end of its line
-  const int count = tet || r->binary ? TYPES[type].nodes : INT32_MAX;
-  for (int n = 0; n < count && (tet || r->binary || thrum_text_more(&r->text)); n++) {
+/* Reads the nodes of an element, of `size` bytes each, and adds them to its physical groups. */
+static thrum_status read_element(msh_reader *r, int64_t type, int size, int64_t number,
+                                 const int64_t *physicals, int64_t physical_count) {
+  const msh_solid *solid = find_solid(type);
+  int64_t nodes[MSH_NODES_MAX] = {0}, tag = 0;
+
+  // in text an element that is no solid goes on to the end of its line
+  const int count = solid || r->binary ? TYPES[type].nodes : INT32_MAX;
+  for (int n = 0; n < count && (solid || r->binary || thrum_text_more(&r->text)); n++) {
     // elements below dimension 3 matter only as members of groups
-    if (!tet && physical_count == 0 && !r->binary)
+    if (!solid && physical_count == 0 && !r->binary)
       return THRUM_OK;
     THRUM_TRY(read_node(r, size, &tag));
-    if (tet)
+    if (solid)
       nodes[n] = tag;
     for (int64_t p = 0; p < physical_count; p++)
       THRUM_TRY(thrum_builder_add(&r->builder, r->physicals[physicals[p]].list, tag));
   }
-  if (!tet)
+  if (!solid)
     return THRUM_OK;
   if (!r->binary)
-    THRUM_TRY(
-        thrum_text_finish(&r->text, count == 4 ? "the four nodes" : "the ten nodes", r->error));
+    THRUM_TRY(thrum_text_finish(&r->text, "the nodes of the element", r->error));
 
-  // a tet in several physical volumes belongs to the region of the first
-  const int64_t key = physical_count > 0 ? physicals[0] : MSH_NO_PHYSICAL;
-  if (type == MSH_TET)
-    return thrum_builder_tet(&r->builder, nodes, key, r->text.line);
-
-  // Gmsh has the middle nodes of edges 23 and 13 the other way round
-  const int64_t swap = nodes[8];
-  nodes[8] = nodes[9];
-  nodes[9] = swap;
-  return thrum_builder_quadratic_tet(&r->builder, nodes, key, r->text.line);
+  // a solid in several physical volumes belongs to the region of the first
+  return add_solid(r, solid, nodes, number, physical_count > 0 ? physicals[0] : MSH_NO_PHYSICAL);
 }
 
 /* Reads the tags and nodes of an element of version 2. */
-static thrum_status read_tagged_element(msh_reader *r, int64_t type, int64_t tags) {
+static thrum_status read_tagged_element(msh_reader *r, int64_t type, int64_t number, int64_t tags) {
   int64_t tag = 0, physical = 0, index = 0;
 
   // the first tag is the physical group; its sign is only an orientation
@@ -193,7 +227,7 @@ static thrum_status read_tagged_element(msh_reader *r, int64_t type, int64_t tag
   // physical group 0 means none
   if (physical != 0)
     THRUM_TRY(thrum_msh_find_physical(r, dimension_of(type), physical, &index));
-  return read_element(r, type, 4, &index, physical != 0);
+  return read_element(r, type, 4, number, &index, physical != 0);
 }
 
 /* Reads elements of version 2: in text `number type tags` and the rest of one element, in bytes a
@@ -218,7 +252,7 @@ static thrum_status read_elements_2(msh_reader *r, int64_t left, int64_t *read) 
   for (int64_t i = 0; i < *read; i++) {
     if (r->binary)
       THRUM_TRY(thrum_msh_whole(r, "the number of an element", 4, INT64_MIN, INT64_MAX, &number));
-    THRUM_TRY(read_tagged_element(r, type, tags));
+    THRUM_TRY(read_tagged_element(r, type, number, tags));
   }
   return THRUM_OK;
 }
@@ -239,7 +273,7 @@ static thrum_status read_element_block(msh_reader *r, int64_t *items) {
   for (int64_t i = 0; i < count; i++) {
     THRUM_TRY(thrum_msh_line(r, "the last element of the block"));
     THRUM_TRY(thrum_msh_whole(r, "the number of an element", 8, 0, INT64_MAX, &number));
-    THRUM_TRY(read_element(r, type, 8, physicals, physical_count));
+    THRUM_TRY(read_element(r, type, 8, number, physicals, physical_count));
     ++*items;
   }
   return THRUM_OK;

@@ -1,12 +1,12 @@
 /* Reads TetGen's pair of files: NAME.node (index, three coordinates, attributes, a boundary marker)
  * and NAME.ele (index, 4 or 10 nodes, attributes), # comments. Nodes count from 0 or 1, as the
  * first index says. Markers other than 0 are the groups marker_N; the first attribute of a tet
- * tells its region, and of several regions each is the group region_N. Tets of ten nodes are read
- * by their corners. Format: TetGen manual, https://wias-berlin.de/software/tetgen/fformats.html
- * Cost: linear in the files.
+ * tells its region, and of several regions each is the group region_N. Format: TetGen manual,
+ * https://wias-berlin.de/software/tetgen/fformats.html Cost: linear in the files.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
+#include <string.h>
 
 #include "io/text.h"
 #include "mesh/formats/mesh_read.h"
@@ -82,7 +82,9 @@ static thrum_status read_region(tetgen_reader *r, int64_t *key) {
 }
 
 static thrum_status read_tet(tetgen_reader *r, int64_t i, int64_t nodes, int64_t attributes) {
-  int64_t vertices[10] = {0}, key = 0;
+  // TetGen's places of the middle nodes on edges 01, 12, 20, 03, 13, 23
+  static const int middles[6] = {6, 7, 9, 5, 8, 4};
+  int64_t vertices[10] = {0}, ordered[10], key = 0;
   double unused = 0;
 
   THRUM_TRY(thrum_text_need_line(&r->text, "the last tet", r->error));
@@ -97,7 +99,13 @@ static thrum_status read_tet(tetgen_reader *r, int64_t i, int64_t nodes, int64_t
                      : thrum_text_number(&r->text, "an attribute of the tet", &unused, r->error));
 
   THRUM_TRY(thrum_text_finish(&r->text, "the tet", r->error));
-  return thrum_builder_tet(&r->builder, vertices, key, r->text.line);
+  memcpy(ordered, vertices, sizeof ordered);
+  for (int e = 0; e < 6 && nodes == 10; e++)
+    ordered[4 + e] = vertices[middles[e]];
+  return thrum_builder_element(&r->builder, &(thrum_element){.quadratic = nodes == 10,
+                                                             .nodes = ordered,
+                                                             .key = key,
+                                                             .line = r->text.line});
 }
 
 static thrum_status read_tets(tetgen_reader *r) {
@@ -106,7 +114,6 @@ static thrum_status read_tets(tetgen_reader *r) {
   THRUM_TRY(thrum_text_integer(&r->text, "the number of tets", 1, INT32_MAX, &count, r->error));
   THRUM_TRY(optional(r, "the number of nodes of a tet", 10, &nodes));
 
-  // the corners are the first four of ten nodes
   if (nodes != 4 && nodes != 10)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "a tet has 4 or 10 nodes, not %lld", (long long)nodes);
@@ -115,28 +122,29 @@ static thrum_status read_tets(tetgen_reader *r) {
   THRUM_TRY(optional(r, "the number of attributes", COLUMNS_MAX, &attributes));
   for (int64_t i = 0; i < count; i++)
     THRUM_TRY(read_tet(r, i, nodes, attributes));
-  r->builder.cornered_tets = nodes == 10 ? count : 0;
   return THRUM_OK;
 }
 
-static thrum_status read_both(tetgen_reader *r, const char *elements_name, const void *elements,
-                              size_t elements_size, thrum_mesh *mesh) {
+static thrum_status read_both(tetgen_reader *r, const thrum_mesh_source *elements,
+                              thrum_mesh *mesh) {
   THRUM_TRY(read_nodes(r));
-  THRUM_TRY(thrum_text_view(elements_name, elements, elements_size, '#', 0, &r->text, r->error));
+  THRUM_TRY(
+      thrum_text_view(elements->name, elements->data, elements->size, '#', 0, &r->text, r->error));
   THRUM_TRY(read_tets(r));
-  THRUM_TRY(thrum_builder_finish(&r->builder, elements_name, mesh));
+  THRUM_TRY(thrum_builder_finish(&r->builder, elements->name, mesh));
+  THRUM_TRY(thrum_builder_name_regions(&r->builder, mesh));
   return thrum_builder_region_groups(&r->builder, "region", true, mesh);
 }
 
-thrum_status thrum_mesh_parse_tetgen(const char *name, const void *nodes, size_t nodes_size,
-                                     const char *elements_name, const void *elements,
-                                     size_t elements_size, thrum_mesh *mesh, thrum_error *error) {
+thrum_status thrum_mesh_parse_tetgen(const thrum_mesh_source *nodes,
+                                     const thrum_mesh_source *elements, thrum_mesh *mesh,
+                                     thrum_error *error) {
   tetgen_reader r = {.error = error, .builder = {.error = error}};
   thrum_mesh read = {0};
 
   // the nodes come first, since the tets are checked against their number
-  THRUM_TRY(thrum_text_view(name, nodes, nodes_size, '#', 0, &r.text, error));
-  const thrum_status status = read_both(&r, elements_name, elements, elements_size, &read);
+  THRUM_TRY(thrum_text_view(nodes->name, nodes->data, nodes->size, '#', 0, &r.text, error));
+  const thrum_status status = read_both(&r, elements, &read);
   thrum_builder_free(&r.builder);
   return thrum_mesh_deliver(status, &read, mesh);
 }

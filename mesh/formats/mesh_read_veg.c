@@ -601,11 +601,20 @@ static thrum_status add_groups(veg_reader *r) {
 }
 
 /* Sets the material of each region; without regions the whole body is one, of the one material. */
-static void set_materials(const veg_reader *r, thrum_mesh *mesh) {
+static thrum_status set_materials(const veg_reader *r, thrum_mesh *mesh) {
   mesh->has_material = r->material_count > 0;
-  for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++)
-    mesh->materials[i] =
-        r->region_count > 0 ? r->regions[r->builder.region_keys[i]].values : r->materials[0].values;
+  for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++) {
+    if (r->region_count == 0) {
+      mesh->materials[i] = r->materials[0].values;
+      continue;
+    }
+
+    // a region has the name of its set
+    const veg_region *region = &r->regions[r->builder.region_keys[i]];
+    mesh->materials[i] = region->values;
+    THRUM_TRY(thrum_mesh_name_region(mesh, i, region->set.text, region->set.length, r->error));
+  }
+  return THRUM_OK;
 }
 
 static thrum_status read_all(veg_reader *r, const char *path, thrum_mesh *mesh) {
@@ -627,7 +636,7 @@ static thrum_status read_all(veg_reader *r, const char *path, thrum_mesh *mesh) 
   THRUM_TRY(apply_regions(r, path));
   THRUM_TRY(add_groups(r));
   THRUM_TRY(thrum_builder_finish(&r->builder, path, mesh));
-  set_materials(r, mesh);
+  THRUM_TRY(set_materials(r, mesh));
 
   // messages and lists count from 1, whatever the base of the file
   free(mesh->file_number);
@@ -635,22 +644,23 @@ static thrum_status read_all(veg_reader *r, const char *path, thrum_mesh *mesh) 
   return THRUM_OK;
 }
 
-thrum_status thrum_mesh_parse_veg(const char *name, const void *data, size_t size, thrum_mesh *mesh,
+thrum_status thrum_mesh_parse_veg(const thrum_mesh_source *source, thrum_mesh *mesh,
                                   thrum_error *error) {
   veg_reader *r = calloc(1, sizeof *r);
-  char *copy = malloc(strlen(name) + 1);
+  char *copy = malloc(strlen(source->name) + 1);
   if (!r || !copy) {
     free(copy);
     free(r);
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory to read %.150s", name);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory to read %.150s",
+                           source->name);
   }
 
   // names point into the files, so these stay open until the mesh is made
   thrum_mesh read = {0};
   r->error = r->builder.error = error;
-  memcpy(copy, name, strlen(name) + 1);
-  thrum_status status = open_first(r, copy, data, size);
-  THRUM_THEN(status, read_all(r, name, &read));
+  memcpy(copy, source->name, strlen(source->name) + 1);
+  thrum_status status = open_first(r, copy, source->data, source->size);
+  THRUM_THEN(status, read_all(r, source->name, &read));
 
   for (int i = 0; i < r->file_count; i++) {
     thrum_text_close(&r->files[i].text);

@@ -382,14 +382,15 @@ static thrum_status read_header(vtk_reader *r) {
   return THRUM_OK;
 }
 
-thrum_status thrum_mesh_parse_vtk(const char *name, const void *data, size_t size, thrum_mesh *mesh,
+thrum_status thrum_mesh_parse_vtk(const thrum_mesh_source *source, thrum_mesh *mesh,
                                   thrum_error *error) {
   vtk_reader r = {.error = error, .place = THRUM_CELLS_OTHER};
-  thrum_status status = thrum_text_view(name, data, size, 0, 0, &r.text, error);
+  thrum_status status =
+      thrum_text_view(source->name, source->data, source->size, 0, 0, &r.text, error);
   THRUM_THEN(status, read_header(&r));
   while (status >= 0 && thrum_text_next_line(&r.text))
     status = read_section(&r);
-  THRUM_THEN(status, thrum_cells_mesh(&r.cells, name, mesh, error));
+  THRUM_THEN(status, thrum_cells_mesh(&r.cells, source, mesh, error));
   thrum_cells_free(&r.cells);
   return status;
 }

@@ -1,6 +1,8 @@
 /* Reads VTK XML files (.vtu) with one UnstructuredGrid: arrays in ASCII, in base64 inline, or
- * appended raw or in base64, of either byte order, headers UInt32 or UInt64, not compressed. An
- * array of bytes is its length and then its bytes. The XML is read by expat up to <AppendedData>,
+ * appended raw or in base64, of either byte order, headers UInt32 or UInt64, as they are or
+ * compressed by zlib. An array of bytes is its length and then its bytes; a compressed one is the
+ * number of its blocks, the size of a block and of a shorter last one before compression, the size
+ * of each after it, and then the blocks. The XML is read by expat up to <AppendedData>,
  * behind which the bytes of raw arrays are no XML.
  *
  * Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkxml_file_format.html
@@ -11,6 +13,7 @@
 #include <expat.h>
 #include <stdlib.h>
 #include <string.h>
+#include <zlib.h>
 
 #include "io/text.h"
 #include "mesh/formats/mesh_read.h"
@@ -35,7 +38,7 @@ typedef struct vtu_reader {
   const char *first, *stop; /* the whole file */
   XML_Parser parser;
   thrum_status status; /* of the first failure in a handler */
-  bool has_file, has_piece, little;
+  bool has_file, has_piece, little, compressed;
   int header_size; /* 4 or 8 bytes of length in front of bytes */
   thrum_cells_place place;
   vtu_array open;  /* the array whose element is open */
@@ -151,40 +154,114 @@ static uint64_t header_value(const vtu_reader *r, const unsigned char *bytes) {
   return value;
 }
 
+static thrum_status array_cut_short(vtu_reader *r, const vtu_array *a) {
+  return fail_at(r, a->line, THRUM_BAD_FORMAT,
+                 "an array is longer than the file; is it cut short?");
+}
+
+/* Finds the first `count` bytes in [at, stop), which are raw or in base64. The caller frees *owned,
+ * which is NULL or from an earlier call. */
+static thrum_status take_bytes(vtu_reader *r, const vtu_array *a, const char *at, const char *stop,
+                               uint64_t count, const unsigned char **bytes, unsigned char **owned) {
+  // bytes are never more than their text, so that nothing is allocated for a length that cannot be
+  if (count > (uint64_t)(stop - at))
+    return array_cut_short(r, a);
+  *bytes = (const unsigned char *)at;
+  if (!a->base64)
+    return THRUM_OK;
+
+  free(*owned);
+  *owned = malloc((size_t)count + 1);
+  if (!*owned)
+    return fail_at(r, a->line, THRUM_OUT_OF_MEMORY, "not enough memory");
+  *bytes = *owned;
+  return decode_base64(at, stop, *owned, (size_t)count) == count ? THRUM_OK : array_cut_short(r, a);
+}
+
+/* No byte of zlib's becomes more than this. */
+enum { ZLIB_RATIO = 1032 };
+
+/* Blows up the blocks behind the header of a compressed array; the caller frees *owned. */
+static thrum_status inflate_blocks(vtu_reader *r, const vtu_array *a, const unsigned char *header,
+                                   uint64_t blocks, const unsigned char *packed, uint64_t left,
+                                   uint64_t *count, unsigned char **owned) {
+  const size_t word = (size_t)r->header_size;
+  const uint64_t whole = header_value(r, header + word), last = header_value(r, header + 2 * word);
+  const uint64_t most = ZLIB_RATIO * left, end = last > 0 ? last : whole;
+
+  // a short array may be less than one block
+  if (end > most || last > whole || (blocks > 1 && whole > most / (blocks - 1)))
+    return fail_at(r, a->line, THRUM_BAD_FORMAT, "a compressed array has impossible sizes");
+  *count = (blocks - 1) * whole + end;
+  *owned = malloc((size_t)*count + 1);
+  if (!*owned)
+    return fail_at(r, a->line, THRUM_OUT_OF_MEMORY, "not enough memory");
+
+  // each block must become as long as the header says
+  uint64_t done = 0;
+  for (uint64_t n = 0; n < blocks; n++) {
+    const uint64_t size = header_value(r, header + (3 + n) * word);
+    const uint64_t expected = n + 1 < blocks ? whole : end;
+    uLongf length = (uLongf)expected;
+    if (size > left || uncompress(*owned + done, &length, packed, (uLong)size) != Z_OK ||
+        length != expected)
+      return fail_at(r, a->line, THRUM_BAD_FORMAT, "a compressed array is damaged");
+    packed += size;
+    left -= size;
+    done += expected;
+  }
+  return THRUM_OK;
+}
+
+/* Finds the bytes of a compressed array; the caller frees *owned. */
+static thrum_status find_compressed(vtu_reader *r, const vtu_array *a, const char *at,
+                                    const char *stop, const unsigned char **bytes, uint64_t *count,
+                                    unsigned char **owned) {
+  const uint64_t word = (uint64_t)r->header_size, left = (uint64_t)(stop - at);
+  unsigned char *packed = NULL;
+  const unsigned char *header = NULL;
+  uint64_t sum = 0;
+
+  // the number of blocks alone, then the header with the size of each, then all of it
+  thrum_status status = take_bytes(r, a, at, stop, word, &header, &packed);
+  const uint64_t blocks = status >= 0 ? header_value(r, header) : 0;
+  if (status >= 0 && blocks == 0) {
+    *count = 0;
+    free(packed);
+    return THRUM_OK;
+  }
+  if (status >= 0 && blocks > left / word)
+    status = array_cut_short(r, a);
+  THRUM_THEN(status, take_bytes(r, a, at, stop, (3 + blocks) * word, &header, &packed));
+  for (uint64_t n = 0; n < blocks && status >= 0; n++) {
+    const uint64_t size = header_value(r, header + (3 + n) * word);
+    sum += size;
+    if (size > left || sum > left)
+      status = array_cut_short(r, a);
+  }
+  const uint64_t begin = (3 + blocks) * word;
+  THRUM_THEN(status, take_bytes(r, a, at, stop, begin + sum, &header, &packed));
+  THRUM_THEN(status, inflate_blocks(r, a, header, blocks, header + begin, sum, count, owned));
+  free(packed);
+  *bytes = *owned;
+  return status;
+}
+
 /* Finds the bytes of an array in [at, stop), behind their length. The caller frees *owned. */
 static thrum_status find_bytes(vtu_reader *r, const vtu_array *a, const char *at, const char *stop,
                                const unsigned char **bytes, uint64_t *count,
                                unsigned char **owned) {
-  const size_t header = (size_t)r->header_size, left = (size_t)(stop - at);
-  unsigned char first[8];
+  const uint64_t word = (uint64_t)r->header_size;
+  if (r->compressed)
+    return find_compressed(r, a, at, stop, bytes, count, owned);
 
-  // raw bytes are used where they lie
-  if (!a->base64) {
-    if (left < header)
-      return fail_at(r, a->line, THRUM_BAD_FORMAT,
-                     "an array begins beyond the end; is it cut short?");
-    *bytes = (const unsigned char *)at + header;
-    *count = header_value(r, (const unsigned char *)at);
-    if (*count > left - header)
-      return fail_at(r, a->line, THRUM_BAD_FORMAT,
-                     "an array is longer than the file; is it cut short?");
-    return THRUM_OK;
-  }
-
-  // the length alone comes first, so that nothing is allocated for a length that cannot be
-  if (decode_base64(at, stop, first, header) != header)
-    return fail_at(r, a->line, THRUM_BAD_FORMAT, "an array in base64 has no length");
-  *count = header_value(r, first);
-  if (*count > left)
-    return fail_at(r, a->line, THRUM_BAD_FORMAT,
-                   "an array is longer than the file; is it cut short?");
-
-  *owned = malloc(header + *count);
-  if (!*owned)
-    return fail_at(r, a->line, THRUM_OUT_OF_MEMORY, "not enough memory");
-  if (decode_base64(at, stop, *owned, header + *count) != header + *count)
-    return fail_at(r, a->line, THRUM_BAD_FORMAT, "an array in base64 is shorter than it says");
-  *bytes = *owned + header;
+  // the length alone comes first
+  THRUM_TRY(take_bytes(r, a, at, stop, word, bytes, owned));
+  *count = header_value(r, *bytes);
+  if (*count > (uint64_t)(stop - at))
+    return array_cut_short(r, a);
+  THRUM_TRY(take_bytes(r, a, at, stop, word + *count, bytes, owned));
+  *bytes += word;
   return THRUM_OK;
 }
 
@@ -327,9 +404,11 @@ static thrum_status read_file_element(vtu_reader *r, const char **attributes) {
   if (!attribute_is(attributes, "type", "UnstructuredGrid"))
     return fail(r, THRUM_UNSUPPORTED, "is no UnstructuredGrid, so it has no tetrahedra to read");
   const char *compressor = attribute(attributes, "compressor");
-  if (compressor && compressor[0])
+  r->compressed = compressor && compressor[0];
+  if (r->compressed && !attribute_is(attributes, "compressor", "vtkZLibDataCompressor"))
     return fail(r, THRUM_UNSUPPORTED,
-                "is compressed, which is not read; save it with Compressor Type None");
+                "is compressed in a way that is not read; save it with Compressor Type ZLib or "
+                "None");
   r->little = !attribute_is(attributes, "byte_order", "BigEndian");
   r->header_size = attribute_is(attributes, "header_type", "UInt64") ? 8 : 4;
   return THRUM_OK;
@@ -457,12 +536,12 @@ static thrum_status read_waiting(vtu_reader *r) {
   return THRUM_OK;
 }
 
-thrum_status thrum_mesh_parse_vtu(const char *name, const void *data, size_t size, thrum_mesh *mesh,
+thrum_status thrum_mesh_parse_vtu(const thrum_mesh_source *source, thrum_mesh *mesh,
                                   thrum_error *error) {
-  const char *first = size > 0 ? data : "";
-  vtu_reader r = {.name = name,
+  const char *first = source->size > 0 ? source->data : "";
+  vtu_reader r = {.name = source->name,
                   .first = first,
-                  .stop = first + size,
+                  .stop = first + source->size,
                   .parser = XML_ParserCreate(NULL),
                   .header_size = 4,
                   .place = THRUM_CELLS_OTHER,
@@ -476,7 +555,7 @@ thrum_status thrum_mesh_parse_vtu(const char *name, const void *data, size_t siz
   // appended arrays can be read only when the XML has told where they begin
   thrum_status status = parse_xml(&r);
   THRUM_THEN(status, read_waiting(&r));
-  THRUM_THEN(status, thrum_cells_mesh(&r.cells, name, mesh, error));
+  THRUM_THEN(status, thrum_cells_mesh(&r.cells, source, mesh, error));
 
   thrum_cells_free(&r.cells);
   free(r.waiting);

@@ -146,14 +146,11 @@ thrum_status thrum_mesh_write(const char *path, const thrum_mesh *mesh,
                  {".mesh", thrum_mesh_write_medit}, {".vtk", thrum_mesh_write_vtk},
                  {".vtu", thrum_mesh_write_vtu},    {".inp", thrum_mesh_write_abaqus}};
 
-  // these formats have linear tets alone, or an order of ten nodes that is not known for certain
-  static const char *const linear[] = {".veg", ".mesh", ".node", ".ele"};
-  for (size_t i = 0; i < sizeof linear / sizeof *linear && mesh->midsides; i++)
-    if (thrum_file_has_suffix(path, linear[i]))
-      return thrum_error_set(error, THRUM_UNSUPPORTED,
-                             "%.200s: tets of ten nodes are not written to %s files; write .msh, "
-                             ".vtk, .vtu or .inp, or give --order 1",
-                             path, linear[i]);
+  if (mesh->midsides && thrum_file_has_suffix(path, ".veg"))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "%.200s: Vega's format has no tets of ten nodes; write another one, or "
+                           "give --order 1",
+                           path);
 
   thrum_mesh_written w = {.mesh = mesh, .options = *options};
   thrum_status status = THRUM_UNSUPPORTED;

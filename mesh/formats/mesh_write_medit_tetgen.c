@@ -28,16 +28,26 @@ void thrum_mesh_write_node(thrum_mesh_out *out, thrum_mesh_written *w) {
   count_materials(w);
 }
 
+/* Writes the nodes of a tet, from 1; `middles` are the edges in the order of the format. */
+static void write_nodes(thrum_mesh_out *out, const thrum_mesh *mesh, int64_t t,
+                        const int middles[6]) {
+  int32_t node[10];
+  const int count = thrum_mesh_nodes(mesh, t, node);
+  for (int n = 0; n < count; n++)
+    thrum_out_text(out, "%lld ", node[n < 4 ? n : 4 + middles[n - 4]] + 1LL);
+}
+
 void thrum_mesh_write_ele(thrum_mesh_out *out, thrum_mesh_written *w) {
+  // the first middle node of TetGen lies on the edge 23, and so on
+  static const int middles[6] = {5, 3, 0, 1, 4, 2};
   const thrum_mesh *m = w->mesh;
   const bool regions = m->region_count > 1;
-  thrum_out_text(out, "%lld 4 %d\n", (long long)m->tet_count, regions);
+  thrum_out_text(out, "%lld %d %d\n", (long long)m->tet_count, m->midsides ? 10 : 4, regions);
   for (int64_t t = 0; t < m->tet_count; t++) {
-    const int32_t *v = m->tets + 4 * t;
-    thrum_out_text(out, "%lld %lld %lld %lld %lld", (long long)t + 1, v[0] + 1LL, v[1] + 1LL,
-                   v[2] + 1LL, v[3] + 1LL);
+    thrum_out_text(out, "%lld ", (long long)t + 1);
+    write_nodes(out, m, t, middles);
     if (regions)
-      thrum_out_text(out, " %d", (int)m->tet_region[t] + 1);
+      thrum_out_text(out, "%d", (int)m->tet_region[t] + 1);
     thrum_out_text(out, "\n");
   }
 }
@@ -55,13 +65,13 @@ void thrum_mesh_write_medit(thrum_mesh_out *out, thrum_mesh_written *w) {
   }
   free(marks);
 
-  // a tet carries its region as its reference
-  thrum_out_text(out, "Tetrahedra\n%lld\n", (long long)m->tet_count);
+  // a tet carries its region as its reference; ten nodes have the order that they have here
+  static const int middles[6] = {0, 1, 2, 3, 4, 5};
+  thrum_out_text(out, "%s\n%lld\n", m->midsides ? "TetrahedraP2" : "Tetrahedra",
+                 (long long)m->tet_count);
   for (int64_t t = 0; t < m->tet_count; t++) {
-    const int32_t *v = m->tets + 4 * t;
-    const int region = m->region_count > 1 ? (int)m->tet_region[t] + 1 : 0;
-    thrum_out_text(out, "%lld %lld %lld %lld %d\n", v[0] + 1LL, v[1] + 1LL, v[2] + 1LL, v[3] + 1LL,
-                   region);
+    write_nodes(out, m, t, middles);
+    thrum_out_text(out, "%d\n", m->region_count > 1 ? (int)m->tet_region[t] + 1 : 0);
   }
 
   thrum_out_text(out, "End\n");

@@ -11,8 +11,23 @@
 #include "mesh/mesh_builder.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
+#include "runtime/base/vec3.h"
 
-enum { VTK_TETRA = 10, VTK_QUADRATIC_TETRA = 24, VTK_TYPE_MAX = 255 };
+/* The solid cells, by VTK's numbers; nodes at the centres of faces and cells come last and are left
+ * out. */
+typedef struct vtk_solid {
+  int type, points;
+  thrum_solid solid;
+  bool quadratic;
+} vtk_solid;
+
+static const vtk_solid SOLIDS[] = {
+    {10, 4, THRUM_SOLID_TET, false},        {12, 8, THRUM_SOLID_HEXAHEDRON, false},
+    {13, 6, THRUM_SOLID_WEDGE, false},      {14, 5, THRUM_SOLID_PYRAMID, false},
+    {24, 10, THRUM_SOLID_TET, true},        {25, 20, THRUM_SOLID_HEXAHEDRON, true},
+    {26, 15, THRUM_SOLID_WEDGE, true},      {27, 13, THRUM_SOLID_PYRAMID, true},
+    {29, 27, THRUM_SOLID_HEXAHEDRON, true}, {32, 18, THRUM_SOLID_WEDGE, true}};
+enum { POINTS_MAX = 27 };
 
 thrum_status thrum_cells_take(thrum_cells *cells, const thrum_cells_array *array,
                               thrum_error *error) {
@@ -100,9 +115,10 @@ static const thrum_cells_array *find_cell_data(const thrum_cells *cells, const c
 /* Finds the whole numbers of the cells that tell regions, under the names that programs give them.
  */
 static const thrum_cells_array *find_region(const thrum_cells *cells) {
-  static const char *const names[] = {"region",    "regions",       "MaterialIds",
-                                      "material",  "CellEntityIds", "gmsh:physical",
-                                      "medit:ref", "RegionId",      "attribute"};
+  static const char *const names[] = {"region",        "regions",       "MaterialIds", "material",
+                                      "CellEntityIds", "gmsh:physical", "medit:ref",   "RegionId",
+                                      "attribute",     "mat_id",        "material_id", "MatID",
+                                      "cell_tags",     "PartId"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
     const thrum_cells_array *a = find_cell_data(cells, names[i]);
     if (a && a->whole)
@@ -159,19 +175,18 @@ static thrum_status find_grid(const thrum_cells *cells, grid *g) {
   return THRUM_OK;
 }
 
-/* Returns the number of points of a tet's type, 4 or 10; 0 for cells without volume; -1 for types
- * that are not supported. */
-static int tet_corners(double type) {
-  static const unsigned char flat[] = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9, 21,
-                                       22, 23, 28, 30, 34, 35, 36, 68, 69, 70};
-  if (type == VTK_TETRA)
-    return 4;
-  if (type == VTK_QUADRATIC_TETRA)
-    return 10;
-  for (size_t i = 0; i < sizeof flat; i++)
-    if (type == flat[i])
-      return 0;
-  return -1;
+/* Finds the solid that a cell's type is; *flat tells cells without volume, of which there is none.
+ */
+static const vtk_solid *find_solid(double type, bool *flat) {
+  static const unsigned char without_volume[] = {0,  1,  2,  3,  4,  5,  6,  7,  8,  9, 21,
+                                                 22, 23, 28, 30, 34, 35, 36, 68, 69, 70};
+  *flat = false;
+  for (size_t i = 0; i < sizeof SOLIDS / sizeof *SOLIDS; i++)
+    if (type == SOLIDS[i].type)
+      return &SOLIDS[i];
+  for (size_t i = 0; i < sizeof without_volume; i++)
+    *flat = *flat || type == without_volume[i];
+  return NULL;
 }
 
 static thrum_status bad_cell(const grid *g, int64_t cell, const char *fault) {
@@ -184,26 +199,52 @@ static int64_t region_key(const grid *g, int64_t cell) {
   return g->region ? (int64_t)g->region->values[cell] : 0;
 }
 
+/* Turns a wedge so that its second triangle lies where the first one's normal points. VTK has it on
+ * the other side, and programs write both. */
+static void turn_wedge(const grid *g, const vtk_solid *solid, int64_t *vertices) {
+  static const int swaps[5][2] = {{1, 2}, {4, 5}, {6, 8}, {9, 11}, {13, 14}};
+  const double *corner[4];
+  double edges[3][3];
+  for (int c = 0; c < 4; c++) {
+    if (3 * vertices[c] + 2 >= g->points->count) // which is refused later
+      return;
+    corner[c] = g->points->values + 3 * vertices[c];
+  }
+  for (int c = 1; c < 4; c++)
+    for (int axis = 0; axis < 3; axis++)
+      edges[c - 1][axis] = corner[c][axis] - corner[0][axis];
+  if (thrum_triple3(edges[0], edges[1], edges[2]) >= 0)
+    return;
+
+  for (int s = 0; s < (solid->quadratic ? 5 : 2); s++) {
+    const int64_t swap = vertices[swaps[s][0]];
+    vertices[swaps[s][0]] = vertices[swaps[s][1]];
+    vertices[swaps[s][1]] = swap;
+  }
+}
+
 static thrum_status add_cell(const grid *g, int64_t cell, double first, thrum_mesh_builder *b) {
   const double end = g->offsets->values[cell];
-  const int corners = tet_corners(g->types->values[cell]);
+  bool flat;
+  const vtk_solid *solid = find_solid(g->types->values[cell], &flat);
 
   if (!(end >= first && end <= (double)g->connectivity->count))
     return bad_cell(g, cell, "ends beyond the connectivity, or before it begins");
 
-  // cells without volume, such as a triangulated boundary, may stand beside the tets
-  if (corners == 0)
+  // cells without volume, such as a triangulated boundary, may stand beside the solids
+  if (flat)
     return THRUM_OK;
-  if (corners < 0)
+  if (!solid)
     return thrum_error_set(g->error, THRUM_UNSUPPORTED,
                            "%.200s: cell %lld is of type %g, which is not supported; the body must "
-                           "be meshed with tetrahedra (type 10) alone",
+                           "be meshed with tetrahedra (type 10 or 24), hexahedra, wedges or "
+                           "pyramids",
                            g->name, (long long)cell, g->types->values[cell]);
-  if (end - first != corners)
+  if (end - first != solid->points)
     return bad_cell(g, cell, "has another number of points than its type");
 
-  int64_t vertices[10];
-  for (int a = 0; a < corners; a++) {
+  int64_t vertices[POINTS_MAX];
+  for (int a = 0; a < solid->points; a++) {
     const double v = g->connectivity->values[(int64_t)first + a];
 
     // converting a number beyond the integers would be undefined
@@ -216,9 +257,13 @@ static thrum_status add_cell(const grid *g, int64_t cell, double first, thrum_me
   if (g->region && !(fabs(g->region->values[cell]) < 1e15))
     return bad_cell(g, cell, "has a region that is out of range");
 
-  // ten nodes stand in the order that meshes have here
-  return corners == 10 ? thrum_builder_quadratic_tet(b, vertices, region_key(g, cell), 0)
-                       : thrum_builder_tet(b, vertices, region_key(g, cell), 0);
+  // points stand in the order that elements have here
+  if (solid->solid == THRUM_SOLID_WEDGE)
+    turn_wedge(g, solid, vertices);
+  return thrum_builder_element(b, &(thrum_element){.kind = solid->solid,
+                                                   .quadratic = solid->quadratic,
+                                                   .nodes = vertices,
+                                                   .key = region_key(g, cell)});
 }
 
 /* Makes a group of whole point data of one column whose values are 0 and 1; without any 1 there is
@@ -242,21 +287,22 @@ static thrum_status add_group(const thrum_cells *cells, const thrum_cells_array 
   return THRUM_OK;
 }
 
-/* Sets the material of each region, which must be the same for all its tets. */
-static thrum_status add_materials(const grid *g, int64_t cell_count, thrum_mesh *mesh) {
+/* Sets the material of each region, which must be the same for all its cells. */
+static thrum_status add_materials(const grid *g, const thrum_mesh_builder *b, int64_t cell_count,
+                                  thrum_mesh *mesh) {
   if (!g->young || !g->poisson || !g->density)
     return THRUM_OK;
 
-  int64_t t = 0;
   mesh->has_material = true;
   for (int64_t cell = 0; cell < cell_count; cell++) {
-    if (tet_corners(g->types->values[cell]) <= 0)
+    bool flat;
+    if (!find_solid(g->types->values[cell], &flat))
       continue;
 
-    // tets have the order of their cells
+    // regions are in the order of their keys
     const thrum_material own = {g->young->values[cell], g->poisson->values[cell],
                                 g->density->values[cell]};
-    thrum_material *material = &mesh->materials[mesh->tet_region[t++]];
+    thrum_material *material = &mesh->materials[thrum_builder_region(b, mesh, region_key(g, cell))];
     if (!isfinite(own.young) || !isfinite(own.poisson) || !isfinite(own.density))
       return bad_cell(g, cell, "has a material that is not finite");
 
@@ -272,9 +318,54 @@ static thrum_status add_materials(const grid *g, int64_t cell_count, thrum_mesh 
   return THRUM_OK;
 }
 
-static thrum_status build(const thrum_cells *cells, grid *g, thrum_mesh_builder *b,
-                          thrum_mesh *mesh) {
+/* Finds the cell data that the user names as the regions. */
+static thrum_status find_named_region(const thrum_cells *cells, const char *name, grid *g) {
+  g->region = find_cell_data(cells, name);
+  if (!g->region)
+    return thrum_error_set(g->error, THRUM_MISSING,
+                           "%.200s: there is no cell data '%s' of one number a cell", g->name,
+                           thrum_text_excerpt(name, strlen(name)).text);
+  for (int64_t c = 0; c < g->region->count; c++)
+    if (g->region->values[c] != floor(g->region->values[c]))
+      return thrum_error_set(g->error, THRUM_BAD_VALUE,
+                             "%.200s: cell data '%s' is %g in cell %lld, so it does not number "
+                             "regions",
+                             g->name, thrum_text_excerpt(name, strlen(name)).text,
+                             g->region->values[c], (long long)c);
+  return THRUM_OK;
+}
+
+/* Tells which cell data was taken for the regions by its name, or which could be: whole numbers of
+ * more than one value. */
+static void note_regions(const thrum_cells *cells, const grid *g, bool named, thrum_mesh *mesh) {
+  if (g->region) {
+    if (mesh->region_count > 1 && !named && strcmp(g->region->name, "region") != 0)
+      thrum_mesh_add_note(mesh, "the %lld regions are those of the cell data '%s'",
+                          (long long)mesh->region_count,
+                          thrum_text_excerpt(g->region->name, strlen(g->region->name)).text);
+    return;
+  }
+
+  for (int64_t i = 0; i < cells->array_count; i++) {
+    const thrum_cells_array *a = &cells->arrays[i];
+    int64_t c = 1;
+    while (c < a->count && a->values[c] == a->values[0])
+      c++;
+    if (a->place == THRUM_CELLS_CELL_DATA && a->whole && a->count == cells->cell_count &&
+        c < a->count)
+      thrum_mesh_add_note(mesh,
+                          "the cell data '%s' is not used; if it tells regions, give "
+                          "--regions %s",
+                          thrum_text_excerpt(a->name, strlen(a->name)).text,
+                          thrum_text_excerpt(a->name, strlen(a->name)).text);
+  }
+}
+
+static thrum_status build(const thrum_cells *cells, const char *regions, grid *g,
+                          thrum_mesh_builder *b, thrum_mesh *mesh) {
   THRUM_TRY(find_grid(cells, g));
+  if (regions)
+    THRUM_TRY(find_named_region(cells, regions, g));
   for (int64_t v = 0; v < cells->point_count; v++)
     THRUM_TRY(thrum_builder_vertex(b, v, g->points->values + 3 * v, 0));
   for (int64_t c = 0; c < cells->cell_count; c++)
@@ -284,19 +375,22 @@ static thrum_status build(const thrum_cells *cells, grid *g, thrum_mesh_builder 
 
   // regions are known only when all cells were added
   THRUM_TRY(thrum_builder_finish(b, g->name, mesh));
-  THRUM_TRY(add_materials(g, cells->cell_count, mesh));
+  THRUM_TRY(add_materials(g, b, cells->cell_count, mesh));
+  if (g->region)
+    THRUM_TRY(thrum_builder_name_regions(b, mesh));
+  note_regions(cells, g, regions != NULL, mesh);
 
   // regions are groups where the file has none of its own
   return mesh->group_count > 0 ? THRUM_OK : thrum_builder_region_groups(b, "region", true, mesh);
 }
 
-thrum_status thrum_cells_mesh(const thrum_cells *cells, const char *name, thrum_mesh *mesh,
-                              thrum_error *error) {
+thrum_status thrum_cells_mesh(const thrum_cells *cells, const thrum_mesh_source *source,
+                              thrum_mesh *mesh, thrum_error *error) {
   thrum_mesh_builder builder = {.error = error};
   thrum_mesh read = {0};
-  grid g = {.name = name, .error = error};
+  grid g = {.name = source->name, .error = error};
 
-  const thrum_status status = build(cells, &g, &builder, &read);
+  const thrum_status status = build(cells, source->regions, &g, &builder, &read);
   thrum_builder_free(&builder);
   return thrum_mesh_deliver(status, &read, mesh);
 }

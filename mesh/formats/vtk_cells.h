@@ -5,6 +5,7 @@
 #ifndef THRUM_MESH_FORMATS_VTK_CELLS_H
 #define THRUM_MESH_FORMATS_VTK_CELLS_H
 
+#include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
 
 typedef enum thrum_cells_place {
@@ -38,11 +39,11 @@ typedef struct thrum_cells {
 thrum_status thrum_cells_take(thrum_cells *cells, const thrum_cells_array *array,
                               thrum_error *error);
 
-/* Makes a mesh of the tets of the grid. A cell array `region` (or as other programs call it) tells
- * regions, cell arrays `young`, `poisson` and `density` their materials; a whole point array of 0
- * and 1 is a group. Quadratic tets are read by their corners. On failure *mesh is untouched. */
-thrum_status thrum_cells_mesh(const thrum_cells *cells, const char *name, thrum_mesh *mesh,
-                              thrum_error *error);
+/* Makes a mesh of the solids of the grid. The cell array source->regions, or else `region` (or as
+ * other programs call it), tells regions, cell arrays `young`, `poisson` and `density` their
+ * materials; a whole point array of 0 and 1 is a group. On failure *mesh is untouched. */
+thrum_status thrum_cells_mesh(const thrum_cells *cells, const thrum_mesh_source *source,
+                              thrum_mesh *mesh, thrum_error *error);
 
 /* A type of numbers in VTK files: its size in bytes (0: no such type), and whether it is whole or
  * signed. thrum_cells_type_of knows the names of both kinds of file, such as "double" and

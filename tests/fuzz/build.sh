@@ -75,6 +75,6 @@ for target in "$source"/tests/fuzz/$wanted.c; do
   # functions that a target does not reach may miss the sources that they call
   # shellcheck disable=SC2086
   "$clang" $flags -fsanitize=fuzzer -no-pie -Wl,--unresolved-symbols=ignore-in-object-files "$target" \
-    $objects $library_flags -lexpat -lm -o "$build/$name"
+    $objects $library_flags -lexpat -lz -lm -o "$build/$name"
   echo "$name"
 done

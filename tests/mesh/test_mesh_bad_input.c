@@ -260,10 +260,10 @@ static void bad_tets_are_named(void **state) {
        ":12: tet 2 has the same vertices as"},
       {"*VERTICES\n6 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n6 2 1 1\n*ELEMENTS\nTET\n"
        "3 4 0\n1 1 2 3 4\n2 2 5 3 4\n3 2 6 3 4\n",
-       ":14: tets 1, 2 and 3 share one face"},
+       ":14: tet 1, tet 2 and tet 3 share one face"},
       {"*VERTICES\n5 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 .1 .1 .2\n*ELEMENTS\nTET\n"
        "2 4 0\n1 1 2 3 4\n2 5 2 3 4\n",
-       ":12: tets 1 and 2 lie on the same side of the face"},
+       ":12: tet 1 and tet 2 lie on the same side of the face"},
 
       // coordinates whose volumes overflow or underflow
       {"*VERTICES\n4 3 0 0\n1 0 0 0\n2 1e200 0 0\n3 0 1e200 0\n4 0 0 1e200\n*ELEMENTS\nTET\n1 4 0\n"
@@ -383,8 +383,8 @@ static void bad_gmsh_sections_are_refused_with_their_line(void **state) {
        ":14: the element names node 6, which is not in $Nodes"},
       {FORMAT_2 NODES_2 "$Elements\n1\n1 29 2 0 1 1 2 3 4 5 6 7 8 9 10\n$EndElements\n",
        ":14: tetrahedra of order 3 and more (type 29) are not supported"},
-      {FORMAT_2 NODES_2 "$Elements\n1\n1 5 2 0 1 1 2 3 4 5 6 7 8\n$EndElements\n",
-       ":14: elements of type 5 are not supported"},
+      {FORMAT_2 NODES_2 "$Elements\n1\n1 92 2 0 1 1 2 3 4 5 6 7 8\n$EndElements\n",
+       ":14: elements of type 92 are not supported"},
       {FORMAT_2 NODES_2 "$Elements\n1\n1 4711 2 0 1 1\n$EndElements\n",
        "elements of type 4711 are"},
       {FORMAT_2 NODES_2 "$Elements\n1\n1 2 2 0 1 1 2 3\n$EndElements\n", "holds no tetrahedra"},
@@ -436,8 +436,8 @@ static void bad_gmsh_4_sections_are_refused_with_their_line(void **state) {
        "the line ends before a node of the element"},
       {FORMAT_4 NODES_4 "$Elements\n1 1 1 1\n3 1 29 1\n1 1 2 3 4\n$EndElements\n",
        "tetrahedra of order 3 and more (type 29)"},
-      {FORMAT_4 NODES_4 "$Elements\n1 1 1 1\n3 1 6 1\n1 1 2 3 4\n$EndElements\n",
-       "elements of type 6 are not supported"},
+      {FORMAT_4 NODES_4 "$Elements\n1 1 1 1\n3 1 92 1\n1 1 2 3 4\n$EndElements\n",
+       "elements of type 92 are not supported"},
       {FORMAT_4 NODES_4 ELEMENTS_4 "$Entities\n0 0 0 0\n$EndEntities\n",
        "$Entities comes twice or"}};
 

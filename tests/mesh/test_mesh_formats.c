@@ -67,7 +67,7 @@ static const char INP[] =
     "*NSET, NSET=both\nheld end, 50\n*Elset, elset=Two\n8\n*Elset, elset=painted\n1\n"
     "*Solid Section, elset=ONE, material=Soft\n,\n*Solid Section, elset=two, material=HARD\n"
     "*End Part\n*Material, name=SOFT\n*Elastic\n1e6, 0.3\n*Density\n1000.,\n"
-    "*Material, name=hard\n*Density\n2000\n*Elastic, type=isotropic\n2e6, 0.4, 20\n3e6, 0.4, 80\n"
+    "*Material, name=hard\n*Density\n2000\n*Elastic, type=isotropic\n2e6, 0.4, 20\n"
     "*Step\n*Static\n0.1, 1\n*Boundary\nbody.held, 1, 3\n*End Step\n";
 
 /* The vertices bit for bit and the tetrahedra, in every format. */
@@ -357,14 +357,19 @@ static void tets_of_ten_nodes_are_read_by_their_corners_where_asked_and_counted(
   assert_null(mesh.midsides);
   thrum_mesh_free(&mesh);
 
-  // in TetGen's order
-  mesh_write_text("b.node", "10 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 .5 0 0\n6 .5 .5 0\n"
-                            "7 0 .5 0\n8 0 0 .5\n9 .5 0 .5\n10 0 .5 .5\n");
-  mesh = mesh_good("b.ele", "1 10 0\n1 1 2 3 4 5 6 7 8 9 10\n");
-  assert_int_equal(mesh.cornered_tets, 1);
-  assert_int_equal(mesh.vertex_count, 4);
-
-  thrum_mesh_free(&mesh);
+  // in TetGen's order, whose corners alone would be the same in any
+  static const char nodes[] = "10 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 .5 0 0\n6 .5 .5 0\n"
+                              "7 0 .5 0\n8 0 0 .5\n9 .5 0 .5\n10 0 .5 .5\n";
+  path = mesh_write_text("b.ele", "1 10 0\n1 1 2 3 4 10 8 5 6 9 7\n");
+  mesh_write_text("b.node", nodes);
+  for (int order = 0; order < 2; order++) {
+    assert_int_equal(thrum_mesh_read_order(path, 1, order, &mesh, NULL), THRUM_OK);
+    assert_int_equal(mesh.cornered_tets, order);
+    assert_int_equal(mesh.vertex_count, order == 0 ? 10 : 4);
+    for (int e = 0; e < 6 && order == 0; e++)
+      assert_int_equal(mesh.midsides[e], 4 + e);
+    thrum_mesh_free(&mesh);
+  }
 }
 
 static void an_abaqus_file_without_density_has_no_material(void **state) {
@@ -390,7 +395,6 @@ static void bad_files_are_refused_with_their_line(void **state) {
       {"a.mesh", "MeshVersionFormatted 2\nVertices 1\n0 0,5 0 0\n",
        ":3: expected the y coordinate"},
       {"a.mesh", "MeshVersionFormatted 2\nVertices 1\n0 0 0 0 7\n", ":3: expected a keyword"},
-      {"a.mesh", "MeshVersionFormatted 2\nHexahedra 1\n", "Hexahedra are not supported"},
       {"a.mesh", "MeshVersionFormatted 2\nVertices 1\n0 0 0 0\nTetrahedra 1\n1 2 3 4 0\n",
        ":5: tet 1 names vertex 2"},
       {"a.mesh", "MeshVersionFormatted 2\nVertices 1\n0 0 0 0\nTetrahedra 1\n1 2 3 4294967297 0\n",
@@ -418,8 +422,8 @@ static void bad_files_are_refused_with_their_line(void **state) {
        ":5: numbers of type 'quad'"},
       {"a.vtk",
        "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 double\n0 0 0\n"
-       "CELLS 1 9\n8 0 0 0 0 0 0 0 0\nCELL_TYPES 1\n12\n",
-       "cell 0 is of type 12, which is not supported"},
+       "CELLS 1 9\n8 0 0 0 0 0 0 0 0\nCELL_TYPES 1\n42\n",
+       "cell 0 is of type 42, which is not supported"},
       {"a.vtk",
        "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 1 double\n0 0 0\n"
        "CELLS 1 5\n4 0 0 0 5\nCELL_TYPES 1\n10\n",
@@ -428,8 +432,6 @@ static void bad_files_are_refused_with_their_line(void **state) {
       // VTK's XML format
       {"a.vtu", "", "there is no <VTKFile>"},
       {"a.vtu", "<VTKFile type=\"PolyData\">", "is no UnstructuredGrid"},
-      {"a.vtu", "<VTKFile type=\"UnstructuredGrid\" compressor=\"vtkZLibDataCompressor\">",
-       "Compressor Type None"},
       {"a.vtu", "<VTKFile type=\"UnstructuredGrid\">", "the grid has no points"},
       {"a.vtu", VTU_HEAD("") "<Points><DataArray type=\"Float64\" format=\"ascii\">0 x 0",
        "expected a number, found 'x'"},
@@ -447,8 +449,8 @@ static void bad_files_are_refused_with_their_line(void **state) {
       {"a.inp", "solid\n", ":1: expected a keyword such as *NODE"},
       {"a.inp", "*NODE\n1, 0, 0, x\n", ":2: expected the z coordinate, found 'x'"},
       {"a.inp", "*NODE\n1,0,0,0\n1,1,0,0\n*ELEMENT,TYPE=C3D4\n1,1,1,1,1\n", "vertex 1 comes twice"},
-      {"a.inp", INP_NODES "*ELEMENT,TYPE=C3D8\n", ":6: elements of type C3D8 are not supported"},
-      {"a.inp", INP_NODES "*ELEMENT,TYPE=C3D4\n1,1,2,3\n", "an element has too few nodes"},
+      {"a.inp", INP_NODES "*ELEMENT,TYPE=C3D27\n", ":6: elements of type C3D27 are not supported"},
+      {"a.inp", INP_NODES "*ELEMENT,TYPE=C3D4\n1,1,2,3\n", "element 1 has too few nodes: 3, not 4"},
       {"a.inp", INP_NODES "*ELEMENT,TYPE=C3D4\n1,1,2,3,9\n", ":7: tet 1 names vertex 9"},
       {"a.inp", INP_TET "1,1,2,3,4\n", "element 1 comes twice"},
       {"a.inp", INP_TET "*NSET,NSET=S\nnone\n", ":9: the set names 'none'"},
@@ -486,13 +488,14 @@ static void damage(const char *name, const char *data, size_t size) {
       const size_t length = b < sizeof bytes ? size : n;
 
       // the reader of this format, without the file system
+      const thrum_mesh_source source = {name, copy, length, NULL};
+      const thrum_mesh_source nodes = {name, NODE, strlen(NODE), NULL};
       thrum_status status =
-          strcmp(name, "a.mesh") == 0  ? thrum_mesh_parse_medit(name, copy, length, &mesh, NULL)
-          : strcmp(name, "a.vtk") == 0 ? thrum_mesh_parse_vtk(name, copy, length, &mesh, NULL)
-          : strcmp(name, "a.vtu") == 0 ? thrum_mesh_parse_vtu(name, copy, length, &mesh, NULL)
-          : strcmp(name, "a.inp") == 0
-              ? thrum_mesh_parse_abaqus(name, copy, length, &mesh, NULL)
-              : thrum_mesh_parse_tetgen(name, NODE, strlen(NODE), name, copy, length, &mesh, NULL);
+          strcmp(name, "a.mesh") == 0  ? thrum_mesh_parse_medit(&source, &mesh, NULL)
+          : strcmp(name, "a.vtk") == 0 ? thrum_mesh_parse_vtk(&source, &mesh, NULL)
+          : strcmp(name, "a.vtu") == 0 ? thrum_mesh_parse_vtu(&source, &mesh, NULL)
+          : strcmp(name, "a.inp") == 0 ? thrum_mesh_parse_abaqus(&source, &mesh, NULL)
+                                       : thrum_mesh_parse_tetgen(&nodes, &source, &mesh, NULL);
 
       // a refusal leaves no mesh behind
       if (status < 0)

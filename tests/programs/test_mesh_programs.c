@@ -8,6 +8,7 @@
 
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/mesh_write.h"
+#include "mesh/mesh_examine.h"
 #include "mesh/mesh_groups.h"
 #include "runtime/base/quadratic_tet.h"
 
@@ -22,7 +23,7 @@ static const char GEOMETRY[] =
 
 /* Runs a program in the folder; NULL ends the arguments. */
 static void run(const char *program, const char *const *arguments) {
-  char *argv[16];
+  char *argv[20];
   int count = 0;
   memcpy(&argv[count++], &program, sizeof program);
   for (int i = 0; arguments[i]; i++)
@@ -111,7 +112,8 @@ static void gmsh_writes_ten_nodes_and_we_read_their_order(void **state) {
   static const struct {
     const char *format, *name, *binary;
   } cases[] = {{"msh22", "q.msh", "0"}, {"msh41", "r.msh", "0"}, {"msh22", "s.msh", "1"},
-               {"msh41", "t.msh", "1"}, {"vtk", "u.vtk", "0"},   {"inp", "v.inp", "0"}};
+               {"msh41", "t.msh", "1"}, {"vtk", "u.vtk", "0"},   {"inp", "v.inp", "0"},
+               {"mesh", "w.mesh", "0"}};
   if (!*gmsh)
     return;
   assert_true(text_file_write(in_folder("two.geo"), GEOMETRY));
@@ -146,6 +148,73 @@ static void gmsh_writes_ten_nodes_and_we_read_their_order(void **state) {
   }
 }
 
+/* A quarter of a pipe of hexahedra, and beside it one of wedges. */
+static const char PIPES[] =
+    "SetFactory(\"OpenCASCADE\");\nRectangle(1) = {1,0,0, 1,1};\nRectangle(2) = {4,0,0, 1,1};\n"
+    "Transfinite Curve{1:4} = 4; Transfinite Surface{1}; Recombine Surface{1};\n"
+    "Mesh.MeshSizeMax = 0.4;\n"
+    "a[] = Extrude{{0,1,0}, {0,0,0}, Pi/2}{ Surface{1}; Layers{5}; Recombine; };\n"
+    "b[] = Extrude{{0,1,0}, {0,0,0}, Pi/2}{ Surface{2}; Layers{20}; Recombine; };\n"
+    "Physical Volume(\"inner\") = {a[1]};\nPhysical Volume(\"outer\") = {b[1]};\n"
+    "Physical Surface(\"held\") = {1,2};\n";
+
+static void gmsh_writes_hexahedra_and_wedges_and_we_cut_them(void **state) {
+  (void)state;
+  static const struct {
+    const char *format, *name, *binary, *order, *incomplete;
+  } cases[] = {{"msh22", "a1.msh", "0", "1", "1"}, {"msh41", "b1.msh", "1", "1", "1"},
+               {"vtk", "c1.vtk", "0", "1", "1"},   {"inp", "d1.inp", "0", "1", "1"},
+               {"msh22", "a2.msh", "1", "2", "1"}, {"msh41", "b2.msh", "0", "2", "1"},
+               {"vtk", "c2.vtk", "0", "2", "1"},   {"inp", "d2.inp", "0", "2", "1"},
+               {"msh22", "a3.msh", "0", "2", "0"}, {"msh41", "b3.msh", "1", "2", "0"},
+               {"vtk", "c3.vtk", "0", "2", "0"}};
+  if (!*gmsh)
+    return;
+  assert_true(text_file_write(in_folder("pipes.geo"), PIPES));
+
+  // a quarter turn of a square of 1 m^2 about an axis at 1.5 and 4.5 m
+  const double exact = 3.14159265358979 / 2 * (1.5 + 4.5);
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    const char *const arguments[] = {"pipes.geo",
+                                     "-3",
+                                     "-order",
+                                     cases[i].order,
+                                     "-format",
+                                     cases[i].format,
+                                     "-o",
+                                     cases[i].name,
+                                     "-setnumber",
+                                     "Mesh.Binary",
+                                     cases[i].binary,
+                                     "-setnumber",
+                                     "Mesh.SecondOrderIncomplete",
+                                     cases[i].incomplete,
+                                     NULL};
+    run(gmsh, arguments);
+    thrum_mesh mesh = read_mesh(cases[i].name);
+    thrum_mesh_examined examined;
+    assert_int_equal(thrum_mesh_examine(&mesh, &examined, NULL), THRUM_OK);
+
+    // linear elements lack volume; a node in the wrong place would show in it, or turn a tet over
+    const bool quadratic = cases[i].order[0] == '2';
+    assert_int_equal((mesh.midsides != NULL), quadratic);
+    const double off = examined.volume / exact - 1;
+    if (quadratic ? !(fabs(off) < 2e-4) : !(off < -1e-3 && off > -0.02))
+      fail_msg("%s: volume %.9g of %.9g", cases[i].name, examined.volume, exact);
+
+    // two whole bodies: no face is left open between neighbours
+    assert_int_equal(examined.pieces, 2);
+    assert_int_equal(examined.surfaces, 2);
+    assert_int_equal(mesh.flipped_tets, 0);
+    assert_true(mesh.note_count > 0 && strstr(mesh.notes[0].text, " hexahedra were cut into "));
+
+    // nodes of faces belong to the group of their face, made ones too
+    if (i < 2)
+      assert_true(group_count(&mesh, "held") > 2 * 16);
+    thrum_mesh_free(&mesh);
+  }
+}
+
 static void gmsh_reads_the_ten_nodes_that_we_write(void **state) {
   (void)state;
   if (!*gmsh)
@@ -153,15 +222,14 @@ static void gmsh_reads_the_ten_nodes_that_we_write(void **state) {
   thrum_mesh mesh = {0};
   assert_int_equal(thrum_mesh_read_order("beam:3x2x2@1x0.3x0.3", 1, 2, &mesh, NULL), THRUM_OK);
   assert_int_equal(thrum_mesh_add_region_group(&mesh, 0, "body", NULL), THRUM_OK);
-  for (int n = 0; n < 4; n++) {
+  for (int n = 0; n < 5; n++) {
     const thrum_mesh_write_options options = {.binary = n % 2, .msh_version = n < 2 ? 22 : 41};
+    const char *ours = n < 4 ? "ours.msh" : "ours.mesh";
     thrum_mesh_lost lost;
-    assert_int_equal(thrum_mesh_write(in_folder("ours.msh"), &mesh, &options, &lost, NULL),
-                     THRUM_OK);
+    assert_int_equal(thrum_mesh_write(in_folder(ours), &mesh, &options, &lost, NULL), THRUM_OK);
 
     // as another format, into whose order Gmsh turns the nodes
-    const char *const arguments[] = {"ours.msh", "-save",      "-format", "vtk",
-                                     "-o",       "theirs.vtk", NULL};
+    const char *const arguments[] = {ours, "-save", "-format", "vtk", "-o", "theirs.vtk", NULL};
     run(gmsh, arguments);
     thrum_mesh read = read_mesh("theirs.vtk");
     assert_int_equal(read.vertex_count, mesh.vertex_count);
@@ -239,7 +307,10 @@ static void tetgen_writes_and_we_read_markers_and_regions(void **state) {
     assert_true(fabs(volume(&mesh) - 1) < 1e-12);
     assert_int_equal(mesh.region_count, 2);
     assert_true(group_count(&mesh, "region_10") > 8 && group_count(&mesh, "region_20") > 8);
-    assert_int_equal(mesh.cornered_tets, i == 2 ? mesh.tet_count : 0);
+    assert_int_equal((mesh.midsides != NULL), i == 2);
+
+    // straight edges: only the right order has all middle nodes in the middle
+    assert_true(i < 2 || farthest_off(&mesh) < 1e-15);
     thrum_mesh_free(&mesh);
   }
 }
@@ -252,6 +323,7 @@ int main(int argc, char **argv) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(gmsh_writes_and_we_read_every_format),
       cmocka_unit_test(gmsh_writes_ten_nodes_and_we_read_their_order),
+      cmocka_unit_test(gmsh_writes_hexahedra_and_wedges_and_we_cut_them),
       cmocka_unit_test(gmsh_reads_what_we_write),
       cmocka_unit_test(gmsh_reads_the_ten_nodes_that_we_write),
       cmocka_unit_test(tetgen_writes_and_we_read_markers_and_regions),

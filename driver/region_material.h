@@ -1,0 +1,22 @@
+/* What one region of a mesh is made of, as options say it: REGION:E,NU,RHO.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_REGION_MATERIAL_H
+#define THRUM_DRIVER_REGION_MATERIAL_H
+
+#include "mesh/mesh.h"
+
+typedef struct region_material {
+  const char *region; /* `length` bytes of the text */
+  size_t length;
+  thrum_material values;
+} region_material;
+
+/* Parses a text, into which the result points; THRUM_BAD_FORMAT or THRUM_BAD_VALUE. */
+thrum_status region_material_parse(const char *text, region_material *material, thrum_error *error);
+
+/* Gives the regions that the texts name their materials; each must be a region of the mesh, named
+ * once. *lacking is the first region that no text names; -1: none. */
+thrum_status region_materials_apply(const char *const *texts, int64_t count, thrum_mesh *mesh,
+                                    int64_t *lacking, thrum_error *error);
+
+#endif

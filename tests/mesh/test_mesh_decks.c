@@ -1,0 +1,441 @@
+/* What files of other programs have and the formats leave open: assemblies, materials that change,
+ * cell data of many names, compressed arrays, units. SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/mesh_support.h"
+
+#include <math.h>
+#include <zlib.h>
+
+#include "mesh/formats/mesh_write.h"
+#include "mesh/mesh_examine.h"
+#include "mesh/mesh_fix.h"
+#include "mesh/mesh_flags.h"
+#include "mesh/mesh_groups.h"
+
+static int64_t group_count(const thrum_mesh *mesh, const char *name) {
+  for (int64_t g = 0; g < mesh->group_count; g++)
+    if (strcmp(mesh->groups[g].name, name) == 0)
+      return mesh->groups[g].count;
+  return 0;
+}
+
+/* Reads a file of the folder; returns its size, and *data is the caller's. */
+static size_t read_bytes(const char *path, char **data) {
+  FILE *file = fopen(path, "rb");
+  assert_non_null(file);
+  assert_int_equal(fseek(file, 0, SEEK_END), 0);
+  const long size = ftell(file);
+  rewind(file);
+  *data = malloc((size_t)size + 1);
+  assert_non_null(*data);
+  assert_int_equal(fread(*data, 1, (size_t)size, file), (size_t)size);
+  (*data)[size] = '\0';
+  fclose(file);
+  return (size_t)size;
+}
+
+/* --- Gmsh --------------------------------------------------------------------------------------
+ */
+
+static void binary_sections_may_end_without_a_line_of_their_own(void **state) {
+  (void)state;
+  thrum_mesh mesh = {0}, read = {0};
+  thrum_error error = {0};
+  thrum_mesh_lost lost;
+  assert_int_equal(thrum_mesh_read("beam:2x1x1@1x.5x.5", 1, &mesh, NULL), THRUM_OK);
+  const thrum_mesh_write_options options = {.binary = true, .msh_version = 22};
+  char path[128];
+  strcpy(path, mesh_write_text("a.msh", ""));
+  assert_int_equal(thrum_mesh_write(path, &mesh, &options, &lost, NULL), THRUM_OK);
+
+  // Gmsh ends data of elements and nodes so, here before and behind the elements
+  static const char section[] =
+      "$ElementData\n1\n\"view\"\n1\n0\n3\n0\n1\n2\n"
+      "\1\0\0\0\0\0\n\0\0\0\0\1$En\2\0\0\0\0\0\0\0\0\0\0$$End$EndElementData\n";
+  char *data, *whole;
+  const size_t size = read_bytes(path, &data);
+  whole = malloc(size + 2 * sizeof section);
+  assert_non_null(whole);
+  char *elements = data;
+  while (memcmp(elements, "$Elements\n", 10) != 0)
+    elements++;
+  const size_t front = (size_t)(elements - data), length = sizeof section - 1;
+  memcpy(whole, data, front);
+  memcpy(whole + front, section, length);
+  memcpy(whole + front + length, elements, size - front);
+  memcpy(whole + size + length, section, length);
+
+  if (thrum_mesh_read(mesh_write("a.msh", whole, size + 2 * length), 1, &read, &error) < 0)
+    fail_msg("%s", error.message);
+  assert_int_equal(thrum_mesh_hash(&read), thrum_mesh_hash(&mesh));
+  thrum_mesh_free(&read);
+
+  // a section that never ends is refused
+  mesh_bad_bytes("a.msh", whole, size + 2 * length - 8, "the file ends before $EndElementData");
+  free(whole);
+  free(data);
+  thrum_mesh_free(&mesh);
+}
+
+/* --- Abaqus ------------------------------------------------------------------------------------
+ */
+
+#define PART                                                                                       \
+  "*Heading\n*Part, name=P\n*Node\n1,1,0,0\n2,2,0,0\n3,1,1,0\n4,1,0,1\n*Element, type=C3D4\n"      \
+  "11,1,2,3,4\n*Nset, nset=foot\n1,3\n*Elset, elset=all\n11\n*Solid Section, elset=all, "          \
+  "material=M\n,\n*End Part\n"
+#define MATERIAL "*Material, name=M\n*Elastic\n2.1e5, 0.3\n*Density\n7.85e-9\n"
+#define CLOSE_TO(a, b) assert_true(fabs((a) - (b)) < 1e-14)
+
+static void an_instance_is_put_where_it_says(void **state) {
+  (void)state;
+
+  // moved by 10 along x, then turned by 90 degrees about the line through (10, 0, .) along z
+  thrum_mesh mesh = mesh_good(
+      "a.inp", PART
+      "*Assembly, name=A\n*Instance, name=P-1, part=P\n10., 0., 0.\n"
+      "10., 0., 0., 10., 0., 5., 90.\n*End Instance\n*Node\n1, 99, 99, 99\n*Nset, nset=ref\n1\n"
+      "*Nset, nset=tip, instance=P-1\n2\n*Nset, nset=edge\nP-1.1, P-1.2\n*Nset, nset=both\n"
+      "P-1.foot, P-1.4\n*Elset, elset=top, instance=P-1, generate\n11,11,1\n"
+      "*End Assembly\n" MATERIAL);
+  assert_int_equal(mesh.vertex_count, 4);
+  static const double places[4][3] = {{10, 1, 0}, {10, 2, 0}, {9, 1, 0}, {10, 1, 1}};
+  for (int i = 0; i < 12; i++)
+    CLOSE_TO(mesh.vertices[i], places[i / 3][i % 3]);
+
+  // sets of the part and of the assembly; the reference point is no part of the body
+  assert_int_equal(group_count(&mesh, "foot"), 2);
+  assert_int_equal(group_count(&mesh, "tip"), 1);
+  assert_int_equal(group_count(&mesh, "edge"), 2);
+  assert_int_equal(group_count(&mesh, "both"), 3);
+  assert_int_equal(group_count(&mesh, "top"), 4);
+  assert_int_equal(group_count(&mesh, "ref"), 0);
+  assert_true(mesh.has_material && mesh.materials[0].young == 2.1e5);
+  thrum_mesh_free(&mesh);
+
+  // without lines it stays; with one it is moved, trailing zeros left out
+  mesh = mesh_good("a.inp", PART "*Assembly, name=A\n*Instance, name=P-1, part=P\n*End Instance\n"
+                                 "*End Assembly\n" MATERIAL);
+  CLOSE_TO(mesh.vertices[0], 1);
+  thrum_mesh_free(&mesh);
+  mesh = mesh_good("a.inp", PART "*Assembly, name=A\n*Instance, name=P-1, part=P\n0., -3.\n"
+                                 "*End Instance\n*End Assembly\n" MATERIAL);
+  CLOSE_TO(mesh.vertices[0], 1);
+  CLOSE_TO(mesh.vertices[1], -3);
+  thrum_mesh_free(&mesh);
+}
+
+static void several_instances_are_refused(void **state) {
+  (void)state;
+  mesh_bad("a.inp",
+           PART "*Assembly, name=A\n*Instance, name=P-1, part=P\n*End Instance\n"
+                "*Instance, name=P-2, part=P\n5., 0., 0.\n*End Instance\n*End Assembly\n" MATERIAL,
+           "a.inp:20: 'P-2' is a second instance beside 'P-1'");
+  mesh_bad("a.inp", PART "*Part, name=Q\n*End Part\n", "a.inp:17: there are several parts");
+  mesh_bad("a.inp",
+           PART "*Assembly, name=A\n*Instance, name=P-1, part=P\n0.,0.,0.\n1,1,1,1,1,1,90\n"
+                "*End Instance\n*End Assembly\n" MATERIAL,
+           "turns about an axis between equal points");
+  mesh_bad("a.inp",
+           PART "*Assembly, name=A\n*Instance, name=P-1, part=P\n0.,0.,0.\n1,1,1,1,1,2\n"
+                "*End Instance\n*End Assembly\n" MATERIAL,
+           "a.inp:20: a rotation is two points of its axis and an angle");
+}
+
+static void properties_that_change_with_temperature_are_refused(void **state) {
+  (void)state;
+  mesh_bad("a.inp", PART "*Material, name=M\n*Elastic\n2e5, 0.3, 20\n1e5, 0.3, 500\n*Density\n1\n",
+           "a.inp:20: *Elastic changes with temperature or a field");
+  mesh_bad("a.inp", PART "*Material, name=M\n*Elastic\n2e5, 0.3\n*Density\n1, 20\n2, 50\n",
+           "a.inp:22: *Density changes with temperature or a field");
+
+  // of one temperature there is nothing to choose
+  thrum_mesh mesh = mesh_good("a.inp", PART "*Material, name=M\n*Elastic\n2e5, 0.3, 20\n*Density\n"
+                                            "1, 20\n");
+  assert_true(mesh.materials[0].young == 2e5);
+  thrum_mesh_free(&mesh);
+}
+
+static void a_modified_tetrahedron_is_read_with_a_note(void **state) {
+  (void)state;
+  thrum_mesh mesh = mesh_good(
+      "a.inp", "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n5,.5,0,0\n6,.5,.5,0\n7,0,.5,0\n"
+               "8,0,0,.5\n9,.5,0,.5\n10,0,.5,.5\n*ELEMENT, TYPE=C3D10MH\n"
+               "1,1,2,3,4,5,6,7,8,9,10\n");
+  assert_int_equal(mesh.note_count, 1);
+  assert_non_null(strstr(mesh.notes[0].text, "1 elements C3D10M were read as C3D10"));
+  thrum_mesh_free(&mesh);
+}
+
+/* --- units -------------------------------------------------------------------------------------
+ */
+
+static void a_unit_turns_lengths_and_materials_into_those_of_si(void **state) {
+  (void)state;
+  static const struct {
+    const char *unit;
+    double length, young, density;
+  } cases[] = {{NULL, 1, 2.1e5, 7.85e-9},         {"m-kg-s", 1, 2.1e5, 7.85e-9},
+               {"mm-t-s", 0.001, 2.1e11, 7.85e3}, {"mm-kg-ms", 0.001, 2.1e14, 7.85},
+               {"cm-g-s", 0.01, 2.1e4, 7.85e-6},  {"um-g-ms", 1e-6, 2.1e14, 7.85e6}};
+  char path[128];
+  strcpy(path, mesh_write_text("a.inp", PART MATERIAL));
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    const thrum_mesh_read_options options = {.scale = 1, .unit = cases[i].unit};
+    thrum_mesh mesh = {0};
+    assert_int_equal(thrum_mesh_read_with(path, &options, &mesh, NULL), THRUM_OK);
+    assert_true(mesh.vertices[0] == cases[i].length);
+    assert_true(fabs(mesh.materials[0].young / cases[i].young - 1) < 1e-15);
+    assert_true(fabs(mesh.materials[0].density / cases[i].density - 1) < 1e-15);
+    assert_true(mesh.materials[0].poisson == 0.3);
+
+    // steel in tonnes by cubic millimetre is named for what it is
+    char line[300];
+    assert_int_equal(thrum_mesh_odd_density(&mesh), i == 2 || i == 3 ? -1 : 0);
+    if (i == 0)
+      assert_non_null(strstr(thrum_mesh_flag_line(&mesh, NULL, THRUM_EXAMINE_DENSITY, line),
+                             "7.85e-09 kg/m^3, outside 0.5 to 30000; a file in millimetres, "
+                             "tonnes and seconds needs --unit mm-t-s"));
+    thrum_mesh_free(&mesh);
+  }
+
+  static const char *const bad[] = {"", "mm", "mm-t", "mm-t-s-", "in-lb-s", "mm-t-min", "-t-s"};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+    const thrum_mesh_read_options options = {.scale = 1, .unit = bad[i]};
+    thrum_error error = {0};
+    thrum_mesh mesh = {0};
+    assert_int_equal(thrum_mesh_read_with(path, &options, &mesh, &error), THRUM_BAD_FORMAT);
+    mesh_check_message(&error, "is no unit; write LENGTH-MASS-TIME");
+  }
+}
+
+/* --- VTK ---------------------------------------------------------------------------------------
+ */
+
+#define VTK                                                                                        \
+  "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 double\n"             \
+  "0 0 0 1 0 0 0 1 0 0 0 1 1 1 1\nCELLS 2 10\n4 0 1 2 3\n4 1 2 3 4\nCELL_TYPES 2\n10\n10\n"        \
+  "CELL_DATA 2\n"
+
+static void cell_data_tells_regions_by_its_name(void **state) {
+  (void)state;
+  char path[128];
+  strcpy(path,
+         mesh_write_text("a.vtk", VTK "SCALARS mat_id int 1\nLOOKUP_TABLE default\n7\n3\n"
+                                      "SCALARS part int 1\nLOOKUP_TABLE default\n0\n1\n"
+                                      "SCALARS load double 1\nLOOKUP_TABLE default\n0.5\n1\n"));
+  thrum_mesh mesh = {0};
+  thrum_mesh_read_options options = {.scale = 1};
+  assert_int_equal(thrum_mesh_read_with(path, &options, &mesh, NULL), THRUM_OK);
+  assert_int_equal(mesh.region_count, 2);
+  assert_string_equal(thrum_mesh_region_text(&mesh, 0).text, "3");
+  assert_string_equal(thrum_mesh_region_text(&mesh, 1).text, "7");
+  assert_int_equal(mesh.note_count, 1);
+  assert_string_equal(mesh.notes[0].text, "the 2 regions are those of the cell data 'mat_id'");
+  thrum_mesh_free(&mesh);
+
+  // by another name it is not taken unasked, but named
+  strcpy(path, mesh_write_text("a.vtk", VTK "SCALARS part int 1\nLOOKUP_TABLE default\n0\n1\n"));
+  assert_int_equal(thrum_mesh_read_with(path, &options, &mesh, NULL), THRUM_OK);
+  assert_int_equal(mesh.region_count, 1);
+  assert_non_null(strstr(mesh.notes[0].text, "give --regions part"));
+  thrum_mesh_free(&mesh);
+  options.regions = "part";
+  assert_int_equal(thrum_mesh_read_with(path, &options, &mesh, NULL), THRUM_OK);
+  assert_int_equal(mesh.region_count, 2);
+  assert_int_equal(mesh.note_count, 0);
+  thrum_mesh_free(&mesh);
+
+  // what is not there, is no number of a region, or another format
+  thrum_error error = {0};
+  options.regions = "nothing";
+  assert_int_equal(thrum_mesh_read_with(path, &options, &mesh, &error), THRUM_MISSING);
+  mesh_check_message(&error, "there is no cell data 'nothing' of one number a cell");
+  options.regions = "load";
+  strcpy(path,
+         mesh_write_text("a.vtk", VTK "SCALARS load double 1\nLOOKUP_TABLE default\n0.5\n1\n"));
+  assert_int_equal(thrum_mesh_read_with(path, &options, &mesh, &error), THRUM_BAD_VALUE);
+  mesh_check_message(&error, "cell data 'load' is 0.5 in cell 0");
+  assert_int_equal(thrum_mesh_read_with("beam.msh", &options, &mesh, &error), THRUM_UNSUPPORTED);
+  mesh_check_message(&error, "regions by name are cell data of .vtk and .vtu files");
+}
+
+static size_t base64(const unsigned char *bytes, size_t size, char *text) {
+  static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  size_t used = 0;
+  for (size_t i = 0; i < size; i += 3) {
+    const unsigned a = bytes[i], b = i + 1 < size ? bytes[i + 1] : 0,
+                   c = i + 2 < size ? bytes[i + 2] : 0;
+    text[used++] = digits[a >> 2];
+    text[used++] = digits[(a << 4 | b >> 4) & 63];
+    text[used++] = i + 1 < size ? digits[(b << 2 | c >> 6) & 63] : '=';
+    text[used++] = i + 2 < size ? digits[c & 63] : '=';
+  }
+  return used;
+}
+
+/* Compresses an array in blocks of `block` bytes, with a header of words of `word` bytes in front,
+ * both in base64 where `text`; returns the size. */
+static size_t compress_array(const void *array, size_t size, size_t block, size_t word, bool text,
+                             char *out) {
+  unsigned char header[400] = {0}, packed[2000];
+  const size_t blocks = (size + block - 1) / block;
+  size_t used = 0;
+  const size_t words[3] = {blocks, block, size % block};
+  for (size_t i = 0; i < 3; i++)
+    header[i * word] = (unsigned char)words[i];
+  header[word + 1] = (unsigned char)(block >> 8);
+  for (size_t n = 0; n < blocks; n++) {
+    const size_t length = n + 1 < blocks || size % block == 0 ? block : size % block;
+    uLongf room = (uLongf)(sizeof packed - used);
+    assert_int_equal(
+        compress(packed + used, &room, (const unsigned char *)array + n * block, (uLong)length),
+        Z_OK);
+    header[(3 + n) * word] = (unsigned char)room;
+    used += (size_t)room;
+    assert_true(room < 256);
+  }
+
+  const size_t front = (3 + blocks) * word;
+  if (text) {
+    const size_t length = base64(header, front, out);
+    return length + base64(packed, used, out + length);
+  }
+  memcpy(out, header, front);
+  memcpy(out + front, packed, used);
+  return front + used;
+}
+
+/* A file of one tet with compressed arrays, appended raw or inline in base64. */
+static size_t make_compressed(char *file, size_t block, size_t word, bool raw) {
+  static const double points[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  static const int32_t cells[4] = {0, 1, 2, 3}, ends[1] = {4};
+  static const unsigned char types[1] = {10};
+  static const struct {
+    const char *open, *type, *name, *close;
+    const void *values;
+    size_t size;
+  } arrays[] = {{"<Points>", "Float64", "Points", "</Points>", points, sizeof points},
+                {"<Cells>", "Int32", "connectivity", "", cells, sizeof cells},
+                {"", "Int32", "offsets", "", ends, sizeof ends},
+                {"", "UInt8", "types", "</Cells>", types, sizeof types}};
+  char appended[4000], packed[4000];
+  size_t used = 0, offset = 0;
+  used += (size_t)sprintf(file,
+                          "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
+                          "byte_order=\"LittleEndian\" header_type=\"UInt%zu\" "
+                          "compressor=\"vtkZLibDataCompressor\"><UnstructuredGrid>"
+                          "<Piece NumberOfPoints=\"4\" NumberOfCells=\"1\">",
+                          8 * word);
+  for (int i = 0; i < 4; i++) {
+    const size_t size = compress_array(arrays[i].values, arrays[i].size, block, word, !raw, packed);
+    used += (size_t)sprintf(file + used, "%s<DataArray type=\"%s\" Name=\"%s\" ", arrays[i].open,
+                            arrays[i].type, arrays[i].name);
+    if (raw)
+      used += (size_t)sprintf(file + used, "format=\"appended\" offset=\"%zu\"/>", offset);
+    else
+      used +=
+          (size_t)sprintf(file + used, "format=\"binary\">\n%.*s\n</DataArray>", (int)size, packed);
+    used += (size_t)sprintf(file + used, "%s", arrays[i].close);
+    memcpy(appended + offset, packed, size);
+    offset += size;
+  }
+  used += (size_t)sprintf(file + used, "</Piece></UnstructuredGrid>");
+  if (raw) {
+    used += (size_t)sprintf(file + used, "<AppendedData encoding=\"raw\">_");
+    memcpy(file + used, appended, offset);
+    used += offset;
+    used += (size_t)sprintf(file + used, "</AppendedData>");
+  }
+  return used + (size_t)sprintf(file + used, "</VTKFile>\n");
+}
+
+static void compressed_vtu_files_are_read(void **state) {
+  (void)state;
+  static const size_t blocks[] = {32768, 96, 40, 7};
+  char file[12000];
+  for (int n = 0; n < 16; n++) {
+    const size_t size = make_compressed(file, blocks[n / 4], n & 1 ? 4 : 8, n & 2);
+    thrum_mesh mesh = {0};
+    thrum_error error = {0};
+    if (thrum_mesh_read(mesh_write("a.vtu", file, size), 1, &mesh, &error) < 0)
+      fail_msg("%d: %s", n, error.message);
+    assert_int_equal(mesh.vertex_count, 4);
+    assert_true(fabs(thrum_mesh_tet_volume(&mesh, 0) - 1.0 / 6) < 1e-15);
+    thrum_mesh_free(&mesh);
+
+    // damage is refused or read, and never reads beyond the file
+    for (size_t at = 0; at < size && n >= 8; at++) {
+      const char kept = file[at];
+      file[at] = (char)(kept ^ 0x55);
+      const thrum_mesh_source source = {"a.vtu", file, at % 2 ? size : at, NULL};
+      if (thrum_mesh_parse_vtu(&source, &mesh, NULL) >= 0)
+        thrum_mesh_free(&mesh);
+      file[at] = kept;
+    }
+  }
+  mesh_bad("a.vtu",
+           "<VTKFile type=\"UnstructuredGrid\" compressor=\"vtkLZ4DataCompressor\"></VTKFile>",
+           "a.vtu:1: is compressed in a way that is not read; save it with Compressor Type ZLib");
+}
+
+/* --- lists and beams ---------------------------------------------------------------------------
+ */
+
+static void an_empty_list_holds_nothing(void **state) {
+  (void)state;
+  static const char *const texts[] = {"", "\n\n", "# free\n"};
+  thrum_mesh mesh = {0};
+  assert_int_equal(thrum_mesh_read("beam:1x1x1@1x1x1", 1, &mesh, NULL), THRUM_OK);
+  for (int n = 0; n < 3; n++) {
+    uint8_t fixed[8] = {0};
+    int64_t count = -1;
+    assert_int_equal(thrum_mesh_fix(&mesh, mesh_write_text("a.bou", texts[n]), fixed, &count, NULL),
+                     THRUM_OK);
+    assert_int_equal(count, 0);
+  }
+  thrum_mesh_free(&mesh);
+}
+
+static void a_beam_may_be_cut_into_five_tets_a_cell(void **state) {
+  (void)state;
+  thrum_mesh mesh = {0};
+  thrum_mesh_examined examined;
+  assert_int_equal(thrum_mesh_read("beam:4x3x2@1x.3x.2,split=5", 1, &mesh, NULL), THRUM_OK);
+  assert_int_equal(thrum_mesh_examine(&mesh, &examined, NULL), THRUM_OK);
+
+  // neighbours fit, nothing was wound the other way, and nothing is lost
+  assert_int_equal(mesh.tet_count, 5 * 24);
+  assert_int_equal(mesh.flipped_tets, 0);
+  assert_int_equal(examined.surface_triangles, 2 * 2 * (12 + 8 + 6));
+  assert_int_equal(examined.genus, 0);
+  assert_true(fabs(examined.volume - 0.06) < 1e-15);
+  thrum_mesh_free(&mesh);
+
+  thrum_mesh other = {0};
+  assert_int_equal(thrum_mesh_read("beam:4x3x2@1x.3x.2,split=6", 1, &mesh, NULL), THRUM_OK);
+  assert_int_equal(thrum_mesh_read("beam:4x3x2@1x.3x.2", 1, &other, NULL), THRUM_OK);
+  assert_int_equal(thrum_mesh_hash(&mesh), thrum_mesh_hash(&other));
+  thrum_mesh_free(&mesh);
+  thrum_mesh_free(&other);
+
+  static const char *const bad[] = {"beam:1x1x1@1x1x1,split=4", "beam:1x1x1@1x1x1,",
+                                    "beam:1x1x1@1x1x1,split=55", "beam:1x1x1@1x1x1x"};
+  for (int n = 0; n < 4; n++)
+    assert_int_equal(thrum_mesh_read(bad[n], 1, &mesh, NULL), THRUM_BAD_FORMAT);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(binary_sections_may_end_without_a_line_of_their_own),
+      cmocka_unit_test(an_instance_is_put_where_it_says),
+      cmocka_unit_test(several_instances_are_refused),
+      cmocka_unit_test(properties_that_change_with_temperature_are_refused),
+      cmocka_unit_test(a_modified_tetrahedron_is_read_with_a_note),
+      cmocka_unit_test(a_unit_turns_lengths_and_materials_into_those_of_si),
+      cmocka_unit_test(cell_data_tells_regions_by_its_name),
+      cmocka_unit_test(compressed_vtu_files_are_read),
+      cmocka_unit_test(an_empty_list_holds_nothing),
+      cmocka_unit_test(a_beam_may_be_cut_into_five_tets_a_cell),
+  };
+  return cmocka_run_group_tests(tests, mesh_setup, mesh_teardown);
+}

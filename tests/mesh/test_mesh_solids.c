@@ -1,0 +1,246 @@
+/* Hexahedra, wedges and pyramids are cut into tetrahedra of their order: neighbours agree on the
+ * diagonal of their face however vertices are numbered, nothing is lost, and curved elements keep
+ * their shape. SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/mesh_support.h"
+
+#include <math.h>
+
+#include "mesh/mesh_examine.h"
+#include "mesh/solids.h"
+#include "runtime/base/quadratic_tet.h"
+
+enum { CELLS = 3, HALVES = 2 * CELLS + 1, TEXT_MAX = 1 << 17 };
+
+/* A grid of hexahedra, or of wedges where each is halved, of numbers in a random order. */
+typedef struct grid {
+  bool quadratic, wedges;
+  double curved; /* 0: straight edges */
+  int numbers[HALVES][HALVES][HALVES];
+} grid;
+
+/* A map of degree 2 in all of its terms, with edges of any direction curved. */
+static void place(const grid *g, int i, int j, int k, double x[3]) {
+  const double a = i / 2.0, b = j / 2.0, c = k / 2.0, d = g->curved;
+  x[0] = a + 0.1 * b + d * (a * a + b * b - c * c + a * b);
+  x[1] = b + 0.2 * c + d * (a * a - b * b + c * c + b * c);
+  x[2] = c - 0.1 * a + d * (b * b - a * a + c * c + a * c);
+}
+
+static int64_t next_random(uint64_t *state) {
+  *state = *state * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+  return (int64_t)(*state >> 33);
+}
+
+static void number(grid *g, uint64_t seed) {
+  int order[HALVES * HALVES * HALVES];
+  const int count = HALVES * HALVES * HALVES;
+  for (int n = 0; n < count; n++)
+    order[n] = n + 1;
+  for (int n = count - 1; n > 0; n--) {
+    const int other = (int)(next_random(&seed) % (n + 1)), swap = order[n];
+    order[n] = order[other];
+    order[other] = swap;
+  }
+  memcpy(g->numbers, order, sizeof order);
+}
+
+/* Adds the corners of an element, given in halves, and its middle nodes. */
+static int add_element(const grid *g, thrum_solid kind, int corners[][3], char *text) {
+  const thrum_solid_shape *shape = &thrum_solid_shapes[kind];
+  int used = 0;
+  for (int c = 0; c < shape->corners; c++)
+    used += sprintf(text + used, ",%d", g->numbers[corners[c][0]][corners[c][1]][corners[c][2]]);
+  for (int e = 0; e < shape->edges && g->quadratic; e++) {
+    const int *p = corners[shape->edge[e][0]], *q = corners[shape->edge[e][1]];
+    used += sprintf(text + used, ",%s%d", e == 3 ? "\n" : "",
+                    g->numbers[(p[0] + q[0]) / 2][(p[1] + q[1]) / 2][(p[2] + q[2]) / 2]);
+  }
+  return used + sprintf(text + used, "\n");
+}
+
+static int add_cell(const grid *g, const int at[3], int *count, char *text) {
+  static const int cube[8][3] = {{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0},
+                                 {0, 0, 2}, {2, 0, 2}, {2, 2, 2}, {0, 2, 2}};
+  static const int wedges[2][6] = {{0, 1, 2, 4, 5, 6}, {0, 2, 3, 4, 6, 7}};
+  int used = 0, corners[8][3];
+  for (int half = 0; half < (g->wedges ? 2 : 1); half++) {
+    for (int c = 0; c < (g->wedges ? 6 : 8); c++)
+      for (int axis = 0; axis < 3; axis++)
+        corners[c][axis] = 2 * at[axis] + cube[g->wedges ? wedges[half][c] : c][axis];
+    used += sprintf(text + used, "%d", ++*count);
+    used += add_element(g, g->wedges ? THRUM_SOLID_WEDGE : THRUM_SOLID_HEXAHEDRON, corners,
+                        text + used);
+  }
+  return used;
+}
+
+/* Wedges cut by the plane x = y need nodes in the middle of that face, which the grid has. */
+static thrum_mesh read_grid(const grid *g) {
+  char *text = malloc(TEXT_MAX);
+  assert_non_null(text);
+  int used = sprintf(text, "*NODE\n"), count = 0;
+  for (int i = 0; i < HALVES; i++)
+    for (int j = 0; j < HALVES; j++)
+      for (int k = 0; k < HALVES; k++) {
+        double x[3];
+        place(g, i, j, k, x);
+        used +=
+            sprintf(text + used, "%d,%.17g,%.17g,%.17g\n", g->numbers[i][j][k], x[0], x[1], x[2]);
+      }
+  const char *type =
+      g->wedges ? (g->quadratic ? "C3D15" : "C3D6") : (g->quadratic ? "C3D20R" : "C3D8R");
+  used += sprintf(text + used, "*ELEMENT, TYPE=%s\n", type);
+  for (int i = 0; i < CELLS; i++)
+    for (int j = 0; j < CELLS; j++)
+      for (int k = 0; k < CELLS; k++)
+        used += add_cell(g, (const int[3]){i, j, k}, &count, text + used);
+  assert_true(used < TEXT_MAX);
+  thrum_mesh mesh = mesh_good("a.inp", text);
+  free(text);
+  return mesh;
+}
+
+/* Integral of the determinant of the map, of degree 3, by two points an axis. */
+static double exact_volume(const grid *g) {
+  const double d = g->curved, L = CELLS, root = 1 / sqrt(3.0);
+  double sum = 0;
+  for (int n = 0; n < 8; n++) {
+    const double a = L / 2 * (1 + (n & 1 ? root : -root)), b = L / 2 * (1 + (n & 2 ? root : -root)),
+                 c = L / 2 * (1 + (n & 4 ? root : -root));
+    const double J[3][3] = {{1 + d * (2 * a + b), 0.1 + d * (2 * b + a), -2 * d * c},
+                            {2 * d * a, 1 + d * (c - 2 * b), 0.2 + d * (2 * c + b)},
+                            {-0.1 + d * (c - 2 * a), 2 * d * b, 1 + d * (2 * c + a)}};
+    sum += J[0][0] * (J[1][1] * J[2][2] - J[1][2] * J[2][1]) -
+           J[0][1] * (J[1][0] * J[2][2] - J[1][2] * J[2][0]) +
+           J[0][2] * (J[1][0] * J[2][1] - J[1][1] * J[2][0]);
+  }
+  return sum * L * L * L / 8;
+}
+
+static void elements_are_cut_conformingly_whatever_their_numbers(void **state) {
+  (void)state;
+  for (int n = 0; n < 16; n++) {
+    grid g = {.quadratic = n & 1, .wedges = n & 2, .curved = n & 4 ? 0.01 : 0};
+    number(&g, (uint64_t)n);
+    if (n & 4 && !g.quadratic) // faces of linear elements would not be planar
+      continue;
+    thrum_mesh mesh = read_grid(&g);
+    thrum_mesh_examined examined;
+    assert_int_equal(thrum_mesh_examine(&mesh, &examined, NULL), THRUM_OK);
+
+    // six tets a cell; with one diagonal that differs faces of cells would count as surface
+    assert_int_equal(mesh.tet_count, 6 * CELLS * CELLS * CELLS);
+    assert_int_equal(examined.surface_triangles, 6 * 2 * CELLS * CELLS);
+    assert_int_equal(examined.genus, 0);
+    assert_int_equal(mesh.flipped_tets, 0);
+    assert_int_equal((mesh.midsides != NULL), g.quadratic);
+
+    // the tets of a map of degree 2 show it exactly, also where nodes had to be made
+    if (!(fabs(examined.volume / exact_volume(&g) - 1) < 1e-13))
+      fail_msg("%d: volume %.17g, not %.17g", n, examined.volume, exact_volume(&g));
+
+    // and a line says what was done
+    assert_int_equal(mesh.note_count, 1);
+    assert_string_equal(mesh.notes[0].text,
+                        g.wedges
+                            ? (g.quadratic ? "54 wedges were cut into 162 tetrahedra of ten nodes"
+                                           : "54 wedges were cut into 162 tetrahedra of four nodes")
+                        : g.quadratic ? "27 hexahedra were cut into 162 tetrahedra of ten nodes"
+                                      : "27 hexahedra were cut into 162 tetrahedra of four nodes");
+    thrum_mesh_free(&mesh);
+  }
+}
+
+/* A cube as six pyramids to its centre, and a hexahedron on top of one of them. */
+static void pyramids_meet_hexahedra(void **state) {
+  (void)state;
+  static const char nodes[] =
+      "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n9,.5,.5,.5\n"
+      "10,0,0,2\n11,1,0,2\n12,1,1,2\n13,0,1,2\n";
+  char text[2000];
+  snprintf(
+      text, sizeof text,
+      "%s*ELEMENT, TYPE=C3D5\n1,1,2,3,4,9\n2,8,7,6,5,9\n3,5,6,2,1,9\n4,6,7,3,2,9\n5,7,8,4,3,9\n"
+      "6,8,5,1,4,9\n*ELEMENT, TYPE=C3D8\n7,5,6,7,8,10,11,12,13\n",
+      nodes);
+  thrum_mesh mesh = mesh_good("a.inp", text);
+  thrum_mesh_examined examined;
+  assert_int_equal(thrum_mesh_examine(&mesh, &examined, NULL), THRUM_OK);
+  assert_int_equal(mesh.tet_count, 18);
+  assert_int_equal(examined.surface_triangles, 20);
+  assert_true(fabs(examined.volume - 2) < 1e-14);
+  assert_string_equal(mesh.notes[0].text,
+                      "6 pyramids, 1 hexahedra were cut into 18 tetrahedra of four nodes");
+  thrum_mesh_free(&mesh);
+}
+
+#define CUBE                                                                                       \
+  "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n9,2,0,0\n10,2,"  \
+  "0,1\n"
+
+static void a_wedge_may_be_written_as_a_hexahedron(void **state) {
+  (void)state;
+
+  // corners 3 and 4 are one, and so are 7 and 8
+  thrum_mesh mesh = mesh_good("a.inp", CUBE "*ELEMENT, TYPE=C3D8\n1,1,2,3,4,5,6,7,8\n"
+                                            "2,2,9,3,3,6,10,7,7\n");
+  thrum_mesh_examined examined;
+  assert_int_equal(thrum_mesh_examine(&mesh, &examined, NULL), THRUM_OK);
+  assert_int_equal(mesh.tet_count, 9);
+  assert_int_equal(examined.surface_triangles, 10 + 2 * 2 + 2);
+  assert_true(fabs(examined.volume - 1.5) < 1e-14);
+  thrum_mesh_free(&mesh);
+}
+
+static void bad_elements_are_refused_with_their_number_and_line(void **state) {
+  (void)state;
+  mesh_bad("a.inp", CUBE "*ELEMENT, TYPE=C3D8\n71,1,2,3,3,1,2,3,3\n",
+           "a.inp:13: element 71 has no volume");
+  mesh_bad("a.inp", CUBE "*ELEMENT, TYPE=C3D8\n70,1,2,3,4,5,6,7,8\n71,2,9,3,99,6,10,7,7\n",
+           "a.inp:14: element 71 names vertex 99, which is not in the file");
+  mesh_bad("a.inp", CUBE "*ELEMENT, TYPE=C3D20\n71,1,2,3,4,5,6,7,8,1,2,3,4,5,6,7,8,1,2,3\n",
+           "element 71 has too few nodes: 19, not 20");
+
+  // twisted so far that its parts overlap
+  mesh_bad("a.inp", CUBE "*ELEMENT, TYPE=C3D8\n71,1,2,3,4,7,8,5,6\n",
+           "a.inp:13: element 71 and element 71 lie on the same side");
+
+  // linear hexahedra beside tets of ten nodes
+  mesh_bad("a.inp",
+           CUBE "11,.5,0,0\n*ELEMENT, TYPE=C3D8\n70,1,2,3,4,5,6,7,8\n*ELEMENT, TYPE=C3D10\n"
+                "71,1,2,3,4,5,6,7,8,9,10\n",
+           "a.inp:16: element 71 has middle nodes, where those before it have none");
+}
+
+/* A wedge of fifteen nodes as VTK and as Gmsh wind it. */
+static void wedges_of_vtk_may_be_wound_either_way(void **state) {
+  (void)state;
+  static const char *const cells[] = {"0 1 2 3 4 5 6 7 8 9 10 11 12 13 14",
+                                      "0 2 1 3 5 4 8 7 6 11 10 9 12 14 13"};
+  for (int n = 0; n < 2; n++) {
+    char text[1000];
+    snprintf(text, sizeof text,
+             "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 15 double\n"
+             "0 0 0 1 0 0 0 1 0 0 0 1 1 0 1 0 1 1 .5 0 0 .5 .5 0 0 .5 0 .5 0 1 .5 .5 1 0 .5 1\n"
+             "0 0 .5 1 0 .5 0 1 .5\nCELLS 1 16\n15 %s\nCELL_TYPES 1\n26\n",
+             cells[n]);
+    thrum_mesh mesh = mesh_good("a.vtk", text);
+    thrum_mesh_examined examined;
+    assert_int_equal(thrum_mesh_examine(&mesh, &examined, NULL), THRUM_OK);
+    assert_int_equal(mesh.tet_count, 3);
+    assert_int_equal(mesh.flipped_tets, 0);
+    assert_true(fabs(examined.volume - 0.5) < 1e-15);
+    thrum_mesh_free(&mesh);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(elements_are_cut_conformingly_whatever_their_numbers),
+      cmocka_unit_test(pyramids_meet_hexahedra),
+      cmocka_unit_test(a_wedge_may_be_written_as_a_hexahedron),
+      cmocka_unit_test(wedges_of_vtk_may_be_wound_either_way),
+      cmocka_unit_test(bad_elements_are_refused_with_their_number_and_line),
+  };
+  return cmocka_run_group_tests(tests, mesh_setup, mesh_teardown);
+}
