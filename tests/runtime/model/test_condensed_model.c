@@ -308,12 +308,87 @@ static void the_energy_scheme_keeps_the_energy_of_a_condensed_model(void **conte
   random_model_free(&m);
 }
 
+/* A model with one thing wrong is not condensed, and outputs stay. */
+static void what_cannot_be_condensed_is_refused(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 31, RANK, 5, 200, 1);
+  size_t size = 7;
+  const thrum_model *condensed = NULL;
+  const struct {
+    int64_t masters;
+    thrum_status expected;
+  } counts[] = {{0, THRUM_INVALID_ARGUMENT},
+                {-1, THRUM_INVALID_ARGUMENT},
+                {RANK, THRUM_INVALID_ARGUMENT},
+                {RANK - 1, THRUM_OK},
+                {1, THRUM_OK}};
+  for (size_t n = 0; n < sizeof counts / sizeof counts[0]; n++) {
+    size = 7;
+    assert_int_equal(thrum_model_condense_size(&m.model, counts[n].masters, &size, NULL),
+                     counts[n].expected);
+    assert_true((size == 7) == (counts[n].expected != THRUM_OK));
+  }
+
+  // a model that lacks something, and arguments that are NULL
+  thrum_model wrong = m.model;
+  wrong.omega2 = NULL;
+  assert_int_equal(thrum_model_condense_size(&wrong, 2, &size, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_model_condense_size(NULL, 2, &size, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_model_condense_size(&m.model, 2, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  for (int n = 0; n < 4; n++) {
+    wrong = m.model;
+    if (n == 0)
+      wrong.c3 = NULL;
+    else if (n == 1)
+      wrong.c4 = NULL;
+    else
+      wrong.rank = n == 2 ? 0 : THRUM_RANK_MAX + 1;
+    assert_int_equal(thrum_model_condense_size(&wrong, 2, &size, NULL),
+                     n < 2 ? THRUM_MISSING : THRUM_INVALID_ARGUMENT);
+  }
+
+  // coordinates that follow at rest need a stiffness, those that are stepped do not
+  for (int i = 0; i < RANK; i++) {
+    double omega2[RANK];
+    memcpy(omega2, m.model.omega2, sizeof omega2);
+    omega2[i] = 0;
+    wrong = m.model;
+    wrong.omega2 = omega2;
+    assert_int_equal(thrum_model_condense_size(&wrong, MASTERS, &size, NULL),
+                     i < MASTERS ? THRUM_OK : THRUM_BAD_VALUE);
+  }
+
+  // memory that does not do, and a model that is condensed already
+  assert_int_equal(thrum_model_condense_size(&m.model, MASTERS, &size, NULL), THRUM_OK);
+  unsigned char *memory = aligned_alloc(64, (size + 127) / 64 * 64);
+  assert_non_null(memory);
+  assert_int_equal(thrum_model_condense(memory, size - 1, &m.model, MASTERS, &condensed, NULL),
+                   THRUM_BUFFER_TOO_SMALL);
+  assert_int_equal(thrum_model_condense(memory + 8, size, &m.model, MASTERS, &condensed, NULL),
+                   THRUM_MISALIGNED);
+  assert_int_equal(thrum_model_condense(NULL, size, &m.model, MASTERS, &condensed, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_model_condense(memory, size, &m.model, MASTERS, NULL, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_null(condensed);
+  assert_int_equal(thrum_model_condense(memory, size, &m.model, MASTERS, &condensed, NULL),
+                   THRUM_OK);
+  size = 7;
+  assert_int_equal(thrum_model_condense_size(condensed, 2, &size, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_model_truncate_size(condensed, 2, &size, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(size, 7);
+  free(memory);
+  random_model_free(&m);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_condensed_energy_is_the_least_over_all_slaves),
       cmocka_unit_test(a_load_on_the_slaves_moves_where_they_rest),
       cmocka_unit_test(velocities_are_the_derivative_of_the_shape_and_loads_their_transpose),
       cmocka_unit_test(a_model_that_was_precomputed_condensed_gives_the_same_models),
+      cmocka_unit_test(what_cannot_be_condensed_is_refused),
       cmocka_unit_test(arrays_of_a_condensed_model_that_do_not_fit_are_refused),
       cmocka_unit_test(what_needs_a_basis_refuses_the_stepped_model),
       cmocka_unit_test(the_energy_scheme_keeps_the_energy_of_a_condensed_model),

@@ -301,7 +301,47 @@ static void wrong_arguments_of_an_equilibrium_are_refused(void **state) {
   assert_int_equal(TRY(&def, &load, &q, memory + 8, size), THRUM_MISALIGNED);
   assert_int_equal(TRY(&def, &load, &q, memory, size - 8), THRUM_BUFFER_TOO_SMALL);
 
+  assert_int_equal(TRY(NULL, &load, &q, memory, size), THRUM_UNINITIALISED_DEF);
+  assert_int_equal(TRY(&def, &load, NULL, memory, size), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(TRY(&def, &load, &q, NULL, size), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(
+      thrum_equilibrium(&s.model, &def, &load, &q, NULL, memory, size, NULL, NULL, NULL, NULL),
+      THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_equilibrium_size(&s.model, NULL, NULL), THRUM_INVALID_ARGUMENT);
+
+  // each number of the definition outside its range, and at its end
+  const struct {
+    double *field, bad[3];
+  } numbers[] = {{&def.factor, {0, INFINITY, NAN}},
+                 {&def.first_step, {0, 1.01, NAN}},
+                 {&def.tolerance, {0, 1.01e-2, NAN}}};
+  for (int n = 0; n < 3; n++)
+    for (int k = 0; k < 3; k++) {
+      const double kept = *numbers[n].field;
+      *numbers[n].field = numbers[n].bad[k];
+      assert_int_equal(TRY(&def, &load, &q, memory, size), THRUM_INVALID_ARGUMENT);
+      *numbers[n].field = kept;
+    }
+  def.first_step = 1;
+  def.tolerance = 1e-2;
+  assert_true(TRY(&def, &load, &q, memory, size) >= 0);
+  q = 0.25;
+  for (int n = 0; n < 4; n++) {
+    def = thrum_default_equilibrium_def();
+    if (n == 0)
+      def.steps_max = 0;
+    else if (n == 1)
+      def.iterations_max = 0;
+    else
+      def.stay = n == 2 ? 2 : -1;
+    assert_int_equal(TRY(&def, &load, &q, memory, size), THRUM_INVALID_ARGUMENT);
+  }
+  def = thrum_default_equilibrium_def();
+
   // numbers that are not finite, a load factor of zero, and too few steps
+  q = NAN;
+  assert_int_equal(TRY(&def, &load, &q, memory, size), THRUM_BAD_VALUE);
+  q = 0.25;
   load = NAN;
   assert_int_equal(TRY(&def, &load, &q, memory, size), THRUM_BAD_VALUE);
   load = 1;
