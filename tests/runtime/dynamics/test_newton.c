@@ -265,6 +265,55 @@ static void the_thesis_alone_is_lost_by_itself_and_says_so(void **context) {
   random_model_free(&m);
 }
 
+/* A step says how well it is solved, often of an iterate that it has not evaluated. The midpoint
+ * rule has no memory but q and p, so a step that is solved to rounding from the same q and p shows
+ * it. */
+static void a_step_is_as_near_its_solution_as_it_says(void **context) {
+  (void)context;
+  enum { MODES = 8, STEPS = 300 };
+  random_model m;
+  random_model_make(&m, 21, MODES, 1.0, 60.0, 0.5);
+  int estimated = 0;
+  for (double momentum = 0.5; momentum < 20.0; momentum *= 3.0)
+    for (double tolerance = 1e-4; tolerance > 1e-9; tolerance *= 1e-2) {
+      thrum_state_def def = thrum_default_state_def();
+      def.integrator = THRUM_INTEGRATOR_MIDPOINT;
+      def.dt = 0.05;
+      def.tolerance = tolerance;
+      thrum_state *state = state_make(&m.model, &def);
+      def.tolerance = 1e-13;
+      thrum_state *exact = state_make(&m.model, &def);
+      double q[3][MODES], p[MODES];
+      for (int i = 0; i < MODES; i++)
+        p[i] = (i % 2 ? momentum : -momentum) / (i + 1);
+      state_put(&m.model, state, NULL, p);
+
+      // both from the same q and p
+      for (int k = 0; k < STEPS; k++) {
+        state_read(&m.model, state, q[0], p);
+        state_put(&m.model, exact, q[0], p);
+        state_steps(&m.model, state, 1);
+        state_steps(&m.model, exact, 1);
+        state_read(&m.model, state, q[1], NULL);
+        state_read(&m.model, exact, q[2], NULL);
+        double error = 0, step = 0;
+        for (int i = 0; i < MODES; i++) {
+          error += (q[1][i] - q[2][i]) * (q[1][i] - q[2][i]);
+          step += (q[2][i] - q[0][i]) * (q[2][i] - q[0][i]);
+        }
+        const double said = thrum_state_report_get(state).residual_last;
+        if (!(sqrt(error / step) <= 1.3 * said + 1e-12))
+          fail_msg("momentum %g, tolerance %g, step %d: off by %g, and says %g", momentum,
+                   tolerance, k, sqrt(error / step), said);
+        estimated += said > 1e-10;
+      }
+      state_free(exact);
+      state_free(state);
+    }
+  assert_true(estimated > 1000);
+  random_model_free(&m);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(steps_that_end_without_an_evaluation_solve_their_equation),
@@ -272,6 +321,7 @@ int main(void) {
       cmocka_unit_test(full_newton_ends_where_quasi_newton_does_not_under_tangent_damping),
       cmocka_unit_test(both_solvers_lead_to_the_same_steps),
       cmocka_unit_test(the_thesis_alone_is_lost_by_itself_and_says_so),
+      cmocka_unit_test(a_step_is_as_near_its_solution_as_it_says),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
