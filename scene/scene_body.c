@@ -109,7 +109,9 @@ static thrum_status make_vectors(scene_body *body, thrum_error *error) {
 }
 
 /* Slaves x masters are most where there are as many of each. */
-static thrum_status make_slopes(scene_body *body, thrum_error *error) {
+thrum_status scene_slopes_make(scene_body *body, thrum_error *error) {
+  if (body->slopes != NULL)
+    return THRUM_OK;
   const size_t half = (size_t)body->model->rank / 2 + 1;
   body->slopes = calloc(half * half, sizeof *body->slopes);
   return body->slopes != NULL
@@ -194,7 +196,7 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
   memcpy(body->before, body->start_q, (size_t)body->model->rank * sizeof *body->before);
   memcpy(body->middle, body->start_q, (size_t)body->model->rank * sizeof *body->middle);
   if (masters > 0)
-    THRUM_TRY(make_slopes(body, error));
+    THRUM_TRY(scene_slopes_make(body, error));
   THRUM_TRY(scene_free_make(def, body, error));
   THRUM_TRY(scene_surface_make(def, body, error));
   if (scene->base_motion_count > 0)

@@ -9,16 +9,17 @@
 #include "scene/scene_private.h"
 
 /* Makes the body's state and model anew, as the def, rank and stiffness say. */
-static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_state_def *def,
-                            int64_t rank, double stiffness, thrum_error *error) {
+static thrum_status rebuild_as(thrum_scene *scene, scene_body *body, const thrum_state_def *def,
+                               int64_t rank, bool condensed, double stiffness, thrum_error *error) {
   scene_model *derived = NULL;
   thrum_state *state = NULL;
   scene_touch *touch = NULL;
   thrum_model_scaling by = body->derived->by;
   by.stiffness = stiffness;
   THRUM_TRY(scene_body_read(body, true, error));
-  THRUM_TRY(
-      scene_model_take(scene, body->model, rank, body->derived->condensed, &by, &derived, error));
+  if (condensed)
+    THRUM_TRY(scene_slopes_make(body, error));
+  THRUM_TRY(scene_model_take(scene, body->model, rank, condensed, &by, &derived, error));
   // coordinates that come are at rest, or go on from where they followed
   for (int64_t i = scene_shown(body); i < rank; i++)
     body->q[i] = body->p[i] = 0;
@@ -36,6 +37,13 @@ static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_st
   // nothing can fail any more: the new parts take the place of the old, and what the state has
   // counted is kept
   body->before_state = scene_body_counts(body);
+
+  // slaves that begin to follow answer to the load that they stand under
+  if (condensed && !body->derived->condensed) {
+    scene_wrench wrench = {{0}, {0}};
+    scene_loads_sum(scene, body, &wrench);
+    memcpy(body->answered, body->force, (size_t)body->model->rank * sizeof *body->answered);
+  }
   scene_model_drop(scene, body->derived);
   free(body->state);
   scene_touch_free(body->touch);
@@ -49,6 +57,12 @@ static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_st
     body->q_known = body->p_known = false;
   scene->revision++;
   return THRUM_OK;
+}
+
+/* The same, condensed or not as before. */
+static thrum_status rebuild(thrum_scene *scene, scene_body *body, const thrum_state_def *def,
+                            int64_t rank, double stiffness, thrum_error *error) {
+  return rebuild_as(scene, body, def, rank, body->derived->condensed, stiffness, error);
 }
 
 thrum_status thrum_scene_set_damping(thrum_scene *scene, int32_t number, double alpha, double beta,
@@ -86,6 +100,18 @@ thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t number, int64_t ra
                            "rank %lld is asked for; the model has 1 to %lld", (long long)rank,
                            (long long)body->model->rank);
   return rebuild(scene, body, &body->def, rank, body->derived->by.stiffness, error);
+}
+
+thrum_status thrum_scene_set_condensed(thrum_scene *scene, int32_t number, int64_t masters,
+                                       thrum_error *error) {
+  scene_body *body = NULL;
+  THRUM_TRY(scene_body_at(scene, number, &body, error));
+  if (masters < 0 || masters >= body->model->rank)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "condensed to %lld coordinates is asked for; the model has 1 to %lld",
+                           (long long)masters, (long long)body->model->rank - 1);
+  return rebuild_as(scene, body, &body->def, masters > 0 ? masters : body->model->rank, masters > 0,
+                    body->derived->by.stiffness, error);
 }
 
 /* A snapshot that a change which fails half-way goes back to; NULL without memory. */

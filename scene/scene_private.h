@@ -199,6 +199,9 @@ thrum_status scene_state_make(thrum_scene *scene, const thrum_model *model,
                               const thrum_state_def *def, const double *q, const double *p,
                               thrum_state **state, thrum_error *error);
 
+/* Room for the slopes of a condensed body, where there is none yet. */
+thrum_status scene_slopes_make(scene_body *body, thrum_error *error);
+
 /* scene_base_motion.c: base motions under the bodies of a scene. */
 
 /* THRUM_MISSING for a body that base motions cannot accelerate. */

@@ -300,7 +300,7 @@ THRUM_API double thrum_scene_time(const thrum_scene *scene);
 THRUM_API int64_t thrum_scene_steps(const thrum_scene *scene);
 THRUM_API double thrum_scene_dt(const thrum_scene *scene);
 
-/* The next five functions change a parameter between two steps; q and p stay. Ranges are those of
+/* The next six functions change a parameter between two steps; q and p stay. Ranges are those of
  * thrum_state_def and thrum_scene_body_def, THRUM_INVALID_ARGUMENT beyond them. A lower rank loses
  * the coordinates that it drops; a higher one begins the new ones at rest. thrum_scene_reset
  * restores q, p and time, but keeps these parameters. */
@@ -313,6 +313,14 @@ THRUM_API thrum_status thrum_scene_set_integrator(thrum_scene *scene, int32_t bo
                                                   thrum_integrator integrator, thrum_error *error);
 THRUM_API thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t body, int64_t rank,
                                             thrum_error *error);
+
+/* As thrum_scene_set_rank: from now on the lowest `masters` coordinates are stepped and the others
+ * follow them (1 to one less than the model's rank; larger: more vibration, and slower), or all are
+ * stepped again (0). Coordinates that are stepped again go on from where they followed, so the
+ * shape does not jump; those that begin to follow jump to where they follow.
+ * THRUM_INVALID_ARGUMENT beyond these numbers. */
+THRUM_API thrum_status thrum_scene_set_condensed(thrum_scene *scene, int32_t body, int64_t masters,
+                                                 thrum_error *error);
 
 /* Sets the time to 0 and every body, obstacle and counter to its start; stopped bodies start again.
  */

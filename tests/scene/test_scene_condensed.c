@@ -242,6 +242,53 @@ static void the_number_of_masters_can_change_without_a_jump_of_the_shape(void **
   random_model_free(&m);
 }
 
+static void a_body_is_condensed_and_stepped_whole_again_between_two_steps(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  thrum_scene_body_def def = def_of(&m);
+  def.condense = 0;
+  def.state.damping_alpha = 0.5;
+  const double gravity[3] = {0.3, -0.2, 0.1};
+  thrum_scene *scene = scene_of(&def, 0.003, gravity);
+  steps(scene, 50);
+
+  // what begins to follow is where the masters and the load put it; the masters stay
+  double whole[RANK], condensed[RANK], back[RANK], at[MASTERS], rest[RANK], f[RANK] = {0};
+  thrum_scene_body_info before, after;
+  MUST(thrum_scene_body(scene, 0, &before, &failure));
+  MUST(thrum_scene_body_get(scene, 0, whole, NULL, &failure));
+  MUST(thrum_scene_set_condensed(scene, 0, MASTERS, &failure));
+  MUST(thrum_scene_body_get(scene, 0, condensed, NULL, &failure));
+  MUST(thrum_scene_body(scene, 0, &after, &failure));
+  assert_int_equal(after.rank, MASTERS);
+  assert_int_equal(after.condensed, 1);
+  memcpy(at, condensed, sizeof at);
+  assert_memory_equal(at, whole, sizeof at);
+  MUST(thrum_load_add_gravity(&m.model, gravity, f, &failure));
+  thrum_condensed_shape(after.stepped, at, f, rest);
+  for (int i = 0; i < RANK; i++)
+    assert_true(fabs(condensed[i] - rest[i]) <= 1e-13);
+
+  // losses go on being counted, and the way back has no jump
+  steps(scene, 50);
+  MUST(thrum_scene_body_get(scene, 0, condensed, NULL, &failure));
+  MUST(thrum_scene_set_condensed(scene, 0, 0, &failure));
+  MUST(thrum_scene_body_get(scene, 0, back, NULL, &failure));
+  assert_memory_equal(back, condensed, sizeof back);
+  steps(scene, 50);
+  MUST(thrum_scene_body(scene, 0, &after, &failure));
+  assert_int_equal(after.rank, RANK);
+  assert_true(after.dissipated > before.dissipated && before.dissipated > 0);
+
+  // there are no such numbers of masters, and the body stays as it was
+  assert_int_equal(thrum_scene_set_condensed(scene, 0, RANK, &failure), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_scene_set_condensed(scene, 0, -1, &failure), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_scene_set_condensed(scene, 1, 2, &failure), THRUM_INVALID_ARGUMENT);
+  thrum_scene_free(scene);
+  random_model_free(&m);
+}
+
 static void what_cannot_be_condensed_is_refused(void **context) {
   (void)context;
   random_model m;
@@ -274,6 +321,7 @@ int main(void) {
       cmocka_unit_test(a_snapshot_goes_on_with_the_same_bits),
       cmocka_unit_test(a_snapshot_under_a_pull_and_a_changing_load_goes_on_with_the_same_bits),
       cmocka_unit_test(the_number_of_masters_can_change_without_a_jump_of_the_shape),
+      cmocka_unit_test(a_body_is_condensed_and_stepped_whole_again_between_two_steps),
       cmocka_unit_test(what_cannot_be_condensed_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
