@@ -186,6 +186,10 @@ static const config_option body_keys[] = {
     OPTION_COUNT("condense", "none",
                  "step the lowest so many coordinates and let the others follow", AT(condense),
                  CONFIG_RANGE(1, THRUM_RANK_MAX)),
+    OPTION_NUMBER("error", NULL, "none",
+                  "condense to the least number of coordinates whose motion errs by at most so "
+                  "much of it in the first 2 s",
+                  AT(error), CONFIG_RANGE(1e-6, 1)),
     COLOUR_KEY("\"#bfbfbf\"", scene_body_spec),
 
     // how it starts, and what acts on it

@@ -26,6 +26,7 @@ typedef struct scene_body_run {
   const scene_body_spec *spec;
   const thrum_model *model;    /* at its rank, as it is in its file */
   condensed_check check;       /* of a condensed body */
+  double error_found;          /* of the number of coordinates that "error" has found; 0: none */
   simulate_request request;    /* of a run of it alone: loads in its axes, gravity first if any */
   thrum_model shown;           /* the model scaled in stiffness and put in place, for measures */
   double *material, *vertices; /* of that, and for frames */
@@ -68,6 +69,10 @@ thrum_status scene_run_base_motions(scene_run *run, thrum_error *error);
 thrum_status scene_run_wind(scene_run *run);
 thrum_status scene_run_obstacles(scene_run *run);
 thrum_status scene_run_probes(scene_run *run);
+
+/* scene_run_detail.c: condenses the bodies that ask for an error; the scene is at its start again.
+ */
+thrum_status scene_run_find_detail(scene_run *run, thrum_error *error);
 
 /* scene_run_stepper.c: the scene as a stepper, whose bodies are those of the file. */
 driver_stepper scene_run_stepper(scene_run *run);

@@ -253,7 +253,6 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   // the scene copies what it needs, so the start can go
   if (status >= 0) {
     status = thrum_scene_add_body(run->scene, &def, NULL, &detail);
-    THRUM_THEN(status, open_check(run, n, &detail));
     if (status < 0)
       scene_run_refuse(run, &spec->settings.at, NULL, status, &detail);
   }
@@ -310,5 +309,11 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
   THRUM_TRY(make_bodies(run, error));
   THRUM_TRY(scene_run_wind(run));
   THRUM_TRY(scene_run_obstacles(run));
-  return scene_run_probes(run);
+  THRUM_TRY(scene_run_probes(run));
+
+  // how many coordinates are stepped depends on all that acts on a body
+  THRUM_TRY(scene_run_find_detail(run, error));
+  for (int32_t n = 0; n < spec->bodies.count; n++)
+    THRUM_TRY(open_check(run, n, error));
+  return THRUM_OK;
 }

@@ -30,6 +30,10 @@ static cJSON *body_json(const scene_run *run, int32_t n) {
   cJSON_AddStringToObject(object, "stepped_by", stepped_by);
   json_number(object, "rank", (double)body->model->rank);
   simulate_report_condensed(object, figures);
+  if (body->spec->error > 0) {
+    json_number(object, "error_asked", body->spec->error);
+    json_number(object, "error_found", body->error_found);
+  }
 
   // its place and the factors of its material
   json_numbers(object, "position_m", body->spec->position, 3);

@@ -36,6 +36,7 @@ typedef struct scene_body_spec {
   double scale, stiffness, density;
   int64_t rank;     /* 0: all */
   int64_t condense; /* coordinates stepped while the others follow; 0: none follow */
+  double error;     /* that finds `condense`; 0: none asked for */
   float colour[3];
   bool free;
   double velocity[3]; /* of a free body at the start [m/s] */

@@ -89,6 +89,53 @@ static void a_scene_steps_it_alike(void **state) {
   assert_true(difference("scene/a/q.npy", "alone/q.npy", 0) == 0);
 }
 
+/* The run of one body of a scene of this text; the caller frees the JSON. */
+static cJSON *simulate_scene(const char *run_name, const char *text, program_result *run) {
+  assert_true(text_file_write(in_folder("error.json"), text));
+  *run = thrum_run(folder, "simulate", "error.json", "-o", run_name, "-q", "--json", NULL);
+  if (run->exit_code != 0 && run->exit_code != 3)
+    return NULL;
+  cJSON *object = json_line(run->out);
+  assert_non_null(object);
+  return object;
+}
+
+static void a_body_that_names_an_error_is_condensed_as_far_as_that_allows(void **state) {
+  (void)state;
+  program_result run;
+  cJSON *object =
+      simulate_scene("found",
+                     "{\"bodies\":[{\"name\":\"a\",\"model\":\"beam.npz\",\"start\":"
+                     "\"kick.npy\",\"error\":0.05},{\"name\":\"b\",\"model\":"
+                     "\"beam.npz\",\"start\":\"kick.npy\"},{\"name\":\"still\",\"model\":"
+                     "\"beam.npz\",\"error\":0.05}],\"time\":0.6}",
+                     &run);
+  assert_non_null(object);
+  const cJSON *bodies = cJSON_GetObjectItem(object, "bodies");
+  const cJSON *found = cJSON_GetArrayItem(bodies, 0);
+
+  // fewer coordinates, with the error that is said
+  const double masters = json_value(cJSON_GetObjectItem(found, "condensed"), "masters");
+  assert_true(masters >= 2 && masters <= 7);
+  assert_true(json_value(found, "error_asked") == 0.05);
+  assert_true(json_value(found, "error_found") > 0 && json_value(found, "error_found") <= 0.05);
+  assert_true(difference("found/a/q.npy", "found/b/q.npy", 0) < 0.06);
+
+  // one that does not move says nothing of its error, and is stepped whole
+  assert_true(cJSON_IsNull(cJSON_GetObjectItem(cJSON_GetArrayItem(bodies, 2), "condensed")));
+  assert_non_null(strstr(run.err, "body 'still'"));
+  cJSON_Delete(object);
+  program_result_free(&run);
+
+  // it finds what the other two keys say
+  assert_null(simulate_scene("no",
+                             "{\"bodies\":[{\"model\":\"beam.npz\",\"error\":0.05,"
+                             "\"condense\":4}],\"time\":0.6}",
+                             &run));
+  assert_non_null(strstr(run.err, "leave out rank and condense"));
+  program_result_free(&run);
+}
+
 static void a_file_that_was_precomputed_condensed_is_stepped_alike(void **state) {
   (void)state;
   program_result run =
@@ -207,6 +254,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_smooth_swing_is_that_of_the_whole_model_with_what_follows),
       cmocka_unit_test(a_scene_steps_it_alike),
+      cmocka_unit_test(a_body_that_names_an_error_is_condensed_as_far_as_that_allows),
       cmocka_unit_test(a_file_that_was_precomputed_condensed_is_stepped_alike),
       cmocka_unit_test(a_large_swing_is_flagged),
       cmocka_unit_test(with_the_inertia_of_what_follows_a_large_swing_is_that_of_the_whole_model),
