@@ -10,9 +10,9 @@
 
 static const struct {
   const char *name, *text, *key;
-} passes[BENCH_PASS_COUNT] = {
-#define X(name, operations, text) {#name, text, "us_" #name},
-    BENCH_PASSES(X)
+} passes[THRUM_PASS_COUNT] = {
+#define X(name, operations, key, text) {key, text, "us_" key},
+    THRUM_PASS_LIST(X)
 #undef X
 };
 
@@ -50,7 +50,7 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   json_number(row, "rank", (double)model->rank);
   json_string(row, "kernel", thrum_kernel_name(bench.kernel));
   json_number(row, "implicit_modes", (double)bench.implicit);
-  for (int pass = 0; pass < BENCH_PASS_COUNT; pass++) {
+  for (int pass = 0; pass < THRUM_PASS_COUNT; pass++) {
     if (!request->json)
       print_pass(request, &bench, pass, model);
     char median[80];

@@ -52,29 +52,13 @@ typedef struct bench_batch {
 
 thrum_status bench_batch_run(const thrum_model *model, bench_batch *bench, thrum_error *error);
 
-/* X(name, operations per coefficient, text); of the tangents by rows and columns, not by pairs */
-#define BENCH_PASSES(X)                                                                            \
-  X(energy, 2, "V")                                                                                \
-  X(force, 4, "R and V")                                                                           \
-  X(tangent, 6, "T")                                                                               \
-  X(tangent_vector, 8, "T v")                                                                      \
-  X(restrict, 2, "V at held q_E")                                                                  \
-  X(restricted_tangent, 6, "T_II")
-
-typedef enum bench_pass {
-#define X(name, operations, text) BENCH_PASS_##name,
-  BENCH_PASSES(X)
-#undef X
-      BENCH_PASS_COUNT
-} bench_pass;
-
 typedef struct bench_kernels {
   thrum_kernel_id kernel; /* in: asked for; out: used */
   int64_t implicit;       /* |I| of the last two passes */
   int64_t batches;
-  bench_time time[BENCH_PASS_COUNT];
-  double operations[BENCH_PASS_COUNT];   /* of a pass */
-  double coefficients[BENCH_PASS_COUNT]; /* that it reads */
+  bench_time time[THRUM_PASS_COUNT];
+  double operations[THRUM_PASS_COUNT];   /* of a pass */
+  double coefficients[THRUM_PASS_COUNT]; /* that it reads */
 } bench_kernels;
 
 /* Bytes of a coefficient as the model has them packed. */
@@ -84,12 +68,6 @@ static inline double bench_coefficient_bytes(const thrum_model *model) {
 
 /* Terms of degree 3 and 4 of so many coordinates. */
 double bench_terms(int64_t rank);
-
-/* Coefficients that the tangent of a model reads and operations that it does, by pairs or by lists
- * (runtime/polynomial/packed.h).
- */
-double bench_tangent_coefficients(int64_t rank);
-double bench_tangent_operations(int64_t rank);
 
 thrum_status bench_kernels_run(const thrum_model *model, bench_kernels *bench, thrum_error *error);
 

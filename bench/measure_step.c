@@ -67,7 +67,7 @@ static thrum_status run_steps(const thrum_model *model, thrum_state *state, int6
 }
 
 /* Counts the operations of the passes of a step and the coefficients that they read: a force meets
- * each coefficient with 4 operations, a restriction with 2, a tangent as bench_tangent_operations
+ * each coefficient with 4 operations, a restriction with 2, a tangent as thrum_pass_cost_of
  * says, of the implicit modes alone with 6. A force on the explicit modes alone meets those of
  * terms with three or four of them with 4, the others with 2. */
 static void count_passes(const thrum_model *model, bench_step *bench) {
@@ -109,8 +109,9 @@ static void count_passes(const thrum_model *model, bench_step *bench) {
     }
     return;
   }
-  bench->operations = 4.0 * forces * all + tangents * bench_tangent_operations(model->rank);
-  bench->coefficients = forces * all + tangents * bench_tangent_coefficients(model->rank);
+  const thrum_pass_cost tangent = thrum_pass_cost_of(model->rank, THRUM_PASS_TANGENT, 0);
+  bench->operations = 4.0 * forces * all + tangents * tangent.operations;
+  bench->coefficients = forces * all + tangents * tangent.coefficients;
 }
 
 /* Batches from the snapshot. */

@@ -13,6 +13,7 @@
 #include "thrum/equilibrium.h"
 #include "thrum/external_load.h"
 #include "thrum/kernel.h"
+#include "thrum/kernel_pass.h"
 #include "thrum/model.h"
 #include "thrum/monitor.h"
 #include "thrum/polynomial.h"

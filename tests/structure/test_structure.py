@@ -36,8 +36,6 @@ LAYERS = {
     "viewer": set(),
     "javascript": set(),
 }
-# `thrum bench kernels` times the passes of a kernel one by one, which no public function runs alone
-EXCEPTIONS = {("bench/measure_kernels.c", "runtime/polynomial/polynomial_private.h")}
 SUFFIXES = (".c", ".h", ".inl")
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
 COMMENT = re.compile(r'/\*.*?\*/|//[^\n]*', re.S)
@@ -152,8 +150,6 @@ def check_layers(files):
             if below in (top, "include"):
                 continue
             if below == "runtime" and folder_of(target) == "runtime/base":
-                continue
-            if (path, target) in EXCEPTIONS:
                 continue
             if below not in LAYERS[top]:
                 yield f"{path} includes {target}: {top}/ may not include {below}/"
