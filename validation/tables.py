@@ -8,6 +8,7 @@ A table stands between the lines `<!-- table NAME -->` and `<!-- end of table --
 SPDX-License-Identifier: Apache-2.0
 """
 import csv
+import json
 import math
 import pathlib
 import re
@@ -239,10 +240,16 @@ def linear():
                  body)
 
 
+def picks():
+    with open(RESULTS / "tradeoff" / "picks.json", encoding="utf-8") as file:
+        return json.load(file)
+
+
 def tradeoff():
     body = []
     for model in MODELS:
-        runs = [r for r in rows("tradeoff", f"{model}.csv") if r["stable"] == "1"]
+        runs = [r for r in rows("tradeoff", f"{model}.csv")
+                if r["stable"] == "1" and r["trained"] == "0" and r["masters"] == "0"]
         own = [r for r in runs if r["modes"] == "0"]
         ten = [r for r in runs if r["modes"] != "0" and r["rank"] == "10"]
         best = min(own, key=lambda r: float(r["error_displacement"]))
@@ -271,8 +278,64 @@ def calculix():
     return table(["body", "nodes"] + kinds, body)
 
 
+def basis_of(item):
+    """What a pick steps: rank, the coordinates that are stepped, and whether it is trained."""
+    name = f"{item['masters']:.0f} of {item['rank']:.0f}" if item["masters"] else f"{item['rank']:.0f}"
+    return name + (", trained" if item["trained"] else "")
+
+
+def tradeoff_picks():
+    body = []
+    for item in picks():
+        body.append([item["model"], f"{100 * item['asked']:g} %", basis_of(item),
+                     f"`{item['integrator']}`, {item['dt']:.3g} s"] +
+                    [f"{100 * item[key]:.2g} %" for key in ("error", "basis_error", "projection_error")] +
+                    [f"{item['times_faster_than_full']:,.0f}", f"{100 * item['full']['error']:.2g} %"])
+    return table(["model", "asked", "rank", "stepped by", "error", "of its basis", "of the projection",
+                  "times cheaper than the full order", "full order, in time"], body)
+
+
+def percent(share):
+    """Two digits, and no power of ten."""
+    return f"{100 * share:.0f} %" if share >= 0.0995 else f"{100 * share:.2g} %"
+
+
+def tradeoff_tests():
+    def percents(item, key):
+        return [percent(test[key]) if test[key] is not None else "lost" for test in item["tests"]]
+
+    body, all_picks = [], picks()
+    for model in MODELS:
+        mine = [item for item in all_picks if item["model"] == model]
+        for item in mine:
+            body.append([model, f"picked for {100 * item['asked']:g} %", percent(item["error"])] +
+                        percents(item, "error"))
+        own = [r for r in rows("tradeoff", f"{model}.csv") if r["modes"] == "0" and r["masters"] == "0"]
+        body.append([model, f"own basis, rank {own[0]['rank']}", percent(float(own[0]["basis_error"]))] +
+                    percents(mine[0], "own_basis_error"))
+    return table(["model", "basis", "its own load", "half of it as a sine", "gravity aslant", "another direction",
+                  "elsewhere"], body)
+
+
+def tradeoff_imexv():
+    """The cheapest run of each integrator that is at most 5 % off, as a multiple of the cheapest of all."""
+    body = []
+    for model in MODELS:
+        runs = [r for r in rows("tradeoff", f"{model}.csv")
+                if r["stable"] == "1" and r["disproved"] == "0" and float(r["error_displacement"]) <= 0.05]
+        least = min(float(r["cost_s_per_s"]) for r in runs)
+        cells = []
+        for name in ("imexv", "newmark", "energy", "verlet"):
+            costs = [float(r["cost_s_per_s"]) for r in runs if r["integrator"] == name]
+            cells.append(f"{min(costs) / least:.2g}" if costs else "-")
+        front = [r for r in rows("tradeoff", f"{model}.csv") if r["front"] == "1"]
+        body.append([model] + cells + [f"{sum(r['integrator'] == 'imexv' for r in front)} of {len(front)}"])
+    return table(["model", "`imexv`", "`newmark`", "`energy`", "`verlet`, condensed", "`imexv` on the front"], body)
+
+
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
-                                           work_precision, extremes, linear, tradeoff, calculix)}
+                                           work_precision, extremes, linear, tradeoff,
+                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix)}
 
 
 def main(arguments):

@@ -7,6 +7,7 @@ long_energy.png      mean energies over the long runs
 energy_schemes.png   energy over 30 s at three time steps, all schemes
 step_sizes.png       experiment 5.5 of the thesis: the first second, three time steps over each other
 work_impulse.png, work_smooth.png   error against processor time after the two starts
+tradeoff_fronts.png  error against cost of reduced models, before and after training and condensation
 SPDX-License-Identifier: Apache-2.0
 """
 import pathlib
@@ -16,7 +17,7 @@ import sys
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(SOURCE))
 from report import COLOURS, groups, number, read  # noqa: E402
-from tables import MODELS, lost_time, stood_in  # noqa: E402
+from tables import MODELS, lost_time, picks, stood_in  # noqa: E402
 
 RESULTS = SOURCE / "results"
 STEP_COLOURS = {"0.001": "#111111", "0.005": "#1769aa", "0.01": "#d2691e"}
@@ -143,8 +144,42 @@ def work(start):
     return picture
 
 
+def front(runs):
+    """The runs that no other beats in both, as a falling line."""
+    points, least = [], float("inf")
+    for cost, error in sorted((number(r["cost_s_per_s"]), 100 * number(r["error_displacement"])) for r in runs):
+        if error < least:
+            least = error
+            points.append((cost, error))
+    return points
+
+
+def tradeoff_fronts(path):
+    """A plot for each model: the front of modes and derivatives, the front of all, and of imexv within it."""
+    panels = []
+    for model in MODELS:
+        runs = [r for r in read(RESULTS / "tradeoff" / f"{model}.csv") if r["stable"] == "1" and r["disproved"] == "0"]
+        before = [r for r in runs if r["trained"] == "0" and r["masters"] == "0"]
+        mine = [item for item in picks() if item["model"] == model]
+        full = mine[0]["full"]["cost_s_per_s"]
+        keyed = model == MODELS[0]
+        curves = [("modes and derivatives" if keyed else None, "linespoints lw 1.6 pt 7 ps 0.4 lc rgb '#d2691e'",
+                   front(before)),
+                  ("with trained and condensed" if keyed else None, "linespoints lw 1.6 pt 7 ps 0.4 lc rgb '#111111'",
+                   front(runs)),
+                  ("of those, imexv" if keyed else None, "linespoints lw 1 dt 2 pt 6 ps 0.5 lc rgb '#1769aa'",
+                   front(r for r in runs if r["integrator"] == "imexv")),
+                  ("picked for 5 and 2 %" if keyed else None, "points pt 4 ps 1.6 lw 1.6 lc rgb '#b00020'",
+                   [(item["cost_s_per_s"], 100 * item["error"]) for item in mine])]
+        panels.append(panel(f"{model} (full order {full:.2g} s)", ("processor time for a second [s]", "error [%]"), curves,
+                            "set logscale xy\nset format x '10^{%T}'\n" + f"set xrange [1e-5:{full:.6g}]\nset yrange [0.05:150]\n"
+                            "set key at screen 0.995, screen 0.95 right top font ',9'\n"))
+    draw(path, (1200, 700), (2, 3), panels, "margins 0.06, 0.83, 0.08, 0.95 spacing 0.055, 0.14")
+
+
 PICTURES = {"long_energy.png": long_energy, "energy_schemes.png": energy_schemes, "step_sizes.png": step_sizes,
-            "work_impulse.png": work("impulse"), "work_smooth.png": work("smooth")}
+            "work_impulse.png": work("impulse"), "work_smooth.png": work("smooth"),
+            "tradeoff_fronts.png": tradeoff_fronts}
 
 if __name__ == "__main__":
     if len(sys.argv) != 2:
