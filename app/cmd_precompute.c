@@ -5,6 +5,7 @@
 #include "app/cmd.h"
 #include "config/message.h"
 #include "driver/named_model.h"
+#include "driver/precompute_cubic.h"
 #include "driver/precompute_make.h"
 #include "driver/precompute_report.h"
 #include "driver/precompute_request.h"
@@ -21,7 +22,9 @@ static int run_request(precompute_request *request) {
     model_recipe_apply(&recipe, request);
   thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
 
-  if (status >= 0) {
+  if (status >= 0 && precompute_cubic_is_named(request->mesh_name)) {
+    status = precompute_cubic_make(request, &error);
+  } else if (status >= 0) {
     status = precompute_make(
         request, request->json ? precompute_print_json : precompute_print_table, &flagged, &error);
   }

@@ -192,7 +192,7 @@ const config_command command_precompute = {
         "metres (before --scale); or a model file, whose mesh, materials and held vertices it then "
         "takes; or the name of a model that comes with Thrum (beam, basket, "
         "bridge, horse, tower, heart), whose material, fixed set, modes and rank are then the "
-        "defaults.",
+        "defaults; or VegaFEM's polynomial alone (.cub), which makes a model without a mesh.",
     .options = options,
     .examples = "precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' -o beam.npz\n"
                 "precompute part.msh --scale 1e-3 --young 2e6 --poisson 0.45 --density 1100 "

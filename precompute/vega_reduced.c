@@ -254,6 +254,20 @@ static thrum_status check_sizes(const char *path, const char *file, size_t size,
   return THRUM_OK;
 }
 
+/* The rank that the file says itself. */
+static thrum_status own_rank(const char *path, const char *file, size_t size, int64_t *rank,
+                             thrum_error *error) {
+  int32_t first = 0;
+  if (size >= sizeof first)
+    memcpy(&first, file, sizeof first);
+  if (first < 1 || first > THRUM_RANK_MAX)
+    return thrum_error_set(error, THRUM_BAD_FORMAT,
+                           "%s: its rank is %lld, which is not from 1 to %d; is it a .cub file?",
+                           path, (long long)first, THRUM_RANK_MAX);
+  *rank = first;
+  return THRUM_OK;
+}
+
 static thrum_status take_force(const char *path, const double *force,
                                thrum_imported_basis *imported, thrum_error *error) {
   const int64_t r = imported->rank, count3 = thrum_c3_count(r), count4 = thrum_c4_count(r);
@@ -270,11 +284,13 @@ thrum_status thrum_vega_cubic_read(const char *path, thrum_imported_basis *impor
                                    thrum_error *error) {
   void *data = NULL;
   size_t size = 0;
-  const int64_t r = imported->rank;
-  thrum_imported_basis made = {.rank = r};
-
-  // the whole file, of the size that the rank says
   thrum_status status = thrum_file_read(path, &data, &size, error);
+
+  // the whole file, of the size that the rank says: that of the basis, or without one its own
+  int64_t r = imported->rank;
+  if (status >= 0 && r == 0)
+    status = own_rank(path, data, size, &r, error);
+  thrum_imported_basis made = {.rank = r};
   THRUM_THEN(status, check_sizes(path, data, size, r, error));
 
   if (status >= 0 &&
@@ -300,6 +316,7 @@ thrum_status thrum_vega_cubic_read(const char *path, thrum_imported_basis *impor
   imported->c3 = made.c3;
   imported->c4 = made.c4;
   imported->defect = made.defect;
+  imported->rank = r;
   return THRUM_OK;
 }
 

@@ -12,7 +12,8 @@ thrum_status thrum_vega_basis_read(const char *path, thrum_imported_basis *impor
                                    thrum_error *error);
 
 /* Reads the polynomials of the force's components and integrates them into imported->linear, c3,
- * c4, the coefficients of the potential; needs the basis read first, whose rank it must have.
+ * c4, the coefficients of the potential. It must have the rank of the basis read first; without one
+ * imported->rank becomes its own.
  * THRUM_BAD_VALUE, with the component, when the force is no gradient to 1e-6. imported->defect: by
  * how much of the largest coefficient of their degree components disagree. */
 thrum_status thrum_vega_cubic_read(const char *path, thrum_imported_basis *imported,
