@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "config/message.h"
 #include "driver/precompute_report.h"
 #include "driver/precompute_stages.h"
 #include "io/json.h"
@@ -17,6 +18,8 @@
 #include "mesh/model_quality.h"
 #include "platform/clock.h"
 #include "precompute/build_info.h"
+
+#define ORDER_ERROR_TOLD 0.02 /* of a frequency, by linear tetrahedra */
 
 static const char *mass_name(thrum_mass mass) {
   return mass == THRUM_MASS_LUMPED ? "lumped" : "consistent";
@@ -205,8 +208,24 @@ static void add_seconds(cJSON *object, const precompute_outcome *outcome) {
   json_number(seconds, "total", outcome->seconds_total);
 }
 
+/* Linear tetrahedra that bend are too stiff; ten nodes are not. */
+static void warn_of_order(const thrum_precomputed *result) {
+  double most = 0;
+  char text[THRUM_ORDER_ERRORS_MAX * 12 + 1] = "";
+  for (int64_t i = 0; i < result->order_error_count; i++) {
+    most = fmax(most, result->order_error[i]);
+    snprintf(text + strlen(text), sizeof text - strlen(text), "%s%.2g", i > 0 ? ", " : "",
+             100 * result->order_error[i]);
+  }
+  if (most > ORDER_ERROR_TOLD)
+    config_warn("linear tetrahedra are too stiff where this body bends: its first frequencies are "
+                "about %s %% too high, or more; --order 2 mends that",
+                text);
+}
+
 void precompute_print_json(const precompute_outcome *outcome) {
   const thrum_precomputed *result = outcome->result;
+  warn_of_order(result);
   const thrum_mesh *mesh = outcome->mesh;
   cJSON *object = cJSON_CreateObject();
 
@@ -244,6 +263,8 @@ void precompute_print_json(const precompute_outcome *outcome) {
 
   // how far the result can be trusted
   add_residuals(object, result);
+  if (result->order_error_count > 0)
+    json_numbers(object, "order_error", result->order_error, result->order_error_count);
   add_check(object, result);
   add_import(object, outcome->request, result);
 
@@ -316,6 +337,7 @@ static void print_training(const train_outcome *training) {
 
 void precompute_print_table(const precompute_outcome *outcome) {
   const thrum_precomputed *result = outcome->result;
+  warn_of_order(result);
   double worst = 0;
 
   // one number stands for the residuals of all modes

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "mesh/mesh_faces.h"
+#include "mesh/mesh_thickness.h"
 #include "mesh/model_quality.h"
 #include "runtime/base/vec3.h"
 
@@ -196,6 +197,7 @@ static thrum_status examine_surface(const thrum_mesh *mesh, thrum_mesh_examined 
     return no_memory(error);
   thrum_status status = thrum_mesh_find_faces(mesh, &faces, tets, error);
   THRUM_THEN(status, measure_surface(mesh, &faces, on_surface, e, error));
+  THRUM_THEN(status, thrum_mesh_cells_across(mesh, &faces, &e->cells_across, error));
 
   // a tetrahedron with all corners on the surface has no interior
   for (int64_t t = 0; t < mesh->tet_count && status >= 0; t++) {

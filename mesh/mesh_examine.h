@@ -31,6 +31,7 @@ typedef struct thrum_mesh_examined {
   int64_t genus;    /* holes through the body, of all surfaces; -1 where hinges are */
   int64_t interior_vertices;
   int64_t shallow_tets; /* with all four vertices on the surface */
+  double cells_across;  /* over the thickness of the thinnest quarter, see mesh_thickness.h */
 } thrum_mesh_examined;
 
 /* Examines a clean mesh. Cost: linear in it, and n log n in its surface. */

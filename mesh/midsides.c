@@ -76,9 +76,8 @@ static const int32_t *corner_of(const thrum_mesh *mesh, int64_t t, int e, int en
 /* --- making -------------------------------------------------------------------------------------
  */
 
-/* Numbers the edges behind the vertices; *count is how many there are. */
-static thrum_status number_edges(const thrum_mesh *mesh, int32_t *midsides, int64_t *count,
-                                 thrum_error *error) {
+thrum_status thrum_midsides_number(const thrum_mesh *mesh, int32_t *midsides, int64_t *count,
+                                   thrum_error *error) {
   edge_table table = {0};
   thrum_status status = THRUM_OK;
 
@@ -197,7 +196,7 @@ thrum_status thrum_midsides_add(thrum_mesh *mesh, thrum_error *error) {
   // the edges are counted first, and then there is room for their nodes
   int32_t *midsides = malloc(((size_t)mesh->tet_count + 1) * 6 * sizeof *midsides);
   thrum_status status = midsides ? THRUM_OK : no_memory(error);
-  THRUM_THEN(status, number_edges(mesh, midsides, &edges, error));
+  THRUM_THEN(status, thrum_midsides_number(mesh, midsides, &edges, error));
   if (status >= 0) {
     ends = malloc(((size_t)edges + 1) * 2 * sizeof *ends);
     places = malloc(((size_t)edges + 1) * 3 * sizeof *places);

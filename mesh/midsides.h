@@ -23,6 +23,11 @@ thrum_status thrum_midsides_add(thrum_mesh *mesh, thrum_error *error);
 thrum_status thrum_midsides_append(thrum_mesh *mesh, const int32_t *ends, const double *places,
                                    int64_t count, thrum_error *error);
 
+/* Numbers the edges of the tets as thrum_midsides_add numbers their middle nodes, from vertex_count
+ * on; midsides: tet_count x 6, *count: how many edges there are. */
+thrum_status thrum_midsides_number(const thrum_mesh *mesh, int32_t *midsides, int64_t *count,
+                                   thrum_error *error);
+
 /* Leaves the middle nodes out, so that only the corners of the tets count, and counts these tets as
  * cornered; the vertices stay until the mesh is cleaned. A linear mesh stays as it is. */
 void thrum_midsides_drop(thrum_mesh *mesh);

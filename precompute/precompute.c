@@ -15,6 +15,7 @@
 #include "precompute/basis/imported_basis.h"
 #include "precompute/basis/modal_derivatives.h"
 #include "precompute/basis/mode_check.h"
+#include "precompute/basis/order_error.h"
 #include "precompute/estimate.h"
 #include "precompute/fem/rigid_modes.h"
 #include "precompute/model/model_fill.h"
@@ -223,6 +224,11 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
   THRUM_THEN(status, thrum_eigen_residuals(&p->stiffness, &p->mass, k, result->mode_omega2,
                                            p->candidates, result->mode_residual, error));
   THRUM_THEN(status, check_mechanism(p, error));
+  if (status >= 0 && !p->fem.rule) {
+    result->order_error_count = k < THRUM_ORDER_ERRORS_MAX ? k : THRUM_ORDER_ERRORS_MAX;
+    status = thrum_order_errors(p->mesh, &p->fem, result->order_error_count, p->candidates,
+                                result->mode_omega2, result->order_error, error);
+  }
   if (status >= 0 && p->options.keep_modes)
     status = keep_modes(p, error);
 

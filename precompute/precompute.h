@@ -9,6 +9,8 @@
 
 /* The result: a model (arrays owned here, except meta, which is left empty for the caller to add
  * and to free) and figures. */
+enum { THRUM_ORDER_ERRORS_MAX = 5 };
+
 typedef struct thrum_precomputed {
   thrum_model model;
   int64_t mode_count;
@@ -17,6 +19,10 @@ typedef struct thrum_precomputed {
   double *mode_vectors;            /* mode_count x 3 vertex_count where asked for, else NULL */
   thrum_imported_figures imported; /* zero without an imported basis; then there are no modes */
   double *mode_residual;           /* mode_count, |K psi - w^2 M psi| / (|K| |psi|) */
+
+  /* How much too high the first frequencies of linear tets are, by an estimate; ten nodes: none. */
+  int64_t order_error_count;
+  double order_error[THRUM_ORDER_ERRORS_MAX]; /* f_i / f - 1 */
 
   /* How it was made sure that no mode is missing. */
   bool mode_counted;       /* by inertia; else by the search alone */

@@ -137,12 +137,22 @@ static void json_is_alone_on_standard_output(void **state) {
   assert_null(strchr(run.err, '\r'));
   program_result_free(&run);
 
-  // with --quiet only the summary is left, on standard output
+  // with --quiet only the summary is left, on standard output, and a warning of what bends too
+  // little
   run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT, "--modes", "3",
                   "--rank", "3", "--quiet", NULL);
   assert_int_equal(run.exit_code, 0);
-  assert_string_equal(run.err, "");
+  assert_non_null(
+      strstr(run.err, "thrum: warning: linear tetrahedra are too stiff where this body"));
+  assert_ptr_equal(strchr(run.err, '\n'), run.err + strlen(run.err) - 1);
   assert_non_null(strstr(run.out, "81 vertices"));
+  program_result_free(&run);
+
+  // ten nodes leave nothing to warn of
+  run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT, "--modes", "3",
+                  "--rank", "3", "--order", "2", "--quiet", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_string_equal(run.err, "");
   program_result_free(&run);
 }
 

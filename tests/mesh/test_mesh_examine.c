@@ -9,6 +9,7 @@
 #include "mesh/mesh_clean.h"
 #include "mesh/mesh_examine.h"
 #include "mesh/mesh_flags.h"
+#include "mesh/mesh_thickness.h"
 
 static thrum_mesh beam(const char *spec) {
   thrum_mesh mesh = {0};
@@ -176,6 +177,35 @@ static void units_places_and_materials_out_of_the_ordinary_are_flagged(void **st
   }
 }
 
+static void cells_are_counted_over_the_thickness(void **state) {
+  (void)state;
+  static const struct {
+    const char *beam;
+    double cells;
+  } cases[] = {{"beam:10x1x1@1x0.1x0.1", 1},
+               {"beam:20x2x2@1x0.1x0.1", 2},
+               {"beam:40x4x4@1x0.1x0.1", 4},
+               {"beam:80x8x8@1x0.1x0.1", 8},
+               {"beam:20x20x3@1x1x0.05", 3},
+               {"beam:12x5x2@1x0.5x0.1", 2},
+               {"beam:20x20x20@1x1x1", THRUM_THICKNESS_CELLS_MAX}};
+  for (size_t n = 0; n < sizeof cases / sizeof *cases; n++)
+    for (int order = 1; order <= 2; order++) {
+      thrum_mesh mesh = {0};
+      thrum_mesh_examined examined;
+      assert_int_equal(thrum_mesh_read_order(cases[n].beam, 1, order, &mesh, NULL), THRUM_OK);
+      assert_int_equal(thrum_mesh_examine(&mesh, &examined, NULL), THRUM_OK);
+      assert_true(examined.cells_across == cases[n].cells);
+      thrum_mesh_free(&mesh);
+    }
+
+  // as cantilevers of nu = 0.4 err: 107, 39, 12 and 3.4 %
+  assert_true(fabs(thrum_bending_error(1) - 1.07) < 0.2);
+  assert_true(fabs(thrum_bending_error(2) - 0.39) < 0.05);
+  assert_true(fabs(thrum_bending_error(4) - 0.121) < 0.01);
+  assert_true(fabs(thrum_bending_error(8) - 0.034) < 0.004);
+}
+
 static void thin_and_flat_meshes_are_flagged(void **state) {
   (void)state;
   thrum_mesh plate = beam("beam:8x8x1@1x1x0.1");
@@ -306,6 +336,7 @@ int main(void) {
       cmocka_unit_test(pieces_and_hinges_are_flagged),
       cmocka_unit_test(vertices_on_top_of_each_other_are_flagged),
       cmocka_unit_test(units_places_and_materials_out_of_the_ordinary_are_flagged),
+      cmocka_unit_test(cells_are_counted_over_the_thickness),
       cmocka_unit_test(thin_and_flat_meshes_are_flagged),
       cmocka_unit_test(repairs_are_flagged),
       cmocka_unit_test(a_line_of_a_million_characters_is_refused_in_a_short_one),
