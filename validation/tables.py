@@ -333,9 +333,24 @@ def tradeoff_imexv():
     return table(["model", "`imexv`", "`newmark`", "`energy`", "`verlet`, condensed", "`imexv` on the front"], body)
 
 
+def model_errors():
+    body = []
+    for model in MODELS:
+        runs = {(r["order"], r["cuts"]): r for r in rows("models", "errors.csv") if r["model"] == model}
+        if not runs:
+            continue
+        exact = [f"{float(runs['0', '0'][f'f{i}']):.4g}" for i in range(1, 6)]
+        errors = [", ".join(f"{100 * float(runs[order, cuts][f'error{i}']):+.2g}" for i in range(1, 6))
+                  for order, cuts in (("1", "1"), ("2", "1"), ("2", "2"))]
+        body.append([model, ", ".join(exact), *errors])
+    return table(["model", "f₁ to f₅ of the shape, Hz", "its linear tetrahedra, %", "with `--order 2`, %",
+                  "`--order 2`, edges cut in two, %"], body)
+
+
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, extremes, linear, tradeoff,
-                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix)}
+                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix,
+                                           model_errors)}
 
 
 def main(arguments):

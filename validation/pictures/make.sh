@@ -10,7 +10,8 @@ trap 'rm -rf "$work"' EXIT INT TERM
 
 python3 "$source/validation/pictures/models.py" "$program" "$work/models.png"
 python3 "$source/validation/pictures/schemes.py" "$work"
+python3 "$source/validation/pictures/orders.py" "$work"
 mv "$work/models.png" "$source/docs/models_under_load.png"
-for name in long_energy energy_schemes step_sizes work_impulse work_smooth tradeoff_fronts; do
+for name in long_energy energy_schemes step_sizes work_impulse work_smooth tradeoff_fronts order_cost; do
   mv "$work/$name.png" "$source/docs/$name.png"
 done
