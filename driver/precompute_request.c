@@ -133,6 +133,10 @@ static const config_option options[] = {
     OPTION_TEXT("test", "LOAD", NULL,
                 "another load, which is not trained on: the error under it is printed too",
                 .repeats = true, .take = take_test),
+    OPTION_FLAG("by-share",
+                "weigh modes and derivatives by what they do in the training, and not by their "
+                "frequencies; better on some bodies and worse on others: look at --test",
+                AT(by_share)),
     OPTION_WORD("error", "P%", "none",
                 "grow modes, derivatives and trained shapes until no load of training and test "
                 "errs by more than P per cent; exit code 3 where --rank-max does not allow it",
@@ -234,6 +238,10 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
     return config_usage("precompute", "--test goes with --train");
   if (!isnan(request->error) && request->train_count == 0)
     return config_usage("precompute", "--error goes with --train");
+  if (request->by_share && request->train_count == 0)
+    return config_usage("precompute", "--by-share goes with --train");
+  if (request->by_share && request->handle_count > 0)
+    return config_usage("precompute", "--by-share goes without --handles, which have no share");
 
   // its error is that of the whole model, and its runs are as long as a run of simulate may be
   if (request->train_count > 0 && request->condense)

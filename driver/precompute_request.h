@@ -21,6 +21,7 @@ typedef struct precompute_request {
   int64_t handle_count;
   const char **train, **tests; /* texts of loads: of the training, and to test it; as handles */
   int64_t train_count, test_count;
+  bool by_share;     /* modes and derivatives are weighed by their share in the training */
   double error;      /* wanted under all of them; NaN: the rank is as it is given */
   int64_t rank_max;  /* up to which it grows for that */
   double train_time; /* of each run [s] */

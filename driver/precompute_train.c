@@ -251,6 +251,84 @@ double precompute_train_error(const train_outcome *outcome, bool test) {
   return worst;
 }
 
+/* --- shares ------------------------------------------------------------------------------------
+ */
+
+/* q = psi^T M u of the modes (k x n) at one snapshot; returns |u|^2. `work`: 2 n. */
+static double mode_coordinates(const thrum_model_fem *body, const double *modes, int64_t k,
+                               const double *u, double *work, double *q) {
+  const int64_t n = body->fem.free_count;
+  double *x = work, *product = work + n, square = 0;
+  thrum_fem_gather(&body->fem, u, x);
+  thrum_sparse_product(&body->mass, x, 1, product);
+  for (int64_t f = 0; f < n; f++)
+    square += x[f] * product[f];
+
+  for (int64_t i = 0; i < k; i++) {
+    q[i] = 0;
+    for (int64_t f = 0; f < n; f++)
+      q[i] += modes[i * n + f] * product[f];
+  }
+  return square;
+}
+
+/* Adds one run's shares: of mode i the root mean square of q_i, of its derivative by j that of the
+ * q_i q_j that moves it, half of it for i = j; relative to the run's displacement. */
+static void add_shares(const double *q, int64_t k, double size, double *shares) {
+  int64_t next = k;
+  for (int64_t i = 0; i < k; i++) {
+    double square = 0;
+    for (int64_t s = 0; s < FULL_MOTION_SNAPSHOTS; s++)
+      square += q[s * k + i] * q[s * k + i];
+    shares[i] += sqrt(square / size);
+
+    for (int64_t j = i; j < k; j++) {
+      double pair = 0;
+      for (int64_t s = 0; s < FULL_MOTION_SNAPSHOTS; s++) {
+        const double product = q[s * k + i] * q[s * k + j];
+        pair += product * product;
+      }
+      shares[next++] += (i == j ? 0.5 : 1) * sqrt(pair / size);
+    }
+  }
+}
+
+/* The shares of modes and derivatives in the runs of the training, which the caller frees. */
+static thrum_status find_shares(const thrum_mesh *mesh, const uint8_t *fixed,
+                                const thrum_precompute_options *options,
+                                const train_outcome *outcome, double **shares, thrum_error *error) {
+  const int64_t k = options->modes, all = 3 * mesh->vertex_count, each = FULL_MOTION_SNAPSHOTS;
+  thrum_precompute_options asked = *options;
+  thrum_precomputed made = {0};
+  thrum_model_fem body = {0};
+  asked.rank = k;
+  asked.keep_modes = true;
+  THRUM_TRY(thrum_precompute(mesh, fixed, &asked, &made, error));
+  thrum_status status = thrum_model_fem_create(&made.model, &body, error);
+
+  // modes on the free components, room for one field, and the coordinates of one run
+  const int64_t n = body.fem.free_count, count = k + k * (k + 1) / 2;
+  double *modes = calloc((size_t)(n * (k + 2) + each * k), sizeof *modes);
+  *shares = calloc((size_t)count, sizeof **shares);
+  if (status >= 0 && (modes == NULL || *shares == NULL))
+    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the training");
+  for (int64_t i = 0; i < k && status >= 0; i++)
+    thrum_fem_gather(&body.fem, made.mode_vectors + i * all, modes + i * n);
+
+  for (int64_t r = 0; r < outcome->train_count && status >= 0; r++) {
+    double *work = modes + n * k, *q = work + 2 * n, size = 0;
+    for (int64_t s = 0; s < each; s++)
+      size += mode_coordinates(&body, modes, k, outcome->samples + (r * each + s) * all, work,
+                               q + s * k);
+    if (size > 0)
+      add_shares(q, k, size, *shares);
+  }
+  free(modes);
+  thrum_model_fem_free(&body);
+  thrum_precomputed_free(&made);
+  return status;
+}
+
 /* --- making ------------------------------------------------------------------------------------
  */
 
@@ -276,6 +354,15 @@ static thrum_status make_trial(const precompute_request *request, const thrum_me
   if (outcome->samples == NULL)
     THRUM_THEN(status, run_all(request, &base.model, outcome, error));
 
+  // modes and derivatives by what they do in the training, now that it is known
+  double *shares = NULL;
+  if (request->by_share) {
+    THRUM_THEN(status, find_shares(mesh, fixed, &asked, outcome, &shares, error));
+    asked.shares = shares;
+    thrum_precomputed_free(&base);
+    THRUM_THEN(status, precompute_train_base(mesh, fixed, &asked, t->usual, &base, error));
+  }
+
   // the runs of the training come first among the samples
   free(outcome->fields);
   outcome->fields = NULL;
@@ -285,6 +372,7 @@ static thrum_status make_trial(const precompute_request *request, const thrum_me
   thrum_precomputed_free(&base);
   THRUM_THEN(status, thrum_precompute(mesh, fixed, &asked, result, error));
   THRUM_THEN(status, judge_all(request, &result->model, outcome, error));
+  free(shares);
   return status;
 }
 

@@ -264,8 +264,8 @@ static thrum_status make_basis(pipeline *p, const thrum_reporter *reporter, thru
   double *basis = thrum_model_writable(p->result.model.basis);
   if (!p->options.imported)
     return thrum_basis(&p->fem, &p->mass, thrum_options_shapes(&p->options),
-                       3 * p->options.handle_count, p->result.mode_omega2, p->candidates, r,
-                       p->options.trained, p->options.trained_count, basis,
+                       3 * p->options.handle_count, p->result.mode_omega2, p->candidates,
+                       p->options.shares, r, p->options.trained, p->options.trained_count, basis,
                        &p->result.basis_orthonormality, reporter, error);
 
   // an imported basis takes the place of modes and derivatives

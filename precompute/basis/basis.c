@@ -33,12 +33,13 @@ typedef struct pca {
   int64_t kept;                  /* of the modes, the last ones */
   const double *trained;         /* trained_count fields, the last of the rank */
   int64_t trained_count;
-  double *weight; /* count */
-  double *q;      /* n x wide */
-  double *work;   /* n x THRUM_SOLVE_BLOCK */
-  double *small;  /* wide x wide */
-  double *left;   /* count x count */
-  double *values; /* 2 wide */
+  const double *shares; /* count, or NULL */
+  double *weight;       /* count */
+  double *q;            /* n x wide */
+  double *work;         /* n x THRUM_SOLVE_BLOCK */
+  double *small;        /* wide x wide */
+  double *left;         /* count x count */
+  double *values;       /* 2 wide */
 } pca;
 
 static void pca_free(pca *p) {
@@ -107,6 +108,13 @@ static void normalise(pca *p, const double *candidates) {
     for (int64_t i = 0; i < n; i++)
       p->q[c * n + i] = factor * candidates[c * n + i];
   }
+}
+
+// weights by what the candidates do in a motion: a candidate of unit norm does so much times its
+// norm, which normalise has left in p->values
+static void set_share_weights(pca *p) {
+  for (int64_t c = 0; c < p->count; c++)
+    p->weight[c] = p->shares[c] * p->values[c];
 }
 
 // the first left singular vectors of a matrix (rows x count, destroyed): rows x min, or all
@@ -259,6 +267,8 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
   // an M-orthonormal basis of the weighted candidates
   set_weights(p, omega2, candidates);
   normalise(p, candidates);
+  if (p->shares != NULL)
+    set_share_weights(p);
   thrum_status status =
       thrum_mass_orthonormalise(p->mass, p->count, p->q, TOLERANCE, &span, p->work, error);
   THRUM_THEN(status, thrum_report(reporter, 0.5, error));
@@ -293,8 +303,8 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
 }
 
 thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t k, int64_t kept,
-                         const double *omega2, const double *candidates, int64_t rank,
-                         const double *trained, int64_t trained_count, double *basis,
+                         const double *omega2, const double *candidates, const double *shares,
+                         int64_t rank, const double *trained, int64_t trained_count, double *basis,
                          double *orthonormality, const thrum_reporter *reporter,
                          thrum_error *error) {
   pca p = {.fem = fem,
@@ -304,6 +314,7 @@ thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t
            .kept = kept,
            .count = k + k * (k + 1) / 2,
            .rank = rank - trained_count,
+           .shares = shares,
            .trained = trained,
            .trained_count = trained_count};
   p.wide = rank > p.count ? rank : p.count;

@@ -139,6 +139,23 @@ static void a_run_that_is_kept_is_not_made_again(void **state) {
   program_result_free(&run);
 }
 
+static void shares_make_another_model_that_is_as_good(void **state) {
+  (void)state;
+  double errors[2];
+  for (int n = 0; n < 2; n++) {
+    program_result run =
+        thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "s.npz", "--modes", "4",
+                  "--rank", "12", "--train", PULL, "--train-time", "0.2", "--keep-runs", "kept",
+                  "--json", "-q", n == 0 ? NULL : "--by-share", NULL);
+    assert_int_equal(run.exit_code, 0);
+    cJSON *object = json_line(run.out);
+    errors[n] = json_value(cJSON_GetObjectItem(object, "training"), "error");
+    cJSON_Delete(object);
+    program_result_free(&run);
+  }
+  assert_true(errors[0] != errors[1] && errors[1] > 0 && errors[1] < 2 * errors[0] + 0.02);
+}
+
 static void handles_and_a_training_share_the_rank(void **state) {
   (void)state;
   program_result run = thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "h.npz",
@@ -196,6 +213,7 @@ static void what_cannot_be_trained_is_refused(void **state) {
   static const char *const cases[][5] = {
       {"--test", PULL, NULL, NULL, "--test goes with --train"},
       {"--error", "5%", NULL, NULL, "--error goes with --train"},
+      {"--by-share", NULL, NULL, NULL, "--by-share goes with --train"},
       {"--train", "push:1,2,3", NULL, NULL, "--train 'push:1,2,3'"},
       {"--train", "square:0,0,-1@nowhere", NULL, NULL, "--train 'square:0,0,-1@nowhere': no group"},
       {"--train", PULL, "--rank", "10", "leaves nothing beside 10 modes"},
@@ -228,6 +246,7 @@ int main(void) {
       cmocka_unit_test(loads_of_one_training_act_together),
       cmocka_unit_test(a_model_file_stands_for_its_mesh),
       cmocka_unit_test(a_run_that_is_kept_is_not_made_again),
+      cmocka_unit_test(shares_make_another_model_that_is_as_good),
       cmocka_unit_test(handles_and_a_training_share_the_rank),
       cmocka_unit_test(a_basis_grows_until_no_load_errs_by_more),
       cmocka_unit_test(what_cannot_be_trained_is_refused),

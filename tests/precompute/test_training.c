@@ -191,12 +191,38 @@ static void a_basis_contains_the_shapes_it_is_given(void **state) {
   fixture_free(&f);
 }
 
+static void shares_choose_the_modes_and_derivatives(void **state) {
+  (void)state;
+  fixture f = fixture_make();
+
+  // a motion of the second mode alone, and of its derivative by itself
+  double shares[MODES + MODES * (MODES + 1) / 2] = {0};
+  shares[1] = 1;
+  shares[MODES + MODES] = 1;
+  thrum_precompute_options options = thrum_default_precompute_options();
+  options.modes = MODES;
+  options.rank = 2;
+  options.shares = shares;
+  options.keep_modes = true;
+  thrum_precomputed made = {0};
+  thrum_error error = {0};
+  if (thrum_precompute(&f.b.mesh, f.b.fixed, &options, &made, &error) != THRUM_OK)
+    fail_msg("%s", error.message);
+
+  // the second mode is in the basis, the first is not
+  assert_true(left_of(&f, &made.model, made.mode_vectors + f.all) < 1e-6);
+  assert_true(left_of(&f, &made.model, made.mode_vectors) > 0.9);
+  thrum_precomputed_free(&made);
+  fixture_free(&f);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(shapes_are_orthonormal_and_what_the_basis_lacks),
       cmocka_unit_test(what_the_basis_shows_gives_no_shape),
       cmocka_unit_test(a_large_run_counts_no_more_than_a_small_one),
       cmocka_unit_test(a_basis_contains_the_shapes_it_is_given),
+      cmocka_unit_test(shares_choose_the_modes_and_derivatives),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
