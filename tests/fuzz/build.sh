@@ -9,11 +9,13 @@
 # SPDX-License-Identifier: Apache-2.0
 set -eu
 source=$(cd "$1" && pwd)
-build=$2
+mkdir -p "$2"
+build=$(cd "$2" && pwd)
 clang=$3
 wanted=${4:-"fuzz_*"}
 flags="-std=c11 -O1 -g1 -I$source -I$source/include"
-flags="$flags -D_POSIX_C_SOURCE=200809L -DTHRUM_FUZZ -ffp-contract=off -Wno-comment"
+flags="$flags -D_POSIX_C_SOURCE=200809L -DTHRUM_FUZZ -ffp-contract=off -Wno-comment -Wno-unknown-attributes"
+flags="$flags -Wno-ignored-attributes"
 # the unrolled kernels of processors, which take minutes to compile with sanitizers; tests of their own
 # run them so
 plain=$flags
@@ -25,7 +27,8 @@ esac
 mesh_sources="mesh/*.c mesh/formats/*.c io/text.c io/file.c"
 mesh_sources="$mesh_sources platform/interrupt.c runtime/base/quadratic_tet.c runtime/base/status.c"
 
-mkdir -p "$build"
+# patterns of sources are those of this tree, wherever the script is called
+cd "$source"
 
 # a header that changed may concern any object
 headers=$build/headers
