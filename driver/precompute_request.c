@@ -193,7 +193,8 @@ const config_command command_precompute = {
         "the exact polynomial of its strain energy.\n\n"
         "MESH is a file of Vega (.veg), Gmsh (.msh), TetGen (.node and .ele), Medit (.mesh), VTK "
         "(.vtk, .vtu) or Abaqus (.inp), or a generated beam, beam:NXxNYxNZ@LXxLYxLZ: cells, then "
-        "metres (before --scale); or a model file, whose mesh, materials and held vertices it then "
+        "metres (before --scale), and perhaps ,split=5 for five tetrahedra a cell and not six; or "
+        "a model file, whose mesh, materials and held vertices it then "
         "takes; or the name of a model that comes with Thrum (beam, basket, "
         "bridge, horse, tower, heart), whose material, fixed set, modes and rank are then the "
         "defaults; or VegaFEM's polynomial alone (.cub), which makes a model without a mesh.",
