@@ -345,7 +345,11 @@ static thrum_status read_surface(inp_reader *r, int64_t set) {
   THRUM_TRY(integer(r, "the number of an element", 1, &number));
   THRUM_TRY(add_element(r, (inp_element){.number = number, .first = r->surface_node_count}));
   while (thrum_text_more(&r->text)) {
-    THRUM_TRY(integer(r, "a node of the element", 1, &node));
+    THRUM_TRY(integer(r, "a node of the element", 0, &node));
+
+    // elements of networks say by 0 that they have no node at an end
+    if (node == 0)
+      continue;
 
     // a triangle or quadrilateral keeps its nodes, for the groups of its sets
     if (!thrum_mesh_grow(&r->surface_nodes, &r->surface_node_capacity, r->surface_node_count + 1,

@@ -155,6 +155,13 @@ static void properties_that_change_with_temperature_are_refused(void **state) {
   thrum_mesh_free(&mesh);
 }
 
+static void elements_of_networks_may_lack_an_end(void **state) {
+  (void)state;
+  thrum_mesh mesh = mesh_good("a.inp", PART MATERIAL "*Element, type=D, elset=pipe\n21,0,2,3\n");
+  assert_int_equal(group_count(&mesh, "pipe"), 2);
+  thrum_mesh_free(&mesh);
+}
+
 static void a_modified_tetrahedron_is_read_with_a_note(void **state) {
   (void)state;
   thrum_mesh mesh = mesh_good(
@@ -430,6 +437,7 @@ int main(void) {
       cmocka_unit_test(an_instance_is_put_where_it_says),
       cmocka_unit_test(several_instances_are_refused),
       cmocka_unit_test(properties_that_change_with_temperature_are_refused),
+      cmocka_unit_test(elements_of_networks_may_lack_an_end),
       cmocka_unit_test(a_modified_tetrahedron_is_read_with_a_note),
       cmocka_unit_test(a_unit_turns_lengths_and_materials_into_those_of_si),
       cmocka_unit_test(cell_data_tells_regions_by_its_name),
