@@ -23,6 +23,8 @@
 #include "precompute/options_check.h"
 #include "precompute/polynomial/polynomial_reduce.h"
 
+#define ORDER_ERRORS_TETS 50000
+
 typedef struct pipeline {
   const thrum_mesh *mesh;
   const uint8_t *fixed;
@@ -225,7 +227,9 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
                                            p->candidates, result->mode_residual, error));
   THRUM_THEN(status, check_mechanism(p, error));
   if (status >= 0 && !p->fem.rule) {
-    result->order_error_count = k < THRUM_ORDER_ERRORS_MAX ? k : THRUM_ORDER_ERRORS_MAX;
+    // of a large mesh the first alone, as each takes a hundredth of the time of all stages
+    const int64_t most = p->fem.tet_count > ORDER_ERRORS_TETS ? 1 : THRUM_ORDER_ERRORS_MAX;
+    result->order_error_count = k < most ? k : most;
     status = thrum_order_errors(p->mesh, &p->fem, result->order_error_count, p->candidates,
                                 result->mode_omega2, result->order_error, error);
   }
