@@ -48,11 +48,18 @@ static thrum_status parse_spec(const char *spec, beam *b, thrum_error *error) {
 
   double tets = b->split;
   for (int a = 0; a < 3; a++) {
-    if (b->cells[a] < 1 || !(b->lengths[a] > 1e-30 && b->lengths[a] < 1e30))
+    if (b->cells[a] < 1 || !(b->lengths[a] > 0))
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "'%.100s': a beam has at least one cell and a length above 0 along "
                              "each axis",
                              spec);
+    if (!(b->lengths[a] > 1e-30 && b->lengths[a] < 1e30))
+      return thrum_error_set(
+          error, THRUM_BAD_VALUE,
+          "'%.100s': a length of %g m is out of range; it must lie between 1e-30 "
+          "and 1e30 m",
+          spec, b->lengths[a]);
+
     tets *= (double)b->cells[a];
   }
 

@@ -31,6 +31,12 @@ static thrum_status check_counts(const thrum_precompute_options *options, thrum_
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "modes is %lld; it must lie between 1 and 10000", (long long)k);
 
+  // a rank that nobody gave is twice the modes
+  if (r > THRUM_RANK_MAX && r == 2 * thrum_options_shapes(options))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%lld modes make a rank of %lld, twice as many unless --rank says "
+                           "otherwise; it must lie between 1 and %d: lower --modes or give --rank",
+                           (long long)thrum_options_shapes(options), (long long)r, THRUM_RANK_MAX);
   if (r < 1 || r > THRUM_RANK_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank is %lld; it must lie between 1 and %d", (long long)r,

@@ -24,6 +24,7 @@
 #include "precompute/polynomial/polynomial_reduce.h"
 
 #define ORDER_ERRORS_TETS 50000
+#define INCOMPRESSIBLE 1e10 /* lambda over mu beyond which mu is lost in rounding */
 
 typedef struct pipeline {
   const thrum_mesh *mesh;
@@ -94,8 +95,27 @@ static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, th
   return free_body ? find_rigid(p, error) : THRUM_OK;
 }
 
+// a resistance to change of volume that hides the one to change of shape in rounding
+static bool say_incompressible(const pipeline *p, thrum_error *error) {
+  for (int64_t i = 0; i < p->fem.region_count; i++) {
+    const double ratio = p->fem.lambda[i] / p->fem.mu[i];
+    if (!(ratio > INCOMPRESSIBLE))
+      continue;
+    thrum_error_set(
+        error, THRUM_SINGULAR,
+        "Poisson's ratio of region %lld is %.17g, so near 1/2 that the material resists "
+        "a change of volume %.1g times as much as one of shape, which is lost in "
+        "rounding: take 0.499 or less",
+        (long long)i + 1, p->mesh->materials[i].poisson, ratio);
+    return true;
+  }
+  return false;
+}
+
 // what lets a body move without strain, or nearly so
 static thrum_status say_singular(const pipeline *p, thrum_error *error) {
+  if (say_incompressible(p, error))
+    return THRUM_SINGULAR;
   return thrum_error_set(error, THRUM_SINGULAR,
                          "the stiffness is singular: a part hangs on by a vertex or an edge and "
                          "can still move, or the body is so thin that it has no stiffness across; "
@@ -150,6 +170,8 @@ static thrum_status check_mechanism(const pipeline *p, thrum_error *error) {
         fmax(stiffest, p->stiffness.value[p->stiffness.begin[i]] / p->mass.value[p->mass.begin[i]]);
   if (p->result.mode_omega2[0] > 1e-16 * stiffest)
     return THRUM_OK;
+  if (say_incompressible(p, error))
+    return THRUM_SINGULAR;
   return thrum_error_set(error, THRUM_SINGULAR,
                          "the body can move without strain, or is so thin that it hardly resists "
                          "(a mode of %g Hz): %smend the mesh (see thrum check)",

@@ -306,11 +306,12 @@ static void bad_beams_are_refused(void **state) {
                // counts and lengths out of range
                {"beam:0x1x1@1x1x1", "at least one cell"},
                {"beam:-1x1x1@1x1x1", "at least one cell"},
+               {"beam:1x1x1@1e300x1x1", "a length of 1e+300 m is out of range"},
                {"beam:1x1x1@0x1x1", "a length above 0"},
                {"beam:1x1x1@1x-1x1", "a length above 0"},
                {"beam:1x1x1@1xnanx1", "a length above 0"},
-               {"beam:1x1x1@1x1xinf", "a length above 0"},
-               {"beam:1x1x1@1x1e-40x1", "a length above 0"},
+               {"beam:1x1x1@1x1xinf", "out of range"},
+               {"beam:1x1x1@1x1e-40x1", "out of range"},
 
                // beams too large to make, or too thin for a volume
                {"beam:100000x100000x100000@1x1x1", "would have 6e+15 tets"},

@@ -107,10 +107,11 @@ static void a_dry_run_refuses_what_the_run_would_refuse(void **state) {
       {"--fix", "left:x", "--rank", "20", "too little is fixed"},
       {"--fix", "left", "--rank", "600", "must lie between 1 and 512"},
       {"--fix", "left", "--modes", "9000", "must lie between 1 and 512"},
+      {"--fix", "left", "--modes", "500", "500 modes make a rank of 1000"},
   };
 
   // the run and the dry run refuse alike, in one line and without output
-  for (int n = 0; n < 4; n++)
+  for (int n = 0; n < 5; n++)
     for (int dry = 0; dry < 2; dry++) {
       program_result run =
           thrum_run(folder, "precompute", BEAM, cases[n][0], cases[n][1], cases[n][2], cases[n][3],

@@ -399,6 +399,17 @@ static void a_hinge_is_refused(void **state) {
   assert_non_null(strstr(error.message, "--fix"));
 }
 
+/* Near 1/2 the shear stiffness is lost in the rounding of the other; no support would mend that. */
+static void a_poisson_ratio_that_hides_the_shear_is_named(void **state) {
+  (void)state;
+  body b = body_make("beam:8x2x2@1x0.1x0.1", "x<0.001");
+  b.mesh.materials[0].poisson = 0.4999999999999999;
+  expect_refusal(&b, 3, 3, THRUM_SINGULAR, "so near 1/2");
+  b.mesh.materials[0].poisson = 0.49999999999999;
+  expect_refusal(&b, 3, 3, THRUM_SINGULAR, "so near 1/2");
+  body_free(&b);
+}
+
 static void more_modes_or_rank_than_there_are_is_refused(void **state) {
   (void)state;
   body b = body_make("beam:1x1x1@1x1x1", "x<0.01");
@@ -481,6 +492,7 @@ int main(void) {
       cmocka_unit_test(a_body_that_can_move_rigidly_is_refused),
       cmocka_unit_test(every_part_of_a_mesh_must_be_held),
       cmocka_unit_test(a_hinge_is_refused),
+      cmocka_unit_test(a_poisson_ratio_that_hides_the_shear_is_named),
       cmocka_unit_test(more_modes_or_rank_than_there_are_is_refused),
 
       // bodies of equal parts

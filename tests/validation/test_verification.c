@@ -164,6 +164,21 @@ static void a_cantilever_follows_the_elastica(void **state) {
   holds(&all, "deflection at P = 5", -0.2, 0);
 }
 
+static void a_column_buckles_at_the_load_of_euler(void **state) {
+  (void)state;
+  const rows all = solve(published_column);
+  holds(&all, "critical load, ten nodes", -0.01, 0.01);
+  holds(&all, "critical load", 0, 0.9);
+}
+
+static void a_cantilever_rolls_up_to_a_ring(void **state) {
+  (void)state;
+  const rows all = solve(published_rollup);
+  holds(&all, "half a ring, across", -0.01, 0.01);
+  holds(&all, "half a ring, along", -0.01, 0.01);
+  holds(&all, "ring, along", -0.01, 0.01);
+}
+
 static void the_beam_of_turek_and_hron_sags_towards_the_published_tip(void **state) {
   (void)state;
   const rows all = solve(published_gravity_beam);
@@ -260,6 +275,8 @@ int main(void) {
       cmocka_unit_test(the_tapered_membrane_has_the_frequencies_of_nafems),
       cmocka_unit_test(a_ball_has_the_published_clusters),
       cmocka_unit_test(a_cantilever_follows_the_elastica),
+      cmocka_unit_test(a_column_buckles_at_the_load_of_euler),
+      cmocka_unit_test(a_cantilever_rolls_up_to_a_ring),
       cmocka_unit_test(the_beam_of_turek_and_hron_sags_towards_the_published_tip),
 
       // in large motion

@@ -31,8 +31,9 @@ typedef struct published_sink {
 /* A problem: gives its rows to the sink, coarse to fine. */
 typedef thrum_status published_problem(const published_sink *sink, thrum_error *error);
 published_problem published_beam, published_torsion, published_cube, published_sphere,
-    published_membrane, published_elastica, published_gravity_beam, published_hardening,
-    published_fast_slow, published_fermi, published_tumble;
+    published_membrane, published_elastica, published_column, published_rollup,
+    published_gravity_beam, published_hardening, published_fast_slow, published_fermi,
+    published_tumble;
 
 /* X(name, text) */
 #define VERIFY_PROBLEMS(X)                                                                         \
@@ -42,6 +43,8 @@ published_problem published_beam, published_torsion, published_cube, published_s
   X(sphere, "free sphere")                                                                         \
   X(membrane, "tapered membrane")                                                                  \
   X(elastica, "elastica")                                                                          \
+  X(column, "Euler's column")                                                                      \
+  X(rollup, "cantilever rolled up by a moment")                                                    \
   X(gravity_beam, "beam under gravity")                                                            \
   X(hardening, "hardening of a clamped beam")                                                      \
   X(fast_slow, "coupled fast and slow oscillators")                                                \

@@ -1,6 +1,7 @@
 /* Large deflections at rest: the elastica, and the beam of Turek and Hron under gravity
- * (doi:10.1007/3-540-34596-5_15, CSM1 and CSM2), solved in the reduced coordinates. A second row
- * takes out what linear tets lock: the load is scaled so that the small deflection is right.
+ * (doi:10.1007/3-540-34596-5_15, CSM1 and CSM2), solved in the reduced coordinates; Euler's column.
+ * A second row takes out what linear tets lock: the load is scaled so that the small deflection is
+ * right.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
@@ -16,8 +17,8 @@
 
 #define SLENDER 0.02 /* thickness over length of the elastica */
 
-/* q at rest under `load`. */
-static thrum_status rest(const thrum_model *model, const double *load, double *q,
+/* q at rest under `load`; critical (may be NULL): the factor at which stability was lost. */
+static thrum_status rest(const thrum_model *model, const double *load, double *q, double *critical,
                          thrum_error *error) {
   size_t size = 0;
   const thrum_equilibrium_def def = thrum_default_equilibrium_def();
@@ -32,6 +33,8 @@ static thrum_status rest(const thrum_model *model, const double *load, double *q
   status =
       thrum_equilibrium(model, &def, load, q, NULL, workspace, size, NULL, NULL, &report, error);
   free(workspace);
+  if (status >= 0 && critical != NULL)
+    *critical = report.critical;
   return status;
 }
 
@@ -103,7 +106,7 @@ static thrum_status tip_of(const thrum_model *model, double load, double width, 
   for (int64_t i = 0; i < model->rank; i++)
     force[i] = load * stiffness * up[i];
 
-  thrum_status status = rest(model, force, q, error);
+  thrum_status status = rest(model, force, q, NULL, error);
   *deflection = product(model, up, q);
   *shortening = -product(model, along, q);
   return status;
@@ -189,6 +192,39 @@ thrum_status published_elastica(const published_sink *sink, thrum_error *error) 
   return THRUM_OK;
 }
 
+/* The critical load of a clamped and free column of length 1, over pi^2 E I/(4 L^2). */
+static thrum_status column_row(const published_sink *sink, int cells, int order,
+                               thrum_error *error) {
+  const double thickness = 0.05, pi = 3.14159265358979323846, width = thickness / cells;
+  const double euler = pi * pi / 4 * width * pow(thickness, 3) / 12;
+  published_body body = {
+      .fix = {"x<1e-9", "y>-1e9:y"}, .material = {1, 0, 1}, .order = order == 2 ? 2 : 0};
+  snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@1x%.9gx%.9g", 20 * cells, cells, width,
+           thickness);
+  thrum_precomputed made = {0};
+  THRUM_TRY(published_precompute(&body, 6, 16, false, &made, error));
+
+  // linear tets resist up to seven times the load of the theory
+  double along[THRUM_RANK_MAX], q[THRUM_RANK_MAX], critical = NAN;
+  thrum_status status = face_force(&made.model, 0, along, error);
+  for (int64_t i = 0; i < made.model.rank; i++)
+    along[i] *= -8 * euler;
+  THRUM_THEN(status, rest(&made.model, along, q, &critical, error));
+  if (status >= 0)
+    published_add(sink, "column", order == 2 ? "critical load, ten nodes" : "critical load",
+                  body.mesh, cells, 1, 8 * critical);
+  thrum_precomputed_free(&made);
+  return status < 0 ? status : THRUM_OK;
+}
+
+thrum_status published_column(const published_sink *sink, thrum_error *error) {
+  for (int level = 0; level <= sink->level + 1; level++)
+    THRUM_TRY(column_row(sink, 1 << level, 1, error));
+  for (int level = 0; level <= sink->level; level++)
+    THRUM_TRY(column_row(sink, 1 << level, 2, error));
+  return THRUM_OK;
+}
+
 /* The clamped end of the beam of Turek and Hron lies on a cylinder of radius 0.05 m; the shift
  * fades out to the tip. */
 static void clamp_on_cylinder(double p[3]) {
@@ -227,7 +263,7 @@ static thrum_status gravity_rows(const published_sink *sink, int second, int cel
   thrum_status status =
       thrum_load_add_gravity(&made.model, (const double[3]){0, 0, -2}, load, error);
   THRUM_THEN(status, face_force(&made.model, 2, up, error));
-  THRUM_THEN(status, rest(&made.model, load, q, error));
+  THRUM_THEN(status, rest(&made.model, load, q, NULL, error));
   if (status >= 0)
     published_add(sink, "gravity_beam", cases[second].reduced[ten], body.mesh, cells, known,
                   1e3 * product(&made.model, up, q));
