@@ -70,6 +70,8 @@ static thrum_status apply(const char *text, thrum_mesh *mesh, bool *named, thrum
     if (strlen(name.text) != material.length ||
         memcmp(name.text, material.region, material.length) != 0)
       continue;
+
+    // of two materials for one region neither is better
     if (named[i])
       return thrum_error_set(error, THRUM_BAD_VALUE, "--material: region '%.100s' comes twice",
                              name.text);

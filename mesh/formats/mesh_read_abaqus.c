@@ -654,12 +654,15 @@ static thrum_status place_instance(inp_reader *r) {
   double along[3];
   for (int c = 0; c < 3; c++)
     along[c] = at->axis[1][c] - at->axis[0][c];
+
+  // an angle needs an axis
   const double length = sqrt(thrum_dot3(along, along));
   if (at->degrees != 0 && !(length > 0))
     return thrum_error_set(r->error, THRUM_BAD_VALUE,
                            "%.200s: the instance turns about an axis between equal points",
                            r->text.name);
 
+  // Abaqus moves first and turns then, about an axis that does not move
   for (int64_t v = 0; v < r->builder.vertex_count; v++) {
     double *x = r->builder.positions + 3 * v, arm[3], across[3];
     for (int c = 0; c < 3; c++)

@@ -107,8 +107,8 @@ static const struct {
              {2, 8},  {3, 20}, {3, 15}, {3, 13}, {2, 9},  {2, 10}, {2, 12}, {2, 15},
              {2, 15}, {2, 21}, {1, 4},  {1, 5},  {1, 6},  {3, 0},  {3, 0},  {3, 0}};
 
-/* The solids that are read, and where their middle nodes stand, in the order that elements have
- * here. Nodes at the centres of faces and elements come last and are left out. */
+/* The solids that are read. Nodes at the centres of faces and elements come last and are left out.
+ */
 typedef struct msh_solid {
   int type;
   thrum_solid solid;
@@ -123,6 +123,7 @@ static const msh_solid SOLIDS[] = {
     {17, THRUM_SOLID_HEXAHEDRON, true}, {18, THRUM_SOLID_WEDGE, true},
     {19, THRUM_SOLID_PYRAMID, true}};
 
+/* Where Gmsh has the middle nodes of each kind, in the order that elements have here. */
 static const signed char MIDDLES[THRUM_SOLID_KINDS][12] = {
     {4, 5, 6, 7, 9, 8},
     {5, 8, 10, 6, 7, 9, 11, 12},
@@ -146,6 +147,7 @@ static int dimension_of(int64_t type) {
 
 /* Refuses solid elements that are not read, and in bytes those whose length is unknown. */
 static thrum_status check_type(msh_reader *r, int64_t type, int dimension) {
+  // what lies below dimension 3 only marks groups
   if (!find_solid(type) && !(dimension >= 0 && dimension < 3)) {
     if (type >= 29 && type <= 31)
       return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,

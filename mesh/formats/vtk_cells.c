@@ -205,6 +205,8 @@ static void turn_wedge(const grid *g, const vtk_solid *solid, int64_t *vertices)
   static const int swaps[5][2] = {{1, 2}, {4, 5}, {6, 8}, {9, 11}, {13, 14}};
   const double *corner[4];
   double edges[3][3];
+
+  // the first triangle and one corner of the second tell
   for (int c = 0; c < 4; c++) {
     if (3 * vertices[c] + 2 >= g->points->count) // which is refused later
       return;
@@ -216,6 +218,7 @@ static void turn_wedge(const grid *g, const vtk_solid *solid, int64_t *vertices)
   if (thrum_triple3(edges[0], edges[1], edges[2]) >= 0)
     return;
 
+  // two corners of each triangle change places, and middle nodes with them
   for (int s = 0; s < (solid->quadratic ? 5 : 2); s++) {
     const int64_t swap = vertices[swaps[s][0]];
     vertices[swaps[s][0]] = vertices[swaps[s][1]];
@@ -346,6 +349,7 @@ static void note_regions(const thrum_cells *cells, const grid *g, bool named, th
     return;
   }
 
+  // numbers of one value would make one region
   for (int64_t i = 0; i < cells->array_count; i++) {
     const thrum_cells_array *a = &cells->arrays[i];
     int64_t c = 1;

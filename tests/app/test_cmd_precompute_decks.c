@@ -116,6 +116,8 @@ static void each_region_may_have_a_material_of_its_own(void **state) {
 static void check_names_regions_and_what_was_read(void **state) {
   (void)state;
   write_deck(true);
+
+  // for programs
   program_result run = thrum_run(folder, "check", "deck.inp", "--unit", "mm-t-s", "--json", NULL);
   cJSON *object = json_line(run.out);
   assert_non_null(object);
@@ -128,6 +130,7 @@ static void check_names_regions_and_what_was_read(void **state) {
   cJSON_Delete(object);
   program_result_free(&run);
 
+  // and for people
   run = thrum_run(folder, "check", "deck.inp", "--unit", "mm-t-s", NULL);
   assert_non_null(strstr(run.out, "LOWER: E = 2.1e+11 Pa, nu = 0.3, rho = 7850 kg/m^3"));
   program_result_free(&run);
@@ -181,6 +184,8 @@ static void coordinates_are_turned_until_the_stiffness_is_diagonal(void **state)
   assert_int_equal(thrum_vega_model_read(path, &made, NULL), THRUM_OK);
   assert_int_equal(made.model.rank, 15);
   assert_true(made.changed);
+
+  // neither changes under a turn
   double trace = 0, norm = 0;
   for (int64_t i = 0; i < 15; i++) {
     trace += made.omega2[i] - read.linear[16 * i];

@@ -126,6 +126,8 @@ static void an_instance_is_put_where_it_says(void **state) {
 
 static void several_instances_are_refused(void **state) {
   (void)state;
+
+  // two instances of one part would be two bodies, and two parts number their nodes alike
   mesh_bad("a.inp",
            PART "*Assembly, name=A\n*Instance, name=P-1, part=P\n*End Instance\n"
                 "*Instance, name=P-2, part=P\n5., 0., 0.\n*End Instance\n*End Assembly\n" MATERIAL,
@@ -327,6 +329,8 @@ static size_t make_compressed(char *file, size_t block, size_t word, bool raw) {
                 {"", "UInt8", "types", "</Cells>", types, sizeof types}};
   char appended[4000], packed[4000];
   size_t used = 0, offset = 0;
+
+  // the arrays in the file, or behind it
   used += (size_t)sprintf(file,
                           "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" "
                           "byte_order=\"LittleEndian\" header_type=\"UInt%zu\" "

@@ -79,6 +79,8 @@ static thrum_mesh read_grid(const grid *g) {
   char *text = malloc(TEXT_MAX);
   assert_non_null(text);
   int used = sprintf(text, "*NODE\n"), count = 0;
+
+  // nodes in the middle of cells and faces are there too, and are dropped
   for (int i = 0; i < HALVES; i++)
     for (int j = 0; j < HALVES; j++)
       for (int k = 0; k < HALVES; k++) {
@@ -158,6 +160,8 @@ static void pyramids_meet_hexahedra(void **state) {
       "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n9,.5,.5,.5\n"
       "10,0,0,2\n11,1,0,2\n12,1,1,2\n13,0,1,2\n";
   char text[2000];
+
+  // the faces of the cube are each the foot of a pyramid, and the upper one is the hexahedron's too
   snprintf(
       text, sizeof text,
       "%s*ELEMENT, TYPE=C3D5\n1,1,2,3,4,9\n2,8,7,6,5,9\n3,5,6,2,1,9\n4,6,7,3,2,9\n5,7,8,4,3,9\n"
@@ -217,6 +221,8 @@ static void wedges_of_vtk_may_be_wound_either_way(void **state) {
   (void)state;
   static const char *const cells[] = {"0 1 2 3 4 5 6 7 8 9 10 11 12 13 14",
                                       "0 2 1 3 5 4 8 7 6 11 10 9 12 14 13"};
+
+  // either way it is the same body, and nothing is counted as inside out
   for (int n = 0; n < 2; n++) {
     char text[1000];
     snprintf(text, sizeof text,
