@@ -14,7 +14,7 @@
 
 #include "platform/allocate.h"
 
-#define BLOCK 28        /* columns: 55 derivatives make two blocks */
+#define BLOCK 32        /* columns; as many as callers solve for together */
 #define STEPS_MAX 200   /* a condition of 1e12 and more */
 #define TOLERANCE 1e-12 /* of the residual in the norm of A^-1, where rounding is */
 
