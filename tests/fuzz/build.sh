@@ -39,18 +39,26 @@ if [ ! -e "$headers" ] ||
 fi
 : >"$headers"
 
-# prints source and object of each file of the patterns whose object is older than it
+# the object of a source goes to $object
+object_of() {
+  folder=${1%/*}
+  file_name=${1##*/}
+  object=$build/${folder##*/}_${file_name%.c}.o
+}
+
+# prints source and object of each file of the patterns whose object is not newer than it
 stale() {
   for pattern in "$@"; do
     for file in "$source"/$pattern; do
-      object=$build/$(basename "$(dirname "$file")")_$(basename "$file" .c).o
-      [ -n "$(find "$object" -newer "$file" 2>/dev/null)" ] || printf '%s\n%s\n' "$file" "$object"
+      object_of "$file"
+      [ "$object" -nt "$file" ] || printf '%s\n%s\n' "$file" "$object"
     done
   done
 }
 
 for target in "$source"/tests/fuzz/$wanted.c; do
-  name=$(basename "$target" .c)
+  name=${target##*/}
+  name=${name%.c}
   case $name in
   fuzz_mesh_*) sources=$mesh_sources ;;
   *) sources=$(sed -n '/sources:/,/SPDX/p' "$target" | tr ' ' '\n' | grep '\.c$') ;;
@@ -71,7 +79,8 @@ for target in "$source"/tests/fuzz/$wanted.c; do
   objects=
   for pattern in $sources; do
     for file in "$source"/$pattern; do
-      objects="$objects $build/$(basename "$(dirname "$file")")_$(basename "$file" .c).o"
+      object_of "$file"
+      objects="$objects $object"
     done
   done
 
