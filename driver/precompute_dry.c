@@ -5,6 +5,7 @@
 
 #include "driver/precompute_dry.h"
 #include "driver/precompute_stages.h"
+#include "driver/precompute_train.h"
 #include "io/json.h"
 #include "precompute/build_info.h"
 #include "precompute/estimate.h"
@@ -64,6 +65,12 @@ thrum_status precompute_dry_run(const precompute_outcome *outcome, const uint8_t
   thrum_estimate estimate;
   const precompute_request *request = outcome->request;
   THRUM_TRY(thrum_precompute_estimate(outcome->mesh, fixed, &request->options, &estimate, error));
+
+  // a training holds its snapshots beside all of that
+  const double training = precompute_train_bytes(request, outcome->mesh->vertex_count);
+  estimate.more += training;
+  estimate.memory += training;
+  estimate.fits = estimate.more <= estimate.available;
   (request->json ? print_json : print_table)(outcome->mesh, outcome->fixed_count, &estimate);
   *flagged = !estimate.fits;
   return THRUM_OK;

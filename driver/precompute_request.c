@@ -252,8 +252,8 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   if (request->train_time / request->train_dt > TRAIN_STEPS_MOST)
     return config_usage("precompute", "--train-time %g is more than %g steps of --train-dt",
                         request->train_time, TRAIN_STEPS_MOST);
-  if (request->train_count > 0 && (request->import_basis || request->dry_run))
-    return config_usage("precompute", "--train goes without --import-basis and --dry-run");
+  if (request->train_count > 0 && request->import_basis)
+    return config_usage("precompute", "--train goes without --import-basis");
   if (request->condense && request->import_basis)
     return config_usage("precompute",
                         "--condense needs linear modes, which --import-basis has not");

@@ -10,6 +10,7 @@
 #include "driver/full_motion_kept.h"
 #include "driver/train_case.h"
 #include "platform/allocate.h"
+#include "platform/memory_limit.h"
 #include "platform/threads.h"
 #include "precompute/model/snapshots.h"
 #include "precompute/options_check.h"
@@ -45,6 +46,29 @@ static bool show(void *context, double fraction) {
   const taker *t = context;
   config_progress_update(t->progress, t->label, fraction);
   return true;
+}
+
+double precompute_train_bytes(const precompute_request *request, int64_t vertex_count) {
+  // all runs stay, and those of the training are decomposed in a copy with its products
+  const double field = 24 * (double)vertex_count, train = (double)request->train_count,
+               runs = train + (double)request->test_count;
+  const double columns = train * FULL_MOTION_SNAPSHOTS;
+  return train > 0 ? field * (runs + train) * FULL_MOTION_SNAPSHOTS + 8 * columns * columns : 0;
+}
+
+/* What the training takes is refused before anything is run, where it does not fit. */
+static thrum_status check_memory(const precompute_request *request, int64_t vertex_count,
+                                 thrum_error *error) {
+  const char *whose = "of the limit given";
+  const double limit = request->options.memory_limit, held = thrum_memory_resident();
+  const double bytes = precompute_train_bytes(request, vertex_count);
+  const double left = limit > 0 ? fmax(0, limit - held) : thrum_memory_available(&whose);
+  if (bytes <= left)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
+                         "--train: the snapshots take about %.0f MB, and %.0f MB %s are left: "
+                         "give fewer loads at a time, or a coarser mesh",
+                         bytes / 1048576, left / 1048576, whose);
 }
 
 static thrum_status run_all(const precompute_request *request, const thrum_model *model,
@@ -347,11 +371,25 @@ static thrum_status make_trial(const precompute_request *request, const thrum_me
   thrum_precomputed base = {0};
   asked.modes = t->modes;
   asked.rank = t->rank;
-  thrum_status status = precompute_train_base(mesh, fixed, &asked, t->usual, &base, error);
+
+  // before anything is run, the memory of the limit must hold the model and the training
+  const bool begins = outcome->samples == NULL;
+  thrum_precompute_options first = asked;
+  if (begins && first.memory_limit > 0)
+    first.memory_limit -= precompute_train_bytes(request, mesh->vertex_count);
+  thrum_status status = begins ? check_memory(request, mesh->vertex_count, error) : THRUM_OK;
+  thrum_error detail = {0};
+  THRUM_THEN(status, precompute_train_base(mesh, fixed, &first, t->usual, &base, &detail));
+  if (status < 0 && detail.status == status)
+    status = begins && status == THRUM_OUT_OF_MEMORY
+                 ? thrum_error_set(error, status, "beside the %.0f MB of --train: %.300s",
+                                   precompute_train_bytes(request, mesh->vertex_count) / 1048576,
+                                   detail.message)
+                 : thrum_error_set(error, status, "%s", detail.message);
   if (status >= 0 && base.rigid_count > 0)
     status = thrum_error_set(error, THRUM_UNSUPPORTED,
                              "--train: nothing is held, and a free body moves away as a whole");
-  if (outcome->samples == NULL)
+  if (begins)
     THRUM_THEN(status, run_all(request, &base.model, outcome, error));
 
   // modes and derivatives by what they do in the training, now that it is known

@@ -49,6 +49,10 @@ thrum_status precompute_train_shapes(const thrum_model *base, const double *samp
                                      thrum_precompute_options *options, double **fields,
                                      thrum_error *error);
 
+/* Bytes that a training of the request takes beside the precompute of a mesh of so many vertices:
+ * its snapshots, and their decomposition; 0 without one. */
+double precompute_train_bytes(const precompute_request *request, int64_t vertex_count);
+
 void precompute_train_free(train_outcome *outcome);
 
 /* The largest error of the runs of the training, or of the test; NaN: there is none, or one was

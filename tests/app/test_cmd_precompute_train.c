@@ -208,6 +208,38 @@ static void a_basis_grows_until_no_load_errs_by_more(void **state) {
   cJSON_Delete(limited);
 }
 
+#define LONG_BEAM "beam:20x6x6@1x0.2x0.2"
+#define FALL "gravity:0,0,-9.81"
+
+static void the_memory_of_a_training_is_counted(void **state) {
+  (void)state;
+  double memory[2];
+  for (int n = 0; n < 2; n++) {
+    program_result run = thrum_run(folder, "precompute", LONG_BEAM, "--fix", "x<0.001", "--dry-run",
+                                   "--json", n == 0 ? NULL : "--train", FALL, "--test", FALL,
+                                   "--test", FALL, "--test", FALL, NULL);
+    assert_int_equal(run.exit_code, 0);
+    cJSON *object = json_line(run.out);
+    memory[n] = json_value(object, "memory_mb");
+    cJSON_Delete(object);
+    program_result_free(&run);
+  }
+
+  // five times 128 fields of 1029 vertices are 15 MB
+  assert_true(memory[1] - memory[0] > 10 && memory[1] - memory[0] < 30);
+
+  // a limit that leaves room for the model alone
+  char limit[32];
+  snprintf(limit, sizeof limit, "%.0f", memory[0] + 3);
+  program_result run =
+      thrum_run(folder, "precompute", LONG_BEAM, "--fix", "x<0.001", "-o", "none.npz", "--memory",
+                limit, "--train", FALL, "--test", FALL, "--test", FALL, "--test", FALL, "-q", NULL);
+  assert_int_equal(run.exit_code, 1);
+  if (strstr(run.err, "of the limit given are left") == NULL || strstr(run.err, "--train") == NULL)
+    fail_msg("%s", run.err);
+  program_result_free(&run);
+}
+
 static void what_cannot_be_trained_is_refused(void **state) {
   (void)state;
   static const char *const cases[][5] = {
@@ -217,7 +249,7 @@ static void what_cannot_be_trained_is_refused(void **state) {
       {"--train", "push:1,2,3", NULL, NULL, "--train 'push:1,2,3'"},
       {"--train", "square:0,0,-1@nowhere", NULL, NULL, "--train 'square:0,0,-1@nowhere': no group"},
       {"--train", PULL, "--rank", "10", "leaves nothing beside 10 modes"},
-      {"--train", PULL, "--dry-run", NULL, "--train goes without"},
+      {"--train", PULL, "--import-basis", "none.U", "--train goes without"},
       {"--train", PULL, "--condense", NULL, "--train judges the whole model"},
       {"--train", PULL, "--train-time", "1e300", "--train-time 1e+300 is more than"},
       {"--train", "gravity:0,0,0", NULL, NULL, "--train: the loads move nothing"},
@@ -249,6 +281,7 @@ int main(void) {
       cmocka_unit_test(shares_make_another_model_that_is_as_good),
       cmocka_unit_test(handles_and_a_training_share_the_rank),
       cmocka_unit_test(a_basis_grows_until_no_load_errs_by_more),
+      cmocka_unit_test(the_memory_of_a_training_is_counted),
       cmocka_unit_test(what_cannot_be_trained_is_refused),
   };
   return cmocka_run_group_tests(tests, make_folder, remove_folder);
