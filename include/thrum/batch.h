@@ -7,9 +7,9 @@
  * gives each a range and a workspace of its own, and shares the model.
  *
  * States of one range may have been made by different defs. Those that are stepped by energy, also
- * after a switch of imexv, by newmark with beta > 0, by fox-goodwin, by midpoint, or by imexv in its position form
- * or thesis split gain from a batch where, among 256 that follow each other, several have the same
- * scheme and split; the others are stepped one by one.
+ * after a switch of imexv, by newmark with beta > 0, by fox-goodwin, by midpoint, or by imexv in
+ * its position form or thesis split gain from a batch where, among 256 that follow each other,
+ * several have the same scheme and split; the others are stepped one by one.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_BATCH_H

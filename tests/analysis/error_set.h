@@ -3,4 +3,5 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "thrum/status.h"
 
-#define thrum_error_set(error, status, ...) ((thrum_error_set)(error, status, __VA_ARGS__), (status))
+#define thrum_error_set(error, status, ...)                                                        \
+  ((thrum_error_set)(error, status, __VA_ARGS__), (status))
