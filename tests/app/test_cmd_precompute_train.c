@@ -94,7 +94,7 @@ static void a_model_file_stands_for_its_mesh(void **state) {
 static void a_run_that_is_kept_is_not_made_again(void **state) {
   (void)state;
   double errors[2];
-  char kept[200] = "";
+  char kept[100] = "";
   for (int n = 0; n < 2; n++) {
     program_result run = thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "k.npz",
                                    "--modes", "4", "--rank", "10", "--train", PULL, "--train-time",
@@ -112,7 +112,7 @@ static void a_run_that_is_kept_is_not_made_again(void **state) {
     assert_non_null(dir);
     for (struct dirent *entry = readdir(dir); entry != NULL; entry = readdir(dir))
       if (entry->d_name[0] == 'f')
-        snprintf(kept, sizeof kept, "kept/%.180s", entry->d_name);
+        snprintf(kept, sizeof kept, "kept/%.90s", entry->d_name);
     closedir(dir);
     double *values = NULL;
     int64_t rows = 0, columns = 0;
