@@ -30,6 +30,10 @@ def program() -> str:
             "the program thrum is not installed, and this call needs it: build it from the sources "
             "(cmake --preset release, cmake --build build/release, cmake --install build/release), or set "
             "THRUM_PROGRAM to one that is built", 127)
+
+    # what THRUM_PROGRAM names may lie elsewhere, as a relative path does after os.chdir
+    if not shutil.which(found):
+        raise ProgramFailed(f"THRUM_PROGRAM: {found} is no program that can be run; name one that is built", 127)
     return found
 
 

@@ -46,6 +46,9 @@ class Program(unittest.TestCase):
         with mock.patch.dict(os.environ, {"THRUM_PROGRAM": "", "PATH": "/nonexistent"}):
             with self.assertRaisesRegex(thrum.ProgramFailed, "not installed"):
                 thrum.program()
+        with mock.patch.dict(os.environ, {"THRUM_PROGRAM": "/nonexistent/thrum"}):
+            with self.assertRaisesRegex(thrum.ProgramFailed, "THRUM_PROGRAM: /nonexistent/thrum"):
+                thrum.program()
 
 
 if __name__ == "__main__":
