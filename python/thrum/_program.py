@@ -11,6 +11,7 @@ import os
 import shutil
 import subprocess
 import tempfile
+import warnings
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,9 @@ from ._errors import ProgramFailed
 
 # done, and done but flagged
 _DONE = (0, 3)
+
+# how the program begins a line that warns
+_WARNING = "thrum: warning: "
 
 
 def program() -> str:
@@ -54,14 +58,19 @@ def arguments(options: dict[str, Any]) -> list[str]:
 def run_program(command: str, *words: str, **options: Any) -> dict[str, Any]:
     """Runs `thrum COMMAND WORDS OPTIONS --json` and returns the object that it prints.
 
-    A run that is flagged (exit code 3) returns too: look at its "status". ProgramFailed with the program's own line
-    for every other exit code.
+    A run that is flagged (exit code 3) returns too: look at its "status". What the program warns of is a
+    RuntimeWarning. ProgramFailed with the program's own line for every other exit code.
     """
     line = [program(), command, *words, *arguments(options), "--json", "-q"]
     done = subprocess.run(line, capture_output=True, text=True, check=False)
     if done.returncode not in _DONE:
         text = done.stderr.strip() or f"thrum {command} ended with the exit code {done.returncode}"
         raise ProgramFailed(text, done.returncode)
+
+    # nobody sees the program's standard error, and its warnings say where the result is wrong
+    for text in done.stderr.splitlines():
+        if text.startswith(_WARNING):
+            warnings.warn(text[len(_WARNING):], RuntimeWarning, stacklevel=3)
     return dict(json.loads(done.stdout))
 
 

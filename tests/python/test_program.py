@@ -35,6 +35,10 @@ class Program(unittest.TestCase):
         found = model.equilibrium(model.external_load(gravity=(0, 0, -9.81)))
         self.assertAlmostEqual(report["energy_j"] / found.energy, 1.0, 9)
 
+    def test_warnings(self):
+        with self.assertWarnsRegex(RuntimeWarning, "^linear tetrahedra are too stiff"):
+            thrum.precompute("beam:8x1x1@1x0.1x0.1", FOLDER + "/thin.npz", fix="x<0.001", modes=2, rank=4)
+
     def test_refusals(self):
         with self.assertRaisesRegex(thrum.ProgramFailed, "nosuch") as caught:
             thrum.simulate("nosuch.npz", FOLDER + "/none")
