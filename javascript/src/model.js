@@ -40,6 +40,8 @@ export class Model extends Resource {
   }
 
   static of(memory, bytes) {
+    if (!(bytes instanceof ArrayBuffer || ArrayBuffer.isView(bytes)))
+      throw new ThrumError('a model is made of the bytes of its file', -1);
     const data = bytes instanceof ArrayBuffer ? new Uint8Array(bytes)
       : new Uint8Array(bytes.buffer, bytes.byteOffset, bytes.byteLength);
     return new Model(memory,

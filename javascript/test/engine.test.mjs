@@ -156,6 +156,7 @@ test('contact, loads and pulls in a scene', () => {
 
 test('what is wrong is refused by name', () => {
   assert.throws(() => engine.model(new Uint8Array(10)), ThrumError);
+  assert.throws(() => engine.model(), ThrumError);
   const changed = Uint8Array.from(bytes);
   changed[changed.length >> 1] ^= 1;
   assert.throws(() => engine.model(changed), /checksum|CRC/i);

@@ -45,7 +45,9 @@ class Model:
     from it keep its memory alive, whatever happens to this object. It is pickled with its whole file.
     """
 
-    def __init__(self, handle: _Handle, recipe: tuple[Any, ...]) -> None:
+    def __init__(self, handle: _Handle, recipe: tuple[Any, ...] = ()) -> None:
+        if not isinstance(handle, _Handle):
+            raise TypeError("a Model is made by Model.load(path), Model.from_bytes(data) or Model.precompute(mesh)")
         self._shared: _Handle | None = handle
         # how the model is made again elsewhere: a function of this module and its arguments
         self._recipe = recipe
@@ -362,6 +364,8 @@ class Model:
 
     def start(self, mode: int, amplitude: float) -> Array:
         """q (`shown`) with coordinate `mode` (0-based) such that no vertex moves further than |amplitude| [m]."""
+        if not 0 <= mode < self.shown:
+            raise ValueError(f"mode: {mode} is not within 0 to {self.shown - 1}")
         q = np.zeros(self.shown)
         call(lib.thrum_mode_add, self._shape, mode, amplitude, _native.pointer(q))
         return q

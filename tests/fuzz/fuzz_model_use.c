@@ -35,7 +35,7 @@ static void draw_vector(fuzz_draw *draw, int64_t count, double size, double *val
 
 static thrum_state_def draw_def(fuzz_draw *draw, int64_t rank) {
   thrum_state_def def = thrum_default_state_def();
-  def.integrator = (thrum_integrator)draw_index(draw, 9);
+  def.integrator = (thrum_integrator)draw_index(draw, 10);
   def.dt = draw_above(draw, 0.01);
   def.iterations_max = 1 + (int32_t)draw_index(draw, 20);
 

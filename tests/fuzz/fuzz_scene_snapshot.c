@@ -43,7 +43,7 @@ static thrum_scene *make(fuzz_draw *draw) {
   for (int64_t n = 0; n < count; n++) {
     thrum_scene_body_def def = thrum_default_scene_body_def();
     def.model = the_model();
-    def.state.integrator = (thrum_integrator)draw_index(draw, 9);
+    def.state.integrator = (thrum_integrator)draw_index(draw, 10);
     def.touch = bits & 2 ? touch : NULL;
     def.touch_count = bits & 2 ? VERTICES : 0;
     def.start_mode = 1;

@@ -28,7 +28,7 @@ static const thrum_model *the_model(void) {
 static thrum_state_def draw_def(fuzz_draw *draw) {
   thrum_state_def def = thrum_default_state_def();
   const unsigned bits = draw_byte(draw);
-  def.integrator = (thrum_integrator)draw_index(draw, 9);
+  def.integrator = (thrum_integrator)draw_index(draw, 10);
   def.dt = 0.05;
   def.damping_alpha = bits & 1 ? 0.1 : 0;
   def.damping_beta = bits & 2 ? 1e-3 : 0;

@@ -56,6 +56,8 @@ class Loading(unittest.TestCase):
             thrum.Model.load("nowhere.npz")
         with self.assertRaises(OSError):
             thrum.Model.load("nowhere.npz")
+        with self.assertRaisesRegex(TypeError, "Model.load"):
+            thrum.Model(beam_file())
 
     def test_closed(self):
         with beam() as model:
@@ -118,6 +120,9 @@ class Mechanics(unittest.TestCase):
         np.testing.assert_array_equal(model.positions(q), model.vertices + moved)
         with self.assertRaises(ValueError):
             model.displacement(q, slice(0, 10, 2))
+        for mode in (-1, 12):
+            with self.assertRaisesRegex(ValueError, f"mode: {mode} is not within 0 to 11"):
+                model.start(mode, 0.1)
 
     def test_scaling_is_exact(self):
         """A body twice as long vibrates at half the frequency (Langhaar 1951)."""
