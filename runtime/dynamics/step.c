@@ -336,8 +336,8 @@ thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_erro
 thrum_status thrum_steps(const thrum_model *model, thrum_state *state, int64_t count, int64_t *made,
                          thrum_error *error) {
   if (count < 0)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the number of steps is %lld; it must be 0 or more",
-                           (long long)count);
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the number of steps is %lld; it must be 0 or more", (long long)count);
 
   thrum_status worst = THRUM_OK;
   int64_t done = 0;
