@@ -133,10 +133,10 @@ static thrum_status fill_tests(trade *t, thrum_error *error) {
     train_case *c = &t->test_cases[n];
     THRUM_TRY(train_case_parse(t->test_texts[n], c, error));
     THRUM_TRY(train_case_fill(t->model, "test", c, error));
-    t->tests[n] = t->problem.script;
-    t->tests[n].load_count = c->count;
-    t->tests[n].courses = c->courses;
-    t->tests[n].forces = c->forces;
+    t->tests[n] = train_case_script(c);
+    t->tests[n].damping_alpha = request->damping[0];
+    t->tests[n].damping_beta = request->damping[1];
+    t->tests[n].time = request->time;
   }
   t->problem.tests = t->tests;
   t->problem.test_count = count;

@@ -8,6 +8,8 @@
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "precompute/full/full.h"
+#include "thrum/equilibrium.h"
+#include "thrum/external_load.h"
 
 void full_motion_between(double time, int64_t samples, double begin, double dt, int64_t count,
                          const double *from, const double *to,
@@ -38,6 +40,7 @@ typedef struct motion {
   int64_t all; /* components */
   double dt;
   double *from, *to, *between, *forces; /* u, then v; from owns them all */
+  double *unit;                         /* M 1 along x, y and z; NULL: the base is still */
   double energy_from, energy_to;
 } motion;
 
@@ -47,7 +50,7 @@ static void take(void *context, int64_t index, double share, const double *value
                     (1 - share) * m->energy_from + share * m->energy_to);
 }
 
-/* The mean forces of all loads in a step. */
+/* The mean forces of all loads and of the base in a step. */
 static void load(const motion *m, int64_t step) {
   const full_motion_script *script = m->script;
   memset(m->forces, 0, (size_t)m->all * sizeof *m->forces);
@@ -56,6 +59,39 @@ static void load(const motion *m, int64_t step) {
     for (int64_t c = 0; c < m->all && mean != 0; c++)
       m->forces[c] += mean * script->forces[n * m->all + c];
   }
+  if (m->unit == NULL)
+    return;
+
+  // relative to the base, its acceleration acts as gravity against it
+  double mean[3];
+  base_motions_mean(script->base_motions, script->base_motion_count, step, m->dt, mean);
+  for (int axis = 0; axis < 3; axis++)
+    for (int64_t c = 0; c < m->all && mean[axis] != 0; c++)
+      m->forces[c] -= mean[axis] * m->unit[axis * m->all + c];
+}
+
+/* Brings the body to where it starts, which is m->from. */
+static thrum_status begin(motion *m, thrum_full *full, thrum_error *error) {
+  const full_motion_script *script = m->script;
+  if (script->held_by != NULL) {
+    thrum_full_equilibrium found;
+    THRUM_TRY(thrum_full_rest(full, script->held_by, NULL, &found, error));
+    THRUM_TRY(thrum_full_set_force(full, NULL, error));
+  }
+  thrum_full_get(full, m->from, m->from + m->all);
+  if (script->start != NULL) {
+    for (int64_t c = 0; c < m->all; c++)
+      m->from[c] += script->start[c];
+    THRUM_TRY(thrum_full_set(full, m->from, NULL, error));
+  }
+  m->energy_from = thrum_full_energy(full).total;
+
+  // the base moves all of the mass
+  for (int axis = 0; axis < 3 && m->unit != NULL; axis++) {
+    const double unit[3] = {axis == 0, axis == 1, axis == 2};
+    thrum_full_add_gravity(full, unit, m->unit + axis * m->all);
+  }
+  return THRUM_OK;
 }
 
 static thrum_status step_all(motion *m, thrum_full *full, double *us_per_step, thrum_error *error) {
@@ -98,18 +134,74 @@ thrum_status full_motion_run(const thrum_model *model, const full_motion_script 
   def.damping_alpha = script->damping_alpha;
   def.damping_beta = script->damping_beta;
 
-  // it begins at rest
-  m.from = thrum_allocate(7 * all, sizeof *m.from, "the full order", error);
+  // one block for all fields
+  const int64_t fields = script->base_motion_count > 0 ? 10 : 7;
+  m.from = thrum_allocate(fields * all, sizeof *m.from, "the full order", error);
   if (m.from == NULL)
     return THRUM_OUT_OF_MEMORY;
-  memset(m.from, 0, 2 * (size_t)all * sizeof *m.from);
+  memset(m.from, 0, (size_t)(fields * all) * sizeof *m.from);
   m.to = m.from + 2 * all;
   m.between = m.to + 2 * all;
   m.forces = m.between + 2 * all;
+  m.unit = script->base_motion_count > 0 ? m.forces + all : NULL;
 
   thrum_status status = thrum_full_create(model, NULL, &def, &full, error);
+  THRUM_THEN(status, begin(&m, full, error));
   THRUM_THEN(status, step_all(&m, full, us_per_step, error));
   thrum_full_free(full);
   free(m.from);
   return status;
+}
+
+/* --- the same on a reduced model --------------------------------------------------------------
+ */
+
+/* q = the model's own equilibrium under the forces. */
+static thrum_status reduced_rest(const thrum_model *model, const double *forces, double *q,
+                                 thrum_error *error) {
+  const thrum_equilibrium_def def = thrum_default_equilibrium_def();
+  thrum_equilibrium_report report;
+  double load[THRUM_RANK_MAX] = {0};
+  size_t size = 0;
+  THRUM_TRY(thrum_load_add_field(model, forces, load, error));
+  THRUM_TRY(thrum_equilibrium_size(model, &size, error));
+  void *workspace = thrum_allocate_aligned(size, "an equilibrium", error);
+  if (workspace == NULL)
+    return THRUM_OUT_OF_MEMORY;
+  const thrum_status status =
+      thrum_equilibrium(model, &def, load, q, NULL, workspace, size, NULL, NULL, &report, error);
+  free(workspace);
+  return status;
+}
+
+thrum_status full_motion_reduced_start(const thrum_model *model, const thrum_model_fem *body,
+                                       const full_motion_script *script, double *q,
+                                       thrum_error *error) {
+  const int64_t n = body->fem.free_count, rank = model->rank;
+  memset(q, 0, (size_t)rank * sizeof *q);
+  if (script->held_by != NULL)
+    THRUM_TRY(reduced_rest(model, script->held_by, q, error));
+  if (script->start == NULL)
+    return THRUM_OK;
+
+  // U^T M of the displacement, which other bases may not show in full
+  double *field = thrum_allocate(2 * n, sizeof *field, "a start", error);
+  if (field == NULL)
+    return THRUM_OUT_OF_MEMORY;
+  thrum_fem_gather(&body->fem, script->start, field);
+  thrum_sparse_product(&body->mass, field, 1, field + n);
+  for (int64_t f = 0; f < n; f++)
+    for (int64_t i = 0; i < rank; i++)
+      q[i] += model->basis[body->fem.component[f] * rank + i] * field[n + f];
+  free(field);
+  return THRUM_OK;
+}
+
+thrum_status full_motion_reduced_base(const thrum_model *model, const full_motion_script *script,
+                                      int64_t step, double dt, double *force, thrum_error *error) {
+  double mean[3];
+  if (script->base_motion_count == 0)
+    return THRUM_OK;
+  base_motions_mean(script->base_motions, script->base_motion_count, step, dt, mean);
+  return thrum_base_motion_load(model, mean, force, error);
 }

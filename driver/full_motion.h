@@ -5,18 +5,24 @@
 
 #include <stdbool.h>
 
-#include "thrum/thrum.h"
+#include "driver/base_motion_spec.h"
+#include "precompute/model/model_fem.h"
 
 /* Samples of a run: those that errors are measured at, and the snapshots that a basis is trained
  * on, every second of which is one of the former. */
 #define FULL_MOTION_SAMPLES 64
 #define FULL_MOTION_SNAPSHOTS (2 * FULL_MOTION_SAMPLES)
 
-/* Loads that act together on a body at rest, and for how long it is followed. */
+/* Loads and base motions that act together on a body, from where it starts, and for how long it is
+ * followed. */
 typedef struct full_motion_script {
   int64_t load_count;
   const thrum_load *courses; /* load_count */
   const double *forces;      /* load_count x 3 vertex_count, at full strength [N] */
+  int64_t base_motion_count;
+  const base_motion_spec *base_motions; /* base_motion_count, read; displacements are relative */
+  const double *held_by; /* 3 vertex_count: the body starts at the equilibrium under these [N], */
+  const double *start;   /* and is displaced by these from there [m]; NULL: neither */
   double damping_alpha, damping_beta;
   double time; /* [s] */
 } full_motion_script;
@@ -47,5 +53,15 @@ typedef struct full_motion_observer {
 thrum_status full_motion_run(const thrum_model *model, const full_motion_script *script, double dt,
                              const full_motion_observer *observer, double *us_per_step,
                              thrum_error *error);
+
+/* The same script on a reduced model, whose loads the caller has. q (rank) is where it starts: the
+ * model's own equilibrium, and from there U^T M of the displacement; `body` is its mesh. */
+thrum_status full_motion_reduced_start(const thrum_model *model, const thrum_model_fem *body,
+                                       const full_motion_script *script, double *q,
+                                       thrum_error *error);
+
+/* force (rank) += the inertia of the base's mean acceleration over a step. */
+thrum_status full_motion_reduced_base(const thrum_model *model, const full_motion_script *script,
+                                      int64_t step, double dt, double *force, thrum_error *error);
 
 #endif

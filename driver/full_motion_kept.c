@@ -35,6 +35,28 @@ static uint64_t hash_body(const thrum_model *model, int mass) {
   return hash_bytes(hash, &mass, sizeof mass);
 }
 
+/* What acts on the body beside loads, and where it starts; nothing where there is neither. */
+static uint64_t hash_rest(uint64_t hash, const thrum_model *model,
+                          const full_motion_script *script) {
+  const int64_t all = 3 * model->vertex_count;
+  for (int64_t n = 0; n < script->base_motion_count; n++) {
+    const base_motion_spec *base = &script->base_motions[n];
+    const double course[] = {(double)base->course.shape, base->course.from, base->course.until,
+                             base->course.frequency};
+    hash = hash_numbers(hash, course, sizeof course / sizeof course[0]);
+    hash = hash_numbers(hash, base->amplitude, 3);
+    if (base->sine)
+      continue;
+    hash = hash_numbers(hash, base->motion.times, base->motion.count);
+    hash = hash_numbers(hash, base->motion.accelerations, 3 * base->motion.count);
+  }
+  if (script->held_by != NULL)
+    hash = hash_numbers(hash_bytes(hash, "held", 4), script->held_by, all);
+  if (script->start != NULL)
+    hash = hash_numbers(hash_bytes(hash, "start", 5), script->start, all);
+  return hash;
+}
+
 static uint64_t hash_run(const thrum_model *model, int mass, const full_motion_script *script,
                          double dt, int64_t samples) {
   uint64_t hash = hash_body(model, mass);
@@ -44,6 +66,7 @@ static uint64_t hash_run(const thrum_model *model, int mass, const full_motion_s
     hash = hash_numbers(hash, window, sizeof window / sizeof window[0]);
   }
   hash = hash_numbers(hash, script->forces, 3 * script->load_count * model->vertex_count);
+  hash = hash_rest(hash, model, script);
 
   // versions and the compiler, because other code may round differently
   const double numbers[] = {script->damping_alpha, script->damping_beta, script->time, dt,

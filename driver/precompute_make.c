@@ -269,7 +269,7 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   thrum_imported_basis imported = {0};
   thrum_status status = read_imported_basis(request, &imported, error);
   options.imported = request->import_basis ? &imported : NULL;
-  if (status >= 0 && request->train_count > 0)
+  if (status >= 0 && request->train_count + request->test_count > 0)
     status = precompute_train(request, mesh, fixed, &options, &outcome->training, &result, error);
   else
     THRUM_THEN(status, thrum_precompute(mesh, fixed, &options, &result, error));

@@ -125,13 +125,15 @@ static const config_option options[] = {
                 AT(condense)),
 
     OPTION_HEADING("training"),
-    OPTION_TEXT("train", "LOAD", NULL,
-                "run the full order under this load, as --load of simulate, or under several that "
-                "act together, LOAD;LOAD, and give half of the rank to what modes and derivatives "
-                "cannot show of its motion",
+    OPTION_TEXT("train", "CASE", NULL,
+                "run the full order under this load, as --load of simulate, and give half of the "
+                "rank to what modes and derivatives cannot show of its motion; what acts together "
+                "is one CASE with ; between: loads, base-motion:MOTION and start:START as those "
+                "options of simulate have them",
                 .repeats = true, .take = take_train),
-    OPTION_TEXT("test", "LOAD", NULL,
-                "another load, which is not trained on: the error under it is printed too",
+    OPTION_TEXT("test", "CASE", NULL,
+                "another case, which is not trained on: the error in it is printed too; without "
+                "--train of the usual basis",
                 .repeats = true, .take = take_test),
     OPTION_FLAG("by-share",
                 "weigh modes and derivatives by what they do in the training, and not by their "
@@ -211,6 +213,8 @@ const config_command command_precompute = {
                 "--test gravity:3,0,-9.81 -o bridge.npz\n"
                 "precompute bridge --train square:0,0,-72000@load --test gravity:3,0,-9.81 "
                 "--error 5% -o bridge.npz\n"
+                "precompute tower --rank 40 --train base-motion:sine:3,0,0,f=1.5 "
+                "--train 'start:mode:1,0.3' -o tower.npz\n"
                 "precompute beam.veg --fix beam.bou --import-basis beam.U --import-cubic beam.cub "
                 "-o beam.npz\n"
                 "precompute bridge.veg --fix bridge.bou --threads 2 --json -o bridge.npz",
@@ -235,8 +239,6 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   // some options need others or exclude them
   if (request->output == NULL && !request->dry_run)
     return config_usage("precompute", "no output given: say -o NAME.npz");
-  if (request->test_count > 0 && request->train_count == 0)
-    return config_usage("precompute", "--test goes with --train");
   if (!isnan(request->error) && request->train_count == 0)
     return config_usage("precompute", "--error goes with --train");
   if (request->by_share && request->train_count == 0)
@@ -245,15 +247,16 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
     return config_usage("precompute", "--by-share goes without --handles, which have no share");
 
   // its error is that of the whole model, and its runs are as long as a run of simulate may be
-  if (request->train_count > 0 && request->condense)
-    return config_usage("precompute",
-                        "--train judges the whole model, which --condense does not write: leave "
-                        "one out, or condense when stepping (simulate --condense)");
+  if (request->train_count + request->test_count > 0 && request->condense)
+    return config_usage(
+        "precompute",
+        "--train and --test judge the whole model, which --condense does not write: leave "
+        "one out, or condense when stepping (simulate --condense)");
   if (request->train_time / request->train_dt > TRAIN_STEPS_MOST)
     return config_usage("precompute", "--train-time %g is more than %g steps of --train-dt",
                         request->train_time, TRAIN_STEPS_MOST);
-  if (request->train_count > 0 && request->import_basis)
-    return config_usage("precompute", "--train goes without --import-basis");
+  if (request->train_count + request->test_count > 0 && request->import_basis)
+    return config_usage("precompute", "--train and --test go without --import-basis");
   if (request->condense && request->import_basis)
     return config_usage("precompute",
                         "--condense needs linear modes, which --import-basis has not");

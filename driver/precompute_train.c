@@ -8,7 +8,6 @@
 
 #include "config/progress.h"
 #include "driver/full_motion_kept.h"
-#include "driver/train_case.h"
 #include "platform/allocate.h"
 #include "platform/memory_limit.h"
 #include "platform/threads.h"
@@ -19,12 +18,11 @@
 
 /* A case on the unreduced body. */
 static full_motion_script script_of(const precompute_request *request, const train_case *c) {
-  return (full_motion_script){.load_count = c->count,
-                              .courses = c->courses,
-                              .forces = c->forces,
-                              .damping_alpha = request->train_damping[0],
-                              .damping_beta = request->train_damping[1],
-                              .time = request->train_time};
+  full_motion_script script = train_case_script(c);
+  script.damping_alpha = request->train_damping[0];
+  script.damping_beta = request->train_damping[1];
+  script.time = request->train_time;
+  return script;
 }
 
 /* Where samples go, and the bar that shows the run. */
@@ -53,7 +51,7 @@ double precompute_train_bytes(const precompute_request *request, int64_t vertex_
   const double field = 24 * (double)vertex_count, train = (double)request->train_count,
                runs = train + (double)request->test_count;
   const double columns = train * FULL_MOTION_SNAPSHOTS;
-  return train > 0 ? field * (runs + train) * FULL_MOTION_SNAPSHOTS + 8 * columns * columns : 0;
+  return field * (runs + train) * FULL_MOTION_SNAPSHOTS + 8 * columns * columns;
 }
 
 /* What the training takes is refused before anything is run, where it does not fit. */
@@ -65,10 +63,11 @@ static thrum_status check_memory(const precompute_request *request, int64_t vert
   const double left = limit > 0 ? fmax(0, limit - held) : thrum_memory_available(&whose);
   if (bytes <= left)
     return THRUM_OK;
-  return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
-                         "--train: the snapshots take about %.0f MB, and %.0f MB %s are left: "
-                         "give fewer loads at a time, or a coarser mesh",
-                         bytes / 1048576, left / 1048576, whose);
+  return thrum_error_set(
+      error, THRUM_OUT_OF_MEMORY,
+      "--train and --test: the snapshots take about %.0f MB, and %.0f MB %s are left: "
+      "give fewer loads at a time, or a coarser mesh",
+      bytes / 1048576, left / 1048576, whose);
 }
 
 static thrum_status run_all(const precompute_request *request, const thrum_model *model,
@@ -85,18 +84,18 @@ static thrum_status run_all(const precompute_request *request, const thrum_model
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < outcome->run_count && status >= 0; n++) {
     train_run *run = &outcome->runs[n];
-    train_case c = {0};
     char label[64];
     snprintf(label, sizeof label, "%s %.40s", run->test ? "test" : "training", run->text);
-    status = train_case_parse(run->text, &c, error);
-    THRUM_THEN(status, train_case_fill(model, run->test ? "test" : "train", &c, error));
+    status = train_case_parse(run->text, &run->c, error);
+    THRUM_THEN(status, train_case_fill(model, run->test ? "test" : "train", &run->c, error));
     run->u = outcome->samples + n * each;
-    const full_motion_script script = script_of(request, &c);
+    const full_motion_script script = script_of(request, &run->c);
     taker t = {run, 3 * model->vertex_count, &progress, label};
     const full_motion_observer observer = {FULL_MOTION_SNAPSHOTS, take, &t, show, &t};
     THRUM_THEN(status, full_motion_kept(request->keep_runs, model, (int)request->options.mass,
                                         &script, request->train_dt, &observer, NULL, error));
-    train_case_free(&c);
+    free(run->c.forces);
+    run->c.forces = NULL;
   }
   thrum_threads_restore(before);
   config_progress_end(&progress, status >= 0);
@@ -206,13 +205,15 @@ static void judge_sample(void *context, int64_t index, double share, const doubl
     j->off += q[i] * q[i] - 2 * q[i] * a[i];
 }
 
-/* The model under one load, against the samples of the full order (design 14). */
+/* The model in one case, against the samples of the full order (design 14). */
 static thrum_status judge_run(const thrum_model *model, const thrum_model_fem *body,
-                              const precompute_request *request, const train_case *c, double *work,
-                              train_run *run, thrum_error *error) {
+                              const precompute_request *request, double *work, train_run *run,
+                              thrum_error *error) {
   double force[THRUM_RANK_MAX];
   double from[2 * THRUM_RANK_MAX] = {0}, to[2 * THRUM_RANK_MAX], between[2 * THRUM_RANK_MAX];
   const int64_t rank = model->rank;
+  const train_case *c = &run->c;
+  const full_motion_script script = script_of(request, c);
   judge j = {model, body, run, work, 0, 0};
   thrum_state_def def = thrum_default_state_def();
   thrum_state *state = NULL;
@@ -221,15 +222,18 @@ static thrum_status judge_run(const thrum_model *model, const thrum_model_fem *b
   def.damping_alpha = request->train_damping[0];
   def.damping_beta = request->train_damping[1];
   def.frequency_matched = 0; // as the full order, so that the errors in time are the same
-  double *directions = thrum_allocate(c->count * rank, sizeof *directions, "a load", error);
+  double *directions = thrum_allocate((c->count + 1) * rank, sizeof *directions, "a load", error);
   thrum_status status = directions ? THRUM_OK : THRUM_OUT_OF_MEMORY;
   THRUM_THEN(status, train_case_reduce(model, c, directions, error));
   THRUM_THEN(status, thrum_state_create(model, &def, &state, error));
+  THRUM_THEN(status, full_motion_reduced_start(model, body, &script, from, error));
+  THRUM_THEN(status, thrum_state_set(model, state, from, NULL, error));
 
   const int64_t steps = thrum_step_count(request->train_time, def.dt);
   for (int64_t k = 0; k < steps && status >= 0; k++) {
     thrum_load_sum(c->courses, directions, c->count, rank, k, def.dt, force);
-    status = thrum_state_set_force(model, state, force, error);
+    status = full_motion_reduced_base(model, &script, k, def.dt, force, error);
+    THRUM_THEN(status, thrum_state_set_force(model, state, force, error));
     THRUM_THEN(status, thrum_step(model, state, error));
     THRUM_THEN(status, thrum_state_get(model, state, to, to + rank, error));
     if (status >= 0)
@@ -245,19 +249,15 @@ static thrum_status judge_run(const thrum_model *model, const thrum_model_fem *b
   return status == THRUM_NOT_CONVERGED || status == THRUM_NOT_FINITE ? THRUM_OK : status;
 }
 
-/* Steps the model under all loads, and fills the errors. */
+/* Steps the model in all cases, and fills the errors. */
 static thrum_status judge_all(const precompute_request *request, const thrum_model *model,
                               train_outcome *outcome, thrum_error *error) {
   thrum_model_fem body = {0};
   THRUM_TRY(thrum_model_fem_create(model, &body, error));
   double *work = thrum_allocate(2 * body.fem.free_count, sizeof *work, "the training", error);
   thrum_status status = work ? THRUM_OK : THRUM_OUT_OF_MEMORY;
-  for (int64_t n = 0; n < outcome->run_count && status >= 0; n++) {
-    train_case c = {0};
-    status = train_case_parse(outcome->runs[n].text, &c, error);
-    THRUM_THEN(status, judge_run(model, &body, request, &c, work, &outcome->runs[n], error));
-    train_case_free(&c);
-  }
+  for (int64_t n = 0; n < outcome->run_count && status >= 0; n++)
+    status = judge_run(model, &body, request, work, &outcome->runs[n], error);
   free(work);
   thrum_model_fem_free(&body);
   return status;
@@ -414,6 +414,20 @@ static thrum_status make_trial(const precompute_request *request, const thrum_me
   return status;
 }
 
+/* The usual model, under the tests. */
+static thrum_status make_untrained(const precompute_request *request, const thrum_mesh *mesh,
+                                   const uint8_t *fixed, const thrum_precompute_options *options,
+                                   train_outcome *outcome, thrum_precomputed *result,
+                                   thrum_error *error) {
+  THRUM_TRY(check_memory(request, mesh->vertex_count, error));
+  THRUM_TRY(thrum_precompute(mesh, fixed, options, result, error));
+  if (result->rigid_count > 0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "--test: nothing is held, and a free body moves away as a whole");
+  THRUM_TRY(run_all(request, &result->model, outcome, error));
+  return judge_all(request, &result->model, outcome, error);
+}
+
 /* The larger of both errors; infinite where a run is lost. */
 static double worst_of(const train_outcome *outcome) {
   double worst = 0;
@@ -499,7 +513,9 @@ static thrum_status make_trials(const precompute_request *request, const thrum_m
     thrum_precomputed found = {0};
     thrum_error detail = {0};
     const thrum_status status =
-        make_trial(request, mesh, fixed, options, &t, outcome, &found, &detail);
+        outcome->train_count > 0
+            ? make_trial(request, mesh, fixed, options, &t, outcome, &found, &detail)
+            : make_untrained(request, mesh, fixed, options, outcome, &found, &detail);
 
     // where the mesh has no more modes, what was there before counts
     if (status < 0) {
@@ -544,6 +560,8 @@ thrum_status precompute_train(const precompute_request *request, const thrum_mes
 }
 
 void precompute_train_free(train_outcome *outcome) {
+  for (int64_t n = 0; n < outcome->run_count; n++)
+    train_case_free(&outcome->runs[n].c);
   free(outcome->samples);
   free(outcome->runs);
   free(outcome->fields);

@@ -8,12 +8,14 @@
 #define THRUM_DRIVER_PRECOMPUTE_TRAIN_H
 
 #include "driver/precompute_request.h"
+#include "driver/train_case.h"
 #include "precompute/precompute.h"
 
-/* One load, its full-order run, and the error of the model under it. */
+/* One case, its full-order run, and the error of the model in it. */
 typedef struct train_run {
   const char *text;
   bool test;
+  train_case c; /* owned; its forces only while it is run */
   double *u;    /* its samples, in those of the outcome */
   double error; /* rms of the displacement against the full order [1]; NaN: the run was lost */
 } train_run;
@@ -29,8 +31,9 @@ typedef struct train_outcome {
   bool missed; /* the error that was wanted is not reached */
 } train_outcome;
 
-/* Runs the full order of the mesh under all loads of the request, makes a basis that shows what it
- * does, and steps it under all of them. Where the request has an error, modes, derivatives and
+/* Runs the full order of the mesh in all cases of the request, makes a basis that shows what it
+ * does, and steps it in all of them; with no training the basis is the usual one, and only judged.
+ * Where the request has an error, modes, derivatives and
  * shapes grow until no load errs by more, up to its rank_max; the best is kept. options: those of
  * the request. precompute_train_free frees the outcome, whatever came back. */
 thrum_status precompute_train(const precompute_request *request, const thrum_mesh *mesh,

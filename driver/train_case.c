@@ -6,52 +6,131 @@
 
 #include "platform/allocate.h"
 
+/* What follows `prefix` in the text; NULL where it begins otherwise. */
+static const char *after(const char *text, const char *prefix) {
+  const size_t length = strlen(prefix);
+  return strncmp(text, prefix, length) == 0 ? text + length : NULL;
+}
+
+/* One piece of the text. */
+static thrum_status parse_piece(const char *piece, train_case *c, thrum_error *error) {
+  const char *base_motion = after(piece, "base-motion:"), *start = after(piece, "start:");
+  if (base_motion != NULL) {
+    THRUM_TRY(base_motion_parse(base_motion, &c->base_motions[c->base_motion_count], error));
+    c->base_motion_count++;
+    return THRUM_OK;
+  }
+  if (start != NULL) {
+    start_spec *parsed = &c->starts[c->start_count];
+    THRUM_TRY(start_spec_parse(start, parsed, error));
+    if (parsed->kind == START_FILE)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "'%.200s': the coordinates in a file are those of one basis, and "
+                             "another is made here: start from mode:NUMBER,METRES or static:LOAD",
+                             piece);
+    c->start_count++;
+    return THRUM_OK;
+  }
+  THRUM_TRY(load_spec_parse(piece, &c->loads[c->count], error));
+  c->courses[c->count] = c->loads[c->count].course;
+  c->count++;
+  return THRUM_OK;
+}
+
 thrum_status train_case_parse(const char *text, train_case *c, thrum_error *error) {
-  int64_t most = 1;
+  size_t most = 1;
   for (const char *at = text; *at != 0; at++)
     most += *at == ';';
   *c = (train_case){.texts = malloc(strlen(text) + 1),
-                    .loads = calloc((size_t)most, sizeof *c->loads),
-                    .courses = calloc((size_t)most, sizeof *c->courses)};
-  if (c->texts == NULL || c->loads == NULL || c->courses == NULL)
+                    .loads = calloc(most, sizeof *c->loads),
+                    .courses = calloc(most, sizeof *c->courses),
+                    .base_motions = calloc(most, sizeof *c->base_motions),
+                    .starts = calloc(most, sizeof *c->starts)};
+  if (c->texts == NULL || c->loads == NULL || c->courses == NULL || c->base_motions == NULL ||
+      c->starts == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a load");
   strcpy(c->texts, text);
 
-  // the texts of the loads are pieces of the copy
+  // the texts of the pieces are parts of the copy
   for (char *piece = c->texts; piece != NULL;) {
     char *end = strchr(piece, ';');
     if (end != NULL)
       *end++ = 0;
-    THRUM_TRY(load_spec_parse(piece, &c->loads[c->count], error));
-    c->courses[c->count] = c->loads[c->count].course;
-    c->count++;
+    THRUM_TRY(parse_piece(piece, c, error));
     piece = end;
   }
   return THRUM_OK;
 }
 
 void train_case_free(train_case *c) {
+  for (int64_t n = 0; n < c->base_motion_count; n++)
+    base_motion_close(&c->base_motions[n]);
   free(c->texts);
   free(c->loads);
   free(c->courses);
+  free(c->base_motions);
+  free(c->starts);
   free(c->forces);
+  free(c->held_by);
+  free(c->start);
   *c = (train_case){0};
 }
 
-/* What a load says of itself, which begins with the option that it has in simulate, with another
+/* What a piece says of itself, which begins with the option that it has in simulate, with another
  * one. */
 static const char *renamed(const char *message) {
-  static const char other[] = "--load ";
-  return message + (strncmp(message, other, sizeof other - 1) == 0 ? sizeof other - 1 : 0);
+  static const char *const others[] = {"--load ", "--base-motion ", "--start "};
+  for (size_t n = 0; n < sizeof others / sizeof others[0]; n++)
+    if (after(message, others[n]) != NULL)
+      return after(message, others[n]);
+  return message;
+}
+
+/* A zeroed field of the model; NULL without memory. */
+static double *field_of(const thrum_model *model, int64_t count, thrum_error *error) {
+  const int64_t all = 3 * model->vertex_count * count;
+  double *field = thrum_allocate(all, sizeof *field, "a load", error);
+  if (field != NULL)
+    memset(field, 0, (size_t)all * sizeof *field);
+  return field;
+}
+
+/* Where the body starts. */
+static thrum_status fill_starts(const thrum_model *model, train_case *c, thrum_error *error) {
+  double q[THRUM_RANK_MAX] = {0}, p[THRUM_RANK_MAX] = {0};
+  int64_t modes = 0, statics = 0;
+  for (int64_t n = 0; n < c->start_count; n++) {
+    modes += c->starts[n].kind == START_MODE;
+    statics += c->starts[n].kind == START_STATIC;
+  }
+  if (modes > 0)
+    c->start = field_of(model, 1, error);
+  if (statics > 0)
+    c->held_by = field_of(model, 1, error);
+  if ((modes > 0 && c->start == NULL) || (statics > 0 && c->held_by == NULL))
+    return THRUM_OUT_OF_MEMORY;
+
+  // shapes of modes add up; loads of equilibria act together
+  for (int64_t n = 0; n < c->start_count; n++) {
+    const start_spec *start = &c->starts[n];
+    if (start->kind == START_MODE) {
+      THRUM_TRY(start_specs_make(model, start, 1, q, p, error));
+      continue;
+    }
+    double reduced[THRUM_RANK_MAX];
+    THRUM_TRY(load_spec_reduce(model, &start->load, reduced, error));
+    THRUM_TRY(load_spec_fill(model, &start->load, c->held_by, error));
+  }
+  return modes > 0 ? thrum_displacement(model, q, 0, model->vertex_count, c->start, error)
+                   : THRUM_OK;
 }
 
 thrum_status train_case_fill(const thrum_model *model, const char *option, train_case *c,
                              thrum_error *error) {
   const int64_t all = 3 * model->vertex_count;
-  c->forces = thrum_allocate(c->count * all, sizeof *c->forces, "a load", error);
+  c->forces = field_of(model, c->count > 0 ? c->count : 1, error);
   if (c->forces == NULL)
     return THRUM_OUT_OF_MEMORY;
-  memset(c->forces, 0, (size_t)(c->count * all) * sizeof *c->forces);
 
   // reducing a load first gives an error that names it and its target
   for (int64_t n = 0; n < c->count; n++) {
@@ -62,7 +141,24 @@ thrum_status train_case_fill(const thrum_model *model, const char *option, train
       return thrum_error_set(error, status, "--%s %.300s", option, renamed(detail.message));
     THRUM_TRY(load_spec_fill(model, &c->loads[n], c->forces + n * all, error));
   }
-  return THRUM_OK;
+
+  // base motions and starts say what they are themselves
+  thrum_error detail = {0};
+  thrum_status status = fill_starts(model, c, &detail);
+  for (int64_t n = 0; n < c->base_motion_count && status >= 0; n++)
+    status = base_motion_read(&c->base_motions[n], &detail);
+  return status < 0 ? thrum_error_set(error, status, "--%s %.300s", option, renamed(detail.message))
+                    : THRUM_OK;
+}
+
+full_motion_script train_case_script(const train_case *c) {
+  return (full_motion_script){.load_count = c->count,
+                              .courses = c->courses,
+                              .forces = c->forces,
+                              .base_motion_count = c->base_motion_count,
+                              .base_motions = c->base_motions,
+                              .held_by = c->held_by,
+                              .start = c->start};
 }
 
 thrum_status train_case_reduce(const thrum_model *model, const train_case *c, double *directions,

@@ -66,6 +66,48 @@ static void loads_of_one_training_act_together(void **state) {
   assert_true(both > 0 && one > 0 && both != one);
 }
 
+/* The error of the usual basis in a case, without a training. */
+static double untrained_error(const char *test, const char *time) {
+  program_result run =
+      thrum_run(folder, "precompute", MESH, "-o", "one.npz", "--modes", "4", "--rank", "10",
+                "--test", test, "--train-time", time, "--train-dt", "0.005", "--fix", "x<0.001",
+                "--keep-runs", "tested", "--json", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  cJSON *object = json_line(run.out);
+  const double error = json_value(cJSON_GetObjectItem(object, "training"), "test_error");
+  cJSON_Delete(object);
+  program_result_free(&run);
+  return error;
+}
+
+static void a_base_that_accelerates_is_gravity_against_it(void **state) {
+  (void)state;
+  FILE *file = fopen(in_folder("steady.csv"), "w");
+  assert_non_null(file);
+  fputs("t,ax,ay,az\n0,0,-2,9\n1,0,-2,9\n", file);
+  fclose(file);
+  const double gravity = untrained_error("gravity:0,2,-9", "0.2");
+  assert_true(fabs(untrained_error("base-motion:steady.csv", "0.2") - gravity) < 1e-9);
+
+  // and a basis is trained on it
+  const double trained = error_of(MESH, "base-motion:steady.csv");
+  assert_true(trained > 0 && trained < 0.5 * gravity);
+}
+
+static void a_body_that_its_load_holds_stays(void **state) {
+  (void)state;
+  static const char held[] = "start:static:constant:0,0,-100@vertex=30;constant:0,0,-100@vertex=30";
+  const double at_rest = untrained_error(held, "0.1");
+  assert_true(at_rest > 1e-4 && at_rest < 0.2);
+  assert_true(fabs(untrained_error(held, "0.2") - at_rest) < 1e-3 * at_rest);
+
+  // a start by a mode is released and swings, which the usual basis shows
+  const double mode = untrained_error("start:mode:1,0.05", "0.2");
+  assert_true(mode > 0 && mode < 0.1);
+  assert_true(error_of(MESH, "start:mode:1,0.05;start:static:constant:0,0,-50@tip") < 0.05);
+}
+
 static void a_model_file_stands_for_its_mesh(void **state) {
   (void)state;
   const double of_mesh = error_of(MESH, PULL);
@@ -243,14 +285,17 @@ static void the_memory_of_a_training_is_counted(void **state) {
 static void what_cannot_be_trained_is_refused(void **state) {
   (void)state;
   static const char *const cases[][5] = {
-      {"--test", PULL, NULL, NULL, "--test goes with --train"},
+      {"--test", PULL, "--condense", NULL, "--test judge the whole model"},
+      {"--train", "start:end.npy", NULL, NULL, "'start:end.npy': the coordinates in a file"},
+      {"--train", "start:mode:99,1", NULL, NULL, "--train 'mode:99,1': the model has modes 1 to"},
+      {"--train", "base-motion:none.csv", NULL, NULL, "none.csv: cannot be read"},
       {"--error", "5%", NULL, NULL, "--error goes with --train"},
       {"--by-share", NULL, NULL, NULL, "--by-share goes with --train"},
       {"--train", "push:1,2,3", NULL, NULL, "--train 'push:1,2,3'"},
       {"--train", "square:0,0,-1@nowhere", NULL, NULL, "--train 'square:0,0,-1@nowhere': no group"},
       {"--train", PULL, "--rank", "10", "leaves nothing beside 10 modes"},
-      {"--train", PULL, "--import-basis", "none.U", "--train goes without"},
-      {"--train", PULL, "--condense", NULL, "--train judges the whole model"},
+      {"--train", PULL, "--import-basis", "none.U", "--train and --test go without"},
+      {"--train", PULL, "--condense", NULL, "--test judge the whole model"},
       {"--train", PULL, "--train-time", "1e300", "--train-time 1e+300 is more than"},
       {"--train", "gravity:0,0,0", NULL, NULL, "--train: the loads move nothing"},
   };
@@ -276,6 +321,8 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_larger_trained_basis_errs_less_and_both_errors_are_said),
       cmocka_unit_test(loads_of_one_training_act_together),
+      cmocka_unit_test(a_base_that_accelerates_is_gravity_against_it),
+      cmocka_unit_test(a_body_that_its_load_holds_stays),
       cmocka_unit_test(a_model_file_stands_for_its_mesh),
       cmocka_unit_test(a_run_that_is_kept_is_not_made_again),
       cmocka_unit_test(shares_make_another_model_that_is_as_good),

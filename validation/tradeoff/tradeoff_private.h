@@ -38,6 +38,7 @@ typedef struct tradeoff_view {
   const full_motion_script *script;
   const tradeoff_reference *reference;
   double *directions;  /* load_count x rank; owned, with the others */
+  double *start;       /* rank: coordinates at the start */
   double *reference_q; /* TRADEOFF_SAMPLES x rank: U^T M u */
   double *reference_p;
 } tradeoff_view;

@@ -67,11 +67,19 @@ static int64_t step_all(follower *f, const tradeoff_view *view, const thrum_stat
   double force[THRUM_RANK_MAX], reduced[THRUM_RANK_MAX];
   taker t = {samples, rank, 0, 0};
 
+  // the first step begins where the body starts, with what follows at rest
+  memcpy(from, view->start, (size_t)rank * sizeof *from);
+  memcpy(f->x, from, (size_t)f->space->stepped->rank * sizeof *from);
+  memcpy(f->middle, from, (size_t)f->space->stepped->rank * sizeof *from);
+  if (thrum_state_set(f->space->stepped, state, from, NULL, NULL) < 0)
+    return 0;
+
   for (int64_t k = 0; k < steps; k++) {
     thrum_energies energies;
     const double began = clock_thread_seconds();
     thrum_load_sum(script->courses, view->directions, script->load_count, rank, k, def->dt, force);
-    if (thrum_state_set_force(f->space->stepped, state, reduce(f, force, reduced), NULL) < 0 ||
+    if (full_motion_reduced_base(f->space->shape, script, k, def->dt, force, NULL) < 0 ||
+        thrum_state_set_force(f->space->stepped, state, reduce(f, force, reduced), NULL) < 0 ||
         thrum_step(f->space->stepped, state, NULL) < 0)
       return k;
     *spent += clock_thread_seconds() - began;

@@ -37,7 +37,7 @@ thrum_status tradeoff_view_make(const thrum_model *shape, const full_motion_scri
                                 const tradeoff_reference *reference, tradeoff_view *view,
                                 thrum_error *error) {
   const int64_t rank = shape->rank, components = 3 * shape->vertex_count;
-  const int64_t count = (script->load_count + 2 * TRADEOFF_SAMPLES) * rank;
+  const int64_t count = (script->load_count + 2 * TRADEOFF_SAMPLES + 1) * rank;
   *view = (tradeoff_view){.script = script, .reference = reference};
   view->directions = thrum_allocate(count, sizeof *view->directions, "a basis", error);
   if (view->directions == NULL)
@@ -45,12 +45,13 @@ thrum_status tradeoff_view_make(const thrum_model *shape, const full_motion_scri
   memset(view->directions, 0, (size_t)count * sizeof *view->directions);
   view->reference_q = view->directions + script->load_count * rank;
   view->reference_p = view->reference_q + TRADEOFF_SAMPLES * rank;
+  view->start = view->reference_p + TRADEOFF_SAMPLES * rank;
 
   project(shape, view);
   for (int64_t l = 0; l < script->load_count; l++)
     THRUM_TRY(thrum_load_add_field(shape, script->forces + l * components,
                                    view->directions + l * rank, error));
-  return THRUM_OK;
+  return full_motion_reduced_start(shape, &reference->body, script, view->start, error);
 }
 
 void tradeoff_view_free(tradeoff_view *view) {
