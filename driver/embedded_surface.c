@@ -15,7 +15,7 @@
 #include "platform/clock.h"
 #include "thrum/thrum.h"
 
-/* Where the surface comes from; to be freed. */
+/* Where the surface comes from; to be freed. NULL: no memory. */
 static char *make_meta(const char *model_name, const char *path, double scale) {
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "tool", "thrum");
@@ -47,6 +47,10 @@ thrum_status embedded_surface_make(const thrum_model *model, const char *model_n
   thrum_surface_mesh surface = {0};
   THRUM_TRY(thrum_surface_mesh_read(path, scale, &surface, error));
   char *meta = make_meta(model_name, path, scale);
+  if (meta == NULL) {
+    thrum_surface_mesh_free(&surface);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface's origin");
+  }
   embed_progress progress = {config_progress_make(quiet), clock_seconds()};
   const thrum_embed_progress reporting = {tell, &progress};
   thrum_status status = thrum_embed_make(model, &surface, meta, &reporting, embed, error);

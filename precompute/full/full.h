@@ -128,7 +128,8 @@ thrum_status thrum_full_lower(thrum_full *full, const thrum_full_loading *loadin
 
 /* How much lower the energy of body and load is at the equilibrium near the present displacement
  * under `forces` [J], by one correction of Newton: half of delta^T r. What a displacement that a
- * basis was allowed to show leaves undone. The body stays as it is. */
+ * basis was allowed to show leaves undone; NaN where the tangent has no such correction. The body
+ * stays as it is. */
 thrum_status thrum_full_undone(thrum_full *full, const double *forces, double *energy,
                                thrum_error *error);
 

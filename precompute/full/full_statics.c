@@ -39,6 +39,7 @@ typedef struct rest {
   double *before; /* u a step ago */
   double *kept;   /* u at the start of the step */
   thrum_full_equilibrium *found;
+  thrum_status failure; /* no memory, so that the search cannot go on; else THRUM_OK */
 } rest;
 
 /* Held components on their way: straight, and as rigid groups where those turn. */
@@ -82,7 +83,7 @@ static void evaluate(rest *s, double factor) {
     s->merit -= (1 - factor) * full_dot(full, s->hold, full->u);
 }
 
-/* Newton's correction into delta; the slope at which the energy falls along it, 0 on failure. */
+/* Newton's correction into delta; the slope at which the energy falls along it, NaN on failure. */
 static double descend(rest *s, thrum_error *error) {
   thrum_full *full = s->full;
   thrum_status status = THRUM_SINGULAR;
@@ -104,7 +105,11 @@ static double descend(rest *s, thrum_error *error) {
   }
 
   s->found->iterations++;
-  return status >= 0 ? full_dot(full, full->delta, full->r) : 0;
+
+  // a shorter step may mend any other failure
+  if (status == THRUM_OUT_OF_MEMORY)
+    s->failure = status;
+  return status >= 0 ? full_dot(full, full->delta, full->r) : NAN;
 }
 
 /* Along delta by 1 and then shorter, until the energy falls enough, or the residual where rounding
@@ -142,9 +147,12 @@ static bool newton_turning(rest *s, double factor, thrum_error *error) {
   for (int k = 0; k < TURNING_MAX; k++) {
     evaluate(s, factor);
     const double slope = descend(s, error);
-    if (slope == 0 && full_dot(full, full->r, full->r) > 0)
+    if (isnan(slope) || (slope == 0 && full_dot(full, full->r, full->r) > 0))
       return false;
-    if (full_turning_solve(full, &s->turning, factor, error) < 0)
+    const thrum_status solved = full_turning_solve(full, &s->turning, factor, error);
+    if (solved == THRUM_OUT_OF_MEMORY)
+      s->failure = solved;
+    if (solved < 0)
       return false;
 
     thrum_sparse_product(&full->body.stiffness, full->delta, 1, full->product);
@@ -211,6 +219,8 @@ static bool follow(rest *s, thrum_error *error) {
     const int32_t iterations = s->found->iterations;
     if (!newton(s, factor, error)) {
       memcpy(full->u, s->kept, vector);
+      if (s->failure < 0)
+        return false;
       s->found->cut_steps++;
       step *= 0.25;
       continue;
@@ -287,10 +297,11 @@ thrum_status thrum_full_rest_under(thrum_full *full, const thrum_full_loading *l
     status = full_turning_make(full, loading, &s.turning, error);
   THRUM_THEN(status, thrum_full_set_force(full, loading->forces, error));
   if (status >= 0 && !follow(&s, error))
-    status = thrum_error_set(error, THRUM_NOT_CONVERGED,
-                             "full order: no equilibrium was found beyond %.6g of the load (%d "
-                             "steps, %d iterations)",
-                             s.factor, (int)made.load_steps, (int)made.iterations);
+    status = s.failure < 0 ? s.failure
+                           : thrum_error_set(error, THRUM_NOT_CONVERGED,
+                                             "full order: no equilibrium was found beyond %.6g of "
+                                             "the load (%d steps, %d iterations)",
+                                             s.factor, (int)made.load_steps, (int)made.iterations);
 
   // the tangent is another one now
   full->linear.ready = false;
@@ -320,9 +331,12 @@ thrum_status thrum_full_undone(thrum_full *full, const double *forces, double *e
   rest s = {.full = full, .loading = &loading, .found = &made};
   THRUM_TRY(thrum_full_set_force(full, forces, error));
   evaluate(&s, 1);
-  *energy = descend(&s, error) / 2;
+  const double slope = descend(&s, error);
   full->linear.ready = false;
   full->fresh = true;
+  if (s.failure < 0)
+    return s.failure;
+  *energy = slope / 2;
   return THRUM_OK;
 }
 
@@ -352,7 +366,7 @@ thrum_status thrum_full_lower(thrum_full *full, const thrum_full_loading *loadin
   s.loading = &still;
 
   // both ways along each kick
-  for (int64_t k = 0; k < 2 * kick_count; k++) {
+  for (int64_t k = 0; k < 2 * kick_count && s.failure >= 0; k++) {
     const double *kick = kicks + k / 2 * all, way = k % 2 ? -1 : 1;
     for (int64_t i = 0; i < n; i++)
       full->u[i] = start[i] + way * kick[fem->component[i]];
@@ -364,6 +378,8 @@ thrum_status thrum_full_lower(thrum_full *full, const thrum_full_loading *loadin
   full->linear.ready = false;
   full->fresh = true;
   free(memory);
+  if (s.failure < 0)
+    return s.failure;
   *lower = best;
   return THRUM_OK;
 }
