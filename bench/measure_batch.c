@@ -22,16 +22,8 @@ typedef struct herd {
   void *workspace;
   thrum_state **states; /* of `together` */
   double *samples;
+  thrum_scope memory;
 } herd;
-
-static void herd_free(herd *h) {
-  free(h->alone);
-  free(h->together);
-  free(h->snapshot);
-  free(h->workspace);
-  free(h->states);
-  free(h->samples);
-}
 
 static thrum_state *body(unsigned char *blocks, const herd *h, int64_t n) {
   return (thrum_state *)(void *)(blocks + (size_t)n * h->stride);
@@ -54,15 +46,15 @@ static thrum_status herd_make(const thrum_model *model, const bench_batch *bench
 
   // memory for bodies that step alone, for those that step together, and for the start of both
   const size_t count = (size_t)h->bodies;
-  h->alone = thrum_allocate_aligned(count * h->stride, "bodies", error);
-  h->together = thrum_allocate_aligned(count * h->stride, "bodies", error);
-  h->snapshot = thrum_allocate_aligned(count * h->stride, "bodies", error);
-  h->workspace = thrum_allocate_aligned(h->workspace_size, "a batch", error);
-  h->states = malloc(count * sizeof *h->states);
-  h->samples = malloc(2 * (size_t)(h->steps * bench->step.batches) * sizeof *h->samples);
-  if (!h->alone || !h->together || !h->snapshot || !h->workspace || !h->states || !h->samples)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld bodies",
-                           (long long)h->bodies);
+  h->memory = thrum_scope_begin("the bodies", error);
+  h->alone = thrum_scope_allocate_aligned(&h->memory, count * h->stride);
+  h->together = thrum_scope_allocate_aligned(&h->memory, count * h->stride);
+  h->snapshot = thrum_scope_allocate_aligned(&h->memory, count * h->stride);
+  h->workspace = thrum_scope_allocate_aligned(&h->memory, h->workspace_size);
+  h->states = thrum_scope_allocate(&h->memory, h->bodies, sizeof *h->states);
+  h->samples =
+      thrum_scope_allocate(&h->memory, 2 * h->steps * bench->step.batches, sizeof *h->samples);
+  THRUM_TRY(h->memory.status);
 
   // every body starts with a swing of its own
   memset(h->snapshot, 0, count * h->stride);
@@ -160,6 +152,6 @@ thrum_status bench_batch_run(const thrum_model *model, bench_batch *bench, thrum
     status = bench_step_choose_dt(model, &bench->step, error);
   THRUM_THEN(status, herd_make(model, bench, &h, error));
   THRUM_THEN(status, measure(&h, bench, error));
-  herd_free(&h);
+  thrum_scope_free(&h.memory);
   return status < 0 ? status : THRUM_OK;
 }

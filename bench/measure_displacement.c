@@ -21,23 +21,10 @@ typedef struct body {
   double *basis, *columns, *vertices, *q, *u, *samples;
   int32_t *triangles;
   float *shown, *normals;
-  void *memory;
+  thrum_scope memory;
   const thrum_surface *surface;
   int64_t triangle_count;
 } body;
-
-static void body_free(body *b) {
-  free(b->basis);
-  free(b->columns);
-  free(b->vertices);
-  free(b->q);
-  free(b->u);
-  free(b->samples);
-  free(b->triangles);
-  free(b->shown);
-  free(b->normals);
-  free(b->memory);
-}
 
 /* The same numbers in [-1, 1) in every run. */
 static void fill(double *values, int64_t count) {
@@ -65,19 +52,19 @@ static thrum_status body_make(const bench_displacement *bench, body *b, thrum_er
   b->model.rank = bench->rank;
   b->model.vertex_count = bench->vertices;
 
-  b->basis = malloc(rows * rank * sizeof(double));
-  b->columns = malloc(rows * rank * sizeof(double));
-  b->vertices = malloc(rows * sizeof(double));
-  b->q = malloc(rank * sizeof(double));
-  b->u = malloc(rows * sizeof(double));
-  b->samples = malloc(RUNS * (size_t)bench->repetitions * sizeof(double));
-  b->triangles = malloc(3 * (size_t)b->triangle_count * sizeof(int32_t));
-  b->shown = malloc(rows * sizeof(float));
-  b->normals = malloc(rows * sizeof(float));
-  if (!b->basis || !b->columns || !b->vertices || !b->q || !b->u || !b->samples || !b->triangles ||
-      !b->shown || !b->normals)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld vertices at rank %lld",
-                           (long long)bench->vertices, (long long)bench->rank);
+  b->memory = thrum_scope_begin("the vertices", error);
+  b->basis = thrum_scope_allocate(&b->memory, (int64_t)(rows * rank), sizeof(double));
+  b->columns = thrum_scope_allocate(&b->memory, (int64_t)(rows * rank), sizeof(double));
+  b->vertices = thrum_scope_allocate(&b->memory, (int64_t)(rows), sizeof(double));
+  b->q = thrum_scope_allocate(&b->memory, (int64_t)(rank), sizeof(double));
+  b->u = thrum_scope_allocate(&b->memory, (int64_t)(rows), sizeof(double));
+  b->samples = thrum_scope_allocate(&b->memory, (int64_t)(RUNS * (size_t)bench->repetitions),
+                                    sizeof(double));
+  b->triangles =
+      thrum_scope_allocate(&b->memory, (int64_t)(3 * (size_t)b->triangle_count), sizeof(int32_t));
+  b->shown = thrum_scope_allocate(&b->memory, (int64_t)(rows), sizeof(float));
+  b->normals = thrum_scope_allocate(&b->memory, (int64_t)(rows), sizeof(float));
+  THRUM_TRY(b->memory.status);
 
   // random numbers, and the same basis stored by columns
   b->model.basis = b->basis;
@@ -93,10 +80,9 @@ static thrum_status body_make(const bench_displacement *bench, body *b, thrum_er
   const thrum_surface_def def = {.triangles = b->triangles, .triangle_count = b->triangle_count};
   size_t size = 0;
   THRUM_TRY(thrum_surface_size(&b->model, &def, &size, error));
-  b->memory = thrum_allocate_aligned(size, "a surface", error);
-  if (!b->memory)
-    return THRUM_OUT_OF_MEMORY;
-  return thrum_surface_init(b->memory, size, &b->model, &def, &b->surface, error);
+  void *memory = thrum_scope_allocate_aligned(&b->memory, size);
+  THRUM_TRY(b->memory.status);
+  return thrum_surface_init(memory, size, &b->model, &def, &b->surface, error);
 }
 
 static void run_dgemv(body *b) {
@@ -166,6 +152,6 @@ thrum_status bench_displacement_run(bench_displacement *bench, thrum_error *erro
     bench->difference = difference(&b);
     thrum_threads_restore(before);
   }
-  body_free(&b);
+  thrum_scope_free(&b.memory);
   return status;
 }

@@ -13,13 +13,63 @@ static void *checked(void *memory, double size, const char *what, thrum_error *e
   return memory;
 }
 
+static bool fits(int64_t count, size_t size) {
+  return count >= 0 && (uint64_t)count <= SIZE_MAX / 2 / size;
+}
+
 void *thrum_allocate(int64_t count, size_t size, const char *what, thrum_error *error) {
-  const bool fits = count >= 0 && (uint64_t)count <= SIZE_MAX / 2 / size;
-  return checked(fits ? malloc((size_t)count * size + 1) : NULL, (double)count * (double)size, what,
-                 error);
+  return checked(fits(count, size) ? malloc((size_t)count * size + 1) : NULL,
+                 (double)count * (double)size, what, error);
 }
 
 void *thrum_allocate_aligned(size_t size, const char *what, thrum_error *error) {
-  const bool fits = size <= SIZE_MAX / 2;
-  return checked(fits ? thrum_large_memory(size + 1) : NULL, (double)size, what, error);
+  return checked(size <= SIZE_MAX / 2 ? thrum_large_memory(size + 1) : NULL, (double)size, what,
+                 error);
+}
+
+/* What stands for one allocation of a scope. The memory is a block of its own, so that a sanitizer
+ * still finds what writes past its end, and large memory keeps its alignment. */
+typedef struct thrum_scope_block {
+  struct thrum_scope_block *before;
+  void *memory;
+} thrum_scope_block;
+
+thrum_scope thrum_scope_begin(const char *what, thrum_error *error) {
+  return (thrum_scope){.what = what, .error = error};
+}
+
+/* Keeps what was allocated, or nothing where there was no memory for it. */
+static void *keep(thrum_scope *scope, void *memory) {
+  thrum_scope_block *block =
+      memory ? thrum_allocate(1, sizeof *block, scope->what, scope->error) : NULL;
+  if (!block) {
+    free(memory);
+    scope->status = THRUM_OUT_OF_MEMORY;
+    return NULL;
+  }
+  *block = (thrum_scope_block){scope->last, memory};
+  scope->last = block;
+  return memory;
+}
+
+void *thrum_scope_allocate(thrum_scope *scope, int64_t count, size_t size) {
+  if (scope->status < 0)
+    return NULL;
+  void *memory = fits(count, size) ? calloc((size_t)count * size + 1, 1) : NULL;
+  return keep(scope, checked(memory, (double)count * (double)size, scope->what, scope->error));
+}
+
+void *thrum_scope_allocate_aligned(thrum_scope *scope, size_t size) {
+  if (scope->status < 0)
+    return NULL;
+  return keep(scope, thrum_allocate_aligned(size, scope->what, scope->error));
+}
+
+void thrum_scope_free(thrum_scope *scope) {
+  while (scope->last) {
+    thrum_scope_block *block = scope->last;
+    scope->last = block->before;
+    free(block->memory);
+    free(block);
+  }
 }

@@ -40,26 +40,18 @@ typedef struct pca {
   double *small;        /* wide x wide */
   double *left;         /* count x count */
   double *values;       /* 2 wide */
+  thrum_scope memory;
 } pca;
 
-static void pca_free(pca *p) {
-  free(p->weight);
-  free(p->q);
-  free(p->work);
-  free(p->small);
-  free(p->left);
-  free(p->values);
-}
-
 static thrum_status pca_allocate(pca *p, thrum_error *error) {
-  if (!(p->weight = thrum_allocate(p->count, sizeof(double), "the basis", error)) ||
-      !(p->q = thrum_allocate(p->n * p->wide, sizeof(double), "the basis", error)) ||
-      !(p->work = thrum_allocate(p->n * THRUM_SOLVE_BLOCK, sizeof(double), "the basis", error)) ||
-      !(p->small = thrum_allocate(p->wide * p->wide, sizeof(double), "the basis", error)) ||
-      !(p->left = thrum_allocate(p->count * p->count, sizeof(double), "the basis", error)) ||
-      !(p->values = thrum_allocate(2 * p->wide, sizeof(double), "the basis", error)))
-    return THRUM_OUT_OF_MEMORY;
-  return THRUM_OK;
+  p->memory = thrum_scope_begin("the basis", error);
+  p->weight = thrum_scope_allocate(&p->memory, p->count, sizeof(double));
+  p->q = thrum_scope_allocate(&p->memory, p->n * p->wide, sizeof(double));
+  p->work = thrum_scope_allocate(&p->memory, p->n * THRUM_SOLVE_BLOCK, sizeof(double));
+  p->small = thrum_scope_allocate(&p->memory, p->wide * p->wide, sizeof(double));
+  p->left = thrum_scope_allocate(&p->memory, p->count * p->count, sizeof(double));
+  p->values = thrum_scope_allocate(&p->memory, 2 * p->wide, sizeof(double));
+  return p->memory.status;
 }
 
 // a of the file comment: what makes a derivative comparable to a mode
@@ -170,13 +162,10 @@ static thrum_status decompose_around(pca *p, int64_t span, double *frame, double
 static thrum_status decompose(pca *p, const double *candidates, int64_t span, thrum_error *error) {
   thrum_mass_gram(p->mass, p->q, span, candidates, p->count, p->small, p->work);
   if (p->kept > 0) {
-    double *frame = thrum_allocate(span * span, sizeof *frame, "the basis", error);
-    double *rest = frame ? thrum_allocate(span * p->count, sizeof *rest, "the basis", error) : NULL;
-    const thrum_status status =
-        rest ? decompose_around(p, span, frame, rest, error) : THRUM_OUT_OF_MEMORY;
-    free(frame);
-    free(rest);
-    return status;
+    double *frame = thrum_scope_allocate(&p->memory, span * span, sizeof *frame);
+    double *rest = thrum_scope_allocate(&p->memory, span * p->count, sizeof *rest);
+    THRUM_TRY(p->memory.status);
+    return decompose_around(p, span, frame, rest, error);
   }
   for (int64_t c = 0; c < p->count; c++)
     cblas_dscal((int)span, p->weight[c], p->small + c * span, 1);
@@ -326,6 +315,6 @@ thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t
   THRUM_THEN(status, build(&p, omega2, candidates, basis, reporter, error));
   if (status >= 0)
     *orthonormality = orthonormality_of(&p, basis);
-  pca_free(&p);
+  thrum_scope_free(&p.memory);
   return status;
 }

@@ -25,30 +25,19 @@ typedef struct lanczos {
   int iparam[11], ipntr[14];
   double *resid, *basis, *workd, *workl, *values;
   int *select;
+  thrum_scope memory;
 } lanczos;
 
 static thrum_status lanczos_allocate(lanczos *l, thrum_error *error) {
   const int64_t n = l->n, v = l->vectors;
-  if (!(l->resid = thrum_allocate(n, sizeof(double), "the modes", error)) ||
-      !(l->basis = thrum_allocate(n * v, sizeof(double), "the modes", error)) ||
-      !(l->workd = thrum_allocate(3 * n, sizeof(double), "the modes", error)) ||
-      !(l->workl = thrum_allocate(v * (v + 8), sizeof(double), "the modes", error)) ||
-      !(l->values = thrum_allocate(v, sizeof(double), "the modes", error)) ||
-      !(l->select = thrum_allocate(v, sizeof(int), "the modes", error)))
-    return THRUM_OUT_OF_MEMORY;
-  memset(l->workd, 0, sizeof(double) * (size_t)(3 * n));
-  memset(l->workl, 0, sizeof(double) * (size_t)(v * (v + 8)));
-  memset(l->select, 0, sizeof(int) * (size_t)v);
-  return THRUM_OK;
-}
-
-static void lanczos_free(lanczos *l) {
-  free(l->resid);
-  free(l->basis);
-  free(l->workd);
-  free(l->workl);
-  free(l->values);
-  free(l->select);
+  l->memory = thrum_scope_begin("the modes", error);
+  l->resid = thrum_scope_allocate(&l->memory, n, sizeof(double));
+  l->basis = thrum_scope_allocate(&l->memory, n * v, sizeof(double));
+  l->workd = thrum_scope_allocate(&l->memory, 3 * n, sizeof(double));
+  l->workl = thrum_scope_allocate(&l->memory, v * (v + 8), sizeof(double));
+  l->values = thrum_scope_allocate(&l->memory, v, sizeof(double));
+  l->select = thrum_scope_allocate(&l->memory, v, sizeof(int));
+  return l->memory.status;
 }
 
 // a fixed start vector without structure: equal input, equal modes
@@ -168,13 +157,13 @@ static thrum_status refine(const thrum_sparse *mass, thrum_factor *factor, int64
 
 thrum_status thrum_eigen_refine(const thrum_sparse *mass, thrum_factor *factor, int64_t count,
                                 int passes, double *values, double *vectors, thrum_error *error) {
-  double *y = thrum_allocate(mass->size * count, sizeof *y, "the modes", error);
-  double *small = thrum_allocate(2 * count * count, sizeof *small, "the modes", error);
-  thrum_status status = y && small ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  thrum_scope memory = thrum_scope_begin("the modes", error);
+  double *y = thrum_scope_allocate(&memory, mass->size * count, sizeof *y);
+  double *small = thrum_scope_allocate(&memory, 2 * count * count, sizeof *small);
+  thrum_status status = memory.status;
   for (int pass = 0; pass < passes && status >= 0; pass++)
     status = refine(mass, factor, count, values, vectors, y, small, error);
-  free(y);
-  free(small);
+  thrum_scope_free(&memory);
   return status;
 }
 
@@ -217,7 +206,7 @@ thrum_status thrum_eigen_lowest(const thrum_sparse *stiffness, const thrum_spars
   THRUM_THEN(status, lanczos_extract(&l, values, vectors, error));
 
   // refined beyond Lanczos, and with a sign and an order that depend on nothing else
-  lanczos_free(&l);
+  thrum_scope_free(&l.memory);
   THRUM_THEN(status, thrum_eigen_refine(mass, factor, count, REFINEMENTS, values, vectors, error));
   if (status >= 0)
     thrum_eigen_canonicalise(n, count, values, 1e-10 * values[count - 1], vectors, 1, n);

@@ -35,33 +35,21 @@ typedef struct davidson {
   double *gram;            /* room x room */
   double *errors;          /* width: of the vectors, in the norm of K */
   int64_t *which;          /* active: the vector of each column */
+  thrum_scope memory;
 } davidson;
 
-static void davidson_free(davidson *d) {
-  free(d->space);
-  free(d->image);
-  free(d->weighed);
-  free(d->reduced);
-  free(d->vectors);
-  free(d->values);
-  free(d->gram);
-  free(d->errors);
-  free(d->which);
-}
-
 static thrum_status davidson_allocate(davidson *d, thrum_error *error) {
-  const char *what = "the modes";
-  if (!(d->space = thrum_allocate(d->n * d->room, sizeof(double), what, error)) ||
-      !(d->image = thrum_allocate(d->n * d->room, sizeof(double), what, error)) ||
-      !(d->weighed = thrum_allocate(d->n * d->room, sizeof(double), what, error)) ||
-      !(d->reduced = thrum_allocate(d->room * d->room, sizeof(double), what, error)) ||
-      !(d->vectors = thrum_allocate(d->room * d->room, sizeof(double), what, error)) ||
-      !(d->values = thrum_allocate(d->room, sizeof(double), what, error)) ||
-      !(d->gram = thrum_allocate(d->room * d->room, sizeof(double), what, error)) ||
-      !(d->errors = thrum_allocate(d->width, sizeof(double), what, error)) ||
-      !(d->which = thrum_allocate(d->width, sizeof *d->which, what, error)))
-    return THRUM_OUT_OF_MEMORY;
-  return THRUM_OK;
+  d->memory = thrum_scope_begin("the modes", error);
+  d->space = thrum_scope_allocate(&d->memory, d->n * d->room, sizeof(double));
+  d->image = thrum_scope_allocate(&d->memory, d->n * d->room, sizeof(double));
+  d->weighed = thrum_scope_allocate(&d->memory, d->n * d->room, sizeof(double));
+  d->reduced = thrum_scope_allocate(&d->memory, d->room * d->room, sizeof(double));
+  d->vectors = thrum_scope_allocate(&d->memory, d->room * d->room, sizeof(double));
+  d->values = thrum_scope_allocate(&d->memory, d->room, sizeof(double));
+  d->gram = thrum_scope_allocate(&d->memory, d->room * d->room, sizeof(double));
+  d->errors = thrum_scope_allocate(&d->memory, d->width, sizeof(double));
+  d->which = thrum_scope_allocate(&d->memory, d->width, sizeof *d->which);
+  return d->memory.status;
 }
 
 // fixed vectors without structure, one pass of the factor smoother
@@ -260,6 +248,6 @@ thrum_status thrum_eigen_lowest_block(const thrum_sparse *stiffness, const thrum
     memcpy(vectors, d.space, sizeof *vectors * (size_t)(d.n * count));
     memcpy(values, d.values, sizeof *values * (size_t)count);
   }
-  davidson_free(&d);
+  thrum_scope_free(&d.memory);
   return status;
 }

@@ -32,32 +32,21 @@ typedef struct work {
   double *mass_form, *stiffness_form, *step; /* rank x rank */
   double *copy;                              /* rows x rank */
   double *values;                            /* rank */
+  thrum_scope memory;
 } work;
-
-static void work_free(work *w) {
-  free(w->columns);
-  free(w->other);
-  free(w->block);
-  free(w->mass_form);
-  free(w->stiffness_form);
-  free(w->step);
-  free(w->copy);
-  free(w->values);
-}
 
 static thrum_status work_allocate(work *w, thrum_error *error) {
   const int64_t n = w->fem->free_count, r = w->rank;
-  static const char what[] = "the imported basis";
-  if (!(w->columns = thrum_allocate(n * r, sizeof(double), what, error)) ||
-      !(w->other = thrum_allocate(n * r, sizeof(double), what, error)) ||
-      !(w->block = thrum_allocate(n * THRUM_SOLVE_BLOCK, sizeof(double), what, error)) ||
-      !(w->mass_form = thrum_allocate(r * r, sizeof(double), what, error)) ||
-      !(w->stiffness_form = thrum_allocate(r * r, sizeof(double), what, error)) ||
-      !(w->step = thrum_allocate(r * r, sizeof(double), what, error)) ||
-      !(w->copy = thrum_allocate(w->rows * r, sizeof(double), what, error)) ||
-      !(w->values = thrum_allocate(r, sizeof(double), what, error)))
-    return THRUM_OUT_OF_MEMORY;
-  return THRUM_OK;
+  w->memory = thrum_scope_begin("the imported basis", error);
+  w->columns = thrum_scope_allocate(&w->memory, n * r, sizeof(double));
+  w->other = thrum_scope_allocate(&w->memory, n * r, sizeof(double));
+  w->block = thrum_scope_allocate(&w->memory, n * THRUM_SOLVE_BLOCK, sizeof(double));
+  w->mass_form = thrum_scope_allocate(&w->memory, r * r, sizeof(double));
+  w->stiffness_form = thrum_scope_allocate(&w->memory, r * r, sizeof(double));
+  w->step = thrum_scope_allocate(&w->memory, r * r, sizeof(double));
+  w->copy = thrum_scope_allocate(&w->memory, w->rows * r, sizeof(double));
+  w->values = thrum_scope_allocate(&w->memory, r, sizeof(double));
+  return w->memory.status;
 }
 
 // rows of the file into rows of the mesh, whose unused vertices are dropped
@@ -223,7 +212,7 @@ thrum_status thrum_imported_basis_fill(const thrum_fem *fem, const thrum_mesh *m
   thrum_status status = take_rows(fem, mesh, imported, basis, error);
   THRUM_THEN(status, work_allocate(&w, error));
   THRUM_THEN(status, change_basis(&w, rigid_dual, basis, change, figures, error));
-  work_free(&w);
+  thrum_scope_free(&w.memory);
   return status;
 }
 
@@ -261,11 +250,11 @@ static thrum_status compare_linear(const thrum_fem *fem, const thrum_model *mode
 static thrum_status compare_energy(const thrum_fem *fem, const thrum_model *model,
                                    thrum_imported_figures *figures, thrum_error *error) {
   const int64_t r = model->rank, rows = 3 * fem->vertex_count;
-  double *q = thrum_allocate(r, sizeof *q, "the imported polynomial", error);
-  double *u = q ? thrum_allocate(rows, sizeof *u, "the imported polynomial", error) : NULL;
-  double *scratch = u ? thrum_allocate((int64_t)thrum_work_count(model), sizeof *scratch,
-                                       "the imported polynomial", error)
-                      : NULL;
+  thrum_scope memory = thrum_scope_begin("the imported polynomial", error);
+  double *q = thrum_scope_allocate(&memory, r, sizeof *q);
+  double *u = thrum_scope_allocate(&memory, rows, sizeof *u);
+  double *scratch =
+      thrum_scope_allocate(&memory, (int64_t)thrum_work_count(model), sizeof *scratch);
 
   // one displacement u = U q in which every mode has the same energy, and the size of the body
   // beside it
@@ -294,13 +283,9 @@ static thrum_status compare_energy(const thrum_fem *fem, const thrum_model *mode
         fmax(figures->energy_difference, fabs(thrum_strain_energy(model, q, scratch) - own) / own);
   }
 
-  const bool allocated = scratch != NULL;
-  free(q);
-  free(u);
-  free(scratch);
-  if (!allocated)
-    return THRUM_OUT_OF_MEMORY;
-
+  const thrum_status status = memory.status;
+  thrum_scope_free(&memory);
+  THRUM_TRY(status);
   if (!(figures->energy_difference <= TOLERANCE))
     return thrum_error_set(
         error, THRUM_BAD_VALUE,

@@ -33,24 +33,17 @@ typedef struct search {
   double *work;  /* n x THRUM_SOLVE_BLOCK */
   double *small; /* (count + BLOCK STEPS) x BLOCK STEPS, twice as much and more */
   double *values;
+  thrum_scope memory;
 } search;
-
-static void search_free(search *s) {
-  free(s->space);
-  free(s->work);
-  free(s->small);
-  free(s->values);
-}
 
 static thrum_status search_allocate(search *s, thrum_error *error) {
   const int64_t columns = BLOCK * STEPS, tall = s->count + columns;
-  if (!(s->space = thrum_allocate(s->n * columns, sizeof(double), "the mode search", error)) ||
-      !(s->work =
-            thrum_allocate(s->n * THRUM_SOLVE_BLOCK, sizeof(double), "the mode search", error)) ||
-      !(s->small = thrum_allocate(tall * columns, sizeof(double), "the mode search", error)) ||
-      !(s->values = thrum_allocate(columns, sizeof(double), "the mode search", error)))
-    return THRUM_OUT_OF_MEMORY;
-  return THRUM_OK;
+  s->memory = thrum_scope_begin("the mode search", error);
+  s->space = thrum_scope_allocate(&s->memory, s->n * columns, sizeof(double));
+  s->work = thrum_scope_allocate(&s->memory, s->n * THRUM_SOLVE_BLOCK, sizeof(double));
+  s->small = thrum_scope_allocate(&s->memory, tall * columns, sizeof(double));
+  s->values = thrum_scope_allocate(&s->memory, columns, sizeof(double));
+  return s->memory.status;
 }
 
 // x -= Q (Q^T M x), twice for rounding's sake
@@ -120,9 +113,10 @@ static thrum_status merge(search *s, int64_t columns, int64_t more, double *valu
   const int64_t n = s->n, all = s->count + more;
 
   // room for all of them together
-  double *joint = thrum_allocate(n * all, sizeof *joint, "the mode search", error);
-  double *joint_values = thrum_allocate(all, sizeof *joint_values, "the mode search", error);
-  thrum_status status = joint && joint_values ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  thrum_scope memory = thrum_scope_begin("the mode search", error);
+  double *joint = thrum_scope_allocate(&memory, n * all, sizeof *joint);
+  double *joint_values = thrum_scope_allocate(&memory, all, sizeof *joint_values);
+  thrum_status status = memory.status;
 
   // the Ritz vectors stand behind the modes, and all are refined as one space
   if (status >= 0) {
@@ -140,8 +134,7 @@ static thrum_status merge(search *s, int64_t columns, int64_t more, double *valu
     memcpy(values, joint_values, sizeof *values * (size_t)s->count);
   }
 
-  free(joint);
-  free(joint_values);
+  thrum_scope_free(&memory);
   return status;
 }
 
@@ -181,7 +174,7 @@ thrum_status thrum_mode_search(const thrum_sparse *stiffness, const thrum_sparse
   *next = INFINITY;
   thrum_status status = search_allocate(&s, error);
   THRUM_THEN(status, search_all(&s, values, vectors, recovered, next, error));
-  search_free(&s);
+  thrum_scope_free(&s.memory);
   return status;
 }
 

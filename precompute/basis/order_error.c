@@ -27,34 +27,24 @@ typedef struct edge_problem {
   uint8_t *held;             /* count: axes that both ends hold, a bit each */
   double *inverse;           /* count x 9: of the diagonal blocks */
   double *r, *z, *p, *image; /* count x 3 */
+  thrum_scope memory;
 } edge_problem;
-
-static void edge_problem_free(edge_problem *s) {
-  free(s->edges);
-  free(s->held);
-  free(s->inverse);
-  free(s->r);
-  free(s->z);
-  free(s->p);
-  free(s->image);
-}
 
 static thrum_status edge_problem_allocate(const thrum_mesh *mesh, edge_problem *s,
                                           thrum_error *error) {
-  const char *what = "the error of the order";
-  if (!(s->edges = thrum_allocate(6 * mesh->tet_count, sizeof *s->edges, what, error)))
-    return THRUM_OUT_OF_MEMORY;
+  s->memory = thrum_scope_begin("the error of the order", error);
+  s->edges = thrum_scope_allocate(&s->memory, 6 * mesh->tet_count, sizeof *s->edges);
+  THRUM_TRY(s->memory.status);
   THRUM_TRY(thrum_midsides_number(mesh, s->edges, &s->count, error));
   for (int64_t i = 0; i < 6 * mesh->tet_count; i++)
     s->edges[i] -= (int32_t)mesh->vertex_count;
-  if (!(s->held = thrum_allocate(s->count, sizeof *s->held, what, error)) ||
-      !(s->inverse = thrum_allocate(9 * s->count, sizeof(double), what, error)) ||
-      !(s->r = thrum_allocate(3 * s->count, sizeof(double), what, error)) ||
-      !(s->z = thrum_allocate(3 * s->count, sizeof(double), what, error)) ||
-      !(s->p = thrum_allocate(3 * s->count, sizeof(double), what, error)) ||
-      !(s->image = thrum_allocate(3 * s->count, sizeof(double), what, error)))
-    return THRUM_OUT_OF_MEMORY;
-  return THRUM_OK;
+  s->held = thrum_scope_allocate(&s->memory, s->count, sizeof *s->held);
+  s->inverse = thrum_scope_allocate(&s->memory, 9 * s->count, sizeof(double));
+  s->r = thrum_scope_allocate(&s->memory, 3 * s->count, sizeof(double));
+  s->z = thrum_scope_allocate(&s->memory, 3 * s->count, sizeof(double));
+  s->p = thrum_scope_allocate(&s->memory, 3 * s->count, sizeof(double));
+  s->image = thrum_scope_allocate(&s->memory, 3 * s->count, sizeof(double));
+  return s->memory.status;
 }
 
 // a tet: gradients of its barycentric coordinates, and its material
@@ -256,6 +246,6 @@ thrum_status thrum_order_errors(const thrum_mesh *mesh, const thrum_fem *fem, in
       errors[i] = 1 / sqrt(1 - share) - 1;
     }
   }
-  edge_problem_free(&s);
+  thrum_scope_free(&s.memory);
   return status;
 }

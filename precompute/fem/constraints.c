@@ -107,12 +107,13 @@ static thrum_status judge_free(int32_t parts, bool *free_body, thrum_error *erro
 
 thrum_status thrum_constraints_check(const thrum_fem *fem, bool *free_body, thrum_error *error) {
   *free_body = false;
-  int32_t *parent = thrum_allocate(fem->vertex_count, sizeof *parent, "the constraints", error);
-  int32_t *index = thrum_allocate(fem->vertex_count, sizeof *index, "the constraints", error);
+  thrum_scope memory = thrum_scope_begin("the constraints", error);
+  int32_t *parent = thrum_scope_allocate(&memory, fem->vertex_count, sizeof *parent);
+  int32_t *index = thrum_scope_allocate(&memory, fem->vertex_count, sizeof *index);
   part *parts = NULL;
-  thrum_status status = THRUM_OUT_OF_MEMORY;
+  thrum_status status = memory.status;
 
-  if (parent && index) {
+  if (status >= 0) {
     find_parts(fem, parent);
 
     // every part has a number, that of its first vertex
@@ -125,20 +126,17 @@ thrum_status thrum_constraints_check(const thrum_fem *fem, bool *free_body, thru
     if (nothing_held)
       status = judge_free(count, free_body, error);
     else
-      parts = thrum_allocate(count, sizeof *parts, "the constraints", error);
+      parts = thrum_scope_allocate(&memory, count, sizeof *parts);
+    THRUM_THEN(status, memory.status);
 
     // else each part is held against its own six motions
     if (parts) {
-      memset(parts, 0, sizeof *parts * (size_t)count);
       measure_parts(fem, parent, index, parts);
-      status = THRUM_OK;
       for (int32_t i = 0; i < count && status >= 0; i++)
         status = judge(&parts[i], error);
     }
   }
 
-  free(parent);
-  free(index);
-  free(parts);
+  thrum_scope_free(&memory);
   return status;
 }

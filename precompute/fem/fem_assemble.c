@@ -74,23 +74,21 @@ static void walk_pattern(const thrum_fem *fem, int64_t *begin, int64_t *rows, in
 
 thrum_status thrum_fem_pattern(const thrum_fem *fem, thrum_sparse *stiffness, thrum_error *error) {
   const int64_t n = fem->free_count;
-  thrum_status status = THRUM_OUT_OF_MEMORY;
-  int32_t *mark = thrum_allocate(fem->vertex_count, sizeof *mark, "the assembly", error);
-  int32_t *list = thrum_allocate(fem->vertex_count, sizeof *list, "the assembly", error);
-  int64_t *begin = thrum_allocate(n + 1, sizeof *begin, "the assembly", error);
+  thrum_scope memory = thrum_scope_begin("the assembly", error);
+  int32_t *mark = thrum_scope_allocate(&memory, fem->vertex_count, sizeof *mark);
+  int32_t *list = thrum_scope_allocate(&memory, fem->vertex_count, sizeof *list);
+  int64_t *begin = thrum_scope_allocate(&memory, n + 1, sizeof *begin);
+  thrum_status status = memory.status;
 
   // the first walk counts the entries, the second one writes their rows
-  if (mark && list && begin) {
-    begin[0] = 0;
+  if (status >= 0) {
     walk_pattern(fem, begin, NULL, mark, list);
     status = thrum_sparse_create(n, begin[n], stiffness, error);
     if (status >= 0)
       walk_pattern(fem, stiffness->begin, stiffness->row, mark, list);
   }
 
-  free(mark);
-  free(list);
-  free(begin);
+  thrum_scope_free(&memory);
   return status;
 }
 

@@ -219,10 +219,11 @@ static thrum_status compute_panel(thrum_single_factor *f, const permuted *a, int
 static thrum_status compute(const thrum_sparse *matrix, thrum_single_factor *f,
                             thrum_error *error) {
   permuted a = {0};
-  int64_t *waiting = thrum_allocate(f->count, sizeof *waiting, "the factor", error);
-  int32_t *local = thrum_allocate(f->size, sizeof *local, "the factor", error);
-  float *update = thrum_allocate(f->height_max * PANEL, sizeof *update, "the factor", error);
-  thrum_status status = waiting && local && update ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  thrum_scope memory = thrum_scope_begin("the factor", error);
+  int64_t *waiting = thrum_scope_allocate(&memory, f->count, sizeof *waiting);
+  int32_t *local = thrum_scope_allocate(&memory, f->size, sizeof *local);
+  float *update = thrum_scope_allocate(&memory, f->height_max * PANEL, sizeof *update);
+  thrum_status status = memory.status;
   THRUM_THEN(status, permute(matrix, f, &a, error));
 
   // panels in order; waiting: the first panel that waits for each, -1 none
@@ -232,9 +233,7 @@ static thrum_status compute(const thrum_sparse *matrix, thrum_single_factor *f,
     status = compute_panel(f, &a, p, waiting, local, update, error);
 
   permuted_free(&a);
-  free(waiting);
-  free(local);
-  free(update);
+  thrum_scope_free(&memory);
   return status;
 }
 

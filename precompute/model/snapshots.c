@@ -28,25 +28,18 @@ typedef struct pod {
   double *gram;  /* columns x columns, and room for columns x rank */
   double *values;
   double *work; /* n x THRUM_SOLVE_BLOCK */
+  thrum_scope memory;
 } pod;
 
 static thrum_status pod_allocate(pod *p, thrum_error *error) {
   const int64_t rank = p->model->rank, wide = p->columns > rank ? p->columns : rank;
-  static const char what[] = "the snapshots";
-  p->w = thrum_allocate(p->n * p->columns, sizeof *p->w, what, error);
-  p->basis = thrum_allocate(p->n * rank, sizeof *p->basis, what, error);
-  p->gram = thrum_allocate(wide * p->columns, sizeof *p->gram, what, error);
-  p->values = thrum_allocate(p->columns, sizeof *p->values, what, error);
-  p->work = thrum_allocate(p->n * THRUM_SOLVE_BLOCK, sizeof *p->work, what, error);
-  return p->w && p->basis && p->gram && p->values && p->work ? THRUM_OK : THRUM_OUT_OF_MEMORY;
-}
-
-static void pod_free(pod *p) {
-  free(p->w);
-  free(p->basis);
-  free(p->gram);
-  free(p->values);
-  free(p->work);
+  p->memory = thrum_scope_begin("the snapshots", error);
+  p->w = thrum_scope_allocate(&p->memory, p->n * p->columns, sizeof *p->w);
+  p->basis = thrum_scope_allocate(&p->memory, p->n * rank, sizeof *p->basis);
+  p->gram = thrum_scope_allocate(&p->memory, wide * p->columns, sizeof *p->gram);
+  p->values = thrum_scope_allocate(&p->memory, p->columns, sizeof *p->values);
+  p->work = thrum_scope_allocate(&p->memory, p->n * THRUM_SOLVE_BLOCK, sizeof *p->work);
+  return p->memory.status;
 }
 
 /* The snapshots on the free components, each run of unit size. */
@@ -112,6 +105,6 @@ thrum_status thrum_snapshot_shapes(const thrum_model *model, const thrum_model_f
     remove_basis(&p);
     status = decompose(&p, runs, count, fields, found, error);
   }
-  pod_free(&p);
+  thrum_scope_free(&p.memory);
   return status;
 }
