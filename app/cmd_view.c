@@ -3,9 +3,7 @@
  * The page lies in the present folder and not in a temporary or hidden one, since browsers that run
  * in a sandbox (snap, flatpak) may not read those.
  * SPDX-License-Identifier: Apache-2.0 */
-#include <fcntl.h>
 #include <getopt.h>
-#include <spawn.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -21,10 +19,9 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/surface_read.h"
 #include "platform/interrupt.h"
+#include "platform/program.h"
 
 #define DEFAULT_OUTPUT "thrum_view.html"
-
-extern char **environ;
 
 typedef struct view_request {
   const char *names[VIEW_MODELS_MAX];
@@ -151,23 +148,10 @@ static char *file_url(const char *path) {
 static void open_browser(char *url) {
   if (getenv("DISPLAY") == NULL && getenv("WAYLAND_DISPLAY") == NULL)
     return;
-  pid_t child;
-  posix_spawn_file_actions_t actions;
-  posix_spawnattr_t attributes;
-  char program[] = "xdg-open";
-  char *const argv[] = {program, url, NULL};
-  if (posix_spawn_file_actions_init(&actions) != 0)
-    return;
-
   // the browser's messages are not ours; where it cannot be started the address was printed
-  if (posix_spawnattr_init(&attributes) == 0) {
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-    for (int n = 0; n < 3; n++)
-      posix_spawn_file_actions_addopen(&actions, n, "/dev/null", O_RDWR, 0);
-    posix_spawnp(&child, program, &actions, &attributes, argv, environ);
-    posix_spawnattr_destroy(&attributes);
-  }
-  posix_spawn_file_actions_destroy(&actions);
+  pid_t child;
+  char *const argv[] = {"xdg-open", url, NULL};
+  program_start(argv, &(program_place){.own_group = true}, &child);
 }
 
 static thrum_status show_page(const view_request *request, thrum_error *error) {

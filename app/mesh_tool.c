@@ -20,6 +20,7 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/surface_write.h"
 #include "mesh/surface_check.h"
+#include "platform/program.h"
 #include "platform/temp_folder.h"
 #include "thrum/thrum.h"
 

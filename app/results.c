@@ -2,12 +2,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "app/results.h"
 
-#include <errno.h>
-#include <spawn.h>
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include "bench/bench.h"
@@ -15,11 +11,10 @@
 #include "driver/named_model.h"
 #include "io/json.h"
 #include "io/paths.h"
+#include "platform/program.h"
 #include "precompute/build_info.h"
 
 #define SCRIPT "report.py"
-
-extern char **environ;
 
 thrum_status results_open(const char *folder, const char *name, thrum_file_writer *writer,
                           thrum_error *error) {
@@ -60,29 +55,6 @@ static void find_script(char path[NAMED_MODEL_PATH_MAX]) {
   snprintf(path, NAMED_MODEL_PATH_MAX, "%s", THRUM_SOURCE_REPORT);
 }
 
-/* Runs python3 without input; whether it was found and succeeded. Its messages go to our standard
- * error, and nothing to standard output, where the command may print JSON. */
-static bool run_python(char *const *argv) {
-  pid_t child;
-  posix_spawn_file_actions_t actions;
-  if (posix_spawn_file_actions_init(&actions) != 0)
-    return false;
-  const bool started =
-      posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", 0, 0) == 0 &&
-      posix_spawn_file_actions_adddup2(&actions, STDERR_FILENO, STDOUT_FILENO) == 0 &&
-      posix_spawnp(&child, argv[0], &actions, NULL, argv, environ) == 0;
-  posix_spawn_file_actions_destroy(&actions);
-  if (!started)
-    return false;
-
-  // a signal to this program alone must not lose track of the child
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0)
-    if (errno != EINTR)
-      return false;
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
-
 void results_make_page(const char *folder, const char *kind, const char *table) {
   char script[NAMED_MODEL_PATH_MAX], path[NAMED_MODEL_PATH_MAX], kind_text[32];
   find_script(script);
@@ -91,7 +63,8 @@ void results_make_page(const char *folder, const char *kind, const char *table) 
 
   // -I: neither the user's packages nor the present folder are searched for modules
   char *const argv[] = {"python3", "-I", script, kind_text, path, NULL};
-  if (!run_python(argv))
+  // what it says goes beside standard output, where the command may print JSON
+  if (!program_run(argv, &(program_place){.messages = true}))
     config_warn("the tables are written, but not their page; with Python 3 installed make it with: "
                 "python3 %s %s %s",
                 script, kind, path);

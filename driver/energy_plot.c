@@ -6,13 +6,13 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/energy_plot.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <inttypes.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
+
+#include "platform/program.h"
 
 #define SCRIPT_NAME "energy.gp"
 #define POINTS_MAX 20000 /* of one curve; more only slow the drawing */
@@ -73,26 +73,8 @@ static bool write_script(const char *path, const char *terminal, const char *out
 }
 
 bool gnuplot_run(const char *folder, const char *script) {
-  const pid_t child = fork();
-
-  // the child draws in the folder, and its messages are of no use to the user
-  if (child == 0) {
-    const int nothing = open("/dev/null", O_RDWR);
-    if (nothing < 0 || chdir(folder) != 0)
-      _exit(127);
-    dup2(nothing, STDIN_FILENO);
-    dup2(nothing, STDOUT_FILENO);
-    dup2(nothing, STDERR_FILENO);
-    execlp("gnuplot", "gnuplot", "-d", script, (char *)NULL);
-    _exit(127);
-  }
-
-  int status = 0;
-  // a signal to us alone must not lose track of the child
-  while (child > 0 && waitpid(child, &status, 0) < 0)
-    if (errno != EINTR)
-      return false;
-  return child > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  char *const argv[] = {"gnuplot", "-d", (char *)(uintptr_t)script, NULL};
+  return program_run(argv, &(program_place){.folder = folder});
 }
 
 static bool draw(const char *folder, const char *terminal, const char *output, const char *title,

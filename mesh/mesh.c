@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "io/file_hash.h"
 #include "mesh/mesh_grow.h"
 #include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
@@ -93,18 +94,16 @@ double thrum_mesh_tet_volume(const thrum_mesh *mesh, int64_t t) {
   return thrum_triple3(edges[0], edges[1], edges[2]) / 6;
 }
 
-/* FNV-1a over the eight bytes of a number, lowest first, on any machine. */
+/* The eight bytes of a number, lowest first, on any machine. */
 static uint64_t hash_number(uint64_t hash, uint64_t number) {
-  for (int i = 0; i < 8; i++) {
-    hash ^= number >> 8 * i & 0xff;
-    hash *= UINT64_C(1099511628211);
-  }
-  return hash;
+  unsigned char bytes[8];
+  for (int i = 0; i < 8; i++)
+    bytes[i] = (unsigned char)(number >> 8 * i);
+  return hash_bytes(hash, bytes, sizeof bytes);
 }
 
 uint64_t thrum_mesh_hash(const thrum_mesh *mesh) {
-  uint64_t hash = UINT64_C(14695981039346656037);
-  hash = hash_number(hash, (uint64_t)mesh->vertex_count);
+  uint64_t hash = hash_number(0, (uint64_t)mesh->vertex_count);
   hash = hash_number(hash, (uint64_t)mesh->tet_count);
 
   // positions to the last bit, then what joins them

@@ -1,11 +1,8 @@
-/* Other programs are started by posix_spawn and waited for; see temp_folder.h.
- * SPDX-License-Identifier: Apache-2.0 */
+/* See temp_folder.h. SPDX-License-Identifier: Apache-2.0 */
 #include "platform/temp_folder.h"
 
 #include <dirent.h>
 #include <errno.h>
-#include <fcntl.h>
-#include <spawn.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -13,7 +10,7 @@
 #include <time.h>
 #include <unistd.h>
 
-extern char **environ;
+#include "platform/program.h"
 
 /* Holds back the signals that would end this program; one that is ignored (nohup) stays ignored. */
 static void hold_signals(temp_folder *temp) {
@@ -49,39 +46,6 @@ void temp_folder_path(const temp_folder *temp, const char *name, char path[TEMP_
   snprintf(path, TEMP_FOLDER_PATH_MAX, "%.900s/%.100s", temp->folder, name);
 }
 
-/* Starts the program in a process group of its own, so that all that it starts can be ended, and
- * with the signals as they were before the folder was opened. */
-static int spawn(const temp_folder *temp, char *const *argv, const char *log, pid_t *child) {
-  posix_spawn_file_actions_t files;
-  posix_spawnattr_t attributes;
-  if (posix_spawn_file_actions_init(&files) != 0)
-    return ENOMEM;
-  if (posix_spawnattr_init(&attributes) != 0) {
-    posix_spawn_file_actions_destroy(&files);
-    return ENOMEM;
-  }
-
-  // no input; output and errors go to the log
-  int number = posix_spawn_file_actions_addopen(&files, 0, "/dev/null", O_RDONLY, 0);
-
-  if (number == 0)
-    number = posix_spawn_file_actions_addopen(&files, 1, log, O_WRONLY | O_CREAT | O_TRUNC, 0600);
-  if (number == 0)
-    number = posix_spawn_file_actions_adddup2(&files, 1, 2);
-  if (number == 0)
-    number = posix_spawnattr_setsigmask(&attributes, &temp->before);
-  if (number == 0)
-    number = posix_spawnattr_setpgroup(&attributes, 0);
-  if (number == 0)
-    number = posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
-  if (number == 0)
-    number = posix_spawnp(child, argv[0], &files, &attributes, argv, environ);
-
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&files);
-  return number;
-}
-
 thrum_status temp_folder_run(temp_folder *temp, char *const *argv, const char *log,
                              temp_folder_end *end, thrum_error *error) {
   static const struct timespec while_waiting = {0, 20000000};
@@ -90,7 +54,10 @@ thrum_status temp_folder_run(temp_folder *temp, char *const *argv, const char *l
   int state = 0;
   temp_folder_path(temp, log, path);
 
-  const int number = spawn(temp, argv, path, &child);
+  // a process group of its own, so that all that it starts can be ended, and the signals as they
+  // were before the folder was opened
+  const program_place place = {.log = path, .own_group = true, .signals = &temp->before};
+  const int number = program_start(argv, &place, &child);
   if (number != 0)
     return thrum_error_set(error, THRUM_IO, "%.200s cannot be started: %s", argv[0],
                            strerror(number));
@@ -135,19 +102,4 @@ void temp_folder_close(temp_folder *temp) {
     raise(temp->stopped);
   }
   sigprocmask(SIG_SETMASK, &temp->before, NULL);
-}
-
-bool program_exists(const char *name) {
-  const char *at = getenv("PATH");
-  while (at != NULL && *at != 0) {
-    char path[TEMP_FOLDER_PATH_MAX];
-    const size_t length = strcspn(at, ":");
-    if (length > 0 && length < sizeof path - 64) {
-      snprintf(path, sizeof path, "%.*s/%.60s", (int)length, at, name);
-      if (access(path, X_OK) == 0)
-        return true;
-    }
-    at += length + (at[length] == ':');
-  }
-  return false;
 }

@@ -5,7 +5,6 @@
 #define THRUM_PLATFORM_TEMP_FOLDER_H
 
 #include <signal.h>
-#include <stdbool.h>
 
 #include "thrum/status.h"
 
@@ -37,8 +36,5 @@ thrum_status temp_folder_run(temp_folder *temp, char *const *argv, const char *l
 
 /* Removes the folder and all files in it. Does not come back when a signal came meanwhile. */
 void temp_folder_close(temp_folder *temp);
-
-/* Returns whether there is a program of that name in PATH. */
-bool program_exists(const char *name);
 
 #endif
