@@ -220,8 +220,6 @@ static thrum_status iterate(davidson *d, const thrum_reporter *reporter, thrum_e
     }
     THRUM_TRY(correct(d, &worst, error));
     grow(d, &grown);
-    if (getenv("SN"))
-      fprintf(stderr, "step %d dim %d worst %g\n", step, (int)d->dim, worst);
     THRUM_TRY(thrum_report(reporter, fmin(1, log(fmax(worst, TOLERANCE)) / log(TOLERANCE)), error));
   }
   return thrum_error_set(error, THRUM_NOT_CONVERGED,

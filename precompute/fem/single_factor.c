@@ -9,6 +9,7 @@
 #include <cblas.h>
 #include <lapacke.h>
 #include <math.h>
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,21 +17,32 @@
 
 #define TOGETHER 32 /* columns that a solve takes through the factor in one pass */
 #define PANEL 256   /* columns: deep enough for SGEMM at its best */
+#define REACH 512   /* columns of a product: many to one copy of what is multiplied */
+#define CORNER 64   /* columns of a triangle that STRSM solves at once: it is slow on larger ones */
 
 // a part of a supernode: `width` columns from `first` on, stored column-major, `height` rows each
 typedef struct panel {
   int64_t first, width, height;
   const int64_t *row; /* height */
   float *value;       /* height x width */
-  int64_t done;       /* rows of it that later panels have used already */
-  int64_t next;       /* in the list of those that wait for the same panel; -1: the last one */
 } panel;
 
-struct thrum_single_factor {
-  int64_t size, count;
-  const int64_t *order;
+// columns with the same rows below them
+typedef struct supernode {
+  int64_t first, width, height;
+  const int64_t *row; /* height */
   panel *panels;
-  int32_t *owner; /* n: the panel of a column */
+  int64_t count; /* of panels */
+  int64_t done;  /* rows of it that later supernodes have used already */
+  int64_t next;  /* in the list of those that wait for the same supernode; -1: the last one */
+} supernode;
+
+struct thrum_single_factor {
+  int64_t size, count, panel_count;
+  const int64_t *order;
+  supernode *nodes; /* count */
+  panel *panels;    /* panel_count */
+  int32_t *owner;   /* n: the supernode of a column */
   float *value;
   float *scale;         /* n, diagonal of S in the order of L */
   float *work, *update; /* of a solve: n x its columns, and of one panel */
@@ -60,38 +72,52 @@ int64_t thrum_single_factor_entries(const thrum_supernodes *pattern) {
   return entries;
 }
 
-// the panels of all supernodes, and what they need
+// the panels of one supernode, whose numbers follow each other in memory as their columns do
+static float *cut(const supernode *node, float *value) {
+  for (int64_t i = 0; i < node->count; i++) {
+    const int64_t from = node->width * i / node->count, to = node->width * (i + 1) / node->count;
+    node->panels[i] = (panel){.first = node->first + from,
+                              .width = to - from,
+                              .height = node->height - from,
+                              .row = node->row + from,
+                              .value = value};
+    value += (to - from) * (node->height - from);
+  }
+  return value;
+}
+
+// all supernodes with their panels, and what they need
 static thrum_status cut_panels(const thrum_supernodes *pattern, thrum_single_factor *f,
                                thrum_error *error) {
-  for (int64_t s = 0; s < pattern->count; s++)
-    f->count += panels_of(pattern->first[s + 1] - pattern->first[s]);
+  f->count = pattern->count;
+  for (int64_t s = 0; s < f->count; s++)
+    f->panel_count += panels_of(pattern->first[s + 1] - pattern->first[s]);
 
-  if (!(f->panels = thrum_allocate(f->count, sizeof *f->panels, "the factor", error)) ||
+  const int64_t entries = thrum_single_factor_entries(pattern);
+  if (!(f->nodes = thrum_allocate(f->count, sizeof *f->nodes, "the factor", error)) ||
+      !(f->panels = thrum_allocate(f->panel_count, sizeof *f->panels, "the factor", error)) ||
       !(f->owner = thrum_allocate(f->size, sizeof *f->owner, "the factor", error)) ||
       !(f->scale = thrum_allocate(f->size, sizeof *f->scale, "the factor", error)) ||
-      !(f->value = thrum_allocate(thrum_single_factor_entries(pattern), sizeof *f->value,
-                                  "the factor", error)))
+      !(f->value = thrum_allocate(entries, sizeof *f->value, "the factor", error)))
     return THRUM_OUT_OF_MEMORY;
 
-  // panels follow each other in memory as their columns do
   float *value = f->value;
-  int64_t next = 0;
-  for (int64_t s = 0; s < pattern->count; s++) {
-    const int64_t width = pattern->first[s + 1] - pattern->first[s];
-    const int64_t rows = pattern->begin[s + 1] - pattern->begin[s], pieces = panels_of(width);
-    for (int64_t i = 0; i < pieces; i++, next++) {
-      const int64_t from = width * i / pieces, to = width * (i + 1) / pieces;
-      f->panels[next] = (panel){.first = pattern->first[s] + from,
-                                .width = to - from,
-                                .height = rows - from,
-                                .row = pattern->row + pattern->begin[s] + from,
-                                .value = value,
-                                .next = -1};
-      value += (to - from) * (rows - from);
-      f->height_max = rows - from > f->height_max ? rows - from : f->height_max;
-      for (int64_t c = from; c < to; c++)
-        f->owner[pattern->first[s] + c] = (int32_t)next;
-    }
+  panel *next = f->panels;
+  for (int64_t s = 0; s < f->count; s++) {
+    supernode *node = &f->nodes[s];
+    *node = (supernode){.first = pattern->first[s],
+                        .width = pattern->first[s + 1] - pattern->first[s],
+                        .height = pattern->begin[s + 1] - pattern->begin[s],
+                        .row = pattern->row + pattern->begin[s],
+                        .panels = next,
+                        .next = -1};
+    node->count = panels_of(node->width);
+    value = cut(node, value);
+    next += node->count;
+
+    f->height_max = node->height > f->height_max ? node->height : f->height_max;
+    for (int64_t c = 0; c < node->width; c++)
+      f->owner[node->first + c] = (int32_t)s;
   }
   return THRUM_OK;
 }
@@ -147,72 +173,146 @@ static thrum_status permute(const thrum_sparse *matrix, thrum_single_factor *f, 
   return status;
 }
 
-// what an earlier panel takes from this one: target -= its rows from `done` on times those in the
-// columns of the target
-static void subtract(const panel *from, int64_t done, int64_t used, const int32_t *local,
-                     panel *target, float *update) {
-  const int64_t height = from->height - done;
-  const int h = (int)height, u = (int)used, w = (int)from->width, ld = (int)from->height;
-  const float *rows = from->value + done;
-  cblas_sgemm(CblasColMajor, CblasNoTrans, CblasTrans, h, u, w, 1, rows, ld, rows, ld, 0, update,
-              h);
+// product += scale times rows times the first `width` of them transposed, its lower triangle and
+// what lies below; `keep`: what the product has before counts
+static void multiply(const float *rows, int ld, int height, int width, int depth, float scale,
+                     bool keep, float *product, int product_ld) {
+  const float before = keep ? 1 : 0;
+  cblas_ssyrk(CblasColMajor, CblasLower, CblasNoTrans, width, depth, scale, rows, ld, before,
+              product, product_ld);
+  if (height > width)
+    cblas_sgemm(CblasColMajor, CblasNoTrans, CblasTrans, height - width, width, depth, scale,
+                rows + width, ld, rows, ld, before, product + width, product_ld);
+}
 
-  // the rows of the update are some of those of the target
-  for (int64_t c = 0; c < used; c++) {
-    float *column = target->value + (from->row[done + c] - target->first) * target->height;
+// target -= update, whose rows and columns are rows `first` and on of `from`
+static void scatter(const supernode *from, int64_t first, int64_t width, const float *update,
+                    const int32_t *place, supernode *target) {
+  const int64_t height = from->height - first;
+  panel *at = target->panels;
+  for (int64_t c = 0; c < width; c++) {
+    const int64_t column = from->row[first + c];
+    while (column >= at->first + at->width)
+      at++;
+    float *numbers = at->value + (column - at->first) * at->height - (at->first - target->first);
     const float *values = update + c * height;
-    const int64_t *row = from->row + done;
     for (int64_t i = c; i < height; i++)
-      column[local[row[i]]] -= values[i];
+      numbers[place[i]] -= values[i];
   }
 }
 
-// the numbers of one panel, from A and from the panels before it that wait for it
-static thrum_status compute_panel(thrum_single_factor *f, const permuted *a, int64_t index,
-                                  int64_t *waiting, int32_t *local, float *update,
-                                  thrum_error *error) {
-  panel *target = &f->panels[index];
+// what an earlier supernode takes from this one: its rows from `done` on times the `used` ones of
+// them that are columns of the target
+static void subtract(const supernode *from, int64_t used, const int32_t *local, supernode *target,
+                     int32_t *place, float *update) {
+  for (int64_t b = 0; b < used; b += REACH) {
+    const int64_t first = from->done + b, height = from->height - first;
+    const int64_t width = used - b < REACH ? used - b : REACH;
+
+    // one product of all its panels, which is brought to its place once
+    for (int64_t k = 0; k < from->count; k++) {
+      const panel *p = &from->panels[k];
+      multiply(p->value + first - (p->first - from->first), (int)p->height, (int)height, (int)width,
+               (int)p->width, 1, k > 0, update, (int)height);
+    }
+    for (int64_t i = 0; i < height; i++)
+      place[i] = local[from->row[first + i]];
+    scatter(from, first, width, update, place, target);
+  }
+}
+
+// rows L^T = rows, L of `width` columns at `corner`, by halves: products are faster than STRSM
+static void solve_below(const float *corner, int ld, int width, float *rows, int height) {
+  if (width <= CORNER) {
+    cblas_strsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, height, width, 1,
+                corner, ld, rows, ld);
+    return;
+  }
+  const int left = (width / 2 + 15) / 16 * 16, right = width - left;
+  float *beyond = rows + (int64_t)left * ld;
+  solve_below(corner, ld, left, rows, height);
+  cblas_sgemm(CblasColMajor, CblasNoTrans, CblasTrans, height, right, left, -1, rows, ld,
+              corner + left, ld, 1, beyond, ld);
+  solve_below(corner + (int64_t)left * (ld + 1), ld, right, beyond, height);
+}
+
+// the dense factor of a supernode from which all earlier ones have been subtracted
+static thrum_status factorise(const supernode *node, thrum_error *error) {
+  for (int64_t k = 0; k < node->count; k++) {
+    const panel *target = &node->panels[k];
+    const int w = (int)target->width, ld = (int)target->height;
+
+    // the panels before it have the same rows
+    for (int64_t j = 0; j < k; j++) {
+      const panel *p = &node->panels[j];
+      multiply(p->value + (target->first - p->first), (int)p->height, ld, w, (int)p->width, -1,
+               true, target->value, ld);
+    }
+
+    // the diagonal block, and the rows below
+    const int info = LAPACKE_spotrf_work(LAPACK_COL_MAJOR, 'L', w, target->value, ld);
+    if (info != 0)
+      return thrum_error_set(error, THRUM_SINGULAR, "the matrix is not positive definite");
+    if (ld > w)
+      solve_below(target->value, ld, w, target->value + w, ld - w);
+  }
+  return THRUM_OK;
+}
+
+// the entries of A in a supernode; local: where the rows of the supernode stand in it
+static void take_entries(const permuted *a, const int32_t *local, const supernode *node) {
+  for (int64_t k = 0; k < node->count; k++) {
+    const panel *p = &node->panels[k];
+    float *column = p->value;
+    memset(column, 0, sizeof(float) * (size_t)(p->height * p->width));
+    for (int64_t c = p->first; c < p->first + p->width; c++, column += p->height)
+      for (int64_t e = a->begin[c]; e < a->begin[c + 1]; e++)
+        column[local[a->row[e]] - (p->first - node->first)] = a->value[e];
+  }
+}
+
+// a supernode waits for that of the first row that none has used
+static void wait_for_next(thrum_single_factor *f, int64_t index, int64_t *waiting) {
+  supernode *node = &f->nodes[index];
+  if (node->done == node->height)
+    return;
+  const int32_t owner = f->owner[node->row[node->done]];
+  node->next = waiting[owner];
+  waiting[owner] = index;
+}
+
+// room to compute a factor
+typedef struct computation {
+  int64_t *waiting; /* the first supernode that waits for each; -1: none */
+  int32_t *local;   /* n: where a row of L stands in the supernode */
+  int32_t *place;   /* where the rows of an update do */
+  float *update;
+} computation;
+
+// the numbers of one supernode, from A and from the supernodes before it that wait for it
+static thrum_status compute_supernode(thrum_single_factor *f, const permuted *a, int64_t index,
+                                      computation *c, thrum_error *error) {
+  supernode *target = &f->nodes[index];
   for (int64_t i = 0; i < target->height; i++)
-    local[target->row[i]] = (int32_t)i;
+    c->local[target->row[i]] = (int32_t)i;
+  take_entries(a, c->local, target);
 
-  // the entries of A
-  memset(target->value, 0, sizeof(float) * (size_t)(target->height * target->width));
-  for (int64_t c = 0; c < target->width; c++)
-    for (int64_t e = a->begin[target->first + c]; e < a->begin[target->first + c + 1]; e++)
-      target->value[c * target->height + local[a->row[e]]] = a->value[e];
-
-  // each panel that has rows among these columns, and then waits for the next one that it reaches
-  for (int64_t d = waiting[index], next; d >= 0; d = next) {
-    panel *from = &f->panels[d];
+  // each supernode that has rows among these columns, and then waits for the next that it reaches
+  for (int64_t d = c->waiting[index], next; d >= 0; d = next) {
+    supernode *from = &f->nodes[d];
     next = from->next;
     int64_t used = 0;
     while (from->done + used < from->height &&
            from->row[from->done + used] < target->first + target->width)
       used++;
-    subtract(from, from->done, used, local, target, update);
+    subtract(from, used, c->local, target, c->place, c->update);
     from->done += used;
-    if (from->done < from->height) {
-      const int32_t owner = f->owner[from->row[from->done]];
-      from->next = waiting[owner];
-      waiting[owner] = d;
-    }
+    wait_for_next(f, d, c->waiting);
   }
 
-  // the dense factor of the diagonal block, and the rows below
-  const int w = (int)target->width, ld = (int)target->height, below = ld - w;
-  const int info = LAPACKE_spotrf_work(LAPACK_COL_MAJOR, 'L', w, target->value, ld);
-  if (info != 0)
-    return thrum_error_set(error, THRUM_SINGULAR, "the matrix is not positive definite");
-  if (below == 0)
-    return THRUM_OK;
-  cblas_strsm(CblasColMajor, CblasRight, CblasLower, CblasTrans, CblasNonUnit, below, w, 1,
-              target->value, ld, target->value + w, ld);
-
-  // it waits for the panel of its first row below
-  target->done = w;
-  const int32_t owner = f->owner[target->row[w]];
-  target->next = waiting[owner];
-  waiting[owner] = index;
+  THRUM_TRY(factorise(target, error));
+  target->done = target->width;
+  wait_for_next(f, index, c->waiting);
   return THRUM_OK;
 }
 
@@ -220,17 +320,19 @@ static thrum_status compute(const thrum_sparse *matrix, thrum_single_factor *f,
                             thrum_error *error) {
   permuted a = {0};
   thrum_scope memory = thrum_scope_begin("the factor", error);
-  int64_t *waiting = thrum_scope_allocate(&memory, f->count, sizeof *waiting);
-  int32_t *local = thrum_scope_allocate(&memory, f->size, sizeof *local);
-  float *update = thrum_scope_allocate(&memory, f->height_max * PANEL, sizeof *update);
+  computation c = {.waiting = thrum_scope_allocate(&memory, f->count, sizeof *c.waiting),
+                   .local = thrum_scope_allocate(&memory, f->size, sizeof *c.local),
+                   .place = thrum_scope_allocate(&memory, f->height_max, sizeof *c.place),
+                   .update =
+                       thrum_scope_allocate(&memory, f->height_max * REACH, sizeof *c.update)};
   thrum_status status = memory.status;
   THRUM_THEN(status, permute(matrix, f, &a, error));
 
-  // panels in order; waiting: the first panel that waits for each, -1 none
-  for (int64_t p = 0; p < f->count && status >= 0; p++)
-    waiting[p] = -1;
-  for (int64_t p = 0; p < f->count && status >= 0; p++)
-    status = compute_panel(f, &a, p, waiting, local, update, error);
+  // supernodes in order
+  for (int64_t s = 0; s < f->count && status >= 0; s++)
+    c.waiting[s] = -1;
+  for (int64_t s = 0; s < f->count && status >= 0; s++)
+    status = compute_supernode(f, &a, s, &c, error);
 
   permuted_free(&a);
   thrum_scope_free(&memory);
@@ -271,7 +373,7 @@ static thrum_status reserve(thrum_single_factor *f, int64_t columns, thrum_error
 
 // L x = b; the columns of a row stand together, so BLAS sees the transposed matrix x^T
 static void forward(thrum_single_factor *f, int columns) {
-  for (int64_t p = 0; p < f->count; p++) {
+  for (int64_t p = 0; p < f->panel_count; p++) {
     const panel *at = &f->panels[p];
     const int w = (int)at->width, ld = (int)at->height, below = ld - w;
     float *own = f->work + at->first * columns;
@@ -292,7 +394,7 @@ static void forward(thrum_single_factor *f, int columns) {
 
 // L^T x = b
 static void backward(thrum_single_factor *f, int columns) {
-  for (int64_t p = f->count - 1; p >= 0; p--) {
+  for (int64_t p = f->panel_count - 1; p >= 0; p--) {
     const panel *at = &f->panels[p];
     const int w = (int)at->width, ld = (int)at->height, below = ld - w;
     float *own = f->work + at->first * columns;
@@ -344,6 +446,7 @@ thrum_status thrum_single_factor_solve(thrum_single_factor *f, const double *rig
 void thrum_single_factor_free(thrum_single_factor *factor) {
   if (!factor)
     return;
+  free(factor->nodes);
   free(factor->panels);
   free(factor->owner);
   free(factor->scale);
