@@ -52,7 +52,12 @@ void results_add_machine(cJSON *object) {
 static void find_script(char path[NAMED_MODEL_PATH_MAX]) {
   if (path_share(SCRIPT, path, NAMED_MODEL_PATH_MAX) && access(path, R_OK) == 0)
     return;
+#ifdef THRUM_SOURCE_REPORT
   snprintf(path, NAMED_MODEL_PATH_MAX, "%s", THRUM_SOURCE_REPORT);
+#else
+  // the message that the page is not made then names the script alone
+  snprintf(path, NAMED_MODEL_PATH_MAX, "%s", SCRIPT);
+#endif
 }
 
 void results_make_page(const char *folder, const char *kind, const char *table) {

@@ -14,8 +14,10 @@ if(THRUM_BUILD_VIEWER)
   set(with_all ALL)
 endif()
 add_custom_target(viewer ${with_all} DEPENDS ${CMAKE_BINARY_DIR}/viewer/viewer.html)
-set_property(SOURCE app/view/viewer_page.c APPEND PROPERTY COMPILE_DEFINITIONS
-  THRUM_BUILT_VIEWER="${THRUM_VIEWER_PAGE}")
+if(THRUM_SOURCE_FALLBACK)
+  set_property(SOURCE app/view/viewer_page.c APPEND PROPERTY COMPILE_DEFINITIONS
+    THRUM_BUILT_VIEWER="${THRUM_VIEWER_PAGE}")
+endif()
 # the npm package, in javascript/dist
 add_custom_target(javascript COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/cmake/node_package.sh javascript
   COMMENT "Building the npm package" VERBATIM)

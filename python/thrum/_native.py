@@ -22,8 +22,19 @@ IntArray = npt.NDArray[np.int32]
 
 
 def library_path() -> str:
-    """Path of the C library that this package steps with: THRUM_LIBRARY, else the one inside the package."""
-    return os.environ.get("THRUM_LIBRARY") or os.path.join(os.path.dirname(os.path.abspath(__file__)), "libthrum.so")
+    """The C library that this package steps with: THRUM_LIBRARY, else the one inside the package, else the system's.
+
+    The last is a name that the loader looks up, "libthrum_scene.so.0.2"; that library brings the runtime with it.
+    """
+    given = os.environ.get("THRUM_LIBRARY")
+    if given:
+        return given
+    inside = os.path.join(os.path.dirname(os.path.abspath(__file__)), "libthrum.so")
+    if os.path.exists(inside):
+        return inside
+    major, minor = (ffi.integer_const(f"THRUM_VERSION_{part}") for part in ("MAJOR", "MINOR"))
+    # before 1.0 a minor version may change the interface, and is part of the name (docs/versioning.md)
+    return f"libthrum_scene.so.{major}" if major else f"libthrum_scene.so.0.{minor}"
 
 
 def _open() -> Any:
