@@ -7,6 +7,11 @@
 #include "mesh/mesh_flags.h"
 #include "thrum/thrum.h"
 
+/* The first frequencies of beams of ten nodes, 5 and 33 times as long as thick, are off from the
+ * limit of 1/2 by 2e-5 and 1e-3 at 0.4999999, 2e-5 and 3e-2 at 0.49999999. */
+#define ROUNDED_POISSON 0.49999
+#define LOCKING_POISSON 0.49 /* those of four nodes are 2.2 times too high there */
+
 void mesh_warnings_print(const thrum_mesh *mesh, const char *name) {
   // what the reader has made of the file
   for (int64_t n = 0; n < mesh->note_count; n++)
@@ -50,4 +55,25 @@ void mesh_warn_density(const thrum_mesh *mesh, const char *name) {
   char line[300];
   if (thrum_mesh_odd_density(mesh) >= 0)
     config_warn("%s: %s", name, thrum_mesh_flag_line(mesh, NULL, THRUM_EXAMINE_DENSITY, line));
+}
+
+void mesh_warn_poisson(const thrum_mesh *mesh, const char *name) {
+  for (int64_t m = 0; m < mesh->region_count; m++) {
+    const double poisson = mesh->materials[m].poisson;
+    if (!(poisson < 0.5))
+      continue;
+
+    // lambda over mu: how much more a change of volume is resisted than one of shape
+    if (poisson > ROUNDED_POISSON)
+      config_warn("%s: Poisson's ratio %.15g of region %lld is above %g, so that the resistance to "
+                  "a change of shape is lost in the rounding of %.1g times the resistance to one "
+                  "of volume: frequencies may be percents off; take 0.4999 or less",
+                  name, poisson, (long long)m + 1, ROUNDED_POISSON,
+                  2 * poisson / (1 - 2 * poisson));
+    if (poisson > LOCKING_POISSON && mesh->midsides == NULL)
+      config_warn(
+          "%s: linear tetrahedra lock at Poisson's ratios above %g, and that of region %lld "
+          "is %.15g: the body is far too stiff; --order 2 mends that",
+          name, LOCKING_POISSON, (long long)m + 1, poisson);
+  }
 }

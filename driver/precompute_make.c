@@ -107,6 +107,7 @@ static thrum_status apply_material(const precompute_request *request, thrum_mesh
   }
   mesh->has_material = true;
   mesh_warn_density(mesh, path_basename(request->mesh_name));
+  mesh_warn_poisson(mesh, path_basename(request->mesh_name));
   return THRUM_OK;
 }
 

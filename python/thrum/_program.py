@@ -8,6 +8,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -22,8 +23,12 @@ from ._errors import ProgramFailed
 # done, and done but flagged
 _DONE = (0, 3)
 
-# how the program begins a line that warns
+# how the program begins a line that warns, and what stands around one that says why it refuses
 _WARNING = "thrum: warning: "
+_REFUSAL = re.compile(r"^thrum(?: [a-z]+)?: |\s*\(try: [^()]*\)$", re.MULTILINE)
+
+# an option in a message, which is a keyword here; --help has none
+_OPTION = re.compile(r"(?<![\w-])--(?!help\b)([a-z][a-z0-9]*(?:-[a-z0-9]+)*)")
 
 
 def program() -> str:
@@ -55,22 +60,30 @@ def arguments(options: dict[str, Any]) -> list[str]:
     return words
 
 
-def run_program(command: str, *words: str, **options: Any) -> dict[str, Any]:
+def _message(text: str, mesh: str | None) -> str:
+    """What the program says, in Python's names: dt in place of --dt, `mesh` in place of the file made of it."""
+    if mesh is not None:
+        text = text.replace(mesh, "mesh").replace(os.path.basename(mesh), "mesh")
+    return _OPTION.sub(lambda option: option[1].replace("-", "_"), text)
+
+
+def run_program(command: str, *words: str, _mesh: str | None = None, **options: Any) -> dict[str, Any]:
     """Runs `thrum COMMAND WORDS OPTIONS --json` and returns the object that it prints.
 
     A run that is flagged (exit code 3) returns too: look at its "status". What the program warns of is a
-    RuntimeWarning. ProgramFailed with the program's own line for every other exit code.
+    RuntimeWarning. ProgramFailed with the program's own line for every other exit code. Messages name options as the
+    keywords that they are here, and the temporary file _mesh as "mesh".
     """
     line = [program(), command, *words, *arguments(options), "--json", "-q"]
     done = subprocess.run(line, capture_output=True, text=True, check=False)
     if done.returncode not in _DONE:
-        text = done.stderr.strip() or f"thrum {command} ended with the exit code {done.returncode}"
-        raise ProgramFailed(text, done.returncode)
+        text = _REFUSAL.sub("", done.stderr.strip()) or f"thrum {command} ended with the exit code {done.returncode}"
+        raise ProgramFailed(_message(text, _mesh), done.returncode)
 
     # nobody sees the program's standard error, and its warnings say where the result is wrong
     for text in done.stderr.splitlines():
         if text.startswith(_WARNING):
-            warnings.warn(text[len(_WARNING):], RuntimeWarning, stacklevel=3)
+            warnings.warn(_message(text[len(_WARNING):], _mesh), RuntimeWarning, stacklevel=3)
     return dict(json.loads(done.stdout))
 
 
@@ -79,9 +92,10 @@ def precompute(mesh: Any, output: str | os.PathLike[str], **options: Any) -> dic
     if isinstance(mesh, (str, os.PathLike)):
         return run_program("precompute", os.fspath(mesh), output=output, **options)
     with tempfile.TemporaryDirectory(prefix="thrum-") as folder:
-        path = os.path.join(folder, "mesh.msh")
+        # a name that no message has by chance
+        path = os.path.join(folder, "given-mesh.msh")
         write_mesh(mesh, path)
-        return run_program("precompute", path, output=output, **options)
+        return run_program("precompute", path, _mesh=path, output=output, **options)
 
 
 def write_mesh(mesh: Any, path: str) -> None:

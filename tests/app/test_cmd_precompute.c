@@ -354,6 +354,28 @@ static void inverted_files_are_flipped_and_spare_vertices_dropped(void **state) 
   program_result_free(&run);
 }
 
+/* Near 1/2 rounding is felt, and linear tetrahedra lock before: both are said, and only there. */
+static void poissons_ratios_near_a_half_are_warned_of(void **state) {
+  static const struct {
+    const char *poisson, *order;
+    bool rounds, locks;
+  } cases[] = {{"0.49", "1", false, false},
+               {"0.4901", "1", false, true},
+               {"0.4901", "2", false, false},
+               {"0.4999999", "1", true, true},
+               {"0.499999999", "2", true, false}};
+  (void)state;
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    program_result run = thrum_run(folder, "precompute", "beam:4x2x2@1x0.2x0.2", "-o", "made.npz",
+                                   "--fix", ROOT, "--modes", "2", "--rank", "2", "--poisson",
+                                   cases[n].poisson, "--order", cases[n].order, NULL);
+    assert_int_equal(run.exit_code, 0);
+    assert_int_equal(strstr(run.err, "is above 0.49999") != NULL, cases[n].rounds);
+    assert_int_equal(strstr(run.err, "linear tetrahedra lock") != NULL, cases[n].locks);
+    program_result_free(&run);
+  }
+}
+
 /* Asserts that the precompute is refused with exit 1, the last line of standard error names
  * `wanted`, standard output is empty, and nothing was written. */
 static void assert_refused_with(const char *wanted, const char *mesh, const char *option,
@@ -767,6 +789,7 @@ int main(void) {
       cmocka_unit_test(meta_says_what_was_done_but_not_where),
 
       // meshes that are mended or refused
+      cmocka_unit_test(poissons_ratios_near_a_half_are_warned_of),
       cmocka_unit_test(inverted_files_are_flipped_and_spare_vertices_dropped),
       cmocka_unit_test(bad_files_are_refused_by_name),
       cmocka_unit_test(every_truncation_of_a_mesh_is_refused_or_complete),

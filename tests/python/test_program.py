@@ -47,6 +47,18 @@ class Program(unittest.TestCase):
         with self.assertRaises(thrum.ProgramFailed) as caught:
             thrum.static(beam_file(), no_such_option=3)
         self.assertEqual(caught.exception.exit_code, 2)
+        self.assertNotIn("--no", str(caught.exception))
+
+        # options and meshes have the names that the caller gave them
+        with self.assertRaisesRegex(thrum.ProgramFailed, r"^dt wants a number above 0 s, not '-1'$"):
+            thrum.simulate(beam_file(), FOLDER + "/none", dt=-1)
+        vertices, tets = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 1, 2, 3]]
+        with self.assertRaisesRegex(thrum.ProgramFailed, "^mesh does not say what it is made of: give young, poisson"):
+            thrum.precompute((vertices, tets), FOLDER + "/none.npz")
+        with self.assertRaises(thrum.ProgramFailed) as caught:
+            thrum.precompute((vertices, tets), FOLDER + "/none.npz", young=1e6, poisson=0.3, density=1000, fix="nosuch")
+        self.assertNotIn("given-mesh", str(caught.exception))
+        self.assertNotIn("/thrum-", str(caught.exception))
         with mock.patch.dict(os.environ, {"THRUM_PROGRAM": "", "PATH": "/nonexistent"}):
             with self.assertRaisesRegex(thrum.ProgramFailed, "not installed"):
                 thrum.program()
