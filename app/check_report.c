@@ -72,16 +72,16 @@ static void print_regions(const thrum_mesh *mesh) {
 
 static void print_groups(const thrum_mesh *mesh) {
   for (int64_t g = 0; g < mesh->group_count; g++)
-    printf("%-18s%s, %" PRId64 " vertices\n", g == 0 ? "groups" : "", mesh->groups[g].name,
-           mesh->groups[g].count);
+    printf("%-18s%s, %" PRId64 " %s\n", g == 0 ? "groups" : "", mesh->groups[g].name,
+           mesh->groups[g].count, mesh->groups[g].count == 1 ? "vertex" : "vertices");
   print_regions(mesh);
 }
 
 /* What linear tetrahedra over a thickness do to bending. */
 static void print_thickness(const thrum_mesh *mesh, const thrum_mesh_examined *e) {
   const bool most = e->cells_across >= THRUM_THICKNESS_CELLS_MAX;
-  printf("%-18s%.2g cells%s over the thickness of the thinnest quarter", "thickness",
-         e->cells_across, most ? " or more" : "");
+  printf("%-18s%.2g cell%s%s over the thickness of the thinnest quarter", "thickness",
+         e->cells_across, e->cells_across == 1 ? "" : "s", most ? " or more" : "");
   if (!mesh->midsides && e->cells_across < BENDING_CELLS)
     printf(": bending frequencies there come out about %.0f %% too high; --order 2 mends that",
            100 * thrum_bending_error(e->cells_across));

@@ -5,6 +5,7 @@
 #include "app/cmd.h"
 #include "config/message.h"
 #include "config/options.h"
+#include "driver/named_model.h"
 #include "driver/shared_options.h"
 #include "io/json.h"
 #include "mesh/formats/mesh_read.h"
@@ -28,13 +29,15 @@ const config_command command_check = {
     .summary = "say what a mesh is like, and what may be wrong with it",
     .usage = "MESH [OPTIONS]",
     .about =
-        "Reads a tetrahedral mesh (.veg, .msh, .node, .ele, .mesh, .vtk, .vtu, .inp, or a "
-        "generator such as beam:20x3x3@1x0.15x0.15) and says what it is like: size, volume, mass, "
+        "Reads a tetrahedral mesh (.veg, .msh, .node, .ele, .mesh, .vtk, .vtu, .inp, a generator "
+        "such as beam:20x3x3@1x0.15x0.15, or the name of a model that comes with Thrum) and says "
+        "what it is like: size, volume, mass, "
         "pieces, surface, shape of its tetrahedra, groups, regions. What may be wrong is flagged, "
         "with what to do: pieces that nothing joins, vertices on top of each other, hinges, "
         "likely mistakes of units, coordinates far from the origin, locking, slivers.",
     .options = options,
     .examples = "check bracket.msh\n"
+                "check horse\n"
                 "check bracket.inp --unit mm-t-s --json",
     .exits = "0 nothing to flag, 1 refused, 2 usage, 3 something is flagged",
 };
@@ -44,6 +47,18 @@ static int read_options(int argc, char **argv, check_request *request) {
   if (code != COMMAND_DONE)
     return code;
   return config_one_argument("check", "mesh", argc, argv, &request->mesh_name);
+}
+
+/* Reads the mesh; the name of one of our models stands for its mesh and its material. */
+static thrum_status read_mesh(const check_request *request, thrum_mesh *mesh, thrum_error *error) {
+  model_recipe recipe;
+  THRUM_TRY(model_recipe_find(request->mesh_name, &recipe, error));
+  THRUM_TRY(thrum_mesh_read_with(recipe.found ? recipe.mesh : request->mesh_name, &request->reading,
+                                 mesh, error));
+  for (int64_t m = 0; m < mesh->region_count && recipe.found; m++)
+    mesh->materials[m] = recipe.material;
+  mesh->has_material = mesh->has_material || recipe.found;
+  return THRUM_OK;
 }
 
 int cmd_check(int argc, char **argv) {
@@ -56,7 +71,7 @@ int cmd_check(int argc, char **argv) {
   thrum_error error = {0};
   thrum_mesh mesh = {0};
   thrum_mesh_examined examined;
-  thrum_status status = thrum_mesh_read_with(request.mesh_name, &request.reading, &mesh, &error);
+  thrum_status status = read_mesh(&request, &mesh, &error);
   THRUM_THEN(status, thrum_mesh_examine(&mesh, &examined, &error));
 
   unsigned flags = 0;

@@ -75,17 +75,20 @@ static int read_options(int argc, char **argv, convert_request *request) {
 
 static void warn_lost(const thrum_mesh_lost *lost, const char *name) {
   if (lost->groups > 0)
-    config_warn("%s: %" PRId64 " groups have no place in this format and were left out", name,
-                lost->groups);
+    config_warn("%s: %" PRId64 " %s no place in this format and %s left out", name, lost->groups,
+                lost->groups == 1 ? "group has" : "groups have",
+                lost->groups == 1 ? "was" : "were");
   if (lost->names > 0)
-    config_warn("%s: %" PRId64 " groups are there under another name or a number", name,
-                lost->names);
+    config_warn("%s: %" PRId64 " %s there under another name or a number", name, lost->names,
+                lost->names == 1 ? "group is" : "groups are");
   if (lost->materials > 0)
-    config_warn("%s: %" PRId64 " materials have no place in this format and were left out", name,
-                lost->materials);
+    config_warn("%s: %" PRId64 " %s no place in this format and %s left out", name, lost->materials,
+                lost->materials == 1 ? "material has" : "materials have",
+                lost->materials == 1 ? "was" : "were");
   if (lost->regions > 0)
-    config_warn("%s: %" PRId64 " regions without materials are there as groups only", name,
-                lost->regions);
+    config_warn("%s: %" PRId64 " %s there as %s only", name, lost->regions,
+                lost->regions == 1 ? "region without material is" : "regions without materials are",
+                lost->regions == 1 ? "a group" : "groups");
 }
 
 static void print_json(const convert_request *request, const thrum_mesh *mesh,

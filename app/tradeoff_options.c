@@ -93,8 +93,11 @@ static const config_option options[] = {
     // what is asked, and for how long a motion
     OPTION_NUMBER("fps", "1/s", "60", "frames a second of --budget", AT(fps), CONFIG_ABOVE(0)),
     OPTION_TIME(tradeoff_request, time, "1; with --quick 0.5"),
-    OPTION_FLAG("quick", "a coarse answer in under a minute, on models of some thousand tetrahedra",
-                AT(quick)),
+    OPTION_FLAG(
+        "quick",
+        "a coarse answer: 2 to 7 minutes on models of some thousand tetrahedra, with tests and "
+        "trained bases",
+        AT(quick)),
     OPTION_GROUP(mesh_options, "of a MESH", AT(mesh_def)),
 
     OPTION_TEXT("test", "LOAD", "those of the model by name",

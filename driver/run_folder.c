@@ -300,16 +300,19 @@ thrum_status run_folder_commit(run_folder *folder, thrum_error *error) {
   char parent[RUN_PATH_MAX];
   thrum_error detail = {0};
   thrum_status status = THRUM_OK;
-  thrum_folder_sync(folder->work);
+  int number = thrum_folder_sync(folder->work);
+  if (number != 0)
+    status = thrum_error_set(&detail, THRUM_IO, "%.300s: the run could not be written (%s)",
+                             folder->path, strerror(number));
   if (folder->inside) {
     folder->work[0] = 0;
-    return THRUM_OK;
+    return status < 0 ? thrum_error_set(error, status, "%s", detail.message) : THRUM_OK;
   }
 
   // a new RUN takes its name, an earlier one is exchanged
-  if (folder->existed)
+  if (status >= 0 && folder->existed)
     status = replace(folder, &detail);
-  else if (rename(folder->work, folder->path) != 0)
+  else if (status >= 0 && rename(folder->work, folder->path) != 0)
     status = thrum_error_set(&detail, THRUM_IO, "%.300s: the run could not be put there (%s)",
                              folder->path, strerror(errno));
   if (status < 0) {
@@ -318,10 +321,14 @@ thrum_status run_folder_commit(run_folder *folder, thrum_error *error) {
   }
 
   parent_of(folder, parent);
-  thrum_folder_sync(parent);
+  number = thrum_folder_sync(parent);
   unlock(folder);
   folder->work[0] = 0;
-  return THRUM_OK;
+  return number == 0 ? THRUM_OK
+                     : thrum_error_set(error, THRUM_IO,
+                                       "%.300s: the run is there, but may be lost when the power "
+                                       "fails (%s)",
+                                       folder->path, strerror(number));
 }
 
 void run_folder_abandon(run_folder *folder) {

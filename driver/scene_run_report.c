@@ -158,14 +158,19 @@ void scene_run_table(const scene_run *run) {
   puts("");
 
   // a line for each body
-  printf("%-12s %-8s %5s %12s %12s %12s %s\n", "body", "steps by", "rank", "first J", "last J",
+  printf("%-12s %-8s %8s %12s %12s %12s %s\n", "body", "steps by", "rank", "first J", "last J",
          "peak m", "status");
   for (int64_t n = 0; n < run->spec.bodies.count; n++) {
     const scene_body_run *body = &run->bodies[n];
     const simulate_figures *figures = &run->run.bodies[n].figures;
-    printf("%-12s %-8s %5d %12.6g %12.6g %12.6g %s\n", body->spec->name,
-           thrum_integrator_name(body->request.def.integrator), (int)body->model->rank,
-           figures->first.total, figures->last.total, figures->peak, simulate_status_name(figures));
+    char rank[32];
+    if (figures->masters > 0)
+      snprintf(rank, sizeof rank, "%d of %d", (int)figures->masters, (int)body->model->rank);
+    else
+      snprintf(rank, sizeof rank, "%d", (int)body->model->rank);
+    printf("%-12s %-8s %8s %12.6g %12.6g %12.6g %s\n", body->spec->name,
+           thrum_integrator_name(body->request.def.integrator), rank, figures->first.total,
+           figures->last.total, figures->peak, simulate_status_name(figures));
   }
 
   // the table names the integrators asked for

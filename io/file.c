@@ -16,6 +16,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "platform/folder_swap.h"
 #include "platform/interrupt.h"
 
 #define ATTEMPTS 100
@@ -149,23 +150,18 @@ thrum_status thrum_file_writer_put(thrum_file_writer *writer, const void *data, 
   return THRUM_OK;
 }
 
-/* Makes the new name itself survive a power cut; some file systems cannot, which is no failure. */
-static void sync_folder(const char *path) {
+/* Makes the new name itself survive a power cut; returns 0 or an errno. */
+static int sync_folder(const char *path) {
   const char *slash = strrchr(path, '/');
-  size_t size = slash == NULL ? 0 : (size_t)(slash - path) + 1;
+  const size_t size = slash == NULL ? 0 : (size_t)(slash - path) + 1;
   char *folder = malloc(size + 2);
   if (folder == NULL)
-    return;
+    return ENOMEM;
   memcpy(folder, path, size);
   memcpy(folder + size, ".", 2);
-
-  // a folder that cannot be opened cannot be synced either
-  int file = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (file >= 0) {
-    fsync(file);
-    close(file);
-  }
+  const int number = thrum_folder_sync(folder);
   free(folder);
+  return number;
 }
 
 /* Flushes, syncs and closes the stream; returns 0, or the errno of the first step that failed. */
@@ -201,11 +197,12 @@ thrum_status thrum_file_writer_commit(thrum_file_writer *writer, thrum_error *er
 
   // only a complete file takes the target's name
   thrum_status status = THRUM_OK;
-  if (number == 0)
-    sync_folder(writer->path);
-  else {
+  if (number != 0) {
     unlink(writer->temporary);
     status = fail_writing(writer->path, "cannot be written", number, error);
+  } else if ((number = sync_folder(writer->path)) != 0) {
+    status = fail_writing(writer->path, "is written, but may be lost when the power fails", number,
+                          error);
   }
   release(writer);
   return status;

@@ -6,6 +6,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/file.h>
@@ -62,10 +63,14 @@ char *thrum_folder_real_path(const char *path) {
   return realpath(path, NULL);
 }
 
-void thrum_folder_sync(const char *path) {
+int thrum_folder_sync(const char *path) {
   const int folder = open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0)
-    return;
-  fsync(folder);
+    return 0;
+
+  // a file system that cannot sync folders says one of these
+  const int number = fsync(folder) == 0 ? 0 : errno;
+  const bool cannot = number == EINVAL || number == EROFS || number == ENOTSUP || number == ENOSYS;
   close(folder);
+  return cannot ? 0 : number;
 }

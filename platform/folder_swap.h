@@ -15,7 +15,8 @@ int thrum_folder_lock(const char *path);
 /* The path of an existing folder or file without links, for free(); NULL with errno on failure. */
 char *thrum_folder_real_path(const char *path);
 
-/* Lets the names in a folder survive a power cut; a system that cannot is no failure. */
-void thrum_folder_sync(const char *path);
+/* Lets the names in a folder survive a power cut. Returns 0, also where the file system cannot sync
+ * folders or this one may not be read, or the errno of the failure. */
+int thrum_folder_sync(const char *path);
 
 #endif

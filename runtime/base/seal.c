@@ -41,9 +41,9 @@ thrum_status thrum_seal_check(const void *memory, size_t size, thrum_seal_kind k
   seal head;
   if (!memory)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the snapshot's memory is NULL");
-  if (size < expected || size < sizeof head)
+  if (size < sizeof head)
     return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
-                           "the snapshot has %zu bytes, the memory %zu", expected, size);
+                           "a snapshot of %zu bytes is wanted, the memory has %zu", expected, size);
 
   // what it is and who can read it, before anything that depends on that
   memcpy(&head, memory, sizeof head);
@@ -61,10 +61,15 @@ thrum_status thrum_seal_check(const void *memory, size_t size, thrum_seal_kind k
 
   // sizes, then every bit
   if (head.size != expected)
-    return thrum_error_set(error, THRUM_MODEL_MISMATCH,
-                           "the snapshot has %llu bytes where %zu are needed: what it was made of "
-                           "is another",
-                           (unsigned long long)head.size, expected);
+    return thrum_error_set(
+        error, THRUM_MODEL_MISMATCH,
+        "the snapshot is of another model, of other options or of another scene: "
+        "it has %llu bytes where %zu are needed",
+        (unsigned long long)head.size, expected);
+  if (size < expected)
+    return thrum_error_set(error, THRUM_BUFFER_TOO_SMALL,
+                           "the snapshot was cut short: it has %zu bytes, the memory %zu", expected,
+                           size);
   if (head.checksum != checksum_of(head, memory))
     return thrum_error_set(error, THRUM_BAD_CHECKSUM,
                            "the snapshot does not match its checksum: its bits have changed");

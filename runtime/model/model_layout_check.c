@@ -97,6 +97,11 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
       return status;
   }
 
+  // every model has a format, whatever else it lacks
+  if (!HAS(layout, format))
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the file is no Thrum model: array 'format' is missing");
+
   // required arrays, and those that make sense only together
   for (int a = 0; a < THRUM_ARRAY_COUNT; a++)
     if (thrum_array_table[a].required && layout->data[a] == NULL)

@@ -83,7 +83,7 @@ static void a_group_or_material_that_the_format_cannot_hold_is_warned_of(void **
   (void)state;
   program_result run = thrum_run(folder, "convert", "beam:2x2x2@1x1x1", "b.msh", NULL);
   assert_int_equal(run.exit_code, 0);
-  assert_non_null(strstr(run.err, "warning: b.msh: 1 materials have no place in this format"));
+  assert_non_null(strstr(run.err, "warning: b.msh: 1 material has no place in this format"));
   program_result_free(&run);
   run = thrum_run(folder, "convert", "beam:2x2x2@1x1x1", "b.veg", NULL);
   assert_non_null(strstr(run.err, "warning: b.veg: 7 groups have no place in this format"));
@@ -100,6 +100,21 @@ static void a_likely_mistake_is_flagged_with_exit_code_3(void **state) {
   program_result run = thrum_run(folder, "check", "beam:6x3x3@1x0.3x0.3", "--scale", "1000", NULL);
   assert_int_equal(run.exit_code, 3);
   assert_non_null(strstr(run.out, "if the file is in millimetres, give --scale 0.001"));
+  program_result_free(&run);
+}
+
+static void a_model_by_name_is_checked_with_its_material(void **state) {
+  (void)state;
+  cJSON *check = run_json(0, thrum_run(folder, "check", "beam", "--json", NULL));
+  assert_true(json_value(check, "tets") == 1080);
+  assert_true(json_value(check, "mass_kg") > 0);
+  cJSON_Delete(check);
+}
+
+static void one_of_a_kind_is_said_in_the_singular(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "check", "beam:1x1x1@1x1x1", NULL);
+  assert_non_null(strstr(run.out, "1 cell over the thickness"));
   program_result_free(&run);
 }
 
@@ -143,6 +158,8 @@ int main(void) {
       cmocka_unit_test(order_makes_and_drops_middle_nodes),
       cmocka_unit_test(a_group_or_material_that_the_format_cannot_hold_is_warned_of),
       cmocka_unit_test(a_likely_mistake_is_flagged_with_exit_code_3),
+      cmocka_unit_test(a_model_by_name_is_checked_with_its_material),
+      cmocka_unit_test(one_of_a_kind_is_said_in_the_singular),
       cmocka_unit_test(wrong_arguments_and_unknown_formats_are_refused),
   };
   const int failed = cmocka_run_group_tests(tests, NULL, NULL);

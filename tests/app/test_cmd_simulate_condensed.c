@@ -127,6 +127,13 @@ static void a_body_that_names_an_error_is_condensed_as_far_as_that_allows(void *
   cJSON_Delete(object);
   program_result_free(&run);
 
+  // the table says how many of the model's coordinates are stepped
+  run = thrum_run(folder, "simulate", "error.json", "-o", "found", "-q", NULL);
+  char stepped[32];
+  snprintf(stepped, sizeof stepped, " %d of ", (int)masters);
+  assert_non_null(strstr(run.out, stepped));
+  program_result_free(&run);
+
   // it finds what the other two keys say
   assert_null(simulate_scene("no",
                              "{\"bodies\":[{\"model\":\"beam.npz\",\"error\":0.05,"

@@ -285,13 +285,16 @@ def chosen(count, points):
     return list(range(1, first + 1)) + [first + 1 + k * (count - first - 1) // (points - first) for k in range(points - first)]
 
 
-def judge(case, code, results, errors, reason):
-    """A finding, as its kind and a text; None: the run ended as it may. `reason`: what a message must say; None: anything."""
+def judge(case, code, results, errors, fault):
+    """A finding, as its kind and a text; None: the run ended as it may."""
+    reason = FILE_FAULTS.get(fault)  # what a message must say; None: anything
     if code < 0 or code == 139:
         libraries = re.findall(r" (\S+?):", errors[errors.rfind(" in "):])
         if libraries and any(part in name for name in libraries[:4] for part in LIBRARIES):
             return "crash of a library", f"a crash in {libraries[0]}"
         return "crash", f"signal {-code}"
+    if code in (0, 3) and fault == "fsync":
+        return "fault not told", f"exit code {code}, though the disk did not keep what was written"
     if code in (0, 3):
         wrong = case.differs(code, results)
         return None if wrong is None else ("wrong result", f"exit code {code} and another {wrong}")
@@ -338,7 +341,7 @@ def sweep(case, faults, points, show):
         for at in chosen(count, points):
             code, results, errors = case.run(fault, at)
             codes[code] += 1
-            found = judge(case, code, results, errors, FILE_FAULTS.get(fault.name))
+            found = judge(case, code, results, errors, fault.name)
             if found and found[0] == "crash of a library":
                 crashes += 1
             elif found:

@@ -189,13 +189,31 @@ static void other_versions_and_byte_orders_are_refused_by_name(void **context) {
     f.snapshot[8 + k] = kept[11 - k];
   expect_refused(&f, THRUM_UNSUPPORTED, "byte order");
 
+  // a whole snapshot of another model, in memory larger and smaller than this one's
+  random_model larger;
+  random_model_make(&larger, 21, RANK + 3, 1.0, 12.0, 0.5);
+  thrum_state *other = state_make(&larger.model, &def);
+  const size_t size = thrum_state_snapshot_size(other);
+  unsigned char *foreign = malloc(size);
+  assert_non_null(foreign);
+  assert_int_equal(thrum_state_snapshot(other, foreign, size, NULL), THRUM_OK);
+  thrum_error error = {THRUM_OK, ""};
+  assert_int_equal(thrum_state_restore(&f.m.model, f.state, foreign, size, &error),
+                   THRUM_MODEL_MISMATCH);
+  assert_non_null(strstr(error.message, "of another model"));
+  assert_int_equal(thrum_state_restore(&larger.model, other, kept, f.size, &error),
+                   THRUM_MODEL_MISMATCH);
+  free(foreign);
+  state_free(other);
+  random_model_free(&larger);
+
   // something else altogether
   memset(f.snapshot, 0x5a, f.size);
   expect_refused(&f, THRUM_BAD_FORMAT, "no snapshot");
 
   memcpy(f.snapshot, kept, f.size);
   f.size--;
-  expect_refused(&f, THRUM_BUFFER_TOO_SMALL, "bytes");
+  expect_refused(&f, THRUM_BUFFER_TOO_SMALL, "cut short");
   f.size++;
   free(kept);
   close_run(&f);

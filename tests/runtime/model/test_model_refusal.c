@@ -69,7 +69,7 @@ static void bytes_that_are_no_archive_are_refused_as_such(void **state) {
   size_t size = archive_build(&a, file_bytes);
   check_bytes(size - 1, THRUM_BAD_FORMAT, "cut short");
   a.count = 0;
-  refused(&a, THRUM_MISSING, "array 'format' is missing");
+  refused(&a, THRUM_MISSING, "no Thrum model: array 'format' is missing");
 }
 
 static void archives_of_other_kinds_are_refused(void **state) {
