@@ -37,6 +37,14 @@ INLINE void v8_prefetch(const void *p) {
   _mm_prefetch((const char *)p, _MM_HINT_T0);
 }
 
+/* A coefficient with two products is loaded once: with a memory operand in each, a force at r = 30
+ * took 1.14 of the time. */
+#define V8_KEEP
+INLINE v8 v8_keep(v8 a) {
+  __asm__("" : "+v"(a));
+  return a;
+}
+
 INLINE void v8_store(double *p, v8 a) {
   _mm512_storeu_pd(p, a);
 }

@@ -14,6 +14,7 @@
  * and, to replace the defaults below,
  *   V8_MASKS    v8_mask, v8_range(lo, hi)  the lanes lo <= s < hi; lo and hi may be any number
  *               v8_load_mask(p, mask)      these lanes of p, zero in the others, which are not read
+ *   V8_KEEP     v8_keep(a)     a, in a register from here on
  *   V8_STORE_FIRST  v8_store_first(p, a, count)  the first lanes, 1 or more
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -60,6 +61,12 @@ INLINE void v8_store_first(double *p, v8 a, int64_t count) {
 }
 #endif
 
+#ifndef V8_KEEP
+INLINE v8 v8_keep(v8 a) {
+  return a;
+}
+#endif
+
 INLINE v8 v8_load_range(const double *p, int64_t lo, int64_t hi) {
   return v8_load_mask(p, v8_range(lo, hi));
 }
@@ -70,11 +77,15 @@ INLINE void v8_prefetch(const void *p) {
 }
 #endif
 
-/* Writes the sums of the first `rows` vectors and zeros for the others, which are zero, to
- * to[0..7]. It takes one store, because a load of the result would wait for several. */
-INLINE void v8_store_sums(int rows, double *to, const v8x8 *a) {
+/* The sums of the first `rows` vectors, and zeros for the others, which are zero. */
+INLINE v8 v8_sums_of(int rows, const v8x8 *a) {
   if (rows > 2)
-    v8_store(to, v8_sums(a->r[0], a->r[1], a->r[2], a->r[3], a->r[4], a->r[5], a->r[6], a->r[7]));
-  else
-    v8_store(to, v8_two(v8_sum(a->r[0]), rows > 1 ? v8_sum(a->r[1]) : 0.0));
+    return v8_sums(a->r[0], a->r[1], a->r[2], a->r[3], a->r[4], a->r[5], a->r[6], a->r[7]);
+  return v8_two(v8_sum(a->r[0]), rows > 1 ? v8_sum(a->r[1]) : 0.0);
+}
+
+/* Writes them to to[0..7]. It takes one store, because a load of the result would wait for
+ * several. */
+INLINE void v8_store_sums(int rows, double *to, const v8x8 *a) {
+  v8_store(to, v8_sums_of(rows, a));
 }

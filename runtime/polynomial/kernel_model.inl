@@ -71,7 +71,8 @@ INLINE double evaluation_end(int64_t n, const evaluation *e, double *lanes, doub
   return lanes_dot(n, e->q, e->s);
 }
 
-PASS double pass_force(const thrum_model *model, const double *q, double *gradient, double *work) {
+INLINE double force_of(bool single, const thrum_model *model, const double *q, double *gradient,
+                       double *work) {
   const int64_t n = model->rank;
   const pack_scratch t = pack_cut(n, work);
   const evaluation e = evaluation_of(&t, 0);
@@ -79,12 +80,26 @@ PASS double pass_force(const thrum_model *model, const double *q, double *gradie
   const point p = {e.m, e.x, e.w, e.y};
   packed_block b = packed_first(model);
   for (int64_t c = 0; c < n; c++) {
+    const row_end end = {e.q[c], e.reversed, e.g};
     row_factors(false, n - c, e.q[c], e.reversed, 0.0, e.reversed, e.x);
-    packed_both(&b, &p, NULL, NULL);
-    evaluation_block(n, c, &e);
+    v8_store(e.blocks + 8 * c, block_meets(single, WORK_BOTH, &b, &p, &end, NULL));
     packed_next(n, c + 1, &b);
   }
   return evaluation_end(n, &e, t.lanes, gradient);
+}
+
+PASS double force_double(const thrum_model *model, const double *q, double *gradient,
+                         double *work) {
+  return force_of(false, model, q, gradient, work);
+}
+
+PASS double force_single(const thrum_model *model, const double *q, double *gradient,
+                         double *work) {
+  return force_of(true, model, q, gradient, work);
+}
+
+PASS double pass_force(const thrum_model *model, const double *q, double *gradient, double *work) {
+  return (model->packed_single ? force_single : force_double)(model, q, gradient, work);
 }
 
 PASS void pass_forces(const thrum_model *model, const double *const q[2], double *const gradient[2],

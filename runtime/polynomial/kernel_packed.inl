@@ -98,11 +98,11 @@ INLINE void sum_rows(bool single, bool ahead, int rows, const coefficients *b, i
 #undef X
 }
 
-/* Multiplies `rows` rows of a group of `size`, the first at `at`, at one point: sums into
- * y[0..rows-1], w += B^T x, lists += q times the row. */
-INLINE void group_rows(bool single, work_on what, int rows, const packed_block *k, int64_t at,
-                       int64_t size, const double *m, const double *x, double *w, double *y,
-                       const row_lists *l, const own_row *own) {
+/* Multiplies `rows` rows of a group of `size`, the first at `at`, at one point: w += B^T x, lists
+ * += q times the row; returns the rows' sums and zeros behind them. */
+INLINE v8 group_sums(bool single, work_on what, int rows, const packed_block *k, int64_t at,
+                     int64_t size, const double *m, const double *x, double *w, const row_lists *l,
+                     const own_row *own) {
   // sums and factors of the rows stay in registers over all columns
   const bool sums = what != WORK_ADDS, adds = what != WORK_SUMS;
   v8x8 sum = rows_zero8();
@@ -128,7 +128,7 @@ INLINE void group_rows(bool single, work_on what, int rows, const packed_block *
     }
 #define X(k)                                                                                       \
   if (k < rows) {                                                                                  \
-    const v8 part = coefficient(single, l != NULL, b, at + 8 * k);                                 \
+    const v8 part = v8_keep(coefficient(single, l != NULL, b, at + 8 * k));                        \
     if (sums)                                                                                      \
       sum.r[k] = v8_add(sum.r[k], v8_mul(part, m_v));                                              \
     if (adds)                                                                                      \
@@ -144,8 +144,16 @@ INLINE void group_rows(bool single, work_on what, int rows, const packed_block *
 
   if (own)
     *own->y = v8_sum(own_sum);
-  if (sums)
-    v8_store_sums(rows, y, &sum);
+  return sums ? v8_sums_of(rows, &sum) : v8_zero();
+}
+
+/* The same with the sums in y[0..7]. */
+INLINE void group_rows(bool single, work_on what, int rows, const packed_block *k, int64_t at,
+                       int64_t size, const double *m, const double *x, double *w, double *y,
+                       const row_lists *l, const own_row *own) {
+  const v8 sums = group_sums(single, what, rows, k, at, size, m, x, w, l, own);
+  if (what != WORK_ADDS)
+    v8_store(y, sums);
 }
 
 /* Multiplies such rows at two points. */
@@ -254,7 +262,6 @@ INLINE void block_work(bool single, work_on what, const packed_block *b, const p
 BLOCK_PASS(packed_sums, WORK_SUMS)
 BLOCK_PASS(packed_adds, WORK_ADDS)
 BLOCK_PASS(packed_both, WORK_BOTH)
-BLOCK_PASS(packed_own, WORK_OWN)
 BLOCK_PASS(packed_lists, WORK_LISTS)
 BLOCK_PASS(packed_twice, WORK_TWICE)
 
@@ -379,6 +386,50 @@ INLINE v8 lower_block(int64_t rows, const double *y, double q_c, const double *r
     sum = v8_add(sum, v8_mul(y_t, v8_load(reversed + t)));
   }
   return sum;
+}
+
+/* What the sums y of a block's rows meet: their own coordinates, g += q_c y, and q_c. */
+typedef struct row_end {
+  double q_c;
+  const double *q; /* by row */
+  double *g;
+} row_end;
+
+/* Multiplies all rows of a block, or has their sums alone; g += q_c y, returns the lanes of
+ * sum_d y_d q_d. As block_work and lower_block do; where a group fits into registers its sums stay
+ * there. */
+INLINE v8 block_meets(bool single, work_on what, const packed_block *b, const point *p,
+                      const row_end *end, const own_row *own) {
+  if (ROWS_MANY < THRUM_PACK_ROWS) {
+    block_work(single, what, b, p, NULL, own);
+    return lower_block(b->rows, p->y, end->q_c, end->q, v8_zero(), end->g);
+  }
+
+  // a compiled variant for each number of rows
+  const v8 q_c = v8_set1(end->q_c);
+  v8 total = v8_zero();
+  for (int64_t first = 0; first < b->rows; first += THRUM_PACK_ROWS) {
+    const int64_t size = thrum_pack_size(b->all, first);
+    const int64_t at = b->at + 8 * first * b->whole;
+    v8 y = v8_zero();
+    switch (size < b->rows - first ? size : b->rows - first) {
+#define X(k)                                                                                       \
+  case k + 1:                                                                                      \
+    y = what == WORK_OWN && first > 0                                                              \
+            ? group_sums(single, WORK_BOTH, k + 1, b, at, size, p->m, p->x + first, p->w, NULL,    \
+                         NULL)                                                                     \
+            : group_sums(single, what, k + 1, b, at, size, p->m,                                   \
+                         what == WORK_SUMS ? NULL : p->x + first, p->w, NULL, own);                \
+    break;
+      EACH_8(X)
+#undef X
+    default:
+      break;
+    }
+    v8_store(end->g + first, v8_add(v8_load(end->g + first), v8_mul(q_c, y)));
+    total = v8_add(total, v8_mul(y, v8_load(end->q + first)));
+  }
+  return total;
 }
 
 /* One vector of run b: returns g + q_b w; adds its products with `lifted` to the run's lanes.

@@ -17,8 +17,8 @@ INLINE void part_begin(int64_t n, int64_t plain, const evaluation *e) {
   zeros(e->w + 8 * plain, thrum_pack_first(n) - 8 * plain);
 }
 
-PASS double pass_force_part(const thrum_model *model, int64_t split, const double *q,
-                            double *gradient, double *work) {
+INLINE double part_of(bool single, const thrum_model *model, int64_t split, const double *q,
+                      double *gradient, double *work) {
   // mirrored coordinates, so that those asked for come last, and monomials
   const int64_t n = model->rank, k = n - split, plain = thrum_pack_first(k) / 8;
   const pack_scratch t = pack_cut(n, work);
@@ -27,20 +27,20 @@ PASS double pass_force_part(const thrum_model *model, int64_t split, const doubl
   part_begin(n, plain, &e);
   column_monomials(false, n, e.q, e.lifted, e.q, e.lifted, e.m);
 
-  // each block: rows of held coordinates have sums alone
+  // each block, whose rows' sums meet their own coordinate: rows of held ones have sums alone
   const point p = {e.m, e.x, e.w, e.y};
   packed_block b = packed_mirrored(model);
   for (int64_t c = 0; c < n; c++) {
+    const row_end end = {e.q[c], e.q + c, e.g + c};
+    v8 sum;
     if (c < k) {
-      packed_sums(&b, &p, NULL, NULL);
+      sum = block_meets(single, WORK_SUMS, &b, &p, &end, NULL);
     } else {
       row_factors(false, n - c, e.q[c], e.q + c, 0.0, e.q + c, e.x);
       b.plain = plain;
-      packed_both(&b, &p, NULL, NULL);
+      sum = block_meets(single, WORK_BOTH, &b, &p, &end, NULL);
     }
-
-    // the rows' sums meet their own coordinate
-    v8_store(e.blocks + 8 * c, lower_block(n - c, e.y, e.q[c], e.q + c, v8_zero(), e.g + c));
+    v8_store(e.blocks + 8 * c, sum);
     packed_next(n, c + 1, &b);
   }
 
@@ -50,6 +50,21 @@ PASS double pass_force_part(const thrum_model *model, int64_t split, const doubl
   for (int64_t i = k; i < n; i++)
     gradient[n - 1 - i] += (e.g[i] + e.h[i + 1]) + (e.s[i] + e.more[i]);
   return lanes_dot(n, e.q, e.s);
+}
+
+PASS double part_double(const thrum_model *model, int64_t split, const double *q, double *gradient,
+                        double *work) {
+  return part_of(false, model, split, q, gradient, work);
+}
+
+PASS double part_single(const thrum_model *model, int64_t split, const double *q, double *gradient,
+                        double *work) {
+  return part_of(true, model, split, q, gradient, work);
+}
+
+PASS double pass_force_part(const thrum_model *model, int64_t split, const double *q,
+                            double *gradient, double *work) {
+  return (model->packed_single ? part_single : part_double)(model, split, q, gradient, work);
 }
 
 PASS void pass_tangent_vector_part(const thrum_model *model, int64_t split, const double *q,

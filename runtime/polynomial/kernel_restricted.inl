@@ -14,6 +14,55 @@
 
 #include "runtime/polynomial/kernel_private.h"
 
+/* The linear terms of `rows` implicit modes, rows row.. of each of the first `split` blocks, which
+ * meet two explicit modes in their columns and a third, q_c: y[k] = sum_c q_c y_kc. */
+INLINE void linear_rows(bool single, int rows, const thrum_model *model, int64_t split, int64_t row,
+                        const double *q, const double *m, double *y) {
+  const int64_t first = row / THRUM_PACK_ROWS * THRUM_PACK_ROWS;
+  packed_block k = packed_first(model);
+  v8 total = v8_zero();
+  for (int64_t c = 0; c < split; c++) {
+    // the rows' sums over the columns of a block
+    const int64_t size = thrum_pack_size(k.all, first), end = 8 * k.vectors;
+    int64_t at = k.at + 8 * first * k.whole + 8 * (row - first);
+    v8x8 sum = rows_zero8();
+    for (int64_t v = 0; v < end; v += 8, at += 8 * size)
+      sum_rows(single, false, rows, &k.b, at, v8_load(m + v), &sum);
+
+    total = v8_add(total, v8_mul(v8_set1(q[c]), v8_sums_of(rows, &sum)));
+    packed_next(model->rank, c + 1, &k);
+  }
+  v8_store(y, total);
+}
+
+/* Those of all n implicit modes, as many at a time as registers hold. */
+INLINE void linear_terms(bool single, const thrum_model *model, int64_t split, const double *q,
+                         const double *m, double *y) {
+  const int64_t n = model->rank - split;
+  for (int64_t row = 0; row < n; row += ROWS_MANY)
+    switch (n - row < ROWS_MANY ? n - row : ROWS_MANY) {
+#define X(k)                                                                                       \
+  case k + 1:                                                                                      \
+    if (k < ROWS_MANY)                                                                             \
+      linear_rows(single, k + 1, model, split, row, q, m, y + row);                                \
+    break;
+      EACH_8(X)
+#undef X
+    default:
+      break;
+    }
+}
+
+PASS void linear_terms_double(const thrum_model *model, int64_t split, const double *q,
+                              const double *m, double *y) {
+  linear_terms(false, model, split, q, m, y);
+}
+
+PASS void linear_terms_single(const thrum_model *model, int64_t split, const double *q,
+                              const double *m, double *y) {
+  linear_terms(true, model, split, q, m, y);
+}
+
 /* Writes the linear and quadratic terms of the restriction; a quadratic term stands in the column
  * (b,-1) of row c. */
 INLINE void restrict_low(const thrum_model *model, int64_t split, const double *q_given,
@@ -21,26 +70,24 @@ INLINE void restrict_low(const thrum_model *model, int64_t split, const double *
   // monomials of the held coordinates
   const int64_t rank = model->rank, n = rank - split;
   const pack_scratch t = pack_cut(rank, work);
-  double *const *a = t.vectors[0], *q = a[0], *reversed = a[1], *lifted = a[2], *y = a[3],
-                *g = a[4];
+  double *const *a = t.vectors[0], *q = a[0], *reversed = a[1], *lifted = a[2], *y = a[3];
   spread(rank, split, q_given, 1.0, q, reversed, lifted);
-  zeros(g, n);
   column_monomials(false, split, q, lifted, q, lifted, t.columns[0][0]);
-  const point p = {t.columns[0][0], NULL, NULL, y};
-  packed_block b = packed_first(model);
 
   // linear terms: rows of two held coordinates
-  for (int64_t c = 0; c < split; c++) {
-    b.rows = n;
-    packed_sums(&b, &p, NULL, NULL);
-    lower_block(n, y, q[c], reversed, v8_zero(), g);
-    packed_next(rank, c + 1, &b);
-  }
+  if (model->packed_single)
+    linear_terms_single(model, split, q, t.columns[0][0], y);
+  else
+    linear_terms_double(model, split, q, t.columns[0][0], y);
   for (int64_t k = 0; k < thrum_restricted_first(n); k++)
-    restricted[k] = k < n ? g[k] : 0.0;
+    restricted[k] = k < n ? y[k] : 0.0;
 
   // in the other rows, only the columns whose coordinates are all held
   const int64_t vectors = (thrum_pack_first(split) + 7) / 8;
+  const point p = {t.columns[0][0], NULL, NULL, y};
+  packed_block b = packed_first(model);
+  for (int64_t c = 0; c < split; c++)
+    packed_next(rank, c + 1, &b);
   double *row = restricted + thrum_restricted_count(n);
   for (int64_t c = n - 1; c >= 0; c--) {
     row -= 8 * thrum_pack_vectors(c);
@@ -79,7 +126,7 @@ INLINE void restricted_begin(int64_t n, const double *q, const evaluation *e) {
   column_monomials(false, n, e->q, e->lifted, e->q, e->lifted, e->m);
 }
 
-PASS double pass_restricted_gradient(const thrum_model *model, int64_t split,
+INLINE double restricted_gradient_of(bool single, const thrum_model *model, int64_t split,
                                      const double *restricted, const double *q, double *gradient,
                                      double *work) {
   // coordinates and monomials, and the restriction's own rows
@@ -94,10 +141,10 @@ PASS double pass_restricted_gradient(const thrum_model *model, int64_t split,
   packed_block b = packed_mirrored(model);
   for (int64_t c = 0; c < n; c++) {
     const own_row own = {row, e.q[c], e.more + c};
+    const row_end end = {e.q[c], e.q + c, e.g + c};
     row_factors(false, n - c, e.q[c], e.q + c, 0.0, e.q + c, e.x);
     b.rows = n - c;
-    packed_own(&b, &p, NULL, &own);
-    v8_store(e.blocks + 8 * c, lower_block(n - c, e.y, e.q[c], e.q + c, v8_zero(), e.g + c));
+    v8_store(e.blocks + 8 * c, block_meets(single, WORK_OWN, &b, &p, &end, &own));
     row += 8 * thrum_pack_vectors(c);
     packed_next(model->rank, c + 1, &b);
   }
@@ -112,6 +159,25 @@ PASS double pass_restricted_gradient(const thrum_model *model, int64_t split,
   for (int64_t k = 0; k < n; k++)
     gradient[n - 1 - k] = (e.g[k] + e.h[k + 1]) + (e.s[k] + e.more[k]);
   return lanes_dot(n, e.q, e.s);
+}
+
+PASS double restricted_gradient_double(const thrum_model *model, int64_t split,
+                                       const double *restricted, const double *q, double *gradient,
+                                       double *work) {
+  return restricted_gradient_of(false, model, split, restricted, q, gradient, work);
+}
+
+PASS double restricted_gradient_single(const thrum_model *model, int64_t split,
+                                       const double *restricted, const double *q, double *gradient,
+                                       double *work) {
+  return restricted_gradient_of(true, model, split, restricted, q, gradient, work);
+}
+
+PASS double pass_restricted_gradient(const thrum_model *model, int64_t split,
+                                     const double *restricted, const double *q, double *gradient,
+                                     double *work) {
+  return (model->packed_single ? restricted_gradient_single : restricted_gradient_double)(
+      model, split, restricted, q, gradient, work);
 }
 
 /* Reverses the order of entries: from mirrored coordinates and back. */
