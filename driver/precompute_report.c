@@ -69,6 +69,8 @@ static void add_options(cJSON *meta, const precompute_request *request,
   json_number(options, "rank", (double)result->model.rank);
   cJSON_AddStringToObject(options, "mass", mass_name(request->options.mass));
   cJSON_AddStringToObject(options, "precision", request->options.single ? "single" : "double");
+  if (result->quadrature_order > 0)
+    json_number(options, "quadrature_order", result->quadrature_order);
   json_number(options, "scale", request->reading.scale);
   if (request->reading.unit)
     json_string(options, "unit", request->reading.unit);
@@ -239,6 +241,8 @@ void precompute_print_json(const precompute_outcome *outcome) {
   json_number(object, "vertices", (double)mesh->vertex_count);
   json_number(object, "tets", (double)mesh->tet_count);
   json_number(object, "order", mesh->midsides != NULL ? 2 : 1);
+  if (result->quadrature_order > 0)
+    json_number(object, "quadrature_order", result->quadrature_order);
   json_number(object, "fixed", (double)outcome->fixed_count);
   json_number(object, "flipped_tets", (double)mesh->flipped_tets);
   json_number(object, "dropped_vertices", (double)mesh->dropped_vertices);

@@ -7,6 +7,7 @@
 #include "driver/region_material.h"
 #include "driver/shared_options.h"
 #include "driver/train_case.h"
+#include "precompute/fem/quadrature.h"
 
 #define COUNT_MAX 1000000 /* no mesh needs more modes; keeps products of counts in range */
 #define MEGABYTES_MAX 1099511627776.0
@@ -106,6 +107,11 @@ static const config_option options[] = {
     OPTION_COUNT("rank", "2 K", "reduced coordinates, at most K (K + 3) / 2", AT(options.rank),
                  GIVEN(rank_given), CONFIG_RANGE(1, COUNT_MAX)),
     OPTION_CHOICE("mass", masses, "consistent", "mass matrix", AT(options.mass)),
+    OPTION_COUNT("quadrature-order", "4; 5 where edges are curved",
+                 "degree to which the points of ten-node tetrahedra are exact: more for strongly "
+                 "curved ones; 6 takes 24 points for 14, 7 takes 64",
+                 AT(options.quadrature_order),
+                 CONFIG_RANGE(THRUM_QUADRATURE_ORDER_MIN, THRUM_QUADRATURE_ORDER_MAX)),
     OPTION_CHOICE("precision", precisions, "double",
                   "of the cubic and quartic coefficients; large models step faster with single, "
                   "and what error that costs is said",
@@ -245,6 +251,9 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
     return config_usage("precompute", "--by-share goes with --train");
   if (request->by_share && request->handle_count > 0)
     return config_usage("precompute", "--by-share goes without --handles, which have no share");
+
+  if (request->train_count + request->test_count > 0 && request->options.quadrature_order > 0)
+    return config_usage("precompute", "--quadrature-order goes without --train and --test");
 
   // its error is that of the whole model, and its runs are as long as a run of simulate may be
   if (request->train_count + request->test_count > 0 && request->condense)

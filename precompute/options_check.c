@@ -4,6 +4,7 @@
 
 #include "precompute/basis/mode_check.h"
 #include "precompute/fem/constraints.h"
+#include "precompute/fem/quadrature.h"
 #include "precompute/fem/rigid_modes.h"
 #include "thrum/model.h"
 
@@ -59,6 +60,13 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
   if (options->threads < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "threads is %d; it must be at least 1",
                            options->threads);
+
+  if (options->quadrature_order != 0 && (options->quadrature_order < THRUM_QUADRATURE_ORDER_MIN ||
+                                         options->quadrature_order > THRUM_QUADRATURE_ORDER_MAX))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the order of quadrature is %d; it must lie between %d and %d",
+                           options->quadrature_order, THRUM_QUADRATURE_ORDER_MIN,
+                           THRUM_QUADRATURE_ORDER_MAX);
 
   // a count that cannot be made says so itself
   if (options->check == THRUM_CHECK_INERTIA && !thrum_inertia_available())

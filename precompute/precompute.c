@@ -73,10 +73,14 @@ static thrum_status check_memory(const pipeline *p, thrum_error *error) {
 
 static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   bool free_body = false;
-  THRUM_TRY(thrum_fem_create(p->mesh, p->fixed, &p->fem, error));
+  THRUM_TRY(
+      thrum_fem_create_of_order(p->mesh, p->fixed, p->options.quadrature_order, &p->fem, error));
   THRUM_TRY(thrum_options_check_body(&p->options, &p->fem, &free_body, error));
 
   p->result.free_dofs = p->fem.free_count;
+  if (p->fem.rule)
+    p->result.quadrature_order =
+        p->options.quadrature_order > 0 ? p->options.quadrature_order : p->fem.usual_order;
   p->result.rigid_count = free_body ? THRUM_RIGID_COUNT : 0;
   for (int64_t t = 0; t < p->fem.tet_count; t++) {
     p->result.volume += p->fem.volume[t];

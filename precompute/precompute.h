@@ -36,7 +36,8 @@ typedef struct thrum_precomputed {
   /* How far the result can be trusted, and the body. */
   double basis_orthonormality; /* max |U^T M U - 1| */
   double basis_diagonality;    /* max off-diagonal |U^T K U| / max omega2 */
-  double single_error; /* of options.single: relative error of R, see single_precision.c; else 0 */
+  int quadrature_order; /* of ten-node tetrahedra, those asked for or the usual one; 0: linear */
+  double single_error;  /* of options.single: relative error of R, see single_precision.c; else 0 */
   int64_t free_dofs;
   int64_t factor_nonzeros;
   double mass;           /* [kg] */

@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "platform/allocate.h"
+#include "precompute/fem/quadrature.h"
 #include "runtime/base/vec3.h"
 
 /* Far outside, products of numbers leave the range of doubles, where LAPACK prints its complaints.
@@ -173,7 +174,7 @@ static thrum_status join_nodes(const thrum_mesh *mesh, thrum_fem *fem, thrum_err
 }
 
 // the points of ten-node tets, and the slopes of the shape functions there
-static thrum_status choose_rule(thrum_fem *fem, bool of_four, thrum_error *error) {
+static thrum_status choose_rule(thrum_fem *fem, int order, thrum_error *error) {
   // one curved tetrahedron is enough for the finer rule
   bool curved = false;
   for (int64_t t = 0; t < fem->tet_count && !curved; t++) {
@@ -184,8 +185,8 @@ static thrum_status choose_rule(thrum_fem *fem, bool of_four, thrum_error *error
   }
 
   // the slopes at the points are the same for all
-  fem->rule = of_four ? thrum_quadratic_rule_of_four(&fem->point_count)
-                      : thrum_quadratic_rule(curved, &fem->point_count);
+  fem->usual_order = curved ? 5 : 4;
+  THRUM_TRY(thrum_quadrature(order, curved, &fem->rule, &fem->point_count, error));
   fem->slopes = thrum_allocate(fem->point_count, sizeof *fem->slopes, "the shape functions", error);
   if (!fem->slopes)
     return THRUM_OUT_OF_MEMORY;
@@ -194,12 +195,12 @@ static thrum_status choose_rule(thrum_fem *fem, bool of_four, thrum_error *error
   return THRUM_OK;
 }
 
-static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, bool of_four, thrum_fem *fem,
+static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, int order, thrum_fem *fem,
                          thrum_error *error) {
   thrum_status status = THRUM_OK;
   if (mesh->midsides) {
     THRUM_TRY(join_nodes(mesh, fem, error));
-    THRUM_TRY(choose_rule(fem, of_four, error));
+    THRUM_TRY(choose_rule(fem, order, error));
   }
   status = allocate(mesh, fem, error);
 
@@ -228,8 +229,8 @@ static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, bool of_f
   return THRUM_OK;
 }
 
-static thrum_status create(const thrum_mesh *mesh, const uint8_t *fixed, bool of_four,
-                           thrum_fem *fem, thrum_error *error) {
+thrum_status thrum_fem_create_of_order(const thrum_mesh *mesh, const uint8_t *fixed, int order,
+                                       thrum_fem *fem, thrum_error *error) {
   THRUM_TRY(check_materials(mesh, error));
 
   // the mesh's arrays are borrowed
@@ -243,7 +244,7 @@ static thrum_status create(const thrum_mesh *mesh, const uint8_t *fixed, bool of
                     .tet_region = mesh->tet_region};
 
   // a body that failed half way leaves nothing
-  thrum_status status = fill(mesh, fixed, of_four, &made, error);
+  thrum_status status = fill(mesh, fixed, order, &made, error);
   if (status < 0)
     thrum_fem_free(&made);
   else
@@ -253,12 +254,7 @@ static thrum_status create(const thrum_mesh *mesh, const uint8_t *fixed, bool of
 
 thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
                               thrum_error *error) {
-  return create(mesh, fixed, false, fem, error);
-}
-
-thrum_status thrum_fem_create_of_four(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
-                                      thrum_error *error) {
-  return create(mesh, fixed, true, fem, error);
+  return thrum_fem_create_of_order(mesh, fixed, 0, fem, error);
 }
 
 void thrum_fem_free(thrum_fem *fem) {
@@ -268,6 +264,7 @@ void thrum_fem_free(thrum_fem *fem) {
   free(fem->weight);
   free(fem->volume);
   free(fem->joined_nodes);
+  free(fem->rule);
   free(fem->slopes);
   free(fem->lambda);
   free(fem->mu);

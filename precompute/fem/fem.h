@@ -3,8 +3,8 @@
  * displacement take and give all components, 3 v + axis, held ones included.
  *
  * Integrals over a tet are sums over its points. A linear tet has one, and its volume as weight;
- * ten nodes take the points of thrum_quadratic_rule, the same for all tets of a mesh: those for
- * curved edges where any edge is curved.
+ * ten nodes take the points of thrum_quadrature, the same for all tets of a mesh: where no order is
+ * asked for, those for curved edges where any edge is curved.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_FEM_FEM_H
@@ -22,13 +22,14 @@ typedef struct thrum_fem {
   int64_t tet_count;
   int64_t free_count; /* n, components that may move */
   int64_t region_count;
-  int node_count;            /* of a tet: 4 or 10 */
-  int point_count;           /* of a tet: 1, or those of the rule */
-  const double *vertices;    /* the mesh's, vertex_count x 3 [m] */
-  const int32_t *nodes;      /* tet_count x node_count, corners first */
-  int32_t *joined_nodes;     /* the array behind `nodes` of ten-node tets; NULL: the mesh's */
-  const int32_t *tet_region; /* the mesh's, tet_count */
-  const thrum_quadratic_point *rule;        /* point_count; NULL: linear tets */
+  int node_count;              /* of a tet: 4 or 10 */
+  int point_count;             /* of a tet: 1, or those of the rule */
+  const double *vertices;      /* the mesh's, vertex_count x 3 [m] */
+  const int32_t *nodes;        /* tet_count x node_count, corners first */
+  int32_t *joined_nodes;       /* the array behind `nodes` of ten-node tets; NULL: the mesh's */
+  const int32_t *tet_region;   /* the mesh's, tet_count */
+  thrum_quadratic_point *rule; /* point_count; NULL: linear tets */
+  int usual_order;             /* of the rule where none is asked for */
   double (*slopes)[THRUM_FEM_NODES_MAX][3]; /* point_count, of the shape functions; NULL: linear */
   int32_t *dof;            /* vertex_count x 3: index among the free components, -1 held */
   int32_t *component;      /* free_count: 3 v + axis of each free component */
@@ -48,10 +49,10 @@ typedef struct thrum_fem {
 thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
                               thrum_error *error);
 
-/* The same, where ten-node tets take thrum_quadratic_rule_of_four: for comparison with programs
- * that do. Their mass is then not exact. */
-thrum_status thrum_fem_create_of_four(const thrum_mesh *mesh, const uint8_t *fixed, thrum_fem *fem,
-                                      thrum_error *error);
+/* The same, where ten-node tets take the points of this order of thrum_quadrature. With 2, which is
+ * for comparison with programs that take four points, their mass is not exact. */
+thrum_status thrum_fem_create_of_order(const thrum_mesh *mesh, const uint8_t *fixed, int order,
+                                       thrum_fem *fem, thrum_error *error);
 void thrum_fem_free(thrum_fem *fem); /* leaves it empty; an empty (zeroed) one is fine */
 
 /* Gradients of the node_count shape functions of tet `t` at its point `p`, node 0 first [1/m]. */

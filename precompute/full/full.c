@@ -132,7 +132,7 @@ static thrum_status hold(thrum_full *full, const uint8_t *held, thrum_error *err
     return THRUM_OK;
 
   // masses stay exact; forces and the stiffness at rest are those of four points
-  THRUM_TRY(thrum_fem_create_of_four(&full->body.mesh, full->fixed, &full->four, error));
+  THRUM_TRY(thrum_fem_create_of_order(&full->body.mesh, full->fixed, 2, &full->four, error));
   return thrum_fem_stiffness(&full->four, NULL, &full->body.stiffness, error);
 }
 

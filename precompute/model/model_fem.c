@@ -1,10 +1,12 @@
 /* The full-order body of a model, see model_fem.h. SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/model/model_fem.h"
 
+#include <cjson/cJSON.h>
 #include <math.h>
 #include <stdlib.h>
 
 #include "platform/allocate.h"
+#include "precompute/fem/quadrature.h"
 #include "precompute/model/model_fill.h"
 
 // only read through the mesh
@@ -89,13 +91,29 @@ static thrum_status make_mass(thrum_model_fem *body, const thrum_model *model, t
   return status;
 }
 
+// the order of quadrature that the model says it was made with; 0: the usual one
+static int order_of(const thrum_model *model) {
+  cJSON *meta = model->meta && model->meta_bytes > 0
+                    ? cJSON_ParseWithLength((const char *)model->meta, (size_t)model->meta_bytes)
+                    : NULL;
+  const cJSON *options = cJSON_GetObjectItemCaseSensitive(meta, "options");
+  const double order =
+      cJSON_GetNumberValue(cJSON_GetObjectItemCaseSensitive(options, "quadrature_order"));
+  cJSON_Delete(meta);
+
+  // other programs may have written anything
+  return order >= THRUM_QUADRATURE_ORDER_MIN && order <= THRUM_QUADRATURE_ORDER_MAX ? (int)order
+                                                                                    : 0;
+}
+
 thrum_status thrum_model_fem_create(const thrum_model *model, thrum_model_fem *body,
                                     thrum_error *error) {
   thrum_model_fem made = {0};
   thrum_status status = thrum_model_borrow_mesh(model, &made.mesh, error);
 
   // the mass is found by trying; the stiffness is that at rest
-  THRUM_THEN(status, thrum_fem_create(&made.mesh, model->fixed, &made.fem, error));
+  THRUM_THEN(status, thrum_fem_create_of_order(&made.mesh, model->fixed, order_of(model), &made.fem,
+                                               error));
   THRUM_THEN(status, thrum_fem_pattern(&made.fem, &made.stiffness, error));
   THRUM_THEN(status, make_mass(&made, model, error));
   THRUM_THEN(status, thrum_fem_stiffness(&made.fem, NULL, &made.stiffness, error));

@@ -18,7 +18,8 @@ typedef struct thrum_model_fem {
 thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
                                      thrum_error *error);
 
-/* THRUM_MISSING when the model has no mesh. The model must stay while the body is used. */
+/* With the order of quadrature that the metadata of the model names. THRUM_MISSING when the model
+ * has no mesh. The model must stay while the body is used. */
 thrum_status thrum_model_fem_create(const thrum_model *model, thrum_model_fem *body,
                                     thrum_error *error);
 void thrum_model_fem_free(

@@ -69,6 +69,12 @@ typedef struct thrum_precompute_options {
   bool fit;        /* lower modes and rank to what the body has room for; default false */
   thrum_mass mass; /* default consistent */
 
+  /* Degree to which the points of ten-node tetrahedra are exact; 4 to 20, default 0: 4 for straight
+   * edges, where the strain energy is of that degree, and 5 for curved ones, where it is rational.
+   * Larger: curved elements are more exact, and the polynomial takes as much longer as there are
+   * more points (11, 14, 24, then (order / 2 + 1)^3). */
+  int quadrature_order;
+
   /* How it is checked that no mode was missed; default THRUM_CHECK_AUTO. */
   thrum_check check;
 

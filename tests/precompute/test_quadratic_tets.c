@@ -3,6 +3,8 @@
  * and two of them over a thickness. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
+#include "precompute/fem/quadrature.h"
+#include "precompute/model/model_fem.h"
 #include "runtime/base/quadratic_tet.h"
 #include "thrum/polynomial.h"
 
@@ -10,32 +12,97 @@ static double factorial(int n) {
   return n < 2 ? 1 : n * factorial(n - 1);
 }
 
+/* That a rule is exact to its degree, and its points inside with positive weights. */
+static void check_rule(const thrum_quadratic_point *rule, int points, int degree) {
+  // 6 i! j! k! / (i + j + k + 3)! over the mean of a tet
+  for (int i = 0; i <= degree; i++)
+    for (int j = 0; i + j <= degree; j++)
+      for (int k = 0; i + j + k <= degree; k++) {
+        double sum = 0;
+        for (int p = 0; p < points; p++)
+          sum += rule[p].weight * pow(rule[p].place[1], i) * pow(rule[p].place[2], j) *
+                 pow(rule[p].place[3], k);
+        assert_close(sum, 6 * factorial(i) * factorial(j) * factorial(k) / factorial(i + j + k + 3),
+                     degree < 6 ? 2e-14 : 2e-12);
+      }
+
+  for (int p = 0; p < points; p++) {
+    assert_true(rule[p].weight > 0);
+    for (int a = 0; a < 4; a++)
+      assert_true(rule[p].place[a] > 0);
+  }
+}
+
 static void rules_integrate_every_monomial_of_their_degree(void **state) {
   (void)state;
+  int points;
   for (int curved = 0; curved < 2; curved++) {
-    int points;
     const thrum_quadratic_point *rule = thrum_quadratic_rule(curved != 0, &points);
-    const int degree = curved ? 5 : 4;
-
-    // 6 i! j! k! / (i + j + k + 3)! over the mean of a tet
-    for (int i = 0; i <= degree; i++)
-      for (int j = 0; i + j <= degree; j++)
-        for (int k = 0; i + j + k <= degree; k++) {
-          double sum = 0;
-          for (int p = 0; p < points; p++)
-            sum += rule[p].weight * pow(rule[p].place[1], i) * pow(rule[p].place[2], j) *
-                   pow(rule[p].place[3], k);
-          assert_close(sum,
-                       6 * factorial(i) * factorial(j) * factorial(k) / factorial(i + j + k + 3),
-                       2e-14);
-        }
-
-    for (int p = 0; p < points; p++) {
-      assert_true(rule[p].weight > 0);
-      for (int a = 0; a < 4; a++)
-        assert_true(rule[p].place[a] > 0);
-    }
+    check_rule(rule, points, curved ? 5 : 4);
   }
+
+  // those that are asked for
+  thrum_quadratic_point *rule;
+  for (int order = THRUM_QUADRATURE_ORDER_MIN; order <= THRUM_QUADRATURE_ORDER_MAX; order++) {
+    assert_int_equal(thrum_quadrature(order, true, &rule, &points, NULL), THRUM_OK);
+    const int n = order / 2 + 1;
+    assert_int_equal(points, order == 4 ? 11 : order == 5 ? 14 : order == 6 ? 24 : n * n * n);
+    check_rule(rule, points, order);
+    free(rule);
+  }
+  assert_int_equal(thrum_quadrature(3, true, &rule, &points, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_quadrature(21, true, &rule, &points, NULL), THRUM_INVALID_ARGUMENT);
+}
+
+/* The first frequency^2 of a strongly curved body, by points of an order; 0: the usual one. */
+static double curved_frequency(const body *b, int order) {
+  thrum_precompute_options options = thrum_default_precompute_options();
+  options.modes = 4;
+  options.rank = 8;
+  options.quadrature_order = order;
+  thrum_precomputed result = {0};
+  assert_int_equal(thrum_precompute(&b->mesh, b->fixed, &options, &result, NULL), THRUM_OK);
+  assert_int_equal(result.quadrature_order, order > 0 ? order : 5);
+  const double omega2 = result.mode_omega2[0];
+  thrum_precomputed_free(&result);
+  return omega2;
+}
+
+static void curved_bodies_converge_with_the_order_of_their_points(void **state) {
+  (void)state;
+  body b = body_quadratic("beam:3x1x1@1x0.4x0.4", "x<0.001", 0, 0.04);
+  const double exact = curved_frequency(&b, 14), usual = curved_frequency(&b, 0);
+  assert_true(curved_frequency(&b, 5) == usual);
+  double before = fabs(usual / exact - 1);
+  print_message("order 5 errs by %.1e", before);
+  for (int order = 8; order <= 12; order += 2) {
+    const double error = fabs(curved_frequency(&b, order) / exact - 1);
+    print_message(", %d by %.1e", order, error);
+    assert_true(error < before / 2);
+    before = error;
+  }
+  print_message("\n");
+  body_free(&b);
+}
+
+static void full_order_takes_the_points_that_the_model_was_made_with(void **state) {
+  (void)state;
+  body b = body_quadratic("beam:3x1x1@1x0.4x0.4", "x<0.001", 0, 0.02);
+  thrum_precomputed result = body_precompute(&b, 2, 4);
+  thrum_model model = result.model;
+  static const char *const metas[] = {"{}", "{\"options\":{\"quadrature_order\":8}}",
+                                      "{\"options\":{\"quadrature_order\":1e9}}", "{\"opt"};
+  static const int points[] = {14, 125, 14, 14};
+  for (int n = 0; n < 4; n++) {
+    model.meta = (const thrum_u1 *)metas[n];
+    model.meta_bytes = (int64_t)strlen(metas[n]);
+    thrum_model_fem full = {0};
+    assert_int_equal(thrum_model_fem_create(&model, &full, NULL), THRUM_OK);
+    assert_int_equal(full.fem.point_count, points[n]);
+    thrum_model_fem_free(&full);
+  }
+  thrum_precomputed_free(&result);
+  body_free(&b);
 }
 
 static void shape_functions_are_one_at_their_node_and_add_up_to_one(void **state) {
@@ -382,6 +449,8 @@ static void error_of_a_smooth_mode_falls_with_the_fourth_power(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(rules_integrate_every_monomial_of_their_degree),
+      cmocka_unit_test(curved_bodies_converge_with_the_order_of_their_points),
+      cmocka_unit_test(full_order_takes_the_points_that_the_model_was_made_with),
       cmocka_unit_test(shape_functions_are_one_at_their_node_and_add_up_to_one),
       cmocka_unit_test(linear_displacements_pass_the_patch_test_on_distorted_meshes),
       cmocka_unit_test(force_and_tangent_are_derivatives_of_the_energy),
