@@ -27,13 +27,14 @@ from .scene import Body, Load, Obstacle, Pull, Scene
 from .state import Energies, Report, State
 from .stress import Stress, StressPoints
 from .surface import Surface
+from .view import View, view
 
 __version__ = version()
 
 __all__ = [
     "BadFile", "BadValue", "Batch", "Body", "Energies", "Equilibrium", "Error", "InvalidArgument", "Load", "Look",
     "Missing", "Model", "ModelMismatch", "Monitor", "NotConverged", "Obstacle", "OutOfMemory", "ProgramFailed",
-    "Pull", "Report", "Run", "Scene", "State", "Status", "Stress", "StressPoints", "Surface", "Unsupported",
+    "Pull", "Report", "Run", "Scene", "State", "Status", "Stress", "StressPoints", "Surface", "Unsupported", "View",
     "integrators", "library_path", "precompute", "program", "run_program", "simulate", "static", "tradeoff",
-    "version",
+    "version", "view",
 ]

@@ -35,6 +35,18 @@ class Program(unittest.TestCase):
         found = model.equilibrium(model.external_load(gravity=(0, 0, -9.81)))
         self.assertAlmostEqual(report["energy_j"] / found.energy, 1.0, 9)
 
+    def test_view(self):
+        # a stand-in for the viewer's page, which not every build has: the program fills its slot with the model
+        page = FOLDER + "/page.html"
+        with open(page, "w", encoding="utf-8") as file:
+            file.write('<html><script type="application/octet-stream" id="thrum-pack"></script></html>')
+        with mock.patch.dict(os.environ, THRUM_VIEWER=page):
+            shown = thrum.view(beam(), height=300)
+        self.assertIn('height="300"', shown._repr_html_())
+        self.assertNotIn("<script", shown._repr_html_())
+        shown.save(FOLDER + "/shown.html")
+        self.assertEqual(os.path.getsize(FOLDER + "/shown.html"), len(shown.page.encode()))
+
     def test_warnings(self):
         with self.assertWarnsRegex(RuntimeWarning, "^linear tetrahedra are too stiff"):
             thrum.precompute("beam:8x1x1@1x0.1x0.1", FOLDER + "/thin.npz", fix="x<0.001", modes=2, rank=4)
