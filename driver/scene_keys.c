@@ -21,6 +21,7 @@ static void begin_body(void *item, const void *in) {
       .density = 1,
       .colour = {0.75f, 0.75f, 0.75f},
       .touch = "surface",
+      .detail = {.condense = 2},
   };
 }
 
@@ -159,6 +160,25 @@ static const config_option material_keys[] = {
 };
 #undef AT
 
+#define AT(member) CONFIG_AT(scene_detail_spec, member)
+static const config_option detail_keys[] = {
+    OPTION_COUNT("condense", "2", "coordinates that are then stepped, the others following",
+                 AT(condense), CONFIG_RANGE(1, THRUM_RANK_MAX)),
+    OPTION_NUMBER("beyond", "m", "never by distance",
+                  "the body is far while its middle is further than this from the eye", AT(beyond),
+                  CONFIG_ABOVE(0)),
+    OPTION_NUMBER("still", "m/s", "never by rest",
+                  "the body is still while no vertex has deformed faster than this for a period of "
+                  "its lowest frequency",
+                  AT(still), CONFIG_ABOVE(0)),
+    OPTION_NUMBER("jump", "m", NULL,
+                  "no vertex jumps further than this where the number of coordinates changes; a "
+                  "change that would is put off",
+                  .needed = true, AT(jump), CONFIG_ABOVE(0)),
+    OPTION_END,
+};
+#undef AT
+
 #define AT(member) CONFIG_AT(scene_body_spec, member)
 static const config_option body_keys[] = {
     OPTION_TEXT("name", NULL, "\"body\" and its number",
@@ -190,6 +210,12 @@ static const config_option body_keys[] = {
                   "condense to the least number of coordinates whose motion errs by at most so "
                   "much of it in the first 2 s",
                   AT(error), CONFIG_RANGE(1e-6, 1)),
+    OPTION_NUMBER("budget", "s", "none",
+                  "condense to coordinates whose step takes at most so long by the program's model "
+                  "of costs: those of least error in the first 2 s, or with \"error\" the fewest",
+                  AT(budget), CONFIG_ABOVE(0)),
+    OPTION_OBJECT("detail", detail_keys, "none",
+                  "step fewer coordinates while the body is far from the eye or still", AT(detail)),
     COLOUR_KEY("\"#bfbfbf\"", scene_body_spec),
 
     // how it starts, and what acts on it
@@ -294,6 +320,9 @@ const config_option scene_keys[] = {
     OPTION_DT(scene_spec, settings.def.dt),
     OPTION_TIME(scene_spec, time, "10"),
     OPTION_VECTOR("gravity", "m/s^2", "[0, 0, 0]", "acceleration of all bodies", AT(gravity)),
+    OPTION_VECTOR("eye", "m", "[0, 0, 0]",
+                  "place that the distances of \"detail\" are from, such as the camera", AT(eye)),
+    OPTION_VECTOR("eye_velocity", "m/s", "[0, 0, 0]", "with which the eye moves", AT(eye_velocity)),
     OPTION_TEXTS("base_motion", "none",
                  "motions of the ground, as --base-motion of simulate; several add up",
                  .path = CONFIG_PATH_NAMED, .is_name = is_model_name_or_spec,

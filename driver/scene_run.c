@@ -88,6 +88,7 @@ void scene_run_close(scene_run *run) {
   for (int64_t n = 0; run->bodies != NULL && n < run->spec.bodies.count; n++) {
     free(run->bodies[n].request.loads);
     free(run->bodies[n].request.starts);
+    free(run->bodies[n].start);
     free(run->bodies[n].material);
     free(run->bodies[n].vertices);
     condensed_check_close(&run->bodies[n].check);

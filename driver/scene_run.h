@@ -21,12 +21,29 @@ typedef struct scene_request {
   bool json, quiet;
 } scene_request;
 
+/* Where a number of coordinates comes from that "error" or "budget" asked for. */
+typedef enum scene_found {
+  SCENE_NOT_ASKED = 0,
+  SCENE_TRIED,  /* by trial runs of this body */
+  SCENE_SHARED, /* by those of another body that is the same */
+  SCENE_CACHED  /* by those of an earlier run */
+} scene_found;
+
+typedef struct scene_finding {
+  scene_found by;
+  int64_t masters; /* 0: all coordinates are stepped */
+  double error;    /* of the shape over the trial; NaN: not known, as nothing moved */
+} scene_finding;
+
 /* One body of the file, beside its figures and files in the driver_body of the same number. */
 typedef struct scene_body_run {
   const scene_body_spec *spec;
   const thrum_model *model;    /* at its rank, as it is in its file */
-  condensed_check check;       /* of a condensed body */
-  double error_found;          /* of the number of coordinates that "error" has found; 0: none */
+  condensed_check check;       /* of a condensed body, as it is stepped near */
+  thrum_scene_body_def def;    /* as it was added; it has what follows */
+  double *start;               /* q and p; owned */
+  int32_t touched;             /* the vertex that "touch" names, if it is one */
+  scene_finding finding;       /* of "error" and "budget" */
   simulate_request request;    /* of a run of it alone: loads in its axes, gravity first if any */
   thrum_model shown;           /* the model scaled in stiffness and put in place, for measures */
   double *material, *vertices; /* of that, and for frames */
@@ -48,7 +65,8 @@ typedef struct scene_run {
   bool failed; /* the last step was made by some bodies only */
   run_folder folder;
   FILE *probes;
-  double seconds_read, seconds_output, seconds_total;
+  bool has_detail; /* a body has a level of detail */
+  double seconds_read, seconds_find, seconds_output, seconds_total;
 } scene_run;
 
 /* scene_run_build.c: loads the models and makes the scene. */
@@ -66,13 +84,35 @@ thrum_status scene_run_no_memory(thrum_error *error);
 
 /* scene_run_world.c: what acts on all bodies, before they are added (base motions) and after. */
 thrum_status scene_run_base_motions(scene_run *run, thrum_error *error);
-thrum_status scene_run_wind(scene_run *run);
-thrum_status scene_run_obstacles(scene_run *run);
+thrum_status scene_run_wind(const scene_run *run, thrum_scene *scene);
+thrum_status scene_run_obstacles(const scene_run *run, thrum_scene *scene);
+thrum_status scene_run_add_base_motion(const base_motion_spec *base_motion, thrum_scene *scene,
+                                       thrum_error *error);
 thrum_status scene_run_probes(scene_run *run);
 
-/* scene_run_detail.c: condenses the bodies that ask for an error; the scene is at its start again.
- */
+/* scene_run_detail.c: condenses the bodies that ask for an error or a budget, and sets the levels
+ * of detail. */
 thrum_status scene_run_find_detail(scene_run *run, thrum_error *error);
+
+/* scene_run_trial.c: one body in a scene of its own, with all that acts on it but other bodies. Its
+ * hash is that of all that its motion depends on. scene_trial_close frees, whatever came back. */
+typedef struct scene_trial {
+  const scene_run *run;
+  int32_t number; /* of the body */
+  thrum_scene *scene;
+  int64_t steps;
+  double *rows; /* shapes with all coordinates; owned */
+  double size;  /* sum of their squares; 0: it stays at rest, or its run fails */
+} scene_trial;
+thrum_status scene_trial_open(const scene_run *run, int32_t number, scene_trial *trial,
+                              thrum_error *error);
+void scene_trial_close(scene_trial *trial);
+uint64_t scene_trial_hash(const scene_run *run, int32_t number);
+
+/* The error of the shape with so many masters, over the first seconds; INFINITY where the run fails
+ * or errs by more than `most`, which ends it. */
+thrum_status scene_trial_run(scene_trial *trial, int64_t masters, double most, double *found,
+                             thrum_error *error);
 
 /* scene_run_stepper.c: the scene as a stepper, whose bodies are those of the file. */
 driver_stepper scene_run_stepper(scene_run *run);

@@ -222,43 +222,35 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   const scene_body_spec *spec = body->spec;
   const size_t rank = (size_t)body->model->rank;
   thrum_error detail = {0};
-  int32_t one = 0;
-  double *start = calloc(2 * rank, sizeof *start);
-  if (start == NULL)
+  body->start = calloc(2 * rank, sizeof *body->start);
+  if (body->start == NULL)
     return scene_run_no_memory(error);
 
   // the file's values, with angles in radians
-  thrum_scene_body_def def = thrum_default_scene_body_def();
-  def.name = spec->name;
-  def.model = body->model;
-  def.scale = spec->scale;
-  def.stiffness = spec->stiffness;
-  def.condense = spec->condense;
-  def.density = spec->density;
-  def.state = body->request.def;
-  def.q = start;
-  def.p = start + rank;
-  def.free = spec->free;
-  memcpy(def.velocity, spec->velocity, sizeof def.velocity);
+  thrum_scene_body_def *def = &body->def;
+  *def = thrum_default_scene_body_def();
+  def->name = spec->name;
+  def->model = body->model;
+  def->scale = spec->scale;
+  def->stiffness = spec->stiffness;
+  def->condense = spec->condense;
+  def->density = spec->density;
+  def->state = body->request.def;
+  def->q = body->start;
+  def->p = body->start + rank;
+  def->free = spec->free;
+  memcpy(def->velocity, spec->velocity, sizeof def->velocity);
   for (int axis = 0; axis < 3; axis++)
-    def.spin[axis] = SCENE_DEGREE * spec->spin[axis];
-  memcpy(def.position, spec->position, sizeof def.position);
-  memcpy(def.rotation, spec->rotation, sizeof def.rotation);
-  memcpy(def.colour, spec->colour, sizeof def.colour);
+    def->spin[axis] = SCENE_DEGREE * spec->spin[axis];
+  memcpy(def->position, spec->position, sizeof def->position);
+  memcpy(def->rotation, spec->rotation, sizeof def->rotation);
+  memcpy(def->colour, spec->colour, sizeof def->colour);
 
   // its state at the start and the part of it that others can touch
-  thrum_status status = make_start(run, body, start, start + rank);
-  THRUM_THEN(status, name_surface(run, n, &def, &one));
-
-  // the scene copies what it needs, so the start can go
-  if (status >= 0) {
-    status = thrum_scene_add_body(run->scene, &def, NULL, &detail);
-    if (status < 0)
-      scene_run_refuse(run, &spec->settings.at, NULL, status, &detail);
-  }
-
-  free(start);
-  return status;
+  THRUM_TRY(make_start(run, body, body->start, body->start + rank));
+  THRUM_TRY(name_surface(run, n, def, &body->touched));
+  const thrum_status status = thrum_scene_add_body(run->scene, def, NULL, &detail);
+  return status < 0 ? scene_run_refuse(run, &spec->settings.at, NULL, status, &detail) : THRUM_OK;
 }
 
 static thrum_status make_bodies(scene_run *run, thrum_error *error) {
@@ -307,8 +299,8 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
 
   // wind, obstacles and probes refer to the bodies
   THRUM_TRY(make_bodies(run, error));
-  THRUM_TRY(scene_run_wind(run));
-  THRUM_TRY(scene_run_obstacles(run));
+  THRUM_TRY(scene_run_wind(run, run->scene));
+  THRUM_TRY(scene_run_obstacles(run, run->scene));
   THRUM_TRY(scene_run_probes(run));
 
   // how many coordinates are stepped depends on all that acts on a body

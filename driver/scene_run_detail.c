@@ -1,40 +1,37 @@
-/* The key "error" of bodies: how many coordinates each of them has to step. The scene runs its
- * first seconds with all coordinates, then condensed to more and more of them (design 16), until
- * the shape of the body errs by no more than was asked for. Bodies do not touch each other, so one
- * run tries a number of coordinates on all of them.
- * SPDX-License-Identifier: Apache-2.0 */
+/* The keys "error", "budget" and "detail" of bodies: how many coordinates each of them steps.
+ *
+ * "error" and "budget" are answered by trial runs of the body alone (scene_run_trial.c). Bodies
+ * that are the same share them, and what they found is kept in the folder of cached models, so that
+ * the next run of the scene makes none. SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "config/message.h"
+#include "config/progress.h"
+#include "driver/cache_trim.h"
+#include "driver/named_model.h"
 #include "driver/scene_run.h"
+#include "driver/step_cost.h"
+#include "io/file.h"
+#include "platform/clock.h"
 
-#define TRIAL_TIME 2.0 /* of the scene [s] that is tried, or all of it */
-#define TRIAL_EVERY 4  /* steps between two shapes that are compared */
+#define CACHE_BYTES (4 << 20)
+#define CACHE_STAYS 60 /* [s] */
+#define CACHE_LINE 80
 
 static const int64_t candidates[] = {2, 3, 4, 6, 8, 10, 12, 16, 20, 24, 32};
 enum { CANDIDATES = sizeof candidates / sizeof candidates[0] };
 
-/* A body whose number of coordinates is sought. */
-typedef struct sought {
-  int32_t number;
-  double *rows;      /* shapes with all coordinates, rank each; owned */
-  double size, away; /* sums of squares of these shapes, and of the differences */
-  bool lost, found;
-} sought;
-
-typedef struct search {
-  scene_run *run;
-  sought *bodies;
-  int32_t count;
-  int64_t steps;
-} search;
+/* --- one body --------------------------------------------------------------------------------- */
 
 static bool is_sought(const scene_body_run *body) {
-  return body->spec->error > 0;
+  return body->spec->error > 0 || body->spec->budget > 0;
 }
 
-/* "error" goes without what it finds. */
+/* Both go without what they find. */
 static thrum_status check(const scene_run *run, const scene_body_run *body) {
   thrum_error detail = {0};
   if (body->spec->rank == 0 && body->spec->condense == 0 && thrum_model_masters(body->model) == 0)
@@ -42,131 +39,227 @@ static thrum_status check(const scene_run *run, const scene_body_run *body) {
   thrum_error_set(&detail, THRUM_INVALID_ARGUMENT,
                   "it finds how many coordinates are stepped, so leave out rank and condense, and "
                   "take a model that was not precomputed condensed");
-  return scene_run_refuse(run, &body->spec->settings.at, "error", THRUM_INVALID_ARGUMENT, &detail);
+  return scene_run_refuse(run, &body->spec->settings.at, body->spec->error > 0 ? "error" : "budget",
+                          THRUM_INVALID_ARGUMENT, &detail);
 }
 
-static thrum_status open_search(scene_run *run, search *s, thrum_error *error) {
-  s->run = run;
-  s->steps = (int64_t)fmin((double)run->steps, ceil(TRIAL_TIME / run->dt));
-  s->bodies = calloc((size_t)run->spec.bodies.count, sizeof *s->bodies);
-  if (s->bodies == NULL)
-    return scene_run_no_memory(error);
+static double cost_of(const scene_body_run *body, int64_t masters) {
+  const int64_t rank = body->model->rank;
+  return step_cost(body->def.state.integrator, masters > 0 ? masters : rank,
+                   masters > 0 ? rank - masters : 0);
+}
 
-  // room for the shapes of each
-  for (int32_t n = 0; n < run->spec.bodies.count; n++) {
-    if (!is_sought(&run->bodies[n]))
+/* Whether so many masters may be tried: half of the coordinates at most, within the budget; of
+ * those beyond every budget the least. */
+static bool may_try(const scene_body_run *body, int c) {
+  const int64_t masters = candidates[c];
+  if (masters > body->model->rank / 2)
+    return false;
+  return c == 0 || !(body->spec->budget > 0) || cost_of(body, masters) <= body->spec->budget;
+}
+
+/* The fewest masters that err by no more than was asked for; where none does, or nothing was asked
+ * for, those of the budget that err least. */
+static thrum_status try_all(scene_trial *trial, const scene_body_run *body, scene_finding *finding,
+                            thrum_error *error) {
+  const bool within = body->spec->budget > 0;
+  double best = within ? INFINITY : body->spec->error;
+  for (int c = 0; c < CANDIDATES; c++) {
+    double found = INFINITY;
+    if (!may_try(body, c))
       continue;
-    THRUM_TRY(check(run, &run->bodies[n]));
-    sought *body = &s->bodies[s->count++];
-    body->number = n;
-    const size_t rows = (size_t)(s->steps / TRIAL_EVERY + 1);
-    body->rows = calloc(rows * (size_t)run->bodies[n].model->rank, sizeof *body->rows);
-    if (body->rows == NULL)
-      return scene_run_no_memory(error);
+    THRUM_TRY(scene_trial_run(trial, candidates[c], fmin(best, 1e3), &found, error));
+    if (!isfinite(found))
+      continue;
+    best = found;
+    finding->masters = candidates[c];
+    finding->error = found;
+    if (body->spec->error > 0 && found <= body->spec->error)
+      break;
   }
   return THRUM_OK;
 }
 
-static void close_search(search *s) {
-  for (int32_t n = 0; s->bodies != NULL && n < s->count; n++)
-    free(s->bodies[n].rows);
-  free(s->bodies);
+/* The most masters that the budget has room for, where no motion says more. */
+static int64_t most_masters(const scene_body_run *body) {
+  int64_t most = 0;
+  for (int c = 0; c < CANDIDATES; c++)
+    if (may_try(body, c))
+      most = candidates[c];
+  return most;
 }
 
-/* Compares the shape of a body with row `row`, or makes it that. */
-static void look(const search *s, sought *body, int64_t row, bool whole) {
-  double q[THRUM_RANK_MAX];
-  const int64_t rank = s->run->bodies[body->number].model->rank;
-  double *kept = body->rows + row * rank;
-  thrum_scene_body_info info;
-  thrum_scene_body(s->run->scene, body->number, &info, NULL);
-  body->lost = body->lost || info.status < 0 ||
-               thrum_scene_body_shape(s->run->scene, body->number, q, NULL) < 0;
-  for (int64_t i = 0; i < rank && !body->lost; i++) {
-    if (whole)
-      kept[i] = q[i];
-    body->size += whole ? q[i] * q[i] : 0;
-    body->away += (q[i] - kept[i]) * (q[i] - kept[i]);
-  }
-}
+static thrum_status find(const scene_run *run, int32_t n, scene_finding *finding,
+                         thrum_error *error) {
+  const scene_body_run *body = &run->bodies[n];
+  *finding = (scene_finding){.by = SCENE_TRIED, .error = NAN};
 
-/* The first steps of the scene from its start, as its bodies are now. */
-static thrum_status try(search *s, bool whole, thrum_error *error) {
-  for (int32_t n = 0; n < s->count; n++) {
-    s->bodies[n].away = 0;
-    s->bodies[n].lost = false;
-  }
-  THRUM_TRY(thrum_scene_reset(s->run->scene, error));
-
-  // a body that fails stops, the others go on
-  for (int64_t step = 0; step < s->steps; step++) {
-    thrum_scene_step(s->run->scene, NULL);
-    for (int32_t n = 0; n < s->count && (step + 1) % TRIAL_EVERY == 0; n++)
-      if (whole || !s->bodies[n].found)
-        look(s, &s->bodies[n], step / TRIAL_EVERY, whole);
-  }
-  return THRUM_OK;
-}
-
-/* Tries one number of coordinates on all bodies that have none yet. */
-static thrum_status try_candidate(search *s, int64_t masters, thrum_error *error) {
-  int32_t tried = 0;
-  for (int32_t n = 0; n < s->count; n++) {
-    sought *body = &s->bodies[n];
-    if (body->found || masters > s->run->bodies[body->number].model->rank / 2)
-      continue;
-    THRUM_TRY(thrum_scene_set_condensed(s->run->scene, body->number, masters, error));
-    tried++;
-  }
-  if (tried == 0)
+  // all coordinates err by nothing, where a budget has room for them
+  const bool affords = body->spec->budget > 0 && cost_of(body, 0) <= body->spec->budget;
+  if (affords && !(body->spec->error > 0)) {
+    finding->error = 0;
     return THRUM_OK;
-
-  // those that err by no more than was asked for keep it
-  THRUM_TRY(try(s, false, error));
-  for (int32_t n = 0; n < s->count; n++) {
-    sought *body = &s->bodies[n];
-    scene_body_run *of = &s->run->bodies[body->number];
-    if (body->found || masters > of->model->rank / 2)
-      continue;
-    const double error_found = sqrt(body->away / body->size);
-    body->found = !body->lost && error_found <= of->spec->error;
-    if (body->found) {
-      of->request.condense = masters;
-      of->error_found = error_found;
-    }
   }
-  return THRUM_OK;
+  scene_trial trial = {0};
+  thrum_status status = scene_trial_open(run, n, &trial, error);
+  if (status >= 0 && !(trial.size > 0))
+    finding->masters = body->spec->budget > 0 && !affords ? most_masters(body) : 0;
+  else
+    THRUM_THEN(status, try_all(&trial, body, finding, error));
+  scene_trial_close(&trial);
+
+  // with room for all of them, all are better than too few
+  if (status >= 0 && affords && !(finding->error <= body->spec->error))
+    *finding = (scene_finding){.by = SCENE_TRIED};
+  return status;
 }
 
-/* Bodies for which no number was good enough are stepped whole. */
-static thrum_status end_search(search *s, thrum_error *error) {
-  for (int32_t n = 0; n < s->count; n++) {
-    sought *body = &s->bodies[n];
-    const scene_body_spec *spec = s->run->bodies[body->number].spec;
-    if (body->found)
-      continue;
-    THRUM_TRY(thrum_scene_set_condensed(s->run->scene, body->number, 0, error));
+/* --- what is found once ----------------------------------------------------------------------- */
+
+/* The file that keeps what was found; false where there is no folder for it. */
+static bool cache_path(uint64_t hash, char path[NAMED_MODEL_PATH_MAX]) {
+  char folder[NAMED_MODEL_PATH_MAX];
+  if (named_model_cache_folder(folder, NULL) < 0)
+    return false;
+  snprintf(path, NAMED_MODEL_PATH_MAX, "%.*s/detail-%016" PRIx64 ".txt", NAMED_MODEL_PATH_MAX - 64,
+           folder, hash);
+  return true;
+}
+
+static bool read_cached(const scene_body_run *body, uint64_t hash, scene_finding *finding) {
+  char path[NAMED_MODEL_PATH_MAX], line[CACHE_LINE] = "";
+  FILE *file = cache_path(hash, path) ? fopen(path, "r") : NULL;
+  if (file == NULL)
+    return false;
+  const bool read = fgets(line, sizeof line, file) != NULL;
+  fclose(file);
+
+  // what does not say what it should is found again
+  char *end = NULL;
+  const long long masters = read ? strtoll(line, &end, 10) : -1;
+  if (!read || end == line || masters < 0 || masters >= body->model->rank)
+    return false;
+  char *last = NULL;
+  const double found = strtod(end, &last);
+  if (last == end || *last != '\n' || !(isnan(found) || found >= 0))
+    return false;
+  *finding = (scene_finding){SCENE_CACHED, masters, found};
+  return true;
+}
+
+/* A cache that cannot be written harms no run. */
+static void write_cached(uint64_t hash, const scene_finding *finding) {
+  char path[NAMED_MODEL_PATH_MAX], folder[NAMED_MODEL_PATH_MAX], line[CACHE_LINE];
+  thrum_error ignored = {0};
+  if (!cache_path(hash, path) || named_model_cache_folder(folder, NULL) < 0)
+    return;
+  const int length =
+      snprintf(line, sizeof line, "%" PRId64 " %.17g\n", finding->masters, finding->error);
+  thrum_file_write_atomic(path, line, (size_t)length, &ignored);
+  cache_trim(folder, "detail-", CACHE_BYTES, CACHE_STAYS);
+}
+
+/* --- all bodies ------------------------------------------------------------------------------- */
+
+/* Says of a body what was not to be had. */
+static void warn_of(const scene_run *run, const scene_body_run *body) {
+  const scene_body_spec *spec = body->spec;
+  const double seconds = fmin(run->spec.time, 2);
+  if (spec->budget > 0 && cost_of(body, body->finding.masters) > spec->budget)
+    config_warn("body '%.100s': a step of %" PRId64 " coordinates takes %.2g s by the model of "
+                "costs, more than the budget of %.2g s: there is nothing cheaper",
+                spec->name, body->finding.masters > 0 ? body->finding.masters : body->model->rank,
+                cost_of(body, body->finding.masters), spec->budget);
+  if (spec->error > 0 && body->finding.masters == 0 && !(body->finding.error == 0))
     config_warn("body '%.100s': in the first %g s no number of coordinates errs by at most %g, so "
                 "all are stepped",
-                spec->name, (double)s->steps * s->run->dt, spec->error);
+                spec->name, seconds, spec->error);
+  else if (spec->error > 0 && !(body->finding.error <= spec->error))
+    config_warn("body '%.100s': within its budget the least error in the first %g s is %.3g, more "
+                "than the %g asked for",
+                spec->name, seconds, body->finding.error, spec->error);
+}
+
+/* What one body needs: as an earlier one that is the same, as an earlier run found, or by trials.
+ */
+static thrum_status find_one(scene_run *run, int32_t n, uint64_t *hashes, thrum_error *error) {
+  scene_body_run *body = &run->bodies[n];
+  THRUM_TRY(check(run, body));
+  hashes[n] = scene_trial_hash(run, n);
+  for (int32_t m = 0; m < n; m++)
+    if (is_sought(&run->bodies[m]) && hashes[m] == hashes[n]) {
+      body->finding = run->bodies[m].finding;
+      body->finding.by = SCENE_SHARED;
+      return THRUM_OK;
+    }
+  if (read_cached(body, hashes[n], &body->finding))
+    return THRUM_OK;
+  THRUM_TRY(find(run, n, &body->finding, error));
+  write_cached(hashes[n], &body->finding);
+  return THRUM_OK;
+}
+
+static thrum_status find_all(scene_run *run, thrum_error *error) {
+  const int32_t count = (int32_t)run->spec.bodies.count;
+  const double began = clock_seconds();
+  config_progress progress = config_progress_make(run->request->quiet);
+  uint64_t *hashes = calloc((size_t)count, sizeof *hashes);
+  thrum_status status = hashes != NULL ? THRUM_OK : scene_run_no_memory(error);
+  for (int32_t n = 0; n < count && status >= 0; n++) {
+    scene_body_run *body = &run->bodies[n];
+    if (!is_sought(body))
+      continue;
+    status = find_one(run, n, hashes, error);
+    config_progress_update(&progress, "coordinates of bodies", (n + 1.0) / count);
+    if (status < 0 || body->finding.masters == 0)
+      continue;
+    body->request.condense = body->finding.masters;
+    status = thrum_scene_set_condensed(run->scene, n, body->finding.masters, error);
   }
-  return thrum_scene_reset(s->run->scene, error);
+  config_progress_end(&progress, status >= 0);
+  free(hashes);
+
+  for (int32_t n = 0; n < count && status >= 0; n++)
+    if (is_sought(&run->bodies[n]))
+      warn_of(run, &run->bodies[n]);
+  run->seconds_find = clock_seconds() - began;
+  return status;
+}
+
+/* The levels of detail, over how the bodies are stepped near. */
+static thrum_status set_details(scene_run *run) {
+  for (int32_t n = 0; n < run->spec.bodies.count; n++) {
+    const scene_detail_spec *spec = &run->bodies[n].spec->detail;
+    thrum_error detail = {0};
+    if (spec->at.node == NULL)
+      continue;
+    if (!(spec->beyond > 0) && !(spec->still > 0)) {
+      thrum_error_set(&detail, THRUM_INVALID_ARGUMENT,
+                      "it says neither \"beyond\" nor \"still\", so it would never act");
+      return scene_run_refuse(run, &spec->at, NULL, THRUM_INVALID_ARGUMENT, &detail);
+    }
+
+    // a body that steps no more than that already has nothing to leave out
+    thrum_scene_body_info info;
+    thrum_scene_body(run->scene, n, &info, NULL);
+    if (is_sought(&run->bodies[n]) && info.rank <= spec->condense)
+      continue;
+    const thrum_scene_detail level = {spec->condense, spec->beyond, spec->still, spec->jump};
+    const thrum_status status = thrum_scene_set_detail(run->scene, n, &level, &detail);
+    if (status < 0)
+      return scene_run_refuse(run, &spec->at, NULL, status, &detail);
+    run->has_detail = true;
+  }
+  return THRUM_OK;
 }
 
 thrum_status scene_run_find_detail(scene_run *run, thrum_error *error) {
-  search s = {0};
-  thrum_status status = open_search(run, &s, error);
-  if (status >= 0 && s.count > 0) {
-    status = try(&s, true, error);
-
-    // one that fails or stays at rest says nothing of its error
-    for (int32_t n = 0; n < s.count; n++)
-      if (s.bodies[n].lost || !(s.bodies[n].size > 0))
-        s.bodies[n].size = 0;
-    for (int c = 0; c < CANDIDATES && status >= 0; c++)
-      status = try_candidate(&s, candidates[c], error);
-    THRUM_THEN(status, end_search(&s, error));
-  }
-  close_search(&s);
-  return status;
+  bool sought = false;
+  for (int32_t n = 0; n < run->spec.bodies.count; n++)
+    sought = sought || is_sought(&run->bodies[n]);
+  if (sought)
+    THRUM_TRY(find_all(run, error));
+  if (sought)
+    THRUM_TRY(thrum_scene_reset(run->scene, error));
+  return set_details(run);
 }

@@ -5,12 +5,52 @@
 
 #include "driver/scene_run.h"
 #include "driver/simulate_report.h"
+#include "driver/step_cost.h"
 #include "io/json.h"
 #include "platform/clock.h"
+
+#define DETAIL_LINES 8 /* bodies that each have one */
 
 static double per_step(const scene_run *run, double value) {
   const int64_t steps = driver_run_step_count(&run->run);
   return steps > 0 ? value / (double)steps : NAN;
+}
+
+/* What "error" and "budget" asked for, and what was found. */
+static void add_finding(cJSON *object, const scene_body_run *body) {
+  static const char *const by[] = {NULL, "trials", "another body", "an earlier run"};
+  const scene_finding *finding = &body->finding;
+  if (finding->by == SCENE_NOT_ASKED)
+    return;
+  if (body->spec->error > 0)
+    json_number(object, "error_asked", body->spec->error);
+  json_number(object, "error_found", finding->error);
+  cJSON_AddStringToObject(object, "found_by", by[finding->by]);
+  if (!(body->spec->budget > 0))
+    return;
+  const int64_t rank = body->model->rank, masters = finding->masters;
+  json_number(object, "budget_s", body->spec->budget);
+  json_number(object, "cost_s",
+              step_cost(body->request.def.integrator, masters > 0 ? masters : rank,
+                        masters > 0 ? rank - masters : 0));
+}
+
+/* What the level of detail did. */
+static void add_detail(cJSON *object, const scene_run *run, int32_t n) {
+  const scene_detail_spec *spec = &run->bodies[n].spec->detail;
+  thrum_scene_detail_report report;
+  if (thrum_scene_body_detail(run->scene, n, &report, NULL) < 0 || !report.set)
+    return;
+  cJSON *item = cJSON_AddObjectToObject(object, "detail");
+  json_number(item, "condense", (double)spec->condense);
+  json_number(item, "jump_m", spec->jump);
+  json_number(item, "largest_jump_m", report.largest_jump);
+  json_number(item, "changes", (double)report.changes);
+  json_number(item, "put_off", (double)report.put_off);
+  json_number(item, "reduced_steps", (double)report.reduced_steps);
+  json_number(item, "energy_j", report.energy);
+  json_number(item, "distance_m", report.distance);
+  json_number(item, "speed_bound_m_s", report.speed);
 }
 
 /* A body's line in the scene's report; its own run.json says more. */
@@ -30,10 +70,8 @@ static cJSON *body_json(const scene_run *run, int32_t n) {
   cJSON_AddStringToObject(object, "stepped_by", stepped_by);
   json_number(object, "rank", (double)body->model->rank);
   simulate_report_condensed(object, figures);
-  if (body->spec->error > 0) {
-    json_number(object, "error_asked", body->spec->error);
-    json_number(object, "error_found", body->error_found);
-  }
+  add_finding(object, body);
+  add_detail(object, run, n);
 
   // its place and the factors of its material
   json_numbers(object, "position_m", body->spec->position, 3);
@@ -138,11 +176,48 @@ cJSON *scene_run_json(const scene_run *run) {
   // where the time went
   cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
   json_number(seconds, "read", run->seconds_read);
+  json_number(seconds, "find", run->seconds_find);
   json_number(seconds, "step", run->run.seconds_step);
   json_number(seconds, "output", run->seconds_output);
   json_number(seconds, "total", run->seconds_total);
   json_number(object, "peak_mb", clock_peak_mb());
   return object;
+}
+
+/* "2 of 20" coordinates that are stepped near, or "20". */
+static void name_stepped(const scene_body_run *body, const simulate_figures *figures, char *text,
+                         size_t size) {
+  if (figures->masters > 0)
+    snprintf(text, size, "%d of %d", (int)figures->masters, (int)body->model->rank);
+  else
+    snprintf(text, size, "%d", (int)body->model->rank);
+}
+
+/* What the levels of detail did: a line for each body where they are few, and one for all. */
+static void print_details(const scene_run *run) {
+  int64_t steps = 0, reduced = 0, changes = 0;
+  double jump = 0;
+  for (int32_t n = 0; n < run->spec.bodies.count; n++) {
+    const scene_body_spec *spec = run->bodies[n].spec;
+    thrum_scene_detail_report report;
+    if (thrum_scene_body_detail(run->scene, n, &report, NULL) < 0 || !report.set)
+      continue;
+    const int64_t all = driver_run_step_count(&run->run);
+    steps += all;
+    reduced += report.reduced_steps;
+    changes += report.changes;
+    jump = fmax(jump, report.largest_jump);
+    if (run->spec.bodies.count <= DETAIL_LINES)
+      printf("detail       %s: %" PRId64 " coordinates in %.3g %% of the steps, %" PRId64
+             " changes, largest jump %.2g m (at most %g m)\n",
+             spec->name, spec->detail.condense,
+             all > 0 ? 100 * (double)report.reduced_steps / (double)all : 0, report.changes,
+             report.largest_jump, spec->detail.jump);
+  }
+  if (steps > 0 && run->spec.bodies.count > DETAIL_LINES)
+    printf("detail       fewer coordinates in %.3g %% of the steps of bodies that may, %" PRId64
+           " changes, largest jump %.2g m\n",
+           100 * (double)reduced / (double)steps, changes, jump);
 }
 
 void scene_run_table(const scene_run *run) {
@@ -163,15 +238,14 @@ void scene_run_table(const scene_run *run) {
   for (int64_t n = 0; n < run->spec.bodies.count; n++) {
     const scene_body_run *body = &run->bodies[n];
     const simulate_figures *figures = &run->run.bodies[n].figures;
-    char rank[32];
-    if (figures->masters > 0)
-      snprintf(rank, sizeof rank, "%d of %d", (int)figures->masters, (int)body->model->rank);
-    else
-      snprintf(rank, sizeof rank, "%d", (int)body->model->rank);
+    char stepped[32];
+    name_stepped(body, figures, stepped, sizeof stepped);
     printf("%-12s %-8s %8s %12.6g %12.6g %12.6g %s\n", body->spec->name,
-           thrum_integrator_name(body->request.def.integrator), rank, figures->first.total,
+           thrum_integrator_name(body->request.def.integrator), stepped, figures->first.total,
            figures->last.total, figures->peak, simulate_status_name(figures));
   }
+
+  print_details(run);
 
   // the table names the integrators asked for
   for (int64_t n = 0; n < run->spec.bodies.count; n++) {

@@ -6,10 +6,21 @@
 #include "driver/scene_run.h"
 
 #define STEPS_BETWEEN_LOOKS 1024
+#define STEPS_BETWEEN_DETAIL 8
+
+/* How many coordinates the bodies step, from where the eye is now. */
+static thrum_status update_detail(scene_run *run, int64_t step, thrum_error *error) {
+  double eye[3];
+  for (int axis = 0; axis < 3; axis++)
+    eye[axis] = run->spec.eye[axis] + (double)step * run->dt * run->spec.eye_velocity[axis];
+  THRUM_TRY(thrum_scene_set_eye(run->scene, eye, error));
+  return thrum_scene_update_detail(run->scene, error);
+}
 
 static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
   scene_run *run = stepper;
-  (void)step;
+  if (run->has_detail && step % STEPS_BETWEEN_DETAIL == 0)
+    THRUM_TRY(update_detail(run, step, error));
   const thrum_status status = thrum_scene_step(run->scene, error);
   run->failed = status < 0;
   return status;
@@ -29,6 +40,10 @@ static thrum_status look_at_condensed(const scene_run *run, int32_t n, const thr
   double q[THRUM_RANK_MAX], p[THRUM_RANK_MAX];
   thrum_scene_body_info info;
   thrum_scene_body(run->scene, n, &info, NULL);
+
+  // one that steps fewer coordinates for a while is not what the check is of
+  if (info.stepped != body->check.model)
+    return THRUM_OK;
   THRUM_TRY(thrum_scene_body_get(run->scene, n, NULL, p, error));
   THRUM_TRY(thrum_scene_body_shape(run->scene, n, q, error));
 
@@ -102,8 +117,14 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
   figures->work_base = info.work_base;
   figures->dissipated = info.dissipated;
   figures->peak *= info.scale;
-  if (info.condensed)
-    condensed_check_report(&run->bodies[body].check, info.stepped, figures);
+  // a level of detail changes the number, and the figures are of the body as it is stepped near
+  const condensed_check *check = &run->bodies[body].check;
+  thrum_scene_detail_report level;
+  thrum_scene_body_detail(run->scene, body, &level, NULL);
+  const bool for_now = level.reduced && run->bodies[body].request.condense == 0 &&
+                       thrum_model_masters(run->bodies[body].model) == 0;
+  if (info.condensed && !for_now)
+    condensed_check_report(check, check->model != NULL ? check->model : info.stepped, figures);
 
   // bodies of one model are stepped together, so none has times of its own
   figures->seconds_step = figures->seconds_read = NAN;

@@ -4,6 +4,13 @@
 
 #include "driver/scene_run.h"
 
+thrum_status scene_run_add_base_motion(const base_motion_spec *base_motion, thrum_scene *scene,
+                                       thrum_error *error) {
+  return base_motion->sine ? thrum_scene_add_base_motion(scene, base_motion->amplitude,
+                                                         &base_motion->course, error)
+                           : thrum_scene_add_base_motion_record(scene, &base_motion->motion, error);
+}
+
 thrum_status scene_run_base_motions(scene_run *run, thrum_error *error) {
   const config_texts *texts = &run->spec.base_motion;
   run->base_motions = calloc((size_t)texts->count + 1, sizeof *run->base_motions);
@@ -19,11 +26,7 @@ thrum_status scene_run_base_motions(scene_run *run, thrum_error *error) {
     // counted as soon as it owns memory, so that closing frees it
     run->base_motion_count += status >= 0;
 
-    THRUM_THEN(status,
-               base_motion->sine
-                   ? thrum_scene_add_base_motion(run->scene, base_motion->amplitude,
-                                                 &base_motion->course, &detail)
-                   : thrum_scene_add_base_motion_record(run->scene, &base_motion->motion, &detail));
+    THRUM_THEN(status, scene_run_add_base_motion(base_motion, run->scene, &detail));
 
     if (status < 0)
       return config_record_refuse_text(&run->spec.file, &run->spec.settings.at, "base_motion",
@@ -56,26 +59,26 @@ static void place_obstacle(const scene_obstacle_spec *spec, thrum_obstacle *obst
   thrum_scene_axes(spec->rotation, obstacle->rotation, NULL);
 }
 
-thrum_status scene_run_obstacles(scene_run *run) {
+thrum_status scene_run_obstacles(const scene_run *run, thrum_scene *scene) {
   for (int64_t n = 0; n < run->spec.obstacles.count; n++) {
     const scene_obstacle_spec *spec = &scene_obstacles(&run->spec)[n];
     thrum_obstacle obstacle;
     thrum_error detail = {0};
     place_obstacle(spec, &obstacle);
-    const thrum_status status = thrum_scene_add_obstacle(run->scene, &obstacle, NULL, &detail);
+    const thrum_status status = thrum_scene_add_obstacle(scene, &obstacle, NULL, &detail);
     if (status < 0)
       return scene_run_refuse(run, &spec->at, NULL, status, &detail);
   }
   return THRUM_OK;
 }
 
-thrum_status scene_run_wind(scene_run *run) {
+thrum_status scene_run_wind(const scene_run *run, thrum_scene *scene) {
   const scene_wind_spec *wind = &run->spec.wind;
   thrum_error detail = {0};
   if (wind->at.node == NULL)
     return THRUM_OK;
   const thrum_status status =
-      thrum_scene_set_wind(run->scene, wind->velocity, wind->density, wind->drag, &detail);
+      thrum_scene_set_wind(scene, wind->velocity, wind->density, wind->drag, &detail);
   return status < 0 ? scene_run_refuse(run, &wind->at, NULL, status, &detail) : THRUM_OK;
 }
 

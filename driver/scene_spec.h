@@ -24,6 +24,13 @@ typedef struct scene_material_spec {
   thrum_material material; /* NaN where the mesh's own stays */
 } scene_material_spec;
 
+/* With how few coordinates a body is stepped while it is far or still. */
+typedef struct scene_detail_spec {
+  config_record at;
+  int64_t condense;
+  double beyond, still, jump; /* [m], [m/s], [m]; 0: not said */
+} scene_detail_spec;
+
 typedef struct scene_body_spec {
   scene_settings settings;
   const char *name;    /* "body" and its number where none is given, in */
@@ -37,6 +44,8 @@ typedef struct scene_body_spec {
   int64_t rank;     /* 0: all */
   int64_t condense; /* coordinates stepped while the others follow; 0: none follow */
   double error;     /* that finds `condense`; 0: none asked for */
+  double budget;    /* of a step, that finds `condense` [s]; 0: none asked for */
+  scene_detail_spec detail;
   float colour[3];
   bool free;
   double velocity[3]; /* of a free body at the start [m/s] */
@@ -90,6 +99,8 @@ typedef struct scene_spec {
   const char *title; /* NULL: none */
   double time;       /* [s] */
   double gravity[3]; /* [m/s^2] */
+  double eye[3];     /* that distances are from at the start [m] */
+  double eye_velocity[3];
   config_texts base_motion;
   scene_wind_spec wind;  /* at.node NULL: none */
   config_list bodies;    /* scene_body_spec */

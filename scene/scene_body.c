@@ -65,6 +65,7 @@ static void free_body(thrum_scene *scene, scene_body *body) {
     return;
 
   // a body that was made in part has NULL for what it lacks
+  scene_detail_free(scene, body);
   scene_model_drop(scene, body->derived);
   thrum_state_destroy(body->state);
   free(body->vectors);

@@ -170,6 +170,7 @@ static thrum_status restart(thrum_scene *scene, scene_body *body, thrum_error *e
     scene_free_reset(body);
   if (body->touch != NULL)
     thrum_contact_reset(body->touch->contact);
+  scene_detail_restart(body);
   body->work_load = body->work_base = 0;
   body->before_state = (scene_counts){0};
   body->q_known = body->p_known = false;

@@ -53,6 +53,22 @@ typedef struct scene_counts {
   double dissipated;
 } scene_counts;
 
+/* The level of detail of a body. */
+typedef struct scene_detail {
+  thrum_scene_detail def;
+  int64_t near;          /* masters of the body as it is stepped near; 0: none, all are stepped */
+  double *peaks;         /* model's rank: largest length of a basis vector at a vertex; owned */
+  double *last;          /* model's rank: coordinates at the last update; owned by peaks */
+  double middle[3];      /* of the body, in the axes and lengths of its model */
+  scene_model *followed; /* as it is stepped far, kept from one change to the next */
+  scene_model *whole;    /* as it is stepped near */
+  double last_time;      /* of the last update [s]; negative: there was none */
+  double quiet_since;    /* when it deformed too fast last [s] */
+  int64_t last_steps;    /* of the scene at the last update */
+  bool far;
+  thrum_scene_detail_report report;
+} scene_detail;
+
 /* One body. Vectors are of its model's full rank r, the first `rank` entries are in use. */
 typedef struct scene_body {
   char name[THRUM_SCENE_NAME_MAX];
@@ -96,6 +112,7 @@ typedef struct scene_body {
   scene_wrench wrench; /* of the step to come */
   thrum_status status; /* < 0: stopped */
   double work_load, work_base;
+  scene_detail *detail;      /* NULL: none */
   scene_counts before_state; /* of states that changes of parameters have replaced */
 } scene_body;
 
@@ -116,6 +133,7 @@ struct thrum_scene {
   double dt, origin; /* time at step origin_step, from which loads are counted [s] */
   int64_t steps, origin_step;
   double gravity[3];
+  double eye[3];       /* that distances of bodies are from [m] */
   double wind[3], air; /* air: 1/2 density drag [kg/m^3], 0: none */
   thrum_obstacle *obstacles, *obstacle_starts;
   int32_t obstacle_count;
@@ -172,6 +190,13 @@ void scene_condensed_extrapolate(const scene_body *body);
 
 /* The points that touch as they follow now. */
 thrum_status scene_condensed_touch(scene_body *body, thrum_error *error);
+
+/* scene_detail.c: bodies that are stepped with fewer coordinates while they are far or still. */
+
+void scene_detail_free(thrum_scene *scene, scene_body *body);
+
+/* A body that starts again has not been looked at. */
+void scene_detail_restart(scene_body *body);
 
 /* scene_placement.c: between the axes of a body and the world. */
 

@@ -347,9 +347,26 @@ def model_errors():
                   "`--order 2`, edges cut in two, %"], body)
 
 
+DETAILS = {"whole": "all coordinates", "error": "`error` 5 %", "error_again": "the same, run again", "budget": "`budget` 1 µs",
+           "detail": "`detail` beyond 8 m", "error_detail": "`error` 5 % and `detail`"}
+
+
+def scene_detail():
+    """The crowd by what its bodies say."""
+    body = []
+    for r in rows("scene_detail", "crowd.csv"):
+        share = float(r["reduced_share"])
+        body.append([DETAILS[r["variant"]], r["condensed"], f"{100 * share:.3g} %, {r['changes']}" if share > 0 else "-",
+                     f"{1000 * float(r['largest_jump_m']):.2g}" if share > 0 else "-", f"{float(r['find_s']):.2g}",
+                     f"{float(r['step_s']):.2g}", percent(float(r["error_mean"])), percent(float(r["error_worst"])),
+                     percent(float(r["error_near"]))])
+    return table(["", "condensed", "steps with fewer, changes", "largest jump, mm", "finding, s", "steps, s", "error, mean",
+                  "worst", "near the eye"], body)
+
+
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, extremes, linear, tradeoff,
-                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix,
+                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail,
                                            model_errors)}
 
 

@@ -322,6 +322,63 @@ THRUM_API thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t body, in
 THRUM_API thrum_status thrum_scene_set_condensed(thrum_scene *scene, int32_t body, int64_t masters,
                                                  thrum_error *error);
 
+/* Level of detail of a body: with how few coordinates it is stepped while nobody looks closely.
+ * Zero-initialise it, and set `masters`, `jump` and `beyond` or `still`. */
+typedef struct thrum_scene_detail {
+  /* Coordinates that are stepped while the body is far or still, the others following; 1 to one
+   * less than the model's rank. Larger: less is lost, and slower. */
+  int64_t masters;
+
+  /* The body is far while its middle is further than this from the eye [m]; >= 0, default 0: never.
+   * Once far, it is near again within 0.9 of it. */
+  double beyond;
+
+  /* The body is still while, for a period of its lowest frequency, no vertex deforms faster than
+   * this [m/s]; >= 0, default 0: never. Judged by a bound, so that the body is rather stepped
+   * whole. Larger: it is still sooner. */
+  double still;
+
+  /* No vertex may jump further than this where the number of coordinates changes [m]; > 0. A change
+   * that would is put off. Larger: changes come sooner. */
+  double jump;
+} thrum_scene_detail;
+
+/* Sets the level of detail of a body: from now on thrum_scene_update_detail changes how many
+ * coordinates it steps. As it is stepped now is how it is stepped near. NULL: it stays as it is.
+ * THRUM_MISSING for a model without a basis, THRUM_INVALID_ARGUMENT for numbers beyond their
+ * ranges, and where fewer coordinates than `masters` are stepped already. */
+THRUM_API thrum_status thrum_scene_set_detail(thrum_scene *scene, int32_t body,
+                                              const thrum_scene_detail *detail, thrum_error *error);
+
+/* Sets the place that distances are from, such as the camera [m]; the origin until it is set. */
+THRUM_API thrum_status thrum_scene_set_eye(thrum_scene *scene, const double eye[3],
+                                           thrum_error *error);
+
+/* Looks at all bodies with a level of detail, between two steps, and changes how many coordinates
+ * those step that are far or still, or no longer. What comes back goes on from where it followed,
+ * so its shape does not jump. A change is one of thrum_scene_set_condensed: it allocates, it ends
+ * the validity of snapshots, and the energy of what no longer vibrates is lost. Call it every few
+ * steps: it costs some operations for each coordinate. */
+THRUM_API thrum_status thrum_scene_update_detail(thrum_scene *scene, thrum_error *error);
+
+/* What the level of detail has done to a body since it was set. */
+typedef struct thrum_scene_detail_report {
+  int32_t set;           /* 1: the body has one; else all is zero */
+  int32_t reduced;       /* 1: it steps the fewer coordinates at present */
+  int64_t changes;       /* of the number of coordinates */
+  int64_t put_off;       /* updates that put a change off for its jump */
+  int64_t reduced_steps; /* steps made with the fewer coordinates */
+  double largest_jump;   /* of any vertex in any change, measured [m] */
+  double energy;         /* that changes have given to the body, mostly negative [J] */
+  double distance;       /* of its middle from the eye at the last update [m] */
+  double speed;          /* bound of the speed of its deformation then [m/s] */
+} thrum_scene_detail_report;
+
+/* Fills *report. */
+THRUM_API thrum_status thrum_scene_body_detail(const thrum_scene *scene, int32_t body,
+                                               thrum_scene_detail_report *report,
+                                               thrum_error *error);
+
 /* Sets the time to 0 and every body, obstacle and counter to its start; stopped bodies start again.
  */
 THRUM_API thrum_status thrum_scene_reset(thrum_scene *scene, thrum_error *error);

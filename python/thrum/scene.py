@@ -222,6 +222,31 @@ class Body:
         """Number of coordinates that are stepped from now on."""
         self.scene._call(lib.thrum_scene_set_rank, self.number, rank)
 
+    def set_condensed(self, masters: int) -> None:
+        """Number of coordinates that are stepped from now on while all others follow at rest; 0: all are stepped."""
+        self.scene._call(lib.thrum_scene_set_condensed, self.number, masters)
+
+    def set_detail(self, masters: int, jump: float, *, beyond: float = 0.0, still: float = 0.0) -> None:
+        """Coordinates that Scene.update_detail has the body step while it is far or still, the others following.
+
+        It is far where its middle is further than `beyond` [m] from Scene.eye, and still where no vertex has deformed faster
+        than `still` [m/s] for a period; 0: never. No vertex jumps further than `jump` [m] at a change; one that would waits.
+        """
+        detail = ffi.new("thrum_scene_detail *", {"masters": masters, "beyond": beyond, "still": still, "jump": jump})
+        self.scene._call(lib.thrum_scene_set_detail, self.number, detail)
+
+    def clear_detail(self) -> None:
+        """Leaves the number of coordinates as it is from now on."""
+        self.scene._call(lib.thrum_scene_set_detail, self.number, ffi.NULL)
+
+    @property
+    def detail(self) -> dict[str, float]:
+        """What the level of detail has done so far, by the names of thrum_scene_detail_report; all zero without one."""
+        report = ffi.new("thrum_scene_detail_report *")
+        self.scene._call(lib.thrum_scene_body_detail, self.number, report)
+        return {name: getattr(report, name) for name in ("set", "reduced", "changes", "put_off", "reduced_steps",
+                                                         "largest_jump", "energy", "distance", "speed")}
+
     def set_integrator(self, name: str) -> None:
         """Integrator from now on."""
         definition = ffi.new("thrum_state_def *")
@@ -321,6 +346,14 @@ class Scene:
     @gravity.setter
     def gravity(self, value: Any) -> None:
         self._call(lib.thrum_scene_set_gravity, _vector(value, "gravity"))
+
+    def set_eye(self, place: Any) -> None:
+        """Place that distances of bodies with a level of detail are from, such as the camera [m]."""
+        self._call(lib.thrum_scene_set_eye, _vector(place, "eye"))
+
+    def update_detail(self) -> None:
+        """Looks at all bodies with a level of detail; call it every few steps."""
+        self._call(lib.thrum_scene_update_detail)
 
     def set_wind(self, velocity: Any, density: float = 1.2, drag: float = 1.0) -> None:
         """Wind on the triangles of all bodies: velocity [m/s], density of the air [kg/m^3], drag coefficient."""

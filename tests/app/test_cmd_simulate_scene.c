@@ -498,7 +498,7 @@ static void the_scenes_that_come_with_thrum_run(void **state) {
   (void)state;
 
   // quake.json has a model that takes a minute to make: the test of the README runs it
-  static const char *const scenes[] = {"drop", "integrators", "wind"};
+  static const char *const scenes[] = {"drop", "integrators", "wind", "detail"};
   for (size_t n = 0; n < sizeof scenes / sizeof scenes[0]; n++) {
     // a tenth of a second shows that files, models and keys are right
     char path[300];

@@ -36,6 +36,27 @@ class Scenes(unittest.TestCase):
         world = body.positions(surface) @ body.matrix[:3, :3].T + body.matrix[:3, 3]
         self.assertGreater(world[:, 2].min(), -0.02)
 
+    def test_level_of_detail(self):
+        """A far body steps fewer coordinates, and comes back where the eye does."""
+        scene = thrum.Scene()
+        body = scene.add_body(beam(), "arm", start_mode=1, start_amplitude=0.01)
+        self.assertEqual(body.detail["set"], 0)
+        body.set_detail(2, 0.01, beyond=20.0)
+        scene.set_eye((100.0, 0, 0))
+        scene.update_detail()
+        scene.step(50)
+        self.assertEqual(body.detail["reduced_steps"], 50)
+        self.assertLessEqual(body.detail["largest_jump"], 0.01)
+        scene.set_eye((0, 0, 0))
+        scene.update_detail()
+        self.assertEqual((body.detail["reduced"], body.detail["changes"]), (0, 2))
+        body.clear_detail()
+        body.set_condensed(3)
+        scene.step(10)
+        self.assertEqual(body.detail["set"], 0)
+        with self.assertRaises(thrum.Error):
+            body.set_detail(3, 0.01, beyond=1.0)
+
     def test_loads_pulls_and_changes(self):
         scene = thrum.Scene()
         model = beam()
