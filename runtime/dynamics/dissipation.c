@@ -33,6 +33,8 @@ static double tangent_form(const thrum_model *model, const thrum_state *state,
 
 double thrum_step_dissipation(const thrum_model *model, const thrum_state *state,
                               const thrum_state_view *view) {
+  if (state->def.damping_alpha == 0.0 && state->def.damping_beta == 0.0)
+    return 0.0;
   const double h = state->def.dt;
   const int32_t matched =
       state->scheme == THRUM_SCHEME_ENERGY ? thrum_matched_modes(model, state) : 0;

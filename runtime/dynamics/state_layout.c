@@ -76,25 +76,23 @@ size_t thrum_state_kept_bytes(const thrum_state *state) {
   return (size_t)(doubles * sizeof(double));
 }
 
-thrum_state_view thrum_state_view_of(thrum_state *state) {
+void thrum_state_view_fill(thrum_state *state, thrum_state_view *view) {
   const sizes s = sizes_of(state);
-  thrum_state_view view;
-  memset(&view, 0, sizeof view);
 
   // the arrays follow the header in the order of their lists
   double *at = (double *)(void *)state + header_doubles();
 #define X(name, size)                                                                              \
-  view.name = at;                                                                                  \
+  view->name = at;                                                                                 \
   at += s.size;
   THRUM_STATE_ARRAYS(X)
 #undef X
-  view.kept_end = at;
+  view->kept_end = at;
 
   // scratch is behind them, or where it has been lent; NULL while it has not
   if (state->def.borrows_scratch)
     at = thrum_state_lent(state);
 #define X(name, size)                                                                              \
-  view.name = at;                                                                                  \
+  view->name = at;                                                                                 \
   at = at ? at + s.size : NULL;
   THRUM_STATE_SCRATCH(X)
 #undef X
@@ -102,11 +100,19 @@ thrum_state_view thrum_state_view_of(thrum_state *state) {
   // the inverses are a ring, and a newer one takes the place of the oldest
   for (int j = 0; j < THRUM_INVERSES; j++) {
     const int place = (state->inverse_place + THRUM_INVERSES - j) % THRUM_INVERSES;
-    view.inverse[j] = view.inverses + (size_t)place * s.inverse;
+    view->inverse[j] = view->inverses + (size_t)place * s.inverse;
   }
 
-  view.stride = (int64_t)s.vector;
-  view.kernel = thrum_kernel_get(state->def.kernel);
+  view->stride = (int64_t)s.vector;
+  view->kernel = thrum_kernel_get(state->def.kernel);
+  view->restricted_from = NULL;
+  view->restricted_stride = 0;
+  view->power_sampled = false;
+}
+
+thrum_state_view thrum_state_view_of(thrum_state *state) {
+  thrum_state_view view;
+  thrum_state_view_fill(state, &view);
   return view;
 }
 

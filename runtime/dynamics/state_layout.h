@@ -255,7 +255,8 @@ typedef struct thrum_state_view {
 /* Bytes of the whole block, from the sizes in the header. */
 uint64_t thrum_state_layout_bytes(const thrum_state *state);
 
-/* Pointers to the arrays of a state. */
+/* Pointers to the arrays of a state; the first writes them where a step needs them. */
+void thrum_state_view_fill(thrum_state *state, thrum_state_view *view);
 thrum_state_view thrum_state_view_of(thrum_state *state);
 
 /* Bytes of the scratch of a state. */

@@ -174,7 +174,7 @@ thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state,
                      : thrum_state_check_ready(model, state, error));
   run->state = state;
   run->next = *state;
-  run->view = thrum_state_view_of(state);
+  thrum_state_view_fill(state, &run->view);
   run->q = run->view.q;
   run->p = run->view.p;
   if (borrowed)

@@ -260,7 +260,6 @@ INLINE void block_work(bool single, work_on what, const packed_block *b, const p
   }
 
 BLOCK_PASS(packed_sums, WORK_SUMS)
-BLOCK_PASS(packed_adds, WORK_ADDS)
 BLOCK_PASS(packed_both, WORK_BOTH)
 BLOCK_PASS(packed_lists, WORK_LISTS)
 BLOCK_PASS(packed_twice, WORK_TWICE)

@@ -53,20 +53,10 @@ INLINE void linear_terms(bool single, const thrum_model *model, int64_t split, c
     }
 }
 
-PASS void linear_terms_double(const thrum_model *model, int64_t split, const double *q,
-                              const double *m, double *y) {
-  linear_terms(false, model, split, q, m, y);
-}
-
-PASS void linear_terms_single(const thrum_model *model, int64_t split, const double *q,
-                              const double *m, double *y) {
-  linear_terms(true, model, split, q, m, y);
-}
-
 /* Writes the linear and quadratic terms of the restriction; a quadratic term stands in the column
  * (b,-1) of row c. */
-INLINE void restrict_low(const thrum_model *model, int64_t split, const double *q_given,
-                         double *restricted, double *work) {
+INLINE void restrict_low(bool single, const thrum_model *model, int64_t split,
+                         const double *q_given, double *restricted, double *work) {
   // monomials of the held coordinates
   const int64_t rank = model->rank, n = rank - split;
   const pack_scratch t = pack_cut(rank, work);
@@ -75,10 +65,7 @@ INLINE void restrict_low(const thrum_model *model, int64_t split, const double *
   column_monomials(false, split, q, lifted, q, lifted, t.columns[0][0]);
 
   // linear terms: rows of two held coordinates
-  if (model->packed_single)
-    linear_terms_single(model, split, q, t.columns[0][0], y);
-  else
-    linear_terms_double(model, split, q, t.columns[0][0], y);
+  linear_terms(single, model, split, q, t.columns[0][0], y);
   for (int64_t k = 0; k < thrum_restricted_first(n); k++)
     restricted[k] = k < n ? y[k] : 0.0;
 
@@ -92,14 +79,14 @@ INLINE void restrict_low(const thrum_model *model, int64_t split, const double *
   for (int64_t c = n - 1; c >= 0; c--) {
     row -= 8 * thrum_pack_vectors(c);
     b.vectors = vectors;
-    packed_sums(&b, &p, NULL, NULL);
+    block_work(single, WORK_SUMS, &b, &p, NULL, NULL);
     for (int64_t d = 0; d <= c; d++)
       row[thrum_pack_first(d)] = y[d] + (d == c ? 0.5 * model->omega2[rank - 1 - c] : 0.0);
     packed_next(rank, rank - c, &b);
   }
 }
 
-PASS void pass_restrict(const thrum_model *model, int64_t split, const double *q,
+INLINE void restriction(bool single, const thrum_model *model, int64_t split, const double *q,
                         double *restricted, double *work) {
   const int64_t n = model->rank - split;
   const pack_scratch t = pack_cut(model->rank, work);
@@ -110,11 +97,27 @@ PASS void pass_restrict(const thrum_model *model, int64_t split, const double *q
     const point p = {NULL, z + c, row, NULL};
     zeros(row, thrum_pack_columns(c));
     b.first = n - c;
-    packed_adds(&b, &p, NULL, NULL);
+    block_work(single, WORK_ADDS, &b, &p, NULL, NULL);
     row += 8 * thrum_pack_vectors(c);
     packed_next(model->rank, c + 1, &b);
   }
-  restrict_low(model, split, q, restricted, work);
+  restrict_low(single, model, split, q, restricted, work);
+}
+
+PASS void restriction_double(const thrum_model *model, int64_t split, const double *q,
+                             double *restricted, double *work) {
+  restriction(false, model, split, q, restricted, work);
+}
+
+PASS void restriction_single(const thrum_model *model, int64_t split, const double *q,
+                             double *restricted, double *work) {
+  restriction(true, model, split, q, restricted, work);
+}
+
+PASS void pass_restrict(const thrum_model *model, int64_t split, const double *q,
+                        double *restricted, double *work) {
+  (model->packed_single ? restriction_single : restriction_double)(model, split, q, restricted,
+                                                                   work);
 }
 
 INLINE void restricted_begin(int64_t n, const double *q, const evaluation *e) {
