@@ -87,6 +87,24 @@ static void put_mesh(FILE *stream, const tradeoff_commands *c) {
   for (int n = 0; n < 3; n++)
     if (!isnan(numbers[n]))
       put_number(stream, names[n], numbers[n]);
+  for (int64_t n = 0; n < def->material_count; n++) {
+    fputs(" --material", stream);
+    put(stream, def->materials[n]);
+  }
+
+  // how the file is read
+  const thrum_mesh_read_options *reading = &def->reading;
+  if (reading->scale != 1)
+    put_number(stream, "--scale", reading->scale);
+  if (reading->order != 0)
+    fprintf(stream, " --order %d", reading->order);
+  const char *const texts[] = {reading->unit, reading->regions};
+  static const char *const options[] = {" --unit", " --regions"};
+  for (int n = 0; n < 2; n++)
+    if (texts[n] != NULL) {
+      fputs(options[n], stream);
+      put(stream, texts[n]);
+    }
 }
 
 static int64_t modes_of(const tradeoff_commands *c) {

@@ -10,6 +10,7 @@
 #include "config/message.h"
 #include "driver/cache_trim.h"
 #include "driver/precompute_make.h"
+#include "driver/region_material.h"
 #include "driver/shared_options.h"
 #include "io/file_hash.h"
 #include "mesh/formats/mesh_read.h"
@@ -19,7 +20,7 @@
 #define KEPT_SECONDS 3600
 
 mesh_model_def mesh_model_def_default(void) {
-  return (mesh_model_def){.material = {NAN, NAN, NAN}};
+  return (mesh_model_def){.material = {NAN, NAN, NAN}, .reading = {.scale = 1}};
 }
 
 static thrum_status take_fix(const config_given *given, void *record) {
@@ -30,21 +31,35 @@ static thrum_status take_fix(const config_given *given, void *record) {
   return THRUM_OK;
 }
 
+static thrum_status take_material(const config_given *given, void *record) {
+  mesh_model_def *def = record;
+  THRUM_TRY(region_material_option_check(given));
+  if (def->material_count == MESH_MODEL_MATERIALS_MAX)
+    return config_given_refuse(given, "given more than %d times", MESH_MODEL_MATERIALS_MAX);
+  def->materials[def->material_count++] = given->text;
+  return THRUM_OK;
+}
+
 const config_option mesh_options[] = {
     OPTION_TEXT("fix", "SPEC", "nothing", "hold vertices, as of precompute",
                 .path = CONFIG_PATH_IF_THERE, .repeats = true, .take = take_fix),
     OPTION_GROUP(material_options, "", CONFIG_AT(mesh_model_def, material)),
+    OPTION_MATERIAL(take_material),
+    OPTION_GROUP(mesh_read_rows, "", CONFIG_AT(mesh_model_def, reading)),
     OPTION_END,
 };
 
 int mesh_model_def_check(const char *command, const mesh_model_def *def, bool mesh) {
   const thrum_material *material = &def->material;
-  const bool given = def->fix_count > 0 || !isnan(material->young) || !isnan(material->poisson) ||
-                     !isnan(material->density);
+  const thrum_mesh_read_options *reading = &def->reading;
+  const bool given = def->fix_count > 0 || def->material_count > 0 || !isnan(material->young) ||
+                     !isnan(material->poisson) || !isnan(material->density) ||
+                     reading->scale != 1 || reading->order != 0 || reading->unit ||
+                     reading->regions;
   if (!given || mesh)
     return COMMAND_DONE;
-  return config_usage(command, "--fix, --young, --poisson and --density are of a mesh; a model has "
-                               "its own");
+  return config_usage(command, "--fix, --young, --poisson, --density, --material, --scale, --unit, "
+                               "--regions and --order are of a mesh; a model has its own");
 }
 
 int mesh_model_full_check(const char *command, const char *path, const mesh_model_def *def,
@@ -77,6 +92,18 @@ static thrum_status kept_path(const char *text, const mesh_model_def *def,
   hash = hash_bytes(hash, numbers, strlen(numbers));
   for (int64_t n = 0; n < def->fix_count; n++)
     hash = hash_bytes(hash, def->fixes[n], strlen(def->fixes[n]) + 1);
+  for (int64_t n = 0; n < def->material_count; n++)
+    hash = hash_bytes(hash, def->materials[n], strlen(def->materials[n]) + 1);
+
+  // and so does how it is read; a file read as it is keeps its name in the cache
+  const thrum_mesh_read_options *reading = &def->reading;
+  if (reading->scale != 1 || reading->order != 0 || reading->unit || reading->regions) {
+    snprintf(numbers, sizeof numbers, "%.17g|%d|", reading->scale, reading->order);
+    hash = hash_bytes(hash, numbers, strlen(numbers));
+    const char *texts[] = {reading->unit, reading->regions};
+    for (int n = 0; n < 2; n++)
+      hash = hash_bytes(hash, texts[n] ? texts[n] : "", texts[n] ? strlen(texts[n]) + 1 : 1);
+  }
 
   // those of old runs make room
   cache_trim(folder, "mesh-", KEPT_BYTES, KEPT_SECONDS);
@@ -96,14 +123,18 @@ thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool q
 
   // the definition becomes a request of precompute, which writes to the cache
   const char *fixes[MESH_MODEL_FIXES_MAX];
+  const char *materials[MESH_MODEL_MATERIALS_MAX];
   memcpy(fixes, def->fixes, sizeof fixes);
+  memcpy(materials, def->materials, sizeof materials);
   bool flagged = false;
   thrum_status status = kept_path(text, def, file->cached, error);
   precompute_request request = {
       .mesh_name = text,
       .output = file->cached,
-      .reading = {.scale = 1},
+      .reading = def->reading,
       .material = def->material,
+      .materials = materials,
+      .material_count = def->material_count,
       .options = thrum_default_precompute_options(),
       .fixes = fixes,
       .fix_count = def->fix_count,

@@ -5,18 +5,23 @@
 
 #include "config/options.h"
 #include "driver/named_model.h"
+#include "mesh/formats/mesh_read.h"
 
 #define MESH_MODEL_FIXES_MAX 32
+#define MESH_MODEL_MATERIALS_MAX 64
 
 /* The options that a mesh needs to become a model, as those of precompute. */
 typedef struct mesh_model_def {
   const char *fixes[MESH_MODEL_FIXES_MAX];
   int64_t fix_count;
-  bool free;               /* nothing is to be held: no warning of it */
-  thrum_material material; /* a field is NaN where the mesh's own stays */
+  bool free;                                       /* nothing is to be held: no warning of it */
+  thrum_material material;                         /* a field is NaN where the mesh's own stays */
+  const char *materials[MESH_MODEL_MATERIALS_MAX]; /* texts of region_material.h */
+  int64_t material_count;
+  thrum_mesh_read_options reading;
 } mesh_model_def;
 
-/* Nothing held, the mesh's own material. */
+/* Nothing held, the mesh's own material, read as it is. */
 mesh_model_def mesh_model_def_default(void);
 
 /* Options of a mesh_model_def, for the group of a table. */

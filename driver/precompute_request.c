@@ -47,10 +47,7 @@ static thrum_status take_handle(const config_given *given, void *request) {
 /* Looked at here, and parsed again when the mesh has told its regions. */
 static thrum_status take_region_material(const config_given *given, void *request) {
   precompute_request *r = request;
-  region_material material;
-  thrum_error error = {0};
-  if (region_material_parse(given->text, &material, &error) < 0)
-    return config_given_refuse(given, "%s", error.message);
+  THRUM_TRY(region_material_option_check(given));
   r->materials[r->material_count++] = given->text;
   return THRUM_OK;
 }
@@ -95,10 +92,7 @@ static const config_option options[] = {
 
     // its material, its unit and its elements
     OPTION_GROUP(material_options, "", AT(material)),
-    OPTION_TEXT("material", "REGION:E,NU,RHO", NULL,
-                "what one region of the mesh is made of, in Pa and kg/m^3; thrum check names the "
-                "regions",
-                .repeats = true, .take = take_region_material),
+    OPTION_MATERIAL(take_region_material),
     OPTION_GROUP(mesh_read_rows, "", AT(reading)),
 
     OPTION_HEADING("the model"),

@@ -43,6 +43,14 @@ thrum_status region_material_parse(const char *text, region_material *material,
   return THRUM_OK;
 }
 
+thrum_status region_material_option_check(const config_given *given) {
+  region_material material;
+  thrum_error error = {0};
+  return region_material_parse(given->text, &material, &error) < 0
+             ? config_given_refuse(given, "%s", error.message)
+             : THRUM_OK;
+}
+
 /* Refuses a name that no region has, with those that there are, as far as the line has room. */
 static thrum_status unknown_region(const thrum_mesh *mesh, const region_material *material,
                                    thrum_error *error) {

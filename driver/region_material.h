@@ -3,6 +3,7 @@
 #ifndef THRUM_DRIVER_REGION_MATERIAL_H
 #define THRUM_DRIVER_REGION_MATERIAL_H
 
+#include "config/options.h"
 #include "mesh/mesh.h"
 
 typedef struct region_material {
@@ -13,6 +14,9 @@ typedef struct region_material {
 
 /* Parses a text, into which the result points; THRUM_BAD_FORMAT or THRUM_BAD_VALUE. */
 thrum_status region_material_parse(const char *text, region_material *material, thrum_error *error);
+
+/* For the `take` of an option: refuses a text that is no material. */
+thrum_status region_material_option_check(const config_given *given);
 
 /* Gives the regions that the texts name their materials; each must be a region of the mesh, named
  * once. *lacking is the first region that no text names; -1: none. */

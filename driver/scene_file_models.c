@@ -27,8 +27,10 @@ static bool same_file(const scene_body_spec *left, const scene_body_spec *right)
 
 static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *item) {
   const scene_body_spec *body = item->first;
-  mesh_model_def def = {
-      .fix_count = body->fix.count, .free = body->free, .material = body->material.material};
+  mesh_model_def def = mesh_model_def_default();
+  def.fix_count = body->fix.count;
+  def.free = body->free;
+  def.material = body->material.material;
   for (int64_t n = 0; n < body->fix.count; n++)
     def.fixes[n] = body->fix.texts[n];
 

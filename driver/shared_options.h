@@ -43,6 +43,12 @@ extern const char *const full_quadrature_names[];
 #define OPTION_LOAD(taken, otherwise, text)                                                        \
   OPTION_TEXT("load", "LOAD", otherwise, text, .repeats = true, .take = taken)
 
+#define OPTION_MATERIAL(taken)                                                                     \
+  OPTION_TEXT("material", "REGION:E,NU,RHO", NULL,                                                 \
+              "what one region of the mesh is made of, in Pa and kg/m^3; thrum check names the "   \
+              "regions",                                                                           \
+              .repeats = true, .take = taken)
+
 /* The forms of LOAD, for the notes of commands. */
 #define LOAD_NOTES                                                                                 \
   "LOAD is KIND:X,Y,Z@TARGET[,from=S][,until=S], a force in newtons:\n"                            \

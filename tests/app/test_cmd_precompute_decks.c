@@ -113,6 +113,50 @@ static void each_region_may_have_a_material_of_its_own(void **state) {
   program_result_free(&run);
 }
 
+/* The largest displacement that a static run of the full order finds [m]. */
+static double static_peak(program_result run) {
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  cJSON *object = json_line(run.out);
+  const cJSON *peak = cJSON_GetObjectItemCaseSensitive(object, "peak_displacement_m");
+  assert_non_null(peak);
+  const double metres = peak->valuedouble;
+  cJSON_Delete(object);
+  program_result_free(&run);
+  return metres;
+}
+
+#define STATIC(...)                                                                                \
+  thrum_run(folder, "static", "deck.inp", "--full", "--fix", "foot", "--load",                     \
+            "constant:1000,0,0@all", "--json", "-q", __VA_ARGS__, NULL)
+
+static void the_full_order_takes_unit_regions_and_order_of_a_mesh_too(void **state) {
+  (void)state;
+  write_deck(true);
+  const double unit = static_peak(STATIC("--unit", "mm-t-s"));
+  const double si = static_peak(STATIC("--scale", "0.001", "--material", "LOWER:2.1e11,0.3,7850",
+                                       "--material", "UPPER:2.1e11,0.3,7850"));
+  assert_true(unit > 0 && fabs(unit / si - 1) < 1e-9);
+
+  // ten nodes bend more easily, and so does a lower half that is softer
+  assert_true(static_peak(STATIC("--unit", "mm-t-s", "--order", "2")) > 1.2 * unit);
+  assert_true(static_peak(STATIC("--unit", "mm-t-s", "--material", "LOWER:1e11,0.3,7850")) >
+              1.2 * unit);
+
+  // simulate steps it, and neither takes them where a model has its own
+  program_result run =
+      thrum_run(folder, "simulate", "deck.inp", "--full", "--fix", "foot", "--unit", "mm-t-s",
+                "--material", "UPPER:1e11,0.3,7850", "--time", "1e-5", "--dt", "1e-6", "--start",
+                "mode:1,1e-6", "-q", "-o", "run", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  program_result_free(&run);
+  run = thrum_run(folder, "simulate", "beam", "--unit", "mm-t-s", "-o", "run2", NULL);
+  assert_int_equal(run.exit_code, 2);
+  assert_non_null(strstr(run.err, "are of a mesh; a model has its own"));
+  program_result_free(&run);
+}
+
 static void check_names_regions_and_what_was_read(void **state) {
   (void)state;
   write_deck(true);
@@ -207,6 +251,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_unit_is_that_of_lengths_and_materials),
       cmocka_unit_test(each_region_may_have_a_material_of_its_own),
+      cmocka_unit_test(the_full_order_takes_unit_regions_and_order_of_a_mesh_too),
       cmocka_unit_test(check_names_regions_and_what_was_read),
       cmocka_unit_test(a_polynomial_alone_is_a_model_without_a_mesh),
       cmocka_unit_test(coordinates_are_turned_until_the_stiffness_is_diagonal),
