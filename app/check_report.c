@@ -77,7 +77,7 @@ static void print_groups(const thrum_mesh *mesh) {
   print_regions(mesh);
 }
 
-/* What linear tetrahedra over a thickness do to bending. */
+/* Says how much too stiff linear tetrahedra make a thickness in bending. */
 static void print_thickness(const thrum_mesh *mesh, const thrum_mesh_examined *e) {
   const bool most = e->cells_across >= THRUM_THICKNESS_CELLS_MAX;
   printf("%-18s%.2g cell%s%s over the thickness of the thinnest quarter", "thickness",

@@ -74,6 +74,7 @@ static int read_options(int argc, char **argv, convert_request *request) {
 }
 
 static void warn_lost(const thrum_mesh_lost *lost, const char *name) {
+  // the counts are of what was in the mesh that was read
   if (lost->groups > 0)
     config_warn("%s: %" PRId64 " %s no place in this format and %s left out", name, lost->groups,
                 lost->groups == 1 ? "group has" : "groups have",
@@ -81,6 +82,7 @@ static void warn_lost(const thrum_mesh_lost *lost, const char *name) {
   if (lost->names > 0)
     config_warn("%s: %" PRId64 " %s there under another name or a number", name, lost->names,
                 lost->names == 1 ? "group is" : "groups are");
+
   if (lost->materials > 0)
     config_warn("%s: %" PRId64 " %s no place in this format and %s left out", name, lost->materials,
                 lost->materials == 1 ? "material has" : "materials have",

@@ -35,7 +35,7 @@ static uint64_t hash_body(const thrum_model *model, int mass) {
   return hash_bytes(hash, &mass, sizeof mass);
 }
 
-/* What acts on the body beside loads, and where it starts; nothing where there is neither. */
+/* Adds what acts on the body beside loads, and where it starts; neither changes nothing. */
 static uint64_t hash_rest(uint64_t hash, const thrum_model *model,
                           const full_motion_script *script) {
   const int64_t all = 3 * model->vertex_count;
@@ -78,7 +78,7 @@ static uint64_t hash_run(const thrum_model *model, int mass, const full_motion_s
   return hash_bytes(hash, text, (size_t)length);
 }
 
-/* A run in memory, and who else watches it. */
+/* A run in memory, and what else is told of each of its steps. */
 typedef struct kept {
   int64_t all, columns;
   double *rows; /* samples + 1 x columns */

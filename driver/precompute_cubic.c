@@ -43,7 +43,7 @@ static void add_frequencies(cJSON *object, const thrum_model *model, const doubl
     cJSON_AddItemToArray(list, json_number_item(hertz[i]));
 }
 
-/* What the model is and where it comes from; the caller frees it. */
+/* Returns the JSON text of what the model is and where it comes from; the caller frees it. */
 static char *make_meta(const precompute_request *request, const thrum_vega_model *made,
                        const double *hertz) {
   cJSON *meta = cJSON_CreateObject();

@@ -54,7 +54,7 @@ double precompute_train_bytes(const precompute_request *request, int64_t vertex_
   return field * (runs + train) * FULL_MOTION_SNAPSHOTS + 8 * columns * columns;
 }
 
-/* What the training takes is refused before anything is run, where it does not fit. */
+/* A training that does not fit into the memory is refused before anything is run. */
 static thrum_status check_memory(const precompute_request *request, int64_t vertex_count,
                                  thrum_error *error) {
   const char *whose = "of the limit given";
@@ -301,11 +301,13 @@ static double mode_coordinates(const thrum_model_fem *body, const double *modes,
 static void add_shares(const double *q, int64_t k, double size, double *shares) {
   int64_t next = k;
   for (int64_t i = 0; i < k; i++) {
+    // the mode's own coordinate
     double square = 0;
     for (int64_t s = 0; s < FULL_MOTION_SNAPSHOTS; s++)
       square += q[s * k + i] * q[s * k + i];
     shares[i] += sqrt(square / size);
 
+    // its derivatives, by the modes from i on
     for (int64_t j = i; j < k; j++) {
       double pair = 0;
       for (int64_t s = 0; s < FULL_MOTION_SNAPSHOTS; s++) {
@@ -356,8 +358,7 @@ static thrum_status find_shares(const thrum_mesh *mesh, const uint8_t *fixed,
 /* --- making ------------------------------------------------------------------------------------
  */
 
-/* What a basis is made of: modes, the part of the rank for them and their derivatives, all of it.
- */
+/* The parts of a basis: modes, the rank of them and their derivatives, the rank of all. */
 typedef struct trial {
   int64_t modes, usual, rank; /* usual 0: half of the rank */
 } trial;

@@ -1,4 +1,4 @@
-/* What one region of a mesh is made of. SPDX-License-Identifier: Apache-2.0 */
+/* The material of one region of a mesh. SPDX-License-Identifier: Apache-2.0 */
 #include "driver/region_material.h"
 
 #include <stdio.h>
@@ -79,7 +79,7 @@ static thrum_status apply(const char *text, thrum_mesh *mesh, bool *named, thrum
         memcmp(name.text, material.region, material.length) != 0)
       continue;
 
-    // of two materials for one region neither is better
+    // two materials for one region contradict each other
     if (named[i])
       return thrum_error_set(error, THRUM_BAD_VALUE, "--material: region '%.100s' comes twice",
                              name.text);

@@ -1,4 +1,4 @@
-/* What one region of a mesh is made of, as options say it: REGION:E,NU,RHO.
+/* The material of one region of a mesh, as options say it: REGION:E,NU,RHO.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_REGION_MATERIAL_H
 #define THRUM_DRIVER_REGION_MATERIAL_H

@@ -282,12 +282,15 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
 thrum_status static_full_find(static_answer *answer, double *q, thrum_error *error) {
   search s = {0};
   thrum_threads_set(1);
+
+  // only the search counts
   const double began = clock_seconds();
   const thrum_status status =
       answer->model->vertices != NULL
           ? find(answer, &s, q, error)
           : thrum_error_set(error, THRUM_MISSING, "--full: the model has no mesh to go back to");
   answer->seconds = clock_seconds() - began;
+
   thrum_full_free(s.body);
   free(s.held);
   free(s.forces);

@@ -1,4 +1,4 @@
-/* What the answer of a reduced model can be believed for.
+/* Looks at how far the answer of a reduced model can be believed.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_STATIC_MONITOR_H
 #define THRUM_DRIVER_STATIC_MONITOR_H

@@ -14,7 +14,7 @@ typedef enum static_move_kind {
   STATIC_MOMENT  /* a moment that turns with it [N m] */
 } static_move_kind;
 
-/* What the full order does to a target besides its loads. */
+/* A motion, force or moment of a target, which only the full order takes. */
 typedef struct static_move {
   static_move_kind kind;
   const char *text;

@@ -5,7 +5,7 @@
 
 #include "driver/static_options.h"
 
-/* What of the answer of a reduced model is to be believed; NaN: not looked at. */
+/* How far the answer of a reduced model can be believed; NaN: not looked at. */
 typedef struct static_belief {
   uint32_t warnings; /* thrum_warning */
   double reach;      /* [tenths of the diagonal] */

@@ -6,7 +6,7 @@
 
 #include "platform/allocate.h"
 
-/* What follows `prefix` in the text; NULL where it begins otherwise. */
+/* Returns what follows `prefix` in the text; NULL where it begins otherwise. */
 static const char *after(const char *text, const char *prefix) {
   const size_t length = strlen(prefix);
   return strncmp(text, prefix, length) == 0 ? text + length : NULL;
@@ -15,11 +15,14 @@ static const char *after(const char *text, const char *prefix) {
 /* One piece of the text. */
 static thrum_status parse_piece(const char *piece, train_case *c, thrum_error *error) {
   const char *base_motion = after(piece, "base-motion:"), *start = after(piece, "start:");
+
+  // motions and starts are named, a load is not
   if (base_motion != NULL) {
     THRUM_TRY(base_motion_parse(base_motion, &c->base_motions[c->base_motion_count], error));
     c->base_motion_count++;
     return THRUM_OK;
   }
+
   if (start != NULL) {
     start_spec *parsed = &c->starts[c->start_count];
     THRUM_TRY(start_spec_parse(start, parsed, error));
@@ -31,6 +34,7 @@ static thrum_status parse_piece(const char *piece, train_case *c, thrum_error *e
     c->start_count++;
     return THRUM_OK;
   }
+
   THRUM_TRY(load_spec_parse(piece, &c->loads[c->count], error));
   c->courses[c->count] = c->loads[c->count].course;
   c->count++;
@@ -76,8 +80,8 @@ void train_case_free(train_case *c) {
   *c = (train_case){0};
 }
 
-/* What a piece says of itself, which begins with the option that it has in simulate, with another
- * one. */
+/* The message about a piece begins with the option that it has in `thrum simulate`; returns what
+ * comes after that option. */
 static const char *renamed(const char *message) {
   static const char *const others[] = {"--load ", "--base-motion ", "--start "};
   for (size_t n = 0; n < sizeof others / sizeof others[0]; n++)

@@ -1,4 +1,4 @@
-/* What JavaScript calls: libthrum and its scenes behind functions that take numbers and addresses.
+/* The functions that JavaScript calls: libthrum and its scenes, with numbers and addresses.
  *
  * Objects are addresses in the module's memory, 0 stands for a failure, and js_message says why it
  * failed. Functions that return a thrum_status return it as it is. Arguments of several numbers lie
@@ -210,6 +210,7 @@ int32_t EXPORT(js_equilibrium)(const js_model *of, const double *load, double *q
   if (workspace == NULL)
     return THRUM_OUT_OF_MEMORY;
 
+  // q stays as it was when the search fails
   thrum_equilibrium_report report;
   const thrum_status status = thrum_equilibrium(of->model, &def, load, q, NULL, workspace, size,
                                                 NULL, NULL, &report, &failure);

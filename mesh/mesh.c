@@ -18,6 +18,8 @@ void thrum_mesh_free(thrum_mesh *mesh) {
     free(mesh->groups[g].name);
     free(mesh->groups[g].vertices);
   }
+
+  // arrays by vertex, tet and region
   free(mesh->groups);
   free(mesh->vertices);
   free(mesh->tets);
@@ -27,6 +29,8 @@ void thrum_mesh_free(thrum_mesh *mesh) {
   for (int64_t i = 0; i < mesh->region_count && mesh->region_names; i++)
     free(mesh->region_names[i]);
   free(mesh->region_names);
+
+  // what is known of the file
   free(mesh->file_vertex);
   free(mesh->file_number);
   free(mesh->tet_line);

@@ -27,7 +27,7 @@ typedef struct thrum_group {
   int32_t *vertices; /* 0-based, ascending, no duplicates */
 } thrum_group;
 
-/* What a reader did that its user should know, in a line of its own: elements that were cut, ... */
+/* A line that tells the user what a reader has done, such as how many elements it cut. */
 typedef struct thrum_mesh_note {
   char text[240];
 } thrum_mesh_note;

@@ -655,6 +655,8 @@ void thrum_builder_free(thrum_mesh_builder *b) {
     free(b->lists[i].name);
     free(b->lists[i].numbers);
   }
+
+  // what thrum_builder_finish has given to the mesh is NULL here
   free(b->lists);
   free(b->positions);
   free(b->numbers);

@@ -38,7 +38,7 @@ int64_t thrum_mesh_odd_density(const thrum_mesh *mesh) {
   return -1;
 }
 
-/* What to do about a density: decks in millimetres often have tonnes by cubic millimetre. */
+/* Advises on a density: decks in millimetres often have tonnes by cubic millimetre. */
 static const char *density_advice(double density) {
   return is_odd(1e12 * density) ? "materials are in Pa and kg/m^3 unless --unit says otherwise"
                                 : "a file in millimetres, tonnes and seconds needs --unit mm-t-s";

@@ -7,7 +7,7 @@
 
 #include "mesh/mesh.h"
 
-/* What one unit is in SI. */
+/* The units of a file, in SI. */
 typedef struct thrum_mesh_unit {
   double length;  /* [m] */
   double stress;  /* [Pa] */

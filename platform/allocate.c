@@ -27,7 +27,7 @@ void *thrum_allocate_aligned(size_t size, const char *what, thrum_error *error) 
                  error);
 }
 
-/* What stands for one allocation of a scope. The memory is a block of its own, so that a sanitizer
+/* One allocation of a scope. The memory is a block of its own, so that a sanitizer
  * still finds what writes past its end, and large memory keeps its alignment. */
 typedef struct thrum_scope_block {
   struct thrum_scope_block *before;

@@ -32,7 +32,7 @@ static thrum_status check_counts(const thrum_precompute_options *options, thrum_
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "modes is %lld; it must lie between 1 and 10000", (long long)k);
 
-  // a rank that nobody gave is twice the modes
+  // a rank that was not given is twice the modes
   if (r > THRUM_RANK_MAX && r == 2 * thrum_options_shapes(options))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%lld modes make a rank of %lld, twice as many unless --rank says "

@@ -253,7 +253,7 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
                                            p->candidates, result->mode_residual, error));
   THRUM_THEN(status, check_mechanism(p, error));
   if (status >= 0 && !p->fem.rule) {
-    // of a large mesh the first alone, as each takes a hundredth of the time of all stages
+    // a large mesh gets the first alone, as each takes a hundredth of the time of all stages
     const int64_t most = p->fem.tet_count > ORDER_ERRORS_TETS ? 1 : THRUM_ORDER_ERRORS_MAX;
     result->order_error_count = k < most ? k : most;
     status = thrum_order_errors(p->mesh, &p->fem, result->order_error_count, p->candidates,

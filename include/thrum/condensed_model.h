@@ -15,7 +15,7 @@
  * thrum_condensed_shape makes of x. A function that needs a basis therefore refuses the stepped
  * model (THRUM_MISSING) and never shows a body without its slaves.
  *
- * What it costs: the slaves have no inertia and do not vibrate. thrum_condensed_inertia_share says
+ * The cost: the slaves have no inertia and do not vibrate. thrum_condensed_inertia_share says
  * how much of the kinetic energy that leaves out, thrum_condensed_gap how far slaves and masters
  * lie apart. Sources: Vizzaccaro et al. 2020, doi:10.1007/s11071-020-05813-1; Touze et al. 2021,
  * doi:10.1007/s00466-021-02051-1.

@@ -716,7 +716,7 @@ static thrum_status add_tet_nodes(inp_reader *r, int64_t list, int64_t t) {
   for (int n = 0; n < 4; n++)
     THRUM_TRY(thrum_builder_add(&r->builder, list, r->builder.tets[4 * t + n]));
 
-  // of a file of mixed orders, which is refused later, no middle nodes are known
+  // a file of mixed orders, which is refused later, has no middle nodes that are known
   for (int n = 0; n < 6 && r->builder.middles && r->builder.odd_tet == 0; n++)
     if (r->builder.middles[6 * t + n] >= 0)
       THRUM_TRY(thrum_builder_add(&r->builder, list, r->builder.middles[6 * t + n]));

@@ -159,6 +159,8 @@ static thrum_status check_type(msh_reader *r, int64_t type, int dimension) {
                            "solids of order 1 or 2, such as tetrahedra (type 4 or 11)",
                            (long long)type);
   }
+
+  // bytes can be passed over only where their number is known
   if (r->binary && (!is_known(type) || TYPES[type].nodes == 0))
     return thrum_msh_bad_bytes(r, "an element's type is unknown");
   return THRUM_OK;

@@ -171,7 +171,7 @@ static thrum_status correct(davidson *d, double *worst, thrum_error *error) {
   const int n = (int)d->n, dim = (int)d->dim, room = (int)d->room;
   double *block = d->space + d->dim * d->n, *residual = d->image + d->dim * d->n;
 
-  // of those that are not right yet, whose columns are brought together
+  // vectors that are not right yet are corrected; their columns are brought together
   d->active = 0;
   for (int64_t c = 0; c < d->width; c++)
     if (d->errors[c] > 0.1 * TOLERANCE) {

@@ -211,6 +211,8 @@ static double dot(const edge_problem *s, const double *a, const double *b) {
 static double fall(edge_problem *s) {
   double total = 0, before = 0;
   memset(s->p, 0, sizeof *s->p * (size_t)(3 * s->count));
+
+  // conjugate gradients, preconditioned by the blocks of the diagonal
   for (int step = 0; step < STEPS; step++) {
     for (int64_t i = 0; i < 3 * s->count; i++)
       s->z[i] = thrum_dot3(s->inverse + 3 * i, s->r + i / 3 * 3);

@@ -6,11 +6,11 @@
 #include "mesh/mesh.h"
 #include "precompute/fem/fem.h"
 
-/* Of the first `count` modes (free_count x count, column-major, M-orthonormal, with their omega2):
- * errors[i] = f_i / f - 1, f the frequency that the mode has once the nodes in the middle of the
- * edges are free to move. An estimate from below, in bending half of the
- * true error or more. `mesh` is that
- * of the fem, of linear tets. Cost: a few passes over the tets for each mode. */
+/* Estimates errors[i] = f_i / f - 1 of the first `count` modes (free_count x count, column-major,
+ * M-orthonormal, with their omega2), where f is the frequency that the mode has once the nodes in
+ * the middle of the edges are free to move. The estimate is from below, in bending half of the true
+ * error or more. `mesh` is that of the fem, with linear tets. Cost: a few passes over the tets for
+ * each mode. */
 thrum_status thrum_order_errors(const thrum_mesh *mesh, const thrum_fem *fem, int64_t count,
                                 const double *modes, const double *omega2, double *errors,
                                 thrum_error *error);

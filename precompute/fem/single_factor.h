@@ -8,7 +8,7 @@
 
 #include "precompute/fem/sparse_matrix.h"
 
-/* The pattern of L by supernodes, neighbouring columns with the same rows below them; whoever made
+/* The pattern of L by supernodes, neighbouring columns with the same rows below them; the maker of
  * the plan owns the arrays, and they must stay while the factor is used. */
 typedef struct thrum_supernodes {
   int64_t size;         /* n */

@@ -1,6 +1,6 @@
-/* What a full-order body is brought to rest under: loads that keep their direction, loads that turn
- * with a group of vertices, and groups that are moved and turned. SPDX-License-Identifier:
- * Apache-2.0 */
+/* The loads under which a full-order body is brought to rest: loads that keep their direction,
+ * loads that turn with a group of vertices, and groups that are moved and turned.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_FULL_FULL_LOADING_H
 #define THRUM_PRECOMPUTE_FULL_FULL_LOADING_H
 

@@ -74,20 +74,20 @@ void full_subtract_mass(thrum_full *full, double scale, const double *x, double 
 void full_subtract_damping(thrum_full *full, double scale, const double *x, double *r);
 
 /* Loads that turn with their group, as a search uses them; a zeroed one is fine to free. */
-typedef struct full_turning {
+typedef struct full_follower_solver {
   full_followers followers;
   int64_t count;  /* 3 follower_count, products in their derivative */
   double *memory; /* of the products and of the solver */
-} full_turning;
+} full_follower_solver;
 
-thrum_status full_turning_make(thrum_full *full, const thrum_full_loading *loading,
-                               full_turning *turning, thrum_error *error);
-void full_turning_free(full_turning *turning);
+thrum_status full_follower_solver_make(thrum_full *full, const thrum_full_loading *loading,
+                                       full_follower_solver *solver, thrum_error *error);
+void full_follower_solver_free(full_follower_solver *solver);
 
 /* full->delta = (K - factor times the derivative of the loads)^-1 full->r at full->place, with
  * full->tangent K there and factors of it, shifted or not, in full->linear. */
-thrum_status full_turning_solve(thrum_full *full, const full_turning *turning, double factor,
-                                thrum_error *error);
+thrum_status full_follower_solve(thrum_full *full, const full_follower_solver *solver,
+                                 double factor, thrum_error *error);
 
 double full_dot(const thrum_full *full, const double *x, const double *y);
 

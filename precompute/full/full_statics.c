@@ -6,7 +6,8 @@
  *
  * A path that starts at a displaced body begins under the forces that hold it there: the load is
  * (1 - factor) R(start) + factor f. Loads that turn with their group have no energy: full steps of
- * Newton are then taken (full_turning.c), and shorter load steps where those do not converge.
+ * Newton are then taken (full_follower_solve.c), and shorter load steps where those do not
+ * converge.
  *
  * Cost: an assembly and a factorisation an iteration.
  * Source: Nocedal & Wright 2006, Numerical Optimization, doi:10.1007/978-0-387-40065-5, chapter 3.
@@ -31,7 +32,7 @@ typedef struct rest {
   const thrum_full_loading *loading;
   double *from;       /* all components at the start; owned */
   const double *hold; /* forces on the free components that hold the body there; NULL: none */
-  full_turning turning;
+  full_follower_solver solver;
   double factor;  /* where u is */
   double largest; /* correction so far, in the norm of the matrix */
   double energy;  /* V at the trial */
@@ -72,7 +73,7 @@ static void evaluate(rest *s, double factor) {
   // loads that turn are where the body is
   if (s->loading->follower_count > 0) {
     memset(full->place_to, 0, (size_t)(3 * fem->vertex_count) * sizeof(double));
-    full_followers_add(&s->turning.followers, full->place, factor, full->place_to);
+    full_followers_add(&s->solver.followers, full->place, factor, full->place_to);
     for (int64_t i = 0; i < fem->free_count; i++)
       full->r[i] += full->place_to[fem->component[i]];
   }
@@ -149,7 +150,7 @@ static bool newton_turning(rest *s, double factor, thrum_error *error) {
     const double slope = descend(s, error);
     if (isnan(slope) || (slope == 0 && full_dot(full, full->r, full->r) > 0))
       return false;
-    const thrum_status solved = full_turning_solve(full, &s->turning, factor, error);
+    const thrum_status solved = full_follower_solve(full, &s->solver, factor, error);
     if (solved == THRUM_OUT_OF_MEMORY)
       s->failure = solved;
     if (solved < 0)
@@ -294,7 +295,7 @@ thrum_status thrum_full_rest_under(thrum_full *full, const thrum_full_loading *l
   // the load grows in steps, each of which Newton's method solves
   thrum_status status = begin_at(&s, error);
   if (status >= 0 && loading->follower_count > 0)
-    status = full_turning_make(full, loading, &s.turning, error);
+    status = full_follower_solver_make(full, loading, &s.solver, error);
   THRUM_THEN(status, thrum_full_set_force(full, loading->forces, error));
   if (status >= 0 && !follow(&s, error))
     status = s.failure < 0 ? s.failure
@@ -318,7 +319,7 @@ thrum_status thrum_full_rest_under(thrum_full *full, const thrum_full_loading *l
     memcpy(full->held, held, (size_t)all * sizeof *held);
   }
 
-  full_turning_free(&s.turning);
+  full_follower_solver_free(&s.solver);
   free(s.from);
   free(memory);
   return status;

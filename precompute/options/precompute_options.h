@@ -103,9 +103,10 @@ typedef struct thrum_precompute_options {
   /* Number of `trained`; >= 0, default 0. Larger: more of the rank goes to them. */
   int64_t trained_count;
 
-  /* What each mode and each derivative does in a motion, in the order of the candidates (k + k (k +
-   * 1) / 2), times its norm: weights of the basis in place of those by frequency; default NULL. Not
-   * with handles. */
+  /* The share of each mode and each derivative in a motion, in the order of the candidates (k + k
+   * (k
+   * + 1) / 2), times its norm: weights of the basis in place of those by frequency; default NULL.
+   * Not with handles. */
   const double *shares;
 
   /* Takes the place of modes, rank, derivatives and mass-PCA; NULL: none. */

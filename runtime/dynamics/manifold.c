@@ -121,6 +121,8 @@ static void add_pulled_back(const motion *m, const double *x, const double *what
 static void fill_slopes(const motion *m, const double *x) {
   const double *row = m->model->follow, scale = m->model->follow_scale;
   memset(m->slopes, 0, (size_t)(m->slaves * m->masters) * sizeof *m->slopes);
+
+  // each pair i <= j stands once, and gives to both of its slopes
   for (int64_t s = 0; s < m->slaves; s++) {
     double *slope = m->slopes + s * m->masters;
     for (int64_t i = 0; i < m->masters; i++) {
@@ -251,7 +253,7 @@ static void guess(const motion *m) {
   const double h = state->def.dt;
   const double speed = sqrt(dot(view->p, view->p, m->masters));
 
-  // of a body that hardly moves they differ by rounding, which continuing them multiplies
+  // earlier solutions of a body that hardly moves differ by rounding, which continuing multiplies
   int64_t known = 0;
   while (h * speed > QUIET * state->amplitude && known < THRUM_PAST_SOLVES &&
          known < state->past_count &&
@@ -388,7 +390,7 @@ static void finish(const motion *m) {
     view->p_next[i] *= factor;
 }
 
-/* What the damping took: the increments of all coordinates. */
+/* The energy that the damping took, by the increments of all coordinates. */
 static double dissipation_of(const motion *m) {
   const thrum_state_view *view = m->view;
   const double slaves = m->state->def.damping_alpha * dot(m->moved, m->moved, m->slaves);

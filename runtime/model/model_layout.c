@@ -75,6 +75,7 @@ void thrum_layout_from_model(thrum_layout *layout, const thrum_model *model) {
 }
 
 void thrum_layout_to_model(const thrum_layout *layout, thrum_model *model) {
+// sizes and arrays come from the lists of the format
 #define X(name, meaning) model->name = layout->size[THRUM_SIZE_##name];
   THRUM_MODEL_SIZES(X)
 #undef X
@@ -82,6 +83,8 @@ void thrum_layout_to_model(const thrum_layout *layout, thrum_model *model) {
   model->name = (const thrum_##type *)(const void *)layout->data[THRUM_ARRAY_##name];
   THRUM_MODEL_ARRAYS(X)
 #undef X
+
+  // the rest is derived from them later
   model->packed = NULL;
   model->packed_single = NULL;
   model->packed_count = 0;

@@ -36,6 +36,8 @@
 thrum_search_measure thrum_search_assess(thrum_search *s, double factor) {
   thrum_search_measure found;
   found.energy = thrum_internal_force_by(s->kernel, s->model, s->trial, s->force, s->work);
+
+  // r = R(q) - factor f - base, and the work of both loads
   double sum = 0.0, worked = 0.0;
   for (int32_t i = 0; i < s->n; i++) {
     s->residual[i] = s->force[i] - factor * s->load[i];
@@ -46,6 +48,7 @@ thrum_search_measure thrum_search_assess(thrum_search *s, double factor) {
     }
     sum += s->residual[i] * s->residual[i] / s->scale[i];
   }
+
   found.norm = sqrt(sum);
   found.merit = found.energy - worked;
   return found;

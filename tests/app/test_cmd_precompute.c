@@ -364,7 +364,10 @@ static void poissons_ratios_near_a_half_are_warned_of(void **state) {
                {"0.4901", "2", false, false},
                {"0.4999999", "1", true, true},
                {"0.499999999", "2", true, false}};
+
   (void)state;
+
+  // each is made, with the warnings that it deserves
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     program_result run = thrum_run(folder, "precompute", "beam:4x2x2@1x0.2x0.2", "-o", "made.npz",
                                    "--fix", ROOT, "--modes", "2", "--rank", "2", "--poisson",

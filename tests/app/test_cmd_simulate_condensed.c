@@ -196,6 +196,8 @@ with_the_inertia_of_what_follows_a_large_swing_is_that_of_the_whole_model(void *
   // four modes bend the beam by a fifth of its length, and its stretching follows
   static const double swing[2 * RANK] = {[RANK] = 3};
   assert_true(save_npy(in_folder("swing.npy"), swing, 2, RANK));
+
+  // all coordinates, four that lead without inertia behind them, and with it
   cJSON_Delete(simulate("swung", "swing.npy", NULL, 0));
   cJSON_Delete(simulate("without", "swing.npy", "4", 3));
   program_result run =
@@ -204,6 +206,7 @@ with_the_inertia_of_what_follows_a_large_swing_is_that_of_the_whole_model(void *
   if (run.exit_code != 0)
     fail_msg("exit code %d: %s", run.exit_code, run.err);
   program_result_free(&run);
+
   const double without = difference("without/q.npy", "swung/q.npy", 0);
   const double with = difference("with/q.npy", "swung/q.npy", 0);
   if (!(with < 0.02 && without > 4 * with))

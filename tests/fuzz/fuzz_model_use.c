@@ -115,6 +115,8 @@ static void use_equilibrium(const thrum_model *model, fuzz_draw *draw) {
   thrum_equilibrium_report report;
   thrum_error error = {0};
   size_t size = 0;
+
+  // few steps, because an input has only so much time
   draw_vector(draw, model->rank, 10, load);
   def.steps_max = 20;
   def.iterations_max = 20;
@@ -267,6 +269,7 @@ static const thrum_model *derive(const thrum_model *model, fuzz_draw *draw, void
   size_t size = 0;
   thrum_status status = THRUM_OK;
 
+  // truncated, scaled, condensed, or as it is
   switch (draw_byte(draw) % 4) {
   case 0:
     status = thrum_model_truncate_size(model, rank, &size, &error);

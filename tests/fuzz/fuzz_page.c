@@ -154,6 +154,8 @@ static void act(fuzz_draw *draw, int32_t body, int32_t rank, int32_t vertices) {
   static float shape[THRUM_RANK_MAX];
   double *reduced, *parts;
   int64_t count;
+
+  // one call of the page; three of twenty are steps
   switch (draw_byte(draw) % 20) {
   case 0:
     bridge_set_gravity(0, 0, draw_about(draw, 10));

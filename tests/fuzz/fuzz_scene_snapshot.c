@@ -39,6 +39,7 @@ static thrum_scene *make(fuzz_draw *draw) {
   if (thrum_scene_make(0.01, &scene, NULL) < 0 || thrum_scene_set_gravity(scene, gravity, NULL) < 0)
     abort();
 
+  // bodies with what the bits say: points that touch, a condensed second one
   const int64_t count = 1 + draw_index(draw, 3);
   for (int64_t n = 0; n < count; n++) {
     thrum_scene_body_def def = thrum_default_scene_body_def();
@@ -84,6 +85,8 @@ static void use(thrum_scene *scene) {
     for (int32_t body = 0; body < thrum_scene_body_count(scene); body++) {
       double q[RANK], p[RANK], place[16];
       thrum_scene_energies energies;
+
+      // whatever was restored, no number that is read is NaN or Inf
       if (thrum_scene_body_get(scene, body, q, p, &error) >= 0)
         for (int n = 0; n < RANK; n++)
           if (!isfinite(q[n]) || !isfinite(p[n]))
@@ -92,6 +95,8 @@ static void use(thrum_scene *scene) {
       thrum_scene_body_matrix(scene, body, place);
     }
   }
+
+  // a reset scene steps again
   fuzz_check(thrum_scene_reset(scene, &error), &error);
   fuzz_check(thrum_scene_step(scene, &error), &error);
 }

@@ -150,7 +150,7 @@ static void properties_that_change_with_temperature_are_refused(void **state) {
   mesh_bad("a.inp", PART "*Material, name=M\n*Elastic\n2e5, 0.3\n*Density\n1, 20\n2, 50\n",
            "a.inp:22: *Density changes with temperature or a field");
 
-  // of one temperature there is nothing to choose
+  // a single temperature leaves nothing to choose
   thrum_mesh mesh = mesh_good("a.inp", PART "*Material, name=M\n*Elastic\n2e5, 0.3, 20\n*Density\n"
                                             "1, 20\n");
   assert_true(mesh.materials[0].young == 2e5);

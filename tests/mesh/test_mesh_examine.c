@@ -344,5 +344,7 @@ int main(void) {
       cmocka_unit_test(a_folder_is_no_mesh),
       cmocka_unit_test(an_index_past_two_to_the_31_is_refused),
   };
+
+  // one folder holds the meshes of all tests
   return cmocka_run_group_tests(tests, mesh_setup, mesh_teardown);
 }

@@ -175,6 +175,8 @@ static void a_force_that_turns_with_the_tip_follows_the_elastica(void **state) {
   beam_make(&b, "beam:24x1x1@1x0.02x0.02");
   thrum_full *full = full_make(&b, NULL);
   const double stiffness = YOUNG * pow(THICK, 4) / 12, loads[] = {1, 4, 10};
+
+  // loads in E I / L^2
   for (int n = 0; n < 3; n++) {
     const thrum_full_follower force = {
         .vertices = b.tip, .count = b.tip_count, .force = {0, 0, loads[n] * stiffness}};

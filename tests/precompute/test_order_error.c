@@ -9,6 +9,7 @@ static void check(const char *beam, const char *fix, int count, double least) {
   assert_int_equal(one.order_error_count, 5);
   assert_int_equal(two.order_error_count, 0);
 
+  // frequencies go with the root of omega^2
   double lowest = INFINITY, highest = 0, largest = 0;
   for (int i = 0; i < count; i++) {
     const double error = sqrt(one.mode_omega2[i] / two.mode_omega2[i]) - 1;

@@ -19,6 +19,8 @@ static thrum_factor *factor_of(pair *p, bool single) {
   thrum_support_springs springs;
   if (p->rigid)
     thrum_support_springs_add(&p->fem, &p->stiffness, &springs);
+
+  // single precision takes about half of the memory
   assert_int_equal(thrum_factor_plan(&p->stiffness, &factor, NULL), THRUM_OK);
   const double bytes = thrum_factor_bytes(factor);
   if (single)
@@ -26,6 +28,8 @@ static thrum_factor *factor_of(pair *p, bool single) {
   assert_true(thrum_factor_is_single(factor) == single);
   assert_true(single ? thrum_factor_bytes(factor) < 0.7 * bytes
                      : thrum_factor_bytes(factor) == bytes);
+
+  // springs hold a free body while it is factorised
   assert_int_equal(thrum_factor_compute(&p->stiffness, factor, NULL), THRUM_OK);
   if (p->rigid) {
     thrum_support_springs_remove(&springs, &p->stiffness);
@@ -189,6 +193,8 @@ static void a_product_has_the_bits_of_its_columns(void **state) {
   double *one = need((size_t)n, sizeof *one);
   for (int64_t i = 0; i < n * 19; i++)
     x[i] = random_number();
+
+  // any number of columns, so that every block size is met
   for (int64_t columns = 1; columns <= 19; columns++) {
     thrum_sparse_product(&p->stiffness, x, columns, all);
     for (int64_t c = 0; c < columns; c++) {
@@ -196,6 +202,7 @@ static void a_product_has_the_bits_of_its_columns(void **state) {
       assert_memory_equal(all + c * n, one, (size_t)n * sizeof *one);
     }
   }
+
   free(x);
   free(all);
   free(one);

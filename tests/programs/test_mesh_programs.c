@@ -318,6 +318,8 @@ static void tetgen_writes_and_we_read_markers_and_regions(void **state) {
 int main(int argc, char **argv) {
   gmsh = argc > 1 ? argv[1] : "";
   tetgen = argc > 2 ? argv[2] : "";
+
+  // one folder holds what the programs write
   if (!test_folder_make(folder))
     return 1;
   const struct CMUnitTest tests[] = {
@@ -328,6 +330,7 @@ int main(int argc, char **argv) {
       cmocka_unit_test(gmsh_reads_the_ten_nodes_that_we_write),
       cmocka_unit_test(tetgen_writes_and_we_read_markers_and_regions),
   };
+
   const int failed = cmocka_run_group_tests(tests, NULL, NULL);
   test_folder_remove(folder);
   return failed;

@@ -301,11 +301,14 @@ static void run_state(soak *s, const thrum_model *model, double size) {
   snprintf(s->what, sizeof s->what, "%s, rank %" PRId64 ", %s, dt %g, damping %g %g %s",
            s->names[s->model], model->rank, thrum_integrator_name(def.integrator), def.dt,
            def.damping_alpha, def.damping_beta, thrum_damping_form_name(def.damping_form));
+
+  // a momentum drawn over four powers of ten
   must(s, thrum_state_create(model, &def, &state, &error), &error);
   random_momentum(s, model->rank, size * between(s, -3, 1), a.p);
   must(s, thrum_state_set(model, state, NULL, a.p, &error), &error);
   open_account(s, model, state, &a);
 
+  // stretches of steps; after a failure the account begins anew
   for (int n = 0; n < STRETCHES; n++) {
     const int64_t count = 16 + random_index(&s->random, 500);
     bool goes_on = true;
@@ -333,6 +336,8 @@ static void run_batch(soak *s, const thrum_model *model, double size) {
   double p[RANK_MOST], q[RANK_MOST], other[RANK_MOST];
   snprintf(s->what, sizeof s->what, "%s, rank %" PRId64 ", a batch", s->names[s->model],
            model->rank);
+
+  // pairs of states that start alike
   for (int n = 0; n < BATCH; n++) {
     const thrum_state_def def = random_def(s, model);
     integrators[n] = def.integrator;
@@ -343,12 +348,14 @@ static void run_batch(soak *s, const thrum_model *model, double size) {
     must(s, thrum_state_set(model, alone[n], NULL, p, &error), &error);
   }
 
+  // each step gives both the same status
   must(s, thrum_batch_size(model, &work, &error), &error);
   void *workspace = block(work);
   const int64_t count = 64 + random_index(&s->random, 200);
   for (int64_t k = 0; k < count; k++) {
     thrum_status statuses[BATCH];
     thrum_batch_step(model, together, BATCH, statuses, workspace, work, &error);
+
     for (int n = 0; n < BATCH; n++) {
       if (thrum_step(model, alone[n], &error) != statuses[n])
         fail(s, "another status than alone");
@@ -359,6 +366,7 @@ static void run_batch(soak *s, const thrum_model *model, double size) {
     }
   }
 
+  // both end with the same finite coordinates
   for (int n = 0; n < BATCH; n++) {
     if (thrum_state_get(model, together[n], q, NULL, &error) >= 0) {
       must(s, thrum_state_get(model, alone[n], other, NULL, &error), &error);
@@ -383,6 +391,8 @@ static void look_at_scene(soak *s, thrum_scene *scene) {
     thrum_scene_energies energies;
     thrum_error error;
     double q[RANK_MOST];
+
+    // all that is read is finite
     must(s, thrum_scene_body(scene, n, &info, &error), &error);
     const thrum_status status = thrum_scene_body_shape(scene, n, q, &error);
     for (int64_t i = 0; status >= 0 && i < info.model->rank; i++)
@@ -392,6 +402,8 @@ static void look_at_scene(soak *s, thrum_scene *scene) {
       continue;
     if (!isfinite(energies.total))
       fail(s, "an energy of a scene is not finite");
+
+    // obstacles take energy and give none
     const double scale = fabs(info.contact.driven) + fabs(info.contact.lost) +
                          fabs(info.contact.granted) + fabs(info.contact.pulled) +
                          fabs(energies.kinetic) + fabs(energies.potential);
@@ -464,6 +476,8 @@ static bool scene_stretch(soak *s, thrum_scene *scene, int64_t count) {
   bool stopped = false;
   for (int64_t n = 0; n < count; n++) {
     stopped = thrum_scene_step(scene, &error) < 0 || stopped;
+
+    // the scene's steps count for the integrator of each body
     for (int32_t body = 0; body < thrum_scene_body_count(scene); body++) {
       thrum_scene_body_info info;
       must(s, thrum_scene_body(scene, body, &info, &error), &error);
@@ -472,6 +486,7 @@ static bool scene_stretch(soak *s, thrum_scene *scene, int64_t count) {
       s->steps += info.status >= 0;
       s->failed[info.integrator] += info.status < 0 && stopped;
     }
+
     if (stopped)
       break;
   }
@@ -484,6 +499,8 @@ static void scene_twice(soak *s, thrum_scene *scene, int64_t count) {
   const size_t size = thrum_scene_snapshot_size(scene);
   void *before = block(size), *after = block(size), *again = block(size);
   must(s, thrum_scene_snapshot(scene, before, size, &error), &error);
+
+  // the steps again from the restored snapshot
   if (scene_stretch(s, scene, count)) {
     must(s, thrum_scene_snapshot(scene, after, size, &error), &error);
     must(s, thrum_scene_restore(scene, before, size, &error), &error);
@@ -497,6 +514,7 @@ static void scene_twice(soak *s, thrum_scene *scene, int64_t count) {
         fail(s, text);
       }
   }
+
   s->restores++;
   free(before);
   free(after);
@@ -513,6 +531,8 @@ static void run_scene(soak *s, const thrum_model *model, double size) {
            has_floor ? " with obstacles" : "");
   must(s, thrum_scene_make(between(s, -1, 1) / sqrt(model->omega2[0]) / 10, &scene, &error),
        &error);
+
+  // bodies of any size and integrator; some are condensed
   for (int64_t n = 0; n < count; n++) {
     thrum_scene_body_def def = thrum_default_scene_body_def();
     def.model = model;
@@ -528,6 +548,8 @@ static void run_scene(soak *s, const thrum_model *model, double size) {
         def.state.integrator = THRUM_INTEGRATOR_MANIFOLD;
       s->condensed++;
     }
+
+    // any vertices may touch
     for (int k = 0; k < 64; k++)
       touch[k] = (int32_t)random_index(&s->random, model->vertex_count);
     def.touch = has_floor ? touch : NULL;
@@ -537,6 +559,8 @@ static void run_scene(soak *s, const thrum_model *model, double size) {
     snprintf(s->what + length, sizeof s->what - length, ", %s%s",
              thrum_integrator_name(def.state.integrator), def.condense > 0 ? " condensed" : "");
   }
+
+  // an obstacle somewhere in the unit cube
   if (has_floor) {
     thrum_obstacle obstacle = thrum_default_obstacle();
     obstacle.shape = (thrum_obstacle_shape)random_index(&s->random, 3);
@@ -547,6 +571,7 @@ static void run_scene(soak *s, const thrum_model *model, double size) {
     s->contacts++;
   }
 
+  // stretches of steps, with what a user may do between them
   for (int n = 0; n < STRETCHES; n++) {
     if (chance(s, 4))
       scene_twice(s, scene, 16);
@@ -572,6 +597,7 @@ static void run_episode(soak *s) {
   void *memory = block(size);
   must(s, thrum_model_truncate(memory, size, whole, rank, &model, &error), &error);
 
+  // a scene or a batch now and then, else a single state
   const double energy = measure(model);
   const int64_t kind = random_index(&s->random, 20);
   if (kind == 0)
@@ -623,6 +649,7 @@ int main(int argc, char **argv) {
     }
   }
 
+  // episodes until enough steps were made; a finding ends the program
   while (s.steps < s.wanted)
     run_episode(&s);
   report(&s);

@@ -579,5 +579,7 @@ int main(void) {
       cmocka_unit_test(a_mesh_is_traded_as_its_model_is),
       cmocka_unit_test(an_error_out_of_reach_and_missing_loads_are_said),
   };
+
+  // one model serves all tests
   return cmocka_run_group_tests(tests, make_model, remove_folder);
 }

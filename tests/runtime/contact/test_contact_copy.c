@@ -15,13 +15,17 @@ static int setup(void **context) {
   fixture *f = calloc(1, sizeof *f);
   if (f == NULL)
     return -1;
+
   rig_def def = rig_default();
   def.points = 5;
   def.shape = 0.2;
   rig_make(&f->r, &def);
+
+  // it falls until it touches
   f->r.translation.position[2] = 0.01;
   for (int k = 0; k < 1000 && f->r.contact->touch_count == 0; k++)
     rig_steps(&f->r, 1);
+
   f->size = thrum_contact_bytes(f->r.contact);
   f->copy = malloc(f->size);
   *context = f;
@@ -115,10 +119,14 @@ static void counts_beyond_their_range_are_refused(void **context) {
       {offsetof(thrum_contact, dropped), most},
       {offsetof(thrum_contact, sweeps), most},
   };
+
+  // below zero and one beyond the most
   for (size_t n = 0; n < sizeof counts / sizeof counts[0]; n++) {
     refuse_count(f, counts[n].offset, -1);
     refuse_count(f, counts[n].offset, counts[n].most + 1);
   }
+
+  // flags are 0 or 1, and a copy is never between begin and end
   refuse_small(f, offsetof(thrum_contact, fresh), 2);
   refuse_small(f, offsetof(thrum_contact, fresh), -1);
   refuse_small(f, offsetof(thrum_contact, begun), 1);

@@ -41,11 +41,14 @@ static void valley_make(valley *v, double stiff) {
   v->omega2[0] = 4;
   v->omega2[1] = 9;
   v->omega2[2] = stiff;
+
+  // the square, multiplied out
   v->c3[thrum_c3_index(3, 0, 0, 2)] = -stiff * a;
   v->c3[thrum_c3_index(3, 0, 1, 2)] = -stiff * b;
   v->c4[thrum_c4_index(3, 0, 0, 0, 0)] = 0.5 * stiff * a * a;
   v->c4[thrum_c4_index(3, 0, 0, 0, 1)] = stiff * a * b;
   v->c4[thrum_c4_index(3, 0, 0, 1, 1)] = 0.5 * stiff * b * b;
+
   v->model.rank = 3;
   v->model.c3_count = 10;
   v->model.c4_count = 15;
@@ -129,16 +132,22 @@ static void half_the_step_leaves_a_quarter_of_the_error(void **context) {
   const thrum_model *stepped = NULL;
   void *memory = condense(&wide.model, 2, &stepped);
   const double p[2] = {2, -1};
+
+  // the reference has 64 times more steps
   double fine[2], v_fine[2], error[3];
   thrum_state_def def = def_of(0.02 / 64);
   def.tolerance = 1e-10;
   run(stepped, &def, 2, p, fine, v_fine);
+
+  // the error in positions and velocities at h, h/2, h/4
   for (int n = 0; n < 3; n++) {
     double x[2], v[2];
     def.dt = 0.02 / (1 << n);
     run(stepped, &def, 2, p, x, v);
     error[n] = fmax(largest_difference(x, fine, 2), largest_difference(v, v_fine, 2));
   }
+
+  // order 2
   for (int n = 0; n < 2; n++)
     assert_true(fabs(log2(error[n] / error[n + 1]) - 2) < 0.15);
   free(memory);
@@ -151,6 +160,8 @@ static void loads_and_damping_account_for_every_change_of_the_energy(void **cont
   const thrum_model *stepped = NULL;
   void *memory = condense(&m.model, MASTERS, &stepped);
   const double f[MASTERS] = {0.3, 0.2, -0.1};
+
+  // both forms of damping
   for (int form = 0; form < 2; form++) {
     thrum_state_def def = def_of(0.02);
     def.damping_alpha = 0.3;
@@ -158,6 +169,8 @@ static void loads_and_damping_account_for_every_change_of_the_energy(void **cont
     def.damping_form = form == 0 ? THRUM_DAMPING_REST : THRUM_DAMPING_TANGENT;
     thrum_state *state = state_make(stepped, &def);
     state_push(stepped, state, f);
+
+    // after each step: energy = work of the load - what the damping took
     double x[MASTERS] = {0}, work = 0, most = 0;
     for (int k = 0; k < 500; k++) {
       double before[MASTERS];
@@ -172,6 +185,7 @@ static void loads_and_damping_account_for_every_change_of_the_energy(void **cont
     }
     state_free(state);
   }
+
   free(memory);
   random_model_free(&m);
 }
@@ -257,11 +271,14 @@ static void all_kernels_give_the_same_bits(void **context) {
   void *memory = condense(&m.model, MASTERS, &stepped);
   const double p[MASTERS] = {0.4, -0.3, 0.2};
   double x[2][MASTERS], v[2][MASTERS];
+
+  // the plain C kernel, then the best one of this machine
   for (int n = 0; n < 2; n++) {
     thrum_state_def def = def_of(0.01);
     def.kernel = n == 0 ? THRUM_KERNEL_REFERENCE : THRUM_KERNEL_BEST;
     run(stepped, &def, 2, p, x[n], v[n]);
   }
+
   assert_memory_equal(x[0], x[1], sizeof x[0]);
   assert_memory_equal(v[0], v[1], sizeof v[0]);
   free(memory);

@@ -98,6 +98,8 @@ static void wrong_arguments_are_refused(void **context) {
   random_model_make(&m, 5, RANK, 1, 30, 1);
   const room r = room_make(&m.model);
   thrum_error error = {0};
+
+  // no model, no such pass, more rows than there are
   assert_int_equal(
       thrum_pass_run(NULL, THRUM_KERNEL_BEST, THRUM_PASS_FORCE, 0, q, q, r.result, r.work, &error),
       THRUM_INVALID_ARGUMENT);
@@ -107,6 +109,7 @@ static void wrong_arguments_are_refused(void **context) {
   assert_int_equal(thrum_pass_run(&m.model, THRUM_KERNEL_BEST, THRUM_PASS_RESTRICT, RANK + 1, q, q,
                                   r.result, r.work, &error),
                    THRUM_INVALID_ARGUMENT);
+
   room_free(&r);
   random_model_free(&m);
 }

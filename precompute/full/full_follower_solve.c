@@ -16,11 +16,11 @@
 #define CLOSE 1e-11   /* residual at which it ends, relative */
 #define NEAR 1e-4     /* and the largest that is still of use */
 
-thrum_status full_turning_make(thrum_full *full, const thrum_full_loading *loading,
-                               full_turning *turning, thrum_error *error) {
+thrum_status full_follower_solver_make(thrum_full *full, const thrum_full_loading *loading,
+                                       full_follower_solver *solver, thrum_error *error) {
   const int64_t n = full->body.fem.free_count, all = 3 * full->body.fem.vertex_count;
   const int64_t count = 3 * loading->follower_count;
-  full_turning made = {.count = count};
+  full_follower_solver made = {.count = count};
   THRUM_TRY(full_followers_make(loading, full->body.fem.vertices, &made.followers, error));
   made.memory = thrum_allocate((2 * count + DIRECTIONS + 2) * n + 2 * all, sizeof *made.memory,
                                "loads that turn", error);
@@ -28,23 +28,23 @@ thrum_status full_turning_make(thrum_full *full, const thrum_full_loading *loadi
     full_followers_free(&made.followers);
     return THRUM_OUT_OF_MEMORY;
   }
-  *turning = made;
+  *solver = made;
   return THRUM_OK;
 }
 
-void full_turning_free(full_turning *turning) {
-  full_followers_free(&turning->followers);
-  free(turning->memory);
-  *turning = (full_turning){0};
+void full_follower_solver_free(full_follower_solver *solver) {
+  full_followers_free(&solver->followers);
+  free(solver->memory);
+  *solver = (full_follower_solver){0};
 }
 
 /* out = P^-1 (K - factor sum a b^T) x */
-static thrum_status apply(thrum_full *full, const full_turning *turning, double factor,
+static thrum_status apply(thrum_full *full, const full_follower_solver *solver, double factor,
                           const double *x, double *product, double *out, thrum_error *error) {
   const int64_t n = full->body.fem.free_count;
-  const double *a = turning->memory, *b = a + turning->count * n;
+  const double *a = solver->memory, *b = a + solver->count * n;
   thrum_sparse_product(&full->tangent, x, 1, product);
-  for (int64_t k = 0; k < turning->count; k++) {
+  for (int64_t k = 0; k < solver->count; k++) {
     const double share = factor * full_dot(full, b + k * n, x);
     for (int64_t i = 0; i < n; i++)
       product[i] -= share * a[k * n + i];
@@ -53,14 +53,14 @@ static thrum_status apply(thrum_full *full, const full_turning *turning, double 
 }
 
 /* The products at full->place, on the free components. */
-static void make_products(thrum_full *full, const full_turning *turning) {
+static void make_products(thrum_full *full, const full_follower_solver *solver) {
   const thrum_fem *fem = &full->body.fem;
   const int64_t n = fem->free_count, all = 3 * fem->vertex_count;
-  double *a = turning->memory, *b = a + turning->count * n;
-  double *fields = turning->memory + (2 * turning->count + DIRECTIONS + 2) * n;
-  for (int64_t k = 0; k < turning->count; k++) {
+  double *a = solver->memory, *b = a + solver->count * n;
+  double *fields = solver->memory + (2 * solver->count + DIRECTIONS + 2) * n;
+  for (int64_t k = 0; k < solver->count; k++) {
     memset(fields, 0, (size_t)(2 * all) * sizeof *fields);
-    full_followers_product(&turning->followers, full->place, k, fields, fields + all);
+    full_followers_product(&solver->followers, full->place, k, fields, fields + all);
     thrum_fem_gather(fem, fields, a + k * n);
     thrum_fem_gather(fem, fields + all, b + k * n);
   }
@@ -105,12 +105,12 @@ static double orthogonalise(const thrum_full *full, triangle *t, int j, const do
   return length;
 }
 
-thrum_status full_turning_solve(thrum_full *full, const full_turning *turning, double factor,
-                                thrum_error *error) {
+thrum_status full_follower_solve(thrum_full *full, const full_follower_solver *solver,
+                                 double factor, thrum_error *error) {
   const int64_t n = full->body.fem.free_count;
-  double *product = turning->memory + 2 * turning->count * n, *basis = product + n;
+  double *product = solver->memory + 2 * solver->count * n, *basis = product + n;
   triangle t;
-  make_products(full, turning);
+  make_products(full, solver);
 
   // from zero, whose residual is P^-1 r
   THRUM_TRY(full_linear_solve(&full->linear, full->r, basis, error));
@@ -127,7 +127,7 @@ thrum_status full_turning_solve(thrum_full *full, const full_turning *turning, d
   double left = whole;
   while (columns < DIRECTIONS && left > CLOSE * whole) {
     double *next = basis + (columns + 1) * n;
-    THRUM_TRY(apply(full, turning, factor, basis + columns * n, product, next, error));
+    THRUM_TRY(apply(full, solver, factor, basis + columns * n, product, next, error));
     const double length = orthogonalise(full, &t, columns, basis, next);
     left = rotate(&t, columns++);
     if (!(length > 0))
