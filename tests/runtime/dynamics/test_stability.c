@@ -273,6 +273,41 @@ static void a_violent_run_goes_on_with_the_energy_it_began_with(void **context) 
   random_model_free(&m);
 }
 
+/* So it is where the switch comes in the monitor's first window, after steps that have changed the
+ * energy: the energy at the start is the reference already. */
+static void a_switch_in_the_first_window_goes_back_to_the_energy_at_the_start(void **context) {
+  (void)context;
+  enum { WINDOW = 128 };
+  random_model m;
+  make_model(&m);
+  thrum_state_def def = make_def(5, 0.1);
+
+  thrum_state *state = state_make(&m.model, &def);
+  double q[RANK];
+  for (int i = 0; i < RANK; i++)
+    q[i] = 2.5 * start_q[i];
+  state_put(&m.model, state, q, NULL);
+
+  // the energy before the step that switches is not the one of the start
+  const double first = state_energy(&m.model, state).total;
+  double before = first;
+  while (thrum_state_report_get(state).scheme_switches == 0) {
+    before = state_energy(&m.model, state).total;
+    state_steps(&m.model, state, 1);
+    assert_true(thrum_state_report_get(state).steps < WINDOW);
+  }
+  assert_true(fabs(before / first - 1) > 1e-4);
+
+  // it comes back
+  state_steps(&m.model, state, 1000);
+  const double off = state_energy(&m.model, state).total / first - 1;
+  if (!(fabs(off) < 1e-9))
+    fail_msg("%.3e of the energy", off);
+
+  state_free(state);
+  random_model_free(&m);
+}
+
 /* An impulse of one step gives more energy than the sum of its work shows, so the energy after it
  * is the one to keep. */
 static void an_impulse_is_no_drift(void **context) {
@@ -674,6 +709,7 @@ int main(void) {
       cmocka_unit_test(a_drifting_run_of_either_form_switches_to_energy),
       cmocka_unit_test(slow_drift_goes_back_through_the_momentum),
       cmocka_unit_test(a_violent_run_goes_on_with_the_energy_it_began_with),
+      cmocka_unit_test(a_switch_in_the_first_window_goes_back_to_the_energy_at_the_start),
       cmocka_unit_test(an_impulse_is_no_drift),
 
       // what follows a switch, and runs without one
