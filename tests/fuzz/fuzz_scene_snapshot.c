@@ -45,6 +45,7 @@ static thrum_scene *make(fuzz_draw *draw) {
     thrum_scene_body_def def = thrum_default_scene_body_def();
     def.model = the_model();
     def.state.integrator = (thrum_integrator)draw_index(draw, 10);
+    def.state.iterations_max = 6;
     def.touch = bits & 2 ? touch : NULL;
     def.touch_count = bits & 2 ? VERTICES : 0;
     def.start_mode = 1;
@@ -80,7 +81,7 @@ static void change(unsigned char *bytes, size_t size, fuzz_draw *draw) {
 
 static void use(thrum_scene *scene) {
   thrum_error error = {0};
-  for (int step = 0; step < 6; step++) {
+  for (int step = 0; step < 2; step++) {
     fuzz_check(thrum_scene_step(scene, &error), &error);
     for (int32_t body = 0; body < thrum_scene_body_count(scene); body++) {
       double q[RANK], p[RANK], place[16];
@@ -106,7 +107,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   fuzz_draw draw = {data, size};
   thrum_error error = {0};
   thrum_scene *scene = make(&draw);
-  for (int64_t steps = draw_index(&draw, 32); steps > 0; steps--)
+  for (int64_t steps = draw_index(&draw, 6); steps > 0; steps--)
     thrum_scene_step(scene, NULL);
   const size_t bytes = thrum_scene_snapshot_size(scene);
   if (bytes > sizeof snapshot || thrum_scene_snapshot(scene, snapshot, bytes, &error) < 0)
