@@ -312,8 +312,25 @@ static const inp_solid *find_solid(inp_word type, bool *unknown) {
   return NULL;
 }
 
-/* Reads a solid's number and nodes, which may continue on further lines. */
-static thrum_status read_solid(inp_reader *r, const inp_solid *solid, int64_t set) {
+/* Hexahedra of incompatible modes may name three nodes more, which hold those and lie nowhere. */
+static int inner_nodes(inp_word type) {
+  return type.length == 5 && thrum_text_equals(type.text, 5, "C3D8I") ? 3 : 0;
+}
+
+/* Ends a solid that began on `line`. An element with too few nodes takes those of the next one, so
+ * it is named where a line of numbers is too long. */
+static thrum_status end_solid(inp_reader *r, int64_t line, int64_t number, int nodes) {
+  if (r->text.line > line && thrum_text_more(&r->text))
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+                           "element %lld, which begins on line %lld, has more than %d nodes with "
+                           "this line: it lacks some, or a line between them is broken",
+                           (long long)number, (long long)line, nodes);
+  return thrum_text_finish(&r->text, "the nodes", r->error);
+}
+
+/* Reads a solid's number and nodes, which may continue on further lines; `inner` more may follow on
+ * the last one. */
+static thrum_status read_solid(inp_reader *r, const inp_solid *solid, int inner, int64_t set) {
   int64_t number = 0, nodes[THRUM_SOLID_NODES_MAX] = {0};
   const int64_t line = r->text.line, first = r->builder.tet_count;
   THRUM_TRY(integer(r, "the number of an element", 1, &number));
@@ -325,7 +342,10 @@ static thrum_status read_solid(inp_reader *r, const inp_solid *solid, int64_t se
                              solid->nodes);
     THRUM_TRY(integer(r, "a node of the element", 1, &nodes[n]));
   }
-  THRUM_TRY(thrum_text_finish(&r->text, "the nodes", r->error));
+  int64_t ignored;
+  for (int n = 0; n < inner && thrum_text_more(&r->text); n++)
+    THRUM_TRY(integer(r, "a node of the element", 1, &ignored));
+  THRUM_TRY(end_solid(r, line, number, solid->nodes));
 
   // nodes stand in the order that elements have here
   THRUM_TRY(thrum_builder_element(&r->builder, &(thrum_element){.kind = solid->solid,
@@ -375,7 +395,7 @@ static thrum_status read_elements(inp_reader *r, const inp_keyword *keyword) {
   if (name.length > 0)
     THRUM_TRY(find_set(r, name, &set));
   while (data_line(r))
-    THRUM_TRY(solid ? read_solid(r, solid, set) : read_surface(r, set));
+    THRUM_TRY(solid ? read_solid(r, solid, inner_nodes(type), set) : read_surface(r, set));
 
   // modified elements lump their mass and share forces in another way
   if (type.length >= 6 && thrum_text_equals(type.text, 6, "C3D10M"))

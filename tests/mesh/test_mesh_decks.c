@@ -164,6 +164,40 @@ static void elements_of_networks_may_lack_an_end(void **state) {
   thrum_mesh_free(&mesh);
 }
 
+#define TEN_NODES                                                                                  \
+  "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n5,.5,0,0\n6,.5,.5,0\n7,0,.5,0\n8,0,0,.5\n"           \
+  "9,.5,0,.5\n10,0,.5,.5\n*ELEMENT, TYPE=C3D10\n"
+
+static void an_element_without_its_middle_nodes_is_named(void **state) {
+  (void)state;
+
+  // its numbers may go on below, so it takes those of the next one
+  mesh_bad("a.inp", TEN_NODES "1,1,2,3,4,5,6,7\n2,1,2,3,4,5,6,7,8,9,10\n",
+           "a.inp:14: element 1, which begins on line 13, has more than 10 nodes with this line");
+  mesh_bad("a.inp", TEN_NODES "1,1,2,3,4,5,6,7\n", "element 1 has too few nodes: 7, not 10");
+  mesh_bad("a.inp", TEN_NODES "1,1,2,3,4,5,6,7,8,9,10,11\n",
+           "a.inp:13: unexpected '11' after the nodes");
+}
+
+static void hexahedra_of_incompatible_modes_may_name_inner_nodes(void **state) {
+  (void)state;
+  static const char cube[] = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n"
+                             "7,1,1,1\n8,0,1,1\n9,0,0,0\n10,0,0,0\n11,0,0,0\n";
+  char text[400];
+  for (int inner = 0; inner < 3; inner++) {
+    snprintf(text, sizeof text, "%s*ELEMENT, TYPE=%s\n1,1,2,3,4,5,6,7,8%s\n", cube,
+             inner == 2 ? "C3D8" : "C3D8I", inner > 0 ? ",9,10,11," : "");
+    if (inner == 2) {
+      mesh_bad("a.inp", text, "unexpected '9' after the nodes");
+      continue;
+    }
+    thrum_mesh mesh = mesh_good("a.inp", text);
+    assert_int_equal(mesh.tet_count, 6);
+    assert_int_equal(mesh.vertex_count, 8);
+    thrum_mesh_free(&mesh);
+  }
+}
+
 static void a_modified_tetrahedron_is_read_with_a_note(void **state) {
   (void)state;
   thrum_mesh mesh = mesh_good(
@@ -442,6 +476,8 @@ int main(void) {
       cmocka_unit_test(several_instances_are_refused),
       cmocka_unit_test(properties_that_change_with_temperature_are_refused),
       cmocka_unit_test(elements_of_networks_may_lack_an_end),
+      cmocka_unit_test(an_element_without_its_middle_nodes_is_named),
+      cmocka_unit_test(hexahedra_of_incompatible_modes_may_name_inner_nodes),
       cmocka_unit_test(a_modified_tetrahedron_is_read_with_a_note),
       cmocka_unit_test(a_unit_turns_lengths_and_materials_into_those_of_si),
       cmocka_unit_test(cell_data_tells_regions_by_its_name),
