@@ -173,7 +173,10 @@ static entry_kind file_kind(folder_kind folder, const char *name) {
   if (strcmp(name, folder == FOLDER_SCENE ? SCENE_JSON : RUN_JSON) == 0)
     return ENTRY_MARK;
   if (folder == FOLDER_SCENE)
-    return is_named(name, SCENE_PROBES) || is_named(name, SCENE_JSON) ? ENTRY_FILE : ENTRY_USERS;
+    return is_named(name, SCENE_PROBES) || is_named(name, SCENE_ACCOUNT) ||
+                   is_named(name, SCENE_JSON)
+               ? ENTRY_FILE
+               : ENTRY_USERS;
   for (int n = 0; n < RUN_FILE_COUNT; n++)
     if (is_named(name, run_files[n]))
       return ENTRY_FILE;

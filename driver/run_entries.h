@@ -21,6 +21,7 @@
 /* The run of a scene holds these besides a folder for each body, which is as of one run. */
 #define SCENE_JSON "scene.json"
 #define SCENE_PROBES "probes.csv"
+#define SCENE_ACCOUNT "account.csv"
 
 typedef enum run_kind {
   RUN_OF_BODY, /* of one model; its mark is RUN_JSON */

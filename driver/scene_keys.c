@@ -22,6 +22,7 @@ static void begin_body(void *item, const void *in) {
       .colour = {0.75f, 0.75f, 0.75f},
       .touch = "surface",
       .detail = {.condense = 2},
+      .collide = true,
   };
 }
 
@@ -235,6 +236,8 @@ static const config_option body_keys[] = {
     OPTION_NUMBER("touch_stiffness", "N/m^3", "of the material",
                   "pressure per depth where obstacles say nothing", AT(touch_stiffness),
                   CONFIG_ABOVE(0)),
+    OPTION_FLAG("collide", "false: the body passes through other bodies", .fallback = "true",
+                AT(collide)),
 
     // the keys of the scene's own solver, each of which may be replaced
     OPTION_GROUP(solver_options, "in place of what the scene says", AT(settings.def)),
@@ -249,6 +252,18 @@ static const config_option wind_keys[] = {
     OPTION_NUMBER("density", "kg/m^3", "1.2", "of the air", AT(density), CONFIG_ABOVE(0)),
     OPTION_NUMBER("drag", NULL, "1", "drag coefficient C_d of the windward surface", AT(drag),
                   CONFIG_FROM(0)),
+    OPTION_END,
+};
+#undef AT
+
+#define AT(member) CONFIG_AT(scene_collisions_spec, member)
+static const config_option collision_keys[] = {
+    OPTION_NUMBER("thickness", "m", "1/250 of the smaller body",
+                  "distance that contact keeps between surfaces", AT(thickness), CONFIG_ABOVE(0)),
+    OPTION_NUMBER("friction", NULL, "0.5", "Coulomb's coefficient between bodies", AT(friction),
+                  CONFIG_FROM(0)),
+    OPTION_NUMBER("restitution", NULL, "0.5", "speed away over speed towards, between bodies",
+                  AT(restitution), CONFIG_RANGE(0, 1)),
     OPTION_END,
 };
 #undef AT
@@ -329,7 +344,11 @@ const config_option scene_keys[] = {
                  .check = check_base_motion, AT(base_motion)),
     OPTION_OBJECT("wind", wind_keys, "none", "air that drags on all surfaces", AT(wind)),
 
-    // what stands in their way, and what is written
+    // what they touch, and what is written
+    OPTION_FLAG("collide", "bodies touch each other", .fallback = "true where a body is free",
+                AT(collide)),
+    OPTION_OBJECT("collisions", collision_keys, NULL, "how bodies touch each other",
+                  AT(collisions)),
     OPTION_LIST("obstacles", obstacle_keys, scene_obstacle_spec, "none", "what bodies touch",
                 .begin = begin_obstacle, AT(obstacles)),
     OPTION_LIST("probes", probe_keys, scene_probe_spec, "none", "points that are followed",

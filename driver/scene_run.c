@@ -85,6 +85,8 @@ static thrum_status run_scene(scene_run *scene, thrum_error *error) {
 void scene_run_close(scene_run *run) {
   if (run->probes != NULL)
     fclose(run->probes);
+  if (run->account != NULL)
+    fclose(run->account);
   for (int64_t n = 0; run->bodies != NULL && n < run->spec.bodies.count; n++) {
     free(run->bodies[n].request.loads);
     free(run->bodies[n].request.starts);

@@ -65,7 +65,9 @@ typedef struct scene_run {
   bool failed; /* the last step was made by some bodies only */
   run_folder folder;
   FILE *probes;
-  bool has_detail; /* a body has a level of detail */
+  bool has_detail;           /* a body has a level of detail */
+  FILE *account;             /* where bodies touch each other */
+  thrum_scene_account first; /* at the start */
   double seconds_read, seconds_find, seconds_output, seconds_total;
 } scene_run;
 
@@ -84,11 +86,23 @@ thrum_status scene_run_no_memory(thrum_error *error);
 
 /* scene_run_world.c: what acts on all bodies, before they are added (base motions) and after. */
 thrum_status scene_run_base_motions(scene_run *run, thrum_error *error);
+bool scene_run_collides(const scene_run *run);
+thrum_status scene_run_collisions(const scene_run *run);
 thrum_status scene_run_wind(const scene_run *run, thrum_scene *scene);
 thrum_status scene_run_obstacles(const scene_run *run, thrum_scene *scene);
 thrum_status scene_run_add_base_motion(const base_motion_spec *base_motion, thrum_scene *scene,
                                        thrum_error *error);
 thrum_status scene_run_probes(scene_run *run);
+
+/* scene_run_output.c: a file of the run could not be written, and why. */
+thrum_status scene_run_write_failed(const scene_run *run, const char *name, thrum_error *error);
+
+/* scene_run_account.c: energy and momentum of bodies that touch each other. */
+thrum_status scene_run_open_account(scene_run *run, thrum_error *error);
+thrum_status scene_run_record_account(scene_run *run, int64_t step, double time,
+                                      thrum_error *error);
+thrum_status scene_run_close_account(scene_run *run, thrum_error *error);
+cJSON *scene_run_collisions_json(const scene_run *run);
 
 /* scene_run_detail.c: condenses the bodies that ask for an error or a budget, and sets the levels
  * of detail. */

@@ -187,9 +187,11 @@ static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def
     THRUM_TRY(find_touch(run, body, def, one));
 
   // contact and wind both need the surface of the mesh
+  const bool collides = scene_run_collides(run) && body->spec->collide && body->model->basis;
+  def->collides = body->spec->collide;
   if (!touches)
     def->touch_count = 0;
-  if (!touches && run->spec.wind.at.node == NULL)
+  if (!touches && !collides && run->spec.wind.at.node == NULL)
     return THRUM_OK;
 
   const thrum_status status = scene_models_skin(&run->models, n, &skinned, &detail);
@@ -299,6 +301,7 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
 
   // wind, obstacles and probes refer to the bodies
   THRUM_TRY(make_bodies(run, error));
+  THRUM_TRY(scene_run_collisions(run));
   THRUM_TRY(scene_run_wind(run, run->scene));
   THRUM_TRY(scene_run_obstacles(run, run->scene));
   THRUM_TRY(scene_run_probes(run));

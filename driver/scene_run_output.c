@@ -12,7 +12,7 @@
 #include "io/file.h"
 #include "io/json.h"
 
-static thrum_status write_failed(const scene_run *run, const char *name, thrum_error *error) {
+thrum_status scene_run_write_failed(const scene_run *run, const char *name, thrum_error *error) {
   const int reason = errno != 0 ? errno : EIO;
   return thrum_error_set(error, THRUM_IO, "%.200s: %s could not be written (%s)%s",
                          run->folder.path, name, strerror(reason), thrum_file_hint(reason));
@@ -73,7 +73,8 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
                            body->spec->name);
 
   // what wind and contact give and take is no drift, and not counted as work
-  if (run->spec.obstacles.count > 0 || run->spec.wind.at.node != NULL) {
+  if (run->spec.obstacles.count > 0 || run->spec.wind.at.node != NULL ||
+      (scene_run_collides(run) && body->spec->collide)) {
     run->run.bodies[n].figures.windows = (driver_drift){0};
     run->run.bodies[n].figures.uncounted = true;
   }
@@ -102,13 +103,14 @@ static thrum_status open_probes(scene_run *run, thrum_error *error) {
   }
 
   done = done && fputc('\n', run->probes) != EOF;
-  return done ? THRUM_OK : write_failed(run, SCENE_PROBES, error);
+  return done ? THRUM_OK : scene_run_write_failed(run, SCENE_PROBES, error);
 }
 
 thrum_status scene_run_open(scene_run *run, thrum_error *error) {
   THRUM_TRY(run_folder_open(run->request->output, RUN_OF_SCENE, &run->folder, error));
   for (int32_t n = 0; n < run->spec.bodies.count; n++)
     THRUM_TRY(open_body(run, n, error));
+  THRUM_TRY(scene_run_open_account(run, error));
   return open_probes(run, error);
 }
 
@@ -130,7 +132,7 @@ thrum_status scene_run_record_probes(scene_run *run, int64_t step, double time,
                            v[0], v[1], v[2]) > 0;
   }
   done = done && fputc('\n', run->probes) != EOF;
-  return done ? THRUM_OK : write_failed(run, SCENE_PROBES, error);
+  return done ? THRUM_OK : scene_run_write_failed(run, SCENE_PROBES, error);
 }
 
 /* --- the end ---------------------------------------------------------------------------------- */
@@ -210,11 +212,12 @@ static thrum_status close_probes(scene_run *run, thrum_error *error) {
       fflush(run->probes) == 0 && ferror(run->probes) == 0 && fsync(fileno(run->probes)) == 0;
   const bool closed = fclose(run->probes) == 0;
   run->probes = NULL;
-  return flushed && closed ? THRUM_OK : write_failed(run, SCENE_PROBES, error);
+  return flushed && closed ? THRUM_OK : scene_run_write_failed(run, SCENE_PROBES, error);
 }
 
 thrum_status scene_run_end(scene_run *run, thrum_error *error) {
   THRUM_TRY(close_probes(run, error));
+  THRUM_TRY(scene_run_close_account(run, error));
   THRUM_TRY(driver_run_end(&run->run, error));
   for (int32_t n = 0; n < run->spec.bodies.count; n++)
     THRUM_TRY(complete_body(run, n, error));

@@ -171,6 +171,7 @@ cJSON *scene_run_json(const scene_run *run) {
   for (int32_t n = 0; n < spec->bodies.count; n++)
     cJSON_AddItemToArray(bodies, body_json(run, n));
   cJSON_AddItemToObject(object, "obstacles", obstacles_json(run));
+  cJSON_AddItemToObject(object, "collisions", scene_run_collisions_json(run));
   cJSON_AddItemToObject(object, "probes", probes_json(run));
 
   // where the time went
@@ -256,6 +257,12 @@ void scene_run_table(const scene_run *run) {
       printf("switched     %s: %s\n", run->bodies[n].spec->name, stepped_by);
   }
 
+  // what bodies did to each other
+  if (scene_run_collides(run)) {
+    const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
+    printf("collisions   %" PRId64 " touch at the end, %g J lost, %.2g of the thickness at most\n",
+           of.touching, of.lost, of.deepest_share);
+  }
   printf("status       %s\n", driver_run_status(&run->run));
   printf("files        %s/" SCENE_JSON "%s, and a run in each of its folders\n",
          run->request->output, thrum_scene_probe_count(run->scene) > 0 ? ", " SCENE_PROBES : "");

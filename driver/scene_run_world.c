@@ -4,6 +4,8 @@
 
 #include "driver/scene_run.h"
 
+#define SCENE_TOUCHES 1024 /* between bodies, for each body */
+
 thrum_status scene_run_add_base_motion(const base_motion_spec *base_motion, thrum_scene *scene,
                                        thrum_error *error) {
   return base_motion->sine ? thrum_scene_add_base_motion(scene, base_motion->amplitude,
@@ -70,6 +72,27 @@ thrum_status scene_run_obstacles(const scene_run *run, thrum_scene *scene) {
       return scene_run_refuse(run, &spec->at, NULL, status, &detail);
   }
   return THRUM_OK;
+}
+
+bool scene_run_collides(const scene_run *run) {
+  return run->spec.collide && run->spec.bodies.count > 1;
+}
+
+thrum_status scene_run_collisions(const scene_run *run) {
+  const scene_collisions_spec *spec = &run->spec.collisions;
+  thrum_contact_pairs_def def = thrum_default_contact_pairs_def();
+  thrum_error detail = {0};
+  if (!scene_run_collides(run))
+    return THRUM_OK;
+
+  // touches of all bodies share the room
+  def.thickness = spec->thickness;
+  def.friction = spec->friction;
+  def.restitution = spec->restitution;
+  def.touch_max = SCENE_TOUCHES * run->spec.bodies.count;
+  const thrum_status status = thrum_scene_set_collisions(run->scene, &def, &detail);
+  return status < 0 ? scene_run_refuse(run, &run->spec.settings.at, "collide", status, &detail)
+                    : THRUM_OK;
 }
 
 thrum_status scene_run_wind(const scene_run *run, thrum_scene *scene) {

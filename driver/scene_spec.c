@@ -74,7 +74,8 @@ static thrum_status check_names(scene_spec *spec) {
     const config_record *at = &bodies[n].settings.at;
     THRUM_TRY(give_name(spec, "body", n, &bodies[n].kept_name, &bodies[n].name));
     THRUM_TRY(check_name(&spec->file, at, bodies[n].name, NULL));
-    if (strcmp(bodies[n].name, SCENE_JSON) == 0 || strcmp(bodies[n].name, SCENE_PROBES) == 0)
+    if (strcmp(bodies[n].name, SCENE_JSON) == 0 || strcmp(bodies[n].name, SCENE_PROBES) == 0 ||
+        strcmp(bodies[n].name, SCENE_ACCOUNT) == 0)
       return config_record_refuse(&spec->file, at, "name", THRUM_BAD_VALUE,
                                   "\"%s\" is a file of the run; choose another", bodies[n].name);
     for (int64_t k = 0; k < n; k++)
@@ -184,6 +185,13 @@ static thrum_status check_probe(const scene_spec *spec, const scene_probe_spec *
   return THRUM_OK;
 }
 
+static bool has_free_body(const scene_spec *spec) {
+  bool any = false;
+  for (int64_t n = 0; n < spec->bodies.count; n++)
+    any = any || scene_bodies(spec)[n].free;
+  return any;
+}
+
 static thrum_status check(scene_spec *spec) {
   if (spec->bodies.count == 0)
     return config_record_refuse(&spec->file, &spec->settings.at, "bodies", THRUM_MISSING,
@@ -198,6 +206,8 @@ static thrum_status check(scene_spec *spec) {
     THRUM_TRY(check_probe(spec, &scene_probes(spec)[n]));
   if (config_record_member(&spec->file, &spec->outputs.at, "plots") == NULL)
     spec->outputs.plots = spec->bodies.count <= SCENE_PLOTS_MAX;
+  if (config_record_member(&spec->file, &spec->settings.at, "collide") == NULL)
+    spec->collide = has_free_body(spec);
   return THRUM_OK;
 }
 
@@ -210,6 +220,7 @@ static void begin_scene(scene_spec *spec) {
       .time = 10,
       .wind = {.density = 1.2, .drag = 1},
       .outputs = {.record_every = 1, .monitor = true, .plots = true},
+      .collisions = {.friction = 0.5, .restitution = 0.5},
   };
 }
 

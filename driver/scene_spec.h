@@ -53,7 +53,15 @@ typedef struct scene_body_spec {
   config_texts start, loads;
   const char *touch;      /* "surface", "none", or a group */
   double touch_stiffness; /* [N/m^3]; 0: chosen */
+  bool collide;           /* it touches other bodies, where the scene's bodies do */
 } scene_body_spec;
+
+/* How bodies touch each other. */
+typedef struct scene_collisions_spec {
+  config_record at;
+  double thickness; /* [m]; 0: of their size */
+  double friction, restitution;
+} scene_collisions_spec;
 
 typedef struct scene_wind_spec {
   config_record at;
@@ -102,7 +110,9 @@ typedef struct scene_spec {
   double eye[3];     /* that distances are from at the start [m] */
   double eye_velocity[3];
   config_texts base_motion;
-  scene_wind_spec wind;  /* at.node NULL: none */
+  scene_wind_spec wind; /* at.node NULL: none */
+  bool collide;         /* bodies touch each other; unless it is said, where one is free */
+  scene_collisions_spec collisions;
   config_list bodies;    /* scene_body_spec */
   config_list obstacles; /* scene_obstacle_spec */
   config_list probes;    /* scene_probe_spec */

@@ -22,6 +22,7 @@ thrum_scene_body_def thrum_default_scene_body_def(void) {
       .density = 1,
       .colour = {0.75f, 0.75f, 0.75f},
       .state = thrum_default_state_def(),
+      .collides = 1,
   };
 }
 
@@ -66,7 +67,6 @@ static void free_body(thrum_scene *scene, scene_body *body) {
 
   // a body that was made in part has NULL for what it lacks
   scene_detail_free(scene, body);
-  scene_model_drop(scene, body->derived);
   thrum_state_destroy(body->state);
   free(body->vectors);
   free(body->slopes);
@@ -83,6 +83,9 @@ static void free_body(thrum_scene *scene, scene_body *body) {
   free(body->touching);
   free(body->touch_areas);
   scene_touch_free(body->touch);
+  scene_skin_drop(scene, body->skin);
+  free(body->triangles);
+  scene_model_drop(scene, body->derived);
   free(body);
 }
 
@@ -200,11 +203,14 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
     THRUM_TRY(scene_slopes_make(body, error));
   THRUM_TRY(scene_free_make(def, body, error));
   THRUM_TRY(scene_surface_make(def, body, error));
+  THRUM_TRY(scene_triangles_keep(def, body, error));
   if (scene->base_motion_count > 0)
     THRUM_TRY(scene_base_motion_check(body, error));
   THRUM_TRY(scene_gravity_reduce(body, scene->gravity, error));
   THRUM_TRY(scene_state_make(scene, body->derived->model, &body->def, body->start_q, body->start_p,
                              &body->state, error));
+  THRUM_TRY(scene_skin_take(scene, body, body->derived, &body->skin, error));
+  THRUM_TRY(scene_pairs_room(scene, body, body->skin, error));
   return scene_touch_make(scene, body, body->derived, body->state, &body->touch, error);
 }
 
@@ -255,6 +261,7 @@ void thrum_scene_free(thrum_scene *scene) {
 
   for (int32_t n = 0; n < scene->probe_count; n++)
     free(scene->probes[n].rows);
+  scene_pairs_free(scene);
   free(scene->bodies);
   free(scene->probes);
   free(scene->base_motions);

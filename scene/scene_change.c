@@ -14,6 +14,7 @@ static thrum_status rebuild_as(thrum_scene *scene, scene_body *body, const thrum
   scene_model *derived = NULL;
   thrum_state *state = NULL;
   scene_touch *touch = NULL;
+  scene_skin *skin = NULL;
   thrum_model_scaling by = body->derived->by;
   by.stiffness = stiffness;
   THRUM_TRY(scene_body_read(body, true, error));
@@ -27,8 +28,11 @@ static thrum_status rebuild_as(thrum_scene *scene, scene_body *body, const thrum
   thrum_status status =
       scene_state_make(scene, derived->model, def, body->q, body->p, &state, error);
   THRUM_THEN(status, scene_make_room(scene, scene->body_count, error));
+  THRUM_THEN(status, scene_skin_take(scene, body, derived, &skin, error));
+  THRUM_THEN(status, scene_pairs_room(scene, body, skin, error));
   THRUM_THEN(status, scene_touch_make(scene, body, derived, state, &touch, error));
   if (status < 0) {
+    scene_skin_drop(scene, skin);
     free(state);
     scene_model_drop(scene, derived);
     return status;
@@ -44,10 +48,12 @@ static thrum_status rebuild_as(thrum_scene *scene, scene_body *body, const thrum
     scene_loads_sum(scene, body, &wrench);
     memcpy(body->answered, body->force, (size_t)body->model->rank * sizeof *body->answered);
   }
+  scene_skin_drop(scene, body->skin);
   scene_model_drop(scene, body->derived);
   free(body->state);
   scene_touch_free(body->touch);
   body->touch = touch;
+  body->skin = skin;
   body->derived = derived;
   body->state = state;
   body->def = *def;
@@ -199,6 +205,7 @@ thrum_status thrum_scene_reset(thrum_scene *scene, thrum_error *error) {
   scene->steps = scene->origin_step = 0;
   scene->origin = 0;
   scene_obstacles_reset(scene);
+  thrum_contact_pairs_reset(scene->pairs.contact);
   scene_loads_retime(scene);
   return THRUM_OK;
 }

@@ -85,7 +85,7 @@ thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
   // a body that nothing can touch and nothing pulls needs no contact
   const int64_t points = scene->obstacle_count > 0 ? body->touch_count : 0;
   *made = NULL;
-  if (points == 0 && !pulled(body))
+  if (points == 0 && !pulled(body) && !scene_collides(scene, body, derived))
     return THRUM_OK;
 
   // points for what may touch, and for each pull that may come
@@ -126,6 +126,15 @@ thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
   return status;
 }
 
+/* Bodies that nothing touches are stepped side by side again. */
+void scene_touch_trim(const thrum_scene *scene, scene_body *body) {
+  if (body->touch == NULL || !body->touch->idle || pulled(body) ||
+      scene_collides(scene, body, body->derived))
+    return;
+  scene_touch_free(body->touch);
+  body->touch = NULL;
+}
+
 /* The pulls in use, and their number. */
 static int64_t list_pulls(const scene_body *body, thrum_pull pulls[THRUM_SCENE_PULLS]) {
   const int64_t first = body->touch->count - THRUM_SCENE_PULLS;
@@ -148,21 +157,31 @@ static int64_t list_pulls(const scene_body *body, thrum_pull pulls[THRUM_SCENE_P
   return count;
 }
 
-thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body,
-                              const scene_wrench *wrench, thrum_error *error) {
+void scene_environment(const thrum_scene *scene, scene_body *body,
+                       thrum_pull pulls[THRUM_SCENE_PULLS],
+                       thrum_contact_environment *environment) {
+  *environment =
+      (thrum_contact_environment){.placement = &body->placement,
+                                  .translation = body->free ? &body->way : NULL,
+                                  .rigid_frame = body->free ? &body->rigid_frame : NULL,
+                                  .obstacles = scene->obstacles,
+                                  .obstacle_count = body->touch->idle ? 0 : scene->obstacle_count,
+                                  .pulls = pulls,
+                                  .pull_count = list_pulls(body, pulls),
+                                  .load = body->force};
+  memcpy(environment->force, body->wrench.force, sizeof environment->force);
+  memcpy(environment->torque, body->wrench.torque, sizeof environment->torque);
+}
+
+bool scene_steps_alone(const scene_body *body) {
+  return body->touch != NULL && (!body->touch->idle || pulled(body));
+}
+
+thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body, thrum_error *error) {
   // where the body is and what acts on it in this step
   thrum_pull pulls[THRUM_SCENE_PULLS];
-  thrum_contact_environment environment = {.placement = &body->placement,
-                                           .translation = body->free ? &body->way : NULL,
-                                           .rigid_frame = body->free ? &body->rigid_frame : NULL,
-                                           .obstacles = scene->obstacles,
-                                           .obstacle_count =
-                                               body->touch->idle ? 0 : scene->obstacle_count,
-                                           .pulls = pulls,
-                                           .pull_count = list_pulls(body, pulls),
-                                           .load = body->force};
-  memcpy(environment.force, wrench->force, sizeof environment.force);
-  memcpy(environment.torque, wrench->torque, sizeof environment.torque);
+  thrum_contact_environment environment;
+  scene_environment(scene, body, pulls, &environment);
 
   // a condensed body's points as its coordinates follow now
   if (body->derived->condensed)
@@ -258,11 +277,7 @@ thrum_status thrum_scene_pull_end(thrum_scene *scene, int32_t number, thrum_erro
   scene_pull *pull = NULL;
   THRUM_TRY(find_pull(scene, number, &body, &pull, error));
   pull->used = false;
-  // bodies that nothing touches are stepped side by side again
-  if (body->touch->idle && !pulled(body)) {
-    scene_touch_free(body->touch);
-    body->touch = NULL;
-  }
+  scene_touch_trim(scene, body);
   scene->revision++;
   return THRUM_OK;
 }

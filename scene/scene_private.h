@@ -34,6 +34,29 @@ typedef struct scene_touch {
   size_t bytes;
 } scene_touch;
 
+/* The surface of a model as bodies touch each other with it; shared by all bodies that want the
+ * same; freed with the last of them. */
+typedef struct scene_skin {
+  const scene_model *of;
+  int32_t *triangles; /* triangle_count x 3 vertices of the model as it was given */
+  int64_t triangle_count;
+  void *memory;
+  thrum_skin *skin; /* in memory */
+  int32_t users;
+  struct scene_skin *next;
+} scene_skin;
+
+/* Contact between bodies: its block, and lists with a place for each body of the scene. */
+typedef struct scene_pairs {
+  thrum_contact_pairs *contact; /* its own aligned block; NULL: none may touch */
+  thrum_contact_pairs_def def;
+  thrum_contact_member *members;
+  thrum_contact_environment *environments;
+  thrum_pull *pulls; /* THRUM_SCENE_PULLS a body */
+  thrum_skin_bound *bounds;
+  int32_t *order, *group;
+} scene_pairs;
+
 /* A pull in one of a body's slots. */
 typedef struct scene_pull {
   bool used;
@@ -108,6 +131,12 @@ typedef struct scene_body {
   double touch_stiffness;
   scene_touch *touch;      /* NULL: nothing to touch and no pull */
   scene_touch *touch_next; /* while obstacles are added */
+  bool collides;           /* it may touch other bodies, where the scene has them touch */
+  int32_t *triangles;      /* triangle_count x 3, of a body that may; else NULL */
+  int64_t triangle_count;
+  scene_skin *skin;     /* NULL: it touches no body */
+  int32_t group;        /* of bodies that are near each other in this step; -1: none */
+  thrum_status stepped; /* of the step of its group */
   scene_pull pulls[THRUM_SCENE_PULLS];
   scene_wrench wrench; /* of the step to come */
   thrum_status status; /* < 0: stopped */
@@ -137,6 +166,9 @@ struct thrum_scene {
   double wind[3], air; /* air: 1/2 density drag [kg/m^3], 0: none */
   thrum_obstacle *obstacles, *obstacle_starts;
   int32_t obstacle_count;
+  bool collides; /* bodies touch each other */
+  scene_pairs pairs;
+  scene_skin *skins;
   uint64_t revision; /* of all but what steps change */
   scene_body **bodies;
   int32_t body_count;
@@ -290,15 +322,50 @@ thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
                               scene_touch **touch, thrum_error *error);
 void scene_touch_free(scene_touch *touch);
 
+/* Frees the contact of a body that nothing touches and nothing pulls. */
+void scene_touch_trim(const thrum_scene *scene, scene_body *body);
+
+/* Does the body step with its contact, and not side by side with others of its model? */
+bool scene_steps_alone(const scene_body *body);
+
+/* What surrounds a body in the step to come; `pulls` is room for those in use. */
+void scene_environment(const thrum_scene *scene, scene_body *body,
+                       thrum_pull pulls[THRUM_SCENE_PULLS], thrum_contact_environment *environment);
+
 /* A step of a body with contact and pulls. */
-thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body,
-                              const scene_wrench *wrench, thrum_error *error);
+thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body, thrum_error *error);
 
 /* scene_obstacle.c: obstacles of a scene as they move. */
 
 /* After a step, and back to the start. */
 void scene_obstacles_move(thrum_scene *scene);
 void scene_obstacles_reset(thrum_scene *scene);
+
+/* scene_pairs.c: bodies that touch each other. */
+
+/* Keeps the triangles of a def for the body's skin. */
+thrum_status scene_triangles_keep(const thrum_scene_body_def *def, scene_body *body,
+                                  thrum_error *error);
+
+/* May the body, as a body of `derived`, touch others? */
+bool scene_collides(const thrum_scene *scene, const scene_body *body, const scene_model *derived);
+
+/* Finds or makes the skin of a body of `derived`, NULL where it touches none; scene_skin_drop
+ * undoes (NULL does nothing). */
+thrum_status scene_skin_take(thrum_scene *scene, const scene_body *body, const scene_model *derived,
+                             scene_skin **taken, thrum_error *error);
+void scene_skin_drop(thrum_scene *scene, scene_skin *skin);
+
+/* Room for all bodies; `extra` (may be NULL) comes with extra_skin, or gets it. */
+thrum_status scene_pairs_room(thrum_scene *scene, const scene_body *extra,
+                              const scene_skin *extra_skin, thrum_error *error);
+void scene_pairs_free(thrum_scene *scene);
+
+/* Groups the bodies that are near each other; loads are known. */
+void scene_pairs_find(thrum_scene *scene);
+
+/* Steps the bodies of a group; each has its own status in `stepped`. */
+thrum_status scene_pairs_step(thrum_scene *scene, int32_t group, thrum_error *error);
 
 /* scene_wind.c: drag of the air on a body. */
 

@@ -13,7 +13,7 @@
 #define COUNT_MAX (INT64_C(1) << 62)
 
 /* The version is that of the records below. */
-static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 4};
+static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 5};
 
 typedef struct scene_record {
   uint64_t revision;
@@ -46,7 +46,8 @@ size_t thrum_scene_snapshot_size(const thrum_scene *scene) {
             thrum_state_kept_bytes(body->state) + contact_bytes(body) +
             condensed_count(body) * sizeof(double);
   }
-  return size + (size_t)scene->obstacle_count * sizeof *scene->obstacles;
+  return size + (size_t)scene->obstacle_count * sizeof *scene->obstacles +
+         thrum_contact_pairs_kept_bytes(scene->pairs.contact);
 }
 
 static void put(unsigned char **to, const void *from, size_t size) {
@@ -89,6 +90,8 @@ thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t
 
   if (scene->obstacle_count > 0)
     put(&at, scene->obstacles, (size_t)scene->obstacle_count * sizeof *scene->obstacles);
+  if (scene->pairs.contact != NULL)
+    put(&at, scene->pairs.contact, thrum_contact_pairs_kept_bytes(scene->pairs.contact));
   thrum_seal_put(memory, needed, kind);
   return THRUM_OK;
 }
@@ -169,6 +172,8 @@ static thrum_status check_content(const thrum_scene *scene, const unsigned char 
     take(&at, &obstacle, sizeof obstacle);
     THRUM_TRY(thrum_obstacle_check(&obstacle, n, error));
   }
+  if (scene->pairs.contact != NULL)
+    THRUM_TRY(thrum_contact_pairs_copy_check(scene->pairs.contact, at, error));
   return THRUM_OK;
 }
 
@@ -212,6 +217,8 @@ thrum_status thrum_scene_restore(thrum_scene *scene, const void *memory, size_t 
     take_body(scene->bodies[n], &at);
   if (scene->obstacle_count > 0)
     take(&at, scene->obstacles, (size_t)scene->obstacle_count * sizeof *scene->obstacles);
+  if (scene->pairs.contact != NULL)
+    take(&at, scene->pairs.contact, thrum_contact_pairs_kept_bytes(scene->pairs.contact));
   scene->steps = head.steps;
   scene->origin_step = head.origin_step;
   scene->origin = head.origin;

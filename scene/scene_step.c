@@ -7,9 +7,8 @@
 #include "scene/scene_private.h"
 #include "thrum/external_load.h"
 
-/* The load of the step to come; a body that touches or is pulled makes its step here, since contact
- * may take several attempts. */
-static thrum_status push(const thrum_scene *scene, scene_body *body, thrum_error *error) {
+/* The load of the step to come. */
+static thrum_status load(const thrum_scene *scene, scene_body *body, thrum_error *error) {
   scene_wrench *wrench = &body->wrench;
   *wrench = (scene_wrench){{0}, {0}};
   scene_loads_sum(scene, body, wrench);
@@ -21,8 +20,16 @@ static thrum_status push(const thrum_scene *scene, scene_body *body, thrum_error
     THRUM_TRY(scene_body_read(body, false, error));
     scene_condensed_load(body, scene->base_motion_count > 0);
   }
-  if (body->touch != NULL)
-    return scene_touch_step(scene, body, wrench, error);
+  return THRUM_OK;
+}
+
+/* A body that touches obstacles or is pulled makes its step here, since contact may take several
+ * attempts; one that is near others has made it with its group. */
+static thrum_status push(const thrum_scene *scene, scene_body *body, thrum_error *error) {
+  if (body->group >= 0)
+    return body->stepped;
+  if (scene_steps_alone(body))
+    return scene_touch_step(scene, body, error);
   return thrum_state_set_force(body->derived->model, body->state, body->force, error);
 }
 
@@ -50,7 +57,7 @@ static int32_t gather(thrum_scene *scene, const scene_model *model) {
   int32_t count = 0;
   for (int32_t n = 0; n < scene->body_count; n++) {
     scene_body *body = scene->bodies[n];
-    if (body->derived != model || body->status < 0 || body->touch != NULL)
+    if (body->derived != model || body->status < 0 || body->group >= 0 || scene_steps_alone(body))
       continue;
     scene->side[count] = body->state;
     scene->side_body[count++] = n;
@@ -97,16 +104,31 @@ static void step_model(thrum_scene *scene, const scene_model *model, thrum_statu
 thrum_status thrum_scene_step(thrum_scene *scene, thrum_error *error) {
   thrum_status status = THRUM_OK;
 
-  // loads first; bodies with contact make their step here
+  // loads first, then who is near whom
   for (int32_t n = 0; n < scene->body_count; n++) {
     scene_body *body = scene->bodies[n];
     thrum_error detail = {0};
     if (body->status < 0)
       continue;
+    const thrum_status loaded = load(scene, body, &detail);
+    if (loaded < 0)
+      note(body, loaded, &detail, &status, error);
+  }
+  scene_pairs_find(scene);
+
+  // bodies with contact make their steps here, groups with their first body
+  for (int32_t n = 0; n < scene->body_count; n++) {
+    scene_body *body = scene->bodies[n];
+    thrum_error detail = {0};
+    if (body->status < 0)
+      continue;
+    if (body->group == n)
+      scene_pairs_step(scene, n, &detail);
     const thrum_status pushed = push(scene, body, &detail);
-    if (pushed >= 0 && body->touch != NULL)
+    const bool stepped = body->group >= 0 || scene_steps_alone(body);
+    if (pushed >= 0 && stepped)
       count_work(scene, body);
-    if (pushed < 0 || body->touch != NULL)
+    if (pushed < 0 || stepped)
       note(body, pushed, &detail, &status, error);
   }
 

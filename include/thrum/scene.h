@@ -135,6 +135,10 @@ typedef struct thrum_scene_body_def {
   /* Pressure per depth [N/m^3]; 0 to 1e30. Larger: the body sinks in less. Default 0: see
    * thrum_contact_def. */
   double touch_stiffness;
+
+  /* 1: the body touches other bodies with its triangles, where thrum_scene_set_collisions has
+   * bodies touch; 0: it passes through them. Default 1. */
+  int32_t collides;
 } thrum_scene_body_def;
 
 /* A def with every default set; the model is NULL. Any thread. */
@@ -263,6 +267,38 @@ THRUM_API thrum_status thrum_scene_obstacle(const thrum_scene *scene, int32_t nu
                                             thrum_obstacle *obstacle, thrum_error *error);
 THRUM_API thrum_status thrum_scene_set_obstacle(thrum_scene *scene, int32_t number,
                                                 const thrum_obstacle *obstacle, thrum_error *error);
+
+/* Has all bodies with triangles touch each other from now on (thrum/contact_pairs.h): those that
+ * are there, whose def has `collides`, and those that are added. Counts of the def, such as its
+ * member_max, are found by the scene; touch_max is for all bodies together. NULL: bodies pass
+ * through each other, as before the first call. A later change, and a body that needs more room,
+ * forget what touches now. Condensed bodies do not touch others. Fails as thrum_contact_pairs_size
+ * and thrum_skin_size. */
+THRUM_API thrum_status thrum_scene_set_collisions(thrum_scene *scene,
+                                                  const thrum_contact_pairs_def *def,
+                                                  thrum_error *error);
+
+/* Counters and energies of contact between the bodies; all zero where they do not touch. */
+THRUM_API thrum_contact_pairs_report thrum_scene_collisions(const thrum_scene *scene);
+
+/* Touch `index` (0-based, below the report's touching) of the last step; its bodies are numbers of
+ * the scene's. THRUM_INVALID_ARGUMENT beyond the last. */
+THRUM_API thrum_status thrum_scene_collision(const thrum_scene *scene, int64_t index,
+                                             thrum_pair_touch *touch, thrum_error *error);
+
+/* Energy and momentum of all bodies together. Without obstacles, held bodies, loads and pulls the
+ * momenta are constant, gravity apart, and the total falls by what damping and contact take. */
+typedef struct thrum_scene_account {
+  double kinetic, potential, gravity; /* sums over the bodies [J] */
+  double contact;                     /* of the springs of obstacles and between bodies [J] */
+  double total;                       /* the sum of the four [J] */
+  double momentum[3];                 /* of the free bodies [kg m/s] */
+  double angular_momentum[3];         /* of the free bodies, about the world's origin [kg m^2/s] */
+} thrum_scene_account;
+
+/* Fills *account at the present time. THRUM_NOT_FINITE where an energy overflows. */
+THRUM_API thrum_status thrum_scene_account_get(thrum_scene *scene, thrum_scene_account *account,
+                                               thrum_error *error);
 
 /* Largest number of pulls of one body at a time. */
 #define THRUM_SCENE_PULLS 4

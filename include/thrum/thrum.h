@@ -8,6 +8,7 @@
 #include "thrum/batch.h"
 #include "thrum/condensed_model.h"
 #include "thrum/contact.h"
+#include "thrum/contact_pairs.h"
 #include "thrum/displacement.h"
 #include "thrum/embedding.h"
 #include "thrum/equilibrium.h"

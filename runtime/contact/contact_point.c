@@ -51,6 +51,16 @@ void thrum_point_lever(const thrum_contact_run *run, const double x[3], double a
     lever[axis] = arm[axis] + 0.5 * lever[axis];
 }
 
+void thrum_point_mean_arm(const double turn[3], const double arm[3], double lever[3]) {
+  // l = a + t/2 x l, solved for l
+  const double w[3] = {0.5 * turn[0], 0.5 * turn[1], 0.5 * turn[2]};
+  const double along = thrum_dot3(w, arm), scale = 1.0 / (1.0 + thrum_dot3(w, w));
+  double across[3];
+  thrum_cross3(w, arm, across);
+  for (int axis = 0; axis < 3; axis++)
+    lever[axis] = scale * (arm[axis] + across[axis] + along * w[axis]);
+}
+
 /* out += shift + turn x lever */
 static void add_whole(const double shift[3], const double turn[3], const double lever[3],
                       double out[3]) {

@@ -21,6 +21,10 @@ void thrum_point_start(const thrum_contact_run *run, const double *rows, const d
 void thrum_point_lever(const thrum_contact_run *run, const double x[3], double arm[3],
                        double lever[3]);
 
+/* The lever arm of a point with this arm, with which a rotation of the body by `turn` over the step
+ * displaces it by turn x lever exactly: the mean of both ends of its arc (contact_pairs_rows.c). */
+void thrum_point_mean_arm(const double turn[3], const double arm[3], double lever[3]);
+
 /* Velocity at the start of the step [m/s]. */
 void thrum_point_velocity(const thrum_contact_run *run, const double *rows, const double arm[3],
                           double velocity[3]);

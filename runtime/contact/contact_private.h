@@ -158,6 +158,29 @@ thrum_status thrum_contact_environment_check(const thrum_model *model, const thr
                                              const thrum_contact_environment *environment,
                                              thrum_error *error);
 
+/* contact_step.c: a run at the start of a step. */
+thrum_status thrum_contact_open(const thrum_model *model, thrum_state *state,
+                                thrum_contact *contact,
+                                const thrum_contact_environment *environment,
+                                thrum_contact_run *run, thrum_error *error);
+
+/* contact_step.c: predicts the step, solves its pulls alone, and finds its rows. */
+thrum_status thrum_contact_prepare(thrum_contact_run *run, thrum_error *error);
+
+/* contact_step.c: sets the load that was solved for, and finds the rotation that its torque makes.
+ */
+thrum_status thrum_contact_apply(thrum_contact_run *run, thrum_error *error);
+
+/* contact_step.c: did the contact with obstacles give back no more than it had taken, up to
+ * rounding? */
+bool thrum_contact_allowed(thrum_contact_run *run);
+
+/* contact_step.c: back to the start of the step, with a prediction corrected by how it ended. */
+void thrum_contact_again(thrum_contact_run *run);
+
+/* contact_step.c: books the energy of the step, and moves the body as a whole. */
+void thrum_contact_finish(thrum_contact_run *run);
+
 /* contact_predict.c: fills q, p, weights and unloaded of the step under environment->load. */
 thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error);
 
@@ -180,6 +203,13 @@ void thrum_contact_release(thrum_contact_run *run);
 
 /* contact_guess.c: guesses the forces of rows that are new, and adds what they move. */
 void thrum_contact_guess(thrum_contact_run *run);
+
+/* contact_solve.c: the three parts of a solve: moved from the forces that rows and pulls have
+ * (returns the largest displacement [m]); one sweep over pulls and rows (returns the largest
+ * distance by which a point had moved since the last [m]); load and wrench from the forces. */
+double thrum_contact_begin_sweeps(thrum_contact_run *run);
+double thrum_contact_sweep(thrum_contact_run *run);
+void thrum_contact_gather(thrum_contact_run *run);
 
 /* contact_solve.c: solves for the forces of all rows and pull rows; fills moved, and load for the
  * state. */

@@ -64,7 +64,7 @@ static double solve_row(thrum_contact_run *run, thrum_contact_row *row) {
 
 /* Solves all pulls and rows once, one after the other (projected Gauss-Seidel); returns the largest
  * distance by which a point had moved since the sweep before [m]. */
-static double sweep(thrum_contact_run *run) {
+double thrum_contact_sweep(thrum_contact_run *run) {
   double change = 0.0;
   for (int64_t n = 0; n < run->contact->pull_count; n++)
     change = fmax(change, thrum_contact_pull_solve(run, n));
@@ -75,7 +75,7 @@ static double sweep(thrum_contact_run *run) {
 
 /* Recomputes moved from the unloaded step and the forces that rows and pulls have; returns the
  * largest displacement. */
-static double begin_sweeps(thrum_contact_run *run) {
+double thrum_contact_begin_sweeps(thrum_contact_run *run) {
   double largest = 0.0, force[3];
 
   // the step without contact and pulls
@@ -100,7 +100,7 @@ static double begin_sweeps(thrum_contact_run *run) {
 
 /* Adds the forces of rows and pulls to the load of the step and to the wrench on the body as a
  * whole. */
-static void gather_load(thrum_contact_run *run) {
+void thrum_contact_gather(thrum_contact_run *run) {
   const int64_t rank = run->contact->rank;
   const thrum_contact_environment *environment = run->environment;
   double force[3];
@@ -124,16 +124,16 @@ static void gather_load(thrum_contact_run *run) {
 
 void thrum_contact_solve(thrum_contact_run *run) {
   thrum_contact *contact = run->contact;
-  const double largest = begin_sweeps(run);
+  const double largest = thrum_contact_begin_sweeps(run);
   thrum_contact_guess(run);
 
   // sweeps until no point moves by more than the tolerance
   for (int32_t n = 0; contact->row_count + contact->pull_count > 0 && n < contact->sweeps_max;
        n++) {
     contact->sweeps++;
-    if (!(sweep(run) > contact->tolerance * largest))
+    if (!(thrum_contact_sweep(run) > contact->tolerance * largest))
       break;
   }
 
-  gather_load(run);
+  thrum_contact_gather(run);
 }

@@ -60,9 +60,10 @@ static void fill_motion(thrum_contact_run *run) {
     fill_rigid_frame(run);
 }
 
-static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum_contact *contact,
-                             const thrum_contact_environment *environment, thrum_contact_run *run,
-                             thrum_error *error) {
+thrum_status thrum_contact_open(const thrum_model *model, thrum_state *state,
+                                thrum_contact *contact,
+                                const thrum_contact_environment *environment,
+                                thrum_contact_run *run, thrum_error *error) {
   THRUM_TRY(thrum_contact_check(model, state, contact, error));
   THRUM_TRY(thrum_contact_environment_check(model, contact, environment, error));
 
@@ -77,9 +78,7 @@ static thrum_status open_run(const thrum_model *model, thrum_state *state, thrum
   return THRUM_OK;
 }
 
-/* Solves for the forces, and sets them as the state's load. */
-static thrum_status apply(thrum_contact_run *run, thrum_error *error) {
-  thrum_contact_solve(run);
+thrum_status thrum_contact_apply(thrum_contact_run *run, thrum_error *error) {
   memcpy(run->foreseen, run->turned, sizeof run->foreseen);
 
   // the rotation that the torque really makes, by a trial step
@@ -96,17 +95,27 @@ static thrum_status apply(thrum_contact_run *run, thrum_error *error) {
   return thrum_state_set_force(run->model, run->state, run->view.load, error);
 }
 
+/* Solves for the forces, and sets them as the state's load. */
+static thrum_status apply(thrum_contact_run *run, thrum_error *error) {
+  thrum_contact_solve(run);
+  return thrum_contact_apply(run, error);
+}
+
+thrum_status thrum_contact_prepare(thrum_contact_run *run, thrum_error *error) {
+  THRUM_TRY(thrum_contact_predict(run, error));
+  // pulls alone first, so that a point which they drag into an obstacle gets its row in time
+  thrum_contact_pulls(run);
+  run->contact->row_count = 0;
+  thrum_contact_solve(run);
+  thrum_contact_rows(run);
+  return THRUM_OK;
+}
+
 static thrum_status begin(thrum_contact_run *run, thrum_error *error) {
   const thrum_contact before = *run->contact;
-  thrum_status status = thrum_contact_predict(run, error);
-  if (status == THRUM_OK) {
-    // pulls alone first, so that a point which they drag into an obstacle gets its row in time
-    thrum_contact_pulls(run);
-    run->contact->row_count = 0;
-    thrum_contact_solve(run);
-    thrum_contact_rows(run);
+  thrum_status status = thrum_contact_prepare(run, error);
+  if (status == THRUM_OK)
     status = apply(run, error);
-  }
   if (status != THRUM_OK)
     *run->contact = before;
   return status;
@@ -116,7 +125,7 @@ thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
                                  thrum_contact *contact,
                                  const thrum_contact_environment *environment, thrum_error *error) {
   thrum_contact_run run;
-  thrum_status status = open_run(model, state, contact, environment, &run, error);
+  thrum_status status = thrum_contact_open(model, state, contact, environment, &run, error);
   if (status == THRUM_OK)
     status = begin(&run, error);
   if (status == THRUM_OK)
@@ -124,8 +133,7 @@ thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
   return status;
 }
 
-/* Books the energy of the step, and moves the body as a whole. */
-static void end(thrum_contact_run *run) {
+void thrum_contact_finish(thrum_contact_run *run) {
   const thrum_contact_environment *environment = run->environment;
   memcpy(run->moved, run->contact->moved, sizeof run->moved);
   memcpy(run->turned, run->contact->turned, sizeof run->turned);
@@ -141,15 +149,14 @@ static void end(thrum_contact_run *run) {
 thrum_status thrum_contact_end(const thrum_model *model, thrum_state *state, thrum_contact *contact,
                                const thrum_contact_environment *environment, thrum_error *error) {
   thrum_contact_run run;
-  THRUM_TRY(open_run(model, state, contact, environment, &run, error));
+  THRUM_TRY(thrum_contact_open(model, state, contact, environment, &run, error));
   if (!contact->begun || contact->pull_count != environment->pull_count)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "no step has begun in this environment");
-  end(&run);
+  thrum_contact_finish(&run);
   return THRUM_OK;
 }
 
-/* Does the step keep the bound: did contact give back no more than it had taken, up to rounding? */
-static bool allowed(thrum_contact_run *run) {
+bool thrum_contact_allowed(thrum_contact_run *run) {
   const thrum_contact *contact = run->contact;
   const double work = thrum_contact_measure(run, thrum_state_view_of(run->state).q);
   double granted = 0.0;
@@ -159,9 +166,7 @@ static bool allowed(thrum_contact_run *run) {
   return left >= -ROUNDING * (contact->flow + thrum_contact_flow(run));
 }
 
-/* Goes back to the start of the step for the next attempt, with a prediction corrected by how the
- * last one ended. */
-static thrum_status again(thrum_contact_run *run, int attempt, thrum_error *error) {
+void thrum_contact_again(thrum_contact_run *run) {
   const double *q = thrum_state_view_of(run->state).q;
 
   // the part of the step that the prediction did not see
@@ -172,6 +177,11 @@ static thrum_status again(thrum_contact_run *run, int attempt, thrum_error *erro
 
   memcpy(run->state, run->view.snapshot, (size_t)run->contact->state_bytes);
   run->contact->redone++;
+}
+
+/* Goes back to the start of the step for the next attempt. */
+static thrum_status again(thrum_contact_run *run, int attempt, thrum_error *error) {
+  thrum_contact_again(run);
 
   // each attempt asks for less: no restitution and friction, at last no contact
   if (attempt == ATTEMPT_WITHOUT) {
@@ -187,7 +197,7 @@ thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
                                 thrum_contact *contact,
                                 const thrum_contact_environment *environment, thrum_error *error) {
   thrum_contact_run run;
-  THRUM_TRY(open_run(model, state, contact, environment, &run, error));
+  THRUM_TRY(thrum_contact_open(model, state, contact, environment, &run, error));
 
   const thrum_contact before = *contact;
   memcpy(run.view.snapshot, state, (size_t)contact->state_bytes);
@@ -198,7 +208,7 @@ thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
     if (attempt != ATTEMPT_FIRST)
       status = again(&run, attempt, error);
     THRUM_THEN(status, thrum_step(model, state, error));
-    if (status < 0 || attempt == ATTEMPT_WITHOUT || allowed(&run))
+    if (status < 0 || attempt == ATTEMPT_WITHOUT || thrum_contact_allowed(&run))
       break;
   }
 
@@ -208,6 +218,6 @@ thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
     *contact = before;
     return status;
   }
-  end(&run);
+  thrum_contact_finish(&run);
   return status;
 }

@@ -5,7 +5,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
-#include "mesh/mesh_faces.h"
+#include "tests/support/outer_triangles.h"
 #include "tests/support/scene_call.h"
 #include "thrum/displacement.h"
 #include "thrum/external_load.h"
@@ -21,24 +21,6 @@ typedef struct fixture {
   int64_t triangle_count;
 } fixture;
 
-/* Gives the four faces of a tetrahedron, oriented outwards. */
-static void make_triangles(fixture *f) {
-  thrum_mesh_faces faces = {0};
-  int64_t shared[3];
-  MUST(thrum_mesh_find_faces(&f->block.mesh, &faces, shared, &failure));
-  f->triangles = need(3 * (size_t)faces.count, sizeof *f->triangles);
-  for (int64_t n = 0; n < faces.count; n++) {
-    const thrum_mesh_face *face = &faces.faces[n];
-    if (face->other >= 0)
-      continue;
-    int32_t *corners = f->triangles + 3 * f->triangle_count++;
-    corners[0] = face->vertices[0];
-    corners[1] = face->vertices[face->even ? 1 : 2];
-    corners[2] = face->vertices[face->even ? 2 : 1];
-  }
-  free(faces.faces);
-}
-
 static int make(void **context, const char *fix) {
   fixture *f = calloc(1, sizeof *f);
   if (f == NULL)
@@ -46,7 +28,7 @@ static int make(void **context, const char *fix) {
   f->block = body_make("beam:4x3x2@0.4x0.3x0.2", fix);
   f->made = body_precompute(&f->block, 4, 8);
   const thrum_model *m = &f->made.model;
-  make_triangles(f);
+  f->triangles = outer_triangles(&f->block.mesh, &f->triangle_count);
   f->touch = need((size_t)m->vertex_count, sizeof *f->touch);
   for (int64_t v = 0; v < m->vertex_count; v++)
     f->touch[v] = (int32_t)v;

@@ -1,0 +1,100 @@
+/* The account of a scene whose bodies touch each other: energy and momentum of all of them, row by
+ * row in account.csv, and what contact did in scene.json. SPDX-License-Identifier: Apache-2.0 */
+#include <errno.h>
+#include <inttypes.h>
+#include <unistd.h>
+
+#include "driver/run_entries.h"
+#include "driver/scene_run.h"
+#include "io/json.h"
+
+static thrum_status write_failed(const scene_run *run, thrum_error *error) {
+  return scene_run_write_failed(run, SCENE_ACCOUNT, error);
+}
+
+thrum_status scene_run_open_account(scene_run *run, thrum_error *error) {
+  char path[RUN_PATH_MAX + 80];
+  THRUM_TRY(thrum_scene_account_get(run->scene, &run->first, error));
+  if (!scene_run_collides(run))
+    return THRUM_OK;
+  snprintf(path, sizeof path, "%.*s/" SCENE_ACCOUNT, RUN_PATH_MAX, run->folder.work);
+  errno = 0;
+  run->account = fopen(path, "w");
+  const bool done =
+      run->account != NULL &&
+      fputs("step,time_s,kinetic_j,potential_j,gravity_j,contact_j,total_j,lost_j,"
+            "px_kg_m_s,py_kg_m_s,pz_kg_m_s,lx_kg_m2_s,ly_kg_m2_s,lz_kg_m2_s,touching,distance_m,"
+            "depth_m\n",
+            run->account) >= 0;
+  return done ? THRUM_OK : write_failed(run, error);
+}
+
+thrum_status scene_run_record_account(scene_run *run, int64_t step, double time,
+                                      thrum_error *error) {
+  thrum_scene_account a;
+  if (run->account == NULL)
+    return THRUM_OK;
+  THRUM_TRY(thrum_scene_account_get(run->scene, &a, error));
+  const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
+  errno = 0;
+  const bool done =
+      fprintf(run->account,
+              "%" PRId64 ",%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,"
+              "%.17g,%.17g,%" PRId64 ",%.17g,%.17g\n",
+              step, time, a.kinetic, a.potential, a.gravity, a.contact, a.total, of.lost,
+              a.momentum[0], a.momentum[1], a.momentum[2], a.angular_momentum[0],
+              a.angular_momentum[1], a.angular_momentum[2], of.touching, of.distance, of.depth) > 0;
+  return done ? THRUM_OK : write_failed(run, error);
+}
+
+thrum_status scene_run_close_account(scene_run *run, thrum_error *error) {
+  if (run->account == NULL)
+    return THRUM_OK;
+  errno = 0;
+  const bool flushed =
+      fflush(run->account) == 0 && ferror(run->account) == 0 && fsync(fileno(run->account)) == 0;
+  const bool closed = fclose(run->account) == 0;
+  run->account = NULL;
+  return flushed && closed ? THRUM_OK : write_failed(run, error);
+}
+
+static void add_account(cJSON *object, const char *name, const thrum_scene_account *account) {
+  cJSON *made = cJSON_AddObjectToObject(object, name);
+  json_number(made, "kinetic_j", account->kinetic);
+  json_number(made, "potential_j", account->potential);
+  json_number(made, "gravity_j", account->gravity);
+  json_number(made, "contact_j", account->contact);
+  json_number(made, "total_j", account->total);
+  json_numbers(made, "momentum_kg_m_s", account->momentum, 3);
+  json_numbers(made, "angular_momentum_kg_m2_s", account->angular_momentum, 3);
+}
+
+cJSON *scene_run_collisions_json(const scene_run *run) {
+  thrum_scene_account last;
+  if (!scene_run_collides(run))
+    return cJSON_CreateNull();
+  const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
+  cJSON *object = cJSON_CreateObject();
+
+  // how near bodies are at the end, and how deep they ever were below the thickness
+  json_number(object, "touching", (double)of.touching);
+  json_number(object, "normal_n", of.normal);
+  json_number(object, "distance_m", of.distance);
+  json_number(object, "depth_m", of.depth);
+  json_number(object, "deepest_m", of.deepest);
+  json_number(object, "deepest_of_thickness", of.deepest_share);
+
+  // energies, and steps that contact made difficult
+  json_number(object, "stored_j", of.stored);
+  json_number(object, "lost_j", of.lost);
+  json_number(object, "redone_steps", (double)of.redone);
+  json_number(object, "declined_steps", (double)of.declined);
+  json_number(object, "dropped_touches", (double)of.dropped);
+  json_number(object, "sweeps", (double)of.sweeps);
+
+  // all bodies together at both ends of the run
+  add_account(object, "first", &run->first);
+  if (thrum_scene_account_get(run->scene, &last, NULL) >= 0)
+    add_account(object, "last", &last);
+  return object;
+}

@@ -1,0 +1,200 @@
+/* Contact between bodies: their surfaces meet, with thickness and friction (docs/contact.md).
+ *
+ * A skin is the surface of a reduced model: its triangles, their edges, and a tree of spheres that
+ * moves with the reduced coordinates (James & Pai 2004, BD-tree, doi:10.1145/1015706.1015735). It
+ * is const and shared by all bodies of one model. Vertices meet triangles and edges meet edges
+ * where they come nearer than a thickness, now or on their way through the step (conservative
+ * advancement, Li et al. 2021, doi:10.1145/3450626.3459767). Each such pair is a row of the same
+ * implicit solve as contact with obstacles (thrum/contact.h), with one force on both bodies, so
+ * momentum is kept to rounding, and the same account of energy, so contact gives back only what it
+ * took.
+ *
+ *   thrum_contact_pairs_begin(pairs);                                       once a step
+ *   thrum_contact_pairs_step(pairs, members, count, &error);                for bodies that are
+ * near
+ *
+ * Memory: skins and pairs are planned, then laid into the caller's memory, aligned to 64 bytes.
+ * Neither holds a pointer. A step allocates nothing; what does not fit is counted in the report.
+ *
+ * Threads: a skin is only read after its init. Pairs, and all that its members point to, belong to
+ * one thread at a time. Units are SI, coordinates are those of the world unless a field says
+ * otherwise. No function here prints or keeps a global.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_CONTACT_PAIRS_H
+#define THRUM_CONTACT_PAIRS_H
+
+#include "thrum/api.h"
+#include "thrum/contact.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Opaque: the surface of a model. */
+typedef struct thrum_skin thrum_skin;
+
+/* Bytes of the skin of a model whose mesh is the surface: vertices and basis (vertex_count x 3 rows
+ * of its rank), triangles (triangle_count x 3 0-based vertices, counter-clockwise from outside).
+ * THRUM_MISSING for a model without a basis or a material, THRUM_INVALID_ARGUMENT for triangles
+ * that name no vertex or none at all. */
+THRUM_API thrum_status thrum_skin_size(const thrum_model *model, const int32_t *triangles,
+                                       int64_t triangle_count, size_t *size, thrum_error *error);
+
+/* Lays a skin into `memory`, which is the caller's; *skin points into it. It copies what it needs.
+ * THRUM_MISALIGNED, THRUM_BUFFER_TOO_SMALL, or the failures of thrum_skin_size. */
+THRUM_API thrum_status thrum_skin_init(void *memory, size_t memory_size, const thrum_model *model,
+                                       const int32_t *triangles, int64_t triangle_count,
+                                       thrum_skin **skin, thrum_error *error);
+
+/* Vertices and nodes of a skin, which pairs need room for; diagonal of its box at rest [m]. */
+THRUM_API int64_t thrum_skin_vertex_count(const thrum_skin *skin);
+THRUM_API int64_t thrum_skin_node_count(const thrum_skin *skin);
+THRUM_API double thrum_skin_diagonal(const thrum_skin *skin);
+
+/* How bodies meet. Start from thrum_default_contact_pairs_def and set the first three. */
+typedef struct thrum_contact_pairs_def {
+  /* Set by thrum_default_contact_pairs_def; THRUM_UNINITIALISED_DEF without it. */
+  uint32_t cookie;
+
+  /* Largest number of members of a step, 1 to 2^20; no default. Larger: more memory. */
+  int64_t member_max;
+
+  /* Largest sums of vertices and of nodes over the skins of a step's members, 1 to 2^31; no
+   * default. Larger: more memory. */
+  int64_t vertex_max, node_max;
+
+  /* Largest rank of a member, 1 to THRUM_RANK_MAX; no default. Larger: more memory. */
+  int64_t rank_max;
+
+  /* Largest number of points that touch at once; 1 to 2^24, default 4096. Larger: more memory, and
+   * fewer touches are dropped. */
+  int64_t touch_max;
+
+  /* Distance that contact keeps between surfaces [m]: they are pushed apart where they are nearer.
+   * 0 to 1e30, default 0: 1/250 of the smaller diagonal of the two bodies at rest. Larger: bodies
+   * rest further apart. */
+  double thickness;
+
+  /* Coulomb's friction coefficient [1]; 0 to 1e30, default 0.5. Larger: bodies slide less. */
+  double friction;
+
+  /* Speed of leaving over speed of approach, of the points [1]; in [0, 1], default 0.5. Larger:
+   * bodies bounce more. */
+  double restitution;
+
+  /* Largest number of sweeps of the solver over the rows of one group; >= 1, default 60. Larger:
+   * more exact forces in stacks, and slower steps there. */
+  int32_t sweeps_max;
+
+  /* Change of the displacement at which the solver ends, relative to the displacement of a step; in
+   * (0, 1e-2], default 1e-4. Larger: fewer sweeps and less exact forces. */
+  double tolerance;
+} thrum_contact_pairs_def;
+
+/* A def with every default set. Any thread. */
+THRUM_API thrum_contact_pairs_def thrum_default_contact_pairs_def(void);
+
+/* Opaque: lives at the start of the memory given to thrum_contact_pairs_init. */
+typedef struct thrum_contact_pairs thrum_contact_pairs;
+
+/* A body in a step. The caller owns all that it points to; skin, model and environment as in
+ * thrum_contact_step, where the skin is of a model with the same coordinates. */
+typedef struct thrum_contact_member {
+  const thrum_model *model;
+  thrum_state *state;
+  thrum_contact *contact;
+  const thrum_contact_environment *environment;
+  const thrum_skin *skin;
+  int32_t number;      /* of the body, the same in all steps; ascending over the members */
+  thrum_status status; /* of its step, set by thrum_contact_pairs_step */
+} thrum_contact_member;
+
+/* Counters and energies since init or reset. What contact between the bodies did on them is
+ *
+ *   work on the bodies = - stored - lost,    stored >= 0, lost >= 0 up to rounding. */
+typedef struct thrum_contact_pairs_report {
+  int64_t steps;        /* calls of thrum_contact_pairs_begin */
+  int64_t redone;       /* attempts after the first of a group */
+  int64_t declined;     /* groups that stepped without contact, because no attempt kept the bound */
+  int64_t dropped;      /* touches for which touch_max was too small */
+  int64_t sweeps;       /* of the solver */
+  int64_t touching;     /* touches in the last step */
+  double distance;      /* least distance between surfaces that touch, after the last step [m] */
+  double depth;         /* largest depth below the thickness after the last step [m] */
+  double deepest;       /* and after any step [m] */
+  double deepest_share; /* the largest share of its thickness that any touch was deep after any
+                           step: below 1 no surface has met another [1] */
+  double normal;        /* sum of the normal forces in the last step [N] */
+  double stored;        /* energy in the contact springs now [J] */
+  double lost;          /* energy lost to restitution and friction [J] */
+} thrum_contact_pairs_report;
+
+/* One touch of the last step. */
+typedef struct thrum_pair_touch {
+  int32_t bodies[2];  /* numbers of the members */
+  double position[3]; /* where the force acts [m] */
+  double force[3];    /* on the first body; the second has its negative [N] */
+  double normal[3];   /* unit vector from the second body to the first */
+  double distance;    /* between the surfaces after the step [m] */
+} thrum_pair_touch;
+
+/* Bytes of pairs, into *size. THRUM_UNINITIALISED_DEF, or THRUM_INVALID_ARGUMENT with the field. */
+THRUM_API thrum_status thrum_contact_pairs_size(const thrum_contact_pairs_def *def, size_t *size,
+                                                thrum_error *error);
+
+/* Lays pairs that touch nothing into `memory`, which is the caller's. THRUM_MISALIGNED,
+ * THRUM_BUFFER_TOO_SMALL, or the failures of thrum_contact_pairs_size. */
+THRUM_API thrum_status thrum_contact_pairs_init(void *memory, size_t memory_size,
+                                                const thrum_contact_pairs_def *def,
+                                                thrum_contact_pairs **pairs, thrum_error *error);
+
+/* Opens a step: the touches of the last one are what new ones go on from. */
+THRUM_API void thrum_contact_pairs_begin(thrum_contact_pairs *pairs);
+
+/* Makes the step of `count` bodies that may touch each other, with their obstacles and pulls. A
+ * member whose step fails keeps its state and what belongs to it, has the failure as its status,
+ * and the others step without it. Returns the first failure, else the least status above 0, else
+ * THRUM_OK. THRUM_INVALID_ARGUMENT, with nothing done, for members beyond the def or out of order.
+ * Allocates nothing. */
+THRUM_API thrum_status thrum_contact_pairs_step(thrum_contact_pairs *pairs,
+                                                thrum_contact_member *members, int64_t count,
+                                                thrum_error *error);
+
+/* Two spheres about a body's surface: middle [m] and radius [m] now, and how far it may move in
+ * the step to come [m]; what thrum_contact_pairs_near needs. */
+typedef struct thrum_skin_bound {
+  double middle[3], radius, motion;
+} thrum_skin_bound;
+
+/* The bound of a member; it evaluates no vertex. */
+THRUM_API thrum_skin_bound thrum_contact_member_bound(const thrum_contact_member *member);
+
+/* May the two bodies touch in the step to come? */
+THRUM_API int32_t thrum_contact_pairs_near(const thrum_skin_bound *a, const thrum_skin_bound *b);
+
+/* Forgets touches and energies, as after init. NULL does nothing. */
+THRUM_API void thrum_contact_pairs_reset(thrum_contact_pairs *pairs);
+
+/* The report; all zero for NULL. */
+THRUM_API thrum_contact_pairs_report
+thrum_contact_pairs_report_get(const thrum_contact_pairs *pairs);
+
+/* Touch `index` (0-based, below the report's touching) of the last step; THRUM_INVALID_ARGUMENT
+ * beyond the last. */
+THRUM_API thrum_status thrum_contact_pairs_touch(const thrum_contact_pairs *pairs, int64_t index,
+                                                 thrum_pair_touch *touch, thrum_error *error);
+
+/* Bytes at the start of pairs that steps change and that have to be copied to keep a step; the rest
+ * is scratch. */
+THRUM_API size_t thrum_contact_pairs_kept_bytes(const thrum_contact_pairs *pairs);
+
+/* Would the thrum_contact_pairs_kept_bytes bytes at `copy` be these pairs when copied over them?
+ * THRUM_MODEL_MISMATCH for another def, THRUM_BAD_VALUE for numbers that no pairs can have. */
+THRUM_API thrum_status thrum_contact_pairs_copy_check(const thrum_contact_pairs *pairs,
+                                                      const void *copy, thrum_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,285 @@
+/* The block of contact between bodies: planning, laying out, reports (thrum/contact_pairs.h).
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
+#include "runtime/contact/contact_pairs_private.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/base/alignment_check.h"
+#include "runtime/base/finite.h"
+
+#define PAIRS_MAGIC UINT64_C(0x7468726d70723031)
+#define DEF_COOKIE UINT32_C(0x70616972)
+#define COUNT_MAX (INT64_C(1) << 62)
+#define THICKNESS 4e-3 /* of the smaller body's diagonal (docs/tuning.md) */
+
+thrum_contact_pairs_def thrum_default_contact_pairs_def(void) {
+  return (thrum_contact_pairs_def){.cookie = DEF_COOKIE,
+                                   .touch_max = 4096,
+                                   .friction = 0.5,
+                                   .restitution = 0.5,
+                                   .sweeps_max = 60,
+                                   .tolerance = 1e-4};
+}
+
+thrum_pairs_view thrum_pairs_view_of(const thrum_contact_pairs *pairs) {
+  const int64_t member_max = pairs->member_max, vertex_max = pairs->vertex_max;
+  const int64_t node_max = pairs->node_max, rank_max = pairs->rank_max;
+  const int64_t touch_max = pairs->touch_max;
+  unsigned char *at = (unsigned char *)(uintptr_t)pairs + thrum_round_up(sizeof *pairs);
+  thrum_pairs_view view;
+#define X(type, name, count)                                                                       \
+  view.name = (type *)(void *)at;                                                                  \
+  at += thrum_round_up((size_t)(count) * sizeof(type));
+  THRUM_PAIRS_ARRAYS(X)
+#undef X
+  return view;
+}
+
+static size_t bytes_of(const thrum_contact_pairs *pairs) {
+  const int64_t member_max = pairs->member_max, vertex_max = pairs->vertex_max;
+  const int64_t node_max = pairs->node_max, rank_max = pairs->rank_max;
+  const int64_t touch_max = pairs->touch_max;
+  size_t size = thrum_round_up(sizeof *pairs);
+#define X(type, name, count) size += thrum_round_up((size_t)(count) * sizeof(type));
+  THRUM_PAIRS_ARRAYS(X)
+#undef X
+  return size;
+}
+
+static bool is_in(int64_t value, int64_t most) {
+  return value >= 1 && value <= most;
+}
+
+static thrum_status check_def(const thrum_contact_pairs_def *def, thrum_error *error) {
+  if (!def || def->cookie != DEF_COOKIE)
+    return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
+                           "the def of contact between bodies was not made by "
+                           "thrum_default_contact_pairs_def");
+
+  // counts beyond these would overflow the offsets of the arrays
+  if (!is_in(def->member_max, INT64_C(1) << 20) || !is_in(def->vertex_max, INT64_C(1) << 31) ||
+      !is_in(def->node_max, INT64_C(1) << 31) || !is_in(def->rank_max, THRUM_RANK_MAX) ||
+      !is_in(def->touch_max, INT64_C(1) << 24) || def->sweeps_max < 1)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "member_max must be 1 to 2^20, vertex_max and node_max 1 to 2^31, "
+                           "rank_max 1 to %d, touch_max 1 to 2^24, sweeps_max at least 1",
+                           THRUM_RANK_MAX);
+
+  // written so that NaN is refused as well
+  if (!(def->thickness >= 0.0 && def->thickness <= THRUM_CONTACT_STIFFNESS_MAX) ||
+      !(def->friction >= 0.0 && def->friction <= THRUM_CONTACT_STIFFNESS_MAX))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "thickness and friction between bodies must be 0 to 1e30");
+  if (!(def->restitution >= 0.0 && def->restitution <= 1.0) ||
+      !(def->tolerance > 0.0 && def->tolerance <= 1e-2))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "restitution between bodies must be 0 to 1, the tolerance in (0, "
+                           "1e-2]");
+  return THRUM_OK;
+}
+
+static thrum_contact_pairs header_of(const thrum_contact_pairs_def *def) {
+  thrum_contact_pairs header = {.magic = PAIRS_MAGIC,
+                                .member_max = def->member_max,
+                                .vertex_max = def->vertex_max,
+                                .node_max = def->node_max,
+                                .rank_max = def->rank_max,
+                                .touch_max = def->touch_max,
+                                .thickness = def->thickness,
+                                .friction = def->friction,
+                                .restitution = def->restitution,
+                                .tolerance = def->tolerance,
+                                .sweeps_max = def->sweeps_max};
+  header.bytes = bytes_of(&header);
+  header.kept_bytes = thrum_round_up(sizeof header) +
+                      thrum_round_up((size_t)def->touch_max * sizeof(thrum_pair_touching));
+  return header;
+}
+
+thrum_status thrum_contact_pairs_size(const thrum_contact_pairs_def *def, size_t *size,
+                                      thrum_error *error) {
+  THRUM_TRY(check_def(def, error));
+  if (!size)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "size is NULL");
+  *size = (size_t)header_of(def).bytes;
+  return THRUM_OK;
+}
+
+thrum_status thrum_contact_pairs_init(void *memory, size_t memory_size,
+                                      const thrum_contact_pairs_def *def,
+                                      thrum_contact_pairs **pairs, thrum_error *error) {
+  size_t size;
+  THRUM_TRY(thrum_contact_pairs_size(def, &size, error));
+  if (!memory || !pairs)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or pairs is NULL");
+  THRUM_TRY(thrum_alignment_check("contact between bodies", memory, memory_size, size, error));
+  memset(memory, 0, size);
+  *pairs = memory;
+  **pairs = header_of(def);
+  return THRUM_OK;
+}
+
+int thrum_pair_compare(const thrum_pair_key *a, const thrum_pair_key *b) {
+  const int32_t left[5] = {a->bodies[0], a->bodies[1], a->kind, a->first, a->second};
+  const int32_t right[5] = {b->bodies[0], b->bodies[1], b->kind, b->first, b->second};
+  for (int n = 0; n < 5; n++)
+    if (left[n] != right[n])
+      return left[n] < right[n] ? -1 : 1;
+  return 0;
+}
+
+/* Whether key `a` comes after key `b`, in an array of items that begin with their keys. */
+static bool after(const void *items, size_t size, int32_t a, int32_t b) {
+  const unsigned char *bytes = items;
+  const int order = thrum_pair_compare((const void *)(bytes + (size_t)a * size),
+                                       (const void *)(bytes + (size_t)b * size));
+  return order != 0 ? order > 0 : a > b;
+}
+
+/* Lets the item at the top of a heap sink to its place. */
+static void sink(const void *items, size_t size, int32_t *order, int64_t top, int64_t count) {
+  for (;;) {
+    int64_t child = 2 * top + 1;
+    if (child >= count)
+      return;
+    child += child + 1 < count && after(items, size, order[child + 1], order[child]);
+    if (!after(items, size, order[child], order[top]))
+      return;
+    const int32_t kept = order[top];
+    order[top] = order[child];
+    order[child] = kept;
+    top = child;
+  }
+}
+
+void thrum_pairs_sort(const void *items, size_t size, int64_t count, int32_t *order) {
+  for (int64_t n = 0; n < count; n++)
+    order[n] = (int32_t)n;
+
+  // heap sort, which needs no memory
+  for (int64_t n = count / 2; n-- > 0;)
+    sink(items, size, order, n, count);
+  for (int64_t n = count; n-- > 1;) {
+    const int32_t kept = order[0];
+    order[0] = order[n];
+    order[n] = kept;
+    sink(items, size, order, 0, n);
+  }
+}
+
+double thrum_pairs_thickness(const thrum_contact_pairs *pairs, const thrum_skin *a,
+                             const thrum_skin *b) {
+  return pairs->thickness > 0.0 ? pairs->thickness : THICKNESS * fmin(a->diagonal, b->diagonal);
+}
+
+void thrum_contact_pairs_reset(thrum_contact_pairs *pairs) {
+  if (!pairs)
+    return;
+  pairs->touch_count = pairs->before_count = 0;
+  pairs->stored = pairs->lost = pairs->flow = pairs->budget = 0.0;
+  pairs->depth = pairs->deepest = pairs->deepest_share = pairs->distance = pairs->normal = 0.0;
+  pairs->steps = pairs->redone = pairs->declined = pairs->dropped = pairs->sweeps = 0;
+}
+
+thrum_contact_pairs_report thrum_contact_pairs_report_get(const thrum_contact_pairs *pairs) {
+  thrum_contact_pairs_report report = {0};
+  if (!pairs)
+    return report;
+
+  // counters of all steps
+  report.steps = pairs->steps;
+  report.redone = pairs->redone;
+  report.declined = pairs->declined;
+  report.dropped = pairs->dropped;
+  report.sweeps = pairs->sweeps;
+
+  // the last step, and energies since init
+  report.touching = pairs->touch_count;
+  report.distance = pairs->distance;
+  report.depth = pairs->depth;
+  report.deepest = pairs->deepest;
+  report.deepest_share = pairs->deepest_share;
+  report.normal = pairs->normal;
+  report.stored = pairs->stored;
+  report.lost = pairs->lost;
+  return report;
+}
+
+thrum_status thrum_contact_pairs_touch(const thrum_contact_pairs *pairs, int64_t index,
+                                       thrum_pair_touch *touch, thrum_error *error) {
+  if (!pairs || !touch || index < 0 || index >= pairs->touch_count)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no touch %lld of two bodies",
+                           (long long)index);
+
+  // forces are on the side that is named first, which is the second body's where its vertex touches
+  const thrum_pair_touching *found = thrum_pairs_view_of(pairs).touches + index;
+  const double sign = found->key.kind == THRUM_PAIR_REVERSE ? -1.0 : 1.0;
+  *touch = (thrum_pair_touch){.distance = found->distance};
+  for (int side = 0; side < 2; side++)
+    touch->bodies[side] = found->key.bodies[side];
+  for (int axis = 0; axis < 3; axis++) {
+    touch->position[axis] = found->position[axis];
+    touch->normal[axis] = sign * found->normal[axis];
+    touch->force[axis] = sign * (found->force * found->normal[axis] + found->friction[axis]);
+  }
+  return THRUM_OK;
+}
+
+size_t thrum_contact_pairs_kept_bytes(const thrum_contact_pairs *pairs) {
+  return pairs ? (size_t)pairs->kept_bytes : 0;
+}
+
+/* Everything that init sets and no step changes. */
+static bool is_same(const thrum_contact_pairs *a, const thrum_contact_pairs *b) {
+  return a->magic == b->magic && a->bytes == b->bytes && a->kept_bytes == b->kept_bytes &&
+         a->member_max == b->member_max && a->vertex_max == b->vertex_max &&
+         a->node_max == b->node_max && a->rank_max == b->rank_max && a->touch_max == b->touch_max &&
+         a->thickness == b->thickness && a->friction == b->friction &&
+         a->restitution == b->restitution && a->tolerance == b->tolerance &&
+         a->sweeps_max == b->sweeps_max;
+}
+
+static bool is_count(int64_t count, int64_t most) {
+  return count >= 0 && count <= most;
+}
+
+thrum_status thrum_contact_pairs_copy_check(const thrum_contact_pairs *pairs, const void *copy,
+                                            thrum_error *error) {
+  if (!pairs || !copy)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the pairs or the copy of them is NULL");
+  thrum_contact_pairs header;
+  memcpy(&header, copy, sizeof header);
+  if (!is_same(&header, pairs))
+    return thrum_error_set(error, THRUM_MODEL_MISMATCH,
+                           "the snapshot is of contact between bodies of another def");
+
+  // what persists from step to step
+  const double values[] = {header.stored,   header.lost,   header.flow,
+                           header.budget,   header.depth,  header.deepest,
+                           header.distance, header.normal, header.deepest_share};
+  bool right = is_count(header.touch_count, header.touch_max) &&
+               is_count(header.before_count, header.touch_max) &&
+               is_count(header.steps, COUNT_MAX) && is_count(header.redone, COUNT_MAX) &&
+               is_count(header.declined, COUNT_MAX) && is_count(header.dropped, COUNT_MAX) &&
+               is_count(header.sweeps, COUNT_MAX) &&
+               thrum_all_finite(values, sizeof values / sizeof values[0]);
+  for (int64_t n = 0; right && n < header.touch_count; n++) {
+    thrum_pair_touching touch;
+    memcpy(&touch,
+           (const unsigned char *)copy + thrum_round_up(sizeof header) + (size_t)n * sizeof touch,
+           sizeof touch);
+    right = is_count(touch.towards, 1) && is_count(touch.key.kind, THRUM_PAIR_EDGES) &&
+            touch.key.bodies[0] >= 0 && touch.key.bodies[1] > touch.key.bodies[0] &&
+            thrum_all_finite(touch.normal, 3) && thrum_all_finite(touch.friction, 3) &&
+            thrum_all_finite(touch.position, 3) && isfinite(touch.force) &&
+            isfinite(touch.approach) && isfinite(touch.stored) && isfinite(touch.distance) &&
+            isfinite(touch.thickness);
+  }
+  return right ? THRUM_OK
+               : thrum_error_set(error, THRUM_BAD_VALUE,
+                                 "the snapshot holds a number of contact between bodies that is "
+                                 "out of its range");
+}

@@ -1,0 +1,171 @@
+/* Contact between bodies in memory and a step of it in the making, private to the runtime: one
+ * header, then arrays at offsets that follow from the sizes in the header; no pointer is stored
+ * (thrum/contact_pairs.h, docs/contact.md).
+ *
+ * What persists from step to step are the touches, which lie in front; all else is scratch.
+ *
+ * A step goes through these files: contact_pairs_search.c finds the candidates,
+ * contact_pairs_rows.c makes rows of them, contact_pairs_solve.c solves them with the rows of the
+ * bodies' obstacles, contact_pairs_energy.c looks at what the step did; contact_pairs_step.c calls
+ * them.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_CONTACT_CONTACT_PAIRS_PRIVATE_H
+#define THRUM_RUNTIME_CONTACT_CONTACT_PAIRS_PRIVATE_H
+
+#include "runtime/contact/contact_private.h"
+#include "runtime/contact/contact_skin.h"
+#include "thrum/contact_pairs.h"
+
+/* What touches what. The first side is a vertex of the first or of the second body, or an edge of
+ * the first. */
+typedef enum thrum_pair_kind {
+  THRUM_PAIR_VERTEX = 0,  /* vertex of body a, triangle of body b */
+  THRUM_PAIR_REVERSE = 1, /* vertex of body b, triangle of body a */
+  THRUM_PAIR_EDGES = 2    /* edge of body a, edge of body b */
+} thrum_pair_kind;
+
+/* Names a touch from step to step. */
+typedef struct thrum_pair_key {
+  int32_t bodies[2]; /* a < b */
+  int32_t kind, first, second;
+} thrum_pair_key;
+
+/* A touch that persists. */
+typedef struct thrum_pair_touching {
+  thrum_pair_key key;
+  int32_t towards; /* as in thrum_touching, and all below */
+  double normal[3], force, friction[3], approach, stored;
+  double distance;    /* between the surfaces after the step [m] */
+  double thickness;   /* that it kept [m] */
+  double position[3]; /* where the force acted [m] */
+} thrum_pair_touching;
+
+/* Two places that may touch in this step, before any force. */
+typedef struct thrum_pair_candidate {
+  thrum_pair_key key;
+  int32_t members[2];  /* of the first and the second side */
+  int32_t vertices[4]; /* in their skins */
+  double weights[4];
+  double normal[3]; /* from the second side to the first */
+  double apart;     /* distance along it at the start of the step [m] */
+  double least;     /* least distance in the step, or that at the start [m] */
+  int32_t inside;   /* 1: the closest point is not on a rim */
+  int32_t pruned;   /* 1: another candidate of its vertex speaks for it */
+} thrum_pair_candidate;
+
+/* A row of the solve: the same law as that of an obstacle, with two bodies. */
+typedef struct thrum_pair_row {
+  thrum_contact_row row; /* its lever is that of the first side */
+  thrum_pair_key key;
+  int32_t members[2];
+  int32_t known;       /* 1: it goes on from a touch of the last step */
+  double starts[2][3]; /* of the two points [m] */
+  double lever[3];     /* of the second side [m] */
+  double thickness;    /* [m] */
+  double position[3];  /* where the force acts [m] */
+} thrum_pair_row;
+
+typedef double thrum_turn[3];
+
+struct thrum_contact_pairs {
+  uint64_t magic;
+  uint64_t bytes;
+  uint64_t kept_bytes;
+  int64_t member_max, vertex_max, node_max, rank_max, touch_max;
+  double thickness, friction, restitution, tolerance;
+  int64_t sweeps_max;
+  int64_t touch_count;  /* of the step that was made last, or is being made */
+  int64_t before_count; /* of the step before it */
+  double stored, lost, flow, budget;
+  double depth, deepest, deepest_share, distance, normal;
+  int64_t steps, redone, declined, dropped, sweeps;
+};
+
+/* X(type, name, count) */
+#define THRUM_PAIRS_ARRAYS(X)                                                                      \
+  X(thrum_pair_touching, touches, touch_max) /* of the last step; the last that is kept */         \
+  X(thrum_pair_touching, before, touch_max)  /* of the step before, ascending by their keys */     \
+  X(int32_t, order, touch_max * 2)           /* of what is being sorted */                         \
+  X(int32_t, taken, touch_max)               /* 1: a row goes on from this touch before */         \
+  X(thrum_pair_candidate, candidates, touch_max * 2)                                               \
+  X(thrum_pair_row, rows, touch_max)                                                               \
+  X(double, row_basis, touch_max * 6 * rank_max) /* three rows of U of either side */              \
+  X(thrum_contact_run, runs, member_max)                                                           \
+  X(thrum_contact, contacts, member_max)   /* as the step began */                                 \
+  X(thrum_turn, turns, member_max)         /* rotation that the levers are made for [rad] */       \
+  X(int64_t, first_vertex, member_max + 1) /* of each member among those below */                  \
+  X(int64_t, first_node, member_max + 1)                                                           \
+  X(double, places, vertex_max * 6) /* of vertices: position, displacement [m] */                  \
+  X(int32_t, place_known, vertex_max)                                                              \
+  X(double, spheres, node_max * 7) /* of nodes: middle, displacement, radius [m] */                \
+  X(int32_t, sphere_known, node_max)
+
+typedef struct thrum_pairs_view {
+#define X(type, name, count) type *name;
+  THRUM_PAIRS_ARRAYS(X)
+#undef X
+} thrum_pairs_view;
+
+/* A group's step in the making. */
+typedef struct thrum_pairs_run {
+  thrum_contact_pairs *pairs;
+  thrum_contact_member *members;
+  int64_t count;
+  thrum_pairs_view view;
+  int64_t candidate_count, row_count;
+  bool moved; /* the search goes by displacements that were solved for, not those without contact */
+  bool solved; /* there are such */
+} thrum_pairs_run;
+
+/* contact_pairs.c: pointers into the block. */
+thrum_pairs_view thrum_pairs_view_of(const thrum_contact_pairs *pairs);
+
+/* contact_pairs.c: order of two keys: below 0, 0, above 0. */
+int thrum_pair_compare(const thrum_pair_key *a, const thrum_pair_key *b);
+
+/* contact_pairs.c: fills order (count) with the places of `count` items of `size` bytes that begin
+ * with a key, ascending. */
+void thrum_pairs_sort(const void *items, size_t size, int64_t count, int32_t *order);
+
+/* contact_pairs.c: the thickness between two bodies [m]. */
+double thrum_pairs_thickness(const thrum_contact_pairs *pairs, const thrum_skin *a,
+                             const thrum_skin *b);
+
+/* contact_pairs_search.c: finds all candidates of the step, pruned and in the order of their keys.
+ */
+void thrum_pairs_search(thrum_pairs_run *run);
+
+/* contact_pairs_search.c: position and displacement of a vertex of a member. */
+const double *thrum_pairs_place(thrum_pairs_run *run, int64_t member, int64_t vertex);
+
+/* contact_pairs_rows.c: makes rows of the candidates that have none; returns how many. */
+int64_t thrum_pairs_add_rows(thrum_pairs_run *run);
+
+/* contact_pairs_rows.c: the levers and responses of all rows for the rotations predicted now. */
+void thrum_pairs_refresh(thrum_pairs_run *run);
+
+/* contact_pairs_rows.c: as thrum_contact_release, for rows between bodies. */
+void thrum_pairs_release(thrum_pairs_run *run);
+
+/* contact_pairs_rows.c: the three rows of U of a side of a row. */
+double *thrum_pairs_basis(const thrum_pairs_run *run, const thrum_pair_row *row, int side);
+
+/* contact_pairs_solve.c: solves all rows of the group with those of its members, and gathers their
+ * loads. */
+void thrum_pairs_solve(thrum_pairs_run *run);
+
+/* contact_pairs_energy.c: fills what the rows did in the steps that were made; returns their work
+ * on the bodies [J]. The members' thrum_contact_measure comes before. */
+double thrum_pairs_measure(thrum_pairs_run *run);
+
+/* contact_pairs_energy.c: did contact between the bodies give back no more than it had taken? */
+bool thrum_pairs_allowed(thrum_pairs_run *run);
+
+/* contact_pairs_energy.c: did the step leave all surfaces apart? After thrum_pairs_allowed. */
+bool thrum_pairs_apart(const thrum_pairs_run *run);
+
+/* contact_pairs_energy.c: books the energy and keeps the touches for the next step. */
+void thrum_pairs_settle(thrum_pairs_run *run);
+
+#endif

@@ -1,0 +1,296 @@
+/* The rows of a step between bodies: what two places that may touch say to the solve
+ * (docs/contact.md).
+ *
+ * The gap of a row is the distance less the thickness. Its spring is as stiff as the softer body
+ * over the thickness, and stiffer where that would not stop the approach within half of it:
+ *
+ *   k = max(A E / t, m (2 v / t)^2),   m = h^2 / (2 n G n),
+ *
+ * with v the speed of the approach and m the mass that the places show in the step. Whatever
+ * restitution says, a spring pushes until the depth is below half the thickness.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/contact/contact_law.h"
+#include "runtime/contact/contact_pairs_private.h"
+#include "runtime/contact/contact_point.h"
+
+#define DEEPEST 0.5  /* of the thickness: springs push up to here whatever restitution says */
+#define RECOVERY 0.1 /* share of an excess of depth that a step may take back */
+#define RESTING 2.0  /* an approach slower than so many times what a step adds is no impact */
+#define ALIKE 0.7    /* cosine between the normals of a touch that goes on on another triangle */
+
+double *thrum_pairs_basis(const thrum_pairs_run *run, const thrum_pair_row *row, int side) {
+  const int64_t index = row - run->view.rows;
+  return run->view.row_basis + (2 * index + side) * 3 * run->pairs->rank_max;
+}
+
+/* How many of the four points are on the first side. */
+static int first_side(const thrum_pair_candidate *c) {
+  return c->key.kind == THRUM_PAIR_EDGES ? 2 : 1;
+}
+
+/* The point of one side: its rows of U, where it starts, and the area that it stands for. */
+static double fill_side(thrum_pairs_run *run, const thrum_pair_candidate *c, int side,
+                        thrum_pair_row *row) {
+  const int from = side == 0 ? 0 : first_side(c), to = side == 0 ? first_side(c) : 4;
+  const thrum_skin *skin = run->members[c->members[side]].skin;
+  const thrum_skin_view view = thrum_skin_view_of(skin);
+  const int64_t r = skin->rank;
+  double *basis = thrum_pairs_basis(run, row, side), area = 0.0;
+  memset(basis, 0, 3 * (size_t)r * sizeof *basis);
+  for (int n = from; n < to; n++) {
+    const double weight = c->weights[n];
+    const double *rows = view.rows + 3 * (int64_t)c->vertices[n] * r;
+    const double *place = thrum_pairs_place(run, c->members[side], c->vertices[n]);
+    for (int64_t i = 0; i < 3 * r; i++)
+      basis[i] += weight * rows[i];
+    for (int axis = 0; axis < 3; axis++)
+      row->starts[side][axis] += weight * place[axis];
+    area += weight * view.areas[c->vertices[n]];
+  }
+  return area;
+}
+
+/* The touch that a row goes on from: the same, or else one of the same vertex or edge that looks
+ * the same way; NULL where there is none. */
+static const thrum_pair_touching *touch_before(const thrum_pairs_run *run,
+                                               const thrum_pair_row *row, bool exact) {
+  // the first touch that does not come before the row's first place
+  thrum_pair_key key = row->key;
+  if (!exact)
+    key.second = -1;
+  int64_t from = 0, to = run->pairs->before_count;
+  while (from < to) {
+    const int64_t middle = from + (to - from) / 2;
+    if (thrum_pair_compare(&run->view.before[middle].key, &key) < 0)
+      from = middle + 1;
+    else
+      to = middle;
+  }
+
+  for (; from < run->pairs->before_count; from++) {
+    const thrum_pair_touching *touch = run->view.before + from;
+    key.second = touch->key.second;
+    if (thrum_pair_compare(&touch->key, &key) != 0)
+      return NULL;
+    if (exact ? touch->key.second == row->key.second
+              : !run->view.taken[from] && thrum_dot3(touch->normal, row->row.touch.normal) > ALIKE)
+      return run->view.taken[from] ? NULL : touch;
+    if (exact)
+      return NULL;
+  }
+  return NULL;
+}
+
+/* Goes on from a touch of the last step. */
+static void go_on(thrum_pairs_run *run, thrum_pair_row *row, bool exact) {
+  const thrum_pair_touching *before = row->known ? NULL : touch_before(run, row, exact);
+  if (before == NULL)
+    return;
+  thrum_touching *touch = &row->row.touch;
+  run->view.taken[before - run->view.before] = 1;
+  row->known = 1;
+  touch->towards = before->towards;
+  touch->force = before->force;
+  touch->approach = before->approach;
+  touch->stored = before->stored;
+
+  // friction stays in the plane across the normal of now
+  const double along = thrum_dot3(before->friction, touch->normal);
+  for (int axis = 0; axis < 3; axis++)
+    touch->friction[axis] = before->friction[axis] - along * touch->normal[axis];
+}
+
+/* Largest eigenvalue of G on the plane across the normal; pushed = G n. */
+static double largest_across(const double response[9], const double normal[3],
+                             const double pushed[3]) {
+  const double along = thrum_dot3(pushed, normal);
+  const double trace = response[0] + response[4] + response[8] - along;
+  double square = along * along - 2.0 * thrum_dot3(pushed, pushed);
+  for (int n = 0; n < 9; n++)
+    square += response[n] * response[n];
+  return 0.5 * (trace + sqrt(fmax(2.0 * square - trace * trace, 0.0)));
+}
+
+/* How the two points answer to a force between them. The levers are those with which the rotations
+ * that are predicted displace the points exactly. */
+static void fill_response(thrum_pairs_run *run, thrum_pair_row *row) {
+  thrum_contact_row *of = &row->row;
+  memset(of->response, 0, sizeof of->response);
+  for (int side = 0; side < 2; side++) {
+    const thrum_contact_run *body = run->view.runs + row->members[side];
+    double *lever = side == 0 ? of->lever : row->lever;
+    double arm[3], response[9];
+    thrum_subtract3(row->starts[side], body->centre, arm);
+    thrum_point_mean_arm(run->solved ? body->turned : body->unloaded_turn, arm, lever);
+    thrum_point_response(body, thrum_pairs_basis(run, row, side), lever, response);
+    for (int n = 0; n < 9; n++)
+      of->response[n] += response[n];
+  }
+
+  double pushed[3];
+  thrum_apply3(of->response, of->touch.normal, pushed);
+  of->along = thrum_dot3(pushed, of->touch.normal);
+  of->across = largest_across(of->response, of->touch.normal, pushed);
+}
+
+/* How the two points move against each other. */
+static void fill_motion(thrum_pairs_run *run, const thrum_pair_row *row, double velocity[3],
+                        double unloaded[3]) {
+  memset(velocity, 0, 3 * sizeof *velocity);
+  memset(unloaded, 0, 3 * sizeof *unloaded);
+  for (int side = 0; side < 2; side++) {
+    const thrum_contact_run *body = run->view.runs + row->members[side];
+    const double *basis = thrum_pairs_basis(run, row, side), sign = side == 0 ? 1.0 : -1.0;
+    double arm[3], lever[3], v[3], d[3];
+    thrum_subtract3(row->starts[side], body->centre, arm);
+    thrum_point_mean_arm(body->unloaded_turn, arm, lever);
+    thrum_point_velocity(body, basis, arm, v);
+    thrum_point_unloaded(body, basis, lever, d);
+    for (int axis = 0; axis < 3; axis++) {
+      velocity[axis] += sign * v[axis];
+      unloaded[axis] += sign * d[axis];
+    }
+  }
+}
+
+void thrum_pairs_refresh(thrum_pairs_run *run) {
+  for (int64_t n = 0; n < run->row_count; n++)
+    fill_response(run, run->view.rows + n);
+}
+
+/* The approach, and what friction aims at (bound_row of contact_rows.c). */
+static void fill_approach(const thrum_pairs_run *run, thrum_pair_row *row, const double velocity[3],
+                          const double unloaded[3]) {
+  const double h = run->view.runs[row->members[0]].dt;
+  thrum_contact_row *of = &row->row;
+  of->speed = thrum_dot3(velocity, of->touch.normal);
+  of->gained = 2.0 * (of->speed - thrum_dot3(unloaded, of->touch.normal) / h);
+  if (of->speed < 0.0) {
+    const double impact = -of->speed > RESTING * of->gained ? -of->speed : 0.0;
+    of->touch.approach = of->touch.towards ? fmax(of->touch.approach, impact) : impact;
+    of->touch.towards = 1;
+  } else if (of->speed > 0.0) {
+    of->touch.towards = 0;
+  }
+  of->unloaded_length = sqrt(thrum_dot3(unloaded, unloaded));
+  for (int axis = 0; axis < 3; axis++)
+    of->slide[axis] = 0.5 * h * (velocity[axis] - of->speed * of->touch.normal[axis]);
+}
+
+/* The row of a candidate; false where nothing can move either place. */
+static bool fill_row(thrum_pairs_run *run, const thrum_pair_candidate *c, thrum_pair_row *row) {
+  memset(row, 0, sizeof *row);
+  row->key = c->key;
+  memcpy(row->members, c->members, sizeof row->members);
+  memcpy(row->row.touch.normal, c->normal, sizeof c->normal);
+  const thrum_skin *skins[2] = {run->members[c->members[0]].skin, run->members[c->members[1]].skin};
+  row->thickness = thrum_pairs_thickness(run->pairs, skins[0], skins[1]);
+  row->row.gap = c->apart - row->thickness;
+
+  const double first = fill_side(run, c, 0, row), second = fill_side(run, c, 1, row);
+  double velocity[3], unloaded[3];
+  fill_response(run, row);
+  fill_motion(run, row, velocity, unloaded);
+  row->row.friction = run->pairs->friction;
+  row->row.restitution = run->pairs->restitution;
+  row->row.stiffness = (c->key.kind == THRUM_PAIR_EDGES ? fmin(first, second) : first) *
+                       fmin(skins[0]->young, skins[1]->young) / row->thickness;
+  fill_approach(run, row, velocity, unloaded);
+  return row->row.along > 0.0 && isfinite(row->row.along);
+}
+
+/* Stops the approach of a row within half the thickness, and lets it keep no more energy than its
+ * spring can hold. */
+static void stiffen(const thrum_pairs_run *run, thrum_pair_row *row) {
+  const double h = run->view.runs[row->members[0]].dt;
+  thrum_contact_row *of = &row->row;
+  const double rate = 2.0 * of->touch.approach / row->thickness;
+  of->stiffness = fmax(of->stiffness, 0.5 * h * h / of->along * rate * rate);
+  of->stiffness = fmin(of->stiffness, THRUM_CONTACT_STIFFNESS_MAX);
+  of->touch.stored = fmin(of->touch.stored, thrum_contact_energy(of->stiffness, of->gap));
+}
+
+/* Share of their depth by which springs are deeper than their forces of the last step account for
+ * (contact_rows.c). */
+static double excess_share(const thrum_pairs_run *run) {
+  double carried = 0.0, pressed = 0.0;
+  for (int64_t n = 0; n < run->row_count; n++) {
+    const thrum_contact_row *row = &run->view.rows[n].row;
+    carried += row->touch.force;
+    pressed += row->stiffness * fmax(-row->gap, 0.0);
+  }
+  return pressed > carried ? 1.0 - carried / pressed : 0.0;
+}
+
+/* The gap up to which each spring pushes (contact_rows.c), but at least to half the thickness. */
+static void raise_ceilings(thrum_pairs_run *run) {
+  const double share = excess_share(run);
+  for (int64_t n = 0; n < run->row_count; n++) {
+    thrum_pair_row *pair = run->view.rows + n;
+    thrum_contact_row *row = &pair->row;
+    const double h = run->view.runs[pair->members[0]].dt;
+    const double excess = share * fmax(-row->gap, 0.0);
+    const double out = fmin(sqrt(fmax(row->gained, 0.0) / h * excess), RECOVERY * excess / h);
+    const double away = fmax(row->restitution * row->touch.approach, out);
+    row->ceiling = row->restitution < 1.0
+                       ? fmax(row->gap + 0.5 * h * (row->speed + away), -DEEPEST * pair->thickness)
+                       : INFINITY;
+  }
+}
+
+/* Has one of the first `count` rows, which ascend by their keys, this key, or for a rim this
+ * vertex?
+ */
+static bool has_row(const thrum_pairs_run *run, int64_t count, const thrum_pair_candidate *c) {
+  for (int64_t n = 0; n < count; n++) {
+    const thrum_pair_key *key = &run->view.rows[n].key;
+    if (thrum_pair_compare(key, &c->key) == 0)
+      return true;
+    if (!c->inside && key->kind == c->key.kind && key->first == c->key.first &&
+        key->bodies[0] == c->key.bodies[0] && key->bodies[1] == c->key.bodies[1])
+      return true;
+  }
+  return false;
+}
+
+int64_t thrum_pairs_add_rows(thrum_pairs_run *run) {
+  const int64_t had = run->row_count;
+  for (int64_t n = 0; n < run->candidate_count; n++) {
+    const thrum_pair_candidate *c = run->view.candidates + run->view.order[n];
+    if (had > 0 && has_row(run, had, c))
+      continue;
+
+    // touch_max is the caller's limit: the report counts what it leaves out
+    if (run->row_count == run->pairs->touch_max) {
+      run->pairs->dropped++;
+      continue;
+    }
+    run->row_count += fill_row(run, c, run->view.rows + run->row_count);
+  }
+
+  // what was there before goes on, first where it was, then where it has slid to
+  for (int pass = 0; pass < 2; pass++)
+    for (int64_t n = had; n < run->row_count; n++)
+      go_on(run, run->view.rows + n, pass == 0);
+  for (int64_t n = had; n < run->row_count; n++)
+    stiffen(run, run->view.rows + n);
+  raise_ceilings(run);
+  return run->row_count - had;
+}
+
+void thrum_pairs_release(thrum_pairs_run *run) {
+  for (int64_t n = 0; n < run->row_count; n++) {
+    thrum_pair_row *pair = run->view.rows + n;
+    thrum_contact_row *row = &pair->row;
+    const double h = run->view.runs[pair->members[0]].dt;
+    const double stop = row->gap + 0.5 * h * fmin(row->speed, 0.0);
+    row->ceiling = fmin(row->ceiling, fmax(stop, fmin(-DEEPEST * pair->thickness, row->gap)));
+    row->friction = 0.0;
+  }
+}

@@ -1,0 +1,477 @@
+/* Which vertices and triangles, and which edges, of two bodies may touch in a step.
+ *
+ * Broad phase: the trees of the two skins are descended together, where spheres that hold the nodes
+ * over the step may come within the thickness of each other (contact_skin.c). Narrow phase: of two
+ * triangles near each other, each vertex and edge that they have to try (representative triangles:
+ * Curtis, Tamstorf & Manocha 2008, doi:10.1145/1342250.1342260). Two places that are near already
+ * meet in the plane between them now, others in that of the time at which they come near
+ * (contact_distance.c). Only vertices and edges that are reached are evaluated, at 6 r each.
+ *
+ * A vertex meets a triangle from outside; it may lie behind it by less than the thickness, where it
+ * was pressed in. Edges meet where both stand out towards the other body: those inside a flat face
+ * add nothing to its vertices. On the rim of a triangle only the nearest counts.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/base/vec3.h"
+#include "runtime/contact/contact_distance.h"
+#include "runtime/contact/contact_pairs_private.h"
+#include "runtime/contact/contact_point.h"
+
+#define NEAR 2.0        /* thicknesses within which two places meet as they are now */
+#define MARGIN 0.5      /* thicknesses by which a row may miss and is still made */
+#define STANDS_OUT 0.05 /* sine of the angle to its faces from which an edge counts */
+#define STACK 128       /* pairs of nodes that wait: twice the depth of two trees is enough */
+
+/* Two bodies that are searched. */
+typedef struct search {
+  thrum_pairs_run *run;
+  int64_t members[2];
+  const thrum_skin *skins[2];
+  thrum_skin_view views[2];
+  int32_t numbers[2];
+  double thickness;
+} search;
+
+/* The displacement over the step of a point with these rows. */
+static void displacement(const thrum_pairs_run *run, const thrum_contact_run *body,
+                         const double *rows, const double start[3], double out[3]) {
+  const bool moved = run->moved || body->contact->pull_count > 0;
+  double arm[3], lever[3];
+  thrum_subtract3(start, body->centre, arm);
+  thrum_point_mean_arm(moved ? body->turned : body->unloaded_turn, arm, lever);
+  if (moved)
+    thrum_point_moved(body, rows, lever, body->view.moved, out);
+  else
+    thrum_point_unloaded(body, rows, lever, out);
+}
+
+const double *thrum_pairs_place(thrum_pairs_run *run, int64_t member, int64_t vertex) {
+  const int64_t index = run->view.first_vertex[member] + vertex;
+  double *place = run->view.places + 6 * index;
+  if (run->view.place_known[index])
+    return place;
+
+  // evaluated once a step and member
+  const thrum_contact_run *body = run->view.runs + member;
+  const thrum_skin *skin = run->members[member].skin;
+  const thrum_skin_view view = thrum_skin_view_of(skin);
+  const double *rows = view.rows + 3 * vertex * skin->rank;
+  thrum_point_start(body, rows, view.rest + 3 * vertex, place);
+  displacement(run, body, rows, place, place + 3);
+  run->view.place_known[index] = 1;
+  return place;
+}
+
+/* The sphere of a node: middle and displacement (3 each), radius over the step. */
+static const double *sphere_of(const search *s, int side, int32_t node) {
+  thrum_pairs_run *run = s->run;
+  const int64_t index = run->view.first_node[s->members[side]] + node;
+  double *sphere = run->view.spheres + 7 * index;
+  if (run->view.sphere_known[index])
+    return sphere;
+
+  const thrum_contact_run *body = run->view.runs + s->members[side];
+  const thrum_skin_view *view = &s->views[side];
+  const int64_t r = s->skins[side]->rank;
+  const double *rows = view->node_rows + 3 * node * r, *spread = view->spreads + node * r;
+  thrum_point_start(body, rows, view->nodes[node].middle, sphere);
+  displacement(run, body, rows, sphere, sphere + 3);
+
+  // it holds its triangles at both ends of the step
+  const bool moved = run->moved || body->contact->pull_count > 0;
+  const double *d = moved ? body->view.moved : body->view.unloaded;
+  const double *turn = moved ? body->turned : body->unloaded_turn;
+  double radius = view->nodes[node].radius;
+  radius += sqrt(thrum_dot3(turn, turn)) * radius;
+  for (int64_t i = 0; i < r; i++)
+    radius += spread[i] * (fabs(body->view.q[i]) + fabs(d[i]));
+  sphere[6] = radius;
+  run->view.sphere_known[index] = 1;
+  return sphere;
+}
+
+/* Do two spheres come within the thickness of each other on their ways? */
+static bool are_near(const search *s, int32_t a, int32_t b) {
+  const double *p = sphere_of(s, 0, a), *q = sphere_of(s, 1, b);
+  double apart[3], way[3];
+  thrum_subtract3(p, q, apart);
+  thrum_subtract3(p + 3, q + 3, way);
+  const double square = thrum_dot3(way, way);
+  const double time = square > 0.0 ? fmin(fmax(-thrum_dot3(apart, way) / square, 0.0), 1.0) : 0.0;
+  for (int axis = 0; axis < 3; axis++)
+    apart[axis] += time * way[axis];
+  const double reach = p[6] + q[6] + (1.0 + MARGIN) * s->thickness;
+  return thrum_dot3(apart, apart) <= reach * reach;
+}
+
+/* --- boxes ------------------------------------------------------------------------------------ */
+
+/* A box along the axes of the world that holds points over the step. */
+typedef struct box {
+  double least[3], most[3];
+} box;
+
+/* The box of some places. */
+static box box_of(const double *const places[], int count) {
+  box b;
+  for (int axis = 0; axis < 3; axis++) {
+    double least = INFINITY, most = -INFINITY;
+    for (int n = 0; n < count; n++) {
+      const double start = places[n][axis], end = start + places[n][3 + axis];
+      const double low = start < end ? start : end, high = start < end ? end : start;
+      least = low < least ? low : least;
+      most = high > most ? high : most;
+    }
+    b.least[axis] = least;
+    b.most[axis] = most;
+  }
+  return b;
+}
+
+static bool overlap(const box *a, const box *b, double reach) {
+  bool any = true;
+  for (int axis = 0; axis < 3; axis++)
+    any = any && a->least[axis] <= b->most[axis] + reach && b->least[axis] <= a->most[axis] + reach;
+  return any;
+}
+
+/* The boxes of a triangle, of its corners and of its edges, where it tries them. */
+typedef struct triangle_boxes {
+  box whole, corners[3], edges[3];
+} triangle_boxes;
+
+static triangle_boxes boxes_of(const search *s, int side, int32_t triangle) {
+  const thrum_skin_triangle *of = s->views[side].triangles + triangle;
+  const double *places[3];
+  triangle_boxes made;
+  for (int n = 0; n < 3; n++)
+    places[n] = thrum_pairs_place(s->run, s->members[side], of->corners[n]);
+  made.whole = box_of(places, 3);
+  for (int n = 0; n < 3; n++) {
+    const double *ends[2] = {places[n], places[(n + 1) % 3]};
+    if (of->tried & (1 << n))
+      made.corners[n] = box_of(places + n, 1);
+    if (of->tried & (8 << n))
+      made.edges[n] = box_of(ends, 2);
+  }
+  return made;
+}
+
+/* --- two places ------------------------------------------------------------------------------- */
+
+/* Unit normal of a triangle at a time; false where it has no area. */
+static bool normal_of(const thrum_quad *quad, double time, double normal[3]) {
+  double x[3][3], e[3], f[3];
+  for (int n = 0; n < 3; n++)
+    for (int axis = 0; axis < 3; axis++)
+      x[n][axis] = quad->x[n + 1][axis] + time * quad->d[n + 1][axis];
+  thrum_subtract3(x[1], x[0], e);
+  thrum_subtract3(x[2], x[0], f);
+  thrum_cross3(e, f, normal);
+  const double length = sqrt(thrum_dot3(normal, normal));
+  for (int axis = 0; axis < 3; axis++)
+    normal[axis] /= length;
+  return isnormal(length);
+}
+
+/* The normal on a triangle towards a vertex that lies outside, or inside by less than the
+ * thickness; false where it does not. */
+static bool face_normal(const search *s, const thrum_quad *quad, double time,
+                        const thrum_nearest *nearest, double normal[3], double *apart) {
+  double face[3];
+  if (!normal_of(quad, time, face))
+    return false;
+  const double outside = thrum_dot3(face, nearest->apart);
+
+  // over the triangle itself the face counts, which also holds for a vertex that was pressed in
+  if (nearest->inside || nearest->distance < 1e-3 * s->thickness) {
+    memcpy(normal, face, sizeof face);
+    *apart = outside;
+    return outside > (time > 0.0 ? 0.0 : -2.0 * s->thickness);
+  }
+
+  // beyond its rim the nearest point of the rim
+  if (!(outside > 0.0))
+    return false;
+  for (int axis = 0; axis < 3; axis++)
+    normal[axis] = nearest->apart[axis] / nearest->distance;
+  *apart = nearest->distance;
+  return true;
+}
+
+/* Where an edge's faces lie: the least and the largest sine of the angle between them and the plane
+ * across `normal`, positive on its side; `into` gets their mean direction. */
+static void faces_of(const search *s, int side, int32_t edge, const double at[3], double time,
+                     const double normal[3], double *least, double *most, double into[3]) {
+  const thrum_skin_edge *of = s->views[side].edges + edge;
+  *least = INFINITY;
+  *most = -INFINITY;
+  memset(into, 0, 3 * sizeof *into);
+  for (int n = 0; n < 2; n++) {
+    if (of->opposite[n] < 0)
+      continue;
+    const double *place = thrum_pairs_place(s->run, s->members[side], of->opposite[n]);
+    double way[3];
+    for (int axis = 0; axis < 3; axis++)
+      way[axis] = place[axis] + time * place[3 + axis] - at[axis];
+    const double length = sqrt(thrum_dot3(way, way));
+    for (int axis = 0; axis < 3; axis++) {
+      way[axis] /= length;
+      into[axis] += way[axis];
+    }
+    const double sine = thrum_dot3(way, normal);
+    *least = fmin(*least, sine);
+    *most = fmax(*most, sine);
+  }
+}
+
+/* The normal between two edges that stand out towards each other; false where they do not. */
+static bool edge_normal(const search *s, const thrum_quad *quad, double time,
+                        const thrum_nearest *nearest, const int32_t edges[2], double normal[3],
+                        double *apart) {
+  if (!nearest->inside)
+    return false;
+  double x[4][3], u[3], v[3], at[2][3], into[2][3], least[2], most[2];
+  for (int n = 0; n < 4; n++)
+    for (int axis = 0; axis < 3; axis++)
+      x[n][axis] = quad->x[n][axis] + time * quad->d[n][axis];
+  thrum_subtract3(x[1], x[0], u);
+  thrum_subtract3(x[3], x[2], v);
+  thrum_cross3(u, v, normal);
+  const double length = sqrt(thrum_dot3(normal, normal));
+  for (int axis = 0; axis < 3; axis++) {
+    normal[axis] /= length;
+    at[0][axis] = nearest->weights[0] * x[0][axis] + nearest->weights[1] * x[1][axis];
+    at[1][axis] = nearest->weights[2] * x[2][axis] + nearest->weights[3] * x[3][axis];
+  }
+
+  // it points out of the second body and into the first
+  for (int side = 0; side < 2; side++)
+    faces_of(s, side, edges[side], at[side], time, normal, least + side, most + side, into[side]);
+  if (thrum_dot3(normal, into[0]) - thrum_dot3(normal, into[1]) < 0.0) {
+    for (int axis = 0; axis < 3; axis++)
+      normal[axis] = -normal[axis];
+    for (int side = 0; side < 2; side++) {
+      const double kept = -least[side];
+      least[side] = -most[side];
+      most[side] = kept;
+    }
+  }
+
+  // no face of either in front of the plane between them, and one of each behind it
+  *apart = thrum_dot3(normal, nearest->apart);
+  return least[0] > -STANDS_OUT && most[0] > STANDS_OUT && most[1] < STANDS_OUT &&
+         least[1]<-STANDS_OUT && * apart>(time > 0.0 ? 0.0 : -s->thickness);
+}
+
+/* Two places of a vertex and a triangle or of two edges: a candidate where they may touch. */
+static void try_quad(search *s, thrum_quad_kind kind, thrum_quad *quad,
+                     thrum_pair_candidate *candidate, const int32_t edges[2]) {
+  thrum_pairs_run *run = s->run;
+  const double reach = (1.0 + MARGIN) * s->thickness;
+  const double motion = thrum_quad_motion(kind, quad);
+  thrum_nearest nearest = thrum_quad_nearest(kind, quad, 0.0);
+  double time = 0.0;
+  if (nearest.distance > reach + motion)
+    return;
+
+  // what is near already meets as it is now, unless it moves far within the step
+  const double here = nearest.distance;
+  if (here > 1.05 * s->thickness && (here > NEAR * s->thickness || motion > here)) {
+    time = thrum_quad_meets(kind, quad, s->thickness);
+    if (time > 1.0)
+      return;
+    nearest = thrum_quad_nearest(kind, quad, time);
+  }
+
+  double apart;
+  if (!(kind == THRUM_VERTEX_TRIANGLE
+            ? face_normal(s, quad, time, &nearest, candidate->normal, &apart)
+            : edge_normal(s, quad, time, &nearest, edges, candidate->normal, &apart)))
+    return;
+
+  // back to the start along the normal, as the row has it
+  double way = 0.0;
+  for (int n = 0; n < 4; n++) {
+    const double sign = n == 0 || (n == 1 && kind == THRUM_EDGE_EDGE) ? 1.0 : -1.0;
+    way += sign * nearest.weights[n] * thrum_dot3(candidate->normal, quad->d[n]);
+  }
+  candidate->apart = apart - time * way;
+  if (fmin(candidate->apart, candidate->apart + way) > reach)
+    return;
+  if (run->candidate_count == 2 * run->pairs->touch_max) {
+    run->pairs->dropped++;
+    return;
+  }
+  memcpy(candidate->weights, nearest.weights, sizeof candidate->weights);
+  candidate->inside = nearest.inside;
+  candidate->least = fabs(apart);
+  run->view.candidates[run->candidate_count++] = *candidate;
+}
+
+/* Vertex n of a triangle of `side` against a triangle of the other side. */
+static void try_vertex(search *s, int side, int32_t vertex, int32_t triangle) {
+  const int other = 1 - side;
+  const int32_t *corners = s->views[other].triangles[triangle].corners;
+  thrum_pair_candidate candidate = {
+      .key = {{s->numbers[0], s->numbers[1]},
+              side == 0 ? THRUM_PAIR_VERTEX : THRUM_PAIR_REVERSE,
+              vertex,
+              triangle},
+      .members = {(int32_t)s->members[side], (int32_t)s->members[other]},
+      .vertices = {vertex, corners[0], corners[1], corners[2]}};
+  thrum_quad quad;
+  for (int n = 0; n < 4; n++) {
+    quad.x[n] = thrum_pairs_place(s->run, candidate.members[n > 0], candidate.vertices[n]);
+    quad.d[n] = quad.x[n] + 3;
+  }
+  try_quad(s, THRUM_VERTEX_TRIANGLE, &quad, &candidate, NULL);
+}
+
+static void try_edges(search *s, int32_t a, int32_t b) {
+  const thrum_skin_edge *first = s->views[0].edges + a, *second = s->views[1].edges + b;
+  const int32_t edges[2] = {a, b};
+  thrum_pair_candidate candidate = {
+      .key = {{s->numbers[0], s->numbers[1]}, THRUM_PAIR_EDGES, a, b},
+      .members = {(int32_t)s->members[0], (int32_t)s->members[1]},
+      .vertices = {first->ends[0], first->ends[1], second->ends[0], second->ends[1]}};
+  thrum_quad quad;
+  for (int n = 0; n < 4; n++) {
+    quad.x[n] = thrum_pairs_place(s->run, candidate.members[n > 1], candidate.vertices[n]);
+    quad.d[n] = quad.x[n] + 3;
+  }
+  try_quad(s, THRUM_EDGE_EDGE, &quad, &candidate, edges);
+}
+
+static void try_triangles(search *s, int32_t a, int32_t b, const triangle_boxes *p,
+                          const triangle_boxes *q) {
+  const thrum_skin_triangle *first = s->views[0].triangles + a, *second = s->views[1].triangles + b;
+  const double reach = (1.0 + MARGIN) * s->thickness;
+  if (!overlap(&p->whole, &q->whole, reach))
+    return;
+  for (int n = 0; n < 3; n++) {
+    if ((first->tried & (1 << n)) && overlap(p->corners + n, &q->whole, reach))
+      try_vertex(s, 0, first->corners[n], b);
+    if ((second->tried & (1 << n)) && overlap(q->corners + n, &p->whole, reach))
+      try_vertex(s, 1, second->corners[n], a);
+    for (int m = 0; m < 3; m++)
+      if ((first->tried & (8 << n)) && (second->tried & (8 << m)) &&
+          overlap(p->edges + n, q->edges + m, reach))
+        try_edges(s, first->edges[n], second->edges[m]);
+  }
+}
+
+/* The triangles of two leaves. */
+static void try_leaves(search *s, const thrum_skin_node *p, const thrum_skin_node *q) {
+  triangle_boxes second[THRUM_SKIN_LEAF];
+  for (int32_t m = 0; m < q->count; m++)
+    second[m] = boxes_of(s, 1, q->first + m);
+  for (int32_t n = 0; n < p->count; n++) {
+    const triangle_boxes first = boxes_of(s, 0, p->first + n);
+    for (int32_t m = 0; m < q->count; m++)
+      try_triangles(s, p->first + n, q->first + m, &first, second + m);
+  }
+}
+
+/* Descends both trees. */
+static void descend(search *s) {
+  int32_t stack[STACK][2];
+  int count = 0;
+  stack[count][0] = stack[count][1] = 0;
+  count++;
+  while (count > 0) {
+    const int32_t a = stack[--count][0], b = stack[count][1];
+    const thrum_skin_node *p = s->views[0].nodes + a, *q = s->views[1].nodes + b;
+    if (!are_near(s, a, b))
+      continue;
+    if (p->left < 0 && q->left < 0) {
+      try_leaves(s, p, q);
+      continue;
+    }
+
+    // the larger of the two is opened
+    const bool first = q->left < 0 || (p->left >= 0 && p->radius >= q->radius);
+    for (int half = 0; half < 2; half++) {
+      stack[count][0] = !first ? a : half ? p->left : p->right;
+      stack[count][1] = first ? b : half ? q->left : q->right;
+      count++;
+    }
+  }
+}
+
+/* --- pruning ---------------------------------------------------------------------------------- */
+
+/* Is the candidate one of a vertex whose other candidate speaks for it? */
+static bool is_spoken_for(const thrum_pair_candidate *c, const thrum_pair_candidate *by) {
+  // an inside that is further than an outside is the far face of a thin body
+  if (c->apart < 0.0 && by->apart >= 0.0 && by->least < c->least)
+    return true;
+  if (c->inside)
+    return false;
+
+  // a rim counts where nothing is nearer that shares it
+  bool shares = false;
+  for (int n = 1; n < 4; n++)
+    for (int m = 1; m < 4; m++)
+      shares = shares || c->vertices[n] == by->vertices[m];
+  return shares && (by->inside || by->least < c->least ||
+                    (by->least == c->least && by->key.second < c->key.second));
+}
+
+static bool is_same_vertex(const thrum_pair_key *a, const thrum_pair_key *b) {
+  return a->bodies[0] == b->bodies[0] && a->bodies[1] == b->bodies[1] && a->kind == b->kind &&
+         a->first == b->first && a->kind != THRUM_PAIR_EDGES;
+}
+
+/* Keeps in view.order the candidates that no other speaks for, ascending by their keys. */
+static void prune(thrum_pairs_run *run) {
+  const thrum_pair_candidate *c = run->view.candidates;
+  int32_t *order = run->view.order;
+  const int64_t count = run->candidate_count;
+  thrum_pairs_sort(c, sizeof *c, count, order);
+
+  // the candidates of one vertex follow each other; what is dropped is marked first
+  for (int64_t from = 0, to; from < count; from = to) {
+    for (to = from + 1; to < count; to++)
+      if (!is_same_vertex(&c[order[from]].key, &c[order[to]].key))
+        break;
+    for (int64_t n = from; n < to; n++)
+      for (int64_t m = from; m < to; m++)
+        if (n != m && is_spoken_for(c + order[n], c + order[m]))
+          run->view.candidates[order[n]].pruned = 1;
+  }
+  int64_t kept = 0;
+  for (int64_t n = 0; n < count; n++)
+    if (!c[order[n]].pruned)
+      order[kept++] = order[n];
+  run->candidate_count = kept;
+}
+
+void thrum_pairs_search(thrum_pairs_run *run) {
+  run->candidate_count = 0;
+  memset(run->view.place_known, 0,
+         (size_t)run->view.first_vertex[run->count] * sizeof *run->view.place_known);
+  memset(run->view.sphere_known, 0,
+         (size_t)run->view.first_node[run->count] * sizeof *run->view.sphere_known);
+
+  // all pairs of members; spheres of whole bodies answer for most
+  for (int64_t a = 0; a < run->count; a++)
+    for (int64_t b = a + 1; b < run->count; b++) {
+      if (run->members[a].status < 0 || run->members[b].status < 0)
+        continue;
+      search s = {.run = run,
+                  .members = {a, b},
+                  .skins = {run->members[a].skin, run->members[b].skin},
+                  .numbers = {run->members[a].number, run->members[b].number}};
+      s.views[0] = thrum_skin_view_of(s.skins[0]);
+      s.views[1] = thrum_skin_view_of(s.skins[1]);
+      s.thickness = thrum_pairs_thickness(run->pairs, s.skins[0], s.skins[1]);
+      descend(&s);
+    }
+  prune(run);
+}

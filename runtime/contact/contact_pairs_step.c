@@ -1,0 +1,347 @@
+/* Steps of bodies that may touch each other: predict each, find what touches, solve all together,
+ * step each, look at what they really did (contact_step.c). Where contact would have given back
+ * more than it took, the whole group is stepped again, as one body with obstacles is.
+ *
+ * After a solve the displacements are those with contact. Where they differ from those that the
+ * search was made with by more than a part of the thickness, the search is repeated with them, so
+ * that a body which was struck within the step meets the next one in it.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "runtime/contact/contact_pairs_private.h"
+#include "runtime/dynamics/state_layout.h"
+
+#define SEARCHES_MAX 4
+#define TURNS_MAX 4
+#define TURNED 0.1  /* thicknesses by which rotations may differ from those of the levers */
+#define MISSED 0.25 /* thicknesses by which a solve may move a body further before a new search */
+
+/* The first attempt, shifted ones, one without release, one without contact (contact_step.c). */
+enum { ATTEMPT_FIRST = 0, ATTEMPT_RELEASED = 4, ATTEMPT_WITHOUT = 5 };
+
+void thrum_contact_pairs_begin(thrum_contact_pairs *pairs) {
+  if (!pairs)
+    return;
+  const thrum_pairs_view view = thrum_pairs_view_of(pairs);
+  thrum_pairs_sort(view.touches, sizeof *view.touches, pairs->touch_count, view.order);
+  for (int64_t n = 0; n < pairs->touch_count; n++)
+    view.before[n] = view.touches[view.order[n]];
+  memset(view.taken, 0, (size_t)pairs->touch_max * sizeof *view.taken);
+
+  // what the springs hold is booked again by the groups that have them
+  pairs->before_count = pairs->touch_count;
+  pairs->touch_count = 0;
+  pairs->budget = pairs->lost;
+  pairs->lost += pairs->stored;
+  pairs->stored = pairs->depth = pairs->distance = pairs->normal = 0.0;
+  pairs->steps++;
+}
+
+/* --- bounds ----------------------------------------------------------------------------------- */
+
+thrum_skin_bound thrum_contact_member_bound(const thrum_contact_member *member) {
+  const thrum_skin_view view = thrum_skin_view_of(member->skin);
+  const thrum_contact_environment *environment = member->environment;
+  const thrum_translation *translation = environment->translation;
+  const thrum_state_view state = thrum_state_view_of(member->state);
+  const thrum_placement now = thrum_placement_now(environment->placement, environment->rigid_frame,
+                                                  translation ? translation->position : NULL);
+  thrum_skin_bound bound = {{0}, view.nodes[0].radius, 0.0};
+  const double h = member->state->def.dt;
+  thrum_apply3(now.axes, view.nodes[0].middle, bound.middle);
+  for (int axis = 0; axis < 3; axis++)
+    bound.middle[axis] += now.origin[axis];
+
+  // the deformation, and how far it can go: as far back as it is, and what speed and load add
+  for (int64_t i = 0; i < member->skin->rank; i++) {
+    const double load = environment->load ? fabs(environment->load[i]) : 0.0;
+    bound.radius += view.extents[i] * fabs(state.q[i]);
+    bound.motion += view.extents[i] * (2.0 * fabs(state.q[i]) + h * (fabs(state.p[i]) + h * load));
+  }
+
+  // the body as a whole
+  if (translation) {
+    double way[3];
+    for (int axis = 0; axis < 3; axis++)
+      way[axis] =
+          h * (translation->velocity[axis] + h * environment->force[axis] / translation->mass);
+    bound.motion += sqrt(thrum_dot3(way, way));
+  }
+  if (environment->rigid_frame) {
+    double spin[3], arm[3];
+    thrum_rigid_frame_velocity(environment->rigid_frame, environment->placement, spin);
+    thrum_subtract3(view.nodes[0].middle, environment->rigid_frame->centre, arm);
+    bound.motion += h * sqrt(thrum_dot3(spin, spin)) * (bound.radius + sqrt(thrum_dot3(arm, arm)));
+  }
+  return bound;
+}
+
+int32_t thrum_contact_pairs_near(const thrum_skin_bound *a, const thrum_skin_bound *b) {
+  double apart[3];
+  thrum_subtract3(a->middle, b->middle, apart);
+  // a body that is struck moves at up to twice the speed of what strikes it
+  const double motion = fmax(a->motion, b->motion);
+  const double reach = 1.01 * (a->radius + b->radius) + a->motion + b->motion + 2.0 * motion;
+  return thrum_dot3(apart, apart) <= reach * reach;
+}
+
+/* --- opening ---------------------------------------------------------------------------------- */
+
+static thrum_status check(const thrum_contact_pairs *pairs, const thrum_contact_member *members,
+                          int64_t count, thrum_error *error) {
+  int64_t vertices = 0, nodes = 0;
+  if (!pairs || !members || count < 1 || count > pairs->member_max)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%lld bodies are to step together; there is room for 1 to %lld",
+                           (long long)count, pairs ? (long long)pairs->member_max : 0LL);
+  for (int64_t n = 0; n < count; n++) {
+    const thrum_contact_member *member = members + n;
+    if (!member->model || !member->state || !member->contact || !member->environment ||
+        !member->skin)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "member %lld lacks a part",
+                             (long long)n);
+    if (member->skin->rank != member->model->rank || member->skin->rank > pairs->rank_max)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "the skin of member %lld is of another rank, or beyond rank_max",
+                             (long long)n);
+    if (member->number < 0 || (n > 0 && member->number <= members[n - 1].number))
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "the numbers of the members must ascend from 0");
+    vertices += member->skin->vertex_count;
+    nodes += member->skin->node_count;
+  }
+  if (vertices > pairs->vertex_max || nodes > pairs->node_max)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the skins of the members have %lld vertices and %lld nodes; there is "
+                           "room for %lld and %lld",
+                           (long long)vertices, (long long)nodes, (long long)pairs->vertex_max,
+                           (long long)pairs->node_max);
+  return THRUM_OK;
+}
+
+/* A member fails: it keeps what it had, and the others go on without it. */
+static void fail(thrum_contact_member *member, thrum_status status, const thrum_error *detail,
+                 thrum_status *first, thrum_error *error) {
+  member->status = status;
+  if (*first < 0)
+    return;
+  *first = status;
+  if (error)
+    *error = *detail;
+}
+
+/* Opens the runs of all members at the start of the step, with what they had before. */
+static void open_all(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
+  run->view.first_vertex[0] = run->view.first_node[0] = 0;
+  for (int64_t n = 0; n < run->count; n++) {
+    thrum_contact_member *member = run->members + n;
+    thrum_error detail = {0};
+    run->view.first_vertex[n + 1] = run->view.first_vertex[n] + member->skin->vertex_count;
+    run->view.first_node[n + 1] = run->view.first_node[n] + member->skin->node_count;
+    member->status = THRUM_OK;
+    run->view.runs[n].contact = NULL;
+    const thrum_status opened =
+        thrum_contact_open(member->model, member->state, member->contact, member->environment,
+                           run->view.runs + n, &detail);
+    if (opened < 0)
+      fail(member, opened, &detail, first, error);
+    if (opened < 0)
+      continue;
+    run->view.contacts[n] = *member->contact;
+    memcpy(run->view.runs[n].view.snapshot, member->state, (size_t)member->contact->state_bytes);
+  }
+}
+
+/* Puts a member back to the start of the step. */
+static void put_back(thrum_pairs_run *run, int64_t n) {
+  thrum_contact_member *member = run->members + n;
+  memcpy(member->state, run->view.runs[n].view.snapshot, (size_t)member->contact->state_bytes);
+  *member->contact = run->view.contacts[n];
+}
+
+static void prepare_all(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
+  for (int64_t n = 0; n < run->count; n++) {
+    thrum_contact_member *member = run->members + n;
+    thrum_error detail = {0};
+    if (member->status < 0)
+      continue;
+    const thrum_status prepared = thrum_contact_prepare(run->view.runs + n, &detail);
+    if (prepared >= 0)
+      continue;
+    put_back(run, n);
+    fail(member, prepared, &detail, first, error);
+  }
+}
+
+/* --- the step --------------------------------------------------------------------------------- */
+
+/* Has a solve moved a body so much further than the search had it that it may meet what was not
+ * found? */
+static bool has_missed(const thrum_pairs_run *run) {
+  for (int64_t n = 0; n < run->count; n++) {
+    const thrum_contact_run *body = run->view.runs + n;
+    if (run->members[n].status < 0)
+      continue;
+    const thrum_skin *skin = run->members[n].skin;
+    const thrum_skin_view view = thrum_skin_view_of(skin);
+    double off = 0.0, way[3], turn[3];
+    for (int64_t i = 0; i < skin->rank; i++)
+      off += view.extents[i] * fabs(body->view.moved[i] - body->view.unloaded[i]);
+    thrum_subtract3(body->moved, body->unloaded, way);
+    thrum_subtract3(body->turned, body->unloaded_turn, turn);
+    off += sqrt(thrum_dot3(way, way)) + sqrt(thrum_dot3(turn, turn)) * skin->diagonal;
+    const double thickness = run->pairs->thickness > 0.0
+                                 ? run->pairs->thickness
+                                 : thrum_pairs_thickness(run->pairs, skin, skin);
+    if (off > MISSED * thickness)
+      return true;
+  }
+  return false;
+}
+
+/* How far the rotations of the last solve are from those that the levers were made for [m]. */
+static double turned_since(const thrum_pairs_run *run, double (*before)[3]) {
+  double most = 0.0;
+  for (int64_t n = 0; n < run->count; n++) {
+    const thrum_contact_run *body = run->view.runs + n;
+    double off[3];
+    if (run->members[n].status < 0)
+      continue;
+    thrum_subtract3(body->turned, before[n], off);
+    most = fmax(most,
+                sqrt(thrum_dot3(off, off)) * run->members[n].skin->diagonal /
+                    thrum_pairs_thickness(run->pairs, run->members[n].skin, run->members[n].skin));
+    memcpy(before[n], body->turned, sizeof before[n]);
+  }
+  return most;
+}
+
+/* Solves until the levers are those of the rotations that come out. */
+static void solve(thrum_pairs_run *run) {
+  for (int64_t n = 0; n < run->count; n++)
+    memcpy(run->view.turns[n],
+           run->solved ? run->view.runs[n].turned : run->view.runs[n].unloaded_turn,
+           sizeof run->view.turns[n]);
+  for (int n = 0; n < TURNS_MAX; n++) {
+    thrum_pairs_solve(run);
+    run->solved = true;
+    if (run->row_count == 0 || turned_since(run, run->view.turns) < TURNED)
+      break;
+    thrum_pairs_refresh(run);
+  }
+}
+
+/* Finds what touches and solves, until no solve leads to new touches. */
+static void find_and_solve(thrum_pairs_run *run) {
+  run->row_count = 0;
+  run->moved = run->solved = false;
+  thrum_pairs_search(run);
+  thrum_pairs_add_rows(run);
+  solve(run);
+  for (int n = 1; n < SEARCHES_MAX && run->row_count > 0 && has_missed(run); n++) {
+    run->moved = true;
+    thrum_pairs_search(run);
+    if (thrum_pairs_add_rows(run) == 0)
+      return;
+    solve(run);
+  }
+}
+
+/* Steps all members under the loads that were solved for; false where one failed. */
+static bool step_all(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
+  bool done = true;
+  for (int64_t n = 0; n < run->count; n++) {
+    thrum_contact_member *member = run->members + n;
+    thrum_error detail = {0};
+    if (member->status < 0)
+      continue;
+    thrum_status status = thrum_contact_apply(run->view.runs + n, &detail);
+    THRUM_THEN(status, thrum_step(member->model, member->state, &detail));
+    member->status = status;
+    if (status >= 0)
+      continue;
+    done = false;
+    fail(member, status, &detail, first, error);
+  }
+  return done;
+}
+
+static bool is_allowed(thrum_pairs_run *run) {
+  bool allowed = true;
+  for (int64_t n = 0; n < run->count; n++)
+    if (run->members[n].status >= 0)
+      allowed = thrum_contact_allowed(run->view.runs + n) && allowed;
+  return thrum_pairs_allowed(run) && allowed;
+}
+
+/* Back to the start of the step for the next attempt, each of which asks for less. */
+static void again(thrum_pairs_run *run, int attempt) {
+  run->pairs->redone++;
+  for (int64_t n = 0; n < run->count; n++) {
+    thrum_contact_run *body = run->view.runs + n;
+    if (run->members[n].status < 0)
+      continue;
+    thrum_contact_again(body);
+    if (attempt == ATTEMPT_WITHOUT) {
+      body->contact->declined++;
+      body->contact->row_count = 0;
+    }
+    if (attempt == ATTEMPT_RELEASED)
+      thrum_contact_release(body);
+  }
+  if (attempt == ATTEMPT_RELEASED)
+    thrum_pairs_release(run);
+  if (attempt == ATTEMPT_WITHOUT) {
+    run->pairs->declined++;
+    run->row_count = 0;
+  }
+  solve(run);
+}
+
+/* All members that have not failed, from the start of the step; false where one fails. */
+static bool try_all(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
+  prepare_all(run, first, error);
+  find_and_solve(run);
+  for (int attempt = ATTEMPT_FIRST;; attempt++) {
+    if (attempt != ATTEMPT_FIRST)
+      again(run, attempt);
+    if (!step_all(run, first, error))
+      return false;
+    if (attempt == ATTEMPT_WITHOUT)
+      return true;
+    if (is_allowed(run) && (attempt >= ATTEMPT_RELEASED - 1 || thrum_pairs_apart(run)))
+      return true;
+  }
+}
+
+thrum_status thrum_contact_pairs_step(thrum_contact_pairs *pairs, thrum_contact_member *members,
+                                      int64_t count, thrum_error *error) {
+  THRUM_TRY(check(pairs, members, count, error));
+  thrum_pairs_run run = {
+      .pairs = pairs, .members = members, .count = count, .view = thrum_pairs_view_of(pairs)};
+  thrum_status status = THRUM_OK;
+  open_all(&run, &status, error);
+
+  // a member that fails leaves the group, and the others start again
+  while (!try_all(&run, &status, error)) {
+    for (int64_t n = 0; n < count; n++)
+      if (run.view.runs[n].contact != NULL)
+        put_back(&run, n);
+    memset(run.view.taken, 0, (size_t)pairs->before_count * sizeof *run.view.taken);
+  }
+
+  // books the energies, then moves each body as a whole
+  thrum_pairs_settle(&run);
+  for (int64_t n = 0; n < count; n++) {
+    if (members[n].status < 0)
+      continue;
+    thrum_contact_finish(run.view.runs + n);
+    if (status == THRUM_OK || (status > 0 && members[n].status > 0 && members[n].status < status))
+      status = members[n].status;
+  }
+  return status;
+}

@@ -1,0 +1,69 @@
+/* The memory of a skin, private to the runtime: one header, then arrays at offsets that follow from
+ * the sizes in the header; no pointer is stored (thrum/contact_pairs.h).
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_CONTACT_CONTACT_SKIN_H
+#define THRUM_RUNTIME_CONTACT_CONTACT_SKIN_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "thrum/contact_pairs.h"
+
+#define THRUM_SKIN_LEAF 4 /* triangles of a leaf, at most */
+
+/* A node of the tree: a sphere about its triangles, which moves with the mean of their vertices'
+ * rows of U. Inner nodes have two children, leaves a few triangles. */
+typedef struct thrum_skin_node {
+  int32_t first, count; /* triangles, in the order of the skin */
+  int32_t left, right;  /* -1: a leaf */
+  double middle[3];     /* at rest [m] */
+  double radius;        /* at rest [m] */
+} thrum_skin_node;
+
+/* An edge: its two vertices, and the third vertices of its triangles, -1 where there is none. */
+typedef struct thrum_skin_edge {
+  int32_t ends[2], opposite[2];
+} thrum_skin_edge;
+
+/* A triangle: its vertices and edges, and a bit for each of them that it has to try: three for
+ * vertices, three for edges, so that each is tried by one triangle alone. */
+typedef struct thrum_skin_triangle {
+  int32_t corners[3], edges[3];
+  int32_t tried;
+} thrum_skin_triangle;
+
+struct thrum_skin {
+  uint64_t magic;
+  uint64_t bytes;
+  int64_t vertex_count, triangle_count, node_count;
+  int64_t edge_count; /* in use; there is room for three a triangle */
+  int64_t rank;
+  double diagonal; /* of the box at rest [m] */
+  double young;    /* largest Young's modulus of the model [Pa] */
+};
+
+/* X(type, name, count) */
+#define THRUM_SKIN_ARRAYS(X)                                                                       \
+  X(double, rest, vertex_count * 3)                 /* [m] */                                      \
+  X(double, rows, vertex_count * 3 * rank)          /* of U */                                     \
+  X(double, areas, vertex_count)                    /* a third of the triangles around [m^2] */    \
+  X(thrum_skin_triangle, triangles, triangle_count) /* in the order of the tree */                 \
+  X(thrum_skin_edge, edges, triangle_count * 3)                                                    \
+  X(thrum_skin_node, nodes, node_count)                                                            \
+  X(double, node_rows, node_count * 3 * rank) /* mean of the rows of U */                          \
+  X(double, spreads, node_count *rank)        /* largest difference from it, by column */          \
+  X(double, extents, rank)                    /* largest displacement under a unit of q */         \
+  X(int32_t, heads, vertex_count)             /* lists of edges while the skin is made */          \
+  X(int32_t, nexts, triangle_count * 3)
+
+typedef struct thrum_skin_view {
+#define X(type, name, count) type *name;
+  THRUM_SKIN_ARRAYS(X)
+#undef X
+} thrum_skin_view;
+
+/* Pointers into the block. */
+thrum_skin_view thrum_skin_view_of(const thrum_skin *skin);
+
+#endif

@@ -1,0 +1,449 @@
+/* Bodies that touch each other (thrum/contact_pairs.h): their skins, which bodies are near in a
+ * step, and the steps of those that are.
+ *
+ * Broad phase: bodies are held in the order of where their spheres begin along x, which changes
+ * little from step to step, and only those whose intervals overlap are compared (sweep and prune:
+ * Baraff 1992, Cohen et al. 1995, doi:10.1145/199404.199437). Bodies that are near, one by one,
+ * make a group, which is stepped together; the others step as if they were alone.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
+#include "scene/scene_private.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* --- skins ------------------------------------------------------------------------------------ */
+
+/* Keeps the triangles of a def, of which a skin is made when bodies are to touch each other. */
+thrum_status scene_triangles_keep(const thrum_scene_body_def *def, scene_body *body,
+                                  thrum_error *error) {
+  body->collides = def->collides != 0 && def->triangle_count > 0 && def->model->material != NULL;
+  if (!body->collides)
+    return THRUM_OK;
+  const size_t count = 3 * (size_t)def->triangle_count;
+  body->triangles = malloc(count * sizeof *body->triangles);
+  if (body->triangles == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the triangles of a body");
+  memcpy(body->triangles, def->triangles, count * sizeof *body->triangles);
+  body->triangle_count = def->triangle_count;
+  return THRUM_OK;
+}
+
+bool scene_collides(const thrum_scene *scene, const scene_body *body, const scene_model *derived) {
+  return scene->collides && body->collides && !derived->condensed;
+}
+
+/* The vertices of the triangles, ascending, as a model of their own; places (vertex_count) gets
+ * where each lies, -1 where it does not. */
+static void fill_surface(const scene_body *body, const scene_model *derived, int32_t *places,
+                         thrum_model *surface, double *rest, double *rows) {
+  const thrum_model *from = body->model;
+  int64_t count = 0;
+  for (int64_t v = 0; v < from->vertex_count; v++) {
+    if (places[v] < 0)
+      continue;
+    places[v] = (int32_t)count;
+    for (int axis = 0; axis < 3; axis++) {
+      const double *row = from->basis + (3 * v + axis) * from->rank;
+      rest[3 * count + axis] = derived->by.length * from->vertices[3 * v + axis];
+      for (int64_t i = 0; i < derived->rank; i++)
+        rows[(3 * count + axis) * derived->rank + i] = body->k * row[i];
+    }
+    count++;
+  }
+  *surface = *derived->model;
+  surface->vertex_count = count;
+  surface->vertices = rest;
+  surface->basis = rows;
+}
+
+/* The stiffest material of the scaled body. */
+static void stiffest(const scene_body *body, const scene_model *derived, double material[3]) {
+  const thrum_model *from = body->model;
+  for (int64_t n = 0; n < from->region_count; n++)
+    if (derived->by.stiffness * from->material[3 * n] > material[0])
+      material[0] = derived->by.stiffness * from->material[3 * n];
+}
+
+/* Lays the skin of these triangles. */
+static thrum_status lay(const scene_body *body, const scene_model *derived, scene_skin *skin,
+                        int32_t *places, int32_t *triangles, double *rest, double *rows,
+                        thrum_error *error) {
+  thrum_model surface;
+  double material[3] = {0};
+  size_t size = 0;
+  for (int64_t n = 0; n < 3 * body->triangle_count; n++)
+    places[body->triangles[n]] = 0;
+  fill_surface(body, derived, places, &surface, rest, rows);
+  for (int64_t n = 0; n < 3 * body->triangle_count; n++)
+    triangles[n] = places[body->triangles[n]];
+  stiffest(body, derived, material);
+  surface.material = material;
+  surface.region_count = 1;
+
+  THRUM_TRY(thrum_skin_size(&surface, triangles, body->triangle_count, &size, error));
+  skin->memory = scene_aligned(size);
+  if (skin->memory == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a skin of %zu bytes", size);
+  return thrum_skin_init(skin->memory, size, &surface, triangles, body->triangle_count, &skin->skin,
+                         error);
+}
+
+static thrum_status make_skin(const scene_body *body, const scene_model *derived, scene_skin *skin,
+                              thrum_error *error) {
+  const size_t count = (size_t)body->model->vertex_count, r = (size_t)derived->rank;
+  const size_t corners = 3 * (size_t)body->triangle_count;
+  const size_t used = corners < count ? corners : count;
+  int32_t *places = malloc(count * sizeof *places);
+  int32_t *triangles = malloc(corners * sizeof *triangles);
+  double *rest = malloc(3 * used * sizeof *rest), *rows = malloc(3 * used * r * sizeof *rows);
+  skin->triangles = malloc(corners * sizeof *skin->triangles);
+  thrum_status status =
+      places && triangles && rest && rows && skin->triangles
+          ? THRUM_OK
+          : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the skin of a body");
+  if (status >= 0) {
+    memset(places, 0xff, count * sizeof *places);
+    memcpy(skin->triangles, body->triangles, corners * sizeof *skin->triangles);
+    status = lay(body, derived, skin, places, triangles, rest, rows, error);
+  }
+  free(places);
+  free(triangles);
+  free(rest);
+  free(rows);
+  return status;
+}
+
+void scene_skin_drop(thrum_scene *scene, scene_skin *skin) {
+  if (skin == NULL || --skin->users > 0)
+    return;
+  for (scene_skin **at = &scene->skins; *at != NULL; at = &(*at)->next)
+    if (*at == skin) {
+      *at = skin->next;
+      break;
+    }
+  free(skin->memory);
+  free(skin->triangles);
+  free(skin);
+}
+
+thrum_status scene_skin_take(thrum_scene *scene, const scene_body *body, const scene_model *derived,
+                             scene_skin **taken, thrum_error *error) {
+  const size_t bytes = 3 * (size_t)body->triangle_count * sizeof *body->triangles;
+  *taken = NULL;
+  if (!scene_collides(scene, body, derived))
+    return THRUM_OK;
+
+  // bodies of one model and surface share it
+  for (scene_skin *skin = scene->skins; skin != NULL; skin = skin->next)
+    if (skin->of == derived && skin->triangle_count == body->triangle_count &&
+        memcmp(skin->triangles, body->triangles, bytes) == 0) {
+      skin->users++;
+      *taken = skin;
+      return THRUM_OK;
+    }
+
+  scene_skin *skin = calloc(1, sizeof *skin);
+  if (skin == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the skin of a body");
+  skin->of = derived;
+  skin->triangle_count = body->triangle_count;
+  skin->users = 1;
+  const thrum_status status = make_skin(body, derived, skin, error);
+  if (status < 0) {
+    scene_skin_drop(scene, skin);
+    return status;
+  }
+  skin->next = scene->skins;
+  scene->skins = skin;
+  *taken = skin;
+  return THRUM_OK;
+}
+
+/* --- room ------------------------------------------------------------------------------------- */
+
+/* The next power of two, so that bodies which are added one by one seldom need new room. */
+static int64_t round_up(int64_t count) {
+  int64_t room = 1;
+  while (room < count)
+    room *= 2;
+  return room;
+}
+
+/* Lists of the bodies of a step. */
+static bool make_lists(scene_pairs *pairs, int64_t count) {
+  return scene_grow(&pairs->members, count, sizeof *pairs->members) &&
+         scene_grow(&pairs->environments, count, sizeof *pairs->environments) &&
+         scene_grow(&pairs->pulls, count * THRUM_SCENE_PULLS, sizeof *pairs->pulls) &&
+         scene_grow(&pairs->bounds, count, sizeof *pairs->bounds) &&
+         scene_grow(&pairs->order, count, sizeof *pairs->order) &&
+         scene_grow(&pairs->group, count, sizeof *pairs->group);
+}
+
+thrum_status scene_pairs_room(thrum_scene *scene, const scene_body *extra,
+                              const scene_skin *extra_skin, thrum_error *error) {
+  scene_pairs *pairs = &scene->pairs;
+  int64_t count = 0, vertices = 0, nodes = 0, rank = 1;
+  if (!scene->collides)
+    return THRUM_OK;
+
+  // what all bodies need together, with the one that comes or changes
+  for (int32_t n = 0; n <= scene->body_count; n++) {
+    const bool last = n == scene->body_count;
+    const scene_skin *skin = last                        ? extra_skin
+                             : scene->bodies[n] == extra ? NULL
+                                                         : scene->bodies[n]->skin;
+    if (skin == NULL)
+      continue;
+    count++;
+    vertices += thrum_skin_vertex_count(skin->skin);
+    nodes += thrum_skin_node_count(skin->skin);
+    rank = skin->of->rank > rank ? skin->of->rank : rank;
+  }
+  if (!make_lists(pairs, scene->body_count + 1))
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for bodies that touch");
+  if (count < 1 || (pairs->contact != NULL && count <= pairs->def.member_max &&
+                    vertices <= pairs->def.vertex_max && nodes <= pairs->def.node_max &&
+                    rank <= pairs->def.rank_max))
+    return THRUM_OK;
+
+  // larger room begins without touches
+  thrum_contact_pairs_def def = pairs->def;
+  def.member_max = round_up(count);
+  def.vertex_max = round_up(vertices);
+  def.node_max = round_up(nodes);
+  def.rank_max = rank;
+  size_t size = 0;
+  thrum_contact_pairs *made = NULL;
+  THRUM_TRY(thrum_contact_pairs_size(&def, &size, error));
+  void *memory = scene_aligned(size);
+  if (memory == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
+                           "no memory for contact between bodies of %zu bytes", size);
+  const thrum_status status = thrum_contact_pairs_init(memory, size, &def, &made, error);
+  if (status < 0) {
+    free(memory);
+    return status;
+  }
+  free(pairs->contact);
+  pairs->contact = made;
+  pairs->def = def;
+  return THRUM_OK;
+}
+
+/* The contact of a body that could touch nothing before, and its skin. */
+static thrum_status equip(thrum_scene *scene, scene_body *body, thrum_error *error) {
+  if (body->skin == NULL)
+    THRUM_TRY(scene_skin_take(scene, body, body->derived, &body->skin, error));
+  if (body->touch == NULL)
+    THRUM_TRY(scene_touch_make(scene, body, body->derived, body->state, &body->touch, error));
+  return THRUM_OK;
+}
+
+/* Takes all that contact between bodies has made. */
+static void strip(thrum_scene *scene) {
+  scene->collides = false;
+  for (int32_t n = 0; n < scene->body_count; n++) {
+    scene_body *body = scene->bodies[n];
+    scene_skin_drop(scene, body->skin);
+    body->skin = NULL;
+    scene_touch_trim(scene, body);
+  }
+  free(scene->pairs.contact);
+  scene->pairs.contact = NULL;
+}
+
+thrum_status thrum_scene_set_collisions(thrum_scene *scene, const thrum_contact_pairs_def *def,
+                                        thrum_error *error) {
+  if (def == NULL) {
+    strip(scene);
+    scene->revision++;
+    return THRUM_OK;
+  }
+
+  // the scene says how much room there has to be
+  thrum_contact_pairs_def checked = *def;
+  size_t size = 0;
+  checked.member_max = checked.vertex_max = checked.node_max = checked.rank_max = 1;
+  THRUM_TRY(thrum_contact_pairs_size(&checked, &size, error));
+  strip(scene);
+  scene->collides = true;
+  scene->pairs.def = checked;
+  thrum_status status = THRUM_OK;
+  for (int32_t n = 0; n < scene->body_count && status >= 0; n++)
+    status = equip(scene, scene->bodies[n], error);
+  THRUM_THEN(status, scene_pairs_room(scene, NULL, NULL, error));
+  if (status < 0)
+    strip(scene);
+  scene->revision++;
+  return status;
+}
+
+void scene_pairs_free(thrum_scene *scene) {
+  scene_pairs *pairs = &scene->pairs;
+  free(pairs->contact);
+  free(pairs->members);
+  free(pairs->environments);
+  free(pairs->pulls);
+  free(pairs->bounds);
+  free(pairs->order);
+  free(pairs->group);
+}
+
+/* --- who is near whom ------------------------------------------------------------------------- */
+
+static void fill_member(const thrum_scene *scene, scene_body *body, int32_t number) {
+  const scene_pairs *pairs = &scene->pairs;
+  scene_environment(scene, body, pairs->pulls + (int64_t)number * THRUM_SCENE_PULLS,
+                    pairs->environments + number);
+  thrum_contact_member *member = pairs->members + number;
+  *member = (thrum_contact_member){.model = &body->touch->model,
+                                   .state = body->state,
+                                   .contact = body->touch->contact,
+                                   .environment = pairs->environments + number,
+                                   .skin = body->skin->skin,
+                                   .number = number};
+  pairs->bounds[number] = thrum_contact_member_bound(member);
+}
+
+/* Where the interval of a body along x begins and ends; larger than what it may touch. */
+static double end_of(const thrum_skin_bound *bound, double side) {
+  return bound->middle[0] + side * (1.02 * bound->radius + 4.0 * bound->motion);
+}
+
+/* The first body of the group that a body is in. */
+static int32_t root(int32_t *group, int32_t n) {
+  while (group[n] != n) {
+    group[n] = group[group[n]];
+    n = group[n];
+  }
+  return n;
+}
+
+/* Puts pairs->order, which holds the bodies of the last step, into the order of where they begin.
+ */
+static int32_t sort(const scene_pairs *pairs, int32_t count) {
+  for (int32_t n = 1; n < count; n++) {
+    const int32_t kept = pairs->order[n];
+    const double begin = end_of(pairs->bounds + kept, -1.0);
+    int32_t at = n;
+    for (; at > 0 && end_of(pairs->bounds + pairs->order[at - 1], -1.0) > begin; at--)
+      pairs->order[at] = pairs->order[at - 1];
+    pairs->order[at] = kept;
+  }
+  return count;
+}
+
+/* Joins bodies that may touch. */
+static void join(const scene_pairs *pairs, int32_t count) {
+  for (int32_t n = 0; n < count; n++) {
+    const int32_t a = pairs->order[n];
+    const double end = end_of(pairs->bounds + a, 1.0);
+    for (int32_t m = n + 1; m < count; m++) {
+      const int32_t b = pairs->order[m];
+      if (end_of(pairs->bounds + b, -1.0) > end)
+        break;
+      if (!thrum_contact_pairs_near(pairs->bounds + a, pairs->bounds + b))
+        continue;
+      const int32_t first = root(pairs->group, a), second = root(pairs->group, b);
+      pairs->group[first > second ? first : second] = first > second ? second : first;
+    }
+  }
+}
+
+void scene_pairs_find(thrum_scene *scene) {
+  scene_pairs *pairs = &scene->pairs;
+  for (int32_t n = 0; n < scene->body_count; n++)
+    scene->bodies[n]->group = -1;
+  if (!scene->collides || pairs->contact == NULL)
+    return;
+  thrum_contact_pairs_begin(pairs->contact);
+
+  // the bodies that go on and may touch others
+  int32_t count = 0;
+  for (int32_t n = 0; n < scene->body_count; n++) {
+    scene_body *body = scene->bodies[n];
+    if (body->status < 0 || body->skin == NULL)
+      continue;
+    fill_member(scene, body, n);
+    pairs->group[n] = n;
+    pairs->order[count++] = n;
+  }
+  join(pairs, sort(pairs, count));
+
+  // a body alone has no group
+  for (int32_t n = 0; n < count; n++) {
+    const int32_t number = pairs->order[n], first = root(pairs->group, number);
+    if (first != number)
+      scene->bodies[number]->group = scene->bodies[first]->group = first;
+  }
+}
+
+thrum_status scene_pairs_step(thrum_scene *scene, int32_t group, thrum_error *error) {
+  const scene_pairs *pairs = &scene->pairs;
+  int64_t count = 0;
+
+  // members move to the front one by one; each comes from behind the place that it goes to
+  for (int32_t n = group; n < scene->body_count; n++)
+    if (scene->bodies[n]->group == group) {
+      fill_member(scene, scene->bodies[n], n);
+      pairs->members[count++] = pairs->members[n];
+    }
+  const thrum_status status =
+      thrum_contact_pairs_step(pairs->contact, pairs->members, count, error);
+  for (int64_t n = 0; n < count; n++) {
+    scene_body *body = scene->bodies[pairs->members[n].number];
+    body->stepped = status == THRUM_INVALID_ARGUMENT && pairs->members[n].status >= 0
+                        ? status
+                        : pairs->members[n].status;
+    if (body->stepped >= 0 && body->free)
+      scene_free_place(body);
+  }
+  return status;
+}
+
+/* --- reports ---------------------------------------------------------------------------------- */
+
+thrum_contact_pairs_report thrum_scene_collisions(const thrum_scene *scene) {
+  return thrum_contact_pairs_report_get(scene->collides ? scene->pairs.contact : NULL);
+}
+
+thrum_status thrum_scene_collision(const thrum_scene *scene, int64_t index, thrum_pair_touch *touch,
+                                   thrum_error *error) {
+  return thrum_contact_pairs_touch(scene->collides ? scene->pairs.contact : NULL, index, touch,
+                                   error);
+}
+
+thrum_status thrum_scene_account_get(thrum_scene *scene, thrum_scene_account *account,
+                                     thrum_error *error) {
+  thrum_scene_account sum = {0};
+  for (int32_t n = 0; n < scene->body_count; n++) {
+    const scene_body *body = scene->bodies[n];
+    thrum_scene_energies of;
+    THRUM_TRY(thrum_scene_body_energies(scene, n, &of, error));
+    sum.kinetic += of.kinetic;
+    sum.potential += of.potential;
+    sum.gravity += of.gravity;
+    sum.contact += of.contact;
+    if (!body->free)
+      continue;
+
+    // p = m v and L = c x m v + the angular momentum about the centre
+    double centre[3], p[3], orbital[3];
+    scene_free_centre(body, centre);
+    for (int axis = 0; axis < 3; axis++)
+      p[axis] = body->way.mass * body->way.velocity[axis];
+    for (int axis = 0; axis < 3; axis++) {
+      const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+      orbital[axis] = centre[next] * p[last] - centre[last] * p[next];
+      sum.momentum[axis] += p[axis];
+      sum.angular_momentum[axis] += orbital[axis] + body->rigid_frame.momentum[axis];
+    }
+  }
+  sum.contact += thrum_scene_collisions(scene).stored;
+  sum.total = sum.kinetic + sum.potential + sum.gravity + sum.contact;
+  *account = sum;
+  return THRUM_OK;
+}

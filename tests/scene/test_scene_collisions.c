@@ -1,0 +1,301 @@
+/* Tests of bodies that touch each other: momentum and energy are kept, nothing passes, stacks rest,
+ * friction holds to its angle, and snapshots hold all of it.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/precompute_support.h"
+
+#include "tests/support/outer_triangles.h"
+#include "tests/support/scene_call.h"
+
+static const double down[3] = {0, 0, -9.81};
+
+/* A model that nothing holds, with its surface. */
+typedef struct shape {
+  body mesh;
+  thrum_precomputed made;
+  int32_t *triangles;
+  int64_t triangle_count;
+} shape;
+
+typedef struct fixture {
+  shape block, plate;
+  thrum_scene *scene;
+} fixture;
+
+static shape shape_make(const char *name) {
+  shape s = {.mesh = body_make(name, NULL)};
+  s.made = body_precompute(&s.mesh, 4, 8);
+  s.triangles = outer_triangles(&s.mesh.mesh, &s.triangle_count);
+  return s;
+}
+
+static void shape_free(shape *s) {
+  thrum_precomputed_free(&s->made);
+  body_free(&s->mesh);
+  free(s->triangles);
+}
+
+static int setup(void **context) {
+  fixture *f = calloc(1, sizeof *f);
+  if (f == NULL)
+    return -1;
+  f->block = shape_make("beam:2x2x2@0.2x0.2x0.2");
+  f->plate = shape_make("beam:6x6x1@0.6x0.6x0.02");
+  *context = f;
+  return thrum_scene_make(0.002, &f->scene, &failure) < 0;
+}
+
+static int teardown(void **context) {
+  fixture *f = *context;
+  thrum_scene_free(f->scene);
+  shape_free(&f->block);
+  shape_free(&f->plate);
+  free(f);
+  return 0;
+}
+
+/* A free body of a shape at a place, stiffened by a factor. */
+static thrum_scene_body_def def_of(const shape *s, double x, double y, double z, double stiffness) {
+  thrum_scene_body_def def = thrum_default_scene_body_def();
+  def.model = &s->made.model;
+  def.triangles = s->triangles;
+  def.triangle_count = s->triangle_count;
+  def.position[0] = x;
+  def.position[1] = y;
+  def.position[2] = z;
+  def.stiffness = stiffness;
+  def.free = 1;
+  return def;
+}
+
+static void add(thrum_scene *scene, const thrum_scene_body_def *def) {
+  MUST(thrum_scene_add_body(scene, def, NULL, &failure));
+}
+
+static void collide(thrum_scene *scene, double friction, double restitution) {
+  thrum_contact_pairs_def def = thrum_default_contact_pairs_def();
+  def.friction = friction;
+  def.restitution = restitution;
+  MUST(thrum_scene_set_collisions(scene, &def, &failure));
+}
+
+static thrum_scene_account account_of(thrum_scene *scene) {
+  thrum_scene_account account;
+  MUST(thrum_scene_account_get(scene, &account, &failure));
+  return account;
+}
+
+static void assert_near3(const double a[3], const double b[3], double tolerance) {
+  for (int axis = 0; axis < 3; axis++)
+    assert_true(fabs(a[axis] - b[axis]) <= tolerance);
+}
+
+/* Two bodies meet askew, with friction and spin. */
+static void throw(fixture * f, double restitution) {
+  thrum_scene_body_def a = def_of(&f->block, 0, 0, 0, 1), b = def_of(&f->block, 0.5, 0.06, 0.03, 3);
+  a.velocity[0] = 3;
+  a.spin[1] = 2;
+  b.rotation[1] = 0.4;
+  b.rotation[3] = 0.3;
+  b.spin[0] = -1;
+  collide(f->scene, 0.5, restitution);
+  add(f->scene, &a);
+  add(f->scene, &b);
+}
+
+static void bodies_that_meet_keep_momentum_and_gain_no_energy(void **context) {
+  fixture *f = *context;
+  throw(f, 0.5);
+  const thrum_scene_account before = account_of(f->scene);
+  double most = before.total;
+  int64_t touched = 0;
+  for (int k = 0; k < 400; k++) {
+    MUST(thrum_scene_step(f->scene, &failure));
+    const thrum_scene_account now = account_of(f->scene);
+    touched += thrum_scene_collisions(f->scene).touching;
+    most = fmax(most, now.total);
+    assert_near3(now.momentum, before.momentum, 1e-12 * before.momentum[0]);
+    assert_near3(now.angular_momentum, before.angular_momentum, 1e-11);
+  }
+
+  // they have met, and what they lost is what contact took
+  const thrum_scene_account after = account_of(f->scene);
+  const thrum_contact_pairs_report report = thrum_scene_collisions(f->scene);
+  assert_true(touched > 0 && report.touching == 0);
+  assert_true(most <= before.total * (1 + 1e-9));
+  assert_true(report.lost > 0);
+  assert_close(after.total + report.lost, before.total, 1e-6);
+  assert_true(report.deepest_share < 1);
+
+  // the second moves with what the first gave it
+  double x[3], v[3];
+  MUST(thrum_scene_body_vertex(f->scene, 1, 0, x, v, &failure));
+  assert_true(x[0] > 0.5);
+}
+
+static void a_plate_holds_what_is_shot_at_it(void **context) {
+  fixture *f = *context;
+  for (int half = 0; half < 2; half++) {
+    thrum_scene *scene = NULL;
+    MUST(thrum_scene_make(0.002, &scene, &failure));
+
+    // the block goes ten plates and more in a step, through the middle or near a rim
+    thrum_scene_body_def block = def_of(&f->block, half ? 0.2 : 0.02, 0, 0.93, 1e3);
+    const thrum_scene_body_def plate = def_of(&f->plate, 0, 0, 0, 1e3);
+    block.scale = 0.5;
+    block.velocity[2] = -100;
+    collide(scene, 0.5, 0.5);
+    add(scene, &block);
+    add(scene, &plate);
+    const thrum_scene_account before = account_of(scene);
+    for (int k = 0; k < 12; k++)
+      MUST(thrum_scene_step(scene, &failure));
+
+    // it stays on its side, by more than the thickness at any time
+    const thrum_scene_account after = account_of(scene);
+    const thrum_contact_pairs_report report = thrum_scene_collisions(scene);
+    assert_true(report.deepest_share < 1 && report.deepest > 0);
+    assert_true(report.dropped == 0 && report.declined == 0);
+    assert_true(after.total <= before.total);
+    assert_near3(after.momentum, before.momentum, 1e-9 * 100);
+    thrum_scene_free(scene);
+  }
+}
+
+static void a_stack_rests(void **context) {
+  fixture *f = *context;
+
+  // three blocks on a floor, a little apart and askew
+  const thrum_obstacle floor = thrum_default_obstacle();
+  MUST(thrum_scene_set_gravity(f->scene, down, &failure));
+  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &failure));
+  collide(f->scene, 0.5, 0.3);
+  int32_t *touch = need((size_t)f->block.made.model.vertex_count, sizeof *touch);
+  for (int64_t v = 0; v < f->block.made.model.vertex_count; v++)
+    touch[v] = (int32_t)v;
+  for (int n = 0; n < 3; n++) {
+    thrum_scene_body_def def = def_of(&f->block, 0.01 * n, -0.01 * n, 0.105 + 0.21 * n, 20);
+    def.state.damping_alpha = 2;
+    def.touch = touch;
+    def.touch_count = f->block.made.model.vertex_count;
+    add(f->scene, &def);
+  }
+  for (int k = 0; k < 1500; k++)
+    MUST(thrum_scene_step(f->scene, &failure));
+
+  // each bears what is above it, and nothing moves
+  thrum_scene_body_info info;
+  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
+  const double weight = 9.81 * info.mass;
+  assert_close(info.contact.normal, 3 * weight, 1e-2);
+  double between[2] = {0, 0};
+  const thrum_contact_pairs_report report = thrum_scene_collisions(f->scene);
+  for (int64_t n = 0; n < report.touching; n++) {
+    thrum_pair_touch touching;
+    MUST(thrum_scene_collision(f->scene, n, &touching, &failure));
+    assert_int_equal(touching.bodies[1], touching.bodies[0] + 1);
+    between[touching.bodies[0]] -= touching.force[2];
+    assert_true(touching.distance > 0);
+  }
+  assert_close(between[0], 2 * weight, 1e-2);
+  assert_close(between[1], weight, 1e-2);
+  assert_true(account_of(f->scene).kinetic < 1e-6 * weight);
+  assert_true(report.deepest_share < 1);
+  free(touch);
+}
+
+/* A block on a plate that gravity tilts: below the angle of friction it stays, above it slides as
+ * (sin a - mu cos a) g t^2 / 2. */
+static void friction_holds_up_to_its_angle(void **context) {
+  fixture *f = *context;
+  const double mu = 0.4, slopes[2] = {0.9 * 0.4, 1.3 * 0.4}, time = 0.4;
+  for (int n = 0; n < 2; n++) {
+    thrum_scene *scene = NULL;
+    const double a = atan(slopes[n]);
+    const double gravity[3] = {9.81 * sin(a), 0, -9.81 * cos(a)};
+    MUST(thrum_scene_make(0.002, &scene, &failure));
+    MUST(thrum_scene_set_gravity(scene, gravity, &failure));
+    collide(scene, mu, 0);
+
+    // the plate deforms in place, as it is not free; the block lies on it
+    thrum_scene_body_def plate = def_of(&f->plate, 0, 0, 0, 1e4);
+    thrum_scene_body_def block = def_of(&f->block, 0.1, 0, 0.06, 1e3);
+    plate.free = 0;
+    plate.scale = 2;
+    block.scale = 0.5;
+    block.position[2] = 0.02 + 0.05 + 0.0006;
+    block.state.damping_alpha = 0;
+    add(scene, &plate);
+    add(scene, &block);
+    MUST(thrum_scene_add_probe(scene, NULL, 1, NULL, 0, &failure));
+    double before[3], x[3];
+    for (int k = 0; k < 50; k++)
+      MUST(thrum_scene_step(scene, &failure));
+    double v[3];
+    MUST(thrum_scene_probe(scene, 0, before, v, &failure));
+    for (int k = 0; k < (int)(time / 0.002); k++)
+      MUST(thrum_scene_step(scene, &failure));
+    MUST(thrum_scene_probe(scene, 0, x, NULL, &failure));
+    const double slid = 9.81 * (sin(a) - mu * cos(a)) * time * time / 2 + v[0] * time;
+    printf("slope %.3f: %.5f m, expected %.5f m\n", slopes[n], x[0] - before[0], n ? slid : 0);
+    if (n == 0)
+      assert_true(fabs(x[0] - before[0]) < 1e-4);
+    else
+      assert_close(x[0] - before[0], slid, 0.03);
+    thrum_scene_free(scene);
+  }
+}
+
+static void a_snapshot_of_bodies_that_touch_steps_to_the_same_bits(void **context) {
+  fixture *f = *context;
+  throw(f, 0.5);
+  while (thrum_scene_collisions(f->scene).touching == 0)
+    MUST(thrum_scene_step(f->scene, &failure));
+  const size_t size = thrum_scene_snapshot_size(f->scene);
+  void *kept = need(size, 1), *first = need(size, 1), *second = need(size, 1);
+  MUST(thrum_scene_snapshot(f->scene, kept, size, &failure));
+  for (int k = 0; k < 20; k++)
+    MUST(thrum_scene_step(f->scene, &failure));
+  MUST(thrum_scene_snapshot(f->scene, first, size, &failure));
+  MUST(thrum_scene_restore(f->scene, kept, size, &failure));
+  for (int k = 0; k < 20; k++)
+    MUST(thrum_scene_step(f->scene, &failure));
+  MUST(thrum_scene_snapshot(f->scene, second, size, &failure));
+  double a[3], b[3];
+  MUST(thrum_scene_body_vertex(f->scene, 1, 3, a, NULL, &failure));
+  MUST(thrum_scene_restore(f->scene, first, size, &failure));
+  MUST(thrum_scene_body_vertex(f->scene, 1, 3, b, NULL, &failure));
+  assert_memory_equal(a, b, sizeof a);
+  free(kept);
+  free(first);
+  free(second);
+}
+
+static void bodies_that_do_not_collide_pass(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def a = def_of(&f->block, 0, 0, 0, 1), b = def_of(&f->block, 0.5, 0, 0, 1);
+  a.velocity[0] = 3;
+  b.collides = 0;
+  collide(f->scene, 0.5, 0.5);
+  add(f->scene, &a);
+  add(f->scene, &b);
+  for (int k = 0; k < 200; k++)
+    MUST(thrum_scene_step(f->scene, &failure));
+  double x[3], v[3];
+  MUST(thrum_scene_body_vertex(f->scene, 0, 0, x, v, &failure));
+  assert_close(v[0], 3, 1e-9);
+  assert_int_equal(thrum_scene_collisions(f->scene).deepest, 0);
+}
+
+int main(void) {
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+  const struct CMUnitTest tests[] = {
+      TEST(bodies_that_meet_keep_momentum_and_gain_no_energy),
+      TEST(a_plate_holds_what_is_shot_at_it),
+      TEST(a_stack_rests),
+      TEST(friction_holds_up_to_its_angle),
+      TEST(a_snapshot_of_bodies_that_touch_steps_to_the_same_bits),
+      TEST(bodies_that_do_not_collide_pass),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
