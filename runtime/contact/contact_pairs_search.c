@@ -289,7 +289,7 @@ static void try_quad(search *s, thrum_quad_kind kind, thrum_quad *quad,
     nearest = thrum_quad_nearest(kind, quad, time);
   }
 
-  double apart;
+  double apart = 0.0;
   if (!(kind == THRUM_VERTEX_TRIANGLE
             ? face_normal(s, quad, time, &nearest, candidate->normal, &apart)
             : edge_normal(s, quad, time, &nearest, edges, candidate->normal, &apart)))
