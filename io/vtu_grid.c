@@ -1,9 +1,10 @@
 /* Writes .vtu files (VTK XML unstructured grid).
  *
- * A .vtu is XML whose arrays lie raw behind the '_' of its AppendedData, each after its length in
- * bytes as one UInt64; the XML names an array by its offset from the '_'. All the offsets follow
- * from the grid's sizes, so a file is written front to back without going back. As text, the
- * numbers stand inside the XML.
+ * A .vtu is XML whose arrays stand in their elements, as text or in base64 after their length in
+ * bytes as one UInt64.
+ * The format also allows all bytes behind the elements (AppendedData), raw and so a quarter
+ * shorter, but VTK 9.2 and ParaView 5.11 cannot read such files where their expat has the mend of
+ * CVE-2023-52425, as Debian 12's has (https://gitlab.kitware.com/vtk/vtk/-/issues/19258).
  * Format: "VTK XML formats", https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html
  * SPDX-License-Identifier: Apache-2.0 */
 #include "io/vtu_grid.h"
@@ -11,6 +12,7 @@
 #include <inttypes.h>
 #include <string.h>
 
+#include "io/base64.h"
 #include "io/number_text.h"
 
 #define VTK_TETRA 10
@@ -57,16 +59,6 @@ static placed_array array_at(const vtu_grid *grid, int64_t n) {
 
 static uint64_t bytes_of(const placed_array *array) {
   return (uint64_t)array->count * (uint64_t)type_bytes[array->type];
-}
-
-/* Returns the offset of array n from the '_'. */
-static uint64_t offset_of(const vtu_grid *grid, int64_t n) {
-  uint64_t offset = 0;
-  for (int64_t before = 0; before < n; before++) {
-    const placed_array array = array_at(grid, before);
-    offset += sizeof(uint64_t) + bytes_of(&array);
-  }
-  return offset;
 }
 
 /* Corners and middle nodes of ten-node tetrahedra in one list, from number `first` on. */
@@ -131,30 +123,35 @@ static void put_number(FILE *file, vtu_type type, const void *values, int64_t n)
   }
 }
 
-/* Writes all numbers of an array, as text or as bytes after their length. */
-static void put_values(FILE *file, const vtu_grid *grid, int64_t n, bool raw) {
+/* Writes all numbers of an array, as text or as the base64 of their length and their bytes. */
+static void put_values(FILE *file, const vtu_grid *grid, int64_t n, bool as_text) {
   const placed_array array = array_at(grid, n);
   const uint64_t length = bytes_of(&array);
   const bool generated = n == OFFSETS || n == TYPES || (n == CONNECTIVITY && grid->midsides);
+  thrum_base64 bytes = {.stream = file};
   int64_t chunk[CHUNK];
 
-  if (raw)
-    fwrite(&length, sizeof length, 1, file);
+  if (!as_text)
+    thrum_base64_put(&bytes, &length, sizeof length);
 
   // generated arrays come in pieces, so that no memory for the whole is needed
   for (int64_t first = 0; first < array.count;) {
     const int64_t left = array.count - first, count = generated && left > CHUNK ? CHUNK : left;
     const void *values = values_of(grid, n, first, chunk);
-    if (raw)
-      fwrite(values, (size_t)type_bytes[array.type], (size_t)count, file);
+    if (!as_text)
+      thrum_base64_put(&bytes, values, (size_t)count * (size_t)type_bytes[array.type]);
 
     // text is broken into lines that people can read
-    for (int64_t k = 0; k < count && !raw; k++) {
+    for (int64_t k = 0; k < count && as_text; k++) {
       const int64_t number = first + k + 1;
       put_number(file, array.type, values, k);
       fputc(number == array.count || number % array.per_line == 0 ? '\n' : ' ', file);
     }
     first += count;
+  }
+  if (!as_text) {
+    thrum_base64_end(&bytes);
+    fputc('\n', file);
   }
 }
 
@@ -191,13 +188,9 @@ static void put_array(FILE *file, const vtu_grid *grid, int64_t n) {
   const placed_array array = array_at(grid, n);
   fprintf(file, "        <DataArray type=\"%s\" Name=\"", type_names[array.type]);
   put_escaped(file, array.name);
-  fprintf(file, "\" NumberOfComponents=\"%d\" ", array.columns);
-  if (!grid->ascii) {
-    fprintf(file, "format=\"appended\" offset=\"%" PRIu64 "\"/>\n", offset_of(grid, n));
-    return;
-  }
-  fputs("format=\"ascii\">\n", file);
-  put_values(file, grid, n, false);
+  fprintf(file, "\" NumberOfComponents=\"%d\" format=\"%s\">\n", array.columns,
+          grid->ascii ? "ascii" : "binary");
+  put_values(file, grid, n, grid->ascii);
   fputs("        </DataArray>\n", file);
 }
 
@@ -216,7 +209,7 @@ static const char *byte_order(void) {
 }
 
 void vtu_grid_write(FILE *file, const vtu_grid *grid) {
-  // the raw bytes are those of this machine, so the header tells their order
+  // the bytes are those of this machine, so the header tells their order
   fprintf(file,
           "<?xml version=\"1.0\"?>\n"
           "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"%s\" "
@@ -252,14 +245,5 @@ void vtu_grid_write(FILE *file, const vtu_grid *grid) {
   fputs("      </PointData>\n      <CellData>\n", file);
   put_data(file, grid, true, true);
   put_data(file, grid, true, false);
-  fputs("      </CellData>\n    </Piece>\n  </UnstructuredGrid>\n", file);
-
-  // the bytes, in the order of the arrays
-  if (!grid->ascii) {
-    fputs("  <AppendedData encoding=\"raw\">\n_", file);
-    for (int64_t n = 0; n < GRID_ARRAYS + grid->array_count; n++)
-      put_values(file, grid, n, true);
-    fputs("\n  </AppendedData>\n", file);
-  }
-  fputs("</VTKFile>\n", file);
+  fputs("      </CellData>\n    </Piece>\n  </UnstructuredGrid>\n</VTKFile>\n", file);
 }

@@ -1,4 +1,4 @@
-/* Writes VTK's XML files of tetrahedra (.vtu), raw appended or as text.
+/* Writes VTK's XML files of tetrahedra (.vtu), in base64 or as text.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_IO_VTU_GRID_H
 #define THRUM_IO_VTU_GRID_H

@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "io/base64.h"
 #include "io/file.h"
 #include "io/paths.h"
 #include "thrum/thrum.h"
@@ -69,19 +70,6 @@ thrum_status viewer_page_read(viewer_page *page, thrum_error *error) {
   return THRUM_OK;
 }
 
-static void put_base64(FILE *stream, const unsigned char *bytes, size_t size) {
-  static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  for (size_t n = 0; n < size; n += 3) {
-    const size_t left = size - n;
-    const unsigned bits = (unsigned)bytes[n] << 16 | (left > 1 ? (unsigned)bytes[n + 1] << 8 : 0) |
-                          (left > 2 ? bytes[n + 2] : 0);
-    const char text[4] = {digits[bits >> 18], digits[bits >> 12 & 63],
-                          left > 1 ? digits[bits >> 6 & 63] : '=',
-                          left > 2 ? digits[bits & 63] : '='};
-    fwrite(text, 1, sizeof text, stream); // an error leaves its mark on the stream
-  }
-}
-
 thrum_status viewer_page_write(const char *path, const viewer_page *page,
                                const view_archive *archive, thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
@@ -89,7 +77,9 @@ thrum_status viewer_page_write(const char *path, const viewer_page *page,
   FILE *stream = writer.stream;
   fwrite(page->html, 1, (size_t)(page->slot - page->html), stream);
   fputs(SLOT_BEGIN ">", stream);
-  put_base64(stream, archive->bytes, archive->size);
+  thrum_base64 text = {.stream = stream};
+  thrum_base64_put(&text, archive->bytes, archive->size);
+  thrum_base64_end(&text);
   fputs(SLOT_END, stream);
   fwrite(page->slot_end, 1, (size_t)(page->html + page->size - page->slot_end), stream);
   return thrum_file_writer_commit(&writer, error);

@@ -7,6 +7,7 @@ Each model is brought to rest under a load at its group `load` by `thrum static`
 by a share of the body's length. Colour is the displacement over the largest; gnuplot sorts the triangles by depth and draws
 them. SPDX-License-Identifier: Apache-2.0
 """
+import base64
 import json
 import math
 import pathlib
@@ -29,17 +30,14 @@ FORMATS = {"Float64": ("d", 8), "Int32": ("i", 4)}
 
 
 def read_vtu(path):
-    """The arrays of a .vtu that `thrum static --vtu` wrote: raw, appended, each after its size in 8 bytes."""
-    data = path.read_bytes()
-    begin = data.index(b"_", data.index(b"<AppendedData")) + 1
+    """The arrays of a .vtu that `thrum static --vtu` wrote: each in base64 after its size in 8 bytes."""
     arrays = {}
-    for line in data[:begin].decode().split("\n"):
-        found = re.search(r'type="(\w+)" Name="(\w+)".*format="appended" offset="(\d+)"', line)
-        if found and found[1] in FORMATS:
-            letter, width = FORMATS[found[1]]
-            at = begin + int(found[3])
-            size, = struct.unpack_from("<Q", data, at)
-            arrays[found[2]] = struct.unpack_from(f"<{size // width}{letter}", data, at + 8)
+    for tag, text in re.findall(r'<DataArray ([^>]*format="binary")>\s*(.*?)\s*</DataArray>', path.read_text(), re.S):
+        kind, name = re.search(r'type="(\w+)" Name="(\w+)"', tag).groups()
+        if kind in FORMATS:
+            letter, width = FORMATS[kind]
+            array = base64.b64decode(text)
+            arrays[name] = struct.unpack_from(f"<{(len(array) - 8) // width}{letter}", array, 8)
     return arrays
 
 
