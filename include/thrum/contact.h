@@ -192,11 +192,11 @@ typedef struct thrum_contact_environment {
   const thrum_obstacle *obstacles;  /* obstacle_count; may be NULL when that is 0 */
   int64_t obstacle_count;           /* >= 0; larger: a slower search for touches */
   const thrum_pull *pulls;          /* pull_count; may be NULL when that is 0 */
-  int64_t pull_count;               /* 0 to the contact's pull_max */
-  const double *load;             /* rank: mean of the other reduced loads over the step; NULL: 0 */
-  double force[3];                /* other force on the translation, such as its weight [N] */
+  int64_t pull_count;               /* 0 to the contact's pull_max; larger: a slower solve */
+  const double *load; /* rank: mean of the other reduced loads over the step; NULL: 0 */
+  double force[3];    /* other force on the translation, such as its weight [N]; larger: faster */
   thrum_rigid_frame *rigid_frame; /* rotated by the step; NULL: the body does not rotate */
-  double torque[3];               /* other torque on the rotation, about the centre of mass [N m] */
+  double torque[3]; /* other torque about the centre of mass [N m]; larger: faster rotation */
 } thrum_contact_environment;
 
 /* Counters and energies of a contact since init or reset. The work that the obstacles did on the

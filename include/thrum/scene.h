@@ -99,7 +99,7 @@ typedef struct thrum_scene_body_def {
   const double *q, *p;
 
   /* Basis vector that is added to q at the start, from 1 to the rank that is stepped; default 0:
-   * none. */
+   * none. Larger: a shape that vibrates faster. */
   int64_t start_mode;
 
   /* Displacement by it of the vertex that moves furthest [m]; finite, default 0. Larger: a larger
