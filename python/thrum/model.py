@@ -363,7 +363,7 @@ class Model:
         return reduced
 
     def start(self, mode: int, amplitude: float) -> Array:
-        """q (`shown`) with coordinate `mode` (0-based) such that no vertex moves further than |amplitude| [m]."""
+        """q (`shown`) with coordinate `mode` (0-based) such that no vertex moves further than `abs(amplitude)` [m]."""
         if not 0 <= mode < self.shown:
             raise ValueError(f"mode: {mode} is not within 0 to {self.shown - 1}")
         q = np.zeros(self.shown)
