@@ -124,8 +124,8 @@ static thrum_status fill_tests(trade *t, thrum_error *error) {
   int64_t count = request->test_count;
   for (int64_t n = 0; n < count; n++)
     t->test_texts[n] = request->tests[n];
-  // a recipe's tests go with its load
-  if (count == 0 && !request->no_tests && request->load_count == 0)
+  // a recipe's tests go with its load, where there is time for them
+  if (count == 0 && !request->no_tests && !request->quick && request->load_count == 0)
     for (; count < t->recipe.test_count; count++)
       t->test_texts[count] = t->recipe.tests[count];
 
@@ -258,6 +258,11 @@ static cJSON *run_json(const trade *t, const tradeoff_run *run) {
   json_number(item, "projection_error", basis->projection);
   cJSON_AddBoolToObject(item, "cancels", run->cancels);
   cJSON_AddBoolToObject(item, "disproved", run->disproved);
+  if (tradeoff_flag(run) != NULL)
+    cJSON_AddStringToObject(item, "flag", tradeoff_flag(run));
+  else
+    cJSON_AddNullToObject(item, "flag");
+  json_number(item, "fallback_steps", (double)run->fallback_steps);
   add_errors(item, "time_errors", &run->time_error);
   json_number(item, "frequency_error", run->frequency_error);
   json_number(item, "frequency_mode", (double)run->frequency_mode + 1);
@@ -385,6 +390,10 @@ static void print_table(const trade *t) {
     printf("its error is below that of its basis, %.3g %%: the errors of basis and time step "
            "cancel in part under this load, and need not under another\n",
            100 * basis);
+  if (tradeoff_flag(chosen) != NULL)
+    printf("thrum simulate flags its run as %s%s; no setting that does what was asked is not "
+           "flagged\n",
+           tradeoff_flag(chosen), chosen->grew ? "" : ": steps needed more than their own scheme");
   print_tests(t);
   tradeoff_commands_print(&t->commands);
 }

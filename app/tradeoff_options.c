@@ -95,14 +95,15 @@ static const config_option options[] = {
     OPTION_TIME(tradeoff_request, time, "1; with --quick 0.5"),
     OPTION_FLAG(
         "quick",
-        "a coarse answer: 2 to 7 minutes on models of some thousand tetrahedra, with tests and "
-        "trained bases",
+        "a coarse answer: shorter, fewer settings, and no tests but those of --test; seconds where "
+        "a "
+        "basis without training will do (beam, heart), minutes where bases have to be trained",
         AT(quick)),
     OPTION_GROUP(mesh_options, "of a MESH", AT(mesh_def)),
 
-    OPTION_TEXT("test", "LOAD", "those of the model by name",
-                "a load that no basis is trained on, or several that act together, LOAD;LOAD: the "
-                "error of the setting that was picked is measured under it too; none: no such load",
+    OPTION_TEXT("test", "CASE", "those of the model by name; with --quick none",
+                "what no basis is trained on, as --test of precompute: the error of the setting "
+                "that was picked is measured in it too; none: no such case",
                 .repeats = true, .take = take_test),
 
     OPTION_HEADING("what is tried"),

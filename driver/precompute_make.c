@@ -382,6 +382,10 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   precompute_request found = *request;
   found.options.handles = handles;
   found.options.handle_count = request->handle_count;
+
+  // the handles come beside the rank that was asked for
+  if (found.options.rank > 0)
+    found.options.rank += 6 * request->handle_count;
   found.options.keep_modes = request->export_modes != NULL;
   precompute_outcome outcome = {.request = &found, .mesh = &mesh, .began = began};
 

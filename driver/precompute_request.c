@@ -98,8 +98,9 @@ static const config_option options[] = {
     OPTION_HEADING("the model"),
     OPTION_COUNT("modes", "10", "linear modes K", AT(options.modes), GIVEN(modes_given),
                  CONFIG_RANGE(1, COUNT_MAX)),
-    OPTION_COUNT("rank", "2 K", "reduced coordinates, at most K (K + 3) / 2", AT(options.rank),
-                 GIVEN(rank_given), CONFIG_RANGE(1, COUNT_MAX)),
+    OPTION_COUNT("rank", "2 K",
+                 "reduced coordinates, at most K (K + 3) / 2; those of --handles come beside",
+                 AT(options.rank), GIVEN(rank_given), CONFIG_RANGE(1, COUNT_MAX)),
     OPTION_CHOICE("mass", masses, "consistent", "mass matrix", AT(options.mass)),
     OPTION_COUNT("quadrature-order", "4; 5 where edges are curved",
                  "degree to which the points of ten-node tetrahedra are exact: more for strongly "
@@ -116,7 +117,8 @@ static const config_option options[] = {
                   AT(options.check)),
     OPTION_TEXT("handles", "SPEC", NULL,
                 "a group or vertex=N that will be pulled: its static responses to forces along x, "
-                "y, z are represented exactly",
+                "y, z are represented exactly; they and their derivatives take six coordinates "
+                "beside those of --rank",
                 .repeats = true, .take = take_handle),
 
     OPTION_FLAG("condense",
@@ -243,8 +245,6 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
     return config_usage("precompute", "--error goes with --train");
   if (request->by_share && request->train_count == 0)
     return config_usage("precompute", "--by-share goes with --train");
-  if (request->by_share && request->handle_count > 0)
-    return config_usage("precompute", "--by-share goes without --handles, which have no share");
 
   if (request->train_count + request->test_count > 0 && request->options.quadrature_order > 0)
     return config_usage("precompute", "--quadrature-order goes without --train and --test");

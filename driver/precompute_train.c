@@ -122,7 +122,8 @@ thrum_status precompute_train_base(const thrum_mesh *mesh, const uint8_t *fixed,
                                    thrum_precomputed *base, thrum_error *error) {
   // the part of the rank that is made as without a training, of modes and handles at least
   const int64_t rank = thrum_options_complete(options).rank, half = usual > 0 ? usual : rank / 2;
-  const int64_t shapes = thrum_options_shapes(options), most = shapes * (shapes + 3) / 2;
+  const int64_t shapes = thrum_options_shapes(options), k = options->modes;
+  const int64_t most = k * (k + 3) / 2 + 2 * (shapes - k);
   thrum_precompute_options first = *options;
   first.rank = shapes > half ? shapes : half;
 
@@ -328,6 +329,7 @@ static thrum_status find_shares(const thrum_mesh *mesh, const uint8_t *fixed,
   thrum_precomputed made = {0};
   thrum_model_fem body = {0};
   asked.rank = k;
+  asked.handle_count = 0;
   asked.keep_modes = true;
   THRUM_TRY(thrum_precompute(mesh, fixed, &asked, &made, error));
   thrum_status status = thrum_model_fem_create(&made.model, &body, error);

@@ -14,15 +14,19 @@ int64_t thrum_options_shapes(const thrum_precompute_options *options) {
   return options->modes + 3 * options->handle_count;
 }
 
+static int64_t default_rank(const thrum_precompute_options *options) {
+  return 2 * thrum_options_shapes(options);
+}
+
 thrum_precompute_options thrum_options_complete(const thrum_precompute_options *options) {
   thrum_precompute_options complete = *options;
   if (options->imported) {
     complete.modes = complete.handle_count = 0;
     complete.rank = options->imported->rank;
   }
-  // no rank given: two coordinates a mode, which k (k + 3) / 2 never falls short of
+  // no rank given: two coordinates a mode, which k (k + 3) / 2 never falls short of, or response
   if (complete.rank == 0)
-    complete.rank = 2 * thrum_options_shapes(&complete);
+    complete.rank = default_rank(&complete);
   return complete;
 }
 
@@ -33,7 +37,7 @@ static thrum_status check_counts(const thrum_precompute_options *options, thrum_
                            "modes is %lld; it must lie between 1 and 10000", (long long)k);
 
   // a rank that was not given is twice the modes
-  if (r > THRUM_RANK_MAX && r == 2 * thrum_options_shapes(options))
+  if (r > THRUM_RANK_MAX && r == default_rank(options))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%lld modes make a rank of %lld, twice as many unless --rank says "
                            "otherwise; it must lie between 1 and %d: lower --modes or give --rank",
@@ -43,13 +47,14 @@ static thrum_status check_counts(const thrum_precompute_options *options, thrum_
                            "rank is %lld; it must lie between 1 and %d", (long long)r,
                            THRUM_RANK_MAX);
 
-  // the candidates are k modes and k (k + 1) / 2 derivatives, beside what is trained
-  const int64_t shapes = thrum_options_shapes(options);
-  if (r - options->trained_count > shapes * (shapes + 3) / 2)
+  // the candidates are k modes and k (k + 1) / 2 derivatives, beside responses and what is trained
+  const int64_t beside = options->trained_count + 6 * options->handle_count;
+  if (r - beside > k * (k + 3) / 2)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is more than %lld modes and their derivatives give (%lld); "
                            "lower --rank or raise --modes",
-                           (long long)r, (long long)shapes, (long long)(shapes * (shapes + 3) / 2));
+                           (long long)(r - 6 * options->handle_count), (long long)k,
+                           (long long)(k * (k + 3) / 2));
 
   return THRUM_OK;
 }
@@ -84,7 +89,7 @@ static void lower_counts(thrum_precompute_options *options, int64_t room) {
   if (options->modes <= room / 4)
     return;
   options->modes = room / 4 > 1 ? room / 4 : 1;
-  const int64_t most = 2 * thrum_options_shapes(options);
+  const int64_t most = default_rank(options);
   options->rank = options->rank < most ? options->rank : most;
 }
 

@@ -8,7 +8,7 @@
 #include "precompute/fem/fem.h"
 #include "precompute/options/precompute_options.h"
 
-/* k modes and the three responses of each handle: what derivatives are taken of. */
+/* k modes and the three responses of each handle, which a rank should have room for. */
 int64_t thrum_options_shapes(const thrum_precompute_options *options);
 
 /* The options with the rank that 0 stands for, and without modes where a basis is imported. */

@@ -5,6 +5,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "platform/allocate.h"
 #include "platform/clock.h"
@@ -269,6 +270,31 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
   return status;
 }
 
+/* Modes and their derivatives first, then responses and all derivatives that have one of them. */
+static thrum_status part_candidates(pipeline *p, thrum_error *error) {
+  const int64_t k = p->options.modes, n = p->fem.free_count,
+                shapes = thrum_options_shapes(&p->options);
+  const int64_t usual = k + k * (k + 1) / 2, all = shapes + shapes * (shapes + 1) / 2;
+  const size_t column = sizeof(double) * (size_t)n;
+  double *others = thrum_allocate((all - usual) * n, sizeof *others, "the responses", error);
+  if (others == NULL)
+    return THRUM_OUT_OF_MEMORY;
+
+  // the responses stand between the modes and the derivatives
+  memcpy(others, p->candidates + k * n, column * (size_t)(shapes - k));
+  const double *from = p->candidates + shapes * n;
+  double *to = p->candidates + k * n, *other = others + (shapes - k) * n;
+  for (int64_t i = 0; i < shapes; i++)
+    for (int64_t j = i; j < shapes; j++, from += n) {
+      double **at = j < k ? &to : &other;
+      memmove(*at, from, column);
+      *at += n;
+    }
+  memcpy(p->candidates + usual * n, others, column * (size_t)(all - usual));
+  free(others);
+  return THRUM_OK;
+}
+
 static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
                                     thrum_error *error) {
   const int64_t k = p->options.modes, n = p->fem.free_count,
@@ -279,6 +305,8 @@ static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
 
   THRUM_THEN(status, thrum_derivatives(&p->fem, p->factor, shapes, p->candidates,
                                        p->candidates + shapes * n, reporter, error));
+  if (shapes > k)
+    THRUM_THEN(status, part_candidates(p, error));
 
   // the factor is the largest array of all, and it has served
   p->result.flops[THRUM_STAGE_derivatives] =
@@ -290,13 +318,13 @@ static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
 }
 
 static thrum_status make_basis(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
-  const int64_t r = p->options.rank;
+  const int64_t r = p->options.rank, k = p->options.modes;
   double *basis = thrum_model_writable(p->result.model.basis);
   if (!p->options.imported)
-    return thrum_basis(&p->fem, &p->mass, thrum_options_shapes(&p->options),
-                       3 * p->options.handle_count, p->result.mode_omega2, p->candidates,
-                       p->options.shares, r, p->options.trained, p->options.trained_count, basis,
-                       &p->result.basis_orthonormality, reporter, error);
+    return thrum_basis(&p->fem, &p->mass, k, p->result.mode_omega2, p->candidates,
+                       p->options.shares, p->candidates + (k + k * (k + 1) / 2) * p->fem.free_count,
+                       3 * p->options.handle_count, r, p->options.trained, p->options.trained_count,
+                       basis, &p->result.basis_orthonormality, reporter, error);
 
   // an imported basis takes the place of modes and derivatives
   p->result.modes_complete = true;

@@ -364,9 +364,21 @@ def scene_detail():
                   "worst", "near the eye"], body)
 
 
+def handles():
+    """Errors of motion without and with a handle where the load pulls."""
+    found = rows("handles", "errors.csv")
+    body = []
+    for without, with_one in zip(found[::2], found[1::2]):
+        cells = [f"{percent(float(without[key]))}, {percent(float(with_one[key]))}"
+                 for key in ("own", "sine", "gravity", "another", "elsewhere")]
+        body.append([f"{without['model']}, {without['rank']} + 6", *cells])
+    return table(["model, rank", "its own load", "half of it as a sine", "gravity aslant", "another direction", "elsewhere"],
+                 body)
+
+
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, extremes, linear, tradeoff,
-                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail,
+                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, handles,
                                            model_errors)}
 
 

@@ -13,11 +13,12 @@ import shutil
 import subprocess
 import sys
 
-from tables import MODELS, RESULTS
+from tables import MODELS, RESULTS, ROOT
 
 ERRORS = ["5", "2"]
+MODEL_FILES = ROOT / "models"
 KEPT = ("modes", "rank", "trained", "masters", "integrator", "dt", "cost_s_per_s", "times_faster_than_full", "error",
-        "projection_error", "cancels", "frequency_error")
+        "projection_error", "cancels", "flag", "frequency_error")
 
 
 def run(program, work, model, error):
@@ -27,6 +28,8 @@ def run(program, work, model, error):
     if not path.exists():
         command = [program, "tradeoff", model, "-o", name, "--quick", "--error", f"{error}%", "--keep-runs", "kept",
                    "--json", "-q"]
+        for test in json.loads((MODEL_FILES / f"{model}.json").read_text(encoding="utf-8"))["tests"]:
+            command += ["--test", test]
         done = subprocess.run(command, cwd=work, capture_output=True, text=True, check=False)
         if done.returncode not in (0, 3):
             raise SystemExit(done.stderr)

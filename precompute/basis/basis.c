@@ -30,7 +30,9 @@ typedef struct pca {
   const thrum_sparse *mass;
   int64_t n, modes, count, rank; /* count: candidates */
   int64_t wide;                  /* the larger of candidates and whole rank */
-  int64_t kept;                  /* of the modes, the last ones */
+  const double *responses;       /* response_count columns, and the derivatives that have one of */
+  int64_t response_count;        /* them; of the rank before what is trained */
+  const double *omega2;          /* modes, then responses */
   const double *trained;         /* trained_count fields, the last of the rank */
   int64_t trained_count;
   const double *shares; /* count, or NULL */
@@ -120,53 +122,9 @@ static thrum_status left_vectors(pca *p, char how, int64_t rows, int64_t count, 
                              "the singular values of the basis did not converge", error);
 }
 
-// as decompose, but what must be kept comes first, and the rest from its complement
-static thrum_status decompose_around(pca *p, int64_t span, double *frame, double *rest,
-                                     thrum_error *error) {
-  const int m = (int)span, count = (int)p->count;
-
-  // what must be kept spans the first columns of the frame, its complement the others
-  memcpy(rest, p->small + (p->modes - p->kept) * span, sizeof *rest * (size_t)(p->kept * span));
-  thrum_status status = left_vectors(p, 'A', span, p->kept, rest, frame, error);
-
-  // directions of what must be kept that are too small to count are left out
-  int held = 0;
-  while (held < p->kept && held < m && p->values[held] > TOLERANCE)
-    held++;
-  if (status >= 0 && p->rank < held)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "rank %lld is less than the %d responses of the handles; raise --rank",
-                           (long long)p->rank, held);
-
-  // the candidates by their weights, as in a decomposition without kept directions
-  for (int64_t c = 0; c < p->count; c++)
-    cblas_dscal(m, p->weight[c], p->small + c * span, 1);
-
-  // the kept directions stand first in the basis
-  const int left = m - held, more = (int)p->rank - held;
-  memcpy(p->left, frame, sizeof *frame * (size_t)(held * span));
-  if (status < 0 || more == 0)
-    return status;
-
-  // the complement's share of the candidates gives the rest of the basis, largest first
-  cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, left, count, m, 1, frame + held * span, m,
-              p->small, m, 0, rest, left);
-  status = left_vectors(p, 'S', left, count, rest, p->small, error);
-  if (status >= 0)
-    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, m, more, left, 1, frame + held * span, m,
-                p->small, left, 0, p->left + held * span, m);
-  return status;
-}
-
 // left singular vectors of the weighted candidates, in the coordinates of q
 static thrum_status decompose(pca *p, const double *candidates, int64_t span, thrum_error *error) {
   thrum_mass_gram(p->mass, p->q, span, candidates, p->count, p->small, p->work);
-  if (p->kept > 0) {
-    double *frame = thrum_scope_allocate(&p->memory, span * span, sizeof *frame);
-    double *rest = thrum_scope_allocate(&p->memory, span * p->count, sizeof *rest);
-    THRUM_TRY(p->memory.status);
-    return decompose_around(p, span, frame, rest, error);
-  }
   for (int64_t c = 0; c < p->count; c++)
     cblas_dscal((int)span, p->weight[c], p->small + c * span, 1);
   return left_vectors(p, 'S', span, p->count, p->small, p->left, error);
@@ -249,6 +207,98 @@ static thrum_status append_trained(pca *p, double *columns, thrum_error *error) 
   return THRUM_OK;
 }
 
+// how many of the responses are independent of each other; held axes have none
+static thrum_status count_responses(const pca *p, int64_t *count, thrum_error *error) {
+  *count = 0;
+  if (p->response_count == 0)
+    return THRUM_OK;
+  const size_t bytes = sizeof(double) * (size_t)(p->n * p->response_count);
+  double *copy = thrum_allocate(p->n * p->response_count, sizeof *copy, "the basis", error);
+  if (!copy)
+    return THRUM_OUT_OF_MEMORY;
+  memcpy(copy, p->responses, bytes);
+  const thrum_status status =
+      thrum_mass_orthonormalise(p->mass, p->response_count, copy, TOLERANCE, count, p->work, error);
+  free(copy);
+  return status;
+}
+
+// what of a response's derivatives counts beside the first mode
+static void weigh_response_derivatives(const pca *p, double a, double *columns) {
+  const int64_t k = p->modes, shapes = k + p->response_count;
+  const double *w = p->omega2;
+  double *column = columns;
+  for (int64_t i = 0; i < shapes; i++)
+    for (int64_t j = i > k ? i : k; j < shapes; j++, column += p->n)
+      cblas_dscal((int)p->n, a * (w[0] / w[i]) * (w[0] / w[j]), column, 1);
+}
+
+// appends to `done` orthonormal columns the `count` directions that the derivatives of the
+// responses show most of beside them, by the method of snapshots; *found of them are there
+static thrum_status append_response_derivatives(pca *p, const double *candidates, int64_t done,
+                                                int64_t count, double *columns, int64_t *found,
+                                                thrum_error *error) {
+  const int64_t h = p->response_count, pairs = h * p->modes + h * (h + 1) / 2;
+  const int n = (int)p->n, wide = (int)pairs;
+  double *rest = thrum_allocate(p->n * pairs, sizeof *rest, "the basis", error);
+  double *gram = thrum_allocate((pairs + done + 1) * pairs, sizeof *gram, "the basis", error);
+  thrum_status status = rest && gram ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+
+  // the weighted derivatives less what the columns show of them
+  if (status >= 0) {
+    memcpy(rest, p->responses + h * p->n, sizeof *rest * (size_t)(p->n * pairs));
+    weigh_response_derivatives(p, length_factor(p->fem, candidates), rest);
+    for (int pass = 0; pass < 2; pass++)
+      thrum_mass_project(p->mass, columns, done, rest, pairs, gram, p->work);
+    thrum_mass_gram(p->mass, rest, pairs, rest, pairs, gram, p->work);
+    status = thrum_lapack_status(
+        LAPACKE_dsyev(LAPACK_COL_MAJOR, 'V', 'U', wide, gram, wide, gram + pairs * pairs),
+        THRUM_NOT_CONVERGED, "the derivatives of the responses did not converge", error);
+  }
+
+  // the largest come last; what is left below the rounding of their squares is nothing
+  const double *values = gram + pairs * pairs;
+  *found = 0;
+  for (; status >= 0 && *found < count && *found < pairs; ++*found) {
+    const int64_t at = pairs - 1 - *found;
+    if (!(values[at] > 1e-10 * values[pairs - 1]))
+      break;
+    cblas_dgemv(CblasColMajor, CblasNoTrans, n, wide, 1 / sqrt(values[at]), rest, n,
+                gram + at * pairs, 1, 0, columns + (done + *found) * p->n, 1);
+  }
+  free(rest);
+  free(gram);
+  return status;
+}
+
+// the first vectors of the decomposition, all responses behind them, and what `more` of the
+// responses' derivatives add, `wanted` orthonormal columns together; what is among the first
+// already makes room for more of these
+static thrum_status fill_columns(pca *p, const double *candidates, int64_t span, int64_t more,
+                                 int64_t wanted, double *columns, thrum_error *error) {
+  const int n = (int)p->n;
+  for (int64_t first = p->rank; first <= span && first <= wanted; first++) {
+    int64_t found = first, added = 0;
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, n, (int)first, (int)span, 1, p->q, n,
+                p->left, (int)span, 0, columns, n);
+    memcpy(columns + first * p->n, p->responses,
+           sizeof *columns * (size_t)(p->n * p->response_count));
+    THRUM_TRY(thrum_mass_orthonormalise(p->mass, first + p->response_count, columns, TOLERANCE,
+                                        &found, p->work, error));
+    const int64_t left = wanted - found < more ? wanted - found : more;
+    if (left > 0)
+      THRUM_TRY(append_response_derivatives(p, candidates, found, left, columns, &added, error));
+    THRUM_TRY(thrum_mass_orthonormalise(p->mass, found + added, columns, TOLERANCE, &found, p->work,
+                                        error));
+    if (found >= wanted)
+      return THRUM_OK;
+  }
+  return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                         "rank %lld is more than modes, derivatives and the responses of the "
+                         "handles span; lower --rank",
+                         (long long)wanted);
+}
+
 static thrum_status build(pca *p, const double *omega2, const double *candidates, double *basis,
                           const thrum_reporter *reporter, thrum_error *error) {
   int64_t span = 0;
@@ -262,6 +312,19 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
       thrum_mass_orthonormalise(p->mass, p->count, p->q, TOLERANCE, &span, p->work, error);
   THRUM_THEN(status, thrum_report(reporter, 0.5, error));
 
+  // responses, and as many of their derivatives, come beside modes and derivatives, which are
+  // chosen as without them; a lower rank has room for fewer of either
+  int64_t responses = 0;
+  const int64_t rank = p->rank;
+  THRUM_THEN(status, count_responses(p, &responses, error));
+  const int64_t beside = 2 * responses < rank ? 2 * responses : rank;
+  p->rank -= beside;
+  if (status >= 0 && beside < responses)
+    status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "rank %lld is less than the %lld responses of the handles; raise "
+                             "--rank",
+                             (long long)rank, (long long)responses);
+
   // the span limits the rank
   if (status >= 0 && p->rank > span)
     status = thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -273,13 +336,19 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
     return status;
 
   // the columns of the basis, on the free components and then on all
-  const int64_t total = p->rank + p->trained_count;
-  double *columns = thrum_allocate(p->n * total, sizeof *columns, "the basis", error);
+  const int64_t total = rank + p->trained_count;
+  double *columns =
+      thrum_allocate(p->n * (total + p->response_count), sizeof *columns, "the basis", error);
   if (!columns)
     return THRUM_OUT_OF_MEMORY;
-  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, (int)p->n, (int)p->rank, (int)span, 1,
-              p->q, (int)p->n, p->left, (int)span, 0, columns, (int)p->n);
-  status = p->trained_count > 0 ? append_trained(p, columns, error) : THRUM_OK;
+  if (responses > 0)
+    status = fill_columns(p, candidates, span, beside - responses, rank, columns, error);
+  else
+    cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, (int)p->n, (int)p->rank, (int)span, 1,
+                p->q, (int)p->n, p->left, (int)span, 0, columns, (int)p->n);
+  p->rank = rank;
+  if (p->trained_count > 0)
+    THRUM_THEN(status, append_trained(p, columns, error));
   p->rank = total;
   scatter_rows(p->fem, columns, p->rank, basis);
   free(columns);
@@ -291,23 +360,26 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
   return status >= 0 ? diagonalise(p, basis, error) : status;
 }
 
-thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t k, int64_t kept,
+thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t k,
                          const double *omega2, const double *candidates, const double *shares,
-                         int64_t rank, const double *trained, int64_t trained_count, double *basis,
+                         const double *responses, int64_t response_count, int64_t rank,
+                         const double *trained, int64_t trained_count, double *basis,
                          double *orthonormality, const thrum_reporter *reporter,
                          thrum_error *error) {
   pca p = {.fem = fem,
            .mass = mass,
            .n = fem->free_count,
            .modes = k,
-           .kept = kept,
+           .responses = responses,
+           .response_count = response_count,
+           .omega2 = omega2,
            .count = k + k * (k + 1) / 2,
            .rank = rank - trained_count,
            .shares = shares,
            .trained = trained,
            .trained_count = trained_count};
   p.wide = rank > p.count ? rank : p.count;
-  if (p.rank < 1 || p.rank > p.count)
+  if (p.rank < 1 || p.rank - 2 * response_count > p.count)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld does not go with %lld trained shapes and %lld modes",
                            (long long)rank, (long long)trained_count, (long long)k);

@@ -88,7 +88,8 @@ typedef struct thrum_precompute_options {
    * are refused later. */
   double memory_limit;
 
-  /* Their static responses are in the span of U, whatever the rank, which must be three a handle at
+  /* Their static responses and as many directions of their derivatives are in the span of U, beside
+   * as many vectors of modes and derivatives as the rank leaves, which must be three a handle at
    * least; default none. `rank` 0 then stands for 2 (k + 3 handle_count). */
   const thrum_handle *handles;
 
@@ -104,9 +105,8 @@ typedef struct thrum_precompute_options {
   int64_t trained_count;
 
   /* The share of each mode and each derivative in a motion, in the order of the candidates (k + k
-   * (k
-   * + 1) / 2), times its norm: weights of the basis in place of those by frequency; default NULL.
-   * Not with handles. */
+   * (k + 1) / 2), times its norm: weights of the basis in place of those by frequency; default
+   * NULL. */
   const double *shares;
 
   /* Takes the place of modes, rank, derivatives and mass-PCA; NULL: none. */

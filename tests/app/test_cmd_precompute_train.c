@@ -206,6 +206,8 @@ static void handles_and_a_training_share_the_rank(void **state) {
   if (run.exit_code != 0)
     fail_msg("%s", run.err);
   cJSON *object = json_line(run.out);
+
+  // two coordinates a mode, and six of the handle beside them
   assert_true(json_value(object, "rank") == 14);
   cJSON_Delete(object);
   program_result_free(&run);

@@ -99,6 +99,44 @@ static void a_pull_at_a_handle_gives_the_full_order_static_answer(void **state) 
   body_free(&b);
 }
 
+static void a_basis_with_handles_holds_the_one_without(void **state) {
+  (void)state;
+  body b = body_make("beam:10x2x2@1x0.2x0.15", "x<0.001");
+  const thrum_handle tip = find_handle(&b, "tip");
+  thrum_precomputed with = precompute_with(&b, 5, 16, 1, &tip);
+  thrum_precomputed without = precompute_with(&b, 5, 10, 0, NULL);
+  thrum_fem fem = body_fem(&b);
+  thrum_sparse k, m;
+  assert_int_equal(thrum_fem_pattern(&fem, &k, NULL), THRUM_OK);
+  assert_int_equal(thrum_fem_mass(&fem, THRUM_MASS_CONSISTENT, &k, &m, NULL), THRUM_OK);
+
+  // each of its vectors has its whole length in the larger basis
+  double *column = need((size_t)fem.free_count, sizeof *column);
+  double *product = need((size_t)fem.free_count, sizeof *product);
+  for (int64_t j = 0; j < without.model.rank; j++) {
+    for (int64_t i = 0; i < fem.free_count; i++)
+      column[i] = without.model.basis[fem.component[i] * without.model.rank + j];
+    thrum_sparse_product(&m, column, 1, product);
+    double square = 0;
+    for (int64_t r = 0; r < with.model.rank; r++) {
+      double share = 0;
+      for (int64_t i = 0; i < fem.free_count; i++)
+        share += with.model.basis[fem.component[i] * with.model.rank + r] * product[i];
+      square += share * share;
+    }
+    assert_true(fabs(square - 1) < 1e-9);
+  }
+
+  free(column);
+  free(product);
+  thrum_sparse_free(&k);
+  thrum_sparse_free(&m);
+  thrum_fem_free(&fem);
+  thrum_precomputed_free(&with);
+  thrum_precomputed_free(&without);
+  body_free(&b);
+}
+
 static void the_rank_may_be_just_the_responses_and_the_same_handle_counts_once(void **state) {
   (void)state;
   body b = body_make("beam:8x2x2@1x0.2x0.15", "x<0.001");
@@ -230,6 +268,7 @@ static void a_load_along_a_column_of_mu_is_inside_and_a_point_force_is_not(void 
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_pull_at_a_handle_gives_the_full_order_static_answer),
+      cmocka_unit_test(a_basis_with_handles_holds_the_one_without),
       cmocka_unit_test(the_rank_may_be_just_the_responses_and_the_same_handle_counts_once),
       cmocka_unit_test(handles_that_are_held_or_missing_are_refused),
       cmocka_unit_test(a_handle_held_along_two_axes_gives_one_response),

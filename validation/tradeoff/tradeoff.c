@@ -194,6 +194,8 @@ static thrum_status run_setting(void *context, int64_t index, thrum_error *error
   if (status >= 0) {
     run->stable = pass.whole && isfinite(basis->error.displacement);
     run->disproved = !pass.believed;
+    run->fallback_steps = pass.fallback_steps;
+    run->grew = pass.grew;
     for (int64_t n = 0; n < TRADEOFF_SAMPLES; n++)
       most = fmax(most, space->tight.energy[n]);
     for (int64_t n = 0; n < TRADEOFF_SAMPLES && run->stable; n++)
@@ -436,17 +438,27 @@ void tradeoff_free(tradeoff_result *result) {
   *result = (tradeoff_result){0};
 }
 
+const char *tradeoff_flag(const tradeoff_run *run) {
+  if (run->grew)
+    return "energy_grew";
+  return run->fallback_steps > 0 ? "fell_back" : NULL;
+}
+
 /* Whether a run goes before another: an error asks for the cheapest, a budget alone for the most
- * accurate, and what owes its error to a cancellation comes last. */
+ * accurate; what owes its error to a cancellation comes last, and before that what is flagged. */
 static bool is_better(const tradeoff_result *result, const tradeoff_run *run,
                       const tradeoff_run *chosen, double error) {
   if (chosen == NULL)
     return true;
+  const bool flagged = tradeoff_flag(run) != NULL, other_flagged = tradeoff_flag(chosen) != NULL;
   if (isnan(error))
-    return run->error.displacement < chosen->error.displacement;
+    return flagged != other_flagged ? other_flagged
+                                    : run->error.displacement < chosen->error.displacement;
   const bool lucky = run->cancels && !(result->bases[run->basis].error.displacement <= error);
   const bool other = chosen->cancels && !(result->bases[chosen->basis].error.displacement <= error);
-  return lucky != other ? other : run->cost < chosen->cost;
+  if (lucky != other)
+    return other;
+  return flagged != other_flagged ? other_flagged : run->cost < chosen->cost;
 }
 
 int64_t tradeoff_choose(const tradeoff_result *result, double error, double cost) {

@@ -85,6 +85,8 @@ typedef struct tradeoff_run {
   experiment_scheme integrator;
   double dt, tolerance;
   bool stable;                /* came to its end with an energy that a body of this load can have */
+  int64_t fallback_steps;     /* for which `thrum simulate` flags the run fell_back */
+  bool grew;                  /* `thrum simulate` flags the run energy_grew */
   bool disproved;             /* condensing leaves out more than a run of it can be believed with */
   double us_per_step;         /* processor time */
   double cost;                /* processor seconds a simulated second */
@@ -124,9 +126,13 @@ thrum_status tradeoff_solve(const tradeoff_problem *problem, tradeoff_result *re
                             thrum_error *error);
 void tradeoff_free(tradeoff_result *result);
 
+/* The status that `thrum simulate` flags a run with; NULL: none. */
+const char *tradeoff_flag(const tradeoff_run *run);
+
 /* The cheapest run whose displacement error is at most `error`, or the most accurate whose cost is
  * at most `cost`; NaN: no limit, but one of them must be a number. One whose basis is no worse than
- * that either goes before one that owes it to errors that cancel. -1: there is none. */
+ * that either goes before one that owes it to errors that cancel, and then one that is not flagged
+ * before one that is. -1: there is none. */
 int64_t tradeoff_choose(const tradeoff_result *result, double error, double cost);
 
 /* The runs as comma-separated values, one row for each. */

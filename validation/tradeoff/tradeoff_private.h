@@ -79,9 +79,11 @@ int64_t tradeoff_masters(const tradeoff_solution *s, int64_t b, int64_t masters[
 
 /* A run of one setting in one space under the script of a view. */
 typedef struct tradeoff_pass {
-  double seconds; /* processor time a step */
-  bool whole;     /* it did not end early */
-  bool believed;  /* true of what is not condensed */
+  double seconds;         /* processor time a step */
+  bool whole;             /* it did not end early */
+  bool believed;          /* true of what is not condensed */
+  int64_t fallback_steps; /* steps that needed more than their own scheme */
+  bool grew;              /* a step gained energy that nothing gave it */
 } tradeoff_pass;
 thrum_status tradeoff_step(const tradeoff_space *space, const tradeoff_view *view,
                            const thrum_state_def *def, tradeoff_samples *samples,

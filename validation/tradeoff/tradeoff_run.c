@@ -113,6 +113,9 @@ thrum_status tradeoff_step(const tradeoff_space *space, const tradeoff_view *vie
     const int64_t taken = step_all(&f, view, def, state, samples, &spent);
     pass->seconds = spent / (double)(taken > 0 ? taken : 1);
     pass->whole = taken == thrum_step_count(view->script->time, def->dt);
+    const thrum_state_report report = thrum_state_report_get(state);
+    pass->fallback_steps = report.newton_steps + report.energy_steps + report.substep_steps;
+    pass->grew = report.grown_steps > 0;
     simulate_figures figures = {0};
     condensed_check_report(&f.check, space->stepped, &figures);
     pass->believed =

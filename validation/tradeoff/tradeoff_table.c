@@ -8,7 +8,7 @@ void tradeoff_csv(FILE *stream, const tradeoff_result *result) {
       "modes,rank,precision,trained,masters,integrator,dt_s,tolerance,stable,us_per_step,cost_s_"
       "per_s,"
       "error_displacement,error_velocity,error_energy,basis_error,time_error,frequency_error,drift,"
-      "speedup,front,projection,disproved\n",
+      "speedup,front,projection,disproved,flag\n",
       stream);
   for (int64_t n = 0; n < result->run_count; n++) {
     const tradeoff_run *run = &result->runs[n];
@@ -32,6 +32,8 @@ void tradeoff_csv(FILE *stream, const tradeoff_result *result) {
                               result->full_cost / run->cost};
     for (size_t k = 0; k < sizeof numbers / sizeof numbers[0]; k++)
       fprintf(stream, isfinite(numbers[k]) ? ",%.10g" : ",", numbers[k]);
-    fprintf(stream, ",%d,%.10g,%d\n", run->front, basis->projection, run->disproved);
+    const char *flag = tradeoff_flag(run);
+    fprintf(stream, ",%d,%.10g,%d,%s\n", run->front, basis->projection, run->disproved,
+            flag != NULL ? flag : "");
   }
 }
