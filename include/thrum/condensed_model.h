@@ -8,6 +8,13 @@
  * over y, but for terms of V in x y y, x x x y and higher: where the slaves are not small it may be
  * wrong, and unlike V nothing bounds it below.
  *
+ * A master that stretches the body moves, as the slaves do, by the square of what bends it. So of a
+ * model with a mesh V_c has no monomials that are of order above 4 in what bends, where such a
+ * master counts twice, and no slave follows a product of it: these terms belong to sums of which
+ * V_c has not the rest. A master stretches where w^4 / (4 c4_iiii), the energy at which its quartic
+ * energy is as large as its quadratic one, is above 0.05 of that of the mesh at strains of 1,
+ * 1/2 int E dX.
+ *
  * Two models belong together. The *stepped* model has rank k, the polynomial V_c, and no mesh: it
  * is what states, batches and the functions of thrum/polynomial.h take. Its *shape model*,
  * thrum_condensed_shape_model, has the mesh and the basis of all r coordinates: it is what

@@ -6,6 +6,12 @@
  * follow_h,kl over all ordered pairs of pairs. A model that was precomputed condensed has `follow`
  * and c4' for all of its masters, so fewer masters of it are condensed in the same way.
  *
+ * Orders: where the body moves by eps, a master that stretches it moves by eps^2, as the slaves do,
+ * for bending drags it along. V_c is right to eps^4 only, so what it has beyond that is part of a
+ * sum whose rest is missing, and is left out: monomials whose orders add up to more than 4, and
+ * slaves that follow pairs of more than 2. The slaves' answer to a product of stretching and
+ * bending is such a part, and it lowers V_c without bound.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
@@ -18,6 +24,8 @@
 #include "runtime/model/model_layout.h"
 #include "runtime/polynomial/packed.h"
 #include "runtime/polynomial/polynomial_private.h"
+
+#define STRETCHING 0.05 /* energy at which a mode stiffens over that of strains of 1 */
 
 int64_t thrum_model_masters(const thrum_model *model) {
   if (!model || !model->slave_map)
@@ -90,9 +98,45 @@ thrum_status thrum_model_condense_size(const thrum_model *model, int64_t masters
   return THRUM_OK;
 }
 
+/* Energy [J] of the mesh at strains of 1: half of Young's modulus times the volume; 0 without. */
+static double energy_of_strain(const thrum_model *model) {
+  double sum = 0;
+  if (!model->vertices || !model->tets || !model->tet_region || !model->material)
+    return 0;
+  for (int64_t t = 0; t < model->tet_count; t++) {
+    const int32_t *corner = model->tets + 4 * t;
+    double edge[3][3];
+    for (int e = 0; e < 3; e++)
+      for (int axis = 0; axis < 3; axis++)
+        edge[e][axis] = model->vertices[3 * (int64_t)corner[e + 1] + axis] -
+                        model->vertices[3 * (int64_t)corner[0] + axis];
+    const double volume = (edge[0][0] * (edge[1][1] * edge[2][2] - edge[1][2] * edge[2][1]) +
+                           edge[0][1] * (edge[1][2] * edge[2][0] - edge[1][0] * edge[2][2]) +
+                           edge[0][2] * (edge[1][0] * edge[2][1] - edge[1][1] * edge[2][0])) /
+                          6;
+    sum += 0.5 * model->material[3 * (int64_t)model->tet_region[t]] * fabs(volume);
+  }
+  return sum;
+}
+
+/* order (masters): 2 of a master that stretches the body, 1 of one that bends or turns it. Alone, a
+ * mode has as much quartic energy as quadratic at w^4 / (4 c4_iiii): rotations of order 1 without
+ * strain do that early, by the fourth power of rotation over strain, and stretching only at strains
+ * of order 1, which take the energy of energy_of_strain. */
+static void fill_orders(const thrum_model *model, const source *from, int64_t masters,
+                        uint8_t *order) {
+  // a model that was precomputed condensed has left out what is to be left out
+  const double whole = thrum_model_masters(model) > 0 ? 0 : energy_of_strain(model);
+  for (int64_t i = 0; i < masters; i++) {
+    const double c4 = from->c4[thrum_c4_index(from->rank, i, i, i, i)], w2 = model->omega2[i];
+    const bool stretches = whole > 0 && c4 >= 0 && w2 * w2 >= 4 * STRETCHING * whole * c4;
+    order[i] = stretches ? 2 : 1;
+  }
+}
+
 /* follow: (rank - masters) x pairs. */
-static void fill_follow(const thrum_model *model, const source *from, int64_t masters,
-                        double *follow) {
+static void fill_follow(const thrum_model *model, const source *from, const uint8_t *order,
+                        int64_t masters, double *follow) {
   const int64_t kept = thrum_model_masters(model);
   for (int64_t h = masters; h < model->rank; h++) {
     // slaves beyond the masters of the file are known as they follow, pairs i <= j, i outermost
@@ -100,8 +144,11 @@ static void fill_follow(const thrum_model *model, const source *from, int64_t ma
         kept > 0 && h >= kept ? model->slave_map + (h - kept) * thrum_pair_count(kept) : NULL;
     for (int64_t i = 0; i < masters; i++)
       for (int64_t j = i; j < masters; j++)
-        *follow++ = known ? known[thrum_pair_count(kept) - thrum_pair_count(kept - i) + j - i]
-                          : -from->c3[thrum_c3_index(from->rank, i, j, h)] / model->omega2[h];
+        if (order[i] + order[j] > 2)
+          *follow++ = 0;
+        else
+          *follow++ = known ? known[thrum_pair_count(kept) - thrum_pair_count(kept - i) + j - i]
+                            : -from->c3[thrum_c3_index(from->rank, i, j, h)] / model->omega2[h];
   }
 }
 
@@ -111,19 +158,22 @@ static void transpose(const double *from, int64_t rows, int64_t columns, double 
       to[j * rows + i] = from[i * columns + j];
 }
 
-/* The coefficients of the masters alone. */
-static void copy_masters(const source *from, int64_t masters, double *c3, double *c4) {
+/* The coefficients of the masters alone, as far as their orders allow. */
+static void copy_masters(const source *from, const uint8_t *order, int64_t masters, double *c3,
+                         double *c4) {
   for (int64_t i = 0; i < masters; i++)
     for (int64_t j = i; j < masters; j++)
       for (int64_t k = j; k < masters; k++) {
-        c3[thrum_c3_index(masters, i, j, k)] = from->c3[thrum_c3_index(from->rank, i, j, k)];
+        const int three = order[i] + order[j] + order[k];
+        c3[thrum_c3_index(masters, i, j, k)] =
+            three > 4 ? 0 : from->c3[thrum_c3_index(from->rank, i, j, k)];
         for (int64_t l = k; l < masters; l++)
           c4[thrum_c4_index(masters, i, j, k, l)] =
-              from->c4[thrum_c4_index(from->rank, i, j, k, l)];
+              three + order[l] > 4 ? 0 : from->c4[thrum_c4_index(from->rank, i, j, k, l)];
       }
 }
 
-static void order(int64_t *a, int64_t *b) {
+static void sort_two(int64_t *a, int64_t *b) {
   if (*a > *b) {
     const int64_t kept = *a;
     *a = *b;
@@ -133,9 +183,9 @@ static void order(int64_t *a, int64_t *b) {
 
 static int64_t c4_index_of(int64_t rank, int64_t i, int64_t j, int64_t k, int64_t l) {
   // a network of five exchanges sorts four numbers; i <= j and k <= l come sorted
-  order(&i, &k);
-  order(&j, &l);
-  order(&j, &k);
+  sort_two(&i, &k);
+  sort_two(&j, &l);
+  sort_two(&j, &k);
   return thrum_c4_index(rank, i, j, k, l);
 }
 
@@ -190,10 +240,12 @@ thrum_status thrum_model_condense(void *memory, size_t memory_size, const thrum_
   double *follow = thrum_cut_doubles(&at, p.follow), *by_pair = thrum_cut_doubles(&at, p.follow);
 
   // the masters' own polynomial, less the energy that the slaves give up
+  uint8_t order[THRUM_RANK_MAX];
+  fill_orders(model, &from, masters, order);
   memcpy(omega2, model->omega2, p.omega2 * sizeof *omega2);
-  fill_follow(model, &from, masters, follow);
+  fill_follow(model, &from, order, masters, follow);
   transpose(follow, model->rank - masters, thrum_pair_count(masters), by_pair);
-  copy_masters(&from, masters, c3, c4);
+  copy_masters(&from, order, masters, c3, c4);
   relax(model, masters, follow, c4);
   for (size_t n = 0; n < p.c4; n++)
     if (!isfinite(c4[n]))

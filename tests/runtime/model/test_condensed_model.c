@@ -309,6 +309,73 @@ static void the_energy_scheme_keeps_the_energy_of_a_condensed_model(void **conte
 }
 
 /* A model with one thing wrong is not condensed, and outputs stay. */
+/* A model with a mesh on which coordinates 4 and 5 stretch, having no quartic energy of their own,
+ * and no other does. */
+static void stretching_model_make(random_model *m, uint64_t seed) {
+  random_model_make_wild(m, seed, RANK);
+  random_model_add_mesh(m, 5, 7);
+  m->material[0] = 1e12;
+  for (int64_t i = 0; i < RANK; i++)
+    m->c4[thrum_c4_index(RANK, i, i, i, i)] = i == 4 || i == 5 ? 0 : 1;
+}
+
+static void stretching_masters_at_rest_have_the_energy_of_condensing_them(void **context) {
+  (void)context;
+  random_model m;
+  stretching_model_make(&m, 21);
+  const thrum_model *bends = NULL, *both = NULL;
+  void *few = condense(&m.model, 4, &bends), *more = condense(&m.model, 6, &both);
+  random_state random = {21};
+
+  for (int n = 0; n < 20; n++) {
+    // coordinates 4 and 5 where they would follow, with the same ones following behind
+    double x[6], q[RANK], q_both[RANK];
+    random_vector(&random, 4, 1, x);
+    thrum_condensed_shape(bends, x, NULL, q);
+    x[4] = q[4];
+    x[5] = q[5];
+    thrum_condensed_shape(both, x, NULL, q_both);
+    assert_true(largest_difference(q, q_both, RANK) <= 1e-13);
+    const double v = energy_of(bends, x), v_both = energy_of(both, x);
+    assert_true(fabs(v - v_both) <= 1e-12 * (1 + fabs(v)));
+
+    // and that is the least over both, which V_c is bounded by
+    x[4] += 0.1;
+    const double away = energy_of(both, x) - v;
+    assert_true(fabs(away - 0.005 * m.omega2[4]) <= 1e-9 * (1 + fabs(v)));
+  }
+  free(few);
+  free(more);
+
+  // a model without a mesh does not say what stretches: all of its masters are of one order
+  m.model.tets = NULL;
+  more = condense(&m.model, 6, &both);
+  assert_true(both->follow[19] != 0); /* coordinates 4 and 5 */
+  free(more);
+  random_model_free(&m);
+}
+
+static void a_file_of_stretching_masters_gives_the_same_models(void **context) {
+  (void)context;
+  random_model m;
+  stretching_model_make(&m, 22);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, 6, &stepped);
+  const thrum_model file = as_precomputed(&m, stepped);
+  for (int64_t masters = 3; masters <= 6; masters++) {
+    const thrum_model *one = NULL, *other = NULL;
+    void *own = condense(&m.model, masters, &one), *again = condense(&file, masters, &other);
+    assert_true(largest_difference(one->c3, other->c3, one->c3_count) == 0);
+    assert_true(largest_difference(one->c4, other->c4, one->c4_count) <= 1e-12);
+    assert_true(largest_difference(one->follow, other->follow,
+                                   (RANK - masters) * masters * (masters + 1) / 2) == 0);
+    free(own);
+    free(again);
+  }
+  free(memory);
+  random_model_free(&m);
+}
+
 static void what_cannot_be_condensed_is_refused(void **context) {
   (void)context;
   random_model m;
@@ -388,6 +455,8 @@ int main(void) {
       cmocka_unit_test(a_load_on_the_slaves_moves_where_they_rest),
       cmocka_unit_test(velocities_are_the_derivative_of_the_shape_and_loads_their_transpose),
       cmocka_unit_test(a_model_that_was_precomputed_condensed_gives_the_same_models),
+      cmocka_unit_test(stretching_masters_at_rest_have_the_energy_of_condensing_them),
+      cmocka_unit_test(a_file_of_stretching_masters_gives_the_same_models),
       cmocka_unit_test(what_cannot_be_condensed_is_refused),
       cmocka_unit_test(arrays_of_a_condensed_model_that_do_not_fit_are_refused),
       cmocka_unit_test(what_needs_a_basis_refuses_the_stepped_model),
