@@ -45,8 +45,8 @@ static void multiply_one(const thrum_sparse *matrix, const double *x, double *pr
 }
 
 // the same for columns that lie side by side, in the same order of operations
-static void multiply_packed(const thrum_sparse *matrix, const double (*x)[PRODUCT_COLUMNS],
-                            double (*product)[PRODUCT_COLUMNS]) {
+static void multiply_plain(const thrum_sparse *matrix, const double (*x)[PRODUCT_COLUMNS],
+                           double (*product)[PRODUCT_COLUMNS]) {
   for (int64_t j = 0; j < matrix->size; j++) {
     const int64_t first = matrix->begin[j], end = matrix->begin[j + 1];
     double sum[PRODUCT_COLUMNS], at_j[PRODUCT_COLUMNS];
@@ -67,6 +67,38 @@ static void multiply_packed(const thrum_sparse *matrix, const double (*x)[PRODUC
       product[j][c] += sum[c];
   }
 }
+
+// the same operations, and so the same bits, with all columns in one register
+#if defined(__x86_64__) && defined(__GNUC__)
+#include <immintrin.h>
+
+__attribute__((target("avx512f"))) static void multiply_avx512(const thrum_sparse *matrix,
+                                                               const double (*x)[PRODUCT_COLUMNS],
+                                                               double (*product)[PRODUCT_COLUMNS]) {
+  for (int64_t j = 0; j < matrix->size; j++) {
+    const int64_t first = matrix->begin[j], end = matrix->begin[j + 1];
+    const __m512d at_j = _mm512_loadu_pd(x[j]);
+    __m512d sum = _mm512_mul_pd(_mm512_set1_pd(matrix->value[first]), at_j);
+    for (int64_t e = first + 1; e < end; e++) {
+      const __m512d value = _mm512_set1_pd(matrix->value[e]);
+      double *out = product[matrix->row[e]];
+      sum = _mm512_add_pd(sum, _mm512_mul_pd(value, _mm512_loadu_pd(x[matrix->row[e]])));
+      _mm512_storeu_pd(out, _mm512_add_pd(_mm512_loadu_pd(out), _mm512_mul_pd(value, at_j)));
+    }
+    _mm512_storeu_pd(product[j], _mm512_add_pd(_mm512_loadu_pd(product[j]), sum));
+  }
+}
+
+static void multiply_packed(const thrum_sparse *matrix, const double (*x)[PRODUCT_COLUMNS],
+                            double (*product)[PRODUCT_COLUMNS]) {
+  (__builtin_cpu_supports("avx512f") ? multiply_avx512 : multiply_plain)(matrix, x, product);
+}
+#else
+static void multiply_packed(const thrum_sparse *matrix, const double (*x)[PRODUCT_COLUMNS],
+                            double (*product)[PRODUCT_COLUMNS]) {
+  multiply_plain(matrix, x, product);
+}
+#endif
 
 // up to PRODUCT_COLUMNS columns, which read the matrix together; false without memory
 static bool multiply_together(const thrum_sparse *matrix, const double *x, int64_t columns,
