@@ -46,6 +46,9 @@ def commands_of(build):
             words = shlex.split(row["command"])
             start = next(i for i, w in enumerate(words) if re.search(r"(gcc|cc)$", w))
             found.setdefault(path, (words[start:], row["directory"]))
+    gone = [path for path in found if not os.path.exists(os.path.join(ROOT, path))]
+    if gone:
+        sys.exit("%s: %s is there no more: configure and build it anew" % (build, gone[0]))
     return found
 
 
@@ -64,6 +67,9 @@ def by_cppcheck(commands):
             stderr=subprocess.PIPE, text=True, cwd=ROOT, check=False).stderr
     found = {}
     for line in said.splitlines():
+        # such as a source that is there no more: what is not read has no findings
+        if line.startswith("cppcheck: error"):
+            sys.exit(line + "\nconfigure and build %s anew" % sys.argv[1])
         parts = line.split("\t")
         if len(parts) == 4:
             path = os.path.relpath(os.path.join(ROOT, parts[0]), ROOT)

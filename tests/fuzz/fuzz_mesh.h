@@ -14,27 +14,35 @@
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
-/* `mesh` is as a reader left it; after a failure it must be empty, and the message one line. */
-static inline void fuzz_mesh_use(thrum_status status, thrum_mesh *mesh, const thrum_error *error) {
+/* Examines and frees a mesh that is clean where `status` says no failure; after one it must be
+ * empty, and the message one line. */
+static inline void fuzz_mesh_examine(thrum_status status, thrum_mesh *mesh,
+                                     const thrum_error *error) {
   if (status < 0) {
     if (mesh->vertices || mesh->tets || error->status != status || !error->message[0] ||
         strchr(error->message, '\n'))
       abort();
     return;
   }
-
-  // a mesh that was read can be cleaned and examined, or is refused with a message
   thrum_error later = {0};
   thrum_mesh_examined examined;
-  status = thrum_mesh_clean(mesh, "input", 1, &later);
-  if (status >= 0)
-    status = thrum_mesh_examine(mesh, &examined, &later);
-  if (status >= 0)
+  if (thrum_mesh_examine(mesh, &examined, &later) >= 0)
     thrum_mesh_flags(mesh, &examined);
   else if (!later.message[0])
     abort();
-
   thrum_mesh_free(mesh);
+}
+
+/* The same of a mesh as its reader left it, which can be cleaned or is refused with a message. */
+static inline void fuzz_mesh_use(thrum_status status, thrum_mesh *mesh, const thrum_error *error) {
+  thrum_error later = {0};
+  if (status >= 0 && thrum_mesh_clean(mesh, "input", 1, &later) < 0) {
+    if (!later.message[0])
+      abort();
+    thrum_mesh_free(mesh);
+    return;
+  }
+  fuzz_mesh_examine(status, mesh, error);
 }
 
 static inline int fuzz_mesh_parse(thrum_mesh_parser *parse, const uint8_t *data, size_t size) {
