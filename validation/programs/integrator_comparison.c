@@ -200,7 +200,7 @@ static void print_matching(const subject *s) {
        "iterations_matched");
   for (size_t h = 0; h < sizeof lengths / sizeof lengths[0]; h++)
     for (int start = 0; start < 2; start++)
-      for (int share = 1; share < 4; share++) {
+      for (int share = 1; share < (lengths[h] == SWING_STEP ? SHARES : 4); share++) {
         // the reference serves both
         const double dt = lengths[h], *p = s->momenta[start][share];
         const int count = (int)(ERROR_SECONDS / dt + 0.5);
