@@ -95,9 +95,9 @@ static const config_option options[] = {
     OPTION_TIME(tradeoff_request, time, "1; with --quick 0.5"),
     OPTION_FLAG(
         "quick",
-        "a coarse answer: shorter, fewer settings, and no tests but those of --test; seconds where "
-        "a "
-        "basis without training will do (beam, heart), minutes where bases have to be trained",
+        "a coarse answer in under a minute on a model of some thousand tetrahedra: shorter, fewer "
+        "settings, and no tests but those of --test; a small error that takes ranks of 60 and more "
+        "takes minutes",
         AT(quick)),
     OPTION_GROUP(mesh_options, "of a MESH", AT(mesh_def)),
 

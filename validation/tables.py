@@ -364,6 +364,22 @@ def scene_detail():
                   "worst", "near the eye"], body)
 
 
+def before_after():
+    """What the models came with, and the cheapest that errs by at most 5 and 2 % now."""
+    body = []
+    for model in MODELS:
+        runs = [r for r in rows("tradeoff", f"{model}.csv") if r["stable"] == "1" and r["disproved"] == "0"]
+        own = [r for r in runs if r["modes"] == "0" and r["masters"] == "0"]
+        best = min(own, key=lambda r: float(r["error_displacement"]))
+        cells = [model, f"{best['rank']}: {percent(float(best['error_displacement']))} at {float(best['speedup']):,.0f}"]
+        for asked in (0.05, 0.02):
+            item = next(i for i in picks() if i["model"] == model and i["asked"] == asked)
+            cells.append(f"{basis_of(item)}: {percent(item['error'])} at {item['times_faster_than_full']:,.0f}")
+        body.append(cells)
+    return table(["model", "before: rank, least error, times cheaper than the full order", "now, at most 5 %", "now, at most 2 %"],
+                 body)
+
+
 def handles():
     """Errors of motion without and with a handle where the load pulls."""
     found = rows("handles", "errors.csv")
@@ -378,7 +394,7 @@ def handles():
 
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, extremes, linear, tradeoff,
-                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, handles,
+                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, handles, before_after,
                                            model_errors)}
 
 

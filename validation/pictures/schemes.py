@@ -8,6 +8,7 @@ energy_schemes.png   energy over 30 s at three time steps, all schemes
 step_sizes.png       experiment 5.5 of the thesis: the first second, three time steps over each other
 work_impulse.png, work_smooth.png   error against processor time after the two starts
 tradeoff_fronts.png  error against cost of reduced models, before and after training and condensation
+tradeoff_MODEL.png   the same, one for each model, with the model as it comes
 SPDX-License-Identifier: Apache-2.0
 """
 import pathlib
@@ -154,11 +155,37 @@ def front(runs):
     return points
 
 
+def believed_runs(model):
+    """The runs of the trade-off that came to their end and are believed."""
+    return [r for r in read(RESULTS / "tradeoff" / f"{model}.csv") if r["stable"] == "1" and r["disproved"] == "0"]
+
+
+def tradeoff_before_after(model):
+    """One model: what it came with, what modes and derivatives can do, and what all of it can."""
+    def picture(path):
+        runs = believed_runs(model)
+        mine = [item for item in picks() if item["model"] == model]
+        full = mine[0]["full"]["cost_s_per_s"]
+        plain = [r for r in runs if r["trained"] == "0" and r["masters"] == "0"]
+        points = [(number(r["cost_s_per_s"]), 100 * number(r["error_displacement"])) for r in plain if r["modes"] == "0"]
+        curves = [("before: the model as it comes, all settings", "points pt 7 ps 0.6 lc rgb '#d2691e'", points),
+                  ("before: modes and derivatives of any rank", "linespoints lw 1.6 pt 7 ps 0.4 lc rgb '#d2691e'", front(plain)),
+                  ("after: with trained and condensed bases", "linespoints lw 1.6 pt 7 ps 0.4 lc rgb '#111111'", front(runs)),
+                  ("picked for 5 and 2 %", "points pt 4 ps 1.6 lw 1.6 lc rgb '#b00020'",
+                   [(item["cost_s_per_s"], 100 * item["error"]) for item in mine]),
+                  ("the full order", "points pt 9 ps 1.4 lc rgb '#1769aa'", [(full, 100 * mine[0]["full"]["error"])])]
+        settings = ("set logscale xy\nset format x '10^{%T}'\n" + f"set xrange [1e-5:{2 * full:.6g}]\nset yrange [0.05:150]\n"
+                    "set key bottom left Left reverse font ',9'\n")
+        draw(path, (760, 420), (1, 1),
+             [panel(f"{model}, under its own load", ("processor time for a second [s]", "error [%]"), curves, settings)])
+    return picture
+
+
 def tradeoff_fronts(path):
     """A plot for each model: the front of modes and derivatives, the front of all, and of imexv within it."""
     panels = []
     for model in MODELS:
-        runs = [r for r in read(RESULTS / "tradeoff" / f"{model}.csv") if r["stable"] == "1" and r["disproved"] == "0"]
+        runs = believed_runs(model)
         before = [r for r in runs if r["trained"] == "0" and r["masters"] == "0"]
         mine = [item for item in picks() if item["model"] == model]
         full = mine[0]["full"]["cost_s_per_s"]
@@ -179,7 +206,8 @@ def tradeoff_fronts(path):
 
 PICTURES = {"long_energy.png": long_energy, "energy_schemes.png": energy_schemes, "step_sizes.png": step_sizes,
             "work_impulse.png": work("impulse"), "work_smooth.png": work("smooth"),
-            "tradeoff_fronts.png": tradeoff_fronts}
+            "tradeoff_fronts.png": tradeoff_fronts,
+            **{f"tradeoff_{model}.png": tradeoff_before_after(model) for model in MODELS}}
 
 if __name__ == "__main__":
     if len(sys.argv) != 2:
