@@ -5,8 +5,10 @@
  *
  * without the last term for explicit modes and with beta_N for 1/4 with Newmark, with beta_i and
  * its stored momentum with Fox-Goodwin, with lambda_i and nu_i with energy. A further mean load f
- * adds h^2/2 s_i f_i. Exact for a linear body at rest damping with all but Stoermer-Verlet's
- * damping; what a step leaves of it, its end is measured for. Cost: one force evaluation.
+ * adds h^2/2 s_i f_i. On the manifold of a condensed model the mass is that of design 17, a matrix,
+ * of which a load is answered by the diagonal of the inverse (thrum_manifold_predict). Exact for a
+ * linear body at rest damping with all but Stoermer-Verlet's damping; what a step leaves of it, its
+ * end is measured for. Cost: one force evaluation.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
@@ -15,6 +17,7 @@
 #include "runtime/contact/contact_private.h"
 #include "runtime/dynamics/fox_goodwin.h"
 #include "runtime/dynamics/frequency_matching.h"
+#include "runtime/dynamics/manifold.h"
 #include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/dynamics/state_layout.h"
 #include "runtime/polynomial/polynomial_private.h"
@@ -102,8 +105,12 @@ thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error) {
       run->view.q[i] = view.q[i];
       run->view.p[i] = view.p_next[i];
     }
+    // on a manifold the mass is that of the slaves as well
     const bool own = state->scheme == THRUM_SCHEME_FOX_GOODWIN;
-    fill_unloaded(run, own ? view.p : run->view.p, view.force);
+    if (state->scheme != THRUM_SCHEME_MANIFOLD ||
+        !thrum_manifold_predict(run->model, state, &view, run->environment->load,
+                                run->view.unloaded, run->view.weights))
+      fill_unloaded(run, own ? view.p : run->view.p, view.force);
   }
   if (synchronised != THRUM_OK)
     return thrum_error_set(error, THRUM_SINGULAR,

@@ -410,3 +410,43 @@ thrum_status thrum_step_manifold(const thrum_model *model, const thrum_state *st
              ? THRUM_OK
              : THRUM_NOT_FINITE;
 }
+
+/* --- prediction ------------------------------------------------------------------------------- */
+
+bool thrum_manifold_predict(const thrum_model *model, const thrum_state *state,
+                            thrum_state_view *view, const double *load, double *moved,
+                            double *answers) {
+  const motion m = motion_of(model, state, view);
+  const double h = state->def.dt, alpha = state->def.damping_alpha;
+  const int64_t k = m.masters;
+  double *matrix = view->jacobian_next, *rest = view->residual;
+
+  // h M v + h^2/2 (f - R - J^T 2 Y(v)), with J(v) v = 2 Y(v)
+  push_forward(&m, view->q, view->p, m.before);
+  push_forward(&m, view->p, view->p, m.image);
+  for (int64_t s = 0; s < m.slaves; s++)
+    m.image[s] = h * m.before[s] - 0.5 * h * h * m.image[s];
+  for (int64_t i = 0; i < k; i++)
+    rest[i] = h * view->p[i] + 0.5 * h * h * ((load ? load[i] : 0.0) - view->force[i]);
+  add_pulled_back(&m, view->q, m.image, rest);
+
+  // (1 + h/2 alpha) M + (h/2 beta + h^2/4) omega^2
+  memset(matrix, 0, (size_t)(k * k) * sizeof *matrix);
+  fill_slopes(&m, view->q);
+  for (int64_t s = 0; s < m.slaves; s++)
+    for (int64_t i = 0; i < k; i++)
+      for (int64_t j = 0; j < k; j++)
+        matrix[i * k + j] += m.slopes[s * k + i] * m.slopes[s * k + j];
+  for (int64_t n = 0; n < k * k; n++)
+    matrix[n] *= 1.0 + 0.5 * h * alpha;
+  for (int64_t i = 0; i < k; i++)
+    matrix[i * k + i] += 1.0 + 0.5 * h * alpha +
+                         (0.5 * h * state->def.damping_beta + 0.25 * h * h) * model->omega2[i];
+
+  if (!thrum_dense_invert(view->kernel, matrix, (int32_t)k, view->work))
+    return false;
+  view->kernel->product(k, k, matrix, rest, moved);
+  for (int64_t i = 0; i < k; i++)
+    answers[i] = 0.5 * h * h * matrix[i * k + i];
+  return true;
+}

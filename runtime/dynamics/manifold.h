@@ -12,6 +12,14 @@
 thrum_status thrum_step_manifold(const thrum_model *model, const thrum_state *state,
                                  thrum_state_view *view, thrum_solve_report *report);
 
+/* A step linear about the present state, with the mass of all coordinates there and the stiffness
+ * at rest: moved (rank), the displacement of the masters under the mean load (rank or NULL), and
+ * answers (rank), that of each to a unit load on itself [s^2]. Needs the force at q in view->force,
+ * and uses what a step uses. False where there is no inverse; moved is then useless. */
+bool thrum_manifold_predict(const thrum_model *model, const thrum_state *state,
+                            thrum_state_view *view, const double *load, double *moved,
+                            double *answers);
+
 /* Kinetic energy of the slaves [J] at the masters x with the velocities v (rank each); 0 of a model
  * that is not condensed. */
 double thrum_manifold_slave_energy(const thrum_model *model, const double *x, const double *v);

@@ -3,6 +3,7 @@
  * two. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
+#include "runtime/dynamics/manifold.h"
 #include "thrum/batch.h"
 #include "thrum/condensed_model.h"
 
@@ -285,6 +286,41 @@ static void all_kernels_give_the_same_bits(void **context) {
   random_model_free(&m);
 }
 
+/* |predicted - made| of one step from a bent, moving state. */
+static double error_of_prediction(const thrum_model *stepped, double dt) {
+  const thrum_state_def def = def_of(dt);
+  thrum_state *state = state_make(stepped, &def);
+  const double q[2] = {0.5, -0.3}, p[2] = {1.2, 0.8}, load[2] = {0.4, -0.7};
+  assert_int_equal(thrum_state_set(stepped, state, q, p, NULL), THRUM_OK);
+  assert_int_equal(thrum_state_set_force(stepped, state, load, NULL), THRUM_OK);
+
+  // what contact is told, before the step
+  thrum_state_view view = thrum_state_view_of(state);
+  double moved[2], answers[2], made[2], sum = 0;
+  thrum_internal_force(stepped, q, view.force, view.work);
+  assert_true(thrum_manifold_predict(stepped, state, &view, load, moved, answers));
+  assert_true(answers[0] > 0 && answers[0] < 0.5 * dt * dt);
+  assert_int_equal(thrum_step(stepped, state, NULL), THRUM_OK);
+  thrum_state_get(stepped, state, made, NULL, NULL);
+  for (int i = 0; i < 2; i++)
+    sum += (moved[i] - made[i] + q[i]) * (moved[i] - made[i] + q[i]);
+  state_free(state);
+  return sqrt(sum);
+}
+
+static void contact_is_told_of_the_step_to_third_order(void **context) {
+  (void)context;
+  valley v;
+  valley_make(&v, 400);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&v.model, 2, &stepped);
+  const double whole = error_of_prediction(stepped, 2e-3),
+               half = error_of_prediction(stepped, 1e-3);
+  assert_true(whole < 1e-6);
+  assert_true(whole / half > 7);
+  free(memory);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_stiff_slave_has_its_inertia_which_plain_condensing_leaves_out),
@@ -294,6 +330,7 @@ int main(void) {
       cmocka_unit_test(a_scaled_body_moves_as_the_body_scaled),
       cmocka_unit_test(a_copy_and_a_batch_step_to_the_same_bits),
       cmocka_unit_test(all_kernels_give_the_same_bits),
+      cmocka_unit_test(contact_is_told_of_the_step_to_third_order),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
