@@ -22,10 +22,12 @@
 #include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
 
-#define NEAR 2.0        /* thicknesses within which two places meet as they are now */
-#define MARGIN 0.5      /* thicknesses by which a row may miss and is still made */
-#define STANDS_OUT 0.05 /* sine of the angle to its faces from which an edge counts */
-#define STACK 128       /* pairs of nodes that wait: twice the depth of two trees is enough */
+#define NEAR 2.0       /* thicknesses within which two places meet as they are now */
+#define MARGIN 0.5     /* thicknesses by which a row may miss and is still made */
+#define STANDS_OUT 0.1 /* sine of the angle to its faces from which an edge counts */
+#define SHARP 0.3      /* the same of an edge that was pressed in */
+#define ASKEW 0.05     /* sine of the angle between two edges from which they count */
+#define STACK 128      /* pairs of nodes that wait: twice the depth of two trees is enough */
 
 /* Two bodies that are searched. */
 typedef struct search {
@@ -244,6 +246,8 @@ static bool edge_normal(const search *s, const thrum_quad *quad, double time,
   thrum_subtract3(x[3], x[2], v);
   thrum_cross3(u, v, normal);
   const double length = sqrt(thrum_dot3(normal, normal));
+  if (length < ASKEW * sqrt(thrum_dot3(u, u) * thrum_dot3(v, v)))
+    return false;
   for (int axis = 0; axis < 3; axis++) {
     normal[axis] /= length;
     at[0][axis] = nearest->weights[0] * x[0][axis] + nearest->weights[1] * x[1][axis];
@@ -265,8 +269,9 @@ static bool edge_normal(const search *s, const thrum_quad *quad, double time,
 
   // no face of either in front of the plane between them, and one of each behind it
   *apart = thrum_dot3(normal, nearest->apart);
-  return least[0] > -STANDS_OUT && most[0] > STANDS_OUT && most[1] < STANDS_OUT &&
-         least[1]<-STANDS_OUT && * apart>(time > 0.0 ? 0.0 : -s->thickness);
+  const double sharp = *apart > 0.0 ? STANDS_OUT : SHARP;
+  return least[0] > -STANDS_OUT && most[0] > sharp && most[1] < STANDS_OUT &&
+         least[1]<-sharp && * apart>(time > 0.0 ? 0.0 : -s->thickness);
 }
 
 /* Two places of a vertex and a triangle or of two edges: a candidate where they may touch. */
