@@ -88,6 +88,9 @@ thrum_status scene_run_no_memory(thrum_error *error);
 thrum_status scene_run_base_motions(scene_run *run, thrum_error *error);
 bool scene_run_collides(const scene_run *run);
 thrum_status scene_run_collisions(const scene_run *run);
+
+/* Refuses a body that begins inside an obstacle or another body. */
+thrum_status scene_run_check_start(const scene_run *run, thrum_error *error);
 thrum_status scene_run_wind(const scene_run *run, thrum_scene *scene);
 thrum_status scene_run_obstacles(const scene_run *run, thrum_scene *scene);
 thrum_status scene_run_add_base_motion(const base_motion_spec *base_motion, thrum_scene *scene,

@@ -1,10 +1,12 @@
 /* The parts of a scene file that all bodies share: base motions, wind, obstacles and probes.
  * SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "driver/scene_run.h"
 
 #define SCENE_TOUCHES 1024 /* between bodies, for each body */
+#define SCENE_OVERLAP 5e-3 /* of a body's diagonal: it may begin that deep in something */
 
 thrum_status scene_run_add_base_motion(const base_motion_spec *base_motion, thrum_scene *scene,
                                        thrum_error *error) {
@@ -93,6 +95,27 @@ thrum_status scene_run_collisions(const scene_run *run) {
   const thrum_status status = thrum_scene_set_collisions(run->scene, &def, &detail);
   return status < 0 ? scene_run_refuse(run, &run->spec.settings.at, "collide", status, &detail)
                     : THRUM_OK;
+}
+
+thrum_status scene_run_check_start(const scene_run *run, thrum_error *error) {
+  thrum_scene_overlap deepest;
+  THRUM_TRY(thrum_scene_find_overlap(run->scene, &deepest, error));
+  if (deepest.body < 0 || deepest.depth <= SCENE_OVERLAP * deepest.diagonal)
+    return THRUM_OK;
+
+  // what it is in, by its name where it has one
+  const scene_body_spec *body = &scene_bodies(&run->spec)[deepest.body];
+  char in[120];
+  if (deepest.other >= 0)
+    snprintf(in, sizeof in, "body \"%.60s\"", scene_bodies(&run->spec)[deepest.other].name);
+  else if (scene_obstacles(&run->spec)[deepest.obstacle].name != NULL)
+    snprintf(in, sizeof in, "obstacle \"%.60s\"",
+             scene_obstacles(&run->spec)[deepest.obstacle].name);
+  else
+    snprintf(in, sizeof in, "obstacles[%d]", (int)deepest.obstacle);
+  return config_record_refuse(&run->spec.file, &body->settings.at, "position", THRUM_BAD_VALUE,
+                              "puts \"%.60s\" %.3g m deep into %s: move it out", body->name,
+                              deepest.depth, in);
 }
 
 thrum_status scene_run_wind(const scene_run *run, thrum_scene *scene) {

@@ -286,6 +286,23 @@ THRUM_API thrum_contact_pairs_report thrum_scene_collisions(const thrum_scene *s
 THRUM_API thrum_status thrum_scene_collision(const thrum_scene *scene, int64_t index,
                                              thrum_pair_touch *touch, thrum_error *error);
 
+/* A body that lies inside an obstacle or another body. */
+typedef struct thrum_scene_overlap {
+  int32_t body;     /* -1: none does */
+  int32_t other;    /* the body that it is in; -1: an obstacle */
+  int32_t obstacle; /* that it is in; -1: a body */
+  double depth;     /* of its deepest vertex [m] */
+  double diagonal;  /* of the body's box [m] */
+} thrum_scene_overlap;
+
+/* Finds the overlap at present that is deepest for the size of its body: of vertices that may touch
+ * with obstacles, and of vertices of bodies that touch each other. A body that begins inside an
+ * obstacle is thrown out by the springs that it overlaps (`granted` of its contact); one that
+ * begins inside another body is not seen there. It looks at all vertices, and allocates: call it
+ * before a run and not in it. */
+THRUM_API thrum_status thrum_scene_find_overlap(thrum_scene *scene, thrum_scene_overlap *deepest,
+                                                thrum_error *error);
+
 /* Energy and momentum of all bodies together. Without obstacles, held bodies, loads and pulls the
  * momenta are constant, gravity apart, and the total falls by what damping and contact take. */
 typedef struct thrum_scene_account {

@@ -14,7 +14,9 @@
 #include <string.h>
 
 #include "runtime/base/vec3.h"
+#include "thrum/contact_pairs.h"
 
+#define PI 3.14159265358979324
 #define ADVANCES_MAX 64
 #define CLOSE_ENOUGH 1e-3 /* of the reach: where advancing ends */
 
@@ -148,4 +150,31 @@ double thrum_quad_meets(thrum_quad_kind kind, const thrum_quad *quad, double rea
       return 2.0;
   }
   return time;
+}
+
+double thrum_triangles_distance(const double *vertices, const int32_t *triangles, int64_t count,
+                                const double point[3]) {
+  double nearest = INFINITY, winding = 0.0;
+  for (int64_t n = 0; n < count; n++) {
+    const double *corners[3];
+    double arms[3][3], lengths[3], weights[3], off[3];
+    for (int k = 0; k < 3; k++) {
+      corners[k] = vertices + 3 * (int64_t)triangles[3 * n + k];
+      thrum_subtract3(corners[k], point, arms[k]);
+      lengths[k] = sqrt(thrum_dot3(arms[k], arms[k]));
+    }
+    on_triangle(point, corners[0], corners[1], corners[2], weights);
+    for (int axis = 0; axis < 3; axis++)
+      off[axis] =
+          weights[0] * arms[0][axis] + weights[1] * arms[1][axis] + weights[2] * arms[2][axis];
+    nearest = fmin(nearest, thrum_dot3(off, off));
+
+    // half the solid angle of the triangle (Van Oosterom & Strackee 1983)
+    winding += atan2(
+        thrum_triple3(arms[0], arms[1], arms[2]),
+        lengths[0] * lengths[1] * lengths[2] + thrum_dot3(arms[0], arms[1]) * lengths[2] +
+            thrum_dot3(arms[1], arms[2]) * lengths[0] + thrum_dot3(arms[2], arms[0]) * lengths[1]);
+  }
+  // a point inside sees all directions: 2 pi of half angles
+  return fabs(winding) > PI ? -sqrt(nearest) : sqrt(nearest);
 }

@@ -271,6 +271,47 @@ static void a_snapshot_of_bodies_that_touch_steps_to_the_same_bits(void **contex
   free(second);
 }
 
+static void what_begins_inside_is_found(void **context) {
+  fixture *f = *context;
+  const thrum_obstacle floor = thrum_default_obstacle();
+  thrum_scene_overlap overlap;
+  int32_t *touch = need((size_t)f->block.made.model.vertex_count, sizeof *touch);
+  for (int64_t v = 0; v < f->block.made.model.vertex_count; v++)
+    touch[v] = (int32_t)v;
+
+  // two blocks above a floor, apart
+  thrum_scene_body_def a = def_of(&f->block, 0, 0, 0.11, 1),
+                       b = def_of(&f->block, 0.03, 0, 0.33, 1);
+  a.touch = b.touch = touch;
+  a.touch_count = b.touch_count = f->block.made.model.vertex_count;
+  collide(f->scene, 0.5, 0.5);
+  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &failure));
+  add(f->scene, &a);
+  add(f->scene, &b);
+  MUST(thrum_scene_find_overlap(f->scene, &overlap, &failure));
+  assert_int_equal(overlap.body, -1);
+
+  // a third inside the upper one, and one in the floor
+  thrum_scene_body_def c = def_of(&f->block, 0.03, 0.12, 0.35, 1),
+                       d = def_of(&f->block, 1, 0, 0.05, 1);
+  d.touch = touch;
+  d.touch_count = a.touch_count;
+  add(f->scene, &c);
+  MUST(thrum_scene_find_overlap(f->scene, &overlap, &failure));
+  assert_true((overlap.body == 2 && overlap.other == 1) ||
+              (overlap.body == 1 && overlap.other == 2));
+  assert_int_equal(overlap.obstacle, -1);
+  assert_close(overlap.depth, 0.08, 1e-6);
+  d.scale = 0.1;
+  d.position[2] = -0.05;
+  add(f->scene, &d);
+  MUST(thrum_scene_find_overlap(f->scene, &overlap, &failure));
+  assert_int_equal(overlap.body, 3);
+  assert_int_equal(overlap.obstacle, 0);
+  assert_close(overlap.depth, 0.06, 1e-6);
+  free(touch);
+}
+
 static void bodies_that_do_not_collide_pass(void **context) {
   fixture *f = *context;
   thrum_scene_body_def a = def_of(&f->block, 0, 0, 0, 1), b = def_of(&f->block, 0.5, 0, 0, 1);
@@ -295,6 +336,7 @@ int main(void) {
       TEST(a_stack_rests),
       TEST(friction_holds_up_to_its_angle),
       TEST(a_snapshot_of_bodies_that_touch_steps_to_the_same_bits),
+      TEST(what_begins_inside_is_found),
       TEST(bodies_that_do_not_collide_pass),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,132 @@
+/* Bodies that lie inside an obstacle or another body. SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
+#include "runtime/base/vec3.h"
+#include "scene/scene_private.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* A body's vertices in the world, as far as they may touch. */
+typedef struct outline {
+  double *points;    /* vertex_count x 3; owned */
+  int32_t *vertices; /* count: those of the triangles, each once; owned */
+  int64_t count;
+  double least[3], most[3];
+} outline;
+
+/* Adds a vertex; its place is the same wherever it is named. */
+static void place(const scene_body *body, int64_t vertex, outline *of) {
+  const thrum_model *model = body->model;
+  double *x = of->points + 3 * vertex;
+  scene_point(body, model->vertices + 3 * vertex, model->basis + 3 * vertex * model->rank, x, NULL);
+  for (int axis = 0; axis < 3; axis++) {
+    of->least[axis] = fmin(of->least[axis], x[axis]);
+    of->most[axis] = fmax(of->most[axis], x[axis]);
+  }
+}
+
+static thrum_status make_outline(scene_body *body, outline *of, thrum_error *error) {
+  for (int axis = 0; axis < 3; axis++) {
+    of->least[axis] = INFINITY;
+    of->most[axis] = -INFINITY;
+  }
+  if (body->touch_count == 0 && body->triangle_count == 0)
+    return THRUM_OK;
+  THRUM_TRY(scene_body_read(body, false, error));
+  of->points = malloc(3 * (size_t)body->model->vertex_count * sizeof *of->points);
+  if (of->points == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the outline of a body");
+  for (int64_t n = 0; n < body->touch_count; n++)
+    place(body, body->touching[n], of);
+  for (int64_t n = 0; n < 3 * body->triangle_count; n++)
+    place(body, body->triangles[n], of);
+
+  // a vertex is named by several triangles; places beyond the list mark which ones are in it
+  const size_t vertices = (size_t)body->model->vertex_count;
+  of->vertices = calloc(2 * vertices, sizeof *of->vertices);
+  if (of->vertices == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the outline of a body");
+  for (int64_t n = 0; n < 3 * body->triangle_count; n++) {
+    int32_t *marked = of->vertices + vertices + body->triangles[n];
+    if (*marked == 0)
+      of->vertices[of->count++] = body->triangles[n];
+    *marked = 1;
+  }
+  return THRUM_OK;
+}
+
+/* Keeps what is deeper for the size of its body. */
+static void note(thrum_scene_overlap *deepest, const outline *of, int32_t body, int32_t other,
+                 int32_t obstacle, double depth) {
+  const double sides[3] = {of->most[0] - of->least[0], of->most[1] - of->least[1],
+                           of->most[2] - of->least[2]};
+  const double diagonal = sqrt(thrum_dot3(sides, sides));
+  if (depth > 0 && (deepest->body < 0 || depth * deepest->diagonal > deepest->depth * diagonal))
+    *deepest = (thrum_scene_overlap){body, other, obstacle, depth, diagonal};
+}
+
+static void look_at_obstacles(const thrum_scene *scene, int32_t number, const outline *of,
+                              thrum_scene_overlap *deepest) {
+  const scene_body *body = scene->bodies[number];
+  for (int32_t o = 0; o < scene->obstacle_count; o++) {
+    double depth = 0, normal[3];
+    for (int64_t n = 0; n < body->touch_count; n++)
+      depth = fmax(depth, -thrum_obstacle_gap(scene->obstacles + o,
+                                              of->points + 3 * (int64_t)body->touching[n], normal));
+    note(deepest, of, number, -1, o, depth);
+  }
+}
+
+static bool is_in_box(const outline *of, const double x[3]) {
+  bool in = true;
+  for (int axis = 0; axis < 3; axis++)
+    in = in && x[axis] >= of->least[axis] && x[axis] <= of->most[axis];
+  return in;
+}
+
+/* The deepest vertex of one body inside another. */
+static void look_at_pair(const thrum_scene *scene, const outline *outlines, int32_t number,
+                         int32_t other, thrum_scene_overlap *deepest) {
+  const scene_body *b = scene->bodies[other];
+  const outline *of = outlines + number, *in = outlines + other;
+  double depth = 0;
+  for (int axis = 0; axis < 3; axis++)
+    if (of->least[axis] > in->most[axis] || in->least[axis] > of->most[axis])
+      return;
+
+  for (int64_t n = 0; n < of->count; n++) {
+    const double *x = of->points + 3 * (int64_t)of->vertices[n];
+    if (is_in_box(in, x))
+      depth =
+          fmax(depth, -thrum_triangles_distance(in->points, b->triangles, b->triangle_count, x));
+  }
+  note(deepest, of, number, other, -1, depth);
+}
+
+thrum_status thrum_scene_find_overlap(thrum_scene *scene, thrum_scene_overlap *deepest,
+                                      thrum_error *error) {
+  thrum_scene_overlap found = {.body = -1, .other = -1, .obstacle = -1};
+  outline *outlines = calloc((size_t)scene->body_count + 1, sizeof *outlines);
+  thrum_status status = outlines != NULL
+                            ? THRUM_OK
+                            : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for outlines");
+  for (int32_t n = 0; status >= 0 && n < scene->body_count; n++)
+    status = make_outline(scene->bodies[n], outlines + n, error);
+
+  // each body against all obstacles and against all other bodies
+  for (int32_t n = 0; status >= 0 && n < scene->body_count; n++) {
+    look_at_obstacles(scene, n, outlines + n, &found);
+    for (int32_t m = 0; m < scene->body_count; m++)
+      if (m != n && scene->bodies[n]->skin != NULL && scene->bodies[m]->skin != NULL)
+        look_at_pair(scene, outlines, n, m, &found);
+  }
+  for (int32_t n = 0; outlines != NULL && n < scene->body_count; n++) {
+    free(outlines[n].points);
+    free(outlines[n].vertices);
+  }
+  free(outlines);
+  if (status >= 0)
+    *deepest = found;
+  return status;
+}
