@@ -89,7 +89,10 @@ static double descend(rest *s, thrum_error *error) {
   thrum_full *full = s->full;
   thrum_status status = THRUM_SINGULAR;
 
-  // the matrix is shifted until it is positive definite, so that delta leads downhill
+  // the matrix is shifted until it is positive definite, so that delta leads downhill; where it
+  // helps GMRES to Newton's own correction, by as little as can be
+  const bool turning = s->loading->follower_count > 0;
+  const double least = turning ? 1e-7 : 0.05, growth = turning ? 10 : 4;
   double shift = 0;
   for (int k = 0; status == THRUM_SINGULAR && k < 8; k++) {
     status = full_assemble(full, full->place, 1, 0, 0, error);
@@ -102,7 +105,7 @@ static double descend(rest *s, thrum_error *error) {
 
     // the equilibrium is stable where no shift was needed
     s->found->stable = shift == 0 && status >= 0;
-    shift = shift > 0 ? 4 * shift : 0.05;
+    shift = shift > 0 ? growth * shift : least;
   }
 
   s->found->iterations++;

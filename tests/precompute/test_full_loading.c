@@ -96,10 +96,11 @@ static void arc(double angle, double tip[3]) {
 }
 
 /* The end moment 2 pi E I / L closes the beam to a ring, and half of it to half of one. */
-static void an_end_moment_rolls_a_cantilever_up(void **state) {
-  (void)state;
+static void roll_up(const char *spec, bool sideways, double tolerance) {
   beam b;
-  beam_make(&b, "beam:40x1x1@1x0.02x0.02");
+  beam_make(&b, spec);
+  for (int64_t v = 0; v < b.mesh.vertex_count && sideways; v++)
+    b.fixed[v] = b.mesh.vertices[3 * v] < 1e-9 ? 7 : 0;
   thrum_full *full = full_make(&b, NULL);
   for (int n = 1; n <= 2; n++) {
     const double stiffness = YOUNG * pow(THICK, 4) / 12, angle = tau * n / 2;
@@ -113,10 +114,19 @@ static void an_end_moment_rolls_a_cantilever_up(void **state) {
     thrum_full_mean(full, b.tip, b.tip_count, mean);
     arc(angle, wanted);
     for (int axis = 0; axis < 3; axis++)
-      assert_true(fabs(mean[axis] - wanted[axis]) < 0.01);
+      assert_true(fabs(mean[axis] - wanted[axis]) < tolerance);
   }
   thrum_full_free(full);
   beam_free(&b);
+}
+
+static void an_end_moment_rolls_a_cantilever_up(void **state) {
+  (void)state;
+  roll_up("beam:40x1x1@1x0.02x0.02", false, 0.01);
+
+  // a square one that may leave its plane, whose mesh is not alike on both sides of that; past half
+  // a ring the body without the moment is unstable
+  roll_up("beam:30x1x1@1x0.02x0.02", true, 0.03);
 }
 
 /* The face is turned, in eighths of a ring, each going on from the one before. */
