@@ -106,10 +106,13 @@ thrum_status thrum_mesh_cells_across(const thrum_mesh *mesh, const thrum_mesh_fa
   // the area by the number of tets under it
   double areas[CROSSED_MAX + 1] = {0}, whole = 0;
   for (int64_t i = 0; i < faces->count; i++) {
-    double area;
     if (faces->faces[i].other >= 0)
       continue;
-    areas[count_crossed(mesh, neighbours, &faces->faces[i], &area)] += area;
+
+    // the call comes first, since it is not said which side of an assignment does
+    double area;
+    const int under = count_crossed(mesh, neighbours, &faces->faces[i], &area);
+    areas[under] += area;
     whole += area;
   }
   free(neighbours);
