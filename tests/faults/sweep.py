@@ -89,6 +89,9 @@ FILE_FAULTS = {"open": "Too many open files", "read": "Input/output error", "wri
 # libraries that crash or end the program themselves where they find no memory
 LIBRARIES = ("mumps", "gfortran", "cholmod", "metis", "arpack", "openblas", "lapack")
 
+# what MUMPS itself prints where a table of its own finds no memory, which it then does without
+LIBRARY_LINES = (b" Problem allocating L0_OMP_MAPPING",)
+
 # what differs from run to run: times, memory, processes
 VOLATILE = re.compile(r"second|time_s$|took|peak_mb|us_per|_us|cpu|gflop|speedup|cost|machine|processor|model_hash|per_second|rate_mb|allocated")
 Fault = collections.namedtuple("Fault", "name environment prefix")
@@ -109,6 +112,8 @@ def normal(data, names):
         data = data.replace(str(name).encode(), b"OUT")
     lines = []
     for line in data.split(b"\n"):
+        if line.startswith(LIBRARY_LINES):
+            continue
         try:
             made = json.loads(line)
         except ValueError:
