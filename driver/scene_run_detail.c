@@ -31,9 +31,24 @@ static bool is_sought(const scene_body_run *body) {
   return body->spec->error > 0 || body->spec->budget > 0;
 }
 
+/* Whether fewer coordinates would have the body pass through others unasked. */
+static bool would_pass(const scene_run *run, const scene_body_run *body) {
+  return scene_run_collides(run) && body->spec->collide;
+}
+
+static const char passes[] =
+    "condensed bodies touch no others: say \"collide\": false of the body, "
+    "or leave this out";
+
 /* Both go without what they find. */
 static thrum_status check(const scene_run *run, const scene_body_run *body) {
   thrum_error detail = {0};
+  if (would_pass(run, body)) {
+    thrum_error_set(&detail, THRUM_INVALID_ARGUMENT, "%s", passes);
+    return scene_run_refuse(run, &body->spec->settings.at,
+                            body->spec->error > 0 ? "error" : "budget", THRUM_INVALID_ARGUMENT,
+                            &detail);
+  }
   if (body->spec->rank == 0 && body->spec->condense == 0 && thrum_model_masters(body->model) == 0)
     return THRUM_OK;
   thrum_error_set(&detail, THRUM_INVALID_ARGUMENT,
@@ -239,9 +254,14 @@ static thrum_status set_details(scene_run *run) {
       return scene_run_refuse(run, &spec->at, NULL, THRUM_INVALID_ARGUMENT, &detail);
     }
 
-    // a body that steps no more than that already has nothing to leave out
     thrum_scene_body_info info;
     thrum_scene_body(run->scene, n, &info, NULL);
+    if (would_pass(run, &run->bodies[n]) && !info.condensed) {
+      thrum_error_set(&detail, THRUM_INVALID_ARGUMENT, "%s", passes);
+      return scene_run_refuse(run, &spec->at, NULL, THRUM_INVALID_ARGUMENT, &detail);
+    }
+
+    // a body that steps no more than that already has nothing to leave out
     if (is_sought(&run->bodies[n]) && info.rank <= spec->condense)
       continue;
     const thrum_scene_detail level = {spec->condense, spec->beyond, spec->still, spec->jump};

@@ -305,7 +305,9 @@ static thrum_status update(thrum_scene *scene, int32_t number, thrum_error *erro
     detail->report.reduced_steps += scene->steps - detail->last_steps;
   detail->last_steps = scene->steps;
 
-  const scene_model *to = look(scene, body, q) ? detail->followed : detail->whole;
+  // what no longer vibrates touches no other body (scene_pairs.c), so what may touch is left whole
+  const bool touches = body->triangle_count > 0 && scene_collides(scene, body, detail->whole);
+  const scene_model *to = look(scene, body, q) && !touches ? detail->followed : detail->whole;
   return to == body->derived ? THRUM_OK : change(scene, number, to, q, error);
 }
 

@@ -67,9 +67,10 @@ static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
   json_number(body, "scale", spec->scale);
   json_number(body, "stiffness", spec->stiffness);
   json_number(body, "density", spec->density);
-  json_number(body, "rank",
-              (double)(spec->condense > 0 ? spec->condense : run->bodies[n].model->rank));
-  json_number(body, "condense", (double)spec->condense);
+  // as it is stepped: "error" and "budget" have found the number
+  const int64_t masters = run->bodies[n].request.condense;
+  json_number(body, "rank", (double)(masters > 0 ? masters : run->bodies[n].model->rank));
+  json_number(body, "condense", (double)masters);
   add_colour(body, spec->colour);
   cJSON_AddBoolToObject(body, "free", spec->free);
   json_numbers(body, "velocity", spec->velocity, 3);

@@ -398,6 +398,7 @@ typedef struct thrum_scene_detail {
 
 /* Sets the level of detail of a body: from now on thrum_scene_update_detail changes how many
  * coordinates it steps. As it is stepped now is how it is stepped near. NULL: it stays as it is.
+ * A body that may touch others is not changed, because condensed bodies do not touch others.
  * THRUM_MISSING for a model without a basis, THRUM_INVALID_ARGUMENT for numbers beyond their
  * ranges, and where fewer coordinates than `masters` are stepped already. */
 THRUM_API thrum_status thrum_scene_set_detail(thrum_scene *scene, int32_t body,

@@ -16,6 +16,9 @@ static int make_model(void **state) {
   (void)state;
   if (test_folder_make(folder) == NULL || !precompute_beam("8x2x2@1x0.1x0.1", "6", "12"))
     return -1;
+  program_result run = thrum_run(folder, "precompute", "beam:3x2x2@0.3x0.2x0.2", "-o", "free.npz",
+                                 "--modes", "4", "--rank", "8", "-q", NULL);
+  program_result_free(&run);
   return setenv("XDG_CACHE_HOME", in_folder("cache"), 1);
 }
 
@@ -140,6 +143,10 @@ static void what_cannot_be_is_refused_by_its_line(void **state) {
       {"\"detail\": {\"beyond\": 3}", "bodies[0].detail"},
       {"\"detail\": {\"jump\": 0.1}", "neither \"beyond\" nor \"still\""},
       {"\"detail\": {\"jump\": 0.1, \"beyond\": 3, \"condense\": 12}", "the body steps 12"},
+      {"\"detail\": {\"jump\": 0.1, \"beyond\": 3}}, {\"model\": \"free.npz\", \"free\": true",
+       "condensed bodies touch no others"},
+      {"\"error\": 0.1}, {\"model\": \"free.npz\", \"free\": true", "bodies[0].error: condensed"},
+      {"\"error\": 0.1, \"collide\": false}, {\"model\": \"free.npz\", \"free\": true", NULL},
       {"\"rank\": 4, \"detail\": {\"jump\": 0.1, \"beyond\": 3}", NULL},
   };
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {

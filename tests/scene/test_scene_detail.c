@@ -198,6 +198,39 @@ static void a_condensed_body_comes_back_to_its_own_number(void **state) {
   close_world(&w);
 }
 
+static void a_body_that_may_touch_others_is_left_whole(void **state) {
+  (void)state;
+  static const int32_t triangles[] = {0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2};
+  world w;
+  open_world(&w, 0, 0);
+  thrum_scene_body_def def = thrum_default_scene_body_def();
+  def.model = &w.m.model;
+  def.triangles = triangles;
+  def.triangle_count = 4;
+  def.position[0] = 100;
+  MUST(thrum_scene_add_body(w.scene, &def, NULL, &failure));
+  const thrum_contact_pairs_def pairs = thrum_default_contact_pairs_def();
+  MUST(thrum_scene_set_collisions(w.scene, &pairs, &failure));
+
+  // both are far; the first has no triangles, and may follow
+  const thrum_scene_detail detail = {.masters = MASTERS, .beyond = 50, .jump = 0.05};
+  for (int32_t n = 0; n < 2; n++)
+    MUST(thrum_scene_set_detail(w.scene, n, &detail, &failure));
+  set_eye(&w, 1000);
+  MUST(thrum_scene_update_detail(w.scene, &failure));
+  thrum_scene_body_info info;
+  MUST(thrum_scene_body(w.scene, 1, &info, &failure));
+  assert_int_equal(info.rank, RANK);
+  assert_int_equal(rank_of(&w), MASTERS);
+
+  // where bodies pass through each other, so may the second
+  MUST(thrum_scene_set_collisions(w.scene, NULL, &failure));
+  MUST(thrum_scene_update_detail(w.scene, &failure));
+  MUST(thrum_scene_body(w.scene, 1, &info, &failure));
+  assert_int_equal(info.rank, MASTERS);
+  close_world(&w);
+}
+
 static void what_cannot_be_is_refused(void **state) {
   (void)state;
   world w;
@@ -233,6 +266,7 @@ int main(void) {
       cmocka_unit_test(a_change_that_would_jump_further_is_put_off),
       cmocka_unit_test(a_still_body_steps_fewer_until_it_moves_again),
       cmocka_unit_test(a_condensed_body_comes_back_to_its_own_number),
+      cmocka_unit_test(a_body_that_may_touch_others_is_left_whole),
       cmocka_unit_test(what_cannot_be_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
