@@ -119,8 +119,7 @@ static const char *found(const json_node *node, char *text, size_t size) {
   if (node->type != JSON_NUMBER && node->type != JSON_STRING)
     return words[node->type];
   const char *quote = node->type == JSON_STRING ? "\"" : "";
-  snprintf(text, size, "%s%s%s", quote, thrum_text_excerpt(node->text, strlen(node->text)).text,
-           quote);
+  snprintf(text, size, "%s%s%s", quote, thrum_text_excerpt(thrum_word_of(node->text)).text, quote);
   return text;
 }
 

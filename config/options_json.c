@@ -209,7 +209,7 @@ static const config_row *find_row(const reading *r, const json_node *member) {
   const config_record here = {.node = member};
   const char *in = r->record->path[0] != 0 ? r->record->path : "the file";
   config_record_refuse(r->file, &here, NULL, THRUM_BAD_VALUE, "%s has no key \"%s\"%s", in,
-                       thrum_text_excerpt(member->key, strlen(member->key)).text, hint);
+                       thrum_text_excerpt(thrum_word_of(member->key)).text, hint);
   return NULL;
 }
 

@@ -81,28 +81,26 @@ thrum_status base_motion_parse(const char *text, base_motion_spec *base_motion,
 /* Whether the present line names columns, and whether those are of positions. */
 static thrum_status read_head(thrum_text *text, bool *names, bool *positions, thrum_error *error) {
   static const char *const known[2][3] = {{"ax", "ay", "az"}, {"x", "y", "z"}};
-  const char *word = NULL;
-  size_t length = 0;
+  thrum_word word;
   double number = 0;
   *positions = false;
-  if (!thrum_text_word(text, &word, &length))
+  if (!thrum_text_word(text, &word))
     return THRUM_OK;
 
   // a first word that is a number means that the line has no names
-  *names = thrum_text_scan_number(word, word + length, &number) != length;
+  *names = thrum_text_scan_number(word.text, word.text + word.length, &number) != word.length;
   if (!*names) {
     thrum_text_rewind(text);
     return THRUM_OK;
   }
 
   // the names tell accelerations from positions; a mix is refused
-  bool fits[2] = {thrum_text_equals(word, length, "t") || thrum_text_equals(word, length, "time"),
-                  false};
+  bool fits[2] = {thrum_text_equals(word, "t") || thrum_text_equals(word, "time"), false};
   fits[1] = fits[0];
   for (int n = 0; n < 3; n++) {
-    const bool more = thrum_text_word(text, &word, &length);
+    const bool more = thrum_text_word(text, &word);
     for (int kind = 0; kind < 2; kind++)
-      fits[kind] = fits[kind] && more && thrum_text_equals(word, length, known[kind][n]);
+      fits[kind] = fits[kind] && more && thrum_text_equals(word, known[kind][n]);
   }
   if ((!fits[0] && !fits[1]) || thrum_text_more(text))
     return thrum_text_fail(text, THRUM_BAD_FORMAT, error,

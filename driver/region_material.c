@@ -66,7 +66,8 @@ static thrum_status unknown_region(const thrum_mesh *mesh, const region_material
         (size_t)snprintf(list + length, sizeof list - length, "%s%s", i > 0 ? ", " : "", name.text);
   }
   return thrum_error_set(error, THRUM_MISSING, "--material: '%s' is no region; the regions are %s",
-                         thrum_text_excerpt(material->region, material->length).text, list);
+                         thrum_text_excerpt((thrum_word){material->region, material->length}).text,
+                         list);
 }
 
 /* Applies one text; named[i] tells regions that had theirs. */

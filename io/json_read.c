@@ -234,7 +234,7 @@ static thrum_status read_key(reader *r, int64_t parent, const char **key) {
   for (int64_t n = r->document.nodes[parent].first; n >= 0; n = r->document.nodes[n].next) {
     if (strcmp(r->document.nodes[n].key, *key) == 0)
       return fail(r, "\"%s\" is there twice; first in line %lld",
-                  thrum_text_excerpt(*key, strlen(*key)).text,
+                  thrum_text_excerpt(thrum_word_of(*key)).text,
                   (long long)r->document.nodes[n].line);
     if (++keys == JSON_KEYS_MAX)
       return fail(r, "more than %d keys", JSON_KEYS_MAX);
@@ -244,7 +244,7 @@ static thrum_status read_key(reader *r, int64_t parent, const char **key) {
   skip_blanks(r);
   if (r->at == r->end || *r->at != ':')
     return fail(r, "expected ':' after the key \"%s\"",
-                thrum_text_excerpt(*key, strlen(*key)).text);
+                thrum_text_excerpt(thrum_word_of(*key)).text);
   r->at++;
   return THRUM_OK;
 }

@@ -133,15 +133,18 @@ thrum_status thrum_text_need_word(thrum_text *text, const char *what, thrum_erro
   return THRUM_OK;
 }
 
-bool thrum_text_word(thrum_text *text, const char **word, size_t *length) {
+bool thrum_text_word(thrum_text *text, thrum_word *word) {
   if (!thrum_text_more(text))
     return false;
   const char *start = text->at;
   while (text->at < text->end && !separates(text, *text->at))
     text->at++;
-  *word = start;
-  *length = (size_t)(text->at - start);
+  *word = (thrum_word){start, (size_t)(text->at - start)};
   return true;
+}
+
+thrum_word thrum_text_line(const thrum_text *text) {
+  return (thrum_word){text->start, (size_t)(text->end - text->start)};
 }
 
 bool thrum_text_take(thrum_text *text, char character) {
@@ -153,37 +156,36 @@ bool thrum_text_take(thrum_text *text, char character) {
   return true;
 }
 
-static thrum_status expected(const thrum_text *text, const char *what, const char *word,
-                             size_t length, thrum_error *error) {
-  const char *hint = memchr(word, ',', length) ? " (the decimal mark is a point)" : "";
+static thrum_status expected(const thrum_text *text, const char *what, thrum_word word,
+                             thrum_error *error) {
+  const char *hint = memchr(word.text, ',', word.length) ? " (the decimal mark is a point)" : "";
   return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "expected %s, found '%s'%s", what,
-                         thrum_text_excerpt(word, length).text, hint);
+                         thrum_text_excerpt(word).text, hint);
 }
 
 /* Tells whether a word is a whole number, perhaps one that 64 bits cannot hold. */
-static bool is_whole(const char *word, size_t length) {
-  size_t digits = length > 1 && (word[0] == '-' || word[0] == '+') ? 1 : 0;
-  while (digits < length && word[digits] >= '0' && word[digits] <= '9')
+static bool is_whole(thrum_word word) {
+  size_t digits = word.length > 1 && (word.text[0] == '-' || word.text[0] == '+') ? 1 : 0;
+  while (digits < word.length && word.text[digits] >= '0' && word.text[digits] <= '9')
     digits++;
-  return length > 0 && digits == length;
+  return word.length > 0 && digits == word.length;
 }
 
 thrum_status thrum_text_integer(thrum_text *text, const char *what, int64_t low, int64_t high,
                                 int64_t *value, thrum_error *error) {
-  const char *word;
-  size_t length;
-  if (!thrum_text_word(text, &word, &length))
+  thrum_word word = {"", 0};
+  if (!thrum_text_word(text, &word))
     return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "the line ends before %s", what);
   int64_t number = 0;
-  size_t used = thrum_text_scan_integer(word, word + length, &number);
+  size_t used = thrum_text_scan_integer(word.text, word.text + word.length, &number);
 
   // a number beyond 64 bits deserves another message than a word that is none
-  if (used != length && is_whole(word, length))
+  if (used != word.length && is_whole(word))
     return thrum_text_fail(text, THRUM_BAD_VALUE, error,
                            "%s is %s, which is out of range; it may be %lld to %lld", what,
-                           thrum_text_excerpt(word, length).text, (long long)low, (long long)high);
-  if (used != length)
-    return expected(text, what, word, length, error);
+                           thrum_text_excerpt(word).text, (long long)low, (long long)high);
+  if (used != word.length)
+    return expected(text, what, word, error);
 
   if (number < low || number > high)
     return thrum_text_fail(text, THRUM_BAD_VALUE, error,
@@ -195,17 +197,16 @@ thrum_status thrum_text_integer(thrum_text *text, const char *what, int64_t low,
 
 thrum_status thrum_text_number(thrum_text *text, const char *what, double *value,
                                thrum_error *error) {
-  const char *word;
-  size_t length;
-  if (!thrum_text_word(text, &word, &length))
+  thrum_word word = {"", 0};
+  if (!thrum_text_word(text, &word))
     return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "the line ends before %s", what);
   double number = 0;
-  size_t used = thrum_text_scan_number(word, word + length, &number);
-  if (used != length)
-    return expected(text, what, word, length, error);
+  size_t used = thrum_text_scan_number(word.text, word.text + word.length, &number);
+  if (used != word.length)
+    return expected(text, what, word, error);
   if (!isfinite(number))
     return thrum_text_fail(text, THRUM_BAD_VALUE, error, "%s is '%s', which is not a finite number",
-                           what, thrum_text_excerpt(word, length).text);
+                           what, thrum_text_excerpt(word).text);
   *value = number;
   return THRUM_OK;
 }
@@ -232,13 +233,12 @@ thrum_status thrum_text_position(thrum_text *text, double position[3], thrum_err
 }
 
 thrum_status thrum_text_finish(thrum_text *text, const char *what, thrum_error *error) {
-  const char *word;
-  size_t length;
-  if (!thrum_text_word(text, &word, &length))
+  thrum_word word = {"", 0};
+  if (!thrum_text_word(text, &word))
     return THRUM_OK;
   return thrum_text_fail(text, THRUM_BAD_FORMAT, error,
                          "unexpected '%s' after %s (is a decimal mark a comma?)",
-                         thrum_text_excerpt(word, length).text, what);
+                         thrum_text_excerpt(word).text, what);
 }
 
 thrum_status thrum_text_fail(const thrum_text *text, thrum_status status, thrum_error *error,
@@ -262,21 +262,25 @@ thrum_status thrum_text_fail(const thrum_text *text, thrum_status status, thrum_
   return thrum_error_set(error, status, "%s%s: %s", cut, name, message);
 }
 
-bool thrum_text_equals(const char *word, size_t length, const char *name) {
-  for (size_t i = 0; i < length; i++)
-    if (!name[i] || lower(word[i]) != lower(name[i]))
+bool thrum_text_equals(thrum_word word, const char *name) {
+  for (size_t i = 0; i < word.length; i++)
+    if (!name[i] || lower(word.text[i]) != lower(name[i]))
       return false;
-  return !name[length];
+  return !name[word.length];
 }
 
-thrum_excerpt thrum_text_excerpt(const char *word, size_t length) {
+thrum_excerpt thrum_text_excerpt(thrum_word word) {
   enum { SHOWN = 40 };
   thrum_excerpt excerpt = {{0}};
-  for (size_t i = 0; i < length && i < SHOWN; i++)
-    excerpt.text[i] = word[i] >= ' ' && word[i] <= '~' ? word[i] : '?';
-  if (length > SHOWN)
+  for (size_t i = 0; i < word.length && i < SHOWN; i++)
+    excerpt.text[i] = word.text[i] >= ' ' && word.text[i] <= '~' ? word.text[i] : '?';
+  if (word.length > SHOWN)
     memcpy(excerpt.text + SHOWN, "...", 4);
   return excerpt;
+}
+
+thrum_word thrum_word_of(const char *text) {
+  return (thrum_word){text, strlen(text)};
 }
 
 size_t thrum_text_scan_integer(const char *at, const char *end, int64_t *value) {
@@ -305,7 +309,7 @@ static size_t scan_word(const char *p, const char *end, double *value) {
   static const char *const words[] = {"infinity", "inf", "nan"};
   for (size_t i = 0; i < sizeof words / sizeof *words; i++) {
     size_t length = strlen(words[i]);
-    if ((size_t)(end - p) >= length && thrum_text_equals(p, length, words[i])) {
+    if ((size_t)(end - p) >= length && thrum_text_equals((thrum_word){p, length}, words[i])) {
       *value = i == 2 ? (double)NAN : (double)INFINITY;
       return length;
     }

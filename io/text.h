@@ -47,8 +47,16 @@ void thrum_text_rewind(thrum_text *text);
 bool thrum_text_more(thrum_text *text);
 /* Goes on to the line with the next word, which must follow. */
 thrum_status thrum_text_need_word(thrum_text *text, const char *what, thrum_error *error);
-/* Takes the next word of the line; returns false when there is none. */
-bool thrum_text_word(thrum_text *text, const char **word, size_t *length);
+/* A word of the text, which must outlive it. */
+typedef struct thrum_word {
+  const char *text; /* without a zero behind it */
+  size_t length;
+} thrum_word;
+/* Takes the next word of the line; returns false and leaves *word when there is none. */
+bool thrum_text_word(thrum_text *text, thrum_word *word);
+/* A text that ends with a zero, and the present line, as one word. */
+thrum_word thrum_word_of(const char *text);
+thrum_word thrum_text_line(const thrum_text *text);
 /* Takes `character` if it comes next, after blanks. */
 bool thrum_text_take(thrum_text *text, char character);
 
@@ -76,13 +84,13 @@ thrum_text_fail(const thrum_text *text, thrum_status status, thrum_error *error,
                 ...);
 
 /* Tells whether the word equals `name`; capitals do not matter. */
-bool thrum_text_equals(const char *word, size_t length, const char *name);
+bool thrum_text_equals(thrum_word word, const char *name);
 
 /* A printable excerpt of at most 40 bytes of foreign text, for messages. */
 typedef struct thrum_excerpt {
   char text[48];
 } thrum_excerpt;
-thrum_excerpt thrum_text_excerpt(const char *word, size_t length);
+thrum_excerpt thrum_text_excerpt(thrum_word word);
 
 /* Returns the length of the well-formed UTF-8 sequence (RFC 3629) at the start of `length` bytes, 1
  * to 4; 0 when there is none. Overlong forms, surrogates and code points above the last are

@@ -176,9 +176,9 @@ static thrum_status mark_entry(const thrum_mesh *mesh, thrum_text *text, uint8_t
     bool stops =
         text->at == text->end || is_blank(*text->at) || *text->at == ',' || *text->at == ':';
     if (used == 0 || !stops)
-      return thrum_text_fail(text, THRUM_BAD_FORMAT, error,
-                             "expected a vertex number or a range a:b, found '%s'",
-                             thrum_text_excerpt(word, (size_t)(text->end - word)).text);
+      return thrum_text_fail(
+          text, THRUM_BAD_FORMAT, error, "expected a vertex number or a range a:b, found '%s'",
+          thrum_text_excerpt((thrum_word){word, (size_t)(text->end - word)}).text);
 
     // without a colon it is a range of one
     if (i == 0 && !thrum_text_take(text, ':')) {

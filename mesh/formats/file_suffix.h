@@ -12,7 +12,7 @@
 /* Tells whether a name ends in `suffix`, given in lower case, and has characters in front of it. */
 static inline bool thrum_file_has_suffix(const char *name, const char *suffix) {
   const size_t length = strlen(name), ending = strlen(suffix);
-  return length > ending && thrum_text_equals(name + length - ending, ending, suffix);
+  return length > ending && thrum_text_equals(thrum_word_of(name + length - ending), suffix);
 }
 
 #endif

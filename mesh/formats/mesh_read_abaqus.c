@@ -22,18 +22,13 @@
 
 enum { SECTIONS_MAX = THRUM_MESH_GROUPS_MAX, PARAMETERS_MAX = 16 };
 
-typedef struct inp_word {
-  const char *text;
-  size_t length;
-} inp_word;
-
 typedef struct inp_parameter {
-  inp_word key, value;
+  thrum_word key, value;
 } inp_parameter;
 
 /* A keyword line, which decides how the data lines behind it are read. */
 typedef struct inp_keyword {
-  inp_word name;
+  thrum_word name;
   int count;
   inp_parameter parameters[PARAMETERS_MAX];
 } inp_keyword;
@@ -46,25 +41,25 @@ typedef struct inp_element {
 
 /* An element set holds elements by number. Its vertices become a group at the end. */
 typedef struct inp_set {
-  inp_word name;
+  thrum_word name;
   int64_t count, capacity;
   int64_t *elements;
 } inp_set;
 
 typedef struct inp_material {
-  inp_word name;
+  thrum_word name;
   thrum_material values;
   bool has_elastic, has_density;
 } inp_material;
 
 typedef struct inp_section {
-  inp_word set, material;
+  thrum_word set, material;
   int64_t line;
 } inp_section;
 
 /* Where an instance of a part is put: moved first, then turned about an axis through two points. */
 typedef struct inp_instance {
-  inp_word name;
+  thrum_word name;
   double move[3];
   double axis[2][3];
   double degrees;
@@ -101,7 +96,7 @@ static thrum_status no_memory(inp_reader *r) {
   return thrum_text_fail(&r->text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
 }
 
-static bool same(inp_word a, inp_word b) {
+static bool same(thrum_word a, thrum_word b) {
   if (a.length != b.length)
     return false;
   for (size_t i = 0; i < a.length; i++) {
@@ -113,12 +108,8 @@ static bool same(inp_word a, inp_word b) {
   return true;
 }
 
-static bool is(inp_word word, const char *name) {
-  return thrum_text_equals(word.text, word.length, name);
-}
-
 /* Returns the text without the blanks and quotes around it. */
-static inp_word trim(const char *start, const char *end) {
+static thrum_word trim(const char *start, const char *end) {
   while (start < end && (*start == ' ' || *start == '\t'))
     start++;
   while (end > start && (end[-1] == ' ' || end[-1] == '\t'))
@@ -127,7 +118,7 @@ static inp_word trim(const char *start, const char *end) {
     start++;
     end--;
   }
-  return (inp_word){start, (size_t)(end - start)};
+  return (thrum_word){start, (size_t)(end - start)};
 }
 
 /* Goes to the next line that is no comment. */
@@ -161,10 +152,10 @@ static void read_parameters(inp_reader *r, const char *start, inp_keyword *keywo
     // a parameter without '=' is a flag such as GENERATE
     const char *equals = memchr(start, '=', (size_t)(stop - start));
 
-    inp_word key = trim(start, equals ? equals : stop);
+    thrum_word key = trim(start, equals ? equals : stop);
     if (key.length > 0 && keyword->count < PARAMETERS_MAX)
       keyword->parameters[keyword->count++] =
-          (inp_parameter){key, equals ? trim(equals + 1, stop) : (inp_word){"", 0}};
+          (inp_parameter){key, equals ? trim(equals + 1, stop) : (thrum_word){"", 0}};
 
     // the list ends with its last parameter
     if (!comma)
@@ -190,16 +181,16 @@ static void read_keyword(inp_reader *r, inp_keyword *keyword) {
 }
 
 /* Returns the value of a parameter; its length is 0 when the parameter is not there. */
-static inp_word parameter(const inp_keyword *keyword, const char *key) {
+static thrum_word parameter(const inp_keyword *keyword, const char *key) {
   for (int i = 0; i < keyword->count; i++)
-    if (is(keyword->parameters[i].key, key))
+    if (thrum_text_equals(keyword->parameters[i].key, key))
       return keyword->parameters[i].value;
-  return (inp_word){"", 0};
+  return (thrum_word){"", 0};
 }
 
 static bool has_parameter(const inp_keyword *keyword, const char *key) {
   for (int i = 0; i < keyword->count; i++)
-    if (is(keyword->parameters[i].key, key))
+    if (thrum_text_equals(keyword->parameters[i].key, key))
       return true;
   return false;
 }
@@ -209,7 +200,7 @@ static thrum_status integer(inp_reader *r, const char *what, int64_t low, int64_
 }
 
 /* Finds the list of the builder that stands for a node set. */
-static thrum_status node_list(inp_reader *r, inp_word name, int64_t *list) {
+static thrum_status node_list(inp_reader *r, thrum_word name, int64_t *list) {
   const char *fault = thrum_mesh_name_fault(name.text, name.length);
   if (fault)
     return fail(r, fault);
@@ -218,7 +209,7 @@ static thrum_status node_list(inp_reader *r, inp_word name, int64_t *list) {
 
 static thrum_status read_nodes(inp_reader *r, const inp_keyword *keyword) {
   static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
-  const inp_word set = parameter(keyword, "NSET");
+  const thrum_word set = parameter(keyword, "NSET");
   int64_t list = -1;
   if (set.length > 0)
     THRUM_TRY(node_list(r, set, &list));
@@ -238,7 +229,7 @@ static thrum_status read_nodes(inp_reader *r, const inp_keyword *keyword) {
 }
 
 /* Finds the index of an element set, which is added when it is new. */
-static thrum_status find_set(inp_reader *r, inp_word name, int64_t *index) {
+static thrum_status find_set(inp_reader *r, thrum_word name, int64_t *index) {
   for (*index = 0; *index < r->set_count; ++*index)
     if (same(r->sets[*index].name, name))
       return THRUM_OK;
@@ -297,24 +288,25 @@ static const inp_solid SOLIDS[] = {
     {"C3D20", 20, THRUM_SOLID_HEXAHEDRON, true}};
 
 /* Finds the solid that a type is; *unknown tells a solid that is not read. */
-static const inp_solid *find_solid(inp_word type, bool *unknown) {
+static const inp_solid *find_solid(thrum_word type, bool *unknown) {
   *unknown = false;
   for (size_t i = 0; i < sizeof SOLIDS / sizeof *SOLIDS; i++) {
     const size_t length = strlen(SOLIDS[i].type);
 
     // C3D15V has three nodes more than C3D15
-    if (type.length >= length && thrum_text_equals(type.text, length, SOLIDS[i].type) &&
+    if (type.length >= length &&
+        thrum_text_equals((thrum_word){type.text, length}, SOLIDS[i].type) &&
         (type.length == length || (type.text[length] != 'V' && type.text[length] != 'v')))
       return &SOLIDS[i];
   }
-  *unknown = type.length >= 3 &&
-             (thrum_text_equals(type.text, 3, "C3D") || thrum_text_equals(type.text, 3, "DC3"));
+  *unknown = type.length >= 3 && (thrum_text_equals((thrum_word){type.text, 3}, "C3D") ||
+                                  thrum_text_equals((thrum_word){type.text, 3}, "DC3"));
   return NULL;
 }
 
 /* Hexahedra of incompatible modes may name three nodes more, which hold those and lie nowhere. */
-static int inner_nodes(inp_word type) {
-  return type.length == 5 && thrum_text_equals(type.text, 5, "C3D8I") ? 3 : 0;
+static int inner_nodes(thrum_word type) {
+  return type.length == 5 && thrum_text_equals((thrum_word){type.text, 5}, "C3D8I") ? 3 : 0;
 }
 
 /* Ends a solid that began on `line`. An element with too few nodes takes those of the next one, so
@@ -382,7 +374,7 @@ static thrum_status read_surface(inp_reader *r, int64_t set) {
 }
 
 static thrum_status read_elements(inp_reader *r, const inp_keyword *keyword) {
-  const inp_word type = parameter(keyword, "TYPE"), name = parameter(keyword, "ELSET");
+  const thrum_word type = parameter(keyword, "TYPE"), name = parameter(keyword, "ELSET");
   bool unknown;
   const inp_solid *solid = find_solid(type, &unknown);
   const int64_t before = r->element_count;
@@ -391,14 +383,14 @@ static thrum_status read_elements(inp_reader *r, const inp_keyword *keyword) {
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "elements of type %s are not supported; the body must be meshed with "
                            "C3D4, C3D10, C3D6, C3D8, C3D15 or C3D20",
-                           thrum_text_excerpt(type.text, type.length).text);
+                           thrum_text_excerpt(type).text);
   if (name.length > 0)
     THRUM_TRY(find_set(r, name, &set));
   while (data_line(r))
     THRUM_TRY(solid ? read_solid(r, solid, inner_nodes(type), set) : read_surface(r, set));
 
   // modified elements lump their mass and share forces in another way
-  if (type.length >= 6 && thrum_text_equals(type.text, 6, "C3D10M"))
+  if (type.length >= 6 && thrum_text_equals((thrum_word){type.text, 6}, "C3D10M"))
     r->modified_tets += r->element_count - before;
   return THRUM_OK;
 }
@@ -430,12 +422,12 @@ static thrum_status read_range(inp_reader *r, int64_t set, add_member *add) {
   return THRUM_OK;
 }
 
-static thrum_status add_named(inp_reader *r, int64_t set, inp_word name, add_member *add) {
+static thrum_status add_named(inp_reader *r, int64_t set, thrum_word name, add_member *add) {
   // a node set takes over the nodes of another node set
   if (add == add_node) {
     const thrum_mesh_builder *b = &r->builder;
     for (int64_t i = 0; i < b->list_count; i++) {
-      const inp_word other = {b->lists[i].name, strlen(b->lists[i].name)};
+      const thrum_word other = {b->lists[i].name, strlen(b->lists[i].name)};
       if (!same(other, name) || i == set)
         continue;
       for (int64_t n = 0; n < b->lists[i].count; n++)
@@ -455,15 +447,15 @@ static thrum_status add_named(inp_reader *r, int64_t set, inp_word name, add_mem
 
   return thrum_text_fail(&r->text, THRUM_MISSING, r->error,
                          "the set names '%s', which is no set above it",
-                         thrum_text_excerpt(name.text, name.length).text);
+                         thrum_text_excerpt(name).text);
 }
 
 /* Takes "INSTANCE." off the front of a member; true where it was there. */
 static bool take_instance(inp_reader *r) {
-  const inp_word name = r->instance.name;
+  const thrum_word name = r->instance.name;
   const size_t left = (size_t)(r->text.end - r->text.at);
   if (name.length == 0 || left <= name.length || r->text.at[name.length] != '.' ||
-      !same((inp_word){r->text.at, name.length}, name))
+      !same((thrum_word){r->text.at, name.length}, name))
     return false;
   r->text.at += name.length + 1;
   return true;
@@ -482,14 +474,14 @@ static thrum_status read_member(inp_reader *r, int64_t set, add_member *add) {
   const char *end = r->text.at;
   while (end < r->text.end && *end != ',')
     end++;
-  const inp_word word = trim(r->text.at, end);
+  const thrum_word word = trim(r->text.at, end);
   r->text.at = end;
   return ours ? add_named(r, set, word, add) : THRUM_OK;
 }
 
 static thrum_status read_set(inp_reader *r, const inp_keyword *keyword, const char *key,
                              add_member *add) {
-  const inp_word name = parameter(keyword, key);
+  const thrum_word name = parameter(keyword, key);
   int64_t set = 0;
   if (name.length == 0)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "the set has no name: %s=NAME",
@@ -534,21 +526,22 @@ static thrum_status refuse_dependent(inp_reader *r, const inp_keyword *keyword) 
   return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                          "*%s changes with temperature or a field; leave the one line that is to "
                          "hold",
-                         thrum_text_excerpt(keyword->name.text, keyword->name.length).text);
+                         thrum_text_excerpt(keyword->name).text);
 }
 
 /* Reads *ELASTIC or *DENSITY into the present material. */
 static thrum_status read_property(inp_reader *r, const inp_keyword *keyword) {
-  const bool elastic = is(keyword->name, "ELASTIC");
+  const bool elastic = thrum_text_equals(keyword->name, "ELASTIC");
   if (r->material_count == 0)
     return fail(r, "a property comes before any *MATERIAL");
 
   // anisotropic materials have constants that the solver does not know
-  const inp_word type = parameter(keyword, "TYPE");
-  if (elastic && type.length > 0 && !is(type, "ISOTROPIC") && !is(type, "ISO"))
+  const thrum_word type = parameter(keyword, "TYPE");
+  if (elastic && type.length > 0 && !thrum_text_equals(type, "ISOTROPIC") &&
+      !thrum_text_equals(type, "ISO"))
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "*ELASTIC of type %s is not supported, only ISOTROPIC",
-                           thrum_text_excerpt(type.text, type.length).text);
+                           thrum_text_excerpt(type).text);
 
   // the values belong to the last *MATERIAL
   inp_material *material = &r->materials[r->material_count - 1];
@@ -593,15 +586,14 @@ static thrum_status read_section(inp_reader *r, const inp_keyword *keyword) {
  * an angle in degrees. */
 static thrum_status read_instance(inp_reader *r, const inp_keyword *keyword) {
   inp_instance *instance = &r->instance;
-  const inp_word name = parameter(keyword, "NAME");
+  const thrum_word name = parameter(keyword, "NAME");
   double values[7] = {0};
   if (++r->instance_count > 1)
     return thrum_text_fail(
         &r->text, THRUM_UNSUPPORTED, r->error,
         "'%s' is a second instance beside '%s': a mesh is one body, so save each instance as a "
         "file of its own",
-        thrum_text_excerpt(name.text, name.length).text,
-        thrum_text_excerpt(instance->name.text, instance->name.length).text);
+        thrum_text_excerpt(name).text, thrum_text_excerpt(instance->name).text);
   instance->name = name;
   r->in_instance = true;
 
@@ -623,44 +615,44 @@ static thrum_status read_instance(inp_reader *r, const inp_keyword *keyword) {
 
 /* Parts, instances and the assembly, whose numbers of nodes are each its own. */
 static thrum_status enter_or_leave(inp_reader *r, const inp_keyword *keyword) {
-  const inp_word name = keyword->name;
-  if (is(name, "PART") && ++r->part_count > 1)
+  const thrum_word name = keyword->name;
+  if (thrum_text_equals(name, "PART") && ++r->part_count > 1)
     return fail(r, "there are several parts; save each as a file of its own");
-  if (is(name, "ASSEMBLY") || is(name, "END ASSEMBLY"))
-    r->in_assembly = is(name, "ASSEMBLY");
-  if (is(name, "END INSTANCE"))
+  if (thrum_text_equals(name, "ASSEMBLY") || thrum_text_equals(name, "END ASSEMBLY"))
+    r->in_assembly = thrum_text_equals(name, "ASSEMBLY");
+  if (thrum_text_equals(name, "END INSTANCE"))
     r->in_instance = false;
-  return is(name, "INSTANCE") ? read_instance(r, keyword) : THRUM_OK;
+  return thrum_text_equals(name, "INSTANCE") ? read_instance(r, keyword) : THRUM_OK;
 }
 
 static thrum_status obey(inp_reader *r, const inp_keyword *keyword) {
-  const inp_word name = keyword->name;
+  const thrum_word name = keyword->name;
 
   // nodes and elements of the assembly alone are reference points and the like
   r->beside_body = r->in_assembly && !r->in_instance && !has_parameter(keyword, "INSTANCE");
-  if (r->beside_body && (is(name, "NODE") || is(name, "ELEMENT")))
+  if (r->beside_body && (thrum_text_equals(name, "NODE") || thrum_text_equals(name, "ELEMENT")))
     return THRUM_OK;
 
   // the keywords that describe the body
-  if (is(name, "NODE"))
+  if (thrum_text_equals(name, "NODE"))
     return read_nodes(r, keyword);
-  if (is(name, "ELEMENT"))
+  if (thrum_text_equals(name, "ELEMENT"))
     return read_elements(r, keyword);
-  if (is(name, "NSET"))
+  if (thrum_text_equals(name, "NSET"))
     return read_set(r, keyword, "NSET", add_node);
-  if (is(name, "ELSET"))
+  if (thrum_text_equals(name, "ELSET"))
     return read_set(r, keyword, "ELSET", add_to_set);
 
   // the keywords that describe its materials
-  if (is(name, "MATERIAL"))
+  if (thrum_text_equals(name, "MATERIAL"))
     return read_material(r, keyword);
-  if (is(name, "ELASTIC") || is(name, "DENSITY"))
+  if (thrum_text_equals(name, "ELASTIC") || thrum_text_equals(name, "DENSITY"))
     return read_property(r, keyword);
-  if (is(name, "SOLID SECTION"))
+  if (thrum_text_equals(name, "SOLID SECTION"))
     return read_section(r, keyword);
 
   // an included file may hold anything, so it is not passed over silently
-  if (is(name, "INCLUDE"))
+  if (thrum_text_equals(name, "INCLUDE"))
     return fail(r, "*INCLUDE is not read; put the included file in its place");
 
   return enter_or_leave(r, keyword);
@@ -725,9 +717,9 @@ static thrum_status find_member(inp_reader *r, const inp_set *set, int64_t numbe
   if (r->element_count > 0)
     found = bsearch(&key, r->elements, (size_t)r->element_count, sizeof key, compare_elements);
   if (!found)
-    return thrum_error_set(
-        r->error, THRUM_BAD_VALUE, "%.150s: set '%s' names element %lld, which is not in the file",
-        r->text.name, thrum_text_excerpt(set->name.text, set->name.length).text, (long long)number);
+    return thrum_error_set(r->error, THRUM_BAD_VALUE,
+                           "%.150s: set '%s' names element %lld, which is not in the file",
+                           r->text.name, thrum_text_excerpt(set->name).text, (long long)number);
   *element = found;
   return THRUM_OK;
 }
@@ -751,7 +743,7 @@ static thrum_status set_groups(inp_reader *r) {
     int64_t list = 0;
 
     // the set that is everything is no group, as in .veg
-    if (is(set->name, "allElements"))
+    if (thrum_text_equals(set->name, "allElements"))
       continue;
     THRUM_TRY(node_list(r, set->name, &list));
 
@@ -784,7 +776,7 @@ static thrum_status apply_section(inp_reader *r, int64_t index) {
   if (s == r->set_count)
     return thrum_error_set(r->error, THRUM_MISSING, "%.150s:%lld: there is no element set '%s'",
                            r->text.name, (long long)section->line,
-                           thrum_text_excerpt(section->set.text, section->set.length).text);
+                           thrum_text_excerpt(section->set).text);
 
   // the section is the region of its tets
   for (int64_t i = 0; i < r->sets[s].count; i++) {
@@ -795,7 +787,7 @@ static thrum_status apply_section(inp_reader *r, int64_t index) {
   return THRUM_OK;
 }
 
-static const inp_material *find_material(const inp_reader *r, inp_word name) {
+static const inp_material *find_material(const inp_reader *r, thrum_word name) {
   for (int64_t i = 0; i < r->material_count; i++)
     if (same(r->materials[i].name, name))
       return &r->materials[i];
@@ -820,10 +812,9 @@ static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
     const inp_section *section = &r->sections[key];
     const inp_material *material = find_material(r, section->material);
     if (!material)
-      return thrum_error_set(
-          r->error, THRUM_MISSING, "%.150s:%lld: there is no material '%s'", r->text.name,
-          (long long)section->line,
-          thrum_text_excerpt(section->material.text, section->material.length).text);
+      return thrum_error_set(r->error, THRUM_MISSING, "%.150s:%lld: there is no material '%s'",
+                             r->text.name, (long long)section->line,
+                             thrum_text_excerpt(section->material).text);
 
     // a region has the name of its set
     THRUM_TRY(thrum_mesh_name_region(mesh, i, section->set.text, section->set.length, r->error));
@@ -840,8 +831,7 @@ static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
   if (whole > 0 && partial)
     return thrum_error_set(
         r->error, THRUM_MISSING, "%.150s:%lld: material '%s' needs both *ELASTIC and *DENSITY",
-        r->text.name, (long long)partial->line,
-        thrum_text_excerpt(partial->material.text, partial->material.length).text);
+        r->text.name, (long long)partial->line, thrum_text_excerpt(partial->material).text);
 
   // without any complete material the mesh has none, so half-read values are cleared
   mesh->has_material = whole > 0;
@@ -857,7 +847,7 @@ static thrum_status read_all(inp_reader *r, thrum_mesh *mesh) {
       return thrum_text_fail(
           &r->text, THRUM_BAD_FORMAT, r->error,
           "expected a keyword such as *NODE, found '%s'; is it an Abaqus input file?",
-          thrum_text_excerpt(r->text.start, (size_t)(r->text.end - r->text.start)).text);
+          thrum_text_excerpt(thrum_text_line(&r->text)).text);
 
     read_keyword(r, &keyword);
     THRUM_TRY(obey(r, &keyword));

@@ -102,8 +102,7 @@ static thrum_status read_kind(medit_reader *r, const medit_kind *kind) {
 
 /* Passes over the numbers of an unknown keyword, up to the next keyword. */
 static void skip_numbers(medit_reader *r) {
-  const char *word;
-  size_t length;
+  thrum_word word = {"", 0};
   for (;;) {
     while (!thrum_text_more(&r->text))
       if (!thrum_text_next_line(&r->text))
@@ -111,17 +110,16 @@ static void skip_numbers(medit_reader *r) {
     const char c = *r->text.at;
     if ((c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z'))
       return;
-    thrum_text_word(&r->text, &word, &length);
+    thrum_text_word(&r->text, &word);
   }
 }
 
 /* Reads one keyword and its records; *more is false at the end. */
 static thrum_status read_keyword(medit_reader *r, bool *more) {
-  const char *word = "";
-  size_t length = 0;
+  thrum_word word = {"", 0};
 
   // a file may end without End
-  while (!thrum_text_word(&r->text, &word, &length))
+  while (!thrum_text_word(&r->text, &word))
     if (!thrum_text_next_line(&r->text)) {
       *more = false;
       return THRUM_OK;
@@ -129,12 +127,12 @@ static thrum_status read_keyword(medit_reader *r, bool *more) {
 
   // most keywords differ only in the number of vertices of a record
   for (int i = 0; i < KIND_COUNT; i++)
-    if (thrum_text_equals(word, length, KINDS[i].keyword))
+    if (thrum_text_equals(word, KINDS[i].keyword))
       return read_kind(r, &KINDS[i]);
 
   // a flat mesh has no volume to simulate
   int64_t dimension = 0;
-  if (thrum_text_equals(word, length, "Dimension")) {
+  if (thrum_text_equals(word, "Dimension")) {
     THRUM_TRY(integer(r, "the dimension", 2, 3, &dimension));
     if (dimension != 3)
       return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
@@ -142,35 +140,35 @@ static thrum_status read_keyword(medit_reader *r, bool *more) {
     return THRUM_OK;
   }
 
-  if (thrum_text_equals(word, length, "End")) {
+  if (thrum_text_equals(word, "End")) {
     *more = false;
     return THRUM_OK;
   }
 
   // numbers of unknown keywords are passed over, a number where a keyword belongs is not
-  if (!((*word >= 'A' && *word <= 'Z') || (*word >= 'a' && *word <= 'z')))
+  const char c = *word.text;
+  if (!((c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z')))
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "expected a keyword such as Tetrahedra, found '%s'; is a count wrong?",
-                           thrum_text_excerpt(word, length).text);
+                           thrum_text_excerpt(word).text);
   skip_numbers(r);
   return THRUM_OK;
 }
 
 static thrum_status read_header(medit_reader *r) {
-  const char *word = "";
-  size_t length = 0;
+  thrum_word word = {"", 0};
   if (thrum_text_next_line(&r->text))
-    thrum_text_word(&r->text, &word, &length);
+    thrum_text_word(&r->text, &word);
 
   // the first word tells a Medit mesh from other files that end in .mesh
-  if (length == 0)
+  if (word.length == 0)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "there is no MeshVersionFormatted; is it a Medit mesh in ASCII?");
-  if (!thrum_text_equals(word, length, "MeshVersionFormatted"))
+  if (!thrum_text_equals(word, "MeshVersionFormatted"))
     return thrum_text_fail(
         &r->text, THRUM_BAD_FORMAT, r->error,
         "expected MeshVersionFormatted, found '%s'; is it a Medit mesh in ASCII?",
-        thrum_text_excerpt(word, length).text);
+        thrum_text_excerpt(word).text);
 
   int64_t version = 0;
   return integer(r, "the version", 0, 4, &version);

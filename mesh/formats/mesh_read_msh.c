@@ -35,42 +35,41 @@ static thrum_status read_format(msh_reader *r) {
   return binary != 0 ? thrum_msh_byte_order(r) : THRUM_OK;
 }
 
-static thrum_status cut_short(msh_reader *r, const char *name, size_t length) {
+static thrum_status cut_short(msh_reader *r, thrum_word name) {
   return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                          "the file ends before $End%s; is it cut short?",
-                         thrum_text_excerpt(name, length).text);
+                         thrum_text_excerpt(name).text);
 }
 
 /* Reads the line $EndNAME right after a section that was read; otherwise its count is wrong. */
-static thrum_status end_section(msh_reader *r, const char *name, size_t length) {
+static thrum_status end_section(msh_reader *r, thrum_word name) {
   if (!thrum_text_next_line(&r->text))
-    return cut_short(r, name, length);
-  const char *line = r->text.start;
-  if ((size_t)(r->text.end - line) == length + 4 && memcmp(line, "$End", 4) == 0 &&
-      memcmp(line + 4, name, length) == 0)
+    return cut_short(r, name);
+  const thrum_word line = thrum_text_line(&r->text);
+  if (line.length == name.length + 4 && memcmp(line.text, "$End", 4) == 0 &&
+      memcmp(line.text + 4, name.text, name.length) == 0)
     return THRUM_OK;
   return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                          "expected $End%s, found '%s'; is a count too small?",
-                         thrum_text_excerpt(name, length).text,
-                         thrum_text_excerpt(line, (size_t)(r->text.end - line)).text);
+                         thrum_text_excerpt(name).text, thrum_text_excerpt(line).text);
 }
 
 /* Passes over a section that holds nothing of the mesh. Behind bytes Gmsh 2.2 writes $EndNAME
  * without a line of its own, so the word is sought and not the line. */
-static thrum_status skip_section(msh_reader *r, const char *name, size_t length) {
+static thrum_status skip_section(msh_reader *r, thrum_word name) {
   thrum_text *text = &r->text;
-  for (const char *at = text->next; text->stop - at >= (ptrdiff_t)length + 4; at++) {
+  for (const char *at = text->next; text->stop - at >= (ptrdiff_t)name.length + 4; at++) {
     text->line += *at == '\n';
-    const char *behind = at + length + 4;
-    if (*at != '$' || memcmp(at, "$End", 4) != 0 || memcmp(at + 4, name, length) != 0 ||
+    const char *behind = at + name.length + 4;
+    if (*at != '$' || memcmp(at, "$End", 4) != 0 || memcmp(at + 4, name.text, name.length) != 0 ||
         (behind<text->stop && * behind> ' '))
       continue;
 
     // the text goes on in front of the word, which is then read as a line
     text->next = at;
-    return end_section(r, name, length);
+    return end_section(r, name);
   }
-  return cut_short(r, name, length);
+  return cut_short(r, name);
 }
 
 static thrum_status read_entities(msh_reader *r) {
@@ -120,27 +119,27 @@ static thrum_status read_section(msh_reader *r) {
                   {"$Elements", read_elements}};
 
   // $MeshFormat comes first, and once
-  const char *start = r->text.start;
-  size_t length = (size_t)(r->text.end - start);
-  bool format = thrum_text_equals(start, length, "$MeshFormat");
-  if (*start != '$' || length < 2 || (format == (r->version != 0)))
+  const thrum_word line = thrum_text_line(&r->text);
+  const bool format = thrum_text_equals(line, "$MeshFormat");
+  if (*line.text != '$' || line.length < 2 || (format == (r->version != 0)))
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "expected %s, found '%s'; is it a Gmsh mesh of version 2.2 or 4.1?",
                            r->version ? "a section such as $Nodes" : "$MeshFormat",
-                           thrum_text_excerpt(start, length).text);
+                           thrum_text_excerpt(line).text);
 
   // the parts of a partitioned mesh repeat entities under other tags
-  if (thrum_text_equals(start, length, "$PartitionedEntities"))
+  if (thrum_text_equals(line, "$PartitionedEntities"))
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "partitioned meshes are not supported; save it unpartitioned");
 
   // sections that hold nothing of the mesh are passed over
+  const thrum_word name = {line.text + 1, line.length - 1};
   for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
-    if (thrum_text_equals(start, length, sections[i].keyword)) {
+    if (thrum_text_equals(line, sections[i].keyword)) {
       THRUM_TRY(sections[i].read(r));
-      return end_section(r, start + 1, length - 1);
+      return end_section(r, name);
     }
-  return skip_section(r, start + 1, length - 1);
+  return skip_section(r, name);
 }
 
 static thrum_status read_all(msh_reader *r, thrum_mesh *mesh) {

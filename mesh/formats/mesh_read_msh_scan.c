@@ -17,9 +17,8 @@ thrum_status thrum_msh_bad_bytes(msh_reader *r, const char *what) {
 thrum_status thrum_msh_text_line(msh_reader *r, const char *what) {
   THRUM_TRY(thrum_text_need_line(&r->text, what, r->error));
   if (*r->text.start == '$')
-    return thrum_text_fail(
-        &r->text, THRUM_BAD_FORMAT, r->error, "expected %s, found '%s'", what,
-        thrum_text_excerpt(r->text.start, (size_t)(r->text.end - r->text.start)).text);
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected %s, found '%s'", what,
+                           thrum_text_excerpt(thrum_text_line(&r->text)).text);
   return THRUM_OK;
 }
 

@@ -20,26 +20,20 @@
 
 enum { DEPTH_MAX = 8, INCLUDES_MAX = 100 };
 
-/* A name of the file, pointing into one of its texts. */
-typedef struct veg_name {
-  const char *text;
-  size_t length;
-} veg_name;
-
 typedef struct veg_material {
-  veg_name name;
+  thrum_word name;
   thrum_material values;
 } veg_material;
 
 typedef struct veg_set {
-  veg_name name;
+  thrum_word name;
   int64_t count, capacity;
   int64_t *elements; /* as in the file */
 } veg_set;
 
 /* A region keeps its place in the file for the message when a name in it cannot be resolved. */
 typedef struct veg_region {
-  veg_name set, material;
+  thrum_word set, material;
   thrum_text place;
   thrum_material values; /* of the material, once all is read */
 } veg_region;
@@ -225,10 +219,9 @@ static thrum_status next_line(veg_reader *r, bool *found) {
     }
 
     // *INCLUDE may stand anywhere, so callers never see it
-    const char *word;
-    size_t length;
-    if (*text->start != '*' || !thrum_text_word(text, &word, &length) ||
-        !thrum_text_equals(word, length, "*INCLUDE")) {
+    thrum_word word = {"", 0};
+    if (*text->start != '*' || !thrum_text_word(text, &word) ||
+        !thrum_text_equals(word, "*INCLUDE")) {
       thrum_text_rewind(text);
       return THRUM_OK;
     }
@@ -245,26 +238,27 @@ static thrum_status body_line(veg_reader *r, const char *what) {
     return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
                            "the file ends before %s; is it cut short?", what);
   if (*text->at == '*')
-    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error, "expected %s, found '%s'", what,
-                           thrum_text_excerpt(text->at, (size_t)(text->end - text->at)).text);
+    return thrum_text_fail(
+        text, THRUM_BAD_FORMAT, r->error, "expected %s, found '%s'", what,
+        thrum_text_excerpt((thrum_word){text->at, (size_t)(text->end - text->at)}).text);
   return THRUM_OK;
 }
 
 /* Takes the line up to `end` as one name. */
-static thrum_status rest_name(veg_reader *r, const char *end, veg_name *name) {
+static thrum_status rest_name(veg_reader *r, const char *end, thrum_word *name) {
   thrum_text *text = text_of(r);
   while (text->at < end && (*text->at == ' ' || *text->at == '\t'))
     text->at++;
   while (end > text->at && (end[-1] == ' ' || end[-1] == '\t'))
     end--;
-  *name = (veg_name){.text = text->at, .length = (size_t)(end - text->at)};
+  *name = (thrum_word){.text = text->at, .length = (size_t)(end - text->at)};
   const char *fault = thrum_mesh_name_fault(name->text, name->length);
   if (fault)
     return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error, "%s", fault);
   return THRUM_OK;
 }
 
-static bool same_name(veg_name a, veg_name b) {
+static bool same_name(thrum_word a, thrum_word b) {
   return a.length == b.length && memcmp(a.text, b.text, a.length) == 0;
 }
 
@@ -290,10 +284,9 @@ static thrum_status header(veg_reader *r, const char *what, int64_t width, int64
 
 static thrum_status finish_item(veg_reader *r, int64_t extra, const char *what) {
   thrum_text *text = text_of(r);
-  const char *word;
-  size_t length;
+  thrum_word word = {"", 0};
   for (int64_t i = 0; i < extra; i++)
-    thrum_text_word(text, &word, &length);
+    thrum_text_word(text, &word);
   return text->at == text->end ? THRUM_OK : thrum_text_finish(text, what, r->error);
 }
 
@@ -343,18 +336,17 @@ static thrum_status read_tet(veg_reader *r, int64_t i, int64_t extra) {
 static thrum_status element_kind(veg_reader *r) {
   THRUM_TRY(body_line(r, "the kind of elements, TET"));
   thrum_text *text = text_of(r);
-  const char *word = "";
-  size_t length = 0;
-  thrum_text_word(text, &word, &length);
+  thrum_word word = {"", 0};
+  thrum_text_word(text, &word);
 
   // Vega has meshes of cubes too, which deserve a message of their own
-  if (thrum_text_equals(word, length, "CUBIC"))
+  if (thrum_text_equals(word, "CUBIC"))
     return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error,
                            "CUBIC elements are not supported; cut the mesh into tetrahedra (TET)");
-  if (!thrum_text_equals(word, length, "TET") && !thrum_text_equals(word, length, "TETS"))
+  if (!thrum_text_equals(word, "TET") && !thrum_text_equals(word, "TETS"))
     return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
                            "expected the kind of elements, TET, found '%s'",
-                           thrum_text_excerpt(word, length).text);
+                           thrum_text_excerpt(word).text);
   return thrum_text_finish(text, "the kind of elements", r->error);
 }
 
@@ -385,13 +377,12 @@ static thrum_status read_material(veg_reader *r) {
 
   // the other materials of Vega are nonlinear and have other constants
   thrum_text *text = text_of(r);
-  const char *word = "";
-  size_t length = 0;
-  thrum_text_word(text, &word, &length);
-  if (!thrum_text_equals(word, length, "ENU"))
+  thrum_word word = {"", 0};
+  thrum_text_word(text, &word);
+  if (!thrum_text_equals(word, "ENU"))
     return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error,
                            "material '%s' is not supported; write ENU, density, E, nu",
-                           thrum_text_excerpt(word, length).text);
+                           thrum_text_excerpt(word).text);
 
   THRUM_TRY(thrum_text_number(text, "the density", &material.values.density, r->error));
   THRUM_TRY(thrum_text_number(text, "Young's modulus E", &material.values.young, r->error));
@@ -499,13 +490,12 @@ static thrum_status read_section(veg_reader *r) {
                   {"*SET", read_set, true}};
 
   thrum_text *text = text_of(r);
-  const char *word = "";
-  size_t length = 0;
-  thrum_text_word(text, &word, &length);
+  thrum_word word = {"", 0};
+  thrum_text_word(text, &word);
 
   // words behind a keyword that takes no name are a mistake in the file
   for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
-    if (thrum_text_equals(word, length, sections[i].keyword)) {
+    if (thrum_text_equals(word, sections[i].keyword)) {
       THRUM_TRY(sections[i].named ? THRUM_OK
                                   : thrum_text_finish(text, sections[i].keyword, r->error));
       return sections[i].read(r);
@@ -514,7 +504,7 @@ static thrum_status read_section(veg_reader *r) {
   return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
                          "expected *VERTICES, *ELEMENTS, *MATERIAL, *REGION, *SET or *INCLUDE, "
                          "found '%s'",
-                         thrum_text_excerpt(word, length).text);
+                         thrum_text_excerpt(word).text);
 }
 
 /* Turns the file's numbers of elements into 0-based ones, now that the base is known. */
@@ -526,22 +516,22 @@ static thrum_status rebase_sets(veg_reader *r, const char *path) {
       if (*element < 0 || *element >= r->builder.tet_count)
         return thrum_error_set(
             r->error, THRUM_BAD_VALUE, "%.150s: set '%s' names element %lld, but there are %lld",
-            path, thrum_text_excerpt(r->sets[s].name.text, r->sets[s].name.length).text,
-            (long long)(*element + r->element_base), (long long)r->builder.tet_count);
+            path, thrum_text_excerpt(r->sets[s].name).text, (long long)(*element + r->element_base),
+            (long long)r->builder.tet_count);
     }
   return THRUM_OK;
 }
 
 /* Finds the set of a region, where NULL stands for all elements; returns false when there is none.
  */
-static bool find_set(const veg_reader *r, veg_name name, const veg_set **set) {
+static bool find_set(const veg_reader *r, thrum_word name, const veg_set **set) {
   *set = NULL;
   for (int64_t s = 0; s < r->set_count; s++)
     if (same_name(r->sets[s].name, name)) {
       *set = &r->sets[s];
       return true;
     }
-  return thrum_text_equals(name.text, name.length, "allElements");
+  return thrum_text_equals(name, "allElements");
 }
 
 static thrum_status apply_region(veg_reader *r, int64_t index) {
@@ -550,7 +540,7 @@ static thrum_status apply_region(veg_reader *r, int64_t index) {
   if (!find_set(r, region->set, &set))
     return thrum_text_fail(&region->place, THRUM_MISSING, r->error,
                            "the region's set '%s' is not in the file",
-                           thrum_text_excerpt(region->set.text, region->set.length).text);
+                           thrum_text_excerpt(region->set).text);
 
   // materials are found by their names, which are unique
   int64_t material = 0;
@@ -559,7 +549,7 @@ static thrum_status apply_region(veg_reader *r, int64_t index) {
   if (material == r->material_count)
     return thrum_text_fail(&region->place, THRUM_MISSING, r->error,
                            "the region's material '%s' is not in the file",
-                           thrum_text_excerpt(region->material.text, region->material.length).text);
+                           thrum_text_excerpt(region->material).text);
 
   // a later region overrides an earlier one, as in Vega
   region->values = r->materials[material].values;

@@ -44,13 +44,12 @@ static const unsigned char *take_bytes(vtk_reader *r, int64_t count, int size) {
 
 static thrum_status ascii_values(vtk_reader *r, int64_t count, double *values) {
   for (int64_t i = 0; i < count; i++) {
-    const char *word = "";
-    size_t length = 0;
+    thrum_word word = {"", 0};
     THRUM_TRY(thrum_text_need_word(&r->text, "the last number of an array", r->error));
-    thrum_text_word(&r->text, &word, &length);
-    if (thrum_text_scan_number(word, word + length, &values[i]) != length)
+    thrum_text_word(&r->text, &word);
+    if (thrum_text_scan_number(word.text, word.text + word.length, &values[i]) != word.length)
       return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected a number, found '%s'",
-                             thrum_text_excerpt(word, length).text);
+                             thrum_text_excerpt(word).text);
   }
   return THRUM_OK;
 }
@@ -94,10 +93,11 @@ static int hex_digit(char c) {
 
 /* Decodes a name, in which VTK writes characters that would break a word as %XX; long names are
  * cut. */
-static void copy_name(const char *word, size_t length, char name[THRUM_MESH_NAME_MAX + 1]) {
+static void copy_name(thrum_word from, char name[THRUM_MESH_NAME_MAX + 1]) {
+  const char *word = from.text;
   size_t used = 0;
-  for (size_t i = 0; i < length && used < THRUM_MESH_NAME_MAX; i++) {
-    const bool code = word[i] == '%' && length - i > 2 && hex_digit(word[i + 1]) >= 0 &&
+  for (size_t i = 0; i < from.length && used < THRUM_MESH_NAME_MAX; i++) {
+    const bool code = word[i] == '%' && from.length - i > 2 && hex_digit(word[i + 1]) >= 0 &&
                       hex_digit(word[i + 2]) >= 0;
     name[used++] = code ? (char)(16 * hex_digit(word[i + 1]) + hex_digit(word[i + 2])) : word[i];
     i += code ? 2 : 0;
@@ -106,34 +106,31 @@ static void copy_name(const char *word, size_t length, char name[THRUM_MESH_NAME
 }
 
 /* Reads numbers and keeps them as an array of the grid. */
-static thrum_status take_array(vtk_reader *r, thrum_cells_place place, const char *name,
-                               size_t length, thrum_cells_type type, int64_t columns,
-                               int64_t count) {
+static thrum_status take_array(vtk_reader *r, thrum_cells_place place, thrum_word name,
+                               thrum_cells_type type, int64_t columns, int64_t count) {
   thrum_cells_array array = {.place = place, .columns = columns, .count = count};
   array.whole = type.whole;
-  copy_name(name, length, array.name);
+  copy_name(name, array.name);
   THRUM_TRY(read_values(r, type, count, &array.values));
   return thrum_cells_take(&r->cells, &array, r->error);
 }
 
 /* The same of an attribute, which has a row for each point or cell. */
-static thrum_status take_tuples(vtk_reader *r, const char *name, size_t length,
-                                thrum_cells_type type, int64_t columns) {
+static thrum_status take_tuples(vtk_reader *r, thrum_word name, thrum_cells_type type,
+                                int64_t columns) {
   // the product of tuples and columns must not overflow
   if (r->tuples > INT64_MAX / 64 / columns)
     return fail(r, "an array is longer than the file; is it cut short?");
-  return take_array(r, r->place, name, length, type, columns, columns * r->tuples);
+  return take_array(r, r->place, name, type, columns, columns * r->tuples);
 }
 
 static thrum_status read_type(vtk_reader *r, thrum_cells_type *type) {
-  const char *word = "";
-  size_t length = 0;
-  thrum_text_word(&r->text, &word, &length);
-  *type = thrum_cells_type_of(word, length);
+  thrum_word word = {"", 0};
+  thrum_text_word(&r->text, &word);
+  *type = thrum_cells_type_of(word);
   if (type->size == 0)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
-                           "numbers of type '%s' are not read",
-                           thrum_text_excerpt(word, length).text);
+                           "numbers of type '%s' are not read", thrum_text_excerpt(word).text);
   return THRUM_OK;
 }
 
@@ -143,7 +140,7 @@ static thrum_status read_points(vtk_reader *r) {
   if (r->cells.point_count > INT32_MAX)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than 2^31 - 1 points");
   THRUM_TRY(read_type(r, &type));
-  return take_array(r, THRUM_CELLS_POINTS, "", 0, type, 3, 3 * r->cells.point_count);
+  return take_array(r, THRUM_CELLS_POINTS, thrum_word_of(""), type, 3, 3 * r->cells.point_count);
 }
 
 /* Reads `length point point ...` of each cell into the connectivity and the ends of the cells. */
@@ -201,20 +198,19 @@ static thrum_status read_old_cells(vtk_reader *r, int64_t count, int64_t size) {
 static thrum_status read_new_cells(vtk_reader *r, int64_t offsets, int64_t size) {
   static const char *const names[] = {"OFFSETS", "CONNECTIVITY"};
   for (int i = 0; i < 2; i++) {
-    const char *word = "";
-    size_t length = 0;
+    thrum_word word = {"", 0};
     thrum_cells_type type;
     THRUM_TRY(thrum_text_need_line(&r->text, names[i], r->error));
 
     // the order of the two arrays is fixed
-    thrum_text_word(&r->text, &word, &length);
-    if (!thrum_text_equals(word, length, names[i]))
+    thrum_text_word(&r->text, &word);
+    if (!thrum_text_equals(word, names[i]))
       return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected %s, found '%s'",
-                             names[i], thrum_text_excerpt(word, length).text);
+                             names[i], thrum_text_excerpt(word).text);
 
     THRUM_TRY(read_type(r, &type));
-    THRUM_TRY(take_array(r, i == 0 ? THRUM_CELLS_OFFSETS : THRUM_CELLS_CONNECTIVITY, "", 0, type, 1,
-                         i == 0 ? offsets : size));
+    THRUM_TRY(take_array(r, i == 0 ? THRUM_CELLS_OFFSETS : THRUM_CELLS_CONNECTIVITY,
+                         thrum_word_of(""), type, 1, i == 0 ? offsets : size));
   }
 
   // offsets are beginnings and begin with 0, but the grid wants the ends alone
@@ -236,45 +232,43 @@ static thrum_status read_cells(vtk_reader *r) {
 static thrum_status read_cell_types(vtk_reader *r) {
   static const thrum_cells_type index = {4, true, true};
   THRUM_TRY(integer(r, "the number of cells", &r->cells.cell_count));
-  return take_array(r, THRUM_CELLS_TYPES, "", 0, index, 1, r->cells.cell_count);
+  return take_array(r, THRUM_CELLS_TYPES, thrum_word_of(""), index, 1, r->cells.cell_count);
 }
 
 /* Reads `SCALARS name type [columns]`, which `LOOKUP_TABLE name` may follow. */
 static thrum_status read_scalars(vtk_reader *r) {
-  const char *name = "", *word;
-  size_t length = 0, word_length;
+  thrum_word name = {"", 0}, word;
   int64_t columns = 1;
   thrum_cells_type type;
-  thrum_text_word(&r->text, &name, &length);
+  thrum_text_word(&r->text, &name);
   THRUM_TRY(read_type(r, &type));
   if (thrum_text_more(&r->text))
     THRUM_TRY(thrum_text_integer(&r->text, "the number of columns", 1, 9, &columns, r->error));
 
   // the lookup table is optional, so another line is put back
   const thrum_text before = r->text;
-  if (!thrum_text_next_line(&r->text) || !thrum_text_word(&r->text, &word, &word_length) ||
-      !thrum_text_equals(word, word_length, "LOOKUP_TABLE"))
+  if (!thrum_text_next_line(&r->text) || !thrum_text_word(&r->text, &word) ||
+      !thrum_text_equals(word, "LOOKUP_TABLE"))
     r->text = before;
 
-  return take_tuples(r, name, length, type, columns);
+  return take_tuples(r, name, type, columns);
 }
 
 /* Tells whether a line is metadata. Metadata ends with an empty line, which the scanner does not
  * see, so it lasts as long as its own keywords come. */
-static bool is_metadata(const char *word, size_t length) {
+static bool is_metadata(thrum_word word) {
   static const char *const words[] = {"METADATA", "COMPONENT_NAMES", "INFORMATION", "NAME", "DATA"};
   for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-    if (thrum_text_equals(word, length, words[i]))
+    if (thrum_text_equals(word, words[i]))
       return true;
   return false;
 }
 
 /* Reads `FIELD name count` and its arrays `name columns tuples type`. */
 static thrum_status read_field(vtk_reader *r) {
-  const char *name = "";
-  size_t length = 0;
+  thrum_word name = {"", 0};
   int64_t count = 0;
-  thrum_text_word(&r->text, &name, &length);
+  thrum_text_word(&r->text, &name);
 
   THRUM_TRY(integer(r, "the number of arrays", &count));
   for (int64_t i = 0; i < count; i++) {
@@ -283,8 +277,8 @@ static thrum_status read_field(vtk_reader *r) {
     thrum_cells_type type;
     do {
       THRUM_TRY(thrum_text_need_line(&r->text, "the last array", r->error));
-      thrum_text_word(&r->text, &name, &length);
-    } while (is_metadata(name, length));
+      thrum_text_word(&r->text, &name);
+    } while (is_metadata(name));
 
     // attributes that are no group or region are read too, to get past them
     THRUM_TRY(
@@ -292,19 +286,18 @@ static thrum_status read_field(vtk_reader *r) {
     THRUM_TRY(
         thrum_text_integer(&r->text, "the number of tuples", 0, INT32_MAX, &tuples, r->error));
     THRUM_TRY(read_type(r, &type));
-    THRUM_TRY(take_array(r, r->place, name, length, type, columns, columns * tuples));
+    THRUM_TRY(take_array(r, r->place, name, type, columns, columns * tuples));
   }
   return THRUM_OK;
 }
 
 /* Reads VECTORS, NORMALS and the like: `name type` and a fixed number of columns. */
 static thrum_status read_vectors(vtk_reader *r, int64_t columns) {
-  const char *name = "";
-  size_t length = 0;
+  thrum_word name = {"", 0};
   thrum_cells_type type;
-  thrum_text_word(&r->text, &name, &length);
+  thrum_text_word(&r->text, &name);
   THRUM_TRY(read_type(r, &type));
-  return take_tuples(r, name, length, type, columns);
+  return take_tuples(r, name, type, columns);
 }
 
 static thrum_status read_data_header(vtk_reader *r, thrum_cells_place place) {
@@ -313,37 +306,36 @@ static thrum_status read_data_header(vtk_reader *r, thrum_cells_place place) {
 }
 
 static thrum_status read_section(vtk_reader *r) {
-  const char *word = "";
-  size_t length = 0;
-  thrum_text_word(&r->text, &word, &length);
+  thrum_word word = {"", 0};
+  thrum_text_word(&r->text, &word);
 
   // the grid itself
-  if (thrum_text_equals(word, length, "POINTS"))
+  if (thrum_text_equals(word, "POINTS"))
     return read_points(r);
-  if (thrum_text_equals(word, length, "CELLS"))
+  if (thrum_text_equals(word, "CELLS"))
     return read_cells(r);
-  if (thrum_text_equals(word, length, "CELL_TYPES"))
+  if (thrum_text_equals(word, "CELL_TYPES"))
     return read_cell_types(r);
 
   // the data on its points and cells, where groups and regions may be found
-  if (thrum_text_equals(word, length, "POINT_DATA"))
+  if (thrum_text_equals(word, "POINT_DATA"))
     return read_data_header(r, THRUM_CELLS_POINT_DATA);
-  if (thrum_text_equals(word, length, "CELL_DATA"))
+  if (thrum_text_equals(word, "CELL_DATA"))
     return read_data_header(r, THRUM_CELLS_CELL_DATA);
-  if (thrum_text_equals(word, length, "FIELD"))
+  if (thrum_text_equals(word, "FIELD"))
     return read_field(r);
-  if (thrum_text_equals(word, length, "SCALARS"))
+  if (thrum_text_equals(word, "SCALARS"))
     return read_scalars(r);
-  if (thrum_text_equals(word, length, "VECTORS") || thrum_text_equals(word, length, "NORMALS"))
+  if (thrum_text_equals(word, "VECTORS") || thrum_text_equals(word, "NORMALS"))
     return read_vectors(r, 3);
-  if (thrum_text_equals(word, length, "TENSORS"))
+  if (thrum_text_equals(word, "TENSORS"))
     return read_vectors(r, 9);
 
-  if (is_metadata(word, length))
+  if (is_metadata(word))
     return THRUM_OK;
   return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                          "expected a section such as POINTS or CELLS, found '%s'",
-                         thrum_text_excerpt(word, length).text);
+                         thrum_text_excerpt(word).text);
 }
 
 /* Reads the first four lines: the version, a title, ASCII or BINARY, the kind of the data set. */
@@ -363,9 +355,8 @@ static thrum_status read_header(vtk_reader *r) {
   // an empty title is a blank line, which the scanner skips
   for (int i = 0; i < 2; i++) {
     THRUM_TRY(thrum_text_need_line(&r->text, "ASCII or BINARY", r->error));
-    const size_t n = (size_t)(r->text.end - r->text.start);
-    r->binary = thrum_text_equals(r->text.start, n, "BINARY");
-    if (r->binary || thrum_text_equals(r->text.start, n, "ASCII"))
+    r->binary = thrum_text_equals(thrum_text_line(&r->text), "BINARY");
+    if (r->binary || thrum_text_equals(thrum_text_line(&r->text), "ASCII"))
       break;
     if (i == 1)
       return fail(r, "expected ASCII or BINARY");
@@ -375,10 +366,9 @@ static thrum_status read_header(vtk_reader *r) {
 
   // other kinds of data sets have no tetrahedra
   static const char kind[] = "DATASET UNSTRUCTURED_GRID";
-  if (!thrum_text_equals(r->text.start, (size_t)(r->text.end - r->text.start), kind))
-    return thrum_text_fail(
-        &r->text, THRUM_UNSUPPORTED, r->error, "expected %s, found '%s'", kind,
-        thrum_text_excerpt(r->text.start, (size_t)(r->text.end - r->text.start)).text);
+  if (!thrum_text_equals(thrum_text_line(&r->text), kind))
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "expected %s, found '%s'", kind,
+                           thrum_text_excerpt(thrum_text_line(&r->text)).text);
   return THRUM_OK;
 }
 

@@ -80,7 +80,7 @@ static const char *attribute(const char **attributes, const char *key) {
 
 static bool attribute_is(const char **attributes, const char *key, const char *wanted) {
   const char *value = attribute(attributes, key);
-  return value && thrum_text_equals(value, strlen(value), wanted);
+  return value && thrum_text_equals(thrum_word_of(value), wanted);
 }
 
 /* Reads an attribute as a whole number; *number is unchanged when it is not there. */
@@ -97,7 +97,7 @@ static thrum_status attribute_integer(vtu_reader *r, const char **attributes, co
     return thrum_error_set(r->error, THRUM_BAD_VALUE,
                            "%.200s:%lld: %s is '%s'; expected a whole number from 0 to %lld",
                            r->name, (long long)line_now(r), key,
-                           thrum_text_excerpt(value, length).text, (long long)high);
+                           thrum_text_excerpt(thrum_word_of(value)).text, (long long)high);
   *number = read;
   return THRUM_OK;
 }
@@ -308,10 +308,10 @@ static thrum_status read_numbers(vtu_reader *r, vtu_array *a, const char *at, co
       end++;
     const size_t used = thrum_text_scan_number(p, end, &a->array.values[a->array.count]);
     if (used == 0 || p + used != end)
-      return thrum_error_set(
-          r->error, THRUM_BAD_FORMAT, "%.200s:%lld: array '%s': expected a number, found '%s'",
-          r->name, (long long)line, thrum_text_excerpt(a->array.name, strlen(a->array.name)).text,
-          thrum_text_excerpt(p, (size_t)(end - p)).text);
+      return thrum_error_set(r->error, THRUM_BAD_FORMAT,
+                             "%.200s:%lld: array '%s': expected a number, found '%s'", r->name,
+                             (long long)line, thrum_text_excerpt(thrum_word_of(a->array.name)).text,
+                             thrum_text_excerpt((thrum_word){p, (size_t)(end - p)}).text);
     a->array.count++;
     p = end;
   }
@@ -349,7 +349,7 @@ static thrum_status begin_array(vtu_reader *r, const char **attributes) {
 
   // an array such as one of String is no part of a mesh, so it may stand beside the grid
   if (type)
-    a.type = thrum_cells_type_of(type, strlen(type));
+    a.type = thrum_cells_type_of(thrum_word_of(type));
   if (a.type.size == 0)
     return a.array.place == THRUM_CELLS_POINT_DATA || a.array.place == THRUM_CELLS_CELL_DATA
                ? THRUM_OK

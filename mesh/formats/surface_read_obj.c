@@ -67,9 +67,9 @@ static bool more(obj_reader *r) {
   return true;
 }
 
-static bool is_among(const char *word, size_t length, const char *const *names, size_t count) {
+static bool is_among(thrum_word word, const char *const *names, size_t count) {
   for (size_t i = 0; i < count; i++)
-    if (thrum_text_equals(word, length, names[i]))
+    if (thrum_text_equals(word, names[i]))
       return true;
   return false;
 }
@@ -110,14 +110,12 @@ static bool scan_index(const char **at, const char *end, int64_t *index) {
 
 /* Reads the vertex of a corner, from 1; texture and normal behind slashes are passed over. */
 static thrum_status read_corner(obj_reader *r, int64_t *corner) {
-  const char *word = "", *at;
-  size_t length = 0;
-  thrum_text_word(&r->text, &word, &length);
-  const char *end = word + length;
+  thrum_word word = {"", 0};
+  thrum_text_word(&r->text, &word);
+  const char *at = word.text, *end = at + word.length;
 
   // texture coordinate and normal are checked, so that a wrong file is noticed
   int64_t index[3] = {0};
-  at = word;
   bool good = scan_index(&at, end, &index[0]) && index[0] != 0;
   for (int n = 1; n < 3 && good && at < end; n++)
     good = *at++ == '/' && scan_index(&at, end, &index[n]);
@@ -125,7 +123,7 @@ static thrum_status read_corner(obj_reader *r, int64_t *corner) {
   if (!good || at != end)
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                            "expected a corner such as 7, 7/1 or 7//2, counted from 1, found '%s'",
-                           thrum_text_excerpt(word, length).text);
+                           thrum_text_excerpt(word).text);
 
   // a negative index counts back from the last vertex so far
   const int64_t count = r->builder.made.vertex_count;
@@ -168,31 +166,30 @@ static thrum_status read_face(obj_reader *r) {
 }
 
 static thrum_status read_statement(obj_reader *r) {
-  const char *word = "";
-  size_t length = 0;
+  thrum_word word = {"", 0};
   if (!more(r))
     return THRUM_OK;
-  thrum_text_word(&r->text, &word, &length);
+  thrum_text_word(&r->text, &word);
 
-  if (thrum_text_equals(word, length, "v"))
+  if (thrum_text_equals(word, "v"))
     return read_vertex(r);
-  if (thrum_text_equals(word, length, "f") || thrum_text_equals(word, length, "fo"))
+  if (thrum_text_equals(word, "f") || thrum_text_equals(word, "fo"))
     return read_face(r);
 
   // statements of free-form surfaces are refused, since their triangles are not in the file
-  if (is_among(word, length, curved, sizeof curved / sizeof *curved))
+  if (is_among(word, curved, sizeof curved / sizeof *curved))
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
                            "'%s' belongs to a free-form surface; export the surface as polygons",
-                           thrum_text_excerpt(word, length).text);
-  if (!is_among(word, length, passed_over, sizeof passed_over / sizeof *passed_over))
+                           thrum_text_excerpt(word).text);
+  if (!is_among(word, passed_over, sizeof passed_over / sizeof *passed_over))
     return thrum_text_fail(
         &r->text, THRUM_BAD_FORMAT, r->error,
         "expected a statement such as v or f, found '%s'; is it a Wavefront .obj?",
-        thrum_text_excerpt(word, length).text);
+        thrum_text_excerpt(word).text);
 
   // a statement that is passed over may continue on further lines
   while (more(r))
-    thrum_text_word(&r->text, &word, &length);
+    thrum_text_word(&r->text, &word);
   return THRUM_OK;
 }
 

@@ -34,8 +34,7 @@ static thrum_status find_vertex(stl_reader *r, const double position[3], int32_t
 }
 
 static thrum_status expect_word(stl_reader *r, const char *wanted) {
-  const char *word = "";
-  size_t length = 0;
+  thrum_word word = {"", 0};
 
   // words may stand on any number of lines
   while (!thrum_text_more(&r->text))
@@ -43,11 +42,11 @@ static thrum_status expect_word(stl_reader *r, const char *wanted) {
       return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                              "the file ends before '%s'; is it cut short?", wanted);
 
-  thrum_text_word(&r->text, &word, &length);
-  if (thrum_text_equals(word, length, wanted))
+  thrum_text_word(&r->text, &word);
+  if (thrum_text_equals(word, wanted))
     return THRUM_OK;
   return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected '%s', found '%s'", wanted,
-                         thrum_text_excerpt(word, length).text);
+                         thrum_text_excerpt(word).text);
 }
 
 /* Reads a facet up to `endfacet`, after the word `facet`. */
@@ -78,24 +77,23 @@ static thrum_status read_facet(stl_reader *r) {
 
 /* Reads an ASCII file; all its solids together are one surface. */
 static thrum_status read_text(stl_reader *r) {
-  const char *word = "";
-  size_t length = 0;
+  thrum_word word = {"", 0};
   bool inside = false;
 
   while (thrum_text_next_line(&r->text)) {
-    thrum_text_word(&r->text, &word, &length);
+    thrum_text_word(&r->text, &word);
     thrum_status status = THRUM_OK;
 
     // facets stand between solid and endsolid, of which a file may have several
-    if (!inside && thrum_text_equals(word, length, "solid"))
+    if (!inside && thrum_text_equals(word, "solid"))
       inside = true;
-    else if (inside && thrum_text_equals(word, length, "endsolid"))
+    else if (inside && thrum_text_equals(word, "endsolid"))
       inside = false;
-    else if (inside && thrum_text_equals(word, length, "facet"))
+    else if (inside && thrum_text_equals(word, "facet"))
       status = read_facet(r);
     else
       status = thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected '%s', found '%s'",
-                               inside ? "facet" : "solid", thrum_text_excerpt(word, length).text);
+                               inside ? "facet" : "solid", thrum_text_excerpt(word).text);
 
     if (status < 0)
       return status;
@@ -145,7 +143,7 @@ static bool begins_with_solid(const unsigned char *data, size_t size) {
   size_t at = mark;
   while (at < size && (data[at] == ' ' || (data[at] >= '\t' && data[at] <= '\r')))
     at++;
-  return size - at >= 5 && thrum_text_equals((const char *)data + at, 5, "solid");
+  return size - at >= 5 && thrum_text_equals((thrum_word){(const char *)data + at, 5}, "solid");
 }
 
 static thrum_status read_stl(stl_reader *r, const unsigned char *data, size_t size) {

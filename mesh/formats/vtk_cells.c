@@ -46,7 +46,7 @@ void thrum_cells_free(thrum_cells *cells) {
   *cells = (thrum_cells){0};
 }
 
-thrum_cells_type thrum_cells_type_of(const char *name, size_t length) {
+thrum_cells_type thrum_cells_type_of(thrum_word name) {
   static const struct {
     const char *name;
     thrum_cells_type type;
@@ -66,7 +66,7 @@ thrum_cells_type thrum_cells_type_of(const char *name, size_t length) {
 
   // the legacy and the XML format have other names for the same types
   for (size_t i = 0; i < sizeof types / sizeof *types; i++)
-    if (thrum_text_equals(name, length, types[i].name))
+    if (thrum_text_equals(name, types[i].name))
       return types[i].type;
 
   return (thrum_cells_type){0};
@@ -100,7 +100,7 @@ static const thrum_cells_array *find(const thrum_cells *cells, thrum_cells_place
                                      const char *name) {
   for (int64_t i = 0; i < cells->array_count; i++) {
     const thrum_cells_array *a = &cells->arrays[i];
-    if (a->place == place && (!name || thrum_text_equals(a->name, strlen(a->name), name)))
+    if (a->place == place && (!name || thrum_text_equals(thrum_word_of(a->name), name)))
       return a;
   }
   return NULL;
@@ -327,13 +327,13 @@ static thrum_status find_named_region(const thrum_cells *cells, const char *name
   if (!g->region)
     return thrum_error_set(g->error, THRUM_MISSING,
                            "%.200s: there is no cell data '%s' of one number a cell", g->name,
-                           thrum_text_excerpt(name, strlen(name)).text);
+                           thrum_text_excerpt(thrum_word_of(name)).text);
   for (int64_t c = 0; c < g->region->count; c++)
     if (g->region->values[c] != floor(g->region->values[c]))
       return thrum_error_set(g->error, THRUM_BAD_VALUE,
                              "%.200s: cell data '%s' is %g in cell %lld, so it does not number "
                              "regions",
-                             g->name, thrum_text_excerpt(name, strlen(name)).text,
+                             g->name, thrum_text_excerpt(thrum_word_of(name)).text,
                              g->region->values[c], (long long)c);
   return THRUM_OK;
 }
@@ -345,7 +345,7 @@ static void note_regions(const thrum_cells *cells, const grid *g, bool named, th
     if (mesh->region_count > 1 && !named && strcmp(g->region->name, "region") != 0)
       thrum_mesh_add_note(mesh, "the %lld regions are those of the cell data '%s'",
                           (long long)mesh->region_count,
-                          thrum_text_excerpt(g->region->name, strlen(g->region->name)).text);
+                          thrum_text_excerpt(thrum_word_of(g->region->name)).text);
     return;
   }
 
@@ -360,8 +360,8 @@ static void note_regions(const thrum_cells *cells, const grid *g, bool named, th
       thrum_mesh_add_note(mesh,
                           "the cell data '%s' is not used; if it tells regions, give "
                           "--regions %s",
-                          thrum_text_excerpt(a->name, strlen(a->name)).text,
-                          thrum_text_excerpt(a->name, strlen(a->name)).text);
+                          thrum_text_excerpt(thrum_word_of(a->name)).text,
+                          thrum_text_excerpt(thrum_word_of(a->name)).text);
   }
 }
 

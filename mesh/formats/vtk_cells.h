@@ -5,6 +5,7 @@
 #ifndef THRUM_MESH_FORMATS_VTK_CELLS_H
 #define THRUM_MESH_FORMATS_VTK_CELLS_H
 
+#include "io/text.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
 
@@ -52,7 +53,7 @@ typedef struct thrum_cells_type {
   int size;
   bool whole, is_signed;
 } thrum_cells_type;
-thrum_cells_type thrum_cells_type_of(const char *name, size_t length);
+thrum_cells_type thrum_cells_type_of(thrum_word name);
 /* Reads one number of that type. */
 double thrum_cells_number(thrum_cells_type type, const unsigned char *bytes, bool little);
 

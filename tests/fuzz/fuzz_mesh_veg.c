@@ -8,7 +8,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   static const char word[] = "*INCLUDE";
   const size_t length = sizeof word - 1;
   for (size_t i = 0; i + length <= size; i++)
-    if (data[i] == '*' && thrum_text_equals((const char *)data + i, length, word))
+    if (data[i] == '*' && thrum_text_equals((thrum_word){(const char *)data + i, length}, word))
       return 0;
   return fuzz_mesh_parse(thrum_mesh_parse_veg, data, size);
 }
