@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 #include <time.h>
 
+#include "tests/support/base64_decode.h"
 #include "tests/support/test_folder.h"
 #include "thrum/thrum.h"
 
@@ -35,30 +36,11 @@ static int remove_model(void **state) {
   return remove_folder(state);
 }
 
-static int digit(char c) {
-  static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  const char *at = c != 0 ? strchr(digits, c) : NULL;
-  return at != NULL ? (int)(at - digits) : -1;
-}
-
 /* Decodes base64 up to `end`. */
 static unsigned char *decode(const char *text, const char *end, size_t *size) {
   unsigned char *bytes = malloc((size_t)(end - text) + 1);
   assert_non_null(bytes);
-  assert_int_equal((end - text) % 4, 0);
-  *size = 0;
-
-  // six bits of each digit
-  unsigned bits = 0, have = 0;
-  for (; text < end && *text != '='; text++) {
-    assert_true(digit(*text) >= 0);
-    bits = bits << 6 | (unsigned)digit(*text);
-    have += 6;
-    if (have < 8)
-      continue;
-    have -= 8;
-    bytes[(*size)++] = (unsigned char)(bits >> have & 255);
-  }
+  *size = base64_decode(text, (uint64_t)(end - text), bytes);
   return bytes;
 }
 

@@ -10,6 +10,7 @@
 
 #include "io/file.h"
 #include "io/npy_file.h"
+#include "tests/support/base64_decode.h"
 #include "tests/support/simulate_support.h"
 #include "tests/support/test_folder.h"
 
@@ -56,28 +57,6 @@ static uint64_t text_length(uint64_t bytes) {
   return (bytes + 2) / 3 * 4;
 }
 
-/* Decodes base64 of whole groups (RFC 4648) and returns the number of bytes. */
-static uint64_t decode(const char *text, uint64_t length, unsigned char *bytes) {
-  static const char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  uint64_t count = 0;
-  for (uint64_t n = 0; n < length; n += 4) {
-    uint32_t bits = 0;
-    int missing = 0;
-    for (int k = 0; k < 4; k++) {
-      const char *digit = strchr(digits, text[n + (uint64_t)k]);
-      const bool pad = text[n + (uint64_t)k] == '=';
-      assert_true(pad ? n + 4 == length && k >= 2 : digit != NULL && missing == 0);
-      bits = bits << 6 | (pad ? 0 : (uint32_t)(digit - digits));
-      missing += pad;
-    }
-
-    // three bytes, less those that the padding stands for
-    for (int k = 0; k < 3 - missing; k++)
-      bytes[count++] = (unsigned char)(bits >> (16 - 8 * k));
-  }
-  return count;
-}
-
 /* The data of the array called `name`, which must have the given type, components and bytes. */
 static const void *array_data(vtu *file, const char *name, const char *type, int components,
                               uint64_t bytes) {
@@ -105,7 +84,7 @@ static const void *array_data(vtu *file, const char *name, const char *type, int
   free(file->array);
   file->array = malloc(length);
   assert_non_null(file->array);
-  assert_true(decode(text, length, file->array) == sizeof size + bytes);
+  assert_true(base64_decode(text, length, file->array) == sizeof size + bytes);
   memcpy(&size, file->array, sizeof size);
   assert_true(size == bytes);
   return file->array + sizeof size;
