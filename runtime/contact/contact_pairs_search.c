@@ -142,23 +142,26 @@ static bool overlap(const box *a, const box *b, double reach) {
   return any;
 }
 
-/* The boxes of a triangle, of its corners and of its edges, where it tries them. */
-typedef struct triangle_boxes {
-  box whole, corners[3], edges[3];
-} triangle_boxes;
-
-static triangle_boxes boxes_of(const search *s, int side, int32_t triangle) {
-  const thrum_skin_triangle *of = s->views[side].triangles + triangle;
-  const double *places[3];
-  triangle_boxes made;
+/* The places of a triangle's corners; returns their box. */
+static box box_of_triangle(const search *s, int side, int32_t triangle, const double *places[3]) {
+  const int32_t *corners = s->views[side].triangles[triangle].corners;
   for (int n = 0; n < 3; n++)
-    places[n] = thrum_pairs_place(s->run, s->members[side], of->corners[n]);
-  made.whole = box_of(places, 3);
+    places[n] = thrum_pairs_place(s->run, s->members[side], corners[n]);
+  return box_of(places, 3);
+}
+
+/* The boxes of a triangle's corners and edges, where it tries them. */
+typedef struct part_boxes {
+  box corners[3], edges[3];
+} part_boxes;
+
+static part_boxes boxes_of_parts(int32_t tried, const double *const places[3]) {
+  part_boxes made;
   for (int n = 0; n < 3; n++) {
-    const double *ends[2] = {places[n], places[(n + 1) % 3]};
-    if (of->tried & (1 << n))
+    const double *const ends[2] = {places[n], places[(n + 1) % 3]};
+    if (tried & (1 << n))
       made.corners[n] = box_of(places + n, 1);
-    if (of->tried & (8 << n))
+    if (tried & (8 << n))
       made.edges[n] = box_of(ends, 2);
   }
   return made;
@@ -353,33 +356,42 @@ static void try_edges(search *s, int32_t a, int32_t b) {
   try_quad(s, THRUM_EDGE_EDGE, &quad, &candidate, edges);
 }
 
-static void try_triangles(search *s, int32_t a, int32_t b, const triangle_boxes *p,
-                          const triangle_boxes *q) {
-  const thrum_skin_triangle *first = s->views[0].triangles + a, *second = s->views[1].triangles + b;
+/* Two triangles whose boxes overlap. */
+static void try_triangles(search *s, const int32_t triangles[2], const box *const wholes[2],
+                          const double *const *const places[2]) {
+  const thrum_skin_triangle *first = s->views[0].triangles + triangles[0];
+  const thrum_skin_triangle *second = s->views[1].triangles + triangles[1];
   const double reach = (1.0 + MARGIN) * s->thickness;
-  if (!overlap(&p->whole, &q->whole, reach))
-    return;
+  const part_boxes p = boxes_of_parts(first->tried, places[0]);
+  const part_boxes q = boxes_of_parts(second->tried, places[1]);
   for (int n = 0; n < 3; n++) {
-    if ((first->tried & (1 << n)) && overlap(p->corners + n, &q->whole, reach))
-      try_vertex(s, 0, first->corners[n], b);
-    if ((second->tried & (1 << n)) && overlap(q->corners + n, &p->whole, reach))
-      try_vertex(s, 1, second->corners[n], a);
+    if ((first->tried & (1 << n)) && overlap(p.corners + n, wholes[1], reach))
+      try_vertex(s, 0, first->corners[n], triangles[1]);
+    if ((second->tried & (1 << n)) && overlap(q.corners + n, wholes[0], reach))
+      try_vertex(s, 1, second->corners[n], triangles[0]);
     for (int m = 0; m < 3; m++)
       if ((first->tried & (8 << n)) && (second->tried & (8 << m)) &&
-          overlap(p->edges + n, q->edges + m, reach))
+          overlap(p.edges + n, q.edges + m, reach))
         try_edges(s, first->edges[n], second->edges[m]);
   }
 }
 
 /* The triangles of two leaves. */
 static void try_leaves(search *s, const thrum_skin_node *p, const thrum_skin_node *q) {
-  triangle_boxes second[THRUM_SKIN_LEAF];
+  const double *first[3], *second[THRUM_SKIN_LEAF][3];
+  const double reach = (1.0 + MARGIN) * s->thickness;
+  box boxes[THRUM_SKIN_LEAF];
   for (int32_t m = 0; m < q->count; m++)
-    second[m] = boxes_of(s, 1, q->first + m);
+    boxes[m] = box_of_triangle(s, 1, q->first + m, second[m]);
   for (int32_t n = 0; n < p->count; n++) {
-    const triangle_boxes first = boxes_of(s, 0, p->first + n);
-    for (int32_t m = 0; m < q->count; m++)
-      try_triangles(s, p->first + n, q->first + m, &first, second + m);
+    const box whole = box_of_triangle(s, 0, p->first + n, first);
+    for (int32_t m = 0; m < q->count; m++) {
+      const int32_t triangles[2] = {p->first + n, q->first + m};
+      const box *const wholes[2] = {&whole, boxes + m};
+      const double *const *const places[2] = {first, second[m]};
+      if (overlap(&whole, boxes + m, reach))
+        try_triangles(s, triangles, wholes, places);
+    }
   }
 }
 
