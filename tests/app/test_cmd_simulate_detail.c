@@ -143,10 +143,14 @@ static void what_cannot_be_is_refused_by_its_line(void **state) {
       {"\"detail\": {\"beyond\": 3}", "bodies[0].detail"},
       {"\"detail\": {\"jump\": 0.1}", "neither \"beyond\" nor \"still\""},
       {"\"detail\": {\"jump\": 0.1, \"beyond\": 3, \"condense\": 12}", "the body steps 12"},
-      {"\"detail\": {\"jump\": 0.1, \"beyond\": 3}}, {\"model\": \"free.npz\", \"free\": true",
+      {"\"detail\": {\"jump\": 0.1, \"beyond\": 3}}, {\"model\": \"free.npz\", \"free\": true, "
+       "\"position\": [0, 2, 0]",
        "condensed bodies touch no others"},
-      {"\"error\": 0.1}, {\"model\": \"free.npz\", \"free\": true", "bodies[0].error: condensed"},
-      {"\"error\": 0.1, \"collide\": false}, {\"model\": \"free.npz\", \"free\": true", NULL},
+      {"\"error\": 0.1}, {\"model\": \"free.npz\", \"free\": true, \"position\": [0, 2, 0]",
+       "bodies[0].error: condensed"},
+      {"\"error\": 0.1, \"collide\": false}, {\"model\": \"free.npz\", \"free\": true, "
+       "\"position\": [0, 2, 0]",
+       NULL},
       {"\"rank\": 4, \"detail\": {\"jump\": 0.1, \"beyond\": 3}", NULL},
   };
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
