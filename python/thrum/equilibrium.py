@@ -5,6 +5,7 @@ SPDX-License-Identifier: Apache-2.0
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -48,8 +49,21 @@ class Equilibrium:
         return self.least >= 0.0
 
 
+def _warn_of(model: Model, shown: Array) -> None:
+    """A RuntimeWarning where the model cannot be believed in this shape, as the program's static has it."""
+    if model.basis is None or model.tets is None:
+        return
+    look = model.monitor().look(shown)
+    if {"compressed", "inverted"} & set(look.warnings):
+        warnings.warn(f"a tetrahedron is compressed to {look.stretch_least:.3f} of its length; below 0.577, StVK gives "
+                      "way: do not trust this shape", RuntimeWarning, stacklevel=4)
+    if "reach" in look.warnings:
+        warnings.warn(f"the body moved {look.reach_most:.2g} times as far as the tenth of its diagonal that the basis is "
+                      "made for: it may be too stiff there", RuntimeWarning, stacklevel=4)
+
+
 def find(model: Model, load: Any, q: Any, options: dict[str, Any]) -> Equilibrium:
-    """`Model.equilibrium`: NotConverged says how far the load was followed."""
+    """`Model.equilibrium`: NotConverged says how far the load was followed, a RuntimeWarning what not to believe."""
     rank = model.rank
     force = _native.doubles(load, (rank,), "load")
     at = np.zeros(rank) if q is None else _native.doubles(q, (rank,), "q").copy()
@@ -66,6 +80,7 @@ def find(model: Model, load: Any, q: Any, options: dict[str, Any]) -> Equilibriu
     call(lib.thrum_equilibrium, model._c, definition, _native.pointer(force), _native.pointer(at),
          _native.pointer(mode), workspace.place, workspace.size, ffi.NULL, ffi.NULL, report)
 
+    _warn_of(model, model.shape(at, force * report.factor) if model.shown == rank else model.shape(at))
     numbers = {name: getattr(report, name) for name in Equilibrium.__dataclass_fields__ if name not in ("q", "mode")}
     numbers["instability"] = _INSTABILITIES[report.instability]
     return Equilibrium(q=at, mode=mode, **numbers)

@@ -383,7 +383,10 @@ class Model:
         return Batch(self, states)
 
     def equilibrium(self, load: Any, q: Any = None, **options: Any) -> Equilibrium:
-        """The static equilibrium under a load (r), followed from rest or from the equilibrium q (r)."""
+        """The static equilibrium under a load (r), followed from rest or from the equilibrium q (r).
+
+        A RuntimeWarning says where the shape is compressed, or bent further than the basis is made for.
+        """
         from .equilibrium import find
         return find(self, load, q, options)
 

@@ -3,6 +3,7 @@ import copy
 import pickle
 import types
 import unittest
+import warnings
 
 import numpy as np
 from support import FOLDER, beam, beam_file, block
@@ -143,6 +144,17 @@ class Mechanics(unittest.TestCase):
         load = model.external_load(gravity=(0, 0, -9.81))
         self.assertEqual(condensed.condensed_load(x, load).shape, (4,))
         self.assertEqual(condensed.displacement(shown).shape, (81, 3))
+
+    def test_equilibrium_beyond_reach_warns(self):
+        model = beam()
+        load = model.external_load(force=(0, 0, -1), group="tip")
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            model.equilibrium(load)
+        with self.assertWarnsRegex(RuntimeWarning, "times as far as the tenth of its diagonal") as said:
+            found = model.equilibrium(20000 * load)
+        self.assertEqual(said.filename, __file__)
+        self.assertIn("reach", model.monitor().look(found.q).warnings)
 
     def test_equilibrium(self):
         model = beam()
