@@ -87,6 +87,7 @@ thrum_status scene_run_no_memory(thrum_error *error);
 /* scene_run_world.c: what acts on all bodies, before they are added (base motions) and after. */
 thrum_status scene_run_base_motions(scene_run *run, thrum_error *error);
 bool scene_run_collides(const scene_run *run);
+thrum_contact_pairs_def scene_run_collisions_def(const scene_run *run);
 thrum_status scene_run_collisions(const scene_run *run);
 
 /* Refuses a body that begins inside an obstacle or another body. */

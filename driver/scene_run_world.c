@@ -80,18 +80,23 @@ bool scene_run_collides(const scene_run *run) {
   return run->spec.collide && run->spec.bodies.count > 1;
 }
 
-thrum_status scene_run_collisions(const scene_run *run) {
+thrum_contact_pairs_def scene_run_collisions_def(const scene_run *run) {
   const scene_collisions_spec *spec = &run->spec.collisions;
   thrum_contact_pairs_def def = thrum_default_contact_pairs_def();
-  thrum_error detail = {0};
-  if (!scene_run_collides(run))
-    return THRUM_OK;
-
-  // touches of all bodies share the room
   def.thickness = spec->thickness;
   def.friction = spec->friction;
   def.restitution = spec->restitution;
+
+  // touches of all bodies share the room
   def.touch_max = SCENE_TOUCHES * run->spec.bodies.count;
+  return def;
+}
+
+thrum_status scene_run_collisions(const scene_run *run) {
+  if (!scene_run_collides(run))
+    return THRUM_OK;
+  const thrum_contact_pairs_def def = scene_run_collisions_def(run);
+  thrum_error detail = {0};
   const thrum_status status = thrum_scene_set_collisions(run->scene, &def, &detail);
   return status < 0 ? scene_run_refuse(run, &run->spec.settings.at, "collide", status, &detail)
                     : THRUM_OK;

@@ -53,8 +53,9 @@ int32_t EXPORT(bridge_begin)(double dt) {
 }
 
 /* numbers: position 3, rotation 4 (w, x, y, z), scale, stiffness, density, alpha, beta, velocity 3,
- * spin 3, coordinates that are stepped while the others follow (0: none does). rank 0: all. q, p:
- * its start, of the model's rank, or NULL. Returns the body's number, or a status below 0. */
+ * spin 3, coordinates that are stepped while the others follow (0: none does), whether it touches
+ * other bodies. rank 0: all. q, p: its start, of the model's rank, or NULL. Returns the body's
+ * number, or a status below 0. */
 int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank, int32_t free_body,
                                 const double *q, const double *p) {
   const bridge_model *of = bridge_model_at(model);
@@ -85,6 +86,7 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   def.free = free_body;
   def.triangles = of->triangles;
   def.triangle_count = of->triangle_count;
+  def.collides = n[19] != 0.0;
   def.touch = of->touch;
   def.touch_count = of->touch_count;
 
@@ -93,6 +95,17 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   THRUM_TRY(thrum_scene_add_body(bridge_scene, &def, &body, &bridge_error));
   model_of_body[body] = model;
   return body;
+}
+
+/* Bodies touch each other from now on. numbers: thickness [m] (0: of the bodies' size), friction,
+ * restitution; touches: room for all of them together. */
+int32_t EXPORT(bridge_set_collisions)(int32_t touches) {
+  thrum_contact_pairs_def def = thrum_default_contact_pairs_def();
+  def.thickness = bridge_number[0];
+  def.friction = bridge_number[1];
+  def.restitution = bridge_number[2];
+  def.touch_max = touches;
+  return thrum_scene_set_collisions(bridge_scene, &def, &bridge_error);
 }
 
 /* numbers: centre 3, normal 3, radius, half sides 3, rotation 4 (w, x, y, z), velocity 3,

@@ -73,6 +73,7 @@ static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
   json_number(body, "condense", (double)masters);
   add_colour(body, spec->colour);
   cJSON_AddBoolToObject(body, "free", spec->free);
+  cJSON_AddBoolToObject(body, "collide", spec->collide);
   json_numbers(body, "velocity", spec->velocity, 3);
 
   // the scene file has degrees
@@ -112,6 +113,16 @@ static cJSON *obstacle_of_spec(const scene_obstacle_spec *spec) {
   return obstacle;
 }
 
+static cJSON *collisions_of_run(const scene_run *run) {
+  const thrum_contact_pairs_def def = scene_run_collisions_def(run);
+  cJSON *collisions = cJSON_CreateObject();
+  json_number(collisions, "thickness", def.thickness);
+  json_number(collisions, "friction", def.friction);
+  json_number(collisions, "restitution", def.restitution);
+  json_number(collisions, "touches", (double)def.touch_max);
+  return collisions;
+}
+
 cJSON *view_archive_scene_of_run(const scene_run *run, const int64_t *of_body) {
   const scene_spec *spec = &run->spec;
   const thrum_state_def *def = &spec->settings.def;
@@ -132,5 +143,7 @@ cJSON *view_archive_scene_of_run(const scene_run *run, const int64_t *of_body) {
   for (int32_t n = 0; n < spec->bodies.count; n++)
     cJSON_AddItemToArray(bodies, body_of_run(run, n, of_body[n]));
   view_archive_add_air_and_ground(scene, run);
+  if (scene_run_collides(run))
+    cJSON_AddItemToObject(scene, "collisions", collisions_of_run(run));
   return scene;
 }

@@ -32,8 +32,9 @@ import tempfile
 import zipfile
 
 SCENE = {"time": 0.03, "bodies": [{"name": "one", "model": "m.npz", "start": "mode:1,0.01"},
-                                  {"name": "two", "model": "f.npz", "free": True, "position": [0, 0, 0.5]}],
-         "gravity": [0, 0, -9.81], "obstacles": [{"shape": "plane"}],
+                                  {"name": "two", "model": "f.npz", "free": True, "position": [0, 0, 1.1],
+                                   "velocity": [0, 0, -10]}],
+         "gravity": [0, 0, -9.81], "obstacles": [{"shape": "plane", "centre": [0, 0, -0.6]}],
          "probes": [{"body": "one", "at": "all"}], "outputs": {"frames": "every-5"}}
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 

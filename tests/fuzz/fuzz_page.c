@@ -19,6 +19,7 @@
 int32_t bridge_begin(double dt);
 int32_t bridge_add_body(int32_t model, int32_t integrator, int32_t rank, int32_t free_body,
                         const double *q, const double *p);
+int32_t bridge_set_collisions(int32_t touches);
 int32_t bridge_add_obstacle(int32_t shape, int32_t inside);
 int32_t bridge_add_load(int32_t body, int32_t shape, const double *reduced, const double *parts);
 int32_t bridge_add_base_motion(int32_t shape);
@@ -143,6 +144,7 @@ static int32_t add_body(fuzz_draw *draw, int32_t model, int32_t rank) {
   bridge_number[10] = draw_byte(draw) % 4 == 0 ? draw_above(draw, 1) : 0;
   bridge_number[11] = 0;
   bridge_number[18] = draw_byte(draw) % 4 == 0 ? (double)draw_index(draw, rank + 2) : 0;
+  bridge_number[19] = bridge_number[18] == 0;
   const int32_t body =
       bridge_add_body(model, (int32_t)draw_index(draw, 10), (int32_t)draw_index(draw, rank + 2),
                       (int32_t)draw_index(draw, 2), q, NULL);
@@ -221,6 +223,10 @@ static void act(fuzz_draw *draw, int32_t body, int32_t rank, int32_t vertices) {
     bridge_set_wind();
     break;
   case 16:
+    set_numbers(draw, 3, 1);
+    bridge_set_collisions((int32_t)draw_index(draw, 64) - 1);
+    break;
+  case 17:
     bridge_stepped_frequencies(body);
     break;
   default:
@@ -237,6 +243,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   const int32_t model = add_model(&draw, &list, &rank, &vertices);
   if (model >= 0 && bridge_begin(draw_above(&draw, 0.01)) >= 0) {
     const int32_t body = add_body(&draw, model, rank);
+    if (body >= 0 && draw_byte(&draw) % 2 == 0)
+      add_body(&draw, model, rank);
     while (body >= 0 && draw.left > 0)
       act(&draw, body, rank, vertices);
 

@@ -18,6 +18,7 @@ Exits with 1 when a difference is larger than its bound.
 SPDX-License-Identifier: Apache-2.0
 """
 import argparse
+import base64
 import json
 import os
 import platform
@@ -89,13 +90,11 @@ def number(value):
 
 def vtu_points(path, name):
     """A point vector of a .vtu file as Thrum writes it."""
-    with open(path, "rb") as file:
-        data = file.read()
-    begin = data.index(b"_", data.index(b'encoding="raw"')) + 1
-    tag = re.search(rb'type="Float64" Name="%s"[^>]*offset="(\d+)"' % name.encode(), data)
-    at = begin + int(tag.group(1))
-    (size,) = struct.unpack_from("<Q", data, at)
-    return np.frombuffer(data, "<f8", size // 8, at + 8).reshape(-1, 3)
+    with open(path, encoding="utf-8") as file:
+        text = re.search(r'type="Float64" Name="%s"[^>]*format="binary">\s*([^<\s]*)' % name, file.read()).group(1)
+    data = base64.b64decode(text)
+    (size,) = struct.unpack_from("<Q", data)
+    return np.frombuffer(data, "<f8", size // 8, 8).reshape(-1, 3)
 
 
 # --- Saint Venant-Kirchhoff on one element ---------------------------------------------------------------------------

@@ -90,6 +90,11 @@ export class Engine {
     this.setGravity(scene.gravity);
     for (const obstacle of scene.obstacles) this.#addObstacle(obstacle);
     for (const body of scene.bodies) this.#addBody(body, scene);
+    if (scene.collisions) {
+      const { thickness, friction, restitution, touches } = scene.collisions;
+      this.numbers.set([thickness, friction, restitution]);
+      this.check(this.wasm.bridge_set_collisions(touches));
+    }
     for (const base_motion of scene.base_motion ?? []) this.#addBaseMotion(base_motion);
     if (scene.wind) {
       this.numbers.set([...scene.wind.velocity, scene.wind.density, scene.wind.drag]);
@@ -129,7 +134,7 @@ export class Engine {
   #addBody(body, scene) {
     this.numbers.set([...body.position, ...body.rotation, body.scale, body.stiffness, body.density,
       body.damping ?? scene.damping, 0, ...(body.velocity ?? [0, 0, 0]),
-      ...(body.spin ?? [0, 0, 0]), body.condense ?? 0]);
+      ...(body.spin ?? [0, 0, 0]), body.condense ?? 0, body.collide === false ? 0 : 1]);
     const integrator = INTEGRATORS[body.integrator ?? scene.integrator];
     const model = this.models[body.model];
     const start = [body.q, body.p].map((vector) => vector && padded(vector, 1, model.rank));

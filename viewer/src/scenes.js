@@ -19,7 +19,9 @@ export function aloneScene(pack, model) {
     name: pack.models[model].name, model, position: [0, 0, 0], rotation: [1, 0, 0, 0], scale: 1,
     stiffness: 1, density: 1, colour: '#4a86c5', ...given,
   };
-  return { ...pack.scene, obstacles: [], bodies: [{ ...body, position: [0, 0, 0] }] };
+  return {
+    ...pack.scene, obstacles: [], collisions: undefined, bodies: [{ ...body, position: [0, 0, 0] }],
+  };
 }
 
 /** Least and largest x of a body's model at rest, in its scale. */
@@ -34,7 +36,8 @@ function widthOf(model, scale) {
   return scale * (most - least);
 }
 
-/** The first body of a scene three times, each with its integrator; planes stay.
+/** The first body of a scene three times, each with its integrator; planes stay,
+ * and the copies pass through each other.
  * @param {import('./pack.js').Pack} pack @param {object} scene */
 export function comparedScene(pack, scene) {
   const body = scene.bodies[0];
@@ -42,6 +45,7 @@ export function comparedScene(pack, scene) {
   const [x, y, z] = body.position;
   return {
     ...scene,
+    collisions: undefined,
     obstacles: scene.obstacles.filter(({ kind }) => kind === 'plane'),
     bodies: COMPARED.map(([integrator, colour], n) => ({
       ...body, name: integrator, integrator, colour, position: [x + (n - 1) * way, y, z],

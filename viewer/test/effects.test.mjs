@@ -84,7 +84,7 @@ const LOADED = {
     { name: 'held', model: 'beam.npz', rank: 6, scale: 1.5, stiffness: 2, density: 0.8,
       rotation: { axis: [1, 2, 3], angle: 50 }, start: ['mode:1,0.05'],
       loads: ['sine:0,0,20@vertex=20,f=2', 'constant:0,15,0@vertex=9,until=0.3', 'gravity:1,0,0'] },
-    { name: 'dropped', model: 'free.npz', free: true, spin: [20, 30, 40],
+    { name: 'dropped', model: 'free.npz', free: true, position: [0, 3, 0], spin: [20, 30, 40],
       loads: ['sine:0,40,60@vertex=3,f=1.5', 'gravity:0.5,0,0'] },
   ],
 };
@@ -95,6 +95,21 @@ test('starts and loads, on a body that is held and on one that turns', async () 
   const rows = readFileSync(join(folder, 'loaded/probes.csv'), 'utf8').trim().split('\n');
   const place = rows.at(-1).split(',').slice(2, 5).map(Number);
   assertClose(engine.position(1, 0), place, 1e-6, 'the place of the body that turns');
+});
+
+// skins are in single precision on the page
+test('bodies that meet touch each other, unless they say that they do not', async () => {
+  const scene = {
+    dt: 0.001, time: 1, gravity: [0, 0, -9.81],
+    bodies: [{ name: 'held', model: 'beam.npz' },
+      { name: 'dropped', model: 'free.npz', free: true, position: [0.5, 0, 0.5], velocity: [0, 0, -2] }],
+  };
+  const { pack, engine: met } = await compare('meeting', scene, 1e-3);
+  assert.equal(pack.scene.collisions.thickness, 0);
+
+  const through = { ...scene, bodies: [scene.bodies[0], { ...scene.bodies[1], collide: false }] };
+  const { engine: passed } = await compare('through', through, 1e-6);
+  assert.ok(met.position(1, 0)[2] > passed.position(1, 0)[2] + 0.1);
 });
 
 test('a base motion by a record of accelerations', async () => {
