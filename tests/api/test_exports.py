@@ -1,6 +1,8 @@
 #!/usr/bin/env python3
 """A shared library exports the functions of its public headers, and nothing else.
 
+The symbols file of the Debian package names the same functions: that package does not build otherwise.
+
 usage: test_exports.py SOURCE LIBTHRUM LIBTHRUM_SCENE     compares both libraries with their headers
        test_exports.py --planted SOURCE LIBTHRUM LIBTHRUM_SCENE
                        plants a difference of each kind and demands that it is found
@@ -15,6 +17,7 @@ import re
 import subprocess
 import sys
 
+SYMBOLS = "debian/libthrum0.2.symbols"
 COMMENT = re.compile(r'/\*.*?\*/|//[^\n]*', re.S)
 DIRECTIVE = re.compile(r'^[ \t]*#(?:[^\n]*\\\n)*[^\n]*', re.M)
 ATTRIBUTE = re.compile(r'__attribute__\s*\(\(.*?\)\)\s*', re.S)
@@ -69,6 +72,26 @@ def compare(headers, symbols):
     return problems
 
 
+def packaged(root):
+    """The symbols of {'thrum', 'thrum_scene'} as Debian's symbols file has them."""
+    found, library = {"thrum": set(), "thrum_scene": set()}, None
+    with open(os.path.join(root, SYMBOLS), encoding="utf-8") as file:
+        for line in file:
+            head = re.match(r"lib(\w+)\.so", line)
+            library = head.group(1) if head else library
+            name = re.match(r" (\w+)@", line)
+            if name:
+                found[library].add(name.group(1))
+    return found
+
+
+def compare_packaged(symbols, listed):
+    """What differs between the libraries and the symbols file."""
+    return [line for library, names in symbols.items() for line in
+            [f"{SYMBOLS} lacks {n} of lib{library}" for n in sorted(names - listed[library])] +
+            [f"{SYMBOLS} has {n}, which lib{library} does not export" for n in sorted(listed[library] - names)]]
+
+
 def planted(headers, symbols):
     """Plants each kind of difference in what agrees; returns those that are not found."""
     missed = []
@@ -89,6 +112,10 @@ def planted(headers, symbols):
     fewer = dict(symbols, thrum_scene=symbols["thrum_scene"] - {"thrum_scene_step"})
     expect("a missing symbol of the scene library",
            "libthrum_scene does not export thrum_scene_step", headers, fewer)
+    if compare_packaged(more, symbols) != [f"{SYMBOLS} lacks thrum_planted of libthrum"]:
+        missed.append("a symbol that Debian's file lacks")
+    if compare_packaged(fewer, symbols) != [f"{SYMBOLS} has thrum_scene_step, which libthrum_scene does not export"]:
+        missed.append("a symbol that Debian's file has and the library has not")
     return missed
 
 
@@ -99,7 +126,7 @@ def main(arguments):
     root, thrum, scene = arguments[plant:]
     headers = read_headers(root)
     symbols = {"thrum": exported(thrum), "thrum_scene": exported(scene)}
-    problems = compare(headers, symbols)
+    problems = compare(headers, symbols) + compare_packaged(symbols, packaged(root))
     if plant and not problems:
         problems = [f"not found: {what}" for what in planted(headers, symbols)]
     for problem in problems:
