@@ -387,6 +387,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   if (found.options.rank > 0)
     found.options.rank += 6 * request->handle_count;
   found.options.keep_modes = request->export_modes != NULL;
+  found.options.condensed = request->condense;
   precompute_outcome outcome = {.request = &found, .mesh = &mesh, .began = began};
 
   // what the options say about the mesh: material, fixed vertices, handles

@@ -30,7 +30,7 @@ static double most_bytes(const thrum_fem *fem, double entries, const thrum_facto
   const double n = (double)fem->free_count, vertices = (double)fem->vertex_count;
   const double r = (double)options->rank;
   const double k = (double)thrum_options_shapes(options);
-  const double candidates = k + k * (k + 1) / 2, columns = r + r * (r + 1) / 2;
+  const double candidates = k + k * (k + 1) / 2, columns = thrum_options_columns(options);
   const double block = THRUM_SOLVE_BLOCK;
   const double factored = thrum_factor_bytes(factor);
 
@@ -175,7 +175,7 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
   // the sizes of the body and of the basis
   const double n = (double)fem->free_count;
   const double points = (double)(fem->tet_count * fem->point_count);
-  const double r = (double)options->rank, columns = r + r * (r + 1) / 2;
+  const double r = (double)options->rank, columns = thrum_options_columns(options);
   const double k = (double)thrum_options_shapes(options);
   const double pairs = k * (k + 1) / 2;
   const double nonzeros = (double)estimate->factor_nonzeros;

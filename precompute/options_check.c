@@ -14,6 +14,16 @@ int64_t thrum_options_shapes(const thrum_precompute_options *options) {
   return options->modes + 3 * options->handle_count;
 }
 
+int64_t thrum_options_squared(const thrum_precompute_options *options) {
+  const bool some = options->condensed && !options->imported && options->modes < options->rank;
+  return some ? options->modes : options->rank;
+}
+
+double thrum_options_columns(const thrum_precompute_options *options) {
+  const double squared = (double)thrum_options_squared(options);
+  return (double)options->rank + squared * (squared + 1) / 2;
+}
+
 static int64_t default_rank(const thrum_precompute_options *options) {
   return 2 * thrum_options_shapes(options);
 }

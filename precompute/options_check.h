@@ -11,6 +11,11 @@
 /* k modes and the three responses of each handle, which a rank should have room for. */
 int64_t thrum_options_shapes(const thrum_precompute_options *options);
 
+/* The coordinates whose products the polynomial has, the first: all, or the linear modes of a model
+ * that will be condensed; and the columns of its Gram product. The options are complete. */
+int64_t thrum_options_squared(const thrum_precompute_options *options);
+double thrum_options_columns(const thrum_precompute_options *options);
+
 /* The options with the rank that 0 stands for, and without modes where a basis is imported. */
 thrum_precompute_options thrum_options_complete(const thrum_precompute_options *options);
 

@@ -361,11 +361,11 @@ static thrum_status make_polynomial(pipeline *p, double *linear, const thrum_rep
     return thrum_imported_polynomial(&p->fem, p->options.imported, p->change, model, linear, c3, c4,
                                      &p->result.imported, error);
   // one DSYRK of six rows a point
-  const double columns = (double)(model->rank + model->rank * (model->rank + 1) / 2);
+  const double columns = thrum_options_columns(&p->options);
   p->result.flops[THRUM_STAGE_polynomial] =
       6 * (double)(p->fem.tet_count * p->fem.point_count) * columns * (columns + 1);
-  return thrum_polynomial_reduce(&p->fem, model->rank, model->basis, linear, c3, c4, reporter,
-                                 error);
+  return thrum_polynomial_reduce(&p->fem, model->rank, thrum_options_squared(&p->options),
+                                 model->basis, linear, c3, c4, reporter, error);
 }
 
 static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,

@@ -66,6 +66,11 @@ typedef struct thrum_precompute_options {
    * accurate model, whose coefficients and steps grow with about the fourth power. */
   int64_t rank;
 
+  /* The model will be condensed to its linear modes: of its polynomial only the monomials of these,
+   * and those of two of them and another coordinate, are made, so that it cannot be stepped whole.
+   * Without effect on an imported basis; default false. */
+  bool condensed;
+
   bool fit;        /* lower modes and rank to what the body has room for; default false */
   thrum_mass mass; /* default consistent */
 

@@ -9,6 +9,11 @@
  * Cost: m^2 rows of BLAS-3, m = r + r (r + 1) / 2, rows = 6 points; memory: m^2 numbers and a
  * block.
  *
+ * Where only the first k vectors have products, as condensing wants it, m = r + k (k + 1) / 2, and
+ * the monomials of two of them and one other vector lack what the other's products with them
+ * would bring, a_i . b_jh + a_j . b_ih. With S the stress of a vector times w that is
+ * G_h : (G_j S_i + G_i S_j), a second Gram product, of 9 rows a point.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/polynomial/polynomial_reduce.h"
 
@@ -27,23 +32,48 @@
 typedef struct panel {
   const thrum_fem *fem;
   const double *basis;
-  int64_t rank, columns; /* m, or rank for the linear part alone */
+  int64_t rank, squared; /* coordinates, and how many of them have products: the first */
+  int64_t columns;       /* m = rank + squared (squared + 1) / 2 */
   double *gradient;      /* rank x 9 x BLOCK */
   double *row;           /* columns x 6 BLOCK: the transposed panel */
+  double *stress;        /* squared x 6 x BLOCK, or NULL where squared = rank */
+  double *force;         /* squared x 9 x BLOCK, likewise: of one vector and all later ones */
   double weight[3][BLOCK];
 } panel;
 
 static void panel_free(panel *p) {
   free(p->gradient);
   free(p->row);
+  free(p->stress);
+  free(p->force);
+}
+
+// whether there are products of two vectors that lack those with a third
+static bool has_others(const panel *p) {
+  return p->squared > 0 && p->squared < p->rank;
+}
+
+static int64_t pairs_of(int64_t count) {
+  return count * (count + 1) / 2;
+}
+
+static int64_t columns_of(int64_t rank, int64_t squared) {
+  return rank + pairs_of(squared);
 }
 
 static thrum_status panel_create(const thrum_fem *fem, int64_t rank, const double *basis,
-                                 int64_t columns, panel *p, thrum_error *error) {
-  *p = (panel){.fem = fem, .basis = basis, .rank = rank, .columns = columns};
+                                 int64_t squared, panel *p, thrum_error *error) {
+  const int64_t columns = columns_of(rank, squared);
+  *p = (panel){.fem = fem, .basis = basis, .rank = rank, .squared = squared, .columns = columns};
   p->gradient = thrum_allocate(rank * 9 * BLOCK, sizeof(double), "the polynomial", error);
   p->row = thrum_allocate(columns * 6 * BLOCK, sizeof(double), "the polynomial", error);
-  if (p->gradient && p->row)
+  bool made = p->gradient && p->row;
+  if (made && has_others(p)) {
+    p->stress = thrum_allocate(squared * 6 * BLOCK, sizeof(double), "the polynomial", error);
+    p->force = thrum_allocate(squared * 9 * BLOCK, sizeof(double), "the polynomial", error);
+    made = p->stress && p->force;
+  }
+  if (made)
     return THRUM_OK;
   panel_free(p);
   return THRUM_OUT_OF_MEMORY;
@@ -173,24 +203,84 @@ static void fill_product(const panel *p, int64_t i, int64_t j, double scale, dou
   }
 }
 
-// gram (columns x columns, column-major, upper triangle) = A^T A
-static thrum_status accumulate(panel *p, double *gram, const thrum_reporter *reporter,
-                               thrum_error *error) {
+// w C sym G of one basis vector from its row of W sym G, as components 00, 11, 22, 12, 02, 01
+static void fill_stress(const panel *p, const double *restrict row, double *restrict stress) {
+  const double *restrict normal = p->weight[0], *restrict trace = p->weight[1],
+                         *restrict shear = p->weight[2];
+  for (int s = 0; s < BLOCK; s++) {
+    const double x = row[s], y = row[BLOCK + s], z = row[2 * BLOCK + s];
+    const double pressure = trace[s] * (x + y + z);
+
+    stress[s] = normal[s] * x + pressure;
+    stress[BLOCK + s] = normal[s] * y + pressure;
+    stress[2 * BLOCK + s] = normal[s] * z + pressure;
+    for (int c = 3; c < 6; c++)
+      stress[c * BLOCK + s] = shear[s] * row[c * BLOCK + s];
+  }
+}
+
+// force += G_i S_j, both of one block; the caller clears it
+static void add_force(const panel *p, int64_t i, int64_t j, double *restrict force) {
+  const double *restrict stress = p->stress + 6 * j * BLOCK;
+  for (int c = 0; c < 3; c++) {
+    const double *restrict g = p->gradient + (9 * i + 3 * c) * BLOCK;
+    double *restrict out = force + 3 * c * BLOCK;
+    for (int s = 0; s < BLOCK; s++) {
+      const double x = g[s], y = g[BLOCK + s], z = g[2 * BLOCK + s];
+      const double yz = stress[3 * BLOCK + s], xz = stress[4 * BLOCK + s],
+                   xy = stress[5 * BLOCK + s];
+      out[s] += x * stress[s] + y * xy + z * xz;
+      out[BLOCK + s] += x * xy + y * stress[BLOCK + s] + z * yz;
+      out[2 * BLOCK + s] += x * xz + y * yz + z * stress[2 * BLOCK + s];
+    }
+  }
+}
+
+// others (rank - squared x pairs i <= j, i outermost, column-major) += G_h : (G_i S_j + G_j S_i)
+static void add_others(panel *p, double *others) {
+  const int64_t rest = p->rank - p->squared, depth = 9 * BLOCK;
+  for (int64_t i = 0; i < p->squared; i++)
+    fill_stress(p, p->row + 6 * i * BLOCK, p->stress + 6 * i * BLOCK);
+
+  for (int64_t i = 0; i < p->squared; i++) {
+    const int64_t count = p->squared - i;
+    memset(p->force, 0, sizeof(double) * (size_t)(count * depth));
+    for (int64_t j = i; j < p->squared; j++) {
+      add_force(p, i, j, p->force + (j - i) * depth);
+      if (j > i)
+        add_force(p, j, i, p->force + (j - i) * depth);
+    }
+    cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, (int)rest, (int)count, (int)depth, 1,
+                p->gradient + p->squared * depth, (int)depth, p->force, (int)depth, 1, others,
+                (int)rest);
+    others += rest * count;
+  }
+}
+
+// gram (columns x columns, column-major, upper triangle) = A^T A, and others as above, which may be
+// NULL
+static thrum_status accumulate(panel *p, double *gram, double *others,
+                               const thrum_reporter *reporter, thrum_error *error) {
   const int64_t points = p->fem->tet_count * p->fem->point_count;
   const int64_t depth = 6 * BLOCK, m = p->columns;
   memset(gram, 0, sizeof *gram * (size_t)(m * m));
+  if (others != NULL)
+    memset(others, 0, sizeof *others * (size_t)((p->rank - p->squared) * pairs_of(p->squared)));
+
   for (int64_t first = 0; first < points; first += BLOCK) {
     // the columns of A for a block of points, transposed
     fill_gradients(p, first, points - first < BLOCK ? points - first : BLOCK);
     double *row = p->row;
     for (int64_t i = 0; i < p->rank; i++, row += depth)
       fill_linear(p, i, row);
-    for (int64_t i = 0; i < p->rank && m > p->rank; i++)
-      for (int64_t j = i; j < p->rank; j++, row += depth)
+    for (int64_t i = 0; i < p->squared; i++)
+      for (int64_t j = i; j < p->squared; j++, row += depth)
         fill_product(p, i, j, i == j ? 0.5 : 1, row);
 
     cblas_dsyrk(CblasColMajor, CblasUpper, CblasTrans, (int)m, (int)depth, 1, p->row, (int)depth, 1,
                 gram, (int)m);
+    if (others != NULL)
+      add_others(p, others);
 
     THRUM_TRY(thrum_report(reporter, (double)first / (double)points, error));
   }
@@ -213,13 +303,14 @@ void thrum_indices_sort(int64_t *index, int count) {
 }
 
 // adds every product of strains to the monomial it multiplies
-static void symmetrise(const double *gram, int64_t m, int64_t rank, double *c3, double *c4) {
+static void symmetrise(const double *gram, int64_t rank, int64_t squared, double *c3, double *c4) {
+  const int64_t m = columns_of(rank, squared);
   memset(c3, 0, sizeof *c3 * (size_t)thrum_c3_count(rank));
   memset(c4, 0, sizeof *c4 * (size_t)thrum_c4_count(rank));
 
   int64_t column = rank;
-  for (int64_t k = 0; k < rank; k++)
-    for (int64_t l = k; l < rank; l++, column++) {
+  for (int64_t k = 0; k < squared; k++)
+    for (int64_t l = k; l < squared; l++, column++) {
       const double *entries = gram + column * m;
 
       // linear times quadratic strains make the cubic part
@@ -232,7 +323,7 @@ static void symmetrise(const double *gram, int64_t m, int64_t rank, double *c3, 
       // pairs (i, j) up to (k, l): the mirror image counts too, except on the diagonal
       int64_t row = rank;
       for (int64_t i = 0; i <= k; i++)
-        for (int64_t j = i; j < rank && row <= column; j++, row++) {
+        for (int64_t j = i; j < squared && row <= column; j++, row++) {
           int64_t index[4] = {i, j, k, l};
           thrum_indices_sort(index, 4);
           c4[thrum_c4_index(rank, index[0], index[1], index[2], index[3])] +=
@@ -241,11 +332,22 @@ static void symmetrise(const double *gram, int64_t m, int64_t rank, double *c3, 
     }
 }
 
-// A^T A of the first `columns` columns; the caller frees it
-static double *make_gram(const thrum_fem *fem, int64_t rank, const double *basis, int64_t columns,
-                         const thrum_reporter *reporter, thrum_status *status, thrum_error *error) {
+// adds what `others` of add_others has to the monomials of two of the first vectors and another
+static void add_mixed(const double *others, int64_t rank, int64_t squared, double *c3) {
+  for (int64_t i = 0; i < squared; i++)
+    for (int64_t j = i; j < squared; j++)
+      for (int64_t h = squared; h < rank; h++)
+        c3[thrum_c3_index(rank, i, j, h)] += *others++;
+}
+
+// A^T A with the products of the first `squared` vectors, which the caller frees; others as in
+// accumulate
+static double *make_gram(const thrum_fem *fem, int64_t rank, const double *basis, int64_t squared,
+                         double *others, const thrum_reporter *reporter, thrum_status *status,
+                         thrum_error *error) {
   panel p;
   double *gram = NULL;
+  const int64_t columns = columns_of(rank, squared);
   *status = THRUM_OUT_OF_MEMORY;
 
   // an index of the Gram matrix must fit what BLAS counts with
@@ -254,10 +356,10 @@ static double *make_gram(const thrum_fem *fem, int64_t rank, const double *basis
   if (!gram)
     return NULL;
 
-  *status = panel_create(fem, rank, basis, columns, &p, error);
+  *status = panel_create(fem, rank, basis, squared, &p, error);
 
   if (*status >= 0) {
-    *status = accumulate(&p, gram, reporter, error);
+    *status = accumulate(&p, gram, others, reporter, error);
     panel_free(&p);
   }
   if (*status >= 0)
@@ -266,24 +368,34 @@ static double *make_gram(const thrum_fem *fem, int64_t rank, const double *basis
   return NULL;
 }
 
-thrum_status thrum_polynomial_reduce(const thrum_fem *fem, int64_t rank, const double *basis,
-                                     double *linear, double *c3, double *c4,
+thrum_status thrum_polynomial_reduce(const thrum_fem *fem, int64_t rank, int64_t squared,
+                                     const double *basis, double *linear, double *c3, double *c4,
                                      const thrum_reporter *reporter, thrum_error *error) {
-  const int64_t m = rank + rank * (rank + 1) / 2;
+  double *others = NULL;
+  if (squared < rank) {
+    others = thrum_allocate((rank - squared) * pairs_of(squared), sizeof *others, "the polynomial",
+                            error);
+    if (!others)
+      return THRUM_OUT_OF_MEMORY;
+  }
+
   thrum_status status;
-  double *gram = make_gram(fem, rank, basis, m, reporter, &status, error);
-  if (!gram)
-    return status;
-  copy_linear(gram, m, rank, linear);
-  symmetrise(gram, m, rank, c3, c4);
+  double *gram = make_gram(fem, rank, basis, squared, others, reporter, &status, error);
+  if (gram != NULL) {
+    copy_linear(gram, columns_of(rank, squared), rank, linear);
+    symmetrise(gram, rank, squared, c3, c4);
+    if (others != NULL)
+      add_mixed(others, rank, squared, c3);
+  }
+  free(others);
   free(gram);
-  return THRUM_OK;
+  return status;
 }
 
 thrum_status thrum_reduced_stiffness(const thrum_fem *fem, int64_t rank, const double *basis,
                                      double *linear, thrum_error *error) {
   thrum_status status;
-  double *gram = make_gram(fem, rank, basis, rank, NULL, &status, error);
+  double *gram = make_gram(fem, rank, basis, 0, NULL, NULL, &status, error);
   if (!gram)
     return status;
   copy_linear(gram, rank, rank, linear);

@@ -179,7 +179,9 @@ static void a_file_that_was_precomputed_condensed_is_stepped_alike(void **state)
       fail_msg("exit code %d: %s", run.exit_code, run.err);
     program_result_free(&run);
   }
-  assert_true(difference("small/q.npy", "large/q.npy", 0) == 0);
+
+  // only a part of the polynomial was made, by other sums
+  assert_true(difference("small/q.npy", "large/q.npy", 0) < 1e-10);
 
   // what needs the polynomial of all coordinates says so, and info reads the file
   run = thrum_run(folder, "static", "small.npz", "--load", "gravity:0,0,-1", NULL);
