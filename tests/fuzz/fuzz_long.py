@@ -1,12 +1,17 @@
 #!/usr/bin/env python3
 """Runs all fuzz targets in turn for a given time, and says how many inputs each took and what of the readers they reached.
 
-usage: fuzz_long.py SOURCE BUILD CLANG --seconds N [--targets PATTERN] [--resume]\n                    [--record FILE]
+usage: fuzz_long.py SOURCE BUILD CLANG --seconds N [--targets PATTERN ...] [--plain] [--max-len N] [--resume]
+                    [--record FILE]
 
 The targets are built with sanitizers (build.sh) in BUILD/fuzz, and take turns of --turn seconds. The inputs that reached
 something new stay in BUILD/fuzz/NAME.found, so that a later run goes on from there. An input that crashes a target is left in
 BUILD/fuzz, and the run goes on. At the end a second build counts the lines that all the inputs that were kept reach. Exits
 with 1 where there is a finding.
+
+With --plain the targets have no sanitizers, lie in BUILD/fuzz_plain, and take three to ten times as many inputs: crashes, hangs,
+and what the targets themselves check are still findings. Run the inputs that it keeps with sanitizers afterwards: --resume
+without --plain takes both folders.
 SPDX-License-Identifier: Apache-2.0
 """
 import argparse
@@ -16,6 +21,7 @@ import os
 import pathlib
 import platform
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -35,13 +41,17 @@ def build(source, folder, clang, pattern, how):
 
 
 def corpora(source, found, name):
-    return [str(found / f"{name}.found"), str(source / "tests/fuzz/corpus" / name.removeprefix("fuzz_"))]
+    """The folders of a target's inputs, of which the first takes new ones."""
+    plain = found.parent / "fuzz_plain" / f"{name}.found"
+    return [str(found / f"{name}.found"), str(source / "tests/fuzz/corpus" / name.removeprefix("fuzz_")),
+            *([str(plain)] if plain.exists() and plain.parent != found else [])]
 
 
-def turn(source, folder, name, seconds):
+def turn(source, folder, name, seconds, longest):
     """One target for so many seconds: its executions, and whether it stopped at a finding."""
     (folder / f"{name}.found").mkdir(exist_ok=True)
-    done = subprocess.run([folder / name, f"-max_total_time={seconds}", "-max_len=8192", "-timeout=20", "-rss_limit_mb=2048",
+    done = subprocess.run([folder / name, f"-max_total_time={seconds}", f"-max_len={longest}", "-timeout=60", "-rss_limit_mb=2048",
+                           "-reload=0",
                            f"-artifact_prefix={folder}/{name}-", "-print_final_stats=1", "-verbosity=0",
                            *corpora(source, folder, name)], capture_output=True, check=False)
     text = done.stderr.decode(errors="replace")
@@ -76,12 +86,18 @@ def covered_lines(source, folder, clang, names, found):
     return files
 
 
+def processor_time():
+    """What the programs that have ended took [s]; a machine with other work makes other times mean little."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 def report(executions, times, findings, lines):
     """The record as text."""
     total, hours = sum(executions.values()), sum(times.values()) / 3600
-    text = [f"{total:,} executions of {len(executions)} targets in {hours:.2f} h, {sum(findings.values())} findings, "
+    text = [f"{total:,} executions of {len(executions)} targets in {hours:.2f} h of processor time, {sum(findings.values())} findings, "
             f"on {platform.machine()}, {os.cpu_count()} processors", "",
-            "| target | executions | seconds | findings |", "|---|---|---|---|"]
+            "| target | executions | processor seconds | findings |", "|---|---|---|---|"]
     text += [f"| {name} | {executions[name]:,} | {times[name]:.0f} | {findings[name]} |" for name in sorted(executions)]
     if lines:
         covered, count = (sum(part[n] for part in lines.values()) for n in (0, 1))
@@ -98,17 +114,20 @@ def main():
     parser.add_argument("clang")
     parser.add_argument("--seconds", type=float, default=3600)
     parser.add_argument("--turn", type=int, default=20)
-    parser.add_argument("--targets", default="fuzz_*")
+    parser.add_argument("--targets", nargs="+", default=["fuzz_*"])
+    parser.add_argument("--plain", action="store_true", help="without sanitizers, in BUILD/fuzz_plain")
+    parser.add_argument("--max-len", type=int, default=8192, help="longest input [bytes]")
     parser.add_argument("--resume", action="store_true", help="count on from an earlier run in the same folder")
     parser.add_argument("--record", type=pathlib.Path)
     wanted = parser.parse_args()
-    source, folder = wanted.source.resolve(), wanted.build.resolve() / "fuzz"
+    source, folder = wanted.source.resolve(), wanted.build.resolve() / ("fuzz_plain" if wanted.plain else "fuzz")
     executions, times, findings = collections.Counter(), collections.Counter(), collections.Counter()
     counts = folder / "counts.json"
     if wanted.resume and counts.exists():
         for counter, kept in zip((executions, times, findings), json.loads(counts.read_text())):
             counter.update(kept)
-    names = build(source, folder, wanted.clang, wanted.targets, "sanitized")
+    names = [name for pattern in wanted.targets
+             for name in build(source, folder, wanted.clang, pattern, "plain" if wanted.plain else "sanitized")]
     began = time.time()
 
     # the turns; a record is there at any time, in case the run is stopped
@@ -117,10 +136,10 @@ def main():
             left = wanted.seconds - (time.time() - began)
             if left < 1:
                 break
-            start = time.time()
-            count, stopped = turn(source, folder, name, int(min(wanted.turn, left)) or 1)
+            start = processor_time()
+            count, stopped = turn(source, folder, name, int(min(wanted.turn, left)) or 1, wanted.max_len)
             executions[name] += count
-            times[name] += time.time() - start
+            times[name] += processor_time() - start
             findings[name] += stopped
             if stopped:
                 print(f"{name}: a finding, see {folder}/{name}.log", flush=True)
