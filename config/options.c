@@ -145,7 +145,8 @@ static bool in_range(const config_option *o, double value) {
          (o->below ? value < o->most : value <= o->most);
 }
 
-thrum_status config_given_number(const config_given *given, double *value) {
+/* The text as a number in the row's range. */
+static thrum_status given_number(const config_given *given, double *value) {
   double parsed = 0;
   if (!config_parse_number(given->text, &parsed) || !in_range(given->option, parsed))
     return config_given_wrong(given);
@@ -275,7 +276,7 @@ static thrum_status store_number(const config_given *given, void *field) {
   if (option->kind == CONFIG_VECTOR)
     return config_given_numbers(given, 3, 3, field, NULL);
   if (option->kind == CONFIG_NUMBER)
-    return config_given_number(given, field);
+    return given_number(given, field);
   int64_t count = 0;
   THRUM_TRY(config_given_count(given, &count));
   store(option, field, count);

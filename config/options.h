@@ -220,9 +220,8 @@ thrum_status config_given_wrong(const config_given *given);
 __attribute__((format(printf, 2, 3))) thrum_status config_given_refuse(const config_given *given,
                                                                        const char *format, ...);
 
-/* For `take`: the text as a number, a whole number, or as numbers with commas between, `least` to
- * `most` of them, all in the row's range. */
-thrum_status config_given_number(const config_given *given, double *value);
+/* For `take`: the text as a whole number, or as numbers with commas between, `least` to `most` of
+ * them, all in the row's range. */
 thrum_status config_given_count(const config_given *given, int64_t *value);
 thrum_status config_given_numbers(const config_given *given, int64_t least, int64_t most,
                                   double *values, int64_t *count);

@@ -11,8 +11,8 @@
 /* As the ranges of --young and --density. */
 static const double LEAST = 1e-30, MOST = 1e30;
 
-thrum_status region_material_parse(const char *text, region_material *material,
-                                   thrum_error *error) {
+/* Parses a text, into which the result points; THRUM_BAD_FORMAT or THRUM_BAD_VALUE. */
+static thrum_status parse_region(const char *text, region_material *material, thrum_error *error) {
   // a name may hold colons, the numbers do not
   const char *colon = strrchr(text, ':'), *end = text + strlen(text);
   double numbers[3];
@@ -46,7 +46,7 @@ thrum_status region_material_parse(const char *text, region_material *material,
 thrum_status region_material_option_check(const config_given *given) {
   region_material material;
   thrum_error error = {0};
-  return region_material_parse(given->text, &material, &error) < 0
+  return parse_region(given->text, &material, &error) < 0
              ? config_given_refuse(given, "%s", error.message)
              : THRUM_OK;
 }
@@ -73,7 +73,7 @@ static thrum_status unknown_region(const thrum_mesh *mesh, const region_material
 /* Applies one text; named[i] tells regions that had theirs. */
 static thrum_status apply(const char *text, thrum_mesh *mesh, bool *named, thrum_error *error) {
   region_material material;
-  THRUM_TRY(region_material_parse(text, &material, error));
+  THRUM_TRY(parse_region(text, &material, error));
   for (int64_t i = 0; i < mesh->region_count; i++) {
     const thrum_region_text name = thrum_mesh_region_text(mesh, i);
     if (strlen(name.text) != material.length ||

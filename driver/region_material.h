@@ -12,9 +12,6 @@ typedef struct region_material {
   thrum_material values;
 } region_material;
 
-/* Parses a text, into which the result points; THRUM_BAD_FORMAT or THRUM_BAD_VALUE. */
-thrum_status region_material_parse(const char *text, region_material *material, thrum_error *error);
-
 /* For the `take` of an option: refuses a text that is no material. */
 thrum_status region_material_option_check(const config_given *given);
 

@@ -170,6 +170,7 @@ static entry_kind file_kind(folder_kind folder, const char *name) {
     return frame && (ends_with(name, ".vtu") || ends_with(name, ".tmp")) ? ENTRY_FILE : ENTRY_USERS;
   }
 
+  // the record itself marks the folder as a run's; its copies of an unfinished write do not
   if (strcmp(name, folder == FOLDER_SCENE ? SCENE_JSON : RUN_JSON) == 0)
     return ENTRY_MARK;
   if (folder == FOLDER_SCENE)
@@ -177,6 +178,7 @@ static entry_kind file_kind(folder_kind folder, const char *name) {
                    is_named(name, SCENE_JSON)
                ? ENTRY_FILE
                : ENTRY_USERS;
+
   for (int n = 0; n < RUN_FILE_COUNT; n++)
     if (is_named(name, run_files[n]))
       return ENTRY_FILE;

@@ -180,11 +180,15 @@ static void write_cached(uint64_t hash, const scene_finding *finding) {
 static void warn_of(const scene_run *run, const scene_body_run *body) {
   const scene_body_spec *spec = body->spec;
   const double seconds = fmin(run->spec.time, 2);
+
+  // a budget below the cheapest step
   if (spec->budget > 0 && cost_of(body, body->finding.masters) > spec->budget)
     config_warn("body '%.100s': a step of %" PRId64 " coordinates takes %.2g s by the model of "
                 "costs, more than the budget of %.2g s: there is nothing cheaper",
                 spec->name, body->finding.masters > 0 ? body->finding.masters : body->model->rank,
                 cost_of(body, body->finding.masters), spec->budget);
+
+  // an error that no number of coordinates keeps, or none that the budget allows
   if (spec->error > 0 && body->finding.masters == 0 && !(body->finding.error == 0))
     config_warn("body '%.100s': in the first %g s no number of coordinates errs by at most %g, so "
                 "all are stepped",
@@ -195,8 +199,8 @@ static void warn_of(const scene_run *run, const scene_body_run *body) {
                 spec->name, seconds, body->finding.error, spec->error);
 }
 
-/* What one body needs: as an earlier one that is the same, as an earlier run found, or by trials.
- */
+/* Finds how many coordinates one body needs: it takes them from an earlier body that is the same,
+ * or from an earlier run, or finds them by trial runs. */
 static thrum_status find_one(scene_run *run, int32_t n, uint64_t *hashes, thrum_error *error) {
   scene_body_run *body = &run->bodies[n];
   THRUM_TRY(check(run, body));
@@ -218,6 +222,8 @@ static thrum_status find_all(scene_run *run, thrum_error *error) {
   const int32_t count = (int32_t)run->spec.bodies.count;
   const double began = clock_seconds();
   config_progress progress = config_progress_make(run->request->quiet);
+
+  // bodies of one hash share what was found for the first of them
   uint64_t *hashes = calloc((size_t)count, sizeof *hashes);
   thrum_status status = hashes != NULL ? THRUM_OK : scene_run_no_memory(error);
   for (int32_t n = 0; n < count && status >= 0; n++) {
@@ -234,6 +240,7 @@ static thrum_status find_all(scene_run *run, thrum_error *error) {
   config_progress_end(&progress, status >= 0);
   free(hashes);
 
+  // warnings come after the bar of progress, which they would break
   for (int32_t n = 0; n < count && status >= 0; n++)
     if (is_sought(&run->bodies[n]))
       warn_of(run, &run->bodies[n]);

@@ -16,18 +16,22 @@ static double per_step(const scene_run *run, double value) {
   return steps > 0 ? value / (double)steps : NAN;
 }
 
-/* What "error" and "budget" asked for, and what was found. */
+/* Adds what "error" and "budget" asked for, and what was found. */
 static void add_finding(cJSON *object, const scene_body_run *body) {
   static const char *const by[] = {NULL, "trials", "another body", "an earlier run"};
   const scene_finding *finding = &body->finding;
   if (finding->by == SCENE_NOT_ASKED)
     return;
+
+  // the error is that of the trial runs, also where a budget alone was given
   if (body->spec->error > 0)
     json_number(object, "error_asked", body->spec->error);
   json_number(object, "error_found", finding->error);
   cJSON_AddStringToObject(object, "found_by", by[finding->by]);
   if (!(body->spec->budget > 0))
     return;
+
+  // masters of 0 step all coordinates
   const int64_t rank = body->model->rank, masters = finding->masters;
   json_number(object, "budget_s", body->spec->budget);
   json_number(object, "cost_s",
@@ -35,7 +39,7 @@ static void add_finding(cJSON *object, const scene_body_run *body) {
                         masters > 0 ? rank - masters : 0));
 }
 
-/* What the level of detail did. */
+/* Adds what the level of detail did. */
 static void add_detail(cJSON *object, const scene_run *run, int32_t n) {
   const scene_detail_spec *spec = &run->bodies[n].spec->detail;
   thrum_scene_detail_report report;
@@ -194,20 +198,26 @@ static void name_stepped(const scene_body_run *body, const simulate_figures *fig
     snprintf(text, size, "%d", (int)body->model->rank);
 }
 
-/* What the levels of detail did: a line for each body where they are few, and one for all. */
+/* Prints what the levels of detail did: a line for each body where they are few, else one for all.
+ */
 static void print_details(const scene_run *run) {
   int64_t steps = 0, reduced = 0, changes = 0;
   double jump = 0;
+
   for (int32_t n = 0; n < run->spec.bodies.count; n++) {
     const scene_body_spec *spec = run->bodies[n].spec;
     thrum_scene_detail_report report;
     if (thrum_scene_body_detail(run->scene, n, &report, NULL) < 0 || !report.set)
       continue;
+
+    // the sum over bodies
     const int64_t all = driver_run_step_count(&run->run);
     steps += all;
     reduced += report.reduced_steps;
     changes += report.changes;
     jump = fmax(jump, report.largest_jump);
+
+    // and the body's own line
     if (run->spec.bodies.count <= DETAIL_LINES)
       printf("detail       %s: %" PRId64 " coordinates in %.3g %% of the steps, %" PRId64
              " changes, largest jump %.2g m (at most %g m)\n",
@@ -215,6 +225,7 @@ static void print_details(const scene_run *run) {
              all > 0 ? 100 * (double)report.reduced_steps / (double)all : 0, report.changes,
              report.largest_jump, spec->detail.jump);
   }
+
   if (steps > 0 && run->spec.bodies.count > DETAIL_LINES)
     printf("detail       fewer coordinates in %.3g %% of the steps of bodies that may, %" PRId64
            " changes, largest jump %.2g m\n",

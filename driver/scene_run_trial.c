@@ -30,8 +30,9 @@ static uint64_t hash_course(uint64_t hash, const thrum_load *course) {
   return hash_numbers(hash, numbers, sizeof numbers / sizeof numbers[0]);
 }
 
-/* How the body is stepped. */
+/* Adds the definition of the body's state to the hash. */
 static uint64_t hash_state(uint64_t hash, const thrum_state_def *def) {
+  // field by field: the bytes between fields have any content
   const double numbers[] = {(double)def->integrator,
                             def->dt,
                             def->damping_alpha,
@@ -49,13 +50,16 @@ static uint64_t hash_state(uint64_t hash, const thrum_state_def *def) {
                             (double)def->fallback,
                             (double)def->solver,
                             (double)def->frequency_matched};
+
   return hash_numbers(hash, numbers, sizeof numbers / sizeof numbers[0]);
 }
 
-/* What acts on all bodies of the scene. */
+/* Adds to the hash what acts on all bodies of the scene. */
 static uint64_t hash_world(uint64_t hash, const scene_run *run) {
   const scene_wind_spec *wind = &run->spec.wind;
   hash = hash_numbers(hash, run->spec.gravity, 3);
+
+  // base motions by their numbers: those of a file may change under the same name
   for (int64_t n = 0; n < run->base_motion_count; n++) {
     const base_motion_spec *base = &run->base_motions[n];
     hash = hash_course(hash_numbers(hash, base->amplitude, 3), &base->course);
@@ -64,6 +68,8 @@ static uint64_t hash_world(uint64_t hash, const scene_run *run) {
     hash = hash_numbers(hash, base->motion.times, base->motion.count);
     hash = hash_numbers(hash, base->motion.accelerations, 3 * base->motion.count);
   }
+
+  // wind and obstacles
   if (wind->at.node != NULL) {
     const double numbers[] = {wind->velocity[0], wind->velocity[1], wind->velocity[2],
                               wind->density, wind->drag};

@@ -192,10 +192,13 @@ static bool has_free_body(const scene_spec *spec) {
   return any;
 }
 
+/* Refuses what no single key shows to be wrong, and fills in defaults that follow from the rest. */
 static thrum_status check(scene_spec *spec) {
   if (spec->bodies.count == 0)
     return config_record_refuse(&spec->file, &spec->settings.at, "bodies", THRUM_MISSING,
                                 "a scene needs a body");
+
+  // names first: the messages of the others use them
   THRUM_TRY(check_names(spec));
   THRUM_TRY(check_scene_split(spec));
   for (int64_t n = 0; n < spec->bodies.count; n++)
@@ -204,6 +207,8 @@ static thrum_status check(scene_spec *spec) {
     THRUM_TRY(check_obstacle(spec, &scene_obstacles(spec)[n]));
   for (int64_t n = 0; n < spec->probes.count; n++)
     THRUM_TRY(check_probe(spec, &scene_probes(spec)[n]));
+
+  // plots of few bodies, contact where something can move away
   if (config_record_member(&spec->file, &spec->outputs.at, "plots") == NULL)
     spec->outputs.plots = spec->bodies.count <= SCENE_PLOTS_MAX;
   if (config_record_member(&spec->file, &spec->settings.at, "collide") == NULL)

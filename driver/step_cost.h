@@ -1,4 +1,4 @@
-/* What a step of a body costs by a model, so that a budget chooses the same coordinates on every
+/* A model of what a step of a body costs, so that a budget chooses the same coordinates on every
  * machine. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_STEP_COST_H
 #define THRUM_DRIVER_STEP_COST_H

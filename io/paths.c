@@ -16,7 +16,9 @@ const char *path_basename(const char *path) {
   return slash != NULL ? slash + 1 : path;
 }
 
-char *path_folder(const char *path) {
+/* Returns the folder that a file lies in, "." if the path names none. The caller frees it; NULL
+ * when there is no memory. */
+static char *folder_of(const char *path) {
   const size_t length = (size_t)(path_basename(path) - path);
   char *folder = malloc(length + 2);
   if (folder != NULL) {
@@ -33,7 +35,7 @@ static bool same_place(const char *left, const char *right) {
 }
 
 bool path_same_file(const char *left, const char *right) {
-  char *folder = path_folder(left), *other = path_folder(right);
+  char *folder = folder_of(left), *other = folder_of(right);
   const bool same = same_place(left, right) ||
                     (folder && other && strcmp(path_basename(left), path_basename(right)) == 0 &&
                      same_place(folder, other));
@@ -52,7 +54,7 @@ thrum_status path_check_output(const char *path, thrum_error *error) {
   }
 
   // the file itself need not exist yet, but its folder must allow a new one
-  char *folder = path_folder(path);
+  char *folder = folder_of(path);
   if (folder == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
   const bool writable = access(folder, W_OK | X_OK) == 0;

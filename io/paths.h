@@ -7,9 +7,6 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Returns the folder that a file lies in, "." if the path names none. The caller frees it; NULL
- * when there is no memory. */
-char *path_folder(const char *path);
 /* Tells whether two paths name the same file, also if it does not exist yet. */
 bool path_same_file(const char *left, const char *right);
 /* Finds share/thrum/NAME in the prefix that this program is installed in; returns false when `path`

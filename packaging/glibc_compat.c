@@ -1,5 +1,5 @@
-/* What static libraries of Debian 12 call in the C library and glibc 2.31 does not have yet, for
- * the relocatable program (packaging/tarball.sh). Each does what glibc says it does, by what 2.31
+/* Functions that static libraries of Debian 12 call and glibc 2.31 does not have yet, for the
+ * relocatable program (packaging/tarball.sh). Each does what glibc says it does, by what 2.31
  * has. SPDX-License-Identifier: Apache-2.0 */
 #define _GNU_SOURCE
 #include <errno.h>

@@ -68,6 +68,7 @@ static thrum_status check(const scene_body *body, const thrum_scene_detail *def,
 
 /* The longest row of each basis vector, and the middle of the box around the vertices. */
 static void measure(const thrum_model *model, scene_detail *detail) {
+  // a model without vertices has its middle at the origin
   double low[3], high[3];
   for (int axis = 0; axis < 3; axis++)
     low[axis] = high[axis] = model->vertex_count > 0 ? model->vertices[axis] : 0;

@@ -328,7 +328,7 @@ void scene_touch_trim(const thrum_scene *scene, scene_body *body);
 /* Does the body step with its contact, and not side by side with others of its model? */
 bool scene_steps_alone(const scene_body *body);
 
-/* What surrounds a body in the step to come; `pulls` is room for those in use. */
+/* Fills in what surrounds a body in the step to come; `pulls` is room for those in use. */
 void scene_environment(const thrum_scene *scene, scene_body *body,
                        thrum_pull pulls[THRUM_SCENE_PULLS], thrum_contact_environment *environment);
 

@@ -268,7 +268,7 @@ THRUM_API thrum_status thrum_scene_obstacle(const thrum_scene *scene, int32_t nu
 THRUM_API thrum_status thrum_scene_set_obstacle(thrum_scene *scene, int32_t number,
                                                 const thrum_obstacle *obstacle, thrum_error *error);
 
-/* Has all bodies with triangles touch each other from now on (thrum/contact_pairs.h): those that
+/* Makes all bodies with triangles touch each other from now on (thrum/contact_pairs.h): those that
  * are there, whose def has `collides`, and those that are added. Counts of the def, such as its
  * member_max, are found by the scene; touch_max is for all bodies together. NULL: bodies pass
  * through each other, as before the first call. A later change, and a body that needs more room,
@@ -375,7 +375,8 @@ THRUM_API thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t body, in
 THRUM_API thrum_status thrum_scene_set_condensed(thrum_scene *scene, int32_t body, int64_t masters,
                                                  thrum_error *error);
 
-/* Level of detail of a body: with how few coordinates it is stepped while nobody looks closely.
+/* Level of detail of a body: with how few coordinates it is stepped where it is not looked at
+ * closely.
  * Zero-initialise it, and set `masters`, `jump` and `beyond` or `still`. */
 typedef struct thrum_scene_detail {
   /* Coordinates that are stepped while the body is far or still, the others following; 1 to one
@@ -415,7 +416,7 @@ THRUM_API thrum_status thrum_scene_set_eye(thrum_scene *scene, const double eye[
  * steps: it costs some operations for each coordinate. */
 THRUM_API thrum_status thrum_scene_update_detail(thrum_scene *scene, thrum_error *error);
 
-/* What the level of detail has done to a body since it was set. */
+/* The level of detail of a body: what it has done since it was set. */
 typedef struct thrum_scene_detail_report {
   int32_t set;           /* 1: the body has one; else all is zero */
   int32_t reduced;       /* 1: it steps the fewer coordinates at present */

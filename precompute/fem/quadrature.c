@@ -82,6 +82,7 @@ static thrum_status gauss_jacobi(int n, double power, double node[NODES_MAX],
 
 // n^3 points of the folded cube
 static thrum_status fold_cube(int n, thrum_quadratic_point *points, thrum_error *error) {
+  // the folding shrinks the cube by (1 - x)^2 (1 - y), which are the weights of Jacobi
   double node[3][NODES_MAX], weight[3][NODES_MAX];
   for (int axis = 0; axis < 3; axis++)
     THRUM_TRY(gauss_jacobi(n, 2 - axis, node[axis], weight[axis], error));

@@ -91,8 +91,8 @@ static double descend(rest *s, thrum_error *error) {
 
   // the matrix is shifted until it is positive definite, so that delta leads downhill; where it
   // helps GMRES to Newton's own correction, by as little as can be
-  const bool turning = s->loading->follower_count > 0;
-  const double least = turning ? 1e-7 : 0.05, growth = turning ? 10 : 4;
+  const bool follows = s->loading->follower_count > 0;
+  const double least = follows ? 1e-7 : 0.05, growth = follows ? 10 : 4;
   double shift = 0;
   for (int k = 0; status == THRUM_SINGULAR && k < 8; k++) {
     status = full_assemble(full, full->place, 1, 0, 0, error);

@@ -12,24 +12,20 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/contact/contact_law.h"
 #include "runtime/contact/contact_point.h"
 #include "runtime/contact/contact_private.h"
+#include "runtime/contact/contact_row.h"
 
 /* Fills work, rubbed, driven and the gap of a row. */
 static void measure_row(const thrum_contact_run *run, thrum_contact_row *row) {
   const double *rows = thrum_point_rows(run, row->touch.point);
   double moved[3], force[3];
   thrum_point_moved(run, rows, row->lever, run->view.made, moved);
-  for (int axis = 0; axis < 3; axis++) {
-    force[axis] = row->touch.force * row->touch.normal[axis] + row->touch.friction[axis];
+  thrum_contact_row_force(row, force);
+  for (int axis = 0; axis < 3; axis++)
     moved[axis] -= row->drift[axis];
-  }
-  const double along = thrum_dot3(row->touch.normal, moved);
-  row->work = row->touch.force * along;
-  row->rubbed = thrum_dot3(row->touch.friction, moved);
   row->driven = thrum_dot3(force, row->drift);
-  row->touch.gap = row->gap + along;
+  thrum_contact_row_measure(row, moved);
 }
 
 double thrum_contact_measure(thrum_contact_run *run, const double *q) {
@@ -44,21 +40,14 @@ double thrum_contact_measure(thrum_contact_run *run, const double *q) {
 }
 
 double thrum_contact_flow(const thrum_contact_run *run) {
-  double sum = 0.0;
-  for (int64_t n = 0; n < run->contact->row_count; n++) {
-    const thrum_contact_row *row = run->view.rows + n;
-    const double *f = row->touch.friction;
-    sum += (row->touch.force + sqrt(thrum_dot3(f, f))) * row->unloaded_length;
-  }
-  return sum;
+  const thrum_row_list list = thrum_rows_of(run);
+  return thrum_rows_flow(&list);
 }
 
 /* Energy of springs that were there before the first step. */
 static double granted_now(const thrum_contact_run *run) {
-  double sum = 0.0;
-  for (int64_t n = 0; n < run->contact->row_count && run->contact->fresh; n++)
-    sum += run->view.rows[n].touch.stored;
-  return sum;
+  const thrum_row_list list = thrum_rows_of(run);
+  return run->contact->fresh ? thrum_rows_stored(&list) : 0.0;
 }
 
 /* Keeps the rows that touched as the touches of the next step. */
@@ -99,35 +88,11 @@ static double work_of_pulls(const thrum_contact_run *run) {
   return sum;
 }
 
-/* Updates the energy that springs hold after the step: all together no more than they took, and
- * each no more than phi. Points that move as one share a force in many ways and the solver finds
- * one of them, so one spring may hold the energy that another took. Returns the sum [J]. */
-static double keep_stored(const thrum_contact_run *run) {
-
-  // the energy that all springs took, and the most that they can hold
-  double taken = 0.0, room = 0.0;
-  for (int64_t n = 0; n < run->contact->row_count; n++) {
-    thrum_contact_row *row = run->view.rows + n;
-    taken += row->touch.stored - row->work;
-    // a touch that ends keeps nothing
-    row->touch.stored = thrum_contact_energy(row->stiffness, row->touch.gap);
-    room += row->touch.stored;
-  }
-
-  // each holds its share
-  const double kept = fmin(fmax(taken, 0.0), room), share = room > 0.0 ? kept / room : 0.0;
-  double stored = 0.0;
-  for (int64_t n = 0; n < run->contact->row_count; n++) {
-    run->view.rows[n].touch.stored *= share;
-    stored += run->view.rows[n].touch.stored;
-  }
-  return stored;
-}
-
 void thrum_contact_settle(thrum_contact_run *run, const double *q) {
   thrum_contact *contact = run->contact;
   const double granted = granted_now(run), work = thrum_contact_measure(run, q);
-  const double stored = keep_stored(run);
+  const thrum_row_list list = thrum_rows_of(run);
+  const double stored = thrum_rows_keep_stored(&list);
 
   // the balance: work on the body is granted + driven - stored - lost
   for (int64_t n = 0; n < contact->row_count; n++)

@@ -81,6 +81,7 @@ static thrum_status check_def(const thrum_contact_pairs_def *def, thrum_error *e
   return THRUM_OK;
 }
 
+/* The header that a definition leads to, with the sizes of what lies behind it. */
 static thrum_contact_pairs header_of(const thrum_contact_pairs_def *def) {
   thrum_contact_pairs header = {.magic = PAIRS_MAGIC,
                                 .member_max = def->member_max,
@@ -93,6 +94,8 @@ static thrum_contact_pairs header_of(const thrum_contact_pairs_def *def) {
                                 .restitution = def->restitution,
                                 .tolerance = def->tolerance,
                                 .sweeps_max = def->sweeps_max};
+
+  // a snapshot keeps the header and the touches, no scratch
   header.bytes = bytes_of(&header);
   header.kept_bytes = thrum_round_up(sizeof header) +
                       thrum_round_up((size_t)def->touch_max * sizeof(thrum_pair_touching));

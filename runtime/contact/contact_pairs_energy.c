@@ -23,13 +23,12 @@ static void measure_row(const thrum_pairs_run *run, thrum_pair_row *pair) {
   thrum_point_moved(b, thrum_pairs_basis(run, pair, 1), pair->lever, b->view.made, other);
   for (int axis = 0; axis < 3; axis++)
     moved[axis] -= other[axis];
-  const double along = thrum_dot3(row->touch.normal, moved);
-  row->work = row->touch.force * along;
-  row->rubbed = thrum_dot3(row->touch.friction, moved);
-  row->touch.gap = row->gap + along;
+  thrum_contact_row_measure(row, moved);
 }
 
-double thrum_pairs_measure(thrum_pairs_run *run) {
+/* Fills what the rows did in the steps that were made; returns their work on the bodies [J]. The
+ * members' thrum_contact_measure comes before. */
+static double measure(thrum_pairs_run *run) {
   double work = 0.0;
   for (int64_t n = 0; n < run->row_count; n++) {
     measure_row(run, run->view.rows + n);
@@ -38,28 +37,10 @@ double thrum_pairs_measure(thrum_pairs_run *run) {
   return work;
 }
 
-/* The sum of the forces times the free displacements of their points [J]. */
-static double flow_of(const thrum_pairs_run *run) {
-  double sum = 0.0;
-  for (int64_t n = 0; n < run->row_count; n++) {
-    const thrum_contact_row *row = &run->view.rows[n].row;
-    const double *f = row->touch.friction;
-    sum += (row->touch.force + sqrt(thrum_dot3(f, f))) * row->unloaded_length;
-  }
-  return sum;
-}
-
-/* What the springs of the group held before the step [J]. */
-static double held(const thrum_pairs_run *run) {
-  double sum = 0.0;
-  for (int64_t n = 0; n < run->row_count; n++)
-    sum += run->view.rows[n].row.touch.stored;
-  return sum;
-}
-
 bool thrum_pairs_allowed(thrum_pairs_run *run) {
-  const double left = held(run) + run->pairs->budget - thrum_pairs_measure(run);
-  return left >= -ROUNDING * (run->pairs->flow + flow_of(run));
+  const thrum_row_list list = thrum_pairs_rows_of(run);
+  const double left = thrum_rows_stored(&list) + run->pairs->budget - measure(run);
+  return left >= -ROUNDING * (run->pairs->flow + thrum_rows_flow(&list));
 }
 
 bool thrum_pairs_apart(const thrum_pairs_run *run) {
@@ -72,28 +53,6 @@ bool thrum_pairs_apart(const thrum_pairs_run *run) {
   return true;
 }
 
-/* Updates what the springs hold (keep_stored of contact_energy.c); returns the sum [J]. */
-static double keep_stored(const thrum_pairs_run *run) {
-
-  // the energy that all springs took, and the most that they can hold
-  double taken = 0.0, room = 0.0;
-  for (int64_t n = 0; n < run->row_count; n++) {
-    thrum_contact_row *row = &run->view.rows[n].row;
-    taken += row->touch.stored - row->work;
-    row->touch.stored = thrum_contact_energy(row->stiffness, row->touch.gap);
-    room += row->touch.stored;
-  }
-
-  // each holds its share
-  const double kept = fmin(fmax(taken, 0.0), room), share = room > 0.0 ? kept / room : 0.0;
-  double stored = 0.0;
-  for (int64_t n = 0; n < run->row_count; n++) {
-    run->view.rows[n].row.touch.stored *= share;
-    stored += run->view.rows[n].row.touch.stored;
-  }
-  return stored;
-}
-
 /* Keeps the rows that touched as the touches of the next step. */
 static void keep_touches(thrum_pairs_run *run) {
   thrum_contact_pairs *pairs = run->pairs;
@@ -102,6 +61,8 @@ static void keep_touches(thrum_pairs_run *run) {
     const thrum_touching *touch = &pair->row.touch;
     if (touch->force == 0.0 && touch->gap >= 0.0)
       continue;
+
+    // the report counts all, also those for which there is no room
     const double distance = touch->gap + pair->thickness;
     pairs->distance = pairs->touch_count > 0 ? fmin(pairs->distance, distance) : distance;
     pairs->depth = fmax(pairs->depth, -touch->gap);
@@ -112,6 +73,7 @@ static void keep_touches(thrum_pairs_run *run) {
       continue;
     }
 
+    // the next step starts from these forces, and finds its row by the key
     thrum_pair_touching *kept = run->view.touches + pairs->touch_count++;
     *kept = (thrum_pair_touching){.key = pair->key,
                                   .towards = touch->towards,
@@ -129,12 +91,14 @@ static void keep_touches(thrum_pairs_run *run) {
 
 void thrum_pairs_settle(thrum_pairs_run *run) {
   thrum_contact_pairs *pairs = run->pairs;
-  const double before = held(run), work = thrum_pairs_measure(run), stored = keep_stored(run);
+  const thrum_row_list list = thrum_pairs_rows_of(run);
+  const double before = thrum_rows_stored(&list), work = measure(run);
+  const double stored = thrum_rows_keep_stored(&list);
 
   // what all springs held before counts as lost until their group has settled
   pairs->stored += stored;
   pairs->lost -= work + stored;
   pairs->budget += before - work - stored;
-  pairs->flow += flow_of(run);
+  pairs->flow += thrum_rows_flow(&list);
   keep_touches(run);
 }

@@ -13,12 +13,12 @@
 #ifndef THRUM_RUNTIME_CONTACT_CONTACT_PAIRS_PRIVATE_H
 #define THRUM_RUNTIME_CONTACT_CONTACT_PAIRS_PRIVATE_H
 
-#include "runtime/contact/contact_private.h"
+#include "runtime/contact/contact_row.h"
 #include "runtime/contact/contact_skin.h"
 #include "thrum/contact_pairs.h"
 
-/* What touches what. The first side is a vertex of the first or of the second body, or an edge of
- * the first. */
+/* Kind of a touch: what touches what. The first side is a vertex of the first or of the second
+ * body, or an edge of the first. */
 typedef enum thrum_pair_kind {
   THRUM_PAIR_VERTEX = 0,  /* vertex of body a, triangle of body b */
   THRUM_PAIR_REVERSE = 1, /* vertex of body b, triangle of body a */
@@ -118,6 +118,14 @@ typedef struct thrum_pairs_run {
   bool solved; /* there are such */
 } thrum_pairs_run;
 
+/* The rows between the bodies of the group, and what they have in common with those on obstacles.
+ */
+static inline thrum_row_list thrum_pairs_rows_of(const thrum_pairs_run *run) {
+  const thrum_row_list list = {
+      .count = run->row_count, .stride = sizeof(thrum_pair_row), .first = &run->view.rows->row};
+  return list;
+}
+
 /* contact_pairs.c: pointers into the block. */
 thrum_pairs_view thrum_pairs_view_of(const thrum_contact_pairs *pairs);
 
@@ -154,10 +162,6 @@ double *thrum_pairs_basis(const thrum_pairs_run *run, const thrum_pair_row *row,
 /* contact_pairs_solve.c: solves all rows of the group with those of its members, and gathers their
  * loads. */
 void thrum_pairs_solve(thrum_pairs_run *run);
-
-/* contact_pairs_energy.c: fills what the rows did in the steps that were made; returns their work
- * on the bodies [J]. The members' thrum_contact_measure comes before. */
-double thrum_pairs_measure(thrum_pairs_run *run);
 
 /* contact_pairs_energy.c: did contact between the bodies give back no more than it had taken? */
 bool thrum_pairs_allowed(thrum_pairs_run *run);

@@ -19,10 +19,8 @@
 #include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
 
-#define DEEPEST 0.5  /* of the thickness: springs push up to here whatever restitution says */
-#define RECOVERY 0.1 /* share of an excess of depth that a step may take back */
-#define RESTING 2.0  /* an approach slower than so many times what a step adds is no impact */
-#define ALIKE 0.7    /* cosine between the normals of a touch that goes on on another triangle */
+#define DEEPEST 0.5 /* of the thickness: springs push up to here whatever restitution says */
+#define ALIKE 0.7   /* cosine between the normals of a touch that goes on on another triangle */
 
 double *thrum_pairs_basis(const thrum_pairs_run *run, const thrum_pair_row *row, int side) {
   const int64_t index = row - run->view.rows;
@@ -106,22 +104,13 @@ static void go_on(thrum_pairs_run *run, thrum_pair_row *row, bool exact) {
     touch->friction[axis] = before->friction[axis] - along * touch->normal[axis];
 }
 
-/* Largest eigenvalue of G on the plane across the normal; pushed = G n. */
-static double largest_across(const double response[9], const double normal[3],
-                             const double pushed[3]) {
-  const double along = thrum_dot3(pushed, normal);
-  const double trace = response[0] + response[4] + response[8] - along;
-  double square = along * along - 2.0 * thrum_dot3(pushed, pushed);
-  for (int n = 0; n < 9; n++)
-    square += response[n] * response[n];
-  return 0.5 * (trace + sqrt(fmax(2.0 * square - trace * trace, 0.0)));
-}
-
 /* How the two points answer to a force between them. The levers are those with which the rotations
  * that are predicted displace the points exactly. */
 static void fill_response(thrum_pairs_run *run, thrum_pair_row *row) {
   thrum_contact_row *of = &row->row;
   memset(of->response, 0, sizeof of->response);
+
+  // the responses of both bodies add up: the force acts on one and against the other
   for (int side = 0; side < 2; side++) {
     const thrum_contact_run *body = run->view.runs + row->members[side];
     double *lever = side == 0 ? of->lever : row->lever;
@@ -133,10 +122,7 @@ static void fill_response(thrum_pairs_run *run, thrum_pair_row *row) {
       of->response[n] += response[n];
   }
 
-  double pushed[3];
-  thrum_apply3(of->response, of->touch.normal, pushed);
-  of->along = thrum_dot3(pushed, of->touch.normal);
-  of->across = largest_across(of->response, of->touch.normal, pushed);
+  thrum_contact_row_respond(of);
 }
 
 /* How the two points move against each other. */
@@ -164,27 +150,9 @@ void thrum_pairs_refresh(thrum_pairs_run *run) {
     fill_response(run, run->view.rows + n);
 }
 
-/* The approach, and what friction aims at (bound_row of contact_rows.c). */
-static void fill_approach(const thrum_pairs_run *run, thrum_pair_row *row, const double velocity[3],
-                          const double unloaded[3]) {
-  const double h = run->view.runs[row->members[0]].dt;
-  thrum_contact_row *of = &row->row;
-  of->speed = thrum_dot3(velocity, of->touch.normal);
-  of->gained = 2.0 * (of->speed - thrum_dot3(unloaded, of->touch.normal) / h);
-  if (of->speed < 0.0) {
-    const double impact = -of->speed > RESTING * of->gained ? -of->speed : 0.0;
-    of->touch.approach = of->touch.towards ? fmax(of->touch.approach, impact) : impact;
-    of->touch.towards = 1;
-  } else if (of->speed > 0.0) {
-    of->touch.towards = 0;
-  }
-  of->unloaded_length = sqrt(thrum_dot3(unloaded, unloaded));
-  for (int axis = 0; axis < 3; axis++)
-    of->slide[axis] = 0.5 * h * (velocity[axis] - of->speed * of->touch.normal[axis]);
-}
-
 /* The row of a candidate; false where nothing can move either place. */
 static bool fill_row(thrum_pairs_run *run, const thrum_pair_candidate *c, thrum_pair_row *row) {
+  // what the search knows
   memset(row, 0, sizeof *row);
   row->key = c->key;
   memcpy(row->members, c->members, sizeof row->members);
@@ -193,15 +161,18 @@ static bool fill_row(thrum_pairs_run *run, const thrum_pair_candidate *c, thrum_
   row->thickness = thrum_pairs_thickness(run->pairs, skins[0], skins[1]);
   row->row.gap = c->apart - row->thickness;
 
+  // how the two places move
   const double first = fill_side(run, c, 0, row), second = fill_side(run, c, 1, row);
   double velocity[3], unloaded[3];
   fill_response(run, row);
   fill_motion(run, row, velocity, unloaded);
+
+  // the law between them: a spring as stiff as the softer body's material over the thickness
   row->row.friction = run->pairs->friction;
   row->row.restitution = run->pairs->restitution;
   row->row.stiffness = (c->key.kind == THRUM_PAIR_EDGES ? fmin(first, second) : first) *
                        fmin(skins[0]->young, skins[1]->young) / row->thickness;
-  fill_approach(run, row, velocity, unloaded);
+  thrum_contact_row_approach(&row->row, run->view.runs[row->members[0]].dt, velocity, unloaded);
   return row->row.along > 0.0 && isfinite(row->row.along);
 }
 
@@ -216,37 +187,20 @@ static void stiffen(const thrum_pairs_run *run, thrum_pair_row *row) {
   of->touch.stored = fmin(of->touch.stored, thrum_contact_energy(of->stiffness, of->gap));
 }
 
-/* Share of their depth by which springs are deeper than their forces of the last step account for
- * (contact_rows.c). */
-static double excess_share(const thrum_pairs_run *run) {
-  double carried = 0.0, pressed = 0.0;
-  for (int64_t n = 0; n < run->row_count; n++) {
-    const thrum_contact_row *row = &run->view.rows[n].row;
-    carried += row->touch.force;
-    pressed += row->stiffness * fmax(-row->gap, 0.0);
-  }
-  return pressed > carried ? 1.0 - carried / pressed : 0.0;
-}
-
-/* The gap up to which each spring pushes (contact_rows.c), but at least to half the thickness. */
+/* The gap up to which each spring pushes, but at least to half the thickness. */
 static void raise_ceilings(thrum_pairs_run *run) {
-  const double share = excess_share(run);
+  const thrum_row_list list = thrum_pairs_rows_of(run);
+  const double share = thrum_rows_excess(&list);
   for (int64_t n = 0; n < run->row_count; n++) {
     thrum_pair_row *pair = run->view.rows + n;
-    thrum_contact_row *row = &pair->row;
     const double h = run->view.runs[pair->members[0]].dt;
-    const double excess = share * fmax(-row->gap, 0.0);
-    const double out = fmin(sqrt(fmax(row->gained, 0.0) / h * excess), RECOVERY * excess / h);
-    const double away = fmax(row->restitution * row->touch.approach, out);
-    row->ceiling = row->restitution < 1.0
-                       ? fmax(row->gap + 0.5 * h * (row->speed + away), -DEEPEST * pair->thickness)
-                       : INFINITY;
+    pair->row.ceiling =
+        fmax(thrum_contact_row_ceiling(&pair->row, h, share), -DEEPEST * pair->thickness);
   }
 }
 
-/* Has one of the first `count` rows, which ascend by their keys, this key, or for a rim this
- * vertex?
- */
+/* Is there a row with this key, or for a rim with this vertex, among the first `count`, which
+ * ascend by their keys? */
 static bool has_row(const thrum_pairs_run *run, int64_t count, const thrum_pair_candidate *c) {
   for (int64_t n = 0; n < count; n++) {
     const thrum_pair_key *key = &run->view.rows[n].key;

@@ -333,6 +333,8 @@ static void try_vertex(search *s, int side, int32_t vertex, int32_t triangle) {
               triangle},
       .members = {(int32_t)s->members[side], (int32_t)s->members[other]},
       .vertices = {vertex, corners[0], corners[1], corners[2]}};
+
+  // the ways of the four vertices through the step
   thrum_quad quad;
   for (int n = 0; n < 4; n++) {
     quad.x[n] = thrum_pairs_place(s->run, candidate.members[n > 0], candidate.vertices[n]);

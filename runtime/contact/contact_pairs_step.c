@@ -140,10 +140,13 @@ static void open_all(thrum_pairs_run *run, thrum_status *first, thrum_error *err
   for (int64_t n = 0; n < run->count; n++) {
     thrum_contact_member *member = run->members + n;
     thrum_error detail = {0};
+
+    // members that fail keep their numbers, so that those of the others stay
     run->view.first_vertex[n + 1] = run->view.first_vertex[n] + member->skin->vertex_count;
     run->view.first_node[n + 1] = run->view.first_node[n] + member->skin->node_count;
     member->status = THRUM_OK;
     run->view.runs[n].contact = NULL;
+
     const thrum_status opened =
         thrum_contact_open(member->model, member->state, member->contact, member->environment,
                            run->view.runs + n, &detail);
@@ -151,6 +154,8 @@ static void open_all(thrum_pairs_run *run, thrum_status *first, thrum_error *err
       fail(member, opened, &detail, first, error);
     if (opened < 0)
       continue;
+
+    // what another attempt goes back to
     run->view.contacts[n] = *member->contact;
     memcpy(run->view.runs[n].view.snapshot, member->state, (size_t)member->contact->state_bytes);
   }
@@ -179,8 +184,8 @@ static void prepare_all(thrum_pairs_run *run, thrum_status *first, thrum_error *
 
 /* --- the step --------------------------------------------------------------------------------- */
 
-/* Has a solve moved a body so much further than the search had it that it may meet what was not
- * found? */
+/* True where a solve has moved a body so much further than the search had it that it may meet what
+ * was not found. */
 static bool has_missed(const thrum_pairs_run *run) {
   for (int64_t n = 0; n < run->count; n++) {
     const thrum_contact_run *body = run->view.runs + n;
@@ -189,11 +194,14 @@ static bool has_missed(const thrum_pairs_run *run) {
     const thrum_skin *skin = run->members[n].skin;
     const thrum_skin_view view = thrum_skin_view_of(skin);
     double off = 0.0, way[3], turn[3];
+
+    // a bound on how far any vertex is from where the search had it: by shape, way and rotation
     for (int64_t i = 0; i < skin->rank; i++)
       off += view.extents[i] * fabs(body->view.moved[i] - body->view.unloaded[i]);
     thrum_subtract3(body->moved, body->unloaded, way);
     thrum_subtract3(body->turned, body->unloaded_turn, turn);
     off += sqrt(thrum_dot3(way, way)) + sqrt(thrum_dot3(turn, turn)) * skin->diagonal;
+
     const double thickness = run->pairs->thickness > 0.0
                                  ? run->pairs->thickness
                                  : thrum_pairs_thickness(run->pairs, skin, skin);
@@ -254,6 +262,8 @@ static void find_and_solve(thrum_pairs_run *run) {
 /* Steps all members under the loads that were solved for; false where one failed. */
 static bool step_all(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
   bool done = true;
+
+  // all are stepped, also after a failure: what failed says so for each body
   for (int64_t n = 0; n < run->count; n++) {
     thrum_contact_member *member = run->members + n;
     thrum_error detail = {0};
@@ -281,6 +291,8 @@ static bool is_allowed(thrum_pairs_run *run) {
 /* Back to the start of the step for the next attempt, each of which asks for less. */
 static void again(thrum_pairs_run *run, int attempt) {
   run->pairs->redone++;
+
+  // each body goes back, and its own touches ask for as much less as the pairs do
   for (int64_t n = 0; n < run->count; n++) {
     thrum_contact_run *body = run->view.runs + n;
     if (run->members[n].status < 0)
@@ -293,6 +305,8 @@ static void again(thrum_pairs_run *run, int attempt) {
     if (attempt == ATTEMPT_RELEASED)
       thrum_contact_release(body);
   }
+
+  // the pairs, then all together
   if (attempt == ATTEMPT_RELEASED)
     thrum_pairs_release(run);
   if (attempt == ATTEMPT_WITHOUT) {

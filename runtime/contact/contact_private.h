@@ -8,7 +8,7 @@
  * A step goes through these files in this order: contact_check.c, contact_predict.c,
  * contact_pull.c, contact_rows.c, contact_guess.c and contact_solve.c (thrum_contact_begin), then
  * contact_energy.c (thrum_contact_end). contact_point.h has the kinematics of one point,
- * contact_law.h the forces of one row, obstacle_private.h the shapes.
+ * contact_row.h what one row does, contact_law.h its forces, obstacle_private.h the shapes.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_CONTACT_CONTACT_PRIVATE_H
@@ -200,9 +200,6 @@ void thrum_contact_rows(thrum_contact_run *run);
 /* contact_rows.c: takes restitution and friction out of all rows, so that they only stop what comes
  * in. */
 void thrum_contact_release(thrum_contact_run *run);
-
-/* contact_guess.c: guesses the forces of rows that are new, and adds what they move. */
-void thrum_contact_guess(thrum_contact_run *run);
 
 /* contact_solve.c: the three parts of a solve: moved from the forces that rows and pulls have
  * (returns the largest displacement [m]); one sweep over pulls and rows (returns the largest

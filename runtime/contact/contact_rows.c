@@ -17,11 +17,10 @@
 #include "runtime/contact/contact_law.h"
 #include "runtime/contact/contact_point.h"
 #include "runtime/contact/contact_private.h"
+#include "runtime/contact/contact_row.h"
 #include "runtime/contact/obstacle_private.h"
 
 #define ENTRY_HALVINGS 24
-#define RECOVERY 0.1 /* share of an excess of depth that a step may take back */
-#define RESTING 2.0  /* an approach slower than so many times what a step adds is no impact */
 
 /* A point in a step. */
 typedef struct moving_point {
@@ -92,44 +91,6 @@ static double entry_gap(const thrum_obstacle *obstacle, int32_t face, const doub
   return fmax(depth - inside * thrum_dot3(normal, way), 0.0);
 }
 
-/* Fills the approach speed of a row, and the displacement that friction aims at, from the point's
- * velocity relative to the obstacle and its displacement without contact. */
-static void bound_row(const thrum_contact_run *run, const double velocity[3],
-                      const double unloaded[3], thrum_contact_row *row) {
-  const double h = run->dt;
-  thrum_touching *touch = &row->touch;
-  const double speed = thrum_dot3(velocity, touch->normal);
-
-  // the speed that one step adds is no impact: a body at rest would be thrown up again and again
-  const double gained = 2.0 * (speed - thrum_dot3(unloaded, touch->normal) / h);
-
-  // an approach lasts until the point moves away, and keeps its largest speed
-  if (speed < 0.0) {
-    const double impact = -speed > RESTING * gained ? -speed : 0.0;
-    touch->approach = touch->towards ? fmax(touch->approach, impact) : impact;
-    touch->towards = 1;
-  } else if (speed > 0.0) {
-    touch->towards = 0;
-  }
-
-  // friction aims at the displacement that stops the tangential velocity within the step
-  row->speed = speed;
-  row->gained = gained;
-  for (int axis = 0; axis < 3; axis++)
-    row->slide[axis] = 0.5 * h * (velocity[axis] - speed * touch->normal[axis]);
-}
-
-/* Largest eigenvalue of G on the plane across the normal; pushed = G n. */
-static double largest_across(const double response[9], const double normal[3],
-                             const double pushed[3]) {
-  const double along = thrum_dot3(pushed, normal);
-  const double trace = response[0] + response[4] + response[8] - along;
-  double square = along * along - 2.0 * thrum_dot3(pushed, pushed);
-  for (int n = 0; n < 9; n++)
-    square += response[n] * response[n];
-  return 0.5 * (trace + sqrt(fmax(2.0 * square - trace * trace, 0.0)));
-}
-
 /* Fills a row whose touch and gap are set; `before` is the same touch in the last step, or NULL. */
 static void fill_row(const thrum_contact_run *run, const moving_point *point,
                      const thrum_obstacle *obstacle, const thrum_touching *before,
@@ -140,11 +101,7 @@ static void fill_row(const thrum_contact_run *run, const moving_point *point,
   // how the point answers to a force
   memcpy(row->lever, point->lever, sizeof row->lever);
   thrum_point_response(run, point->rows, row->lever, row->response);
-  double pushed[3], velocity[3], unloaded[3];
-  const double *normal = row->touch.normal;
-  thrum_apply3(row->response, normal, pushed);
-  row->along = thrum_dot3(pushed, normal);
-  row->across = largest_across(row->response, normal, pushed);
+  thrum_contact_row_respond(row);
 
   // the law: stiffness and damping are per area
   row->stiffness = pressure * area;
@@ -166,14 +123,14 @@ static void fill_row(const thrum_contact_run *run, const moving_point *point,
   }
 
   // velocity and displacement relative to the obstacle
+  double velocity[3], unloaded[3];
   thrum_point_velocity(run, point->rows, point->arm, velocity);
   for (int axis = 0; axis < 3; axis++) {
     row->drift[axis] = h * obstacle->velocity[axis];
     velocity[axis] -= obstacle->velocity[axis];
     unloaded[axis] = point->unloaded[axis] - row->drift[axis];
   }
-  row->unloaded_length = sqrt(thrum_dot3(unloaded, unloaded));
-  bound_row(run, velocity, unloaded, row);
+  thrum_contact_row_approach(row, h, velocity, unloaded);
 }
 
 /* Does a displacement end inside? `way` gets it relative to the obstacle. */
@@ -280,30 +237,12 @@ static void add_rows(thrum_contact_run *run, double reach) {
   }
 }
 
-/* Share of their depth by which springs are deeper than the forces of the last step account for,
- * because something held them back. It is taken over all rows together, as points may share a force
- * in many ways. */
-static double excess_share(const thrum_contact_run *run) {
-  double carried = 0.0, pressed = 0.0;
-  for (int64_t n = 0; n < run->contact->row_count; n++) {
-    const thrum_contact_row *row = run->view.rows + n;
-    carried += row->touch.force;
-    pressed += row->stiffness * fmax(-row->gap, 0.0);
-  }
-  return pressed > carried ? 1.0 - carried / pressed : 0.0;
-}
-
-/* Sets the gap up to which each spring pushes: as fast as restitution says, or out of an excess of
- * depth, but no faster than the force that presses the body on the obstacle can stop. */
+/* Sets the gaps up to which springs push. */
 static void raise_ceilings(thrum_contact_run *run) {
-  const double share = excess_share(run), h = run->dt;
-  for (int64_t n = 0; n < run->contact->row_count; n++) {
-    thrum_contact_row *row = run->view.rows + n;
-    const double excess = share * fmax(-row->gap, 0.0);
-    const double out = fmin(sqrt(fmax(row->gained, 0.0) / h * excess), RECOVERY * excess / h);
-    const double away = fmax(row->restitution * row->touch.approach, out);
-    row->ceiling = row->restitution < 1.0 ? row->gap + 0.5 * h * (row->speed + away) : INFINITY;
-  }
+  const thrum_row_list list = thrum_rows_of(run);
+  const double share = thrum_rows_excess(&list);
+  for (int64_t n = 0; n < run->contact->row_count; n++)
+    run->view.rows[n].ceiling = thrum_contact_row_ceiling(run->view.rows + n, run->dt, share);
 }
 
 void thrum_contact_rows(thrum_contact_run *run) {

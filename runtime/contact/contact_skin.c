@@ -202,6 +202,7 @@ static int box_of(const thrum_skin_view *view, int64_t from, int64_t to, double 
         most[axis] = fmax(most[axis], x);
       }
 
+  // the node is halved along this axis
   int longest = 0;
   for (int axis = 0; axis < 3; axis++) {
     middle[axis] = 0.5 * (least[axis] + most[axis]);

@@ -12,53 +12,19 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/contact/contact_law.h"
+#include "runtime/contact/contact_guess.h"
 #include "runtime/contact/contact_point.h"
-#include "runtime/contact/contact_private.h"
-
-/* Force of a row on the body [N]. */
-static void force_of(const thrum_contact_row *row, double force[3]) {
-  for (int axis = 0; axis < 3; axis++)
-    force[axis] = row->touch.force * row->touch.normal[axis] + row->touch.friction[axis];
-}
 
 /* Solves one row; returns by how much its point had moved since the last sweep [m]. */
 static double solve_row(thrum_contact_run *run, thrum_contact_row *row) {
-  const double *rows = thrum_point_rows(run, row->touch.point), *normal = row->touch.normal;
-  double at[3], before[3], change[3], moved[3];
-
-  // where the point is now, relative to the obstacle
+  const double *rows = thrum_point_rows(run, row->touch.point);
+  double at[3], change[3];
   thrum_point_moved(run, rows, row->lever, run->view.moved, at);
   const double off = thrum_point_since(at, row->seen);
   for (int axis = 0; axis < 3; axis++)
     at[axis] -= row->drift[axis];
-  force_of(row, before);
-
-  // the normal force from the gap that this row has without its own force
-  const double gap = row->gap + thrum_dot3(normal, at);
-  const double force =
-      thrum_contact_normal(row, gap - row->along * row->touch.force, row->touch.stored);
-  for (int axis = 0; axis < 3; axis++)
-    change[axis] = (force - row->touch.force) * normal[axis];
-  row->touch.force = force;
-  thrum_apply3(row->response, change, moved);
-
-  // friction from the tangential displacement that this row has without its friction
-  for (int axis = 0; axis < 3; axis++)
-    at[axis] += moved[axis];
-  const double along = thrum_dot3(normal, at);
-  for (int axis = 0; axis < 3; axis++)
-    at[axis] -= along * normal[axis] + row->across * row->touch.friction[axis];
-  thrum_contact_friction(row, force, at, row->touch.friction);
-
-  // the change of force moves all points of the body, and this one at once
-  force_of(row, change);
-  for (int axis = 0; axis < 3; axis++)
-    change[axis] -= before[axis];
+  thrum_contact_row_solve(row, at, change);
   thrum_point_push(run, rows, row->lever, change);
-  thrum_apply3(row->response, change, moved);
-  for (int axis = 0; axis < 3; axis++)
-    row->seen[axis] += moved[axis];
   return off;
 }
 
@@ -87,7 +53,7 @@ double thrum_contact_begin_sweeps(thrum_contact_run *run) {
   for (int64_t n = 0; n < run->contact->row_count; n++) {
     const thrum_contact_row *row = run->view.rows + n;
     largest = fmax(largest, row->unloaded_length + fabs(row->gap));
-    force_of(row, force);
+    thrum_contact_row_force(row, force);
     thrum_point_push(run, thrum_point_rows(run, row->touch.point), row->lever, force);
   }
   for (int64_t n = 0; n < run->contact->pull_count; n++) {
@@ -114,7 +80,7 @@ void thrum_contact_gather(thrum_contact_run *run) {
   // what rows and pulls add
   for (int64_t n = 0; n < run->contact->row_count; n++) {
     const thrum_contact_row *row = run->view.rows + n;
-    force_of(row, force);
+    thrum_contact_row_force(row, force);
     thrum_point_load(run, thrum_point_rows(run, row->touch.point), row->lever, force);
   }
   for (int64_t n = 0; n < run->contact->pull_count; n++)

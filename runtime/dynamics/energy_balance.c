@@ -39,7 +39,8 @@ static bool is_monitored(const thrum_state *state) {
   return state->def.integrator == THRUM_INTEGRATOR_FOX_GOODWIN && state->def.adaptive;
 }
 
-bool thrum_energy_balance_follows(const thrum_state *state) {
+/* True for a state whose balance is followed: `energy` and a monitored imexv see to theirs. */
+static bool follows(const thrum_state *state) {
   // after a switch until the energy is explained again
   if (state->scheme == THRUM_SCHEME_ENERGY)
     return state->balance.grew;
@@ -122,7 +123,7 @@ static bool is_due(thrum_state *state, double motion) {
 bool thrum_energy_balance_enter(const thrum_model *model, thrum_state *state,
                                 const thrum_state_view *view, const thrum_solve_report *report) {
   thrum_energy_balance *b = &state->balance;
-  if (!thrum_energy_balance_follows(state))
+  if (!follows(state))
     return false;
   if (b->begin < 0)
     begin(model, state, view);

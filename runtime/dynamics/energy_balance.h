@@ -7,9 +7,6 @@
 #include "runtime/dynamics/solve_report.h"
 #include "runtime/dynamics/state_layout.h"
 
-/* True for a state whose balance is followed: `energy` and a monitored imexv see to theirs. */
-bool thrum_energy_balance_follows(const thrum_state *state);
-
 /* Forgets the balance: the next step begins a new one. */
 void thrum_energy_balance_reset(thrum_state *state);
 

@@ -157,12 +157,13 @@ bool thrum_solve_newton(const thrum_solver *s) {
   return true;
 }
 
-bool thrum_solve_by_def(const thrum_solver *s) {
+/* By the solver of the def alone, without full Newton after it. */
+static bool solve_by_def(const thrum_solver *s) {
   return s->state->def.solver == THRUM_SOLVER_NEWTON ? thrum_newton_solve(s) : thrum_quasi_solve(s);
 }
 
 bool thrum_solve_increment(const thrum_solver *s) {
-  if (thrum_solve_by_def(s))
+  if (solve_by_def(s))
     return true;
 
   // the thesis' solver alone has nothing behind it

@@ -11,9 +11,6 @@
  * fallback. */
 bool thrum_solve_increment(const thrum_solver *s);
 
-/* The same by the solver of the def alone, without full Newton after it. */
-bool thrum_solve_by_def(const thrum_solver *s);
-
 /* Full Newton from no motion. After thrum_quasi_begin. */
 bool thrum_solve_newton(const thrum_solver *s);
 

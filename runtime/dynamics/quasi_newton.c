@@ -552,7 +552,8 @@ void thrum_quasi_evaluate(const thrum_solver *s, thrum_quasi *quasi) {
     s->evaluate(s);
 }
 
-bool thrum_quasi_run(const thrum_solver *s, thrum_quasi *quasi) {
+/* Evaluates and takes until the solve is done; false when it is stuck. */
+static bool run_quasi(const thrum_solver *s, thrum_quasi *quasi) {
   thrum_quasi_next next;
   do {
     thrum_quasi_evaluate(s, quasi);
@@ -564,5 +565,5 @@ bool thrum_quasi_run(const thrum_solver *s, thrum_quasi *quasi) {
 bool thrum_quasi_solve(const thrum_solver *s) {
   thrum_quasi quasi;
   thrum_quasi_begin(s, &quasi);
-  return thrum_quasi_run(s, &quasi);
+  return run_quasi(s, &quasi);
 }

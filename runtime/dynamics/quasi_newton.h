@@ -39,9 +39,6 @@ void thrum_quasi_evaluate(const thrum_solver *s, thrum_quasi *quasi);
  * in view->force. False when it is stuck. */
 bool thrum_quasi_solve(const thrum_solver *s);
 
-/* Evaluates and takes until the solve is done; false when it is stuck. */
-bool thrum_quasi_run(const thrum_solver *s, thrum_quasi *quasi);
-
 /* Applies the correction that a solve has left over, which then is not done yet. */
 void thrum_quasi_go_on(const thrum_solver *s, thrum_quasi *quasi);
 

@@ -103,6 +103,8 @@ static double energy_of_strain(const thrum_model *model) {
   double sum = 0;
   if (!model->vertices || !model->tets || !model->tet_region || !model->material)
     return 0;
+
+  // a tetrahedron's volume is a sixth of the determinant of its edges
   for (int64_t t = 0; t < model->tet_count; t++) {
     const int32_t *corner = model->tets + 4 * t;
     double edge[3][3];

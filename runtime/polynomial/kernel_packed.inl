@@ -387,7 +387,7 @@ INLINE v8 lower_block(int64_t rows, const double *y, double q_c, const double *r
   return sum;
 }
 
-/* What the sums y of a block's rows meet: their own coordinates, g += q_c y, and q_c. */
+/* The factors of the sums y of a block's rows: their own coordinates, g += q_c y, and q_c. */
 typedef struct row_end {
   double q_c;
   const double *q; /* by row */

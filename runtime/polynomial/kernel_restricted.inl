@@ -35,7 +35,7 @@ INLINE void linear_rows(bool single, int rows, const thrum_model *model, int64_t
   v8_store(y, total);
 }
 
-/* Those of all n implicit modes, as many at a time as registers hold. */
+/* The linear terms of all n implicit modes, as many at a time as registers hold. */
 INLINE void linear_terms(bool single, const thrum_model *model, int64_t split, const double *q,
                          const double *m, double *y) {
   const int64_t n = model->rank - split;

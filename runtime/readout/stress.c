@@ -24,7 +24,7 @@ static size_t rows_offset(int64_t count) {
   return tets_offset() + thrum_round_up((size_t)count * sizeof(thrum_stress_point_tet));
 }
 
-const thrum_stress_point_tet *thrum_stress_points_data(const thrum_stress_points *stress_points) {
+static const thrum_stress_point_tet *data_of(const thrum_stress_points *stress_points) {
   return (const void *)((const unsigned char *)stress_points + tets_offset());
 }
 
@@ -199,7 +199,7 @@ int64_t thrum_stress_points_count(const thrum_stress_points *stress_points) {
 }
 
 int32_t thrum_stress_points_tet(const thrum_stress_points *stress_points, int64_t n) {
-  return thrum_stress_points_data(stress_points)[n].tet;
+  return data_of(stress_points)[n].tet;
 }
 
 int64_t thrum_stress_points_work_count(const thrum_stress_points *stress_points) {
@@ -241,7 +241,7 @@ static void gather(const thrum_stress_points *stress_points, const thrum_stress_
 
 void thrum_stress_points_strain(const thrum_stress_points *stress_points, int64_t n,
                                 const double *q, double gradient[3][3], double strain[6]) {
-  const thrum_stress_point_tet *data = thrum_stress_points_data(stress_points) + n;
+  const thrum_stress_point_tet *data = data_of(stress_points) + n;
   double u[12];
   gather(stress_points, data, q, NULL, u);
   thrum_tet_gradient(u, data->shape, gradient);
@@ -301,7 +301,7 @@ thrum_status thrum_stress_points_read(const thrum_stress_points *stress_points, 
   for (int64_t v = 0; work && v < stress_points->places; v++)
     displace(rows + 3 * v * stress_points->rank, stress_points->rank, q, work + 3 * v);
 
-  const thrum_stress_point_tet *tets = thrum_stress_points_data(stress_points);
+  const thrum_stress_point_tet *tets = data_of(stress_points);
   for (int64_t n = 0; n < stress_points->count; n++) {
     double u[12];
     gather(stress_points, tets + n, q, work, u);

@@ -33,8 +33,6 @@ struct thrum_stress_points {
   int64_t places; /* vertices whose rows of U are kept */
 };
 
-const thrum_stress_point_tet *thrum_stress_points_data(const thrum_stress_points *stress_points);
-
 /* G of stress points n at q, and its Green strain. */
 void thrum_stress_points_strain(const thrum_stress_points *stress_points, int64_t n,
                                 const double *q, double gradient[3][3], double strain[6]);

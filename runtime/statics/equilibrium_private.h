@@ -52,8 +52,6 @@ typedef struct thrum_search_measure {
   double energy; /* V */
 } thrum_search_measure;
 
-thrum_search_measure thrum_search_assess(thrum_search *s, double factor);
-
 /* sqrt(sum scale_i x_i^2) of x, or of x - y. */
 double thrum_search_length(const thrum_search *s, const double *x, const double *y);
 

@@ -33,7 +33,8 @@
 #define LEAP_STEPS 6       /* full steps within which the energy must fall below where it was */
 #define NEAR_ITERATIONS 20 /* a step that needs more is too long */
 
-thrum_search_measure thrum_search_assess(thrum_search *s, double factor) {
+/* Residual and energies of s->trial under factor times the load. */
+static thrum_search_measure assess(thrum_search *s, double factor) {
   thrum_search_measure found;
   found.energy = thrum_internal_force_by(s->kernel, s->model, s->trial, s->force, s->work);
 
@@ -122,7 +123,7 @@ static bool shorten(thrum_search *s, double factor, double slope, thrum_search_m
   double length = 1.0;
   for (int k = 0; k < 60; k++) {
     place(s, length);
-    const thrum_search_measure there = thrum_search_assess(s, factor);
+    const thrum_search_measure there = assess(s, factor);
 
     // enough is a fixed share of what the slope promises
     const bool fell =
@@ -142,12 +143,12 @@ static bool shorten(thrum_search *s, double factor, double slope, thrum_search_m
 
   // no length helps: back to the start
   place(s, 0.0);
-  *here = thrum_search_assess(s, factor);
+  *here = assess(s, factor);
   return false;
 }
 
 bool thrum_search_near(thrum_search *s, double factor, thrum_search_measure *found) {
-  *found = thrum_search_assess(s, factor);
+  *found = assess(s, factor);
   for (int32_t j = 0; found->norm > target(s, factor); j++) {
     if (j == NEAR_ITERATIONS || !isfinite(found->norm))
       return false;
@@ -192,9 +193,9 @@ static void push_off(thrum_search *s, double factor) {
   memcpy(s->origin, s->trial, (size_t)s->n * sizeof *s->origin);
   memcpy(s->direction, s->soft, (size_t)s->n * sizeof *s->direction);
   place(s, push);
-  const double back = thrum_search_assess(s, factor).merit;
+  const double back = assess(s, factor).merit;
   place(s, -push);
-  if (back < thrum_search_assess(s, factor).merit)
+  if (back < assess(s, factor).merit)
     place(s, push);
 }
 
@@ -210,7 +211,7 @@ static bool leap(thrum_search *s, double factor, double slope, thrum_search_meas
   for (int k = 0; k < LEAP_STEPS && isfinite(slope) && slope > 0.0; k++) {
     memcpy(s->origin, s->trial, vector);
     place(s, 1.0);
-    const thrum_search_measure there = thrum_search_assess(s, factor);
+    const thrum_search_measure there = assess(s, factor);
     if (!isfinite(there.norm) || !isfinite(there.merit))
       break;
     if (there.merit < enough) {
@@ -223,20 +224,20 @@ static bool leap(thrum_search *s, double factor, double slope, thrum_search_meas
 
   // the direction is that of where the search was
   memcpy(s->trial, s->candidate, vector);
-  *here = thrum_search_assess(s, factor);
+  *here = assess(s, factor);
   descend(s, &least);
   return false;
 }
 
 bool thrum_search_down(thrum_search *s, double factor, thrum_search_measure *found) {
-  *found = thrum_search_assess(s, factor);
+  *found = assess(s, factor);
   int short_steps = 0;
   for (int32_t j = 0; j <= s->def->iterations_max && isfinite(found->norm); j++) {
     if (found->norm <= target(s, factor)) {
       if (thrum_search_least(s, s->trial, false) >= -1e-12 * s->scale[s->n - 1])
         return true;
       push_off(s, factor);
-      *found = thrum_search_assess(s, factor);
+      *found = assess(s, factor);
       continue;
     }
 

@@ -1,4 +1,4 @@
-/* What thrum_error_set returns, said where gcc -fanalyzer can see it: the status that it is given.
+/* Shows gcc -fanalyzer what thrum_error_set returns: the status that it is given.
  * Without this every function that refuses by it seems to succeed. Included before each source.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "thrum/status.h"

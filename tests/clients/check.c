@@ -1,4 +1,4 @@
-/* What Check.cs prints, from C: sizes and places of structs, and the bits of the same run.
+/* Prints from C what Check.cs prints: sizes and places of structs, and the bits of the same run.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <inttypes.h>
 #include <stddef.h>
@@ -14,7 +14,9 @@ static void print_bits(double number) {
 }
 
 static void print_layouts(void) {
+  // a client that declares structs by hand must have these sizes and offsets
   printf("error %zu\nerror.Message %zu\n", sizeof(thrum_error), offsetof(thrum_error, message));
+
   printf("def %zu\n", sizeof(thrum_state_def));
 #define FIELD(name, field) printf("def." name " %zu\n", offsetof(thrum_state_def, field))
   FIELD("Integrator", integrator);
@@ -27,6 +29,7 @@ static void print_layouts(void) {
   FIELD("Solver", solver);
   FIELD("Unused", unused);
 #undef FIELD
+
   printf("energies %zu\nenergies.Total %zu\nenergies.High %zu\n", sizeof(thrum_energies),
          offsetof(thrum_energies, total), offsetof(thrum_energies, high));
 }
@@ -40,6 +43,7 @@ static thrum_status run(const thrum_model *model, thrum_state *state, thrum_erro
   THRUM_TRY(thrum_state_set_force(model, state, load, error));
   printf("status %d\n", thrum_steps(model, state, 500, NULL, error));
 
+  // the bits of the end, which the other client must have too
   THRUM_TRY(thrum_state_get(model, state, q, p, error));
   for (int64_t i = 0; i < model->rank; i++)
     print_bits(q[i]);
@@ -63,6 +67,7 @@ int main(int argc, char **argv) {
     return 1;
   printf("rank %" PRId64 " vertices %" PRId64 "\n", model->rank, model->vertex_count);
 
+  // one run, then one refusal, whose message crosses the border as well
   thrum_state_def def = thrum_default_state_def();
   def.dt = 0.002;
   def.damping_alpha = 0.1;

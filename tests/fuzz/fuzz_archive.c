@@ -81,6 +81,8 @@ static void draw_model(drawn_archive *archive, fuzz_draw *draw) {
   const unsigned bits = draw_byte(draw);
   const bool mesh = !(bits & 1), condensed = bits & 2, is_free = bits & 4, ten = bits & 8;
   const int64_t rank = 2 + (bits >> 6 & 1), vertices = ten ? 10 : 4, masters = rank - 1;
+
+  // the arrays that every model has
   ADD("format", "<i4", 2, 1, ten && mesh ? 2 : 1, ten && mesh ? 0 : 2);
   if (bits & 16)
     ADD("meta", "|u1", 2, 1, '{', '}');
@@ -89,6 +91,8 @@ static void draw_model(drawn_archive *archive, fuzz_draw *draw) {
     ADD("c3", "<f8", thrum_c3_count(rank), 1, 0.1, -0.2);
     ADD("c4", "<f8", thrum_c4_count(rank), 1, 0.5, 0.1, 0.5);
   }
+
+  // the mesh, its supports and the groups
   if (mesh) {
     ADD("axis_mass", "<f8", 3, rank, 0.1, 0.2);
     ADD("vertices", "<f8", vertices, 3, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0.5, 0, 0, 0.5, 0.5, 0,
@@ -106,6 +110,8 @@ static void draw_model(drawn_archive *archive, fuzz_draw *draw) {
     if (is_free)
       ADD("rigid", "<f8", 3 * vertices, 6, 0.1);
   }
+
+  // condensed, and of ten nodes
   if (condensed) {
     ADD("slave_map", "<f8", 1, masters * (masters + 1) / 2, 0.1);
     ADD("condensed_c3", "<f8", thrum_c3_count(masters), 1, 0.1);
@@ -177,6 +183,8 @@ static void read_embedding(const char *path, size_t shift) {
   void *memory = NULL;
   size_t size;
   const void *bytes = read_whole(path, &size, shift, &memory);
+
+  // from the file and from memory: what one takes the other takes, but for the alignment
   const thrum_status loaded = thrum_embedding_load(path, &embedding, &error);
   fuzz_check(loaded, &error);
   const thrum_status seen = thrum_embedding_view(bytes, size, &viewed, &error);

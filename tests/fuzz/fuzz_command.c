@@ -83,6 +83,8 @@ typedef union any_request {
 
 static void prepare(int which, any_request *request) {
   memset(request, 0, sizeof *request);
+
+  // lists and texts lie in room of the caller, as in the commands
   if (which == 0) {
     request->simulate.loads = room.loads;
     request->simulate.base_motions = room.base_motions;
@@ -101,7 +103,7 @@ static void prepare(int which, any_request *request) {
   }
 }
 
-/* What a request must be that no command refuses. */
+/* Aborts on a request that no command should have let pass. */
 static void check_request(int which, const any_request *request) {
   const simulate_request *simulate = &request->simulate;
   if (which == 0 && !(simulate->model_path != NULL && simulate->run_path != NULL &&

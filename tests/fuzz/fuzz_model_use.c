@@ -132,7 +132,7 @@ static void use_equilibrium(const thrum_model *model, fuzz_draw *draw) {
   free(workspace);
 }
 
-/* What is shown of a body, and what warns: positions, stress, the monitor. */
+/* Reads what is shown of a body, and what warns: positions, stress, the monitor. */
 static void use_readouts(const thrum_model *model, fuzz_draw *draw) {
   double q[RANK_MOST];
   thrum_error error = {0};

@@ -112,7 +112,7 @@ static void read_surface(void) {
   thrum_surface_mesh_free(&surface);
 }
 
-/* What an array was written as is what is read again. */
+/* An array that was written is read again with the same numbers. */
 static void read_array(void) {
   double *values = NULL, *again = NULL;
   int64_t rows = 0, columns = 0, rows_again = 0, columns_again = 0;
@@ -171,6 +171,8 @@ static void use_spec(char *text, bool starts) {
   fuzz_check(status, &error);
   if (status < 0)
     return;
+
+  // what was parsed is put onto a model
   if (starts && start.kind == START_FILE)
     start.path = first;
   status = starts ? start_specs_make(model, &start, 1, q, p, &error)
@@ -189,6 +191,8 @@ static void read_motion(void) {
     return;
   status = base_motion_read(&motion, &error);
   fuzz_check(status, &error);
+
+  // what was read is asked for as a run asks
   double mean[3], position[3];
   for (int64_t step = 0; status >= 0 && step < 3; step++)
     base_motions_mean(&motion, 1, step, 0.01, mean);
@@ -203,6 +207,8 @@ static void read_motion(void) {
 static void read_vega(unsigned how) {
   thrum_imported_basis imported = {0};
   thrum_error error = {0};
+
+  // by turns what Thrum wrote, and what was drawn
   if (how % 4 == 0) {
     const thrum_model *model = the_model();
     if (thrum_vega_basis_write(first, model, how / 4 % 2, &error) < 0 ||
@@ -244,9 +250,13 @@ static void read_scene(void) {
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   if (size < 2)
     return 0;
+
+  // the first byte says what the files are, the second what is done with them
   const unsigned kind = data[0] % 18, how = data[1];
   write_files(kind, data + 2, size - 2);
   char *text = fuzz_text(data + 2, size - 2);
+
+  // the kinds below 8 are the formats of meshes
   switch (kind) {
   case 8:
   case 9:

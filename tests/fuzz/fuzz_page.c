@@ -84,7 +84,7 @@ static float *small_numbers(fuzz_draw *draw, int64_t count) {
   return made;
 }
 
-/* What a model of the page keeps, for the end of an input. */
+/* Memory of a model of the page, given back at the end of an input. */
 typedef struct kept {
   void *memory[8];
   int count;

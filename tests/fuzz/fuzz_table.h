@@ -146,6 +146,7 @@ static inline void draw_record(fuzz_draw *draw, const config_option *keys, bool 
 
 /* JSON that no option wants. */
 static inline void draw_odd_json(fuzz_draw *draw, drawn_text *out) {
+  // well-formed of another type, numbers out of range, and what is no JSON
   static const char *const odd[] = {"null",
                                     "[]",
                                     "{}",
@@ -164,6 +165,7 @@ static inline void draw_odd_json(fuzz_draw *draw, drawn_text *out) {
                                     "",
                                     ",",
                                     "}"};
+
   drawn_add(out, "%s", odd[draw_index(draw, sizeof odd / sizeof *odd)]);
 }
 

@@ -1,5 +1,5 @@
-/* What files of other programs have and the formats leave open: assemblies, materials that change,
- * cell data of many names, compressed arrays, units. SPDX-License-Identifier: Apache-2.0 */
+/* Constructs of files by other programs that the formats leave open: assemblies, materials that
+ * change, cell data of many names, compressed arrays, units. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/mesh_support.h"
 
 #include <math.h>
@@ -184,6 +184,8 @@ static void hexahedra_of_incompatible_modes_may_name_inner_nodes(void **state) {
   static const char cube[] = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n"
                              "7,1,1,1\n8,0,1,1\n9,0,0,0\n10,0,0,0\n11,0,0,0\n";
   char text[400];
+
+  // without inner nodes, with them, and with them on an element that has none
   for (int inner = 0; inner < 3; inner++) {
     snprintf(text, sizeof text, "%s*ELEMENT, TYPE=%s\n1,1,2,3,4,5,6,7,8%s\n", cube,
              inner == 2 ? "C3D8" : "C3D8I", inner > 0 ? ",9,10,11," : "");
@@ -471,6 +473,7 @@ static void a_beam_may_be_cut_into_five_tets_a_cell(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      // binary Gmsh, Abaqus, units, VTK, supports and beams
       cmocka_unit_test(binary_sections_may_end_without_a_line_of_their_own),
       cmocka_unit_test(an_instance_is_put_where_it_says),
       cmocka_unit_test(several_instances_are_refused),
@@ -485,5 +488,6 @@ int main(void) {
       cmocka_unit_test(an_empty_list_holds_nothing),
       cmocka_unit_test(a_beam_may_be_cut_into_five_tets_a_cell),
   };
+
   return cmocka_run_group_tests(tests, mesh_setup, mesh_teardown);
 }

@@ -90,9 +90,12 @@ static void full_order_takes_the_points_that_the_model_was_made_with(void **stat
   body b = body_quadratic("beam:3x1x1@1x0.4x0.4", "x<0.001", 0, 0.02);
   thrum_precomputed result = body_precompute(&b, 2, 4);
   thrum_model model = result.model;
+
+  // the order is read from the record; what is no order, or no record, gives the default
   static const char *const metas[] = {"{}", "{\"options\":{\"quadrature_order\":8}}",
                                       "{\"options\":{\"quadrature_order\":1e9}}", "{\"opt"};
   static const int points[] = {14, 125, 14, 14};
+
   for (int n = 0; n < 4; n++) {
     model.meta = (const thrum_u1 *)metas[n];
     model.meta_bytes = (int64_t)strlen(metas[n]);

@@ -251,6 +251,8 @@ static void a_snapshot_of_bodies_that_touch_steps_to_the_same_bits(void **contex
   throw(f, 0.5);
   while (thrum_scene_collisions(f->scene).touching == 0)
     MUST(thrum_scene_step(f->scene, &failure));
+
+  // twenty steps from a snapshot, twice
   const size_t size = thrum_scene_snapshot_size(f->scene);
   void *kept = need(size, 1), *first = need(size, 1), *second = need(size, 1);
   MUST(thrum_scene_snapshot(f->scene, kept, size, &failure));
@@ -261,6 +263,8 @@ static void a_snapshot_of_bodies_that_touch_steps_to_the_same_bits(void **contex
   for (int k = 0; k < 20; k++)
     MUST(thrum_scene_step(f->scene, &failure));
   MUST(thrum_scene_snapshot(f->scene, second, size, &failure));
+
+  // the same place of a vertex, to the bit
   double a[3], b[3];
   MUST(thrum_scene_body_vertex(f->scene, 1, 3, a, NULL, &failure));
   MUST(thrum_scene_restore(f->scene, first, size, &failure));

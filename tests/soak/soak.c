@@ -32,7 +32,7 @@ enum { INTEGRATORS = 0 THRUM_INTEGRATOR_LIST(X) };
 #undef X
 _Static_assert(THRUM_INTEGRATOR_MANIFOLD == INTEGRATORS - 1, "manifold is the last");
 
-/* What `energy` promises of its balance, and how much more energy than explained the others may
+/* The balance that `energy` promises, and how much more energy than explained the others may
  * have without a word: the status comes when it is as much again, some steps late. */
 #define BALANCE_ENERGY 1e-6
 #define SILENT_MOST 1.5
@@ -40,7 +40,8 @@ _Static_assert(THRUM_INTEGRATOR_MANIFOLD == INTEGRATORS - 1, "manifold is the la
 
 #define LEAST_ENERGY 1e-300 /* [J], below which there is no motion to speak of */
 
-/* What obstacles may give back beyond what they took, of the energies that went through them. */
+/* Energy that obstacles may give back beyond what they took, as a share of the energies that went
+ * through them. */
 #define CONTACT_GAIN 1e-6
 
 typedef struct soak {

@@ -362,6 +362,8 @@ static void a_file_of_stretching_masters_gives_the_same_models(void **context) {
   const thrum_model *stepped = NULL;
   void *memory = condense(&m.model, 6, &stepped);
   const thrum_model file = as_precomputed(&m, stepped);
+
+  // models condensed from the file, whose quartic terms agree to rounding and the rest to the bit
   for (int64_t masters = 3; masters <= 6; masters++) {
     const thrum_model *one = NULL, *other = NULL;
     void *own = condense(&m.model, masters, &one), *again = condense(&file, masters, &other);

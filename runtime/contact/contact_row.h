@@ -1,0 +1,69 @@
+/* Rows of a step, those of points on obstacles and those between bodies alike: how a row starts,
+ * what a sweep does to it, and what it did in the step that was made. Private to the runtime.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_CONTACT_CONTACT_ROW_H
+#define THRUM_RUNTIME_CONTACT_CONTACT_ROW_H
+
+#include "runtime/contact/contact_private.h"
+
+/* --- one row ---------------------------------------------------------------------------------- */
+
+/* Its force [N], on the body or on the first of two bodies. */
+void thrum_contact_row_force(const thrum_contact_row *row, double force[3]);
+
+/* Fills `along` and `across` from the response and the normal. */
+void thrum_contact_row_respond(thrum_contact_row *row);
+
+/* Fills the approach speed, and the displacement that friction aims at, in a step of h [s]:
+ * velocity [m/s] and displacement without contact [m] are relative to what the point touches. */
+void thrum_contact_row_approach(thrum_contact_row *row, double h, const double velocity[3],
+                                const double unloaded[3]);
+
+/* Solves the row for its forces, as those of all other rows are. at: displacement of the point
+ * relative to what it touches, as predicted now [m]; overwritten. change: of its force [N]. */
+void thrum_contact_row_solve(thrum_contact_row *row, double at[3], double change[3]);
+
+/* Fills the work, what friction did, and the gap after a step in which the point moved so [m]. */
+void thrum_contact_row_measure(thrum_contact_row *row, const double moved[3]);
+
+/* --- all rows of a step ----------------------------------------------------------------------- */
+
+/* Rows that lie `stride` bytes apart. */
+typedef struct thrum_row_list {
+  void *first;
+  int64_t count;
+  size_t stride;
+} thrum_row_list;
+
+static inline thrum_contact_row *thrum_row_at(const thrum_row_list *list, int64_t n) {
+  return (thrum_contact_row *)(void *)((unsigned char *)list->first + (size_t)n * list->stride);
+}
+
+/* The rows of a body on obstacles. */
+static inline thrum_row_list thrum_rows_of(const thrum_contact_run *run) {
+  return (thrum_row_list){run->view.rows, run->contact->row_count, sizeof(thrum_contact_row)};
+}
+
+/* Share of their depth by which springs are deeper than the forces of the last step account for,
+ * because something held them back. It is taken over all rows together, as points may share a force
+ * in many ways. */
+double thrum_rows_excess(const thrum_row_list *list);
+
+/* The gap up to which the row's spring pushes in a step of h [s]: as fast as restitution says, or
+ * out of an excess of depth, of which `share` is thrum_rows_excess, but no faster than the force
+ * that presses the body on can stop. */
+double thrum_contact_row_ceiling(const thrum_contact_row *row, double h, double share);
+
+/* The sum of the forces times the displacements of their points without contact [J]. */
+double thrum_rows_flow(const thrum_row_list *list);
+
+/* What the springs hold [J]. */
+double thrum_rows_stored(const thrum_row_list *list);
+
+/* Updates the energy that springs hold after the step: all together no more than they took, and
+ * each no more than phi. Points that move as one share a force in many ways and the solver finds
+ * one of them, so one spring may hold the energy that another took. Returns the sum [J]. */
+double thrum_rows_keep_stored(const thrum_row_list *list);
+
+#endif
