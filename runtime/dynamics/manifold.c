@@ -99,43 +99,35 @@ static void push_forward(const motion *m, const double *x, const double *v, doub
   m->view->kernel->product(m->pairs, m->slaves, m->model->follow_by_pair, m->monomials, to);
 }
 
+/* to (masters) += the gradient at x of follow_scale times the sum of row_ij x_i x_j over pairs i <=
+ * j, each of which stands once in the row and gives to both of its slopes. */
+static void add_slope(const motion *m, const double *row, const double *x, double *to) {
+  const double scale = m->model->follow_scale;
+  for (int64_t i = 0; i < m->masters; i++) {
+    const double at = scale * x[i];
+    double sum = 0.0;
+    for (int64_t j = i; j < m->masters; j++) {
+      sum += row[j - i] * x[j];
+      to[j] += row[j - i] * at;
+    }
+    to[i] += scale * sum;
+    row += m->masters - i;
+  }
+}
+
 /* to (masters) += J(x)^T what. */
 static void add_pulled_back(const motion *m, const double *x, const double *what, double *to) {
   if (m->slaves == 0)
     return;
   m->view->kernel->product(m->slaves, m->pairs, m->model->follow, what, m->weights);
-  const double scale = m->model->follow_scale, *weight = m->weights;
-  for (int64_t i = 0; i < m->masters; i++) {
-    const double at = scale * x[i];
-    double sum = 0.0;
-    for (int64_t j = i; j < m->masters; j++) {
-      sum += weight[j - i] * x[j];
-      to[j] += weight[j - i] * at;
-    }
-    to[i] += scale * sum;
-    weight += m->masters - i;
-  }
+  add_slope(m, m->weights, x, to);
 }
 
 /* J(x) into m->slopes. */
 static void fill_slopes(const motion *m, const double *x) {
-  const double *row = m->model->follow, scale = m->model->follow_scale;
   memset(m->slopes, 0, (size_t)(m->slaves * m->masters) * sizeof *m->slopes);
-
-  // each pair i <= j stands once, and gives to both of its slopes
-  for (int64_t s = 0; s < m->slaves; s++) {
-    double *slope = m->slopes + s * m->masters;
-    for (int64_t i = 0; i < m->masters; i++) {
-      const double at = scale * x[i];
-      double sum = 0.0;
-      for (int64_t j = i; j < m->masters; j++) {
-        sum += row[j - i] * x[j];
-        slope[j] += row[j - i] * at;
-      }
-      slope[i] += scale * sum;
-      row += m->masters - i;
-    }
-  }
+  for (int64_t s = 0; s < m->slaves; s++)
+    add_slope(m, m->model->follow + s * m->pairs, x, m->slopes + s * m->masters);
 }
 
 double thrum_manifold_slave_energy(const thrum_model *model, const double *x, const double *v) {

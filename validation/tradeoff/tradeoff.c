@@ -17,18 +17,6 @@
 #define BAND_SHARE                                                                                 \
   0.01 /* of the kinetic energy of the tight run, for a mode to be in the load's band */
 
-/* A pool with a stage's name on its progress. */
-typedef struct staged {
-  const tradeoff_problem *problem;
-  const char *stage;
-} staged;
-
-static bool show(void *context, double fraction) {
-  const staged *s = context;
-  return s->problem->progress == NULL ||
-         s->problem->progress(s->problem->progress_context, s->stage, fraction);
-}
-
 static thrum_state_def def_of(const tradeoff_problem *problem, experiment_scheme scheme, double dt,
                               double tolerance) {
   thrum_state_def def = experiment_scheme_def(scheme, dt);
@@ -54,7 +42,8 @@ static thrum_status make_spaces(tradeoff_solution *s, thrum_error *error) {
       s->result.dropped++;
       s->result.dropped_reason = detail;
     }
-    if (!show(&(staged){problem, "bases"}, (double)(n + 1) / (double)problem->recipe_count))
+    if (!tradeoff_show(&(tradeoff_stage){problem, "bases"},
+                       (double)(n + 1) / (double)problem->recipe_count))
       return thrum_error_set(error, THRUM_INTERRUPTED, "interrupted");
   }
 
@@ -219,12 +208,12 @@ static thrum_status run_setting(void *context, int64_t index, thrum_error *error
 static thrum_status run_pool(tradeoff_solution *s, const char *stage, int64_t first, int64_t count,
                              thrum_status (*task)(void *, int64_t, thrum_error *),
                              thrum_error *error) {
-  staged stage_of = {s->problem, stage};
+  tradeoff_stage stage_of = {s->problem, stage};
   batch work = {s, first};
   const thrum_thread_pool pool = {.threads = s->problem->threads,
                                   .count = count,
                                   .task = task,
-                                  .progress = show,
+                                  .progress = tradeoff_show,
                                   .context = &work,
                                   .progress_context = &stage_of};
   return thrum_thread_pool_run(&pool, error);

@@ -9,6 +9,18 @@
 
 #define TRADEOFF_SAMPLES FULL_MOTION_SAMPLES
 
+/* Progress of a stage under its name, for what reports a fraction alone. */
+typedef struct tradeoff_stage {
+  const tradeoff_problem *problem;
+  const char *name;
+} tradeoff_stage;
+static inline bool tradeoff_show(void *context, double fraction) {
+  const tradeoff_stage *stage = context;
+  const tradeoff_problem *problem = stage->problem;
+  return problem->progress == NULL ||
+         problem->progress(problem->progress_context, stage->name, fraction);
+}
+
 /* The full order at the sample times. */
 typedef struct tradeoff_reference {
   thrum_model_fem body;

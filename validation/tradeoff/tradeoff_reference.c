@@ -13,18 +13,6 @@ typedef struct taker {
   int64_t all;
 } taker;
 
-/* A pool's progress with the stage's name. */
-typedef struct staged {
-  const tradeoff_problem *problem;
-  const char *stage;
-} staged;
-
-static bool show(void *context, double fraction) {
-  const staged *s = context;
-  return s->problem->progress == NULL ||
-         s->problem->progress(s->problem->progress_context, s->stage, fraction);
-}
-
 static double dot(const double *x, const double *y, int64_t n) {
   double sum = 0;
   for (int64_t i = 0; i < n; i++)
@@ -73,8 +61,8 @@ thrum_status tradeoff_reference_make(const tradeoff_problem *problem,
   const int64_t all = 3 * problem->model->vertex_count;
   tradeoff_reference made = {0};
   taker t = {.reference = &made, .all = all};
-  staged shown = {problem, stage};
-  const full_motion_observer observer = {FULL_MOTION_SNAPSHOTS, take, &t, show, &shown};
+  tradeoff_stage shown = {problem, stage};
+  const full_motion_observer observer = {FULL_MOTION_SNAPSHOTS, take, &t, tradeoff_show, &shown};
   thrum_status status = thrum_model_fem_create(problem->model, &made.body, error);
   made.n = made.body.fem.free_count;
 
