@@ -57,7 +57,7 @@ COMMANDS = {
     "embed": "embed m.npz surface.obj -o OUT/s.npz -q --json",
     "export": "export m.npz --vega-basis OUT/m.U --vega-cubic OUT/m.cub --matrices OUT/m --json",
     "export_motion": "export run --glb OUT/m.glb --pc2 OUT/m.pc2 --mdd OUT/m.mdd --obj OUT/m.obj --json",
-    "experiments": "experiments --models m.npz --loads impulse --schemes newmark --time 0.06 -q -o OUT/made",
+    "experiments": "experiments --models m.npz --loads impulse --schemes newmark --time 0.06 -q -o OUT/made --json",
     "tradeoff": "tradeoff m.npz -o OUT/trade --load square:0,0,-9@all --time 0.03 --ranks 0 --integrators newmark --dts 0.003 "
                 "--tolerances 1e-6 --full-dt 0.005 -q --json",
     "view": "view m.npz --no-open -o OUT/v.html -q --json",
