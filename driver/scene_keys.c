@@ -169,8 +169,8 @@ static const config_option detail_keys[] = {
                   "the body is far while its middle is further than this from the eye", AT(beyond),
                   CONFIG_ABOVE(0)),
     OPTION_NUMBER("still", "m/s", "never by rest",
-                  "the body is still while no vertex has deformed faster than this for a period of "
-                  "its lowest frequency",
+                  "the body is still while no vertex has moved or deformed faster than this for a "
+                  "period of its lowest frequency, and nothing is about to act on it",
                   AT(still), CONFIG_ABOVE(0)),
     OPTION_NUMBER("jump", "m", NULL,
                   "no vertex jumps further than this where the number of coordinates changes; a "

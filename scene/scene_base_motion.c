@@ -27,6 +27,7 @@ static thrum_status add(thrum_scene *scene, const scene_base_motion *base_motion
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a base motion");
   scene->base_motions[scene->base_motion_count++] = *base_motion;
   scene->revision++;
+  scene->stirred++;
   scene_loads_retime(scene);
   return THRUM_OK;
 }

@@ -85,7 +85,9 @@ thrum_status thrum_scene_set_stiffness(thrum_scene *scene, int32_t number, doubl
                                        thrum_error *error) {
   scene_body *body = NULL;
   THRUM_TRY(scene_body_at(scene, number, &body, error));
-  return rebuild(scene, body, &body->def, body->derived->rank, stiffness, error);
+  THRUM_TRY(rebuild(scene, body, &body->def, body->derived->rank, stiffness, error));
+  scene->stirred++;
+  return THRUM_OK;
 }
 
 thrum_status thrum_scene_set_integrator(thrum_scene *scene, int32_t number,
@@ -97,10 +99,21 @@ thrum_status thrum_scene_set_integrator(thrum_scene *scene, int32_t number,
   return rebuild(scene, body, &def, body->derived->rank, body->derived->by.stiffness, error);
 }
 
+/* The number of coordinates is the business of a level of detail, where there is one. */
+static thrum_status check_detail(const scene_body *body, thrum_error *error) {
+  if (body->detail == NULL)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                         "body '%s' has a level of detail, which sets how many coordinates it "
+                         "steps: take that away first",
+                         body->name);
+}
+
 thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t number, int64_t rank,
                                   thrum_error *error) {
   scene_body *body = NULL;
   THRUM_TRY(scene_body_at(scene, number, &body, error));
+  THRUM_TRY(check_detail(body, error));
   if (rank < 1 || rank > body->model->rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is asked for; the model has 1 to %lld", (long long)rank,
@@ -108,16 +121,23 @@ thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t number, int64_t ra
   return rebuild(scene, body, &body->def, rank, body->derived->by.stiffness, error);
 }
 
-thrum_status thrum_scene_set_condensed(thrum_scene *scene, int32_t number, int64_t masters,
-                                       thrum_error *error) {
-  scene_body *body = NULL;
-  THRUM_TRY(scene_body_at(scene, number, &body, error));
+thrum_status scene_condense(thrum_scene *scene, int32_t number, int64_t masters,
+                            thrum_error *error) {
+  scene_body *body = scene->bodies[number];
   if (masters < 0 || masters >= body->model->rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "condensed to %lld coordinates is asked for; the model has 1 to %lld",
                            (long long)masters, (long long)body->model->rank - 1);
   return rebuild_as(scene, body, &body->def, masters > 0 ? masters : body->model->rank, masters > 0,
                     body->derived->by.stiffness, error);
+}
+
+thrum_status thrum_scene_set_condensed(thrum_scene *scene, int32_t number, int64_t masters,
+                                       thrum_error *error) {
+  scene_body *body = NULL;
+  THRUM_TRY(scene_body_at(scene, number, &body, error));
+  THRUM_TRY(check_detail(body, error));
+  return scene_condense(scene, number, masters, error);
 }
 
 /* A snapshot that a change which fails half-way goes back to; NULL without memory. */
@@ -191,6 +211,10 @@ static thrum_status restart(thrum_scene *scene, scene_body *body, thrum_error *e
 
 thrum_status thrum_scene_reset(thrum_scene *scene, thrum_error *error) {
   size_t size = 0;
+
+  // what a level of detail has condensed starts with all of its coordinates
+  for (int32_t n = 0; n < scene->body_count; n++)
+    THRUM_TRY(scene_detail_wake(scene, n, error));
   void *kept = keep(scene, &size, error);
   thrum_status status = kept != NULL ? THRUM_OK : THRUM_OUT_OF_MEMORY;
   for (int32_t n = 0; status >= 0 && n < scene->body_count; n++)

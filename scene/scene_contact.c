@@ -277,6 +277,7 @@ thrum_status thrum_scene_pull_end(thrum_scene *scene, int32_t number, thrum_erro
   scene_pull *pull = NULL;
   THRUM_TRY(find_pull(scene, number, &body, &pull, error));
   pull->used = false;
+  scene->stirred++;
   scene_touch_trim(scene, body);
   scene->revision++;
   return THRUM_OK;

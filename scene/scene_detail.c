@@ -5,6 +5,7 @@
  * k sum_h |y_h - y_h(x)| max |U_h|, r operations; where that bound is too large, the jump itself is
  * looked at. The speed of the deformation is bounded in the same way, by the velocities and by how
  * far the shape has come since the last update, which sees what answers a load at rest as well.
+ * What is about to act on the body is in scene_still.c.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
@@ -20,6 +21,8 @@
 #define NEAR_AGAIN 0.9 /* of `beyond`: what comes no closer stays far, so that nothing flickers */
 #define BOUND_OVER 8.0 /* a bound this many times too large is not worth a look at the vertices */
 #define TURN 6.2831853072 /* of a period */
+#define AHEAD 2           /* times the steps since the last update are looked ahead */
+#define AHEAD_MOST 256    /* steps */
 
 /* --- setting ---------------------------------------------------------------------------------- */
 
@@ -37,9 +40,10 @@ void scene_detail_free(thrum_scene *scene, scene_body *body) {
 void scene_detail_restart(scene_body *body) {
   if (body->detail == NULL)
     return;
-  body->detail->last_time = -1;
-  body->detail->quiet_since = 0;
-  body->detail->last_steps = 0;
+  body->detail->seen.last_time = -1;
+  body->detail->seen.quiet_since = 0;
+  body->detail->seen.last_steps = 0;
+  body->detail->seen.far = 0;
 }
 
 static thrum_status check(const scene_body *body, const thrum_scene_detail *def,
@@ -66,7 +70,7 @@ static thrum_status check(const scene_body *body, const thrum_scene_detail *def,
   return THRUM_OK;
 }
 
-/* The longest row of each basis vector, and the middle of the box around the vertices. */
+/* The longest row of each basis vector, and the box around the vertices. */
 static void measure(const thrum_model *model, scene_detail *detail) {
   // a model without vertices has its middle at the origin
   double low[3], high[3];
@@ -84,8 +88,10 @@ static void measure(const thrum_model *model, scene_detail *detail) {
       high[axis] = fmax(high[axis], model->vertices[3 * v + axis]);
     }
   }
-  for (int axis = 0; axis < 3; axis++)
+  for (int axis = 0; axis < 3; axis++) {
     detail->middle[axis] = 0.5 * (low[axis] + high[axis]);
+    detail->half[axis] = 0.5 * (high[axis] - low[axis]);
+  }
 }
 
 /* Keeps the models of both levels, as the body is scaled now, so that a change makes none. */
@@ -115,6 +121,7 @@ thrum_status thrum_scene_set_detail(thrum_scene *scene, int32_t number,
   scene_body *body = NULL;
   THRUM_TRY(scene_body_at(scene, number, &body, error));
   if (def == NULL) {
+    scene->revision += body->detail != NULL;
     scene_detail_free(scene, body);
     return THRUM_OK;
   }
@@ -132,10 +139,11 @@ thrum_status thrum_scene_set_detail(thrum_scene *scene, int32_t number,
                            .near = body->derived->condensed ? body->derived->rank : 0,
                            .peaks = peaks,
                            .last = peaks + body->model->rank,
-                           .last_time = -1,
-                           .quiet_since = thrum_scene_time(scene),
-                           .last_steps = scene->steps,
-                           .report = {.set = 1}};
+                           .seen = {.last_time = -1,
+                                    .quiet_since = thrum_scene_time(scene),
+                                    .last_steps = scene->steps,
+                                    .stirred = scene->stirred,
+                                    .report = {.set = 1}}};
   measure(body->model, detail);
   const thrum_status status = hold(scene, body, detail, error);
   if (status < 0) {
@@ -145,6 +153,7 @@ thrum_status thrum_scene_set_detail(thrum_scene *scene, int32_t number,
   }
   scene_detail_free(scene, body);
   body->detail = detail;
+  scene->revision++;
   return THRUM_OK;
 }
 
@@ -159,18 +168,18 @@ thrum_status thrum_scene_body_detail(const thrum_scene *scene, int32_t number,
                                      thrum_scene_detail_report *report, thrum_error *error) {
   scene_body *body = NULL;
   THRUM_TRY(scene_body_at(scene, number, &body, error));
-  *report = body->detail != NULL ? body->detail->report : (thrum_scene_detail_report){0};
+  *report = body->detail != NULL ? body->detail->seen.report : (thrum_scene_detail_report){0};
 
   // the steps since the last update count as well
   if (report->reduced)
-    report->reduced_steps += scene->steps - body->detail->last_steps;
+    report->reduced_steps += scene->steps - body->detail->seen.last_steps;
   return THRUM_OK;
 }
 
 /* --- looking ---------------------------------------------------------------------------------- */
 
-/* Bound of the displacement of any vertex by these coordinates of the scaled body, less `other`. */
-static double bound(const scene_body *body, int64_t first, const double *q, const double *other) {
+double scene_detail_bound(const scene_body *body, int64_t first, const double *q,
+                          const double *other) {
   double sum = 0;
   for (int64_t i = first; i < body->model->rank; i++)
     sum += fabs(q[i] - (other != NULL ? other[i] : 0)) * body->detail->peaks[i];
@@ -218,8 +227,9 @@ static void follow(const thrum_scene *scene, scene_body *body, const scene_model
     shape[h] = body->g * shape[h] + load[h] / (scale * body->model->omega2[h]);
 }
 
-/* Fills distance and speed of the report; whether the body is to step the fewer coordinates. */
-static bool look(const thrum_scene *scene, scene_body *body, const double *q) {
+/* Fills distance and speed of the report; whether the body is to step the fewer coordinates. The
+ * last update was after `before` steps. */
+static bool look(const thrum_scene *scene, scene_body *body, int64_t before, const double *q) {
   scene_detail *detail = body->detail;
   const thrum_scene_detail *def = &detail->def;
   const double now = thrum_scene_time(scene);
@@ -234,24 +244,31 @@ static bool look(const thrum_scene *scene, scene_body *body, const double *q) {
     const double away = middle[axis] + body->here.origin[axis] - scene->eye[axis];
     square += away * away;
   }
-  detail->report.distance = sqrt(square);
-  detail->far =
-      def->beyond > 0 && detail->report.distance > (detail->far ? NEAR_AGAIN : 1) * def->beyond;
+  detail->seen.report.distance = sqrt(square);
+  detail->seen.far = def->beyond > 0 && detail->seen.report.distance >
+                                            (detail->seen.far ? NEAR_AGAIN : 1) * def->beyond;
 
   // velocities vanish where a vibration turns, and what answers a load at rest has none
-  double speed = bound(body, 0, body->p, NULL);
-  if (detail->last_time >= 0 && now > detail->last_time)
-    speed = fmax(speed, bound(body, 0, q, detail->last) / (now - detail->last_time));
-  detail->report.speed = speed;
-  if (!(speed < def->still))
-    detail->quiet_since = now;
-  detail->last_time = now;
+  double speed = scene_detail_bound(body, 0, body->p, NULL);
+  speed += scene_rigid_speed(body);
+  if (detail->seen.last_time >= 0 && now > detail->seen.last_time)
+    speed =
+        fmax(speed, scene_detail_bound(body, 0, q, detail->last) / (now - detail->seen.last_time));
+  detail->seen.report.speed = speed;
+
+  // what is about to act wakes the body before it does, as does what a call has changed
+  const int64_t ahead = AHEAD * (scene->steps - before) + 1;
+  if (!(speed < def->still) || detail->seen.stirred != scene->stirred ||
+      !(scene_coming_speed(scene, body, q, ahead < AHEAD_MOST ? ahead : AHEAD_MOST) < def->still))
+    detail->seen.quiet_since = now;
+  detail->seen.stirred = scene->stirred;
+  detail->seen.last_time = now;
   memcpy(detail->last, q, (size_t)body->model->rank * sizeof *q);
 
   // a period of quiet, and a look before it
   const double omega2 = detail->whole->model->omega2[0];
-  const bool still = def->still > 0 && now - detail->quiet_since >= TURN / sqrt(omega2);
-  return detail->far || still;
+  const bool still = def->still > 0 && now - detail->seen.quiet_since >= TURN / sqrt(omega2);
+  return detail->seen.far || still;
 }
 
 /* The present energy of the body without contact, which a change leaves as it is; 0 where there is
@@ -263,6 +280,19 @@ static double energy_of(thrum_scene *scene, int32_t number) {
   return energies.kinetic + energies.potential;
 }
 
+thrum_status scene_detail_wake(thrum_scene *scene, int32_t number, thrum_error *error) {
+  scene_body *body = scene->bodies[number];
+  if (body->detail == NULL || body->derived == body->detail->whole)
+    return THRUM_OK;
+  scene_seen *seen = &body->detail->seen;
+  THRUM_TRY(scene_condense(scene, number, body->detail->near, error));
+  seen->report.reduced_steps += seen->report.reduced ? scene->steps - seen->last_steps : 0;
+  seen->last_steps = scene->steps;
+  seen->report.reduced = 0;
+  seen->report.changes++;
+  return THRUM_OK;
+}
+
 /* Changes the number of coordinates, where no vertex jumps further than it may. */
 static thrum_status change(thrum_scene *scene, int32_t number, const scene_model *to,
                            const double *q, thrum_error *error) {
@@ -270,7 +300,7 @@ static thrum_status change(thrum_scene *scene, int32_t number, const scene_model
   scene_detail *detail = body->detail;
   double shape[THRUM_RANK_MAX];
   follow(scene, body, to, q, shape);
-  const double most = bound(body, 0, q, shape);
+  const double most = scene_detail_bound(body, 0, q, shape);
   const bool allowed = most <= detail->def.jump || (most <= BOUND_OVER * detail->def.jump &&
                                                     largest(body, q, shape) <= detail->def.jump);
 
@@ -278,19 +308,20 @@ static thrum_status change(thrum_scene *scene, int32_t number, const scene_model
   int64_t masters = to->condensed ? to->rank : 0;
   const bool back = to == detail->whole;
   if (!allowed && (!back || !body->derived->condensed)) {
-    detail->report.put_off++;
+    detail->seen.report.put_off++;
     return THRUM_OK;
   }
   if (!allowed)
     masters = 0;
 
   const double before = energy_of(scene, number);
-  THRUM_TRY(thrum_scene_set_condensed(scene, number, masters, error));
+  THRUM_TRY(scene_condense(scene, number, masters, error));
   THRUM_TRY(scene_body_read(body, false, error));
-  detail->report.changes++;
-  detail->report.largest_jump = fmax(detail->report.largest_jump, largest(body, body->q, q));
-  detail->report.energy += energy_of(scene, number) - before;
-  detail->report.reduced = !back;
+  detail->seen.report.changes++;
+  detail->seen.report.largest_jump =
+      fmax(detail->seen.report.largest_jump, largest(body, body->q, q));
+  detail->seen.report.energy += energy_of(scene, number) - before;
+  detail->seen.report.reduced = !back;
   memcpy(detail->last, body->q, (size_t)body->model->rank * sizeof *q);
   return THRUM_OK;
 }
@@ -302,13 +333,15 @@ static thrum_status update(thrum_scene *scene, int32_t number, thrum_error *erro
   THRUM_TRY(hold(scene, body, detail, error));
   THRUM_TRY(scene_body_read(body, true, error));
   memcpy(q, body->q, (size_t)body->model->rank * sizeof *q);
-  if (detail->report.reduced)
-    detail->report.reduced_steps += scene->steps - detail->last_steps;
-  detail->last_steps = scene->steps;
+  const int64_t before = detail->seen.last_steps;
+  if (detail->seen.report.reduced)
+    detail->seen.report.reduced_steps += scene->steps - before;
+  detail->seen.last_steps = scene->steps;
 
   // what no longer vibrates touches no other body (scene_pairs.c), so what may touch is left whole
   const bool touches = body->triangle_count > 0 && scene_collides(scene, body, detail->whole);
-  const scene_model *to = look(scene, body, q) && !touches ? detail->followed : detail->whole;
+  const scene_model *to =
+      look(scene, body, before, q) && !touches ? detail->followed : detail->whole;
   return to == body->derived ? THRUM_OK : change(scene, number, to, q, error);
 }
 

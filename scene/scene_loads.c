@@ -57,6 +57,7 @@ thrum_status thrum_scene_set_gravity(thrum_scene *scene, const double gravity[3]
     THRUM_TRY(gravity_direction(scene->bodies[n], gravity, scene->bodies[n]->force, error));
   }
   memcpy(scene->gravity, gravity, sizeof scene->gravity);
+  scene->stirred++;
   for (int32_t n = 0; n < scene->body_count; n++)
     scene_gravity_reduce(scene->bodies[n], gravity, NULL);
   return THRUM_OK;
@@ -144,6 +145,7 @@ thrum_status thrum_scene_add_load(thrum_scene *scene, int32_t number, const thru
     return status;
   body->courses[body->load_count++] = load->course;
   scene->revision++;
+  scene->stirred++;
   scene_loads_retime(scene);
   return THRUM_OK;
 }
@@ -167,30 +169,31 @@ void scene_loads_retime(thrum_scene *scene) {
     scene->base_motions[n].now = counted_from(&scene->base_motions[n].course, scene->origin);
 }
 
-/* The same of one sampled motion. With dt changed midway, steps are no multiples of dt any more,
- * and the mean is what the velocity gains. */
-static void motion_mean(const thrum_scene *scene, const thrum_base_motion *motion, double mean[3]) {
+/* Mean of one sampled motion over the step that lies `ahead` of the one to come. With dt changed
+ * midway, steps are no multiples of dt any more, and the mean is what the velocity gains. */
+static void motion_mean(const thrum_scene *scene, const thrum_base_motion *motion, int64_t ahead,
+                        double mean[3]) {
   if (scene->origin == 0 && scene->origin_step == 0) {
-    thrum_base_motion_mean(motion, scene->steps, scene->dt, mean);
+    thrum_base_motion_mean(motion, scene->steps + ahead, scene->dt, mean);
     return;
   }
   double before[3], after[3];
-  const double time = thrum_scene_time(scene);
+  const double time = thrum_scene_time(scene) + (double)ahead * scene->dt;
   thrum_base_motion_at(motion, time, NULL, before);
   thrum_base_motion_at(motion, time + scene->dt, NULL, after);
   for (int axis = 0; axis < 3; axis++)
     mean[axis] = (after[axis] - before[axis]) / scene->dt;
 }
 
-/* Mean acceleration of the base over the step to come. */
-static void base_motion_mean(const thrum_scene *scene, double mean[3]) {
-  const int64_t step = scene->steps - scene->origin_step;
+/* Mean acceleration of the base over that step. */
+static void base_motion_mean(const thrum_scene *scene, int64_t ahead, double mean[3]) {
+  const int64_t step = scene->steps - scene->origin_step + ahead;
   mean[0] = mean[1] = mean[2] = 0;
   for (int32_t n = 0; n < scene->base_motion_count; n++) {
     const scene_base_motion *base_motion = &scene->base_motions[n];
     double one[3];
     if (base_motion->motion != NULL)
-      motion_mean(scene, base_motion->motion, one);
+      motion_mean(scene, base_motion->motion, ahead, one);
     const double share =
         base_motion->motion == NULL ? thrum_load_mean(&base_motion->now, step, scene->dt) : 0;
     for (int axis = 0; axis < 3; axis++)
@@ -198,19 +201,15 @@ static void base_motion_mean(const thrum_scene *scene, double mean[3]) {
   }
 }
 
-void scene_loads_sum(const thrum_scene *scene, scene_body *body, scene_wrench *wrench) {
-  const int64_t r = body->model->rank, step = scene->steps - scene->origin_step;
-  if (body->free)
-    scene_parts_sum(scene, body, step, wrench);
+void scene_loads_ahead(const thrum_scene *scene, scene_body *body, int64_t ahead, double mean[3]) {
+  const int64_t r = body->model->rank, step = scene->steps - scene->origin_step + ahead;
   thrum_load_sum(body->now, body->directions, body->load_count, r, step, scene->dt, body->force);
   if (scene->base_motion_count == 0)
     return;
 
   // the base moves: inertia in the axes of the body
-  double mean[3], local[3];
-  base_motion_mean(scene, mean);
-  for (int axis = 0; axis < 3 && body->free; axis++)
-    wrench->force[axis] -= body->way.mass * mean[axis];
+  double local[3];
+  base_motion_mean(scene, ahead, mean);
   scene_to_body(&body->here, mean, local);
   memset(body->inertia, 0, (size_t)r * sizeof *body->inertia);
   // cannot fail: looked at when the base motion was added
@@ -219,4 +218,15 @@ void scene_loads_sum(const thrum_scene *scene, scene_body *body, scene_wrench *w
     body->inertia[i] *= body->mass;
     body->force[i] += body->inertia[i];
   }
+}
+
+void scene_loads_sum(const thrum_scene *scene, scene_body *body, scene_wrench *wrench) {
+  double mean[3] = {0};
+  if (body->free)
+    scene_parts_sum(scene, body, scene->steps - scene->origin_step, wrench);
+  scene_loads_ahead(scene, body, 0, mean);
+
+  // the whole of a free body stays behind the base
+  for (int axis = 0; axis < 3 && body->free && scene->base_motion_count > 0; axis++)
+    wrench->force[axis] -= body->way.mass * mean[axis];
 }

@@ -49,6 +49,7 @@ thrum_status thrum_scene_add_obstacle(thrum_scene *scene, const thrum_obstacle *
     return status;
   }
   scene->revision++;
+  scene->stirred++;
   if (number != NULL)
     *number = scene->obstacle_count - 1;
   return THRUM_OK;
@@ -78,6 +79,7 @@ thrum_status thrum_scene_set_obstacle(thrum_scene *scene, int32_t number,
   THRUM_TRY(thrum_obstacle_check(obstacle, number, error));
   scene->obstacles[number] = *obstacle;
   scene->obstacle_starts[number] = *obstacle;
+  scene->stirred++;
   return THRUM_OK;
 }
 

@@ -76,20 +76,27 @@ typedef struct scene_counts {
   double dissipated;
 } scene_counts;
 
+/* What updates have seen of a body with a level of detail. */
+typedef struct scene_seen {
+  double last_time;   /* of the last update [s]; negative: there was none */
+  double quiet_since; /* when it moved too fast, or something acted on it, last [s] */
+  int64_t last_steps; /* of the scene at the last update */
+  uint64_t stirred;   /* of the scene at the last update */
+  int64_t far;        /* 1: it was far */
+  thrum_scene_detail_report report;
+} scene_seen;
+
 /* The level of detail of a body. */
 typedef struct scene_detail {
   thrum_scene_detail def;
   int64_t near;          /* masters of the body as it is stepped near; 0: none, all are stepped */
   double *peaks;         /* model's rank: largest length of a basis vector at a vertex; owned */
   double *last;          /* model's rank: coordinates at the last update; owned by peaks */
-  double middle[3];      /* of the body, in the axes and lengths of its model */
+  double middle[3];      /* of the box around the body, in the axes and lengths of its model, */
+  double half[3];        /* and half its sides */
   scene_model *followed; /* as it is stepped far, kept from one change to the next */
   scene_model *whole;    /* as it is stepped near */
-  double last_time;      /* of the last update [s]; negative: there was none */
-  double quiet_since;    /* when it deformed too fast last [s] */
-  int64_t last_steps;    /* of the scene at the last update */
-  bool far;
-  thrum_scene_detail_report report;
+  scene_seen seen;       /* what snapshots keep of it, with `last` */
 } scene_detail;
 
 /* One body. Vectors are of its model's full rank r, the first `rank` entries are in use. */
@@ -170,6 +177,7 @@ struct thrum_scene {
   scene_pairs pairs;
   scene_skin *skins;
   uint64_t revision; /* of all but what steps change */
+  uint64_t stirred;  /* counts calls that change what acts on bodies */
   scene_body **bodies;
   int32_t body_count;
   scene_model *models;
@@ -230,6 +238,31 @@ void scene_detail_free(thrum_scene *scene, scene_body *body);
 /* A body that starts again has not been looked at. */
 void scene_detail_restart(scene_body *body);
 
+/* Has a body that steps fewer coordinates step as near, for a start; it may jump. */
+thrum_status scene_detail_wake(thrum_scene *scene, int32_t number, thrum_error *error);
+
+/* Bound of the displacement of any vertex by coordinates from `first` on of the scaled body, less
+ * `other` (NULL: none) [m]; of its speed for velocities. */
+double scene_detail_bound(const scene_body *body, int64_t first, const double *q,
+                          const double *other);
+
+/* scene_still.c: whether a body is still, for its level of detail. */
+
+/* Bound of the speed of a free body's vertices by its motion as a whole [m/s]; 0 of others. */
+double scene_rigid_speed(const scene_body *body);
+
+/* Bound of the speed that what acts on the body in the `steps` to come will give to a vertex, over
+ * the load that it stands under [m/s]; INFINITY where it is pulled or something that moves may
+ * touch it. q: its shape. body->force and body->inertia are used up. */
+double scene_coming_speed(const thrum_scene *scene, scene_body *body, const double *q,
+                          int64_t steps);
+
+/* scene_change.c: changes between two steps. */
+
+/* thrum_scene_set_condensed of a body that may have a level of detail. */
+thrum_status scene_condense(thrum_scene *scene, int32_t number, int64_t masters,
+                            thrum_error *error);
+
 /* scene_placement.c: between the axes of a body and the world. */
 
 thrum_status scene_placement_make(const double position[3], const double rotation[4],
@@ -271,6 +304,10 @@ thrum_status scene_gravity_reduce(scene_body *body, const double gravity[3], thr
 
 /* Counts all time courses from the scene's origin, after one was added or dt has changed. */
 void scene_loads_retime(thrum_scene *scene);
+
+/* The mean load of the step that lies `ahead` of the one to come into body->force, by the
+ * directions of the last step; mean acceleration of the base, set where there are base motions. */
+void scene_loads_ahead(const thrum_scene *scene, scene_body *body, int64_t ahead, double mean[3]);
 
 /* The mean load of the step to come into body->force; what it does to a free body as a whole. */
 void scene_loads_sum(const thrum_scene *scene, scene_body *body, scene_wrench *wrench);

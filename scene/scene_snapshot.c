@@ -13,12 +13,12 @@
 #define COUNT_MAX (INT64_C(1) << 62)
 
 /* The version is that of the records below. */
-static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 5};
+static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 6};
 
 typedef struct scene_record {
   uint64_t revision;
   int64_t steps, origin_step;
-  double origin;
+  double origin, eye[3];
 } scene_record;
 
 typedef struct body_record {
@@ -38,13 +38,18 @@ static size_t condensed_count(const scene_body *body) {
   return body->derived->condensed ? (size_t)(body->derived->rank + body->model->rank) : 0;
 }
 
+/* Of a body with a level of detail: what updates have seen, and the coordinates at the last. */
+static size_t detail_bytes(const scene_body *body) {
+  return body->detail != NULL ? sizeof(scene_seen) + (size_t)body->model->rank * sizeof(double) : 0;
+}
+
 size_t thrum_scene_snapshot_size(const thrum_scene *scene) {
   size_t size = THRUM_SEAL_BYTES + sizeof(scene_record);
   for (int32_t n = 0; n < scene->body_count; n++) {
     const scene_body *body = scene->bodies[n];
     size += sizeof(body_record) + (size_t)body->derived->rank * sizeof(double) +
             thrum_state_kept_bytes(body->state) + contact_bytes(body) +
-            condensed_count(body) * sizeof(double);
+            condensed_count(body) * sizeof(double) + detail_bytes(body);
   }
   return size + (size_t)scene->obstacle_count * sizeof *scene->obstacles +
          thrum_contact_pairs_kept_bytes(scene->pairs.contact);
@@ -69,7 +74,11 @@ thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t
 
   // the scene's own numbers
   unsigned char *at = (unsigned char *)memory + THRUM_SEAL_BYTES;
-  const scene_record head = {scene->revision, scene->steps, scene->origin_step, scene->origin};
+  const scene_record head = {scene->revision,
+                             scene->steps,
+                             scene->origin_step,
+                             scene->origin,
+                             {scene->eye[0], scene->eye[1], scene->eye[2]}};
   put(&at, &head, sizeof head);
 
   // each body with its state and contact
@@ -85,6 +94,10 @@ thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t
     if (body->derived->condensed) {
       put(&at, body->middle, (size_t)body->derived->rank * sizeof *body->middle);
       put(&at, body->answered, (size_t)body->model->rank * sizeof *body->answered);
+    }
+    if (body->detail != NULL) {
+      put(&at, &body->detail->seen, sizeof body->detail->seen);
+      put(&at, body->detail->last, (size_t)body->model->rank * sizeof *body->detail->last);
     }
   }
 
@@ -115,6 +128,26 @@ static bool is_motion_right(const scene_body *body, const body_record *record) {
          memcmp(then->centre, now->centre, sizeof now->centre) == 0 &&
          memcmp(then->inverse, now->inverse, sizeof now->inverse) == 0 &&
          thrum_all_finite(then->attitude, 9) && thrum_all_finite(then->momentum, 3);
+}
+
+/* What updates have seen of a body, at *at, which moves behind it. */
+static thrum_status check_seen(const scene_body *body, const unsigned char **at,
+                               thrum_error *error) {
+  scene_seen seen;
+  take(at, &seen, sizeof seen);
+  const thrum_scene_detail_report *report = &seen.report;
+  const double numbers[] = {seen.last_time, seen.quiet_since, report->largest_jump,
+                            report->energy, report->distance, report->speed};
+  bool right =
+      thrum_all_finite(numbers, 6) && is_count(seen.last_steps) && is_count(report->changes) &&
+      is_count(report->put_off) && is_count(report->reduced_steps) && report->set == 1 &&
+      report->reduced == body->detail->seen.report.reduced && seen.far >= 0 && seen.far <= 1;
+  for (int64_t i = 0; i < body->model->rank; i++) {
+    double q;
+    take(at, &q, sizeof q);
+    right = right && thrum_all_finite(&q, 1);
+  }
+  return right ? THRUM_OK : refuse("level of detail of a body", error);
 }
 
 /* One body's part of the snapshot at *at, which moves behind it. */
@@ -148,7 +181,7 @@ static thrum_status check_body(const scene_body *body, const unsigned char **at,
     if (!thrum_all_finite(&value, 1))
       return refuse("shape of a body", error);
   }
-  return THRUM_OK;
+  return body->detail != NULL ? check_seen(body, at, error) : THRUM_OK;
 }
 
 /* Everything behind the head. */
@@ -161,7 +194,7 @@ static thrum_status check_content(const thrum_scene *scene, const unsigned char 
                            "the snapshot is none of the scene as it is now: what it is made of has "
                            "changed since");
   if (!is_count(head.steps) || !is_count(head.origin_step) || head.origin_step > head.steps ||
-      !thrum_all_finite(&head.origin, 1))
+      !thrum_all_finite(&head.origin, 1) || !thrum_all_finite(head.eye, 3))
     return refuse("number of steps", error);
 
   // bodies and obstacles in the order in which the snapshot was written
@@ -188,6 +221,10 @@ static void take_body(scene_body *body, const unsigned char **at) {
   if (body->derived->condensed) {
     take(at, body->middle, (size_t)body->derived->rank * sizeof *body->middle);
     take(at, body->answered, (size_t)body->model->rank * sizeof *body->answered);
+  }
+  if (body->detail != NULL) {
+    take(at, &body->detail->seen, sizeof body->detail->seen);
+    take(at, body->detail->last, (size_t)body->model->rank * sizeof *body->detail->last);
   }
 
   // where it is as a whole
@@ -222,6 +259,7 @@ thrum_status thrum_scene_restore(thrum_scene *scene, const void *memory, size_t 
   scene->steps = head.steps;
   scene->origin_step = head.origin_step;
   scene->origin = head.origin;
+  memcpy(scene->eye, head.eye, sizeof scene->eye);
   scene_loads_retime(scene);
   return THRUM_OK;
 }

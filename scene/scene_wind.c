@@ -28,6 +28,7 @@ thrum_status thrum_scene_set_wind(thrum_scene *scene, const double velocity[3], 
                            "coefficient >= 0");
   memcpy(scene->wind, velocity, sizeof scene->wind);
   scene->air = air;
+  scene->stirred++;
   return THRUM_OK;
 }
 

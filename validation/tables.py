@@ -364,6 +364,13 @@ def scene_detail():
                   "worst", "near the eye"], body)
 
 
+def scene_blows():
+    """What acts on a body with a level of detail while still, and while far."""
+    return table(["what acts after 1 s", "`still`: error, steps with two", "`beyond`: error"],
+                 [[r["what"], f"{percent(float(r['still_error']))}, {100 * float(r['still_share']):.2g} %",
+                   percent(float(r["far_error"]))] for r in rows("scene_detail", "blows.csv")])
+
+
 def before_after():
     """What the models came with, and the cheapest that errs by at most 5 and 2 % now."""
     body = []
@@ -394,8 +401,8 @@ def handles():
 
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, extremes, linear, tradeoff,
-                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, handles, before_after,
-                                           model_errors)}
+                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_blows, handles,
+                                           before_after, model_errors)}
 
 
 def main(arguments):

@@ -371,7 +371,8 @@ THRUM_API thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t body, in
  * follow them (1 to one less than the model's rank; larger: more vibration, and slower), or all are
  * stepped again (0). Coordinates that are stepped again go on from where they followed, so the
  * shape does not jump; those that begin to follow jump to where they follow.
- * THRUM_INVALID_ARGUMENT beyond these numbers. */
+ * THRUM_INVALID_ARGUMENT beyond these numbers, and for both calls where the body has a level of
+ * detail. */
 THRUM_API thrum_status thrum_scene_set_condensed(thrum_scene *scene, int32_t body, int64_t masters,
                                                  thrum_error *error);
 
@@ -387,9 +388,10 @@ typedef struct thrum_scene_detail {
    * Once far, it is near again within 0.9 of it. */
   double beyond;
 
-  /* The body is still while, for a period of its lowest frequency, no vertex deforms faster than
-   * this [m/s]; >= 0, default 0: never. Judged by a bound, so that the body is rather stepped
-   * whole. Larger: it is still sooner. */
+  /* The body is still while, for a period of its lowest frequency, no vertex moves or deforms
+   * faster than this [m/s], nothing pulls it, no obstacle that moves may reach it, and no load or
+   * base motion changes so that a vertex would become as fast; >= 0, default 0: never. Judged by
+   * bounds, so that the body is rather stepped whole. Larger: it is still sooner. */
   double still;
 
   /* No vertex may jump further than this where the number of coordinates changes [m]; > 0. A change
@@ -398,7 +400,9 @@ typedef struct thrum_scene_detail {
 } thrum_scene_detail;
 
 /* Sets the level of detail of a body: from now on thrum_scene_update_detail changes how many
- * coordinates it steps. As it is stepped now is how it is stepped near. NULL: it stays as it is.
+ * coordinates it steps. As it is stepped now is how it is stepped near, and how it starts again
+ * after thrum_scene_reset; thrum_scene_set_rank and thrum_scene_set_condensed are refused until it
+ * is taken away. NULL: it stays as it is.
  * A body that may touch others is not changed, because condensed bodies do not touch others.
  * THRUM_MISSING for a model without a basis, THRUM_INVALID_ARGUMENT for numbers beyond their
  * ranges, and where fewer coordinates than `masters` are stepped already. */
@@ -413,7 +417,9 @@ THRUM_API thrum_status thrum_scene_set_eye(thrum_scene *scene, const double eye[
  * those step that are far or still, or no longer. What comes back goes on from where it followed,
  * so its shape does not jump. A change is one of thrum_scene_set_condensed: it allocates, it ends
  * the validity of snapshots, and the energy of what no longer vibrates is lost. Call it every few
- * steps: it costs some operations for each coordinate. */
+ * steps, at equal distances, and before the next step where a call has changed what acts on bodies:
+ * loads on still bodies are looked at for twice the steps since the last update, 256 at most, so
+ * that they find all coordinates stepped. It costs some operations for each coordinate and load. */
 THRUM_API thrum_status thrum_scene_update_detail(thrum_scene *scene, thrum_error *error);
 
 /* The level of detail of a body: what it has done since it was set. */
@@ -426,7 +432,7 @@ typedef struct thrum_scene_detail_report {
   double largest_jump;   /* of any vertex in any change, measured [m] */
   double energy;         /* that changes have given to the body, mostly negative [J] */
   double distance;       /* of its middle from the eye at the last update [m] */
-  double speed;          /* bound of the speed of its deformation then [m/s] */
+  double speed;          /* bound of the speed of its vertices then [m/s] */
 } thrum_scene_detail_report;
 
 /* Fills *report. */
@@ -440,8 +446,9 @@ THRUM_API thrum_status thrum_scene_reset(thrum_scene *scene, thrum_error *error)
 
 /* A snapshot holds everything that steps change, in thrum_scene_snapshot_size bytes of the caller's
  * memory; `size` is the size of that memory (THRUM_BUFFER_TOO_SMALL). It can be restored as long as
- * nothing was added, no pull was started or ended, and no rank, integrator, stiffness, damping or
- * dt was changed (THRUM_MODEL_MISMATCH). Steps after a restore give the same bits again.
+ * nothing was added, no pull was started or ended, and no rank, level of detail, integrator,
+ * stiffness, damping or dt was changed (THRUM_MODEL_MISMATCH). Steps after a restore give the same
+ * bits again.
  *
  * The bytes may have been in a file or in another process with the same scene: THRUM_BAD_CHECKSUM
  * for changed ones, THRUM_BAD_FORMAT for none of a snapshot, THRUM_UNSUPPORTED for another version

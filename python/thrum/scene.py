@@ -229,8 +229,8 @@ class Body:
     def set_detail(self, masters: int, jump: float, *, beyond: float = 0.0, still: float = 0.0) -> None:
         """Coordinates that Scene.update_detail has the body step while it is far or still, the others following.
 
-        It is far where its middle is further than `beyond` [m] from Scene.eye, and still where no vertex has deformed faster
-        than `still` [m/s] for a period; 0: never. No vertex jumps further than `jump` [m] at a change; one that would waits.
+        It is far where its middle is further than `beyond` [m] from Scene.eye, and still where no vertex has moved or deformed
+        faster than `still` [m/s] for a period and nothing is about to act on it; 0: never. No vertex jumps further than `jump` [m] at a change; one that would waits.
         """
         detail = ffi.new("thrum_scene_detail *", {"masters": masters, "beyond": beyond, "still": still, "jump": jump})
         self.scene._call(lib.thrum_scene_set_detail, self.number, detail)

@@ -27,7 +27,7 @@ static const thrum_model *the_model(void) {
   return &made.model;
 }
 
-/* Up to three bodies over a floor; one may be pulled, one condensed. */
+/* Up to three bodies over a floor; one may be pulled, one condensed, one with a level of detail. */
 static thrum_scene *make(fuzz_draw *draw) {
   static const int32_t touch[VERTICES] = {0, 1, 2, 3, 4, 5};
   static const double gravity[3] = {0, 0, -1}, target[3] = {0, 1, 0};
@@ -56,6 +56,9 @@ static thrum_scene *make(fuzz_draw *draw) {
   }
   if (bits & 2 && thrum_scene_add_obstacle(scene, &floor, NULL, NULL) < 0)
     abort();
+  const thrum_scene_detail level = {.masters = 2, .beyond = 0.5, .still = 1, .jump = 1};
+  if (bits & 16 && thrum_scene_set_detail(scene, 0, &level, NULL) < 0)
+    abort();
   if (bits & 8)
     thrum_scene_pull_start(scene, 0, 2, target, 10, -1, &(int32_t){0}, NULL);
   return scene;
@@ -82,6 +85,7 @@ static void change(unsigned char *bytes, size_t size, fuzz_draw *draw) {
 static void use(thrum_scene *scene) {
   thrum_error error = {0};
   for (int step = 0; step < 2; step++) {
+    fuzz_check(thrum_scene_update_detail(scene, &error), &error);
     fuzz_check(thrum_scene_step(scene, &error), &error);
     for (int32_t body = 0; body < thrum_scene_body_count(scene); body++) {
       double q[RANK], p[RANK], place[16];
@@ -107,8 +111,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   fuzz_draw draw = {data, size};
   thrum_error error = {0};
   thrum_scene *scene = make(&draw);
-  for (int64_t steps = draw_index(&draw, 6); steps > 0; steps--)
+  for (int64_t steps = draw_index(&draw, 6); steps > 0; steps--) {
+    thrum_scene_update_detail(scene, NULL);
     thrum_scene_step(scene, NULL);
+  }
   const size_t bytes = thrum_scene_snapshot_size(scene);
   if (bytes > sizeof snapshot || thrum_scene_snapshot(scene, snapshot, bytes, &error) < 0)
     abort();
