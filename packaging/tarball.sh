@@ -86,7 +86,10 @@ for library in "$root"/lib/libthrum*.so.*.*.*; do
   strip --strip-unneeded "$library"
 done
 
+# shellcheck disable=SC2086
 "$here/notices.sh" $archives $beside >"$root/NOTICES"
+# shellcheck disable=SC2086
+printf '%s\n' $archives $beside >"$folder/archives"
 cp "$folder/tree/LICENSE" "$folder/tree/README.md" "$folder/tree/CHANGELOG.md" "$root/"
 
 # no symbol of a newer C library, and no library from elsewhere

@@ -399,10 +399,25 @@ def handles():
                  body)
 
 
+def mujoco():
+    """The same bar in Thrum and in MuJoCo."""
+    body = []
+    for r in json.loads((RESULTS / "mujoco" / "bar.json").read_text(encoding="utf-8"))["rows"]:
+        if r["engine"] == "thrum":
+            name = f"Thrum, rank {r['rank']}" + (", of linear tetrahedra" if r["order"] == 1 else "")
+        else:
+            name = f"MuJoCo, `{r['dof']}`" + (f", {r['cells'][0]} cells" if "cells" in r else "")
+        body.append([name, str(r["coordinates"]), f"`{r['integrator']}`", f"{1000 * r['dt']:g}", percent(r["error"]),
+                     f"{r['us']:.3g}", f"{float(format(1e6 / r['us'], '.2g')):,.0f}",
+                     f"{float(format(r['us'] / r['dt'] / 1000, '.2g')):g}"])
+    return table(["body", "coordinates", "integrator", "step, ms", "error", "µs a step", "steps a second",
+                  "ms for a second of motion"], body)
+
+
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, extremes, linear, tradeoff,
                                            tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_blows, handles,
-                                           before_after, model_errors)}
+                                           before_after, mujoco, model_errors)}
 
 
 def main(arguments):

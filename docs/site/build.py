@@ -33,7 +33,7 @@ MENU = [
     ("Notebooks", [f"site/{name}.md" for name in NOTEBOOKS]),
     ("Understand", ["docs/which_integrator.md", "docs/limits_and_platforms.md", "docs/mathematics/README.md",
                     "docs/contact.md", "docs/determinism.md", "docs/condensed.md", "docs/tradeoff.md",
-                    "docs/verification.md", "docs/experiments.md", "docs/bench.md"]),
+                    "docs/verification.md", "docs/experiments.md", "docs/bench.md", "docs/beside_mujoco.md"]),
     ("Reference", ["docs/reference/commands.md", "docs/reference/scene_keys.md", "site/c.md", "site/python.md",
                    "site/javascript.md", "docs/index.md"]),
     ("Change Thrum", ["CONTRIBUTING.md", "CHANGELOG.md"]),
@@ -123,13 +123,22 @@ The engine runs in this page, as WebAssembly: drag the body to pull it, drag bes
 
 
 def stage_notebooks():
-    """Runs the notebooks; what a cell shows as a page within the page becomes a file."""
+    """Runs the notebooks; what a cell shows as a page within the page becomes a file.
+
+    Cells tagged `measured` show times of the machine. A build that is to give the same bytes again, which
+    SOURCE_DATE_EPOCH asks for, runs them and leaves out what they show.
+    """
+    repeated = "SOURCE_DATE_EPOCH" in os.environ
     environment = dict(os.environ, PYTHONPATH=str(BUILD / "python"), THRUM_PROGRAM=str(BUILD / "thrum"),
                        PYTHONWARNINGS="ignore::RuntimeWarning")
     for name in NOTEBOOKS:
-        run("/usr/bin/python3", "-m", "nbconvert", "--to", "markdown", "--execute", "--log-level=WARN",
-            "--ExecutePreprocessor.timeout=300", "--output-dir", STAGE / "site", SOURCE / f"examples/notebooks/{name}.ipynb",
+        source = SOURCE / f"examples/notebooks/{name}.ipynb"
+        run("/usr/bin/python3", "-m", "nbconvert", "--to", "notebook", "--execute", "--log-level=WARN",
+            "--ExecutePreprocessor.timeout=300", "--output-dir", OUTPUT / "executed", source,
             cwd=SOURCE / "examples/notebooks", env=environment)
+        run("/usr/bin/python3", "-m", "nbconvert", "--to", "markdown", "--log-level=WARN", "--output-dir", STAGE / "site",
+            *(["--TagRemovePreprocessor.remove_all_outputs_tags", "measured"] if repeated else []),
+            OUTPUT / f"executed/{name}.ipynb", env=environment)
         page = STAGE / f"site/{name}.md"
         text = page.read_text(encoding="utf-8")
         found = re.search(r'<iframe srcdoc="([^"]*)"[^>]*></iframe>', text)
@@ -139,8 +148,10 @@ def stage_notebooks():
             text = text[:found.start()] + frame + text[found.end():]
         # paths of this machine say nothing to a reader
         text = text.replace(str(BUILD), "build/release").replace(str(SOURCE) + "/", "")
-        note = (f"*This page is the notebook {{download}}`{name}.ipynb <{name}.ipynb>`, run when the site was built.*\n\n")
-        shutil.copy(SOURCE / f"examples/notebooks/{name}.ipynb", STAGE / f"site/{name}.ipynb")
+        note = f"*This page is the notebook {{download}}`{name}.ipynb <{name}.ipynb>`, run when the site was built.*\n\n"
+        if repeated and '"measured"' in source.read_text(encoding="utf-8"):
+            note += "*What it measures differs from run to run and is left out here: run it on your own machine.*\n\n"
+        shutil.copy(source, STAGE / f"site/{name}.ipynb")
         title, _, rest = text.partition("\n")
         page.write_text(f"{title}\n\n{note}{rest}", encoding="utf-8")
 
@@ -284,7 +295,7 @@ def main():
     (STAGE / "site.json").write_text(json.dumps({"version": version, "doxygen": str(doxygen)}))
 
     environment = dict(os.environ, PYTHONPATH=str(BUILD / "python"))
-    run("/usr/bin/python3", "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", STAGE, PAGES, env=environment)
+    run("/usr/bin/python3", "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "-d", OUTPUT / "doctrees", STAGE, PAGES, env=environment)
     if not check_links():
         return 1
     print(PAGES / "index.html")

@@ -36,9 +36,9 @@ def program() -> str:
     found = os.environ.get("THRUM_PROGRAM") or shutil.which("thrum")
     if not found:
         raise ProgramFailed(
-            "the program thrum is not installed, and this call needs it: build it from the sources "
-            "(cmake --preset release, cmake --build build/release, cmake --install build/release), or set "
-            "THRUM_PROGRAM to one that is built", 127)
+            "the program thrum is not installed, and this call needs it: install the Debian package thrum, unpack the "
+            "tarball for other distributions, or build it from the sources (cmake --preset release, cmake --build "
+            "build/release, cmake --install build/release); set THRUM_PROGRAM where it is not in PATH", 127)
 
     # what THRUM_PROGRAM names may lie elsewhere, as a relative path does after os.chdir
     if not shutil.which(found):
