@@ -88,18 +88,19 @@ static double add_step(const thrum_model *model, thrum_state *state, const thrum
                        const thrum_solve_report *report) {
   const double rate = 1.0 / (state->def.dt * state->def.dt);
   thrum_energy_balance *b = &state->balance;
-  double work = 0.0, jump = 0.0, motion = 0.0, kick = 0.0;
+  double work = 0.0, motion = 0.0, kick = 0.0;
+  bool jumps = false;
   for (int32_t i = 0; i < state->rank; i++) {
     const double d = view->q_next[i] - view->q[i];
     work += view->load[i] * d;
-    jump = fmax(jump, fabs(view->load[i] - view->load_before[i]));
+    jumps |= view->load[i] != view->load_before[i];
     motion += (rate + 0.25 * model->omega2[i]) * (d * d);
     kick += view->acceleration_next[i] * view->acceleration_next[i];
   }
   motion += kick / rate;
 
   // a constant load is one more potential, whose work comes back
-  const double moved = (jump > 0.0 ? fabs(work) : 0.0) + fabs(report->dissipation);
+  const double moved = (jumps ? fabs(work) : 0.0) + fabs(report->dissipation);
   const double explained = b->explained + work - report->dissipation;
   if (!(fabs(explained) < BALANCE_MOST && b->moved + moved < BALANCE_MOST)) {
     b->grew = 1;

@@ -18,8 +18,7 @@
 
 #include "runtime/dynamics/imexv.h"
 
-#include <math.h>
-
+#include "runtime/base/finite.h"
 #include "runtime/dynamics/implicit_solve.h"
 #include "runtime/dynamics/stability.h"
 #include "runtime/dynamics/staggered_momentum.h"
@@ -56,7 +55,12 @@ static void stiffness(const thrum_solver *s, double *matrix) {
 
 thrum_solver thrum_imexv_solver(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report) {
+  // nothing to solve for
   const double h = state->def.dt;
+  if (state->split == state->rank)
+    return (thrum_solver){
+        .model = model, .state = state, .view = view, .report = report, .first = state->split};
+
   thrum_solver s =
       thrum_problem_make(model, state, view, report, state->split, 0.5, 0.5 * h * h, 1.0 / h);
   for (int32_t i = s.first; i < state->rank; i++)
@@ -85,10 +89,10 @@ thrum_status thrum_imexv_drift(const thrum_solver *s, double potential) {
     view->q_next[i] = view->q[i] + h * view->p_next[i];
     view->middle[i] = view->q[i] + 0.5 * h * view->p_next[i];
     view->velocity[i] = view->p_next[i];
-    if (!isfinite(view->q_next[i]) || !isfinite(view->p_next[i]))
-      return THRUM_NOT_FINITE;
   }
-  return THRUM_OK;
+  const bool finite =
+      thrum_all_finite(view->q_next, s->first) && thrum_all_finite(view->p_next, s->first);
+  return finite ? THRUM_OK : THRUM_NOT_FINITE;
 }
 
 thrum_status thrum_imexv_finish(const thrum_solver *s, bool solved) {

@@ -70,6 +70,15 @@ thrum_status thrum_staggered_kick(const thrum_model *model, const thrum_state *s
   const double h = state->def.dt;
   const int32_t n = thrum_staggered_modes(state);
 
+  // without damping there is nothing to divide by
+  if (state->def.damping_alpha == 0.0 && state->def.damping_beta == 0.0) {
+    for (int32_t i = 0; i < n; i++) {
+      const double load = 0.5 * (view->load_before[i] + view->load[i]);
+      view->p_next[i] = view->p[i] - h * (view->force[i] - load);
+    }
+    return THRUM_OK;
+  }
+
   // rest damping: each mode on its own
   if (!thrum_tangent_damped(state)) {
     for (int32_t i = 0; i < n; i++) {
