@@ -27,9 +27,9 @@ void EXPORT(js_scene_free)(thrum_scene *scene) {
  * start amplitude. `of` is the first field of a model's handle. Returns the body's number. */
 int32_t EXPORT(js_scene_add_body)(thrum_scene *scene, const thrum_model *const *of,
                                   int32_t integrator, int32_t rank, int32_t condense,
-                                  int32_t free_body, int32_t start_mode, const int32_t *triangles,
-                                  int32_t triangle_count, const int32_t *touch,
-                                  int32_t touch_count) {
+                                  int32_t free_body, int32_t collides, int32_t start_mode,
+                                  const int32_t *triangles, int32_t triangle_count,
+                                  const int32_t *touch, int32_t touch_count) {
   const double *n = js_numbers();
   thrum_scene_body_def def = thrum_default_scene_body_def();
   def.model = *of;
@@ -49,6 +49,7 @@ int32_t EXPORT(js_scene_add_body)(thrum_scene *scene, const thrum_model *const *
   def.rank = rank;
   def.condense = condense;
   def.free = free_body;
+  def.collides = collides;
   def.start_mode = start_mode;
   def.triangles = triangles;
   def.triangle_count = triangle_count;
@@ -110,6 +111,88 @@ int32_t EXPORT(js_scene_load)(thrum_scene *scene, int32_t body, int32_t kind, in
   load.course.until = n[4];
   load.course.frequency = n[5];
   return thrum_scene_add_load(scene, body, &load, &failure);
+}
+
+/* numbers: thickness, friction, restitution. on: 0 for bodies that pass through each other. */
+int32_t EXPORT(js_scene_set_collisions)(thrum_scene *scene, int32_t on) {
+  const double *n = js_numbers();
+  thrum_contact_pairs_def def = thrum_default_contact_pairs_def();
+  def.thickness = n[0];
+  def.friction = n[1];
+  def.restitution = n[2];
+  return thrum_scene_set_collisions(scene, on ? &def : NULL, &failure);
+}
+
+/* numbers: touches, groups declined, least distance, depth now, the largest share of its thickness
+ * that a touch was deep, normal force, energy stored and lost. */
+void EXPORT(js_scene_collisions)(const thrum_scene *scene) {
+  const thrum_contact_pairs_report report = thrum_scene_collisions(scene);
+  double *n = js_numbers();
+  n[0] = (double)report.touching;
+  n[1] = (double)report.declined;
+  n[2] = report.distance;
+  n[3] = report.depth;
+  n[4] = report.deepest_share;
+  n[5] = report.normal;
+  n[6] = report.stored;
+  n[7] = report.lost;
+}
+
+/* numbers: body, other body or -1, obstacle or -1, depth. */
+int32_t EXPORT(js_scene_overlap)(thrum_scene *scene) {
+  thrum_scene_overlap found;
+  THRUM_TRY(thrum_scene_find_overlap(scene, &found, &failure));
+  double *n = js_numbers();
+  n[0] = found.body;
+  n[1] = found.other;
+  n[2] = found.obstacle;
+  n[3] = found.depth;
+  return THRUM_OK;
+}
+
+/* numbers: kinetic, potential, gravity, contact, total, momentum 3, angular momentum 3. */
+int32_t EXPORT(js_scene_account)(thrum_scene *scene) {
+  thrum_scene_account account;
+  THRUM_TRY(thrum_scene_account_get(scene, &account, &failure));
+  double *n = js_numbers();
+  n[0] = account.kinetic;
+  n[1] = account.potential;
+  n[2] = account.gravity;
+  n[3] = account.contact;
+  n[4] = account.total;
+  memcpy(n + 5, account.momentum, sizeof account.momentum);
+  memcpy(n + 8, account.angular_momentum, sizeof account.angular_momentum);
+  return THRUM_OK;
+}
+
+/* numbers: x, y, z. */
+int32_t EXPORT(js_scene_eye)(thrum_scene *scene) {
+  return thrum_scene_set_eye(scene, js_numbers(), &failure);
+}
+
+int32_t EXPORT(js_scene_update_detail)(thrum_scene *scene) {
+  return thrum_scene_update_detail(scene, &failure);
+}
+
+/* numbers: beyond, still, jump. masters 0 takes the level of detail away. */
+int32_t EXPORT(js_body_set_detail)(thrum_scene *scene, int32_t body, int32_t masters) {
+  const double *n = js_numbers();
+  const thrum_scene_detail detail = {
+      .masters = masters, .beyond = n[0], .still = n[1], .jump = n[2]};
+  return thrum_scene_set_detail(scene, body, masters > 0 ? &detail : NULL, &failure);
+}
+
+/* numbers: 1 while it steps fewer coordinates, changes, steps with fewer, largest jump, energy. */
+int32_t EXPORT(js_body_detail)(const thrum_scene *scene, int32_t body) {
+  thrum_scene_detail_report report;
+  THRUM_TRY(thrum_scene_body_detail(scene, body, &report, &failure));
+  double *n = js_numbers();
+  n[0] = report.reduced;
+  n[1] = (double)report.changes;
+  n[2] = (double)report.reduced_steps;
+  n[3] = report.largest_jump;
+  n[4] = report.energy;
+  return THRUM_OK;
 }
 
 int32_t EXPORT(js_scene_step)(thrum_scene *scene) {

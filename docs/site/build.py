@@ -253,6 +253,13 @@ def check_links():
             pages[path].feed(path.read_text(encoding="utf-8"))
     wrong = []
     count = 0
+    # what style sheets load, such as fonts; a query or a fragment behind the name is no part of it
+    for path in sorted(PAGES.rglob("*.css")):
+        for link in re.findall(r"url\(\s*['\"]?([^)'\"]+)", path.read_text(encoding="utf-8")):
+            if not re.match(r"[a-z]+:|//|#", link):
+                count += 1
+                if not (path.parent / urllib.parse.unquote(re.split(r"[?#]", link)[0])).exists():
+                    wrong.append(f"{path.relative_to(PAGES)}: {link} is missing")
     for path, page in pages.items():
         for link in page.links:
             if re.match(r"[a-z]+:|//", link):

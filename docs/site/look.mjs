@@ -14,7 +14,7 @@ mkdirSync(pictures, { recursive: true });
 
 const SCREENS = { desktop: { width: 1440, height: 900 }, telephone: { width: 390, height: 844 } };
 const DRAWN = ['index', 'docs/tutorial', 'site/viewer', 'site/c', 'site/python', 'site/javascript', 'site/swinging_hook',
-  'docs/reference/commands'];
+  'docs/reference/commands', 'docs/beside_mujoco', 'packaging/README'];
 const TYPES = { '.html': 'text/html', '.css': 'text/css', '.js': 'text/javascript', '.svg': 'image/svg+xml', '.png': 'image/png' };
 
 // the site on loopback

@@ -211,6 +211,28 @@ export interface BodyOptions {
   triangles?: ArrayLike<number> & Iterable<number>;
   /** Vertices that may touch obstacles; 'all': those of the triangles. */
   touch?: Iterable<number> | 'all';
+  /** Whether its triangles touch other bodies where Scene.setCollisions says so; default true. */
+  collides?: boolean;
+}
+
+/** Contact between the bodies of a scene. */
+export interface CollisionOptions {
+  /** Distance that contact keeps between surfaces [m]; default 1/250 of the smaller body. */
+  thickness?: number;
+  friction?: number;
+  restitution?: number;
+}
+
+/** With how few coordinates a body is stepped while it is far or still. */
+export interface DetailOptions {
+  /** Coordinates that are stepped then, the others following. */
+  masters: number;
+  /** No vertex jumps further at a change [m]. */
+  jump: number;
+  /** It is far beyond this distance from the eye [m]; default never. */
+  beyond?: number;
+  /** It is still while no vertex moves faster [m/s]; default never. */
+  still?: number;
 }
 
 export interface ObstacleOptions {
@@ -255,6 +277,24 @@ export class Scene implements Freed {
   /** Returns its number. */
   addObstacle(obstacle: ObstacleOptions): number;
   setObstacle(number: number, obstacle: ObstacleOptions): void;
+  /** Makes bodies with triangles touch each other from now on; false: they pass through each other. Condensed ones do not touch. */
+  setCollisions(options?: CollisionOptions | false): void;
+  /** Contact between the bodies: touches, groups without it [1], distances [m], the sum of the forces [N], energies [J]. */
+  readonly collisions: {
+    touching: number; declined: number; distance: number; depth: number; deepestShare: number; normal: number;
+    stored: number; lost: number;
+  };
+  /** The body that lies deepest, for its size, inside another or inside the obstacle of this number; depth [m]. */
+  findOverlap(): { body: Body; other?: Body; obstacle?: number; depth: number } | undefined;
+  /** Energies [J], momentum [kg m/s] and angular momentum [kg m^2/s] of all bodies together. */
+  readonly account: {
+    kinetic: number; potential: number; gravity: number; contact: number; total: number; momentum: number[];
+    angularMomentum: number[];
+  };
+  /** Place that distances of bodies with a level of detail are from [m]. */
+  setEye(place: Vector): void;
+  /** Looks at all bodies with a level of detail; call it every few steps. */
+  updateDetail(): void;
   /** Makes `count` steps; returns a Status. Throws after a step in which a body failed; the others made it. */
   step(count?: number): number;
   setDt(dt: number): void;
@@ -283,6 +323,10 @@ export class Body {
   /** Position [m] and velocity [m/s] of a vertex in the world. */
   vertex(vertex: number): { position: number[]; velocity: number[] };
   setDamping(alpha: number, beta?: number): void;
+  /** A level of detail, which Scene.updateDetail looks after; undefined: the number of coordinates stays as it is. */
+  setDetail(detail?: DetailOptions): void;
+  /** What it has done; the largest jump [m], the energy that changes gave [J]. */
+  readonly detail: { reduced: boolean; changes: number; reducedSteps: number; largestJump: number; energy: number };
   addLoad(load: LoadOptions): void;
   /** A spring [N/m], [N s/m; below 0: critical] from a vertex to a target [m]. */
   pull(vertex: number, target: Vector, spring: { stiffness: number; damping?: number }): Pull;

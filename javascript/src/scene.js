@@ -7,7 +7,9 @@ const FORCE = 0;
 const ACCELERATION = 2;
 const BODY_OPTIONS = ['position', 'rotation', 'scale', 'stiffness', 'density', 'dampingAlpha',
   'dampingBeta', 'velocity', 'spin', 'integrator', 'rank', 'condense', 'free', 'startMode',
-  'startAmplitude', 'triangles', 'touch'];
+  'startAmplitude', 'triangles', 'touch', 'collides'];
+const COLLISION_OPTIONS = ['thickness', 'friction', 'restitution'];
+const DETAIL_OPTIONS = ['masters', 'beyond', 'still', 'jump'];
 const OBSTACLE_OPTIONS = ['shape', 'inside', 'centre', 'normal', 'radius', 'half', 'rotation',
   'velocity', 'friction', 'restitution', 'stiffness', 'damping'];
 const LOAD_OPTIONS = ['force', 'acceleration', 'vertices', 'vertex', 'group', 'start', 'until',
@@ -51,7 +53,7 @@ export class Scene extends Resource {
       given.startAmplitude ?? 0];
     const number = this.#memory.lend([triangles, touch], (faces, points) => this.call(
       'js_scene_add_body', numbers, model.address, integrator, given.rank ?? 0, given.condense ?? 0,
-      given.free ? 1 : 0, given.startMode ?? 0, faces, (triangles?.length ?? 0) / 3, points, touch?.length ?? 0));
+      given.free ? 1 : 0, given.collides ?? true ? 1 : 0, given.startMode ?? 0, faces, (triangles?.length ?? 0) / 3, points, touch?.length ?? 0));
     // the scene reads the model until it is gone itself
     this.owned.lean(model.owned);
     const body = new Body(this.#memory, this, number, model);
@@ -100,6 +102,46 @@ export class Scene extends Resource {
       ...doubles(obstacle.velocity ?? ZERO, 3, 'velocity'), obstacle.friction ?? 0.5,
       obstacle.restitution ?? 0.5, obstacle.stiffness ?? 0, obstacle.damping ?? 0];
     return this.call('js_scene_obstacle', numbers, number, shape, obstacle.inside ? 1 : 0);
+  }
+
+  setCollisions(options = {}) {
+    if (options === false) {
+      this.call('js_scene_set_collisions', [0, 0, 0], 0);
+      return;
+    }
+    knownOptions(options, COLLISION_OPTIONS, 'contact between bodies');
+    const { thickness = 0, friction = 0.5, restitution = 0.5 } = options;
+    this.call('js_scene_set_collisions', [thickness, friction, restitution], 1);
+  }
+
+  get collisions() {
+    this.#memory.calls.js_scene_collisions(this.address);
+    const [touching, declined, distance, depth, deepestShare, normal, stored, lost] = this.results(8);
+    return { touching, declined, distance, depth, deepestShare, normal, stored, lost };
+  }
+
+  findOverlap() {
+    this.call('js_scene_overlap');
+    const [body, other, obstacle, depth] = this.results(4);
+    if (body < 0) return undefined;
+    return { body: this.#bodies[body], other: this.#bodies[other], depth,
+      obstacle: obstacle < 0 ? undefined : obstacle };
+  }
+
+  get account() {
+    this.call('js_scene_account');
+    const found = this.results(11);
+    const [kinetic, potential, gravity, contact, total] = found;
+    return { kinetic, potential, gravity, contact, total, momentum: found.slice(5, 8),
+      angularMomentum: found.slice(8) };
+  }
+
+  setEye(place) {
+    this.call('js_scene_eye', doubles(place, 3, 'eye'));
+  }
+
+  updateDetail() {
+    this.call('js_scene_update_detail');
   }
 
   step(count = 1) {
@@ -164,6 +206,23 @@ export class Body {
       this.scene.results(8);
     return { status, rank, shown, touching, fallbackSteps, grownSteps, switchedSteps,
       scheme: this.#memory.text(this.#memory.calls.js_name(scheme, 1)) };
+  }
+
+  setDetail(detail) {
+    if (detail === undefined) {
+      this.scene.call('js_body_set_detail', [0, 0, 0], this.number, 0);
+      return;
+    }
+    knownOptions(detail, DETAIL_OPTIONS, 'a level of detail');
+    const { masters, jump, beyond = 0, still = 0 } = detail;
+    if (!(masters > 0)) throw new ThrumError(`masters: ${masters} is no number of coordinates`, -1);
+    this.scene.call('js_body_set_detail', [beyond, still, jump ?? NaN], this.number, masters);
+  }
+
+  get detail() {
+    this.scene.call('js_body_detail', undefined, this.number);
+    const [reduced, changes, reducedSteps, largestJump, energy] = this.scene.results(5);
+    return { reduced: reduced === 1, changes, reducedSteps, largestJump, energy };
   }
 
   get energies() {

@@ -154,6 +154,44 @@ test('contact, loads and pulls in a scene', () => {
   assert.ok(Number.isFinite(body.energies.total));
 });
 
+test('bodies touch each other, and keep their momentum', () => {
+  const scene = engine.scene({ dt: 0.002 });
+  const triangles = block.outerTriangles();
+  scene.addBody(block, { free: true, triangles });
+  scene.addBody(block, { free: true, triangles, position: [0, 0, 0.24], velocity: [0, 0, -1] });
+  scene.setCollisions({ friction: 0.3 });
+  assert.equal(scene.findOverlap(), undefined);
+  const before = scene.account;
+  let touched = 0;
+  for (let k = 0; k < 100; k += 1) {
+    scene.step();
+    touched = Math.max(touched, scene.collisions.touching);
+  }
+  const after = scene.account;
+  assert.ok(touched > 0 && scene.collisions.deepestShare < 1);
+  assert.ok(Math.abs(after.momentum[2] / before.momentum[2] - 1) < 1e-12);
+  assert.ok(after.total < before.total);
+  assert.throws(() => scene.setCollisions({ bounce: 1 }), /thickness/);
+  assert.throws(() => scene.setCollisions({ restitution: 2 }), ThrumError);
+  scene.setCollisions(false);
+  assert.equal(scene.collisions.touching, 0);
+});
+
+test('a body far from the eye steps fewer coordinates, and all again when it is near', () => {
+  const scene = engine.scene();
+  const body = scene.addBody(beam);
+  body.setDetail({ masters: 4, jump: 0.01, beyond: 5 });
+  scene.setEye([0, 0, 10]);
+  scene.updateDetail();
+  scene.step(10);
+  assert.deepEqual([body.info.rank, body.detail.reduced, body.detail.reducedSteps], [4, true, 10]);
+  scene.setEye([0, 0, 1]);
+  scene.updateDetail();
+  assert.deepEqual([body.info.rank, body.detail.reduced, body.detail.changes], [RANK, false, 2]);
+  assert.throws(() => body.setDetail({ masters: 4 }), ThrumError);
+  assert.throws(() => body.setDetail({ far: 4 }), /beyond/);
+});
+
 test('what is wrong is refused by name', () => {
   assert.throws(() => engine.model(new Uint8Array(10)), ThrumError);
   assert.throws(() => engine.model(), ThrumError);

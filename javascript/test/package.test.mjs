@@ -39,6 +39,14 @@ test('the example runs in node', () => {
   assert.equal(first, last);
 });
 
+test('the README runs as it stands', () => {
+  const block = readFileSync(join(here, 'README.md'), 'utf8').match(/```js\n(.*?)```/s)[1];
+  const text = block.replace("await (await fetch('beam.npz')).arrayBuffer()", "readFileSync('beam.npz')");
+  assert.notEqual(text, block);
+  writeFileSync(join(app, 'readme.mjs'), `import { readFileSync } from 'node:fs';\n${text}\nconsole.log(positions.length > 0);\n`);
+  assert.match(run('node', ['readme.mjs'], app), /true\n$/);
+});
+
 test('the binary may lie apart', () => {
   writeFileSync(join(app, 'apart.mjs'), `
     import { readFile } from 'node:fs/promises';

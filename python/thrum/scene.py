@@ -21,7 +21,9 @@ from .state import Report, report_of, set_choice, state_def
 from .surface import Surface
 
 _NUMBERS = ("scale", "stiffness", "density", "start_amplitude", "touch_stiffness")
-_WHOLE = ("rank", "condense", "start_mode")
+_WHOLE = ("rank", "condense", "start_mode", "collides")
+_COLLISION_NUMBERS = ("thickness", "friction", "restitution", "tolerance")
+_COLLISION_COUNTS = ("touch_max", "sweeps_max")
 _VECTORS = {"position": 3, "rotation": 4, "colour": 3, "velocity": 3, "spin": 3}
 _SHAPES = {"plane": 0, "sphere": 1, "box": 2}
 
@@ -42,6 +44,30 @@ class Load:
     start: float = 0.0
     until: float = math.inf
     frequency: float | None = None
+
+
+@dataclass(frozen=True)
+class Touch:
+    """A point where two bodies touched in the last step: thrum_pair_touch in thrum/contact_pairs.h.
+
+    force [N] acts on the first body and its negative on the second; normal leads from the second to the first.
+    """
+
+    bodies: tuple[Body, Body]
+    position: Array
+    force: Array
+    normal: Array
+    distance: float
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """A body that lies inside another one, or inside the obstacle of this number: depth of its deepest vertex [m]."""
+
+    body: Body
+    other: Body | None
+    obstacle: int | None
+    depth: float
 
 
 @dataclass
@@ -305,7 +331,7 @@ class Scene:
         for wind and contact; touch: 0-based vertices that may touch obstacles, or "all" of the triangles. state: the
         other options of `State`. Further options, as in thrum_scene_body_def: position, rotation (quaternion
         w, x, y, z), scale, stiffness, density, rank, condense, colour, start_mode, start_amplitude, velocity, spin,
-        touch_stiffness.
+        touch_stiffness, collides (False: it passes through other bodies, see set_collisions).
         """
         definition = ffi.new("thrum_scene_body_def *", lib.thrum_default_scene_body_def())
         handle = model._handle()
@@ -374,6 +400,58 @@ class Scene:
     def set_obstacle(self, number: int, obstacle: Obstacle) -> None:
         """Changes an obstacle from now on."""
         self._call(lib.thrum_scene_set_obstacle, number, obstacle._fill())
+
+    def set_collisions(self, on: bool = True, **options: Any) -> None:
+        """Makes all bodies with triangles touch each other from now on, or with on=False pass through each other.
+
+        Options, as in thrum_contact_pairs_def: thickness [m] that contact keeps between surfaces, friction, restitution,
+        touch_max, sweeps_max, tolerance. Condensed bodies do not touch others.
+        """
+        definition = ffi.new("thrum_contact_pairs_def *", lib.thrum_default_contact_pairs_def())
+        for name, value in options.items():
+            if name in _COLLISION_NUMBERS:
+                setattr(definition, name, float(value))
+            elif name in _COLLISION_COUNTS:
+                setattr(definition, name, value)
+            else:
+                known = ", ".join([*_COLLISION_NUMBERS, *_COLLISION_COUNTS])
+                raise TypeError(f"contact between bodies has no option {name!r}; it has: {known}")
+        self._call(lib.thrum_scene_set_collisions, definition if on else ffi.NULL)
+
+    @property
+    def collisions(self) -> dict[str, float]:
+        """Counters and energies of contact between the bodies, by the names of thrum_contact_pairs_report."""
+        with self._lock:
+            report = lib.thrum_scene_collisions(self._open())
+        return {name: getattr(report, name) for name, _ in ffi.typeof("thrum_contact_pairs_report").fields}
+
+    @property
+    def touches(self) -> list[Touch]:
+        """Where bodies touched each other in the last step."""
+        found, touch = [], ffi.new("thrum_pair_touch *")
+        for index in range(int(self.collisions["touching"])):
+            self._call(lib.thrum_scene_collision, index, touch)
+            first, second = (self.bodies[number] for number in touch.bodies)
+            position, force, normal = (np.array(list(getattr(touch, name))) for name in ("position", "force", "normal"))
+            found.append(Touch((first, second), position, force, normal, touch.distance))
+        return found
+
+    def find_overlap(self) -> Overlap | None:
+        """The body that lies deepest, for its size, inside an obstacle or another body; look before the first step."""
+        found = ffi.new("thrum_scene_overlap *")
+        self._call(lib.thrum_scene_find_overlap, found)
+        if found.body < 0:
+            return None
+        return Overlap(self.bodies[found.body], self.bodies[found.other] if found.other >= 0 else None,
+                       int(found.obstacle) if found.obstacle >= 0 else None, found.depth)
+
+    @property
+    def account(self) -> dict[str, Any]:
+        """Energies [J] and momenta of all bodies together, by the names of thrum_scene_account."""
+        found = ffi.new("thrum_scene_account *")
+        self._call(lib.thrum_scene_account_get, found)
+        return {name: np.array(list(getattr(found, name))) if "momentum" in name else getattr(found, name)
+                for name, _ in ffi.typeof("thrum_scene_account").fields}
 
     def add_base_motion(self, times: Any, accelerations: Any) -> None:
         """Moves the ground under all bodies: accelerations (k x 3) [m/s^2] at `times` (k) [s], linear between them."""

@@ -84,6 +84,46 @@ class Scenes(unittest.TestCase):
         with self.assertRaises(KeyError):
             scene.find("leg")
 
+    def test_bodies_touch_each_other(self):
+        scene, model = thrum.Scene(dt=0.002), block()
+        triangles = model.outer_triangles()
+        height = np.ptp(model.vertices[:, 2])
+        low = scene.add_body(model, "low", free=True, triangles=triangles)
+        high = scene.add_body(model, "high", free=True, triangles=triangles, position=(0, 0, 1.2 * height),
+                              velocity=(0, 0, -1))
+        scene.set_collisions(friction=0.3, restitution=0.5)
+        self.assertIsNone(scene.find_overlap())
+        before, touches = scene.account, []
+        while scene.steps < 200 and not touches:
+            scene.step()
+            touches = scene.touches
+        self.assertEqual({touches[0].bodies[0].name, touches[0].bodies[1].name}, {"low", "high"})
+        self.assertGreater(touches[0].force[2] * touches[0].normal[2], 0.0)
+        scene.step(100)
+        after = scene.account
+        self.assertGreater(low.vertex(0)[1][2] * -1, 0.0)
+        np.testing.assert_allclose(after["momentum"], before["momentum"], atol=1e-12 * abs(before["momentum"]).max())
+        self.assertLess(after["total"], before["total"])
+        self.assertLess(scene.collisions["deepest_share"], 1.0)
+
+        # without it they pass through each other
+        other = thrum.Scene()
+        first = other.add_body(model, "a", free=True, triangles=triangles)
+        other.add_body(model, "b", free=True, triangles=triangles, position=(0, 0, 0.3 * height))
+        other.add_body(model, "c", free=True, triangles=triangles, collides=False)
+        other.set_collisions()
+        overlap = other.find_overlap()
+        self.assertIn(first, (overlap.body, overlap.other))
+        self.assertIsNone(overlap.obstacle)
+        self.assertGreater(overlap.depth, 0.0)
+        other.set_collisions(False)
+        self.assertIsNone(other.find_overlap())
+        self.assertEqual(other.collisions["steps"], 0)
+        with self.assertRaisesRegex(TypeError, "thickness"):
+            other.set_collisions(bounce=1)
+        with self.assertRaises(ValueError):
+            other.set_collisions(restitution=2)
+
     def test_ground_and_wind(self):
         scene = thrum.Scene()
         model = beam()
