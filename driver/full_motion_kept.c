@@ -1,5 +1,6 @@
 /* Full-order runs in files named after a hash of all that they depend on: .npy with a row for each
- * sample (u, v, energy) and a last one that begins with the processor time of a step.
+ * sample (u, v, energy) and a last one that begins with the processor time of a step and the
+ * checksum of all before it.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/full_motion_kept.h"
 
@@ -93,6 +94,12 @@ static void take(void *context, int64_t index, const double *u, const double *v,
   row[2 * k->all] = energy;
 }
 
+/* The checksum of the samples and the time of a step, which a double holds. */
+static double checksum(const kept *k) {
+  const int64_t last = k->observer->samples * k->columns;
+  return (double)(hash_bytes(0, k->rows, (size_t)(last + 1) * sizeof *k->rows) >> 12);
+}
+
 /* Hands all samples on. */
 static void replay(const kept *k, double *us_per_step) {
   for (int64_t n = 0; n < k->observer->samples; n++) {
@@ -103,7 +110,8 @@ static void replay(const kept *k, double *us_per_step) {
     *us_per_step = k->rows[k->observer->samples * k->columns];
 }
 
-static thrum_status write_rows(const char *path, const kept *k, thrum_error *error) {
+static thrum_status write_rows(const char *path, kept *k, thrum_error *error) {
+  k->rows[k->observer->samples * k->columns + 1] = checksum(k);
   unsigned char header[THRUM_NPY_HEADER_MAX];
   thrum_file_writer writer = {NULL, NULL, NULL};
   const int64_t rows = k->observer->samples + 1;
@@ -118,12 +126,14 @@ static thrum_status write_rows(const char *path, const kept *k, thrum_error *err
   return status;
 }
 
-/* The run of the file into k->rows; false: it is not there, or not whole, and is made anew. */
+/* The run of the file into k->rows; false: it is not there, not whole or damaged, and is made
+ * anew. */
 static bool read_rows(const char *path, kept *k) {
   int64_t rows = 0, columns = 0;
   if (access(path, F_OK) != 0 || thrum_npy_read_f8(path, &k->rows, &rows, &columns, NULL) < 0)
     return false;
-  if (rows == k->observer->samples + 1 && columns == k->columns)
+  if (rows == k->observer->samples + 1 && columns == k->columns &&
+      k->rows[(rows - 1) * columns + 1] == checksum(k))
     return true;
   free(k->rows);
   k->rows = NULL;
@@ -155,8 +165,11 @@ thrum_status full_motion_kept(const char *folder, const thrum_model *model, int 
   char path[1200];
   const int64_t all = 3 * model->vertex_count;
   kept k = {.all = all, .columns = 2 * all + 1, .observer = observer};
-  snprintf(path, sizeof path, "%.1000s/full-%016" PRIx64 ".npy", folder,
-           hash_run(model, mass, script, dt, observer->samples));
+  const int length = snprintf(path, sizeof path, "%s/full-%016" PRIx64 ".npy", folder,
+                              hash_run(model, mass, script, dt, observer->samples));
+  if (length >= (int)sizeof path)
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "the name of the folder of runs that are kept is too long");
   THRUM_TRY(folder_make(folder, error));
 
   const thrum_status status =

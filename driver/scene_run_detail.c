@@ -16,6 +16,7 @@
 #include "driver/scene_run.h"
 #include "driver/step_cost.h"
 #include "io/file.h"
+#include "io/file_hash.h"
 #include "platform/clock.h"
 
 #define CACHE_BYTES (4 << 20)
@@ -141,25 +142,30 @@ static bool cache_path(uint64_t hash, char path[NAMED_MODEL_PATH_MAX]) {
   return true;
 }
 
-static bool read_cached(const scene_body_run *body, uint64_t hash, scene_finding *finding) {
-  char path[NAMED_MODEL_PATH_MAX], line[CACHE_LINE] = "";
-  FILE *file = cache_path(hash, path) ? fopen(path, "r") : NULL;
-  if (file == NULL)
-    return false;
-  const bool read = fgets(line, sizeof line, file) != NULL;
-  fclose(file);
+/* What is kept of a finding: a line that ends with its checksum. Returns its length. */
+static int cached_line(uint64_t hash, const scene_finding *finding, char line[CACHE_LINE]) {
+  const int length =
+      snprintf(line, CACHE_LINE, "%" PRId64 " %.17g", finding->masters, finding->error);
+  return length + snprintf(line + length, CACHE_LINE - (size_t)length, " %016" PRIx64 "\n",
+                           hash_bytes(hash, line, (size_t)length));
+}
 
-  // what does not say what it should is found again
-  char *end = NULL;
-  const long long masters = read ? strtoll(line, &end, 10) : -1;
-  if (!read || end == line || masters < 0 || masters >= body->model->rank)
+static bool read_cached(const scene_body_run *body, uint64_t hash, scene_finding *finding) {
+  char path[NAMED_MODEL_PATH_MAX], line[CACHE_LINE];
+  void *data = NULL;
+  size_t size = 0;
+  if (!cache_path(hash, path) || thrum_file_read(path, &data, &size, NULL) < 0)
     return false;
-  char *last = NULL;
-  const double found = strtod(end, &last);
-  if (last == end || *last != '\n' || !(isnan(found) || found >= 0))
-    return false;
-  *finding = (scene_finding){SCENE_CACHED, masters, found};
-  return true;
+
+  // what would not be written so, by a bit of it, is found again
+  char *end = data;
+  *finding = (scene_finding){.by = SCENE_CACHED, .masters = strtoll(data, &end, 10)};
+  finding->error = strtod(end, NULL);
+  const bool whole = size == (size_t)cached_line(hash, finding, line) &&
+                     memcmp(data, line, size) == 0 && finding->masters >= 0 &&
+                     finding->masters < body->model->rank;
+  free(data);
+  return whole;
 }
 
 /* A cache that cannot be written harms no run. */
@@ -168,8 +174,7 @@ static void write_cached(uint64_t hash, const scene_finding *finding) {
   thrum_error ignored = {0};
   if (!cache_path(hash, path) || named_model_cache_folder(folder, NULL) < 0)
     return;
-  const int length =
-      snprintf(line, sizeof line, "%" PRId64 " %.17g\n", finding->masters, finding->error);
+  const int length = cached_line(hash, finding, line);
   thrum_file_write_atomic(path, line, (size_t)length, &ignored);
   cache_trim(folder, "detail-", CACHE_BYTES, CACHE_STAYS);
 }

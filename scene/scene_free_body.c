@@ -38,7 +38,9 @@ static thrum_status make_rigid_frame(const thrum_scene_body_def *def, scene_body
   find_momentum(body->rigid_frame.inverse, spin, momentum);
   scene_to_world(&body->placement, momentum, body->start_momentum);
   if (!thrum_all_finite(body->start_momentum, 3))
-    return thrum_error_set(error, THRUM_BAD_VALUE, "the spin at the start is not finite");
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "with this spin, scale and density the angular momentum at the start is "
+                           "beyond the range of finite numbers");
   return THRUM_OK;
 }
 

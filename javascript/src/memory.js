@@ -152,6 +152,13 @@ export class Memory {
   }
 }
 
+/** `count`, where it is a number of steps. @returns {number} */
+export function steps(count) {
+  if (!Number.isSafeInteger(count) || count < 0)
+    throw new ThrumError(`${String(count)} is no number of steps`, -1);
+  return count;
+}
+
 /** `value` as doubles of that length. @returns {Float64Array} */
 export function doubles(value, length, name) {
   const array = Float64Array.from(value);

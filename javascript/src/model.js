@@ -1,5 +1,5 @@
 // Models, states, batches and surfaces. SPDX-License-Identifier: Apache-2.0
-import { Memory, Owned, Resource, ThrumError, doubles, vertices } from './memory.js';
+import { Memory, Owned, Resource, ThrumError, doubles, steps, vertices } from './memory.js';
 
 const ARRAYS = { omega2: 0, vertices: 1, tets: 2, fixed: 3, material: 4, basis: 5, groupNames: 6,
   groupEnds: 7, groupVertices: 8, meta: 9 };
@@ -260,9 +260,8 @@ export class State extends Resource {
   }
 
   step(count = 1) {
-    if (!Number.isSafeInteger(count)) throw new ThrumError(`${count} is no number of steps`, -1);
     return this.#memory.check(
-      this.#memory.calls.js_state_step(this.#modelAt, this.address, count));
+      this.#memory.calls.js_state_step(this.#modelAt, this.address, steps(count)));
   }
 
   get energies() {
@@ -314,6 +313,7 @@ export class Batch extends Resource {
     const length = this.states.length;
     const addresses = Int32Array.from(this.states, (state) => state.address);
     const statuses = new Int32Array(length);
+    steps(count);
     this.#memory.lend([addresses, statuses], (at, into) => {
       for (let done = 0; done < count; done += 1) {
         const status = calls.js_batch_step(this.#modelAt, at, length, into, this.address, this.#size);

@@ -1,5 +1,5 @@
 // Scenes: placed bodies and what acts on them. SPDX-License-Identifier: Apache-2.0
-import { Owned, Resource, ThrumError, doubles, vertices } from './memory.js';
+import { Owned, Resource, ThrumError, doubles, steps, vertices } from './memory.js';
 import { integratorNumber, knownOptions } from './model.js';
 
 const SHAPES = { plane: 0, sphere: 1, box: 2 };
@@ -146,6 +146,7 @@ export class Scene extends Resource {
 
   step(count = 1) {
     let worst = 0;
+    steps(count);
     for (let done = 0; done < count; done += 1) {
       const status = this.call('js_scene_step');
       if (status > 0 && (worst === 0 || status < worst)) worst = status;

@@ -204,7 +204,9 @@ test('what is wrong is refused by name', () => {
   assert.throws(() => beam.externalLoad({ force: [1, 2, 3], group: 'nose' }), /tip/);
   assert.throws(() => beam.state().set([1, 2]), /12/);
   assert.throws(() => beam.state().set(Array(RANK).fill(NaN)), ThrumError);
-  assert.throws(() => beam.state().step(1.5), ThrumError);
+  for (const thing of [beam.state(), beam.batch([beam.state()]), engine.scene()])
+    for (const count of [1.5, -1, NaN, Infinity, '2', null])
+      assert.throws(() => thing.step(count), /is no number of steps/);
   const scene = engine.scene();
   assert.throws(() => scene.addBody(beam, { free: true }), ThrumError);
   assert.throws(() => scene.addBody(beam, { touch: 'all' }), /triangles/);

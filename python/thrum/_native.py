@@ -85,9 +85,17 @@ def call(function: Any, *arguments: Any) -> int:
 # --- arrays -----------------------------------------------------------------------------------
 
 
+def real_numbers(value: Any, name: str) -> Array:
+    """`value` as doubles of any shape. ValueError names the argument: complex numbers and texts are no such numbers."""
+    given = np.asarray(value)
+    if given.dtype.kind not in "biufO":
+        raise ValueError(f"{name}: real numbers are needed, not {given.dtype}")
+    return np.ascontiguousarray(given, dtype=np.float64)
+
+
 def doubles(value: Any, shape: tuple[int | None, ...], name: str) -> Array:
     """`value` as doubles in C order; None in a shape is any length. ValueError names the argument."""
-    array = np.ascontiguousarray(value, dtype=np.float64)
+    array = real_numbers(value, name)
     _check_shape(array, shape, name)
     return array
 

@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._errors import ProgramFailed
+from ._native import real_numbers
 
 # done, and done but flagged
 _DONE = (0, 3)
@@ -74,8 +75,10 @@ def run_program(command: str, *words: str, _mesh: str | None = None, **options: 
     RuntimeWarning. ProgramFailed with the program's own line for every other exit code. Messages name options as the
     keywords that they are here, and the temporary file _mesh as "mesh".
     """
-    line = [program(), command, *words, *arguments(options), "--json", "-q"]
-    done = subprocess.run(line, capture_output=True, text=True, check=False)
+    # a file whose name begins with - is no option
+    files = [os.path.join(os.curdir, word) if word.startswith("-") else word for word in words]
+    line = [program(), command, *files, *arguments(options), "--json", "-q"]
+    done = subprocess.run(line, capture_output=True, encoding="utf-8", errors="replace", check=False)
     if done.returncode not in _DONE:
         text = _REFUSAL.sub("", done.stderr.strip()) or f"thrum {command} ended with the exit code {done.returncode}"
         raise ProgramFailed(_message(text, _mesh), done.returncode)
@@ -101,7 +104,7 @@ def precompute(mesh: Any, output: str | os.PathLike[str], **options: Any) -> dic
 def write_mesh(mesh: Any, path: str) -> None:
     """Writes a pair (vertices, tets), or the tetrahedra of a meshio mesh, as a Gmsh file."""
     if hasattr(mesh, "points") and hasattr(mesh, "cells"):
-        vertices = np.asarray(mesh.points, dtype=np.float64)
+        vertices = mesh.points
         blocks = [cells.data for cells in mesh.cells if cells.type == "tetra"]
         if not blocks:
             kinds = ", ".join(sorted({cells.type for cells in mesh.cells})) or "no cells"
@@ -112,7 +115,7 @@ def write_mesh(mesh: Any, path: str) -> None:
             vertices, tets = (np.asarray(part) for part in mesh)
         except (TypeError, ValueError):
             raise TypeError("mesh: a file, a name, a meshio mesh or a pair (vertices, tets) is needed") from None
-    vertices = np.asarray(vertices, dtype=np.float64)
+    vertices = real_numbers(vertices, "mesh")
     if vertices.ndim != 2 or vertices.shape[1] != 3:
         raise ValueError("mesh: its vertices are not n x 3")
     if tets.ndim != 2 or tets.shape[1] != 4 or not np.issubdtype(tets.dtype, np.integer):

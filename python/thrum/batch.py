@@ -32,6 +32,8 @@ class Batch:
         if len({id(state) for state in states}) != len(states):
             raise ValueError("a state is listed twice in the batch")
         for number, state in enumerate(states):
+            if not isinstance(state, State):
+                raise TypeError(f"state {number} of the batch is a {type(state).__name__}")
             if state._c_model.identity != model._c.identity or state._c_model.rank != model.rank:
                 raise ModelMismatch(f"state {number} of the batch belongs to another model", Status.MODEL_MISMATCH)
         self.model = model

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include <cmocka.h>
+#include <dirent.h>
 
 #include "tests/support/simulate_support.h"
 #include "tests/support/test_folder.h"
@@ -50,6 +51,28 @@ static void assert_found_by(const cJSON *body, const char *by) {
   assert_string_equal(cJSON_GetStringValue(cJSON_GetObjectItem(body, "found_by")), by);
 }
 
+/* Exchanges one bit of the number of coordinates in each file that keeps what was found. */
+static void damage_what_is_kept(void) {
+  char path[100];
+  int count = 0;
+  DIR *dir = opendir(in_folder("cache/thrum"));
+  assert_non_null(dir);
+  for (struct dirent *entry = readdir(dir); entry != NULL; entry = readdir(dir)) {
+    if (strncmp(entry->d_name, "detail-", 7) != 0)
+      continue;
+    snprintf(path, sizeof path, "cache/thrum/%.60s", entry->d_name);
+    FILE *file = fopen(in_folder(path), "r+b");
+    assert_non_null(file);
+    const int digit = fgetc(file);
+    rewind(file);
+    assert_int_equal(fputc(digit ^ 1, file), digit ^ 1);
+    assert_int_equal(fclose(file), 0);
+    count++;
+  }
+  closedir(dir);
+  assert_true(count > 0);
+}
+
 #define SWING "\"model\": \"beam.npz\", \"start\": \"mode:1,0.03\""
 
 static void a_budget_is_kept_and_found_once(void **state) {
@@ -76,6 +99,13 @@ static void a_budget_is_kept_and_found_once(void **state) {
   assert_found_by(body_of(object, 0), "an earlier run");
   assert_true(masters_of(body_of(object, 0)) == masters);
   assert_true(json_value(body_of(object, 0), "error_found") == error);
+  cJSON_Delete(object);
+
+  // but not from a damaged file
+  damage_what_is_kept();
+  object = simulate("", bodies);
+  assert_found_by(body_of(object, 0), "trials");
+  assert_true(masters_of(body_of(object, 0)) == masters);
   cJSON_Delete(object);
 
   // and what acts on the body makes it another one

@@ -17,6 +17,7 @@ wanted=${4:-"fuzz_*"}
 flags="-std=c11 -O1 -g1 -I$source -I$source/include"
 flags="$flags -D_POSIX_C_SOURCE=200809L -DTHRUM_FUZZ -ffp-contract=off -Wno-comment -Wno-unknown-attributes"
 flags="$flags -Wno-ignored-attributes"
+followed=-fsanitize=fuzzer-no-link
 # the unrolled kernels of processors, which take minutes to compile with sanitizers; tests of their own
 # run them so. Sums over coefficients and checksums have no branches that an input should look for: they
 # are compiled with sanitizers, but not to be followed, which takes most of their time.
@@ -24,7 +25,8 @@ plain=$flags
 case ${5:-sanitized} in
 sanitized)
   flags="$flags -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer" ;;
-plain) flags="$flags -O2" plain=$flags ;;
+# without a look at what is compared, which takes more than half of the time of a small input
+plain) flags="$flags -O2" plain=$flags followed=-fsanitize-coverage=inline-8bit-counters,pc-table ;;
 covered) flags="$flags -fprofile-instr-generate -fcoverage-mapping" ;;
 esac
 mesh_sources="mesh/*.c mesh/formats/*.c io/text.c io/file.c"
@@ -78,7 +80,7 @@ for target in "$source"/tests/fuzz/$wanted.c; do
      */*kernel_avx*.c) flags="'"$plain"'" ;;
      */runtime/base/crc32.c | */runtime/polynomial/*.c | */runtime/linear_algebra/*.c)
        flags="'"$flags"'" ;;
-     *) flags="'"$flags $library_flags"' -fsanitize=fuzzer-no-link" ;;
+     *) flags="'"$flags $library_flags $followed"'" ;;
      esac
      "$0" $flags -c "$1" -o "$2"' "$clang"
   objects=

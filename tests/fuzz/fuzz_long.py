@@ -33,6 +33,9 @@ READERS = ("mesh/formats/mesh_read", "mesh/formats/surface_read", "io/json_read"
            "runtime/model/embedding", "runtime/dynamics/state_snapshot", "scene/scene_snapshot", "driver/scene_spec",
            "driver/load_spec", "driver/start_spec", "driver/base_motion_spec", "precompute/vega_reduced", "mesh/mesh_fix")
 
+# memory that was given back is kept apart for a while, but not so much of it that each input takes new pages
+ASAN_OPTIONS = "quarantine_size_mb=8:malloc_context_size=10"
+
 
 def build(source, folder, clang, pattern, how):
     made = subprocess.run([source / "tests/fuzz/build.sh", source, folder, clang, pattern, how], check=True,
@@ -41,10 +44,11 @@ def build(source, folder, clang, pattern, how):
 
 
 def corpora(source, found, name):
-    """The folders of a target's inputs, of which the first takes new ones."""
-    plain = found.parent / "fuzz_plain" / f"{name}.found"
-    return [str(found / f"{name}.found"), str(source / "tests/fuzz/corpus" / name.removeprefix("fuzz_")),
-            *([str(plain)] if plain.exists() and plain.parent != found else [])]
+    """The folders of a target's inputs that there are, of which the first takes new ones."""
+    plain = found.parent / "fuzz_plain"
+    folders = [found / f"{name}.found", source / "tests/fuzz/corpus" / name.removeprefix("fuzz_")]
+    folders += [plain / f"{name}.found"] if plain != found else []
+    return [str(folder) for folder in folders if folder.exists()]
 
 
 def turn(source, folder, name, seconds, longest):
@@ -53,7 +57,8 @@ def turn(source, folder, name, seconds, longest):
     done = subprocess.run([folder / name, f"-max_total_time={seconds}", f"-max_len={longest}", "-timeout=60", "-rss_limit_mb=2048",
                            "-reload=0",
                            f"-artifact_prefix={folder}/{name}-", "-print_final_stats=1", "-verbosity=0",
-                           *corpora(source, folder, name)], capture_output=True, check=False)
+                           *corpora(source, folder, name)], capture_output=True, check=False,
+                          env=dict(os.environ, ASAN_OPTIONS=ASAN_OPTIONS))
     text = done.stderr.decode(errors="replace")
     number = re.search(r"number_of_executed_units: *(\d+)", text)
     if done.returncode != 0:
@@ -72,7 +77,8 @@ def covered_lines(source, folder, clang, names, found):
         profiles.append(str(folder / f"{name}.profraw"))
         subprocess.run([folder / name, "-runs=0", "-verbosity=0", *corpora(source, found, name)], check=False,
                        stderr=subprocess.DEVNULL, env=dict(os.environ, LLVM_PROFILE_FILE=profiles[-1]))
-    profiles = [path for path in profiles if os.path.exists(path)]
+    # a target that failed has left nothing
+    profiles = [path for path in profiles if os.path.exists(path) and os.path.getsize(path) > 0]
     subprocess.run([tools[0], "merge", "-sparse", *profiles, "-o", folder / "all.profdata"], check=True)
     objects = [part for name in names for part in ("-object", str(folder / name))]
     told = subprocess.run([tools[1], "export", "-summary-only", f"-instr-profile={folder / 'all.profdata'}", *objects[1:]],

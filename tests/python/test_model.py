@@ -60,6 +60,13 @@ class Loading(unittest.TestCase):
         with self.assertRaisesRegex(TypeError, "Model.load"):
             thrum.Model(beam_file())
 
+        # numbers that would be cut, or texts that would be read as numbers
+        for q in (np.zeros(beam().rank, complex), ["0"] * beam().rank):
+            with self.assertRaisesRegex(ValueError, "q: real numbers"):
+                beam().internal_force(q)
+        with self.assertRaisesRegex(TypeError, "state 0 of the batch is a str"):
+            beam().batch("x")
+
     def test_closed(self):
         with beam() as model:
             vertices = model.vertices

@@ -51,6 +51,17 @@ class Program(unittest.TestCase):
         with self.assertWarnsRegex(RuntimeWarning, "^linear tetrahedra are too stiff"):
             thrum.precompute("beam:8x1x1@1x0.1x0.1", FOLDER + "/thin.npz", fix="x<0.001", modes=2, rank=4)
 
+    def test_hostile_names(self):
+        # names of files that look like options, or are no UTF-8, are names of files
+        for name in ("--help", f"--options={beam_file()}"):
+            with self.assertRaisesRegex(thrum.ProgramFailed, "kind of mesh|No such file"):
+                thrum.precompute(name, FOLDER + "/none.npz")
+        with self.assertRaisesRegex(thrum.ProgramFailed, "caf"):
+            thrum.precompute(os.fsdecode(b"caf\xe9.veg"), FOLDER + "/none.npz")
+        corner = np.vstack([np.zeros(3), np.eye(3)])
+        with self.assertRaisesRegex(ValueError, "mesh: real numbers"):
+            thrum.precompute((corner * 1j, [[0, 1, 2, 3]]), FOLDER + "/none.npz")
+
     def test_refusals(self):
         with self.assertRaisesRegex(thrum.ProgramFailed, "nosuch") as caught:
             thrum.simulate("nosuch.npz", FOLDER + "/none")

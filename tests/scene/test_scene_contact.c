@@ -166,6 +166,21 @@ static void a_shove_moves_and_turns_a_free_body(void **context) {
   assert_close(e.total, kept, 1e-6);
 }
 
+static void a_body_beyond_all_numbers_is_refused_with_the_reason(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f);
+  def.free = 1;
+
+  // of this size nothing is wrong with the spin, which is 0
+  def.scale = 1e30;
+  assert_int_equal(thrum_scene_add_body(f->scene, &def, NULL, &failure), THRUM_BAD_VALUE);
+  assert_non_null(strstr(failure.message, "scale"));
+  def.scale = 1;
+  def.spin[2] = 1e308;
+  assert_int_equal(thrum_scene_add_body(f->scene, &def, NULL, &failure), THRUM_BAD_VALUE);
+  assert_non_null(strstr(failure.message, "angular momentum"));
+}
+
 static void a_spin_is_that_of_the_def_and_stays(void **context) {
   fixture *f = *context;
 
@@ -498,6 +513,7 @@ static void what_does_not_touch_has_no_rows(void **context) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       FREE(a_shove_moves_and_turns_a_free_body),
+      FREE(a_body_beyond_all_numbers_is_refused_with_the_reason),
       FREE(a_spin_is_that_of_the_def_and_stays),
       FREE(a_free_body_falls_as_a_stone),
       FREE(a_drop_ends_on_the_floor),
