@@ -38,6 +38,9 @@ MENU = [
                    "site/javascript.md", "docs/index.md"]),
     ("Change Thrum", ["CONTRIBUTING.md", "CHANGELOG.md"]),
 ]
+# what the menu calls pages whose heading is for those who read the tree
+TITLES = {"README.md": "What Thrum is", "packaging/README.md": "Install: packages and a tarball", "python/README.md": "Use it from Python",
+          "javascript/README.md": "Use it from JavaScript", "docs/index.md": "All pages"}
 
 
 def run(*words, **options):
@@ -97,7 +100,8 @@ def stage_index():
              "Start with [the tutorial](docs/tutorial.md), [pull at a body](site/viewer.md) in this browser, "
              "or read [what it is good for, and what not](README.md#what-it-is-good-for-and-what-not).", ""]
     for caption, pages in MENU:
-        lines += ["```{toctree}", f":caption: {caption}", ":maxdepth: 1", "", *pages, "```", ""]
+        lines += ["```{toctree}", f":caption: {caption}", ":maxdepth: 1", "",
+                  *(f"{TITLES[page]} <{page}>" if page in TITLES else page for page in pages), "```", ""]
     (STAGE / "index.md").write_text("\n".join(lines), encoding="utf-8")
 
 
