@@ -25,8 +25,8 @@ errors horse 12 40 1.2 0.05,0.15 4,8,12,20
 errors bridge 15 30 1.2 0.5,1 4,8,12,20
 errors basket 12 40 1.2 0.03,0.1 4,8,12,20
 
-# what steps cost, at two swings
-for swing in 0.05 0.1; do
+# what steps cost, at three swings
+for swing in 0.05 0.1 0.2; do
   echo "# thrum_condensed_cost beam.npz $swing"
   "$build/thrum_condensed_cost" "$work/beam.npz" "$swing"
 done >"$folder/cost.txt"
