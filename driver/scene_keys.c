@@ -32,13 +32,29 @@ static void begin_obstacle(void *item, const void *in) {
   *obstacle = (scene_obstacle_spec){
       .normal = {0, 0, 1},
       .rotation = {1, 0, 0, 0},
+      .scale = 1,
       .friction = 0.5,
       .restitution = 0.5,
       .colour = {0.5f, 0.5f, 0.5f},
   };
 }
 
+static void begin_waypoint(void *item, const void *in) {
+  (void)in;
+  scene_waypoint_spec *waypoint = item;
+  *waypoint = (scene_waypoint_spec){.rotation = {1, 0, 0, 0}};
+}
+
 /* --- values that are more than a number, a text or a list ------------------------------------- */
+
+/* Rows of numbers, all of one length; they are read where the obstacle is made. */
+static thrum_status take_heights(const config_given *given, void *record) {
+  scene_obstacle_spec *obstacle = record;
+  if (given->node->type != JSON_ARRAY || given->node->first < 0)
+    return config_given_wrong(given);
+  obstacle->heights = given->node;
+  return THRUM_OK;
+}
 
 /* The quaternion of the rotation by `angle` [degrees] about `axis`; false for an axis of no length.
  */
@@ -269,24 +285,57 @@ static const config_option collision_keys[] = {
 #undef AT
 
 #define AT(member) CONFIG_AT(scene_obstacle_spec, member)
-static const char *const shapes[] = {"plane", "sphere", "box", NULL};
+const char *const scene_shape_names[] = {"plane",   "sphere",       "box",  "cylinder",
+                                         "capsule", "height_field", "mesh", NULL};
+
+#define HEIGHTS_SCHEMA                                                                             \
+  "{\"type\":\"array\",\"minItems\":2,\"items\":{\"type\":\"array\",\"minItems\":2,\"items\":"     \
+  "{\"type\":\"number\"}}}"
+
+#define WAY(member) CONFIG_AT(scene_waypoint_spec, member)
+static const config_option waypoint_keys[] = {
+    OPTION_NUMBER("time", "s", NULL, "when the obstacle is there, after those before it",
+                  .needed = true, WAY(time)),
+    OPTION_VECTOR("centre", "m", NULL, "where it is then", .needed = true, WAY(centre)),
+    ROTATION_KEY("how it is turned then", scene_waypoint_spec),
+    OPTION_END,
+};
+#undef WAY
 
 static const config_option obstacle_keys[] = {
     OPTION_TEXT("name", NULL, NULL, "for those who look", AT(name)),
-    OPTION_CHOICE("shape", shapes, NULL, "what it is", .needed = true, AT(shape)),
+    OPTION_CHOICE("shape", scene_shape_names, NULL, "what it is", .needed = true, AT(shape)),
 
     // its place and size; each shape has its own
-    OPTION_VECTOR("centre", "m", "[0, 0, 0]", "of a sphere or box; a point of a plane", AT(centre)),
+    OPTION_VECTOR("centre", "m", "[0, 0, 0]",
+                  "its middle, of a mesh its origin; a point of a plane", AT(centre)),
     OPTION_VECTOR("normal", NULL, "[0, 0, 1]", "of a plane, to its free side; of any length",
                   AT(normal)),
-    OPTION_NUMBER("radius", "m", NULL, "of a sphere", AT(radius), CONFIG_ABOVE(0)),
+    OPTION_NUMBER("radius", "m", NULL, "of a sphere, cylinder or capsule", AT(radius),
+                  CONFIG_ABOVE(0)),
+    OPTION_NUMBER("height", "m", NULL,
+                  "of a cylinder along its z axis; of a capsule between its half spheres",
+                  AT(height), CONFIG_FROM(0)),
     OPTION_VECTOR("size", "m", NULL, "of a box: its three sides", AT(size), CONFIG_ABOVE(0)),
-    ROTATION_KEY("of a box about its centre", scene_obstacle_spec),
+    OPTION_TEXT("file", NULL, NULL, "of a mesh: its triangles, .obj or .stl",
+                .path = CONFIG_PATH_ALWAYS, AT(path)),
+    OPTION_NUMBER("scale", NULL, "1", "of a mesh: the metres of one unit of its file", AT(scale),
+                  CONFIG_ABOVE(0)),
+    OPTION_WORD("heights", NULL, NULL,
+                "of a height field: rows along x from the least y on, the middle at the centre",
+                .unit = "m", .take = take_heights, AT(heights), .schema = HEIGHTS_SCHEMA,
+                .wants = "a list of two rows of numbers or more"),
+    OPTION_NUMBER("spacing", "m", NULL, "of a height field: between its heights, along x and y",
+                  AT(spacing), CONFIG_ABOVE(0)),
+    ROTATION_KEY("about its centre; not of planes and spheres", scene_obstacle_spec),
     OPTION_FLAG("inside", "of a sphere or box: the inside is free, a bowl or a room",
                 .fallback = "false", AT(inside)),
 
     // how it moves, and what touching it is like
     OPTION_VECTOR("velocity", "m/s", "[0, 0, 0]", "with which the obstacle moves", AT(velocity)),
+    OPTION_LIST("path", waypoint_keys, scene_waypoint_spec, "none",
+                "places over time, straight from one to the next; not of planes, spheres and rooms",
+                .begin = begin_waypoint, AT(way)),
     OPTION_NUMBER("friction", NULL, "0.5", "Coulomb's coefficient", AT(friction), CONFIG_FROM(0)),
     OPTION_NUMBER("restitution", NULL, "0.5", "speed away over speed towards", AT(restitution),
                   CONFIG_RANGE(0, 1)),

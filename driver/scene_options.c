@@ -15,6 +15,8 @@ static const config_option options[] = {
     OPTION_TEXT("output", "RUN", NULL, "the folder", .letter = 'o', AT(output)),
     OPTION_TIME(scene_request, time, NULL),
     OPTION_DT(scene_request, dt),
+    OPTION_COUNT("threads", "1", "of the steps; the results are the same", AT(threads),
+                 CONFIG_RANGE(1, THRUM_SCENE_WORKERS_MAX)),
     OPTION_JSON(scene_request),
     OPTION_QUIET(scene_request),
     OPTION_END,
@@ -39,7 +41,7 @@ static const char *of_one_body(int argc, char **argv) {
 }
 
 int scene_run_command(int argc, char **argv) {
-  scene_request request = {0};
+  scene_request request = {.threads = 1};
   const char *other = of_one_body(argc, argv);
   if (other != NULL)
     return config_usage("simulate", "'%s' is of a run of one model: write it into the scene file",

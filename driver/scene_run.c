@@ -100,6 +100,7 @@ void scene_run_close(scene_run *run) {
   driver_run_close(&run->run);
   run_folder_abandon(&run->folder);
   thrum_scene_free(run->scene);
+  thrum_thread_team_free(run->team);
   scene_models_free(&run->models);
   for (int64_t n = 0; n < run->base_motion_count; n++)
     base_motion_close(&run->base_motions[n]);

@@ -11,6 +11,7 @@
 #include "driver/display_surface.h"
 #include "driver/run.h"
 #include "driver/scene_file_models.h"
+#include "platform/thread_team.h"
 #include "thrum/scene.h"
 #include "thrum/thrum.h"
 
@@ -18,6 +19,7 @@
 typedef struct scene_request {
   const char *path, *output;
   double time, dt; /* 0: as the file says */
+  int64_t threads;
   bool json, quiet;
 } scene_request;
 
@@ -56,6 +58,7 @@ typedef struct scene_run {
   scene_spec spec;
   scene_models models;
   thrum_scene *scene;
+  thrum_thread_team *team;        /* NULL: one thread */
   base_motion_spec *base_motions; /* of the spec, read */
   int64_t base_motion_count;
   scene_body_run *bodies; /* of the spec's count */
@@ -88,12 +91,23 @@ thrum_status scene_run_no_memory(thrum_error *error);
 thrum_status scene_run_base_motions(scene_run *run, thrum_error *error);
 bool scene_run_collides(const scene_run *run);
 thrum_contact_pairs_def scene_run_collisions_def(const scene_run *run);
+
+/* Do bodies touch each other, or obstacles by their faces? */
+bool scene_run_touches(const scene_run *run);
 thrum_status scene_run_collisions(const scene_run *run);
 
 /* Refuses a body that begins inside an obstacle or another body. */
 thrum_status scene_run_check_start(const scene_run *run, thrum_error *error);
 thrum_status scene_run_wind(const scene_run *run, thrum_scene *scene);
 thrum_status scene_run_obstacles(const scene_run *run, thrum_scene *scene);
+
+/* scene_run_solid.c: adds an obstacle that is touched by its faces. */
+thrum_status scene_run_add_solid(const scene_run *run, const scene_obstacle_spec *spec,
+                                 thrum_scene *scene);
+
+/* scene_run_solid.c: which of the file's obstacles is the scene's solid, or other obstacle, of this
+ * number. */
+int32_t scene_run_obstacle_index(const scene_run *run, bool solid, int32_t number);
 thrum_status scene_run_add_base_motion(const base_motion_spec *base_motion, thrum_scene *scene,
                                        thrum_error *error);
 thrum_status scene_run_probes(scene_run *run);

@@ -15,7 +15,7 @@ static thrum_status write_failed(const scene_run *run, thrum_error *error) {
 thrum_status scene_run_open_account(scene_run *run, thrum_error *error) {
   char path[RUN_PATH_MAX + 80];
   THRUM_TRY(thrum_scene_account_get(run->scene, &run->first, error));
-  if (!scene_run_collides(run))
+  if (!scene_run_touches(run))
     return THRUM_OK;
   snprintf(path, sizeof path, "%.*s/" SCENE_ACCOUNT, RUN_PATH_MAX, run->folder.work);
   errno = 0;
@@ -71,7 +71,7 @@ static void add_account(cJSON *object, const char *name, const thrum_scene_accou
 
 cJSON *scene_run_collisions_json(const scene_run *run) {
   thrum_scene_account last;
-  if (!scene_run_collides(run))
+  if (!scene_run_touches(run))
     return cJSON_CreateNull();
   const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
   cJSON *object = cJSON_CreateObject();
@@ -87,6 +87,7 @@ cJSON *scene_run_collisions_json(const scene_run *run) {
   // energies, and steps that contact made difficult
   json_number(object, "stored_j", of.stored);
   json_number(object, "lost_j", of.lost);
+  json_number(object, "driven_j", of.driven);
   json_number(object, "redone_steps", (double)of.redone);
   json_number(object, "declined_steps", (double)of.declined);
   json_number(object, "dropped_touches", (double)of.dropped);

@@ -280,6 +280,15 @@ static thrum_status make_bodies(scene_run *run, thrum_error *error) {
   return THRUM_OK;
 }
 
+/* The threads that the command line asks for. */
+static thrum_status take_threads(scene_run *run, thrum_error *error) {
+  const int32_t threads = (int32_t)run->request->threads;
+  if (threads < 2)
+    return THRUM_OK;
+  THRUM_TRY(thrum_thread_team_make(threads, &run->team, error));
+  return thrum_scene_set_workers(run->scene, threads, thrum_thread_team_run, run->team, error);
+}
+
 thrum_status scene_run_build(scene_run *run, thrum_error *error) {
   const scene_spec *spec = &run->spec;
   thrum_error detail = {0};
@@ -309,6 +318,7 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
 
   // how many coordinates are stepped depends on all that acts on a body
   THRUM_TRY(scene_run_find_detail(run, error));
+  THRUM_TRY(take_threads(run, error));
   for (int32_t n = 0; n < spec->bodies.count; n++)
     THRUM_TRY(open_check(run, n, error));
   return THRUM_OK;

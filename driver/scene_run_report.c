@@ -106,7 +106,6 @@ static cJSON *wind_json(const scene_wind_spec *wind) {
 }
 
 static cJSON *obstacles_json(const scene_run *run) {
-  static const char *const shapes[] = {"plane", "sphere", "box"};
   cJSON *list = cJSON_CreateArray();
   for (int64_t n = 0; n < run->spec.obstacles.count; n++) {
     const scene_obstacle_spec *spec = &scene_obstacles(&run->spec)[n];
@@ -115,16 +114,20 @@ static cJSON *obstacles_json(const scene_run *run) {
     cJSON *object = json_add_row(list);
     if (spec->name != NULL)
       json_string(object, "name", spec->name);
-    cJSON_AddStringToObject(object, "shape", shapes[spec->shape]);
+    cJSON_AddStringToObject(object, "shape", scene_shape_names[spec->shape]);
     json_numbers(object, "centre_m", spec->centre, 3);
     if (spec->shape == SCENE_PLANE)
       json_numbers(object, "normal", spec->normal, 3);
-    if (spec->shape == SCENE_SPHERE)
+    if (spec->radius > 0)
       json_number(object, "radius_m", spec->radius);
-    if (spec->shape == SCENE_BOX) {
+    if (spec->shape == SCENE_CYLINDER || spec->shape == SCENE_CAPSULE)
+      json_number(object, "height_m", spec->height);
+    if (spec->shape == SCENE_BOX)
       json_numbers(object, "size_m", spec->size, 3);
+    if (spec->shape == SCENE_MESH)
+      json_string(object, "file", spec->path);
+    if (spec->shape >= SCENE_BOX)
       json_numbers(object, "rotation_wxyz", spec->rotation, 4);
-    }
 
     // motion and contact are of any shape
     cJSON_AddBoolToObject(object, "inside", spec->inside);
@@ -269,7 +272,7 @@ void scene_run_table(const scene_run *run) {
   }
 
   // what bodies did to each other
-  if (scene_run_collides(run)) {
+  if (scene_run_touches(run)) {
     const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
     printf("collisions   %" PRId64 " touch at the end, %g J lost, %.2g of the thickness at most\n",
            of.touching, of.lost, of.deepest_share);

@@ -72,6 +72,10 @@ thrum_status scene_run_obstacles(const scene_run *run, thrum_scene *scene) {
     const scene_obstacle_spec *spec = &scene_obstacles(&run->spec)[n];
     thrum_obstacle obstacle;
     thrum_error detail = {0};
+    if (scene_obstacle_is_solid(spec)) {
+      THRUM_TRY(scene_run_add_solid(run, spec, scene));
+      continue;
+    }
     place_obstacle(spec, &obstacle);
     const thrum_status status = thrum_scene_add_obstacle(scene, &obstacle, NULL, &detail);
     if (status < 0)
@@ -82,6 +86,10 @@ thrum_status scene_run_obstacles(const scene_run *run, thrum_scene *scene) {
 
 bool scene_run_collides(const scene_run *run) {
   return run->spec.collide && run->spec.bodies.count > 1;
+}
+
+bool scene_run_touches(const scene_run *run) {
+  return scene_run_collides(run) || scene_run_obstacle_index(run, true, 0) >= 0;
 }
 
 thrum_contact_pairs_def scene_run_collisions_def(const scene_run *run) {
@@ -99,7 +107,7 @@ thrum_contact_pairs_def scene_run_collisions_def(const scene_run *run) {
 }
 
 thrum_status scene_run_collisions(const scene_run *run) {
-  if (!scene_run_collides(run))
+  if (!run->spec.collide || !scene_run_touches(run))
     return THRUM_OK;
   const thrum_contact_pairs_def def = scene_run_collisions_def(run);
   thrum_error detail = {0};
@@ -116,14 +124,16 @@ thrum_status scene_run_check_start(const scene_run *run, thrum_error *error) {
 
   // what it is in, by its name where it has one
   const scene_body_spec *body = &scene_bodies(&run->spec)[deepest.body];
+  const bool solid = deepest.solid >= 0;
+  const int32_t index =
+      scene_run_obstacle_index(run, solid, solid ? deepest.solid : deepest.obstacle);
   char in[120];
   if (deepest.other >= 0)
     snprintf(in, sizeof in, "body \"%.60s\"", scene_bodies(&run->spec)[deepest.other].name);
-  else if (scene_obstacles(&run->spec)[deepest.obstacle].name != NULL)
-    snprintf(in, sizeof in, "obstacle \"%.60s\"",
-             scene_obstacles(&run->spec)[deepest.obstacle].name);
+  else if (scene_obstacles(&run->spec)[index].name != NULL)
+    snprintf(in, sizeof in, "obstacle \"%.60s\"", scene_obstacles(&run->spec)[index].name);
   else
-    snprintf(in, sizeof in, "obstacles[%d]", (int)deepest.obstacle);
+    snprintf(in, sizeof in, "obstacles[%d]", (int)index);
   return config_record_refuse(&run->spec.file, &body->settings.at, "position", THRUM_BAD_VALUE,
                               "puts \"%.60s\" %.3g m deep into %s: move it out", body->name,
                               deepest.depth, in);

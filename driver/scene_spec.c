@@ -151,6 +151,16 @@ static thrum_status check_key(const scene_spec *spec, const config_record *at, c
   return THRUM_OK;
 }
 
+/* The places of a path come one after the other. */
+static thrum_status check_way(const scene_spec *spec, const scene_obstacle_spec *obstacle) {
+  const scene_waypoint_spec *way = obstacle->way.items;
+  for (int64_t n = 1; n < obstacle->way.count; n++)
+    if (!(way[n].time > way[n - 1].time))
+      return config_record_refuse(&spec->file, &way[n].at, "time", THRUM_BAD_VALUE,
+                                  "must be after the %g s before it", way[n - 1].time);
+  return THRUM_OK;
+}
+
 static thrum_status check_obstacle(const scene_spec *spec, const scene_obstacle_spec *obstacle) {
   const config_record *at = &obstacle->at;
   const scene_shape shape = obstacle->shape;
@@ -158,10 +168,33 @@ static thrum_status check_obstacle(const scene_spec *spec, const scene_obstacle_
 
   // keys that a shape needs, and keys of other shapes
   THRUM_TRY(check_key(spec, at, "normal", shape == SCENE_PLANE, false, "plane"));
-  THRUM_TRY(check_key(spec, at, "radius", shape == SCENE_SPHERE, true, "sphere"));
+  const bool round = shape == SCENE_CYLINDER || shape == SCENE_CAPSULE;
+  const bool field = shape == SCENE_HEIGHT_FIELD, solid = scene_obstacle_is_solid(obstacle);
+  THRUM_TRY(check_key(spec, at, "radius", shape == SCENE_SPHERE || round, true,
+                      "sphere, cylinder or capsule"));
+  THRUM_TRY(check_key(spec, at, "height", round, true, "cylinder or capsule"));
   THRUM_TRY(check_key(spec, at, "size", shape == SCENE_BOX, true, "box"));
-  THRUM_TRY(check_key(spec, at, "rotation", shape == SCENE_BOX, false, "box"));
-  THRUM_TRY(check_key(spec, at, "inside", shape != SCENE_PLANE, false, "sphere or box"));
+  THRUM_TRY(check_key(spec, at, "file", shape == SCENE_MESH, true, "mesh"));
+  THRUM_TRY(check_key(spec, at, "scale", shape == SCENE_MESH, false, "mesh"));
+  THRUM_TRY(check_key(spec, at, "heights", field, true, "height field"));
+  THRUM_TRY(check_key(spec, at, "spacing", field, true, "height field"));
+  THRUM_TRY(check_key(spec, at, "rotation", shape >= SCENE_BOX, false,
+                      "box, cylinder, capsule, height field or mesh"));
+  THRUM_TRY(check_key(spec, at, "inside", shape == SCENE_SPHERE || shape == SCENE_BOX, false,
+                      "sphere or box"));
+
+  // what is touched by its faces has a law of its own, and may move along a path
+  THRUM_TRY(check_key(spec, at, "path", solid, false,
+                      "box that is solid, cylinder, capsule, height field or mesh"));
+  THRUM_TRY(check_key(spec, at, "stiffness", !solid, false, "plane, a sphere or a room"));
+  THRUM_TRY(check_key(spec, at, "damping", !solid, false, "plane, a sphere or a room"));
+  if (shape == SCENE_CYLINDER && !(obstacle->height > 0))
+    return config_record_refuse(&spec->file, at, "height", THRUM_BAD_VALUE,
+                                "a cylinder needs a height above 0 m");
+  if (obstacle->way.count > 0 && config_record_member(&spec->file, at, "velocity") != NULL)
+    return config_record_refuse(&spec->file, at, "velocity", THRUM_BAD_VALUE,
+                                "is there already by the path");
+  THRUM_TRY(check_way(spec, obstacle));
 
   // a normal may have any length but none
   if (!isnormal(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]))

@@ -70,14 +70,36 @@ typedef struct scene_wind_spec {
   double drag;        /* coefficient */
 } scene_wind_spec;
 
-typedef enum scene_shape { SCENE_PLANE = 0, SCENE_SPHERE = 1, SCENE_BOX = 2 } scene_shape;
+typedef enum scene_shape {
+  SCENE_PLANE = 0,
+  SCENE_SPHERE = 1,
+  SCENE_BOX = 2,
+  SCENE_CYLINDER = 3,
+  SCENE_CAPSULE = 4,
+  SCENE_HEIGHT_FIELD = 5,
+  SCENE_MESH = 6
+} scene_shape;
+
+/* The names of the shapes, in this order; ends with NULL. */
+extern const char *const scene_shape_names[];
+
+/* Where an obstacle is at a time. */
+typedef struct scene_waypoint_spec {
+  config_record at;
+  double time, centre[3], rotation[4];
+} scene_waypoint_spec;
 
 typedef struct scene_obstacle_spec {
   config_record at;
   const char *name;
   scene_shape shape;
   double centre[3], normal[3], size[3], rotation[4], velocity[3];
-  double radius;
+  double radius, height;
+  const char *path;         /* of a mesh's file */
+  double scale;             /* of the lengths in it */
+  const json_node *heights; /* rows of numbers */
+  double spacing;
+  config_list way; /* scene_waypoint_spec */
   bool inside;
   double friction, restitution, stiffness, damping;
   float colour[3];
@@ -140,6 +162,11 @@ static inline scene_body_spec *scene_bodies(const scene_spec *spec) {
 }
 static inline scene_obstacle_spec *scene_obstacles(const scene_spec *spec) {
   return spec->obstacles.items;
+}
+/* Is the obstacle touched by its faces, edges and corners (thrum_scene_solid_def)? Planes, spheres
+ * and rooms are touched by vertices of bodies alone. */
+static inline bool scene_obstacle_is_solid(const scene_obstacle_spec *obstacle) {
+  return obstacle->shape > SCENE_BOX || (obstacle->shape == SCENE_BOX && !obstacle->inside);
 }
 static inline scene_probe_spec *scene_probes(const scene_spec *spec) {
   return spec->probes.items;

@@ -4,7 +4,9 @@
 #include <math.h>
 
 #include "config/message.h"
+#include "driver/scene_spec.h"
 #include "driver/shared_options.h"
+#include "thrum/scene.h"
 
 #define TIME_DEFAULT 10.0
 
@@ -98,6 +100,8 @@ static const config_option options[] = {
 
     OPTION_HEADING("besides"),
     OPTION_FILE(simulate_request),
+    OPTION_COUNT("threads", "1", "of the steps of a SCENE.json; the results are the same",
+                 AT(threads), CONFIG_RANGE(1, THRUM_SCENE_WORKERS_MAX)),
     OPTION_JSON(simulate_request),
     OPTION_QUIET(simulate_request),
     OPTION_HELP,
@@ -107,7 +111,8 @@ static const config_option options[] = {
 const config_command command_simulate = {
     .name = "simulate",
     .summary = "step a model and write what happened",
-    .usage = "MODEL -o RUN [OPTIONS]\nSCENE.json -o RUN [--time X] [--dt X] [--json] [-q]",
+    .usage =
+        "MODEL -o RUN [OPTIONS]\nSCENE.json -o RUN [--time X] [--dt X] [--threads N] [--json] [-q]",
     .about =
         "Steps a model file and writes what happened into the folder RUN: run.json (options and "
         "figures), energy.csv, q.npy, end.npy (q and p at the end), an energy plot where gnuplot "
@@ -194,6 +199,9 @@ static int finish(int argc, char **argv, simulate_request *request) {
   if (request->run_path == NULL)
     return config_usage("simulate", "where to? name the run's folder with -o RUN");
 
+  if (request->threads > 1 && !scene_spec_is_named(request->model_path))
+    return config_usage("simulate", "--threads is of a scene: one body is stepped by one thread");
+
   // an option without effect would let a user believe that another integrator stepped
   const char *idle = split_option_without_effect(&request->def);
   if (idle != NULL)
@@ -216,6 +224,7 @@ int simulate_options_read(int argc, char **argv, simulate_request *request) {
   request->mesh_def = mesh_model_def_default();
   request->time = TIME_DEFAULT;
   request->record_every = 1;
+  request->threads = 1;
   request->monitor = true;
   const int code = config_options_read(&command_simulate, argc, argv, request);
   if (code != COMMAND_DONE)

@@ -26,17 +26,19 @@ thrum_scene_body_def thrum_default_scene_body_def(void) {
   };
 }
 
-/* Makes the scratch of the scene as large as a state of this def needs. */
-static thrum_status make_scratch(thrum_scene *scene, const thrum_model *model,
-                                 const thrum_state_def *def, thrum_error *error) {
-  size_t size = 0;
-  THRUM_TRY(thrum_state_scratch_size(model, def, &size, error));
-  if (size <= scene->scratch_size)
-    return THRUM_OK;
-  void *scratch = scene_aligned(size);
-  if (scratch == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to step a body of rank %lld",
-                           (long long)model->rank);
+/* Blocks of workers begin where models and states want theirs to. */
+#define BLOCK_ALIGNMENT 64
+
+static size_t round_up(size_t size) {
+  return (size + BLOCK_ALIGNMENT - 1) / BLOCK_ALIGNMENT * BLOCK_ALIGNMENT;
+}
+
+/* `workers` blocks of scratch, each of `size`, in place of what there is. */
+static thrum_status replace_scratch(thrum_scene *scene, int32_t workers, size_t size,
+                                    thrum_error *error) {
+  void *scratch = size > 0 ? scene_aligned((size_t)workers * size) : NULL;
+  if (scratch == NULL && size > 0)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for steps of %zu bytes", size);
 
   // the states that are there take the new one, which is large enough for all
   for (int32_t n = 0; n < scene->body_count; n++)
@@ -44,6 +46,52 @@ static thrum_status make_scratch(thrum_scene *scene, const thrum_model *model,
   free(scene->scratch);
   scene->scratch = scratch;
   scene->scratch_size = size;
+  return THRUM_OK;
+}
+
+/* Makes the scratch of the scene as large as a state of this def needs. */
+static thrum_status make_scratch(thrum_scene *scene, const thrum_model *model,
+                                 const thrum_state_def *def, thrum_error *error) {
+  size_t size = 0;
+  THRUM_TRY(thrum_state_scratch_size(model, def, &size, error));
+  return round_up(size) <= scene->scratch_size
+             ? THRUM_OK
+             : replace_scratch(scene, scene->workers, round_up(size), error);
+}
+
+void scene_lend(const thrum_scene *scene, const scene_body *body, int32_t worker) {
+  thrum_state_lend(body->state,
+                   (unsigned char *)scene->scratch + (size_t)worker * scene->scratch_size,
+                   scene->scratch_size, NULL);
+}
+
+void *scene_workspace(const thrum_scene *scene, int32_t worker) {
+  return (unsigned char *)scene->workspace + (size_t)worker * scene->workspace_size;
+}
+
+thrum_status thrum_scene_set_workers(thrum_scene *scene, int32_t workers, thrum_scene_run run,
+                                     void *context, thrum_error *error) {
+  if (workers < 1 || workers > THRUM_SCENE_WORKERS_MAX || (workers > 1 && run == NULL))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "a scene has 1 to %d workers, and more than one need a function that "
+                           "runs them",
+                           THRUM_SCENE_WORKERS_MAX);
+  void *workspace = NULL;
+  if (scene->workspace_size > 0) {
+    workspace = scene_aligned((size_t)workers * scene->workspace_size);
+    if (workspace == NULL)
+      return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %d workers", (int)workers);
+  }
+  const thrum_status status = replace_scratch(scene, workers, scene->scratch_size, error);
+  if (status < 0) {
+    free(workspace);
+    return status;
+  }
+  free(scene->workspace);
+  scene->workspace = workspace;
+  scene->workers = workers;
+  scene->run = workers > 1 ? run : NULL;
+  scene->run_context = context;
   return THRUM_OK;
 }
 
@@ -247,6 +295,7 @@ thrum_status thrum_scene_make(double dt, thrum_scene **scene, thrum_error *error
   if (made == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a scene");
   made->dt = dt;
+  made->workers = 1;
   *scene = made;
   return THRUM_OK;
 }
@@ -262,6 +311,7 @@ void thrum_scene_free(thrum_scene *scene) {
   for (int32_t n = 0; n < scene->probe_count; n++)
     free(scene->probes[n].rows);
   scene_pairs_free(scene);
+  scene_solids_free(scene);
   free(scene->bodies);
   free(scene->probes);
   free(scene->base_motions);
@@ -270,6 +320,8 @@ void thrum_scene_free(thrum_scene *scene) {
   free(scene->side);
   free(scene->side_status);
   free(scene->side_body);
+  free(scene->side_error);
+  free(scene->chunks);
   free(scene->workspace);
   free(scene->scratch);
   free(scene);

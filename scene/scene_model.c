@@ -121,12 +121,13 @@ thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *er
       continue;
     THRUM_TRY(thrum_batch_size(model->model, &size, error));
     needed = size > needed ? size : needed;
+    needed = (needed + 63) / 64 * 64; // blocks of workers follow each other
   }
 
   // the largest model decides; a larger workspace replaces the old one
   void *workspace = NULL;
   if (needed > scene->workspace_size) {
-    workspace = scene_aligned(needed);
+    workspace = scene_aligned((size_t)scene->workers * needed);
     if (workspace == NULL)
       return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %d bodies", (int)bodies);
     free(scene->workspace);
@@ -137,7 +138,9 @@ thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *er
   // lists of the bodies that a step batches, so that no step allocates
   if (!scene_grow(&scene->side, bodies + 1, sizeof *scene->side) ||
       !scene_grow(&scene->side_status, bodies + 1, sizeof *scene->side_status) ||
-      !scene_grow(&scene->side_body, bodies + 1, sizeof *scene->side_body))
+      !scene_grow(&scene->side_body, bodies + 1, sizeof *scene->side_body) ||
+      !scene_grow(&scene->side_error, bodies + 1, sizeof *scene->side_error) ||
+      !scene_grow(&scene->chunks, bodies + 1, sizeof *scene->chunks))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %d bodies", (int)bodies);
   return THRUM_OK;
 }

@@ -57,13 +57,13 @@ static thrum_status make_outline(scene_body *body, outline *of, thrum_error *err
 }
 
 /* Keeps what is deeper for the size of its body. */
-static void note(thrum_scene_overlap *deepest, const outline *of, int32_t body, int32_t other,
-                 int32_t obstacle, double depth) {
+static void note(thrum_scene_overlap *deepest, const outline *of, thrum_scene_overlap found) {
   const double sides[3] = {of->most[0] - of->least[0], of->most[1] - of->least[1],
                            of->most[2] - of->least[2]};
-  const double diagonal = sqrt(thrum_dot3(sides, sides));
-  if (depth > 0 && (deepest->body < 0 || depth * deepest->diagonal > deepest->depth * diagonal))
-    *deepest = (thrum_scene_overlap){body, other, obstacle, depth, diagonal};
+  found.diagonal = sqrt(thrum_dot3(sides, sides));
+  if (found.depth > 0 &&
+      (deepest->body < 0 || found.depth * deepest->diagonal > deepest->depth * found.diagonal))
+    *deepest = found;
 }
 
 static void look_at_obstacles(const thrum_scene *scene, int32_t number, const outline *of,
@@ -74,7 +74,9 @@ static void look_at_obstacles(const thrum_scene *scene, int32_t number, const ou
     for (int64_t n = 0; n < body->touch_count; n++)
       depth = fmax(depth, -thrum_obstacle_gap(scene->obstacles + o,
                                               of->points + 3 * (int64_t)body->touching[n], normal));
-    note(deepest, of, number, -1, o, depth);
+    note(deepest, of,
+         (thrum_scene_overlap){
+             .body = number, .other = -1, .obstacle = o, .solid = -1, .depth = depth});
   }
 }
 
@@ -101,12 +103,50 @@ static void look_at_pair(const thrum_scene *scene, const outline *outlines, int3
       depth =
           fmax(depth, -thrum_triangles_distance(in->points, b->triangles, b->triangle_count, x));
   }
-  note(deepest, of, number, other, -1, depth);
+  note(deepest, of,
+       (thrum_scene_overlap){
+           .body = number, .other = other, .obstacle = -1, .solid = -1, .depth = depth});
+}
+
+/* The deepest vertex of a body inside a solid; a height field has no inside. */
+static void look_at_solid(const thrum_scene *scene, int32_t number, const outline *of,
+                          int32_t index, thrum_scene_overlap *deepest) {
+  const scene_solid *solid = scene->solids + index;
+  const thrum_placement *now = &solid->moving.now;
+  double depth = 0, least[3] = {INFINITY, INFINITY, INFINITY};
+  double most[3] = {-INFINITY, -INFINITY, -INFINITY};
+  if (solid->open)
+    return;
+  for (int64_t n = 0; n < 3 * solid->vertex_count; n++) {
+    least[n % 3] = fmin(least[n % 3], solid->vertices[n]);
+    most[n % 3] = fmax(most[n % 3], solid->vertices[n]);
+  }
+
+  // vertices in the axes of the solid
+  for (int64_t n = 0; n < of->count; n++) {
+    double from[3], x[3];
+    thrum_subtract3(of->points + 3 * (int64_t)of->vertices[n], now->origin, from);
+    thrum_apply3_transposed(now->axes, from, x);
+    bool in = true;
+    for (int axis = 0; axis < 3; axis++)
+      in = in && x[axis] >= least[axis] && x[axis] <= most[axis];
+    if (in)
+      depth = fmax(depth, -thrum_triangles_distance(solid->vertices, solid->triangles,
+                                                    solid->triangle_count, x));
+  }
+  note(deepest, of,
+       (thrum_scene_overlap){
+           .body = number, .other = -1, .obstacle = -1, .solid = index, .depth = depth});
+}
+
+/* Do two bodies touch each other? */
+static bool meet(const thrum_scene *scene, const scene_body *a, const scene_body *b) {
+  return scene->collides && a->collides && b->collides && a->skin != NULL && b->skin != NULL;
 }
 
 thrum_status thrum_scene_find_overlap(thrum_scene *scene, thrum_scene_overlap *deepest,
                                       thrum_error *error) {
-  thrum_scene_overlap found = {.body = -1, .other = -1, .obstacle = -1};
+  thrum_scene_overlap found = {.body = -1, .other = -1, .obstacle = -1, .solid = -1};
   outline *outlines = calloc((size_t)scene->body_count + 1, sizeof *outlines);
   thrum_status status = outlines != NULL
                             ? THRUM_OK
@@ -118,8 +158,10 @@ thrum_status thrum_scene_find_overlap(thrum_scene *scene, thrum_scene_overlap *d
   for (int32_t n = 0; status >= 0 && n < scene->body_count; n++) {
     look_at_obstacles(scene, n, outlines + n, &found);
     for (int32_t m = 0; m < scene->body_count; m++)
-      if (m != n && scene->bodies[n]->skin != NULL && scene->bodies[m]->skin != NULL)
+      if (m != n && meet(scene, scene->bodies[n], scene->bodies[m]))
         look_at_pair(scene, outlines, n, m, &found);
+    for (int32_t s = 0; s < scene->solid_count && scene->bodies[n]->skin != NULL; s++)
+      look_at_solid(scene, n, outlines + n, s, &found);
   }
   for (int32_t n = 0; outlines != NULL && n < scene->body_count; n++) {
     free(outlines[n].points);

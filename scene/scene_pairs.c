@@ -19,8 +19,9 @@
 /* Keeps the triangles of a def, of which a skin is made when bodies are to touch each other. */
 thrum_status scene_triangles_keep(const thrum_scene_body_def *def, scene_body *body,
                                   thrum_error *error) {
-  body->collides = def->collides != 0 && def->triangle_count > 0 && def->model->material != NULL;
-  if (!body->collides)
+  const bool kept = def->triangle_count > 0 && def->model->material != NULL;
+  body->collides = kept && def->collides != 0;
+  if (!kept)
     return THRUM_OK;
   const size_t count = 3 * (size_t)def->triangle_count;
   body->triangles = malloc(count * sizeof *body->triangles);
@@ -32,7 +33,8 @@ thrum_status scene_triangles_keep(const thrum_scene_body_def *def, scene_body *b
 }
 
 bool scene_collides(const thrum_scene *scene, const scene_body *body, const scene_model *derived) {
-  return scene->collides && body->collides && !derived->condensed;
+  const bool others = scene->collides && body->collides;
+  return (others || scene->solid_count > 0) && body->triangle_count > 0 && !derived->condensed;
 }
 
 /* The vertices of the triangles, ascending, as a model of their own; places (vertex_count) gets
@@ -186,10 +188,14 @@ thrum_status scene_pairs_room(thrum_scene *scene, const scene_body *extra,
                               const scene_skin *extra_skin, thrum_error *error) {
   scene_pairs *pairs = &scene->pairs;
   int64_t count = 0, vertices = 0, nodes = 0, rank = 1;
-  if (!scene->collides)
+  if (!scene->collides && scene->solid_count == 0)
     return THRUM_OK;
 
-  // what all bodies need together, with the one that comes or changes
+  // what all solids and bodies need together, with the body that comes or changes
+  for (int32_t n = 0; n < scene->solid_count; n++) {
+    vertices += thrum_skin_vertex_count(scene->solids[n].skin);
+    nodes += thrum_skin_node_count(scene->solids[n].skin);
+  }
   for (int32_t n = 0; n <= scene->body_count; n++) {
     const bool last = n == scene->body_count;
     const scene_skin *skin = last                        ? extra_skin
@@ -202,11 +208,14 @@ thrum_status scene_pairs_room(thrum_scene *scene, const scene_body *extra,
     nodes += thrum_skin_node_count(skin->skin);
     rank = skin->of->rank > rank ? skin->of->rank : rank;
   }
-  if (!make_lists(pairs, scene->body_count + 1))
+  if (!make_lists(pairs, scene->body_count + 1 + scene->solid_count))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for bodies that touch");
-  if (count < 1 || (pairs->contact != NULL && count <= pairs->def.member_max &&
-                    vertices <= pairs->def.vertex_max && nodes <= pairs->def.node_max &&
-                    rank <= pairs->def.rank_max))
+  if (count < 1)
+    return THRUM_OK;
+  count += scene->solid_count;
+  if ((pairs->contact != NULL && count <= pairs->def.member_max &&
+       vertices <= pairs->def.vertex_max && nodes <= pairs->def.node_max &&
+       rank <= pairs->def.rank_max))
     return THRUM_OK;
 
   // larger room begins without touches
@@ -242,41 +251,53 @@ static thrum_status equip(thrum_scene *scene, scene_body *body, thrum_error *err
   return THRUM_OK;
 }
 
-/* Takes all that contact between bodies has made. */
-static void strip(thrum_scene *scene) {
-  scene->collides = false;
+/* Takes what contact between bodies has made and nothing needs any more. */
+static void trim(thrum_scene *scene) {
   for (int32_t n = 0; n < scene->body_count; n++) {
     scene_body *body = scene->bodies[n];
+    if (scene_collides(scene, body, body->derived))
+      continue;
     scene_skin_drop(scene, body->skin);
     body->skin = NULL;
     scene_touch_trim(scene, body);
   }
+}
+
+thrum_status scene_pairs_equip(thrum_scene *scene, thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  scene->pairs.def = scene->collides || scene->pairs.contact != NULL
+                         ? scene->pairs.def
+                         : thrum_default_contact_pairs_def();
+  for (int32_t n = 0; n < scene->body_count && status >= 0; n++)
+    if (scene_collides(scene, scene->bodies[n], scene->bodies[n]->derived))
+      status = equip(scene, scene->bodies[n], error);
+  THRUM_THEN(status, scene_pairs_room(scene, NULL, NULL, error));
+  trim(scene);
+  return status;
+}
+
+/* Forgets all touches between bodies. */
+static void forget(thrum_scene *scene) {
+  scene->collides = false;
+  trim(scene);
   free(scene->pairs.contact);
   scene->pairs.contact = NULL;
 }
 
 thrum_status thrum_scene_set_collisions(thrum_scene *scene, const thrum_contact_pairs_def *def,
                                         thrum_error *error) {
-  if (def == NULL) {
-    strip(scene);
-    scene->revision++;
-    return THRUM_OK;
-  }
+  thrum_contact_pairs_def checked = def != NULL ? *def : thrum_default_contact_pairs_def();
+  size_t size = 0;
 
   // the scene says how much room there has to be
-  thrum_contact_pairs_def checked = *def;
-  size_t size = 0;
   checked.member_max = checked.vertex_max = checked.node_max = checked.rank_max = 1;
   THRUM_TRY(thrum_contact_pairs_size(&checked, &size, error));
-  strip(scene);
-  scene->collides = true;
+  forget(scene);
+  scene->collides = def != NULL;
   scene->pairs.def = checked;
-  thrum_status status = THRUM_OK;
-  for (int32_t n = 0; n < scene->body_count && status >= 0; n++)
-    status = equip(scene, scene->bodies[n], error);
-  THRUM_THEN(status, scene_pairs_room(scene, NULL, NULL, error));
+  const thrum_status status = scene_pairs_equip(scene, error);
   if (status < 0)
-    strip(scene);
+    forget(scene);
   scene->revision++;
   return status;
 }
@@ -337,15 +358,19 @@ static int32_t sort(const scene_pairs *pairs, int32_t count) {
 }
 
 /* Joins bodies that may touch. */
-static void join(const scene_pairs *pairs, int32_t count) {
-  for (int32_t n = 0; n < count; n++) {
+static void join(const thrum_scene *scene, int32_t count) {
+  const scene_pairs *pairs = &scene->pairs;
+  for (int32_t n = 0; n < count && scene->collides; n++) {
     const int32_t a = pairs->order[n];
+    if (!scene->bodies[a]->collides)
+      continue;
     const double end = end_of(pairs->bounds + a, 1.0);
     for (int32_t m = n + 1; m < count; m++) {
       const int32_t b = pairs->order[m];
       if (end_of(pairs->bounds + b, -1.0) > end)
         break;
-      if (!thrum_contact_pairs_near(pairs->bounds + a, pairs->bounds + b))
+      if (!scene->bodies[b]->collides ||
+          !thrum_contact_pairs_near(pairs->bounds + a, pairs->bounds + b))
         continue;
       const int32_t first = root(pairs->group, a), second = root(pairs->group, b);
       pairs->group[first > second ? first : second] = first > second ? second : first;
@@ -353,13 +378,22 @@ static void join(const scene_pairs *pairs, int32_t count) {
   }
 }
 
+/* May body `number` touch a solid in the step to come? */
+static bool is_near_solid(const thrum_scene *scene, int32_t number) {
+  for (int32_t n = 0; n < scene->solid_count; n++)
+    if (thrum_contact_pairs_near(scene->pairs.bounds + number, &scene->solids[n].bound))
+      return true;
+  return false;
+}
+
 void scene_pairs_find(thrum_scene *scene) {
   scene_pairs *pairs = &scene->pairs;
   for (int32_t n = 0; n < scene->body_count; n++)
     scene->bodies[n]->group = -1;
-  if (!scene->collides || pairs->contact == NULL)
+  if (pairs->contact == NULL)
     return;
   thrum_contact_pairs_begin(pairs->contact);
+  scene_solids_move(scene);
 
   // the bodies that go on and may touch others
   int32_t count = 0;
@@ -371,17 +405,34 @@ void scene_pairs_find(thrum_scene *scene) {
     pairs->group[n] = n;
     pairs->order[count++] = n;
   }
-  join(pairs, sort(pairs, count));
+  join(scene, sort(pairs, count));
 
-  // a body alone has no group
+  // a body alone has no group, unless a solid is near
   for (int32_t n = 0; n < count; n++) {
     const int32_t number = pairs->order[n], first = root(pairs->group, number);
-    if (first != number)
+    if (first != number || is_near_solid(scene, number))
       scene->bodies[number]->group = scene->bodies[first]->group = first;
   }
 }
 
-thrum_status scene_pairs_step(thrum_scene *scene, int32_t group, thrum_error *error) {
+/* Adds the solids that a body of the group is near behind its `count` members. */
+static int64_t add_solids(thrum_scene *scene, int32_t group, int64_t count) {
+  const scene_pairs *pairs = &scene->pairs;
+  for (int32_t s = 0; s < scene->solid_count; s++) {
+    scene_solid *solid = scene->solids + s;
+    bool near = false;
+    for (int32_t n = group; n < scene->body_count && !near; n++)
+      near = scene->bodies[n]->group == group &&
+             thrum_contact_pairs_near(pairs->bounds + n, &solid->bound);
+    if (near)
+      pairs->members[count++] = (thrum_contact_member){
+          .skin = solid->skin, .solid = &solid->moving, .number = THRUM_SCENE_SOLID + s};
+  }
+  return count;
+}
+
+thrum_status scene_pairs_step(thrum_scene *scene, int32_t group, int32_t worker,
+                              thrum_error *error) {
   const scene_pairs *pairs = &scene->pairs;
   int64_t count = 0;
 
@@ -389,11 +440,14 @@ thrum_status scene_pairs_step(thrum_scene *scene, int32_t group, thrum_error *er
   for (int32_t n = group; n < scene->body_count; n++)
     if (scene->bodies[n]->group == group) {
       fill_member(scene, scene->bodies[n], n);
+      scene_lend(scene, scene->bodies[n], worker);
       pairs->members[count++] = pairs->members[n];
     }
+  const int64_t bodies = count;
+  count = add_solids(scene, group, count);
   const thrum_status status =
       thrum_contact_pairs_step(pairs->contact, pairs->members, count, error);
-  for (int64_t n = 0; n < count; n++) {
+  for (int64_t n = 0; n < bodies; n++) {
     scene_body *body = scene->bodies[pairs->members[n].number];
     body->stepped = status == THRUM_INVALID_ARGUMENT && pairs->members[n].status >= 0
                         ? status
@@ -407,13 +461,12 @@ thrum_status scene_pairs_step(thrum_scene *scene, int32_t group, thrum_error *er
 /* --- reports ---------------------------------------------------------------------------------- */
 
 thrum_contact_pairs_report thrum_scene_collisions(const thrum_scene *scene) {
-  return thrum_contact_pairs_report_get(scene->collides ? scene->pairs.contact : NULL);
+  return thrum_contact_pairs_report_get(scene->pairs.contact);
 }
 
 thrum_status thrum_scene_collision(const thrum_scene *scene, int64_t index, thrum_pair_touch *touch,
                                    thrum_error *error) {
-  return thrum_contact_pairs_touch(scene->collides ? scene->pairs.contact : NULL, index, touch,
-                                   error);
+  return thrum_contact_pairs_touch(scene->pairs.contact, index, touch, error);
 }
 
 thrum_status thrum_scene_account_get(thrum_scene *scene, thrum_scene_account *account,

@@ -46,6 +46,22 @@ typedef struct scene_skin {
   struct scene_skin *next;
 } scene_skin;
 
+/* An obstacle with a surface. */
+typedef struct scene_solid {
+  double *vertices;
+  int32_t *triangles;
+  int64_t vertex_count, triangle_count;
+  double position[3], rotation[4], velocity[3];
+  double *times, *places; /* path_count, path_count x 7; NULL: it goes by its velocity */
+  int64_t path_count;
+  double friction, restitution;
+  bool open; /* it has no inside */
+  void *memory;
+  thrum_skin *skin; /* in memory */
+  thrum_contact_solid moving;
+  thrum_skin_bound bound; /* in the step to come */
+} scene_solid;
+
 /* Contact between bodies: its block, and lists with a place for each body of the scene. */
 typedef struct scene_pairs {
   thrum_contact_pairs *contact; /* its own aligned block; NULL: none may touch */
@@ -165,6 +181,13 @@ typedef struct scene_probe {
   double *rows; /* 3 x r, the mean of its vertices' rows of U */
 } scene_probe;
 
+/* Bodies of one model that step side by side on one worker, in thrum_scene's `side`. */
+typedef struct scene_chunk {
+  const scene_model *model;
+  int32_t from, count;
+  thrum_error error;
+} scene_chunk;
+
 struct thrum_scene {
   double dt, origin; /* time at step origin_step, from which loads are counted [s] */
   int64_t steps, origin_step;
@@ -173,9 +196,11 @@ struct thrum_scene {
   double wind[3], air; /* air: 1/2 density drag [kg/m^3], 0: none */
   thrum_obstacle *obstacles, *obstacle_starts;
   int32_t obstacle_count;
-  bool collides; /* bodies touch each other */
+  bool collides; /* bodies touch each other; solids are touched whatever this is */
   scene_pairs pairs;
   scene_skin *skins;
+  scene_solid *solids;
+  int32_t solid_count;
   uint64_t revision; /* of all but what steps change */
   uint64_t stirred;  /* counts calls that change what acts on bodies */
   scene_body **bodies;
@@ -188,9 +213,14 @@ struct thrum_scene {
   thrum_state **side; /* body_count: states of one model, for the step */
   thrum_status *side_status;
   int32_t *side_body;
-  void *workspace; /* of thrum_batch_step, for the largest model that two bodies share */
+  thrum_error *side_error; /* body_count: of a body's own part of a step */
+  scene_chunk *chunks;     /* body_count */
+  int32_t workers;         /* at least 1 */
+  thrum_scene_run run;     /* NULL: one worker */
+  void *run_context;
+  void *workspace; /* workers blocks, of thrum_batch_step, for the largest model of two bodies */
   size_t workspace_size;
-  void *scratch; /* that all states borrow */
+  void *scratch; /* workers blocks, which the states borrow */
   size_t scratch_size;
 };
 
@@ -289,6 +319,10 @@ thrum_status scene_state_make(thrum_scene *scene, const thrum_model *model,
                               const thrum_state_def *def, const double *q, const double *p,
                               thrum_state **state, thrum_error *error);
 
+/* Scratch and workspace of a worker; the scratch is lent to a body's state. */
+void scene_lend(const thrum_scene *scene, const scene_body *body, int32_t worker);
+void *scene_workspace(const thrum_scene *scene, int32_t worker);
+
 /* Room for the slopes of a condensed body, where there is none yet. */
 thrum_status scene_slopes_make(scene_body *body, thrum_error *error);
 
@@ -378,7 +412,21 @@ thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body, thrum_
 void scene_obstacles_move(thrum_scene *scene);
 void scene_obstacles_reset(thrum_scene *scene);
 
+/* scene_solid.c: obstacles with a surface. */
+
+/* Where all solids go in the step to come. */
+void scene_solids_move(thrum_scene *scene);
+
+void scene_solids_free(thrum_scene *scene);
+
+/* scene_solid_shape.c: the surface of a def, into vertices and triangles that the caller frees. */
+thrum_status scene_solid_surface(const thrum_scene_solid_def *def, scene_solid *solid,
+                                 thrum_error *error);
+
 /* scene_pairs.c: bodies that touch each other. */
+
+/* Equips the bodies for the touches that there are now, and takes what none of them needs. */
+thrum_status scene_pairs_equip(thrum_scene *scene, thrum_error *error);
 
 /* Keeps the triangles of a def for the body's skin. */
 thrum_status scene_triangles_keep(const thrum_scene_body_def *def, scene_body *body,
@@ -401,8 +449,9 @@ void scene_pairs_free(thrum_scene *scene);
 /* Groups the bodies that are near each other; loads are known. */
 void scene_pairs_find(thrum_scene *scene);
 
-/* Steps the bodies of a group; each has its own status in `stepped`. */
-thrum_status scene_pairs_step(thrum_scene *scene, int32_t group, thrum_error *error);
+/* Steps the bodies of a group on a worker; each has its own status in `stepped`. */
+thrum_status scene_pairs_step(thrum_scene *scene, int32_t group, int32_t worker,
+                              thrum_error *error);
 
 /* scene_wind.c: drag of the air on a body. */
 

@@ -23,14 +23,23 @@ static thrum_status load(const thrum_scene *scene, scene_body *body, thrum_error
   return THRUM_OK;
 }
 
-/* A body that touches obstacles or is pulled makes its step here, since contact may take several
- * attempts; one that is near others has made it with its group. */
-static thrum_status push(const thrum_scene *scene, scene_body *body, thrum_error *error) {
-  if (body->group >= 0)
-    return body->stepped;
-  if (scene_steps_alone(body))
-    return scene_touch_step(scene, body, error);
-  return thrum_state_set_force(body->derived->model, body->state, body->force, error);
+/* Does `task` for each index below `count`, by the scene's workers. */
+static void for_all(thrum_scene *scene, int32_t count, void (*task)(void *, int32_t, int32_t)) {
+  if (scene->run != NULL && count > 1) {
+    scene->run(scene->run_context, count, task, scene);
+    return;
+  }
+  for (int32_t n = 0; n < count; n++)
+    task(scene, n, 0);
+}
+
+/* The load of body n, and what came of it. */
+static void load_task(void *of, int32_t n, int32_t worker) {
+  thrum_scene *scene = of;
+  scene_body *body = scene->bodies[n];
+  scene->side_error[n] = (thrum_error){0};
+  scene_lend(scene, body, worker);
+  body->stepped = body->status < 0 ? THRUM_OK : load(scene, body, scene->side_error + n);
 }
 
 /* Adds up the work and the losses of a step for a body. */
@@ -52,19 +61,6 @@ static void count_work(const thrum_scene *scene, scene_body *body) {
   memcpy(body->before, body->q, (size_t)model->rank * sizeof *body->q);
 }
 
-/* The bodies of a model that go on, into scene->side; their number. */
-static int32_t gather(thrum_scene *scene, const scene_model *model) {
-  int32_t count = 0;
-  for (int32_t n = 0; n < scene->body_count; n++) {
-    scene_body *body = scene->bodies[n];
-    if (body->derived != model || body->status < 0 || body->group >= 0 || scene_steps_alone(body))
-      continue;
-    scene->side[count] = body->state;
-    scene->side_body[count++] = n;
-  }
-  return count;
-}
-
 /* Keeps what came of one body's step; the first failure is the scene's. */
 static void note(scene_body *body, thrum_status status, const thrum_error *detail,
                  thrum_status *scene_status, thrum_error *error) {
@@ -80,24 +76,101 @@ static void note(scene_body *body, thrum_status status, const thrum_error *detai
   }
 }
 
-static void step_model(thrum_scene *scene, const scene_model *model, thrum_status *status,
-                       thrum_error *error) {
-  thrum_error detail = {0};
-  const int32_t count = gather(scene, model);
-  if (count == 1)
-    scene->side_status[0] = thrum_step(model->model, scene->side[0], &detail);
-  else if (count > 1)
-    thrum_batch_step(model->model, scene->side, count, scene->side_status, scene->workspace,
-                     scene->workspace_size, &detail);
+/* Does the body make its step by itself or in a group, and not side by side with others? */
+static bool is_apart(const scene_body *body) {
+  return body->group >= 0 || scene_steps_alone(body);
+}
+
+/* All groups of bodies that are near each other: they share the block of contact between them. */
+static void groups_task(thrum_scene *scene, int32_t worker) {
+  for (int32_t n = 0; n < scene->body_count; n++) {
+    thrum_error detail = {0};
+    if (scene->bodies[n]->status < 0 || scene->bodies[n]->group != n)
+      continue;
+    scene_pairs_step(scene, n, worker, &detail);
+    for (int32_t m = n; m < scene->body_count; m++) {
+      scene_body *body = scene->bodies[m];
+      if (body->group != n)
+        continue;
+      scene->side_error[m] = detail;
+      if (body->stepped >= 0)
+        count_work(scene, body);
+    }
+  }
+}
+
+/* Task 0 steps all groups; task n + 1 steps body n where it touches obstacles or is pulled, since
+ * contact may take several attempts, and hands its load to its state otherwise. */
+static void contact_task(void *of, int32_t index, int32_t worker) {
+  thrum_scene *scene = of;
+  if (index == 0) {
+    groups_task(scene, worker);
+    return;
+  }
+  scene_body *body = scene->bodies[index - 1];
+  thrum_error *error = scene->side_error + index - 1;
+  if (body->status < 0 || body->group >= 0)
+    return;
+  *error = (thrum_error){0};
+  if (!scene_steps_alone(body)) {
+    body->stepped = thrum_state_set_force(body->derived->model, body->state, body->force, error);
+    return;
+  }
+  scene_lend(scene, body, worker);
+  body->stepped = scene_touch_step(scene, body, error);
+  if (body->stepped >= 0)
+    count_work(scene, body);
+}
+
+/* The bodies of a model that go on, into scene->side from `from` on; their number. */
+static int32_t gather(thrum_scene *scene, const scene_model *model, int32_t from) {
+  int32_t count = 0;
+  for (int32_t n = 0; n < scene->body_count; n++) {
+    scene_body *body = scene->bodies[n];
+    if (body->derived != model || body->status < 0 || is_apart(body))
+      continue;
+    scene->side[from + count] = body->state;
+    scene->side_body[from + count++] = n;
+  }
+  return count;
+}
+
+/* Chunks of all bodies that step side by side, as many a model as there are workers. */
+static int32_t make_chunks(thrum_scene *scene) {
+  int32_t chunks = 0, from = 0;
+  for (const scene_model *model = scene->models; model != NULL; model = model->next) {
+    const int32_t count = gather(scene, model, from), end = from + count;
+    const int32_t share = (count + scene->workers - 1) / scene->workers;
+    for (; from < end; from += share)
+      scene->chunks[chunks++] = (scene_chunk){
+          .model = model, .from = from, .count = end - from < share ? end - from : share};
+    from = end;
+  }
+  return chunks;
+}
+
+static void chunk_task(void *of, int32_t index, int32_t worker) {
+  thrum_scene *scene = of;
+  scene_chunk *chunk = scene->chunks + index;
+  const thrum_model *model = chunk->model->model;
+  thrum_state *const *states = scene->side + chunk->from;
+  thrum_status *statuses = scene->side_status + chunk->from;
+  const int32_t *bodies = scene->side_body + chunk->from;
+  for (int32_t n = 0; n < chunk->count; n++)
+    scene_lend(scene, scene->bodies[bodies[n]], worker);
+  if (chunk->count == 1)
+    statuses[0] = thrum_step(model, states[0], &chunk->error);
+  else
+    thrum_batch_step(model, states, chunk->count, statuses, scene_workspace(scene, worker),
+                     scene->workspace_size, &chunk->error);
 
   // what came of each body's step
-  for (int32_t n = 0; n < count; n++) {
-    scene_body *body = scene->bodies[scene->side_body[n]];
-    if (scene->side_status[n] >= 0 && body->free)
+  for (int32_t n = 0; n < chunk->count; n++) {
+    scene_body *body = scene->bodies[bodies[n]];
+    if (statuses[n] >= 0 && body->free)
       scene_free_step(body, &body->wrench, scene->dt);
-    if (scene->side_status[n] >= 0)
+    if (statuses[n] >= 0)
       count_work(scene, body);
-    note(body, scene->side_status[n], &detail, status, error);
   }
 }
 
@@ -105,36 +178,27 @@ thrum_status thrum_scene_step(thrum_scene *scene, thrum_error *error) {
   thrum_status status = THRUM_OK;
 
   // loads first, then who is near whom
-  for (int32_t n = 0; n < scene->body_count; n++) {
-    scene_body *body = scene->bodies[n];
-    thrum_error detail = {0};
-    if (body->status < 0)
-      continue;
-    const thrum_status loaded = load(scene, body, &detail);
-    if (loaded < 0)
-      note(body, loaded, &detail, &status, error);
-  }
+  for_all(scene, scene->body_count, load_task);
+  for (int32_t n = 0; n < scene->body_count; n++)
+    if (scene->bodies[n]->stepped < 0)
+      note(scene->bodies[n], scene->bodies[n]->stepped, scene->side_error + n, &status, error);
   scene_pairs_find(scene);
 
-  // bodies with contact make their steps here, groups with their first body
+  // bodies with contact make their steps here
+  for_all(scene, scene->body_count + 1, contact_task);
   for (int32_t n = 0; n < scene->body_count; n++) {
     scene_body *body = scene->bodies[n];
-    thrum_error detail = {0};
-    if (body->status < 0)
-      continue;
-    if (body->group == n)
-      scene_pairs_step(scene, n, &detail);
-    const thrum_status pushed = push(scene, body, &detail);
-    const bool stepped = body->group >= 0 || scene_steps_alone(body);
-    if (pushed >= 0 && stepped)
-      count_work(scene, body);
-    if (pushed < 0 || stepped)
-      note(body, pushed, &detail, &status, error);
+    if (body->status >= 0 && (body->stepped < 0 || is_apart(body)))
+      note(body, body->stepped, scene->side_error + n, &status, error);
   }
 
   // the others step together with those of the same model
-  for (const scene_model *model = scene->models; model != NULL; model = model->next)
-    step_model(scene, model, &status, error);
+  const int32_t chunks = make_chunks(scene);
+  for_all(scene, chunks, chunk_task);
+  for (int32_t n = 0; n < chunks; n++)
+    for (int32_t m = scene->chunks[n].from; m < scene->chunks[n].from + scene->chunks[n].count; m++)
+      note(scene->bodies[scene->side_body[m]], scene->side_status[m], &scene->chunks[n].error,
+           &status, error);
   scene->steps++;
   scene_obstacles_move(scene);
   return status;

@@ -88,9 +88,8 @@ static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
 }
 
 static cJSON *obstacle_of_spec(const scene_obstacle_spec *spec) {
-  static const char *const kinds[] = {"plane", "sphere", "box"};
   cJSON *obstacle = cJSON_CreateObject();
-  cJSON_AddStringToObject(obstacle, "kind", kinds[spec->shape]);
+  cJSON_AddStringToObject(obstacle, "kind", scene_shape_names[spec->shape]);
   json_numbers(obstacle, "centre", spec->centre, 3);
 
   // only what the kind has

@@ -47,6 +47,17 @@ THRUM_API thrum_status thrum_skin_init(void *memory, size_t memory_size, const t
                                        const int32_t *triangles, int64_t triangle_count,
                                        thrum_skin **skin, thrum_error *error);
 
+/* The same for the surface of a solid that does not deform: vertices (vertex_count x 3) [m] and
+ * triangles as above; open ones, such as a height field, are touched from their outside alone.
+ * THRUM_INVALID_ARGUMENT as thrum_skin_size, THRUM_BAD_VALUE for a vertex that is not finite. */
+THRUM_API thrum_status thrum_skin_solid_size(const double *vertices, int64_t vertex_count,
+                                             const int32_t *triangles, int64_t triangle_count,
+                                             size_t *size, thrum_error *error);
+THRUM_API thrum_status thrum_skin_solid_init(void *memory, size_t memory_size,
+                                             const double *vertices, int64_t vertex_count,
+                                             const int32_t *triangles, int64_t triangle_count,
+                                             thrum_skin **skin, thrum_error *error);
+
 /* Vertices and nodes of a skin, which pairs need room for; diagonal of its box at rest [m]. */
 THRUM_API int64_t thrum_skin_vertex_count(const thrum_skin *skin);
 THRUM_API int64_t thrum_skin_node_count(const thrum_skin *skin);
@@ -98,21 +109,32 @@ THRUM_API thrum_contact_pairs_def thrum_default_contact_pairs_def(void);
 /* Opaque: lives at the start of the memory given to thrum_contact_pairs_init. */
 typedef struct thrum_contact_pairs thrum_contact_pairs;
 
+/* Where a solid is at the start and at the end of a step, and how it is touched. It moves from one
+ * to the other along a straight way and about one axis, by less than half a turn. */
+typedef struct thrum_contact_solid {
+  thrum_placement now, next; /* axes are rotations */
+  double friction;           /* as in the def of the pairs, in its place [1] */
+  double restitution;        /* the same [1] */
+} thrum_contact_solid;
+
 /* A body in a step. The caller owns all that it points to; skin, model and environment as in
- * thrum_contact_step, where the skin is of a model with the same coordinates. */
+ * thrum_contact_step, where the skin is of a model with the same coordinates. Or a solid, which no
+ * force moves: it has `solid`, a skin of thrum_skin_solid_init, and a number; model, state, contact
+ * and environment are NULL. */
 typedef struct thrum_contact_member {
   const thrum_model *model;
   thrum_state *state;
   thrum_contact *contact;
   const thrum_contact_environment *environment;
   const thrum_skin *skin;
+  const thrum_contact_solid *solid; /* NULL: a body */
   int32_t number;      /* of the body, the same in all steps; ascending over the members */
   thrum_status status; /* of its step, set by thrum_contact_pairs_step */
 } thrum_contact_member;
 
 /* Counters and energies since init or reset. What contact between the bodies did on them is
  *
- *   work on the bodies = - stored - lost,    stored >= 0, lost >= 0 up to rounding. */
+ *   work on the bodies = driven - stored - lost,    stored >= 0, lost >= 0 up to rounding. */
 typedef struct thrum_contact_pairs_report {
   int64_t steps;        /* calls of thrum_contact_pairs_begin */
   int64_t redone;       /* attempts after the first of a group */
@@ -128,6 +150,7 @@ typedef struct thrum_contact_pairs_report {
   double normal;        /* sum of the normal forces in the last step [N] */
   double stored;        /* energy in the contact springs now [J] */
   double lost;          /* energy lost to restitution and friction [J] */
+  double driven;        /* work of solids that move, on the bodies [J] */
 } thrum_contact_pairs_report;
 
 /* One touch of the last step. */

@@ -16,7 +16,8 @@
  * A uniform scale s, a factor e of Young's modulus and d of the density are exact (thrum/model.h,
  * thrum_model_scale).
  *
- * Threads: a scene belongs to one thread at a time. Bodies, probes and loads are numbered from 0 in
+ * Threads: a scene belongs to one thread at a time; a step may be shared among the caller's threads
+ * (thrum_scene_set_workers). Bodies, probes and loads are numbered from 0 in
  * the order in which they were added. Units are SI, vectors are in the world unless a field says
  * otherwise.
  *
@@ -268,6 +269,104 @@ THRUM_API thrum_status thrum_scene_obstacle(const thrum_scene *scene, int32_t nu
 THRUM_API thrum_status thrum_scene_set_obstacle(thrum_scene *scene, int32_t number,
                                                 const thrum_obstacle *obstacle, thrum_error *error);
 
+/* Shapes of a solid, each about its own origin. */
+typedef enum thrum_solid_shape {
+  THRUM_SOLID_MESH = 0,        /* the triangles of the def */
+  THRUM_SOLID_BOX = 1,         /* with the sides 2 half */
+  THRUM_SOLID_CYLINDER = 2,    /* about its z axis, with flat ends */
+  THRUM_SOLID_CAPSULE = 3,     /* the same with half spheres on its ends */
+  THRUM_SOLID_HEIGHT_FIELD = 4 /* over its xy plane, open from below */
+} thrum_solid_shape;
+
+/* An obstacle that is touched by its faces, edges and corners, and by those of the bodies, as
+ * bodies touch each other (thrum/contact_pairs.h); it may move along a path. Start from
+ * thrum_default_scene_solid_def and set the fields of the shape. The arrays are only read by
+ * thrum_scene_add_solid. */
+typedef struct thrum_scene_solid_def {
+  /* Set by thrum_default_scene_solid_def; THRUM_UNINITIALISED_DEF without it. */
+  uint32_t cookie;
+
+  /* Which of the shapes above; default a box. */
+  thrum_solid_shape shape;
+
+  /* Box: half the length of its sides [m]; each finite and > 0, default 0.5. Larger: a larger box.
+   */
+  double half[3];
+
+  /* Cylinder and capsule: radius [m]; finite and > 0, default 0.5. Larger: thicker. */
+  double radius;
+
+  /* Cylinder: length [m]; > 0. Capsule: length between the centres of its half spheres, >= 0.
+   * Default 1. Larger: longer. */
+  double height;
+
+  /* Cylinder and capsule: flat faces around the axis; 3 to 1024, default 48. Larger: rounder (the
+   * faces are within radius (1 - cos(pi / segments)) of the round), and more to search. */
+  int32_t segments;
+
+  /* Mesh: vertex_count x 3 [m] and triangle_count x 3 0-based vertices, counter-clockwise from
+   * outside; no default. Larger counts: a finer surface, and more to search. */
+  const double *vertices;
+  int64_t vertex_count;
+  const int32_t *triangles;
+  int64_t triangle_count;
+
+  /* Height field: heights (rows x columns, each row along x) [m] over a grid whose cells are
+   * spacing[0] x spacing[1] [m], its middle at the origin; rows and columns 2 to 2^15. No default.
+   * Larger: a larger field. */
+  const double *heights;
+  int64_t rows, columns;
+  double spacing[2];
+
+  /* Position [m] and rotation, a quaternion w, x, y, z of any length > 0, at time 0; default 0 and
+   * 1, 0, 0, 0. */
+  double position[3];
+  double rotation[4];
+
+  /* Velocity where there is no path [m/s]; finite, default 0. Larger: it pushes bodies faster. */
+  double velocity[3];
+
+  /* Path: path_count times [s], ascending, and as many rows of seven: position [m], rotation w, x,
+   * y, z, in place of the three fields above. Between two times it goes straight, and turns about
+   * one axis at one rate; before the first and after the last it rests. Default NULL: none. */
+  const double *path_times, *path_places;
+  int64_t path_count;
+
+  /* Coulomb's friction coefficient [1]; 0 to 1e30, default 0.5. Larger: bodies slide less. */
+  double friction;
+
+  /* Speed of leaving over speed of approach, of the points [1]; in [0, 1], default 0.5. Larger:
+   * bodies bounce more. */
+  double restitution;
+} thrum_scene_solid_def;
+
+/* A def with every default set. Any thread. */
+THRUM_API thrum_scene_solid_def thrum_default_scene_solid_def(void);
+
+/* Adds a solid; *number (may be NULL) gets its number, from 0 on, apart from those of obstacles.
+ * All bodies with triangles touch it, with their def's restitution and friction replaced by the
+ * solid's; condensed bodies do not. THRUM_UNINITIALISED_DEF, THRUM_INVALID_ARGUMENT or
+ * THRUM_BAD_VALUE with the field. */
+THRUM_API thrum_status thrum_scene_add_solid(thrum_scene *scene, const thrum_scene_solid_def *def,
+                                             int32_t *number, thrum_error *error);
+
+/* Number of solids. */
+THRUM_API int32_t thrum_scene_solid_count(const thrum_scene *scene);
+
+/* The surface of a solid about its own origin, as thrum_scene_add_solid made it, and where it is
+ * now. The scene owns the arrays. */
+typedef struct thrum_scene_solid {
+  const double *vertices; /* vertex_count x 3 [m] */
+  int64_t vertex_count;
+  const int32_t *triangles; /* triangle_count x 3 */
+  int64_t triangle_count;
+  thrum_placement now;
+} thrum_scene_solid;
+
+/* Fills *solid. THRUM_INVALID_ARGUMENT for a solid that does not exist. */
+THRUM_API thrum_status thrum_scene_solid_get(const thrum_scene *scene, int32_t number,
+                                             thrum_scene_solid *solid, thrum_error *error);
+
 /* Makes all bodies with triangles touch each other from now on (thrum/contact_pairs.h): those that
  * are there, whose def has `collides`, and those that are added. Counts of the def, such as its
  * member_max, are found by the scene; touch_max is for all bodies together. NULL: bodies pass
@@ -281,16 +380,20 @@ THRUM_API thrum_status thrum_scene_set_collisions(thrum_scene *scene,
 /* Counters and energies of contact between the bodies; all zero where they do not touch. */
 THRUM_API thrum_contact_pairs_report thrum_scene_collisions(const thrum_scene *scene);
 
+/* Numbers of solids in touches begin here. */
+#define THRUM_SCENE_SOLID 1048576
+
 /* Touch `index` (0-based, below the report's touching) of the last step; its bodies are numbers of
- * the scene's. THRUM_INVALID_ARGUMENT beyond the last. */
+ * the scene's, those of solids after THRUM_SCENE_SOLID. THRUM_INVALID_ARGUMENT beyond the last. */
 THRUM_API thrum_status thrum_scene_collision(const thrum_scene *scene, int64_t index,
                                              thrum_pair_touch *touch, thrum_error *error);
 
 /* A body that lies inside an obstacle or another body. */
 typedef struct thrum_scene_overlap {
   int32_t body;     /* -1: none does */
-  int32_t other;    /* the body that it is in; -1: an obstacle */
-  int32_t obstacle; /* that it is in; -1: a body */
+  int32_t other;    /* the body that it is in; -1: none */
+  int32_t obstacle; /* that it is in; -1: a body or a solid */
+  int32_t solid;    /* that it is in; -1: none */
   double depth;     /* of its deepest vertex [m] */
   double diagonal;  /* of the body's box [m] */
 } thrum_scene_overlap;
@@ -347,6 +450,23 @@ THRUM_API thrum_status thrum_scene_pull_get(thrum_scene *scene, int32_t pull, do
  * fell back, else THRUM_SWITCHED if one has switched its scheme, else THRUM_OK. Allocates
  * nothing. */
 THRUM_API thrum_status thrum_scene_step(thrum_scene *scene, thrum_error *error);
+
+/* Largest number of workers of a scene. */
+#define THRUM_SCENE_WORKERS_MAX 256
+
+/* Does `task` once for each index from 0 below `count`, on threads of the caller's, and returns
+ * when all are done. `worker` is 0 or more and below the scene's workers; no two tasks that run at
+ * the same time have the same. */
+typedef void (*thrum_scene_run)(void *context, int32_t count,
+                                void (*task)(void *of, int32_t index, int32_t worker), void *of);
+
+/* Has thrum_scene_step give its bodies to `workers` (1 to THRUM_SCENE_WORKERS_MAX; default 1) at a
+ * time by `run`, which gets `context` and may be NULL for one. The library starts no thread itself.
+ * Every body ends with the same bits whatever the number is. Bodies that are near each other step
+ * on one worker. THRUM_INVALID_ARGUMENT for numbers beyond that. */
+THRUM_API thrum_status thrum_scene_set_workers(thrum_scene *scene, int32_t workers,
+                                               thrum_scene_run run, void *context,
+                                               thrum_error *error);
 
 /* Time of the scene [s], its completed steps, and its time step [s]. */
 THRUM_API double thrum_scene_time(const thrum_scene *scene);

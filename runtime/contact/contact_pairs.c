@@ -182,7 +182,7 @@ void thrum_contact_pairs_reset(thrum_contact_pairs *pairs) {
   if (!pairs)
     return;
   pairs->touch_count = pairs->before_count = 0;
-  pairs->stored = pairs->lost = pairs->flow = pairs->budget = 0.0;
+  pairs->stored = pairs->lost = pairs->flow = pairs->budget = pairs->driven = 0.0;
   pairs->depth = pairs->deepest = pairs->deepest_share = pairs->distance = pairs->normal = 0.0;
   pairs->steps = pairs->redone = pairs->declined = pairs->dropped = pairs->sweeps = 0;
 }
@@ -208,6 +208,7 @@ thrum_contact_pairs_report thrum_contact_pairs_report_get(const thrum_contact_pa
   report.normal = pairs->normal;
   report.stored = pairs->stored;
   report.lost = pairs->lost;
+  report.driven = pairs->driven;
   return report;
 }
 
@@ -260,9 +261,9 @@ thrum_status thrum_contact_pairs_copy_check(const thrum_contact_pairs *pairs, co
                            "the snapshot is of contact between bodies of another def");
 
   // what persists from step to step
-  const double values[] = {header.stored,   header.lost,   header.flow,
-                           header.budget,   header.depth,  header.deepest,
-                           header.distance, header.normal, header.deepest_share};
+  const double values[] = {header.stored,        header.lost,    header.flow,     header.budget,
+                           header.depth,         header.deepest, header.distance, header.normal,
+                           header.deepest_share, header.driven};
   bool right = is_count(header.touch_count, header.touch_max) &&
                is_count(header.before_count, header.touch_max) &&
                is_count(header.steps, COUNT_MAX) && is_count(header.redone, COUNT_MAX) &&

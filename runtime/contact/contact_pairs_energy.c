@@ -13,7 +13,14 @@
 #define ROUNDING 1e-10 /* share of the energy flow of contact that rounding may add */
 #define TOO_DEEP 0.9   /* of the thickness: a step that ends deeper is made again */
 
-/* Fills work, rubbed and the gap of a row. */
+/* The work that a solid which moves does through a row, whose side `side` it is [J]. */
+static double driven_by(const thrum_contact_row *row, int side, const double moved[3]) {
+  const double sign = side == 0 ? -1.0 : 1.0;
+  return sign * (row->touch.force * thrum_dot3(row->touch.normal, moved) +
+                 thrum_dot3(row->touch.friction, moved));
+}
+
+/* Fills work, rubbed and the gap of a row; what they are of is one place against the other. */
 static void measure_row(const thrum_pairs_run *run, thrum_pair_row *pair) {
   const thrum_contact_run *a = run->view.runs + pair->members[0];
   const thrum_contact_run *b = run->view.runs + pair->members[1];
@@ -21,6 +28,11 @@ static void measure_row(const thrum_pairs_run *run, thrum_pair_row *pair) {
   double moved[3], other[3];
   thrum_point_moved(a, thrum_pairs_basis(run, pair, 0), row->lever, a->view.made, moved);
   thrum_point_moved(b, thrum_pairs_basis(run, pair, 1), pair->lever, b->view.made, other);
+  row->driven = 0.0;
+  if (run->members[pair->members[0]].solid != NULL)
+    row->driven = driven_by(row, 0, moved);
+  if (run->members[pair->members[1]].solid != NULL)
+    row->driven = driven_by(row, 1, other);
   for (int axis = 0; axis < 3; axis++)
     moved[axis] -= other[axis];
   thrum_contact_row_measure(row, moved);
@@ -100,5 +112,7 @@ void thrum_pairs_settle(thrum_pairs_run *run) {
   pairs->lost -= work + stored;
   pairs->budget += before - work - stored;
   pairs->flow += thrum_rows_flow(&list);
+  for (int64_t n = 0; n < run->row_count; n++)
+    pairs->driven += run->view.rows[n].row.driven;
   keep_touches(run);
 }

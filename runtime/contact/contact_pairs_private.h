@@ -77,7 +77,7 @@ struct thrum_contact_pairs {
   int64_t sweeps_max;
   int64_t touch_count;  /* of the step that was made last, or is being made */
   int64_t before_count; /* of the step before it */
-  double stored, lost, flow, budget;
+  double stored, lost, flow, budget, driven;
   double depth, deepest, deepest_share, distance, normal;
   int64_t steps, redone, declined, dropped, sweeps;
 };
@@ -92,7 +92,9 @@ struct thrum_contact_pairs {
   X(thrum_pair_row, rows, touch_max)                                                               \
   X(double, row_basis, touch_max * 6 * rank_max) /* three rows of U of either side */              \
   X(thrum_contact_run, runs, member_max)                                                           \
-  X(thrum_contact, contacts, member_max)   /* as the step began */                                 \
+  X(thrum_contact, contacts, member_max) /* as the step began; of solids, without rows */          \
+  X(thrum_contact_environment, environments, member_max) /* of solids */                           \
+  X(thrum_translation, ways, member_max)                 /* of solids */                           \
   X(thrum_turn, turns, member_max)         /* rotation that the levers are made for [rad] */       \
   X(int64_t, first_vertex, member_max + 1) /* of each member among those below */                  \
   X(int64_t, first_node, member_max + 1)                                                           \
@@ -125,6 +127,17 @@ static inline thrum_row_list thrum_pairs_rows_of(const thrum_pairs_run *run) {
       .count = run->row_count, .stride = sizeof(thrum_pair_row), .first = &run->view.rows->row};
   return list;
 }
+
+/* A member that steps: a body, whose step has not failed. */
+static inline bool thrum_pairs_steps(const thrum_pairs_run *run, int64_t member) {
+  return run->members[member].solid == NULL && run->members[member].status >= 0;
+}
+
+/* contact_pairs_solid.c: the run of a solid as it moves in the step; no force moves it. */
+void thrum_pairs_open_solid(thrum_pairs_run *run, int64_t member, double dt);
+
+/* contact_pairs_solid.c: as thrum_contact_member_bound. */
+thrum_skin_bound thrum_pairs_solid_bound(const thrum_contact_member *member);
 
 /* contact_pairs.c: pointers into the block. */
 thrum_pairs_view thrum_pairs_view_of(const thrum_contact_pairs *pairs);

@@ -150,6 +150,13 @@ void thrum_pairs_refresh(thrum_pairs_run *run) {
     fill_response(run, run->view.rows + n);
 }
 
+/* The solid that a candidate is at; NULL where both are bodies. */
+static const thrum_contact_solid *solid_of(const thrum_pairs_run *run,
+                                           const thrum_pair_candidate *c) {
+  const thrum_contact_solid *first = run->members[c->members[0]].solid;
+  return first ? first : run->members[c->members[1]].solid;
+}
+
 /* The row of a candidate; false where nothing can move either place. */
 static bool fill_row(thrum_pairs_run *run, const thrum_pair_candidate *c, thrum_pair_row *row) {
   // what the search knows
@@ -168,8 +175,9 @@ static bool fill_row(thrum_pairs_run *run, const thrum_pair_candidate *c, thrum_
   fill_motion(run, row, velocity, unloaded);
 
   // the law between them: a spring as stiff as the softer body's material over the thickness
-  row->row.friction = run->pairs->friction;
-  row->row.restitution = run->pairs->restitution;
+  const thrum_contact_solid *solid = solid_of(run, c);
+  row->row.friction = solid ? solid->friction : run->pairs->friction;
+  row->row.restitution = solid ? solid->restitution : run->pairs->restitution;
   row->row.stiffness = (c->key.kind == THRUM_PAIR_EDGES ? fmin(first, second) : first) *
                        fmin(skins[0]->young, skins[1]->young) / row->thickness;
   thrum_contact_row_approach(&row->row, run->view.runs[row->members[0]].dt, velocity, unloaded);

@@ -44,6 +44,8 @@ void thrum_contact_pairs_begin(thrum_contact_pairs *pairs) {
 /* --- bounds ----------------------------------------------------------------------------------- */
 
 thrum_skin_bound thrum_contact_member_bound(const thrum_contact_member *member) {
+  if (member->solid != NULL)
+    return thrum_pairs_solid_bound(member);
   const thrum_skin_view view = thrum_skin_view_of(member->skin);
   const thrum_contact_environment *environment = member->environment;
   const thrum_translation *translation = environment->translation;
@@ -100,11 +102,12 @@ static thrum_status check(const thrum_contact_pairs *pairs, const thrum_contact_
                            (long long)count, pairs ? (long long)pairs->member_max : 0LL);
   for (int64_t n = 0; n < count; n++) {
     const thrum_contact_member *member = members + n;
-    if (!member->model || !member->state || !member->contact || !member->environment ||
-        !member->skin)
+    const bool whole = member->model && member->state && member->contact && member->environment;
+    if (!member->skin || (!whole && !member->solid))
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "member %lld lacks a part",
                              (long long)n);
-    if (member->skin->rank != member->model->rank || member->skin->rank > pairs->rank_max)
+    if (member->skin->rank != (member->solid ? 0 : member->model->rank) ||
+        member->skin->rank > pairs->rank_max)
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "the skin of member %lld is of another rank, or beyond rank_max",
                              (long long)n);
@@ -136,6 +139,7 @@ static void fail(thrum_contact_member *member, thrum_status status, const thrum_
 
 /* Opens the runs of all members at the start of the step, with what they had before. */
 static void open_all(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
+  double dt = 0.0;
   run->view.first_vertex[0] = run->view.first_node[0] = 0;
   for (int64_t n = 0; n < run->count; n++) {
     thrum_contact_member *member = run->members + n;
@@ -146,7 +150,9 @@ static void open_all(thrum_pairs_run *run, thrum_status *first, thrum_error *err
     run->view.first_node[n + 1] = run->view.first_node[n] + member->skin->node_count;
     member->status = THRUM_OK;
     run->view.runs[n].contact = NULL;
-
+    if (member->solid != NULL)
+      continue;
+    dt = member->state->def.dt;
     const thrum_status opened =
         thrum_contact_open(member->model, member->state, member->contact, member->environment,
                            run->view.runs + n, &detail);
@@ -159,6 +165,11 @@ static void open_all(thrum_pairs_run *run, thrum_status *first, thrum_error *err
     run->view.contacts[n] = *member->contact;
     memcpy(run->view.runs[n].view.snapshot, member->state, (size_t)member->contact->state_bytes);
   }
+
+  // solids move through the step of the bodies
+  for (int64_t n = 0; n < run->count; n++)
+    if (run->members[n].solid != NULL)
+      thrum_pairs_open_solid(run, n, dt);
 }
 
 /* Puts a member back to the start of the step. */
@@ -172,7 +183,7 @@ static void prepare_all(thrum_pairs_run *run, thrum_status *first, thrum_error *
   for (int64_t n = 0; n < run->count; n++) {
     thrum_contact_member *member = run->members + n;
     thrum_error detail = {0};
-    if (member->status < 0)
+    if (!thrum_pairs_steps(run, n))
       continue;
     const thrum_status prepared = thrum_contact_prepare(run->view.runs + n, &detail);
     if (prepared >= 0)
@@ -267,7 +278,7 @@ static bool step_all(thrum_pairs_run *run, thrum_status *first, thrum_error *err
   for (int64_t n = 0; n < run->count; n++) {
     thrum_contact_member *member = run->members + n;
     thrum_error detail = {0};
-    if (member->status < 0)
+    if (!thrum_pairs_steps(run, n))
       continue;
     thrum_status status = thrum_contact_apply(run->view.runs + n, &detail);
     THRUM_THEN(status, thrum_step(member->model, member->state, &detail));
@@ -283,7 +294,7 @@ static bool step_all(thrum_pairs_run *run, thrum_status *first, thrum_error *err
 static bool is_allowed(thrum_pairs_run *run) {
   bool allowed = true;
   for (int64_t n = 0; n < run->count; n++)
-    if (run->members[n].status >= 0)
+    if (thrum_pairs_steps(run, n))
       allowed = thrum_contact_allowed(run->view.runs + n) && allowed;
   return thrum_pairs_allowed(run) && allowed;
 }
@@ -295,7 +306,7 @@ static void again(thrum_pairs_run *run, int attempt) {
   // each body goes back, and its own touches ask for as much less as the pairs do
   for (int64_t n = 0; n < run->count; n++) {
     thrum_contact_run *body = run->view.runs + n;
-    if (run->members[n].status < 0)
+    if (!thrum_pairs_steps(run, n))
       continue;
     thrum_contact_again(body);
     if (attempt == ATTEMPT_WITHOUT) {
@@ -343,7 +354,7 @@ thrum_status thrum_contact_pairs_step(thrum_contact_pairs *pairs, thrum_contact_
   // a member that fails leaves the group, and the others start again
   while (!try_all(&run, &status, error)) {
     for (int64_t n = 0; n < count; n++)
-      if (run.view.runs[n].contact != NULL)
+      if (run.view.runs[n].contact != NULL && members[n].solid == NULL)
         put_back(&run, n);
     memset(run.view.taken, 0, (size_t)pairs->before_count * sizeof *run.view.taken);
   }
@@ -351,7 +362,7 @@ thrum_status thrum_contact_pairs_step(thrum_contact_pairs *pairs, thrum_contact_
   // books the energies, then moves each body as a whole
   thrum_pairs_settle(&run);
   for (int64_t n = 0; n < count; n++) {
-    if (members[n].status < 0)
+    if (!thrum_pairs_steps(&run, n))
       continue;
     thrum_contact_finish(run.view.runs + n);
     if (status == THRUM_OK || (status > 0 && members[n].status > 0 && members[n].status < status))

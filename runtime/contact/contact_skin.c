@@ -58,7 +58,7 @@ static thrum_status check(const thrum_model *model, const int32_t *triangles, in
   if (!model || !triangles || count < 1 || count > (INT64_C(1) << 28))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a skin needs a model and 1 to 2^28 triangles");
-  if (!model->basis || !model->vertices || model->rank < 1)
+  if (!model->basis || !model->vertices || model->rank < 0)
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no basis, so it has no surface: precompute it from a "
                            "mesh");
@@ -316,6 +316,42 @@ thrum_status thrum_skin_init(void *memory, size_t memory_size, const thrum_model
   fill_extents(skin, &view);
   *made = skin;
   return THRUM_OK;
+}
+
+/* The surface of a solid as a model without coordinates, stiffer than all bodies. */
+static thrum_status solid_model(const double *vertices, int64_t vertex_count, thrum_model *model,
+                                double material[3], thrum_error *error) {
+  if (!vertices || vertex_count < 3 || vertex_count > INT32_MAX)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "a solid needs 3 to 2^31 vertices");
+  for (int64_t n = 0; n < 3 * vertex_count; n++)
+    if (!isfinite(vertices[n]))
+      return thrum_error_set(error, THRUM_BAD_VALUE, "vertex %lld of a solid is not finite",
+                             (long long)n / 3);
+  material[0] = INFINITY;
+  *model = (thrum_model){.vertex_count = vertex_count,
+                         .vertices = (double *)(uintptr_t)vertices,
+                         .basis = (double *)(uintptr_t)vertices,
+                         .material = material,
+                         .region_count = 1};
+  return THRUM_OK;
+}
+
+thrum_status thrum_skin_solid_size(const double *vertices, int64_t vertex_count,
+                                   const int32_t *triangles, int64_t triangle_count, size_t *size,
+                                   thrum_error *error) {
+  thrum_model model;
+  double material[3] = {0};
+  THRUM_TRY(solid_model(vertices, vertex_count, &model, material, error));
+  return thrum_skin_size(&model, triangles, triangle_count, size, error);
+}
+
+thrum_status thrum_skin_solid_init(void *memory, size_t memory_size, const double *vertices,
+                                   int64_t vertex_count, const int32_t *triangles,
+                                   int64_t triangle_count, thrum_skin **skin, thrum_error *error) {
+  thrum_model model;
+  double material[3] = {0};
+  THRUM_TRY(solid_model(vertices, vertex_count, &model, material, error));
+  return thrum_skin_init(memory, memory_size, &model, triangles, triangle_count, skin, error);
 }
 
 int64_t thrum_skin_vertex_count(const thrum_skin *skin) {

@@ -275,6 +275,133 @@ static void a_snapshot_of_bodies_that_touch_steps_to_the_same_bits(void **contex
   free(second);
 }
 
+/* Runs tasks backwards over the workers, as threads might. */
+static void run_backwards(void *context, int32_t count, void (*task)(void *, int32_t, int32_t),
+                          void *of) {
+  const int32_t *workers = context;
+  for (int32_t n = count; n-- > 0;)
+    task(of, n, n % *workers);
+}
+
+/* Blocks that fall on a floor, some of them on each other, and three that touch nothing; x gets a
+ * vertex of each. */
+static void step_shared(fixture *f, int32_t workers, double x[12][3]) {
+  const thrum_obstacle floor = thrum_default_obstacle();
+  int32_t touch[27];
+  thrum_scene *scene = NULL;
+  MUST(thrum_scene_make(0.002, &scene, &failure));
+  MUST(thrum_scene_set_workers(scene, workers, run_backwards, &workers, &failure));
+  MUST(thrum_scene_set_gravity(scene, down, &failure));
+  MUST(thrum_scene_add_obstacle(scene, &floor, NULL, &failure));
+  collide(scene, 0.5, 0.5);
+  for (int n = 0; n < 27; n++)
+    touch[n] = n;
+  for (int n = 0; n < 12; n++) {
+    thrum_scene_body_def def =
+        def_of(n % 4 == 3 ? &f->plate : &f->block, n / 3, 0.02 * n, 0.15 + 0.25 * (n % 3), 1 + n);
+    def.touch = touch;
+    def.touch_count = n % 4 == 3 ? 0 : 27;
+    def.velocity[1] = 0.1 * n;
+    def.position[2] += n % 4 == 3 ? 5 : 0;
+    add(scene, &def);
+  }
+  for (int k = 0; k < 150; k++)
+    MUST(thrum_scene_step(scene, &failure));
+  assert_true(thrum_scene_collisions(scene).deepest > 0);
+  for (int32_t n = 0; n < 12; n++)
+    MUST(thrum_scene_body_vertex(scene, n, 5, x[n], NULL, &failure));
+  thrum_scene_free(scene);
+}
+
+static void workers_make_the_same_bits(void **context) {
+  double x[2][12][3];
+  step_shared(*context, 1, x[0]);
+  step_shared(*context, 3, x[1]);
+  assert_memory_equal(x[0], x[1], sizeof x[0]);
+}
+
+/* A block's probe after `steps`, over a solid. */
+static void let_fall(fixture *f, const thrum_scene_solid_def *solid, const shape *s, double height,
+                     int steps, double x[3], double v[3]) {
+  thrum_scene *scene = NULL;
+  MUST(thrum_scene_make(0.002, &scene, &failure));
+  MUST(thrum_scene_set_gravity(scene, down, &failure));
+  const double middle = s == &f->plate ? 0.3 : 0.1; // the mesh begins at x = 0
+  thrum_scene_body_def def = def_of(s, -middle, 0, height, 100);
+  def.state.damping_alpha = 2;
+  add(scene, &def);
+  MUST(thrum_scene_add_solid(scene, solid, NULL, &failure));
+  MUST(thrum_scene_add_probe(scene, NULL, 0, NULL, 0, &failure));
+  for (int k = 0; k < steps; k++)
+    MUST(thrum_scene_step(scene, &failure));
+  MUST(thrum_scene_probe(scene, 0, x, v, &failure));
+  const thrum_contact_pairs_report report = thrum_scene_collisions(scene);
+  print_message("height %.4f m, deepest %.2f of the thickness\n", x[2], report.deepest_share);
+  assert_true(report.deepest_share < 1);
+  thrum_scene_free(scene);
+}
+
+static thrum_scene_solid_def solid_of(thrum_solid_shape kind) {
+  thrum_scene_solid_def def = thrum_default_scene_solid_def();
+  def.shape = kind;
+  def.radius = 0.04;
+  def.height = 0.3;
+  def.restitution = 0;
+  for (int axis = 0; axis < 3; axis++)
+    def.half[axis] = axis < 2 ? 0.03 : 0.15;
+  return def;
+}
+
+/* A plate stays on a pole that is thinner than any of its triangles, and a block on all shapes. */
+static void what_falls_on_a_solid_stays_on_it(void **context) {
+  fixture *f = *context;
+  const thrum_solid_shape shapes[2] = {THRUM_SOLID_BOX, THRUM_SOLID_CYLINDER};
+  double x[3], v[3];
+  for (int n = 0; n < 2; n++) {
+    const thrum_scene_solid_def pole = solid_of(shapes[n]);
+    let_fall(f, &pole, &f->plate, 0.19, 400, x, v);
+    print_message("plate on a pole: %.4f m, %.1e m/s\n", x[2], hypot(v[0], hypot(v[1], v[2])));
+    assert_true(x[2] > 0.16 && x[2] < 0.17);
+    assert_true(hypot(v[0], hypot(v[1], v[2])) < 1e-2);
+  }
+
+  // a capsule that lies along y, twice as wide as the block
+  thrum_scene_solid_def log = solid_of(THRUM_SOLID_CAPSULE);
+  log.radius = 0.5;
+  log.rotation[1] = 1;
+  let_fall(f, &log, &f->block, 0.62, 300, x, v);
+  assert_true(x[2] > 0.59 && x[2] < 0.61);
+
+  // a hill of a height field
+  double heights[25];
+  for (int n = 0; n < 25; n++)
+    heights[n] = 0.02 * (n % 5 == 2) + 0.02 * (n / 5 == 2);
+  thrum_scene_solid_def hill = solid_of(THRUM_SOLID_HEIGHT_FIELD);
+  hill.heights = heights;
+  hill.rows = hill.columns = 5;
+  let_fall(f, &hill, &f->block, 0.16, 300, x, v);
+  assert_true(x[2] > 0.10 && x[2] < 0.145);
+}
+
+/* A lift carries a block up and turns it with it; a wall that moves pushes a block along. */
+static void what_stands_on_a_path_goes_with_it(void **context) {
+  fixture *f = *context;
+  const double times[2] = {0.2, 1.2};
+  const double places[14] = {0, 0, 0, 1, 0, 0, 0, 0.1, 0, 0.4, sqrt(0.5), 0, 0, sqrt(0.5)};
+  thrum_scene_solid_def lift = solid_of(THRUM_SOLID_BOX);
+  for (int axis = 0; axis < 3; axis++)
+    lift.half[axis] = axis < 2 ? 0.3 : 0.05;
+  lift.path_times = times;
+  lift.path_places = places;
+  lift.path_count = 2;
+  double x[3], v[3];
+  let_fall(f, &lift, &f->block, 0.151, 350, x, v);
+  const double share = (0.7 - 0.2) / 1.0;
+  assert_true(fabs(x[2] - (0.15 + 0.4 * share)) < 3e-3);
+  assert_true(fabs(x[0] - 0.1 * share) < 5e-3);
+  assert_close(v[2], 0.4, 0.02);
+}
+
 static void what_begins_inside_is_found(void **context) {
   fixture *f = *context;
   const thrum_obstacle floor = thrum_default_obstacle();
@@ -340,6 +467,9 @@ int main(void) {
       TEST(a_stack_rests),
       TEST(friction_holds_up_to_its_angle),
       TEST(a_snapshot_of_bodies_that_touch_steps_to_the_same_bits),
+      TEST(workers_make_the_same_bits),
+      TEST(what_falls_on_a_solid_stays_on_it),
+      TEST(what_stands_on_a_path_goes_with_it),
       TEST(what_begins_inside_is_found),
       TEST(bodies_that_do_not_collide_pass),
   };

@@ -1,0 +1,140 @@
+/* Obstacles of a scene file that are touched by their faces: their surfaces, places and paths.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <stdlib.h>
+#include <string.h>
+
+#include "driver/scene_run.h"
+#include "mesh/formats/surface_read.h"
+
+/* What a solid's def points to while it is added. */
+typedef struct solid_parts {
+  thrum_surface_mesh surface;
+  double *heights, *times, *places;
+} solid_parts;
+
+static void free_parts(solid_parts *parts) {
+  thrum_surface_mesh_free(&parts->surface);
+  free(parts->heights);
+  free(parts->times);
+  free(parts->places);
+}
+
+/* Rows of numbers into the def; all rows are as long as the first. */
+static thrum_status read_heights(const scene_run *run, const scene_obstacle_spec *spec,
+                                 solid_parts *parts, thrum_scene_solid_def *def,
+                                 thrum_error *error) {
+  const json_node *nodes = run->spec.file.document.nodes;
+  int64_t count = 0;
+  for (int64_t row = spec->heights->first; row >= 0; row = nodes[row].next)
+    for (int64_t at = nodes[row].first; nodes[row].type == JSON_ARRAY && at >= 0;
+         at = nodes[at].next)
+      count++;
+  parts->heights = malloc((size_t)(count + 1) * sizeof *parts->heights);
+  if (parts->heights == NULL)
+    return scene_run_no_memory(error);
+
+  count = 0;
+  for (int64_t row = spec->heights->first; row >= 0; row = nodes[row].next, def->rows++) {
+    int64_t columns = 0;
+    for (int64_t at = nodes[row].type == JSON_ARRAY ? nodes[row].first : -1; at >= 0;
+         at = nodes[at].next, columns++) {
+      if (nodes[at].type != JSON_NUMBER)
+        return config_record_refuse(&run->spec.file, &spec->at, "heights", THRUM_BAD_VALUE,
+                                    "holds something that is no number");
+      parts->heights[count++] = strtod(nodes[at].text, NULL);
+    }
+    if (def->rows > 0 && columns != def->columns)
+      return config_record_refuse(&run->spec.file, &spec->at, "heights", THRUM_BAD_VALUE,
+                                  "row %lld has %lld numbers, the first %lld",
+                                  (long long)def->rows + 1, (long long)columns,
+                                  (long long)def->columns);
+    def->columns = columns;
+  }
+  def->heights = parts->heights;
+  return THRUM_OK;
+}
+
+static thrum_status read_surface(const scene_run *run, const scene_obstacle_spec *spec,
+                                 solid_parts *parts, thrum_scene_solid_def *def) {
+  thrum_error detail = {0};
+  const thrum_status status =
+      thrum_surface_mesh_read(spec->path, spec->scale, &parts->surface, &detail);
+  if (status < 0)
+    return scene_run_refuse(run, &spec->at, "file", status, &detail);
+  def->vertices = parts->surface.vertices;
+  def->vertex_count = parts->surface.vertex_count;
+  def->triangles = parts->surface.triangles;
+  def->triangle_count = parts->surface.triangle_count;
+  return THRUM_OK;
+}
+
+static thrum_status read_path(const scene_obstacle_spec *spec, solid_parts *parts,
+                              thrum_scene_solid_def *def, thrum_error *error) {
+  const scene_waypoint_spec *way = spec->way.items;
+  const size_t count = (size_t)spec->way.count;
+  if (count == 0)
+    return THRUM_OK;
+  parts->times = malloc(count * sizeof *parts->times);
+  parts->places = malloc(7 * count * sizeof *parts->places);
+  if (parts->times == NULL || parts->places == NULL)
+    return scene_run_no_memory(error);
+  for (size_t n = 0; n < count; n++) {
+    parts->times[n] = way[n].time;
+    memcpy(parts->places + 7 * n, way[n].centre, sizeof way[n].centre);
+    memcpy(parts->places + 7 * n + 3, way[n].rotation, sizeof way[n].rotation);
+  }
+  def->path_times = parts->times;
+  def->path_places = parts->places;
+  def->path_count = spec->way.count;
+  return THRUM_OK;
+}
+
+/* The def of an obstacle, but for what it points to. */
+static thrum_scene_solid_def def_of(const scene_obstacle_spec *spec) {
+  static const thrum_solid_shape shapes[] = {
+      [SCENE_BOX] = THRUM_SOLID_BOX,         [SCENE_CYLINDER] = THRUM_SOLID_CYLINDER,
+      [SCENE_CAPSULE] = THRUM_SOLID_CAPSULE, [SCENE_HEIGHT_FIELD] = THRUM_SOLID_HEIGHT_FIELD,
+      [SCENE_MESH] = THRUM_SOLID_MESH,
+  };
+  thrum_scene_solid_def def = thrum_default_scene_solid_def();
+  def.shape = shapes[spec->shape];
+  def.radius = spec->radius;
+  def.height = spec->height;
+  def.spacing[0] = def.spacing[1] = spec->spacing;
+  def.friction = spec->friction;
+  def.restitution = spec->restitution;
+  for (int axis = 0; axis < 3; axis++) {
+    def.half[axis] = 0.5 * spec->size[axis];
+    def.position[axis] = spec->centre[axis];
+    def.velocity[axis] = spec->velocity[axis];
+  }
+  memcpy(def.rotation, spec->rotation, sizeof def.rotation);
+  return def;
+}
+
+thrum_status scene_run_add_solid(const scene_run *run, const scene_obstacle_spec *spec,
+                                 thrum_scene *scene) {
+  thrum_scene_solid_def def = def_of(spec);
+  solid_parts parts = {0};
+  thrum_error detail = {0};
+  thrum_status status = THRUM_OK;
+  if (spec->shape == SCENE_HEIGHT_FIELD)
+    status = read_heights(run, spec, &parts, &def, run->spec.file.error);
+  if (spec->shape == SCENE_MESH)
+    status = read_surface(run, spec, &parts, &def);
+  THRUM_THEN(status, read_path(spec, &parts, &def, run->spec.file.error));
+  if (status >= 0) {
+    status = thrum_scene_add_solid(scene, &def, NULL, &detail);
+    if (status < 0)
+      status = scene_run_refuse(run, &spec->at, NULL, status, &detail);
+  }
+  free_parts(&parts);
+  return status;
+}
+
+int32_t scene_run_obstacle_index(const scene_run *run, bool solid, int32_t number) {
+  for (int32_t n = 0; n < run->spec.obstacles.count; n++)
+    if (scene_obstacle_is_solid(&scene_obstacles(&run->spec)[n]) == solid && number-- == 0)
+      return n;
+  return -1;
+}
