@@ -137,7 +137,8 @@ cJSON *view_archive_scene_of_run(const scene_run *run, const int64_t *of_body) {
   // bodies refer to the models of the archive by their places
   cJSON *obstacles = cJSON_AddArrayToObject(scene, "obstacles");
   for (int64_t n = 0; n < spec->obstacles.count; n++)
-    cJSON_AddItemToArray(obstacles, obstacle_of_spec(&scene_obstacles(spec)[n]));
+    if (scene_obstacles(spec)[n].shape <= SCENE_BOX) // the page knows these
+      cJSON_AddItemToArray(obstacles, obstacle_of_spec(&scene_obstacles(spec)[n]));
   cJSON *bodies = cJSON_AddArrayToObject(scene, "bodies");
   for (int32_t n = 0; n < spec->bodies.count; n++)
     cJSON_AddItemToArray(bodies, body_of_run(run, n, of_body[n]));

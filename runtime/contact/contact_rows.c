@@ -21,7 +21,7 @@
 #include "runtime/contact/obstacle_private.h"
 
 #define ENTRY_HALVINGS 24
-#define TOGETHER 16  /* points that are first tested by one sphere */
+#define TOGETHER 16 /* points that are first tested by one sphere */
 
 /* A point in a step. */
 typedef struct moving_point {

@@ -257,7 +257,8 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
       {"{\"bodies\": [" BODY "}],\n\"wind\": {\"drag\": 1}}",
        "scene.json:2: wind: the key \"velocity\" is missing"},
       {"{\"bodies\": [" BODY "}],\n\"obstacles\": [{\"shape\": \"ball\"}]}",
-       "scene.json:2: obstacles[0].shape: wants plane, sphere or box, not \"ball\""},
+       "scene.json:2: obstacles[0].shape: wants plane, sphere, box, cylinder, capsule, "
+       "height_field or mesh, not \"ball\""},
       {"{\"bodies\": [" BODY "}],\n\"obstacles\": [{\"shape\": \"sphere\"}]}",
        "scene.json:2: obstacles[0]: a sphere needs \"radius\""},
       {"{\"bodies\": [" BODY "}],\n\"obstacles\": [{\"shape\": \"plane\",\n\"size\": [1,1,1]}]}",
