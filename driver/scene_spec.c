@@ -140,14 +140,15 @@ static thrum_status check_body(const scene_spec *spec, const scene_body_spec *bo
 }
 
 /* A key of one shape alone. */
-static thrum_status check_key(const scene_spec *spec, const config_record *at, const char *key,
-                              bool of_shape, bool needed, const char *shape) {
+static thrum_status check_key(const scene_spec *spec, const scene_obstacle_spec *obstacle,
+                              const char *key, bool of_shape, bool needed, const char *shapes) {
+  const config_record *at = &obstacle->at;
   const bool there = config_record_member(&spec->file, at, key) != NULL;
   if (there && !of_shape)
-    return config_record_refuse(&spec->file, at, key, THRUM_BAD_VALUE, "is of a %s", shape);
+    return config_record_refuse(&spec->file, at, key, THRUM_BAD_VALUE, "is of a %s", shapes);
   if (!there && of_shape && needed)
-    return config_record_refuse(&spec->file, at, NULL, THRUM_MISSING, "a %s needs \"%s\"", shape,
-                                key);
+    return config_record_refuse(&spec->file, at, NULL, THRUM_MISSING, "a %s needs \"%s\"",
+                                scene_shape_names[obstacle->shape], key);
   return THRUM_OK;
 }
 
@@ -167,27 +168,27 @@ static thrum_status check_obstacle(const scene_spec *spec, const scene_obstacle_
   const double *n = obstacle->normal;
 
   // keys that a shape needs, and keys of other shapes
-  THRUM_TRY(check_key(spec, at, "normal", shape == SCENE_PLANE, false, "plane"));
+  THRUM_TRY(check_key(spec, obstacle, "normal", shape == SCENE_PLANE, false, "plane"));
   const bool round = shape == SCENE_CYLINDER || shape == SCENE_CAPSULE;
   const bool field = shape == SCENE_HEIGHT_FIELD, solid = scene_obstacle_is_solid(obstacle);
-  THRUM_TRY(check_key(spec, at, "radius", shape == SCENE_SPHERE || round, true,
+  THRUM_TRY(check_key(spec, obstacle, "radius", shape == SCENE_SPHERE || round, true,
                       "sphere, cylinder or capsule"));
-  THRUM_TRY(check_key(spec, at, "height", round, true, "cylinder or capsule"));
-  THRUM_TRY(check_key(spec, at, "size", shape == SCENE_BOX, true, "box"));
-  THRUM_TRY(check_key(spec, at, "file", shape == SCENE_MESH, true, "mesh"));
-  THRUM_TRY(check_key(spec, at, "scale", shape == SCENE_MESH, false, "mesh"));
-  THRUM_TRY(check_key(spec, at, "heights", field, true, "height field"));
-  THRUM_TRY(check_key(spec, at, "spacing", field, true, "height field"));
-  THRUM_TRY(check_key(spec, at, "rotation", shape >= SCENE_BOX, false,
+  THRUM_TRY(check_key(spec, obstacle, "height", round, true, "cylinder or capsule"));
+  THRUM_TRY(check_key(spec, obstacle, "size", shape == SCENE_BOX, true, "box"));
+  THRUM_TRY(check_key(spec, obstacle, "file", shape == SCENE_MESH, true, "mesh"));
+  THRUM_TRY(check_key(spec, obstacle, "scale", shape == SCENE_MESH, false, "mesh"));
+  THRUM_TRY(check_key(spec, obstacle, "heights", field, true, "height field"));
+  THRUM_TRY(check_key(spec, obstacle, "spacing", field, true, "height field"));
+  THRUM_TRY(check_key(spec, obstacle, "rotation", shape >= SCENE_BOX, false,
                       "box, cylinder, capsule, height field or mesh"));
-  THRUM_TRY(check_key(spec, at, "inside", shape == SCENE_SPHERE || shape == SCENE_BOX, false,
+  THRUM_TRY(check_key(spec, obstacle, "inside", shape == SCENE_SPHERE || shape == SCENE_BOX, false,
                       "sphere or box"));
 
   // what is touched by its faces has a law of its own, and may move along a path
-  THRUM_TRY(check_key(spec, at, "path", solid, false,
+  THRUM_TRY(check_key(spec, obstacle, "path", solid, false,
                       "box that is solid, cylinder, capsule, height field or mesh"));
-  THRUM_TRY(check_key(spec, at, "stiffness", !solid, false, "plane, a sphere or a room"));
-  THRUM_TRY(check_key(spec, at, "damping", !solid, false, "plane, a sphere or a room"));
+  THRUM_TRY(check_key(spec, obstacle, "stiffness", !solid, false, "plane, a sphere or a room"));
+  THRUM_TRY(check_key(spec, obstacle, "damping", !solid, false, "plane, a sphere or a room"));
   if (shape == SCENE_CYLINDER && !(obstacle->height > 0))
     return config_record_refuse(&spec->file, at, "height", THRUM_BAD_VALUE,
                                 "a cylinder needs a height above 0 m");

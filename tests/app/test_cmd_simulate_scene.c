@@ -263,6 +263,16 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
        "scene.json:2: obstacles[0]: a sphere needs \"radius\""},
       {"{\"bodies\": [" BODY "}],\n\"obstacles\": [{\"shape\": \"plane\",\n\"size\": [1,1,1]}]}",
        "scene.json:3: obstacles[0].size: is of a box"},
+      {"{\"bodies\": [" BODY "}],\n\"obstacles\": [{\"shape\": \"plane\",\n\"path\": []}]}",
+       "scene.json:3: obstacles[0].path: is of a box that is solid"},
+      {"{\"bodies\": [" BODY "}],\n\"obstacles\": [{\"shape\": \"mesh\",\n\"file\": \"no.obj\"}]}",
+       "scene.json:3: obstacles[0].file: "},
+      {"{\"bodies\": [" BODY "}],\n\"obstacles\": [{\"shape\": \"height_field\",\n"
+       "\"heights\": [[0, 1], [2]], \"spacing\": 1}]}",
+       "scene.json:3: obstacles[0].heights: row 2 has 1 numbers, the first 2"},
+      {"{\"bodies\": [" BODY "}],\n\"obstacles\": [{\"shape\": \"box\", \"size\": [1, 1, 1], "
+       "\"path\": [{\"time\": 1, \"centre\": [0, 0, 9]},\n{\"time\": 1, \"centre\": [0, 0, 8]}]}]}",
+       "scene.json:3: obstacles[0].path[1].time: must be after the 1 s before it"},
       {"{\"bodies\": [" BODY "}],\n\"probes\": [{\"body\": \"b\", \"at\": \"tip\"}]}",
        "scene.json:2: probes[0].body: there is no body \"b\""},
       {"{\"bodies\": [" BODY "}],\n\"probes\": [{\"body\": \"a\", \"at\": \"vertex=999\"}]}",
