@@ -24,7 +24,7 @@
 #include "tests/support/random_model.h"
 #include "thrum/scene.h"
 
-enum { RANK_MOST = 16, MODELS_MOST = 16, BATCH = 6, STRETCHES = 12 };
+enum { RANK_MOST = 16, MODELS_MOST = 16, BATCH = 6, STRETCHES = 12, SKIN_TETS = 12 };
 
 /* Every integrator; the last one steps condensed bodies alone. */
 #define X(name, value, text) +1
@@ -49,7 +49,7 @@ typedef struct soak {
   int64_t steps, wanted, episodes;
   int64_t by_integrator[INTEGRATORS], grown[INTEGRATORS], failed[INTEGRATORS];
   int64_t by_model[MODELS_MOST];
-  int64_t contacts, batches, scenes, condensed, restores, kicks, dt_changes;
+  int64_t contacts, collisions, batches, scenes, condensed, restores, kicks, dt_changes;
   double worst[INTEGRATORS];
   const thrum_model *models[MODELS_MOST];
   const char *names[MODELS_MOST];
@@ -522,14 +522,47 @@ static void scene_twice(soak *s, thrum_scene *scene, int64_t count) {
   free(again);
 }
 
+/* The faces of some tetrahedra as a surface, and how wide the body is in x at rest [m]. */
+static double draw_surface(soak *s, const thrum_model *model, int32_t triangles[12 * SKIN_TETS]) {
+  static const int faces[12] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
+  for (int t = 0; t < SKIN_TETS; t++) {
+    const int32_t *tet = model->tets + 4 * random_index(&s->random, model->tet_count);
+    for (int k = 0; k < 12; k++)
+      triangles[12 * t + k] = tet[faces[k]];
+  }
+  double least = INFINITY, most = -INFINITY;
+  for (int64_t v = 0; v < model->vertex_count; v++) {
+    least = fmin(least, model->vertices[3 * v]);
+    most = fmax(most, model->vertices[3 * v]);
+  }
+  return most - least;
+}
+
+/* Contact between the bodies takes energy and gives none, and what is said of all is finite. */
+static void look_at_collisions(soak *s, thrum_scene *scene) {
+  thrum_error error;
+  thrum_scene_account all;
+  const thrum_contact_pairs_report report = thrum_scene_collisions(scene);
+  if (!isfinite(report.lost + report.stored + report.normal + report.deepest))
+    fail(s, "a number of the contact between bodies is not finite");
+  if (thrum_scene_account_get(scene, &all, &error) < 0)
+    return;
+  if (!isfinite(all.total))
+    fail(s, "the energy of all bodies is not finite");
+  if (!(report.lost >=
+        -CONTACT_GAIN * (fabs(report.lost) + fabs(all.kinetic) + fabs(all.potential))))
+    fail(s, "bodies that touch each other gave back more energy than they took");
+}
+
 static void run_scene(soak *s, const thrum_model *model, double size) {
   thrum_error error;
   thrum_scene *scene;
-  int32_t touch[64], pull = -1;
+  int32_t touch[64], triangles[12 * SKIN_TETS], pull = -1;
   const int64_t count = 1 + random_index(&s->random, 3);
-  const bool has_floor = chance(s, 2);
-  snprintf(s->what, sizeof s->what, "%s, a scene of %d bodies%s", s->names[s->model], (int)count,
-           has_floor ? " with obstacles" : "");
+  const bool has_floor = chance(s, 2), collides = count > 1 && chance(s, 2);
+  const double width = draw_surface(s, model, triangles);
+  snprintf(s->what, sizeof s->what, "%s, a scene of %d bodies%s%s", s->names[s->model], (int)count,
+           has_floor ? " with obstacles" : "", collides ? " that touch each other" : "");
   must(s, thrum_scene_make(between(s, -1, 1) / sqrt(model->omega2[0]) / 10, &scene, &error),
        &error);
 
@@ -555,6 +588,10 @@ static void run_scene(soak *s, const thrum_model *model, double size) {
       touch[k] = (int32_t)random_index(&s->random, model->vertex_count);
     def.touch = has_floor ? touch : NULL;
     def.touch_count = has_floor ? 64 : 0;
+    def.triangles = collides ? triangles : NULL;
+    def.triangle_count = collides ? 4 * SKIN_TETS : 0;
+    if (collides)
+      def.position[0] = width * (double)n * random_uniform(&s->random);
     must(s, thrum_scene_add_body(scene, &def, NULL, &error), &error);
     const size_t length = strlen(s->what);
     snprintf(s->what + length, sizeof s->what - length, ", %s%s",
@@ -572,6 +609,14 @@ static void run_scene(soak *s, const thrum_model *model, double size) {
     s->contacts++;
   }
 
+  if (collides) {
+    thrum_contact_pairs_def contact = thrum_default_contact_pairs_def();
+    contact.friction = 0.5 + 0.5 * random_uniform(&s->random);
+    contact.restitution = 0.5 + 0.5 * random_uniform(&s->random);
+    must(s, thrum_scene_set_collisions(scene, &contact, &error), &error);
+    s->collisions++;
+  }
+
   // stretches of steps, with what a user may do between them
   for (int n = 0; n < STRETCHES; n++) {
     if (chance(s, 4))
@@ -579,6 +624,7 @@ static void run_scene(soak *s, const thrum_model *model, double size) {
     else if (!scene_stretch(s, scene, 16 + random_index(&s->random, 100)))
       must(s, thrum_scene_reset(scene, &error), &error);
     look_at_scene(s, scene);
+    look_at_collisions(s, scene);
     disturb_scene(s, scene, size, &pull);
   }
   thrum_scene_free(scene);
@@ -624,8 +670,9 @@ static void report(const soak *s) {
            s->failed[n], s->worst[n]);
   printf("\n%" PRId64 " kicks, %" PRId64 " changes of dt, %" PRId64 " restores, %" PRId64
          " batches, %" PRId64 " scenes (%" PRId64 " with obstacles, %" PRId64
-         " condensed bodies)\n",
-         s->kicks, s->dt_changes, s->restores, s->batches, s->scenes, s->contacts, s->condensed);
+         " with bodies that touch each other, %" PRId64 " condensed bodies)\n",
+         s->kicks, s->dt_changes, s->restores, s->batches, s->scenes, s->contacts, s->collisions,
+         s->condensed);
 }
 
 int main(int argc, char **argv) {
