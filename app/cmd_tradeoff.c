@@ -204,6 +204,7 @@ static void add_full(cJSON *object, const trade *t) {
   json_number(full, "us_per_step", t->result.full_us_per_step);
   json_number(full, "cost_s_per_s", t->result.full_cost);
   json_number(full, "error", t->result.full_error);
+  json_number(full, "mesh_error", t->result.mesh_error);
 }
 
 static thrum_status write_files(const trade *t, thrum_error *error) {
@@ -411,12 +412,18 @@ static void warn_of_frequency(const trade *t) {
               100 * run->frequency_error);
 }
 
-/* No error below that of the reference means anything. */
+/* No error below that of the reference means anything, in time or of the mesh. */
 static void warn_of_reference(const trade *t) {
   if (t->result.full_error > t->request->error)
     config_warn("the full order itself is off by about %.2g %% in time at steps of %g s, more than "
                 "the error asked for: lower --full-dt",
                 100 * t->result.full_error, t->request->full_dt);
+  if (t->result.mesh_error > t->request->error)
+    config_warn(
+        "the mesh itself is off by more than the error asked for: its linear tetrahedra "
+        "have one of the first frequencies about %.2g %% too high, or more; errors here are "
+        "against this mesh (--order 2 mends that)",
+        100 * t->result.mesh_error);
 }
 
 static void say_wanted(trade *t) {

@@ -113,7 +113,10 @@ typedef struct tradeoff_result {
   int64_t dropped;         /* bases that could not be made, and why the last one could not */
   thrum_error dropped_reason;
   double full_error; /* of the reference in time: the finest basis at full_dt against tight */
-  int64_t chosen;    /* the run that does what was wanted; -1: none */
+  /* By how much the mesh has the worst of its first frequencies too high, at least; NaN: it is of
+   * ten-node tetrahedra, or the linear modes of the model are not known. */
+  double mesh_error;
+  int64_t chosen; /* the run that does what was wanted; -1: none */
   /* Errors of the displacement under the tests: of the chosen run, and of the model's own basis at
    * its time step; NaN where a run is lost. Without a chosen run there are none. */
   double test_error[TRADEOFF_TESTS_MAX], test_own_error[TRADEOFF_TESTS_MAX];
