@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "io/text.h"
 #include "mesh/formats/mesh_read.h"
@@ -138,17 +139,42 @@ static bool leaves_folder(const char *name, size_t length) {
   return false;
 }
 
+/* Whether a file is a folder or lies below it, both without links; NULL: one is not there. */
+static bool is_below(const char *folder, const char *file) {
+  const size_t length = folder ? strlen(folder) : 0;
+  return length > 0 && file && strncmp(file, folder, length) == 0 &&
+         (file[length] == '/' || file[length] == '\0' || folder[length - 1] == '/');
+}
+
 /* Whether a file lies below the folder that the user has named for includes from elsewhere. */
 static bool is_allowed(const char *path) {
   const char *named = getenv("THRUM_INCLUDES");
   char *folder = named && *named ? thrum_folder_real_path(named) : NULL;
   char *file = folder ? thrum_folder_real_path(path) : NULL;
-  const size_t length = folder ? strlen(folder) : 0;
-  const bool below = file && strncmp(file, folder, length) == 0 &&
-                     (file[length] == '/' || (length > 0 && folder[length - 1] == '/'));
+  const bool below = is_below(folder, file);
   free(folder);
   free(file);
   return below;
+}
+
+/* Whether a file lies below the folder of the first file, or where that one is a link, below the
+ * folder that it leads to. A file that is not there does: the reason is said where it is opened. */
+static bool stays_in_folder(const veg_reader *r, const char *path) {
+  const char *slash = strrchr(r->files[0].path, '/');
+  char *named =
+      slash ? strndup(r->files[0].path, (size_t)(slash - r->files[0].path) + 1) : strdup(".");
+  char *folder = named ? thrum_folder_real_path(named) : NULL;
+  char *first = thrum_folder_real_path(r->files[0].path), *file = thrum_folder_real_path(path);
+  char *end = first ? strrchr(first, '/') : NULL;
+  if (end)
+    end[1] = '\0';
+  const bool stays =
+      file ? is_below(folder, file) || is_below(first, file) : access(path, F_OK) != 0;
+  free(named);
+  free(folder);
+  free(first);
+  free(file);
+  return stays;
 }
 
 /* The path of an included file, owned by the caller: beside the including file, or absolute. */
@@ -179,7 +205,7 @@ static thrum_status include(veg_reader *r) {
     return no_memory(r);
 
   // a mesh from elsewhere must not have any file of the machine read, and its lines shown
-  if (leaves_folder(text->at, length) && !is_allowed(path)) {
+  if ((leaves_folder(text->at, length) || !stays_in_folder(r, path)) && !is_allowed(path)) {
     free(path);
     return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error,
                            "*INCLUDE leads out of the folder of this file: put the included file "

@@ -195,6 +195,48 @@ static void use_readouts(const thrum_model *model, fuzz_draw *draw) {
     fuzz_check(thrum_displacement_peak(model, extents, q, &length, &vertex, &error), &error);
 }
 
+/* A second body that the first may touch, with numbers of contact that are drawn, most of them
+ * right, and a level of detail for the first. */
+static void add_another(thrum_scene *scene, const thrum_scene_body_def *first, int32_t body,
+                        fuzz_draw *draw) {
+  thrum_error error = {0};
+  int32_t other = 0;
+  thrum_scene_body_def def = *first;
+  def.state.integrator = (thrum_integrator)draw_index(draw, 10);
+  def.condense = 0;
+  def.rank = 0;
+  draw_vector(draw, 3, 1, def.position);
+  draw_vector(draw, 3, 10, def.velocity);
+  fuzz_check(thrum_scene_add_body(scene, &def, &other, &error), &error);
+
+  thrum_contact_pairs_def contact = thrum_default_contact_pairs_def();
+  contact.thickness = draw_byte(draw) % 4 == 0 ? draw_any(draw) : draw_above(draw, 0.1);
+  contact.friction = draw_byte(draw) % 8 == 0 ? draw_any(draw) : draw_above(draw, 1);
+  contact.restitution = draw_above(draw, 1);
+  contact.touch_max = 1 + draw_byte(draw);
+  contact.sweeps_max = 1 + draw_byte(draw) % 20;
+  fuzz_check(thrum_scene_set_collisions(scene, &contact, &error), &error);
+
+  const thrum_scene_detail detail = {.masters = draw_index(draw, first->model->rank + 1),
+                                     .beyond = draw_above(draw, 2),
+                                     .still = draw_above(draw, 1),
+                                     .jump = draw_above(draw, 1)};
+  const double eye[3] = {draw_about(draw, 3), 0, 0};
+  fuzz_check(thrum_scene_set_eye(scene, eye, &error), &error);
+  fuzz_check(thrum_scene_set_detail(scene, body, &detail, &error), &error);
+}
+
+/* What a scene says of all its bodies together. */
+static void look_at_all(thrum_scene *scene) {
+  thrum_error error = {0};
+  thrum_scene_overlap deepest;
+  thrum_scene_account account;
+  fuzz_check(thrum_scene_find_overlap(scene, &deepest, &error), &error);
+  if (thrum_scene_account_get(scene, &account, &error) >= 0)
+    must_be_finite(account.momentum, 3);
+  fuzz_check(thrum_scene_update_detail(scene, &error), &error);
+}
+
 /* The body in a scene: loaded, on a floor, pulled, in wind, free where it can be. */
 static void use_scene(const thrum_model *model, fuzz_draw *draw) {
   thrum_scene *scene = NULL;
@@ -243,6 +285,9 @@ static void use_scene(const thrum_model *model, fuzz_draw *draw) {
                                       target, 100, -1, &pull, &error),
                &error);
 
+    if (draw_byte(draw) % 2 == 0)
+      add_another(scene, &def, body, draw);
+
     double q[RANK_MOST], place[6], velocity[3];
     thrum_scene_energies energies;
     for (int step = 0; step < STEPS; step++) {
@@ -251,6 +296,7 @@ static void use_scene(const thrum_model *model, fuzz_draw *draw) {
         must_be_finite(q, model->rank);
       fuzz_check(thrum_scene_body_energies(scene, body, &energies, &error), &error);
       fuzz_check(thrum_scene_probe(scene, 0, place, velocity, &error), &error);
+      look_at_all(scene);
     }
     fuzz_check(thrum_scene_set_rank(scene, body, draw_index(draw, model->rank + 1), &error),
                &error);

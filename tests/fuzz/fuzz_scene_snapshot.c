@@ -27,9 +27,11 @@ static const thrum_model *the_model(void) {
   return &made.model;
 }
 
-/* Up to three bodies over a floor; one may be pulled, one condensed, one with a level of detail. */
+/* Up to three bodies over a floor, which may touch each other; one may be pulled, one condensed,
+ * one with a level of detail. */
 static thrum_scene *make(fuzz_draw *draw) {
   static const int32_t touch[VERTICES] = {0, 1, 2, 3, 4, 5};
+  static const int32_t triangles[] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2};
   static const double gravity[3] = {0, 0, -1}, target[3] = {0, 1, 0};
   thrum_scene *scene = NULL;
   thrum_obstacle floor = thrum_default_obstacle();
@@ -39,7 +41,7 @@ static thrum_scene *make(fuzz_draw *draw) {
   if (thrum_scene_make(0.01, &scene, NULL) < 0 || thrum_scene_set_gravity(scene, gravity, NULL) < 0)
     abort();
 
-  // bodies with what the bits say: points that touch, a condensed second one
+  // bodies with what the bits say: points that touch, surfaces that touch, a condensed second one
   const int64_t count = 1 + draw_index(draw, 3);
   for (int64_t n = 0; n < count; n++) {
     thrum_scene_body_def def = thrum_default_scene_body_def();
@@ -51,6 +53,9 @@ static thrum_scene *make(fuzz_draw *draw) {
     def.start_mode = 1;
     def.start_amplitude = 0.1;
     def.condense = bits & 4 && n == 1 ? 2 : 0;
+    def.triangles = bits & 32 ? triangles : NULL;
+    def.triangle_count = bits & 32 ? 4 : 0;
+    def.position[0] = 0.3 * (double)n;
     if (thrum_scene_add_body(scene, &def, NULL, NULL) < 0)
       abort();
   }
@@ -58,6 +63,10 @@ static thrum_scene *make(fuzz_draw *draw) {
     abort();
   const thrum_scene_detail level = {.masters = 2, .beyond = 0.5, .still = 1, .jump = 1};
   if (bits & 16 && thrum_scene_set_detail(scene, 0, &level, NULL) < 0)
+    abort();
+  thrum_contact_pairs_def contact = thrum_default_contact_pairs_def();
+  contact.touch_max = 32;
+  if (bits & 32 && thrum_scene_set_collisions(scene, &contact, NULL) < 0)
     abort();
   if (bits & 8)
     thrum_scene_pull_start(scene, 0, 2, target, 10, -1, &(int32_t){0}, NULL);

@@ -193,6 +193,13 @@ static void bad_includes_are_refused(void **state) {
     mesh_bad("d.veg", text, "d.veg:1: *INCLUDE leads out of the folder");
   }
 
+  // nor by a link that leads out
+  char link[300];
+  snprintf(link, sizeof link, "%s/away.veg", mesh_folder);
+  assert_int_equal(symlink("/etc/passwd", link), 0);
+  mesh_bad("d.veg", "*INCLUDE away.veg\n", "d.veg:1: *INCLUDE leads out of the folder");
+  assert_int_equal(unlink(link), 0);
+
   // but from where the user allows it, and from nowhere else
   char allowed[256], line[320];
   snprintf(allowed, sizeof allowed, "%s/parts", mesh_folder);
