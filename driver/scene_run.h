@@ -34,7 +34,8 @@ typedef enum scene_found {
 typedef struct scene_finding {
   scene_found by;
   int64_t masters; /* 0: all coordinates are stepped */
-  double error;    /* of the shape over the trial; NaN: not known, as nothing moved */
+  double error; /* of the shape over the trial; NaN: not known, as nothing moved or the run with all
+                   coordinates failed; INFINITY: no number errs as little as was asked */
 } scene_finding;
 
 /* One body of the file, beside its figures and files in the driver_body of the same number. */

@@ -80,6 +80,7 @@ static thrum_status try_all(scene_trial *trial, const scene_body_run *body, scen
                             thrum_error *error) {
   const bool within = body->spec->budget > 0;
   double best = within ? INFINITY : body->spec->error;
+  finding->error = INFINITY;
   for (int c = 0; c < CANDIDATES; c++) {
     double found = INFINITY;
     if (!may_try(body, c))
@@ -194,11 +195,15 @@ static void warn_of(const scene_run *run, const scene_body_run *body) {
                 cost_of(body, body->finding.masters), spec->budget);
 
   // an error that no number of coordinates keeps, or none that the budget allows
-  if (spec->error > 0 && body->finding.masters == 0 && !(body->finding.error == 0))
+  if (spec->error > 0 && body->finding.masters == 0 && isnan(body->finding.error))
+    config_warn("body '%.100s': it stays at rest in the first %g s, or its run fails with all "
+                "coordinates, so that no error is known: all are stepped",
+                spec->name, seconds);
+  else if (spec->error > 0 && body->finding.masters == 0 && body->finding.error > 0)
     config_warn("body '%.100s': in the first %g s no number of coordinates errs by at most %g, so "
                 "all are stepped",
                 spec->name, seconds, spec->error);
-  else if (spec->error > 0 && !(body->finding.error <= spec->error))
+  else if (spec->error > 0 && body->finding.masters > 0 && !(body->finding.error <= spec->error))
     config_warn("body '%.100s': within its budget the least error in the first %g s is %.3g, more "
                 "than the %g asked for",
                 spec->name, seconds, body->finding.error, spec->error);
