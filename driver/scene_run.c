@@ -79,6 +79,7 @@ static thrum_status run_scene(scene_run *scene, thrum_error *error) {
   THRUM_TRY(scene_run_end(scene, error));
   THRUM_TRY(report(scene, began, error));
   driver_run_warn(run);
+  scene_run_warn_of_depth(scene);
   return THRUM_OK;
 }
 

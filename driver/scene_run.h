@@ -122,6 +122,7 @@ thrum_status scene_run_record_account(scene_run *run, int64_t step, double time,
                                       thrum_error *error);
 thrum_status scene_run_close_account(scene_run *run, thrum_error *error);
 cJSON *scene_run_collisions_json(const scene_run *run);
+void scene_run_warn_of_depth(const scene_run *run);
 
 /* scene_run_detail.c: condenses the bodies that ask for an error or a budget, and sets the levels
  * of detail. */

@@ -4,6 +4,7 @@
 #include <inttypes.h>
 #include <unistd.h>
 
+#include "config/message.h"
 #include "driver/run_entries.h"
 #include "driver/scene_run.h"
 #include "io/json.h"
@@ -98,4 +99,15 @@ cJSON *scene_run_collisions_json(const scene_run *run) {
   if (thrum_scene_account_get(run->scene, &last, NULL) >= 0)
     add_account(object, "last", &last);
   return object;
+}
+
+void scene_run_warn_of_depth(const scene_run *run) {
+  const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
+  if (of.deepest_share >= 1)
+    config_warn(
+        "surfaces went through each other, by %.2g of the thickness that they keep "
+        "(%.2g m): do not trust what touches; take a shorter dt, or bodies that differ less",
+        of.deepest_share, of.deepest);
+  if (of.dropped > 0)
+    config_warn("%lld touches of bodies found no room and were left out", (long long)of.dropped);
 }

@@ -94,7 +94,7 @@ typedef struct thrum_contact_pairs_def {
    * bodies bounce more. */
   double restitution;
 
-  /* Largest number of sweeps of the solver over the rows of one group; >= 1, default 60. Larger:
+  /* Largest number of sweeps of the solver over the rows of one group; >= 1, default 400. Larger:
    * more exact forces in stacks, and slower steps there. */
   int32_t sweeps_max;
 
