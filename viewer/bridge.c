@@ -141,6 +141,44 @@ int32_t EXPORT(bridge_obstacle)(int32_t number) {
   return THRUM_OK;
 }
 
+/* numbers: centre 3, rotation 4 (w, x, y, z), velocity 3, friction, restitution. The arrays are
+ * vertices (x 3), triangles (x 3), times and places (x 7) of the path. Returns the solid's number,
+ * or a status below 0. */
+int32_t EXPORT(bridge_add_solid)(int32_t vertex_count, const double *vertices,
+                                 int32_t triangle_count, const int32_t *triangles,
+                                 int32_t path_count, const double *times, const double *places) {
+  const double *n = bridge_number;
+  thrum_scene_solid_def def = thrum_default_scene_solid_def();
+  def.shape = THRUM_SOLID_MESH;
+  def.vertices = vertices;
+  def.vertex_count = vertex_count;
+  def.triangles = triangles;
+  def.triangle_count = triangle_count;
+  def.path_times = times;
+  def.path_places = places;
+  def.path_count = path_count;
+  memcpy(def.position, n, sizeof def.position);
+  memcpy(def.rotation, n + 3, sizeof def.rotation);
+  memcpy(def.velocity, n + 7, sizeof def.velocity);
+  def.friction = n[10];
+  def.restitution = n[11];
+  int32_t number;
+  const thrum_status status = thrum_scene_add_solid(bridge_scene, &def, &number, &bridge_error);
+  return status == THRUM_OK ? number : (int32_t)status;
+}
+
+/* numbers: where a solid is now, as the 4 x 4 matrix of its place, column by column. */
+int32_t EXPORT(bridge_solid)(int32_t number) {
+  thrum_scene_solid solid;
+  THRUM_TRY(thrum_scene_solid_get(bridge_scene, number, &solid, &bridge_error));
+  for (int column = 0; column < 4; column++)
+    for (int row = 0; row < 4; row++)
+      bridge_number[4 * column + row] = row == 3      ? column == 3
+                                        : column == 3 ? solid.now.origin[row]
+                                                      : solid.now.axes[3 * row + column];
+  return THRUM_OK;
+}
+
 int32_t EXPORT(bridge_set_gravity)(double x, double y, double z) {
   const double gravity[3] = {x, y, z};
   return thrum_scene_set_gravity(bridge_scene, gravity, &bridge_error);

@@ -112,6 +112,40 @@ static cJSON *obstacle_of_spec(const scene_obstacle_spec *spec) {
   return obstacle;
 }
 
+/* An obstacle that is touched by its faces: its surface as the scene made it, and its way. */
+static cJSON *solid_of_run(const scene_run *run, const scene_obstacle_spec *spec, int32_t number) {
+  thrum_scene_solid solid;
+  cJSON *object = cJSON_CreateObject();
+  cJSON_AddStringToObject(object, "kind", "solid");
+  json_numbers(object, "centre", spec->centre, 3);
+  add_rotation(object, spec->rotation);
+  json_numbers(object, "velocity", spec->velocity, 3);
+  json_number(object, "friction", spec->friction);
+  json_number(object, "restitution", spec->restitution);
+  add_colour(object, spec->colour);
+
+  // vertices, then triangles by their corners
+  if (thrum_scene_solid_get(run->scene, number, &solid, NULL) < 0)
+    return object;
+  json_numbers(object, "vertices", solid.vertices, 3 * solid.vertex_count);
+  cJSON *triangles = cJSON_AddArrayToObject(object, "triangles");
+  for (int64_t n = 0; n < 3 * solid.triangle_count; n++)
+    cJSON_AddItemToArray(triangles, cJSON_CreateNumber(solid.triangles[n]));
+
+  // times, then a place each: seven numbers
+  const scene_waypoint_spec *way = spec->way.items;
+  cJSON *times = cJSON_AddArrayToObject(object, "times");
+  cJSON *places = cJSON_AddArrayToObject(object, "places");
+  for (int64_t n = 0; n < spec->way.count; n++) {
+    cJSON_AddItemToArray(times, cJSON_CreateNumber(way[n].time));
+    for (int axis = 0; axis < 3; axis++)
+      cJSON_AddItemToArray(places, cJSON_CreateNumber(way[n].centre[axis]));
+    for (int axis = 0; axis < 4; axis++)
+      cJSON_AddItemToArray(places, cJSON_CreateNumber(way[n].rotation[axis]));
+  }
+  return object;
+}
+
 static cJSON *collisions_of_run(const scene_run *run) {
   const thrum_contact_pairs_def def = scene_run_collisions_def(run);
   cJSON *collisions = cJSON_CreateObject();
@@ -136,9 +170,12 @@ cJSON *view_archive_scene_of_run(const scene_run *run, const int64_t *of_body) {
 
   // bodies refer to the models of the archive by their places
   cJSON *obstacles = cJSON_AddArrayToObject(scene, "obstacles");
-  for (int64_t n = 0; n < spec->obstacles.count; n++)
-    if (scene_obstacles(spec)[n].shape <= SCENE_BOX) // the page knows these
-      cJSON_AddItemToArray(obstacles, obstacle_of_spec(&scene_obstacles(spec)[n]));
+  int32_t solids = 0;
+  for (int64_t n = 0; n < spec->obstacles.count; n++) {
+    const scene_obstacle_spec *of = &scene_obstacles(spec)[n];
+    cJSON_AddItemToArray(obstacles, scene_obstacle_is_solid(of) ? solid_of_run(run, of, solids++)
+                                                                : obstacle_of_spec(of));
+  }
   cJSON *bodies = cJSON_AddArrayToObject(scene, "bodies");
   for (int32_t n = 0; n < spec->bodies.count; n++)
     cJSON_AddItemToArray(bodies, body_of_run(run, n, of_body[n]));

@@ -88,7 +88,8 @@ export class Engine {
     this.check(this.wasm.bridge_begin(scene.dt));
     this.bodies = [];
     this.setGravity(scene.gravity);
-    for (const obstacle of scene.obstacles) this.#addObstacle(obstacle);
+    this.obstacles = scene.obstacles.map((obstacle) =>
+      (obstacle.kind === 'solid' ? this.#addSolid(obstacle) : this.#addObstacle(obstacle)));
     for (const body of scene.bodies) this.#addBody(body, scene);
     if (scene.collisions) {
       const { thickness, friction, restitution, touches } = scene.collisions;
@@ -150,12 +151,32 @@ export class Engine {
       obstacle.radius ?? 1, ...size.map((side) => side / 2), ...(obstacle.rotation ?? [1, 0, 0, 0]),
       ...(obstacle.velocity ?? [0, 0, 0]), obstacle.friction ?? 0.5, obstacle.restitution ?? 0.5,
       obstacle.stiffness ?? 0, obstacle.damping ?? 0]);
-    this.check(this.wasm.bridge_add_obstacle(OBSTACLES[obstacle.kind], obstacle.inside ? 1 : 0));
+    return this.check(
+      this.wasm.bridge_add_obstacle(OBSTACLES[obstacle.kind], obstacle.inside ? 1 : 0));
+  }
+
+  /** An obstacle that is touched by its faces. @returns {number} of the solid */
+  #addSolid({ centre, rotation, velocity, friction, restitution, ...of }) {
+    const { vertices, triangles, times, places } = of;
+    const corners = this.#copyIn(Int32Array.from(triangles));
+    const way = times.length > 0 ? [times, places] : [undefined, undefined];
+    this.numbers.set([...centre, ...(rotation ?? [1, 0, 0, 0]), ...velocity, friction, restitution]);
+    const number = this.#lend([vertices, ...way], (points, at, where) =>
+      this.wasm.bridge_add_solid(vertices.length / 3, points, triangles.length / 3, corners,
+        times.length, at, where));
+    this.wasm.bridge_free(corners);
+    return number;
+  }
+
+  /** Where a solid of the scene's obstacles is now. @returns {number[]} 4 x 4, column by column */
+  solidMatrix(number) {
+    this.check(this.wasm.bridge_solid(this.obstacles[number]));
+    return Array.from(this.numbers.subarray(0, 16));
   }
 
   /** Where the centre of an obstacle of the scene is now. @returns {number[]} */
   obstacleCentre(number) {
-    this.check(this.wasm.bridge_obstacle(number));
+    this.check(this.wasm.bridge_obstacle(this.obstacles[number]));
     return Array.from(this.numbers.subarray(0, 3));
   }
 

@@ -56,6 +56,12 @@ export class Stage {
     this.props.children[number].position.fromArray(centre);
   }
 
+  /** @param {number} number of the scene's obstacle @param {number[]} matrix 4 x 4 by columns */
+  placeObstacle(number, matrix) {
+    const mesh = this.props.children[number];
+    mesh.matrix.fromArray(matrix).decompose(mesh.position, mesh.quaternion, mesh.scale);
+  }
+
   #light(bounds, size) {
     const centre = bounds.getCenter(new THREE.Vector3());
     this.sun.target.position.copy(centre);
@@ -147,18 +153,29 @@ const GRID = /* glsl */ `
     colour = mix(colour, vec3(0.45, 0.55, 0.65), 0.55 * line);
   }`;
 
+/** @param {object} obstacle of the pack, no plane */
+function geometryOfObstacle({ kind, radius, size, vertices, triangles }) {
+  if (kind === 'sphere') return new THREE.SphereGeometry(radius, 48, 32);
+  if (kind === 'box') return new THREE.BoxGeometry(...size);
+  const shared = new THREE.BufferGeometry();
+  shared.setAttribute('position', new THREE.Float32BufferAttribute(vertices, 3));
+  shared.setIndex(triangles);
+  const geometry = shared.toNonIndexed(); // each face has its own normal
+  geometry.computeVertexNormals();
+  return geometry;
+}
+
 /** @param {object} obstacle of the pack */
 function shapeOfObstacle(obstacle, size) {
   const vector = (v) => new THREE.Vector3(...v);
   if (obstacle.kind === 'plane')
     return ground(vector(obstacle.centre), vector(obstacle.normal).normalize(), size);
-  const geometry = obstacle.kind === 'sphere'
-    ? new THREE.SphereGeometry(obstacle.radius, 48, 32)
-    : new THREE.BoxGeometry(...obstacle.size);
+  const geometry = geometryOfObstacle(obstacle);
   // one looks into a room through its near walls
   const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({
     color: obstacle.colour ?? 0x9fb0c0, roughness: 0.8,
-    side: obstacle.inside ? THREE.BackSide : THREE.FrontSide,
+    side: obstacle.inside ? THREE.BackSide
+      : obstacle.kind === 'solid' ? THREE.DoubleSide : THREE.FrontSide,
   }));
   mesh.position.copy(vector(obstacle.centre));
   if (obstacle.rotation) {

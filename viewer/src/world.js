@@ -148,8 +148,13 @@ export class World {
       mesh.matrix.fromArray(this.engine.matrix(n));
       mesh.matrixWorldNeedsUpdate = true;
     });
-    this.shown.obstacles.forEach(({ velocity }, n) => {
-      if (velocity?.some((v) => v !== 0)) this.stage.moveObstacle(n, this.engine.obstacleCentre(n));
+    this.shown.obstacles.forEach(({ kind, velocity, times }, n) => {
+      if (kind === 'solid') {
+        if (times.length > 0 || velocity.some((v) => v !== 0))
+          this.stage.placeObstacle(n, this.engine.solidMatrix(n));
+      } else if (velocity?.some((v) => v !== 0)) {
+        this.stage.moveObstacle(n, this.engine.obstacleCentre(n));
+      }
     });
   }
 
@@ -164,8 +169,14 @@ export class World {
 }
 
 /** Of a thing to be seen whole; empty for planes and for rooms. @param {object} obstacle */
-function boundsOfObstacle({ kind, centre, radius, size, inside }) {
+function boundsOfObstacle({ kind, centre, rotation, radius, size, inside, vertices }) {
   if (kind === 'plane' || inside) return new THREE.Box3();
+  if (kind === 'solid') {
+    const [w, x, y, z] = rotation ?? [1, 0, 0, 0];
+    const place = new THREE.Matrix4().compose(new THREE.Vector3(...centre),
+      new THREE.Quaternion(x, y, z, w), new THREE.Vector3(1, 1, 1));
+    return new THREE.Box3().setFromArray(vertices).applyMatrix4(place);
+  }
   const extent = kind === 'sphere' ? [2 * radius, 2 * radius, 2 * radius] : size;
   return new THREE.Box3().setFromCenterAndSize(new THREE.Vector3(...centre),
     new THREE.Vector3(...extent));
