@@ -14,6 +14,9 @@ static thrum_status check(const thrum_scene_body_def *def, thrum_error *error) {
   // a body that nothing meets needs no basis
   if (def->triangle_count <= 0 && def->touch_count <= 0)
     return THRUM_OK;
+  if ((def->triangle_count > 0 && !def->triangles) || (def->touch_count > 0 && !def->touch))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "triangles or touch is NULL, and its count is not 0");
   if (!model->vertices || !model->basis)
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no basis, so it has no surface: precompute it from a "

@@ -166,6 +166,19 @@ static void a_shove_moves_and_turns_a_free_body(void **context) {
   assert_close(e.total, kept, 1e-6);
 }
 
+static void a_surface_that_is_not_there_is_refused(void **context) {
+  fixture *f = *context;
+  for (int n = 0; n < 2; n++) {
+    thrum_scene_body_def def = def_of(f);
+    def.triangles = NULL;
+    def.triangle_count = n == 0;
+    def.touch = NULL;
+    def.touch_count = n == 1;
+    assert_int_equal(thrum_scene_add_body(f->scene, &def, NULL, &failure), THRUM_INVALID_ARGUMENT);
+    assert_non_null(strstr(failure.message, "is NULL"));
+  }
+}
+
 static void a_body_beyond_all_numbers_is_refused_with_the_reason(void **context) {
   fixture *f = *context;
   thrum_scene_body_def def = def_of(f);
@@ -514,6 +527,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       FREE(a_shove_moves_and_turns_a_free_body),
       FREE(a_body_beyond_all_numbers_is_refused_with_the_reason),
+      FREE(a_surface_that_is_not_there_is_refused),
       FREE(a_spin_is_that_of_the_def_and_stays),
       FREE(a_free_body_falls_as_a_stone),
       FREE(a_drop_ends_on_the_floor),
