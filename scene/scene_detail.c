@@ -257,9 +257,10 @@ static bool look(const thrum_scene *scene, scene_body *body, int64_t before, con
   detail->seen.report.speed = speed;
 
   // what is about to act wakes the body before it does, as does what a call has changed
-  const int64_t ahead = AHEAD * (scene->steps - before) + 1;
+  const int64_t since = scene->steps - before;
+  const int64_t ahead = since < AHEAD_MOST / AHEAD ? AHEAD * (since > 0 ? since : 1) : AHEAD_MOST;
   if (!(speed < def->still) || detail->seen.stirred != scene->stirred ||
-      !(scene_coming_speed(scene, body, q, ahead < AHEAD_MOST ? ahead : AHEAD_MOST) < def->still))
+      !(scene_coming_speed(scene, body, q, ahead) < def->still))
     detail->seen.quiet_since = now;
   detail->seen.stirred = scene->stirred;
   detail->seen.last_time = now;

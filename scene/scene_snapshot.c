@@ -130,18 +130,19 @@ static bool is_motion_right(const scene_body *body, const body_record *record) {
          thrum_all_finite(then->attitude, 9) && thrum_all_finite(then->momentum, 3);
 }
 
-/* What updates have seen of a body, at *at, which moves behind it. */
-static thrum_status check_seen(const scene_body *body, const unsigned char **at,
+/* What updates have seen of a body in a scene of so many steps, at *at, which moves behind it. */
+static thrum_status check_seen(const scene_body *body, int64_t steps, const unsigned char **at,
                                thrum_error *error) {
   scene_seen seen;
   take(at, &seen, sizeof seen);
   const thrum_scene_detail_report *report = &seen.report;
   const double numbers[] = {seen.last_time, seen.quiet_since, report->largest_jump,
                             report->energy, report->distance, report->speed};
-  bool right =
-      thrum_all_finite(numbers, 6) && is_count(seen.last_steps) && is_count(report->changes) &&
-      is_count(report->put_off) && is_count(report->reduced_steps) && report->set == 1 &&
-      report->reduced == body->detail->seen.report.reduced && seen.far >= 0 && seen.far <= 1;
+  bool right = thrum_all_finite(numbers, 6) && is_count(seen.last_steps) &&
+               is_count(report->changes) && is_count(report->put_off) && seen.last_steps <= steps &&
+               is_count(report->reduced_steps) && report->reduced_steps < COUNT_MAX &&
+               report->set == 1 && report->reduced == body->detail->seen.report.reduced &&
+               seen.far >= 0 && seen.far <= 1;
   for (int64_t i = 0; i < body->model->rank; i++) {
     double q;
     take(at, &q, sizeof q);
@@ -151,7 +152,7 @@ static thrum_status check_seen(const scene_body *body, const unsigned char **at,
 }
 
 /* One body's part of the snapshot at *at, which moves behind it. */
-static thrum_status check_body(const scene_body *body, const unsigned char **at,
+static thrum_status check_body(const scene_body *body, int64_t steps, const unsigned char **at,
                                thrum_error *error) {
   body_record record;
   take(at, &record, sizeof record);
@@ -181,7 +182,7 @@ static thrum_status check_body(const scene_body *body, const unsigned char **at,
     if (!thrum_all_finite(&value, 1))
       return refuse("shape of a body", error);
   }
-  return body->detail != NULL ? check_seen(body, at, error) : THRUM_OK;
+  return body->detail != NULL ? check_seen(body, steps, at, error) : THRUM_OK;
 }
 
 /* Everything behind the head. */
@@ -199,7 +200,7 @@ static thrum_status check_content(const thrum_scene *scene, const unsigned char 
 
   // bodies and obstacles in the order in which the snapshot was written
   for (int32_t n = 0; n < scene->body_count; n++)
-    THRUM_TRY(check_body(scene->bodies[n], &at, error));
+    THRUM_TRY(check_body(scene->bodies[n], head.steps, &at, error));
   for (int32_t n = 0; n < scene->obstacle_count; n++) {
     thrum_obstacle obstacle;
     take(&at, &obstacle, sizeof obstacle);
