@@ -14,7 +14,8 @@
 #include "runtime/base/finite.h"
 
 #define SOLID_COOKIE UINT32_C(0x736f6c64)
-#define ALIKE 0.9995 /* cosine of half the angle above which two rotations are mixed in a line */
+#define REACH_MAX 1e30 /* how far it may be, as its vertices from its origin [m] */
+#define ALIKE 0.9995   /* cosine of half the angle above which two rotations are mixed in a line */
 
 thrum_scene_solid_def thrum_default_scene_solid_def(void) {
   return (thrum_scene_solid_def){
@@ -100,11 +101,16 @@ void scene_solids_move(thrum_scene *scene) {
 
 /* --- adding ----------------------------------------------------------------------------------- */
 
+/* Whether a place is finite, and near enough for finite distances to fourth powers. */
+static bool is_near(const double place[3]) {
+  return fabs(place[0]) <= REACH_MAX && fabs(place[1]) <= REACH_MAX && fabs(place[2]) <= REACH_MAX;
+}
+
 static thrum_status check_motion(const thrum_scene_solid_def *def, thrum_error *error) {
   double axes[9];
-  if (!thrum_all_finite(def->position, 3) || !thrum_all_finite(def->velocity, 3))
+  if (!is_near(def->position) || !is_near(def->velocity))
     return thrum_error_set(error, THRUM_BAD_VALUE,
-                           "the position or the velocity of a solid is not finite");
+                           "the position or the velocity of a solid is not within 1e30 m or m/s");
   THRUM_TRY(thrum_scene_axes(def->rotation, axes, error));
   if (def->path_count < 0 || def->path_count > (INT64_C(1) << 24) ||
       (def->path_count > 0 && (def->path_times == NULL || def->path_places == NULL)))
@@ -113,12 +119,14 @@ static thrum_status check_motion(const thrum_scene_solid_def *def, thrum_error *
 
   // a path that jumps would throw what it touches
   for (int64_t n = 0; n < def->path_count; n++) {
-    if (!isfinite(def->path_times[n]) || !thrum_all_finite(def->path_places + 7 * n, 7) ||
+    if (!isfinite(def->path_times[n]) || !is_near(def->path_places + 7 * n) ||
+        !thrum_all_finite(def->path_places + 7 * n + 3, 4) ||
         (n > 0 && !(def->path_times[n] > def->path_times[n - 1])))
-      return thrum_error_set(error, THRUM_BAD_VALUE,
-                             "place %lld of a solid's path is not finite, or its time is not after "
-                             "the one before",
-                             (long long)n);
+      return thrum_error_set(
+          error, THRUM_BAD_VALUE,
+          "place %lld of a solid's path is not within 1e30 m, or its time is not "
+          "after the one before",
+          (long long)n);
     THRUM_TRY(thrum_scene_axes(def->path_places + 7 * n + 3, axes, error));
   }
   return THRUM_OK;

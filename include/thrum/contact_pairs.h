@@ -49,7 +49,7 @@ THRUM_API thrum_status thrum_skin_init(void *memory, size_t memory_size, const t
 
 /* The same for the surface of a solid that does not deform: vertices (vertex_count x 3) [m] and
  * triangles as above; open ones, such as a height field, are touched from their outside alone.
- * THRUM_INVALID_ARGUMENT as thrum_skin_size, THRUM_BAD_VALUE for a vertex that is not finite. */
+ * THRUM_INVALID_ARGUMENT as thrum_skin_size, THRUM_BAD_VALUE for a vertex beyond 1e30 m. */
 THRUM_API thrum_status thrum_skin_solid_size(const double *vertices, int64_t vertex_count,
                                              const int32_t *triangles, int64_t triangle_count,
                                              size_t *size, thrum_error *error);

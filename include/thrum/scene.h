@@ -319,7 +319,7 @@ typedef struct thrum_scene_solid_def {
   double spacing[2];
 
   /* Position [m] and rotation, a quaternion w, x, y, z of any length > 0, at time 0; default 0 and
-   * 1, 0, 0, 0. */
+   * 1, 0, 0, 0. No position, velocity or vertex may be beyond 1e30. */
   double position[3];
   double rotation[4];
 

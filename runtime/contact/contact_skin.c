@@ -318,14 +318,19 @@ thrum_status thrum_skin_init(void *memory, size_t memory_size, const thrum_model
   return THRUM_OK;
 }
 
+/* How far the vertices of a solid may be from its origin [m]: distances to fourth powers are
+ * finite. */
+#define REACH_MAX 1e30
+
 /* The surface of a solid as a model without coordinates, stiffer than all bodies. */
 static thrum_status solid_model(const double *vertices, int64_t vertex_count, thrum_model *model,
                                 double material[3], thrum_error *error) {
   if (!vertices || vertex_count < 3 || vertex_count > INT32_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "a solid needs 3 to 2^31 vertices");
   for (int64_t n = 0; n < 3 * vertex_count; n++)
-    if (!isfinite(vertices[n]))
-      return thrum_error_set(error, THRUM_BAD_VALUE, "vertex %lld of a solid is not finite",
+    if (!(fabs(vertices[n]) <= REACH_MAX))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "vertex %lld of a solid is not within 1e30 m of its origin",
                              (long long)n / 3);
   material[0] = INFINITY;
   *model = (thrum_model){.vertex_count = vertex_count,

@@ -353,6 +353,29 @@ static thrum_scene_solid_def solid_of(thrum_solid_shape kind) {
 }
 
 /* A plate stays on a pole that is thinner than any of its triangles, and a block on all shapes. */
+/* Distances to what is larger or further would not be finite, and nothing would touch it. */
+static void a_solid_beyond_all_distances_is_refused(void **context) {
+  (void)context;
+  const double times[2] = {0, 1};
+  const double places[14] = {0, 0, 0, 1, 0, 0, 0, 0, 0, 1e100, 1, 0, 0, 0};
+  thrum_scene *scene = NULL;
+  thrum_error error;
+  assert_int_equal(thrum_scene_make(0.003, &scene, &error), THRUM_OK);
+  for (int n = 0; n < 4; n++) {
+    thrum_scene_solid_def def = thrum_default_scene_solid_def();
+    def.shape = n == 0 ? THRUM_SOLID_CAPSULE : THRUM_SOLID_BOX;
+    def.radius = n == 0 ? 1e100 : 0.5;
+    def.half[1] = n == 1 ? 1e100 : 0.5;
+    def.position[2] = n == 2 ? -1e100 : 0;
+    def.path_times = times;
+    def.path_places = places;
+    def.path_count = n == 3 ? 2 : 0;
+    assert_int_equal(thrum_scene_add_solid(scene, &def, NULL, &error), THRUM_BAD_VALUE);
+    assert_non_null(strstr(error.message, "within 1e30"));
+  }
+  thrum_scene_free(scene);
+}
+
 static void what_falls_on_a_solid_stays_on_it(void **context) {
   fixture *f = *context;
   const thrum_solid_shape shapes[2] = {THRUM_SOLID_BOX, THRUM_SOLID_CYLINDER};
@@ -468,6 +491,7 @@ int main(void) {
       TEST(friction_holds_up_to_its_angle),
       TEST(a_snapshot_of_bodies_that_touch_steps_to_the_same_bits),
       TEST(workers_make_the_same_bits),
+      cmocka_unit_test(a_solid_beyond_all_distances_is_refused),
       TEST(what_falls_on_a_solid_stays_on_it),
       TEST(what_stands_on_a_path_goes_with_it),
       TEST(what_begins_inside_is_found),
