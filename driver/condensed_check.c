@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "platform/allocate.h"
 
@@ -14,18 +15,25 @@ thrum_status condensed_check_open(const thrum_model *model, condensed_check *che
                                   thrum_error *error) {
   const thrum_model *shape = thrum_condensed_shape_model(model);
   *check = (condensed_check){.model = model, .defect = NAN};
+
+  // the slaves start where they follow
+  check->beside = thrum_allocate(2 * (int64_t)THRUM_RANK_MAX, sizeof *check->beside,
+                                 "the check of a condensed model", error);
+  if (check->beside == NULL)
+    return THRUM_OUT_OF_MEMORY;
+  memset(check->beside, 0, 2 * THRUM_RANK_MAX * sizeof *check->beside);
   if (shape->tets == NULL || shape->basis == NULL)
     return THRUM_OK;
 
   // the mesh, without its matrices
-  THRUM_TRY(thrum_model_borrow_mesh(shape, &check->mesh, error));
-  thrum_status status = thrum_fem_create(&check->mesh, shape->fixed, &check->fem, error);
+  thrum_status status = thrum_model_borrow_mesh(shape, &check->mesh, error);
+  THRUM_THEN(status, thrum_fem_create(&check->mesh, shape->fixed, &check->fem, error));
   if (status >= 0) {
     check->q =
         thrum_allocate(shape->rank, sizeof *check->q, "the check of a condensed model", error);
     check->u = thrum_allocate(3 * shape->vertex_count, sizeof *check->u,
                               "the check of a condensed model", error);
-    status = check->q && check->u ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+    status = check->q && check->u ? status : THRUM_OUT_OF_MEMORY;
   }
   if (status < 0)
     condensed_check_close(check);
@@ -37,6 +45,7 @@ void condensed_check_close(condensed_check *check) {
   free(check->mesh.materials);
   free(check->q);
   free(check->u);
+  free(check->beside);
   *check = (condensed_check){.defect = NAN};
 }
 
@@ -61,10 +70,59 @@ void condensed_check_look(condensed_check *check, const double *x, const double 
   check->defect = fabs(thrum_fem_energy(&check->fem, check->u, NULL) - potential) / check->energy;
 }
 
+void condensed_check_start(condensed_check *check, const simulate_request *request, const double *q,
+                           const double *p) {
+  const thrum_model *model = check->model, *shape = thrum_condensed_shape_model(model);
+  bool known = true;
+  for (int64_t n = 0; n < request->start_count; n++)
+    known = known && request->starts[n].kind == START_MODE;
+  if (model == NULL || known)
+    return;
+  double *y = check->beside, *v = check->beside + THRUM_RANK_MAX;
+
+  // the slaves of the start, less those that its masters show
+  thrum_condensed_shape(model, q, NULL, y);
+  for (int64_t h = model->rank; h < shape->rank; h++)
+    y[h] = q[h] - y[h];
+  if (p == NULL)
+    return;
+  thrum_condensed_velocity(model, q, p, v);
+  for (int64_t h = model->rank; h < shape->rank; h++)
+    v[h] = p[h] - v[h];
+}
+
+void condensed_check_vibrate(condensed_check *check, const double *load, double h,
+                             const double *x) {
+  const thrum_model *model = check->model;
+  if (model == NULL)
+    return;
+  const double *omega2 = thrum_condensed_shape_model(model)->omega2;
+  const int64_t rank = thrum_condensed_shape_model(model)->rank;
+  double missing = 0, shown = 0;
+  for (int64_t i = 0; i < model->rank; i++)
+    shown += x[i] * x[i];
+
+  // each slave swings about its answer to the load, exactly so under a load constant in the step
+  for (int64_t s = model->rank; s < rank; s++) {
+    double *y = check->beside + s, *v = y + THRUM_RANK_MAX;
+    const double omega = sqrt(omega2[s]), answer = load ? load[s] / omega2[s] : 0;
+    const double away = *y - answer, turn = omega * h, c = cos(turn), d = sin(turn);
+    const double decay = exp(-0.5 * h * (check->damping_alpha + check->damping_beta * omega2[s]));
+    const double moved = decay * (away * c + *v / omega * d);
+    *v = decay * (*v * c - omega * away * d);
+    *y = answer + moved;
+    missing += moved * moved;
+    shown += *y * *y;
+  }
+  check->missing += missing;
+  check->shown += shown;
+}
+
 void condensed_check_report(const condensed_check *check, const thrum_model *model,
                             simulate_figures *figures) {
   figures->masters = model->rank;
   figures->gap = thrum_condensed_gap(model);
   figures->inertia_share = check->kinetic > 0 ? check->inertia / check->kinetic : 0;
   figures->energy_defect = check->energy > 0 ? check->defect : NAN;
+  figures->vibration_share = check->shown > 0 ? sqrt(check->missing / check->shown) : 0;
 }

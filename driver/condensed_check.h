@@ -2,6 +2,10 @@
  *
  * Condensing leaves terms of V out, and gives the slaves no inertia. The first is seen where the
  * body is bent most: there V of the mesh at u = U q(x) and the condensed V_c(x) should agree.
+ *
+ * Without inertia the slaves do not vibrate. How they would, as linear oscillators under the load
+ * on them and from where the body starts, is stepped beside the run: an axial load on a bar whose
+ * masters bend it, a load near a slave's frequency, a start that the masters cannot show.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_CONDENSED_CHECK_H
 #define THRUM_DRIVER_CONDENSED_CHECK_H
@@ -19,6 +23,12 @@ typedef struct condensed_check {
   double energy;           /* V_c of the shape looked at last, the largest so far [J] */
   double defect;           /* |V - V_c| / V_c there [1]; NaN: none was looked at */
   double kinetic, inertia; /* largest kinetic energy with the slaves', and of the slaves [J] */
+
+  /* slaves beside where they follow, and their velocities (THRUM_RANK_MAX each); owned. Sums over
+   * the steps of the squares of what they lack against their answer to the load, and of all. */
+  double *beside;
+  double damping_alpha, damping_beta;
+  double missing, shown;
 } condensed_check;
 
 /* For a stepped model; one whose shape has no mesh is looked at for its inertia alone. */
@@ -29,6 +39,15 @@ void condensed_check_close(condensed_check *check);
 /* Looks at the masters x with the velocities v, of any scale, and V_c(x) [J]. */
 void condensed_check_look(condensed_check *check, const double *x, const double *v,
                           double potential);
+
+/* The body starts at all coordinates q with the velocities p (NULL: at rest), of which the masters
+ * are stepped. Nothing happens where all starts are displaced modes: these start where the slaves
+ * follow. */
+void condensed_check_start(condensed_check *check, const simulate_request *request, const double *q,
+                           const double *p);
+
+/* A step of h [s] with a load on all coordinates, NULL for none, that ended at the masters x. */
+void condensed_check_vibrate(condensed_check *check, const double *load, double h, const double *x);
 
 /* Fills what figures say of a condensed model, stepped as `model`; the check may be a zeroed one.
  */

@@ -194,14 +194,16 @@ void driver_run_warn(const driver_run *run) {
                   figures->fallback_steps, figures->fallback_steps == 1 ? "" : "s");
     warn_of_growth(figures, who);
     if (figures->condensed_wrong)
-      config_warn("%sthe condensed model %s %.2g %% of the kinetic energy and has %.2g %% "
-                  "of the strain energy wrong where the body is bent most: do not trust the timing "
-                  "of this motion; take another number of coordinates, or the model uncondensed",
+      config_warn("%sthe condensed model %s %.2g %% of the kinetic energy, has %.2g %% of the "
+                  "strain energy wrong where the body is bent most, and lacks vibration of %.2g %% "
+                  "of the motion: do not trust this motion; take another number of coordinates, or "
+                  "the model uncondensed",
                   who,
                   figures->request->def.integrator == THRUM_INTEGRATOR_MANIFOLD
                       ? "has in what follows"
                       : "leaves out",
-                  100 * figures->inertia_share, 100 * figures->energy_defect);
+                  100 * figures->inertia_share, 100 * figures->energy_defect,
+                  100 * figures->vibration_share);
     simulate_measures_warn(&body->measures, who);
   }
 }

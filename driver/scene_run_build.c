@@ -216,7 +216,18 @@ static thrum_status open_check(scene_run *run, int32_t n, thrum_error *error) {
   thrum_scene_body(run->scene, n, &info, NULL);
   if (!info.condensed || !body->request.monitor)
     return THRUM_OK;
-  return condensed_check_open(info.stepped, &body->check, error);
+  THRUM_TRY(condensed_check_open(info.stepped, &body->check, error));
+
+  // its frequencies are those of the scaled model, its coordinates those of the file
+  const thrum_state_def *def = &body->request.def;
+  const bool scaled =
+      body->spec->scale != 1 || body->spec->stiffness != 1 || body->spec->density != 1;
+  body->pace = sqrt(body->spec->stiffness / body->spec->density) / body->spec->scale;
+  body->check.damping_alpha = def->damping_alpha / body->pace;
+  body->check.damping_beta = def->damping_beta * body->pace;
+  condensed_check_start(&body->check, &body->request, body->start,
+                        scaled ? NULL : body->start + body->model->rank);
+  return THRUM_OK;
 }
 
 static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {

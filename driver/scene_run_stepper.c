@@ -32,6 +32,22 @@ static int64_t steps(const void *stepper) {
   return thrum_scene_steps(run->scene) - run->failed;
 }
 
+/* What the slaves would have done since the last look, from the shape q of the body now, which has
+ * their answer to the load. */
+static void look_at_vibration(const scene_run *run, int32_t n, const double *q) {
+  scene_body_run *body = &run->bodies[n];
+  const thrum_model *stepped = body->check.model;
+  const double now = (double)thrum_scene_steps(run->scene) * run->dt;
+  double load[THRUM_RANK_MAX];
+  thrum_condensed_shape(stepped, q, NULL, load);
+  for (int64_t h = stepped->rank; h < body->model->rank; h++)
+    load[h] = body->model->omega2[h] * (q[h] - load[h]);
+
+  // in the time of the model as it is in the file
+  condensed_check_vibrate(&body->check, load, body->pace * (now - body->looked), q);
+  body->looked = now;
+}
+
 /* Looks at a condensed body in the coordinates and the energies of its model as it is in the file.
  */
 static thrum_status look_at_condensed(const scene_run *run, int32_t n, const thrum_energies *now,
@@ -46,6 +62,7 @@ static thrum_status look_at_condensed(const scene_run *run, int32_t n, const thr
     return THRUM_OK;
   THRUM_TRY(thrum_scene_body_get(run->scene, n, NULL, p, error));
   THRUM_TRY(thrum_scene_body_shape(run->scene, n, q, error));
+  look_at_vibration(run, n, q);
 
   // V' = e s^3 V; a scale of all velocities leaves the slaves' share of the kinetic energy
   const double scale = info.stiffness * info.scale * info.scale * info.scale;

@@ -7,11 +7,12 @@
 #include <stdio.h>
 
 #define DRIFT_PARTS 10
-#define WINDOW_ROWS_MIN 10 /* a mean over fewer is no mean */
-#define GROWTH_FLAG 0.1    /* growth of the mean energy in free motion that flags the run */
-#define GAIN_FLAG 0.5      /* share of the largest energy that came from nowhere: the same */
-#define INERTIA_FLAG 0.005 /* share of the kinetic energy left out by condensing: the same */
-#define DEFECT_FLAG 0.02   /* share of the strain energy that condensing has wrong: the same */
+#define WINDOW_ROWS_MIN 10  /* a mean over fewer is no mean */
+#define GROWTH_FLAG 0.1     /* growth of the mean energy in free motion that flags the run */
+#define GAIN_FLAG 0.5       /* share of the largest energy that came from nowhere: the same */
+#define INERTIA_FLAG 0.005  /* share of the kinetic energy left out by condensing: the same */
+#define DEFECT_FLAG 0.02    /* share of the strain energy that condensing has wrong: the same */
+#define VIBRATION_FLAG 0.03 /* share of the motion that is vibration left out by it: the same */
 
 /* The larger of `steps` and the number of steps in `time`. */
 static int64_t later(int64_t steps, double time, double dt) {
@@ -55,8 +56,10 @@ double simulate_figures_balance(const simulate_figures *figures) {
   return gained - figures->work_load - figures->work_base + figures->dissipated;
 }
 
-bool simulate_condensed_believed(double inertia_share, double energy_defect) {
-  return !(inertia_share > INERTIA_FLAG || energy_defect > DEFECT_FLAG);
+bool simulate_condensed_believed(double inertia_share, double energy_defect,
+                                 double vibration_share) {
+  return !(inertia_share > INERTIA_FLAG || energy_defect > DEFECT_FLAG ||
+           vibration_share > VIBRATION_FLAG);
 }
 
 void simulate_figures_end(simulate_figures *figures) {
@@ -71,8 +74,9 @@ void simulate_figures_end(simulate_figures *figures) {
   figures->energy_grew = figures->growth > GROWTH_FLAG || gained || figures->report.grown_steps > 0;
   // the integrator manifold steps the inertia of what follows, and leaves none out
   const double left_out = def->integrator == THRUM_INTEGRATOR_MANIFOLD ? 0 : figures->inertia_share;
-  figures->condensed_wrong = figures->masters > 0 && figures->request->monitor &&
-                             !simulate_condensed_believed(left_out, figures->energy_defect);
+  figures->condensed_wrong =
+      figures->masters > 0 && figures->request->monitor &&
+      !simulate_condensed_believed(left_out, figures->energy_defect, figures->vibration_share);
 }
 
 void simulate_figures_stepped_by(const simulate_figures *figures, char text[128]) {

@@ -180,6 +180,7 @@ void simulate_report_condensed(cJSON *object, const simulate_figures *figures) {
   json_number(condensed, "frequency_gap", figures->gap);
   json_number(condensed, "inertia_share", figures->inertia_share);
   json_number(condensed, "energy_defect", figures->energy_defect);
+  json_number(condensed, "vibration_share", figures->vibration_share);
 }
 
 static double per_step(const simulate_figures *figures, double value) {
@@ -313,7 +314,7 @@ static void print_condensed(const simulate_figures *figures) {
          stepped ? "in what follows" : "left out");
   if (isfinite(figures->energy_defect))
     printf(", %.2g %% of the strain energy wrong", 100 * figures->energy_defect);
-  puts("");
+  printf(", %.2g %% of the motion is vibration left out\n", 100 * figures->vibration_share);
 }
 
 void simulate_report_table(const simulate_figures *figures, const run_output *output,

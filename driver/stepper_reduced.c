@@ -74,6 +74,9 @@ static thrum_status set_start(reduced_stepper *self, thrum_error *error) {
   if (status < 0)
     return thrum_error_set(error, status, "%s: %s", request->start_count > 0 ? "--start" : "--dt",
                            detail.message);
+  condensed_check_start(&self->check, request, q, p);
+  self->check.damping_alpha = def->damping_alpha;
+  self->check.damping_beta = def->damping_beta;
   THRUM_TRY(read_shape(self, self->loads.before));
   memcpy(self->middle, self->loads.before, (size_t)self->model->rank * sizeof *self->middle);
   return THRUM_OK;
@@ -101,10 +104,19 @@ static thrum_status set_force(reduced_stepper *self, int64_t step, thrum_error *
   return thrum_state_set_force(self->model, self->state, reduced, error);
 }
 
+/* What the slaves would have done in the step that was made. */
+static void look_at_vibration(reduced_stepper *self) {
+  double x[THRUM_RANK_MAX];
+  if (thrum_state_get(self->model, self->state, x, NULL, NULL) >= 0)
+    condensed_check_vibrate(&self->check, self->load, self->request->def.dt, x);
+}
+
 static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
   reduced_stepper *self = stepper;
   THRUM_TRY(set_force(self, step, error));
   const thrum_status status = thrum_step(self->model, self->state, error);
+  if (status >= 0 && self->check.model != NULL)
+    look_at_vibration(self);
   if (status < 0 || !stepper_loads_act(&self->loads))
     return status;
 

@@ -252,6 +252,73 @@ static void a_large_swing_is_flagged(void **state) {
   cJSON_Delete(object);
 }
 
+/* Runs beam.npz with three options into `run_name`; returns its object. */
+static cJSON *simulate_with(const char *run_name, const char *const options[3], int code) {
+  program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", run_name, "--json", "-q",
+                                 "--time", "0.6", options[0], options[1], options[2], NULL);
+  if (run.exit_code != code)
+    fail_msg("%s: exit code %d: %s", options[0], run.exit_code, run.err);
+  cJSON *object = json_line(run.out);
+  program_result_free(&run);
+  return object;
+}
+
+/* The masters bend the beam, and what pulls along its axis acts on those that follow: they answer
+ * it without vibrating. The share that is said is the error. */
+static void vibration_of_what_follows_is_flagged(void **state) {
+  (void)state;
+  static const struct {
+    const char *load;
+    int code;
+  } cases[] = {
+      {"--load=gravity:1.5,0,0", 3},       {"--start=static:gravity:1.5,0,0", 3},
+      {"--load=sine:0,1,0@tip,f=9", 3},    {"--load=gravity:1.5,0,-1.5", 0},
+      {"--load=sine:0,0,-1@tip,f=0.5", 0}, {"--start=mode:1,0.05", 0},
+  };
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    cJSON *object = simulate_with("few", (const char *const[]){cases[n].load, "--condense=2", NULL},
+                                  cases[n].code);
+    const double said = json_value(cJSON_GetObjectItem(object, "condensed"), "vibration_share");
+    cJSON_Delete(object);
+    assert_true(cases[n].code == 3 ? said > 0.03 : said <= 0.03);
+    if (cases[n].code == 0)
+      continue;
+
+    cJSON_Delete(simulate_with("all", (const char *const[]){cases[n].load, NULL, NULL}, 0));
+    const double found = difference("few/q.npy", "all/q.npy", 0);
+    if (!(fabs(found - said) < 0.1 * found))
+      fail_msg("%s: %g said, %g found", cases[n].load, said, found);
+  }
+}
+
+/* The same in a scene, of bodies with other scales too, whose share is one of their own time. */
+static void a_scene_flags_the_vibration_of_what_follows(void **state) {
+  (void)state;
+  program_result run;
+  cJSON *object = simulate_scene(
+      "vibration",
+      "{\"time\":0.6,\"bodies\":["
+      "{\"name\":\"a\",\"model\":\"beam.npz\",\"condense\":2,\"loads\":[\"gravity:1.5,0,0\"]},"
+      "{\"name\":\"b\",\"model\":\"beam.npz\",\"condense\":2,\"loads\":[\"gravity:0,0,-1\"],"
+      "\"position\":[0,1,0]},"
+      "{\"name\":\"c\",\"model\":\"beam.npz\",\"condense\":2,\"scale\":2,\"stiffness\":4,"
+      "\"start\":\"static:gravity:1.5,0,0\",\"position\":[0,3,0]}]}",
+      &run);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.err, "lacks vibration of"));
+  static const bool flagged[] = {true, false, true};
+  cJSON *bodies = cJSON_GetObjectItem(object, "bodies");
+  for (int n = 0; n < 3; n++) {
+    const cJSON *body = cJSON_GetArrayItem(bodies, n);
+    const char *status = cJSON_GetObjectItem(body, "status")->valuestring;
+    assert_int_equal(strcmp(status, "condensed_wrong") == 0, flagged[n]);
+    const double said = json_value(cJSON_GetObjectItem(body, "condensed"), "vibration_share");
+    assert_true(flagged[n] ? said > 0.5 : said < 0.03);
+  }
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
 static void what_cannot_be_condensed_is_refused(void **state) {
   (void)state;
   static const char *const cases[][4] = {
@@ -283,6 +350,8 @@ int main(void) {
       cmocka_unit_test(with_the_inertia_of_what_follows_a_large_swing_is_that_of_the_whole_model),
       cmocka_unit_test(a_body_at_rest_has_no_strain_energy_that_is_wrong),
       cmocka_unit_test(condensing_with_nothing_to_follow_is_refused_before_the_work),
+      cmocka_unit_test(vibration_of_what_follows_is_flagged),
+      cmocka_unit_test(a_scene_flags_the_vibration_of_what_follows),
       cmocka_unit_test(what_cannot_be_condensed_is_refused),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);

@@ -86,6 +86,7 @@ static int64_t step_all(follower *f, const tradeoff_view *view, const thrum_stat
     if (read_shape(f, state, to) < 0 ||
         thrum_state_energies(f->space->stepped, state, &energies, NULL) < 0)
       return k;
+    condensed_check_vibrate(&f->check, f->load, def->dt, f->x);
 
     // how far a condensed run can be believed is asked about as often as there are samples
     if (f->condensed && k % look == 0)
@@ -107,6 +108,8 @@ thrum_status tradeoff_step(const tradeoff_space *space, const tradeoff_view *vie
   thrum_status status = thrum_state_create(space->stepped, def, &state, error);
   if (f.condensed)
     THRUM_THEN(status, condensed_check_open(space->stepped, &f.check, error));
+  f.check.damping_alpha = def->damping_alpha;
+  f.check.damping_beta = def->damping_beta;
 
   if (status >= 0) {
     double spent = 0;
@@ -119,7 +122,8 @@ thrum_status tradeoff_step(const tradeoff_space *space, const tradeoff_view *vie
     simulate_figures figures = {0};
     condensed_check_report(&f.check, space->stepped, &figures);
     pass->believed =
-        !f.condensed || simulate_condensed_believed(figures.inertia_share, figures.energy_defect);
+        !f.condensed || simulate_condensed_believed(figures.inertia_share, figures.energy_defect,
+                                                    figures.vibration_share);
   }
   condensed_check_close(&f.check);
   thrum_state_destroy(state);
