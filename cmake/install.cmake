@@ -10,7 +10,8 @@ install(TARGETS thrum thrum_scene EXPORT thrumTargets
 install(DIRECTORY include/thrum DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MATCHING PATTERN "*.h")
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY examples/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples
-  FILES_MATCHING PATTERN "*.c" PATTERN "CMakeLists.txt" PATTERN "bytes.cmake" PATTERN "scenes" EXCLUDE)
+  FILES_MATCHING PATTERN "*.[ch]" PATTERN "CMakeLists.txt" PATTERN "bytes.cmake" PATTERN "*.cs" PATTERN "*.py" PATTERN "*.ipynb"
+  PATTERN "*.stl" PATTERN "scenes" EXCLUDE)
 install(EXPORT thrumTargets NAMESPACE thrum:: DESTINATION ${THRUM_CMAKE_DIR})
 
 configure_package_config_file(cmake/thrumConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/thrumConfig.cmake

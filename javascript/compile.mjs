@@ -36,7 +36,7 @@ export function compile(folder, path) {
     '-std=c11', '-ffp-contract=off', '-Wall', '-Wextra', '-Wshadow', '-Wconversion',
     '-Wno-sign-conversion', '-Werror', '-I', join(root, 'include'), '-I', root,
     ...['runtime', 'scene', folder].flatMap((name) => sources(join(root, name))),
-    '-Wl,--strip-debug', '-o', part,
+    '-Wl,--strip-all', '-o', part,
   ], { stdio: 'inherit' });
   if (clang.error) throw clang.error;
   if (clang.status !== 0) process.exit(1);
