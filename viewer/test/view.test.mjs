@@ -44,9 +44,12 @@ const SCENE = {
       rotation: { axis: [0, 0, 1], angle: 40 }, stiffness: 2 },
     { name: 'block', model: 'beam:4x3x2@0.4x0.3x0.2', material: { young: 2e5 }, free: true,
       position: [0, 0, 0.5], velocity: [0.2, 0, 0], spin: [20, -30, 40], colour: '#d08030' },
+    { name: 'few', model: 'beam.npz', condense: 4, integrator: 'manifold', position: [0, -2, 1],
+      scale: 0.5 },
   ],
   obstacles: [{ shape: 'plane' }, { shape: 'sphere', centre: [0.5, 0, 0], radius: 0.15 }],
-  probes: [{ name: 'a', body: 'held', at: 'vertex=5' }, { name: 'b', body: 'block', at: 'vertex=1' }],
+  probes: [{ name: 'a', body: 'held', at: 'vertex=5' }, { name: 'b', body: 'block', at: 'vertex=1' },
+    { name: 'c', body: 'few', at: 'vertex=5' }],
 };
 
 test('a scene moves on the page as thrum simulate moves it', async () => {
@@ -63,12 +66,14 @@ test('a scene moves on the page as thrum simulate moves it', async () => {
   // at the start, in free fall, and long after the first touch; the page has X and U in single
   // precision
   for (const [steps, within] of [[0, 1e-7], [100, 1e-7], [400, 1e-5]]) {
-    const [held, block] = await page.evaluate((count) => {
+    const [held, block, few] = await page.evaluate((count) => {
       window.thrum.step(count);
-      return [window.thrum.position(0, 4), window.thrum.position(1, 0)];
+      return [window.thrum.position(0, 4), window.thrum.position(1, 0),
+        window.thrum.position(2, 4)];
     }, steps);
     const row = rows[{ 0: 0, 100: 100, 400: 500 }[steps]];
     held.forEach((x, axis) => assert.ok(Math.abs(x - row[2 + axis]) < 1e-6, `held: ${x}`));
+    few.forEach((x, axis) => assert.ok(Math.abs(x - row[14 + axis]) < 1e-6, `few: ${x}`));
     block.forEach((x, axis) =>
       assert.ok(Math.abs(x - row[8 + axis]) < within, `${row[1]} s: ${block}, not ${row.slice(8, 11)}`));
   }
