@@ -9,6 +9,7 @@
 
 #include "app/results.h"
 #include "io/json.h"
+#include "io/number_text.h"
 #include "mesh/formats/mesh_read.h"
 
 #define PLAIN "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:,@=%+-"
@@ -38,13 +39,9 @@ static void put(FILE *stream, const char *word) {
   fputc('\'', stream);
 }
 
-/* The shortest number that is read as the same. */
 static void put_number(FILE *stream, const char *option, double value) {
-  char text[40];
-  int digits = 1;
-  do
-    snprintf(text, sizeof text, "%.*g", digits, value);
-  while (strtod(text, NULL) != value && ++digits <= 17);
+  char text[THRUM_NUMBER_TEXT];
+  thrum_number_text(value, text);
   fprintf(stream, " %s %s", option, text);
 }
 

@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "io/number_text.h"
 #include "io/text.h"
 #include "thrum/thrum.h"
 
@@ -34,16 +35,10 @@ bool json_memory_failed(void) {
 }
 
 cJSON *json_number_item(double value) {
-  char text[40];
+  char text[THRUM_NUMBER_TEXT];
   if (!isfinite(value))
     return cJSON_CreateNull();
-
-  // the shortest text that reads back as the same number is the easiest to read
-  for (int digits = 15; digits <= 17; digits++) {
-    snprintf(text, sizeof text, "%.*g", digits, value);
-    if (strtod(text, NULL) == value)
-      break;
-  }
+  thrum_number_text(value, text);
   return cJSON_CreateRaw(text);
 }
 

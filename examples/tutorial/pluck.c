@@ -65,7 +65,7 @@ static thrum_status pluck(const thrum_model *model, thrum_state *state, const th
 
 int main(int argc, char **argv) {
   if (argc != 5)
-    return fprintf(stderr, "usage: pluck MODEL.npz X Y Z\n"), 2;
+    return fprintf(stderr, "usage: pluck MODEL.npz X Y Z, the point to be pulled [m]\n"), 2;
   const double point[3] = {atof(argv[2]), atof(argv[3]), atof(argv[4])};
   thrum_error error = {0};
   const thrum_model *model;

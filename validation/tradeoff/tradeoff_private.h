@@ -83,7 +83,6 @@ typedef struct tradeoff_solution {
   tradeoff_reference reference;
   tradeoff_space *spaces; /* TRADEOFF_BASES_MAX */
   tradeoff_result result; /* with room for so many bases */
-  int64_t runs_room;
 } tradeoff_solution;
 
 /* Makes the basis of a recipe in spaces[basis_count] and counts it. */
