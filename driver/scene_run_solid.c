@@ -96,6 +96,8 @@ static thrum_scene_solid_def def_of(const scene_obstacle_spec *spec) {
       [SCENE_CAPSULE] = THRUM_SOLID_CAPSULE, [SCENE_HEIGHT_FIELD] = THRUM_SOLID_HEIGHT_FIELD,
       [SCENE_MESH] = THRUM_SOLID_MESH,
   };
+
+  // each shape reads its own sizes and leaves the others alone
   thrum_scene_solid_def def = thrum_default_scene_solid_def();
   def.shape = shapes[spec->shape];
   def.radius = spec->radius;
@@ -103,6 +105,8 @@ static thrum_scene_solid_def def_of(const scene_obstacle_spec *spec) {
   def.spacing[0] = def.spacing[1] = spec->spacing;
   def.friction = spec->friction;
   def.restitution = spec->restitution;
+
+  // the def has half the sizes
   for (int axis = 0; axis < 3; axis++) {
     def.half[axis] = 0.5 * spec->size[axis];
     def.position[axis] = spec->centre[axis];

@@ -364,6 +364,9 @@ static void join(const thrum_scene *scene, int32_t count) {
     const int32_t a = pairs->order[n];
     if (!scene->bodies[a]->collides)
       continue;
+
+    // the order is that of the lower ends, so no body after one that begins beyond the upper end is
+    // near
     const double end = end_of(pairs->bounds + a, 1.0);
     for (int32_t m = n + 1; m < count; m++) {
       const int32_t b = pairs->order[m];

@@ -107,15 +107,20 @@ static void contact_task(void *of, int32_t index, int32_t worker) {
     groups_task(scene, worker);
     return;
   }
+
+  // bodies of a group are stepped with it
   scene_body *body = scene->bodies[index - 1];
   thrum_error *error = scene->side_error + index - 1;
   if (body->status < 0 || body->group >= 0)
     return;
+
   *error = (thrum_error){0};
   if (!scene_steps_alone(body)) {
     body->stepped = thrum_state_set_force(body->derived->model, body->state, body->force, error);
     return;
   }
+
+  // the scratch is the worker's
   scene_lend(scene, body, worker);
   body->stepped = scene_touch_step(scene, body, error);
   if (body->stepped >= 0)

@@ -168,6 +168,8 @@ static bool stays_in_folder(const veg_reader *r, const char *path) {
   char *end = first ? strrchr(first, '/') : NULL;
   if (end)
     end[1] = '\0';
+
+  // an access that fails says why where the file is opened
   const bool stays =
       file ? is_below(folder, file) || is_below(first, file) : access(path, F_OK) != 0;
   free(named);

@@ -242,6 +242,7 @@ static void add_others(panel *p, double *others) {
   for (int64_t i = 0; i < p->squared; i++)
     fill_stress(p, p->row + 6 * i * BLOCK, p->stress + 6 * i * BLOCK);
 
+  // all forces of one i in a block, for one product of matrices
   for (int64_t i = 0; i < p->squared; i++) {
     const int64_t count = p->squared - i;
     memset(p->force, 0, sizeof(double) * (size_t)(count * depth));

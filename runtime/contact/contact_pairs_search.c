@@ -383,6 +383,8 @@ static void try_leaves(search *s, const thrum_skin_node *p, const thrum_skin_nod
   const double *first[3], *second[THRUM_SKIN_LEAF][3];
   const double reach = (1.0 + MARGIN) * s->thickness;
   box boxes[THRUM_SKIN_LEAF];
+
+  // boxes first: most pairs of triangles in two leaves that meet are apart
   for (int32_t m = 0; m < q->count; m++)
     boxes[m] = box_of_triangle(s, 1, q->first + m, second[m]);
   for (int32_t n = 0; n < p->count; n++) {

@@ -146,6 +146,7 @@ static double train_with_kept_runs(char *kept, size_t size, ino_t *number) {
   cJSON_Delete(object);
   program_result_free(&run);
 
+  // files of full-order runs begin with an f
   DIR *dir = opendir(in_folder("kept"));
   struct stat about;
   assert_non_null(dir);

@@ -57,6 +57,8 @@ static void damage_what_is_kept(void) {
   int count = 0;
   DIR *dir = opendir(in_folder("cache/thrum"));
   assert_non_null(dir);
+
+  // a digit whose lowest bit is exchanged is another digit, and the file as well-formed as before
   for (struct dirent *entry = readdir(dir); entry != NULL; entry = readdir(dir)) {
     if (strncmp(entry->d_name, "detail-", 7) != 0)
       continue;

@@ -137,6 +137,8 @@ static void fox_goodwin_counts_no_leaps_as_dissipation(void **context) {
   (void)context;
   double end[2];
   static const char *const integrators[2] = {"fox-goodwin", "newmark"};
+
+  // each steps itself to the end, with an account that adds up
   for (int n = 0; n < 2; n++) {
     program_result result = thrum_run(folder, "simulate", "beam", "-o", "run", "--quiet", "--json",
                                       "--time", "1", "--load", "square:0,0,-300@load", "--damping",

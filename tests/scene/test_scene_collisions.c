@@ -294,6 +294,8 @@ static void step_shared(fixture *f, int32_t workers, double x[12][3]) {
   MUST(thrum_scene_set_gravity(scene, down, &failure));
   MUST(thrum_scene_add_obstacle(scene, &floor, NULL, &failure));
   collide(scene, 0.5, 0.5);
+
+  // columns of blocks, and every fourth body a plate high above them
   for (int n = 0; n < 27; n++)
     touch[n] = n;
   for (int n = 0; n < 12; n++) {
@@ -305,6 +307,8 @@ static void step_shared(fixture *f, int32_t workers, double x[12][3]) {
     def.position[2] += n % 4 == 3 ? 5 : 0;
     add(scene, &def);
   }
+
+  // they touch on the way, or the test says nothing
   for (int k = 0; k < 150; k++)
     MUST(thrum_scene_step(scene, &failure));
   assert_true(thrum_scene_collisions(scene).deepest > 0);
@@ -417,6 +421,8 @@ static void what_stands_on_a_path_goes_with_it(void **context) {
   lift.path_times = times;
   lift.path_places = places;
   lift.path_count = 2;
+
+  // half a second along the path, which takes a second
   double x[3], v[3];
   let_fall(f, &lift, &f->block, 0.151, 350, x, v);
   const double share = (0.7 - 0.2) / 1.0;

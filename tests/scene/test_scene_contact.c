@@ -525,6 +525,7 @@ static void what_does_not_touch_has_no_rows(void **context) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      // loads and spins, drops, pulls and wind, snapshots
       FREE(a_shove_moves_and_turns_a_free_body),
       FREE(a_body_beyond_all_numbers_is_refused_with_the_reason),
       FREE(a_surface_that_is_not_there_is_refused),
@@ -539,5 +540,6 @@ int main(void) {
       FREE(a_snapshot_holds_contact_and_ways),
       HELD(what_does_not_touch_has_no_rows),
   };
+
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -33,6 +33,7 @@ static int make(void **context, const char *fix) {
   for (int64_t v = 0; v < m->vertex_count; v++)
     f->touch[v] = (int32_t)v;
 
+  // two scenes with the same body, the first with a level of detail
   thrum_scene_body_def def = thrum_default_scene_body_def();
   def.model = m;
   def.touch = f->touch;

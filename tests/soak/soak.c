@@ -668,6 +668,8 @@ static void report(const soak *s) {
     printf("| %s | %" PRId64 " | %" PRId64 " | %" PRId64 " | %.2g |\n",
            thrum_integrator_name((thrum_integrator)n), s->by_integrator[n], s->grown[n],
            s->failed[n], s->worst[n]);
+
+  // what was done between the steps
   printf("\n%" PRId64 " kicks, %" PRId64 " changes of dt, %" PRId64 " restores, %" PRId64
          " batches, %" PRId64 " scenes (%" PRId64 " with obstacles, %" PRId64
          " with bodies that touch each other, %" PRId64 " condensed bodies)\n",

@@ -304,6 +304,8 @@ static void a_balance_that_begins_anew_hides_no_growth(void **context) {
   random_model m;
   random_model_make(&m, 3, RANK, 10.0, 25.0, INFINITY);
   int found = 0, found_anew = 0;
+
+  // gamma = 1/2 is the run that cannot grow; slightly below it does
   for (double load = 0.0; load < 15.0; load += 2.0)
     for (double alpha = 0.05; alpha < 0.5; alpha += 0.05) {
       bool said, anew;
