@@ -522,6 +522,33 @@ static void the_scenes_that_come_with_thrum_run(void **state) {
   }
 }
 
+/* Bodies of the scenes that collide keep their distance: no touch is as deep as the thickness, and
+ * contact gives no energy but what moving obstacles bring. */
+static void what_touches_in_the_scenes_keeps_its_distance(void **state) {
+  (void)state;
+  static const char *const scenes[] = {"collide", "shapes"};
+  for (size_t n = 0; n < sizeof scenes / sizeof scenes[0]; n++) {
+    char path[300];
+    snprintf(path, sizeof path, SCENES "/%s.json", scenes[n]);
+    program_result run = thrum_run(folder, "simulate", path, "-o", scenes[n], "--threads", "2",
+                                   "--json", "-q", NULL);
+    if (run.exit_code != 0)
+      fail_msg("%s: %s", path, run.err);
+    cJSON *object = json_line(run.out);
+    const cJSON *of = cJSON_GetObjectItem(object, "collisions");
+    const double first = json_value(cJSON_GetObjectItem(of, "first"), "total_j");
+    const double last = json_value(cJSON_GetObjectItem(of, "last"), "total_j");
+    print_message("%s: deepest %.2f of the thickness, %.1f J lost\n", scenes[n],
+                  json_value(of, "deepest_of_thickness"), json_value(of, "lost_j"));
+    assert_true(json_value(of, "deepest_of_thickness") > 0);
+    assert_true(json_value(of, "deepest_of_thickness") < 1);
+    assert_true(json_value(of, "dropped_touches") == 0);
+    assert_true(last - first <= json_value(of, "driven_j"));
+    cJSON_Delete(object);
+    program_result_free(&run);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_body_of_a_scene_has_the_run_of_it_alone),
@@ -541,6 +568,7 @@ int main(void) {
       cmocka_unit_test(a_body_that_cannot_be_stepped_ends_the_run_and_flags_it),
       cmocka_unit_test(the_schema_is_committed_and_every_key_is_documented),
       cmocka_unit_test(the_scenes_that_come_with_thrum_run),
+      cmocka_unit_test(what_touches_in_the_scenes_keeps_its_distance),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);
 }
