@@ -57,8 +57,7 @@ def scene_of(restitution, step, young, kind):
     speed = speed_of(young)
     thickness = SIDE * math.sqrt(3) / 250
     half = 0.5 * SIDE
-    scene = {"dt": step, "time": 4 * APART / speed + 0.4, "outputs": {"energy": False}}
-    scene.pop("outputs")
+    scene = {"dt": step, "time": 4 * APART / speed + 0.4}
     if kind == "plane":
         scene["bodies"] = [block("b", young, 0, half + APART, -speed)]
         scene["obstacles"] = [{"shape": "plane", "restitution": restitution}]

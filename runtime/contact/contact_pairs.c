@@ -20,7 +20,7 @@ thrum_contact_pairs_def thrum_default_contact_pairs_def(void) {
                                    .touch_max = 4096,
                                    .friction = 0.5,
                                    .restitution = 0.5,
-                                   .sweeps_max = 400,
+                                   .sweeps_max = 60,
                                    .tolerance = 1e-4};
 }
 

@@ -118,6 +118,7 @@ typedef struct thrum_pairs_run {
   int64_t candidate_count, row_count;
   bool moved; /* the search goes by displacements that were solved for, not those without contact */
   bool solved; /* there are such */
+  bool again;  /* an attempt has failed: forces have to be more exact */
 } thrum_pairs_run;
 
 /* The rows between the bodies of the group, and what they have in common with those on obstacles.

@@ -18,6 +18,9 @@
 #include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
 
+#define HARDER 6 /* times as many sweeps where a step is made again, or surfaces are deep */
+#define DEEP 0.3 /* thicknesses from which they are */
+
 /* Displacement of the first point of a row against its second. */
 static void moved_of(const thrum_pairs_run *run, const thrum_pair_row *row, double out[3]) {
   double other[3];
@@ -156,10 +159,19 @@ static void gather(thrum_pairs_run *run) {
   }
 }
 
+/* Do forces have to be more exact: has an attempt failed, or are surfaces pressed deep? */
+static bool is_hard(const thrum_pairs_run *run) {
+  bool hard = run->again;
+  for (int64_t n = 0; n < run->row_count && !hard; n++)
+    hard = run->view.rows[n].row.gap < -DEEP * run->view.rows[n].thickness;
+  return hard;
+}
+
 void thrum_pairs_solve(thrum_pairs_run *run) {
   thrum_contact_pairs *pairs = run->pairs;
   const double largest = begin_sweeps(run);
-  for (int64_t n = 0; n < pairs->sweeps_max; n++) {
+  const int64_t most = is_hard(run) ? HARDER * pairs->sweeps_max : pairs->sweeps_max;
+  for (int64_t n = 0; n < most; n++) {
     pairs->sweeps++;
     if (!(sweep(run) > pairs->tolerance * largest))
       break;

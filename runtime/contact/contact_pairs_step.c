@@ -302,6 +302,7 @@ static bool is_allowed(thrum_pairs_run *run) {
 /* Back to the start of the step for the next attempt, each of which asks for less. */
 static void again(thrum_pairs_run *run, int attempt) {
   run->pairs->redone++;
+  run->again = true;
 
   // each body goes back, and its own touches ask for as much less as the pairs do
   for (int64_t n = 0; n < run->count; n++) {
@@ -329,6 +330,7 @@ static void again(thrum_pairs_run *run, int attempt) {
 
 /* All members that have not failed, from the start of the step; false where one fails. */
 static bool try_all(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
+  run->again = false;
   prepare_all(run, first, error);
   find_and_solve(run);
   for (int attempt = ATTEMPT_FIRST;; attempt++) {
