@@ -188,6 +188,8 @@ static void print_json(const info *about) {
   json_number(object, "masters", (double)about->steps->rank);
   json_number(object, "cubic_coefficients", (double)about->steps->c3_count);
   json_number(object, "quartic_coefficients", (double)about->steps->c4_count);
+  if (about->model->point_count > 0)
+    json_number(object, "cubature_points", (double)about->model->point_count);
 
   add_mesh(object, about);
   add_frequencies(object, about);
@@ -383,6 +385,22 @@ static void print_residuals(const info *about) {
          meta_number(about, "residuals", "diagonality"));
 }
 
+/* What the strain energy is summed from. */
+static void print_energy(const info *about) {
+  const thrum_model *model = about->model;
+  if (model->point_count > 0) {
+    print_label("cubature");
+    printf("rank %" PRId64 ", %" PRId64
+           " points in place of the polynomial, force wrong by %.2g %% "
+           "(rms)\n",
+           model->rank, model->point_count, 100 * meta_number(about, "cubature", "test_error"));
+    return;
+  }
+  print_label("polynomial");
+  printf("rank %" PRId64 ", %" PRId64 " cubic and %" PRId64 " quartic coefficients\n", model->rank,
+         about->steps->c3_count, about->steps->c4_count);
+}
+
 static void print_table(const info *about) {
   const thrum_model *model = about->model;
   print_label("model");
@@ -390,9 +408,7 @@ static void print_table(const info *about) {
   print_mesh(about);
   print_groups(model);
 
-  print_label("polynomial");
-  printf("rank %" PRId64 ", %" PRId64 " cubic and %" PRId64 " quartic coefficients\n", model->rank,
-         about->steps->c3_count, about->steps->c4_count);
+  print_energy(about);
   if (about->steps != model) {
     print_label("condensed");
     printf("%" PRId64 " coordinates are stepped, the others follow at rest\n", about->steps->rank);

@@ -184,7 +184,7 @@ static thrum_status save_model(const precompute_request *request, const thrum_me
   return status;
 }
 
-static bool is_flagged(const thrum_precomputed *result) {
+static bool is_flagged(const precompute_request *request, const thrum_precomputed *result) {
   bool flagged = !(result->basis_orthonormality <= ORTHONORMALITY_FLAG) ||
                  !(result->basis_diagonality <= ORTHONORMALITY_FLAG);
   for (int64_t n = 0; n < result->mode_count; n++)
@@ -210,9 +210,18 @@ static bool is_flagged(const thrum_precomputed *result) {
                 (long long)lacking + 1, hertz[0], hertz[1]);
   }
 
+  // points that do not reach what was asked for
+  const bool missed =
+      request->options.cubature && result->cubature.test_error > request->options.cubature_error;
+  if (missed)
+    config_warn("the force by %lld cubature points is wrong by %.2g (rms), not by %.2g as asked: "
+                "raise --cubature-points, or lower --cubature-range",
+                (long long)result->cubature.points, result->cubature.test_error,
+                request->options.cubature_error);
+
   if (flagged)
     config_warn("residuals are larger than they should be; see `thrum info`");
-  return flagged || !result->modes_complete;
+  return flagged || missed || !result->modes_complete;
 }
 
 /* Whether the model is not what its training wanted: lost under a load, or of a larger error. */
@@ -298,7 +307,7 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
     const double now = clock_seconds();
     outcome->seconds_write = now - writing;
     outcome->seconds_total = now - outcome->began;
-    outcome->flagged = is_flagged(&result) || is_lost(request, &outcome->training);
+    outcome->flagged = is_flagged(request, &result) || is_lost(request, &outcome->training);
     if (show != NULL)
       show(outcome);
   }

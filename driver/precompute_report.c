@@ -96,6 +96,23 @@ static void add_residuals(cJSON *object, const thrum_precomputed *result) {
     json_number(residuals, "single_precision", result->single_error);
 }
 
+/* Points in place of the polynomial, and what they leave out. */
+static void add_cubature(cJSON *object, const precompute_request *request,
+                         const thrum_precomputed *result) {
+  const thrum_cubature_figures *figures = &result->cubature;
+  if (!request->options.cubature)
+    return;
+  cJSON *cubature = cJSON_AddObjectToObject(object, "cubature");
+  json_number(cubature, "points", (double)figures->points);
+  json_number(cubature, "candidates", (double)figures->candidates);
+  json_number(cubature, "states", (double)figures->states);
+  json_number(cubature, "test_states", (double)figures->test_states);
+  json_number(cubature, "range", request->options.cubature_range);
+  json_number(cubature, "error_wanted", request->options.cubature_error);
+  json_number(cubature, "train_error", figures->train_error);
+  json_number(cubature, "test_error", figures->test_error);
+}
+
 /* Where the basis comes from, if not from modes of the body. */
 static void add_import(cJSON *object, const precompute_request *request,
                        const thrum_precomputed *result) {
@@ -185,6 +202,7 @@ char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
 
   // how far the result can be trusted
   add_residuals(meta, result);
+  add_cubature(meta, request, result);
   add_check(meta, result);
   add_import(meta, request, result);
   add_training(meta, training);
@@ -267,6 +285,7 @@ void precompute_print_json(const precompute_outcome *outcome) {
 
   // how far the result can be trusted
   add_residuals(object, result);
+  add_cubature(object, outcome->request, result);
   if (result->order_error_count > 0)
     json_numbers(object, "order_error", result->order_error, result->order_error_count);
   add_check(object, result);
@@ -390,6 +409,13 @@ void precompute_print_table(const precompute_outcome *outcome) {
   if (outcome->request->options.single)
     printf("%-18ssingle, force wrong by %.1e of itself at most, of 16 samples\n", "precision",
            result->single_error);
+
+  if (outcome->request->options.cubature)
+    printf("%-18s%" PRId64 " points of %" PRId64 ", force wrong by %.2g %% in %" PRId64
+           " states of training, %.2g %% in %" PRId64 " others (rms)\n",
+           "cubature", result->cubature.points, result->cubature.candidates,
+           100 * result->cubature.train_error, result->cubature.states,
+           100 * result->cubature.test_error, result->cubature.test_states);
 
   printf("%-18s%.2f s, peak %.0f MB\n", "took", outcome->seconds_total, clock_peak_mb());
   precompute_print_stages(result);

@@ -126,6 +126,22 @@ static const config_option options[] = {
                 "follow at rest; the file is small, and cannot be stepped uncondensed",
                 AT(condense)),
 
+    OPTION_HEADING("points in place of the polynomial"),
+    OPTION_FLAG("cubature",
+                "sum the energy over a few points of the mesh, whose weights are chosen by random "
+                "states: a step costs as much as points times rank, where the exact polynomial "
+                "costs the fourth power of the rank",
+                AT(options.cubature)),
+    OPTION_NUMBER("cubature-error", NULL, "0.001",
+                  "relative error of the internal force, rms over states that were not trained on, "
+                  "at which there are enough points; exit code 3 where it is not reached",
+                  AT(options.cubature_error), GIVEN(cubature_given), CONFIG_ABOVE(0)),
+    OPTION_COUNT("cubature-points", "2000", "at most so many points", AT(options.cubature_points),
+                 GIVEN(cubature_given), CONFIG_RANGE(1, COUNT_MAX)),
+    OPTION_NUMBER("cubature-range", NULL, "0.2",
+                  "largest displacement of these states, as a share of the body's diagonal",
+                  AT(options.cubature_range), GIVEN(cubature_given), CONFIG_ABOVE(0)),
+
     OPTION_HEADING("training"),
     OPTION_TEXT("train", "CASE", NULL,
                 "run the full order under this load, as --load of simulate, and give half of the "
@@ -217,6 +233,7 @@ const config_command command_precompute = {
                 "--error 5% -o bridge.npz\n"
                 "precompute tower --rank 40 --train base-motion:sine:3,0,0,f=1.5 "
                 "--train 'start:mode:1,0.3' -o tower.npz\n"
+                "precompute bridge --modes 20 --rank 100 --cubature -o bridge100.npz\n"
                 "precompute beam.veg --fix beam.bou --import-basis beam.U --import-cubic beam.cub "
                 "-o beam.npz\n"
                 "precompute bridge.veg --fix bridge.bou --threads 2 --json -o bridge.npz",
@@ -263,6 +280,15 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   if (request->condense && request->import_basis)
     return config_usage("precompute",
                         "--condense needs linear modes, which --import-basis has not");
+
+  // points stand in the place of coefficients
+  if (request->cubature_given && !request->options.cubature)
+    return config_usage("precompute", "--cubature-error, --cubature-points and --cubature-range go "
+                                      "with --cubature");
+  if (request->options.cubature &&
+      (request->condense || request->options.single || request->import_cubic))
+    return config_usage("precompute", "--cubature has no polynomial: it goes without --condense, "
+                                      "--precision single and --import-cubic");
   if (request->import_cubic && !request->import_basis)
     return config_usage("precompute", "--import-cubic goes with --import-basis");
   if (request->import_basis && (request->modes_given || request->rank_given ||

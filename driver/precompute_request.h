@@ -37,9 +37,10 @@ typedef struct precompute_request {
   const char *export_modes; /* a .vtu file for the linear modes; NULL: none */
   bool modes_given;         /* the options' modes and rank are the user's, not the defaults */
   bool rank_given;
-  bool dry_run;      /* say what it would take, and no more */
-  bool reproducible; /* meta without times */
-  bool free;         /* nothing is to be held: no warning of it */
+  bool cubature_given; /* one of the options that go with cubature */
+  bool dry_run;        /* say what it would take, and no more */
+  bool reproducible;   /* meta without times */
+  bool free;           /* nothing is to be held: no warning of it */
   bool json;
   bool quiet;
   config_file file; /* of --options; the texts above may point into it */

@@ -224,7 +224,7 @@ static int list_model(const thrum_model *model, thrum_npz_array arrays[MODEL_ARR
   THRUM_MODEL_SIZES(X)
 #undef X
 
-  const int64_t basis_rows = 3 * vertex_count;
+  const int64_t basis_rows = 3 * vertex_count, point_rows = 9 * point_count;
   (void)region_count, (void)meta_bytes;
 
   // the list names each array with its shape in terms of the sizes above

@@ -14,6 +14,7 @@
 #include "platform/memory_limit.h"
 #include "platform/threads.h"
 #include "precompute/options_check.h"
+#include "precompute/polynomial/cubature.h"
 
 #define MARGIN 1.05 /* heap and library buffers that are not counted one by one */
 #define COUNT_SHARE                                                                                \
@@ -22,6 +23,23 @@
 #define GRID_WIDTH 0.75 /* treewidth of a grid over the vertices of its smallest section */
 #define PROBE_SIZE 384
 #define PROBE_LENGTH (4 << 20)
+
+// what the last stage holds: products of columns, or products of cubature points and their
+// gradients
+static double reduced_bytes(const thrum_fem *fem, const thrum_precompute_options *options,
+                            double columns) {
+  const double r = options->imported ? (double)options->imported->rank : (double)options->rank;
+  if (!options->cubature)
+    return 8 * columns * (columns + 800);
+  const double points =
+      fmin((double)(fem->tet_count * fem->point_count), THRUM_CUBATURE_CANDIDATES);
+  return 8 * points * (2 * points + 18 * r) + 72 * (double)fem->vertex_count;
+}
+
+// c3 and c4, or the gradients of points
+static double coefficient_bytes(const thrum_precompute_options *options, double r) {
+  return options->cubature ? 72 * (double)options->cubature_points * r : 8 * r * r * r * r / 24;
+}
 
 // the most of what the stages hold beyond the mesh, the fem, K and M
 static double most_bytes(const thrum_fem *fem, double entries, const thrum_factor *factor,
@@ -58,8 +76,8 @@ static double most_bytes(const thrum_fem *fem, double entries, const thrum_facto
   const double basis = 8 * n * (2 * candidates + block + r) + 24 * vertices * r - 16 * entries;
 
   // the polynomial needs the basis, its products of columns and its coefficients
-  const double polynomial = 24 * vertices * r + 8 * columns * (columns + 800) - 16 * entries;
-  const double model = 8 * r * r * r * r / 24 + 24 * vertices + 24 * (double)fem->tet_count;
+  const double polynomial = 24 * vertices * r + reduced_bytes(fem, options, columns) - 16 * entries;
+  const double model = coefficient_bytes(options, r) + 24 * vertices + 24 * (double)fem->tet_count;
   const double kept = options->keep_modes ? 24 * vertices * (double)options->modes : 0;
 
   // stages follow each other, so the largest of them counts
@@ -75,8 +93,8 @@ static double most_bytes_given(const thrum_fem *fem, double entries,
   const double basis = 48 * vertices * r + 8 * n * (2 * r + THRUM_SOLVE_BLOCK);
   const double polynomial = options->imported->linear
                                 ? 24 * columns * columns
-                                : 8 * columns * (columns + 800) - 16 * entries;
-  const double model = 8 * r * r * r * r / 24 + 24 * vertices + 24 * (double)fem->tet_count;
+                                : reduced_bytes(fem, options, columns) - 16 * entries;
+  const double model = coefficient_bytes(options, r) + 24 * vertices + 24 * (double)fem->tet_count;
   return fmax(basis, 24 * vertices * r + polynomial) + model;
 }
 
@@ -164,6 +182,18 @@ static void probe(int threads, double *flops, double *bytes) {
   free(data);
 }
 
+/* The last stage: one DSYRK of products of columns; or, for cubature, the forces of states, each in
+ * three passes over the points and six over the basis, and one DSYRK of candidates. */
+static double reduced_seconds(const thrum_precompute_options *options, double points, double n,
+                              double columns, double gemm) {
+  if (!options->cubature)
+    return 6 * points * columns * columns / (0.9 * gemm);
+  const double r = (double)options->rank, states = THRUM_CUBATURE_STATES;
+  const double candidates = fmin(points, THRUM_CUBATURE_CANDIDATES);
+  return states * (3e-7 * points + 6e-10 * 6 * n * r) +
+         states * r * candidates * candidates / (0.8 * gemm);
+}
+
 static void estimate_times(const thrum_fem *fem, const thrum_precompute_options *options,
                            thrum_estimate *estimate) {
   // two short measurements of this machine: arithmetic, and reading memory
@@ -191,7 +221,7 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
     seconds[THRUM_STAGE_basis] = 8 * 4 * n * r * r / (0.12 * gemm);
     seconds[THRUM_STAGE_polynomial] = options->imported->linear
                                           ? 4 * columns * columns * columns / (0.33 * gemm)
-                                          : 6 * points * columns * columns / (0.9 * gemm);
+                                          : reduced_seconds(options, points, n, columns, gemm);
     return;
   }
 
@@ -206,7 +236,7 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
 
   seconds[THRUM_STAGE_derivatives] = pairs * (blocked + 2.5e-8 * points);
   seconds[THRUM_STAGE_basis] = 8 * n * (k + pairs) * (k + pairs) / (0.12 * gemm);
-  seconds[THRUM_STAGE_polynomial] = 6 * points * columns * columns / (0.9 * gemm);
+  seconds[THRUM_STAGE_polynomial] = reduced_seconds(options, points, n, columns, gemm);
 }
 
 thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fixed,

@@ -83,6 +83,21 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
                            options->quadrature_order, THRUM_QUADRATURE_ORDER_MIN,
                            THRUM_QUADRATURE_ORDER_MAX);
 
+  // points in place of the polynomial
+  if (options->cubature && (!(options->cubature_error > 0) || !(options->cubature_range > 0) ||
+                            options->cubature_points < 1))
+    return thrum_error_set(
+        error, THRUM_INVALID_ARGUMENT,
+        "cubature: an error of %g, %lld points and a range of %g; all must be > 0",
+        options->cubature_error, (long long)options->cubature_points, options->cubature_range);
+  if (options->cubature && options->single)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "single precision is of the coefficients of a polynomial, which "
+                           "cubature has none of");
+  if (options->cubature && options->imported && options->imported->linear)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "cubature takes the place of a polynomial: import the basis alone");
+
   // a count that cannot be made says so itself
   if (options->check == THRUM_CHECK_INERTIA && !thrum_inertia_available())
     return thrum_inertia_count(NULL, NULL, 0, NULL, error);

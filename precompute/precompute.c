@@ -338,8 +338,8 @@ static thrum_status make_basis(pipeline *p, const thrum_reporter *reporter, thru
 }
 
 static thrum_status run_basis(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
-  thrum_status status =
-      thrum_model_fill_mesh(p->mesh, p->fixed, p->options.rank, &p->result.model, error);
+  thrum_status status = thrum_model_fill_mesh(p->mesh, p->fixed, p->options.rank,
+                                              p->options.cubature, &p->result.model, error);
   THRUM_THEN(status, make_basis(p, reporter, error));
   THRUM_THEN(status, thrum_model_fill_axis_mass(&p->fem, p->options.mass, &p->result.model, error));
   if (status >= 0 && p->rigid)
@@ -352,10 +352,22 @@ static thrum_status run_basis(pipeline *p, const thrum_reporter *reporter, thrum
   return status;
 }
 
+// points from the forces of the body, once its frequencies are there
+static thrum_status make_points(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
+  const int64_t r = p->options.rank, k = p->options.modes;
+  const thrum_cubature_def def = {.error = p->options.cubature_error,
+                                  .most = p->options.cubature_points,
+                                  .range = p->options.cubature_range,
+                                  .masters = k > 0 && k < r ? k : (r + 1) / 2};
+  return thrum_cubature(&p->fem, &def, &p->result.model, &p->result.cubature, reporter, error);
+}
+
 // linear, c3 and c4: the imported ones in the new coordinates, or the body's
 static thrum_status make_polynomial(pipeline *p, double *linear, const thrum_reporter *reporter,
                                     thrum_error *error) {
   thrum_model *model = &p->result.model;
+  if (p->options.cubature)
+    return thrum_reduced_stiffness(&p->fem, model->rank, model->basis, linear, error);
   double *c3 = thrum_model_writable(model->c3), *c4 = thrum_model_writable(model->c4);
   if (p->options.imported && p->options.imported->linear)
     return thrum_imported_polynomial(&p->fem, p->options.imported, p->change, model, linear, c3, c4,
@@ -391,6 +403,8 @@ static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,
     p->result.basis_diagonality = worst / omega2[r - 1];
   free(linear);
 
+  if (status >= 0 && p->options.cubature)
+    return make_points(p, reporter, error);
   if (status >= 0 && p->options.imported && p->options.imported->linear)
     status = thrum_imported_check(&p->fem, model, &p->result.imported, error);
   if (status >= 0 && p->options.single)

@@ -5,6 +5,7 @@
 
 #include "mesh/mesh.h"
 #include "precompute/options/precompute_options.h"
+#include "precompute/polynomial/cubature.h"
 #include "thrum/model.h"
 
 /* The result: a model (arrays owned here, except meta, which is left empty for the caller to add
@@ -37,7 +38,8 @@ typedef struct thrum_precomputed {
   double basis_orthonormality; /* max |U^T M U - 1| */
   double basis_diagonality;    /* max off-diagonal |U^T K U| / max omega2 */
   int quadrature_order; /* of ten-node tetrahedra, those asked for or the usual one; 0: linear */
-  double single_error;  /* of options.single: relative error of R, see single_precision.c; else 0 */
+  thrum_cubature_figures cubature; /* zero without points */
+  double single_error; /* of options.single: relative error of R, see single_precision.c; else 0 */
   int64_t free_dofs;
   int64_t factor_nonzeros;
   double mass;           /* [kg] */

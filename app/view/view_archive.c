@@ -116,6 +116,12 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
                            "yet: show an uncondensed one, which a scene may condense",
                            item->name);
 
+  if (model->point_count > 0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "%.200s: the page cannot step a model of cubature points yet: show one "
+                           "that was made without --cubature",
+                           item->name);
+
   // its mass and the surface that is shown
   THRUM_TRY(thrum_quality_measure(model, &quality, error));
   THRUM_TRY(render_mesh_make(model, item->surface, &shown, error));

@@ -25,10 +25,12 @@ extern "C" {
 
 #define THRUM_MODEL_FORMAT_MAJOR 1 /* a reader refuses a major version that it does not know */
 #define THRUM_MODEL_FORMAT_MINOR 2 /* a minor version only adds arrays */
-/* Version 2.0 is that of a model with `midsides`, which no reader may overlook; a model of linear
+/* Versions 2 are those of a model with `midsides`, which no reader may overlook; a model of linear
  * tetrahedra has version 1. */
 #define THRUM_MODEL_FORMAT_MAJOR_QUADRATIC 2
 #define THRUM_MODEL_FORMAT_MINOR_QUADRATIC 0
+/* Added to the minor version of a model with cubature points. */
+#define THRUM_MODEL_FORMAT_MINOR_POINTS 1
 #define THRUM_RANK_MAX 512 /* far above the 334 that a file below 4 GiB can hold */
 
 /* Sizes of a model. X(name, meaning). A size is bound by the first array that carries it. */
@@ -46,16 +48,17 @@ extern "C" {
   X(slave_count, "coordinates that follow the first k = rank - slave_count; 0: none")              \
   X(slave_pairs, "products of two masters, k (k+1) / 2")                                           \
   X(condensed_c3_count, "cubic coefficients of the masters")                                       \
-  X(condensed_c4_count, "quartic coefficients of the masters")
+  X(condensed_c4_count, "quartic coefficients of the masters")                                     \
+  X(point_count, "cubature points in place of the polynomial; 0: none")
 
 /* The arrays, in file order. X(type, name, rows, columns, presence, meaning):
  * type f8 | i4 | u1; rows and columns are a size's name or a literal (columns 1: a plain vector);
  * presence REQUIRED or OPTIONAL (an absent array is a NULL pointer; all of the mesh arrays
  * vertices, tets, tet_region, material, fixed come together, basis, rigid and midsides only with
  * vertices, the three group arrays together; c3 and c4 together, or in their place slave_map,
- * condensed_c3 and condensed_c4: thrum/condensed_model.h). With midsides the tetrahedra have ten
- * nodes: those of a row of tets, its corners, then the middle nodes of the edges 01, 12, 20, 03,
- * 13, 23. */
+ * condensed_c3 and condensed_c4: thrum/condensed_model.h; or the three arrays of cubature points,
+ * from which V is summed: thrum/polynomial.h). With midsides the tetrahedra have ten nodes: those
+ * of a row of tets, its corners, then the middle nodes of the edges 01, 12, 20, 03, 13, 23. */
 #define THRUM_MODEL_ARRAYS(X)                                                                      \
   X(i4, format, 2, 1, REQUIRED, "version of the format: major, minor")                             \
   X(u1, meta, meta_bytes, 1, OPTIONAL, "UTF-8 JSON about the model; the runtime never reads it")   \
@@ -78,8 +81,12 @@ extern "C" {
     "y_h over x_i x_j, i <= j, i outermost [1/(m kg^1/2)]: how slaves follow at rest")             \
   X(f8, condensed_c3, condensed_c3_count, 1, OPTIONAL, "as c3, of the masters, in place of c3")    \
   X(f8, condensed_c4, condensed_c4_count, 1, OPTIONAL, "as c4, of the masters, slaves following")  \
-  X(i4, midsides, tet_count, 6, OPTIONAL, "0-based middle nodes of ten-node tetrahedra")
-/* basis_rows is 3 * vertex_count */
+  X(i4, midsides, tet_count, 6, OPTIONAL, "0-based middle nodes of ten-node tetrahedra")           \
+  X(f8, point_weights, point_count, 1, OPTIONAL, "volumes of the cubature points, > 0 [m^3]")      \
+  X(f8, point_moduli, 2, point_count, OPTIONAL, "Lame's lambda and mu at each of them [Pa]")       \
+  X(f8, point_gradients, point_rows, rank, OPTIONAL,                                               \
+    "rows 9 p + 3 a + b: du_a/dX_b of each coordinate at point p [1/(m kg^1/2)]")
+/* basis_rows is 3 * vertex_count, point_rows 9 * point_count */
 
 typedef double thrum_f8;
 typedef int32_t thrum_i4;

@@ -5,6 +5,10 @@
  *        + sum_{i<=j<=k<=l} c4_ijkl q_i q_j q_k q_l,
  *   R = grad V, the internal force,   T = grad^2 V, the tangent stiffness.
  *
+ * or, of a model with cubature points, V = 1/2 sum w_i^2 q_i^2 + the sum of the nonlinear part of
+ * the strain energy at the points times their weights (docs/mathematics/18_cubature.md); no
+ * function below tells the two apart but thrum_model_pack, which is of coefficients alone.
+ *
  * The evaluations take `work`, scratch of thrum_work_count(model) doubles that no other argument
  * overlaps; its content is undefined before and after. Nothing is allocated; the model is only
  * read. Any thread, as long as each has its own work. Each coefficient is read once a call; T and T

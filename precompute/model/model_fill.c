@@ -68,22 +68,26 @@ static thrum_status fill_groups(const thrum_mesh *mesh, thrum_model *model, thru
 }
 
 // the arrays that later stages write
-static thrum_status fill_reduced(int64_t rank, thrum_model *model, thrum_error *error) {
+static thrum_status fill_reduced(int64_t rank, bool points, thrum_model *model,
+                                 thrum_error *error) {
   model->rank = rank;
-  model->c3_count = thrum_c3_count(rank);
-  model->c4_count = thrum_c4_count(rank);
+  model->c3_count = points ? 0 : thrum_c3_count(rank);
+  model->c4_count = points ? 0 : thrum_c4_count(rank);
 
   // other readers know ten-node tetrahedra by the version
   const bool quadratic = model->midsides != NULL;
   const int32_t format[2] = {
       quadratic ? THRUM_MODEL_FORMAT_MAJOR_QUADRATIC : THRUM_MODEL_FORMAT_MAJOR,
-      quadratic ? THRUM_MODEL_FORMAT_MINOR_QUADRATIC : THRUM_MODEL_FORMAT_MINOR};
+      (quadratic ? THRUM_MODEL_FORMAT_MINOR_QUADRATIC : THRUM_MODEL_FORMAT_MINOR) +
+          (points ? THRUM_MODEL_FORMAT_MINOR_POINTS : 0)};
 
   // the polynomial, and the basis that it is of
+  if (!points &&
+      (!(model->c3 = thrum_allocate(model->c3_count, sizeof(double), "the model", error)) ||
+       !(model->c4 = thrum_allocate(model->c4_count, sizeof(double), "the model", error))))
+    return THRUM_OUT_OF_MEMORY;
   if (!(model->format = copy(format, 2, sizeof *format, error)) ||
       !(model->omega2 = thrum_allocate(rank, sizeof(double), "the model", error)) ||
-      !(model->c3 = thrum_allocate(model->c3_count, sizeof(double), "the model", error)) ||
-      !(model->c4 = thrum_allocate(model->c4_count, sizeof(double), "the model", error)) ||
       !(model->axis_mass = thrum_allocate(3 * rank, sizeof(double), "the model", error)) ||
       !(model->basis =
             thrum_allocate(3 * model->vertex_count * rank, sizeof(double), "the model", error)))
@@ -92,7 +96,7 @@ static thrum_status fill_reduced(int64_t rank, thrum_model *model, thrum_error *
 }
 
 thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed, int64_t rank,
-                                   thrum_model *model, thrum_error *error) {
+                                   bool points, thrum_model *model, thrum_error *error) {
   model->vertex_count = mesh->vertex_count;
   model->tet_count = mesh->tet_count;
   model->region_count = mesh->region_count;
@@ -117,7 +121,7 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
   if (mesh->midsides &&
       !(model->midsides = copy(mesh->midsides, 6 * mesh->tet_count, sizeof(int32_t), error)))
     return THRUM_OUT_OF_MEMORY;
-  THRUM_TRY(fill_reduced(rank, model, error));
+  THRUM_TRY(fill_reduced(rank, points, model, error));
   return fill_groups(mesh, model, error);
 }
 

@@ -10,7 +10,7 @@
  * c3, c4, basis and axis_mass are left to be written. `model` must be zeroed; on failure what was
  * allocated stays in it for thrum_model_fill_free. */
 thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed, int64_t rank,
-                                   thrum_model *model, thrum_error *error);
+                                   bool points, thrum_model *model, thrum_error *error);
 
 /* axis_mass = U^T M 1 from the model's basis. 1 is taken on all vertices, held ones included: a
  * body force acts through the whole mass of the elements around a free vertex. */

@@ -2,5 +2,9 @@
 #include "precompute/options/precompute_options.h"
 
 thrum_precompute_options thrum_default_precompute_options(void) {
-  return (thrum_precompute_options){.modes = 10, .threads = 1};
+  return (thrum_precompute_options){.modes = 10,
+                                    .cubature_error = 1e-3,
+                                    .cubature_points = 2000,
+                                    .cubature_range = 0.2,
+                                    .threads = 1};
 }

@@ -83,6 +83,20 @@ typedef struct thrum_precompute_options {
   /* How it is checked that no mode was missed; default THRUM_CHECK_AUTO. */
   thrum_check check;
 
+  /* V from cubature points in place of the polynomial; default false. The next three are of it. */
+  bool cubature;
+
+  /* Relative rms of the internal force at which points are enough; > 0, default 0.001. Smaller:
+   * more points, whose number a step's time grows with. */
+  double cubature_error;
+
+  /* Points at most; >= 1, default 2000. Smaller: the error may be missed. */
+  int64_t cubature_points;
+
+  /* Largest displacement that points are trained on, as a share of the body's diagonal; > 0,
+   * default 0.2. Larger: more points for the same error, and right for larger motion. */
+  double cubature_range;
+
   bool single; /* c3 and c4 in single precision; default false */
 
   /* BLAS threads; >= 1, default 1. Larger: a faster precompute on a machine that has the cores, and

@@ -29,6 +29,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/polynomial/kernel_points.h"
+#include "runtime/polynomial/points.h"
 #include "thrum/polynomial.h"
 
 #define ANGLE_MOST 1.0 /* h omega at rest of a mode whose frequency is matched */
@@ -36,23 +38,30 @@
   0.15            /* of the quartic energy of a softer mode, taken up by one that follows */
 #define APART 3.0 /* its frequency over that of the softer mode, at least */
 
-/* True where mode s follows the square of a softer one. */
-static bool follows(const thrum_model *model, int64_t s) {
+/* c3_jjs of every s > j, into c3, and c4_jjjj. */
+static void along(const thrum_model *model, int64_t j, double *c3, double *c4) {
   const int64_t r = model->rank;
-  for (int64_t j = 0; j < s && APART * APART * model->omega2[j] < model->omega2[s]; j++) {
-    const double c3 = model->c3[thrum_c3_index(r, j, j, s)];
-    const double c4 = fmax(model->c4[thrum_c4_index(r, j, j, j, j)], 0.0);
-    if (c3 * c3 > 2.0 * FOLLOWING_SHARE * model->omega2[s] * c4)
-      return true;
+  if (thrum_has_points(model)) {
+    thrum_points_along(model, j, c3, c4);
+    return;
   }
-  return false;
+  for (int64_t s = j + 1; s < r; s++)
+    c3[s] = model->c3[thrum_c3_index(r, j, j, s)];
+  *c4 = model->c4[thrum_c4_index(r, j, j, j, j)];
 }
 
 void thrum_find_following(const thrum_model *model, thrum_state *state) {
   memset(state->following, 0, sizeof state->following);
-  for (int64_t s = 1; s < model->rank; s++)
-    if (follows(model, s))
-      state->following[s / 64] |= UINT64_C(1) << (s % 64);
+  const int64_t r = model->rank;
+  for (int64_t j = 0; j < r && APART * APART * model->omega2[j] < model->omega2[r - 1]; j++) {
+    double c3[THRUM_RANK_MAX], c4 = 0;
+    along(model, j, c3, &c4);
+    c4 = fmax(c4, 0.0);
+    for (int64_t s = j + 1; s < r; s++)
+      if (APART * APART * model->omega2[j] < model->omega2[s] &&
+          c3[s] * c3[s] > 2.0 * FOLLOWING_SHARE * model->omega2[s] * c4)
+        state->following[s / 64] |= UINT64_C(1) << (s % 64);
+  }
 }
 
 int32_t thrum_matched_modes(const thrum_model *model, const thrum_state *state) {

@@ -29,7 +29,7 @@ static void fetch(const thrum_solver *s) {
   thrum_state_view *view = s->view;
   if (!view->restricted_from)
     return;
-  const int64_t count = thrum_restricted_count(s->n);
+  const int64_t count = thrum_restriction_count(s->model, s->n);
   for (int64_t c = 0; c < count; c++)
     view->restricted[c] = view->restricted_from[c * view->restricted_stride];
   view->restricted_from = NULL;

@@ -94,7 +94,7 @@ void thrum_state_plan(thrum_state *state, const thrum_model *model) {
   // midpoint and Newmark evaluate the whole model; imexv restricts it to fewer than r modes, and
   // a manifold has its slopes there
   state->restricted_count = def->integrator == THRUM_INTEGRATOR_IMEXV
-                                ? thrum_restricted_count(n < r ? n : r - 1)
+                                ? thrum_restriction_count(model, n < r ? n : r - 1)
                             : manifold ? thrum_manifold_count(model)
                                        : 0;
 

@@ -1,6 +1,7 @@
 /* The definition of a state: its defaults and its checks (thrum/state.h).
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/dynamics/state_def.h"
+#include "runtime/polynomial/points.h"
 
 #include <math.h>
 
@@ -48,8 +49,9 @@ thrum_status thrum_state_check_model(const thrum_model *model, thrum_error *erro
     return thrum_error_set(error, THRUM_MISSING,
                            "the model was precomputed condensed: what is stepped of it comes from "
                            "thrum_model_condense");
-  if (!model->omega2 || !model->c3 || !model->c4)
-    return thrum_error_set(error, THRUM_MISSING, "the model has no omega2, c3 or c4");
+  if (!thrum_has_energy(model))
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the model has no omega2, or neither c3 and c4 nor cubature points");
 
   // the split of the modes needs them in ascending order
   for (int64_t i = 0; i < model->rank; i++) {

@@ -14,7 +14,7 @@
 #include "runtime/dynamics/spurious_work.h"
 #include "runtime/dynamics/state_layout.h"
 #include "runtime/dynamics/state_private.h"
-#include "runtime/polynomial/packed.h"
+#include "runtime/polynomial/points.h"
 
 /* Steps and counters beyond this could overflow when they are counted on. */
 #define COUNT_MAX (INT64_C(1) << 62)
@@ -105,7 +105,7 @@ static thrum_status check_scheme(const thrum_model *model, const thrum_state *he
   // V is restricted to the implicit modes where both kinds are there
   const bool restricts = scheme == THRUM_SCHEME_THESIS || scheme == THRUM_SCHEME_POSITION;
   if (restricts && header->split > 0 && implicit > 0 &&
-      thrum_restricted_count(implicit) > header->restricted_count)
+      thrum_restriction_count(model, implicit) > header->restricted_count)
     return refuse("split of the modes", error);
   if (!(header->split_dt > 0.0 && header->longest_dt > 0.0))
     return refuse("length of the steps", error);

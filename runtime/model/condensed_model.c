@@ -23,6 +23,7 @@
 #include "runtime/base/alignment_check.h"
 #include "runtime/model/model_layout.h"
 #include "runtime/polynomial/packed.h"
+#include "runtime/polynomial/points.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 #define STRETCHING 0.05 /* energy at which a mode stiffens over that of strains of 1 */
@@ -65,6 +66,10 @@ static thrum_status check(const thrum_model *model, int64_t masters, thrum_error
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model's rank is %lld, not 1 to %d",
                            (long long)model->rank, THRUM_RANK_MAX);
   const source from = source_of(model);
+  if (thrum_has_points(model))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "the model has cubature points and no polynomial to condense: make it "
+                           "without --cubature");
   if (!from.c3 || !from.c4)
     return thrum_error_set(error, THRUM_MISSING, "the model has no polynomial to condense");
   if (model->shape)

@@ -7,6 +7,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 
+#include "runtime/polynomial/points.h"
 #include "thrum/model.h"
 
 /* Mixes one number in; for a given hash no two numbers give the same. */
@@ -25,12 +26,19 @@ static uint64_t mix_all(uint64_t hash, const double *values, int64_t count) {
 }
 
 uint64_t thrum_model_identity(const thrum_model *model) {
-  if (!model || !model->omega2 || !model->c3 || !model->c4)
+  if (!model || !thrum_has_energy(model))
     return 0;
   uint64_t hash = mix(0, (uint64_t)model->rank);
   hash = mix_all(hash, model->omega2, model->rank);
-  hash = mix_all(hash, model->c3, model->c3_count);
-  hash = mix_all(hash, model->c4, model->c4_count);
+  if (thrum_has_points(model)) {
+    hash = mix_all(hash, model->point_weights, model->point_count);
+    hash = mix_all(hash, model->point_moduli, 2 * model->point_count);
+    hash =
+        mix_all(hash, model->point_gradients, THRUM_POINT_ROWS * model->point_count * model->rank);
+  } else {
+    hash = mix_all(hash, model->c3, model->c3_count);
+    hash = mix_all(hash, model->c4, model->c4_count);
+  }
 
   // what follows has inertia of its own
   if (model->shape && model->follow) {

@@ -20,11 +20,12 @@ const thrum_array_info thrum_array_table[THRUM_ARRAY_COUNT] = {
 #undef X
 };
 
-const char *const thrum_size_names[THRUM_SIZE_basis_rows + 1] = {
+const char *const thrum_size_names[THRUM_SIZE_point_rows + 1] = {
 #define X(name, meaning) #name,
     THRUM_MODEL_SIZES(X)
 #undef X
-        "basis_rows"};
+        "basis_rows",
+    "point_rows"};
 
 static int64_t extent(const int64_t *size, int size_id) {
   // literal extents have ids of their own, behind the sizes of the model
@@ -32,6 +33,10 @@ static int64_t extent(const int64_t *size, int size_id) {
   // rows of the basis come in threes
   case THRUM_SIZE_basis_rows:
     return 3 * size[THRUM_SIZE_vertex_count];
+
+  // a gradient has nine
+  case THRUM_SIZE_point_rows:
+    return 9 * size[THRUM_SIZE_point_count];
 
   // literal extents
   case THRUM_SIZE_1:
@@ -51,7 +56,7 @@ static int64_t extent(const int64_t *size, int size_id) {
 }
 
 const thrum_array_list thrum_model_list = {thrum_array_table, THRUM_ARRAY_COUNT,
-                                           THRUM_SIZE_COUNT,  THRUM_SIZE_basis_rows + 1,
+                                           THRUM_SIZE_COUNT,  THRUM_SIZE_point_rows + 1,
                                            thrum_size_names,  extent};
 
 int64_t thrum_layout_extent(const thrum_layout *layout, int size_id) {

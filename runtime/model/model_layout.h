@@ -18,6 +18,7 @@ enum thrum_size_id {
 #undef X
       THRUM_SIZE_COUNT,
   THRUM_SIZE_basis_rows = THRUM_SIZE_COUNT, /* 3 vertex_count */
+  THRUM_SIZE_point_rows,                    /* 9 point_count */
   THRUM_SIZE_1,
   THRUM_SIZE_2,
   THRUM_SIZE_3,
@@ -32,8 +33,8 @@ enum thrum_array_id {
       THRUM_ARRAY_COUNT
 };
 
-/* Names of the sizes, basis_rows included; constant. */
-extern const char *const thrum_size_names[THRUM_SIZE_basis_rows + 1];
+/* Names of the sizes, basis_rows and point_rows included; constant. */
+extern const char *const thrum_size_names[THRUM_SIZE_point_rows + 1];
 
 /* One entry an array, in file order; constant. */
 extern const thrum_array_info thrum_array_table[THRUM_ARRAY_COUNT];
@@ -44,7 +45,7 @@ typedef struct thrum_layout {
   const unsigned char *data[THRUM_ARRAY_COUNT]; /* NULL: absent; any alignment */
 } thrum_layout;
 
-/* Value of a size, of a literal or of basis_rows. */
+/* Value of a size, of a literal, of basis_rows or of point_rows. */
 int64_t thrum_layout_extent(const thrum_layout *layout, int size_id);
 
 /* Bytes of an array whose sizes have passed thrum_layout_check_sizes. */

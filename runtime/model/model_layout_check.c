@@ -61,17 +61,33 @@ static thrum_status check_version(const thrum_layout *layout, thrum_error *error
   return THRUM_OK;
 }
 
-// the polynomial of all coordinates, or the condensed one of the first of them
+// the polynomial of all coordinates, the condensed one of the first of them, or points in its place
 static thrum_status check_polynomial(const thrum_layout *layout, thrum_error *error) {
   static const int condensed[] = {THRUM_ARRAY_slave_map, THRUM_ARRAY_condensed_c3,
                                   THRUM_ARRAY_condensed_c4};
   static const int whole[] = {THRUM_ARRAY_c3, THRUM_ARRAY_c4};
   THRUM_TRY(check_together(layout, condensed, 3,
                            "slave_map, condensed_c3 and condensed_c4 come together", error));
+  static const int points[] = {THRUM_ARRAY_point_weights, THRUM_ARRAY_point_moduli,
+                               THRUM_ARRAY_point_gradients};
+  THRUM_TRY(check_together(layout, points, 3,
+                           "point_weights, point_moduli and point_gradients come together", error));
+  if (HAS(layout, slave_map) && HAS(layout, point_weights))
+    return thrum_error_set(
+        error, THRUM_BAD_SHAPE,
+        "array 'point_weights' does not go with slave_map: a condensed model has "
+        "a polynomial of its masters");
 
-  // either both of the one or all of the other
+  // either both of the one or all of another
   for (int i = 0; i < 2; i++) {
     const bool present = layout->data[whole[i]] != NULL;
+    if (HAS(layout, point_weights) && present)
+      return thrum_error_set(error, THRUM_BAD_SHAPE,
+                             "array '%s' does not go with point_weights: a model has a polynomial "
+                             "or points, not both",
+                             thrum_array_table[whole[i]].name);
+    if (HAS(layout, point_weights))
+      continue;
     if (!HAS(layout, slave_map) && !present)
       return thrum_error_set(error, THRUM_MISSING, "array '%s' is missing",
                              thrum_array_table[whole[i]].name);
@@ -169,6 +185,21 @@ static thrum_status check_rank(const thrum_layout *layout, thrum_error *error) {
                           thrum_c3_count(masters), error));
     return check_count(layout, THRUM_ARRAY_condensed_c4, SIZE(layout, condensed_c4_count),
                        thrum_c4_count(masters), error);
+  }
+
+  // points have no coefficients
+  const int64_t points = SIZE(layout, point_count);
+  if (HAS(layout, point_weights) ? points < 1 || points > INT32_MAX / 9 : points != 0)
+    return thrum_error_set(
+        error, THRUM_BAD_SHAPE,
+        "array 'point_weights' %s %" PRId64 " entries; there are 1 to %d points, "
+        "or the array is absent",
+        HAS(layout, point_weights) ? "has" : "is absent, yet has", points, INT32_MAX / 9);
+  if (HAS(layout, point_weights)) {
+    if (SIZE(layout, c3_count) != 0 || SIZE(layout, c4_count) != 0)
+      return thrum_error_set(error, THRUM_BAD_SHAPE,
+                             "arrays 'c3' and 'c4' are absent, yet their counts are not 0");
+    return THRUM_OK;
   }
 
   // a whole one has them of all coordinates
@@ -280,6 +311,27 @@ static thrum_status check_material(const thrum_layout *layout, thrum_error *erro
   return THRUM_OK;
 }
 
+// volumes that points stand for, and moduli of a material that resists every strain
+static thrum_status check_points(const thrum_layout *layout, thrum_error *error) {
+  const unsigned char *moduli = layout->data[THRUM_ARRAY_point_moduli];
+  const int64_t count = SIZE(layout, point_count);
+  for (int64_t p = 0; p < count; p++) {
+    const double weight = get_f8(layout->data[THRUM_ARRAY_point_weights], p);
+    if (!(weight > 0.0))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'point_weights' holds %g (entry %" PRId64
+                             "); weights are volumes and > 0",
+                             weight, p);
+    const double lambda = get_f8(moduli, p), mu = get_f8(moduli, count + p);
+    if (!(mu > 0.0 && 3.0 * lambda + 2.0 * mu > 0.0))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'point_moduli' holds lambda %g and mu %g (point %" PRId64
+                             "); mu > 0 and 3 lambda + 2 mu > 0 are needed",
+                             lambda, mu, p);
+  }
+  return THRUM_OK;
+}
+
 static thrum_status check_mesh(const thrum_layout *layout, thrum_error *error) {
   THRUM_TRY(check_indices(layout, THRUM_ARRAY_tets, SIZE(layout, vertex_count), error));
   THRUM_TRY(check_indices(layout, THRUM_ARRAY_tet_region, SIZE(layout, region_count), error));
@@ -376,6 +428,8 @@ thrum_status thrum_layout_check_values(const thrum_layout *layout, thrum_error *
       return status;
   }
   thrum_status status = check_omega2(layout, error);
+  if (status == THRUM_OK && HAS(layout, point_weights))
+    status = check_points(layout, error);
   if (status == THRUM_OK && HAS(layout, vertices))
     status = check_mesh(layout, error);
   if (status == THRUM_OK && HAS(layout, group_ends))

@@ -5,6 +5,7 @@
  * and M' = d s^3 M. From U'^T M' U' = 1 follows U' = k U with k = (d s^3)^-1/2, and from
  * U' q' = s U q the coordinates q = g q' with g = k / s. Hence
  *   V'(q') = e s^3 V(g q'):  omega2' = e/(s^2 d) omega2,  c3' = e s^3 g^3 c3,  c4' = e s^3 g^4 c4,
+ * or for cubature points weights s^3, moduli e and gradients g times as large, and
  *   U'^T M' 1 = d s^3 k U^T M 1.
  * Cost: one pass over the arrays.
  *
@@ -16,11 +17,12 @@
 #include <string.h>
 
 #include "runtime/model/model_layout.h"
+#include "runtime/polynomial/points.h"
 #include "thrum/polynomial.h"
 
 /* Factor of each array. */
 typedef struct factors {
-  double omega2, c3, c4, axis_mass, basis, follow;
+  double omega2, c3, c4, axis_mass, basis, follow, weight, modulus, gradient;
 } factors;
 
 /* Doubles of what a lower rank would share with the model and a scale does not. */
@@ -54,11 +56,14 @@ static thrum_status find_factors(const thrum_model_scaling *by, factors *found,
                      .c4 = e * volume * (g * g * g * g),
                      .axis_mass = d * volume * k,
                      .basis = k,
-                     .follow = g};
+                     .follow = g,
+                     .weight = volume,
+                     .modulus = e,
+                     .gradient = g};
 
   // a factor beyond the range of numbers would leave a model of zeros or infinities
-  const double all[] = {f.omega2, f.c3, f.c4, f.axis_mass, f.basis, f.follow};
-  for (int n = 0; n < 6; n++)
+  const double all[] = {f.omega2, f.c3, f.c4, f.axis_mass, f.basis, f.follow, f.weight};
+  for (int n = 0; n < 7; n++)
     if (!isnormal(all[n]))
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "scaled by %g in length, %g in stiffness and %g in density the model "
@@ -110,16 +115,29 @@ static double *append(unsigned char **next, const double *from, size_t count, do
   return part;
 }
 
+/* Those of its points. */
+static bool scale_points(void *memory, const thrum_model *model, const factors *f,
+                         const thrum_model *scaled) {
+  const size_t count = (size_t)model->point_count;
+  return multiply(model->point_weights, count, f->weight, within(memory, scaled->point_weights)) &&
+         multiply(model->point_moduli, 2 * count, f->modulus,
+                  within(memory, scaled->point_moduli)) &&
+         multiply(model->point_gradients, THRUM_POINT_ROWS * count * (size_t)model->rank,
+                  f->gradient, within(memory, scaled->point_gradients));
+}
+
 /* The arrays of `scaled`, a copy of `model` that lies in `memory`; false: not all are finite. */
 static bool scale_arrays(void *memory, unsigned char *next, const thrum_model *model,
                          const factors *f, const thrum_model_scaling *by, thrum_model *scaled) {
   // the polynomial
   const size_t rank = (size_t)model->rank;
   bool finite = multiply(model->omega2, rank, f->omega2, within(memory, scaled->omega2));
-  finite =
-      multiply(model->c3, (size_t)model->c3_count, f->c3, within(memory, scaled->c3)) && finite;
-  finite =
-      multiply(model->c4, (size_t)model->c4_count, f->c4, within(memory, scaled->c4)) && finite;
+  if (thrum_has_points(model))
+    finite = scale_points(memory, model, f, scaled) && finite;
+  else
+    finite = multiply(model->c3, (size_t)model->c3_count, f->c3, within(memory, scaled->c3)) &&
+             multiply(model->c4, (size_t)model->c4_count, f->c4, within(memory, scaled->c4)) &&
+             finite;
 
   // what the mesh and the loads need
   if (model->axis_mass)
@@ -170,7 +188,9 @@ thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_mod
 
   // the packed coefficients come from the scaled ones
   const void *packed = copy->packed ? (const void *)copy->packed : copy->packed_single;
-  THRUM_TRY(thrum_model_pack(&result, within(memory, packed), thrum_model_pack_size(model), error));
+  if (packed)
+    THRUM_TRY(
+        thrum_model_pack(&result, within(memory, packed), thrum_model_pack_size(model), error));
 
   // y = g^-1 F(g q', g q') of slaves that are quadratic in the masters
   result.follow_scale = f.follow * model->follow_scale;

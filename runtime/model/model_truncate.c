@@ -8,26 +8,38 @@
 
 #include "runtime/base/alignment_check.h"
 #include "runtime/model/model_layout.h"
-#include "runtime/polynomial/packed.h"
+#include "runtime/polynomial/points.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 /* The arrays that a lower rank has anew, in doubles. */
 typedef struct parts {
-  size_t omega2, c3, c4, axis_mass, basis;
+  size_t omega2, c3, c4, axis_mass, basis, weights, moduli, gradients, packed;
 } parts;
 
 static parts parts_of(const thrum_model *model, int64_t rank) {
-  const parts p = {(size_t)rank, (size_t)thrum_c3_count(rank), (size_t)thrum_c4_count(rank),
-                   model->axis_mass ? 3 * (size_t)rank : 0,
-                   model->basis ? 3 * (size_t)model->vertex_count * (size_t)rank : 0};
+  parts p = {.omega2 = (size_t)rank,
+             .axis_mass = model->axis_mass ? 3 * (size_t)rank : 0,
+             .basis = model->basis ? 3 * (size_t)model->vertex_count * (size_t)rank : 0};
+
+  // points are not packed
+  if (thrum_has_points(model)) {
+    p.weights = (size_t)model->point_count;
+    p.moduli = 2 * p.weights;
+    p.gradients = THRUM_POINT_ROWS * p.weights * (size_t)rank;
+    return p;
+  }
+  p.c3 = (size_t)thrum_c3_count(rank);
+  p.c4 = (size_t)thrum_c4_count(rank);
+  p.packed = (size_t)thrum_pack_all(rank);
   return p;
 }
 
 thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank, size_t *size,
                                        thrum_error *error) {
-  if (!model || !size || !model->omega2 || !model->c3 || !model->c4)
+  if (!model || !size || !thrum_has_energy(model))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "the model or size is NULL, or the model has no omega2, c3 or c4");
+                           "the model or size is NULL, or the model has no omega2, or neither c3 "
+                           "and c4 nor cubature points");
   if (rank < 1 || rank > model->rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is asked for; the model has 1 to %lld", (long long)rank,
@@ -39,7 +51,8 @@ thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank, s
   *size = thrum_round_up(sizeof(thrum_model)) + thrum_round_up(p.omega2 * sizeof(double)) +
           thrum_round_up(p.c3 * sizeof(double)) + thrum_round_up(p.c4 * sizeof(double)) +
           thrum_round_up(p.axis_mass * sizeof(double)) + thrum_round_up(p.basis * sizeof(double)) +
-          (size_t)thrum_pack_all(rank) * sizeof(double);
+          thrum_round_up(p.weights * sizeof(double)) + thrum_round_up(p.moduli * sizeof(double)) +
+          thrum_round_up(p.gradients * sizeof(double)) + p.packed * sizeof(double);
   return THRUM_OK;
 }
 
@@ -91,11 +104,20 @@ thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_
   double *omega2 = thrum_cut_doubles(&at, p.omega2), *c3 = thrum_cut_doubles(&at, p.c3),
          *c4 = thrum_cut_doubles(&at, p.c4);
   double *axis_mass = thrum_cut_doubles(&at, p.axis_mass), *basis = thrum_cut_doubles(&at, p.basis);
+  double *weights = thrum_cut_doubles(&at, p.weights), *moduli = thrum_cut_doubles(&at, p.moduli);
+  double *gradients = thrum_cut_doubles(&at, p.gradients);
 
   // the coefficients of the first coordinates, and their columns of the basis
   memcpy(omega2, model->omega2, p.omega2 * sizeof *omega2);
-  copy_c3(model, rank, c3);
-  copy_c4(model, rank, c4);
+  if (p.gradients > 0) {
+    memcpy(weights, model->point_weights, p.weights * sizeof *weights);
+    memcpy(moduli, model->point_moduli, p.moduli * sizeof *moduli);
+    copy_columns(THRUM_POINT_ROWS * model->point_count, model->rank, rank, model->point_gradients,
+                 gradients);
+  } else {
+    copy_c3(model, rank, c3);
+    copy_c4(model, rank, c4);
+  }
   if (model->axis_mass)
     copy_columns(3, model->rank, rank, model->axis_mass, axis_mass);
   if (model->basis)
@@ -106,11 +128,15 @@ thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_
   lower.c3_count = (int64_t)p.c3;
   lower.c4_count = (int64_t)p.c4;
   lower.omega2 = omega2;
-  lower.c3 = c3;
-  lower.c4 = c4;
+  lower.c3 = p.c3 > 0 ? c3 : NULL;
+  lower.c4 = p.c4 > 0 ? c4 : NULL;
+  lower.point_weights = p.weights > 0 ? weights : NULL;
+  lower.point_moduli = p.moduli > 0 ? moduli : NULL;
+  lower.point_gradients = p.gradients > 0 ? gradients : NULL;
   lower.axis_mass = model->axis_mass ? axis_mass : NULL;
   lower.basis = model->basis ? basis : NULL;
-  THRUM_TRY(thrum_model_pack(&lower, at, size - (size_t)(at - (unsigned char *)memory), error));
+  if (p.packed > 0)
+    THRUM_TRY(thrum_model_pack(&lower, at, size - (size_t)(at - (unsigned char *)memory), error));
   lower.identity = thrum_model_identity(&lower);
   memcpy(memory, &lower, sizeof lower);
   *truncated = memory;

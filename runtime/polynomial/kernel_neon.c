@@ -97,6 +97,7 @@ INLINE v8 v8_sums(v8 a, v8 b, v8 c, v8 d, v8 e, v8 f, v8 g, v8 h) {
 // these need the lanes
 #include "runtime/polynomial/kernel_passes.inl"
 
+static const thrum_kernel points_table = THRUM_POINTS_TABLE(THRUM_KERNEL_NEON);
 const thrum_kernel thrum_kernel_neon = THRUM_KERNEL_TABLE(THRUM_KERNEL_NEON);
 
 #else

@@ -9,7 +9,7 @@
 #define PAIRS_OPERATIONS 4.0 /* with a number of those by pairs */
 
 size_t thrum_pass_result_count(const thrum_model *model) {
-  return (size_t)(model->rank * model->rank + thrum_restricted_count(model->rank));
+  return (size_t)(model->rank * model->rank + thrum_restriction_count(model, model->rank));
 }
 
 thrum_status thrum_pass_run(const thrum_model *model, thrum_kernel_id kernel, thrum_pass pass,

@@ -8,6 +8,7 @@
 #include "runtime/polynomial/kernel_model.inl"
 // these need evaluations
 #include "runtime/polynomial/kernel_part.inl"
+#include "runtime/polynomial/kernel_points.inl"
 #include "runtime/polynomial/kernel_restricted.inl"
 #include "runtime/polynomial/kernel_square.inl"
 
@@ -19,5 +20,5 @@
     .tangent_vector_part = pass_tangent_vector_part, .restrict_to = pass_restrict,                 \
     .restricted_gradient = pass_restricted_gradient,                                               \
     .restricted_hessian = pass_restricted_hessian, .product = pass_product,                        \
-    .rank_two = pass_rank_two, .sweep = pass_sweep,                                                \
+    .rank_two = pass_rank_two, .sweep = pass_sweep, .points = &points_table,                       \
   }

@@ -27,6 +27,10 @@
  *   - The restriction adds up own rows with d ascending. Linear and quadratic terms are in the
  *     order that is not mirrored, and their y is summed over the held columns.
  *
+ * Cubature points (runtime/polynomial/kernel_points.inl). Gradients are summed over the coordinates
+ * in 8 lanes, the law of the material is the same in each lane, and forces and tangents add up
+ * points in ascending order.
+ *
  * Lanes are added as ((0+4)+(2+6))+((1+5)+(3+7)).
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -123,10 +127,16 @@ typedef struct thrum_kernel {
    * takes thrum_whole(n) doubles and is zero beyond n. On entry the whole matrix holds; afterwards
    * entries above the diagonal are undefined. work: THRUM_SWEEP_VECTORS rows. */
   int64_t (*sweep)(int64_t n, double *matrix, double *work);
+
+  /* The passes above up to restricted_hessian for a model of cubature points
+   * (runtime/polynomial/points.h), with the nonlinear part of V in place of its cubic and quartic
+   * terms; the others are NULL. */
+  const struct thrum_kernel *points;
 } thrum_kernel;
 
 /* Plain C for every machine, against which the others are tested. */
 extern const thrum_kernel thrum_kernel_reference;
+extern const thrum_kernel thrum_points_reference; /* its `points` */
 
 /* The other kernels that this build has. */
 #if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)

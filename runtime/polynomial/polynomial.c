@@ -9,6 +9,7 @@
 #include "runtime/base/fp_contract.h"
 
 #include "runtime/polynomial/packed.h"
+#include "runtime/polynomial/points.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 #include <string.h>
@@ -27,11 +28,15 @@ int64_t thrum_c4_index(int64_t rank, int64_t i, int64_t j, int64_t k, int64_t l)
 }
 
 size_t thrum_work_count(const thrum_model *model) {
-  return (size_t)thrum_pack_work_tangent(model->rank);
+  // points have no lists of columns
+  return (size_t)(thrum_has_points(model) ? thrum_pack_work(model->rank)
+                                          : thrum_pack_work_tangent(model->rank));
 }
 
-/* The kernel asked for, where the coefficients are packed for it. */
+/* The kernel asked for, where the coefficients are packed for it, or its passes over points. */
 static const thrum_kernel *fit(const thrum_kernel *by, const thrum_model *model) {
+  if (thrum_has_points(model))
+    return by->points;
   return thrum_is_packed(model) ? by : &thrum_kernel_reference;
 }
 

@@ -8,6 +8,7 @@
 
 #include "runtime/polynomial/kernel_private.h"
 #include "runtime/polynomial/packed.h"
+#include "runtime/polynomial/points.h"
 #include "thrum/polynomial.h"
 
 /* --- V by a given kernel: see thrum/polynomial.h ---------------------------------------------- */
@@ -41,8 +42,9 @@ void thrum_tangent_product_part(const thrum_kernel *by, const thrum_model *model
 
 /* --- V with the first `split` coordinates held ---------------------------------------------------
  * n = rank - split coordinates remain. A restricted polynomial is one array of
- * thrum_restricted_count(n) doubles, as runtime/polynomial/packed.h says. Its quartic part is read
- * from the model where it lies: so the functions that use it take the model and the split again. */
+ * thrum_restriction_count(model, n) doubles, as runtime/polynomial/packed.h and points.h say. What
+ * is of degree 4 in them is read from the model where it lies: so the functions that use it take
+ * the model and the split again. */
 
 /* Restricts V at q (rank; the entries from split on are not read) into `restricted`, without the
  * constant term V(q_E, 0), whose coefficients are not read. work: thrum_work_count(model). */

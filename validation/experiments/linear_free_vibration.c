@@ -42,7 +42,8 @@ static thrum_status search_make(const experiment_body *body, search *s, thrum_er
   const thrum_model *model = body->model;
   search made = {.body = body, .linear = *model};
   THRUM_TRY(thrum_equilibrium_size(model, &made.workspace_size, error));
-  made.zeros = calloc((size_t)model->c4_count + (size_t)model->c3_count, sizeof *made.zeros);
+  const int64_t cubic = thrum_c3_count(model->rank), quartic = thrum_c4_count(model->rank);
+  made.zeros = calloc((size_t)(cubic + quartic), sizeof *made.zeros);
   made.workspace = thrum_allocate_aligned(made.workspace_size, body->name, error);
   if (made.zeros == NULL || made.workspace == NULL) {
     search_free(&made);
@@ -52,6 +53,10 @@ static thrum_status search_make(const experiment_body *body, search *s, thrum_er
   // the linear model is the same one with coefficients of zero
   made.linear.c3 = made.zeros;
   made.linear.c4 = made.zeros;
+  made.linear.c3_count = cubic;
+  made.linear.c4_count = quartic;
+  made.linear.point_weights = made.linear.point_moduli = made.linear.point_gradients = NULL;
+  made.linear.point_count = 0;
   // what is packed is still the nonlinear one
   made.linear.packed = NULL;
   made.linear.packed_single = NULL;

@@ -16,11 +16,13 @@
 #ifndef RANK_LIMIT
 #define RANK_LIMIT 100
 #endif
-enum { RANK_MAX = RANK_LIMIT };
+enum { RANK_MAX = RANK_LIMIT, POINTS = 19 };
 
 /* One set of coefficients serves every rank, since any numbers are coefficients of some model. */
 typedef struct setup {
   double *omega2, *c3, *c4;
+  int64_t points; /* of the models; 0: coefficients */
+  double *weights, *moduli, *gradients;
   double q[RANK_MAX], v[RANK_MAX];
 } setup;
 
@@ -46,6 +48,12 @@ static int setup_make(void **state) {
   random_vector(&random, thrum_c4_count(RANK_MAX), 1, s->c4);
   random_vector(&random, RANK_MAX, 1, s->q);
   random_vector(&random, RANK_MAX, 1, s->v);
+  s->weights = random_alloc(POINTS, sizeof(double));
+  s->moduli = random_alloc(2 * POINTS, sizeof(double));
+  s->gradients = random_alloc(9 * POINTS * RANK_MAX, sizeof(double));
+  random_vector(&random, POINTS, 1, s->weights);
+  random_vector(&random, 2 * POINTS, 1, s->moduli);
+  random_vector(&random, 9 * POINTS * RANK_MAX, 1, s->gradients);
   *state = s;
   return 0;
 }
@@ -55,6 +63,9 @@ static int setup_free(void **state) {
   free(s->omega2);
   free(s->c3);
   free(s->c4);
+  free(s->weights);
+  free(s->moduli);
+  free(s->gradients);
   free(s);
   return 0;
 }
@@ -63,9 +74,16 @@ static int setup_free(void **state) {
 static thrum_model model_of(const setup *s, int64_t rank) {
   thrum_model model = {0};
   model.rank = rank;
+  model.omega2 = s->omega2;
+  if (s->points > 0) {
+    model.point_count = s->points;
+    model.point_weights = s->weights + (POINTS - s->points);
+    model.point_moduli = s->moduli + 2 * (POINTS - s->points);
+    model.point_gradients = s->gradients + 9 * (POINTS * RANK_MAX - s->points * rank);
+    return model;
+  }
   model.c3_count = thrum_c3_count(rank);
   model.c4_count = thrum_c4_count(rank);
-  model.omega2 = s->omega2;
   model.c3 = s->c3 + (thrum_c3_count(RANK_MAX) - model.c3_count);
   model.c4 = s->c4 + (thrum_c4_count(RANK_MAX) - model.c4_count);
   return model;
@@ -120,7 +138,7 @@ static void evaluate(const setup *s, const thrum_kernel *by, bool pack, int64_t 
   thrum_tangent_product_part(by, &model, split, s->q, s->v, o->product_part, work);
 
   // the restricted polynomial and its derivatives
-  o->restricted = random_alloc(thrum_restricted_count(rank - split), sizeof(double));
+  o->restricted = random_alloc(thrum_restriction_count(&model, rank - split), sizeof(double));
   thrum_polynomial_restrict(by, &model, split, s->q, o->restricted, work);
   thrum_restricted_gradient(by, &model, split, o->restricted, s->v, o->gradient, work);
   thrum_restricted_hessian(by, &model, split, o->restricted, s->v, o->hessian, work);
@@ -135,7 +153,9 @@ static void evaluate(const setup *s, const thrum_kernel *by, bool pack, int64_t 
   free(memory);
 }
 
-static void assert_same(const outcome *a, const outcome *b, int64_t rank, int32_t split) {
+/* The second holds `restricted` numbers of V with the first coordinates held. */
+static void assert_same(const outcome *a, const outcome *b, int64_t rank, int32_t split,
+                        int64_t restricted) {
   const size_t vector = (size_t)rank * sizeof(double), n = (size_t)(rank - split);
   assert_true(a->energy == b->energy && a->with_force == b->with_force);
   assert_true(a->with_tangent == b->with_tangent);
@@ -157,8 +177,7 @@ static void assert_same(const outcome *a, const outcome *b, int64_t rank, int32_
   assert_true(a->part == b->part);
   assert_memory_equal(a->force_part, b->force_part, (size_t)split * sizeof(double));
   assert_memory_equal(a->product_part, b->product_part, (size_t)split * sizeof(double));
-  assert_memory_equal(a->restricted, b->restricted,
-                      (size_t)thrum_restricted_count(rank - split) * sizeof(double));
+  assert_memory_equal(a->restricted, b->restricted, (size_t)restricted * sizeof(double));
   assert_memory_equal(a->gradient, b->gradient, n * sizeof(double));
   assert_memory_equal(a->hessian, b->hessian, n * n * sizeof(double));
 }
@@ -176,11 +195,36 @@ static void every_kernel_gives_the_bits_of_the_reference_at_every_rank(void **st
       if (!thrum_kernel_usable((thrum_kernel_id)id))
         continue;
       evaluate(s, thrum_kernel_get(id), true, rank, split, found);
-      assert_same(found, expected, rank, split);
+      assert_same(found, expected, rank, split, thrum_restricted_count(rank - split));
       free(found->restricted);
     }
     free(expected->restricted);
   }
+  free(expected);
+  free(found);
+}
+
+static void every_kernel_gives_the_bits_of_the_reference_with_points(void **state) {
+  setup *s = *state;
+  outcome *expected = random_alloc(1, sizeof *expected), *found = random_alloc(1, sizeof *found);
+  for (int64_t rank = 1; rank <= RANK_MAX; rank += rank < 20 ? 1 : 7) {
+    const int32_t split = (int32_t)(rank * (rank % 5) / 4);
+    s->points = 1 + rank % POINTS;
+    const thrum_model model = model_of(s, rank);
+    const int64_t restricted = thrum_restriction_count(&model, rank - split);
+    evaluate(s, &thrum_kernel_reference, false, rank, split, expected);
+
+    // the other kernels that this machine can run
+    for (int id = THRUM_KERNEL_AVX2; thrum_kernel_name((thrum_kernel_id)id); id++) {
+      if (!thrum_kernel_usable((thrum_kernel_id)id))
+        continue;
+      evaluate(s, thrum_kernel_get(id), false, rank, split, found);
+      assert_same(found, expected, rank, split, restricted);
+      free(found->restricted);
+    }
+    free(expected->restricted);
+  }
+  s->points = 0;
   free(expected);
   free(found);
 }
@@ -192,7 +236,7 @@ static void the_reference_gives_the_same_bits_without_packed_coefficients(void *
     const int32_t split = (int32_t)(rank * (rank % 4) / 3);
     evaluate(s, &thrum_kernel_reference, true, rank, split, expected);
     evaluate(s, &thrum_kernel_reference, false, rank, split, found);
-    assert_same(found, expected, rank, split);
+    assert_same(found, expected, rank, split, thrum_restricted_count(rank - split));
     free(found->restricted);
     free(expected->restricted);
   }
@@ -207,7 +251,7 @@ static void every_split_gives_the_bits_of_the_reference(void **state) {
     for (int32_t split = 0; split <= rank; split++) {
       evaluate(s, &thrum_kernel_reference, false, rank, split, expected);
       evaluate(s, thrum_kernel_get(THRUM_KERNEL_BEST), true, rank, split, found);
-      assert_same(found, expected, rank, split);
+      assert_same(found, expected, rank, split, thrum_restricted_count(rank - split));
       free(found->restricted);
       free(expected->restricted);
     }
@@ -245,7 +289,7 @@ static void single_precision_coefficients_are_packed_as_such_and_keep_the_bits(v
       if (!thrum_kernel_usable((thrum_kernel_id)id))
         continue;
       evaluate(&rounded, thrum_kernel_get(id), true, rank, 7, found);
-      assert_same(found, expected, rank, 7);
+      assert_same(found, expected, rank, 7, thrum_restricted_count(rank - 7));
       free(found->restricted);
     }
     free(expected->restricted);
@@ -441,6 +485,7 @@ static void a_kernel_of_another_machine_gives_way_to_the_best_one_here(void **st
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(every_kernel_gives_the_bits_of_the_reference_at_every_rank),
+      cmocka_unit_test(every_kernel_gives_the_bits_of_the_reference_with_points),
       cmocka_unit_test(the_reference_gives_the_same_bits_without_packed_coefficients),
       cmocka_unit_test(every_split_gives_the_bits_of_the_reference),
       cmocka_unit_test(single_precision_coefficients_are_packed_as_such_and_keep_the_bits),

@@ -1,0 +1,373 @@
+/* Cubature points of a reduced body, see cubature.h.
+ *
+ * States. The lowest k coordinates x are drawn evenly in energy (x_i = random / w_i) and scaled to
+ * a displacement of a random share of the range. The others follow as in static condensation, y_h =
+ * -a_h(x) / w_h^2, where a(x) is the even part of the force at U x: so the states lie near the
+ * manifold of modes and their derivatives, on which the body moves. In half of the states each of
+ * them is off by a random factor, as it is when it vibrates.
+ *
+ * Least squares. Row (s, i) is the internal force R_i of state s over |R_s|, in the norm of the
+ * static response, sum R_i^2 / w_i^2; so every state counts alike, and |A x - b|^2 over the number
+ * of states is the square of the relative rms error. Only A^T A is kept. Where there are more
+ * points than CANDIDATES, that many are drawn.
+ *
+ * Cost: three evaluations of the full-order force a state, and rows x candidates^2.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "precompute/polynomial/cubature.h"
+
+#include <cblas.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "platform/allocate.h"
+#include "precompute/fem/fem_tet.h"
+#include "precompute/polynomial/nonnegative.h"
+
+#define TEST_STATES 40 /* to judge by */
+#define STATES (THRUM_CUBATURE_STATES - TEST_STATES)
+#define CHUNK 8       /* states whose rows are held at once */
+#define ROWS 9        /* components of a gradient */
+#define SMALLEST 0.05 /* amplitude of a state, of the largest */
+#define OFF 0.5       /* by which followers are off, in half of the states */
+
+typedef struct cubature {
+  const thrum_fem *fem;
+  const thrum_cubature_def *def;
+  const thrum_model *model;
+  int64_t rank, count; /* count: candidates */
+  int64_t *candidate;  /* their points */
+  double *gradient;    /* (ROWS count) x rank */
+  double *q, *force;   /* rank a state: coordinates; nonlinear force over its norm, in the norm */
+  double *scale;       /* a state: 1 / |R| */
+  double *norm;        /* rank: 1 / w_i */
+  double *field, *force_field, *other_field; /* 3 vertex_count */
+  double *products[2], *projections[2], target[2];
+  uint64_t random;
+  const thrum_reporter *reporter;
+} cubature;
+
+/* Evenly in [-1, 1): a linear congruential generator by Knuth's constants. */
+static double draw(cubature *c) {
+  c->random = c->random * UINT64_C(6364136223846793005) + UINT64_C(1442695040888963407);
+  return (double)(c->random >> 11) / 4503599627370496.0 - 1.0;
+}
+
+/* field = U q. */
+static void expand(const cubature *c, const double *q, double *field) {
+  cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)(3 * c->model->vertex_count), (int)c->rank, 1,
+              c->model->basis, (int)c->rank, q, 1, 0, field, 1);
+}
+
+/* reduced = U^T field. */
+static void reduce(const cubature *c, const double *field, double *reduced) {
+  cblas_dgemv(CblasRowMajor, CblasTrans, (int)(3 * c->model->vertex_count), (int)c->rank, 1,
+              c->model->basis, (int)c->rank, field, 1, 0, reduced, 1);
+}
+
+/* Largest displacement of a vertex. */
+static double largest(const cubature *c) {
+  double most = 0;
+  for (int64_t v = 0; v < c->model->vertex_count; v++) {
+    const double *u = c->field + 3 * v;
+    most = fmax(most, u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+  }
+  return sqrt(most);
+}
+
+/* Diagonal of the box around the mesh [m]. */
+static double diagonal(const thrum_model *model) {
+  double sum = 0;
+  for (int axis = 0; axis < 3; axis++) {
+    double low = INFINITY, high = -INFINITY;
+    for (int64_t v = 0; v < model->vertex_count; v++) {
+      low = fmin(low, model->vertices[3 * v + axis]);
+      high = fmax(high, model->vertices[3 * v + axis]);
+    }
+    sum += (high - low) * (high - low);
+  }
+  return sqrt(sum);
+}
+
+/* What the coordinates from k on do while the others are at q: adds it to q. */
+static void follow(cubature *c, bool exactly, double *q) {
+  const int64_t k = c->def->masters, rows = 3 * c->model->vertex_count;
+  double reduced[THRUM_RANK_MAX];
+
+  // the even part of the force at +-u
+  expand(c, q, c->field);
+  thrum_fem_energy(c->fem, c->field, c->force_field);
+  cblas_dscal((int)rows, -1, c->field, 1);
+  thrum_fem_energy(c->fem, c->field, c->other_field);
+  cblas_daxpy((int)rows, 1, c->other_field, 1, c->force_field, 1);
+  reduce(c, c->force_field, reduced);
+  for (int64_t h = k; h < c->rank; h++)
+    q[h] -= 0.5 * reduced[h] * c->norm[h] * c->norm[h] * (exactly ? 1 : 1 + OFF * draw(c));
+}
+
+/* Draws state s, and takes its force. */
+static void make_state(cubature *c, int64_t s) {
+  const int64_t r = c->rank;
+  double *q = c->q + s * r, *force = c->force + s * r;
+  memset(q, 0, (size_t)r * sizeof *q);
+  for (int64_t i = 0; i < c->def->masters; i++)
+    q[i] = draw(c) * c->norm[i];
+
+  // as far as the range allows
+  expand(c, q, c->field);
+  const double share = SMALLEST + (1 - SMALLEST) * (0.5 + 0.5 * draw(c));
+  const double reach = c->def->range * diagonal(c->model) * share / largest(c);
+  for (int64_t i = 0; i < c->def->masters; i++)
+    q[i] *= reach;
+  follow(c, s % 2 == 0, q);
+
+  // the force of the whole body, and what of it is not linear
+  expand(c, q, c->field);
+  thrum_fem_energy(c->fem, c->field, c->force_field);
+  reduce(c, c->force_field, force);
+  double size = 0;
+  for (int64_t i = 0; i < r; i++)
+    size += force[i] * force[i] * c->norm[i] * c->norm[i];
+  c->scale[s] = 1 / sqrt(size);
+  for (int64_t i = 0; i < r; i++)
+    force[i] = (force[i] - c->model->omega2[i] * q[i]) * c->norm[i] * c->scale[s];
+}
+
+/* G of every basis vector at a point of the mesh: ROWS x rank. */
+static void point_gradients(const thrum_fem *fem, const thrum_model *model, int64_t point,
+                            double *to) {
+  const int64_t r = model->rank, t = point / fem->point_count;
+  const int32_t *node = fem->nodes + fem->node_count * t;
+  double shape[THRUM_FEM_NODES_MAX][3];
+  thrum_fem_shape_gradients(fem, t, (int)(point % fem->point_count), shape);
+  memset(to, 0, (size_t)(ROWS * r) * sizeof *to);
+
+  // differences to node 0, so that a translation gives exact zeros
+  for (int a = 1; a < fem->node_count; a++)
+    for (int c = 0; c < 3; c++) {
+      const double *u = model->basis + (3 * (int64_t)node[a] + c) * r;
+      const double *u0 = model->basis + (3 * (int64_t)node[0] + c) * r;
+      for (int d = 0; d < 3; d++)
+        for (int64_t i = 0; i < r; i++)
+          to[(3 * c + d) * r + i] += (u[i] - u0[i]) * shape[a][d];
+    }
+}
+
+/* Nonlinear part of the first Piola-Kirchhoff stress at G. */
+static void nonlinear_stress(double lambda, double mu, double g[3][3], double p[3][3]) {
+  double quadratic[3][3], strain[3][3], t[3][3], s[3][3];
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++) {
+      quadratic[c][d] = (g[0][c] * g[0][d] + g[1][c] * g[1][d] + g[2][c] * g[2][d]) / 2;
+      strain[c][d] = (g[c][d] + g[d][c]) / 2 + quadratic[c][d];
+    }
+  thrum_stress(lambda, mu, quadratic, t);
+  thrum_stress(lambda, mu, strain, s);
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++)
+      p[c][d] = t[c][d] + g[c][0] * s[0][d] + g[c][1] * s[1][d] + g[c][2] * s[2][d];
+}
+
+/* The force of one candidate in one state, weighted by its own volume, in the rows' scale. */
+static void candidate_row(const cubature *c, int64_t n, int64_t s, const double *gradient,
+                          double *row) {
+  const int64_t point = c->candidate[n];
+  const int32_t region = c->fem->tet_region[point / c->fem->point_count];
+  double g[3][3], p[3][3];
+  memcpy(g, gradient, sizeof g);
+  nonlinear_stress(c->fem->lambda[region], c->fem->mu[region], g, p);
+  const double weight = c->fem->weight[point] * c->scale[s];
+  const double *rows = c->gradient + ROWS * n * c->rank;
+  memset(row, 0, (size_t)c->rank * sizeof *row);
+  for (int k = 0; k < ROWS; k++) {
+    const double stress = weight * p[k / 3][k % 3];
+    for (int64_t i = 0; i < c->rank; i++)
+      row[i] += stress * rows[k * c->rank + i];
+  }
+  for (int64_t i = 0; i < c->rank; i++)
+    row[i] *= c->norm[i];
+}
+
+/* Adds the rows of `count` states from `first` on to the products of a set. */
+static void add_states(cubature *c, int64_t first, int64_t count, int set, double *gradients,
+                       double *rows) {
+  // G of all candidates in these states: (ROWS candidates) x count
+  const int64_t r = c->rank, height = count * r;
+  cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasTrans, (int)(ROWS * c->count), (int)count, (int)r,
+              1, c->gradient, (int)r, c->q + first * r, (int)r, 0, gradients, (int)count);
+  for (int64_t n = 0; n < c->count; n++)
+    for (int64_t s = 0; s < count; s++) {
+      double g[ROWS];
+      for (int k = 0; k < ROWS; k++)
+        g[k] = gradients[(ROWS * n + k) * count + s];
+      candidate_row(c, n, first + s, g, rows + n * height + s * r);
+    }
+
+  // A^T A, A^T b and b^T b
+  const double *b = c->force + first * r;
+  cblas_dsyrk(CblasRowMajor, CblasLower, CblasNoTrans, (int)c->count, (int)height, 1, rows,
+              (int)height, 1, c->products[set], (int)c->count);
+  cblas_dgemv(CblasRowMajor, CblasNoTrans, (int)c->count, (int)height, 1, rows, (int)height, b, 1,
+              1, c->projections[set], 1);
+  c->target[set] += cblas_ddot((int)height, b, 1, b, 1);
+}
+
+/* Both triangles of the products, of which DSYRK writes the lower. */
+static void mirror(cubature *c) {
+  for (int set = 0; set < 2; set++)
+    for (int64_t i = 0; i < c->count; i++)
+      for (int64_t j = 0; j < i; j++)
+        c->products[set][j * c->count + i] = c->products[set][i * c->count + j];
+}
+
+static thrum_status make_squares(cubature *c, double *gradients, double *rows, thrum_error *error) {
+  for (int64_t s = 0; s < STATES + TEST_STATES; s++) {
+    make_state(c, s);
+    THRUM_TRY(thrum_report(c->reporter, 0.4 * (double)s / (STATES + TEST_STATES), error));
+  }
+  for (int64_t s = 0; s < STATES + TEST_STATES; s += CHUNK) {
+    add_states(c, s, CHUNK, s < STATES ? 0 : 1, gradients, rows);
+    THRUM_TRY(thrum_report(c->reporter, 0.4 + 0.5 * (double)s / (STATES + TEST_STATES), error));
+  }
+  mirror(c);
+  return THRUM_OK;
+}
+_Static_assert(STATES % CHUNK == 0 && TEST_STATES % CHUNK == 0, "a chunk is of one set");
+
+static thrum_squares squares_of(const cubature *c, int set) {
+  return (thrum_squares){c->count, c->products[set], c->projections[set], c->target[set]};
+}
+
+/* Relative rms error in a set of states. */
+static double error_of(const cubature *c, int set, int64_t used, const int64_t *places,
+                       const double *x) {
+  const thrum_squares squares = squares_of(c, set);
+  return sqrt(thrum_squares_of(&squares, used, places, x) / (set == 0 ? STATES : TEST_STATES));
+}
+
+static bool enough(void *context, int64_t used, const int64_t *places, const double *x) {
+  const cubature *c = context;
+  // many points are judged now and then, as that takes the square of their number
+  if (used % (1 + used / 50) != 0)
+    return false;
+  return error_of(c, 1, used, places, x) <= c->def->error;
+}
+
+/* Chooses candidates among all points, without repeats, in ascending order. */
+static void choose_candidates(cubature *c) {
+  const int64_t all = c->fem->tet_count * c->fem->point_count;
+  int64_t wanted = c->count;
+  for (int64_t p = 0, n = 0; p < all; p++)
+    if ((0.5 + 0.5 * draw(c)) * (double)(all - p) < (double)wanted) {
+      c->candidate[n++] = p;
+      wanted--;
+    }
+}
+
+/* Points by the least squares, in ascending order, with their volumes. */
+static thrum_status choose_points(cubature *c, int64_t *places, double *x, int64_t *used,
+                                  thrum_cubature_figures *figures, thrum_error *error) {
+  const int64_t most = c->def->most < c->count ? c->def->most : c->count;
+  const thrum_squares squares = squares_of(c, 0);
+  THRUM_TRY(thrum_nonnegative(&squares, most, enough, c, places, x, used, error));
+  *figures = (thrum_cubature_figures){.points = *used,
+                                      .candidates = c->count,
+                                      .states = STATES,
+                                      .test_states = TEST_STATES,
+                                      .train_error = error_of(c, 0, *used, places, x),
+                                      .test_error = error_of(c, 1, *used, places, x)};
+  if (*used == 0)
+    return thrum_error_set(error, THRUM_NOT_CONVERGED,
+                           "no cubature point lowers the error of the force: the body has no "
+                           "nonlinear part to speak of within the range of its states");
+
+  // points in their order in the mesh
+  for (int64_t k = 0; k < *used; k++) {
+    x[k] *= c->fem->weight[c->candidate[places[k]]];
+    places[k] = c->candidate[places[k]];
+  }
+  for (int64_t k = 1; k < *used; k++)
+    for (int64_t i = k; i > 0 && places[i - 1] > places[i]; i--) {
+      const int64_t place = places[i];
+      const double weight = x[i];
+      places[i] = places[i - 1];
+      x[i] = x[i - 1];
+      places[i - 1] = place;
+      x[i - 1] = weight;
+    }
+  return THRUM_OK;
+}
+
+thrum_status thrum_cubature_fill(const thrum_fem *fem, int64_t count, const int64_t *places,
+                                 const double *weights, thrum_model *model, thrum_error *error) {
+  double *weight = thrum_allocate(count, sizeof *weight, "the cubature", error);
+  model->point_weights = weight;
+  double *moduli = thrum_allocate(2 * count, sizeof *moduli, "the cubature", error);
+  model->point_moduli = moduli;
+  double *gradients =
+      thrum_allocate(ROWS * count * model->rank, sizeof *gradients, "the cubature", error);
+  model->point_gradients = gradients;
+  model->point_count = count;
+  if (!weight || !moduli || !gradients)
+    return THRUM_OUT_OF_MEMORY;
+
+  for (int64_t p = 0; p < count; p++) {
+    const int32_t region = fem->tet_region[places[p] / fem->point_count];
+    weight[p] = weights[p];
+    moduli[p] = fem->lambda[region];
+    moduli[count + p] = fem->mu[region];
+    point_gradients(fem, model, places[p], gradients + ROWS * p * model->rank);
+  }
+  return THRUM_OK;
+}
+
+thrum_status thrum_cubature(const thrum_fem *fem, const thrum_cubature_def *def, thrum_model *model,
+                            thrum_cubature_figures *figures, const thrum_reporter *reporter,
+                            thrum_error *error) {
+  const int64_t r = model->rank, all = fem->tet_count * fem->point_count;
+  cubature c = {.fem = fem,
+                .def = def,
+                .model = model,
+                .rank = r,
+                .count = all < THRUM_CUBATURE_CANDIDATES ? all : THRUM_CUBATURE_CANDIDATES,
+                .random = 1,
+                .reporter = reporter};
+
+  // candidates and states, the rows of a chunk, and the products of both sets
+  thrum_scope memory = thrum_scope_begin("the cubature", error);
+#define NEED(count) thrum_scope_allocate(&memory, (count), sizeof(double))
+  c.candidate = thrum_scope_allocate(&memory, c.count, sizeof *c.candidate);
+  c.gradient = NEED(ROWS * c.count * r);
+  c.q = NEED((STATES + TEST_STATES) * r);
+  c.force = NEED((STATES + TEST_STATES) * r);
+  c.scale = NEED(STATES + TEST_STATES);
+  c.norm = NEED(r);
+  c.field = NEED(3 * model->vertex_count);
+  c.force_field = NEED(3 * model->vertex_count);
+  c.other_field = NEED(3 * model->vertex_count);
+  for (int set = 0; set < 2; set++) {
+    c.products[set] = NEED(c.count * c.count);
+    c.projections[set] = NEED(c.count);
+  }
+  double *gradients = NEED(ROWS * c.count * CHUNK), *rows = NEED(c.count * CHUNK * r);
+  int64_t *places = thrum_scope_allocate(&memory, c.count, sizeof *places), used = 0;
+  double *x = NEED(c.count);
+#undef NEED
+
+  if (memory.status == THRUM_OK) {
+    // a coordinate without stiffness has no static response
+    for (int64_t i = 0; i < r; i++)
+      c.norm[i] = 1 / sqrt(fmax(model->omega2[i], 1e-12 * model->omega2[r - 1]));
+    choose_candidates(&c);
+    for (int64_t n = 0; n < c.count; n++)
+      point_gradients(fem, model, c.candidate[n], c.gradient + ROWS * n * r);
+  }
+
+  thrum_status status = memory.status;
+  THRUM_THEN(status, make_squares(&c, gradients, rows, error));
+  THRUM_THEN(status, choose_points(&c, places, x, &used, figures, error));
+  THRUM_THEN(status, thrum_cubature_fill(fem, used, places, x, model, error));
+  thrum_scope_free(&memory);
+  return status;
+}

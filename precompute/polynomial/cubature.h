@@ -1,0 +1,53 @@
+/* Points and weights whose sum of energies stands in for the integral over the body, design 18.
+ *
+ * The points are those of the elements (one of a linear tetrahedron, those of its rule of a
+ * ten-node one). Their weights are the non-negative least squares of internal forces in states of
+ * training (energy-conserving sampling and weighting: Farhat, Avery, Chapman & Cortial 2014,
+ * doi:10.1002/nme.4668; An, Kim & James 2008, doi:10.1145/1409060.1409118). The linear part of the
+ * force stays exact.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_PRECOMPUTE_POLYNOMIAL_CUBATURE_H
+#define THRUM_PRECOMPUTE_POLYNOMIAL_CUBATURE_H
+
+#include "precompute/fem/fem.h"
+#include "precompute/options/stage.h"
+#include "thrum/model.h"
+
+/* Points drawn at most, of which those of the cubature are chosen, and states that are taken. */
+enum { THRUM_CUBATURE_CANDIDATES = 4000, THRUM_CUBATURE_STATES = 280 };
+
+typedef struct thrum_cubature_def {
+  /* Relative rms of the internal force at which points are enough, in states that were not trained
+   * on; > 0. Smaller: more points. */
+  double error;
+
+  /* Points at most; >= 1. */
+  int64_t most;
+
+  /* The largest displacement of a training state as a share of the body's diagonal; > 0. Larger:
+   * more points for the same error. */
+  double range;
+
+  /* Coordinates that are drawn at random, the lowest; the others follow them, roughly. 1 to the
+   * rank. */
+  int64_t masters;
+} thrum_cubature_def;
+
+typedef struct thrum_cubature_figures {
+  int64_t points, candidates, states, test_states;
+  double train_error, test_error; /* relative rms of the internal force */
+} thrum_cubature_figures;
+
+/* Fills the arrays of the points of a model that has its basis and omega2; thrum_model_fill_free
+ * frees them. The error that was asked for may be missed: the figures say it. */
+thrum_status thrum_cubature(const thrum_fem *fem, const thrum_cubature_def *def, thrum_model *model,
+                            thrum_cubature_figures *figures, const thrum_reporter *reporter,
+                            thrum_error *error);
+
+/* The points that `places` names, numbers of a point over all points of the mesh, with weights of
+ * `count` volumes [m^3], into the arrays of a model that has its basis. */
+thrum_status thrum_cubature_fill(const thrum_fem *fem, int64_t count, const int64_t *places,
+                                 const double *weights, thrum_model *model, thrum_error *error);
+
+#endif

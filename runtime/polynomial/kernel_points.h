@@ -1,0 +1,14 @@
+/* What a state asks of cubature points when it is made. Private to runtime/.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_POLYNOMIAL_KERNEL_POINTS_H
+#define THRUM_RUNTIME_POLYNOMIAL_KERNEL_POINTS_H
+
+#include <stdint.h>
+
+#include "thrum/model.h"
+
+/* c3_jjs of all s != j, into c3 (rank), and c4_jjjj of a model of points, from V along coordinate
+ * j. The rank is THRUM_RANK_MAX at most. */
+void thrum_points_along(const thrum_model *model, int64_t j, double *c3, double *c4);
+
+#endif

@@ -1,0 +1,110 @@
+/* Tests of `thrum precompute --cubature` and of what is done with its models: figures, a run, cut
+ * down ones, and what such a model cannot do.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "tests/support/test_folder.h"
+#include "thrum/thrum.h"
+
+#define BODY "beam:8x2x2@1x0.15x0.15"
+#define PRECOMPUTE(...)                                                                            \
+  thrum_run(folder, "precompute", BODY, "-o", "cub.npz", "--fix", "x<0.001", "--modes", "4",       \
+            "--rank", "9", "-q", __VA_ARGS__, NULL)
+
+static double number_of(const cJSON *object, const char *key) {
+  const cJSON *found = cJSON_GetObjectItemCaseSensitive(object, key);
+  assert_non_null(found);
+  return found->valuedouble;
+}
+
+static void a_model_of_points_says_its_error_and_runs(void **state) {
+  (void)state;
+  program_result run = PRECOMPUTE("--cubature", "--cubature-error", "0.02", "--json");
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  cJSON *object = json_line(run.out);
+  const cJSON *cubature = cJSON_GetObjectItemCaseSensitive(object, "cubature");
+  const double points = number_of(cubature, "points");
+  assert_true(points > 5 && points < number_of(object, "tets"));
+  assert_true(number_of(cubature, "test_error") <= 0.02);
+  assert_true(number_of(cubature, "train_error") > 0);
+  cJSON_Delete(object);
+  program_result_free(&run);
+
+  // the file says so too
+  run = thrum_run(folder, "info", "cub.npz", "--json", NULL);
+  assert_int_equal(run.exit_code, 0);
+  object = json_line(run.out);
+  assert_true(number_of(object, "cubature_points") == points);
+  assert_true(number_of(object, "format_minor") == 3);
+  cJSON_Delete(object);
+  program_result_free(&run);
+  run = thrum_run(folder, "info", "cub.npz", NULL);
+  assert_non_null(strstr(run.out, "points in place of the polynomial"));
+  program_result_free(&run);
+
+  // it runs and rests as other models do, whole and cut down
+  run = thrum_run(folder, "simulate", "cub.npz", "--start", "mode:1,0.2", "--time", "0.3", "-q",
+                  "-o", "run", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s%s", run.out, run.err);
+  program_result_free(&run);
+  run = thrum_run(folder, "simulate", "cub.npz", "--integrator", "imexv", "--rank", "5", "--time",
+                  "0.1", "-q", "-o", "run2", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s%s", run.out, run.err);
+  program_result_free(&run);
+  run = thrum_run(folder, "static", "cub.npz", "--load", "gravity:0,0,-1", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s%s", run.out, run.err);
+  program_result_free(&run);
+
+  // nothing of it can follow
+  run = thrum_run(folder, "simulate", "cub.npz", "--condense", "3", "--time", "0.1", "-q", "-o",
+                  "run3", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "no polynomial to condense"));
+  program_result_free(&run);
+}
+
+static void an_error_that_is_missed_is_flagged(void **state) {
+  (void)state;
+  program_result run = PRECOMPUTE("--cubature", "--cubature-points", "3");
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.err, "the force by 3 cubature points is wrong by"));
+  program_result_free(&run);
+}
+
+static void what_does_not_go_with_points_is_refused(void **state) {
+  (void)state;
+  static const char *const wrong[][3] = {
+      {"--cubature-error", "0.01", "go with --cubature"},
+      {"--cubature", "--condense", "goes without --condense"},
+      {"--cubature", "--cubature-error=0", "--cubature-error"},
+      {"--cubature", "--cubature-points=0", "--cubature-points"},
+      {"--cubature", "--cubature-range=-1", "--cubature-range"},
+      {"--cubature", "--precision=single", "--precision single"},
+  };
+  for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+    program_result run = PRECOMPUTE(wrong[n][0], wrong[n][1]);
+    assert_int_equal(run.exit_code, 2);
+    if (!strstr(run.err, wrong[n][2]))
+      fail_msg("%s", run.err);
+    program_result_free(&run);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_model_of_points_says_its_error_and_runs),
+      cmocka_unit_test(an_error_that_is_missed_is_flagged),
+      cmocka_unit_test(what_does_not_go_with_points_is_refused),
+  };
+  return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
