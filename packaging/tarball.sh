@@ -76,9 +76,10 @@ mkdir -p "$root/lib/thrum"
 # shellcheck disable=SC2086
 cp -L $beside "$root/lib/thrum/"
 
-# the shared libraries beside the static ones, as the installed CMake files name the latter
+# the shared libraries beside the static ones, as the installed CMake files name the latter; each finds the other beside it
 quiet cmake -S "$folder/tree" -B "$folder/shared" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTHRUM_BUILD_TESTS=OFF \
-  -DTHRUM_BUILD_PRECOMPUTE=OFF -DBUILD_SHARED_LIBS=ON -DCMAKE_INSTALL_LIBDIR=lib -DCMAKE_C_FLAGS="$flags" \
+  -DTHRUM_BUILD_PRECOMPUTE=OFF -DBUILD_SHARED_LIBS=ON -DCMAKE_BUILD_RPATH_USE_ORIGIN=ON -DCMAKE_INSTALL_LIBDIR=lib \
+  -DCMAKE_C_FLAGS="$flags" \
   ${THRUM_LAUNCHER:+-DCMAKE_C_COMPILER_LAUNCHER=$THRUM_LAUNCHER}
 quiet cmake --build "$folder/shared"
 cp -P "$folder"/shared/libthrum.so* "$folder"/shared/libthrum_scene.so* "$root/lib/"
@@ -105,6 +106,9 @@ for file in "$root/bin/thrum" "$root"/lib/libthrum*.so.*.*.* "$root"/lib/thrum/*
     esac
   done
 done
+
+# and no folder of whoever built it
+! grep -rlF "$folder" "$root" || { echo "these name the folder in which they were built" >&2; exit 1; }
 
 # unpacked anywhere in Debian 11, without anything installed
 rm -rf "$old/opt/else where"
