@@ -70,10 +70,10 @@ quiet packaging/tarball.sh "$clone" "$folder/tarball" "$old"
 cp "$folder/tarball/thrum-$version-linux-x86_64.tar.gz" "$out/"
 
 step "documentation site"
-# what the tarball was made of, with the viewer and the package of Python beside it
-quiet cmake "$folder/tarball/build" -DTHRUM_SOURCE_FALLBACK=ON -DTHRUM_BUILD_PYTHON=ON -DTHRUM_BUILD_VIEWER=ON
-quiet cmake --build "$folder/tarball/build"
-quiet /usr/bin/python3 docs/site/build.py "$clone" "$folder/tarball/build" "$folder/site"
+quiet cmake -S . -B "$folder/build" -G Ninja -DCMAKE_BUILD_TYPE=Release -DTHRUM_BUILD_TESTS=OFF \
+  -DTHRUM_BUILD_PYTHON=ON -DTHRUM_BUILD_VIEWER=ON
+quiet cmake --build "$folder/build"
+quiet /usr/bin/python3 docs/site/build.py "$clone" "$folder/build" "$folder/site"
 mv "$folder/site/html" "$folder/site/thrum-$version-site"
 pack "$out/thrum-$version-site.tar.gz" "$folder/site" "thrum-$version-site"
 
