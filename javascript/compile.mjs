@@ -1,11 +1,15 @@
 // libthrum, its scenes and the C files of a folder as one WebAssembly module. Needs clang with lld and
 // wasi-libc. SPDX-License-Identifier: Apache-2.0
 import { spawnSync } from 'node:child_process';
-import { readdirSync, renameSync, writeFileSync } from 'node:fs';
-import { dirname, join } from 'node:path';
+import { mkdirSync, mkdtempSync, readdirSync, renameSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { basename, dirname, join, resolve } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 const root = dirname(dirname(fileURLToPath(import.meta.url)));
+
+/** Where a step spends its time. */
+const FAST = ['runtime/polynomial', 'runtime/linear_algebra'];
 
 /** Folders that hold no C of ours. */
 const OTHER = ['node_modules', 'src', 'test', 'dist', 'examples'];
@@ -30,15 +34,31 @@ export function writeWhole(path, content) {
  * after: it stays off. Loops and the kernel have such loads too, of numbers that nothing in their
  * block writes. Clang 16 and 19 are right with it on. @param {string} folder @param {string} path */
 export function compile(folder, path) {
-  const part = `${path}.part`;
-  const clang = spawnSync(process.env.CLANG ?? 'clang', [
-    '--target=wasm32-wasi', '-mexec-model=reactor', '-msimd128', '-O3', '-fno-slp-vectorize',
-    '-std=c11', '-ffp-contract=off', '-Wall', '-Wextra', '-Wshadow', '-Wconversion',
-    '-Wno-sign-conversion', '-Werror', '-I', join(root, 'include'), '-I', root,
-    ...['runtime', 'scene', folder].flatMap((name) => sources(join(root, name))),
-    '-Wl,--strip-all', '-o', part,
-  ], { stdio: 'inherit' });
-  if (clang.error) throw clang.error;
-  if (clang.status !== 0) process.exit(1);
+  const part = resolve(`${path}.part`);
+  const work = mkdtempSync(join(tmpdir(), 'thrum-wasm-'));
+  try {
+    // what a step spends its time in is fast, all else small: the package is to stay below 300 kB in gzip
+    const all = ['runtime', 'scene', folder].flatMap((name) => sources(join(root, name)));
+    const fast = all.filter((name) => FAST.some((of) => name.startsWith(join(root, of))));
+    const objects = [['-O3', fast], ['-Os', all.filter((name) => !fast.includes(name))]]
+      .flatMap(([level, names]) => compileAll(level, names, join(work, level)));
+    run(['-mexec-model=reactor', ...objects, '-Wl,--strip-all', '-o', part], work);
+  } finally {
+    rmSync(work, { recursive: true, force: true });
+  }
   renameSync(part, path);
+}
+
+/** Compiles C files to objects in a folder of their own. @returns {string[]} the objects */
+function compileAll(level, names, folder) {
+  mkdirSync(folder);
+  run([level, '-c', '-msimd128', '-fno-slp-vectorize', '-std=c11', '-ffp-contract=off', '-Wall', '-Wextra', '-Wshadow',
+    '-Wconversion', '-Wno-sign-conversion', '-Werror', '-I', join(root, 'include'), '-I', root, ...names], folder);
+  return names.map((name) => join(folder, basename(name).replace(/\.c$/, '.o')));
+}
+
+function run(words, folder) {
+  const clang = spawnSync(process.env.CLANG ?? 'clang', ['--target=wasm32-wasi', ...words], { cwd: folder, stdio: 'inherit' });
+  if (clang.error) throw clang.error;
+  if (clang.status !== 0) throw new Error(`clang ended with ${clang.status ?? clang.signal}`);
 }
