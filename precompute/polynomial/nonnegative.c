@@ -41,6 +41,8 @@ static bool factor_row(growth *g, int64_t k) {
     row[j] = sum / before[j];
     pivot -= row[j] * row[j];
   }
+
+  // what is left of the column beside those before it
   if (!(pivot > SINGULAR * own))
     return false;
   row[k] = sqrt(pivot);
@@ -78,6 +80,8 @@ static void drop(growth *g, int64_t k) {
 static void settle(growth *g) {
   for (;;) {
     solve(g);
+
+    // the first unknown that would become negative ends the way
     double way = 1;
     int64_t first = -1;
     for (int64_t k = 0; k < g->used; k++)

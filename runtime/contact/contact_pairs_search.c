@@ -210,9 +210,10 @@ static bool face_normal(const search *s, const thrum_quad *quad, double time,
 }
 
 /* Where an edge's faces lie: the least and the largest sine of the angle between them and the plane
- * across `normal`, positive on its side; `into` gets their mean direction. */
+ * across `normal`, positive on its side; `into` gets their mean direction. along: the edge. */
 static void faces_of(const search *s, int side, int32_t edge, const double at[3], double time,
-                     const double normal[3], double *least, double *most, double into[3]) {
+                     const double along[3], const double normal[3], double *least, double *most,
+                     double into[3]) {
   const thrum_skin_edge *of = s->views[side].edges + edge;
   *least = INFINITY;
   *most = -INFINITY;
@@ -224,7 +225,14 @@ static void faces_of(const search *s, int side, int32_t edge, const double at[3]
     double way[3];
     for (int axis = 0; axis < 3; axis++)
       way[axis] = place[axis] + time * place[3 + axis] - at[axis];
+
+    // across the edge alone: how far along it the third vertex lies says nothing of the face
+    const double share = thrum_dot3(way, along) / thrum_dot3(along, along);
+    for (int axis = 0; axis < 3; axis++)
+      way[axis] -= share * along[axis];
     const double length = sqrt(thrum_dot3(way, way));
+    if (!(length > 0.0))
+      continue;
     for (int axis = 0; axis < 3; axis++) {
       way[axis] /= length;
       into[axis] += way[axis];
@@ -259,7 +267,8 @@ static bool edge_normal(const search *s, const thrum_quad *quad, double time,
 
   // it points out of the second body and into the first
   for (int side = 0; side < 2; side++)
-    faces_of(s, side, edges[side], at[side], time, normal, least + side, most + side, into[side]);
+    faces_of(s, side, edges[side], at[side], time, side == 0 ? u : v, normal, least + side,
+             most + side, into[side]);
   if (thrum_dot3(normal, into[0]) - thrum_dot3(normal, into[1]) < 0.0) {
     for (int axis = 0; axis < 3; axis++)
       normal[axis] = -normal[axis];
@@ -273,8 +282,8 @@ static bool edge_normal(const search *s, const thrum_quad *quad, double time,
   // no face of either in front of the plane between them, and one of each behind it
   *apart = thrum_dot3(normal, nearest->apart);
   const double sharp = *apart > 0.0 ? STANDS_OUT : SHARP;
-  return least[0] > -STANDS_OUT && most[0] > sharp && most[1] < STANDS_OUT &&
-         least[1]<-sharp && * apart>(time > 0.0 ? 0.0 : -s->thickness);
+  return least[0] > -STANDS_OUT && most[0] > sharp && most[1] < STANDS_OUT && -least[1] > sharp &&
+         *apart > (time > 0.0 ? 0.0 : -s->thickness);
 }
 
 /* Two places of a vertex and a triangle or of two edges: a candidate where they may touch. */

@@ -250,7 +250,10 @@ static void solve(thrum_pairs_run *run) {
     run->solved = true;
     if (run->row_count == 0 || turned_since(run, run->view.turns) < TURNED)
       break;
-    thrum_pairs_refresh(run);
+
+    // what is booked is the work of the levers that were solved with, so the last ones stay
+    if (n + 1 < TURNS_MAX)
+      thrum_pairs_refresh(run);
   }
 }
 

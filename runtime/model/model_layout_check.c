@@ -322,6 +322,8 @@ static thrum_status check_points(const thrum_layout *layout, thrum_error *error)
                              "array 'point_weights' holds %g (entry %" PRId64
                              "); weights are volumes and > 0",
                              weight, p);
+
+    // 3 lambda + 2 mu is three times the bulk modulus
     const double lambda = get_f8(moduli, p), mu = get_f8(moduli, count + p);
     if (!(mu > 0.0 && 3.0 * lambda + 2.0 * mu > 0.0))
       return thrum_error_set(error, THRUM_BAD_VALUE,
@@ -420,6 +422,7 @@ static thrum_status check_groups(const thrum_layout *layout, thrum_error *error)
 }
 
 thrum_status thrum_layout_check_values(const thrum_layout *layout, thrum_error *error) {
+  // no number is missing or without bound
   for (int a = 0; a < THRUM_ARRAY_COUNT; a++) {
     if (layout->data[a] == NULL || thrum_array_table[a].descr[1] != 'f')
       continue;
@@ -427,6 +430,8 @@ thrum_status thrum_layout_check_values(const thrum_layout *layout, thrum_error *
     if (status != THRUM_OK)
       return status;
   }
+
+  // then what each array means
   thrum_status status = check_omega2(layout, error);
   if (status == THRUM_OK && HAS(layout, point_weights))
     status = check_points(layout, error);

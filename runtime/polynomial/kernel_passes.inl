@@ -8,9 +8,14 @@
 #include "runtime/polynomial/kernel_model.inl"
 // these need evaluations
 #include "runtime/polynomial/kernel_part.inl"
-#include "runtime/polynomial/kernel_points.inl"
 #include "runtime/polynomial/kernel_restricted.inl"
 #include "runtime/polynomial/kernel_square.inl"
+
+/* The table of a model of points: that of this file, unless it has said another one. */
+#ifndef THRUM_KERNEL_POINTS
+#include "runtime/polynomial/kernel_points.inl"
+#define THRUM_KERNEL_POINTS &points_table
+#endif
 
 /* Initialiser of the table of passes in this file. */
 #define THRUM_KERNEL_TABLE(kernel_id)                                                              \
@@ -20,5 +25,5 @@
     .tangent_vector_part = pass_tangent_vector_part, .restrict_to = pass_restrict,                 \
     .restricted_gradient = pass_restricted_gradient,                                               \
     .restricted_hessian = pass_restricted_hessian, .product = pass_product,                        \
-    .rank_two = pass_rank_two, .sweep = pass_sweep, .points = &points_table,                       \
+    .rank_two = pass_rank_two, .sweep = pass_sweep, .points = THRUM_KERNEL_POINTS,                 \
   }

@@ -93,10 +93,14 @@ INLINE v8 v8_sums(v8 a, v8 b, v8 c, v8 d, v8 e, v8 f, v8 g, v8 h) {
 }
 
 #include "runtime/polynomial/kernel_lanes.h"
+
+/* Cubature points by the passes of the reference: with these instructions, clang 14 gave a tangent
+ * with other bits, and other digits. */
+#define THRUM_KERNEL_POINTS &thrum_points_reference
+
 // these need the lanes
 #include "runtime/polynomial/kernel_passes.inl"
 
-static const thrum_kernel points_table = THRUM_POINTS_TABLE(THRUM_KERNEL_WASM);
 const thrum_kernel thrum_kernel_wasm = THRUM_KERNEL_TABLE(THRUM_KERNEL_WASM);
 
 #else

@@ -91,6 +91,8 @@ static void what_does_not_go_with_points_is_refused(void **state) {
       {"--cubature", "--cubature-range=-1", "--cubature-range"},
       {"--cubature", "--precision=single", "--precision single"},
   };
+
+  // the message names what is wrong
   for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
     program_result run = PRECOMPUTE(wrong[n][0], wrong[n][1]);
     assert_int_equal(run.exit_code, 2);

@@ -284,6 +284,7 @@ static void vibration_of_what_follows_is_flagged(void **state) {
     if (cases[n].code == 0)
       continue;
 
+    // the whole model says what the error is
     cJSON_Delete(simulate_with("all", (const char *const[]){cases[n].load, NULL, NULL}, 0));
     const double found = difference("few/q.npy", "all/q.npy", 0);
     if (!(fabs(found - said) < 0.1 * found))
@@ -306,6 +307,8 @@ static void a_scene_flags_the_vibration_of_what_follows(void **state) {
       &run);
   assert_int_equal(run.exit_code, 3);
   assert_non_null(strstr(run.err, "lacks vibration of"));
+
+  // the second is pulled in the directions of its masters
   static const bool flagged[] = {true, false, true};
   cJSON *bodies = cJSON_GetObjectItem(object, "bodies");
   for (int n = 0; n < 3; n++) {

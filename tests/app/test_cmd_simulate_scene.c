@@ -534,12 +534,15 @@ static void what_touches_in_the_scenes_keeps_its_distance(void **state) {
                                    "--json", "-q", NULL);
     if (run.exit_code != 0)
       fail_msg("%s: %s", path, run.err);
+
     cJSON *object = json_line(run.out);
     const cJSON *of = cJSON_GetObjectItem(object, "collisions");
     const double first = json_value(cJSON_GetObjectItem(of, "first"), "total_j");
     const double last = json_value(cJSON_GetObjectItem(of, "last"), "total_j");
     print_message("%s: deepest %.2f of the thickness, %.1f J lost\n", scenes[n],
                   json_value(of, "deepest_of_thickness"), json_value(of, "lost_j"));
+
+    // something has touched, and nothing came through
     assert_true(json_value(of, "deepest_of_thickness") > 0);
     assert_true(json_value(of, "deepest_of_thickness") < 1);
     assert_true(json_value(of, "dropped_touches") == 0);

@@ -150,10 +150,13 @@ static void options_out_of_range_are_refused(void **state) {
   thrum_error error = {0};
   thrum_precomputed made = {0};
   thrum_precompute_options options = options_of(3, 6);
+
+  // no set of points is without error
   options.cubature = true;
   options.cubature_error = 0;
   assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &made, &error),
                    THRUM_INVALID_ARGUMENT);
+
   options.cubature_error = 0.01;
   options.single = true;
   assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &made, &error),

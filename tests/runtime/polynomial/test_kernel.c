@@ -40,6 +40,7 @@ static int setup_make(void **state) {
   setup *s = random_alloc(1, sizeof *s);
   random_state random = {17};
   s->omega2 = random_alloc(RANK_MAX, sizeof(double));
+
   // the arrays have their exact length, so that a sanitizer sees a read past the end
   s->c3 = random_alloc(thrum_c3_count(RANK_MAX), sizeof(double));
   s->c4 = random_alloc(thrum_c4_count(RANK_MAX), sizeof(double));
@@ -48,6 +49,8 @@ static int setup_make(void **state) {
   random_vector(&random, thrum_c4_count(RANK_MAX), 1, s->c4);
   random_vector(&random, RANK_MAX, 1, s->q);
   random_vector(&random, RANK_MAX, 1, s->v);
+
+  // points that the energy may be summed from in place of c3 and c4
   s->weights = random_alloc(POINTS, sizeof(double));
   s->moduli = random_alloc(2 * POINTS, sizeof(double));
   s->gradients = random_alloc(9 * POINTS * RANK_MAX, sizeof(double));
@@ -75,6 +78,8 @@ static thrum_model model_of(const setup *s, int64_t rank) {
   thrum_model model = {0};
   model.rank = rank;
   model.omega2 = s->omega2;
+
+  // points in place of coefficients
   if (s->points > 0) {
     model.point_count = s->points;
     model.point_weights = s->weights + (POINTS - s->points);
@@ -82,6 +87,7 @@ static thrum_model model_of(const setup *s, int64_t rank) {
     model.point_gradients = s->gradients + 9 * (POINTS * RANK_MAX - s->points * rank);
     return model;
   }
+
   model.c3_count = thrum_c3_count(rank);
   model.c4_count = thrum_c4_count(rank);
   model.c3 = s->c3 + (thrum_c3_count(RANK_MAX) - model.c3_count);

@@ -252,6 +252,8 @@ static void every_integrator_steps_points_as_it_steps_the_polynomial(void **cont
   made.points.identity = thrum_model_identity(&made.points);
   made.m.model.identity = thrum_model_identity(&made.m.model);
   assert_true(made.points.identity != 0 && made.points.identity != made.m.model.identity);
+
+  // the same start for both
   random_state random = {8};
   double start[RANK], zero[RANK] = {0}, q[2][RANK], p[2][RANK];
   random_vector(&random, RANK, 1, start);
@@ -259,6 +261,7 @@ static void every_integrator_steps_points_as_it_steps_the_polynomial(void **cont
     // a manifold is of condensed models
     if (every_integrator[n] == THRUM_INTEGRATOR_MANIFOLD)
       continue;
+
     thrum_state_def def = thrum_default_state_def();
     def.integrator = every_integrator[n];
     def.dt = 0.02;
@@ -281,6 +284,8 @@ static void the_energy_integrator_keeps_the_energy_of_points_to_rounding(void **
   enum { RANK = 12, STEPS = 20000 };
   both made;
   both_make(&made, 6, RANK, 30, 0.2);
+
+  // a swing that the quartic part has a say in
   random_state random = {9};
   double start[RANK], zero[RANK] = {0};
   random_vector(&random, RANK, 2, start);
@@ -289,6 +294,7 @@ static void the_energy_integrator_keeps_the_energy_of_points_to_rounding(void **
   def.dt = 0.3;
   thrum_state *state = state_make(&made.points, &def);
   state_put(&made.points, state, start, zero);
+
   const double before = state_energy(&made.points, state).total;
   for (int n = 0; n < 20; n++) {
     state_steps(&made.points, state, STEPS / 20);
