@@ -527,10 +527,37 @@ static void bodies_that_do_not_collide_pass(void **context) {
   assert_int_equal(thrum_scene_collisions(f->scene).deepest, 0);
 }
 
+/* A pull of the default strength has the same effect whether bodies touch each other or not. */
+static void a_pull_is_as_strong_where_bodies_touch(void **context) {
+  fixture *f = *context;
+  double x[2][3];
+  for (int n = 0; n < 2; n++) {
+    thrum_scene *scene = NULL;
+    MUST(thrum_scene_make(0.002, &scene, &failure));
+    if (n == 1)
+      collide(scene, 0.5, 0.5);
+    const thrum_scene_body_def def = def_of(&f->block, 0, 0, 0, 1);
+    add(scene, &def);
+
+    // its corner at the origin is pulled away
+    const double target[3] = {1, 0, 0};
+    MUST(thrum_scene_pull_start(scene, 0, 0, target, 1e5, 0, NULL, &failure));
+    MUST(thrum_scene_add_probe(scene, NULL, 0, NULL, 0, &failure));
+    for (int k = 0; k < 5; k++)
+      MUST(thrum_scene_step(scene, &failure));
+    MUST(thrum_scene_probe(scene, 0, x[n], NULL, &failure));
+    thrum_scene_free(scene);
+  }
+  print_message("pulled to %.4f and %.4f m\n", x[0][0], x[1][0]);
+  assert_true(x[0][0] > 0.15);
+  assert_near3(x[0], x[1], 1e-12);
+}
+
 int main(void) {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
   const struct CMUnitTest tests[] = {
       TEST(bodies_that_meet_keep_momentum_and_gain_no_energy),
+      TEST(a_pull_is_as_strong_where_bodies_touch),
       TEST(a_shot_along_a_row_gains_no_energy),
       TEST(a_plate_holds_what_is_shot_at_it),
       TEST(a_stack_rests),
