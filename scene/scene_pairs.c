@@ -1,9 +1,9 @@
 /* Bodies that touch each other (thrum/contact_pairs.h): their skins, which bodies are near in a
  * step, and the steps of those that are.
  *
- * Broad phase: bodies are held in the order of where their spheres begin along x, which changes
- * little from step to step, and only those whose intervals overlap are compared (sweep and prune:
- * Baraff 1992, Cohen et al. 1995, doi:10.1145/199404.199437). Bodies that are near, one by one,
+ * Broad phase: bodies are sorted by where their spheres begin along x, and only those whose
+ * intervals overlap are compared (sweep and prune: Baraff 1992, Cohen et al. 1995,
+ * doi:10.1145/199404.199437). Bodies that are near, one by one,
  * make a group, which is stepped together; the others step as if they were alone.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -343,8 +343,7 @@ static int32_t root(int32_t *group, int32_t n) {
   return n;
 }
 
-/* Puts pairs->order, which holds the bodies of the last step, into the order of where they begin.
- */
+/* Puts pairs->order into the order of where the bodies begin. */
 static int32_t sort(const scene_pairs *pairs, int32_t count) {
   for (int32_t n = 1; n < count; n++) {
     const int32_t kept = pairs->order[n];
