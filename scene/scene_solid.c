@@ -5,6 +5,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/base/intervals.h"
 #include "scene/scene_private.h"
 
 #include <math.h>
@@ -60,14 +61,8 @@ static void place_at(const scene_solid *solid, double time, double place[7]) {
   }
 
   // the part of the path that holds the time; it rests before and after
-  int64_t from = 0, to = solid->path_count - 1;
-  while (to - from > 1) {
-    const int64_t middle = from + (to - from) / 2;
-    if (solid->times[middle] <= time)
-      from = middle;
-    else
-      to = middle;
-  }
+  const int64_t from = thrum_interval_at(solid->times, solid->path_count, time);
+  const int64_t to = from + 1 < solid->path_count ? from + 1 : from;
   const double length = solid->times[to] - solid->times[from];
   double share = length > 0.0 ? (time - solid->times[from]) / length : 0.0;
   share = fmin(fmax(share, 0.0), 1.0);

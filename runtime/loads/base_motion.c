@@ -8,6 +8,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/base/intervals.h"
 #include "thrum/base_motion.h"
 #include "thrum/external_load.h"
 
@@ -38,19 +39,6 @@ thrum_status thrum_base_motion_check(const thrum_base_motion *motion, thrum_erro
   return THRUM_OK;
 }
 
-/* The last interval that begins at `time` or before; 0 when none does. */
-static int64_t interval(const thrum_base_motion *motion, double time) {
-  int64_t low = 0, high = motion->count - 1;
-  while (high - low > 1) {
-    const int64_t middle = low + (high - low) / 2;
-    if (motion->times[middle] <= time)
-      low = middle;
-    else
-      high = middle;
-  }
-  return low;
-}
-
 void thrum_base_motion_mean(const thrum_base_motion *motion, int64_t step, double dt,
                             double mean[3]) {
   const double from = fmax((double)step * dt, motion->times[0]);
@@ -58,7 +46,8 @@ void thrum_base_motion_mean(const thrum_base_motion *motion, int64_t step, doubl
   mean[0] = mean[1] = mean[2] = 0.0;
   if (!(until > from) || !(dt > 0.0))
     return;
-  for (int64_t k = interval(motion, from); k + 1 < motion->count && motion->times[k] < until; k++) {
+  for (int64_t k = thrum_interval_at(motion->times, motion->count, from);
+       k + 1 < motion->count && motion->times[k] < until; k++) {
     // the mean of a line over a part of it is its value in the middle of the part
     const double first = fmax(from, motion->times[k]), last = fmin(until, motion->times[k + 1]);
     const double length = motion->times[k + 1] - motion->times[k];
@@ -129,7 +118,7 @@ void thrum_base_motion_at(const thrum_base_motion *motion, double time, double p
   // the interval that the time lies in; before the first sample nothing has moved yet
   const int64_t last = motion->count - 1;
   const double end = motion->times[last];
-  const int64_t k = time >= end ? last : interval(motion, time);
+  const int64_t k = time >= end ? last : thrum_interval_at(motion->times, motion->count, time);
   const double t = time < motion->times[0] ? 0.0 : time - motion->times[k];
   const double *v = motion->velocities + 3 * k, *x = motion->positions + 3 * k;
 
