@@ -1,9 +1,9 @@
 /* Bodies that touch each other (thrum/contact_pairs.h): their skins, which bodies are near in a
  * step, and the steps of those that are.
  *
- * Broad phase: bodies are sorted by where their spheres begin along x, and only those whose
- * intervals overlap are compared (sweep and prune: Baraff 1992, Cohen et al. 1995,
- * doi:10.1145/199404.199437). Bodies that are near, one by one,
+ * Broad phase: bodies are held in the order of where their spheres begin along x, which changes
+ * little from step to step, and only those whose intervals overlap are compared (sweep and prune:
+ * Baraff 1992, Cohen et al. 1995, doi:10.1145/199404.199437). Bodies that are near, one by one,
  * make a group, which is stepped together; the others step as if they were alone.
  *
  * SPDX-License-Identifier: Apache-2.0 */
@@ -326,7 +326,6 @@ static void fill_member(const thrum_scene *scene, scene_body *body, int32_t numb
                                    .environment = pairs->environments + number,
                                    .skin = body->skin->skin,
                                    .number = number};
-  pairs->bounds[number] = thrum_contact_member_bound(member);
 }
 
 /* Where the interval of a body along x begins and ends; larger than what it may touch. */
@@ -343,9 +342,10 @@ static int32_t root(int32_t *group, int32_t n) {
   return n;
 }
 
-/* Puts pairs->order into the order of where the bodies begin. */
-static int32_t sort(const scene_pairs *pairs, int32_t count) {
-  for (int32_t n = 1; n < count; n++) {
+/* Puts pairs->order into the order of where the bodies begin, which few have left since the step
+ * before. */
+static void sort(const scene_pairs *pairs) {
+  for (int32_t n = 1; n < pairs->ordered; n++) {
     const int32_t kept = pairs->order[n];
     const double begin = end_of(pairs->bounds + kept, -1.0);
     int32_t at = n;
@@ -353,25 +353,24 @@ static int32_t sort(const scene_pairs *pairs, int32_t count) {
       pairs->order[at] = pairs->order[at - 1];
     pairs->order[at] = kept;
   }
-  return count;
 }
 
 /* Joins bodies that may touch. */
-static void join(const thrum_scene *scene, int32_t count) {
+static void join(const thrum_scene *scene) {
   const scene_pairs *pairs = &scene->pairs;
-  for (int32_t n = 0; n < count && scene->collides; n++) {
+  for (int32_t n = 0; n < pairs->ordered && scene->collides; n++) {
     const int32_t a = pairs->order[n];
-    if (!scene->bodies[a]->collides)
+    if (pairs->group[a] < 0 || !scene->bodies[a]->collides)
       continue;
 
     // the order is that of the lower ends, so no body after one that begins beyond the upper end is
     // near
     const double end = end_of(pairs->bounds + a, 1.0);
-    for (int32_t m = n + 1; m < count; m++) {
+    for (int32_t m = n + 1; m < pairs->ordered; m++) {
       const int32_t b = pairs->order[m];
       if (end_of(pairs->bounds + b, -1.0) > end)
         break;
-      if (!scene->bodies[b]->collides ||
+      if (pairs->group[b] < 0 || !scene->bodies[b]->collides ||
           !thrum_contact_pairs_near(pairs->bounds + a, pairs->bounds + b))
         continue;
       const int32_t first = root(pairs->group, a), second = root(pairs->group, b);
@@ -397,23 +396,30 @@ void scene_pairs_find(thrum_scene *scene) {
   thrum_contact_pairs_begin(pairs->contact);
   scene_solids_move(scene);
 
-  // the bodies that go on and may touch others
-  int32_t count = 0;
+  // bodies that have come since the last step
+  for (; pairs->ordered < scene->body_count; pairs->ordered++)
+    pairs->order[pairs->ordered] = pairs->ordered;
+
+  // those that go on and may touch others are in a group, each in its own at first
   for (int32_t n = 0; n < scene->body_count; n++) {
     scene_body *body = scene->bodies[n];
-    if (body->status < 0 || body->skin == NULL)
+    pairs->group[n] = body->status < 0 || body->skin == NULL ? -1 : n;
+    pairs->bounds[n] = (thrum_skin_bound){0};
+    if (pairs->group[n] < 0)
       continue;
     fill_member(scene, body, n);
-    pairs->group[n] = n;
-    pairs->order[count++] = n;
+    pairs->bounds[n] = thrum_contact_member_bound(pairs->members + n);
   }
-  join(scene, sort(pairs, count));
+  sort(pairs);
+  join(scene);
 
   // a body alone has no group, unless a solid is near
-  for (int32_t n = 0; n < count; n++) {
-    const int32_t number = pairs->order[n], first = root(pairs->group, number);
-    if (first != number || is_near_solid(scene, number))
-      scene->bodies[number]->group = scene->bodies[first]->group = first;
+  for (int32_t n = 0; n < scene->body_count; n++) {
+    if (pairs->group[n] < 0)
+      continue;
+    const int32_t first = root(pairs->group, n);
+    if (first != n || is_near_solid(scene, n))
+      scene->bodies[n]->group = scene->bodies[first]->group = first;
   }
 }
 

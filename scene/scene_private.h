@@ -71,6 +71,7 @@ typedef struct scene_pairs {
   thrum_pull *pulls; /* THRUM_SCENE_PULLS a body */
   thrum_skin_bound *bounds;
   int32_t *order, *group;
+  int32_t ordered; /* bodies in `order`, which keeps that of the step before */
 } scene_pairs;
 
 /* A pull in one of a body's slots. */
