@@ -5,9 +5,9 @@
 #include "runtime/base/fp_contract.h"
 
 #include "runtime/base/finite.h"
+#include "runtime/base/vec3.h"
 #include "scene/scene_private.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -56,23 +56,6 @@ static void make_model(const scene_body *body, const scene_model *derived, scene
   touch->model.region_count = 1;
 }
 
-/* Two corners of the box of the whole body at rest, the second one in all places from the second
- * on.
- */
-static void fill_corners(const scene_body *body, double length, double *rest, int count) {
-  const thrum_model *from = body->model;
-  for (int axis = 0; axis < 3; axis++) {
-    double least = INFINITY, most = -INFINITY;
-    for (int64_t v = 0; v < from->vertex_count; v++) {
-      least = fmin(least, length * from->vertices[3 * v + axis]);
-      most = fmax(most, length * from->vertices[3 * v + axis]);
-    }
-    rest[axis] = least;
-    for (int n = 1; n < count; n++)
-      rest[3 * n + axis] = most;
-  }
-}
-
 static thrum_status make_contact(const scene_body *body, int64_t points, const thrum_state *state,
                                  scene_touch *touch, thrum_error *error) {
   thrum_contact_def def = thrum_default_contact_def();
@@ -86,24 +69,20 @@ static thrum_status make_contact(const scene_body *body, int64_t points, const t
   def.stiffness = body->touch_stiffness;
   def.pull_max = THRUM_SCENE_PULLS;
 
+  // pulls may be as strong as the size of the body says, of which few points may be known here
+  const thrum_model *whole = body->model;
+  def.diagonal =
+      body->derived->by.length * thrum_box3_diagonal(whole->vertices, whole->vertex_count);
+
   THRUM_TRY(thrum_contact_size(&touch->model, state, &def, &size, error));
   void *memory = scene_aligned(size);
   if (memory == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a contact of %zu bytes",
                            size);
 
-  // pulls may be as strong as the size of the body says, of which few points may be known here
-  double *slots = touch->rest + 3 * (touch->count - THRUM_SCENE_PULLS);
-  double kept[3 * THRUM_SCENE_PULLS];
-  memcpy(kept, slots, sizeof kept);
-  fill_corners(body, body->derived->by.length, slots, THRUM_SCENE_PULLS);
-
   touch->contact = memory;
   touch->bytes = size + (size_t)(3 * touch->count * (touch->model.rank + 1)) * sizeof(double);
-  const thrum_status status =
-      thrum_contact_init(memory, size, &touch->model, state, &def, &touch->contact, error);
-  memcpy(slots, kept, sizeof kept);
-  return status;
+  return thrum_contact_init(memory, size, &touch->model, state, &def, &touch->contact, error);
 }
 
 thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,

@@ -10,6 +10,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/base/vec3.h"
 #include "scene/scene_private.h"
 
 #include <math.h>
@@ -73,19 +74,15 @@ static thrum_status check(const scene_body *body, const thrum_scene_detail *def,
 /* The longest row of each basis vector, and the box around the vertices. */
 static void measure(const thrum_model *model, scene_detail *detail) {
   // a model without vertices has its middle at the origin
-  double low[3], high[3];
-  for (int axis = 0; axis < 3; axis++)
-    low[axis] = high[axis] = model->vertex_count > 0 ? model->vertices[axis] : 0;
+  double low[3] = {0}, high[3] = {0};
+  if (model->vertex_count > 0)
+    thrum_box3(model->vertices, model->vertex_count, low, high);
 
   for (int64_t v = 0; v < model->vertex_count; v++) {
     const double *rows = model->basis + 3 * v * model->rank;
     for (int64_t i = 0; i < model->rank; i++) {
       const double x = rows[i], y = rows[model->rank + i], z = rows[2 * model->rank + i];
       detail->peaks[i] = fmax(detail->peaks[i], sqrt(x * x + y * y + z * z));
-    }
-    for (int axis = 0; axis < 3; axis++) {
-      low[axis] = fmin(low[axis], model->vertices[3 * v + axis]);
-      high[axis] = fmax(high[axis], model->vertices[3 * v + axis]);
     }
   }
   for (int axis = 0; axis < 3; axis++) {

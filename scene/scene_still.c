@@ -9,13 +9,14 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/base/vec3.h"
 #include "scene/scene_private.h"
 
 #include <math.h>
 #include <string.h>
 
 static double length_of(const double vector[3]) {
-  return sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
+  return sqrt(thrum_dot3(vector, vector));
 }
 
 double scene_rigid_speed(const scene_body *body) {

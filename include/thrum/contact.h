@@ -161,6 +161,10 @@ typedef struct thrum_contact_def {
    * sinks in less. Default 0: ten times Young's modulus over the diagonal of the vertices' box. */
   double stiffness;
 
+  /* Diagonal of the body's box at rest [m]; finite and >= 0. Larger: pulls without a force_max are
+   * stronger. Default 0: that of the model's vertices, for a model that has all of the body's. */
+  double diagonal;
+
   /* Largest number of points that touch at once; 0 to 2^31. Larger: more memory, and fewer touches
    * are dropped. Default 0: twice the vertices. */
   int64_t touch_max;

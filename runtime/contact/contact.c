@@ -62,6 +62,10 @@ static thrum_status check_counts(const thrum_contact_def *def, thrum_error *erro
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the contact's stiffness is %g; it must be 0 to 1e30 [N/m^3]",
                            def->stiffness);
+  if (!(def->diagonal >= 0.0 && isfinite(def->diagonal)))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the contact's diagonal is %g; it must be finite and >= 0 [m]",
+                           def->diagonal);
   if (!(def->tolerance > 0.0 && def->tolerance <= 1e-2))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the contact's tolerance is %g; it must be in (0, 1e-2]",
@@ -175,7 +179,9 @@ static void fill_points(const thrum_model *model, const thrum_contact_def *def,
   for (int64_t n = 0; n < contact->point_count; n++)
     view.areas[n] = def->areas ? def->areas[n] : surface / (double)contact->point_count;
   fill_extents(model, contact);
-  contact->diagonal = thrum_box3_diagonal(model->vertices, model->vertex_count);
+  contact->diagonal = def->diagonal > 0.0
+                          ? def->diagonal
+                          : thrum_box3_diagonal(model->vertices, model->vertex_count);
   contact->stiffness =
       def->stiffness > 0.0 ? def->stiffness : default_stiffness(model, 2.0 * contact->radius);
 }

@@ -458,6 +458,11 @@ static void defs_that_cannot_be_are_refused(void **state) {
     assert_int_equal(thrum_contact_size(&r.m.model, r.state, &wrong, &size, &error),
                      THRUM_INVALID_ARGUMENT);
     assert_non_null(strstr(error.message, "tolerance"));
+    wrong = def;
+    wrong.diagonal = n < 2 ? bad[n][0] : INFINITY;
+    assert_int_equal(thrum_contact_size(&r.m.model, r.state, &wrong, &size, &error),
+                     THRUM_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "diagonal"));
   }
   for (int n = 0; n < 4; n++) {
     thrum_contact_def wrong = def;
