@@ -24,7 +24,7 @@
 #include "precompute/vega_reduced.h"
 #include "tests/fuzz/fuzz_file.h"
 #include "tests/fuzz/fuzz_mesh.h"
-#include "tests/support/random_model.h"
+#include "tests/fuzz/fuzz_random.h"
 #include "thrum/thrum.h"
 
 #define RANK 3
@@ -149,19 +149,9 @@ void thrum_model_fem_free(thrum_model_fem *body) {
   (void)body;
 }
 
-static const thrum_model *the_model(void) {
-  static random_model made;
-  if (made.omega2 == NULL) {
-    random_model_make(&made, 21, RANK, 1.0, 12.0, 0.5);
-    random_model_add_mesh(&made, 3, VERTICES);
-    made.model.identity = thrum_model_identity(&made.model);
-  }
-  return &made.model;
-}
-
 /* A load or a start, which may name the first file as FILE. */
 static void use_spec(char *text, bool starts) {
-  const thrum_model *model = the_model();
+  const thrum_model *model = fuzz_random_model(RANK, VERTICES);
   double forces[3 * VERTICES] = {0}, q[RANK] = {0}, p[RANK] = {0};
   thrum_error error = {0};
   load_spec load = {0};
@@ -210,7 +200,7 @@ static void read_vega(unsigned how) {
 
   // by turns what Thrum wrote, and what was drawn
   if (how % 4 == 0) {
-    const thrum_model *model = the_model();
+    const thrum_model *model = fuzz_random_model(RANK, VERTICES);
     if (thrum_vega_basis_write(first, model, how / 4 % 2, &error) < 0 ||
         thrum_vega_cubic_write(second, model, &error) < 0 ||
         thrum_vega_basis_read(first, &imported, &error) < 0 ||

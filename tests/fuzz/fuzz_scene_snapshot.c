@@ -7,7 +7,7 @@
 #include "runtime/base/seal.h"
 #include "tests/fuzz/fuzz_draw.h"
 #include "tests/fuzz/fuzz_file.h"
-#include "tests/support/random_model.h"
+#include "tests/fuzz/fuzz_random.h"
 #include "thrum/scene.h"
 
 #define RANK 4
@@ -16,16 +16,6 @@
 
 /* The version in the head of a snapshot, behind the letters and the byte order. */
 #define VERSION_AT 12
-
-static const thrum_model *the_model(void) {
-  static random_model made;
-  if (made.omega2 == NULL) {
-    random_model_make(&made, 21, RANK, 1.0, 12.0, 0.5);
-    random_model_add_mesh(&made, 3, VERTICES);
-    made.model.identity = thrum_model_identity(&made.model);
-  }
-  return &made.model;
-}
 
 /* Up to three bodies over a floor, which may touch each other; one may be pulled, one condensed,
  * one with a level of detail. */
@@ -45,7 +35,7 @@ static thrum_scene *make(fuzz_draw *draw) {
   const int64_t count = 1 + draw_index(draw, 3);
   for (int64_t n = 0; n < count; n++) {
     thrum_scene_body_def def = thrum_default_scene_body_def();
-    def.model = the_model();
+    def.model = fuzz_random_model(RANK, VERTICES);
     def.state.integrator = (thrum_integrator)draw_index(draw, 10);
     def.state.iterations_max = 6;
     def.touch = bits & 2 ? touch : NULL;

@@ -8,22 +8,13 @@
 #include "runtime/dynamics/state_layout.h"
 #include "tests/fuzz/fuzz_draw.h"
 #include "tests/fuzz/fuzz_file.h"
-#include "tests/support/random_model.h"
+#include "tests/fuzz/fuzz_random.h"
 #include "thrum/thrum.h"
 
 #define RANK 3
 #define SNAPSHOT_MAX 16384
 
 static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 't', 'a'}, THRUM_STATE_VERSION};
-
-static const thrum_model *the_model(void) {
-  static random_model made;
-  if (made.omega2 == NULL) {
-    random_model_make(&made, 21, RANK, 1.0, 12.0, 0.5);
-    made.model.identity = thrum_model_identity(&made.model);
-  }
-  return &made.model;
-}
 
 static thrum_state_def draw_def(fuzz_draw *draw) {
   thrum_state_def def = thrum_default_state_def();
@@ -98,7 +89,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   static unsigned char snapshot[SNAPSHOT_MAX];
   fuzz_draw draw = {data, size};
   thrum_error error = {0};
-  const thrum_model *model = the_model();
+  const thrum_model *model = fuzz_random_model(RANK, 0);
   const thrum_state_def def = draw_def(&draw);
   const int64_t steps = draw_index(&draw, 8);
 

@@ -144,6 +144,7 @@ static void a_shot_along_a_row_gains_no_energy(void **context) {
     add(f->scene, &def);
   }
 
+  // what is lost and what is left are what there was
   const thrum_scene_account before = account_of(f->scene);
   for (int k = 0; k < 20; k++) {
     MUST(thrum_scene_step(f->scene, &failure));
@@ -553,8 +554,9 @@ static void a_pull_is_as_strong_where_bodies_touch(void **context) {
   assert_near3(x[0], x[1], 1e-12);
 }
 
-int main(void) {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+
+int main(void) {
   const struct CMUnitTest tests[] = {
       TEST(bodies_that_meet_keep_momentum_and_gain_no_energy),
       TEST(a_pull_is_as_strong_where_bodies_touch),

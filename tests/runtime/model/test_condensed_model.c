@@ -164,6 +164,20 @@ static thrum_model as_precomputed(const random_model *m, const thrum_model *step
   return model;
 }
 
+/* A model and a file that was condensed from it make the same models of fewer coordinates: quartic
+ * terms agree to rounding, the rest to the bit. */
+static void assert_condense_alike(const thrum_model *whole, const thrum_model *file,
+                                  int64_t masters) {
+  const thrum_model *one = NULL, *other = NULL;
+  void *own = condense(whole, masters, &one), *again = condense(file, masters, &other);
+  assert_true(largest_difference(one->c3, other->c3, one->c3_count) == 0);
+  assert_true(largest_difference(one->c4, other->c4, one->c4_count) <= 1e-12);
+  assert_true(largest_difference(one->follow, other->follow,
+                                 (RANK - masters) * masters * (masters + 1) / 2) == 0);
+  free(own);
+  free(again);
+}
+
 static void a_model_that_was_precomputed_condensed_gives_the_same_models(void **context) {
   (void)context;
   random_model m;
@@ -175,17 +189,9 @@ static void a_model_that_was_precomputed_condensed_gives_the_same_models(void **
   assert_int_equal(thrum_model_masters(&file), 6);
   assert_int_equal(thrum_model_masters(&m.model), 0);
 
-  for (int64_t masters = 1; masters <= 6; masters++) {
-    // all of its masters, or fewer
-    const thrum_model *one = NULL, *other = NULL;
-    void *own = condense(&m.model, masters, &one), *again = condense(&file, masters, &other);
-    assert_true(largest_difference(one->c3, other->c3, one->c3_count) == 0);
-    assert_true(largest_difference(one->c4, other->c4, one->c4_count) <= 1e-12);
-    assert_true(largest_difference(one->follow, other->follow,
-                                   (RANK - masters) * masters * (masters + 1) / 2) == 0);
-    free(own);
-    free(again);
-  }
+  // all of its masters, or fewer
+  for (int64_t masters = 1; masters <= 6; masters++)
+    assert_condense_alike(&m.model, &file, masters);
 
   // coordinates that are slaves in the file cannot be stepped, and neither can the file itself
   size_t size;
@@ -363,17 +369,8 @@ static void a_file_of_stretching_masters_gives_the_same_models(void **context) {
   void *memory = condense(&m.model, 6, &stepped);
   const thrum_model file = as_precomputed(&m, stepped);
 
-  // models condensed from the file, whose quartic terms agree to rounding and the rest to the bit
-  for (int64_t masters = 3; masters <= 6; masters++) {
-    const thrum_model *one = NULL, *other = NULL;
-    void *own = condense(&m.model, masters, &one), *again = condense(&file, masters, &other);
-    assert_true(largest_difference(one->c3, other->c3, one->c3_count) == 0);
-    assert_true(largest_difference(one->c4, other->c4, one->c4_count) <= 1e-12);
-    assert_true(largest_difference(one->follow, other->follow,
-                                   (RANK - masters) * masters * (masters + 1) / 2) == 0);
-    free(own);
-    free(again);
-  }
+  for (int64_t masters = 3; masters <= 6; masters++)
+    assert_condense_alike(&m.model, &file, masters);
   free(memory);
   random_model_free(&m);
 }
