@@ -11,7 +11,7 @@ worst of the bodies, and the mean while a body is within the distance of its det
 (validation/results/scene_detail/crowd.csv).
 
 A second table has what a level of detail does to a body that rests until something acts on it after 1 s: the error of the run
-with a detail while still, and while far. Into blows.csv beside the first. SPDX-License-Identifier: Apache-2.0
+with a detail while still, and while far. Into impacts.csv beside the first. SPDX-License-Identifier: Apache-2.0
 """
 import array
 import csv
@@ -112,34 +112,34 @@ FLOOR = {"time": 2, "gravity": [0, 0, -9.81], "obstacles": [{"shape": "plane"}]}
 FREE = {"name": "b", "model": "beam:8x2x2@0.8x0.2x0.2", "free": True, "position": [0, 0, 1]}
 BALL = {"shape": "sphere", "radius": 0.05, "centre": [0.9, 0.075, 1.5], "velocity": [0, 0, -1]}
 # what acts: the scene, and the body in it
-BLOWS = {
-    "a blow along the beam": (DAMPED, {**BEAM, "loads": "impulse:40,0,0@load,from=1"}),
-    "a blow across it": (DAMPED, {**BEAM, "loads": "impulse:0,0,-40@load,from=1"}),
-    "a blow across it, half way": (DAMPED, {**BEAM, "loads": "impulse:0,40,0@vertex=91,from=1.002"}),
+IMPACTS = {
+    "an impact along the beam": (DAMPED, {**BEAM, "loads": "impulse:40,0,0@load,from=1"}),
+    "an impact across it": (DAMPED, {**BEAM, "loads": "impulse:0,0,-40@load,from=1"}),
+    "an impact across it, half way": (DAMPED, {**BEAM, "loads": "impulse:0,40,0@vertex=91,from=1.002"}),
     "a push of 0.3 s": (DAMPED, {**BEAM, "loads": "square:0,33,0@load,from=1,until=1.3"}),
     "a sine of 2 Hz": (DAMPED, {**BEAM, "loads": "sine:0,0,-16@load,f=2,from=1"}),
     "a ground that shakes for 0.5 s": ({**DAMPED, "base_motion": "sine:0,20,0,f=2,from=1,until=1.5"}, BEAM),
     "a ball that hits it": ({**DAMPED, "obstacles": [BALL]}, BEAM),
     "a free beam drops on a floor": (FLOOR, FREE),
     "it drops askew": (FLOOR, {**FREE, "rotation": {"axis": [1, 0.3, 0], "angle": 20}}),
-    "a blow at the tower": (DAMPED, {**BEAM, "model": "tower", "loads": "impulse:2000,0,0@load,from=1"}),
+    "an impact at the tower": (DAMPED, {**BEAM, "model": "tower", "loads": "impulse:2000,0,0@load,from=1"}),
 }
 LEVELS = {"whole": None, "still": {"condense": 2, "still": 0.02, "jump": 0.002},
           "far": {"condense": 2, "beyond": 1, "jump": 0.002}}
 
 
-def blow(program, work, name):
+def impact(program, work, name):
     """The row of one thing that acts."""
-    scene, body = BLOWS[name]
+    scene, body = IMPACTS[name]
     found, shapes = {"what": name}, {}
     for level, detail in LEVELS.items():
         made = {**scene, "dt": 0.002, "eye": [-50, 0, 0], "bodies": [{**body, "detail": detail} if detail else body]}
-        (work / "blow.json").write_text(json.dumps(made), encoding="utf-8")
-        done = subprocess.run([program, "simulate", "blow.json", "-o", "blow", "--json", "-q"], cwd=work, capture_output=True,
+        (work / "impact.json").write_text(json.dumps(made), encoding="utf-8")
+        done = subprocess.run([program, "simulate", "impact.json", "-o", "impact", "--json", "-q"], cwd=work, capture_output=True,
                               text=True, check=False)
         if done.returncode != 0:
             raise SystemExit(done.stderr)
-        shapes[level] = read_rows(work / "blow" / "b" / "q.npy")
+        shapes[level] = read_rows(work / "impact" / "b" / "q.npy")
         if detail:
             away = sum((a - b) ** 2 for p, q in zip(shapes[level], shapes["whole"]) for a, b in zip(p, q))
             size = sum(b * b for q in shapes["whole"] for b in q)
@@ -177,7 +177,7 @@ def main(arguments):
         find, step = (min(one["seconds"][key] for one in runs) for key in ("find", "step"))
         rows.append(row(work, variant, runs[-1], find, step))
     write(output, rows)
-    write(output.with_name("blows.csv"), [blow(program, work, name) for name in BLOWS])
+    write(output.with_name("impacts.csv"), [impact(program, work, name) for name in IMPACTS])
     return 0
 
 

@@ -364,11 +364,11 @@ def scene_detail():
                   "worst", "near the eye"], body)
 
 
-def scene_blows():
+def scene_impacts():
     """What acts on a body with a level of detail while still, and while far."""
     return table(["what acts after 1 s", "`still`: error, steps with two", "`beyond`: error"],
                  [[r["what"], f"{percent(float(r['still_error']))}, {100 * float(r['still_share']):.2g} %",
-                   percent(float(r["far_error"]))] for r in rows("scene_detail", "blows.csv")])
+                   percent(float(r["far_error"]))] for r in rows("scene_detail", "impacts.csv")])
 
 
 def before_after():
@@ -416,7 +416,7 @@ def mujoco():
 
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, extremes, linear, tradeoff,
-                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_blows, handles,
+                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles,
                                            before_after, mujoco, model_errors)}
 
 
