@@ -56,19 +56,6 @@ static thrum_status take_heights(const config_given *given, void *record) {
   return THRUM_OK;
 }
 
-/* The quaternion of the rotation by `angle` [degrees] about `axis`; false for an axis of no length.
- */
-static bool axis_angle(const double axis[3], double angle, double rotation[4]) {
-  const double length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
-  const double half = 0.5 * SCENE_DEGREE * fmod(angle, 720.0);
-  if (!isnormal(length))
-    return false;
-  rotation[0] = cos(half);
-  for (int n = 0; n < 3; n++)
-    rotation[1 + n] = sin(half) * axis[n] / length;
-  return true;
-}
-
 typedef struct rotation_spec {
   config_record at;
   double axis[3], angle;
@@ -88,13 +75,27 @@ static thrum_status take_rotation(const config_given *given, void *record) {
   rotation_spec spec = {.at = {.node = given->node}};
   if (given->node->type == JSON_OBJECT) {
     THRUM_TRY(config_object_read(given, rotation_keys, &spec));
-    return axis_angle(spec.axis, spec.angle, rotation) ? THRUM_OK : config_given_wrong(given);
+    return scene_axis_angle(spec.axis, spec.angle, rotation) ? THRUM_OK : config_given_wrong(given);
   }
   THRUM_TRY(config_given_numbers(given, 4, 4, numbers, NULL));
   if (!isnormal(numbers[0] * numbers[0] + numbers[1] * numbers[1] + numbers[2] * numbers[2] +
                 numbers[3] * numbers[3]))
     return config_given_wrong(given);
   memcpy(rotation, numbers, sizeof numbers);
+  return THRUM_OK;
+}
+
+/* The rotation of a waypoint, which keeps its angle: a quaternion does not know of whole turns. */
+static thrum_status take_turn(const config_given *given, void *record) {
+  scene_waypoint_spec *waypoint = record;
+  rotation_spec spec = {.at = {.node = given->node}};
+  THRUM_TRY(take_rotation(given, record));
+  waypoint->angle = NAN;
+  if (given->node->type != JSON_OBJECT)
+    return THRUM_OK;
+  THRUM_TRY(config_object_read(given, rotation_keys, &spec));
+  memcpy(waypoint->axis, spec.axis, sizeof spec.axis);
+  waypoint->angle = spec.angle;
   return THRUM_OK;
 }
 
@@ -164,8 +165,8 @@ static thrum_status check_base_motion(const char *text, thrum_error *error) {
   OPTION_WORD("colour", NULL, grey, "for those who look", .take = take_colour,                     \
               CONFIG_AT(record, colour), CONFIG_RANGE(0, 1), .schema = COLOUR_SCHEMA,              \
               .wants = "\"#rrggbb\", or [red, green, blue] from 0 to 1")
-#define ROTATION_KEY(text, record)                                                                 \
-  OPTION_WORD("rotation", NULL, "none", text, .unit = "degrees", .take = take_rotation,            \
+#define ROTATION_KEY(text, record, take_it)                                                        \
+  OPTION_WORD("rotation", NULL, "none", text, .unit = "degrees", .take = take_it,                  \
               CONFIG_AT(record, rotation), .schema = ROTATION_SCHEMA,                              \
               .wants = "{\"axis\": [X, Y, Z], \"angle\": DEGREES} or a quaternion [W, X, Y, Z], "  \
                        "not zero")
@@ -212,7 +213,7 @@ static const config_option body_keys[] = {
 
     // where the body is, and by what factors it differs from its model
     OPTION_VECTOR("position", "m", "[0, 0, 0]", "where the model's origin is", AT(position)),
-    ROTATION_KEY("about the model's origin", scene_body_spec),
+    ROTATION_KEY("about the model's origin", scene_body_spec, take_rotation),
     OPTION_NUMBER("scale", NULL, "1", "factor of all lengths, exact", AT(scale), CONFIG_ABOVE(0)),
     OPTION_NUMBER("stiffness", NULL, "1", "factor of Young's modulus, exact", AT(stiffness),
                   CONFIG_ABOVE(0)),
@@ -297,7 +298,7 @@ static const config_option waypoint_keys[] = {
     OPTION_NUMBER("time", "s", NULL, "when the obstacle is there, after those before it",
                   .needed = true, WAY(time)),
     OPTION_VECTOR("centre", "m", NULL, "where it is then", .needed = true, WAY(centre)),
-    ROTATION_KEY("how it is turned then", scene_waypoint_spec),
+    ROTATION_KEY("how it is turned then", scene_waypoint_spec, take_turn),
     OPTION_END,
 };
 #undef WAY
@@ -327,7 +328,7 @@ static const config_option obstacle_keys[] = {
                 .wants = "a list of two rows of numbers or more"),
     OPTION_NUMBER("spacing", "m", NULL, "of a height field: between its heights, along x and y",
                   AT(spacing), CONFIG_ABOVE(0)),
-    ROTATION_KEY("about its centre; not of planes and spheres", scene_obstacle_spec),
+    ROTATION_KEY("about its centre; not of planes and spheres", scene_obstacle_spec, take_rotation),
     OPTION_FLAG("inside", "of a sphere or box: the inside is free, a bowl or a room",
                 .fallback = "false", AT(inside)),
 

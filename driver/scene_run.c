@@ -120,7 +120,7 @@ int scene_run_request(const scene_request *request) {
   run->request = request;
   const thrum_status status = run_scene(run, &error);
   int code = status < 0 ? config_refuse(&error) : COMMAND_DONE;
-  if (status >= 0 && strcmp(driver_run_status(&run->run), "done") != 0)
+  if (status >= 0 && strcmp(scene_run_status(run), "done") != 0)
     code = COMMAND_FLAGGED;
   scene_run_close(run);
   free(run);

@@ -126,6 +126,9 @@ thrum_status scene_run_close_account(scene_run *run, thrum_error *error);
 cJSON *scene_run_collisions_json(const scene_run *run);
 void scene_run_warn_of_depth(const scene_run *run);
 
+/* "done", or what flags the run: that of its bodies, else "surfaces_crossed". */
+const char *scene_run_status(const scene_run *run);
+
 /* scene_run_detail.c: condenses the bodies that ask for an error or a budget, and sets the levels
  * of detail. */
 thrum_status scene_run_find_detail(scene_run *run, thrum_error *error);

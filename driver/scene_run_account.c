@@ -2,6 +2,7 @@
  * row in account.csv, and what contact did in scene.json. SPDX-License-Identifier: Apache-2.0 */
 #include <errno.h>
 #include <inttypes.h>
+#include <string.h>
 #include <unistd.h>
 
 #include "config/message.h"
@@ -101,9 +102,19 @@ cJSON *scene_run_collisions_json(const scene_run *run) {
   return object;
 }
 
+/* Did a touch become as deep as the thickness, so that surfaces met? */
+static bool have_crossed(const scene_run *run) {
+  return thrum_scene_collisions(run->scene).deepest_share >= 1;
+}
+
+const char *scene_run_status(const scene_run *run) {
+  const char *status = driver_run_status(&run->run);
+  return strcmp(status, "done") == 0 && have_crossed(run) ? "surfaces_crossed" : status;
+}
+
 void scene_run_warn_of_depth(const scene_run *run) {
   const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
-  if (of.deepest_share >= 1)
+  if (have_crossed(run))
     config_warn(
         "surfaces went through each other, by %.2g of the thickness that they keep "
         "(%.2g m): do not trust what touches; take a shorter dt, or bodies that differ less",

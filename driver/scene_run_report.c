@@ -152,7 +152,7 @@ static cJSON *probes_json(const scene_run *run) {
 
 cJSON *scene_run_json(const scene_run *run) {
   const scene_spec *spec = &run->spec;
-  cJSON *object = simulate_report_begin(driver_run_status(&run->run), &run->run.stop);
+  cJSON *object = simulate_report_begin(scene_run_status(run), &run->run.stop);
 
   // the files
   json_string(object, "scene", run->request->path);
@@ -277,7 +277,7 @@ void scene_run_table(const scene_run *run) {
     printf("collisions   %" PRId64 " touch at the end, %g J lost, %.2g of the thickness at most\n",
            of.touching, of.lost, of.deepest_share);
   }
-  printf("status       %s\n", driver_run_status(&run->run));
+  printf("status       %s\n", scene_run_status(run));
   printf("files        %s/" SCENE_JSON "%s, and a run in each of its folders\n",
          run->request->output, thrum_scene_probe_count(run->scene) > 0 ? ", " SCENE_PROBES : "");
 }

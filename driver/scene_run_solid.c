@@ -1,10 +1,17 @@
 /* Obstacles of a scene file that are touched by their faces: their surfaces, places and paths.
  * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "driver/scene_run.h"
 #include "mesh/formats/surface_read.h"
+#include "runtime/base/vec3.h"
+
+#define SHORT_TURN 120.0 /* degrees of a part of a path: below 180 its direction is not in doubt   \
+                          */
+#define PARALLEL 1e-9    /* sine of the angle up to which two axes are one */
+#define PARTS_MAX 1e6    /* of a path */
 
 /* What a solid's def points to while it is added. */
 typedef struct solid_parts {
@@ -68,24 +75,78 @@ static thrum_status read_surface(const scene_run *run, const scene_obstacle_spec
   return THRUM_OK;
 }
 
-static thrum_status read_path(const scene_obstacle_spec *spec, solid_parts *parts,
-                              thrum_scene_solid_def *def, thrum_error *error) {
+/* The angle from one waypoint to the next about one axis [degrees], which `axis` gets, with `from`
+ * the angle that it starts at; 0 where their rotations have no axis in common. */
+static double turn_between(const scene_waypoint_spec *a, const scene_waypoint_spec *b,
+                           double axis[3], double *from) {
+  const bool turns = b->angle != 0.0;
+  memcpy(axis, turns ? b->axis : a->axis, sizeof a->axis);
+  *from = a->angle;
+  if (isnan(a->angle) || isnan(b->angle) || a->angle == 0.0 || !turns)
+    return isnan(a->angle) || isnan(b->angle) ? 0.0 : b->angle - a->angle;
+
+  // two rotations about one axis, which may be named from either end
+  double across[3];
+  thrum_cross3(a->axis, b->axis, across);
+  const double size = thrum_dot3(a->axis, a->axis) * thrum_dot3(b->axis, b->axis);
+  if (thrum_dot3(across, across) > PARALLEL * PARALLEL * size)
+    return 0.0;
+  *from = thrum_dot3(a->axis, b->axis) < 0.0 ? -a->angle : a->angle;
+  return b->angle - *from;
+}
+
+/* Parts of the way from a waypoint to the next: more than one where it turns so far that the short
+ * way between its ends would be another one. */
+static double parts_between(const scene_waypoint_spec *a, const scene_waypoint_spec *b) {
+  double axis[3], from;
+  return fmax(ceil(fabs(turn_between(a, b, axis, &from)) / SHORT_TURN), 1.0);
+}
+
+/* The time and the place a share of the way from waypoint a to b. */
+static void fill_between(const scene_waypoint_spec *a, const scene_waypoint_spec *b, double share,
+                         double *time, double place[7]) {
+  double axis[3], from;
+  const double turn = turn_between(a, b, axis, &from);
+  *time = a->time + share * (b->time - a->time);
+  for (int n = 0; n < 3; n++)
+    place[n] = a->centre[n] + share * (b->centre[n] - a->centre[n]);
+  scene_axis_angle(axis, from + share * turn, place + 3);
+}
+
+static thrum_status read_path(const scene_run *run, const scene_obstacle_spec *spec,
+                              solid_parts *parts, thrum_scene_solid_def *def, thrum_error *error) {
   const scene_waypoint_spec *way = spec->way.items;
-  const size_t count = (size_t)spec->way.count;
-  if (count == 0)
+  double sum = 1.0;
+  if (spec->way.count == 0)
     return THRUM_OK;
-  parts->times = malloc(count * sizeof *parts->times);
-  parts->places = malloc(7 * count * sizeof *parts->places);
+
+  // a waypoint for each part
+  for (int64_t n = 1; n < spec->way.count; n++)
+    sum += parts_between(way + n - 1, way + n);
+  if (!(sum <= PARTS_MAX))
+    return config_record_refuse(&run->spec.file, &spec->at, "path", THRUM_BAD_VALUE,
+                                "turns too often: it would have %.3g parts, of at most %g", sum,
+                                PARTS_MAX);
+  parts->times = malloc((size_t)sum * sizeof *parts->times);
+  parts->places = malloc(7 * (size_t)sum * sizeof *parts->places);
   if (parts->times == NULL || parts->places == NULL)
     return scene_run_no_memory(error);
-  for (size_t n = 0; n < count; n++) {
-    parts->times[n] = way[n].time;
-    memcpy(parts->places + 7 * n, way[n].centre, sizeof way[n].centre);
-    memcpy(parts->places + 7 * n + 3, way[n].rotation, sizeof way[n].rotation);
+
+  // each waypoint as it is, and before it what lies on the way to it
+  int64_t count = 0;
+  for (int64_t n = 0; n < spec->way.count; n++) {
+    const double pieces = n > 0 ? parts_between(way + n - 1, way + n) : 1.0;
+    for (double k = 1.0; k < pieces; k++, count++)
+      fill_between(way + n - 1, way + n, k / pieces, parts->times + count,
+                   parts->places + 7 * count);
+    parts->times[count] = way[n].time;
+    memcpy(parts->places + 7 * count, way[n].centre, sizeof way[n].centre);
+    memcpy(parts->places + 7 * count + 3, way[n].rotation, sizeof way[n].rotation);
+    count++;
   }
   def->path_times = parts->times;
   def->path_places = parts->places;
-  def->path_count = spec->way.count;
+  def->path_count = count;
   return THRUM_OK;
 }
 
@@ -126,7 +187,7 @@ thrum_status scene_run_add_solid(const scene_run *run, const scene_obstacle_spec
     status = read_heights(run, spec, &parts, &def, run->spec.file.error);
   if (spec->shape == SCENE_MESH)
     status = read_surface(run, spec, &parts, &def);
-  THRUM_THEN(status, read_path(spec, &parts, &def, run->spec.file.error));
+  THRUM_THEN(status, read_path(run, spec, &parts, &def, run->spec.file.error));
   if (status >= 0) {
     status = thrum_scene_add_solid(scene, &def, NULL, &detail);
     if (status < 0)

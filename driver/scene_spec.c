@@ -17,6 +17,17 @@
 
 #define NAME_MAX_BYTES 63 /* as THRUM_SCENE_NAME_MAX has room for */
 
+bool scene_axis_angle(const double axis[3], double angle, double rotation[4]) {
+  const double length = sqrt(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
+  const double half = 0.5 * SCENE_DEGREE * fmod(angle, 720.0);
+  if (!isnormal(length))
+    return false;
+  rotation[0] = cos(half);
+  for (int n = 0; n < 3; n++)
+    rotation[1 + n] = sin(half) * axis[n] / length;
+  return true;
+}
+
 bool scene_spec_is_named(const char *path) {
   struct stat status;
   const size_t length = strlen(path);

@@ -87,7 +87,12 @@ extern const char *const scene_shape_names[];
 typedef struct scene_waypoint_spec {
   config_record at;
   double time, centre[3], rotation[4];
+  double axis[3], angle; /* of the rotation [degrees]; angle NaN: it was given as a quaternion */
 } scene_waypoint_spec;
+
+/* The quaternion of the rotation by `angle` [degrees] about `axis`; false for an axis of no length.
+ */
+bool scene_axis_angle(const double axis[3], double angle, double rotation[4]);
 
 typedef struct scene_obstacle_spec {
   config_record at;

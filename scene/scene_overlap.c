@@ -147,6 +147,9 @@ static bool meet(const thrum_scene *scene, const scene_body *a, const scene_body
 thrum_status thrum_scene_find_overlap(thrum_scene *scene, thrum_scene_overlap *deepest,
                                       thrum_error *error) {
   thrum_scene_overlap found = {.body = -1, .other = -1, .obstacle = -1, .solid = -1};
+
+  // solids are where they are now, also after a restore or a reset
+  scene_solids_move(scene);
   outline *outlines = calloc((size_t)scene->body_count + 1, sizeof *outlines);
   thrum_status status = outlines != NULL
                             ? THRUM_OK

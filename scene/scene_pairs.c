@@ -218,7 +218,7 @@ thrum_status scene_pairs_room(thrum_scene *scene, const scene_body *extra,
        rank <= pairs->def.rank_max))
     return THRUM_OK;
 
-  // larger room begins without touches
+  // larger room goes on from the touches and energies that there are
   thrum_contact_pairs_def def = pairs->def;
   def.member_max = round_up(count);
   def.vertex_max = round_up(vertices);
@@ -236,6 +236,7 @@ thrum_status scene_pairs_room(thrum_scene *scene, const scene_body *extra,
     free(memory);
     return status;
   }
+  thrum_contact_pairs_continue(made, pairs->contact);
   free(pairs->contact);
   pairs->contact = made;
   pairs->def = def;

@@ -43,7 +43,8 @@ THRUM_API thrum_status thrum_rigid_frame_of(const thrum_model *model,
 /* One step of dt [s] under a mean torque about the centre [N m], in the world; placement may be
  * NULL. `angle` (may be NULL) gets the rotation vector [rad] whose product with the torque is the
  * change of energy. Cayley's transform of the implicit midpoint rule: exact in the momentum, of
- * order 2. */
+ * order 2. A step whose equation Newton's method does not solve, as that of a thin rod which the
+ * torque spins many times in it, is made in shorter ones. */
 THRUM_API void thrum_rigid_frame_step(thrum_rigid_frame *rigid_frame,
                                       const thrum_placement *placement, const double torque[3],
                                       double dt, double angle[3]);

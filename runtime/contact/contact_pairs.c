@@ -187,6 +187,38 @@ void thrum_contact_pairs_reset(thrum_contact_pairs *pairs) {
   pairs->steps = pairs->redone = pairs->declined = pairs->dropped = pairs->sweeps = 0;
 }
 
+void thrum_contact_pairs_continue(thrum_contact_pairs *pairs, const thrum_contact_pairs *from) {
+  if (!pairs || !from)
+    return;
+
+  // the numbers are those of `from`, but for what says how much room there is
+  const thrum_contact_pairs own = *pairs;
+  *pairs = *from;
+  pairs->bytes = own.bytes;
+  pairs->kept_bytes = own.kept_bytes;
+  pairs->member_max = own.member_max;
+  pairs->vertex_max = own.vertex_max;
+  pairs->node_max = own.node_max;
+  pairs->rank_max = own.rank_max;
+  pairs->touch_max = own.touch_max;
+
+  // the settings are those of the def as well
+  pairs->thickness = own.thickness;
+  pairs->friction = own.friction;
+  pairs->restitution = own.restitution;
+  pairs->tolerance = own.tolerance;
+  pairs->sweeps_max = own.sweeps_max;
+
+  // the touches that the next step starts from
+  if (from->touch_count > own.touch_max) {
+    pairs->dropped += from->touch_count - own.touch_max;
+    pairs->touch_count = own.touch_max;
+  }
+  pairs->before_count = 0;
+  memcpy(thrum_pairs_view_of(pairs).touches, thrum_pairs_view_of(from).touches,
+         (size_t)pairs->touch_count * sizeof(thrum_pair_touching));
+}
+
 thrum_contact_pairs_report thrum_contact_pairs_report_get(const thrum_contact_pairs *pairs) {
   thrum_contact_pairs_report report = {0};
   if (!pairs)

@@ -13,6 +13,8 @@
 
 #include "runtime/contact/contact_pairs_private.h"
 
+#define HALF_TURN 1e-6 /* 1 + cos of the largest angle of a step, just below 180 degrees */
+
 /* The rotation from one placement to the next, as the angle of a step. */
 static void turn_of(const thrum_contact_solid *solid, double turn[3]) {
   const double *from = solid->now.axes, *to = solid->next.axes;
@@ -22,7 +24,7 @@ static void turn_of(const thrum_contact_solid *solid, double turn[3]) {
       r[3 * i + j] = thrum_dot3(to + 3 * i, from + 3 * j);
 
   // 2 sin(angle) axis over 1 + cos(angle), with trace = 1 + 2 cos(angle)
-  const double scale = 2.0 / (1.0 + r[0] + r[4] + r[8]);
+  const double scale = 2.0 / fmax(1.0 + r[0] + r[4] + r[8], HALF_TURN);
   turn[0] = scale * (r[7] - r[5]);
   turn[1] = scale * (r[2] - r[6]);
   turn[2] = scale * (r[3] - r[1]);

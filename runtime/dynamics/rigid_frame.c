@@ -11,8 +11,11 @@
  *   y + h/2 w x (y + h/2 t) = P + h/2 t,   w = J^-1 y,
  *
  * which Newton's method solves, started at the right-hand side; it has a solution, as w y = w (P +
- * h/2 t) bounds y. Cost: about 3 Newton iterations of 3 x 3. Source: Austin, Krishnaprasad & Wang
- * 1993, Almost Poisson integration of rigid body systems, doi:10.1006/jcph.1993.1128.
+ * h/2 t) bounds y. Where Newton's method does not find it, as for a thin rod that a torque spins
+ * many times in a step, the step is made in 2, 4, 8, ... parts. Each part changes the energy by the
+ * torque times its angle, so their sum does. Cost: about 3 Newton iterations of 3 x 3. Source:
+ * Austin, Krishnaprasad & Wang 1993, Almost Poisson integration of rigid body systems,
+ * doi:10.1006/jcph.1993.1128.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
@@ -27,6 +30,8 @@
 
 #define NEWTON_MAX 40
 #define TOLERANCE 1e-15
+#define SOLVED 1e-12   /* residual up to which a solution that stopped at rounding is one */
+#define PARTS_MAX 4096 /* of a step that Newton's method does not solve at once */
 
 static const double identity[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
 
@@ -65,19 +70,20 @@ static void jacobian(const double inverse[9], double half, const double s[3], co
   }
 }
 
-/* y by Newton's method, with a step halved until the residual falls. */
-static void solve_mean(const double inverse[9], double half, const double s[3], const double b[3],
+/* y by Newton's method, with a step halved until the residual falls; false where it is not found.
+ */
+static bool solve_mean(const double inverse[9], double half, const double s[3], const double b[3],
                        double y[3]) {
   double r[3], matrix[9], step[3], trial[3], tried[3];
   memcpy(y, b, 3 * sizeof *y);
   double square = residual(inverse, half, s, b, y, r);
 
   // to rounding of the right-hand side
-  const double enough = TOLERANCE * TOLERANCE * thrum_dot3(b, b);
+  const double size = thrum_dot3(b, b), enough = TOLERANCE * TOLERANCE * size;
   for (int n = 0; n < NEWTON_MAX && square > enough; n++) {
     jacobian(inverse, half, s, y, matrix);
     if (!thrum_solve3(matrix, r, step))
-      return;
+      break;
 
     // the longest step that brings the residual down
     double length = 1.0, next = INFINITY;
@@ -89,12 +95,13 @@ static void solve_mean(const double inverse[9], double half, const double s[3], 
         break;
     }
     if (!(next < square))
-      return;
+      break;
 
     memcpy(y, trial, sizeof trial);
     memcpy(r, tried, sizeof tried);
     square = next;
   }
+  return square <= SOLVED * SOLVED * size;
 }
 
 /* Rotates the frame by C, the Cayley transform of v = h/2 w in the mesh's axes: attitude = axes C
@@ -120,9 +127,11 @@ static void rotate(thrum_rigid_frame *rigid_frame, const double axes[9], const d
   thrum_multiply3(gram, now, rigid_frame->attitude);
 }
 
-void thrum_rigid_frame_step(thrum_rigid_frame *rigid_frame, const thrum_placement *placement,
-                            const double torque[3], double dt, double angle[3]) {
-  double axes[9], p[3], s[3], b[3], y[3], w[3], v[3];
+/* One part of a step; false where its mean angular velocity was not found. `angle` grows by that of
+ * the part. */
+static bool step_part(thrum_rigid_frame *rigid_frame, const thrum_placement *placement,
+                      const double torque[3], double dt, double angle[3]) {
+  double axes[9], p[3], s[3], b[3], y[3], w[3], v[3], turned[3];
   const double half = 0.5 * dt;
 
   // momentum and torque in the mesh's axes, where the inertia is constant
@@ -135,19 +144,39 @@ void thrum_rigid_frame_step(thrum_rigid_frame *rigid_frame, const thrum_placemen
   }
 
   // the mean angular velocity; the momentum in the world is exact
-  solve_mean(rigid_frame->inverse, half, s, b, y);
+  const bool solved = solve_mean(rigid_frame->inverse, half, s, b, y);
   thrum_apply3(rigid_frame->inverse, y, w);
   for (int axis = 0; axis < 3; axis++) {
     v[axis] = half * w[axis];
     rigid_frame->momentum[axis] += dt * torque[axis];
   }
 
-  if (angle) {
-    thrum_apply3(axes, v, angle);
-    for (int axis = 0; axis < 3; axis++)
-      angle[axis] *= 2.0;
-  }
+  thrum_apply3(axes, v, turned);
+  for (int axis = 0; axis < 3; axis++)
+    angle[axis] += 2.0 * turned[axis];
   rotate(rigid_frame, axes, placement ? placement->axes : identity, v);
+  return solved;
+}
+
+void thrum_rigid_frame_step(thrum_rigid_frame *rigid_frame, const thrum_placement *placement,
+                            const double torque[3], double dt, double angle[3]) {
+  thrum_rigid_frame made = *rigid_frame;
+  double sum[3] = {0.0};
+  bool solved = step_part(&made, placement, torque, dt, sum);
+
+  // what has no solution in one step has one in shorter ones, each from the start of the step again
+  for (int parts = 2; !solved && parts <= PARTS_MAX; parts *= 2) {
+    made = *rigid_frame;
+    memset(sum, 0, sizeof sum);
+    solved = true;
+    for (int n = 0; n < parts && solved; n++)
+      solved = step_part(&made, placement, torque, dt / parts, sum);
+  }
+
+  // a frame or torque beyond the finite numbers is passed on, whoever steps sees that
+  *rigid_frame = made;
+  if (angle)
+    memcpy(angle, sum, sizeof sum);
 }
 
 void thrum_rigid_frame_velocity(const thrum_rigid_frame *rigid_frame,

@@ -552,6 +552,58 @@ static void what_touches_in_the_scenes_keeps_its_distance(void **state) {
   }
 }
 
+/* A heavy cube sinks through a soft one, and the run says so. */
+static void surfaces_that_cross_flag_the_run(void **state) {
+  (void)state;
+  cJSON *object = simulate(
+      "{\"time\": 0.1, \"dt\": 0.002, \"bodies\": [\n"
+      " {\"name\": \"low\", \"model\": \"beam:2x2x2@0.2x0.2x0.2\", \"position\": [0, 0, 0.1],\n"
+      "  \"material\": {\"young\": 1e4, \"density\": 1000}, \"free\": true},\n"
+      " {\"name\": \"high\", \"model\": \"beam:2x2x2@0.1x0.1x0.1\", \"position\": [0, 0, 0.252],\n"
+      "  \"material\": {\"young\": 1e8, \"density\": 8000}, \"velocity\": [0, 0, -2],"
+      " \"free\": true}],\n"
+      " \"obstacles\": [{\"shape\": \"plane\"}]}",
+      "crossed", 3);
+  assert_string_equal(cJSON_GetObjectItem(object, "status")->valuestring, "surfaces_crossed");
+  assert_true(json_value(cJSON_GetObjectItem(object, "collisions"), "deepest_of_thickness") >= 1);
+  cJSON_Delete(object);
+}
+
+/* A bar turns by 270 degrees as its angles say, and hits a block at 45 degrees; the short way back
+ * by 90 it would not. */
+static void a_path_turns_as_far_as_its_angles_say(void **state) {
+  (void)state;
+  static const char *const turns[] = {"270", "-270", "720"};
+  for (int n = 0; n < 3; n++) {
+    char text[600];
+    snprintf(text, sizeof text,
+             "{\"time\": 0.6, \"dt\": 0.002, \"gravity\": [0, 0, 0], \"bodies\": [\n"
+             " {\"name\": \"hit\", \"model\": \"free.npz\", \"scale\": 0.2,"
+             " \"position\": [0.2, %s, 0], \"free\": true}],\n"
+             " \"obstacles\": [{\"shape\": \"box\", \"size\": [0.8, 0.02, 0.2], \"path\": [\n"
+             "  {\"time\": 0, \"centre\": [0, 0, 0]},\n"
+             "  {\"time\": 0.6, \"centre\": [0, 0, 0],"
+             " \"rotation\": {\"axis\": [0, 0, 1], \"angle\": %s}}]}]}",
+             n == 1 ? "-0.2" : "0.2", turns[n]);
+    cJSON *object = simulate(text, "turned", 0);
+    assert_true(json_value(cJSON_GetObjectItem(object, "collisions"), "driven_j") > 0);
+    cJSON_Delete(object);
+  }
+
+  // more turns than a path has room for
+  put("scene.json",
+      "{\"time\": 0.6, \"bodies\": [{\"model\": \"free.npz\", \"free\": true}],\n"
+      " \"obstacles\": [{\"shape\": \"box\", \"size\": [0.8, 0.02, 0.2], \"path\": [\n"
+      "  {\"time\": 0, \"centre\": [0, 0, 9]},\n"
+      "  {\"time\": 1, \"centre\": [0, 0, 9], \"rotation\": {\"axis\": [0, 0, 1], \"angle\": "
+      "1e300}}"
+      "]}]}");
+  program_result run = thrum_run(folder, "simulate", "scene.json", "-o", "turns", "-q", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "turns too often"));
+  program_result_free(&run);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_body_of_a_scene_has_the_run_of_it_alone),
@@ -572,6 +624,8 @@ int main(void) {
       cmocka_unit_test(the_schema_is_committed_and_every_key_is_documented),
       cmocka_unit_test(the_scenes_that_come_with_thrum_run),
       cmocka_unit_test(what_touches_in_the_scenes_keeps_its_distance),
+      cmocka_unit_test(surfaces_that_cross_flag_the_run),
+      cmocka_unit_test(a_path_turns_as_far_as_its_angles_say),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);
 }

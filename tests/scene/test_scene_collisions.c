@@ -512,6 +512,52 @@ static void what_begins_inside_is_found(void **context) {
   free(touch);
 }
 
+/* A solid is looked for where it is at the scene's time, also after a restore. */
+static void an_overlap_after_a_restore_is_that_of_the_time(void **context) {
+  fixture *f = *context;
+  const thrum_scene_body_def block = def_of(&f->block, 0, 0, 0, 1);
+  thrum_scene_solid_def box = solid_of(THRUM_SOLID_BOX);
+  box.velocity[2] = 10;
+  thrum_scene_overlap overlap;
+  add(f->scene, &block);
+  MUST(thrum_scene_add_solid(f->scene, &box, NULL, &failure));
+
+  // the box starts in the block and flies away
+  const size_t size = thrum_scene_snapshot_size(f->scene);
+  void *kept = need(size, 1);
+  MUST(thrum_scene_snapshot(f->scene, kept, size, &failure));
+  for (int k = 0; k < 100; k++)
+    MUST(thrum_scene_step(f->scene, &failure));
+  MUST(thrum_scene_restore(f->scene, kept, size, &failure));
+  MUST(thrum_scene_find_overlap(f->scene, &overlap, &failure));
+  assert_int_equal(overlap.body, 0);
+  assert_int_equal(overlap.solid, 0);
+  free(kept);
+}
+
+/* A body that comes to a scene takes nothing from what the others have done. */
+static void a_body_that_is_added_leaves_the_report_as_it_is(void **context) {
+  fixture *f = *context;
+  throw(f, 0.5);
+  while (thrum_scene_collisions(f->scene).touching == 0)
+    MUST(thrum_scene_step(f->scene, &failure));
+  const thrum_contact_pairs_report before = thrum_scene_collisions(f->scene);
+  const double total = account_of(f->scene).total;
+
+  // a third body needs more room
+  const thrum_scene_body_def far = def_of(&f->block, 0, 0, 9, 1);
+  add(f->scene, &far);
+  const thrum_contact_pairs_report after = thrum_scene_collisions(f->scene);
+  assert_memory_equal(&before, &after, sizeof before);
+  assert_close(account_of(f->scene).total, total, 1e-12);
+
+  // and the account goes on
+  for (int k = 0; k < 100; k++)
+    MUST(thrum_scene_step(f->scene, &failure));
+  assert_close(account_of(f->scene).total + thrum_scene_collisions(f->scene).lost,
+               total + before.lost, 1e-6);
+}
+
 static void bodies_that_do_not_collide_pass(void **context) {
   fixture *f = *context;
   thrum_scene_body_def a = def_of(&f->block, 0, 0, 0, 1), b = def_of(&f->block, 0.5, 0, 0, 1);
@@ -570,6 +616,8 @@ int main(void) {
       TEST(what_falls_on_a_solid_stays_on_it),
       TEST(what_stands_on_a_path_goes_with_it),
       TEST(what_begins_inside_is_found),
+      TEST(an_overlap_after_a_restore_is_that_of_the_time),
+      TEST(a_body_that_is_added_leaves_the_report_as_it_is),
       TEST(bodies_that_do_not_collide_pass),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
