@@ -5,8 +5,8 @@
  *
  * Without inertia the slaves do not vibrate. How they would, as linear oscillators under the load
  * on them and from where the body starts, is stepped beside the run: an axial load on a bar whose
- * masters bend it, a load near a slave's frequency, a start that the masters cannot show.
- * SPDX-License-Identifier: Apache-2.0 */
+ * masters bend it, a load near a slave's frequency, a start that the masters cannot show, an
+ * impact. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_CONDENSED_CHECK_H
 #define THRUM_DRIVER_CONDENSED_CHECK_H
 
@@ -25,8 +25,10 @@ typedef struct condensed_check {
   double kinetic, inertia; /* largest kinetic energy with the slaves', and of the slaves [J] */
 
   /* slaves beside where they follow, and their velocities (THRUM_RANK_MAX each); owned. Sums over
-   * the steps of the squares of what they lack against their answer to the load, and of all. */
+   * the steps of the squares of what the run does not show of them, and of all. */
   double *beside;
+  double *turns; /* of each slave in a step of `h`: decay, cos and sin of the angle; of `beside` */
+  double h;
   double damping_alpha, damping_beta;
   double missing, shown;
 } condensed_check;
@@ -46,8 +48,11 @@ void condensed_check_look(condensed_check *check, const double *x, const double 
 void condensed_check_start(condensed_check *check, const simulate_request *request, const double *q,
                            const double *p);
 
-/* A step of h [s] with a load on all coordinates, NULL for none, that ended at the masters x. */
-void condensed_check_vibrate(condensed_check *check, const double *load, double h, const double *x);
+/* A step of h [s] with a load on all coordinates, NULL for none, that ended at the masters x. The
+ * run shows the slaves' static answer to `load`; to the forces of `contact` (the same, or NULL) it
+ * shows nothing of it. */
+void condensed_check_vibrate(condensed_check *check, const double *load, const double *contact,
+                             double h, const double *x);
 
 /* Fills what figures say of a condensed model, stepped as `model`; the check may be a zeroed one.
  */

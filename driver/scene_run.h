@@ -44,7 +44,6 @@ typedef struct scene_body_run {
   const thrum_model *model;    /* at its rank, as it is in its file */
   condensed_check check;       /* of a condensed body, as it is stepped near */
   double pace;                 /* its frequencies over those of the model in the file [1] */
-  double looked;               /* time of the last look of the check [s] */
   thrum_scene_body_def def;    /* as it was added; it has what follows */
   double *start;               /* q and p; owned */
   int32_t touched;             /* the vertex that "touch" names, if it is one */

@@ -17,12 +17,44 @@ static thrum_status update_detail(scene_run *run, int64_t step, thrum_error *err
   return thrum_scene_update_detail(run->scene, error);
 }
 
+/* Is the body stepped as its check has it? One that steps fewer coordinates for a while is not. */
+static bool is_checked(const scene_run *run, int32_t n) {
+  thrum_scene_body_info info;
+  if (run->bodies[n].check.model == NULL)
+    return false;
+  thrum_scene_body(run->scene, n, &info, NULL);
+  return info.stepped == run->bodies[n].check.model;
+}
+
+/* What the slaves of a condensed body would have done in the step that was made. */
+static thrum_status look_at_vibration(const scene_run *run, int32_t n, thrum_error *error) {
+  scene_body_run *body = &run->bodies[n];
+  const thrum_model *stepped = body->check.model;
+  double q[THRUM_RANK_MAX], load[THRUM_RANK_MAX], contact[THRUM_RANK_MAX];
+  THRUM_TRY(thrum_scene_body_shape(run->scene, n, q, error));
+  THRUM_TRY(thrum_scene_body_contact_load(run->scene, n, contact, error));
+
+  // the shape has the slaves' answer to the loads
+  thrum_condensed_shape(stepped, q, NULL, load);
+  for (int64_t h = stepped->rank; h < body->model->rank; h++)
+    load[h] = body->model->omega2[h] * (q[h] - load[h]);
+
+  // in the time of the model as it is in the file
+  condensed_check_vibrate(&body->check, load, contact, body->pace * run->dt, q);
+  return THRUM_OK;
+}
+
 static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
   scene_run *run = stepper;
   if (run->has_detail && step % STEPS_BETWEEN_DETAIL == 0)
     THRUM_TRY(update_detail(run, step, error));
   const thrum_status status = thrum_scene_step(run->scene, error);
   run->failed = status < 0;
+
+  // the check of a condensed body follows every step
+  for (int32_t n = 0; n < run->run.body_count && status >= 0; n++)
+    if (is_checked(run, n))
+      THRUM_TRY(look_at_vibration(run, n, error));
   return status;
 }
 
@@ -30,22 +62,6 @@ static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
 static int64_t steps(const void *stepper) {
   const scene_run *run = stepper;
   return thrum_scene_steps(run->scene) - run->failed;
-}
-
-/* What the slaves would have done since the last look, from the shape q of the body now, which has
- * their answer to the load. */
-static void look_at_vibration(const scene_run *run, int32_t n, const double *q) {
-  scene_body_run *body = &run->bodies[n];
-  const thrum_model *stepped = body->check.model;
-  const double now = (double)thrum_scene_steps(run->scene) * run->dt;
-  double load[THRUM_RANK_MAX];
-  thrum_condensed_shape(stepped, q, NULL, load);
-  for (int64_t h = stepped->rank; h < body->model->rank; h++)
-    load[h] = body->model->omega2[h] * (q[h] - load[h]);
-
-  // in the time of the model as it is in the file
-  condensed_check_vibrate(&body->check, load, body->pace * (now - body->looked), q);
-  body->looked = now;
 }
 
 /* Looks at a condensed body in the coordinates and the energies of its model as it is in the file.
@@ -56,13 +72,8 @@ static thrum_status look_at_condensed(const scene_run *run, int32_t n, const thr
   double q[THRUM_RANK_MAX], p[THRUM_RANK_MAX];
   thrum_scene_body_info info;
   thrum_scene_body(run->scene, n, &info, NULL);
-
-  // one that steps fewer coordinates for a while is not what the check is of
-  if (info.stepped != body->check.model)
-    return THRUM_OK;
   THRUM_TRY(thrum_scene_body_get(run->scene, n, NULL, p, error));
   THRUM_TRY(thrum_scene_body_shape(run->scene, n, q, error));
-  look_at_vibration(run, n, q);
 
   // V' = e s^3 V; a scale of all velocities leaves the slaves' share of the kinetic energy
   const double scale = info.stiffness * info.scale * info.scale * info.scale;
@@ -77,7 +88,7 @@ static thrum_status energies(void *stepper, int32_t body, thrum_energies *found,
   thrum_scene_energies now;
   THRUM_TRY(thrum_scene_body_energies(run->scene, body, &now, error));
   *found = (thrum_energies){now.kinetic, now.potential, now.kinetic + now.potential, now.high};
-  if (run->bodies[body].check.model != NULL)
+  if (is_checked(run, body))
     return look_at_condensed(run, body, found, error);
   return THRUM_OK;
 }

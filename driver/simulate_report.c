@@ -177,7 +177,6 @@ void simulate_report_condensed(cJSON *object, const simulate_figures *figures) {
   }
   cJSON *condensed = cJSON_AddObjectToObject(object, "condensed");
   json_number(condensed, "masters", (double)figures->masters);
-  json_number(condensed, "frequency_gap", figures->gap);
   json_number(condensed, "inertia_share", figures->inertia_share);
   json_number(condensed, "energy_defect", figures->energy_defect);
   json_number(condensed, "vibration_share", figures->vibration_share);
@@ -308,9 +307,8 @@ static void print_drift(const simulate_figures *figures) {
 /* How far a condensed run can be believed; at rest there is no energy to be wrong. */
 static void print_condensed(const simulate_figures *figures) {
   const bool stepped = figures->request->def.integrator == THRUM_INTEGRATOR_MANIFOLD;
-  printf("condensed    %" PRId64 " of %d coordinates stepped, the lowest that follows %.2f times "
-         "as fast; %.2g %% of the kinetic energy %s",
-         figures->masters, (int)figures->model->rank, figures->gap, 100 * figures->inertia_share,
+  printf("condensed    %" PRId64 " of %d coordinates stepped; %.2g %% of the kinetic energy %s",
+         figures->masters, (int)figures->model->rank, 100 * figures->inertia_share,
          stepped ? "in what follows" : "left out");
   if (isfinite(figures->energy_defect))
     printf(", %.2g %% of the strain energy wrong", 100 * figures->energy_defect);

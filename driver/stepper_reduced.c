@@ -108,7 +108,7 @@ static thrum_status set_force(reduced_stepper *self, int64_t step, thrum_error *
 static void look_at_vibration(reduced_stepper *self) {
   double x[THRUM_RANK_MAX];
   if (thrum_state_get(self->model, self->state, x, NULL, NULL) >= 0)
-    condensed_check_vibrate(&self->check, self->load, self->request->def.dt, x);
+    condensed_check_vibrate(&self->check, self->load, NULL, self->request->def.dt, x);
 }
 
 static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {

@@ -15,8 +15,7 @@
 
 #include "thrum/condensed_model.h"
 
-/* w'^2 over w^2 of the scaled body. */
-static double stiffening(const scene_body *body) {
+double scene_stiffening(const scene_body *body) {
   const thrum_model_scaling *by = &body->derived->by;
   return by->stiffness / (by->length * by->length * by->density);
 }
@@ -28,7 +27,7 @@ void scene_condensed_read(scene_body *body, bool p) {
   memcpy(x, body->q, (size_t)masters * sizeof *x);
 
   // the slaves at rest, and their static answer to the load of the last step
-  const double scale = stiffening(body);
+  const double scale = scene_stiffening(body);
   thrum_condensed_shape(stepped, x, NULL, body->q);
   for (int64_t h = masters; h < shape->rank; h++)
     body->q[h] = body->g * body->q[h] + body->answered[h] / (scale * shape->omega2[h]);

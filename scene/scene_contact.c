@@ -201,6 +201,44 @@ thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body, thrum_
   return status;
 }
 
+/* Adds what a force on one of the points, in the world, is on the coordinates of the body. */
+static void add_point_force(const scene_body *body, int64_t place, const double force[3],
+                            double *load) {
+  const thrum_model *shape = body->model;
+  double in_body[3];
+  scene_to_body(&body->here, force, in_body);
+  const double *rows = shape->basis + 3 * body->touch->vertices[place] * shape->rank;
+  for (int axis = 0; axis < 3; axis++)
+    for (int64_t i = 0; i < shape->rank; i++)
+      load[i] += body->k * in_body[axis] * rows[axis * shape->rank + i];
+}
+
+thrum_status thrum_scene_body_contact_load(const thrum_scene *scene, int32_t number, double *load,
+                                           thrum_error *error) {
+  scene_body *body = NULL;
+  THRUM_TRY(scene_body_at(scene, number, &body, error));
+  memset(load, 0, (size_t)body->model->rank * sizeof *load);
+  if (body->touch == NULL)
+    return THRUM_OK;
+
+  // the touches of the last step, and the pulls of its slots in use
+  thrum_touch touch;
+  for (int64_t n = 0; thrum_contact_touch(body->touch->contact, n, &touch, NULL) >= 0; n++)
+    add_point_force(body, touch.vertex, touch.force, load);
+  int64_t count = 0;
+  for (int n = 0; n < THRUM_SCENE_PULLS; n++) {
+    double force[3];
+    if (body->pulls[n].used &&
+        thrum_contact_pull_force(body->touch->contact, count++, force, NULL) >= 0)
+      add_point_force(body, body->touch->count - THRUM_SCENE_PULLS + n, force, load);
+  }
+
+  // from the scaled body's coordinates q', q = g q', to those of the model, in the model's own time
+  for (int64_t i = 0; i < body->model->rank; i++)
+    load[i] *= body->g / scene_stiffening(body);
+  return THRUM_OK;
+}
+
 /* --- pulls ------------------------------------------------------------------------------------ */
 
 /* The body and slot of a pull in use. */

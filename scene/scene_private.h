@@ -250,6 +250,9 @@ static inline int64_t scene_shown(const scene_body *body) {
   return body->derived->condensed ? body->model->rank : body->derived->rank;
 }
 
+/* w'^2 over w^2 of the scaled body. */
+double scene_stiffening(const scene_body *body);
+
 /* The slaves of body->q, and of body->p if `p`, from the masters there. */
 void scene_condensed_read(scene_body *body, bool p);
 

@@ -23,8 +23,7 @@
  * model (THRUM_MISSING) and never shows a body without its slaves.
  *
  * The cost: the slaves have no inertia and do not vibrate. thrum_condensed_inertia_share says
- * how much of the kinetic energy that leaves out, thrum_condensed_gap how far slaves and masters
- * lie apart. Sources: Vizzaccaro et al. 2020, doi:10.1007/s11071-020-05813-1; Touze et al. 2021,
+ * how much of the kinetic energy that leaves out. Sources: Vizzaccaro et al. 2020, doi:10.1007/s11071-020-05813-1; Touze et al. 2021,
  * doi:10.1007/s00466-021-02051-1.
  *
  * Pure functions; any thread; nothing allocated.
@@ -84,10 +83,6 @@ THRUM_API void thrum_condensed_load(const thrum_model *model, const double *x, c
  * the inertia that condensing leaves out. 0 at rest, and of a model that is not condensed. */
 THRUM_API double thrum_condensed_inertia_share(const thrum_model *model, const double *x,
                                                const double *v);
-
-/* Lowest frequency of a slave over the highest of a master [1]; INFINITY of a model that is not
- * condensed. Above 3 the slaves follow well. */
-THRUM_API double thrum_condensed_gap(const thrum_model *model);
 
 #ifdef __cplusplus
 }

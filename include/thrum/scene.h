@@ -641,6 +641,14 @@ THRUM_API thrum_status thrum_scene_body_get(thrum_scene *scene, int32_t body, do
 THRUM_API thrum_status thrum_scene_body_shape(thrum_scene *scene, int32_t body, double *q,
                                               thrum_error *error);
 
+/* Writes the mean force of obstacles and pulls in the last step, as a load [kg^1/2 m/s^2] on the
+ * coordinates q of the model as it was given: load[i] / omega2[i] is how far it holds coordinate i
+ * away (model->rank; zero for a body that touches nothing). Of a body whose coordinates follow, it
+ * has the part on those as well, which no step knows. Touches of solids and of other bodies are not
+ * in it. THRUM_INVALID_ARGUMENT where there is no such body. */
+THRUM_API thrum_status thrum_scene_body_contact_load(const thrum_scene *scene, int32_t body,
+                                                     double *load, thrum_error *error);
+
 /* Writes the matrix from the model's coordinates to the world, 4 x 4 column-major as in OpenGL and
  * three.js. */
 THRUM_API void thrum_scene_body_matrix(const thrum_scene *scene, int32_t body, double matrix[16]);

@@ -350,11 +350,3 @@ double thrum_condensed_inertia_share(const thrum_model *model, const double *x, 
   }
   return left_out > 0 ? left_out / (whole + left_out) : 0;
 }
-
-double thrum_condensed_gap(const thrum_model *model) {
-  if (slaves_of(model) == 0)
-    return INFINITY;
-  // both are those of the shape, since a scaled model keeps its unscaled shape
-  const double *omega2 = model->shape->omega2;
-  return sqrt(omega2[model->rank] / omega2[model->rank - 1]);
-}

@@ -69,7 +69,6 @@ static void a_smooth_swing_is_that_of_the_whole_model_with_what_follows(void **s
   // it says how many are stepped, and how far it can be believed
   const cJSON *condensed = cJSON_GetObjectItem(object, "condensed");
   assert_true(json_value(condensed, "masters") == 6);
-  assert_true(json_value(condensed, "frequency_gap") > 1);
   assert_true(json_value(condensed, "inertia_share") < 0.005);
   assert_true(json_value(condensed, "energy_defect") < 0.02);
   assert_true(json_value(object, "rank") == RANK);
@@ -322,6 +321,55 @@ static void a_scene_flags_the_vibration_of_what_follows(void **state) {
   program_result_free(&run);
 }
 
+/* A sphere that strikes the end of a beam along its axis acts on what follows alone, and the share
+ * that is said is the error; a beam that swings down onto another is bent by its masters. */
+static void an_impact_on_what_follows_is_flagged(void **state) {
+  (void)state;
+  program_result run;
+  cJSON *object = simulate_scene(
+      "struck",
+      "{\"time\":0.4,\"dt\":0.001,\"bodies\":["
+      "{\"name\":\"few\",\"model\":\"beam.npz\",\"condense\":2},"
+      "{\"name\":\"all\",\"model\":\"beam.npz\",\"position\":[0,1,0]},"
+      "{\"name\":\"bent\",\"model\":\"beam.npz\",\"condense\":6,\"position\":[0,2,0],"
+      "\"loads\":[\"gravity:0,0,-2\"]},"
+      "{\"name\":\"scaled\",\"model\":\"beam.npz\",\"condense\":2,\"scale\":2,"
+      "\"stiffness\":4,\"position\":[0,4,0]}],"
+      "\"obstacles\":["
+      "{\"shape\":\"sphere\",\"radius\":0.1,\"centre\":[1.2,0,0],\"velocity\":[-1,0,0]},"
+      "{\"shape\":\"sphere\",\"radius\":0.1,\"centre\":[1.2,1,0],\"velocity\":[-1,0,0]},"
+      "{\"shape\":\"sphere\",\"radius\":1,\"centre\":[1,2.05,-1.05]},"
+      "{\"shape\":\"sphere\",\"radius\":0.2,\"centre\":[2.4,4,0],\"velocity\":[-2,0,0]}]}",
+      &run);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.err, "body 'few'"));
+  assert_null(strstr(run.err, "body 'bent'"));
+
+  // the error of the first is that against the second, struck in the same way
+  const double found = difference("struck/few/q.npy", "struck/all/q.npy", 0);
+  static const bool flagged[] = {true, false, false, true};
+  cJSON *bodies = cJSON_GetObjectItem(object, "bodies");
+  for (int n = 0; n < 4; n++) {
+    const cJSON *body = cJSON_GetArrayItem(bodies, n);
+    const char *status = cJSON_GetObjectItem(body, "status")->valuestring;
+    assert_int_equal(strcmp(status, "condensed_wrong") == 0, flagged[n]);
+    if (n == 1)
+      continue;
+    const double said = json_value(cJSON_GetObjectItem(body, "condensed"), "vibration_share");
+    if (!(flagged[n] ? fabs(said - found) < 0.1 * found : said < 0.03))
+      fail_msg("body %d: %g said, %g found", n, said, found);
+  }
+
+  // the third has come down on its sphere
+  char *text = text_file_read(in_folder("struck/bent/run.json"));
+  cJSON *bent = cJSON_Parse(text);
+  free(text);
+  assert_true(json_value(cJSON_GetObjectItem(bent, "contact"), "lost_j") > 0);
+  cJSON_Delete(bent);
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
 static void what_cannot_be_condensed_is_refused(void **state) {
   (void)state;
   static const char *const cases[][4] = {
@@ -355,6 +403,7 @@ int main(void) {
       cmocka_unit_test(condensing_with_nothing_to_follow_is_refused_before_the_work),
       cmocka_unit_test(vibration_of_what_follows_is_flagged),
       cmocka_unit_test(a_scene_flags_the_vibration_of_what_follows),
+      cmocka_unit_test(an_impact_on_what_follows_is_flagged),
       cmocka_unit_test(what_cannot_be_condensed_is_refused),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);

@@ -86,7 +86,7 @@ static int64_t step_all(follower *f, const tradeoff_view *view, const thrum_stat
     if (read_shape(f, state, to) < 0 ||
         thrum_state_energies(f->space->stepped, state, &energies, NULL) < 0)
       return k;
-    condensed_check_vibrate(&f->check, f->load, def->dt, f->x);
+    condensed_check_vibrate(&f->check, f->load, NULL, def->dt, f->x);
 
     // how far a condensed run can be believed is asked about as often as there are samples
     if (f->condensed && k % look == 0)

@@ -248,8 +248,6 @@ static void what_needs_a_basis_refuses_the_stepped_model(void **context) {
   void *memory = condense(&m.model, MASTERS, &stepped);
   assert_ptr_equal(thrum_condensed_shape_model(stepped), &m.model);
   assert_ptr_equal(thrum_condensed_shape_model(&m.model), &m.model);
-  assert_true(thrum_condensed_gap(stepped) == sqrt(m.omega2[MASTERS] / m.omega2[MASTERS - 1]));
-  assert_true(thrum_condensed_gap(&m.model) == INFINITY);
 
   // displacements and loads of the stepped model would lack the slaves
   thrum_error error;
