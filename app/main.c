@@ -118,14 +118,23 @@ static void note_exit(void) {
   _exit(COMMAND_REFUSED);
 }
 
+static bool is_closed(int number) {
+  return fcntl(number, F_GETFD) == -1;
+}
+
 /* A closed standard stream would lend its number to the first file that is opened, and what is
- * printed would go into that file. A place that cannot be written to keeps the number, so that
- * printing still fails. */
+ * printed would go into that file: a place that cannot be written to keeps the number. Without
+ * standard output nothing is begun, for what is printed could not be, and a failure is to leave
+ * everything as it was. */
 static bool fill_standard_streams(void) {
+  const bool silent = is_closed(STDOUT_FILENO);
   for (int number = STDIN_FILENO; number <= STDERR_FILENO; number++)
-    if (fcntl(number, F_GETFD) == -1 && open("/dev/null", O_RDONLY) != number)
+    if (is_closed(number) && open("/dev/null", O_RDONLY) != number)
       return false;
-  return true;
+
+  if (silent)
+    fputs("thrum: standard output is closed: send it to /dev/null if it is not wanted\n", stderr);
+  return !silent;
 }
 
 int main(int argc, char **argv) {

@@ -69,22 +69,36 @@ thrum_status path_check_output(const char *path, thrum_error *error) {
   return THRUM_OK;
 }
 
-bool path_share(const char *name, char *path, size_t size) {
+/* The prefix that this program lies in, as PREFIX/bin/thrum. */
+static bool own_prefix(char *path, size_t size) {
   const ssize_t length = readlink("/proc/self/exe", path, size - 1);
   if (length <= 0 || (size_t)length >= size - 1)
     return false;
   path[length] = 0;
 
-  // the program is PREFIX/bin/thrum, and its data lies in PREFIX/share/thrum
-  char *slash = NULL;
+  // without the name of the program and that of bin
   for (int up = 0; up < 2; up++) {
-    slash = strrchr(path, '/');
+    char *slash = strrchr(path, '/');
     if (slash == NULL)
       return false;
     *slash = 0;
   }
+  return true;
+}
 
-  const size_t room = size - (size_t)(slash - path);
-  const int written = snprintf(slash, room, "/share/thrum/%s", name);
+bool path_share(const char *name, char *path, size_t size) {
+  // without /proc, as in some containers, the program lies where it was to be installed
+  if (!own_prefix(path, size)) {
+#ifdef THRUM_PREFIX
+    if (strlen(THRUM_PREFIX) >= size)
+      return false;
+    memcpy(path, THRUM_PREFIX, sizeof THRUM_PREFIX);
+#else
+    return false;
+#endif
+  }
+
+  const size_t length = strlen(path), room = size - length;
+  const int written = snprintf(path + length, room, "/share/thrum/%s", name);
   return written > 0 && (size_t)written < room;
 }

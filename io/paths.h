@@ -9,8 +9,10 @@
 
 /* Tells whether two paths name the same file, also if it does not exist yet. */
 bool path_same_file(const char *left, const char *right);
-/* Finds share/thrum/NAME in the prefix that this program is installed in; returns false when `path`
- * is too short or the system does not tell where the program is. */
+
+/* Finds share/thrum/NAME in the prefix that this program is installed in, or, where the system does
+ * not tell where the program is, in the prefix that it was built for. Returns false where `path` is
+ * too short or that prefix is not known either. */
 bool path_share(const char *name, char *path, size_t size);
 
 /* Refuses an output that could not be written, before long work rather than after it. */

@@ -155,7 +155,7 @@ export class State implements Freed {
   /** The load of the steps to come (r); undefined: none. */
   setForce(force?: ArrayLike<number>): void;
   setDt(dt: number): void;
-  /** Makes `count` steps; returns a Status of the most notable one. */
+  /** Makes `count` steps (at most 1e7, which nothing interrupts); returns a Status of the most notable one. */
   step(count?: number): number;
   snapshot(): Uint8Array;
   restore(snapshot: Uint8Array): void;
@@ -166,7 +166,7 @@ export class Batch implements Freed {
   private constructor();
   free(): void;
   readonly states: State[];
-  /** Makes `count` steps of every state; the statuses of the last, below 0 where a state failed. */
+  /** Makes `count` steps (at most 1e7, which nothing interrupts) of every state; the statuses of the last, below 0 where a state failed. */
   step(count?: number): Int32Array;
 }
 
@@ -295,7 +295,7 @@ export class Scene implements Freed {
   setEye(place: Vector): void;
   /** Looks at all bodies with a level of detail; call it every few steps. */
   updateDetail(): void;
-  /** Makes `count` steps; returns a Status. Throws after a step in which a body failed; the others made it. */
+  /** Makes `count` steps (at most 1e7, which nothing interrupts); returns a Status. Throws after a step in which a body failed; the others made it. */
   step(count?: number): number;
   setDt(dt: number): void;
   reset(): void;

@@ -152,10 +152,15 @@ export class Memory {
   }
 }
 
+/** The most steps of one call, which nothing can interrupt: some ten seconds of a small model. */
+const STEPS_MAX = 1e7;
+
 /** `count`, where it is a number of steps. @returns {number} */
 export function steps(count) {
   if (!Number.isSafeInteger(count) || count < 0)
     throw new ThrumError(`${String(count)} is no number of steps`, -1);
+  if (count > STEPS_MAX)
+    throw new ThrumError(`${count} steps are more than the ${STEPS_MAX} of one call: call step again for the rest`, -1);
   return count;
 }
 

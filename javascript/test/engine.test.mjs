@@ -204,9 +204,12 @@ test('what is wrong is refused by name', () => {
   assert.throws(() => beam.externalLoad({ force: [1, 2, 3], group: 'nose' }), /tip/);
   assert.throws(() => beam.state().set([1, 2]), /12/);
   assert.throws(() => beam.state().set(Array(RANK).fill(NaN)), ThrumError);
-  for (const thing of [beam.state(), beam.batch([beam.state()]), engine.scene()])
+  for (const thing of [beam.state(), beam.batch([beam.state()]), engine.scene()]) {
     for (const count of [1.5, -1, NaN, Infinity, '2', null])
       assert.throws(() => thing.step(count), /is no number of steps/);
+    for (const count of [1e7 + 1, 1e12])
+      assert.throws(() => thing.step(count), /more than the 10000000 of one call/);
+  }
   const scene = engine.scene();
   assert.throws(() => scene.addBody(beam, { free: true }), ThrumError);
   assert.throws(() => scene.addBody(beam, { touch: 'all' }), /triangles/);

@@ -24,6 +24,10 @@
 #define STEPS 4
 #define ROUNDS_MAX 20
 #define CLUSTER 1e-6 /* relative; closer than that to the last mode is no lower than it */
+#define GUARD 16     /* Ritz vectors refined with the missed modes, which keep the next ones away */
+#define PASSES 4     /* of subspace iteration between two looks at the residuals */
+#define LOOKS_MAX 20
+#define RESIDUAL 1e-13 /* relative to |K| |x|; ten times what rounding leaves */
 
 typedef struct search {
   const thrum_sparse *stiffness, *mass;
@@ -107,6 +111,29 @@ static thrum_status ritz(search *s, int64_t columns, thrum_error *error) {
                              THRUM_NOT_CONVERGED, "the search for missed modes failed", error);
 }
 
+// subspace iteration until the modes are exact: a copy of a repeated mode starts from its Ritz
+// vector, which is rougher than what Lanczos gives, and comes no faster than the next ones are away
+static thrum_status refine(const search *s, int64_t all, double *values, double *vectors,
+                           thrum_error *error) {
+  double *residuals =
+      thrum_allocate(s->count, sizeof *residuals, "the residuals of the modes", error);
+  thrum_status status = residuals == NULL ? THRUM_OUT_OF_MEMORY : THRUM_OK;
+
+  double worst = INFINITY;
+  for (int look = 0; look < LOOKS_MAX && worst > RESIDUAL && status >= 0; look++) {
+    status = thrum_eigen_refine(s->mass, s->factor, all, PASSES, values, vectors, error);
+    THRUM_THEN(status, thrum_eigen_residuals(s->stiffness, s->mass, s->count, values, vectors,
+                                             residuals, error));
+
+    // the worst of those that are asked for
+    worst = 0;
+    for (int64_t i = 0; i < s->count && status >= 0; i++)
+      worst = fmax(worst, residuals[i]);
+  }
+  free(residuals);
+  return status;
+}
+
 // the modes and `more` Ritz vectors together, made exact; the lowest ones stay
 static thrum_status merge(search *s, int64_t columns, int64_t more, double *values, double *vectors,
                           thrum_error *error) {
@@ -125,7 +152,7 @@ static thrum_status merge(search *s, int64_t columns, int64_t more, double *valu
     memcpy(joint_values + s->count, s->values, sizeof *values * (size_t)more);
     cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, (int)n, (int)more, (int)columns, 1,
                 s->space, (int)n, s->small, (int)columns, 0, joint + n * s->count, (int)n);
-    status = thrum_eigen_refine(s->mass, s->factor, all, 4, joint_values, joint, error);
+    status = refine(s, all, joint_values, joint, error);
   }
 
   // the lowest ones are the modes now
@@ -156,7 +183,8 @@ static thrum_status search_all(search *s, double *values, double *vectors, int64
 
     // missed modes join the known ones
     *recovered += lower;
-    THRUM_TRY(merge(s, columns, lower, values, vectors, error));
+    const int64_t more = columns - lower < GUARD ? columns : lower + GUARD;
+    THRUM_TRY(merge(s, columns, more, values, vectors, error));
   }
 
   return thrum_error_set(error, THRUM_NOT_CONVERGED,
