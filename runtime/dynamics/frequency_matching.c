@@ -15,7 +15,9 @@
  * vibrate at omega_s: there lambda would only change its inertia. So it keeps h. It is one that
  * takes up much of the quartic energy of j when it is let free,
  *
- *   c3_jjs^2/(2 omega_s^2) > FOLLOWING_SHARE c4_jjjj   for an omega_j < omega_s/APART.
+ *   c3_jjs^2/(2 omega_s^2) > FOLLOWING_SHARE c4_jjjj   for an omega_j < omega_s/APART,
+ *
+ * where c4_jjjj of a condensed model is that from before its slaves took their part.
  *
  * Cost: two divisions and a square root a mode; r^2 operations when a state is made.
  * Sources: Tustin 1947, doi:10.1049/ji-2a.1947.0020 (the transform); Cieslinski & Ratkiewicz 2011,
@@ -50,13 +52,29 @@ static void along(const thrum_model *model, int64_t j, double *c3, double *c4) {
   *c4 = model->c4[thrum_c4_index(r, j, j, j, j)];
 }
 
+/* What the slaves of a condensed model took of c4_jjjj, by their frequencies and how they follow,
+ * which are those of the shape and may be of another scale. */
+static double taken_by_slaves(const thrum_model *model, int64_t j) {
+  if (model->shape == NULL)
+    return 0;
+  const int64_t r = model->rank, pairs = r * (r + 1) / 2, at = pairs - (r - j) * (r - j + 1) / 2;
+  const double *omega2 = model->shape->omega2;
+  const double scale = model->follow_scale * model->follow_scale * (model->omega2[0] / omega2[0]);
+  double taken = 0;
+  for (int64_t h = r; h < model->shape->rank; h++) {
+    const double follows = model->follow[(h - r) * pairs + at];
+    taken += 0.5 * scale * omega2[h] * follows * follows;
+  }
+  return taken;
+}
+
 void thrum_find_following(const thrum_model *model, thrum_state *state) {
   memset(state->following, 0, sizeof state->following);
   const int64_t r = model->rank;
   for (int64_t j = 0; j < r && APART * APART * model->omega2[j] < model->omega2[r - 1]; j++) {
     double c3[THRUM_RANK_MAX], c4 = 0;
     along(model, j, c3, &c4);
-    c4 = fmax(c4, 0.0);
+    c4 = fmax(c4 + taken_by_slaves(model, j), 0.0);
     for (int64_t s = j + 1; s < r; s++)
       if (APART * APART * model->omega2[j] < model->omega2[s] &&
           c3[s] * c3[s] > 2.0 * FOLLOWING_SHARE * model->omega2[s] * c4)
