@@ -147,6 +147,9 @@ thrum_status scene_trial_open(const scene_run *run, int32_t number, scene_trial 
 void scene_trial_close(scene_trial *trial);
 uint64_t scene_trial_hash(const scene_run *run, int32_t number);
 
+/* The time that a trial simulates [s]: the first seconds of the scene, or all of it. */
+double scene_trial_seconds(const scene_run *run);
+
 /* The error of the shape with so many masters, over the first seconds; INFINITY where the run fails
  * or errs by more than `most`, which ends it. */
 thrum_status scene_trial_run(scene_trial *trial, int64_t masters, double most, double *found,

@@ -133,9 +133,9 @@ static thrum_status find(const scene_run *run, int32_t n, scene_finding *finding
 
 /* --- what is found once ----------------------------------------------------------------------- */
 
-/* The file that keeps what was found; false where there is no folder for it. */
-static bool cache_path(uint64_t hash, char path[NAMED_MODEL_PATH_MAX]) {
-  char folder[NAMED_MODEL_PATH_MAX];
+/* The file that keeps what was found, and its folder; false where there is no folder for it. */
+static bool cache_path(uint64_t hash, char folder[NAMED_MODEL_PATH_MAX],
+                       char path[NAMED_MODEL_PATH_MAX]) {
   if (named_model_cache_folder(folder, NULL) < 0)
     return false;
   snprintf(path, NAMED_MODEL_PATH_MAX, "%.*s/detail-%016" PRIx64 ".txt", NAMED_MODEL_PATH_MAX - 64,
@@ -152,10 +152,10 @@ static int cached_line(uint64_t hash, const scene_finding *finding, char line[CA
 }
 
 static bool read_cached(const scene_body_run *body, uint64_t hash, scene_finding *finding) {
-  char path[NAMED_MODEL_PATH_MAX], line[CACHE_LINE];
+  char folder[NAMED_MODEL_PATH_MAX], path[NAMED_MODEL_PATH_MAX], line[CACHE_LINE];
   void *data = NULL;
   size_t size = 0;
-  if (!cache_path(hash, path) || thrum_file_read(path, &data, &size, NULL) < 0)
+  if (!cache_path(hash, folder, path) || thrum_file_read(path, &data, &size, NULL) < 0)
     return false;
 
   // what would not be written so, by a bit of it, is found again
@@ -173,7 +173,7 @@ static bool read_cached(const scene_body_run *body, uint64_t hash, scene_finding
 static void write_cached(uint64_t hash, const scene_finding *finding) {
   char path[NAMED_MODEL_PATH_MAX], folder[NAMED_MODEL_PATH_MAX], line[CACHE_LINE];
   thrum_error ignored = {0};
-  if (!cache_path(hash, path) || named_model_cache_folder(folder, NULL) < 0)
+  if (!cache_path(hash, folder, path))
     return;
   const int length = cached_line(hash, finding, line);
   thrum_file_write_atomic(path, line, (size_t)length, &ignored);
@@ -185,7 +185,7 @@ static void write_cached(uint64_t hash, const scene_finding *finding) {
 /* Says of a body what was not to be had. */
 static void warn_of(const scene_run *run, const scene_body_run *body) {
   const scene_body_spec *spec = body->spec;
-  const double seconds = fmin(run->spec.time, 2);
+  const double seconds = scene_trial_seconds(run);
 
   // a budget below the cheapest step
   if (spec->budget > 0 && cost_of(body, body->finding.masters) > spec->budget)

@@ -15,6 +15,10 @@
 #define TRIAL_TIME 2.0 /* of the scene [s] that is tried, or all of it */
 #define TRIAL_EVERY 4  /* steps between two shapes that are compared */
 
+double scene_trial_seconds(const scene_run *run) {
+  return fmin(run->spec.time, TRIAL_TIME);
+}
+
 static int64_t trial_steps(const scene_run *run) {
   return (int64_t)fmin((double)run->steps, ceil(TRIAL_TIME / run->dt));
 }
