@@ -15,6 +15,8 @@ driver_drift driver_drift_plan(int64_t first, int64_t rows, int64_t parts, int64
 
 void driver_drift_add(driver_drift *drift, int64_t row, double energy) {
   if (row >= drift->first_begin && row < drift->first_end) {
+    if (row == drift->first_begin)
+      drift->begin = energy;
     drift->first_sum += energy;
     drift->first_count++;
   }
@@ -31,4 +33,9 @@ double driver_drift_value(const driver_drift *drift) {
       !(drift->first_sum > 0))
     return NAN;
   return (drift->last_sum - drift->first_sum) / drift->first_sum;
+}
+
+void driver_drift_ends(const driver_drift *drift, double *from, double *to) {
+  *from = fmin(drift->begin, drift->first_sum / (double)drift->first_count);
+  *to = drift->last_sum / (double)drift->last_count;
 }

@@ -13,6 +13,7 @@
 typedef struct driver_drift {
   int64_t first_begin, first_end; /* rows [begin, end) */
   int64_t last_begin, last_end;
+  double begin; /* energy of the row first_begin */
   double first_sum, last_sum;
   int64_t first_count, last_count;
 } driver_drift;
@@ -23,6 +24,10 @@ driver_drift driver_drift_plan(int64_t first, int64_t rows, int64_t parts, int64
 
 /* Takes in the energy of a row; rows outside the windows are ignored. */
 void driver_drift_add(driver_drift *drift, int64_t row, double energy);
+
+/* The energy that a free motion grew from and the mean that it grew to, where there is a drift: the
+ * first is that of the first row, unless the mean of the first part is lower. */
+void driver_drift_ends(const driver_drift *drift, double *from, double *to);
 
 /* The drift; NaN without windows, while a window lacks rows, and for a body without energy. */
 double driver_drift_value(const driver_drift *drift);

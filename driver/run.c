@@ -125,7 +125,10 @@ static void note_end(driver_run *run) {
   const int64_t steps = driver_run_step_count(run);
   const double time = (double)steps * request->def.dt;
   const thrum_error detail = run->stop;
-  if (run->status < 0) {
+  if (detail.status < 0 && detail.message[0] != 0) {
+    // a step that fails tells its number and its time itself, a record that fails (status 0) not
+    thrum_error_set(&run->stop, run->status, "%.100s: stopped: %s", run->name, detail.message);
+  } else if (run->status < 0) {
     thrum_error_set(&run->stop, run->status, "%.100s: stopped at %g s, step %" PRId64 ": %s",
                     run->name, time, steps,
                     detail.message[0] != 0 ? detail.message : thrum_status_text(run->status));
@@ -165,15 +168,24 @@ const char *driver_run_status(const driver_run *run) {
   return simulate_status_name(&all);
 }
 
-/* Energy that the run gained by itself: in its free motion, or beside the work of its loads. */
+/* Energy that the run gained by itself: in its free motion, beside the work of its loads, or as its
+ * steps saw it. */
 static void warn_of_growth(const simulate_figures *figures, const char *who) {
-  const double balance = simulate_figures_balance(figures);
-  if (!figures->energy_grew)
-    return;
-  if (figures->growth > 0)
-    config_warn("%sthe energy grew by %.3g %% without a load", who, 100 * figures->growth);
-  else
-    config_warn("%sthe body gained %.3g J that no load did as work", who, balance);
+  if (figures->grew_freely) {
+    double from = 0, to = 0;
+    driver_drift_ends(&figures->windows, &from, &to);
+    config_warn("%sthe energy grew from %.3g J to %.3g J, the mean of the last tenth of the run, "
+                "though no load acted",
+                who, from, to);
+  } else if (figures->gained) {
+    config_warn("%sthe body gained %.3g J that no load did as work", who,
+                simulate_figures_balance(figures));
+  } else if (figures->energy_grew) {
+    const int64_t steps = figures->report.grown_steps;
+    config_warn("%sat %" PRId64
+                " step%s the energy was more than twice what start and loads explain",
+                who, steps, steps == 1 ? "" : "s");
+  }
 }
 
 void driver_run_warn(const driver_run *run) {

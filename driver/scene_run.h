@@ -117,7 +117,16 @@ thrum_status scene_run_probes(scene_run *run);
 /* scene_run_output.c: a file of the run could not be written, and why. */
 thrum_status scene_run_write_failed(const scene_run *run, const char *name, thrum_error *error);
 
-/* scene_run_account.c: energy and momentum of bodies that touch each other. */
+/* What obstacles and damping did to all bodies together, in the run so far. */
+typedef struct scene_run_losses {
+  thrum_contact_report obstacles; /* the sums over the bodies of their touches, forces and energies,
+                                     and the largest depth; the counts of steps and sweeps stay 0 */
+  double dissipated;              /* by damping [J] */
+} scene_run_losses;
+
+/* scene_run_account.c: energy and momentum of bodies that touch each other, and what else takes
+ * energy. */
+scene_run_losses scene_run_losses_get(const scene_run *run);
 thrum_status scene_run_open_account(scene_run *run, thrum_error *error);
 thrum_status scene_run_record_account(scene_run *run, int64_t step, double time,
                                       thrum_error *error);

@@ -2,6 +2,7 @@
  * row in account.csv, and what contact did in scene.json. SPDX-License-Identifier: Apache-2.0 */
 #include <errno.h>
 #include <inttypes.h>
+#include <math.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -26,9 +27,29 @@ thrum_status scene_run_open_account(scene_run *run, thrum_error *error) {
       run->account != NULL &&
       fputs("step,time_s,kinetic_j,potential_j,gravity_j,contact_j,total_j,lost_j,"
             "px_kg_m_s,py_kg_m_s,pz_kg_m_s,lx_kg_m2_s,ly_kg_m2_s,lz_kg_m2_s,touching,distance_m,"
-            "depth_m\n",
+            "depth_m,obstacles_lost_j,dissipated_j\n",
             run->account) >= 0;
   return done ? THRUM_OK : write_failed(run, error);
+}
+
+scene_run_losses scene_run_losses_get(const scene_run *run) {
+  scene_run_losses sum = {0};
+  for (int32_t n = 0; n < run->spec.bodies.count; n++) {
+    thrum_scene_body_info of;
+    if (thrum_scene_body(run->scene, n, &of, NULL) < 0)
+      continue;
+
+    // forces and energies of obstacles on this body, then what its damping took
+    sum.obstacles.touching += of.contact.touching;
+    sum.obstacles.normal += of.contact.normal;
+    sum.obstacles.depth = fmax(sum.obstacles.depth, of.contact.depth);
+    sum.obstacles.stored += of.contact.stored;
+    sum.obstacles.lost += of.contact.lost;
+    sum.obstacles.driven += of.contact.driven;
+    sum.obstacles.granted += of.contact.granted;
+    sum.dissipated += of.dissipated;
+  }
+  return sum;
 }
 
 thrum_status scene_run_record_account(scene_run *run, int64_t step, double time,
@@ -38,14 +59,16 @@ thrum_status scene_run_record_account(scene_run *run, int64_t step, double time,
     return THRUM_OK;
   THRUM_TRY(thrum_scene_account_get(run->scene, &a, error));
   const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
+  const scene_run_losses losses = scene_run_losses_get(run);
   errno = 0;
   const bool done =
       fprintf(run->account,
               "%" PRId64 ",%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,"
-              "%.17g,%.17g,%" PRId64 ",%.17g,%.17g\n",
+              "%.17g,%.17g,%" PRId64 ",%.17g,%.17g,%.17g,%.17g\n",
               step, time, a.kinetic, a.potential, a.gravity, a.contact, a.total, of.lost,
               a.momentum[0], a.momentum[1], a.momentum[2], a.angular_momentum[0],
-              a.angular_momentum[1], a.angular_momentum[2], of.touching, of.distance, of.depth) > 0;
+              a.angular_momentum[1], a.angular_momentum[2], of.touching, of.distance, of.depth,
+              losses.obstacles.lost, losses.dissipated) > 0;
   return done ? THRUM_OK : write_failed(run, error);
 }
 
@@ -71,6 +94,18 @@ static void add_account(cJSON *object, const char *name, const thrum_scene_accou
   json_numbers(made, "angular_momentum_kg_m2_s", account->angular_momentum, 3);
 }
 
+/* The forces at the end and the energies of the run that obstacles gave and took. */
+static void add_obstacles(cJSON *object, const thrum_contact_report *of) {
+  cJSON *made = cJSON_AddObjectToObject(object, "obstacles");
+  json_number(made, "touching", of->touching);
+  json_number(made, "normal_n", of->normal);
+  json_number(made, "depth_m", of->depth);
+  json_number(made, "stored_j", of->stored);
+  json_number(made, "lost_j", of->lost);
+  json_number(made, "driven_j", of->driven);
+  json_number(made, "granted_j", of->granted);
+}
+
 cJSON *scene_run_collisions_json(const scene_run *run) {
   thrum_scene_account last;
   if (!scene_run_touches(run))
@@ -94,6 +129,11 @@ cJSON *scene_run_collisions_json(const scene_run *run) {
   json_number(object, "declined_steps", (double)of.declined);
   json_number(object, "dropped_touches", (double)of.dropped);
   json_number(object, "sweeps", (double)of.sweeps);
+
+  // what else changes the total: obstacles and damping
+  const scene_run_losses losses = scene_run_losses_get(run);
+  add_obstacles(object, &losses.obstacles);
+  json_number(object, "dissipated_j", losses.dissipated);
 
   // all bodies together at both ends of the run
   add_account(object, "first", &run->first);

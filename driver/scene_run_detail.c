@@ -22,6 +22,9 @@
 #define CACHE_BYTES (4 << 20)
 #define CACHE_STAYS 60 /* [s] */
 #define CACHE_LINE 80
+#define SHORTFALL_SIZE 200
+#define NAMED_MOST 3 /* bodies that a warning names */
+#define NAMES_SIZE (NAMED_MOST * 110)
 
 static const int64_t candidates[] = {2, 3, 4, 6, 8, 10, 12, 16, 20, 24, 32};
 enum { CANDIDATES = sizeof candidates / sizeof candidates[0] };
@@ -182,31 +185,93 @@ static void write_cached(uint64_t hash, const scene_finding *finding) {
 
 /* --- all bodies ------------------------------------------------------------------------------- */
 
-/* Says of a body what was not to be had. */
-static void warn_of(const scene_run *run, const scene_body_run *body) {
+/* What a body asked for and does not get; an empty text: it gets all. */
+typedef char shortfall[SHORTFALL_SIZE];
+
+/* A budget below the cheapest step. */
+static void find_budget_shortfall(const scene_run *run, const scene_body_run *body,
+                                  shortfall text) {
   const scene_body_spec *spec = body->spec;
-  const double seconds = scene_trial_seconds(run);
+  const int64_t masters = body->finding.masters;
+  const double cost = cost_of(body, masters);
+  (void)run;
+  if (spec->budget > 0 && cost > spec->budget)
+    snprintf(text, SHORTFALL_SIZE,
+             "a step of %" PRId64 " coordinates takes %.2g s by the model of costs, more than the "
+             "budget of %.2g s: there is nothing cheaper",
+             masters > 0 ? masters : body->model->rank, cost, spec->budget);
+}
 
-  // a budget below the cheapest step
-  if (spec->budget > 0 && cost_of(body, body->finding.masters) > spec->budget)
-    config_warn("body '%.100s': a step of %" PRId64 " coordinates takes %.2g s by the model of "
-                "costs, more than the budget of %.2g s: there is nothing cheaper",
-                spec->name, body->finding.masters > 0 ? body->finding.masters : body->model->rank,
-                cost_of(body, body->finding.masters), spec->budget);
+/* An error that no number of coordinates keeps, or none that the budget allows. */
+static void find_error_shortfall(const scene_run *run, const scene_body_run *body, shortfall text) {
+  const double seconds = scene_trial_seconds(run), asked = body->spec->error;
+  const scene_finding *finding = &body->finding;
+  if (!(asked > 0))
+    return;
 
-  // an error that no number of coordinates keeps, or none that the budget allows
-  if (spec->error > 0 && body->finding.masters == 0 && isnan(body->finding.error))
-    config_warn("body '%.100s': it stays at rest in the first %g s, or its run fails with all "
-                "coordinates, so that no error is known: all are stepped",
-                spec->name, seconds);
-  else if (spec->error > 0 && body->finding.masters == 0 && body->finding.error > 0)
-    config_warn("body '%.100s': in the first %g s no number of coordinates errs by at most %g, so "
-                "all are stepped",
-                spec->name, seconds, spec->error);
-  else if (spec->error > 0 && body->finding.masters > 0 && !(body->finding.error <= spec->error))
-    config_warn("body '%.100s': within its budget the least error in the first %g s is %.3g, more "
-                "than the %g asked for",
-                spec->name, seconds, body->finding.error, spec->error);
+  if (finding->masters == 0 && isnan(finding->error))
+    snprintf(text, SHORTFALL_SIZE,
+             "it stays at rest in the first %g s, or its run fails with all coordinates, so that "
+             "no error is known: all of them are stepped",
+             seconds);
+  else if (finding->masters == 0 && finding->error > 0)
+    snprintf(
+        text, SHORTFALL_SIZE,
+        "in the first %g s no number of coordinates errs by at most %g, so all of them are stepped",
+        seconds, asked);
+  else if (finding->masters > 0 && !(finding->error <= asked))
+    snprintf(text, SHORTFALL_SIZE,
+             "within its budget the least error in the first %g s is %.3g, more than the %g asked "
+             "for",
+             seconds, finding->error, asked);
+}
+
+/* One warning for all bodies from `first` on of the same text, which is taken out of `texts`. */
+static void warn_of_same(const scene_run *run, shortfall *texts, int32_t first) {
+  char names[NAMES_SIZE];
+  int32_t same = 0;
+  size_t length = 0;
+  shortfall text;
+  memcpy(text, texts[first], sizeof text);
+
+  // the first few names tell which bodies these are
+  for (int32_t n = first; n < run->spec.bodies.count; n++) {
+    if (strcmp(texts[n], text) != 0)
+      continue;
+    texts[n][0] = 0;
+    if (same++ < NAMED_MOST)
+      length += (size_t)snprintf(names + length, sizeof names - length, "%s'%.100s'",
+                                 length > 0 ? ", " : "", run->bodies[n].spec->name);
+  }
+
+  if (same == 1)
+    config_warn("body %s: %s", names, text);
+  else if (same <= NAMED_MOST)
+    config_warn("bodies %s: %s", names, text);
+  else
+    config_warn("%" PRId32 " bodies, %s and others: %s", same, names, text);
+}
+
+/* Says what bodies asked for and do not get, each text once. */
+static thrum_status warn_of_shortfalls(const scene_run *run, thrum_error *error) {
+  static void (*const finders[])(const scene_run *, const scene_body_run *,
+                                 shortfall) = {find_budget_shortfall, find_error_shortfall};
+  const int32_t count = (int32_t)run->spec.bodies.count;
+  shortfall *texts = calloc((size_t)count, sizeof *texts);
+  if (texts == NULL)
+    return scene_run_no_memory(error);
+
+  // budgets first: an error may be missed because of one
+  for (size_t kind = 0; kind < sizeof finders / sizeof finders[0]; kind++) {
+    for (int32_t n = 0; n < count; n++)
+      if (is_sought(&run->bodies[n]))
+        finders[kind](run, &run->bodies[n], texts[n]);
+    for (int32_t n = 0; n < count; n++)
+      if (texts[n][0] != 0)
+        warn_of_same(run, texts, n);
+  }
+  free(texts);
+  return THRUM_OK;
 }
 
 /* Finds how many coordinates one body needs: it takes them from an earlier body that is the same,
@@ -251,9 +316,7 @@ static thrum_status find_all(scene_run *run, thrum_error *error) {
   free(hashes);
 
   // warnings come after the bar of progress, which they would break
-  for (int32_t n = 0; n < count && status >= 0; n++)
-    if (is_sought(&run->bodies[n]))
-      warn_of(run, &run->bodies[n]);
+  THRUM_THEN(status, warn_of_shortfalls(run, error));
   run->seconds_find = clock_seconds() - began;
   return status;
 }

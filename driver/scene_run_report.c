@@ -223,16 +223,16 @@ static void print_details(const scene_run *run) {
     // and the body's own line
     if (run->spec.bodies.count <= DETAIL_LINES)
       printf("detail       %s: %" PRId64 " coordinates in %.3g %% of the steps, %" PRId64
-             " changes, largest jump %.2g m (at most %g m)\n",
+             " change%s, largest jump %.2g m (at most %g m)\n",
              spec->name, spec->detail.condense,
              all > 0 ? 100 * (double)report.reduced_steps / (double)all : 0, report.changes,
-             report.largest_jump, spec->detail.jump);
+             report.changes == 1 ? "" : "s", report.largest_jump, spec->detail.jump);
   }
 
   if (steps > 0 && run->spec.bodies.count > DETAIL_LINES)
     printf("detail       fewer coordinates in %.3g %% of the steps of bodies that may, %" PRId64
-           " changes, largest jump %.2g m\n",
-           100 * (double)reduced / (double)steps, changes, jump);
+           " change%s, largest jump %.2g m\n",
+           100 * (double)reduced / (double)steps, changes, changes == 1 ? "" : "s", jump);
 }
 
 void scene_run_table(const scene_run *run) {
@@ -274,8 +274,14 @@ void scene_run_table(const scene_run *run) {
   // what bodies did to each other
   if (scene_run_touches(run)) {
     const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
-    printf("collisions   %" PRId64 " touch at the end, %g J lost, %.2g of the thickness at most\n",
-           of.touching, of.lost, of.deepest_share);
+    printf("collisions   bodies touch each other in %" PRId64
+           " place%s at the end, %g J lost, %.2g of the thickness at most\n",
+           of.touching, of.touching == 1 ? "" : "s", of.lost, of.deepest_share);
+  }
+  if (run->spec.obstacles.count > 0) {
+    const thrum_contact_report of = scene_run_losses_get(run).obstacles;
+    printf("obstacles    bodies touch them in %d place%s at the end, %g J lost\n", (int)of.touching,
+           of.touching == 1 ? "" : "s", of.lost);
   }
   printf("status       %s\n", scene_run_status(run));
   printf("files        %s/" SCENE_JSON "%s, and a run in each of its folders\n",

@@ -69,9 +69,11 @@ void simulate_figures_end(simulate_figures *figures) {
   // damping lowers the energy of free motion, so its change is no drift; growth it is all the more
   figures->growth = driver_drift_value(&figures->windows);
   figures->drift = damped ? NAN : figures->growth;
-  const bool gained =
+  figures->grew_freely = figures->growth > GROWTH_FLAG;
+  figures->gained =
       !figures->uncounted && simulate_figures_balance(figures) > GAIN_FLAG * figures->energy_max;
-  figures->energy_grew = figures->growth > GROWTH_FLAG || gained || figures->report.grown_steps > 0;
+  figures->energy_grew = figures->grew_freely || figures->gained || figures->report.grown_steps > 0;
+
   // the integrator manifold steps the inertia of what follows, and leaves none out
   const double left_out = def->integrator == THRUM_INTEGRATOR_MANIFOLD ? 0 : figures->inertia_share;
   figures->condensed_wrong =

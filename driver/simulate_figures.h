@@ -12,7 +12,9 @@ typedef struct simulate_figures {
   const thrum_model *model;
   uint64_t model_hash; /* 64-bit FNV-1a of the file's bytes */
   thrum_status status; /* THRUM_OK, or how the run ended */
-  bool energy_grew;
+  bool energy_grew;    /* for at least one of the three reasons that follow */
+  bool grew_freely;    /* its mean did in free motion */
+  bool gained; /* much of it is no work of loads; its steps tell the third: report.grown_steps */
   bool condensed_wrong; /* condensing left out more than the result can be believed with */
   bool uncounted;       /* something acts whose work is not counted */
   thrum_error stop;     /* why it ended early; empty message: it did not */

@@ -257,8 +257,9 @@ static thrum_status step_once(thrum_full *full, thrum_error *error) {
     sum += fabs(full->u[i] + full->d[i]) + fabs(full->v_next[i]) + fabs(full->a_next[i]);
   if (!isfinite(sum))
     return thrum_error_set(error, THRUM_NOT_FINITE,
-                           "step %lld leaves the range of finite numbers: lower dt or the load",
-                           (long long)full->steps);
+                           "step %lld at t = %g s leaves the range of finite numbers: lower dt or "
+                           "the load",
+                           (long long)full->steps, (double)full->steps * full->def.dt);
 
   for (int64_t i = 0; i < n; i++)
     full->u[i] += full->d[i];

@@ -156,9 +156,9 @@ static bool is_solved(thrum_full *full, double size, double before) {
 static thrum_status say_stuck(thrum_full *full, thrum_error *error) {
   full->linear.ready = false;
   return thrum_error_set(error, THRUM_NOT_CONVERGED,
-                         "step %lld of the full order did not converge; the body is as it was "
-                         "before it: lower dt or the load",
-                         (long long)full->steps);
+                         "step %lld of the full order at t = %g s did not converge; the body is as "
+                         "it was before it: lower dt or the load",
+                         (long long)full->steps, (double)full->steps * full->def.dt);
 }
 
 thrum_status full_step_implicit(thrum_full *full, thrum_error *error) {

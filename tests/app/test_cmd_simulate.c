@@ -573,6 +573,18 @@ static void a_plot_is_drawn_exactly_where_gnuplot_is_installed(void **state) {
   unlink(in_folder("gnuplot"));
 }
 
+static void a_step_that_fails_is_told_once(void **state) {
+  (void)state;
+  assert_true(save_oscillator(in_folder("fast.npz"), 1e6, 1e6));
+  assert_true(save_npy(in_folder("one.npy"), (const double[]){1}, 1, 0));
+  cJSON *object = simulate_code(
+      3, "fast.npz", (const char *const[11]){"--integrator", "rk4", "--start", "one.npy"});
+  const char *message = strstr(text_of(object, "message"), "stopped: step ");
+  if (message == NULL || strstr(message + strlen("stopped: step "), "step ") != NULL)
+    fail_msg("%s", text_of(object, "message"));
+  cJSON_Delete(object);
+}
+
 static void an_explicit_mode_beyond_the_bound_is_warned_of_and_flagged(void **state) {
   (void)state;
   assert_true(save_oscillator(in_folder("fast.npz"), 1e6, 0));
@@ -674,6 +686,7 @@ int main(void) {
       cmocka_unit_test(a_plot_is_drawn_exactly_where_gnuplot_is_installed),
 
       // runs that are flagged
+      cmocka_unit_test(a_step_that_fails_is_told_once),
       cmocka_unit_test(an_explicit_mode_beyond_the_bound_is_warned_of_and_flagged),
       cmocka_unit_test(a_step_longer_than_half_a_period_is_warned_of),
       cmocka_unit_test(energy_that_grows_by_itself_flags_the_run),

@@ -140,6 +140,34 @@ static void an_error_and_a_budget_go_together(void **state) {
   program_result_free(&run);
 }
 
+/* How often a text occurs in another. */
+static int count_of(const char *text, const char *part) {
+  int count = 0;
+  for (const char *at = strstr(text, part); at != NULL; at = strstr(at + 1, part))
+    count++;
+  return count;
+}
+
+static void bodies_that_lack_the_same_share_a_warning(void **state) {
+  (void)state;
+  static const char scene[] = "{\"time\": 0.2, \"bodies\": ["
+                              "{\"name\": \"a\", " SWING ", \"error\": 1e-6},"
+                              "{\"name\": \"b\", " SWING ", \"error\": 1e-6},"
+                              "{\"name\": \"c\", " SWING ", \"error\": 2e-6},"
+                              "{\"name\": \"d\", " SWING ", \"error\": 1e-6},"
+                              "{\"name\": \"e\", " SWING ", \"error\": 1e-6}]}";
+  assert_true(text_file_write(in_folder("scene.json"), scene));
+  program_result run = thrum_run(folder, "simulate", "scene.json", "-o", "out", "-q", NULL);
+
+  // four that ask for the same, and one that asks for something else
+  const bool grouped = count_of(run.err, "no number of coordinates") == 2 &&
+                       strstr(run.err, "warning: 4 bodies, 'a', 'b', 'd' and others: in the") &&
+                       strstr(run.err, "warning: body 'c': in the first");
+  if (!grouped)
+    fail_msg("%s", run.err);
+  program_result_free(&run);
+}
+
 static void a_level_of_detail_is_recorded(void **state) {
   (void)state;
   cJSON *object =
@@ -203,6 +231,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_budget_is_kept_and_found_once),
       cmocka_unit_test(an_error_and_a_budget_go_together),
+      cmocka_unit_test(bodies_that_lack_the_same_share_a_warning),
       cmocka_unit_test(a_level_of_detail_is_recorded),
       cmocka_unit_test(what_cannot_be_is_refused_by_its_line),
   };

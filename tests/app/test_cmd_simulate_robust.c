@@ -290,6 +290,24 @@ static void a_newmark_run_that_is_lost_is_flagged_by_its_steps(void **context) {
   program_result_free(&result);
 }
 
+/* The first tenth of a run that blows up is large already: growth is told from the start. */
+static void growth_is_told_from_the_start_of_the_free_motion(void **context) {
+  (void)context;
+  program_result result =
+      thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--quiet", "--json", "--integrator",
+                "newmark", "--newmark", "0.25,0.45", "--time", "2", "--start", "mode:1,0.05", NULL);
+  cJSON *object = json_line(result.out);
+  assert_non_null(object);
+  assert_int_equal(result.exit_code, 3);
+  char told[100];
+  snprintf(told, sizeof told, "the energy grew from %.3g J to ",
+           json_value(object, "energy_first_j"));
+  if (strstr(result.err, told) == NULL)
+    fail_msg("no '%s' in: %s", told, result.err);
+  cJSON_Delete(object);
+  program_result_free(&result);
+}
+
 static void the_quadratic_split_needs_no_iterations_and_says_so(void **context) {
   (void)context;
   program_result result =
@@ -340,6 +358,7 @@ int main(void) {
       cmocka_unit_test(a_run_that_switches_to_the_energy_integrator_says_so),
       cmocka_unit_test(fox_goodwin_says_that_it_gave_way),
       cmocka_unit_test(a_newmark_run_that_is_lost_is_flagged_by_its_steps),
+      cmocka_unit_test(growth_is_told_from_the_start_of_the_free_motion),
       cmocka_unit_test(the_quadratic_split_needs_no_iterations_and_says_so),
       cmocka_unit_test(a_switch_that_is_neither_on_nor_off_is_a_usage_error),
   };

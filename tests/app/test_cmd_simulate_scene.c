@@ -522,6 +522,20 @@ static void the_scenes_that_come_with_thrum_run(void **state) {
   }
 }
 
+/* The total energy of a scene without loads changes by what contact, obstacles and damping took and
+ * gave, to rounding. */
+static void check_account_adds_up(const cJSON *of) {
+  const cJSON *obstacles = cJSON_GetObjectItem(of, "obstacles");
+  const double first = json_value(cJSON_GetObjectItem(of, "first"), "total_j");
+  const double last = json_value(cJSON_GetObjectItem(of, "last"), "total_j");
+  const double lost = json_value(of, "lost_j") + json_value(obstacles, "lost_j");
+  const double driven = json_value(of, "driven_j") + json_value(obstacles, "driven_j") +
+                        json_value(obstacles, "granted_j");
+  assert_true(json_value(obstacles, "lost_j") > 0);
+  assert_true(json_value(obstacles, "touching") > 0);
+  assert_true(fabs(first + driven - lost - json_value(of, "dissipated_j") - last) < 1e-9 * lost);
+}
+
 /* Bodies of the scenes that collide keep their distance: no touch is as deep as the thickness, and
  * contact gives no energy but what moving obstacles bring. */
 static void what_touches_in_the_scenes_keeps_its_distance(void **state) {
@@ -547,6 +561,7 @@ static void what_touches_in_the_scenes_keeps_its_distance(void **state) {
     assert_true(json_value(of, "deepest_of_thickness") < 1);
     assert_true(json_value(of, "dropped_touches") == 0);
     assert_true(last - first <= json_value(of, "driven_j"));
+    check_account_adds_up(of);
     cJSON_Delete(object);
     program_result_free(&run);
   }
