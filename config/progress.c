@@ -27,7 +27,7 @@ static void draw_bar(const config_progress *progress, double fraction) {
   memset(cells, '.', BAR_CELLS);
   memset(cells, '#', (size_t)filled);
   cells[BAR_CELLS] = 0;
-  fprintf(stderr, "\r%-24s [%s] %3d %% %8.1f s", progress->label, cells,
+  fprintf(stderr, "\r%-27s [%s] %3d %% %8.1f s", progress->label, cells,
           (int)(100.0 * fraction + 0.5), clock_seconds() - progress->began);
   fflush(stderr);
 }

@@ -4,7 +4,7 @@
 #include <stdio.h>
 
 #include "driver/precompute_dry.h"
-#include "driver/precompute_stages.h"
+#include "driver/precompute_progress.h"
 #include "driver/precompute_train.h"
 #include "io/json.h"
 #include "precompute/build_info.h"
@@ -17,7 +17,9 @@ static double total_of(const thrum_estimate *estimate) {
   return total;
 }
 
-static void print_json(const thrum_mesh *mesh, int64_t held, const thrum_estimate *estimate) {
+static void print_json(const precompute_outcome *outcome, const thrum_estimate *estimate) {
+  const thrum_mesh *mesh = outcome->mesh;
+  const bool cubature = outcome->request->options.cubature;
   cJSON *object = cJSON_CreateObject();
 
   // the verdict and the size of the problem
@@ -25,7 +27,7 @@ static void print_json(const thrum_mesh *mesh, int64_t held, const thrum_estimat
   json_number(object, "vertices", (double)mesh->vertex_count);
   json_number(object, "tets", (double)mesh->tet_count);
   json_number(object, "order", mesh->midsides != NULL ? 2 : 1);
-  json_number(object, "fixed", (double)held);
+  json_number(object, "fixed", (double)outcome->fixed_count);
   json_number(object, "free_dofs", (double)estimate->free_dofs);
   json_number(object, "factor_nonzeros", (double)estimate->factor_nonzeros);
   json_number(object, "factor_gflop", 1e-9 * estimate->factor_flops);
@@ -37,7 +39,8 @@ static void print_json(const thrum_mesh *mesh, int64_t held, const thrum_estimat
   // rough times, stage by stage
   cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
-    json_number(seconds, precompute_stage_labels[stage].name, estimate->seconds[stage]);
+    json_number(seconds, precompute_stage_label_of((thrum_stage)stage, cubature).name,
+                estimate->seconds[stage]);
   json_number(seconds, "total", total_of(estimate));
 
   // the times hold for this kernel of the linear algebra
@@ -45,9 +48,12 @@ static void print_json(const thrum_mesh *mesh, int64_t held, const thrum_estimat
   json_print(object);
 }
 
-static void print_table(const thrum_mesh *mesh, int64_t held, const thrum_estimate *estimate) {
+static void print_table(const precompute_outcome *outcome, const thrum_estimate *estimate) {
+  const thrum_mesh *mesh = outcome->mesh;
+  const bool cubature = outcome->request->options.cubature;
+
   printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra\n", "mesh",
-         mesh->vertex_count, held, mesh->tet_count);
+         mesh->vertex_count, outcome->fixed_count, mesh->tet_count);
   printf("%-18s%" PRId64 " free components, %.4g nonzeros, %.4g Gflop\n", "factor",
          estimate->free_dofs, (double)estimate->factor_nonzeros, 1e-9 * estimate->factor_flops);
   printf("%-18sabout %.0f MB, %.0f MB more than now; %.0f MB %s are left: %s\n", "memory",
@@ -55,9 +61,12 @@ static void print_table(const thrum_mesh *mesh, int64_t held, const thrum_estima
          estimate->whose, estimate->fits ? "it fits" : "it does NOT fit");
   printf("%-18sabout %.2g s", "time", total_of(estimate));
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
-    printf("%s%s %.2g", stage == 0 ? ": " : ", ", precompute_stage_labels[stage].text,
-           estimate->seconds[stage]);
-  puts("\n                  (rough: within a factor of two or so on an idle machine)");
+    printf("%s%s %.2g", stage == 0 ? ": " : ", ",
+           precompute_stage_label_of((thrum_stage)stage, cubature).text, estimate->seconds[stage]);
+  printf("\n%-18s(rough: within a factor of two or so on an idle machine%s)\n", "",
+         outcome->request->train_count + outcome->request->test_count > 0
+             ? "; the runs of --train and --test come on top"
+             : "");
 }
 
 thrum_status precompute_dry_run(const precompute_outcome *outcome, const uint8_t *fixed,
@@ -71,7 +80,7 @@ thrum_status precompute_dry_run(const precompute_outcome *outcome, const uint8_t
   estimate.more += training;
   estimate.memory += training;
   estimate.fits = estimate.more <= estimate.available;
-  (request->json ? print_json : print_table)(outcome->mesh, outcome->fixed_count, &estimate);
+  (request->json ? print_json : print_table)(outcome, &estimate);
   *flagged = !estimate.fits;
   return THRUM_OK;
 }

@@ -6,12 +6,12 @@
 #include <string.h>
 
 #include "config/message.h"
-#include "config/progress.h"
 #include "driver/mesh_of_model.h"
 #include "driver/mesh_warnings.h"
 #include "driver/model_condense_to.h"
 #include "driver/precompute_dry.h"
 #include "driver/precompute_make.h"
+#include "driver/precompute_progress.h"
 #include "driver/precompute_report.h"
 #include "driver/region_material.h"
 #include "driver/split_at.h"
@@ -32,17 +32,6 @@
 /* Beyond these the model is written, but flagged (exit 3). */
 #define RESIDUAL_FLAG 1e-8       /* |K psi - w^2 M psi| / (|K| |psi|) of any mode */
 #define ORTHONORMALITY_FLAG 1e-9 /* |U^T M U - 1| and the same of U^T K U */
-
-static const char *const stage_texts[] = {
-#define X(name, text) text,
-    THRUM_STAGE_LIST(X)
-#undef X
-};
-
-static bool show_progress(void *context, thrum_stage stage, double fraction) {
-  config_progress_update(context, stage_texts[stage], fraction);
-  return true;
-}
 
 /* Checks the paths of the model and of the modes: neither may take the place of the other, nor of
  * the mesh. */
@@ -269,9 +258,13 @@ static thrum_status save_modes(const precompute_request *request, const thrum_pr
 static thrum_status make_model(const precompute_request *request, const thrum_mesh *mesh,
                                const uint8_t *fixed, precompute_show *show,
                                precompute_outcome *outcome, thrum_error *error) {
-  config_progress progress = config_progress_make(request->quiet);
+  precompute_progress progress = {
+      .bar = config_progress_make(request->quiet),
+      .basis = "",
+      .cubature = request->options.cubature,
+  };
   thrum_precompute_options options = request->options;
-  options.progress = show_progress;
+  options.progress = precompute_progress_show;
   options.progress_context = &progress;
 
   // an imported basis takes the place of modes and derivatives
@@ -280,12 +273,13 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   thrum_status status = read_imported_basis(request, &imported, error);
   options.imported = request->import_basis ? &imported : NULL;
   if (status >= 0 && request->train_count + request->test_count > 0)
-    status = precompute_train(request, mesh, fixed, &options, &outcome->training, &result, error);
+    status = precompute_train(request, mesh, fixed, &options, &progress, &outcome->training,
+                              &result, error);
   else
     THRUM_THEN(status, thrum_precompute(mesh, fixed, &options, &result, error));
   thrum_imported_basis_free(&imported);
 
-  config_progress_end(&progress, status >= 0);
+  config_progress_end(&progress.bar, status >= 0);
   if (status < 0) {
     precompute_train_free(&outcome->training);
     thrum_precomputed_free(&result);

@@ -207,7 +207,7 @@ char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
   add_import(meta, request, result);
   add_training(meta, training);
   if (!request->reproducible)
-    precompute_add_stages(meta, result);
+    precompute_add_stages(meta, result, request->options.cubature, training);
 
   char *text = json_text(meta);
   cJSON_Delete(meta);
@@ -297,7 +297,7 @@ void precompute_print_json(const precompute_outcome *outcome) {
   json_number(object, "threads", outcome->request->options.threads);
   cJSON_AddStringToObject(object, "blas_core", thrum_build_blas_core());
   add_seconds(object, outcome);
-  precompute_add_stages(object, result);
+  precompute_add_stages(object, result, outcome->request->options.cubature, &outcome->training);
   json_number(object, "peak_mb", clock_peak_mb());
   json_print(object);
 }
@@ -418,5 +418,5 @@ void precompute_print_table(const precompute_outcome *outcome) {
            100 * result->cubature.test_error, result->cubature.test_states);
 
   printf("%-18s%.2f s, peak %.0f MB\n", "took", outcome->seconds_total, clock_peak_mb());
-  precompute_print_stages(result);
+  precompute_print_stages(result, outcome->request->options.cubature, &outcome->training);
 }

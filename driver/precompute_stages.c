@@ -4,13 +4,8 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "driver/precompute_progress.h"
 #include "io/json.h"
-
-const precompute_stage_label precompute_stage_labels[THRUM_STAGE_COUNT] = {
-#define X(name, text) {#name, text},
-    THRUM_STAGE_LIST(X)
-#undef X
-};
 
 static double rate_of(const thrum_precomputed *result, int stage) {
   const double flops = result->flops[stage], seconds = result->seconds[stage];
@@ -22,31 +17,46 @@ static bool was_run(const thrum_precomputed *result, int stage) {
   return result->peak_mb[stage] > 0;
 }
 
-void precompute_add_stages(cJSON *object, const thrum_precomputed *result) {
-  cJSON *table = cJSON_AddObjectToObject(object, "stages");
-  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++) {
-    if (!was_run(result, stage))
-      continue;
-    cJSON *row = cJSON_AddObjectToObject(table, precompute_stage_labels[stage].name);
-    json_number(row, "seconds", result->seconds[stage]);
-    json_number(row, "cpu_seconds", result->cpu_seconds[stage]);
-    json_number(row, "peak_mb", result->peak_mb[stage]);
-    json_number(row, "gflops", rate_of(result, stage));
-  }
+static void add_row(cJSON *table, const char *name, double seconds, double cpu_seconds,
+                    double peak_mb, double gflops) {
+  cJSON *row = cJSON_AddObjectToObject(table, name);
+  json_number(row, "seconds", seconds);
+  json_number(row, "cpu_seconds", cpu_seconds);
+  json_number(row, "peak_mb", peak_mb);
+  json_number(row, "gflops", gflops);
 }
 
-void precompute_print_stages(const thrum_precomputed *result) {
+void precompute_add_stages(cJSON *object, const thrum_precomputed *result, bool cubature,
+                           const train_outcome *training) {
+  cJSON *table = cJSON_AddObjectToObject(object, "stages");
+  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
+    if (was_run(result, stage))
+      add_row(table, precompute_stage_label_of((thrum_stage)stage, cubature).name,
+              result->seconds[stage], result->cpu_seconds[stage], result->peak_mb[stage],
+              rate_of(result, stage));
+  if (training->run_count > 0)
+    add_row(table, "training", training->seconds, training->cpu_seconds, training->peak_mb, NAN);
+}
+
+static void print_row(const char *text, double seconds, double cpu_seconds, double peak_mb,
+                      double gflops) {
+  printf("%-20s %10.3f %10.3f %10.0f ", text, seconds, cpu_seconds, peak_mb);
+
+  // assembly, small dense work and runs are not counted
+  if (isnan(gflops))
+    printf("%10s\n", "-");
+  else
+    printf("%10.2f\n", gflops);
+}
+
+void precompute_print_stages(const thrum_precomputed *result, bool cubature,
+                             const train_outcome *training) {
   printf("\n%-20s %10s %10s %10s %10s\n", "stage", "time [s]", "CPU [s]", "peak [MB]", "[Gflop/s]");
-  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++) {
-    const double rate = rate_of(result, stage);
-    if (!was_run(result, stage))
-      continue;
-    printf("%-20s %10.3f %10.3f %10.0f ", precompute_stage_labels[stage].text,
-           result->seconds[stage], result->cpu_seconds[stage], result->peak_mb[stage]);
-    // assembly and small dense work are not counted
-    if (isnan(rate))
-      printf("%10s\n", "-");
-    else
-      printf("%10.2f\n", rate);
-  }
+  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
+    if (was_run(result, stage))
+      print_row(precompute_stage_label_of((thrum_stage)stage, cubature).text,
+                result->seconds[stage], result->cpu_seconds[stage], result->peak_mb[stage],
+                rate_of(result, stage));
+  if (training->run_count > 0)
+    print_row("training", training->seconds, training->cpu_seconds, training->peak_mb, NAN);
 }

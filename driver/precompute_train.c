@@ -9,6 +9,7 @@
 #include "config/progress.h"
 #include "driver/full_motion_kept.h"
 #include "platform/allocate.h"
+#include "platform/clock.h"
 #include "platform/memory_limit.h"
 #include "platform/threads.h"
 #include "precompute/model/snapshots.h"
@@ -71,7 +72,7 @@ static thrum_status check_memory(const precompute_request *request, int64_t vert
 }
 
 static thrum_status run_all(const precompute_request *request, const thrum_model *model,
-                            train_outcome *outcome, thrum_error *error) {
+                            config_progress *bar, train_outcome *outcome, thrum_error *error) {
   const int64_t each = FULL_MOTION_SNAPSHOTS * 3 * model->vertex_count;
   outcome->samples =
       thrum_allocate(outcome->run_count * each, sizeof *outcome->samples, "the training", error);
@@ -79,7 +80,6 @@ static thrum_status run_all(const precompute_request *request, const thrum_model
     return THRUM_OUT_OF_MEMORY;
 
   // the full order under one load after the other
-  config_progress progress = config_progress_make(request->quiet);
   const thrum_threads before = thrum_threads_set(request->options.threads);
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < outcome->run_count && status >= 0; n++) {
@@ -90,7 +90,7 @@ static thrum_status run_all(const precompute_request *request, const thrum_model
     THRUM_THEN(status, train_case_fill(model, run->test ? "test" : "train", &run->c, error));
     run->u = outcome->samples + n * each;
     const full_motion_script script = script_of(request, &run->c);
-    taker t = {run, 3 * model->vertex_count, &progress, label};
+    taker t = {run, 3 * model->vertex_count, bar, label};
     const full_motion_observer observer = {FULL_MOTION_SNAPSHOTS, take, &t, show, &t};
     THRUM_THEN(status, full_motion_kept(request->keep_runs, model, (int)request->options.mass,
                                         &script, request->train_dt, &observer, NULL, error));
@@ -98,7 +98,6 @@ static thrum_status run_all(const precompute_request *request, const thrum_model
     run->c.forces = NULL;
   }
   thrum_threads_restore(before);
-  config_progress_end(&progress, status >= 0);
   return status;
 }
 
@@ -252,13 +251,15 @@ static thrum_status judge_run(const thrum_model *model, const thrum_model_fem *b
 
 /* Steps the model in all cases, and fills the errors. */
 static thrum_status judge_all(const precompute_request *request, const thrum_model *model,
-                              train_outcome *outcome, thrum_error *error) {
+                              config_progress *bar, train_outcome *outcome, thrum_error *error) {
   thrum_model_fem body = {0};
   THRUM_TRY(thrum_model_fem_create(model, &body, error));
   double *work = thrum_allocate(2 * body.fem.free_count, sizeof *work, "the training", error);
   thrum_status status = work ? THRUM_OK : THRUM_OUT_OF_MEMORY;
-  for (int64_t n = 0; n < outcome->run_count && status >= 0; n++)
+  for (int64_t n = 0; n < outcome->run_count && status >= 0; n++) {
+    config_progress_update(bar, "errors under the loads", (double)n / (double)outcome->run_count);
     status = judge_run(model, &body, request, work, &outcome->runs[n], error);
+  }
   free(work);
   thrum_model_fem_free(&body);
   return status;
@@ -368,7 +369,8 @@ typedef struct trial {
 /* The model of a trial with its errors; the full order is run where it was not before. */
 static thrum_status make_trial(const precompute_request *request, const thrum_mesh *mesh,
                                const uint8_t *fixed, const thrum_precompute_options *options,
-                               const trial *t, train_outcome *outcome, thrum_precomputed *result,
+                               const trial *t, precompute_progress *progress,
+                               train_outcome *outcome, thrum_precomputed *result,
                                thrum_error *error) {
   thrum_precompute_options asked = *options;
   thrum_precomputed base = {0};
@@ -382,6 +384,7 @@ static thrum_status make_trial(const precompute_request *request, const thrum_me
     first.memory_limit -= precompute_train_bytes(request, mesh->vertex_count);
   thrum_status status = begins ? check_memory(request, mesh->vertex_count, error) : THRUM_OK;
   thrum_error detail = {0};
+  progress->basis = "untrained: ";
   THRUM_THEN(status, precompute_train_base(mesh, fixed, &first, t->usual, &base, &detail));
   if (status < 0 && detail.status == status)
     status = begins && status == THRUM_OUT_OF_MEMORY
@@ -393,7 +396,7 @@ static thrum_status make_trial(const precompute_request *request, const thrum_me
     status = thrum_error_set(error, THRUM_UNSUPPORTED,
                              "--train: nothing is held, and a free body moves away as a whole");
   if (begins)
-    THRUM_THEN(status, run_all(request, &base.model, outcome, error));
+    THRUM_THEN(status, run_all(request, &base.model, &progress->bar, outcome, error));
 
   // modes and derivatives by what they do in the training, now that it is known
   double *shares = NULL;
@@ -411,8 +414,9 @@ static thrum_status make_trial(const precompute_request *request, const thrum_me
                                              &asked, &outcome->fields, error));
   outcome->field_count = asked.trained_count;
   thrum_precomputed_free(&base);
+  progress->basis = "trained: ";
   THRUM_THEN(status, thrum_precompute(mesh, fixed, &asked, result, error));
-  THRUM_THEN(status, judge_all(request, &result->model, outcome, error));
+  THRUM_THEN(status, judge_all(request, &result->model, &progress->bar, outcome, error));
   free(shares);
   return status;
 }
@@ -420,15 +424,15 @@ static thrum_status make_trial(const precompute_request *request, const thrum_me
 /* The usual model, under the tests. */
 static thrum_status make_untrained(const precompute_request *request, const thrum_mesh *mesh,
                                    const uint8_t *fixed, const thrum_precompute_options *options,
-                                   train_outcome *outcome, thrum_precomputed *result,
-                                   thrum_error *error) {
+                                   precompute_progress *progress, train_outcome *outcome,
+                                   thrum_precomputed *result, thrum_error *error) {
   THRUM_TRY(check_memory(request, mesh->vertex_count, error));
   THRUM_TRY(thrum_precompute(mesh, fixed, options, result, error));
   if (result->rigid_count > 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "--test: nothing is held, and a free body moves away as a whole");
-  THRUM_TRY(run_all(request, &result->model, outcome, error));
-  return judge_all(request, &result->model, outcome, error);
+  THRUM_TRY(run_all(request, &result->model, &progress->bar, outcome, error));
+  return judge_all(request, &result->model, &progress->bar, outcome, error);
 }
 
 /* The larger of both errors; infinite where a run is lost. */
@@ -509,7 +513,8 @@ static void keep(best *b, thrum_precomputed *found, const train_outcome *outcome
 /* One trial, and where an error is wanted more of them until one has it. */
 static thrum_status make_trials(const precompute_request *request, const thrum_mesh *mesh,
                                 const uint8_t *fixed, const thrum_precompute_options *options,
-                                train_outcome *outcome, best *b, thrum_error *error) {
+                                precompute_progress *progress, train_outcome *outcome, best *b,
+                                thrum_error *error) {
   const bool wanted = !isnan(request->error);
   trial t = {.modes = options->modes, .rank = thrum_options_complete(options).rank};
   for (bool first = true;; first = false) {
@@ -517,8 +522,9 @@ static thrum_status make_trials(const precompute_request *request, const thrum_m
     thrum_error detail = {0};
     const thrum_status status =
         outcome->train_count > 0
-            ? make_trial(request, mesh, fixed, options, &t, outcome, &found, &detail)
-            : make_untrained(request, mesh, fixed, options, outcome, &found, &detail);
+            ? make_trial(request, mesh, fixed, options, &t, progress, outcome, &found, &detail)
+            : make_untrained(request, mesh, fixed, options, progress, outcome, &found, &detail);
+    config_progress_end(&progress->bar, status >= 0);
 
     // where the mesh has no more modes, what was there before counts
     if (status < 0) {
@@ -540,20 +546,30 @@ static thrum_status make_trials(const precompute_request *request, const thrum_m
 
 thrum_status precompute_train(const precompute_request *request, const thrum_mesh *mesh,
                               const uint8_t *fixed, const thrum_precompute_options *options,
-                              train_outcome *outcome, thrum_precomputed *result,
-                              thrum_error *error) {
+                              precompute_progress *progress, train_outcome *outcome,
+                              thrum_precomputed *result, thrum_error *error) {
+  const double began = clock_seconds(), worked = clock_process_seconds();
   best b = {.worst = INFINITY};
   thrum_status status = list_runs(request, outcome, error);
   b.errors = calloc((size_t)outcome->run_count + 1, sizeof *b.errors);
   if (status >= 0 && b.errors == NULL)
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the training");
-  THRUM_THEN(status, make_trials(request, mesh, fixed, options, outcome, &b, error));
+  THRUM_THEN(status, make_trials(request, mesh, fixed, options, progress, outcome, &b, error));
 
   // the outcome is that of the model that is kept
   for (int64_t n = 0; n < outcome->run_count && status >= 0; n++)
     outcome->runs[n].error = b.errors[n];
   outcome->field_count = b.field_count;
   outcome->missed = status >= 0 && b.worst > request->error;
+
+  // what it took beside the stages of that model
+  outcome->seconds = clock_seconds() - began;
+  outcome->cpu_seconds = clock_process_seconds() - worked;
+  outcome->peak_mb = clock_peak_mb();
+  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++) {
+    outcome->seconds -= b.result.seconds[stage];
+    outcome->cpu_seconds -= b.result.cpu_seconds[stage];
+  }
   free(b.errors);
   if (status < 0)
     thrum_precomputed_free(&b.result);

@@ -7,6 +7,7 @@
 #ifndef THRUM_DRIVER_PRECOMPUTE_TRAIN_H
 #define THRUM_DRIVER_PRECOMPUTE_TRAIN_H
 
+#include "driver/precompute_progress.h"
 #include "driver/precompute_request.h"
 #include "driver/train_case.h"
 #include "precompute/precompute.h"
@@ -28,18 +29,20 @@ typedef struct train_outcome {
                       spaced times; owned */
   double *fields;  /* field_count x 3 vertex_count: shapes for the basis; owned */
   int64_t field_count;
-  bool missed; /* the error that was wanted is not reached */
+  bool missed;                 /* the error that was wanted is not reached */
+  double seconds, cpu_seconds; /* all that it took beside the stages of the model that is kept */
+  double peak_mb;              /* most memory of the process until its end [2^20 bytes] */
 } train_outcome;
 
 /* Runs the full order of the mesh in all cases of the request, makes a basis that shows what it
  * does, and steps it in all of them; with no training the basis is the usual one, and only judged.
- * Where the request has an error, modes, derivatives and
- * shapes grow until no load errs by more, up to its rank_max; the best is kept. options: those of
- * the request. precompute_train_free frees the outcome, whatever came back. */
+ * Where the request has an error, modes, derivatives and shapes grow until no load errs by more, up
+ * to its rank_max; the best is kept. options: those of the request; progress: theirs, which shows
+ * the runs as well. precompute_train_free frees the outcome, whatever came back. */
 thrum_status precompute_train(const precompute_request *request, const thrum_mesh *mesh,
                               const uint8_t *fixed, const thrum_precompute_options *options,
-                              train_outcome *outcome, thrum_precomputed *result,
-                              thrum_error *error);
+                              precompute_progress *progress, train_outcome *outcome,
+                              thrum_precomputed *result, thrum_error *error);
 
 /* The same in parts, for samples that are there already: the model of the usual part of the basis
  * that the options ask for (`usual` of the rank; 0: half, and at least the modes), and what that

@@ -34,6 +34,11 @@ static void a_model_of_points_says_its_error_and_runs(void **state) {
   assert_true(points > 5 && points < number_of(object, "tets"));
   assert_true(number_of(cubature, "test_error") <= 0.02);
   assert_true(number_of(cubature, "train_error") > 0);
+
+  // the stage that makes the points is not called one of the polynomial
+  const cJSON *stages = cJSON_GetObjectItemCaseSensitive(object, "stages");
+  assert_non_null(cJSON_GetObjectItemCaseSensitive(stages, "cubature"));
+  assert_null(cJSON_GetObjectItemCaseSensitive(stages, "polynomial"));
   cJSON_Delete(object);
   program_result_free(&run);
 

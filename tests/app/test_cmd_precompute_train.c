@@ -47,6 +47,34 @@ static void a_larger_trained_basis_errs_less_and_both_errors_are_said(void **sta
   cJSON_Delete(large);
 }
 
+static void each_stage_of_a_training_is_shown_once_and_all_of_them_are_accounted_for(void **state) {
+  (void)state;
+  program_result run =
+      thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "shown.npz", "--modes", "4",
+                "--rank", "8", "--train", PULL, "--train-time", "0.1", "--json", NULL);
+  assert_int_equal(run.exit_code, 0);
+
+  // the bases on both sides of the runs are told apart, and a stage ends before the next begins
+  static const char *const begins[] = {
+      "untrained: linear modes ...\n", "untrained: reduced polynomial ...\nuntrained: reduced p",
+      "training " PULL " ...\ntraining " PULL ": ", "trained: linear modes ...\n",
+      "errors under the loads ...\nerrors under the loads: "};
+  for (size_t n = 0; n < sizeof begins / sizeof begins[0]; n++)
+    if (text_count(run.err, begins[n]) != (n == 3 ? 2 : 1))
+      fail_msg("'%s' in: %s", begins[n], run.err);
+
+  // the stages of the model and the training are nearly all of the time
+  cJSON *object = json_line(run.out);
+  const cJSON *stage = NULL, *stages = cJSON_GetObjectItem(object, "stages");
+  double sum = 0;
+  cJSON_ArrayForEach(stage, stages) sum += json_value(stage, "seconds");
+  const double total = json_value(cJSON_GetObjectItem(object, "seconds"), "total");
+  assert_true(json_value(cJSON_GetObjectItem(stages, "training"), "seconds") > 0);
+  assert_true(sum > 0.5 * total && sum <= total);
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
 /* The error of a training under its loads. */
 static double error_of(const char *mesh, const char *load) {
   program_result run = thrum_run(folder, "precompute", mesh, "-o", "one.npz", "--modes", "4",
@@ -323,6 +351,7 @@ static void what_cannot_be_trained_is_refused(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(each_stage_of_a_training_is_shown_once_and_all_of_them_are_accounted_for),
       cmocka_unit_test(a_larger_trained_basis_errs_less_and_both_errors_are_said),
       cmocka_unit_test(loads_of_one_training_act_together),
       cmocka_unit_test(a_base_that_accelerates_is_gravity_against_it),

@@ -140,14 +140,6 @@ static void an_error_and_a_budget_go_together(void **state) {
   program_result_free(&run);
 }
 
-/* How often a text occurs in another. */
-static int count_of(const char *text, const char *part) {
-  int count = 0;
-  for (const char *at = strstr(text, part); at != NULL; at = strstr(at + 1, part))
-    count++;
-  return count;
-}
-
 static void bodies_that_lack_the_same_share_a_warning(void **state) {
   (void)state;
   static const char scene[] = "{\"time\": 0.2, \"bodies\": ["
@@ -160,7 +152,7 @@ static void bodies_that_lack_the_same_share_a_warning(void **state) {
   program_result run = thrum_run(folder, "simulate", "scene.json", "-o", "out", "-q", NULL);
 
   // four that ask for the same, and one that asks for something else
-  const bool grouped = count_of(run.err, "no number of coordinates") == 2 &&
+  const bool grouped = text_count(run.err, "no number of coordinates") == 2 &&
                        strstr(run.err, "warning: 4 bodies, 'a', 'b', 'd' and others: in the") &&
                        strstr(run.err, "warning: body 'c': in the first");
   if (!grouped)

@@ -169,6 +169,14 @@ static inline double json_value(const cJSON *object, const char *key) {
   return cJSON_IsNumber(item) ? item->valuedouble : strtod("nan", NULL);
 }
 
+/* How often a text occurs in another. */
+static inline int text_count(const char *text, const char *part) {
+  int count = 0;
+  for (const char *at = strstr(text, part); at != NULL; at = strstr(at + 1, part))
+    count++;
+  return count;
+}
+
 /* Whether standard error is `lines` lines, none of them empty. */
 static inline bool line_count_is(const char *text, int lines) {
   int count = 0;
