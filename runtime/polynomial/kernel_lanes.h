@@ -8,8 +8,7 @@
  *   v8_sum(a)                  ((0+4)+(2+6))+((1+5)+(3+7))
  *   v8_sums(a, ..., h)         the v8_sum of each of eight
  *   v8_two(s, t)               s and t in the first lanes, zeros in the others
- *   ROWS_MANY, ROWS_FEW        rows taken at once, 1 to 8: with one sum a row, or with more
- * products
+ *   ROWS_MANY, ROWS_FEW        rows taken at once, 1 to 8: at one point, and at two
  *
  * and, to replace the defaults below,
  *   V8_MASKS    v8_mask, v8_range(lo, hi)  the lanes lo <= s < hi; lo and hi may be any number

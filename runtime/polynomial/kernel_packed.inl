@@ -111,6 +111,11 @@ INLINE v8 group_sums(bool single, work_on what, int rows, const packed_block *k,
   const v8 q = l ? v8_set1(l->q) : v8_zero(), own_x = own ? v8_set1(own->x) : v8_zero();
   const coefficients *b = &k->b;
 
+  // the addresses of the lists, which the compiler would read again after each store
+  double *list[THRUM_PACK_ROWS] = {NULL};
+  for (int r = 0; l && r < rows; r++)
+    list[r] = l->list[r];
+
   // columns that only have sums
   int64_t v = 0;
   if (what == WORK_BOTH)
@@ -134,7 +139,7 @@ INLINE v8 group_sums(bool single, work_on what, int rows, const packed_block *k,
     if (adds)                                                                                      \
       w_v = v8_add(w_v, v8_mul(factor.r[k], part));                                                \
     if (l)                                                                                         \
-      v8_store(l->list[k] + v, v8_add(v8_load(l->list[k] + v), v8_mul(q, part)));                  \
+      v8_store(list[k] + v, v8_add(v8_load(list[k] + v), v8_mul(q, part)));                        \
   }
     EACH_8(X)
 #undef X
@@ -215,8 +220,8 @@ INLINE void group_work(bool single, work_on what, int rows, const packed_block *
  * sums overwrite the zeros behind the last ones. */
 INLINE void block_work(bool single, work_on what, const packed_block *b, const point *p,
                        const row_lists *l, const own_row *own) {
-  // passes with more to hold take fewer rows at a time
-  const int64_t most = what == WORK_TWICE || what == WORK_LISTS ? ROWS_FEW : ROWS_MANY;
+  // two points have twice as much to hold
+  const int64_t most = what == WORK_TWICE ? ROWS_FEW : ROWS_MANY;
   for (int64_t first = b->first / THRUM_PACK_ROWS * THRUM_PACK_ROWS; first < b->rows;
        first += THRUM_PACK_ROWS) {
     // the group's size and how many of its rows the pass takes
