@@ -174,21 +174,47 @@ def cost_at(runs, error):
     return min(costs) if costs else math.inf
 
 
+WORK_ERRORS = (0.1, 0.03, 0.01, 0.001)
+
+
+def work_costs():
+    """For each body, start and error: the cost of each scheme, infinite where it does not reach the error."""
+    runs = rows("work_precision", "work_precision.csv")
+    return {(model, start, error): {scheme: cost_at([r for r in runs if (r["model"], r["start"], r["scheme"]) ==
+                                                     (model, start, scheme)], error) for scheme in schemes(runs)}
+            for model, start in dict.fromkeys((r["model"], r["start"]) for r in runs) for error in WORK_ERRORS}
+
+
 def work_precision():
     """For each body, start and error: the cheapest scheme, and the cost of the default over its."""
-    runs = rows("work_precision", "work_precision.csv")
-    levels = (0.1, 0.03, 0.01, 0.001)
+    body = {}
+    for (model, start, _), costs in work_costs().items():
+        best = min(costs, key=costs.get)
+        over = f"{DEFAULT} {costs[DEFAULT] / costs[best]:.2f}" if math.isfinite(costs[DEFAULT]) else f"{DEFAULT} –"
+        body.setdefault((model, start), [model, start]).append(
+            f"{best} {1e3 * costs[best]:.2g} ms, {over}" if math.isfinite(costs[best]) else "–")
+    return table(["model", "start"] + [f"error {100 * error:g} %" for error in WORK_ERRORS], body.values())
+
+
+def work_means():
+    """For each scheme over all bodies, starts and errors: what it costs over the cheapest one."""
+    costs = work_costs()
+    best = {cell: min(each.values()) for cell, each in costs.items()}
+    names = [name for name in next(iter(costs.values())) if name not in NARROW]
+
+    # geometric means over the cells that are reached
+    def mean(over, start):
+        reached = [math.log(x) for cell, x in over.items() if start in (None, cell[1]) and math.isfinite(x)]
+        return f"{math.exp(sum(reached) / len(reached)):.2f}"
+
     body = []
-    for model, start in dict.fromkeys((r["model"], r["start"]) for r in runs):
-        line = [model, start]
-        for error in levels:
-            costs = {scheme: cost_at([r for r in runs if (r["model"], r["start"], r["scheme"]) == (model, start, scheme)],
-                                     error) for scheme in schemes(runs)}
-            best = min(costs, key=costs.get)
-            over = f"{DEFAULT} {costs[DEFAULT] / costs[best]:.2f}" if math.isfinite(costs[DEFAULT]) else f"{DEFAULT} –"
-            line.append(f"{best} {1e3 * costs[best]:.2g} ms, {over}" if math.isfinite(costs[best]) else "–")
-        body.append(line)
-    return table(["model", "start"] + [f"error {100 * error:g} %" for error in levels], body)
+    for name in names:
+        over = {cell: each[name] / best[cell] for cell, each in costs.items()}
+        finite = [x for x in over.values() if math.isfinite(x)]
+        body.append([f"`{name}`", str(sum(x == 1 for x in finite)), str(len(over) - len(finite)), mean(over, "smooth"),
+                     mean(over, "impulse"), mean(over, None), f"{max(finite):.1f}"])
+    return table(["scheme", "cheapest in", "does not reach", "mean after smooth starts", "after impulses", "of all", "worst"],
+                 body)
 
 
 def extreme_name(run):
@@ -428,7 +454,7 @@ def mujoco():
 
 
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
-                                           work_precision, extremes, linear, tradeoff,
+                                           work_precision, work_means, extremes, linear, tradeoff,
                                            tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles,
                                            before_after, mujoco, model_errors)}
 
