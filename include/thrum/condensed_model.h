@@ -23,8 +23,8 @@
  * model (THRUM_MISSING) and never shows a body without its slaves.
  *
  * The cost: the slaves have no inertia and do not vibrate. thrum_condensed_inertia_share says
- * how much of the kinetic energy that leaves out. Sources: Vizzaccaro et al. 2020, doi:10.1007/s11071-020-05813-1; Touze et al. 2021,
- * doi:10.1007/s00466-021-02051-1.
+ * how much of the kinetic energy that leaves out. Sources: Vizzaccaro et al. 2020,
+ * doi:10.1007/s11071-020-05813-1; Touze et al. 2021, doi:10.1007/s00466-021-02051-1.
  *
  * Pure functions; any thread; nothing allocated.
  *
