@@ -111,6 +111,7 @@ static void add_cubature(cJSON *object, const precompute_request *request,
   json_number(cubature, "error_wanted", request->options.cubature_error);
   json_number(cubature, "train_error", figures->train_error);
   json_number(cubature, "test_error", figures->test_error);
+  json_number(cubature, "force_cost", figures->force_cost);
 }
 
 /* Where the basis comes from, if not from modes of the body. */
@@ -410,12 +411,18 @@ void precompute_print_table(const precompute_outcome *outcome) {
     printf("%-18ssingle, force wrong by %.1e of itself at most, of 16 samples\n", "precision",
            result->single_error);
 
-  if (outcome->request->options.cubature)
+  // points against the polynomial that they replace
+  if (outcome->request->options.cubature) {
     printf("%-18s%" PRId64 " points of %" PRId64 ", force wrong by %.2g %% in %" PRId64
            " states of training, %.2g %% in %" PRId64 " others (rms)\n",
            "cubature", result->cubature.points, result->cubature.candidates,
            100 * result->cubature.train_error, result->cubature.states,
            100 * result->cubature.test_error, result->cubature.test_states);
+    printf("%-18s%s: a force takes about %.2g times as long as by the polynomial\n", "",
+           result->cubature.force_cost < 1 ? "recommended"
+                                           : "not recommended, leave --cubature out",
+           result->cubature.force_cost);
+  }
 
   printf("%-18s%.2f s, peak %.0f MB\n", "took", outcome->seconds_total, clock_peak_mb());
   precompute_print_stages(result, outcome->request->options.cubature, &outcome->training);

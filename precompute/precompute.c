@@ -359,7 +359,13 @@ static thrum_status make_points(pipeline *p, const thrum_reporter *reporter, thr
                                   .most = p->options.cubature_points,
                                   .range = p->options.cubature_range,
                                   .masters = k > 0 && k < r ? k : (r + 1) / 2};
-  return thrum_cubature(&p->fem, &def, &p->result.model, &p->result.cubature, reporter, error);
+  thrum_model *model = &p->result.model;
+  THRUM_TRY(thrum_cubature(&p->fem, &def, model, &p->result.cubature, reporter, error));
+
+  // as a large model is packed: that changes the force by far less than any choice of points
+  thrum_single_round(thrum_model_writable(model->point_gradients),
+                     9 * model->point_count * model->rank);
+  return THRUM_OK;
 }
 
 // linear, c3 and c4: the imported ones in the new coordinates, or the body's

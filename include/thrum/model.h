@@ -99,12 +99,13 @@ typedef struct thrum_model {
 #define X(type, name, rows, columns, presence, meaning) const thrum_##type *name;
   THRUM_MODEL_ARRAYS(X)
 #undef X
-  /* c3 and c4 in the orders of the passes over them: see thrum_model_pack in thrum/polynomial.h;
-   * NULL: none */
+  /* c3 and c4, or point_gradients, in the orders of the passes over them: see thrum_model_pack in
+   * thrum/polynomial.h; NULL: none */
   const double *packed;
   const float *packed_single;
   int64_t packed_count; /* numbers in each of the first two orders, one after the other */
-  const double *packed_c3, *packed_c4; /* the arrays packed; a copy with others is not packed */
+  /* the arrays packed; a copy with others is not packed */
+  const double *packed_c3, *packed_c4, *packed_gradients;
   /* what thrum_model_identity found when the model was made; a state steps with models of the
    * identity of its own alone. 0: a model made by hand that was given none */
   uint64_t identity;

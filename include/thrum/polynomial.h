@@ -7,7 +7,7 @@
  *
  * or, of a model with cubature points, V = 1/2 sum w_i^2 q_i^2 + the sum of the nonlinear part of
  * the strain energy at the points times their weights (docs/mathematics/18_cubature.md); no
- * function below tells the two apart but thrum_model_pack, which is of coefficients alone.
+ * function below tells the two apart.
  *
  * The evaluations take `work`, scratch of thrum_work_count(model) doubles that no other argument
  * overlaps; its content is undefined before and after. Nothing is allocated; the model is only
@@ -53,7 +53,8 @@ THRUM_API void thrum_tangent_product(const thrum_model *model, const double *q, 
 THRUM_API int64_t thrum_c3_index(int64_t rank, int64_t i, int64_t j, int64_t k);
 THRUM_API int64_t thrum_c4_index(int64_t rank, int64_t i, int64_t j, int64_t k, int64_t l);
 
-/* Bytes that thrum_model_pack needs for a model of rank 1 to THRUM_RANK_MAX. */
+/* Bytes that thrum_model_pack needs for a model of rank 1 to THRUM_RANK_MAX, of coefficients or of
+ * points. */
 THRUM_API size_t thrum_model_pack_size(const thrum_model *model);
 
 /* Lays c3 and c4 out twice more, in `memory` (aligned to 64, thrum_model_pack_size bytes, which
@@ -62,7 +63,8 @@ THRUM_API size_t thrum_model_pack_size(const thrum_model *model);
  * thrum_model_init, _load and _truncate are packed; one of thrum_model_view or made by hand gives
  * the same bits unpacked, but its steps take plain C and many times as long, tangents most of all.
  * Before any other thread uses the model. Large models all of whose coefficients are
- * single-precision numbers are packed as such. Allocates nothing. */
+ * single-precision numbers are packed as such. Of a model of points the gradients are laid out once
+ * more, eight points side by side, by the same rule. Allocates nothing. */
 THRUM_API thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_size,
                                         thrum_error *error);
 

@@ -79,9 +79,12 @@ static bool in_range(const double *values, int64_t count) {
   return true;
 }
 
-static void round_all(double *values, int64_t count) {
+bool thrum_single_round(double *values, int64_t count) {
+  if (!in_range(values, count))
+    return false;
   for (int64_t k = 0; k < count; k++)
     values[k] = (double)(float)values[k];
+  return true;
 }
 
 thrum_status thrum_single_precision_round(const thrum_model *model, double *worst,
@@ -115,8 +118,8 @@ thrum_status thrum_single_precision_round(const thrum_model *model, double *wors
     thrum_internal_force(&packed, q + s * r, before + s * r, work);
   }
 
-  round_all(thrum_model_writable(model->c3), model->c3_count);
-  round_all(thrum_model_writable(model->c4), model->c4_count);
+  thrum_single_round(thrum_model_writable(model->c3), model->c3_count);
+  thrum_single_round(thrum_model_writable(model->c4), model->c4_count);
   thrum_model_pack(&packed, pack_memory, packed_size, NULL);
 
   // the same points afterwards

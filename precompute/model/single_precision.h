@@ -2,6 +2,9 @@
 #ifndef THRUM_PRECOMPUTE_MODEL_SINGLE_PRECISION_H
 #define THRUM_PRECOMPUTE_MODEL_SINGLE_PRECISION_H
 
+#include <stdbool.h>
+#include <stdint.h>
+
 #include "thrum/thrum.h"
 
 /* Rounds c3 and c4 of a model, whose arrays may be written, to the nearest single-precision
@@ -10,5 +13,9 @@
  * their range; THRUM_OUT_OF_MEMORY. */
 thrum_status thrum_single_precision_round(const thrum_model *model, double *worst,
                                           thrum_error *error);
+
+/* Rounds `count` numbers to single precision, in place; false where one of them is beyond its
+ * range, and then all stay. */
+bool thrum_single_round(double *values, int64_t count);
 
 #endif

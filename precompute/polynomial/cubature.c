@@ -24,6 +24,7 @@
 #include "platform/allocate.h"
 #include "precompute/fem/fem_tet.h"
 #include "precompute/polynomial/nonnegative.h"
+#include "runtime/base/vec3.h"
 
 #define TEST_STATES 40 /* to judge by */
 #define STATES (THRUM_CUBATURE_STATES - TEST_STATES)
@@ -42,6 +43,7 @@ typedef struct cubature {
   double *q, *force;   /* rank a state: coordinates; nonlinear force over its norm, in the norm */
   double *scale;       /* a state: 1 / |R| */
   double *norm;        /* rank: 1 / w_i */
+  double reach;        /* largest displacement of a state [m] */
   double *field, *force_field, *other_field; /* 3 vertex_count */
   double *products[2], *projections[2], target[2];
   uint64_t random;
@@ -76,20 +78,6 @@ static double largest(const cubature *c) {
   return sqrt(most);
 }
 
-/* Diagonal of the box around the mesh [m]. */
-static double diagonal(const thrum_model *model) {
-  double sum = 0;
-  for (int axis = 0; axis < 3; axis++) {
-    double low = INFINITY, high = -INFINITY;
-    for (int64_t v = 0; v < model->vertex_count; v++) {
-      low = fmin(low, model->vertices[3 * v + axis]);
-      high = fmax(high, model->vertices[3 * v + axis]);
-    }
-    sum += (high - low) * (high - low);
-  }
-  return sqrt(sum);
-}
-
 /* What the coordinates from k on do while the others are at q: adds it to q. */
 static void follow(cubature *c, bool exactly, double *q) {
   const int64_t k = c->def->masters, rows = 3 * c->model->vertex_count;
@@ -117,7 +105,7 @@ static void make_state(cubature *c, int64_t s) {
   // as far as the range allows
   expand(c, q, c->field);
   const double share = SMALLEST + (1 - SMALLEST) * (0.5 + 0.5 * draw(c));
-  const double reach = c->def->range * diagonal(c->model) * share / largest(c);
+  const double reach = c->reach * share / largest(c);
   for (int64_t i = 0; i < c->def->masters; i++)
     q[i] *= reach;
   follow(c, s % 2 == 0, q);
@@ -246,6 +234,12 @@ static double error_of(const cubature *c, int set, int64_t used, const int64_t *
   return sqrt(thrum_squares_of(&squares, used, places, x) / (set == 0 ? STATES : TEST_STATES));
 }
 
+/* The time of a force over that of the polynomial with as many coordinates. */
+static double cost_of(int64_t points, int64_t rank) {
+  return THRUM_CUBATURE_POINT_COST * (double)(points * rank) /
+         (double)(thrum_c3_count(rank) + thrum_c4_count(rank));
+}
+
 static bool enough(void *context, int64_t used, const int64_t *places, const double *x) {
   const cubature *c = context;
   // many points are judged now and then, as that takes the square of their number
@@ -276,7 +270,8 @@ static thrum_status choose_points(cubature *c, int64_t *places, double *x, int64
                                       .states = STATES,
                                       .test_states = TEST_STATES,
                                       .train_error = error_of(c, 0, *used, places, x),
-                                      .test_error = error_of(c, 1, *used, places, x)};
+                                      .test_error = error_of(c, 1, *used, places, x),
+                                      .force_cost = cost_of(*used, c->rank)};
   if (*used == 0)
     return thrum_error_set(error, THRUM_NOT_CONVERGED,
                            "no cubature point lowers the error of the force: the body has no "
@@ -330,6 +325,7 @@ thrum_status thrum_cubature(const thrum_fem *fem, const thrum_cubature_def *def,
                 .def = def,
                 .model = model,
                 .rank = r,
+                .reach = def->range * thrum_box3_diagonal(model->vertices, model->vertex_count),
                 .count = all < THRUM_CUBATURE_CANDIDATES ? all : THRUM_CUBATURE_CANDIDATES,
                 .random = 1,
                 .reporter = reporter};

@@ -48,13 +48,15 @@
 #include "runtime/dynamics/discrete_gradient_private.h"
 #include "runtime/dynamics/frequency_matching.h"
 #include "runtime/dynamics/spurious_work.h"
+#include "runtime/polynomial/points.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-#define ENERGY_TOLERANCE 1e-5 /* of the trapezoidal discrete gradient, unless the def has one */
-#define JACOBIAN_STEPS 8      /* most steps between two Jacobians that are planned */
-#define JUMP_MOST 1e-4        /* work of a load jump on a carried correction, over |p|^2 */
-#define STEP_FADE 0.99        /* of the largest increment lately, from step to step */
-#define CONTRACTION_FADE 0.25 /* of a smaller contraction that enters the remembered one */
+#define ENERGY_TOLERANCE 1e-5    /* of the trapezoidal discrete gradient, unless the def has one */
+#define JACOBIAN_STEPS 8         /* most steps between two Jacobians that are planned; */
+#define JACOBIAN_STEPS_POINTS 32 /* of cubature points, whose tangent takes twenty forces */
+#define JUMP_MOST 1e-4           /* work of a load jump on a carried correction, over |p|^2 */
+#define STEP_FADE 0.99           /* of the largest increment lately, from step to step */
+#define CONTRACTION_FADE 0.25    /* of a smaller contraction that enters the remembered one */
 
 bool thrum_momentum_take(const thrum_solver *s, double energy_error, double most,
                          const double *from, double *to) {
@@ -213,7 +215,10 @@ thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *stat
 }
 
 /* Keeps what the step has shown of the inverse, and plans when it is to be replaced. */
-static void keep_inverse_plan(thrum_state *next, const thrum_solve_report *report) {
+static void keep_inverse_plan(const thrum_model *model, thrum_state *next,
+                              const thrum_solve_report *report) {
+  const int32_t most = thrum_has_points(model) ? JACOBIAN_STEPS_POINTS : JACOBIAN_STEPS;
+
   // a contraction that grows counts at once
   const double measured = fmin(report->contraction, 1.0), known = next->contraction;
   if (measured >= 0.0)
@@ -222,7 +227,7 @@ static void keep_inverse_plan(thrum_state *next, const thrum_solve_report *repor
   if (!report->refreshed) {
     // at rest none is made
     if (next->jacobian_due <= next->report.steps)
-      next->jacobian_due = next->report.steps + JACOBIAN_STEPS;
+      next->jacobian_due = next->report.steps + most;
     return;
   }
 
@@ -231,13 +236,12 @@ static void keep_inverse_plan(thrum_state *next, const thrum_solve_report *repor
   if (report->late_refresh)
     next->jacobian_interval = interval > 1 ? interval / 2 : 1;
   else
-    next->jacobian_interval =
-        interval > 0 && interval < JACOBIAN_STEPS ? interval + 1 : JACOBIAN_STEPS;
+    next->jacobian_interval = interval > 0 && interval < most ? interval + 1 : most;
   next->jacobian_step = next->report.steps;
   next->jacobian_due = next->report.steps + next->jacobian_interval;
 }
 
-void thrum_energy_keep(thrum_state *next, const thrum_state_view *view,
+void thrum_energy_keep(const thrum_model *model, thrum_state *next, const thrum_state_view *view,
                        const thrum_solve_report *report) {
   const size_t vector = (size_t)next->rank * sizeof(double);
   const bool known = report->potential_known;
@@ -257,7 +261,7 @@ void thrum_energy_keep(thrum_state *next, const thrum_state_view *view,
   memcpy(view->p_corrected, view->p_corrected_next, vector);
   next->step_recent = fmax(report->step, STEP_FADE * next->step_recent);
   next->report.single_steps += report->iterations == 0 ? 1 : 0;
-  keep_inverse_plan(next, report);
+  keep_inverse_plan(model, next, report);
   thrum_spurious_work_enter(next, report);
 }
 

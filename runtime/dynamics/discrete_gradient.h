@@ -36,7 +36,7 @@ thrum_solver thrum_energy_problem(const thrum_model *model, const thrum_state *s
                                   thrum_state_view *view, thrum_solve_report *report);
 
 /* Keeps what the next step starts from, in the header to be and in the state's arrays. */
-void thrum_energy_keep(thrum_state *next, const thrum_state_view *view,
+void thrum_energy_keep(const thrum_model *model, thrum_state *next, const thrum_state_view *view,
                        const thrum_solve_report *report);
 
 /* Forgets all of it, and what was learnt about the solves. */

@@ -14,7 +14,7 @@
 #include "runtime/dynamics/spurious_work.h"
 #include "runtime/dynamics/state_layout.h"
 #include "runtime/dynamics/state_private.h"
-#include "runtime/polynomial/points.h"
+#include "runtime/polynomial/packed.h"
 
 /* Steps and counters beyond this could overflow when they are counted on. */
 #define COUNT_MAX (INT64_C(1) << 62)

@@ -78,7 +78,7 @@ static void remember_solve(thrum_state *next, const thrum_state_view *view,
 }
 
 /* The history that the next solve begins with. */
-static void remember(thrum_state *next, const thrum_state_view *view,
+static void remember(const thrum_model *model, thrum_state *next, const thrum_state_view *view,
                      const thrum_solve_report *report) {
   const int64_t step = next->report.steps;
   if (report->solved)
@@ -88,7 +88,7 @@ static void remember(thrum_state *next, const thrum_state_view *view,
   if (report->discrete_failed)
     next->average_field_end = step + 1 + AVERAGE_FIELD_STEPS;
 
-  thrum_energy_keep(next, view, report);
+  thrum_energy_keep(model, next, view, report);
 
   // a Jacobian of full Newton is factored, not inverted, and is not kept
   double *inverse = view->inverse[0];
@@ -127,7 +127,7 @@ static void count_step(thrum_state *next, const thrum_solve_report *report) {
 }
 
 /* Writes the candidates and the header to be into the state. */
-static void commit(thrum_step_run *run, double amplitude) {
+static void commit(const thrum_model *model, thrum_step_run *run, double amplitude) {
   thrum_state *next = &run->next;
   const thrum_state_view *view = &run->view;
   const size_t vector = (size_t)next->rank * sizeof(double);
@@ -152,7 +152,7 @@ static void commit(thrum_step_run *run, double amplitude) {
   }
 
   // the header last: the parts before still need the number of the step
-  remember(next, view, &run->report);
+  remember(model, next, view, &run->report);
   count_step(next, &run->report);
   next->amplitude = fmax(next->amplitude, amplitude);
   *run->state = *next;
@@ -314,7 +314,7 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
   run->next.report.dissipated = dissipated;
   thrum_stability_after(model, &run->next, &run->view, &run->report);
   thrum_energy_correction_after(model, &run->next, &run->view, &run->report);
-  commit(run, amplitude);
+  commit(model, run, amplitude);
 
   // what the state is worth says more than how its step was made, and a fallback more than a switch
   // some time ago

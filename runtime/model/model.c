@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "runtime/model/model_layout.h"
-#include "runtime/polynomial/packed.h"
+#include "runtime/polynomial/points.h"
 #include "thrum/polynomial.h"
 
 static int is_aligned(const void *p) {
@@ -53,10 +53,11 @@ static size_t block_size(const thrum_layout *layout) {
   }
 
   // a condensed model is packed when it is made steppable
-  if (layout->data[THRUM_ARRAY_c3] == NULL)
+  thrum_model model;
+  thrum_layout_to_model(layout, &model);
+  if (!thrum_has_energy(&model))
     return size;
-  const size_t packed =
-      thrum_round_up((size_t)thrum_pack_all(layout->size[THRUM_SIZE_rank]) * sizeof(double));
+  const size_t packed = thrum_round_up(thrum_model_pack_size(&model));
   return packed > PTRDIFF_MAX - size ? 0 : size + packed;
 }
 
@@ -115,7 +116,7 @@ thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file
   // behind them the packed coefficients, which the kernels read
   thrum_layout_to_model(&layout, memory);
   thrum_model *made = memory;
-  if (layout.data[THRUM_ARRAY_c3] != NULL)
+  if (thrum_has_energy(made))
     THRUM_TRY(
         thrum_model_pack(made, next, needed - (size_t)(next - (unsigned char *)memory), error));
   made->identity = thrum_model_identity(made);

@@ -93,7 +93,7 @@ void thrum_layout_to_model(const thrum_layout *layout, thrum_model *model) {
   model->packed = NULL;
   model->packed_single = NULL;
   model->packed_count = 0;
-  model->packed_c3 = model->packed_c4 = NULL;
+  model->packed_c3 = model->packed_c4 = model->packed_gradients = NULL;
   model->identity = 0;
   model->shape = NULL;
   model->follow = model->follow_by_pair = NULL;

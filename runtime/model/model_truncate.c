@@ -21,7 +21,10 @@ static parts parts_of(const thrum_model *model, int64_t rank) {
              .axis_mass = model->axis_mass ? 3 * (size_t)rank : 0,
              .basis = model->basis ? 3 * (size_t)model->vertex_count * (size_t)rank : 0};
 
-  // points are not packed
+  // the same model of fewer columns says how much of it is packed
+  thrum_model lower = *model;
+  lower.rank = rank;
+  p.packed = thrum_model_pack_size(&lower) / sizeof(double);
   if (thrum_has_points(model)) {
     p.weights = (size_t)model->point_count;
     p.moduli = 2 * p.weights;
@@ -30,7 +33,6 @@ static parts parts_of(const thrum_model *model, int64_t rank) {
   }
   p.c3 = (size_t)thrum_c3_count(rank);
   p.c4 = (size_t)thrum_c4_count(rank);
-  p.packed = (size_t)thrum_pack_all(rank);
   return p;
 }
 
@@ -135,8 +137,7 @@ thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_
   lower.point_gradients = p.gradients > 0 ? gradients : NULL;
   lower.axis_mass = model->axis_mass ? axis_mass : NULL;
   lower.basis = model->basis ? basis : NULL;
-  if (p.packed > 0)
-    THRUM_TRY(thrum_model_pack(&lower, at, size - (size_t)(at - (unsigned char *)memory), error));
+  THRUM_TRY(thrum_model_pack(&lower, at, size - (size_t)(at - (unsigned char *)memory), error));
   lower.identity = thrum_model_identity(&lower);
   memcpy(memory, &lower, sizeof lower);
   *truncated = memory;

@@ -12,6 +12,8 @@
 #define INLINE static inline __attribute__((always_inline, target("avx512f")))
 #define ROWS_MANY 8
 #define ROWS_FEW 4
+#define POINT_SUMS 9
+#define POINT_COLUMNS 8
 #define PASS static TARGET
 
 typedef __m512d v8;

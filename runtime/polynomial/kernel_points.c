@@ -8,9 +8,10 @@
 #include "runtime/polynomial/kernel_points.h"
 #include "runtime/polynomial/points.h"
 
-#include <math.h>
+#include <string.h>
 
 #include "runtime/base/lane_sums.h"
+#include "runtime/polynomial/packed.h"
 
 #define INLINE static inline
 #define PASS static
@@ -29,6 +30,13 @@ INLINE v8 v8_zero(void) {
 }
 
 INLINE v8 v8_load(const double *p) {
+  v8 v;
+  for (int i = 0; i < 8; i++)
+    v.lane[i] = p[i];
+  return v;
+}
+
+INLINE v8 v8_load_single(const float *p) {
   v8 v;
   for (int i = 0; i < 8; i++)
     v.lane[i] = p[i];
@@ -73,21 +81,43 @@ INLINE v8 v8_sums(v8 a, v8 b, v8 c, v8 d, v8 e, v8 f, v8 g, v8 h) {
 
 const thrum_kernel thrum_points_reference = THRUM_POINTS_TABLE(THRUM_KERNEL_REFERENCE);
 
-void thrum_points_along(const thrum_model *model, int64_t j, double *c3, double *c4) {
-  // a coordinate at which the gradients are of order 1, so that all terms are of one size
-  const int64_t r = model->rank;
-  double most = 0, plus[THRUM_RANK_MAX] = {0}, minus[THRUM_RANK_MAX] = {0};
-  double at[THRUM_RANK_MAX] = {0};
-  for (int64_t k = 0; k < THRUM_POINT_ROWS * model->point_count; k++)
-    most = fmax(most, fabs(model->point_gradients[k * r + j]));
+/* The gradients of coordinate j at the points of block b, zero behind the last point. */
+static v8_matrix gradients_of(const thrum_model *model, int64_t b, int64_t j) {
+  v8_matrix g = {{{{0}}}};
+  for (int64_t k = 0; k < 8 && 8 * b + k < model->point_count; k++)
+    for (int64_t c = 0; c < THRUM_POINT_ROWS; c++)
+      g.at[c].lane[k] =
+          model->point_gradients[(THRUM_POINT_ROWS * (8 * b + k) + c) * model->rank + j];
+  return g;
+}
 
-  // what is even in q_j of the force is of degree 2, what is even in V of degree 4
-  const double t = most > 0 ? 1.0 / most : 1.0;
-  at[j] = t;
-  const double forward = points_force(model, point_all(model), at, plus);
-  at[j] = -t;
-  const double backward = points_force(model, point_all(model), at, minus);
-  for (int64_t s = 0; s < r; s++)
-    c3[s] = 0.5 * (plus[s] + minus[s]) / (t * t);
-  *c4 = 0.5 * (forward + backward) / (t * t * t * t);
+/* to (rank) += P : G_s at the points of block b. */
+static void add_forces(const thrum_model *model, int64_t b, const v8_matrix *p, double *to) {
+  for (int64_t k = 0; k < 8 && 8 * b + k < model->point_count; k++)
+    for (int64_t c = 0; c < THRUM_POINT_ROWS; c++) {
+      const double *row =
+          model->point_gradients + (THRUM_POINT_ROWS * (8 * b + k) + c) * model->rank;
+      for (int64_t s = 0; s < model->rank; s++)
+        to[s] += p->at[c].lane[k] * row[s];
+    }
+}
+
+void thrum_points_along(const thrum_model *model, int64_t j, double *c3, double *c4) {
+  memset(c3, 0, (size_t)model->rank * sizeof *c3);
+  double quartic = 0;
+  for (int64_t b = 0; b < thrum_point_blocks(model); b++) {
+    // the part of the stress of degree 2 along j is C:N + G C:sym G
+    point_state at = {.g = gradients_of(model, b, j), .m = point_moduli(model, b)};
+    const v8_symmetric linear = v8_linear_strain(&at.g);
+    at.n = v8_quadratic_strain(&at.g);
+    at.t = v8_stress(at.m.lambda, at.m.mu, &at.n);
+    at.s = v8_stress(at.m.lambda, at.m.mu, &linear);
+    const v8_matrix second = point_force(&at);
+    add_forces(model, b, &second, c3);
+
+    // that of V of degree 4 is N:C:N/2
+    at.s = at.t;
+    quartic += v8_sum(point_energy(&at));
+  }
+  *c4 = quartic;
 }

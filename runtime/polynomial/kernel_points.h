@@ -7,8 +7,7 @@
 
 #include "thrum/model.h"
 
-/* c3_jjs of all s != j, into c3 (rank), and c4_jjjj of a model of points, from V along coordinate
- * j. The rank is THRUM_RANK_MAX at most. */
+/* c3_jjs of all s != j, into c3 (rank), and c4_jjjj of a model of points. */
 void thrum_points_along(const thrum_model *model, int64_t j, double *c3, double *c4);
 
 #endif

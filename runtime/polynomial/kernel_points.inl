@@ -1,16 +1,28 @@
 /* The passes over cubature points (runtime/polynomial/points.h), over vectors of 8 lanes, for a
- * file that has included runtime/polynomial/kernel_lanes.h. Where a gradient meets the coordinates,
- * lanes are coordinates and each of its nine sums is in lanes i mod 8; in the law of the material,
- * lanes are points; in the tangent they are coordinates again. A force adds up points in ascending
- * order, and the components of each.
+ * file that has included runtime/polynomial/kernel_lanes.h. Lanes are the points of a block
+ * throughout: a gradient sums its coordinates in ascending order; forces and tangents sum the nine
+ * components, and then the blocks, in lanes, which are added at the end (a tangent's in each
+ * block).
+ *
+ * Cost: a force takes 18 products and sums for each coordinate and point and reads each gradient
+ * once from where it lies and once more from the cache nearest to it; a tangent 9 r (r + 8)/2 for
+ * each point.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 
+#include "runtime/polynomial/packed.h"
 #include "runtime/polynomial/points.h"
 
-/* Sums of three components at once, which leave registers for the loads. */
+/* Components that are summed at once: as many as leave registers for the loads. */
+#ifndef POINT_SUMS
 #define POINT_SUMS 3
+#endif
+
+/* Columns of a tangent that are summed at once. */
+#ifndef POINT_COLUMNS
+#define POINT_COLUMNS 4
+#endif
 
 /* A matrix by rows, and a symmetric one: xx, yy, zz, xy, yz, zx; one number in each lane. */
 typedef struct v8_matrix {
@@ -98,48 +110,62 @@ INLINE v8_moduli point_moduli(const thrum_model *model, int64_t block) {
   return m;
 }
 
-/* Three rows of one point's gradients times n coordinates, from `rows` on, `stride` apart. */
-INLINE void point_sums(const double *rows, int64_t stride, int64_t n, const double *q, v8 *sum) {
-  for (int c = 0; c < POINT_SUMS; c++)
-    sum[c] = v8_zero();
-  int64_t i = 0;
-  for (; i + 8 <= n; i += 8) {
-    const v8 x = v8_load(q + i);
-    for (int c = 0; c < POINT_SUMS; c++)
-      sum[c] = v8_add(sum[c], v8_mul(v8_load(rows + c * stride + i), x));
-  }
+/* The gradients of a block, packed in one of two precisions. */
+typedef struct point_block {
+  const double *at;
+  const float *single; /* in place of `at` */
+} point_block;
 
-  // the last lanes that there are
-  if (i < n) {
-    const v8_mask mask = v8_range(0, n - i);
-    const v8 x = v8_load_mask(q + i, mask);
-    for (int c = 0; c < POINT_SUMS; c++)
-      sum[c] = v8_add(sum[c], v8_mul(v8_load_mask(rows + c * stride + i, mask), x));
+/* Block b; where the model is not packed it is gathered into the scratch first. */
+INLINE point_block point_block_of(const thrum_model *model, int64_t b, double *work) {
+  const int64_t at = THRUM_POINT_BLOCK * b * model->rank;
+  point_block block = {work, NULL};
+  if (!thrum_points_are_packed(model))
+    thrum_points_gather(model, b, work);
+  else if (model->packed)
+    block.at = model->packed + at;
+  else
+    block.single = model->packed_single + at;
+  return block;
+}
+
+/* The scratch behind a block. */
+INLINE double *point_scratch(const thrum_model *model, double *work) {
+  return work + THRUM_POINT_BLOCK * model->rank;
+}
+
+INLINE v8 point_load(point_block block, bool single, int64_t at) {
+  return single ? v8_load_single(block.single + at) : v8_load(block.at + at);
+}
+
+/* G at the points of a block, of n coordinates from `first` on. */
+INLINE void point_sums(point_block block, bool single, int64_t first, int64_t n, const double *q,
+                       v8_matrix *g) {
+  for (int c = 0; c < THRUM_POINT_ROWS; c += POINT_SUMS) {
+    v8 sum[POINT_SUMS];
+    for (int k = 0; k < POINT_SUMS; k++)
+      sum[k] = v8_zero();
+    for (int64_t i = 0; i < n; i++) {
+      const v8 x = v8_set1(q[i]);
+      const int64_t at = THRUM_POINT_BLOCK * (first + i) + 8 * c;
+      for (int k = 0; k < POINT_SUMS; k++)
+        sum[k] = v8_add(sum[k], v8_mul(point_load(block, single, at + 8 * k), x));
+    }
+    for (int k = 0; k < POINT_SUMS; k++)
+      g->at[c + k] = sum[k];
   }
 }
 
-/* G at the points of a block: held coordinates (NULL: none), and n more from `first` on. */
-PASS v8_matrix point_gather(const thrum_model *model, int64_t block, const double *held,
-                            int64_t first, int64_t n, const double *q) {
-  const int64_t rank = model->rank, left = model->point_count - 8 * block;
-  const double *rows = model->point_gradients + 8 * THRUM_POINT_ROWS * block * rank + first;
-  v8 sum[THRUM_POINT_ROWS][8];
-  for (int64_t p = 0; p < 8; p++)
-    for (int c = 0; c < THRUM_POINT_ROWS; c += POINT_SUMS) {
-      v8 three[POINT_SUMS];
-      point_sums(rows + (THRUM_POINT_ROWS * p + c) * rank, rank, p < left ? n : 0, q, three);
-      for (int k = 0; k < POINT_SUMS; k++)
-        sum[c + k][p] = three[k];
-    }
-
-  // lanes become points
+/* The same on top of held coordinates (NULL: none) at block b. */
+PASS v8_matrix point_gather(point_block block, int64_t b, const double *held, int64_t first,
+                            int64_t n, const double *q) {
   v8_matrix g;
-  for (int c = 0; c < THRUM_POINT_ROWS; c++) {
-    const v8 *s = sum[c];
-    g.at[c] = v8_sums(s[0], s[1], s[2], s[3], s[4], s[5], s[6], s[7]);
-    if (held)
-      g.at[c] = v8_add(v8_load(held + 8 * (THRUM_POINT_ROWS * block + c)), g.at[c]);
-  }
+  if (block.single)
+    point_sums(block, true, first, n, q, &g);
+  else
+    point_sums(block, false, first, n, q, &g);
+  for (int c = 0; c < THRUM_POINT_ROWS && held; c++)
+    g.at[c] = v8_add(v8_load(held + 8 * (THRUM_POINT_ROWS * b + c)), g.at[c]);
   return g;
 }
 
@@ -150,12 +176,9 @@ typedef struct point_state {
   v8_moduli m;
 } point_state;
 
-INLINE point_state point_strain(const thrum_model *model, int64_t block, const double *held,
-                                int64_t first, int64_t n, const double *q) {
-  point_state at;
-  at.g = point_gather(model, block, held, first, n, q);
-  at.m = point_moduli(model, block);
-  at.n = v8_quadratic_strain(&at.g);
+/* Block b at the gradient g. */
+INLINE point_state point_strain(const thrum_model *model, int64_t b, const v8_matrix *g) {
+  point_state at = {.g = *g, .m = point_moduli(model, b), .n = v8_quadratic_strain(g)};
   const v8_symmetric linear = v8_linear_strain(&at.g), strain = v8_plus(&linear, &at.n);
   at.t = v8_stress(at.m.lambda, at.m.mu, &at.n);
   at.s = v8_stress(at.m.lambda, at.m.mu, &strain);
@@ -193,24 +216,43 @@ INLINE v8_matrix point_stiffness(v8_moduli m, const v8_matrix *g, const v8_symme
   return p;
 }
 
-/* to_i += sum_c P_c G_c,i over the points of a block, of n coordinates from `first` on. */
-PASS void point_scatter(const thrum_model *model, int64_t block, const v8_matrix *force,
-                        int64_t first, int64_t n, double *to) {
-  const int64_t rank = model->rank, left = model->point_count - 8 * block;
-  double p[THRUM_POINT_ROWS][8];
-  for (int c = 0; c < THRUM_POINT_ROWS; c++)
-    v8_store(p[c], force->at[c]);
+/* lanes (8 x n) += sum_c P_c G_c,i of n coordinates from `first` on. */
+INLINE void point_add_lanes(point_block block, bool single, const v8_matrix *force, int64_t first,
+                            int64_t n, double *lanes) {
+  for (int64_t i = 0; i < n; i++) {
+    const int64_t at = THRUM_POINT_BLOCK * (first + i);
+    v8 sum = v8_mul(force->at[0], point_load(block, single, at));
+    for (int c = 1; c < THRUM_POINT_ROWS; c++)
+      sum = v8_add(sum, v8_mul(force->at[c], point_load(block, single, at + 8 * c)));
+    v8_store(lanes + 8 * i, v8_add(v8_load(lanes + 8 * i), sum));
+  }
+}
 
-  // each point in turn
-  const double *rows = model->point_gradients + 8 * THRUM_POINT_ROWS * block * rank + first;
-  for (int64_t k = 0; k < 8 && k < left; k++, rows += THRUM_POINT_ROWS * rank)
-    for (int64_t i = 0; i < n; i += 8) {
-      const v8_mask mask = v8_range(0, n - i);
-      v8 sum = v8_load_mask(to + i, mask);
-      for (int c = 0; c < THRUM_POINT_ROWS; c++)
-        sum = v8_add(sum, v8_mul(v8_set1(p[c][k]), v8_load_mask(rows + c * rank + i, mask)));
-      v8_store_first(to + i, sum, n - i);
-    }
+PASS void point_scatter(point_block block, const v8_matrix *force, int64_t first, int64_t n,
+                        double *lanes) {
+  if (block.single)
+    point_add_lanes(block, true, force, first, n, lanes);
+  else
+    point_add_lanes(block, false, force, first, n, lanes);
+}
+
+/* Eight vectors of lanes, each added up. */
+INLINE v8 point_fold(const double *lanes) {
+  return v8_sums(v8_load(lanes), v8_load(lanes + 8), v8_load(lanes + 16), v8_load(lanes + 24),
+                 v8_load(lanes + 32), v8_load(lanes + 40), v8_load(lanes + 48),
+                 v8_load(lanes + 56));
+}
+
+INLINE void point_clear_lanes(int64_t n, double *lanes) {
+  memset(lanes, 0, (size_t)(8 * thrum_whole(n)) * sizeof *lanes);
+}
+
+/* to (n) += the lanes. */
+PASS void point_add_up(int64_t n, const double *lanes, double *to) {
+  for (int64_t i = 0; i < n; i += 8) {
+    const v8 sum = v8_add(v8_load_range(to + i, 0, n - i), point_fold(lanes + 8 * i));
+    v8_store_first(to + i, sum, n - i);
+  }
 }
 
 /* --- whole evaluations --------------------------------------------------------------------------
@@ -223,10 +265,19 @@ typedef struct point_range {
   int64_t wanted;     /* of these, the first */
 } point_range;
 
-PASS double points_value(const thrum_model *model, point_range range, const double *q) {
+/* The state of block b, with its gradients. */
+INLINE point_state point_state_of(const thrum_model *model, point_block block, int64_t b,
+                                  point_range range, const double *q) {
+  const v8_matrix g = point_gather(block, b, range.held, range.first, range.n, q);
+  return point_strain(model, b, &g);
+}
+
+PASS double points_value(const thrum_model *model, point_range range, const double *q,
+                         double *work) {
   v8 sum = v8_zero();
   for (int64_t b = 0; b < thrum_point_blocks(model); b++) {
-    const point_state at = point_strain(model, b, range.held, range.first, range.n, q);
+    const point_block block = point_block_of(model, b, work);
+    const point_state at = point_state_of(model, block, b, range, q);
     sum = v8_add(sum, point_energy(&at));
   }
   return v8_sum(sum);
@@ -234,118 +285,145 @@ PASS double points_value(const thrum_model *model, point_range range, const doub
 
 /* gradient (wanted) += the forces; returns V's nonlinear part. */
 PASS double points_force(const thrum_model *model, point_range range, const double *q,
-                         double *gradient) {
+                         double *gradient, double *work) {
+  double *lanes = point_scratch(model, work);
+  point_clear_lanes(range.wanted, lanes);
   v8 sum = v8_zero();
   for (int64_t b = 0; b < thrum_point_blocks(model); b++) {
-    const point_state at = point_strain(model, b, range.held, range.first, range.n, q);
+    const point_block block = point_block_of(model, b, work);
+    const point_state at = point_state_of(model, block, b, range, q);
     const v8_matrix force = point_force(&at);
     sum = v8_add(sum, point_energy(&at));
-    point_scatter(model, b, &force, range.first, range.wanted, gradient);
+    point_scatter(block, &force, range.first, range.wanted, lanes);
   }
+  point_add_up(range.wanted, lanes, gradient);
   return v8_sum(sum);
 }
 
 /* The same at two points, from one read of the gradients. */
 PASS void points_forces(const thrum_model *model, const double *const q[2],
                         double *const gradient[2], double value[2], double *work) {
+  const int64_t rank = model->rank;
+  const point_range range = {NULL, 0, rank, rank};
+  double *lanes[2] = {point_scratch(model, work)};
+  lanes[1] = lanes[0] + 8 * thrum_whole(rank);
   v8 sum[2] = {v8_zero(), v8_zero()};
-  (void)work;
-  for (int64_t b = 0; b < thrum_point_blocks(model); b++)
+  for (int k = 0; k < 2; k++)
+    point_clear_lanes(rank, lanes[k]);
+
+  // each block at both
+  for (int64_t b = 0; b < thrum_point_blocks(model); b++) {
+    const point_block block = point_block_of(model, b, work);
     for (int k = 0; k < 2; k++) {
-      const point_state at = point_strain(model, b, NULL, 0, model->rank, q[k]);
+      const point_state at = point_state_of(model, block, b, range, q[k]);
       const v8_matrix force = point_force(&at);
       sum[k] = v8_add(sum[k], point_energy(&at));
-      point_scatter(model, b, &force, 0, model->rank, gradient[k]);
+      point_scatter(block, &force, 0, rank, lanes[k]);
     }
-  for (int k = 0; k < 2; k++)
+  }
+  for (int k = 0; k < 2; k++) {
+    point_add_up(rank, lanes[k], gradient[k]);
     value[k] = v8_sum(sum[k]);
+  }
 }
 
 /* product (wanted) += T v, of v that is zero behind the wanted ones. */
 PASS void points_tangent_vector(const thrum_model *model, int64_t wanted, const double *q,
-                                const double *v, double *product) {
+                                const double *v, double *product, double *work) {
+  const point_range range = {NULL, 0, model->rank, wanted};
+  double *lanes = point_scratch(model, work);
+  point_clear_lanes(wanted, lanes);
   for (int64_t b = 0; b < thrum_point_blocks(model); b++) {
-    const point_state at = point_strain(model, b, NULL, 0, model->rank, q);
-    const v8_matrix d = point_gather(model, b, NULL, 0, wanted, v);
+    const point_block block = point_block_of(model, b, work);
+    const point_state at = point_state_of(model, block, b, range, q);
+    const v8_matrix d = point_gather(block, b, NULL, 0, wanted, v);
     const v8_matrix force = point_stiffness(at.m, &at.g, &at.s, &d);
-    point_scatter(model, b, &force, 0, wanted, product);
+    point_scatter(block, &force, 0, wanted, lanes);
   }
+  point_add_up(wanted, lanes, product);
 }
 
-/* rows (9 x stride) = dP along the gradient of each of n coordinates, at point k of a block. */
-PASS void point_columns(const thrum_model *model, int64_t block, int64_t k, const point_state *at,
-                        int64_t first, int64_t n, int64_t stride, double *to) {
-  const double *rows =
-      model->point_gradients + THRUM_POINT_ROWS * (8 * block + k) * model->rank + first;
-  double lane[8];
-  v8_matrix g;
-  v8_symmetric s;
-  v8_moduli m;
-
-  // one point in all lanes
-#define SPREAD(from, into) (v8_store(lane, (from)), (into) = v8_set1(lane[k]))
-  for (int c = 0; c < THRUM_POINT_ROWS; c++)
-    SPREAD(at->g.at[c], g.at[c]);
-  for (int c = 0; c < 6; c++)
-    SPREAD(at->s.at[c], s.at[c]);
-  SPREAD(at->m.lambda, m.lambda);
-  SPREAD(at->m.mu, m.mu);
-#undef SPREAD
-
-  // eight coordinates at a time
-  for (int64_t i = 0; i < n; i += 8) {
-    const v8_mask mask = v8_range(0, n - i);
-    v8_matrix d;
-    for (int c = 0; c < THRUM_POINT_ROWS; c++)
-      d.at[c] = v8_load_mask(rows + c * model->rank + i, mask);
-    const v8_matrix p = point_stiffness(m, &g, &s, &d);
-    for (int c = 0; c < THRUM_POINT_ROWS; c++)
-      v8_store(to + c * stride + i, p.at[c]);
-  }
-}
-
-/* Rows of the lower triangle, in blocks of 8 whose last columns reach beyond it. */
-PASS void point_square(int64_t n, const double *rows, int64_t rank, const double *columns,
-                       int64_t stride, double *hessian) {
-  for (int64_t top = 0; top < n; top += 8)
-    for (int64_t j = 0; j <= top; j += 8) {
-      v8 y[THRUM_POINT_ROWS];
-      for (int c = 0; c < THRUM_POINT_ROWS; c++)
-        y[c] = v8_load(columns + c * stride + j);
-      const v8_mask mask = v8_range(0, n - j);
-      for (int64_t i = top; i < n && i < top + 8; i++) {
-        double *row = hessian + i * n + j;
-        v8 sum = v8_load_mask(row, mask);
-        for (int c = 0; c < THRUM_POINT_ROWS; c++)
-          sum = v8_add(sum, v8_mul(v8_set1(rows[c * rank + i]), y[c]));
-        v8_store_first(row, sum, n - j);
-      }
+/* columns (8 x THRUM_POINT_BLOCK) = dP along the gradients of `count` coordinates from `first` on,
+ * zero for the others. */
+PASS void point_columns(point_block block, const point_state *at, int64_t first, int64_t count,
+                        double *columns) {
+  for (int64_t j = 0; j < 8; j++, columns += THRUM_POINT_BLOCK) {
+    v8_matrix p, d;
+    for (int c = 0; c < THRUM_POINT_ROWS; c++) {
+      const int64_t from = THRUM_POINT_BLOCK * (first + j) + 8 * c;
+      d.at[c] = j >= count     ? v8_zero()
+                : block.single ? point_load(block, true, from)
+                               : point_load(block, false, from);
     }
+    p = point_stiffness(at->m, &at->g, &at->s, &d);
+    for (int c = 0; c < THRUM_POINT_ROWS; c++)
+      v8_store(columns + 8 * c, p.at[c]);
+  }
+}
+
+/* The products of one coordinate's gradients with eight columns, summed in lanes. */
+INLINE v8 point_row(point_block block, bool single, int64_t i, const double *columns) {
+  v8 g[THRUM_POINT_ROWS], sum[8];
+  for (int c = 0; c < THRUM_POINT_ROWS; c++)
+    g[c] = point_load(block, single, THRUM_POINT_BLOCK * i + 8 * c);
+  for (int j = 0; j < 8; j += POINT_COLUMNS) {
+    const double *from = columns + THRUM_POINT_BLOCK * j;
+    for (int k = 0; k < POINT_COLUMNS; k++)
+      sum[j + k] = v8_mul(g[0], v8_load(from + THRUM_POINT_BLOCK * k));
+    for (int c = 1; c < THRUM_POINT_ROWS; c++)
+      for (int k = 0; k < POINT_COLUMNS; k++)
+        sum[j + k] =
+            v8_add(sum[j + k], v8_mul(g[c], v8_load(from + THRUM_POINT_BLOCK * k + 8 * c)));
+  }
+  return v8_sums(sum[0], sum[1], sum[2], sum[3], sum[4], sum[5], sum[6], sum[7]);
+}
+
+/* Rows from j on of columns j to j + 7 of the hessian; those above the diagonal hold nothing. */
+INLINE void point_square(point_block block, bool single, point_range range, int64_t j,
+                         const double *columns, double *hessian) {
+  const v8_mask mask = v8_range(0, range.n - j);
+  for (int64_t i = j; i < range.n; i++) {
+    double *row = hessian + i * range.n + j;
+    const v8 sum = point_row(block, single, range.first + i, columns);
+    v8_store_first(row, v8_add(v8_load_mask(row, mask), sum), range.n - j);
+  }
+}
+
+/* hessian (n x n), its lower triangle, += T of one block. */
+PASS void point_tangent(point_block block, const point_state *at, point_range range,
+                        double *columns, double *hessian) {
+  for (int64_t j = 0; j < range.n; j += 8) {
+    point_columns(block, at, range.first + j, range.n - j, columns);
+    if (block.single)
+      point_square(block, true, range, j, columns, hessian);
+    else
+      point_square(block, false, range, j, columns, hessian);
+  }
 }
 
 /* hessian (n x n) += T; gradient (n), if not NULL, += the forces; returns V's nonlinear part. */
 PASS double points_tangent(const thrum_model *model, point_range range, const double *q,
                            double *gradient, double *hessian, double *work) {
-  const int64_t n = range.n, stride = thrum_whole(n), rank = model->rank;
+  double *lanes = point_scratch(model, work), *columns = lanes + 8 * thrum_whole(model->rank);
+  point_clear_lanes(range.n, lanes);
   v8 sum = v8_zero();
   for (int64_t b = 0; b < thrum_point_blocks(model); b++) {
-    const point_state at = point_strain(model, b, range.held, range.first, n, q);
+    const point_block block = point_block_of(model, b, work);
+    const point_state at = point_state_of(model, block, b, range, q);
     sum = v8_add(sum, point_energy(&at));
     if (gradient) {
       const v8_matrix force = point_force(&at);
-      point_scatter(model, b, &force, range.first, n, gradient);
+      point_scatter(block, &force, range.first, range.n, lanes);
     }
-    for (int64_t k = 0; k < 8 && 8 * b + k < model->point_count; k++) {
-      point_columns(model, b, k, &at, range.first, n, stride, work);
-      point_square(n, model->point_gradients + THRUM_POINT_ROWS * (8 * b + k) * rank + range.first,
-                   rank, work, stride, hessian);
-    }
+    point_tangent(block, &at, range, columns, hessian);
   }
 
   // both triangles from the lower one
-  for (int64_t i = 0; i < n; i++)
-    for (int64_t j = i + 1; j < n; j++)
-      hessian[i * n + j] = hessian[j * n + i];
+  if (gradient)
+    point_add_up(range.n, lanes, gradient);
+  for (int64_t i = 0; i < range.n; i++)
+    for (int64_t j = i + 1; j < range.n; j++)
+      hessian[i * range.n + j] = hessian[j * range.n + i];
   return v8_sum(sum);
 }
 
@@ -364,14 +442,12 @@ static inline point_range point_left(const thrum_model *model, int64_t split,
 }
 
 static double points_pass_energy(const thrum_model *model, const double *q, double *work) {
-  (void)work;
-  return points_value(model, point_all(model), q);
+  return points_value(model, point_all(model), q, work);
 }
 
 static double points_pass_force(const thrum_model *model, const double *q, double *gradient,
                                 double *work) {
-  (void)work;
-  return points_force(model, point_all(model), q, gradient);
+  return points_force(model, point_all(model), q, gradient, work);
 }
 
 static double points_pass_tangent(const thrum_model *model, const double *q, double *gradient,
@@ -381,30 +457,28 @@ static double points_pass_tangent(const thrum_model *model, const double *q, dou
 
 static void points_pass_tangent_vector(const thrum_model *model, const double *q, const double *v,
                                        double *product, double *work) {
-  (void)work;
-  points_tangent_vector(model, model->rank, q, v, product);
+  points_tangent_vector(model, model->rank, q, v, product, work);
 }
 
 static double points_pass_force_part(const thrum_model *model, int64_t split, const double *q,
                                      double *gradient, double *work) {
   const point_range range = {NULL, 0, model->rank, split};
-  (void)work;
-  return points_force(model, range, q, gradient);
+  return points_force(model, range, q, gradient, work);
 }
 
 static void points_pass_tangent_vector_part(const thrum_model *model, int64_t split,
                                             const double *q, const double *v, double *product,
                                             double *work) {
-  (void)work;
-  points_tangent_vector(model, split, q, v, product);
+  points_tangent_vector(model, split, q, v, product, work);
 }
 
 PASS void points_pass_restrict(const thrum_model *model, int64_t split, const double *q,
                                double *restricted, double *work) {
-  (void)work;
+  const point_range range = {NULL, 0, split, split};
   v8 sum = v8_zero();
   for (int64_t b = 0; b < thrum_point_blocks(model); b++) {
-    const point_state at = point_strain(model, b, NULL, 0, split, q);
+    const point_block block = point_block_of(model, b, work);
+    const point_state at = point_state_of(model, block, b, range, q);
     for (int c = 0; c < THRUM_POINT_ROWS; c++)
       v8_store(restricted + 8 * (THRUM_POINT_ROWS * b + c), at.g.at[c]);
     sum = v8_add(sum, point_energy(&at));
@@ -418,12 +492,11 @@ static double points_pass_restricted_gradient(const thrum_model *model, int64_t 
                                               double *gradient, double *work) {
   const int64_t n = model->rank - split;
   double quadratic = 0;
-  (void)work;
   for (int64_t i = 0; i < n; i++) {
     quadratic += 0.5 * model->omega2[split + i] * q[i] * q[i];
     gradient[i] = model->omega2[split + i] * q[i];
   }
-  const double whole = points_force(model, point_left(model, split, restricted), q, gradient);
+  const double whole = points_force(model, point_left(model, split, restricted), q, gradient, work);
   return quadratic + (whole - restricted[8 * THRUM_POINT_ROWS * thrum_point_blocks(model)]);
 }
 

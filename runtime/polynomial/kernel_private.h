@@ -27,9 +27,10 @@
  *   - The restriction adds up own rows with d ascending. Linear and quadratic terms are in the
  *     order that is not mirrored, and their y is summed over the held columns.
  *
- * Cubature points (runtime/polynomial/kernel_points.inl). Gradients are summed over the coordinates
- * in 8 lanes, the law of the material is the same in each lane, and forces and tangents add up
- * points in ascending order.
+ * Cubature points (runtime/polynomial/kernel_points.inl). Lanes are the points of a block, and the
+ * law of the material is the same in each. A gradient sums the coordinates, and a product with
+ * gradients its nine components, in ascending order; then blocks ascend. The lanes of a force are
+ * added when all blocks are in them, those of a tangent in each block.
  *
  * Lanes are added as ((0+4)+(2+6))+((1+5)+(3+7)).
  *

@@ -1,6 +1,7 @@
 /* Lays the coefficients of a model out for the passes of a kernel (thrum/model.h,
- * runtime/polynomial/packed.h). Cost: two passes over c3 and c4, once for a model; of a small one
- * up to 3 numbers more for each.
+ * runtime/polynomial/packed.h), or its cubature points (runtime/polynomial/points.h). Cost: two
+ * passes over c3 and c4, once for a model; of a small one up to 3 numbers more for each. One pass
+ * over the gradients of points.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <float.h>
@@ -9,6 +10,7 @@
 
 #include "runtime/base/alignment_check.h"
 #include "runtime/polynomial/packed.h"
+#include "runtime/polynomial/points.h"
 #include "thrum/polynomial.h"
 
 /* Row d of block c from the file's order: its columns lie a row of c4 apart. */
@@ -179,12 +181,17 @@ static bool all_single(const double *values, int64_t count) {
 }
 
 static bool single_pays(const thrum_model *model) {
+  if (thrum_has_points(model))
+    return thrum_points_pack_count(model) * (int64_t)sizeof(double) > THRUM_POINTS_SINGLE_BYTES &&
+           all_single(model->point_gradients, THRUM_POINT_ROWS * model->point_count * model->rank);
   return thrum_pack_count(model->rank) * (int64_t)sizeof(double) > THRUM_PACK_SINGLE_BYTES &&
          all_single(model->c3, model->c3_count) && all_single(model->c4, model->c4_count);
 }
 
 size_t thrum_model_pack_size(const thrum_model *model) {
-  return (size_t)thrum_pack_all(model->rank) * sizeof(double);
+  const int64_t count =
+      thrum_has_points(model) ? thrum_points_pack_count(model) : thrum_pack_all(model->rank);
+  return (size_t)count * sizeof(double);
 }
 
 /* Puts a row, `columns` long, into its group. */
@@ -237,13 +244,60 @@ static int64_t pack_order(const thrum_model *model,
   return at;
 }
 
+/* The gradient of coordinate i at point p, component c; 0 behind the last point. */
+static double gradient_at(const thrum_model *model, int64_t p, int64_t c, int64_t i) {
+  return p < model->point_count
+             ? model->point_gradients[(THRUM_POINT_ROWS * p + c) * model->rank + i]
+             : 0.0;
+}
+
+/* Block b of the file's order, from `at` on. */
+static void place_points(const thrum_model *model, int64_t b, int64_t at, double *to,
+                         float *to_single) {
+  for (int64_t i = 0; i < model->rank; i++)
+    for (int64_t c = 0; c < THRUM_POINT_ROWS; c++)
+      for (int64_t lane = 0; lane < 8; lane++, at++) {
+        const double value = gradient_at(model, 8 * b + lane, c, i);
+        if (to)
+          to[at] = value;
+        else
+          to_single[at] = (float)value;
+      }
+}
+
+void thrum_points_gather(const thrum_model *model, int64_t b, double *to) {
+  place_points(model, b, 0, to, NULL);
+}
+
+static void pack_points(thrum_model *model, double *to, float *to_single) {
+  for (int64_t b = 0; b < thrum_point_blocks(model); b++)
+    place_points(model, b, THRUM_POINT_BLOCK * b * model->rank, to, to_single);
+  model->packed_gradients = model->point_gradients;
+}
+
+/* All blocks of both orders, and the products by pairs of a small rank. */
+static void pack_coefficients(thrum_model *model, double *memory, double *to, float *to_single) {
+  const int64_t n = model->rank;
+  model->packed_count = thrum_pack_count(n);
+
+  // a row is gathered where no packed one has been placed yet: at the end of the second order
+  double *row = memory + 2 * model->packed_count - 8 * thrum_pack_vectors(n - 1);
+  const int64_t at = pack_order(model, gather_downward, row, 0, to, to_single);
+  pack_order(model, gather_upward, row, at, to, to_single);
+  if (thrum_pairs_count(n) > 0)
+    pack_pairs(model, to);
+  model->packed_c3 = model->c3;
+  model->packed_c4 = model->c4;
+}
+
 thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_size,
                               thrum_error *error) {
   // the arguments and the memory
-  if (!model || !memory || !model->c3 || !model->c4 || model->rank < 1 ||
-      model->rank > THRUM_RANK_MAX)
+  if (!model || !memory || !((model->c3 && model->c4) || thrum_has_points(model)) ||
+      model->rank < 1 || model->rank > THRUM_RANK_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "the model or memory is NULL, or the model has no c3, c4 or rank");
+                           "the model or memory is NULL, or the model has no rank, or neither c3 "
+                           "and c4 nor cubature points");
   if ((uintptr_t)memory % THRUM_ALIGNMENT != 0)
     return thrum_error_set(error, THRUM_MISALIGNED,
                            "the memory of packed coefficients must be aligned to 64 bytes");
@@ -253,25 +307,16 @@ thrum_status thrum_model_pack(thrum_model *model, void *memory, size_t memory_si
                            memory_size, thrum_model_pack_size(model));
 
   // half the width where every coefficient survives it, which the kernels read faster
-  const int64_t n = model->rank;
   const bool single = single_pays(model);
   model->packed = NULL;
   model->packed_single = NULL;
   double *to = single ? NULL : memory;
   float *to_single = single ? memory : NULL;
-  model->packed_count = thrum_pack_count(n);
-
-  // a row is gathered where no packed one has been placed yet: at the end of the second order
-  double *row = (double *)memory + 2 * model->packed_count - 8 * thrum_pack_vectors(n - 1);
-  int64_t at = pack_order(model, gather_downward, row, 0, to, to_single);
-  pack_order(model, gather_upward, row, at, to, to_single);
-
-  // small ranks have their products by pairs as well
-  if (thrum_pairs_count(n) > 0)
-    pack_pairs(model, to);
+  if (thrum_has_points(model))
+    pack_points(model, to, to_single);
+  else
+    pack_coefficients(model, memory, to, to_single);
   model->packed = to;
   model->packed_single = to_single;
-  model->packed_c3 = model->c3;
-  model->packed_c4 = model->c4;
   return THRUM_OK;
 }

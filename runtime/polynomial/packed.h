@@ -41,6 +41,7 @@
 #include <stdint.h>
 
 #include "runtime/polynomial/kernel_private.h"
+#include "runtime/polynomial/points.h"
 #include "thrum/model.h"
 
 #define THRUM_PACK_ROWS 8
@@ -51,7 +52,7 @@
 
 /* Are the coefficients that the model has now packed? */
 static inline bool thrum_is_packed(const thrum_model *model) {
-  return (model->packed || model->packed_single) && model->packed_c3 == model->c3 &&
+  return model->c3 && (model->packed || model->packed_single) && model->packed_c3 == model->c3 &&
          model->packed_c4 == model->c4;
 }
 
@@ -127,6 +128,15 @@ static inline int64_t thrum_restricted_count(int64_t n) {
   return count;
 }
 
+/* Doubles of V restricted to n coordinates: of a polynomial those of packed.h; of points their
+ * gradients from the held coordinates, block by block, component by component, and the nonlinear
+ * part of V there. */
+static inline int64_t thrum_restriction_count(const thrum_model *model, int64_t n) {
+  if (thrum_has_points(model))
+    return THRUM_POINT_BLOCK * thrum_point_blocks(model) + 1;
+  return thrum_restricted_count(n);
+}
+
 /* Scratch of a pass, in doubles; the pass may also be at two points. The tangent has a list for
  * each coordinate besides. */
 #define THRUM_PACK_VECTORS 9
@@ -153,6 +163,10 @@ void thrum_pack_row(const thrum_model *model, int64_t c, int64_t d, int64_t at, 
 /* The same of the mirrored ones. */
 void thrum_pack_row_mirrored(const thrum_model *model, int64_t c, int64_t d, int64_t at,
                              double *row);
+
+/* Block b of the gradients of cubature points, as it is packed (runtime/polynomial/points.h), from
+ * the file's order. */
+void thrum_points_gather(const thrum_model *model, int64_t b, double *to);
 
 /* Row k of B, thrum_pairs_rows(rank) columns, of which those before its group are zero, out of the
  * packed coefficients or of c3 and c4. */

@@ -11,7 +11,11 @@
  * dN,
  *   dP = C:dN + D S + G C:dE.
  *
- * Points are taken in blocks of 8, one in each lane. Private to runtime/.
+ * Points are taken in blocks of 8, one in each lane. Packed, the nine components of coordinate i at
+ * the points of block b are nine vectors from 72 (b rank + i) on, zero behind the last point: so G
+ * at eight points, the forces and a tangent are each one stream of whole cache lines, and no sum
+ * runs across lanes until the end. Gradients all of which are single-precision numbers are packed
+ * as such where they are large. Private to runtime/.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_POLYNOMIAL_POINTS_H
@@ -20,7 +24,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "runtime/polynomial/packed.h"
+#include "runtime/polynomial/kernel_private.h"
 #include "thrum/model.h"
 
 #define THRUM_POINT_ROWS 9 /* components of a gradient */
@@ -38,13 +42,27 @@ static inline int64_t thrum_point_blocks(const thrum_model *model) {
   return (model->point_count + 7) / 8;
 }
 
-/* Doubles of V restricted to n coordinates: of a polynomial those of packed.h; of points their
- * gradients from the held coordinates, block by block, component by component, and the nonlinear
- * part of V there. */
-static inline int64_t thrum_restriction_count(const thrum_model *model, int64_t n) {
-  if (thrum_has_points(model))
-    return 8 * THRUM_POINT_ROWS * thrum_point_blocks(model) + 1;
-  return thrum_restricted_count(n);
+/* Numbers of one coordinate in a block, and of all blocks. */
+#define THRUM_POINT_BLOCK (8 * THRUM_POINT_ROWS)
+
+static inline int64_t thrum_points_pack_count(const thrum_model *model) {
+  return THRUM_POINT_BLOCK * thrum_point_blocks(model) * model->rank;
+}
+
+/* Packed gradients of more bytes than this are single-precision ones where they can be: below,
+ * widening them costs more than reading fewer bytes saves. Measured. */
+#define THRUM_POINTS_SINGLE_BYTES (3 << 19)
+
+/* Are the gradients that the model has now packed? */
+static inline bool thrum_points_are_packed(const thrum_model *model) {
+  return (model->packed || model->packed_single) &&
+         model->packed_gradients == model->point_gradients;
+}
+
+/* Scratch of a pass, in doubles: a block that is not packed, eight columns of a tangent, and lanes
+ * of the forces at two points. */
+static inline int64_t thrum_points_work(int64_t rank) {
+  return THRUM_POINT_BLOCK * (rank + 8) + 16 * thrum_whole(rank);
 }
 
 #endif

@@ -28,9 +28,11 @@ int64_t thrum_c4_index(int64_t rank, int64_t i, int64_t j, int64_t k, int64_t l)
 }
 
 size_t thrum_work_count(const thrum_model *model) {
-  // points have no lists of columns
-  return (size_t)(thrum_has_points(model) ? thrum_pack_work(model->rank)
-                                          : thrum_pack_work_tangent(model->rank));
+  // points have no lists of columns; solvers take as much as a small model of coefficients needs
+  const int64_t common = thrum_pack_work(model->rank), points = thrum_points_work(model->rank);
+  if (thrum_has_points(model))
+    return (size_t)(points > common ? points : common);
+  return (size_t)thrum_pack_work_tangent(model->rank);
 }
 
 /* The kernel asked for, where the coefficients are packed for it, or its passes over points. */

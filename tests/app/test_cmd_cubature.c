@@ -39,6 +39,9 @@ static void a_model_of_points_says_its_error_and_runs(void **state) {
   const cJSON *stages = cJSON_GetObjectItemCaseSensitive(object, "stages");
   assert_non_null(cJSON_GetObjectItemCaseSensitive(stages, "cubature"));
   assert_null(cJSON_GetObjectItemCaseSensitive(stages, "polynomial"));
+
+  // 12 points and coordinates for each of the 660 coefficients of 9 coordinates
+  assert_true(fabs(number_of(cubature, "force_cost") - 12 * points * 9 / 660) < 1e-9);
   cJSON_Delete(object);
   program_result_free(&run);
 
@@ -83,6 +86,7 @@ static void an_error_that_is_missed_is_flagged(void **state) {
   program_result run = PRECOMPUTE("--cubature", "--cubature-points", "3");
   assert_int_equal(run.exit_code, 3);
   assert_non_null(strstr(run.err, "the force by 3 cubature points is wrong by"));
+  assert_non_null(strstr(run.out, " recommended: a force takes about 0.49 times as long"));
   program_result_free(&run);
 }
 

@@ -131,6 +131,10 @@ static void chosen_points_have_the_error_that_was_asked_for(void **state) {
   }
   assert_true(sqrt(sum) < 0.1);
 
+  // gradients are single-precision numbers, which a large model is packed as
+  for (int64_t k = 0; k < 9 * made.model.point_count * RANK; k++)
+    assert_true((float)made.model.point_gradients[k] == made.model.point_gradients[k]);
+
   // the same input gives the same points
   thrum_precomputed again = {0};
   assert_true(thrum_precompute(&b.mesh, b.fixed, &options, &again, &error) >= 0);

@@ -7,6 +7,7 @@
 #include "tests/support/state_support.h"
 
 #include "runtime/polynomial/polynomial_private.h"
+#include "thrum/batch.h"
 #include "thrum/kernel.h"
 #include "thrum/polynomial.h"
 
@@ -79,8 +80,9 @@ static void add_point(both *made, int64_t rank, double weight, double lambda, do
   free(pair);
 }
 
-/* Gradients of about `size` [1/(m kg^1/2)] and frequencies from 1 to 3 rad/s. */
-static void both_make(both *made, uint64_t seed, int64_t rank, int64_t count, double size) {
+/* The model by points alone: gradients of about `size` [1/(m kg^1/2)] and frequencies from 1 to 3
+ * rad/s. */
+static void points_make(both *made, uint64_t seed, int64_t rank, int64_t count, double size) {
   *made = (both){0};
   random_model_make(&made->m, seed, rank, 1, 3, INFINITY);
   random_state random = {seed ^ 99};
@@ -92,19 +94,13 @@ static void both_make(both *made, uint64_t seed, int64_t rank, int64_t count, do
   random_vector(&random, 9 * count * rank, size, made->gradients);
 
   // positive weights and moduli, which make every energy of strain positive
-  double *g = random_alloc(9 * rank, sizeof(double));
   for (int64_t p = 0; p < count; p++) {
     made->weights[p] = (1.1 + made->weights[p]) / (double)count;
     made->moduli[p] = 1.1 + made->moduli[p];
     made->moduli[count + p] = 1.1 + made->moduli[count + p];
-    for (int64_t i = 0; i < rank; i++)
-      for (int c = 0; c < 9; c++)
-        g[9 * i + c] = made->gradients[(9 * p + c) * rank + i];
-    add_point(made, rank, made->weights[p], made->moduli[p], made->moduli[count + p], g);
   }
-  free(g);
 
-  // the same model, its energy from the points
+  // its energy comes from the points
   static const int32_t format[2] = {THRUM_MODEL_FORMAT_MAJOR,
                                     THRUM_MODEL_FORMAT_MINOR + THRUM_MODEL_FORMAT_MINOR_POINTS};
   made->points = made->m.model;
@@ -116,6 +112,19 @@ static void both_make(both *made, uint64_t seed, int64_t rank, int64_t count, do
   made->points.point_moduli = made->moduli;
   made->points.point_gradients = made->gradients;
   assert_int_equal(thrum_model_check(&made->points, NULL), THRUM_OK);
+}
+
+/* The same and its coefficients. */
+static void both_make(both *made, uint64_t seed, int64_t rank, int64_t count, double size) {
+  points_make(made, seed, rank, count, size);
+  double *g = random_alloc(9 * rank, sizeof(double));
+  for (int64_t p = 0; p < count; p++) {
+    for (int64_t i = 0; i < rank; i++)
+      for (int c = 0; c < 9; c++)
+        g[9 * i + c] = made->gradients[(9 * p + c) * rank + i];
+    add_point(made, rank, made->weights[p], made->moduli[p], made->moduli[count + p], g);
+  }
+  free(g);
 }
 
 static void both_free(both *made) {
@@ -135,7 +144,7 @@ typedef struct outcome {
 
 static void evaluate(const thrum_kernel *by, const thrum_model *model, int32_t split,
                      const double *q, const double *v, outcome *o) {
-  // scratch of exactly the size that is promised, full of what nobody may read
+  // scratch of exactly the size that is promised, full of NaN, which no pass may read
   const int64_t count = (int64_t)thrum_work_count(model);
   double *work = random_alloc(count + 1, sizeof *work);
   for (int64_t i = 0; i <= count; i++)
@@ -242,6 +251,93 @@ static void every_kernel_gives_the_same_bits(void **context) {
   }
   free(found);
   free(expected);
+}
+
+/* Packs a model; returns the memory, for the caller to free. */
+static void *pack(thrum_model *model) {
+  const size_t size = thrum_model_pack_size(model);
+  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+  assert_int_equal(thrum_model_pack(model, memory, size, NULL), THRUM_OK);
+  return memory;
+}
+
+/* Compares a packed copy with the model as it lies in a file, by one kernel. */
+static void assert_packed_the_same(const both *made, int id, int32_t split, bool single) {
+  thrum_model packed = made->points;
+  void *memory = pack(&packed);
+  assert_true(single ? packed.packed_single && !packed.packed
+                     : packed.packed && !packed.packed_single);
+
+  // every number of every pass
+  random_state random = {(uint64_t)split + 1};
+  double q[MOST], v[MOST];
+  random_vector(&random, packed.rank, 1, q);
+  random_vector(&random, packed.rank, 1, v);
+  outcome *found = random_alloc(1, sizeof *found), *expected = random_alloc(1, sizeof *expected);
+  evaluate(&thrum_kernel_reference, &made->points, split, q, v, expected);
+  evaluate(thrum_kernel_get(id), &packed, split, q, v, found);
+  assert_memory_equal(found, expected, sizeof *found);
+  free(found);
+  free(expected);
+  free(memory);
+}
+
+static void packed_points_give_the_same_bits_in_either_precision(void **context) {
+  (void)context;
+
+  // 600 points at rank 41 are 1.8 MB, and so packed in single precision where they can be
+  static const int64_t ranks[] = {1, 9, 24, MOST, MOST}, counts[] = {3, 8, 17, 600, 600};
+  for (int n = 0; n < 5; n++) {
+    both made;
+    points_make(&made, (uint64_t)(70 + n), ranks[n], counts[n], 1);
+    const bool single = n == 4;
+    for (int64_t k = 0; single && k < 9 * counts[n] * ranks[n]; k++)
+      made.gradients[k] = (float)made.gradients[k];
+    for (int id = THRUM_KERNEL_REFERENCE; thrum_kernel_name((thrum_kernel_id)id); id++)
+      if (thrum_kernel_usable((thrum_kernel_id)id))
+        assert_packed_the_same(&made, id, (int32_t)(ranks[n] / 3), single);
+    both_free(&made);
+  }
+}
+
+static void a_batch_steps_packed_points_as_each_alone(void **context) {
+  (void)context;
+  enum { RANK = 9, STATES = 5 };
+  both made;
+  points_make(&made, 12, RANK, 20, 0.2);
+  void *packed = pack(&made.points);
+  size_t size = 0;
+  assert_int_equal(thrum_batch_size(&made.points, &size, NULL), THRUM_OK);
+  void *workspace = aligned_alloc(64, (size + 63) / 64 * 64);
+
+  // each state twice from the same start
+  random_state random = {4};
+  const thrum_state_def def = thrum_default_state_def();
+  thrum_state *alone[STATES], *together[STATES];
+  for (int n = 0; n < STATES; n++) {
+    double start[RANK], zero[RANK] = {0};
+    random_vector(&random, RANK, 1, start);
+    alone[n] = state_make(&made.points, &def);
+    together[n] = state_make(&made.points, &def);
+    state_put(&made.points, alone[n], start, zero);
+    state_put(&made.points, together[n], start, zero);
+  }
+
+  // they stay equal to the last bit
+  for (int step = 0; step < 50; step++) {
+    assert_true(thrum_batch_step(&made.points, together, STATES, NULL, workspace, size, NULL) >= 0);
+    for (int n = 0; n < STATES; n++) {
+      state_steps(&made.points, alone[n], 1);
+      assert_memory_equal(together[n], alone[n], thrum_state_kept_bytes(alone[n]));
+    }
+  }
+  for (int n = 0; n < STATES; n++) {
+    state_free(alone[n]);
+    state_free(together[n]);
+  }
+  free(workspace);
+  free(packed);
+  both_free(&made);
 }
 
 static void every_integrator_steps_points_as_it_steps_the_polynomial(void **context) {
@@ -384,6 +480,8 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(every_pass_is_that_of_the_polynomial),
       cmocka_unit_test(every_kernel_gives_the_same_bits),
+      cmocka_unit_test(packed_points_give_the_same_bits_in_either_precision),
+      cmocka_unit_test(a_batch_steps_packed_points_as_each_alone),
       cmocka_unit_test(every_integrator_steps_points_as_it_steps_the_polynomial),
       cmocka_unit_test(the_energy_integrator_keeps_the_energy_of_points_to_rounding),
       cmocka_unit_test(lower_ranks_and_scales_are_those_of_the_polynomial),
