@@ -438,6 +438,18 @@ def handles():
                  body)
 
 
+def training():
+    """Errors of motion of bases without training, with it, and with weights by what the training shows."""
+    found = {(r["model"], r["basis"]): r for r in rows("training", "errors.csv")}
+    body = []
+    for model in MODELS:
+        bases = [found[model, basis] for basis in ("untrained", "trained", "share")]
+        cells = [", ".join(percent(float(r[key])) for r in bases) for key in ("own", "sine", "gravity", "another", "elsewhere")]
+        body.append([f"{model}, {bases[0]['modes']}, {bases[0]['rank']}", *cells])
+    return table(["model, modes, rank", "its own load", "half of it as a sine", "gravity aslant", "another direction",
+                  "elsewhere"], body)
+
+
 def mujoco():
     """The same bar in Thrum and in MuJoCo."""
     body = []
@@ -456,7 +468,7 @@ def mujoco():
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, work_means, extremes, linear, tradeoff,
                                            tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles,
-                                           before_after, mujoco, model_errors)}
+                                           before_after, mujoco, model_errors, training)}
 
 
 def main(arguments):
