@@ -98,10 +98,13 @@ static thrum_status make_mesh(bridge_model *made, const float *positions, const 
 
 /* Adds a model of arrays from bridge_alloc, which it keeps, `positions`, `basis` and the last two
  * apart; their shapes are those of the pack (docs/viewer.md). tet and tet_rigid are NULL for a
- * model that is held. numbers: mass [kg], Young's modulus [Pa]. Returns its number, or a status
+ * model that is held; c3 and c4 for one of cubature points, and those of points, point_count of
+ * them, for any other. numbers: mass [kg], Young's modulus [Pa]. Returns its number, or a status
  * below 0. */
 int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t triangle_count,
-                                 const double *omega2, const double *c3, const double *c4,
+                                 int32_t point_count, const double *omega2, const double *c3,
+                                 const double *c4, const double *point_weights,
+                                 const double *point_moduli, const double *point_gradients,
                                  const double *axis_mass, const uint8_t *fixed,
                                  const int32_t *triangles, const float *positions,
                                  const float *basis, const double *tet, const double *tet_rigid) {
@@ -114,12 +117,16 @@ int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t tri
   *made = (bridge_model){.triangles = triangles, .triangle_count = triangle_count};
   made->material[0] = bridge_number[1];
   made->model = (thrum_model){.rank = rank,
-                              .c3_count = thrum_c3_count(rank),
-                              .c4_count = thrum_c4_count(rank),
+                              .c3_count = c3 ? thrum_c3_count(rank) : 0,
+                              .c4_count = c4 ? thrum_c4_count(rank) : 0,
+                              .point_count = point_count,
                               .vertex_count = (int64_t)vertex_count + CORNERS,
                               .omega2 = omega2,
                               .c3 = c3,
                               .c4 = c4,
+                              .point_weights = point_weights,
+                              .point_moduli = point_moduli,
+                              .point_gradients = point_gradients,
                               .axis_mass = axis_mass,
                               .fixed = fixed};
 

@@ -95,6 +95,19 @@ static void add_rigid(data_section *data, cJSON *arrays, const thrum_model *mode
   add_doubles(data, arrays, "tet_rigid", modes, 72);
 }
 
+/* What the strain energy comes from: coefficients, or cubature points. */
+static void add_energy(data_section *data, cJSON *arrays, const thrum_model *model) {
+  const int64_t points = model->point_count;
+  if (points == 0) {
+    add_doubles(data, arrays, "c3", model->c3, model->c3_count);
+    add_doubles(data, arrays, "c4", model->c4, model->c4_count);
+    return;
+  }
+  add_doubles(data, arrays, "point_weights", model->point_weights, points);
+  add_doubles(data, arrays, "point_moduli", model->point_moduli, 2 * points);
+  add_doubles(data, arrays, "point_gradients", model->point_gradients, 9 * points * model->rank);
+}
+
 static thrum_status add_model(data_section *data, cJSON *list, const view_archive_model *item,
                               thrum_error *error) {
   // what the viewer cannot show is refused
@@ -116,12 +129,6 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
                            "yet: show an uncondensed one, which a scene may condense",
                            item->name);
 
-  if (model->point_count > 0)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "%.200s: the page cannot step a model of cubature points yet: show one "
-                           "that was made without --cubature",
-                           item->name);
-
   // its mass and the surface that is shown
   THRUM_TRY(thrum_quality_measure(model, &quality, error));
   THRUM_TRY(render_mesh_make(model, item->surface, &shown, error));
@@ -137,8 +144,7 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
   json_number(object, "young", model->material[0]);
   cJSON *arrays = cJSON_AddObjectToObject(object, "arrays");
   add_doubles(data, arrays, "omega2", model->omega2, model->rank);
-  add_doubles(data, arrays, "c3", model->c3, model->c3_count);
-  add_doubles(data, arrays, "c4", model->c4, model->c4_count);
+  add_energy(data, arrays, model);
   add_doubles(data, arrays, "axis_mass", model->axis_mass, 3 * model->rank);
   add_rigid(data, arrays, model);
   add_surface(data, arrays, &shown);

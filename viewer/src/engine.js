@@ -72,12 +72,15 @@ export class Engine {
 
   /** @param {import('./pack.js').Model} model @returns {number} */
   addModel(model) {
-    const kept = ['omega2', 'c3', 'c4', 'axis_mass', 'fixed', 'triangles'];
+    // c3 and c4, or in their place those of cubature points
+    const kept = ['omega2', 'c3', 'c4', 'point_weights', 'point_moduli', 'point_gradients',
+      'axis_mass', 'fixed', 'triangles'];
     const copied = ['positions', 'basis', 'tet', 'tet_rigid']; // the last two of free bodies alone
     const at = [...kept, ...copied].map((name) => this.#copyIn(model.arrays[name]));
     this.numbers.set([model.mass, model.young]);
     const number = this.check(this.wasm.bridge_add_model(
-      model.rank, model.vertex_count, model.triangle_count, ...at));
+      model.rank, model.vertex_count, model.triangle_count,
+      model.arrays.point_weights?.length ?? 0, ...at));
     for (const address of at.slice(kept.length)) this.wasm.bridge_free(address);
     this.models[number] = model;
     return number;

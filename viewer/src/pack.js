@@ -54,8 +54,12 @@ function arrayAt(data, start, [offset, count, type]) {
 /** Refuses arrays that do not fit together. @param {Model} model */
 function check(model) {
   const { rank: r, vertex_count: vertices, triangle_count: triangles, arrays } = model;
+  const points = arrays.point_weights?.length;
   const counts = {
-    omega2: r, c3: (r * (r + 1) * (r + 2)) / 6, c4: (r * (r + 1) * (r + 2) * (r + 3)) / 24,
+    omega2: r,
+    ...(points
+      ? { point_moduli: 2 * points, point_gradients: 9 * points * r }
+      : { c3: (r * (r + 1) * (r + 2)) / 6, c4: (r * (r + 1) * (r + 2) * (r + 3)) / 24 }),
     axis_mass: 3 * r, positions: 3 * vertices, basis: 3 * vertices * r, triangles: 3 * triangles,
     fixed: vertices,
     ...(arrays.tet && { tet: 12, tet_rigid: 72 }),
