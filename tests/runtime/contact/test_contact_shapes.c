@@ -396,6 +396,50 @@ static void every_number_of_an_obstacle_is_checked(void **state) {
   rig_free(&r);
 }
 
+/* No contact has touches, pulls or counters, and what a contact does not have is refused. */
+static void missing_arguments_of_a_contact_are_refused(void **state) {
+  (void)state;
+  const rig_def made = rig_default();
+  rig r;
+  rig_make(&r, &made);
+  r.translation.position[2] = -0.001;
+  rig_steps(&r, 1);
+
+  // a touch that there is, and others
+  thrum_touch touch;
+  assert_int_equal(thrum_contact_touch(r.contact, 0, &touch, NULL), THRUM_OK);
+  assert_int_equal(thrum_contact_touch(r.contact, 0, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_touch(r.contact, 1, &touch, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_touch(r.contact, -1, &touch, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_touch(NULL, 0, &touch, NULL), THRUM_INVALID_ARGUMENT);
+
+  // the same of pulls, of which the step had none
+  double force[3];
+  assert_int_equal(thrum_contact_pull_force(r.contact, 0, force, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_pull_force(r.contact, -1, force, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_pull_force(r.contact, 0, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_pull_force(NULL, 0, force, NULL), THRUM_INVALID_ARGUMENT);
+
+  // no contact
+  thrum_contact_reset(NULL);
+  assert_int_equal(thrum_contact_bytes(NULL), 0);
+  assert_true(thrum_contact_stiffness(NULL) == 0);
+  assert_int_equal(thrum_contact_report_get(NULL).steps, 0);
+  assert_int_equal(thrum_contact_step(&r.m.model, r.state, NULL, &r.environment, NULL),
+                   THRUM_INVALID_ARGUMENT);
+
+  // a def, a size and a mesh that are missing
+  size_t size = 77;
+  const thrum_contact_def def = thrum_default_contact_def();
+  thrum_model bare = r.m.model;
+  bare.basis = NULL;
+  assert_int_equal(thrum_contact_size(&r.m.model, r.state, NULL, &size, NULL),
+                   THRUM_UNINITIALISED_DEF);
+  assert_int_equal(thrum_contact_size(&bare, r.state, &def, &size, NULL), THRUM_MISSING);
+  assert_int_equal(size, 77);
+  rig_free(&r);
+}
+
 static void defs_that_cannot_be_are_refused(void **state) {
   (void)state;
 
@@ -507,6 +551,7 @@ int main(void) {
       cmocka_unit_test(impossible_obstacles_and_contacts_are_refused),
       cmocka_unit_test(every_number_around_a_body_is_checked),
       cmocka_unit_test(every_number_of_an_obstacle_is_checked),
+      cmocka_unit_test(missing_arguments_of_a_contact_are_refused),
       cmocka_unit_test(defs_that_cannot_be_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

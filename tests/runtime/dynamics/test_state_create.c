@@ -104,6 +104,20 @@ static void a_number_or_a_text_that_names_nothing_is_refused(void **context) {
                       "fox-goodwin backward-euler semi-implicit-euler rk4 manifold");
   assert_int_equal(thrum_integrator_from_name(NULL, &found, NULL), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_integrator_from_name("", &found, NULL), THRUM_INVALID_ARGUMENT);
+
+  // each list of names, and whether a name is one of it, without an output
+  thrum_damping_form damping = THRUM_DAMPING_TANGENT;
+  thrum_split_form split = THRUM_FORM_QUADRATIC;
+  thrum_implicit_solver solver = THRUM_SOLVER_NEWTON;
+  assert_int_equal(thrum_damping_form_from_name("none", &damping, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_split_form_from_name("none", &split, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_implicit_solver_from_name("none", &solver, NULL), THRUM_INVALID_ARGUMENT);
+  assert_true(damping == THRUM_DAMPING_TANGENT && split == THRUM_FORM_QUADRATIC &&
+              solver == THRUM_SOLVER_NEWTON);
+  assert_int_equal(thrum_integrator_from_name("verlet", NULL, NULL), THRUM_OK);
+  assert_int_equal(thrum_damping_form_from_name("rest", NULL, NULL), THRUM_OK);
+  assert_int_equal(thrum_split_form_from_name("thesis", NULL, NULL), THRUM_OK);
+  assert_int_equal(thrum_implicit_solver_from_name("newton", NULL, NULL), THRUM_OK);
 }
 
 static void steps_are_counted_up_to_rounding(void **context) {

@@ -257,6 +257,20 @@ static void bad_motions_are_refused(void **state) {
   assert_int_equal(thrum_base_motion_check(&(thrum_base_motion){1, times, a, NULL, NULL}, NULL),
                    THRUM_BAD_VALUE);
 
+  // each place of a sample, and what is missing altogether
+  for (int n = 0; n < 8; n++) {
+    double when[2] = {0, 1}, samples[6] = {0};
+    *(n < 2 ? &when[n] : &samples[n - 2]) = INFINITY;
+    assert_int_equal(
+        thrum_base_motion_check(&(thrum_base_motion){2, when, samples, NULL, NULL}, NULL),
+        THRUM_BAD_VALUE);
+  }
+  assert_int_equal(thrum_base_motion_check(NULL, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_base_motion_check(&(thrum_base_motion){2, NULL, a, NULL, NULL}, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_base_motion_check(&(thrum_base_motion){2, times, NULL, NULL, NULL}, NULL),
+                   THRUM_INVALID_ARGUMENT);
+
   // a model without axis masses has no inertial load
   oscillator o;
   oscillator_make(&o, 7, 1.3, 0);

@@ -324,6 +324,114 @@ static void impossible_monitors_are_refused(void **state) {
   linear_fields_free(&fields);
 }
 
+/* Reads with one argument missing or of another body; the record stays as it was. */
+static void missing_arguments_of_a_monitor_are_refused(void **state) {
+  (void)state;
+  linear_fields fields;
+  linear_fields_make(&fields, "beam:1x1x1@1x1x1", 1e6, 0.3);
+  const thrum_monitor_def good = thrum_default_monitor_def();
+  const thrum_monitor *monitor = monitor_make(&fields.model, &good);
+  size_t size = 77;
+
+  // a def without its parts
+  assert_int_equal(thrum_monitor_size(NULL, &good, &size, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_monitor_size(&fields.model, NULL, &size, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_monitor_size(&fields.model, &good, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  thrum_monitor_def none = good;
+  none.sampled_tet_count = 0;
+  assert_int_equal(thrum_monitor_size(&fields.model, &none, &size, NULL), THRUM_INVALID_ARGUMENT);
+  thrum_model bare = fields.model;
+  bare.basis = NULL;
+  assert_int_equal(thrum_monitor_size(&bare, &good, &size, NULL), THRUM_MISSING);
+  assert_int_equal(size, 77);
+
+  // looks without a monitor, coordinates or a record
+  const double q[FIELDS] = {0};
+  thrum_monitor_record record;
+  thrum_monitor_clear(&record);
+  const thrum_monitor_record before = record;
+  thrum_monitor *torn = aligned_alloc(64, 4096);
+  assert_non_null(torn);
+  memset(torn, 0, 4096);
+  assert_int_equal(thrum_monitor_look(NULL, q, &record, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_monitor_look(torn, q, &record, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_monitor_look(monitor, NULL, &record, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_monitor_look(monitor, q, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  free(torn);
+
+  // a load of another body, without numbers or with one that is none
+  double forces[3 * 8] = {0};
+  thrum_model other = fields.model;
+  const thrum_model *model = &fields.model;
+  assert_int_equal(thrum_monitor_look_at_load(monitor, NULL, forces, &record, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_monitor_look_at_load(monitor, model, NULL, &record, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  other.rank--;
+  assert_int_equal(thrum_monitor_look_at_load(monitor, &other, forces, &record, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  other = fields.model;
+  other.vertex_count--;
+  assert_int_equal(thrum_monitor_look_at_load(monitor, &other, forces, &record, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_monitor_look_at_load(monitor, &bare, forces, &record, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  forces[5] = NAN;
+  assert_int_equal(thrum_monitor_look_at_load(monitor, model, forces, &record, NULL),
+                   THRUM_BAD_VALUE);
+  assert_memory_equal(&record, &before, sizeof before);
+
+  // no monitor samples nothing
+  const int32_t *tets = NULL;
+  assert_int_equal(thrum_monitor_sampled_tets(NULL, &tets), 0);
+  assert_null(tets);
+  assert_true(thrum_monitor_sampled_tets(monitor, NULL) > 0);
+
+  monitor_free(monitor);
+  linear_fields_free(&fields);
+}
+
+static void tets_are_chosen_for_a_body_with_a_mesh(void **state) {
+  (void)state;
+  linear_fields fields;
+  linear_fields_make(&fields, "beam:1x1x1@1x1x1", 1e6, 0.3);
+  int32_t tets[THRUM_SAMPLED_TETS_MAX];
+  int64_t chosen = -7;
+  const thrum_model *model = &fields.model;
+  const int64_t most = THRUM_SAMPLED_TETS_MAX;
+
+  // one thing missing, or a count out of range
+  assert_int_equal(thrum_sampled_tets_choose(NULL, 1, tets, &chosen, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_sampled_tets_choose(model, 1, NULL, &chosen, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_sampled_tets_choose(model, 1, tets, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_sampled_tets_choose(model, 0, tets, &chosen, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_sampled_tets_choose(model, most + 1, tets, &chosen, NULL),
+                   THRUM_INVALID_ARGUMENT);
+
+  // a model without a basis, without a mesh, and one whose tet has no volume
+  thrum_model bare = *model;
+  bare.basis = NULL;
+  assert_int_equal(thrum_sampled_tets_choose(&bare, 1, tets, &chosen, NULL), THRUM_MISSING);
+  bare = *model;
+  bare.tets = NULL;
+  assert_int_equal(thrum_sampled_tets_choose(&bare, 1, tets, &chosen, NULL), THRUM_MISSING);
+  double flat[3 * 8] = {0};
+  bare = *model;
+  bare.vertices = flat;
+  assert_int_equal(thrum_sampled_tets_choose(&bare, 1, tets, &chosen, NULL), THRUM_BAD_VALUE);
+  assert_int_equal(chosen, -7);
+
+  // as many as are asked for, each once
+  assert_int_equal(thrum_sampled_tets_choose(model, 4, tets, &chosen, NULL), THRUM_OK);
+  assert_int_equal(chosen, 4);
+  for (int n = 0; n < 4; n++)
+    for (int m = 0; m < n; m++)
+      assert_true(tets[n] != tets[m]);
+  linear_fields_free(&fields);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(compression_warns_exactly_below_its_threshold),
@@ -333,6 +441,8 @@ int main(void) {
       cmocka_unit_test(chosen_sampled_tets_see_the_worst_of_a_bent_beam),
       cmocka_unit_test(the_share_of_a_load_outside_the_basis_is_that_of_the_closed_form),
       cmocka_unit_test(impossible_monitors_are_refused),
+      cmocka_unit_test(missing_arguments_of_a_monitor_are_refused),
+      cmocka_unit_test(tets_are_chosen_for_a_body_with_a_mesh),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -286,6 +286,47 @@ static void an_inverted_tetrahedron_has_a_negative_stretch_and_no_cauchy_stress(
   linear_fields_free(&fields);
 }
 
+static void missing_arguments_of_stress_points_are_refused(void **state) {
+  (void)state;
+  linear_fields fields;
+  linear_fields_make(&fields, "beam:1x1x1@1x1x1", YOUNG, 0.2);
+  const thrum_stress_points_def all = {NULL, 0};
+  size_t size = 77;
+
+  // sizes
+  assert_int_equal(thrum_stress_points_size(NULL, &all, &size, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_stress_points_size(&fields.model, NULL, &size, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_stress_points_size(&fields.model, &all, NULL, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  thrum_model bare = fields.model;
+  bare.tets = NULL;
+  assert_int_equal(thrum_stress_points_size(&bare, &all, &size, NULL), THRUM_MISSING);
+  assert_int_equal(size, 77);
+
+  // readings from what are no stress points, or to nowhere
+  const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0);
+  static double von_mises[TETS_MAX];
+  const thrum_stress_points_output output = {.von_mises = von_mises};
+  const double q[FIELDS] = {0};
+  void *torn = aligned_alloc(64, 4096);
+  assert_non_null(torn);
+  memset(torn, 0, 4096);
+  assert_int_equal(thrum_stress_points_read(torn, q, NULL, &output, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_stress_points_read(stress_points, q, NULL, NULL, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  free(torn);
+
+  // no stress points have none; von Mises' stress alone is read without the others
+  assert_int_equal(thrum_stress_points_count(NULL), 0);
+  assert_int_equal(thrum_stress_points_work_count(NULL), 0);
+  von_mises[0] = -1;
+  assert_int_equal(thrum_stress_points_read(stress_points, q, NULL, &output, NULL), THRUM_OK);
+  assert_true(von_mises[0] == 0);
+  stress_points_free(stress_points);
+  linear_fields_free(&fields);
+}
+
 static void impossible_stress_points_are_refused(void **state) {
   (void)state;
 
@@ -361,6 +402,7 @@ int main(void) {
       cmocka_unit_test(chosen_stress_points_read_what_points_on_all_tets_read),
       cmocka_unit_test(von_mises_of_known_states),
       cmocka_unit_test(an_inverted_tetrahedron_has_a_negative_stretch_and_no_cauchy_stress),
+      cmocka_unit_test(missing_arguments_of_stress_points_are_refused),
       cmocka_unit_test(impossible_stress_points_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

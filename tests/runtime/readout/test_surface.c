@@ -232,6 +232,53 @@ static void a_sphere_has_radial_normals_and_a_lone_vertex_none(void **context) {
   }
 }
 
+static void missing_arguments_of_a_surface_are_refused(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 3, 4, 1, 9, INFINITY);
+  random_model_add_mesh(&m, 5, 20);
+  const thrum_surface_def whole = {.vertices = NULL};
+  size_t size = 77;
+  assert_int_equal(thrum_surface_size(NULL, &whole, &size, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_surface_size(&m.model, NULL, &size, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_surface_size(&m.model, &whole, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  thrum_model bare = m.model;
+  bare.vertices = NULL;
+  assert_int_equal(thrum_surface_size(&bare, &whole, &size, NULL), THRUM_MISSING);
+
+  // a surface of its own: positions and rows together, for all coordinates, without vertices
+  static const double positions[3] = {0};
+  static const float rows[3 * (THRUM_RANK_MAX + 1)] = {0};
+  static const int32_t vertices[1] = {0};
+  const thrum_surface_def own = {
+      .positions = positions, .rows = rows, .row_rank = 4, .vertex_count = 1};
+  for (int n = 0; n < 5; n++) {
+    thrum_surface_def wrong = own;
+    wrong.positions = n == 0 ? NULL : positions;
+    wrong.rows = n == 1 ? NULL : rows;
+    wrong.vertices = n == 2 ? vertices : NULL;
+    wrong.row_rank = n == 3 ? 3 : n == 4 ? THRUM_RANK_MAX + 1 : 4;
+    assert_int_equal(thrum_surface_size(&m.model, &wrong, &size, NULL), THRUM_INVALID_ARGUMENT);
+  }
+  assert_int_equal(size, 77);
+
+  // readings from what is no surface, and no surface's counts
+  void *torn = aligned_alloc(64, 4096);
+  assert_non_null(torn);
+  memset(torn, 0, 4096);
+  const double q[4] = {0};
+  float out[3];
+  const thrum_surface_output rest = THRUM_SURFACE_POSITIONS;
+  assert_int_equal(thrum_surface_positions(NULL, rest, q, 0, 1, out, 3, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_surface_positions(torn, rest, q, 0, 1, out, 3, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_surface_vertex_count(NULL), 0);
+  assert_int_equal(thrum_surface_triangle_count(NULL), 0);
+  free(torn);
+  random_model_free(&m);
+}
+
 static void vertices_outside_the_mesh_are_refused_and_nothing_is_written(void **context) {
   (void)context;
 
@@ -324,6 +371,7 @@ int main(void) {
       cmocka_unit_test(every_kernel_gives_the_bits_of_plain_c),
       cmocka_unit_test(chosen_vertices_come_in_their_order_and_nothing_else_is_written),
       cmocka_unit_test(a_sphere_has_radial_normals_and_a_lone_vertex_none),
+      cmocka_unit_test(missing_arguments_of_a_surface_are_refused),
       cmocka_unit_test(vertices_outside_the_mesh_are_refused_and_nothing_is_written),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,344 @@
+/* Contact between bodies and what it is given: definitions, skins, members and bytes that are to
+ * become contact again, each with one thing wrong. SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/contact_support.h"
+
+#include "runtime/contact/contact_pairs_private.h"
+
+/* A tetrahedron, as the surface of a solid. */
+static const double corners[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+static const int32_t faces[12] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3};
+
+/* Contact with room for two solids, as small as it can be, and the skin of such a solid. */
+typedef struct fixture {
+  thrum_contact_pairs_def def;
+  thrum_contact_pairs *pairs;
+  thrum_skin *skin;
+  unsigned char *copy;
+  size_t size;
+} fixture;
+
+static void *memory_of(size_t size) {
+  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+  assert_non_null(memory);
+  return memory;
+}
+
+/* Where the first touch lies in the bytes. */
+static size_t first_touch(const fixture *f) {
+  return (size_t)((const unsigned char *)thrum_pairs_view_of(f->pairs).touches -
+                  (const unsigned char *)f->pairs);
+}
+
+static int setup(void **context) {
+  fixture *f = calloc(1, sizeof *f);
+  if (f == NULL)
+    return -1;
+  *context = f;
+
+  // the solid first, whose counts are the room
+  size_t size = 0;
+  assert_int_equal(thrum_skin_solid_size(corners, 4, faces, 4, &size, NULL), THRUM_OK);
+  assert_int_equal(
+      thrum_skin_solid_init(memory_of(size), size, corners, 4, faces, 4, &f->skin, NULL), THRUM_OK);
+
+  f->def = thrum_default_contact_pairs_def();
+  f->def.member_max = 2;
+  f->def.vertex_max = 2 * thrum_skin_vertex_count(f->skin);
+  f->def.node_max = 2 * thrum_skin_node_count(f->skin);
+  f->def.rank_max = 1;
+  f->def.touch_max = 3;
+  f->def.thickness = 0.01;
+  assert_int_equal(thrum_contact_pairs_size(&f->def, &size, NULL), THRUM_OK);
+  assert_int_equal(thrum_contact_pairs_init(memory_of(size), size, &f->def, &f->pairs, NULL),
+                   THRUM_OK);
+
+  // a copy with a touch, which a step between bodies would leave
+  f->size = thrum_contact_pairs_kept_bytes(f->pairs);
+  f->copy = memory_of(f->size);
+  memcpy(f->copy, f->pairs, f->size);
+  ((thrum_contact_pairs *)(void *)f->copy)->touch_count = 1;
+  const thrum_pair_touching touch = {.key = {.bodies = {1, 2}}, .normal = {0, 0, 1}, .force = 3};
+  memcpy(f->copy + first_touch(f), &touch, sizeof touch);
+  assert_int_equal(thrum_contact_pairs_copy_check(f->pairs, f->copy, NULL), THRUM_OK);
+  return 0;
+}
+
+static int teardown(void **context) {
+  fixture *f = *context;
+  free(f->pairs);
+  free(f->skin);
+  free(f->copy);
+  free(f);
+  return 0;
+}
+
+/* --- definitions ------------------------------------------------------------------------------ */
+
+static void refuse_def(const thrum_contact_pairs_def *def, thrum_status expected) {
+  size_t size = 77;
+  thrum_error error = {0};
+  assert_int_equal(thrum_contact_pairs_size(def, &size, &error), expected);
+  assert_int_equal(size, 77);
+  assert_true(error.message[0] != 0);
+}
+
+static void each_number_of_a_def_has_its_range(void **context) {
+  const fixture *f = *context;
+  refuse_def(NULL, THRUM_UNINITIALISED_DEF);
+  refuse_def(&(thrum_contact_pairs_def){0}, THRUM_UNINITIALISED_DEF);
+
+  // counts: none, and one more than the most
+  const struct {
+    size_t offset;
+    int64_t most;
+  } counts[] = {
+      {offsetof(thrum_contact_pairs_def, member_max), INT64_C(1) << 20},
+      {offsetof(thrum_contact_pairs_def, vertex_max), INT64_C(1) << 31},
+      {offsetof(thrum_contact_pairs_def, node_max), INT64_C(1) << 31},
+      {offsetof(thrum_contact_pairs_def, rank_max), THRUM_RANK_MAX},
+      {offsetof(thrum_contact_pairs_def, touch_max), INT64_C(1) << 24},
+  };
+  for (size_t n = 0; n < sizeof counts / sizeof counts[0]; n++)
+    for (int high = 0; high < 2; high++) {
+      thrum_contact_pairs_def wrong = f->def;
+      const int64_t value = high ? counts[n].most + 1 : 0;
+      memcpy((unsigned char *)&wrong + counts[n].offset, &value, sizeof value);
+      refuse_def(&wrong, THRUM_INVALID_ARGUMENT);
+    }
+  thrum_contact_pairs_def wrong = f->def;
+  wrong.sweeps_max = 0;
+  refuse_def(&wrong, THRUM_INVALID_ARGUMENT);
+
+  // other numbers: no number, below the least, above the most
+  const struct {
+    size_t offset;
+    double below, above;
+  } numbers[] = {
+      {offsetof(thrum_contact_pairs_def, thickness), -1, 1.1e30},
+      {offsetof(thrum_contact_pairs_def, friction), -1, 1.1e30},
+      {offsetof(thrum_contact_pairs_def, restitution), -0.1, 1.1},
+      {offsetof(thrum_contact_pairs_def, tolerance), 0, 1.1e-2},
+  };
+  for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
+    const double values[3] = {NAN, numbers[n].below, numbers[n].above};
+    for (int k = 0; k < 3; k++) {
+      wrong = f->def;
+      memcpy((unsigned char *)&wrong + numbers[n].offset, &values[k], sizeof values[k]);
+      refuse_def(&wrong, THRUM_INVALID_ARGUMENT);
+    }
+  }
+}
+
+static void what_is_null_is_refused_or_nothing(void **context) {
+  fixture *f = *context;
+  thrum_contact_pairs *pairs = NULL;
+  size_t size = 0;
+  assert_int_equal(thrum_contact_pairs_size(&f->def, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_pairs_size(&f->def, &size, NULL), THRUM_OK);
+  assert_int_equal(thrum_contact_pairs_init(NULL, size, &f->def, &pairs, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_pairs_init(f->copy, f->size, &f->def, NULL, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  assert_null(pairs);
+
+  // what is read from no contact is nothing
+  thrum_pair_touch touch;
+  assert_int_equal(thrum_contact_pairs_kept_bytes(NULL), 0);
+  assert_int_equal(thrum_contact_pairs_report_get(NULL).steps, 0);
+  thrum_contact_pairs_begin(NULL);
+  thrum_contact_pairs_reset(NULL);
+  assert_int_equal(thrum_contact_pairs_touch(NULL, 0, &touch, NULL), THRUM_INVALID_ARGUMENT);
+
+  // touches that there are, and no others
+  f->pairs->touch_count = 1;
+  assert_int_equal(thrum_contact_pairs_touch(f->pairs, 0, &touch, NULL), THRUM_OK);
+  assert_int_equal(thrum_contact_pairs_touch(f->pairs, 0, NULL, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_pairs_touch(f->pairs, 1, &touch, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_pairs_touch(f->pairs, -1, &touch, NULL), THRUM_INVALID_ARGUMENT);
+}
+
+/* --- skins ------------------------------------------------------------------------------------ */
+
+static void refuse_solid(const double *vertices, int64_t vertex_count, const int32_t *triangles,
+                         int64_t triangle_count, thrum_status expected) {
+  size_t size = 77;
+  assert_int_equal(
+      thrum_skin_solid_size(vertices, vertex_count, triangles, triangle_count, &size, NULL),
+      expected);
+  assert_int_equal(size, 77);
+}
+
+static void a_skin_needs_vertices_and_triangles_of_them(void **context) {
+  (void)context;
+  refuse_solid(NULL, 4, faces, 4, THRUM_INVALID_ARGUMENT);
+  refuse_solid(corners, 2, faces, 4, THRUM_INVALID_ARGUMENT);
+  refuse_solid(corners, INT64_C(1) << 31, faces, 4, THRUM_INVALID_ARGUMENT);
+  refuse_solid(corners, 4, NULL, 4, THRUM_INVALID_ARGUMENT);
+  refuse_solid(corners, 4, faces, 0, THRUM_INVALID_ARGUMENT);
+  refuse_solid(corners, 4, faces, (INT64_C(1) << 28) + 1, THRUM_INVALID_ARGUMENT);
+  refuse_solid((const double[9]){0, 0, 0, NAN}, 3, faces, 1, THRUM_BAD_VALUE);
+  refuse_solid(corners, 4, (const int32_t[3]){0, 1, 4}, 1, THRUM_INVALID_ARGUMENT);
+  refuse_solid(corners, 4, (const int32_t[3]){0, -1, 2}, 1, THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_skin_solid_size(corners, 4, faces, 4, NULL, NULL), THRUM_INVALID_ARGUMENT);
+
+  // a body's skin needs its mesh and its material
+  thrum_model bare = {.vertex_count = 4, .vertices = (double *)(uintptr_t)corners};
+  size_t size = 77;
+  assert_int_equal(thrum_skin_size(NULL, faces, 4, &size, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_skin_size(&bare, faces, 4, &size, NULL), THRUM_MISSING);
+  bare.basis = bare.vertices;
+  assert_int_equal(thrum_skin_size(&bare, faces, 4, &size, NULL), THRUM_MISSING);
+  assert_int_equal(size, 77);
+
+  // no skin has nothing
+  assert_int_equal(thrum_skin_vertex_count(NULL), 0);
+  assert_int_equal(thrum_skin_node_count(NULL), 0);
+  assert_true(thrum_skin_diagonal(NULL) == 0);
+}
+
+/* --- members ---------------------------------------------------------------------------------- */
+
+static void refuse_step(fixture *f, thrum_contact_member *members, int64_t count,
+                        const char *says) {
+  thrum_error error = {0};
+  assert_int_equal(thrum_contact_pairs_step(f->pairs, members, count, &error),
+                   THRUM_INVALID_ARGUMENT);
+  if (strstr(error.message, says) == NULL)
+    fail_msg("'%s' does not say '%s'", error.message, says);
+}
+
+static void members_of_a_step_must_fit(void **context) {
+  fixture *f = *context;
+  static const thrum_contact_solid still = {.now = {.axes = {1, 0, 0, 0, 1, 0, 0, 0, 1}},
+                                            .next = {.axes = {1, 0, 0, 0, 1, 0, 0, 0, 1}}};
+  const thrum_contact_member one = {.skin = f->skin, .solid = &still, .number = 1};
+  thrum_contact_member members[3] = {one, one, one};
+  members[1].number = 2;
+  members[2].number = 3;
+
+  // how many
+  refuse_step(f, NULL, 1, "there is room for 1 to 2");
+  refuse_step(f, members, 0, "there is room for 1 to 2");
+  refuse_step(f, members, 3, "there is room for 1 to 2");
+  assert_int_equal(thrum_contact_pairs_step(NULL, members, 1, NULL), THRUM_INVALID_ARGUMENT);
+
+  // parts and numbers of a member
+  members[0].skin = NULL;
+  refuse_step(f, members, 2, "member 0 lacks a part");
+  members[0] = one;
+  members[1].solid = NULL;
+  refuse_step(f, members, 2, "member 1 lacks a part");
+  members[1].solid = &still;
+  members[1].number = 1;
+  refuse_step(f, members, 2, "must ascend");
+  members[1].number = 2;
+  members[0].number = -1;
+  refuse_step(f, members, 2, "must ascend");
+  members[0].number = 1;
+
+  // the rank of a skin, and the room for vertices and nodes
+  f->skin->rank = 1;
+  refuse_step(f, members, 2, "of another rank");
+  f->skin->rank = 0;
+  f->pairs->vertex_max--;
+  refuse_step(f, members, 2, "there is room for 7");
+  f->pairs->vertex_max++;
+  f->pairs->node_max--;
+  refuse_step(f, members, 2, "there is room for");
+}
+
+/* --- bytes of a contact ----------------------------------------------------------------------- */
+
+/* The copy with other bytes at an offset is refused with that status, and then mended. */
+static void refuse(fixture *f, size_t offset, const void *bytes, size_t size,
+                   thrum_status expected) {
+  unsigned char kept[16];
+  memcpy(kept, f->copy + offset, size);
+  memcpy(f->copy + offset, bytes, size);
+  const thrum_status status = thrum_contact_pairs_copy_check(f->pairs, f->copy, NULL);
+  if (status != expected)
+    fail_msg("bytes at %zu: %s", offset, thrum_status_text(status));
+  memcpy(f->copy + offset, kept, size);
+}
+
+static void a_copy_of_another_def_is_refused(void **context) {
+  fixture *f = *context;
+  assert_int_equal(thrum_contact_pairs_copy_check(f->pairs, f->copy, NULL), THRUM_OK);
+  assert_int_equal(thrum_contact_pairs_copy_check(NULL, f->copy, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_contact_pairs_copy_check(f->pairs, NULL, NULL), THRUM_INVALID_ARGUMENT);
+
+  // all that init sets stands in front: one bit of each byte of it
+  for (size_t byte = 0; byte < offsetof(thrum_contact_pairs, touch_count); byte++) {
+    const unsigned char other = f->copy[byte] ^ (unsigned char)(1U << (byte % 8));
+    refuse(f, byte, &other, 1, THRUM_MODEL_MISMATCH);
+  }
+}
+
+static void counts_and_numbers_of_a_copy_have_their_range(void **context) {
+  fixture *f = *context;
+  const int64_t touch_max = f->pairs->touch_max, most = INT64_C(1) << 62;
+  const struct {
+    size_t offset;
+    int64_t most;
+  } counts[] = {
+      {offsetof(thrum_contact_pairs, touch_count), touch_max},
+      {offsetof(thrum_contact_pairs, before_count), touch_max},
+      {offsetof(thrum_contact_pairs, steps), most},
+      {offsetof(thrum_contact_pairs, redone), most},
+      {offsetof(thrum_contact_pairs, declined), most},
+      {offsetof(thrum_contact_pairs, dropped), most},
+      {offsetof(thrum_contact_pairs, sweeps), most},
+  };
+  for (size_t n = 0; n < sizeof counts / sizeof counts[0]; n++) {
+    const int64_t wrong[2] = {-1, counts[n].most + 1};
+    refuse(f, counts[n].offset, &wrong[0], sizeof wrong[0], THRUM_BAD_VALUE);
+    refuse(f, counts[n].offset, &wrong[1], sizeof wrong[1], THRUM_BAD_VALUE);
+  }
+
+  // energies and depths of the header
+  const double bad[2] = {NAN, INFINITY};
+  for (size_t at = offsetof(thrum_contact_pairs, stored); at < offsetof(thrum_contact_pairs, steps);
+       at += sizeof(double))
+    refuse(f, at, &bad[at / sizeof(double) % 2], sizeof(double), THRUM_BAD_VALUE);
+}
+
+static void each_number_of_a_touch_of_a_copy_is_looked_at(void **context) {
+  fixture *f = *context;
+  const size_t touch = first_touch(f);
+
+  // which way it points, and what touches what
+  const int32_t wrong[2] = {-1, 3};
+  for (int n = 0; n < 2; n++) {
+    refuse(f, touch + offsetof(thrum_pair_touching, towards), &wrong[n], sizeof wrong[n],
+           THRUM_BAD_VALUE);
+    refuse(f, touch + offsetof(thrum_pair_touching, key.kind), &wrong[n], sizeof wrong[n],
+           THRUM_BAD_VALUE);
+  }
+
+  // bodies: numbers from 0 on, the first below the second
+  const int32_t bodies[3][2] = {{-1, 2}, {2, 2}, {3, 2}};
+  for (int n = 0; n < 3; n++)
+    refuse(f, touch + offsetof(thrum_pair_touching, key.bodies), bodies[n], sizeof bodies[n],
+           THRUM_BAD_VALUE);
+
+  // forces, distances and places
+  const double bad[2] = {NAN, INFINITY};
+  for (size_t at = offsetof(thrum_pair_touching, normal); at < sizeof(thrum_pair_touching);
+       at += sizeof(double))
+    refuse(f, touch + at, &bad[at / sizeof(double) % 2], sizeof(double), THRUM_BAD_VALUE);
+}
+
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      TEST(each_number_of_a_def_has_its_range),
+      TEST(what_is_null_is_refused_or_nothing),
+      TEST(a_skin_needs_vertices_and_triangles_of_them),
+      TEST(members_of_a_step_must_fit),
+      TEST(a_copy_of_another_def_is_refused),
+      TEST(counts_and_numbers_of_a_copy_have_their_range),
+      TEST(each_number_of_a_touch_of_a_copy_is_looked_at),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
