@@ -94,6 +94,9 @@ thrum_status scene_run_base_motions(scene_run *run, thrum_error *error);
 bool scene_run_collides(const scene_run *run);
 thrum_contact_pairs_def scene_run_collisions_def(const scene_run *run);
 
+/* Are there obstacles that are touched by their faces? */
+bool scene_run_has_solids(const scene_run *run);
+
 /* Do bodies touch each other, or obstacles by their faces? */
 bool scene_run_touches(const scene_run *run);
 thrum_status scene_run_collisions(const scene_run *run);
@@ -140,6 +143,9 @@ const char *scene_run_status(const scene_run *run);
 /* scene_run_detail.c: condenses the bodies that ask for an error or a budget, and sets the levels
  * of detail. */
 thrum_status scene_run_find_detail(scene_run *run, thrum_error *error);
+
+/* scene_run_detail.c: warns of condensed bodies that pass through what is there. */
+void scene_run_warn_of_passing(const scene_run *run);
 
 /* scene_run_trial.c: one body in a scene of its own, with all that acts on it but other bodies. Its
  * hash is that of all that its motion depends on. scene_trial_close frees, whatever came back. */

@@ -35,14 +35,36 @@ static bool is_sought(const scene_body_run *body) {
   return body->spec->error > 0 || body->spec->budget > 0;
 }
 
-/* Whether fewer coordinates would have the body pass through others unasked. */
+/* Whether fewer coordinates would have the body pass through others unasked, or through obstacles
+ * with faces. */
 static bool would_pass(const scene_run *run, const scene_body_run *body) {
-  return scene_run_collides(run) && body->spec->collide;
+  return (scene_run_collides(run) && body->spec->collide) || scene_run_has_solids(run);
 }
 
 static const char passes[] =
-    "condensed bodies touch no others: say \"collide\": false of the body, "
-    "or leave this out";
+    "condensed bodies touch no others and no obstacles with faces: say \"collide\": false of the "
+    "body where there are no such obstacles, or leave this out";
+
+void scene_run_warn_of_passing(const scene_run *run) {
+  int32_t count = 0, first = -1;
+  for (int32_t n = 0; n < run->spec.bodies.count; n++) {
+    thrum_scene_body_info info;
+    thrum_scene_body(run->scene, n, &info, NULL);
+    if (!info.condensed || !would_pass(run, &run->bodies[n]))
+      continue;
+    first = count++ == 0 ? n : first;
+  }
+
+  // one line for a crowd
+  if (count == 1)
+    config_warn("body '%.100s' is condensed: it passes through other bodies and obstacles with "
+                "faces",
+                run->bodies[first].spec->name);
+  else if (count > 1)
+    config_warn("body '%.100s' and %" PRId32 " more are condensed: they pass through other bodies "
+                "and obstacles with faces",
+                run->bodies[first].spec->name, count - 1);
+}
 
 /* Both go without what they find. */
 static thrum_status check(const scene_run *run, const scene_body_run *body) {

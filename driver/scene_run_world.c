@@ -88,8 +88,12 @@ bool scene_run_collides(const scene_run *run) {
   return run->spec.collide && run->spec.bodies.count > 1;
 }
 
+bool scene_run_has_solids(const scene_run *run) {
+  return scene_run_obstacle_index(run, true, 0) >= 0;
+}
+
 bool scene_run_touches(const scene_run *run) {
-  return scene_run_collides(run) || scene_run_obstacle_index(run, true, 0) >= 0;
+  return scene_run_collides(run) || scene_run_has_solids(run);
 }
 
 thrum_contact_pairs_def scene_run_collisions_def(const scene_run *run) {

@@ -392,6 +392,23 @@ static void an_impact_on_what_follows_is_flagged(void **state) {
   program_result_free(&run);
 }
 
+/* Faces are touched by bodies that step all coordinates: the user hears of one that does not. */
+static void a_body_that_passes_through_an_obstacle_is_warned_of(void **state) {
+  (void)state;
+  program_result run;
+  cJSON *object = simulate_scene(
+      "passes",
+      "{\"time\":0.03,\"bodies\":[{\"name\":\"few\",\"model\":\"beam.npz\",\"condense\":4},"
+      "{\"name\":\"all\",\"model\":\"beam.npz\",\"position\":[0,1,0]},"
+      "{\"name\":\"less\",\"model\":\"beam.npz\",\"condense\":2,\"position\":[0,2,0]}],"
+      "\"obstacles\":[{\"shape\":\"box\",\"size\":[0.1,0.1,0.1],\"centre\":[1,0,-2]}]}",
+      &run);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, "body 'few' and 1 more are condensed: they pass through"));
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
 static void what_cannot_be_condensed_is_refused(void **state) {
   (void)state;
   static const char *const cases[][4] = {
@@ -427,6 +444,7 @@ int main(void) {
       cmocka_unit_test(vibration_of_what_follows_is_flagged),
       cmocka_unit_test(a_scene_flags_the_vibration_of_what_follows),
       cmocka_unit_test(an_impact_on_what_follows_is_flagged),
+      cmocka_unit_test(a_body_that_passes_through_an_obstacle_is_warned_of),
       cmocka_unit_test(what_cannot_be_condensed_is_refused),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);

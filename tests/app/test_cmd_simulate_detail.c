@@ -200,6 +200,9 @@ static void what_cannot_be_is_refused_by_its_line(void **state) {
        "condensed bodies touch no others"},
       {"\"error\": 0.1}, {\"model\": \"free.npz\", \"free\": true, \"position\": [0, 2, 0]",
        "bodies[0].error: condensed"},
+      {"\"error\": 0.1}], \"obstacles\": [{\"shape\": \"box\", \"size\": [1, 1, 1], \"centre\": "
+       "[0, 0, -9]",
+       "bodies[0].error: condensed bodies touch no others and no obstacles with faces"},
       {"\"error\": 0.1, \"collide\": false}, {\"model\": \"free.npz\", \"free\": true, "
        "\"position\": [0, 2, 0]",
        NULL},
