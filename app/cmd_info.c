@@ -385,7 +385,7 @@ static void print_residuals(const info *about) {
          meta_number(about, "residuals", "diagonality"));
 }
 
-/* What the strain energy is summed from. */
+/* Prints what the strain energy is summed from: coefficients or points. */
 static void print_energy(const info *about) {
   const thrum_model *model = about->model;
   if (model->point_count > 0) {

@@ -168,7 +168,7 @@ static bool cache_path(uint64_t hash, char folder[NAMED_MODEL_PATH_MAX],
   return true;
 }
 
-/* What is kept of a finding: a line that ends with its checksum. Returns its length. */
+/* Writes the line that keeps a finding, with its checksum at the end. Returns its length. */
 static int cached_line(uint64_t hash, const scene_finding *finding, char line[CACHE_LINE]) {
   const int length =
       snprintf(line, CACHE_LINE, "%" PRId64 " %.17g", finding->masters, finding->error);
@@ -207,7 +207,7 @@ static void write_cached(uint64_t hash, const scene_finding *finding) {
 
 /* --- all bodies ------------------------------------------------------------------------------- */
 
-/* What a body asked for and does not get; an empty text: it gets all. */
+/* A text that says what a body asked for and does not get; empty: it gets all. */
 typedef char shortfall[SHORTFALL_SIZE];
 
 /* A budget below the cheapest step. */

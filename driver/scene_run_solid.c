@@ -14,7 +14,7 @@
 #define PARALLEL 1e-9 /* sine of the angle up to which two axes are one */
 #define PARTS_MAX 1e6 /* of a path */
 
-/* What a solid's def points to while it is added. */
+/* The data that a solid's def points to while it is added. */
 typedef struct solid_parts {
   thrum_surface_mesh surface;
   double *heights, *times, *places;

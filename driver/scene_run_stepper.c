@@ -26,7 +26,7 @@ static bool is_checked(const scene_run *run, int32_t n) {
   return info.stepped == run->bodies[n].check.model;
 }
 
-/* What the slaves of a condensed body would have done in the step that was made. */
+/* Adds what the slaves of a condensed body would have done in the step that was made. */
 static thrum_status look_at_vibration(const scene_run *run, int32_t n, thrum_error *error) {
   scene_body_run *body = &run->bodies[n];
   const thrum_model *stepped = body->check.model;

@@ -5,8 +5,8 @@
 
 #include "driver/scene_run.h"
 
-// room for touches between bodies, for each of the first ones and of those beyond, of which a crowd
-// has fewer each; a touch takes 1.3 kB at rank 4 and 4 kB at rank 60
+// room for touches between bodies, for each of the first ones and of those beyond, of which
+// scenes of many bodies have fewer each; a touch takes 1.3 kB at rank 4 and 4 kB at rank 60
 #define SCENE_TOUCHES 1024
 #define SCENE_TOUCHES_FIRST 64
 #define SCENE_TOUCHES_BEYOND 128

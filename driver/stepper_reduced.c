@@ -104,7 +104,7 @@ static thrum_status set_force(reduced_stepper *self, int64_t step, thrum_error *
   return thrum_state_set_force(self->model, self->state, reduced, error);
 }
 
-/* What the slaves would have done in the step that was made. */
+/* Adds what the slaves would have done in the step that was made. */
 static void look_at_vibration(reduced_stepper *self) {
   double x[THRUM_RANK_MAX];
   if (thrum_state_get(self->model, self->state, x, NULL, NULL) >= 0)

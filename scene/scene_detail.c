@@ -5,7 +5,7 @@
  * k sum_h |y_h - y_h(x)| max |U_h|, r operations; where that bound is too large, the jump itself is
  * looked at. The speed of the deformation is bounded in the same way, by the velocities and by how
  * far the shape has come since the last update, which sees what answers a load at rest as well.
- * What is about to act on the body is in scene_still.c.
+ * scene_still.c looks at what is about to act on the body.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"

@@ -93,7 +93,7 @@ typedef struct scene_counts {
   double dissipated;
 } scene_counts;
 
-/* What updates have seen of a body with a level of detail. */
+/* A body with a level of detail, as its updates have seen it. */
 typedef struct scene_seen {
   double last_time;   /* of the last update [s]; negative: there was none */
   double quiet_since; /* when it moved too fast, or something acted on it, last [s] */
@@ -272,7 +272,7 @@ void scene_detail_free(thrum_scene *scene, scene_body *body);
 /* A body that starts again has not been looked at. */
 void scene_detail_restart(scene_body *body);
 
-/* Has a body that steps fewer coordinates step as near, for a start; it may jump. */
+/* A body that steps fewer coordinates steps all of them again, for a start; it may jump. */
 thrum_status scene_detail_wake(thrum_scene *scene, int32_t number, thrum_error *error);
 
 /* Bound of the displacement of any vertex by coordinates from `first` on of the scaled body, less

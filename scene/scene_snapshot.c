@@ -38,7 +38,7 @@ static size_t condensed_count(const scene_body *body) {
   return body->derived->condensed ? (size_t)(body->derived->rank + body->model->rank) : 0;
 }
 
-/* Of a body with a level of detail: what updates have seen, and the coordinates at the last. */
+/* A body with a level of detail keeps what updates have seen, and the coordinates at the last. */
 static size_t detail_bytes(const scene_body *body) {
   return body->detail != NULL ? sizeof(scene_seen) + (size_t)body->model->rank * sizeof(double) : 0;
 }
@@ -130,7 +130,8 @@ static bool is_motion_right(const scene_body *body, const body_record *record) {
          thrum_all_finite(then->attitude, 9) && thrum_all_finite(then->momentum, 3);
 }
 
-/* What updates have seen of a body in a scene of so many steps, at *at, which moves behind it. */
+/* Checks what updates have seen of a body, in a scene of so many steps, at *at, which moves behind
+ * it. */
 static thrum_status check_seen(const scene_body *body, int64_t steps, const unsigned char **at,
                                thrum_error *error) {
   scene_seen seen;

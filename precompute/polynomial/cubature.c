@@ -78,7 +78,7 @@ static double largest(const cubature *c) {
   return sqrt(most);
 }
 
-/* What the coordinates from k on do while the others are at q: adds it to q. */
+/* Adds to q what the coordinates from k on do while the others are at q. */
 static void follow(cubature *c, bool exactly, double *q) {
   const int64_t k = c->def->masters, rows = 3 * c->model->vertex_count;
   double reduced[THRUM_RANK_MAX];

@@ -1,4 +1,4 @@
-/* What rows of obstacles and rows between bodies have in common (docs/contact.md), see
+/* The part that rows of obstacles and rows between bodies have in common (docs/contact.md), see
  * contact_row.h. Cost: about 100 operations a row and call, without those of its point.
  *
  * SPDX-License-Identifier: Apache-2.0 */

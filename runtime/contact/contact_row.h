@@ -58,7 +58,7 @@ double thrum_contact_row_ceiling(const thrum_contact_row *row, double h, double 
 /* The sum of the forces times the displacements of their points without contact [J]. */
 double thrum_rows_flow(const thrum_row_list *list);
 
-/* What the springs hold [J]. */
+/* The energy that the springs hold [J]. */
 double thrum_rows_stored(const thrum_row_list *list);
 
 /* Updates the energy that springs hold after the step: all together no more than they took, and

@@ -52,8 +52,8 @@ static void along(const thrum_model *model, int64_t j, double *c3, double *c4) {
   *c4 = model->c4[thrum_c4_index(r, j, j, j, j)];
 }
 
-/* What the slaves of a condensed model took of c4_jjjj, by their frequencies and how they follow,
- * which are those of the shape and may be of another scale. */
+/* The share that the slaves of a condensed model took of c4_jjjj, by their frequencies and how they
+ * follow, which are those of the shape and may be of another scale. */
 static double taken_by_slaves(const thrum_model *model, int64_t j) {
   if (model->shape == NULL)
     return 0;

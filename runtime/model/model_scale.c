@@ -115,7 +115,7 @@ static double *append(unsigned char **next, const double *from, size_t count, do
   return part;
 }
 
-/* Those of its points. */
+/* Scales weights, moduli and gradients of its cubature points. */
 static bool scale_points(void *memory, const thrum_model *model, const factors *f,
                          const thrum_model *scaled) {
   const size_t count = (size_t)model->point_count;

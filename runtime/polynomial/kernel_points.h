@@ -1,4 +1,4 @@
-/* What a state asks of cubature points when it is made. Private to runtime/.
+/* The questions that a state asks of cubature points when it is made. Private to runtime/.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_POLYNOMIAL_KERNEL_POINTS_H
 #define THRUM_RUNTIME_POLYNOMIAL_KERNEL_POINTS_H

@@ -248,7 +248,7 @@ static void energy_changes_by_work_less_dissipation(void **context) {
 
 /* Impulses throw a body of few modes far beyond where it is linear, and end it there at a
  * standstill: there is no p' to take up what the mean force leaves of the balance. */
-static void a_blow_of_any_size_keeps_the_balance(void **context) {
+static void a_kick_of_any_size_keeps_the_balance(void **context) {
   (void)context;
   for (int64_t rank = 1; rank <= 3; rank++) {
     random_model m;
@@ -442,7 +442,7 @@ int main(void) {
       cmocka_unit_test(errors_of_the_energy_do_not_add_up),
       cmocka_unit_test(the_account_follows_work_and_dissipation),
       cmocka_unit_test(energy_changes_by_work_less_dissipation),
-      cmocka_unit_test(a_blow_of_any_size_keeps_the_balance),
+      cmocka_unit_test(a_kick_of_any_size_keeps_the_balance),
       cmocka_unit_test(energy_is_conserved_whatever_the_tolerance),
       cmocka_unit_test(a_large_step_keeps_its_energy_with_a_loose_solve),
       cmocka_unit_test(stiff_modes_keep_their_energy),
