@@ -321,6 +321,25 @@ static void contact_is_told_of_the_step_to_third_order(void **context) {
   free(memory);
 }
 
+static void a_body_at_rest_stays_and_leaves_no_residual(void **context) {
+  (void)context;
+  valley v;
+  valley_make(&v, 400);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&v.model, 2, &stepped);
+  const thrum_state_def def = def_of(1e-2);
+  thrum_state *state = state_make(stepped, &def);
+  state_steps(stepped, state, 3);
+
+  // an increment of zero has nothing that a residual could be relative to
+  double x[2] = {1, 1}, p[2] = {1, 1};
+  state_read(stepped, state, x, p);
+  assert_true(x[0] == 0 && x[1] == 0 && p[0] == 0 && p[1] == 0);
+  assert_true(thrum_state_report_get(state).residual_last == 0);
+  state_free(state);
+  free(memory);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_stiff_slave_has_its_inertia_which_plain_condensing_leaves_out),
@@ -331,6 +350,7 @@ int main(void) {
       cmocka_unit_test(a_copy_and_a_batch_step_to_the_same_bits),
       cmocka_unit_test(all_kernels_give_the_same_bits),
       cmocka_unit_test(contact_is_told_of_the_step_to_third_order),
+      cmocka_unit_test(a_body_at_rest_stays_and_leaves_no_residual),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
