@@ -233,6 +233,8 @@ static void a_master_that_stretches_vibrates_at_its_own_frequency(void **state) 
   } runs[] = {{"fine", "energy", "0.0001", "20"},
               {"coarse", "energy", "0.002", "1"},
               {"trapezoidal", "newmark", "0.002", "1"}};
+
+  // rows at equal times, of each run
   for (size_t n = 0; n < 3; n++) {
     program_result run =
         thrum_run(folder, "simulate", "beam.npz", "-o", runs[n].run, "-q", "--time", "0.3",
@@ -242,6 +244,7 @@ static void a_master_that_stretches_vibrates_at_its_own_frequency(void **state) 
       fail_msg("exit code %d: %s", run.exit_code, run.err);
     program_result_free(&run);
   }
+
   assert_true(difference("coarse/q.npy", "fine/q.npy", 0) < 0.001);
   assert_true(difference("trapezoidal/q.npy", "fine/q.npy", 0) > 0.03);
 }
