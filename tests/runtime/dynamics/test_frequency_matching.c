@@ -4,6 +4,8 @@
  * the step without it. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
+#include "runtime/dynamics/frequency_matching.h"
+
 enum { RANK = 6 };
 
 static const double start_q[RANK] = {0.3, -0.1, 0.15, 0.05, -0.04, 0.02};
@@ -52,6 +54,31 @@ static void linear_modes_move_as_in_closed_form(void **context) {
     state_read(&m.model, state, q[0], p[0]);
     assert_true(largest_difference(q[0], q[1], RANK) < 1e-11);
     assert_true(largest_difference(p[0], p[1], RANK) < 1e-10);
+  }
+  state_free(state);
+  random_model_free(&m);
+}
+
+/* What contact and damping ask of one mode is what the step does with all of them. */
+static void one_mode_is_stepped_as_all_are_together(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make(&m, 1, RANK, 1.0, 19.9, INFINITY);
+  const thrum_state_def def = make_def(0.05, 1);
+  thrum_state *state = state_make(&m.model, &def);
+  assert_int_equal(thrum_matched_modes(&m.model, state), RANK);
+
+  // two modes that follow softer ones are stepped by the trapezoidal rule
+  state->following[0] = 1u << 2 | 1u << 4;
+  double stretch[RANK], inverse[RANK], speed[RANK];
+  thrum_match_steps(&m.model, state, RANK, stretch, inverse, speed);
+  for (int i = 0; i < RANK; i++) {
+    const thrum_matched_step one = thrum_matched_step_of(&m.model, state, i);
+    const bool follows = i == 2 || i == 4;
+    assert_true((one.stretch == 1 && one.inverse == 1 && one.speed == 1) == follows);
+    assert_true(fabs(one.stretch - stretch[i]) <= 1e-15 * stretch[i]);
+    assert_true(fabs(one.inverse - inverse[i]) <= 1e-15 * inverse[i]);
+    assert_true(fabs(one.speed - speed[i]) <= 1e-15 * speed[i]);
   }
   state_free(state);
   random_model_free(&m);
@@ -253,6 +280,7 @@ static void it_runs_backwards(void **context) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(linear_modes_move_as_in_closed_form),
+      cmocka_unit_test(one_mode_is_stepped_as_all_are_together),
       cmocka_unit_test(damped_modes_decay_at_their_own_rate),
       cmocka_unit_test(modes_that_follow_softer_ones_keep_the_trapezoidal_rule),
       cmocka_unit_test(energy_is_conserved_over_long_runs),
