@@ -4,10 +4,10 @@
  *
  *   file_fault KIND COUNT_FILE AT PROGRAM ARGUMENTS
  *
- * KIND is one of the names below; AT is which call fails, from 1; 0: none. COUNT_FILE gets the
- * number of calls of that kind when the program ends; "-": none. Calls on the standard error do not
- * count, nor do those of programs that the program starts. Ends as the program does; 125 where the
- * kernel does not let one process trace another.
+ * KIND is one of the names below; AT is which call fails, from 1; 0: none. COUNT_FILE gets a line for
+ * each kind when the program ends, its name and the number of its calls; "-": none. Calls on the
+ * standard error do not count, nor do those of programs that the program starts. Ends as the program
+ * does; 125 where the kernel does not let one process trace another.
  * SPDX-License-Identifier: Apache-2.0 */
 #define _GNU_SOURCE // WALL
 #include <errno.h>
@@ -53,6 +53,7 @@ static const fault faults[] = {
     {"folder", {SYS_mkdir, SYS_mkdirat, -1}, EACCES, false, false},
     {"remove", {SYS_unlink, SYS_unlinkat, SYS_rmdir, -1}, EACCES, false, false},
 };
+#define FAULTS (sizeof faults / sizeof *faults)
 
 /* A thread of the program: whether it is inside a call, and whether that one fails. */
 typedef struct thread {
@@ -85,7 +86,7 @@ static bool is_of(const fault *what, const struct user_regs_struct *registers) {
   return false;
 }
 
-/* A thread has stopped before or after a call. */
+/* A thread has stopped before or after a call; counted has a number of calls for each fault. */
 static void at_call(const fault *what, thread *of, long at, long *counted) {
   struct user_regs_struct registers;
   if (ptrace(PTRACE_GETREGS, of->id, NULL, &registers) != 0)
@@ -94,9 +95,11 @@ static void at_call(const fault *what, thread *of, long at, long *counted) {
 
   // before: a call that is to fail becomes none, where it is not to be made
   if (of->inside) {
+    for (size_t n = 0; n < FAULTS; n++)
+      counted[n] += is_of(&faults[n], &registers);
     if (!is_of(what, &registers))
       return;
-    const long number = ++*counted;
+    const long number = counted[what - faults];
     of->fails = number == at || (what->from_there_on && at > 0 && number > at);
     if (of->fails && !what->after) {
       registers.orig_rax = (unsigned long long)-1;
@@ -139,7 +142,7 @@ static int follow(pid_t program, const fault *what, long at, long *counted) {
 
 int main(int argc, char **argv) {
   const fault *what = NULL;
-  for (size_t n = 0; argc > 4 && n < sizeof faults / sizeof *faults; n++)
+  for (size_t n = 0; argc > 4 && n < FAULTS; n++)
     if (strcmp(argv[1], faults[n].name) == 0)
       what = &faults[n];
   if (what == NULL) {
@@ -165,11 +168,12 @@ int main(int argc, char **argv) {
     return NO_TRACE;
   ptrace(PTRACE_SYSCALL, program, NULL, NULL);
 
-  long counted = 0;
-  const int code = follow(program, what, atol(argv[3]), &counted);
+  long counted[FAULTS] = {0};
+  const int code = follow(program, what, atol(argv[3]), counted);
   FILE *file = strcmp(argv[2], "-") != 0 ? fopen(argv[2], "w") : NULL;
   if (file != NULL) {
-    fprintf(file, "%ld\n", counted);
+    for (size_t n = 0; n < FAULTS; n++)
+      fprintf(file, "%s %ld\n", faults[n].name, counted[n]);
     fclose(file);
   }
   return code;

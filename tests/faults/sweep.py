@@ -333,11 +333,12 @@ def sweep_files(case, injector, points, show):
     """Every n-th call of each kind that reads or writes files."""
     count_path = case.inputs / "count"
     case.learn(Fault("none", lambda at: {}, lambda at: []))
-    faults = []
-    for kind in FILE_FAULTS:
-        case.run(Fault(kind, lambda at: {}, lambda at, kind=kind: [injector, kind, str(count_path), "0"]), 0)
-        faults.append((Fault(kind, lambda at: {}, lambda at, kind=kind: [injector, kind, "-", str(at)]),
-                       int(count_path.read_text())))
+
+    # one run counts the calls of every kind
+    case.run(Fault("count", lambda at: {}, lambda at: [injector, "open", str(count_path), "0"]), 0)
+    counts = dict(line.split() for line in count_path.read_text().splitlines())
+    faults = [(Fault(kind, lambda at: {}, lambda at, kind=kind: [injector, kind, "-", str(at)]), int(counts[kind]))
+              for kind in FILE_FAULTS]
     yield from sweep(case, faults, points, show)
 
 
