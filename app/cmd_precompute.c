@@ -1,5 +1,7 @@
 /* `thrum precompute`: from a tetrahedral mesh to a model file. The work is done in precompute/;
  * here it is asked for and shown. SPDX-License-Identifier: Apache-2.0 */
+#include "app/cmd_precompute.h"
+
 #include <stdlib.h>
 
 #include "app/cmd.h"
@@ -33,7 +35,7 @@ static int run_request(precompute_request *request) {
   return flagged ? COMMAND_FLAGGED : COMMAND_DONE;
 }
 
-int cmd_precompute(int argc, char **argv) {
+int cmd_precompute_shared(int argc, char **argv, const thrum_precompute_shared *shared) {
   precompute_request request = {0};
   // no more --fix than arguments, or than a recipe holds
   request.fixes =
@@ -53,10 +55,15 @@ int cmd_precompute(int argc, char **argv) {
   request.materials = request.handles + 3 * room;
   request.tests = request.train + room;
   int code = precompute_options_read(argc, argv, &request);
+  request.options.shared = shared;
   if (code == COMMAND_DONE)
     code = run_request(&request);
   free(request.fixes);
   free(request.handles);
   config_file_free(&request.file);
   return code;
+}
+
+int cmd_precompute(int argc, char **argv) {
+  return cmd_precompute_shared(argc, argv, NULL);
 }

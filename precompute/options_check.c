@@ -99,7 +99,7 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
                            "cubature takes the place of a polynomial: import the basis alone");
 
   // a count that cannot be made says so itself
-  if (options->check == THRUM_CHECK_INERTIA && !thrum_inertia_available())
+  if (options->check == THRUM_CHECK_INERTIA && !thrum_inertia_available() && !options->shared)
     return thrum_inertia_count(NULL, NULL, 0, NULL, error);
 
   if (options->mass != THRUM_MASS_CONSISTENT && options->mass != THRUM_MASS_LUMPED)
@@ -138,10 +138,11 @@ thrum_status thrum_options_check_body(thrum_precompute_options *options, const t
   return THRUM_OK;
 }
 
+bool thrum_options_count_wanted(thrum_check check, int64_t free_count) {
+  return check == THRUM_CHECK_INERTIA || (check == THRUM_CHECK_AUTO && free_count <= COUNT_MAX);
+}
+
 bool thrum_options_counted(const thrum_precompute_options *options, int64_t free_count) {
-  if (options->imported)
-    return false;
-  return options->check == THRUM_CHECK_INERTIA ||
-         (options->check == THRUM_CHECK_AUTO && thrum_inertia_available() &&
-          free_count <= COUNT_MAX);
+  return !options->imported && thrum_inertia_available() &&
+         thrum_options_count_wanted(options->check, free_count);
 }

@@ -28,7 +28,11 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
 thrum_status thrum_options_check_body(thrum_precompute_options *options, const thrum_fem *fem,
                                       bool *free_body, thrum_error *error);
 
-/* Are the modes counted by inertia as well? */
+/* Should the modes of a body of so many free components be counted by inertia as well, where that
+ * can be done? */
+bool thrum_options_count_wanted(thrum_check check, int64_t free_count);
+
+/* Are they? */
 bool thrum_options_counted(const thrum_precompute_options *options, int64_t free_count);
 
 #endif

@@ -30,6 +30,7 @@
 typedef struct pipeline {
   const thrum_mesh *mesh;
   const uint8_t *fixed;
+  const thrum_ranks *ranks; /* that share the body, of which the mesh is a part; NULL: none */
   thrum_precompute_options options;
   thrum_fem fem;
   thrum_sparse stiffness, mass;
@@ -67,26 +68,45 @@ static thrum_status find_rigid(pipeline *p, thrum_error *error) {
 
 // before the large arrays are taken
 static thrum_status check_memory(const pipeline *p, thrum_error *error) {
+  if (p->ranks)
+    return THRUM_OK;
   thrum_estimate estimate;
   thrum_estimate_memory(&p->fem, &p->stiffness, p->factor, &p->options, &estimate);
   return estimate.fits ? THRUM_OK : thrum_estimate_refuse(&estimate, error);
+}
+
+// volume and mass of the whole body
+static void weigh_body(pipeline *p) {
+  double sums[2] = {0};
+  for (int64_t t = 0; t < p->fem.tet_count; t++) {
+    sums[0] += p->fem.volume[t];
+    sums[1] += p->fem.volume[t] * p->fem.density[p->fem.tet_region[t]];
+  }
+  thrum_ranks_sum(p->ranks, sums, 2);
+  p->result.volume = sums[0];
+  p->result.mass = sums[1];
 }
 
 static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   bool free_body = false;
   THRUM_TRY(
       thrum_fem_create_of_order(p->mesh, p->fixed, p->options.quadrature_order, &p->fem, error));
-  THRUM_TRY(thrum_options_check_body(&p->options, &p->fem, &free_body, error));
+  p->fem.ranks = p->ranks;
+  if (p->ranks)
+    THRUM_TRY(p->ranks->take(p->ranks->context, &p->fem, error));
 
-  p->result.free_dofs = p->fem.free_count;
+  // whether a body that is shared is held was judged before it was cut
+  if (p->ranks)
+    free_body = p->ranks->free_body;
+  else
+    THRUM_TRY(thrum_options_check_body(&p->options, &p->fem, &free_body, error));
+
+  p->result.free_dofs = thrum_ranks_size(p->ranks, p->fem.free_count);
   if (p->fem.rule)
     p->result.quadrature_order =
         p->options.quadrature_order > 0 ? p->options.quadrature_order : p->fem.usual_order;
   p->result.rigid_count = free_body ? THRUM_RIGID_COUNT : 0;
-  for (int64_t t = 0; t < p->fem.tet_count; t++) {
-    p->result.volume += p->fem.volume[t];
-    p->result.mass += p->fem.volume[t] * p->fem.density[p->fem.tet_region[t]];
-  }
+  weigh_body(p);
 
   THRUM_TRY(thrum_fem_pattern(&p->fem, &p->stiffness, error));
   THRUM_TRY(thrum_fem_mass(&p->fem, p->options.mass, &p->stiffness, &p->mass, error));
@@ -128,8 +148,17 @@ static thrum_status say_singular(const pipeline *p, thrum_error *error) {
                          p->rigid ? "" : "fix more with --fix, or ");
 }
 
-static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
-  (void)reporter;
+// the solver of several processes in place of a factor
+static thrum_status share_factor(pipeline *p, thrum_error *error) {
+  const thrum_ranks *ranks = p->ranks;
+  const thrum_status status = ranks->prepare(ranks->context, &p->stiffness, &p->mass, error);
+  if (status == THRUM_SINGULAR)
+    return say_singular(p, error);
+  THRUM_TRY(status);
+  return thrum_factor_share(ranks, p->fem.free_count, &p->factor, error);
+}
+
+static thrum_status factorise(pipeline *p, thrum_error *error) {
   thrum_support_springs springs;
 
   // a free body's stiffness is singular until six springs hold it
@@ -153,11 +182,12 @@ static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thru
   if (p->rigid)
     thrum_support_springs_remove(&springs, &p->stiffness);
 
-  if (status == THRUM_SINGULAR)
-    return say_singular(p, error);
-  if (status < 0)
-    return status;
+  return status == THRUM_SINGULAR ? say_singular(p, error) : status;
+}
 
+static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
+  (void)reporter;
+  THRUM_TRY(p->ranks ? share_factor(p, error) : factorise(p, error));
   p->result.factor_nonzeros = thrum_factor_nonzeros(p->factor);
   p->result.flops[THRUM_STAGE_factor] = thrum_factor_flops(p->factor);
 
@@ -173,6 +203,7 @@ static thrum_status check_mechanism(const pipeline *p, thrum_error *error) {
   for (int64_t i = 0; i < p->fem.free_count; i++)
     stiffest =
         fmax(stiffest, p->stiffness.value[p->stiffness.begin[i]] / p->mass.value[p->mass.begin[i]]);
+  thrum_ranks_largest(p->ranks, &stiffest, 1);
   if (p->result.mode_omega2[0] > 1e-16 * stiffest)
     return THRUM_OK;
   if (say_incompressible(p, error))
@@ -189,11 +220,19 @@ static thrum_status count_modes(pipeline *p, double next, thrum_error *error) {
   thrum_precomputed *result = &p->result;
   int64_t below;
   result->shift = thrum_mode_shift(p->options.modes, result->mode_omega2, next, &below);
-  const thrum_status status =
-      thrum_inertia_count(&p->stiffness, &p->mass, result->shift, &result->shift_count, error);
+  const thrum_status status = p->ranks ? p->ranks->count_below(p->ranks->context, result->shift,
+                                                               &result->shift_count, error)
+                                       : thrum_inertia_count(&p->stiffness, &p->mass, result->shift,
+                                                             &result->shift_count, error);
   result->mode_counted = status >= 0;
   result->modes_complete = result->shift_count == below + result->rigid_count;
   return status;
+}
+
+// whether modes are counted, too
+static bool is_counted(const pipeline *p) {
+  return p->ranks ? p->ranks->counts(p->ranks->context)
+                  : thrum_options_counted(&p->options, p->fem.free_count);
 }
 
 // that no mode was missed: by search, and by count where asked for
@@ -204,14 +243,15 @@ static thrum_status check_modes(pipeline *p, thrum_error *error) {
       thrum_mode_search(&p->stiffness, &p->mass, p->factor, k, result->mode_omega2, p->candidates,
                         &result->modes_recovered, &result->next_omega2, error);
 
-  // modes that were found late are brought into the same form as the others
-  if (status >= 0 && result->modes_recovered > 0)
-    thrum_eigen_canonicalise(p->fem.free_count, k, result->mode_omega2,
-                             1e-10 * result->mode_omega2[k - 1], p->candidates, 1,
-                             p->fem.free_count);
+  // modes that were found late, or by several processes, are brought into the same form as the
+  // others
+  if (status >= 0 && (p->ranks || result->modes_recovered > 0))
+    thrum_eigen_canonicalise_fem(&p->fem, false, k, result->mode_omega2,
+                                 1e-10 * result->mode_omega2[k - 1], p->candidates, 1,
+                                 p->fem.free_count);
 
   result->modes_complete = true;
-  if (status < 0 || !thrum_options_counted(&p->options, p->fem.free_count))
+  if (status < 0 || !is_counted(p))
     return status;
 
   status = count_modes(p, result->next_omega2, error);
@@ -253,7 +293,7 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
   THRUM_THEN(status, thrum_eigen_residuals(&p->stiffness, &p->mass, k, result->mode_omega2,
                                            p->candidates, result->mode_residual, error));
   THRUM_THEN(status, check_mechanism(p, error));
-  if (status >= 0 && !p->fem.rule) {
+  if (status >= 0 && !p->fem.rule && !p->ranks) {
     // a large mesh gets the first alone, as each takes a hundredth of the time of all stages
     const int64_t most = p->fem.tet_count > ORDER_ERRORS_TETS ? 1 : THRUM_ORDER_ERRORS_MAX;
     result->order_error_count = k < most ? k : most;
@@ -441,6 +481,28 @@ static thrum_status run_all(pipeline *p, thrum_error *error) {
   return THRUM_OK;
 }
 
+/* All stages on a mesh or a part of one, with checked options; the result is whole or nothing. */
+static thrum_status run_pipeline(pipeline *p, thrum_precomputed *result, thrum_error *error) {
+  THRUM_TRY(thrum_threads_ready(p->options.threads, error));
+
+  // all stages, with the number of threads that was asked for
+  const thrum_threads before = thrum_threads_set(p->options.threads);
+  thrum_status status = run_all(p, error);
+  if (!p->ranks)
+    THRUM_THEN(status, thrum_model_check(&p->result.model, error));
+  if (status == THRUM_OK)
+    p->result.model.identity = thrum_model_identity(&p->result.model);
+
+  // the libraries get their threads back
+  pipeline_free(p);
+  thrum_threads_restore(before);
+  if (status >= 0)
+    *result = p->result;
+  else
+    thrum_precomputed_free(&p->result);
+  return status;
+}
+
 thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                               const thrum_precompute_options *options, thrum_precomputed *result,
                               thrum_error *error) {
@@ -451,23 +513,24 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
   if (!mesh->has_material)
     return thrum_error_set(error, THRUM_MISSING,
                            "the mesh says no material: give --young, --poisson and --density");
-  THRUM_TRY(thrum_threads_ready(options->threads, error));
 
-  // all stages, with the number of threads that was asked for
-  const thrum_threads before = thrum_threads_set(options->threads);
-  thrum_status status = run_all(&p, error);
-  THRUM_THEN(status, thrum_model_check(&p.result.model, error));
-  if (status == THRUM_OK)
-    p.result.model.identity = thrum_model_identity(&p.result.model);
+  // several processes take over where there are any
+  const thrum_precompute_shared *shared = options->shared;
+  if (shared != NULL)
+    return shared->precompute(shared->context, mesh, fixed, &p.options, result, error);
+  if (p.options.solver == THRUM_SOLVER_CG)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "conjugate gradients are of thrum-mpi: mpirun -n 1 thrum-mpi precompute "
+                           "..., or leave --solver out");
+  return run_pipeline(&p, result, error);
+}
 
-  // the libraries get their threads back, and the result is whole or nothing
-  pipeline_free(&p);
-  thrum_threads_restore(before);
-  if (status >= 0)
-    *result = p.result;
-  else
-    thrum_precomputed_free(&p.result);
-  return status;
+thrum_status thrum_precompute_part(const thrum_mesh *part, const uint8_t *fixed,
+                                   const thrum_precompute_options *options,
+                                   const thrum_ranks *ranks, thrum_precomputed *result,
+                                   thrum_error *error) {
+  pipeline p = {.mesh = part, .fixed = fixed, .ranks = ranks, .options = *options};
+  return run_pipeline(&p, result, error);
 }
 
 void thrum_precomputed_free(thrum_precomputed *result) {

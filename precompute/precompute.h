@@ -4,6 +4,7 @@
 #define THRUM_PRECOMPUTE_PRECOMPUTE_H
 
 #include "mesh/mesh.h"
+#include "precompute/fem/ranks.h"
 #include "precompute/options/precompute_options.h"
 #include "precompute/polynomial/cubature.h"
 #include "thrum/model.h"
@@ -65,6 +66,23 @@ typedef struct thrum_precomputed {
 thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                               const thrum_precompute_options *options, thrum_precomputed *result,
                               thrum_error *error);
+
+/* How several processes make a model together: takes the place of thrum_precompute, with complete
+ * and checked options and the whole mesh, in the one process that has it. */
+typedef struct thrum_precompute_shared {
+  void *context;
+  thrum_status (*precompute)(void *context, const thrum_mesh *mesh, const uint8_t *fixed,
+                             const thrum_precompute_options *options, thrum_precomputed *result,
+                             thrum_error *error);
+} thrum_precompute_shared;
+
+/* The same stages on this process's part of a body (fem/ranks.h), called by all that share it, with
+ * complete and checked options. The model is that of the part: its rows of the basis, and the
+ * polynomial of the whole body. */
+thrum_status thrum_precompute_part(const thrum_mesh *part, const uint8_t *fixed,
+                                   const thrum_precompute_options *options,
+                                   const thrum_ranks *ranks, thrum_precomputed *result,
+                                   thrum_error *error);
 
 void thrum_precomputed_free(thrum_precomputed *result);
 

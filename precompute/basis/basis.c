@@ -56,6 +56,20 @@ static thrum_status pca_allocate(pca *p, thrum_error *error) {
   return p->memory.status;
 }
 
+// the diagonal of the box around the whole body
+static double box_diagonal(const thrum_fem *fem) {
+  double corners[6], square = 0;
+  thrum_box3(fem->vertices, fem->vertex_count, corners, corners + 3);
+
+  // the least coordinate is the largest of the negative ones
+  for (int c = 0; c < 3; c++)
+    corners[c] = -corners[c];
+  thrum_ranks_largest(fem->ranks, corners, 6);
+  for (int c = 0; c < 3; c++)
+    square += (corners[3 + c] + corners[c]) * (corners[3 + c] + corners[c]);
+  return sqrt(square);
+}
+
 // a of the file comment: what makes a derivative comparable to a mode
 static double length_factor(const thrum_fem *fem, const double *first_mode) {
   double largest = 0;
@@ -67,7 +81,8 @@ static double length_factor(const thrum_fem *fem, const double *first_mode) {
     }
     largest = fmax(largest, sqrt(square));
   }
-  return 0.1 * thrum_box3_diagonal(fem->vertices, fem->vertex_count) / largest;
+  thrum_ranks_largest(fem->ranks, &largest, 1);
+  return 0.1 * box_diagonal(fem) / largest;
 }
 
 static void set_weights(pca *p, const double *omega2, const double *candidates) {
@@ -180,7 +195,8 @@ static thrum_status diagonalise(pca *p, double *basis, thrum_error *error) {
   free(block);
   // clusters closer than what the diagonalisation resolves are one
   if (status >= 0)
-    thrum_eigen_canonicalise(rows, rank, p->values, 1e-14 * p->values[rank - 1], basis, rank, 1);
+    thrum_eigen_canonicalise_fem(p->fem, true, rank, p->values, 1e-14 * p->values[rank - 1], basis,
+                                 rank, 1);
   return status;
 }
 

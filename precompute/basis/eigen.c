@@ -145,6 +145,7 @@ static thrum_status refine(const thrum_sparse *mass, thrum_factor *factor, int64
   thrum_sparse_product(mass, y, count, vectors);
   cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, k, k, rows, 1, y, rows, vectors, rows, 0,
               weigh, k);
+  thrum_ranks_sum(mass->ranks, small, 2 * count * count);
 
   // its vectors give the modes
   THRUM_TRY(thrum_lapack_status(
@@ -171,11 +172,20 @@ thrum_status thrum_eigen_lowest(const thrum_sparse *stiffness, const thrum_spars
                                 thrum_factor *factor, int64_t count, double *values,
                                 double *vectors, const thrum_reporter *reporter,
                                 thrum_error *error) {
-  const int64_t n = stiffness->size, own = n - thrum_factor_deflated(factor);
+  const thrum_ranks *ranks = stiffness->ranks;
+  const int64_t n = stiffness->size,
+                own = thrum_ranks_size(ranks, n) - thrum_factor_deflated(factor);
   if (count < 1 || count >= own || n > INT32_MAX / 3)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%lld modes of %lld free components: there must be fewer modes",
                            (long long)count, (long long)own);
+
+  // several processes have an eigensolver of their own, whose pairs are refined alike
+  if (ranks) {
+    const double *rigid = thrum_factor_deflated(factor) > 0 ? thrum_factor_vectors(factor) : NULL;
+    THRUM_TRY(ranks->lowest(ranks->context, rigid, count, values, vectors, error));
+    return thrum_eigen_refine(mass, factor, count, REFINEMENTS, values, vectors, error);
+  }
 
   // a factor in single precision is one to a method that makes up for it
   if (thrum_factor_is_single(factor)) {
@@ -221,13 +231,15 @@ thrum_status thrum_eigen_residuals(const thrum_sparse *stiffness, const thrum_sp
   if (!work)
     return THRUM_OUT_OF_MEMORY;
   const double norm = thrum_sparse_norm(stiffness, work);
-  for (int64_t i = 0; i < count; i++) {
+  thrum_status status = THRUM_OK;
+  for (int64_t i = 0; i < count && status >= 0; i++) {
     const double *vector = vectors + i * n;
     thrum_sparse_product(stiffness, vector, 1, work);
     thrum_sparse_product(mass, vector, 1, work + n);
     cblas_daxpy((int)n, -values[i], work + n, 1, work, 1);
-    residuals[i] = cblas_dnrm2((int)n, work, 1) / (norm * cblas_dnrm2((int)n, vector, 1));
+    status = thrum_ranks_force_norm(stiffness->ranks, work, n, &residuals[i], error);
+    residuals[i] /= norm * thrum_ranks_norm(stiffness->ranks, vector, n);
   }
   free(work);
-  return THRUM_OK;
+  return status;
 }

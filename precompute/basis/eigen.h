@@ -2,7 +2,7 @@
 #ifndef THRUM_PRECOMPUTE_BASIS_EIGEN_H
 #define THRUM_PRECOMPUTE_BASIS_EIGEN_H
 
-#include "precompute/fem/sparse.h"
+#include "precompute/fem/fem.h"
 #include "precompute/options/stage.h"
 
 /* `count` lowest pairs, 1 <= count < n: values ascending (count) [1/s^2], vectors n x count,
@@ -38,5 +38,11 @@ thrum_status thrum_eigen_residuals(const thrum_sparse *stiffness, const thrum_sp
  * (row, column) at vectors[row * row_step + column * column_step]. */
 void thrum_eigen_canonicalise(int64_t rows, int64_t count, const double *values, double gap,
                               double *vectors, int64_t row_step, int64_t column_step);
+
+/* The same where the rows are of the part of a body, its free components, or with `whole` all
+ * components. */
+void thrum_eigen_canonicalise_fem(const thrum_fem *fem, bool whole, int64_t count,
+                                  const double *values, double gap, double *vectors,
+                                  int64_t row_step, int64_t column_step);
 
 #endif

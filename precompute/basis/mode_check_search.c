@@ -90,7 +90,8 @@ static thrum_status make_space(search *s, const double *modes, int round, int64_
   }
 
   // a Krylov space in the complement of the known modes
-  const int64_t room = s->n - thrum_factor_deflated(s->factor) - s->count;
+  const int64_t room =
+      thrum_ranks_size(s->mass->ranks, s->n) - thrum_factor_deflated(s->factor) - s->count;
   *columns = 0;
   for (int step = 0; step < STEPS && *columns < room; step++) {
     // a small body's complement fills up before its steps are done

@@ -26,6 +26,7 @@ void thrum_mass_gram(const thrum_sparse *mass, const double *left, int64_t a, co
     cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, (int)a, (int)width, (int)n, 1, left,
                 (int)n, work, (int)n, 0, gram + first * a, (int)a);
   }
+  thrum_ranks_sum(mass->ranks, gram, a * b);
 }
 
 void thrum_mass_project(const thrum_sparse *mass, const double *q, int64_t done, double *x,

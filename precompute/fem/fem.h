@@ -11,6 +11,7 @@
 #define THRUM_PRECOMPUTE_FEM_FEM_H
 
 #include "mesh/mesh.h"
+#include "precompute/fem/ranks.h"
 #include "precompute/fem/sparse.h"
 #include "precompute/options/precompute_options.h"
 #include "runtime/base/quadratic_tet.h"
@@ -31,17 +32,18 @@ typedef struct thrum_fem {
   thrum_quadratic_point *rule; /* point_count; NULL: linear tets */
   int usual_order;             /* of the rule where none is asked for */
   double (*slopes)[THRUM_FEM_NODES_MAX][3]; /* point_count, of the shape functions; NULL: linear */
-  int32_t *dof;            /* vertex_count x 3: index among the free components, -1 held */
-  int32_t *component;      /* free_count: 3 v + axis of each free component */
-  double *gradient;        /* tet_count x point_count x 9: gradients of the barycentric
-                              coordinates 1, 2, 3 [1/m], in a linear tet its shape functions */
-  double *weight;          /* tet_count x point_count: of the points [m^3] */
-  double *volume;          /* tet_count, the sum of the weights [m^3] */
-  double *lambda, *mu;     /* region_count, Lame's constants [Pa] */
-  double *density;         /* region_count [kg/m^3] */
-  int64_t *incident_begin; /* vertex_count + 1 */
-  int64_t *incident;       /* node_count tet_count: node_count t + node of the tets around each
-                              vertex */
+  int32_t *dof;             /* vertex_count x 3: index among the free components, -1 held */
+  int32_t *component;       /* free_count: 3 v + axis of each free component */
+  double *gradient;         /* tet_count x point_count x 9: gradients of the barycentric
+                               coordinates 1, 2, 3 [1/m], in a linear tet its shape functions */
+  double *weight;           /* tet_count x point_count: of the points [m^3] */
+  double *volume;           /* tet_count, the sum of the weights [m^3] */
+  double *lambda, *mu;      /* region_count, Lame's constants [Pa] */
+  double *density;          /* region_count [kg/m^3] */
+  int64_t *incident_begin;  /* vertex_count + 1 */
+  int64_t *incident;        /* node_count tet_count: node_count t + node of the tets around each
+                               vertex */
+  const thrum_ranks *ranks; /* of whose body this is a part; NULL: the whole body, as it is made */
 } thrum_fem;
 
 /* The mesh must stay while the fem is used; `fixed` may go. Refuses bad materials, tets of no or

@@ -84,8 +84,10 @@ thrum_status thrum_fem_pattern(const thrum_fem *fem, thrum_sparse *stiffness, th
   if (status >= 0) {
     walk_pattern(fem, begin, NULL, mark, list);
     status = thrum_sparse_create(n, begin[n], stiffness, error);
-    if (status >= 0)
+    if (status >= 0) {
       walk_pattern(fem, stiffness->begin, stiffness->row, mark, list);
+      stiffness->ranks = fem->ranks;
+    }
   }
 
   thrum_scope_free(&memory);
@@ -278,6 +280,7 @@ thrum_status thrum_fem_mass(const thrum_fem *fem, thrum_mass kind, const thrum_s
   // columns of one vertex share its couplings to its neighbours
   thrum_status status = thrum_sparse_create(n, entries, &made, error);
   if (status >= 0) {
+    made.ranks = fem->ranks;
     int64_t vertex = -1;
     for (int64_t column = 0; column < n; column++) {
       if (fem->component[column] / 3 != vertex) {

@@ -42,20 +42,22 @@ static thrum_status find_centre(const thrum_fem *fem, double centre[3], double *
     return THRUM_OUT_OF_MEMORY;
   thrum_fem_vertex_mass(fem, THRUM_MASS_CONSISTENT, mass);
 
-  // their mean place
-  double total = 0;
-  centre[0] = centre[1] = centre[2] = *size = 0;
+  // their mean place, and behind it the mass
+  double moment[4] = {0};
+  *size = 0;
   for (int64_t v = 0; v < fem->vertex_count; v++) {
-    total += mass[v];
+    moment[3] += mass[v];
     for (int c = 0; c < 3; c++)
-      centre[c] += mass[v] * fem->vertices[3 * v + c];
+      moment[c] += mass[v] * fem->vertices[3 * v + c];
   }
+  thrum_ranks_sum(fem->ranks, moment, 4);
   for (int c = 0; c < 3; c++)
-    centre[c] /= total;
+    centre[c] = moment[c] / moment[3];
 
   // the farthest vertex along an axis makes the rotations as large as the translations
   for (int64_t c = 0; c < 3 * fem->vertex_count; c++)
     *size = fmax(*size, fabs(fem->vertices[c] - centre[c % 3]));
+  thrum_ranks_largest(fem->ranks, size, 1);
   free(mass);
   return THRUM_OK;
 }
@@ -74,6 +76,7 @@ thrum_status thrum_rigid_modes(const thrum_fem *fem, const thrum_sparse *mass, d
     thrum_sparse_product(mass, modes, six, dual);
     cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, six, six, n, 1, modes, n, dual, n, 0, gram,
                 six);
+    thrum_ranks_sum(fem->ranks, gram, six * six);
     THRUM_TRY(thrum_lapack_status(LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'U', six, gram, six),
                                   THRUM_SINGULAR, "the rigid modes of the body are degenerate",
                                   error));
@@ -93,15 +96,17 @@ thrum_status thrum_rigid_residual(const thrum_sparse *stiffness, const double *m
   if (!work)
     return THRUM_OUT_OF_MEMORY;
   const double norm = thrum_sparse_norm(stiffness, work);
+  thrum_status status = THRUM_OK;
   *residual = 0;
-  for (int i = 0; i < THRUM_RIGID_COUNT; i++) {
+  for (int i = 0; i < THRUM_RIGID_COUNT && status >= 0; i++) {
     const double *mode = modes + i * n;
+    double force = 0;
     thrum_sparse_product(stiffness, mode, 1, work);
-    *residual =
-        fmax(*residual, cblas_dnrm2((int)n, work, 1) / (norm * cblas_dnrm2((int)n, mode, 1)));
+    status = thrum_ranks_force_norm(stiffness->ranks, work, n, &force, error);
+    *residual = fmax(*residual, force / (norm * thrum_ranks_norm(stiffness->ranks, mode, n)));
   }
   free(work);
-  return THRUM_OK;
+  return status;
 }
 
 // the vertex farthest from `point`, or, with a direction, from the line along it
@@ -141,8 +146,7 @@ static void attach(const thrum_fem *fem, int64_t vertex, double direction[3][3],
         }
 }
 
-void thrum_support_springs_add(const thrum_fem *fem, thrum_sparse *stiffness,
-                               thrum_support_springs *springs) {
+void thrum_support_find(const thrum_fem *fem, thrum_support *support) {
   // three vertices far apart: from the origin, from the first one, and from the line of both
   const double *x = fem->vertices;
   const int64_t first = farthest(fem, x, NULL), second = farthest(fem, x + 3 * first, NULL);
@@ -153,21 +157,26 @@ void thrum_support_springs_add(const thrum_fem *fem, thrum_sparse *stiffness,
   thrum_cross3(line, arm, normal);
 
   // the first is held in space, the second across the line, the third across the plane
-  double all[3][3], across[3][3], plane[3][3];
+  *support = (thrum_support){.vertex = {first, second, third}};
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) {
-      all[c][d] = c == d;
-      across[c][d] = (c == d) - line[c] * line[d] / thrum_dot3(line, line);
-      plane[c][d] = normal[c] * normal[d] / thrum_dot3(normal, normal);
+      support->direction[0][c][d] = c == d;
+      support->direction[1][c][d] = (c == d) - line[c] * line[d] / thrum_dot3(line, line);
+      support->direction[2][c][d] = normal[c] * normal[d] / thrum_dot3(normal, normal);
     }
+}
+
+void thrum_support_springs_add(const thrum_fem *fem, thrum_sparse *stiffness,
+                               thrum_support_springs *springs) {
+  thrum_support support;
+  thrum_support_find(fem, &support);
 
   // a pattern without one of these entries has them nowhere: the three vertices differ
   memset(springs, 0, sizeof *springs);
   for (int i = 0; i < 18; i++)
     springs->entry[i] = -1;
-  attach(fem, first, all, stiffness, springs, 0);
-  attach(fem, second, across, stiffness, springs, 6);
-  attach(fem, third, plane, stiffness, springs, 12);
+  for (int n = 0; n < THRUM_SUPPORTS; n++)
+    attach(fem, support.vertex[n], support.direction[n], stiffness, springs, 6 * n);
 }
 
 void thrum_support_springs_remove(const thrum_support_springs *springs, thrum_sparse *stiffness) {

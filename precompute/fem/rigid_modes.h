@@ -24,6 +24,18 @@ thrum_status thrum_rigid_modes(const thrum_fem *fem, const thrum_sparse *mass, d
 thrum_status thrum_rigid_residual(const thrum_sparse *stiffness, const double *modes,
                                   double *residual, thrum_error *error);
 
+/* Where the springs are: three vertices far from each other, and the matrix of each spring for unit
+ * strength, a projector onto its directions. */
+enum { THRUM_SUPPORTS = 3 };
+
+typedef struct thrum_support {
+  int64_t vertex[THRUM_SUPPORTS];
+  double direction[THRUM_SUPPORTS][3][3];
+} thrum_support;
+
+/* Finds the springs of a whole body. */
+void thrum_support_find(const thrum_fem *fem, thrum_support *support);
+
 /* Keeps what the springs changed, so that it can be put back bit by bit. */
 typedef struct thrum_support_springs {
   int64_t entry[18];

@@ -31,6 +31,8 @@ struct thrum_factor {
   /* in single precision: the numbers, and the matrix whose solutions they lead to */
   const thrum_sparse *matrix; /* NULL: in double precision */
   thrum_single_factor *single;
+  const thrum_ranks *ranks; /* whose solver takes the place of a factor; NULL: none */
+  int64_t size;
 };
 
 // CHOLMOD's status as ours
@@ -114,6 +116,7 @@ thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor
   cholmod_sparse sparse = view(matrix);
   made->factor = cholmod_l_analyze(&sparse, common);
   made->factor_flops = common->fl;
+  made->size = matrix->size;
 
   thrum_status status = report(common, error);
   THRUM_THEN(status, check_order(made->factor, error));
@@ -167,6 +170,18 @@ thrum_status thrum_factor_create(const thrum_sparse *matrix, thrum_factor **fact
   return status;
 }
 
+thrum_status thrum_factor_share(const thrum_ranks *ranks, int64_t size, thrum_factor **factor,
+                                thrum_error *error) {
+  thrum_factor *made = calloc(1, sizeof *made);
+  if (!made)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a sparse factor");
+  cholmod_l_start(&made->common);
+  made->ranks = ranks;
+  made->size = size;
+  *factor = made;
+  return THRUM_OK;
+}
+
 void thrum_factor_deflate(thrum_factor *factor, int64_t count, const double *vectors,
                           const double *dual) {
   factor->deflated = count;
@@ -178,13 +193,18 @@ int64_t thrum_factor_deflated(const thrum_factor *factor) {
   return factor->deflated;
 }
 
+const double *thrum_factor_vectors(const thrum_factor *factor) {
+  return factor->vectors;
+}
+
 // x -= along (against^T x), column by column
 static void take_out(const thrum_factor *factor, const double *against, const double *along,
                      int64_t columns, double *x) {
-  const int n = (int)factor->factor->n;
+  const int n = (int)factor->size;
   for (int64_t c = 0; c < columns; c++)
     for (int64_t i = 0; i < factor->deflated; i++) {
-      const double share = cblas_ddot(n, against + i * n, 1, x + c * n, 1);
+      double share = cblas_ddot(n, against + i * n, 1, x + c * n, 1);
+      thrum_ranks_sum(factor->ranks, &share, 1);
       cblas_daxpy(n, -share, along + i * n, 1, x + c * n, 1);
     }
 }
@@ -225,12 +245,15 @@ static thrum_status solve(thrum_factor *factor, bool exact, const double *right,
                           double *solution, thrum_error *error) {
   // the part in the deflated space is taken out before and after
   if (factor->deflated > 0) {
-    memmove(solution, right, sizeof *right * factor->factor->n * (size_t)columns);
+    memmove(solution, right, sizeof *right * (size_t)(factor->size * columns));
     take_out(factor, factor->vectors, factor->dual, columns, solution);
     right = solution;
   }
 
-  if (!factor->single)
+  if (factor->ranks) {
+    THRUM_TRY(factor->ranks->solve(factor->ranks->context, right, columns, solution, error));
+    factor->solved += columns;
+  } else if (!factor->single)
     THRUM_TRY(solve_double(factor, right, columns, solution, error));
   else if (exact)
     THRUM_TRY(thrum_refined_solve(factor->matrix, factor->single, right, columns, solution,
@@ -255,6 +278,8 @@ thrum_status thrum_factor_solve_roughly(thrum_factor *factor, const double *righ
 }
 
 int64_t thrum_factor_nonzeros(const thrum_factor *factor) {
+  if (factor->ranks)
+    return (int64_t)factor->ranks->nonzeros(factor->ranks->context);
   return (int64_t)factor->factor->xsize;
 }
 
@@ -263,7 +288,7 @@ double thrum_factor_flops(const thrum_factor *factor) {
 }
 
 double thrum_factor_solve_flops(const thrum_factor *factor) {
-  return 4 * (double)factor->factor->xsize * (double)factor->solved;
+  return 4 * (double)thrum_factor_nonzeros(factor) * (double)factor->solved;
 }
 
 double thrum_factor_bytes(const thrum_factor *factor) {

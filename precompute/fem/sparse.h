@@ -17,6 +17,12 @@ typedef struct thrum_factor thrum_factor;
 thrum_status thrum_factor_create(const thrum_sparse *matrix, thrum_factor **factor,
                                  thrum_error *error);
 
+/* The solver of all processes that share a body (thrum_ranks, which must stay) in place of a
+ * factor: solves take terms and give displacements, of the `size` free components of this part.
+ * `ranks` is prepared. */
+thrum_status thrum_factor_share(const thrum_ranks *ranks, int64_t size, thrum_factor **factor,
+                                thrum_error *error);
+
 /* The same in two steps. plan: ordering and pattern of L, which costs a small part; flops and
  * nonzeros are known afterwards. compute: the numbers, of the same matrix. */
 thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor,
@@ -42,7 +48,8 @@ bool thrum_factor_is_single(const thrum_factor *factor);
  * the factor is used. */
 void thrum_factor_deflate(thrum_factor *factor, int64_t count, const double *vectors,
                           const double *dual);
-int64_t thrum_factor_deflated(const thrum_factor *factor); /* count, 0 before */
+int64_t thrum_factor_deflated(const thrum_factor *factor);      /* count, 0 before */
+const double *thrum_factor_vectors(const thrum_factor *factor); /* Z, NULL before */
 
 /* solution = A^-1 right; both n x columns, column-major; may be the same array. Blocks of about
  * THRUM_SOLVE_BLOCK columns cost a sixth a column of what one alone costs. */

@@ -152,5 +152,6 @@ double thrum_sparse_norm(const thrum_sparse *matrix, double *work) {
   double norm = 0;
   for (int64_t j = 0; j < n; j++)
     norm = work[j] > norm ? work[j] : norm;
+  thrum_ranks_largest(matrix->ranks, &norm, 1);
   return norm;
 }

@@ -4,14 +4,16 @@
 
 #include <stdint.h>
 
+#include "precompute/fem/ranks.h"
 #include "thrum/status.h"
 
 /* A symmetric matrix by the columns of its lower triangle: rows ascending, the diagonal first. */
 typedef struct thrum_sparse {
-  int64_t size;   /* n */
-  int64_t *begin; /* n + 1: where each column starts in row and value */
-  int64_t *row;   /* begin[n] */
-  double *value;  /* begin[n] */
+  int64_t size;             /* n */
+  int64_t *begin;           /* n + 1: where each column starts in row and value */
+  int64_t *row;             /* begin[n] */
+  double *value;            /* begin[n] */
+  const thrum_ranks *ranks; /* of whose matrix these are the terms; NULL: the whole matrix */
 } thrum_sparse;
 
 /* Allocates a matrix of n columns and `entries` stored entries, begin[0] = 0, the rest undefined.
@@ -24,7 +26,8 @@ void thrum_sparse_free(thrum_sparse *matrix); /* leaves it empty; an empty (zero
 void thrum_sparse_product(const thrum_sparse *matrix, const double *x, int64_t columns,
                           double *product);
 
-/* Largest sum of absolute values of a row, work: n doubles. */
+/* Largest sum of absolute values of a row, work: n doubles. Of a part, where terms that cancel
+ * between parts count twice, from above. */
 double thrum_sparse_norm(const thrum_sparse *matrix, double *work);
 
 #endif

@@ -137,6 +137,7 @@ thrum_status thrum_model_fill_axis_mass(const thrum_fem *fem, thrum_mass kind, t
   for (int64_t c = 0; c < 3 * fem->vertex_count; c++)
     for (int64_t i = 0; i < model->rank; i++)
       axis_mass[c % 3 * model->rank + i] += mass[c / 3] * model->basis[c * model->rank + i];
+  thrum_ranks_sum(fem->ranks, axis_mass, 3 * model->rank);
 
   free(mass);
   return THRUM_OK;

@@ -14,6 +14,11 @@ typedef enum thrum_mass { THRUM_MASS_CONSISTENT = 0, THRUM_MASS_LUMPED = 1 } thr
  * factor and is not built in everywhere. AUTO counts where it can up to 30,000 free components. */
 typedef enum thrum_check { THRUM_CHECK_AUTO, THRUM_CHECK_SEARCH, THRUM_CHECK_INERTIA } thrum_check;
 
+/* How K x = f is solved: by a factor, or by conjugate gradients with algebraic multigrid, which
+ * take less memory and are there where several processes share the work (mpi/README.md). AUTO takes
+ * the factor where it fits into the memory. */
+typedef enum thrum_solver { THRUM_SOLVER_AUTO, THRUM_SOLVER_FACTOR, THRUM_SOLVER_CG } thrum_solver;
+
 /* The stages, in order; they do not overlap. X(name, text) */
 #define THRUM_STAGE_LIST(X)                                                                        \
   X(assemble, "stiffness and mass")                                                                \
@@ -80,6 +85,8 @@ typedef struct thrum_precompute_options {
    * more points (11, 14, 24, then (order / 2 + 1)^3). */
   int quadrature_order;
 
+  thrum_solver solver; /* default THRUM_SOLVER_AUTO */
+
   /* How it is checked that no mode was missed; default THRUM_CHECK_AUTO. */
   thrum_check check;
 
@@ -130,6 +137,10 @@ typedef struct thrum_precompute_options {
 
   /* Takes the place of modes, rank, derivatives and mass-PCA; NULL: none. */
   const thrum_imported_basis *imported;
+
+  /* The processes that make the model together (precompute/precompute.h); default NULL: this one
+   * makes it alone. */
+  const struct thrum_precompute_shared *shared;
 
   bool keep_modes; /* hand out mode_vectors; default false */
 

@@ -387,6 +387,11 @@ thrum_status thrum_polynomial_reduce(const thrum_fem *fem, int64_t rank, int64_t
     symmetrise(gram, rank, squared, c3, c4);
     if (others != NULL)
       add_mixed(others, rank, squared, c3);
+
+    // the strain energy of the whole body is the sum of those of its parts
+    thrum_ranks_sum(fem->ranks, linear, rank * rank);
+    thrum_ranks_sum(fem->ranks, c3, thrum_c3_count(rank));
+    thrum_ranks_sum(fem->ranks, c4, thrum_c4_count(rank));
   }
   free(others);
   free(gram);
@@ -400,6 +405,7 @@ thrum_status thrum_reduced_stiffness(const thrum_fem *fem, int64_t rank, const d
   if (!gram)
     return status;
   copy_linear(gram, rank, rank, linear);
+  thrum_ranks_sum(fem->ranks, linear, rank * rank);
   free(gram);
   return THRUM_OK;
 }

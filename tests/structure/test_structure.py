@@ -33,6 +33,7 @@ LAYERS = {
     "validation": {"platform", "io", "mesh", "precompute", "config", "driver"},
     "bench": {"platform", "io", "mesh", "precompute"},
     "app": {"platform", "io", "mesh", "precompute", "config", "driver", "validation", "bench"},
+    "mpi": {"platform", "io", "mesh", "precompute", "config", "driver", "app"},
     "viewer": set(),
     "javascript": set(),
 }

@@ -1,0 +1,186 @@
+/* The lowest modes by SLEPc, see body_modes.h: Krylov-Schur (Stewart 2001,
+ * doi:10.1137/S0895479800371529; Hernandez, Roman, Vidal 2005, doi:10.1145/1089014.1089019) on
+ * K^-1 M in the M inner product, shift-invert at 0, with the solver that is there already. Modes
+ * below a shift are counted by the inertia of K - s M, which MUMPS factorises.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "mpi/body_modes.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "mpi/petsc_status.h"
+#include "precompute/fem/rigid_modes.h"
+#include "precompute/options_check.h"
+
+#define KRYLOV_TOLERANCE 1e-10
+#define RESTARTS_MAX 300
+
+// SLEPc's solver of K x = f is the one of the system
+static PetscErrorCode apply_solver(PC pc, Vec right, Vec solution) {
+  body_system *s;
+  PetscErrorCode code = PCShellGetContext(pc, &s);
+  if (code == 0)
+    code = KSPSolve(s->ksp, right, solution);
+  PetscInt steps = 0;
+  if (code == 0)
+    code = KSPGetIterationNumber(s->ksp, &steps);
+  s->solves++;
+  s->iterations += steps;
+  return code;
+}
+
+// shift-invert at 0, whose solver is applied as it stands
+static thrum_status set_transformation(body_system *s, EPS eps, thrum_error *error) {
+  ST st;
+  KSP shell;
+  PC pc;
+  PETSC_TRY(EPSGetST(eps, &st));
+  PETSC_TRY(STSetType(st, STSINVERT));
+  PETSC_TRY(STSetMatMode(st, ST_MATMODE_SHELL));
+  PETSC_TRY(STGetKSP(st, &shell));
+  PETSC_TRY(KSPSetType(shell, KSPPREONLY));
+  PETSC_TRY(KSPGetPC(shell, &pc));
+  PETSC_TRY(PCSetType(pc, PCSHELL));
+  PETSC_TRY(PCShellSetContext(pc, s));
+  PETSC_TRY(PCShellSetApply(pc, apply_solver));
+  return THRUM_OK;
+}
+
+// a start vector without structure, the same however the body is cut
+static thrum_status set_start(body_system *s, EPS eps, thrum_error *error) {
+  Vec start;
+  double *values;
+  const body_part *part = s->part;
+  PETSC_TRY(VecDuplicate(s->all, &start));
+  PETSC_TRY(VecGetArray(start, &values));
+  int64_t next = 0;
+  for (int64_t c = 0; c < 3 * part->facts.vertices; c++) {
+    if (!part->own[c / 3])
+      continue;
+    uint64_t state = 3 * (uint64_t)part->vertex[c / 3] + (uint64_t)(c % 3) + 0x9e3779b97f4a7c15u;
+    for (int pass = 0; pass < 3; pass++)
+      state = (state ^ (state >> 29)) * 6364136223846793005u + 1442695040888963407u;
+    values[next++] = (double)(state >> 11) / 9007199254740992.0 - 0.5;
+  }
+  PETSC_TRY(VecRestoreArray(start, &values));
+  PETSC_TRY(EPSSetInitialSpace(eps, 1, &start));
+  PETSC_TRY(VecDestroy(&start));
+  return THRUM_OK;
+}
+
+// keeps the search orthogonal to the rigid modes, whose values are of the part
+static thrum_status set_rigid(body_system *s, const double *rigid, EPS eps, thrum_error *error) {
+  Vec vectors[THRUM_RIGID_COUNT];
+  const PetscInt six = THRUM_RIGID_COUNT;
+  Vec *space;
+  PETSC_TRY(VecDuplicateVecs(s->all, six, &space));
+  for (int n = 0; n < THRUM_RIGID_COUNT; n++) {
+    // values agree between parts, so those that come last are as good as any
+    PETSC_TRY(VecPlaceArray(s->local, rigid + n * s->free_count));
+    PETSC_TRY(VecScatterBegin(s->spread, s->local, space[n], INSERT_VALUES, SCATTER_FORWARD));
+    PETSC_TRY(VecScatterEnd(s->spread, s->local, space[n], INSERT_VALUES, SCATTER_FORWARD));
+    PETSC_TRY(VecResetArray(s->local));
+    vectors[n] = space[n];
+  }
+  PETSC_TRY(EPSSetDeflationSpace(eps, six, vectors));
+  PETSC_TRY(VecDestroyVecs(six, &space));
+  return THRUM_OK;
+}
+
+// the eigenpairs that SLEPc found, lowest first
+static thrum_status take_pairs(body_system *s, EPS eps, int64_t count, double *values,
+                               double *vectors, thrum_error *error) {
+  PetscInt found;
+  PETSC_TRY(EPSGetConverged(eps, &found));
+  if (found < count)
+    return thrum_error_set(error, THRUM_NOT_CONVERGED,
+                           "%d of %lld modes converged: check the material, the scale and the "
+                           "quality of the mesh, or lower --modes",
+                           (int)found, (long long)count);
+  for (int64_t i = 0; i < count; i++) {
+    PETSC_TRY(EPSGetEigenpair(eps, (PetscInt)i, &values[i], NULL, s->all, NULL));
+    THRUM_TRY(body_system_hand_out(s, s->all, vectors + i * s->free_count, error));
+  }
+  return THRUM_OK;
+}
+
+static thrum_status solve_pairs(body_system *s, EPS eps, const double *rigid, int64_t count,
+                                double *values, double *vectors, thrum_error *error) {
+  const int64_t room = s->size - (rigid ? THRUM_RIGID_COUNT : 0), wanted = 2 * count + 10;
+  PETSC_TRY(EPSSetOperators(eps, s->stiffness, s->mass));
+  PETSC_TRY(EPSSetProblemType(eps, EPS_GHEP));
+  PETSC_TRY(EPSSetType(eps, EPSKRYLOVSCHUR));
+  PETSC_TRY(EPSSetWhichEigenpairs(eps, EPS_TARGET_MAGNITUDE));
+  PETSC_TRY(EPSSetTarget(eps, 0));
+  PETSC_TRY(EPSSetTolerances(eps, KRYLOV_TOLERANCE, RESTARTS_MAX));
+  PETSC_TRY(EPSSetDimensions(eps, (PetscInt)count, (PetscInt)(wanted < room ? wanted : room),
+                             PETSC_DEFAULT));
+  THRUM_TRY(set_transformation(s, eps, error));
+  THRUM_TRY(set_start(s, eps, error));
+  if (rigid)
+    THRUM_TRY(set_rigid(s, rigid, eps, error));
+  PETSC_TRY(EPSSolve(eps));
+  return take_pairs(s, eps, count, values, vectors, error);
+}
+
+static thrum_status lowest(void *context, const double *rigid, int64_t count, double *values,
+                           double *vectors, thrum_error *error) {
+  body_system *s = context;
+  EPS eps;
+  PETSC_TRY(EPSCreate(s->comm, &eps));
+  const thrum_status status = solve_pairs(s, eps, rigid, count, values, vectors, error);
+  PETSC_TRY(EPSDestroy(&eps));
+  return status;
+}
+
+static bool counts(const void *context) {
+  const body_system *s = context;
+  return thrum_options_count_wanted(s->check, s->size);
+}
+
+// K - shift M, of a free body without its springs
+static thrum_status shifted(const body_system *s, double shift, Mat *matrix, thrum_error *error) {
+  PETSC_TRY(MatDuplicate(s->stiffness, MAT_COPY_VALUES, matrix));
+  PETSC_TRY(MatAXPY(*matrix, -shift, s->mass, SUBSET_NONZERO_PATTERN));
+  if (s->part->facts.free_body)
+    THRUM_TRY(body_system_add_springs(s, -1, *matrix, error));
+  PETSC_TRY(MatAssemblyBegin(*matrix, MAT_FINAL_ASSEMBLY));
+  PETSC_TRY(MatAssemblyEnd(*matrix, MAT_FINAL_ASSEMBLY));
+  PETSC_TRY(MatSetOption(*matrix, MAT_SYMMETRIC, PETSC_TRUE));
+  PETSC_TRY(MatSetOption(*matrix, MAT_SPD, PETSC_FALSE));
+  return THRUM_OK;
+}
+
+static thrum_status count_below(void *context, double shift, int64_t *count, thrum_error *error) {
+  body_system *s = context;
+  Mat matrix, factor;
+  KSP ksp;
+  PC pc;
+  PetscInt negative;
+  THRUM_TRY(shifted(s, shift, &matrix, error));
+  PETSC_TRY(KSPCreate(s->comm, &ksp));
+  PETSC_TRY(KSPSetOperators(ksp, matrix, matrix));
+  PETSC_TRY(KSPSetType(ksp, KSPPREONLY));
+  PETSC_TRY(KSPGetPC(ksp, &pc));
+  PETSC_TRY(PCSetType(pc, PCCHOLESKY));
+  PETSC_TRY(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
+  PETSC_TRY(PCFactorSetUpMatSolverType(pc));
+  PETSC_TRY(PCFactorGetMatrix(pc, &factor));
+
+  // the last pivots are counted too
+  PETSC_TRY(MatMumpsSetIcntl(factor, 13, 1));
+  PETSC_TRY(MatMumpsSetIcntl(factor, 14, 50));
+  PETSC_TRY(KSPSetUp(ksp));
+  PETSC_TRY(MatGetInertia(factor, &negative, NULL, NULL));
+  PETSC_TRY(KSPDestroy(&ksp));
+  PETSC_TRY(MatDestroy(&matrix));
+  *count = negative;
+  return THRUM_OK;
+}
+
+void body_modes_add(thrum_ranks *ranks) {
+  ranks->lowest = lowest;
+  ranks->counts = counts;
+  ranks->count_below = count_below;
+}

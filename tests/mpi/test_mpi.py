@@ -1,0 +1,149 @@
+#!/usr/bin/env python3
+"""Models that several processes make are those that one makes.
+
+Each case makes a model by thrum precompute and by thrum-mpi, and compares frequencies, polynomial,
+basis and every other array. Refusals and killed processes leave no model, or the earlier one.
+
+usage: test_mpi.py MPIRUN THRUM THRUM_MPI [CASE ...]
+
+SPDX-License-Identifier: Apache-2.0
+"""
+import json
+import os
+import subprocess
+import sys
+import tempfile
+
+import numpy
+
+FREQUENCIES = 1e-9   # relative
+POLYNOMIAL = 1e-8    # of its norm
+ANGLES = 1e-6        # of the subspaces, as sines
+SECONDS = 120        # that any run may take
+
+SMALL = ["beam:6x2x2@1x0.2x0.15", "--modes", "6", "--rank", "10"]
+HELD = ["--fix", "x<0.001"]
+CASES = {
+    "beam, 1 process": (1, ["beam"]),
+    "beam, 2 processes": (2, ["beam"]),
+    "horse, 2 processes": (2, ["horse"]),
+    "heart, 4 processes": (4, ["heart"]),
+    "a free body, 2 processes": (2, SMALL),
+    "ten-node tetrahedra, 2 processes": (2, SMALL + HELD + ["--order", "2"]),
+    "lumped mass, condensed, 4 processes": (4, SMALL + HELD + ["--mass", "lumped", "--condense"]),
+    "conjugate gradients, 2 processes": (2, SMALL + HELD + ["--solver", "cg"]),
+    "a free body by conjugate gradients": (2, SMALL + ["--solver", "cg"]),
+    "more processes than parts": (4, ["beam:1x1x1@1x1x1", "--modes", "2", "--rank", "3"] + HELD),
+}
+
+
+class Programs:
+    def __init__(self, mpirun, thrum, thrum_mpi):
+        self.mpirun, self.thrum, self.thrum_mpi = mpirun, thrum, thrum_mpi
+
+    def alone(self, arguments):
+        return run([self.thrum, *arguments])
+
+    def together(self, count, arguments):
+        return run([self.mpirun, "--oversubscribe", "-n", str(count), self.thrum_mpi, *arguments])
+
+
+def run(command):
+    return subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False)
+
+
+def demand(condition, text):
+    if not condition:
+        raise AssertionError(text)
+
+
+def read(path):
+    with numpy.load(path) as file:
+        arrays = {name: file[name] for name in file.files}
+    return arrays, json.loads(bytes(arrays.pop("meta")))
+
+
+def distance(found, wanted, least=1e-300):
+    """Of two arrays, relative to the norm of the second, or to `least` where that is larger."""
+    return numpy.linalg.norm(found - wanted) / max(numpy.linalg.norm(wanted), least)
+
+
+def angle(found, wanted, rank):
+    """The sine of the largest angle between the spans of two bases."""
+    q, p = (numpy.linalg.qr(basis.reshape(-1, rank))[0] for basis in (found, wanted))
+    return numpy.linalg.norm(q - p @ (p.T @ q), 2)
+
+
+def compare(found_path, wanted_path):
+    (found, meta), (wanted, wanted_meta) = read(found_path), read(wanted_path)
+    demand(set(found) == set(wanted), f"other arrays: {sorted(set(found) ^ set(wanted))}")
+    hertz = [numpy.array(m["frequencies_hz"]) for m in (meta, wanted_meta)]
+    worst = numpy.max(numpy.abs(hertz[0] / hertz[1] - 1))
+    demand(worst < FREQUENCIES, f"a frequency is off by {worst:.2g}")
+    demand(meta["mode_check"]["complete"], "modes are missing")
+
+    # the basis by its span and by its columns, whose signs and order are a convention of their own
+    rank = wanted["omega2"].size
+    sine = angle(found["basis"], wanted["basis"], rank)
+    demand(sine < ANGLES, f"the bases span other spaces: {sine:.2g}")
+    for name, array in wanted.items():
+        demand(found[name].shape == array.shape, f"{name} has another shape")
+        bound = POLYNOMIAL if array.dtype.kind == "f" else 0
+        # a free body's is zero but for rounding: U is orthogonal to the rigid modes
+        least = meta["mass_kg"]**0.5 if name == "axis_mass" else 1e-300
+        off = distance(found[name].astype(float), array.astype(float), least)
+        demand(off <= bound, f"{name} is off by {off:.2g}")
+    return worst, max(distance(found[n], wanted[n]) for n in found if n.endswith(("c3", "c4"))), sine
+
+
+def check_case(programs, folder, count, arguments):
+    alone, together = (os.path.join(folder, name) for name in ("alone.npz", "together.npz"))
+    plain = [a for i, a in enumerate(arguments) if "--solver" not in arguments[max(i - 1, 0):i + 1]]
+    result = programs.alone(["precompute", *plain, "-o", alone, "-q"])
+    demand(result.returncode == 0, f"thrum: {result.stderr}")
+    result = programs.together(count, ["precompute", *arguments, "-o", together, "-q"])
+    demand(result.returncode == 0, f"thrum-mpi: exit {result.returncode}: {result.stderr}")
+    demand(not [n for n in os.listdir(folder) if "npz" in n and n not in ("alone.npz", "together.npz")],
+           "something else was written")
+    return "frequencies %.1g, polynomial %.1g, angle %.1g" % compare(together, alone)
+
+
+def check_refusals(programs, folder):
+    """What cannot be done says so in one line, and an earlier model stays."""
+    model = os.path.join(folder, "model.npz")
+    with open(model, "w", encoding="utf-8") as file:
+        file.write("an earlier model")
+    for arguments, code, words in (
+            (["precompute", "no_such_file.msh", "-o", model], 1, "no_such_file.msh"),
+            (["precompute", *SMALL, "-o", model, "--modes", "90000"], 1, "modes"),
+            (["precompute", *SMALL, "-o", model, "--rank", "28"], 1, "rank"),
+            (["precompute", *SMALL, "-o", model, "--cubature"], 1, "--cubature"),
+            (["precompute", *SMALL, "--no-such-option"], 2, "--no-such-option"),
+            (["simulate"], 2, "precompute")):
+        result = programs.together(2, arguments)
+        demand(result.returncode == code, f"{arguments}: exit {result.returncode}, not {code}")
+        demand(words in result.stderr, f"{arguments}: {result.stderr}")
+    with open(model, encoding="utf-8") as file:
+        demand(file.read() == "an earlier model", "a refusal changed the model")
+    return "6 refusals"
+
+
+def main(arguments):
+    if len(arguments) < 3:
+        print(__doc__, file=sys.stderr)
+        return 2
+    programs, failed = Programs(*arguments[:3]), 0
+    checks = {name: lambda p, f, c=case: check_case(p, f, *c) for name, case in CASES.items()}
+    checks["refusals"] = check_refusals
+    for name in arguments[3:] or checks:
+        with tempfile.TemporaryDirectory() as folder:
+            try:
+                print(f"{name}: {checks[name](programs, folder)}", flush=True)
+            except (AssertionError, subprocess.TimeoutExpired) as error:
+                print(f"{name}: FAILED: {error}", flush=True)
+                failed += 1
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
