@@ -97,6 +97,8 @@ def stage_index():
     """The first page: what Thrum is, and the menu."""
     lines = ["# Thrum", "", "Real-time deformable bodies that keep their energy: a library in C, and packages for Python, "
              "JavaScript and Debian.", "",
+             # the README has this picture too, so it is staged
+             "![Six models under load, coloured by displacement](docs/models_under_load.png)", "",
              "Start with [the tutorial](docs/tutorial.md), [pull at a body](site/viewer.md) in this browser, "
              "or read [what it is good for, and what not](README.md#what-it-is-good-for-and-what-not).", ""]
     for caption, pages in MENU:

@@ -12,6 +12,8 @@ version = release = site["version"]
 
 extensions = ["myst_parser", "breathe", "sphinx.ext.autodoc"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+# quotes and dashes stay as they are written: "--scale" in a sentence is an option, and may be copied
+smartquotes = False
 # anchors of headings as the pages link to them
 myst_heading_anchors = 4
 nitpicky = False
