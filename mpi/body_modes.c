@@ -20,13 +20,8 @@
 static PetscErrorCode apply_solver(PC pc, Vec right, Vec solution) {
   body_system *s;
   PetscErrorCode code = PCShellGetContext(pc, &s);
-  if (code == 0)
-    code = KSPSolve(s->ksp, right, solution);
-  PetscInt steps = 0;
-  if (code == 0)
-    code = KSPGetIterationNumber(s->ksp, &steps);
-  s->solves++;
-  s->iterations += steps;
+  if (code == 0 && body_system_solve_rows(s, right, solution, &s->failure) < 0)
+    code = PETSC_ERR_NOT_CONVERGED;
   return code;
 }
 
@@ -129,7 +124,11 @@ static thrum_status lowest(void *context, const double *rigid, int64_t count, do
   body_system *s = context;
   EPS eps;
   PETSC_TRY(EPSCreate(s->comm, &eps));
-  const thrum_status status = solve_pairs(s, eps, rigid, count, values, vectors, error);
+  thrum_status status = solve_pairs(s, eps, rigid, count, values, vectors, error);
+
+  // what a solve said tells more than that SLEPc stopped there
+  if (s->failure.status < 0)
+    status = thrum_error_set(error, s->failure.status, "%s", s->failure.message);
   PETSC_TRY(EPSDestroy(&eps));
   return status;
 }

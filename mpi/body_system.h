@@ -25,12 +25,11 @@ typedef struct body_system {
   const int32_t *component; /* free_count, of the part's fem */
   Mat stiffness, mass;
   KSP ksp;
-  Vec all, local;             /* rows of this process, and the free components of its part */
-  VecScatter spread;          /* from local to all */
-  double typical;             /* stiffness of a held component and of a spring */
-  double nonzeros;            /* of the factor */
-  int64_t solves, iterations; /* of conjugate gradients so far */
-  bool rough;                 /* no preconditioner: what the multigrid is compared with */
+  Vec all, local;      /* rows of this process, and the free components of its part */
+  VecScatter spread;   /* from local to all */
+  double typical;      /* stiffness of a held component and of a spring */
+  double nonzeros;     /* of the factor */
+  thrum_error failure; /* of a solve that SLEPc asked for; status 0: none */
 } body_system;
 
 /* An empty system of a part; both must stay. */
@@ -40,6 +39,10 @@ void body_system_free(body_system *system); /* leaves it empty */
 
 /* The functions of thrum_ranks that need no eigensolver; the context is the system. */
 thrum_ranks body_system_ranks(body_system *system);
+
+/* solution = K^-1 right by rows, both of this process. */
+thrum_status body_system_solve_rows(body_system *system, Vec right, Vec solution,
+                                    thrum_error *error);
 
 /* Between the free components of the part and the rows of this process: adds up terms, or hands
  * values out. */

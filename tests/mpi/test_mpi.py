@@ -10,9 +10,11 @@ SPDX-License-Identifier: Apache-2.0
 """
 import json
 import os
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 
 import numpy
 
@@ -46,12 +48,16 @@ class Programs:
     def alone(self, arguments):
         return run([self.thrum, *arguments])
 
-    def together(self, count, arguments):
-        return run([self.mpirun, "--oversubscribe", *YIELD, "-n", str(count), self.thrum_mpi, *arguments])
+    def command(self, count, arguments):
+        return [self.mpirun, "--oversubscribe", *YIELD, "-n", str(count), self.thrum_mpi, *arguments]
+
+    def together(self, count, arguments, **variables):
+        return run(self.command(count, arguments), variables)
 
 
-def run(command):
-    return subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False)
+def run(command, variables=None):
+    return subprocess.run(command, capture_output=True, text=True, timeout=SECONDS, check=False,
+                          env={**os.environ, **(variables or {})})
 
 
 def demand(condition, text):
@@ -130,13 +136,56 @@ def check_refusals(programs, folder):
     return "6 refusals"
 
 
+def check_control(programs, folder):
+    """Without the multigrid conjugate gradients do not come to their end in the steps they have."""
+    model = os.path.join(folder, "model.npz")
+    result = programs.together(2, ["precompute", "horse", "-o", model, "-q", "--solver", "cg"],
+                               PETSC_OPTIONS="-thrum_pc_type none")
+    demand(result.returncode == 1, f"exit {result.returncode}: {result.stderr}")
+    demand("did not converge" in result.stderr, result.stderr)
+    demand(not os.listdir(folder), "a model was written")
+    return "no model without a preconditioner"
+
+
+def children(parent):
+    """The processes that `parent` started."""
+    with open(f"/proc/{parent}/task/{parent}/children", encoding="ascii") as file:
+        return [int(word) for word in file.read().split()]
+
+
+def check_killed(programs, folder):
+    """A process that is killed ends all within seconds; the earlier model stays, and nothing else."""
+    model = os.path.join(folder, "model.npz")
+    with open(model, "w", encoding="utf-8") as file:
+        file.write("an earlier model")
+    command = programs.command(2, ["precompute", "beam:40x12x12@1x0.3x0.3", *HELD, "-o", model])
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as started:
+        try:
+            until = time.monotonic() + SECONDS
+            while len(children(started.pid)) < 2 and time.monotonic() < until:
+                time.sleep(0.05)
+            time.sleep(1)
+            demand(started.poll() is None, "it ended before it was killed")
+            os.kill(children(started.pid)[1], signal.SIGKILL)
+            began = time.monotonic()
+            code = started.wait(SECONDS)
+        finally:
+            started.kill()
+    demand(code != 0, "a killed process passes for success")
+    with open(model, encoding="utf-8") as file:
+        demand(file.read() == "an earlier model", "the earlier model is gone")
+    demand(os.listdir(folder) == ["model.npz"], f"left behind: {os.listdir(folder)}")
+    return f"all ended after {time.monotonic() - began:.1f} s"
+
+
 def main(arguments):
     if len(arguments) < 3:
         print(__doc__, file=sys.stderr)
         return 2
     programs, failed = Programs(*arguments[:3]), 0
     checks = {name: lambda p, f, c=case: check_case(p, f, *c) for name, case in CASES.items()}
-    checks["refusals"] = check_refusals
+    checks.update({"refusals": check_refusals, "no preconditioner": check_control,
+                   "a killed process": check_killed})
     for name in arguments[3:] or checks:
         with tempfile.TemporaryDirectory() as folder:
             try:
