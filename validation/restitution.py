@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """Bounces of near-rigid blocks over the restitution, the step and Young's modulus.
 
-A block of 0.1 m falls flat on a plane, and another flies flat against a third at rest. The ratio
-of the speeds after and before is to be the restitution, whatever the step and the stiffness are.
+A block of 0.1 m falls flat on a plane, and another flies flat against a third at rest, middle on
+middle and turned by 30 degrees against it, so that edges and faces meet and neither is spun. The
+ratio of the speeds after and before is to be the restitution, whatever the step and the stiffness
+are.
 The speed is a small share of the speed of sound in the block (sqrt(E / density)), so that the
 block is near-rigid. Writes one row a bounce; needs nothing but the program and the standard
 library.
@@ -41,13 +43,17 @@ def places(folder):
     return [numbers[n : n + 7] for n in range(0, len(numbers), 7)]
 
 
-def block(name, young, x, z, speed):
+def block(name, young, angle, z, speed):
+    """A block that is turned about the vertical axis through its middle [degrees]."""
+    turn = math.radians(angle)
     return {
         "name": name,
         "model": f"beam:2x2x2@{SIDE}x{SIDE}x{SIDE}",
         "material": {"young": young, "density": DENSITY},
         "free": True,
-        "position": [x, 0, z],
+        # the mesh begins at x = 0, about which it is turned
+        "position": [-0.5 * SIDE * math.cos(turn), -0.5 * SIDE * math.sin(turn), z],
+        "rotation": {"axis": [0, 0, 1], "angle": angle},
         "velocity": [0, 0, speed],
     }
 
@@ -65,7 +71,7 @@ def scene_of(restitution, step, young, kind):
     else:
         scene["bodies"] = [
             block("a", young, 0, 0, 0),
-            block("b", young, 0.03, SIDE + thickness + APART, -speed),
+            block("b", young, 30, SIDE + thickness + APART, -speed),
         ]
         scene["collisions"] = {"restitution": restitution}
     return scene

@@ -182,6 +182,7 @@ static void fill_points(const thrum_model *model, const thrum_contact_def *def,
   contact->diagonal = def->diagonal > 0.0
                           ? def->diagonal
                           : thrum_box3_diagonal(model->vertices, model->vertex_count);
+  contact->springy = def->stiffness > 0.0;
   contact->stiffness =
       def->stiffness > 0.0 ? def->stiffness : default_stiffness(model, 2.0 * contact->radius);
 }
@@ -227,7 +228,7 @@ void thrum_contact_reset(thrum_contact *contact) {
   const thrum_contact_view view = thrum_contact_view_of(contact);
   memset(view.pull_forces, 0, (size_t)contact->pull_max * 3 * sizeof(double));
   contact->touch_count = contact->row_count = contact->pull_count = 0;
-  contact->flow = contact->stored = contact->lost = 0.0;
+  contact->flow = contact->stored = contact->lost = contact->impact = 0.0;
   contact->driven = contact->granted = contact->pulled = 0.0;
   contact->depth = contact->normal = 0.0;
   contact->steps = contact->redone = contact->declined = 0;
@@ -255,7 +256,7 @@ thrum_contact_report thrum_contact_report_get(const thrum_contact *contact) {
 
   // energies since init
   report.stored = contact->stored;
-  report.lost = contact->lost;
+  report.lost = contact->lost + contact->impact;
   report.driven = contact->driven;
   report.granted = contact->granted;
   report.pulled = contact->pulled;

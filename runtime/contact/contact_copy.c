@@ -18,7 +18,7 @@ static bool is_same_contact(const thrum_contact *a, const thrum_contact *b) {
          a->pull_max == b->pull_max && a->tolerance == b->tolerance &&
          a->stiffness == b->stiffness && memcmp(a->middle, b->middle, sizeof a->middle) == 0 &&
          a->radius == b->radius && a->diagonal == b->diagonal && a->rank == b->rank &&
-         a->sweeps_max == b->sweeps_max;
+         a->sweeps_max == b->sweeps_max && a->springy == b->springy;
 }
 
 static bool is_count(int64_t count, int64_t most) {
@@ -38,8 +38,9 @@ static bool are_numbers_right(const thrum_contact *header) {
     return false;
 
   // energies and forces
-  const double values[] = {header->flow,    header->stored, header->lost,  header->driven,
-                           header->granted, header->pulled, header->depth, header->normal};
+  const double values[] = {header->flow,   header->stored,  header->lost,
+                           header->driven, header->granted, header->pulled,
+                           header->depth,  header->normal,  header->impact};
   return thrum_all_finite(values, sizeof values / sizeof values[0]) &&
          thrum_all_finite(header->moved, 3) && thrum_all_finite(header->force, 3) &&
          thrum_all_finite(header->turned, 3) && thrum_all_finite(header->torque, 3);

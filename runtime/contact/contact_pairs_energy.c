@@ -109,7 +109,8 @@ void thrum_pairs_settle(thrum_pairs_run *run) {
 
   // what all springs held before counts as lost until their group has settled
   pairs->stored += stored;
-  pairs->lost -= work + stored;
+  pairs->lost += run->struck - work - stored;
+  pairs->driven += run->driven;
   pairs->budget += before - work - stored;
   pairs->flow += thrum_rows_flow(&list);
   for (int64_t n = 0; n < run->row_count; n++)

@@ -94,11 +94,12 @@ struct thrum_contact_pairs {
   X(thrum_contact_run, runs, member_max)                                                           \
   X(thrum_contact, contacts, member_max) /* as the step began; of solids, without rows */          \
   X(thrum_contact_environment, environments, member_max) /* of solids */                           \
-  X(thrum_translation, ways, member_max)                 /* of solids */                           \
+  X(thrum_translation, ways, member_max)   /* of solids; of bodies as the step began */            \
+  X(thrum_rigid_frame, frames, member_max) /* as the step began */                                 \
   X(thrum_turn, turns, member_max)         /* rotation that the levers are made for [rad] */       \
   X(int64_t, first_vertex, member_max + 1) /* of each member among those below */                  \
   X(int64_t, first_node, member_max + 1)                                                           \
-  X(double, places, vertex_max * 6) /* of vertices: position, displacement [m] */                  \
+  X(double, places, vertex_max * 9) /* of vertices: position, displacement, shift in it [m] */     \
   X(int32_t, place_known, vertex_max)                                                              \
   X(double, spheres, node_max * 7) /* of nodes: middle, displacement, radius [m] */                \
   X(int32_t, sphere_known, node_max)
@@ -117,8 +118,9 @@ typedef struct thrum_pairs_run {
   thrum_pairs_view view;
   int64_t candidate_count, row_count;
   bool moved; /* the search goes by displacements that were solved for, not those without contact */
-  bool solved; /* there are such */
-  bool again;  /* an attempt has failed: forces have to be more exact */
+  bool solved;           /* there are such */
+  bool again;            /* an attempt has failed: forces have to be more exact */
+  double struck, driven; /* lost in impacts of this step, and done by solids in them [J] */
 } thrum_pairs_run;
 
 /* The rows between the bodies of the group, and what they have in common with those on obstacles.
@@ -158,7 +160,8 @@ double thrum_pairs_thickness(const thrum_contact_pairs *pairs, const thrum_skin 
  */
 void thrum_pairs_search(thrum_pairs_run *run);
 
-/* contact_pairs_search.c: position and displacement of a vertex of a member. */
+/* contact_pairs_search.c: position and displacement of a vertex of a member, and the part of the
+ * latter that leads to the start of its way after an impact (thrum_point_shift). */
 const double *thrum_pairs_place(thrum_pairs_run *run, int64_t member, int64_t vertex);
 
 /* contact_pairs_rows.c: makes rows of the candidates that have none; returns how many. */

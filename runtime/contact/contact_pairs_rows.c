@@ -32,7 +32,8 @@ static int first_side(const thrum_pair_candidate *c) {
   return c->key.kind == THRUM_PAIR_EDGES ? 2 : 1;
 }
 
-/* The point of one side: its rows of U, where it starts, and the area that it stands for. */
+/* The point of one side: its rows of U, where its way starts, and the area that it stands for; the
+ * gap becomes that at the start of the way. */
 static double fill_side(thrum_pairs_run *run, const thrum_pair_candidate *c, int side,
                         thrum_pair_row *row) {
   const int from = side == 0 ? 0 : first_side(c), to = side == 0 ? first_side(c) : 4;
@@ -48,7 +49,8 @@ static double fill_side(thrum_pairs_run *run, const thrum_pair_candidate *c, int
     for (int64_t i = 0; i < 3 * r; i++)
       basis[i] += weight * rows[i];
     for (int axis = 0; axis < 3; axis++)
-      row->starts[side][axis] += weight * place[axis];
+      row->starts[side][axis] += weight * (place[axis] + place[6 + axis]);
+    row->row.gap += (side == 0 ? weight : -weight) * thrum_dot3(c->normal, place + 6);
     area += weight * view.areas[c->vertices[n]];
   }
   return area;

@@ -52,9 +52,23 @@ static void displacement(const thrum_pairs_run *run, const thrum_contact_run *bo
     thrum_point_unloaded(body, rows, lever, out);
 }
 
+/* Position, displacement and the shift in it of a point; place: nine numbers. */
+static void fill_way(const thrum_pairs_run *run, const thrum_contact_run *body, const double *rows,
+                     const double rest[3], double place[9]) {
+  thrum_point_start(body, rows, rest, place);
+  displacement(run, body, rows, place, place + 3);
+  thrum_point_shift(body, rows, rest, place, place + 6);
+
+  // from where it really is
+  for (int axis = 0; axis < 3; axis++) {
+    place[axis] -= place[6 + axis];
+    place[3 + axis] += place[6 + axis];
+  }
+}
+
 const double *thrum_pairs_place(thrum_pairs_run *run, int64_t member, int64_t vertex) {
   const int64_t index = run->view.first_vertex[member] + vertex;
-  double *place = run->view.places + 6 * index;
+  double *place = run->view.places + 9 * index;
   if (run->view.place_known[index])
     return place;
 
@@ -63,8 +77,7 @@ const double *thrum_pairs_place(thrum_pairs_run *run, int64_t member, int64_t ve
   const thrum_skin *skin = run->members[member].skin;
   const thrum_skin_view view = thrum_skin_view_of(skin);
   const double *rows = view.rows + 3 * vertex * skin->rank;
-  thrum_point_start(body, rows, view.rest + 3 * vertex, place);
-  displacement(run, body, rows, place, place + 3);
+  fill_way(run, body, rows, view.rest + 3 * vertex, place);
   run->view.place_known[index] = 1;
   return place;
 }
@@ -81,15 +94,16 @@ static const double *sphere_of(const search *s, int side, int32_t node) {
   const thrum_skin_view *view = &s->views[side];
   const int64_t r = s->skins[side]->rank;
   const double *rows = view->node_rows + 3 * node * r, *spread = view->spreads + node * r;
-  thrum_point_start(body, rows, view->nodes[node].middle, sphere);
-  displacement(run, body, rows, sphere, sphere + 3);
+  double way[9];
+  fill_way(run, body, rows, view->nodes[node].middle, way);
+  memcpy(sphere, way, 6 * sizeof *way);
 
   // it holds its triangles at both ends of the step
   const bool moved = run->moved || body->contact->pull_count > 0;
   const double *d = moved ? body->view.moved : body->view.unloaded;
   const double *turn = moved ? body->turned : body->unloaded_turn;
   double radius = view->nodes[node].radius;
-  radius += sqrt(thrum_dot3(turn, turn)) * radius;
+  radius += (sqrt(thrum_dot3(turn, turn)) + body->impact.turned) * radius;
   for (int64_t i = 0; i < r; i++)
     radius += spread[i] * (fabs(body->view.q[i]) + fabs(d[i]));
   sphere[6] = radius;

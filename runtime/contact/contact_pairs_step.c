@@ -12,7 +12,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/contact/contact_pairs_private.h"
+#include "runtime/contact/contact_impact.h"
 #include "runtime/dynamics/state_layout.h"
 
 #define SEARCHES_MAX 4
@@ -163,6 +163,10 @@ static void open_all(thrum_pairs_run *run, thrum_status *first, thrum_error *err
 
     // what another attempt goes back to
     run->view.contacts[n] = *member->contact;
+    if (member->environment->translation)
+      run->view.ways[n] = *member->environment->translation;
+    if (member->environment->rigid_frame)
+      run->view.frames[n] = *member->environment->rigid_frame;
     memcpy(run->view.runs[n].view.snapshot, member->state, (size_t)member->contact->state_bytes);
   }
 
@@ -177,6 +181,15 @@ static void put_back(thrum_pairs_run *run, int64_t n) {
   thrum_contact_member *member = run->members + n;
   memcpy(member->state, run->view.runs[n].view.snapshot, (size_t)member->contact->state_bytes);
   *member->contact = run->view.contacts[n];
+
+  // the body as a whole, with what impacts have changed of it
+  if (member->environment->translation)
+    *member->environment->translation = run->view.ways[n];
+  if (member->environment->rigid_frame)
+    *member->environment->rigid_frame = run->view.frames[n];
+  if (run->view.runs[n].impact.struck)
+    thrum_contact_place(run->view.runs + n);
+  run->view.runs[n].impact = (thrum_impact_body){0};
 }
 
 static void prepare_all(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
@@ -257,12 +270,47 @@ static void solve(thrum_pairs_run *run) {
   }
 }
 
-/* Finds what touches and solves, until no solve leads to new touches. */
-static void find_and_solve(thrum_pairs_run *run) {
+/* Finds what touches as the bodies go without contact. */
+static void find(thrum_pairs_run *run) {
   run->row_count = 0;
   run->moved = run->solved = false;
+  memset(run->view.taken, 0, (size_t)run->pairs->before_count * sizeof *run->view.taken);
   thrum_pairs_search(run);
   thrum_pairs_add_rows(run);
+}
+
+/* Finds what touches, and makes the impacts of the step one after the other. */
+static void strike_all(thrum_pairs_run *run, const thrum_impact_rows *rows, thrum_status *first,
+                       thrum_error *error) {
+  run->struck = run->driven = 0.0;
+  find(run);
+  for (int n = 0; n < THRUM_IMPACTS_MAX && thrum_contact_strike(rows); n++) {
+    for (int64_t m = 0; m < run->count; m++)
+      if (thrum_pairs_steps(run, m))
+        thrum_contact_place(run->view.runs + m);
+    prepare_all(run, first, error);
+    find(run);
+  }
+}
+
+/* The same, at the times of the impacts or else at the start of the step. */
+static void find_with_impacts(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
+  thrum_impact_rows rows = {.runs = run->view.runs, .count = run->count, .pairs = run};
+  strike_all(run, &rows, first, error);
+  if (!thrum_contact_strays(&rows))
+    return;
+
+  // back to the start
+  for (int64_t n = 0; n < run->count; n++)
+    if (thrum_pairs_steps(run, n))
+      put_back(run, n);
+  prepare_all(run, first, error);
+  rows.early = true;
+  strike_all(run, &rows, first, error);
+}
+
+/* Finds what touches and solves, until no solve leads to new touches. */
+static void find_and_solve(thrum_pairs_run *run) {
   solve(run);
   for (int n = 1; n < SEARCHES_MAX && run->row_count > 0 && has_missed(run); n++) {
     run->moved = true;
@@ -335,6 +383,7 @@ static void again(thrum_pairs_run *run, int attempt) {
 static bool try_all(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
   run->again = false;
   prepare_all(run, first, error);
+  find_with_impacts(run, first, error);
   find_and_solve(run);
   for (int attempt = ATTEMPT_FIRST;; attempt++) {
     if (attempt != ATTEMPT_FIRST)

@@ -12,14 +12,21 @@
 #include "runtime/contact/contact_point.h"
 #include "runtime/contact/contact_private.h"
 
-/* out = axes rows x */
-static void gather(const thrum_contact_run *run, const double *rows, const double *x,
-                   double out[3]) {
+/* u = rows x, in the axes of the body */
+static void gather_own(const thrum_contact_run *run, const double *rows, const double *x,
+                       double u[3]) {
   const int64_t rank = run->contact->rank;
-  double u[3] = {0.0, 0.0, 0.0};
+  memset(u, 0, 3 * sizeof *u);
   for (int64_t i = 0; i < rank; i++)
     for (int axis = 0; axis < 3; axis++)
       u[axis] += rows[axis * rank + i] * x[i];
+}
+
+/* out = axes rows x */
+static void gather(const thrum_contact_run *run, const double *rows, const double *x,
+                   double out[3]) {
+  double u[3];
+  gather_own(run, rows, x, u);
   thrum_apply3(run->axes, u, out);
 }
 
@@ -40,6 +47,20 @@ void thrum_point_start(const thrum_contact_run *run, const double *rows, const d
   gather(run, rows, run->view.q, u);
   for (int axis = 0; axis < 3; axis++)
     x[axis] += u[axis];
+}
+
+void thrum_point_shift(const thrum_contact_run *run, const double *rows, const double rest[3],
+                       const double x[3], double shift[3]) {
+  double u[3], at[3];
+  memset(shift, 0, 3 * sizeof *shift);
+  if (!run->impact.struck)
+    return;
+  gather_own(run, rows, run->view.q, u);
+  for (int axis = 0; axis < 3; axis++)
+    u[axis] += rest[axis];
+  thrum_apply3(run->impact.axes, u, at);
+  for (int axis = 0; axis < 3; axis++)
+    shift[axis] = x[axis] - at[axis] - run->impact.origin[axis];
 }
 
 void thrum_point_lever(const thrum_contact_run *run, const double x[3], double arm[3],

@@ -17,6 +17,11 @@ void thrum_point_rest(const thrum_contact_run *run, const double rest[3], double
 void thrum_point_start(const thrum_contact_run *run, const double *rows, const double rest[3],
                        double x[3]);
 
+/* From where the point really is at the start of the step to x, where its way starts [m]: 0 but for
+ * a body that an impact of this step has struck. */
+void thrum_point_shift(const thrum_contact_run *run, const double *rows, const double rest[3],
+                       const double x[3], double shift[3]);
+
 /* Lever arms of a point at x [m]: at the start of the step, and halfway through it. */
 void thrum_point_lever(const thrum_contact_run *run, const double x[3], double arm[3],
                        double lever[3]);

@@ -8,7 +8,8 @@
  * A step goes through these files in this order: contact_check.c, contact_predict.c,
  * contact_pull.c, contact_rows.c, contact_guess.c and contact_solve.c (thrum_contact_begin), then
  * contact_energy.c (thrum_contact_end). contact_point.h has the kinematics of one point,
- * contact_row.h what one row does, contact_law.h its forces, obstacle_private.h the shapes.
+ * contact_row.h what one row does, contact_law.h its forces, obstacle_private.h the shapes. Impacts
+ * of near-rigid bodies change their ways before a step is solved (contact_impact.c).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_CONTACT_CONTACT_PRIVATE_H
@@ -44,8 +45,10 @@ struct thrum_contact {
   double turned[3], torque[3]; /* of the rotation [rad], [N m] */
   int32_t rank;
   int32_t sweeps_max;
-  int32_t fresh; /* 1: no step yet, so what overlaps began so */
-  int32_t begun; /* 1: between begin and end */
+  int32_t fresh;   /* 1: no step yet, so what overlaps began so */
+  int32_t begun;   /* 1: between begin and end */
+  int32_t springy; /* 1: the def asked for a stiffness, so impacts are those of its springs */
+  double impact;   /* lost to impacts of the body as a whole [J] */
 };
 
 /* History of a touch between a point and an obstacle (or one wall of a room). */
@@ -59,6 +62,38 @@ typedef struct thrum_touching {
   double stored;      /* what the spring took and has not given back [J] */
   double gap;         /* after the step [m] */
 } thrum_touching;
+
+/* The part of a row in an impact of bodies as a whole (contact_impact.c). */
+typedef enum thrum_strike_part {
+  THRUM_NO_PART = 0,
+  THRUM_STRIKES = 1, /* its places strike each other */
+  THRUM_BEARS = 2    /* they touched before, and may not give way */
+} thrum_strike_part;
+
+typedef struct thrum_row_strike {
+  thrum_strike_part part;
+  double impulse[3]; /* on the first place [N s] */
+  double before[3];  /* velocity of the first place against the second before it [m/s] */
+  double away;       /* speed along the normal that is asked for after it [m/s] */
+  double friction;
+  double along,
+      across; /* velocity under a unit impulse: along the normal, bound across it [1/kg] */
+} thrum_row_strike;
+
+/* A body as a whole in the impacts of a step. */
+typedef struct thrum_impact_body {
+  bool taken;                  /* by the impact that is being made */
+  bool struck;                 /* by an impact of this step: it starts on another way */
+  double axes[9], origin[3];   /* where it really is at the start of the step, if struck */
+  double moved, turned;        /* bounds of how far from there its new way starts [m], [rad] */
+  double limit;                /* square of the speed up to which it is near-rigid [m^2/s^2] */
+  double inverse_mass;         /* [1/kg] */
+  double inverse[9];           /* of the inertia, in the world [1/(kg m^2)] */
+  double velocity[3];          /* of the centre of mass before the impact [m/s] */
+  double spin[3];              /* [rad/s] */
+  double passed[3];            /* way of the centre from the start of the step to the impact [m] */
+  double impulse[3], whirl[3]; /* on the centre, and about it [N s], [N m s] */
+} thrum_impact_body;
 
 /* A touch in a step. Gaps are linear in the point's displacement dx over the step:
  * gap' = gap + normal (dx - drift). */
@@ -84,6 +119,7 @@ typedef struct thrum_contact_row {
   double slide[3];        /* tangential displacement that friction aims at: 0 to this [m] */
   double seen[3];         /* displacement of the point when its row was last solved [m] */
   double work, rubbed, driven; /* of the step made: on the body, and of the moving obstacle [J] */
+  thrum_row_strike strike;
 } thrum_contact_row;
 
 /* A pull in a step. */
@@ -144,6 +180,7 @@ typedef struct thrum_contact_run {
   double unloaded_turn[3], turned[3]; /* angle over the step, as unloaded and moved [rad] */
   double foreseen[3]; /* turned as the solve had it, where turned is what the torque makes */
   double torque[3];   /* as force [N m] */
+  thrum_impact_body impact;
 } thrum_contact_run;
 
 /* contact.c: refuses NULL, memory that is no contact, and a model or state of another rank. */
@@ -163,6 +200,10 @@ thrum_status thrum_contact_open(const thrum_model *model, thrum_state *state,
                                 thrum_contact *contact,
                                 const thrum_contact_environment *environment,
                                 thrum_contact_run *run, thrum_error *error);
+
+/* contact_step.c: where the body is as a whole at the start of its step, and how it goes on without
+ * contact. */
+void thrum_contact_place(thrum_contact_run *run);
 
 /* contact_step.c: predicts the step, solves its pulls alone, and finds its rows. */
 thrum_status thrum_contact_prepare(thrum_contact_run *run, thrum_error *error);

@@ -10,7 +10,6 @@
 #include "runtime/contact/contact_row.h"
 
 #define RECOVERY 0.1 /* share of an excess of depth that a step may take back */
-#define RESTING 2.0  /* an approach slower than so many times what a step adds is no impact */
 
 /* --- one row ---------------------------------------------------------------------------------- */
 
@@ -47,7 +46,7 @@ void thrum_contact_row_approach(thrum_contact_row *row, double h, const double v
 
   // an approach lasts until the point moves away, and keeps its largest speed
   if (speed < 0.0) {
-    const double impact = -speed > RESTING * gained ? -speed : 0.0;
+    const double impact = -speed > THRUM_RESTING * gained ? -speed : 0.0;
     touch->approach = touch->towards ? fmax(touch->approach, impact) : impact;
     touch->towards = 1;
   } else if (speed > 0.0) {

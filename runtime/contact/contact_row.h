@@ -7,6 +7,13 @@
 
 #include "runtime/contact/contact_private.h"
 
+#define THRUM_SOON                                                                                 \
+  1.1 /* steps within which what strikes is struck with what strikes in this one                   \
+       */
+#define THRUM_RESTING                                                                              \
+  2.0 /* an approach slower than so many times what a step adds is no impact                       \
+       */
+
 /* --- one row ---------------------------------------------------------------------------------- */
 
 /* Its force [N], on the body or on the first of two bodies. */

@@ -26,7 +26,8 @@
 /* A point in a step. */
 typedef struct moving_point {
   const double *rows; /* three rows of U */
-  double start[3];    /* [m] */
+  double start[3];    /* on its way [m] */
+  double shift[3];    /* from where it really is to there, where an impact has put it there [m] */
   double arm[3];      /* about the centre of mass [m] */
   double lever[3];    /* about halfway [m] */
   double unloaded[3]; /* displacement without contact and pulls [m] */
@@ -40,6 +41,7 @@ static const double *rest_of(const thrum_contact_run *run, int64_t point) {
 static moving_point point_of(const thrum_contact_run *run, int64_t point) {
   moving_point made = {.rows = thrum_point_rows(run, point)};
   thrum_point_start(run, made.rows, rest_of(run, point), made.start);
+  thrum_point_shift(run, made.rows, rest_of(run, point), made.start, made.shift);
   thrum_point_lever(run, made.start, made.arm, made.lever);
   thrum_point_unloaded(run, made.rows, made.lever, made.unloaded);
   if (run->contact->pull_count > 0)
@@ -111,7 +113,7 @@ static void fill_row(const thrum_contact_run *run, const moving_point *point,
   row->friction = obstacle->friction;
 
   // what overlaps before the first step was put there, so its energy is a gift
-  if (run->contact->fresh)
+  if (run->contact->fresh && !run->impact.struck)
     row->touch.stored = thrum_contact_energy(row->stiffness, row->gap);
 
   // a touch that goes on keeps its forces and no more energy than its spring can hold
@@ -134,13 +136,23 @@ static void fill_row(const thrum_contact_run *run, const moving_point *point,
   thrum_contact_row_approach(row, h, velocity, unloaded);
 }
 
-/* Does a displacement end inside? `way` gets it relative to the obstacle. */
+/* Where a point really is at the start of the step. */
+static void place_of(const moving_point *point, double at[3]) {
+  for (int axis = 0; axis < 3; axis++)
+    at[axis] = point->start[axis] - point->shift[axis];
+}
+
+/* Does a displacement end inside? `way` gets it relative to the obstacle, from where the point
+ * really is. */
 static bool enters(const thrum_contact_run *run, const thrum_obstacle *obstacle, int32_t face,
                    const moving_point *point, const double displacement[3], double way[3]) {
+  // impacts of bodies as a whole take in what is about to strike
+  const double soon = run->environment->translation ? THRUM_SOON : 1.0;
   double end[3], unused[3];
+  place_of(point, end);
   for (int axis = 0; axis < 3; axis++) {
-    way[axis] = displacement[axis] - run->dt * obstacle->velocity[axis];
-    end[axis] = point->start[axis] + way[axis];
+    way[axis] = point->shift[axis] + displacement[axis] - run->dt * obstacle->velocity[axis];
+    end[axis] += soon * way[axis];
   }
   return thrum_obstacle_face_gap(obstacle, face, end, unused) < 0.0;
 }
@@ -150,10 +162,11 @@ static void try_face(thrum_contact_run *run, const moving_point *point, int32_t 
                      int32_t number, int32_t face, int64_t *from) {
   const thrum_obstacle *obstacle = run->environment->obstacles + number;
   thrum_contact *contact = run->contact;
-  double normal[3], way[3];
+  double normal[3], way[3], at[3];
 
   // only a point that is or ends inside touches
-  double gap = thrum_obstacle_face_gap(obstacle, face, point->start, normal);
+  place_of(point, at);
+  double gap = thrum_obstacle_face_gap(obstacle, face, at, normal);
   const bool ends_inside = enters(run, obstacle, face, point, point->unloaded, way) ||
                            enters(run, obstacle, face, point, point->likely, way);
   if (gap >= 0.0 && !ends_inside)
@@ -166,14 +179,14 @@ static void try_face(thrum_contact_run *run, const moving_point *point, int32_t 
   }
 
   // the row begins on the plane where the point enters
-  gap = entry_gap(obstacle, face, point->start, way, gap, normal);
+  gap = entry_gap(obstacle, face, at, way, gap, normal);
   thrum_contact_row *row = run->view.rows + contact->row_count;
   memset(row, 0, sizeof *row);
   row->touch.point = index;
   row->touch.obstacle = number;
   row->touch.face = face;
   memcpy(row->touch.normal, normal, sizeof normal);
-  row->gap = gap;
+  row->gap = gap + thrum_dot3(normal, point->shift);
   fill_row(run, point, obstacle, touch_before(run, index, number, face, from), row);
   // a point that is held cannot be pushed
   if (row->along > 0.0)
@@ -207,7 +220,8 @@ static double reach_of(const thrum_contact_run *run, double stretch) {
   // points' sphere or close to it
   const double turn = sqrt(fmax(thrum_dot3(run->unloaded_turn, run->unloaded_turn),
                                 thrum_dot3(run->turned, run->turned)));
-  return own + turn * (own + 2.0 * run->contact->radius * stretch) +
+  return own + (turn + run->impact.turned) * (own + 2.0 * run->contact->radius * stretch) +
+         run->impact.moved +
          sqrt(fmax(thrum_dot3(run->unloaded, run->unloaded), thrum_dot3(run->moved, run->moved)));
 }
 

@@ -9,7 +9,7 @@
 
 #include <string.h>
 
-#include "runtime/contact/contact_private.h"
+#include "runtime/contact/contact_impact.h"
 #include "runtime/dynamics/state_layout.h"
 
 #define ROUNDING 1e-10 /* share of the energy flow of contact that rounding may add */
@@ -43,7 +43,7 @@ static void fill_rigid_frame(thrum_contact_run *run) {
     run->centre[axis] += run->origin[axis];
 }
 
-static void fill_motion(thrum_contact_run *run) {
+void thrum_contact_place(thrum_contact_run *run) {
   const thrum_contact_environment *environment = run->environment;
   const thrum_translation *t = environment->translation;
   const thrum_placement now =
@@ -74,7 +74,7 @@ thrum_status thrum_contact_open(const thrum_model *model, thrum_state *state,
   run->environment = environment;
   run->view = thrum_contact_view_of(contact);
   run->dt = state->def.dt;
-  fill_motion(run);
+  thrum_contact_place(run);
   return THRUM_OK;
 }
 
@@ -111,13 +111,69 @@ thrum_status thrum_contact_prepare(thrum_contact_run *run, thrum_error *error) {
   return THRUM_OK;
 }
 
+/* The motion of a body as a whole, which impacts change before the step. */
+typedef struct whole {
+  thrum_translation way;
+  thrum_rigid_frame frame;
+} whole;
+
+static whole keep_whole(const thrum_contact_environment *environment) {
+  whole kept = {.way = {0}};
+  if (environment->translation)
+    kept.way = *environment->translation;
+  if (environment->rigid_frame)
+    kept.frame = *environment->rigid_frame;
+  return kept;
+}
+
+static void put_back_whole(const thrum_contact_environment *environment, const whole *kept) {
+  if (environment->translation)
+    *environment->translation = kept->way;
+  if (environment->rigid_frame)
+    *environment->rigid_frame = kept->frame;
+}
+
+/* Predicts the step, with the impacts in it. */
+static thrum_status strike_all(const thrum_impact_rows *rows, thrum_error *error) {
+  thrum_contact_run *run = rows->runs;
+  THRUM_TRY(thrum_contact_prepare(run, error));
+  for (int n = 0; n < THRUM_IMPACTS_MAX && thrum_contact_strike(rows); n++) {
+    thrum_contact_place(run);
+    THRUM_TRY(thrum_contact_prepare(run, error));
+  }
+  return THRUM_OK;
+}
+
+/* The same, at their times or else at the start of the step. */
+static thrum_status prepare_with_impacts(thrum_contact_run *run, const whole *kept,
+                                         thrum_error *error) {
+  thrum_impact_rows rows = {.runs = run, .count = 1};
+  const thrum_contact before = *run->contact;
+  THRUM_TRY(strike_all(&rows, error));
+  if (!thrum_contact_strays(&rows))
+    return THRUM_OK;
+
+  // back to the start
+  *run->contact = before;
+  put_back_whole(run->environment, kept);
+  run->impact = (thrum_impact_body){0};
+  thrum_contact_place(run);
+  rows.early = true;
+  return strike_all(&rows, error);
+}
+
 static thrum_status begin(thrum_contact_run *run, thrum_error *error) {
   const thrum_contact before = *run->contact;
-  thrum_status status = thrum_contact_prepare(run, error);
+  const whole kept = keep_whole(run->environment);
+  thrum_status status = prepare_with_impacts(run, &kept, error);
   if (status == THRUM_OK)
     status = apply(run, error);
-  if (status != THRUM_OK)
-    *run->contact = before;
+  if (status == THRUM_OK)
+    return THRUM_OK;
+
+  // a failure leaves the body where it was, on the way that it had
+  *run->contact = before;
+  put_back_whole(run->environment, &kept);
   return status;
 }
 
@@ -200,6 +256,7 @@ thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
   THRUM_TRY(thrum_contact_open(model, state, contact, environment, &run, error));
 
   const thrum_contact before = *contact;
+  const whole kept = keep_whole(environment);
   memcpy(run.view.snapshot, state, (size_t)contact->state_bytes);
   thrum_status status = begin(&run, error);
 
@@ -216,6 +273,7 @@ thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
   if (status < 0) {
     memcpy(state, run.view.snapshot, (size_t)contact->state_bytes);
     *contact = before;
+    put_back_whole(environment, &kept);
     return status;
   }
   thrum_contact_finish(&run);

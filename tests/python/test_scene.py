@@ -88,9 +88,10 @@ class Scenes(unittest.TestCase):
         scene, model = thrum.Scene(dt=0.002), block()
         triangles = model.outer_triangles()
         height = np.ptp(model.vertices[:, 2])
-        low = scene.add_body(model, "low", free=True, triangles=triangles)
+        # soft enough to stay in touch for several steps
+        low = scene.add_body(model, "low", free=True, triangles=triangles, stiffness=0.01)
         high = scene.add_body(model, "high", free=True, triangles=triangles, position=(0, 0, 1.2 * height),
-                              velocity=(0, 0, -1))
+                              velocity=(0, 0, -1), stiffness=0.01)
         scene.set_collisions(friction=0.3, restitution=0.5)
         self.assertIsNone(scene.find_overlap())
         before, touches = scene.account, []

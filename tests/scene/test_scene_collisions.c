@@ -157,6 +157,158 @@ static void a_shot_along_a_row_gains_no_energy(void **context) {
   }
 }
 
+/* The speed of a block after it has met a plane, a solid or another block flat at speed v. */
+static double bounce(const fixture *f, double h, double stiffness, double e, double v,
+                     int against) {
+  thrum_scene *scene = NULL;
+  int32_t touch[27];
+  double x[3], first[3], second[3] = {0};
+  for (int n = 0; n < 27; n++)
+    touch[n] = n;
+  MUST(thrum_scene_make(h, &scene, &failure));
+  thrum_scene_body_def block = def_of(&f->block, 0, 0, 0.104, stiffness);
+  block.velocity[2] = -v;
+
+  // a plane, a solid plate, or a block at rest, each 4 mm below it
+  if (against == 0) {
+    thrum_obstacle floor = thrum_default_obstacle();
+    floor.restitution = e;
+    block.touch = touch;
+    block.touch_count = 27;
+    MUST(thrum_scene_add_obstacle(scene, &floor, NULL, &failure));
+  } else if (against == 1) {
+    thrum_scene_solid_def plate = thrum_default_scene_solid_def();
+    plate.restitution = e;
+    plate.position[2] = -0.503;
+    MUST(thrum_scene_add_solid(scene, &plate, NULL, &failure));
+  } else {
+    collide(scene, 0.5, e);
+    const thrum_scene_body_def low = def_of(&f->block, 0, 0, -0.103, stiffness);
+    add(scene, &low);
+  }
+  add(scene, &block);
+
+  // the energy is there or has been lost
+  const thrum_scene_account before = account_of(scene);
+  for (int k = 0; k < (int)(0.008 / (v * h)) + 10; k++)
+    MUST(thrum_scene_step(scene, &failure));
+  thrum_scene_body_info info;
+  MUST(thrum_scene_body(scene, against == 2, &info, &failure));
+  const double lost = thrum_scene_collisions(scene).lost + info.contact.lost;
+  assert_true(fabs(account_of(scene).total + lost - before.total) <= 1e-9 * before.total);
+  MUST(thrum_scene_body_vertex(scene, against == 2, 0, x, first, &failure));
+  if (against == 2)
+    MUST(thrum_scene_body_vertex(scene, 0, 0, x, second, &failure));
+  thrum_scene_free(scene);
+  return first[2] - second[2];
+}
+
+static void a_near_rigid_block_bounces_by_its_restitution(void **context) {
+  const double steps[3] = {0.0002, 0.001, 0.004}, restitution[4] = {0, 0.3, 0.8, 1};
+  double worst = 0;
+  for (int against = 0; against < 3; against++)
+    for (int n = 0; n < 3; n++)
+      for (int soft = 0; soft < 2; soft++)
+        for (int k = 0; k < 4; k++) {
+          const double v = soft ? 0.02 : 1, e = restitution[k];
+          const double got = bounce(*context, steps[n], soft ? 1 : 1e4, e, v, against) / v;
+          worst = fmax(worst, fabs(got - e));
+        }
+  print_message("restitution off by %.1e\n", worst);
+  assert_true(worst < 1e-6);
+}
+
+/* Stiff blocks that meet askew, with friction and spin, are struck as rigid ones. */
+static void an_impact_of_rigid_bodies_keeps_momentum_and_gains_no_energy(void **context) {
+  fixture *f = *context;
+  for (int n = 0; n < 3; n++) {
+    thrum_scene *scene = NULL;
+    MUST(thrum_scene_make(0.002, &scene, &failure));
+
+    // one flies at the other, both turn
+    thrum_scene_body_def a = def_of(&f->block, 0, 0, 0, 1e5);
+    thrum_scene_body_def b = def_of(&f->block, 0.5, 0.06, 0.03, 3e5);
+    a.velocity[0] = 1;
+    a.spin[1] = 2;
+    b.rotation[1] = 0.4;
+    b.rotation[3] = 0.3;
+    b.spin[0] = -1;
+    collide(scene, 0.5, 0.5 * n);
+    add(scene, &a);
+    add(scene, &b);
+    const thrum_scene_account before = account_of(scene);
+
+    // all is kept in every step, and what is lost is booked
+    for (int k = 0; k < 400; k++) {
+      MUST(thrum_scene_step(scene, &failure));
+      const thrum_scene_account now = account_of(scene);
+      const double lost = thrum_scene_collisions(scene).lost;
+      assert_near3(now.momentum, before.momentum, 1e-12 * before.momentum[0]);
+      assert_near3(now.angular_momentum, before.angular_momentum, 1e-12 * before.momentum[0]);
+      assert_true(now.total <= before.total * (1 + 1e-12));
+      assert_true(fabs(now.total + lost - before.total) <= 1e-9 * before.total);
+    }
+    assert_true(account_of(scene).momentum[0] > 0 && thrum_scene_collisions(scene).lost > 0);
+    assert_true(thrum_scene_collisions(scene).deepest_share < 1);
+    thrum_scene_free(scene);
+  }
+}
+
+/* A wall that moves hits a block at rest: it goes on at (1 + e) times its speed, which the wall
+ * paid.
+ */
+static void a_solid_that_moves_strikes_by_its_restitution(void **context) {
+  fixture *f = *context;
+  thrum_scene_solid_def wall = thrum_default_scene_solid_def();
+  wall.restitution = 0.6;
+  wall.position[2] = -0.61;
+  wall.velocity[2] = 1;
+  const thrum_scene_body_def block = def_of(&f->block, 0, 0, 0, 1e4);
+  add(f->scene, &block);
+  MUST(thrum_scene_add_solid(f->scene, &wall, NULL, &failure));
+  for (int k = 0; k < 20; k++)
+    MUST(thrum_scene_step(f->scene, &failure));
+
+  // its energy is the work of the wall less what was lost
+  double x[3], v[3];
+  const thrum_contact_pairs_report report = thrum_scene_collisions(f->scene);
+  MUST(thrum_scene_body_vertex(f->scene, 0, 0, x, v, &failure));
+  assert_close(v[2], 1.6, 1e-9);
+  assert_close(account_of(f->scene).kinetic, report.driven - report.lost, 1e-9);
+}
+
+/* A block that is dropped on a floor rises to e^2 of its height, again and again. */
+static void a_dropped_block_rises_by_the_square_of_its_restitution(void **context) {
+  fixture *f = *context;
+  int32_t touch[27];
+  thrum_obstacle floor = thrum_default_obstacle();
+  thrum_scene_body_def block = def_of(&f->block, 0, 0, 0.3, 1e5);
+  for (int n = 0; n < 27; n++)
+    touch[n] = n;
+  floor.restitution = 0.8;
+  block.touch = touch;
+  block.touch_count = 27;
+  MUST(thrum_scene_set_gravity(f->scene, down, &failure));
+  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &failure));
+  add(f->scene, &block);
+
+  // the highest place after the first and the second impact
+  double top[2] = {0, 0}, x[3], v[3];
+  int impacts = 0;
+  double last = 0;
+  for (int k = 0; k < 400; k++) {
+    MUST(thrum_scene_step(f->scene, &failure));
+    MUST(thrum_scene_body_vertex(f->scene, 0, 0, x, v, &failure));
+    impacts += v[2] > 0 && last < 0;
+    if (impacts == 1 || impacts == 2)
+      top[impacts - 1] = fmax(top[impacts - 1], x[2]);
+    last = v[2];
+  }
+  assert_true(impacts > 1);
+  assert_true(fabs(top[0] - 0.2 * 0.64) < 1e-3);
+  assert_true(fabs(top[1] - 0.2 * 0.64 * 0.64) < 1e-3);
+}
+
 static void a_plate_holds_what_is_shot_at_it(void **context) {
   fixture *f = *context;
   for (int half = 0; half < 2; half++) {
@@ -607,6 +759,10 @@ int main(void) {
       TEST(bodies_that_meet_keep_momentum_and_gain_no_energy),
       TEST(a_pull_is_as_strong_where_bodies_touch),
       TEST(a_shot_along_a_row_gains_no_energy),
+      TEST(a_near_rigid_block_bounces_by_its_restitution),
+      TEST(an_impact_of_rigid_bodies_keeps_momentum_and_gains_no_energy),
+      TEST(a_solid_that_moves_strikes_by_its_restitution),
+      TEST(a_dropped_block_rises_by_the_square_of_its_restitution),
       TEST(a_plate_holds_what_is_shot_at_it),
       TEST(a_stack_rests),
       TEST(friction_holds_up_to_its_angle),

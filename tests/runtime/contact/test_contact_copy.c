@@ -81,7 +81,7 @@ static void what_no_step_changes_must_be_the_same(void **context) {
 #define FIELD(name) {offsetof(thrum_contact, name), sizeof(((thrum_contact *)0)->name)}
       FIELD(magic),    FIELD(bytes),     FIELD(state_bytes), FIELD(point_count), FIELD(touch_max),
       FIELD(pull_max), FIELD(tolerance), FIELD(stiffness),   FIELD(middle),      FIELD(radius),
-      FIELD(diagonal), FIELD(rank),      FIELD(sweeps_max),
+      FIELD(diagonal), FIELD(rank),      FIELD(sweeps_max),  FIELD(springy),
 #undef FIELD
   };
   for (size_t n = 0; n < sizeof fields / sizeof fields[0]; n++)
