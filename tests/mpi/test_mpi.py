@@ -21,8 +21,7 @@ import numpy
 FREQUENCIES = 1e-9   # relative
 POLYNOMIAL = 1e-8    # of its norm
 ANGLES = 1e-6        # of the subspaces, as sines
-SECONDS = 300        # that any run may take
-YIELD = ["--mca", "mpi_yield_when_idle", "1"]  # processes that wait leave the processor to others
+SECONDS = 900        # that any run may take
 
 SMALL = ["beam:6x2x2@1x0.2x0.15", "--modes", "6", "--rank", "10"]
 HELD = ["--fix", "x<0.001"]
@@ -49,7 +48,7 @@ class Programs:
         return run([self.thrum, *arguments])
 
     def command(self, count, arguments):
-        return [self.mpirun, "--oversubscribe", *YIELD, "-n", str(count), self.thrum_mpi, *arguments]
+        return [self.mpirun, "--oversubscribe", "-n", str(count), self.thrum_mpi, *arguments]
 
     def together(self, count, arguments, **variables):
         return run(self.command(count, arguments), variables)
