@@ -30,10 +30,8 @@
 
 #define COMPARE_STEPS 8        /* between two comparisons; one while an error is outstanding */
 #define ERROR_ROUNDING 0x1p-50 /* of the energy: an error this small is none */
-#define ERROR_PENDING 1e-12    /* of the energy: a larger error is compared in the next step too */
 #define TURNOVER 1000.0        /* times the energy in and out after which a new target is set */
 #define STRETCH_MOST 0.01      /* largest change of a momentum in one step, a share of it */
-#define KINETIC_LEAST 0.05 /* of the energy: too little kinetic energy to absorb the correction */
 
 /* s - 1 of a momentum with the energy `kinetic` that gains `energy_error`; within STRETCH_MOST. */
 static double stretch(double energy_error, double kinetic) {
@@ -99,15 +97,12 @@ static void compare(const thrum_model *model, thrum_state *state, thrum_state_vi
     return;
   }
 
-  // near standstill a correction waits
-  target->status = fabs(energy_error) > ERROR_PENDING * fabs(energy)
-                       ? THRUM_ENERGY_CORRECTION_PENDING
-                       : THRUM_ENERGY_CORRECTION_BALANCED;
-  if (fabs(energy_error) <= ERROR_ROUNDING * fabs(energy) ||
-      !(kinetic >= KINETIC_LEAST * fabs(energy)))
+  // rounding is not corrected by rounding
+  target->status = THRUM_ENERGY_CORRECTION_BALANCED;
+  if (fabs(energy_error) <= ERROR_ROUNDING * fabs(energy))
     return;
 
-  // a stretch near its limit may not have been all of it
+  // a stretch near its limit may not have been all of it: near standstill it takes several steps
   const double by = stretch(energy_error, kinetic);
   for (int32_t i = 0; i < state->rank; i++)
     view->p_next[i] += by * view->p_next[i];
