@@ -52,6 +52,7 @@ static void print_table(const precompute_outcome *outcome, const thrum_estimate 
   const thrum_mesh *mesh = outcome->mesh;
   const bool cubature = outcome->request->options.cubature;
 
+  // the size of the problem, and the memory that it takes
   printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra\n", "mesh",
          mesh->vertex_count, outcome->fixed_count, mesh->tet_count);
   printf("%-18s%" PRId64 " free components, %.4g nonzeros, %.4g Gflop\n", "factor",
@@ -59,6 +60,8 @@ static void print_table(const precompute_outcome *outcome, const thrum_estimate 
   printf("%-18sabout %.0f MB, %.0f MB more than now; %.0f MB %s are left: %s\n", "memory",
          estimate->memory / 1048576, estimate->more / 1048576, estimate->available / 1048576,
          estimate->whose, estimate->fits ? "it fits" : "it does NOT fit");
+
+  // rough times, stage by stage
   printf("%-18sabout %.2g s", "time", total_of(estimate));
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
     printf("%s%s %.2g", stage == 0 ? ": " : ", ",

@@ -171,6 +171,9 @@ const char *driver_run_status(const driver_run *run) {
 /* Energy that the run gained by itself: in its free motion, beside the work of its loads, or as its
  * steps saw it. */
 static void warn_of_growth(const simulate_figures *figures, const char *who) {
+  const int64_t grown_steps = figures->report.grown_steps;
+
+  // growth in free motion says most, then the gain beside the work, then single steps
   if (figures->grew_freely) {
     double from = 0, to = 0;
     driver_drift_ends(&figures->windows, &from, &to);
@@ -181,10 +184,9 @@ static void warn_of_growth(const simulate_figures *figures, const char *who) {
     config_warn("%sthe body gained %.3g J that no load did as work", who,
                 simulate_figures_balance(figures));
   } else if (figures->energy_grew) {
-    const int64_t steps = figures->report.grown_steps;
     config_warn("%sat %" PRId64
                 " step%s the energy was more than twice what start and loads explain",
-                who, steps, steps == 1 ? "" : "s");
+                who, grown_steps, grown_steps == 1 ? "" : "s");
   }
 }
 

@@ -120,7 +120,8 @@ thrum_status scene_run_probes(scene_run *run);
 /* scene_run_output.c: a file of the run could not be written, and why. */
 thrum_status scene_run_write_failed(const scene_run *run, const char *name, thrum_error *error);
 
-/* What obstacles and damping did to all bodies together, in the run so far. */
+/* The touches and energies of obstacles, and the dissipation, of all bodies together in the run so
+ * far. */
 typedef struct scene_run_losses {
   thrum_contact_report obstacles; /* the sums over the bodies of their touches, forces and energies,
                                      and the largest depth; the counts of steps and sweeps stay 0 */

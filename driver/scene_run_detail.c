@@ -55,7 +55,7 @@ void scene_run_warn_of_passing(const scene_run *run) {
     first = count++ == 0 ? n : first;
   }
 
-  // one line for a crowd
+  // one line, however many they are
   if (count == 1)
     config_warn("body '%.100s' is condensed: it passes through other bodies and obstacles with "
                 "faces",
@@ -231,6 +231,7 @@ static void find_error_shortfall(const scene_run *run, const scene_body_run *bod
   if (!(asked > 0))
     return;
 
+  // no error is known, none is small enough, or none within the budget is
   if (finding->masters == 0 && isnan(finding->error))
     snprintf(text, SHORTFALL_SIZE,
              "it stays at rest in the first %g s, or its run fails with all coordinates, so that "

@@ -173,7 +173,7 @@ void thrum_rigid_frame_step(thrum_rigid_frame *rigid_frame, const thrum_placemen
       solved = step_part(&made, placement, torque, dt / parts, sum);
   }
 
-  // a frame or torque beyond the finite numbers is passed on, whoever steps sees that
+  // a frame or torque beyond the finite numbers is passed on, and the step that asked sees it
   *rigid_frame = made;
   if (angle)
     memcpy(angle, sum, sizeof sum);

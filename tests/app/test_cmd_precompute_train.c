@@ -351,8 +351,11 @@ static void what_cannot_be_trained_is_refused(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      // what is shown and said
       cmocka_unit_test(each_stage_of_a_training_is_shown_once_and_all_of_them_are_accounted_for),
       cmocka_unit_test(a_larger_trained_basis_errs_less_and_both_errors_are_said),
+
+      // what is trained on
       cmocka_unit_test(loads_of_one_training_act_together),
       cmocka_unit_test(a_base_that_accelerates_is_gravity_against_it),
       cmocka_unit_test(a_body_that_its_load_holds_stays),

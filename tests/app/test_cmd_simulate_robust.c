@@ -290,7 +290,7 @@ static void a_newmark_run_that_is_lost_is_flagged_by_its_steps(void **context) {
   program_result_free(&result);
 }
 
-/* The first tenth of a run that blows up is large already: growth is told from the start. */
+/* The first tenth of a run that is lost at once is large already: growth is told from the start. */
 static void growth_is_told_from_the_start_of_the_free_motion(void **context) {
   (void)context;
   program_result result =
