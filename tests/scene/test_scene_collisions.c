@@ -405,7 +405,9 @@ static void friction_holds_up_to_its_angle(void **context) {
     add(scene, &block);
     MUST(thrum_scene_add_probe(scene, NULL, 1, NULL, 0, &failure));
     double before[3], x[3];
-    for (int k = 0; k < 50; k++)
+
+    // what is to stay comes to rest first: it creeps while it bounces on its corners
+    for (int k = 0; k < (n == 0 ? 300 : 50); k++)
       MUST(thrum_scene_step(scene, &failure));
     double v[3];
     MUST(thrum_scene_probe(scene, 0, before, v, &failure));
