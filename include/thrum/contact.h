@@ -86,17 +86,17 @@ typedef struct thrum_obstacle {
   double velocity[3];
 
   /* Pressure per depth [N/m^3]; 0 to 1e30, default 0: that of the contact. Larger: the body sinks
-   * in less. A free body strikes an obstacle with a stiffness or a damping by that spring alone, also
-   * where it is near-rigid (docs/contact.md). */
+   * in less. A free body strikes an obstacle with a stiffness or a damping by that spring alone,
+   * also where it is near-rigid (docs/contact.md). */
   double stiffness;
 
   /* Pressure per speed of approach [N s/m^3]; 0 to 1e30, default 0. Larger: an impact loses more
    * energy. */
   double damping;
 
-  /* Speed of leaving over speed of approach [1]; in [0, 1], default 0.5: of a near-rigid free body as
-   * a whole, of the points of one that is softer or held. Larger: it bounces higher; 1: an impact
-   * loses no energy to it. */
+  /* Speed of leaving over speed of approach [1]; in [0, 1], default 0.5: of a near-rigid free body
+   * as a whole, of the points of one that is softer or held. Larger: it bounces higher; 1: an
+   * impact loses no energy to it. */
   double restitution;
 
   /* Coulomb's friction coefficient [1]; 0 to 1e30, default 0.5. Larger: the body slides less; 0: it

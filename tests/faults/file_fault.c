@@ -4,10 +4,10 @@
  *
  *   file_fault KIND COUNT_FILE AT PROGRAM ARGUMENTS
  *
- * KIND is one of the names below; AT is which call fails, from 1; 0: none. COUNT_FILE gets a line for
- * each kind when the program ends, its name and the number of its calls; "-": none. Calls on the
- * standard error do not count, nor do those of programs that the program starts. Ends as the program
- * does; 125 where the kernel does not let one process trace another.
+ * KIND is one of the names below; AT is which call fails, from 1; 0: none. COUNT_FILE gets a line
+ * for each kind when the program ends, its name and the number of its calls; "-": none. Calls on
+ * the standard error do not count, nor do those of programs that the program starts. Ends as the
+ * program does; 125 where the kernel does not let one process trace another.
  * SPDX-License-Identifier: Apache-2.0 */
 #define _GNU_SOURCE // WALL
 #include <errno.h>
