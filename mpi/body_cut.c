@@ -26,6 +26,8 @@ static void walk_graph(const thrum_fem *fem, int32_t *mark, vertex_graph *graph)
   int64_t count = 0;
   for (int64_t v = 0; v < fem->vertex_count; v++)
     mark[v] = -1;
+
+  // every node of the tets around a vertex is its neighbour, but the vertex itself
   for (int64_t v = 0; v < fem->vertex_count; v++) {
     mark[v] = (int32_t)v;
     for (int64_t e = fem->incident_begin[v]; e < fem->incident_begin[v + 1]; e++) {

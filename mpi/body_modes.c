@@ -49,6 +49,8 @@ static thrum_status set_start(body_system *s, EPS eps, thrum_error *error) {
   const body_part *part = s->part;
   PETSC_TRY(VecDuplicate(s->all, &start));
   PETSC_TRY(VecGetArray(start, &values));
+
+  // each number is made from that of its component in the whole mesh
   int64_t next = 0;
   for (int64_t c = 0; c < 3 * part->facts.vertices; c++) {
     if (!part->own[c / 3])
@@ -58,6 +60,7 @@ static thrum_status set_start(body_system *s, EPS eps, thrum_error *error) {
       state = (state ^ (state >> 29)) * 6364136223846793005u + 1442695040888963407u;
     values[next++] = (double)(state >> 11) / 9007199254740992.0 - 0.5;
   }
+
   PETSC_TRY(VecRestoreArray(start, &values));
   PETSC_TRY(EPSSetInitialSpace(eps, 1, &start));
   PETSC_TRY(VecDestroy(&start));
@@ -78,6 +81,7 @@ static thrum_status set_rigid(body_system *s, const double *rigid, EPS eps, thru
     PETSC_TRY(VecResetArray(s->local));
     vectors[n] = space[n];
   }
+
   PETSC_TRY(EPSSetDeflationSpace(eps, six, vectors));
   PETSC_TRY(VecDestroyVecs(six, &space));
   return THRUM_OK;

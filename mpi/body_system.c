@@ -206,12 +206,16 @@ static thrum_status set_near_null_space(body_system *s, thrum_error *error) {
   Vec places;
   MatNullSpace space;
   double *values;
+
+  // the places of these vertices, by rows
   PETSC_TRY(VecDuplicate(s->all, &places));
   PETSC_TRY(VecGetArray(places, &values));
   for (int64_t n = 0, next = 0; n < part->facts.vertices; n++)
     if (part->own[n])
       memcpy(values + 3 * next++, part->mesh.vertices + 3 * n, 3 * sizeof *values);
   PETSC_TRY(VecRestoreArray(places, &values));
+
+  // from them PETSc makes shifts and turns
   PETSC_TRY(MatNullSpaceCreateRigidBody(places, &space));
   PETSC_TRY(MatSetNearNullSpace(s->stiffness, space));
   PETSC_TRY(MatNullSpaceDestroy(&space));
