@@ -121,8 +121,9 @@ static int32_t add_model(fuzz_draw *draw, kept *list, int32_t *rank, int32_t *ve
   double *tet_rigid = is_free ? numbers(draw, 72, 1) : NULL;
   bridge_number[0] = draw_above(draw, 64);
   bridge_number[1] = draw_above(draw, 64);
-  const int32_t number = bridge_add_model(r, v, t, omega2, c3, c4, axis_mass, fixed, triangles,
-                                          positions, basis, tet, tet_rigid);
+  // a model of a polynomial, without points of a cubature
+  const int32_t number = bridge_add_model(r, v, t, 0, omega2, c3, c4, NULL, NULL, NULL, axis_mass,
+                                          fixed, triangles, positions, basis, tet, tet_rigid);
   free(positions);
   free(basis);
   free(tet);
