@@ -442,6 +442,8 @@ int main(void) {
       cmocka_unit_test(a_large_swing_is_flagged),
       cmocka_unit_test(with_the_inertia_of_what_follows_a_large_swing_is_that_of_the_whole_model),
       cmocka_unit_test(a_master_that_stretches_vibrates_at_its_own_frequency),
+
+      // what is refused, flagged or warned of
       cmocka_unit_test(a_body_at_rest_has_no_strain_energy_that_is_wrong),
       cmocka_unit_test(condensing_with_nothing_to_follow_is_refused_before_the_work),
       cmocka_unit_test(vibration_of_what_follows_is_flagged),

@@ -766,10 +766,16 @@ int main(void) {
       TEST(a_solid_that_moves_strikes_by_its_restitution),
       TEST(a_dropped_block_rises_by_the_square_of_its_restitution),
       TEST(a_plate_holds_what_is_shot_at_it),
+
+      // what rests
       TEST(a_stack_rests),
       TEST(friction_holds_up_to_its_angle),
+
+      // the same bits again
       TEST(a_snapshot_of_bodies_that_touch_steps_to_the_same_bits),
       TEST(workers_make_the_same_bits),
+
+      // solids, and what begins inside them
       cmocka_unit_test(a_solid_beyond_all_distances_is_refused),
       TEST(what_falls_on_a_solid_stays_on_it),
       TEST(what_stands_on_a_path_goes_with_it),
