@@ -27,7 +27,7 @@ static int print_help(FILE *stream) {
         "examples:\n"
         "  thrum precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' -o beam.npz\n"
         "  thrum info beam.npz\n"
-        "  thrum simulate beam.npz -o run --time 3 --start mode:1,0.02\n\n"
+        "  thrum simulate beam.npz -o swing --time 3 --start mode:1,0.02\n\n"
         "exit codes: 0 done, 1 refused, 2 usage, 3 ran but flagged\n",
         stream);
   return COMMAND_DONE;

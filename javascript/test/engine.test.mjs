@@ -162,13 +162,9 @@ test('bodies touch each other, and keep their momentum', () => {
   scene.setCollisions({ friction: 0.3 });
   assert.equal(scene.findOverlap(), undefined);
   const before = scene.account;
-  let touched = 0;
-  for (let k = 0; k < 100; k += 1) {
-    scene.step();
-    touched = Math.max(touched, scene.collisions.touching);
-  }
+  scene.step(100);
   const after = scene.account;
-  assert.ok(touched > 0 && scene.collisions.deepestShare < 1);
+  assert.ok(scene.collisions.lost > 0 && scene.collisions.deepestShare < 1);
   assert.ok(Math.abs(after.momentum[2] / before.momentum[2] - 1) < 1e-12);
   assert.ok(after.total < before.total);
   assert.throws(() => scene.setCollisions({ bounce: 1 }), /thickness/);

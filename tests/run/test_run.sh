@@ -7,7 +7,7 @@ set -eu
 source=$1
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT INT TERM
-unset THRUM_PROGRAM || true
+unset THRUM_PROGRAM THRUM_TEST_MPI || true
 
 fail() {
   echo "test_run: $*"
