@@ -160,7 +160,8 @@ const config_command command_tradeoff = {
         "tradeoff beam -o trade --error 5% --quick\n"
         "tradeoff beam.npz -o trade --load 'square:0,0,-40@tip' --budget 500us --threads 4\n"
         "tradeoff beam:12x3x3@1x0.1x0.1 -o trade --fix 'x<0.001' --load square:0,0,-9@tip\n"
-        "simulate trade/model.npz -o swing --options trade/simulate.json --load square:0,0,-33@load",
+        "simulate trade/model.npz -o swing --options trade/simulate.json --load "
+        "square:0,0,-33@load",
     .exits = "0 done, 1 refused, 2 usage, 3 done, but no setting does what was asked",
 };
 
