@@ -11,8 +11,9 @@
  * length costs a few passes over the mesh. */
 #define LOOK_AGAIN 1.2
 
-/* Numbers that a slave's step of free vibration takes. */
-enum { TURN_DECAY, TURN_COS, TURN_SIN, TURN };
+/* Numbers that a slave's step of free vibration takes: y(h) = C y + S (v + g y) and v(h) = C v - S
+ * (g v + omega^2 y), where g is half of the rate at which velocities are damped. */
+enum { TURN_C, TURN_S, TURN_G, TURN };
 
 thrum_status condensed_check_open(const thrum_model *model, condensed_check *check,
                                   thrum_error *error) {
@@ -95,14 +96,34 @@ void condensed_check_start(condensed_check *check, const simulate_request *reque
     v[h] = p[h] - v[h];
 }
 
+/* C and S of y'' + 2 g y' + omega^2 y = 0 over a step of h. */
+static void fill_turn(double omega2, double g, double h, double *turn) {
+  const double bend2 = omega2 - g * g, bend = sqrt(fabs(bend2)), angle = bend * h;
+  turn[TURN_G] = g;
+
+  // near the critical damping both cases tend to this
+  if (angle < 1e-6) {
+    turn[TURN_C] = exp(-g * h);
+    turn[TURN_S] = h * turn[TURN_C];
+    return;
+  }
+  if (bend2 > 0) {
+    turn[TURN_C] = exp(-g * h) * cos(angle);
+    turn[TURN_S] = exp(-g * h) * sin(angle) / bend;
+    return;
+  }
+
+  // a slave that only creeps, by its two rates, of which the slow one is a small difference
+  const double slow = exp(-h * omega2 / (g + bend)), fast = exp(-h * (g + bend));
+  turn[TURN_C] = 0.5 * (slow + fast);
+  turn[TURN_S] = 0.5 * (slow - fast) / bend;
+}
+
 /* How each slave vibrates freely over a step of h. */
 static void fill_turns(condensed_check *check, const double *omega2, int64_t rank, double h) {
   for (int64_t s = check->model->rank; s < rank; s++) {
-    double *turn = check->turns + TURN * s;
-    const double angle = sqrt(omega2[s]) * h;
-    turn[TURN_DECAY] = exp(-0.5 * h * (check->damping_alpha + check->damping_beta * omega2[s]));
-    turn[TURN_COS] = cos(angle);
-    turn[TURN_SIN] = sin(angle);
+    const double g = 0.5 * (check->damping_alpha + check->damping_beta * omega2[s]);
+    fill_turn(omega2[s], g, h, check->turns + TURN * s);
   }
   check->h = h;
 }
@@ -115,7 +136,7 @@ void condensed_check_vibrate(condensed_check *check, const double *load, const d
   const double *omega2 = thrum_condensed_shape_model(model)->omega2;
   const int64_t rank = thrum_condensed_shape_model(model)->rank;
 
-  // sines and cosines cost more than the rest, and the step rarely changes
+  // sines and exponentials cost more than the rest, and the step rarely changes
   if (check->h != h)
     fill_turns(check, omega2, rank, h);
   double missing = 0, shown = 0;
@@ -126,11 +147,11 @@ void condensed_check_vibrate(condensed_check *check, const double *load, const d
   for (int64_t s = model->rank; s < rank; s++) {
     double *y = check->beside + s, *v = y + THRUM_RANK_MAX;
     const double *turn = check->turns + TURN * s;
-    const double omega = sqrt(omega2[s]), answer = load ? load[s] / omega2[s] : 0;
+    const double answer = load ? load[s] / omega2[s] : 0;
     const double pressed = contact ? contact[s] / omega2[s] : 0, middle = answer + pressed;
-    const double away = *y - middle, c = turn[TURN_COS], d = turn[TURN_SIN];
-    const double moved = turn[TURN_DECAY] * (away * c + *v / omega * d);
-    *v = turn[TURN_DECAY] * (*v * c - omega * away * d);
+    const double away = *y - middle, c = turn[TURN_C], d = turn[TURN_S], g = turn[TURN_G];
+    const double moved = c * away + d * (*v + g * away);
+    *v = c * *v - d * (g * *v + omega2[s] * away);
     *y = middle + moved;
 
     // the run shows the answer to the load alone

@@ -27,7 +27,7 @@ typedef struct condensed_check {
   /* slaves beside where they follow, and their velocities (THRUM_RANK_MAX each); owned. Sums over
    * the steps of the squares of what the run does not show of them, and of all. */
   double *beside;
-  double *turns; /* of each slave in a step of `h`: decay, cos and sin of the angle; of `beside` */
+  double *turns; /* of each slave, how it vibrates in a step of `h`; of `beside` */
   double h;
   double damping_alpha, damping_beta;
   double missing, shown;

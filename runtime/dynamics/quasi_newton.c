@@ -43,12 +43,12 @@
 #define INVERSES_APART 2     /* most steps between two inverses that are extrapolated */
 #define CORRECTION_FAR 100.0 /* times its residual, both scaled: the largest one not evaluated */
 #define RATE_MOST 4.0        /* h dv/dd up to which an increment may be left unevaluated */
-#define CONTRACTION_MARGIN 10.0 /* safety factor on the extrapolated residual */
-#define TEACHING_LEAST 1e-12    /* residual over the step: a smaller one is rounding in part */
-#define CARRIED_SOLVES 3        /* past solves that a first guess extrapolates, if it carries */
-#define CARRIED_TOLERANCES                                                                         \
-  100.0 /* residual whose correction is carried, at most, over the tolerance */
-#define SINGLE_TOLERANCES 10.0 /* left by the correction of a first guess, at most */
+#define CONTRACTION_MARGIN 10.0  /* safety factor on the extrapolated residual */
+#define TEACHING_LEAST 1e-12     /* residual over the step: a smaller one is rounding in part */
+#define CARRIED_SOLVES 3         /* past solves that a first guess extrapolates, if it carries */
+#define CARRIED_RESIDUAL 0.01    /* of the step: no correction of a larger residual is carried, */
+#define CARRIED_TOLERANCES 100.0 /* nor of one of more tolerances; the first binds above 1e-4 */
+#define SINGLE_TOLERANCES 10.0   /* left by the correction of a first guess, at most */
 
 /* --- first guess ------------------------------------------------------------------------------ */
 
@@ -425,7 +425,7 @@ static bool may_carry(const thrum_solver *s, const thrum_quasi *quasi, double co
   // a standstill needs no more than the motion around it
   const double scale = fmax(step, s->state->step_recent);
   const double allowed = (quasi->done == 0 ? SINGLE_TOLERANCES : 1.0) * s->tolerance;
-  const double most = CARRIED_TOLERANCES * s->tolerance;
+  const double most = fmin(CARRIED_RESIDUAL, CARRIED_TOLERANCES * s->tolerance);
   const double left = norm * (contraction + norm / scale);
   return (norm <= most * scale && left <= allowed * scale) || norm <= thrum_problem_goal(s, step);
 }

@@ -316,6 +316,24 @@ static void vibration_of_what_follows_is_flagged(void **state) {
   }
 }
 
+/* With strong damping of the stiffness what follows creeps to its answer, which the masters show at
+ * once. */
+static void what_follows_slowly_is_flagged(void **state) {
+  (void)state;
+  static const char *const damping[] = {"--damping=0,0.01", "--damping=0,0.1", "--damping=0,1"};
+  for (size_t n = 0; n < sizeof damping / sizeof damping[0]; n++) {
+    cJSON *object = simulate_with(
+        "few", (const char *const[]){"--load=gravity:1.5,0,0", "--condense=2", damping[n]}, 3);
+    const double said = json_value(cJSON_GetObjectItem(object, "condensed"), "vibration_share");
+    cJSON_Delete(object);
+    cJSON_Delete(
+        simulate_with("all", (const char *const[]){"--load=gravity:1.5,0,0", damping[n], NULL}, 0));
+    const double found = difference("few/q.npy", "all/q.npy", 0);
+    if (!(fabs(found - said) < 0.1 * found))
+      fail_msg("%s: %g said, %g found", damping[n], said, found);
+  }
+}
+
 /* The same in a scene, of bodies with other scales too, whose share is one of their own time. */
 static void a_scene_flags_the_vibration_of_what_follows(void **state) {
   (void)state;
@@ -447,6 +465,7 @@ int main(void) {
       cmocka_unit_test(a_body_at_rest_has_no_strain_energy_that_is_wrong),
       cmocka_unit_test(condensing_with_nothing_to_follow_is_refused_before_the_work),
       cmocka_unit_test(vibration_of_what_follows_is_flagged),
+      cmocka_unit_test(what_follows_slowly_is_flagged),
       cmocka_unit_test(a_scene_flags_the_vibration_of_what_follows),
       cmocka_unit_test(an_impact_on_what_follows_is_flagged),
       cmocka_unit_test(a_body_that_passes_through_an_obstacle_is_warned_of),

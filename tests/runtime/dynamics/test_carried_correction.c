@@ -117,6 +117,37 @@ static void the_motion_is_that_of_the_verified_solve(void **context) {
   random_model_free(&m);
 }
 
+/* Also at the loosest tolerance a correction is carried only where it is small: one of a tenth of a
+ * step would come a step late. */
+static void a_loose_tolerance_carries_no_large_correction(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  double q[2][RANK], worst = 0, largest = 0;
+
+  // the loosest one and the verified one, looked at in every step
+  thrum_state *states[2];
+  for (int n = 0; n < 2; n++) {
+    thrum_state_def def = make_def(n == 0 ? 1e-2 : 1e-12);
+    def.dt = 0.2;
+    states[n] = start(&m.model, &def, 1, 2);
+  }
+  for (int k = 0; k < 200; k++) {
+    for (int n = 0; n < 2; n++) {
+      state_steps(&m.model, states[n], 1);
+      state_read(&m.model, states[n], q[n], NULL);
+    }
+    worst = fmax(worst, largest_difference(q[0], q[1], RANK));
+    for (int i = 0; i < RANK; i++)
+      largest = fmax(largest, fabs(q[1][i]));
+  }
+  if (!(worst < 0.02 * largest))
+    fail_msg("the motion is off by %g of %g", worst, largest);
+  for (int n = 0; n < 2; n++)
+    state_free(states[n]);
+  random_model_free(&m);
+}
+
 /* A copy of the bytes in the middle of such steps goes on with the same bits. */
 static void a_copy_carries_the_correction_along(void **context) {
   (void)context;
@@ -286,6 +317,7 @@ int main(void) {
       cmocka_unit_test(smooth_motion_takes_one_evaluation_and_keeps_its_energy),
       cmocka_unit_test(the_bands_have_the_energy_of_the_verified_solve),
       cmocka_unit_test(the_motion_is_that_of_the_verified_solve),
+      cmocka_unit_test(a_loose_tolerance_carries_no_large_correction),
       cmocka_unit_test(a_copy_carries_the_correction_along),
       cmocka_unit_test(setting_what_is_read_loses_only_the_correction),
       cmocka_unit_test(a_wrong_estimate_is_found_within_the_life_of_an_inverse),
