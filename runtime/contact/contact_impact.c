@@ -296,8 +296,22 @@ static double mark_strikes(const thrum_impact_rows *rows, double *fastest) {
   return first <= h ? first : INFINITY;
 }
 
-/* Marks the rows that bear on what is struck: they may not give way. */
-static void mark_bearing(const thrum_impact_rows *rows, double fastest) {
+/* The gap of a row at a time of the step, as the bodies go before the impact [m]. A body that an
+ * earlier impact of the step has put on another way is inside what it struck at the start of that
+ * way, and not at this time. */
+static double gap_at(const place *at, double time) {
+  const double h = at->bodies[0]->dt;
+  double velocity[3], way[3];
+  velocity_of(at, velocity);
+  way_of(at, h, way);
+  const double speed = thrum_dot3(velocity, at->row->touch.normal);
+  const double share = time / h;
+  return at->row->gap + time * speed +
+         share * share * (thrum_dot3(way, at->row->touch.normal) - h * speed);
+}
+
+/* Marks the rows that bear on what is struck at a time: they may not give way. */
+static void mark_bearing(const thrum_impact_rows *rows, double time, double fastest) {
   bool more = true;
   place at;
 
@@ -305,7 +319,7 @@ static void mark_bearing(const thrum_impact_rows *rows, double fastest) {
   while (more) {
     more = false;
     for (cursor n = {0, 0}; next(rows, &n, &at);) {
-      const bool touches = at.row->touch.force > 0.0 || at.row->gap <= 0.0;
+      const bool touches = at.row->touch.force > 0.0 || gap_at(&at, time) <= 0.0;
       const bool reached =
           at.bodies[0]->impact.taken || (at.bodies[1] != NULL && at.bodies[1]->impact.taken);
       if (at.row->strike.part != THRUM_NO_PART || !touches || !reached || !is_rigid(&at, fastest))
@@ -522,7 +536,7 @@ bool thrum_contact_strike(const thrum_impact_rows *rows) {
     return false;
 
   // to the time of the impact, where velocities and inertia are looked at again
-  mark_bearing(rows, fastest);
+  mark_bearing(rows, time, fastest);
   pass_all(rows, time);
   for (int64_t n = 0; n < rows->count; n++)
     if (rows->runs[n].impact.taken)

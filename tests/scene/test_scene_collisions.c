@@ -277,6 +277,38 @@ static void a_solid_that_moves_strikes_by_its_restitution(void **context) {
   assert_close(account_of(f->scene).kinetic, report.driven - report.lost, 1e-9);
 }
 
+/* A block between two walls meets one and the other several times in a step: what it has left does
+ * not bear on it at the next impact, and with e = 1 it keeps its energy. */
+static void a_block_between_two_walls_bounces_several_times_in_a_step(void **context) {
+  fixture *f = *context;
+  thrum_contact_pairs_def def = thrum_default_contact_pairs_def();
+  thrum_scene_body_def block = def_of(&f->block, 0, 0, 0, 1e5);
+  block.velocity[2] = -1;
+  def.thickness = 0.001;
+  MUST(thrum_scene_set_collisions(f->scene, &def, &failure));
+
+  // it has a way of 0.38 mm between the walls, and makes 2 mm a step
+  for (int side = -1; side <= 1; side += 2) {
+    thrum_scene_solid_def wall = thrum_default_scene_solid_def();
+    wall.restitution = 1;
+    wall.friction = 0;
+    wall.position[2] = side * (0.5 + 0.1 + 0.001 + 0.00019);
+    MUST(thrum_scene_add_solid(f->scene, &wall, NULL, &failure));
+  }
+  add(f->scene, &block);
+  const double before = account_of(f->scene).kinetic;
+
+  // it is always between them, as fast as it was
+  for (int k = 0; k < 100; k++) {
+    double x[3], v[3];
+    MUST(thrum_scene_step(f->scene, &failure));
+    MUST(thrum_scene_body_vertex(f->scene, 0, 0, x, v, &failure));
+    assert_close(fabs(v[2]), 1, 1e-7);
+    assert_true(fabs(x[2] + 0.1) < 0.000191);
+    assert_true(account_of(f->scene).kinetic <= before * (1 + 1e-12));
+  }
+}
+
 /* A block that is dropped on a floor rises to e^2 of its height, again and again. */
 static void a_dropped_block_rises_by_the_square_of_its_restitution(void **context) {
   fixture *f = *context;
@@ -764,6 +796,7 @@ int main(void) {
       TEST(a_near_rigid_block_bounces_by_its_restitution),
       TEST(an_impact_of_rigid_bodies_keeps_momentum_and_gains_no_energy),
       TEST(a_solid_that_moves_strikes_by_its_restitution),
+      TEST(a_block_between_two_walls_bounces_several_times_in_a_step),
       TEST(a_dropped_block_rises_by_the_square_of_its_restitution),
       TEST(a_plate_holds_what_is_shot_at_it),
 
