@@ -9,57 +9,22 @@ steps of 2 ms), of modes and derivatives alone, and of a basis that is trained o
 (validation/results/training/errors.csv).
 SPDX-License-Identifier: Apache-2.0
 """
-import csv
-import json
-import pathlib
-import subprocess
 import sys
 
-from tables import MODELS, RESULTS, ROOT
+from load_errors import errors, recipe_of, write_table
+from tables import MODELS
 
-LOADS = ["own", "sine", "gravity", "another", "elsewhere"]
-KINDS = ["untrained", "trained", "share"]
+# a basis, the option that the own load is given by, and more options
+BASES = [("untrained", "--test", []), ("trained", "--train", []), ("share", "--train", ["--by-share"])]
 RANKS = {"beam": 15}
 
 
-def errors(program, work, model, kind):
-    """Modes, rank and the errors under the loads."""
-    recipe = json.loads((ROOT / "models" / f"{model}.json").read_text(encoding="utf-8"))
-    load = recipe["load"]
-    own = "square:{:g},{:g},{:g}@{}".format(*(load["force"] * d for d in load["direction"]), load["group"])
-    command = [program, "precompute", model, "--modes", str(recipe["modes"]), "--rank", str(RANKS.get(model, 30)), "-o",
-               "model.npz", "--train-time", "0.5", "--train-dt", "0.002", "--keep-runs", "kept", "--json", "-q",
-               "--test" if kind == "untrained" else "--train", own]
-    for test in recipe["tests"]:
-        command += ["--test", test]
-    if kind == "share":
-        command += ["--by-share"]
-    done = subprocess.run(command, cwd=work, capture_output=True, text=True, check=False)
-    if done.returncode not in (0, 3):
-        raise SystemExit(done.stderr)
-    made = json.loads(done.stdout.strip().splitlines()[-1])
-    found = [item["error"] for item in made["training"]["loads"]]
-    return recipe["modes"], made["rank"], ["" if error is None else f"{error:.4g}" for error in found]
-
-
-def main(arguments):
-    if len(arguments) not in (2, 3):
-        sys.stderr.write(__doc__)
-        return 2
-    program, work = str(pathlib.Path(arguments[0]).resolve()), pathlib.Path(arguments[1])
-    output = pathlib.Path(arguments[2]) if len(arguments) == 3 else RESULTS / "training" / "errors.csv"
-    work.mkdir(parents=True, exist_ok=True)
-    output.parent.mkdir(parents=True, exist_ok=True)
-    with open(output, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["model", "basis", "modes", "rank", *LOADS])
-        for model in MODELS:
-            for kind in KINDS:
-                modes, rank, found = errors(program, work, model, kind)
-                writer.writerow([model, kind, modes, rank, *found])
-                file.flush()
-    return 0
+def rows(program, work):
+    for model in MODELS:
+        for basis, own, options in BASES:
+            rank, found = errors(program, work, model, RANKS.get(model, 30), options, own)
+            yield [model, basis, recipe_of(model)["modes"], rank, *found]
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(write_table(__doc__, "training", ["model", "basis", "modes", "rank"], rows))
