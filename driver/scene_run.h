@@ -120,6 +120,10 @@ thrum_status scene_run_probes(scene_run *run);
 /* scene_run_output.c: a file of the run could not be written, and why. */
 thrum_status scene_run_write_failed(const scene_run *run, const char *name, thrum_error *error);
 
+/* scene_run_output.c: adds the forces at the end and the energies of the run of touches of
+ * obstacles. */
+void scene_run_add_touches(cJSON *object, const thrum_contact_report *of);
+
 /* The touches and energies of obstacles, and the dissipation, of all bodies together in the run so
  * far. */
 typedef struct scene_run_losses {

@@ -94,18 +94,6 @@ static void add_account(cJSON *object, const char *name, const thrum_scene_accou
   json_numbers(made, "angular_momentum_kg_m2_s", account->angular_momentum, 3);
 }
 
-/* The forces at the end and the energies of the run that obstacles gave and took. */
-static void add_obstacles(cJSON *object, const thrum_contact_report *of) {
-  cJSON *made = cJSON_AddObjectToObject(object, "obstacles");
-  json_number(made, "touching", of->touching);
-  json_number(made, "normal_n", of->normal);
-  json_number(made, "depth_m", of->depth);
-  json_number(made, "stored_j", of->stored);
-  json_number(made, "lost_j", of->lost);
-  json_number(made, "driven_j", of->driven);
-  json_number(made, "granted_j", of->granted);
-}
-
 cJSON *scene_run_collisions_json(const scene_run *run) {
   thrum_scene_account last;
   if (!scene_run_touches(run))
@@ -132,7 +120,7 @@ cJSON *scene_run_collisions_json(const scene_run *run) {
 
   // what else changes the total: obstacles and damping
   const scene_run_losses losses = scene_run_losses_get(run);
-  add_obstacles(object, &losses.obstacles);
+  scene_run_add_touches(cJSON_AddObjectToObject(object, "obstacles"), &losses.obstacles);
   json_number(object, "dissipated_j", losses.dissipated);
 
   // all bodies together at both ends of the run

@@ -211,12 +211,10 @@ static void write_cached(uint64_t hash, const scene_finding *finding) {
 typedef char shortfall[SHORTFALL_SIZE];
 
 /* A budget below the cheapest step. */
-static void find_budget_shortfall(const scene_run *run, const scene_body_run *body,
-                                  shortfall text) {
+static void find_budget_shortfall(const scene_body_run *body, shortfall text) {
   const scene_body_spec *spec = body->spec;
   const int64_t masters = body->finding.masters;
   const double cost = cost_of(body, masters);
-  (void)run;
   if (spec->budget > 0 && cost > spec->budget)
     snprintf(text, SHORTFALL_SIZE,
              "a step of %" PRId64 " coordinates takes %.2g s by the model of costs, more than the "
@@ -275,24 +273,30 @@ static void warn_of_same(const scene_run *run, shortfall *texts, int32_t first) 
     config_warn("%" PRId32 " bodies, %s and others: %s", same, names, text);
 }
 
-/* Says what bodies asked for and do not get, each text once. */
+/* Says each text once, and takes it out of `texts`. */
+static void warn_of_each(const scene_run *run, shortfall *texts) {
+  for (int32_t n = 0; n < run->spec.bodies.count; n++)
+    if (texts[n][0] != 0)
+      warn_of_same(run, texts, n);
+}
+
+/* Says what bodies asked for and do not get. */
 static thrum_status warn_of_shortfalls(const scene_run *run, thrum_error *error) {
-  static void (*const finders[])(const scene_run *, const scene_body_run *,
-                                 shortfall) = {find_budget_shortfall, find_error_shortfall};
   const int32_t count = (int32_t)run->spec.bodies.count;
   shortfall *texts = calloc((size_t)count, sizeof *texts);
   if (texts == NULL)
     return scene_run_no_memory(error);
 
   // budgets first: an error may be missed because of one
-  for (size_t kind = 0; kind < sizeof finders / sizeof finders[0]; kind++) {
-    for (int32_t n = 0; n < count; n++)
-      if (is_sought(&run->bodies[n]))
-        finders[kind](run, &run->bodies[n], texts[n]);
-    for (int32_t n = 0; n < count; n++)
-      if (texts[n][0] != 0)
-        warn_of_same(run, texts, n);
-  }
+  for (int32_t n = 0; n < count; n++)
+    if (is_sought(&run->bodies[n]))
+      find_budget_shortfall(&run->bodies[n], texts[n]);
+  warn_of_each(run, texts);
+
+  for (int32_t n = 0; n < count; n++)
+    if (is_sought(&run->bodies[n]))
+      find_error_shortfall(run, &run->bodies[n], texts[n]);
+  warn_of_each(run, texts);
   free(texts);
   return THRUM_OK;
 }

@@ -156,6 +156,16 @@ static cJSON *placement_json(const scene_run *run, const scene_body_run *body) {
   return object;
 }
 
+void scene_run_add_touches(cJSON *object, const thrum_contact_report *of) {
+  json_number(object, "touching", of->touching);
+  json_number(object, "normal_n", of->normal);
+  json_number(object, "depth_m", of->depth);
+  json_number(object, "stored_j", of->stored);
+  json_number(object, "lost_j", of->lost);
+  json_number(object, "driven_j", of->driven);
+  json_number(object, "granted_j", of->granted);
+}
+
 /* Forces and energies of the contact of a body; null where nothing can touch it. */
 static void add_contact(const scene_run *run, const thrum_scene_body_info *info, cJSON *object) {
   const thrum_contact_report *contact = &info->contact;
@@ -166,13 +176,7 @@ static void add_contact(const scene_run *run, const thrum_scene_body_info *info,
 
   // forces and depth at the end, then the energy exchanged over the run
   cJSON *report = cJSON_AddObjectToObject(object, "contact");
-  json_number(report, "touching", contact->touching);
-  json_number(report, "normal_n", contact->normal);
-  json_number(report, "depth_m", contact->depth);
-  json_number(report, "stored_j", contact->stored);
-  json_number(report, "lost_j", contact->lost);
-  json_number(report, "driven_j", contact->driven);
-  json_number(report, "granted_j", contact->granted);
+  scene_run_add_touches(report, contact);
 
   // steps that contact made difficult
   json_number(report, "redone_steps", (double)contact->redone);

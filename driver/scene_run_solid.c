@@ -8,11 +8,9 @@
 #include "mesh/formats/surface_read.h"
 #include "runtime/base/vec3.h"
 
-#define SHORT_TURN                                                                                 \
-  120.0               /* degrees of a part of a path: below 180 its direction is not in doubt      \
-                       */
-#define PARALLEL 1e-9 /* sine of the angle up to which two axes are one */
-#define PARTS_MAX 1e6 /* of a path */
+#define SHORT_TURN 120.0 /* degrees of a part of a path: below 180 the direction is clear */
+#define PARALLEL 1e-9    /* sine of the angle up to which two axes are one */
+#define PARTS_MAX 1e6    /* of a path */
 
 /* The data that a solid's def points to while it is added. */
 typedef struct solid_parts {
