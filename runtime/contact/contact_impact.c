@@ -23,13 +23,11 @@
 #include "runtime/contact/contact_impact.h"
 #include "runtime/dynamics/state_layout.h"
 
-#define SOFT 5e-3      /* v / (omega_1 diagonal) above which a body is not near-rigid */
-#define SLOWEST 1e-9   /* of the speed up to which a body is: less is rounding, and no impact */
-#define SWEEPS_MAX 500 /* over the rows of an impact */
-#define TOLERANCE                                                                                  \
-  1e-10               /* of the fastest approach, by which a sweep may still change a velocity     \
-                       */
-#define ROUNDING 1e-3 /* of all impulses, by which they may be cut so that they add no energy */
+#define SOFT 5e-3       /* v / (omega_1 diagonal) above which a body is not near-rigid */
+#define SLOWEST 1e-9    /* of the speed up to which a body is: less is rounding, and no impact */
+#define SWEEPS_MAX 500  /* over the rows of an impact */
+#define TOLERANCE 1e-10 /* of the fastest approach: sweeps end that change velocities less */
+#define ROUNDING 1e-3   /* of all impulses, by which they may be cut so that they add no energy */
 
 /* The solves that are tried: where one gains energy, the next is made. */
 typedef enum means { MEANS_ALL = 0, MEANS_SMOOTH = 1, MEANS_STOP = 2, MEANS_COUNT = 3 } means;
@@ -238,8 +236,7 @@ static void way_of(const place *at, double h, double out[3]) {
   }
 }
 
-/* Are both bodies near-rigid at this speed, and nothing between them a spring that was asked for?
- */
+/* Are both bodies near-rigid at this speed, without a spring between them that was asked for? */
 static bool is_rigid(const place *at, double speed) {
   bool rigid = !at->springy;
   for (int side = 0; side < 2 && at->bodies[side] != NULL; side++) {
@@ -270,8 +267,8 @@ static double time_of(const place *at) {
   return 2.0 * gap / (sqrt(square) - speed);
 }
 
-/* Marks the rows that strike in this step; returns the time of the first, and the fastest approach.
- */
+/* Marks the rows that strike in this step; returns the time of the first and, in *fastest, the
+ * fastest approach. */
 static double mark_strikes(const thrum_impact_rows *rows, double *fastest) {
   double first = INFINITY, h = 0.0;
   place at;
@@ -415,7 +412,7 @@ static void solve(const thrum_impact_rows *rows, double fastest) {
   }
 }
 
-/* Returns the energy that the impulse of a row takes, beyond the work of what moves by itself [J].
+/* Returns the energy that the impulse of a row takes [J], beyond the work of what moves by itself.
  */
 static double loss_of(const place *at) {
   const thrum_row_strike *strike = &at->row->strike;

@@ -179,44 +179,23 @@ double thrum_pairs_thickness(const thrum_contact_pairs *pairs, const thrum_skin 
 }
 
 void thrum_contact_pairs_reset(thrum_contact_pairs *pairs) {
-  if (!pairs)
-    return;
-  pairs->touch_count = pairs->before_count = 0;
-  pairs->stored = pairs->lost = pairs->flow = pairs->budget = pairs->driven = 0.0;
-  pairs->depth = pairs->deepest = pairs->deepest_share = pairs->distance = pairs->normal = 0.0;
-  pairs->steps = pairs->redone = pairs->declined = pairs->dropped = pairs->sweeps = 0;
+  if (pairs)
+    pairs->history = (thrum_pairs_history){0};
 }
 
 void thrum_contact_pairs_continue(thrum_contact_pairs *pairs, const thrum_contact_pairs *from) {
   if (!pairs || !from)
     return;
 
-  // the numbers are those of `from`, but for what says how much room there is
-  const thrum_contact_pairs own = *pairs;
-  *pairs = *from;
-  pairs->bytes = own.bytes;
-  pairs->kept_bytes = own.kept_bytes;
-  pairs->member_max = own.member_max;
-  pairs->vertex_max = own.vertex_max;
-  pairs->node_max = own.node_max;
-  pairs->rank_max = own.rank_max;
-  pairs->touch_max = own.touch_max;
-
-  // the settings are those of the def as well
-  pairs->thickness = own.thickness;
-  pairs->friction = own.friction;
-  pairs->restitution = own.restitution;
-  pairs->tolerance = own.tolerance;
-  pairs->sweeps_max = own.sweeps_max;
-
-  // the touches that the next step starts from
-  if (from->touch_count > own.touch_max) {
-    pairs->dropped += from->touch_count - own.touch_max;
-    pairs->touch_count = own.touch_max;
+  // of the touches that the next step starts from, those that there is room for
+  pairs->history = from->history;
+  if (pairs->history.touch_count > pairs->touch_max) {
+    pairs->history.dropped += pairs->history.touch_count - pairs->touch_max;
+    pairs->history.touch_count = pairs->touch_max;
   }
-  pairs->before_count = 0;
+  pairs->history.before_count = 0;
   memcpy(thrum_pairs_view_of(pairs).touches, thrum_pairs_view_of(from).touches,
-         (size_t)pairs->touch_count * sizeof(thrum_pair_touching));
+         (size_t)pairs->history.touch_count * sizeof(thrum_pair_touching));
 }
 
 thrum_contact_pairs_report thrum_contact_pairs_report_get(const thrum_contact_pairs *pairs) {
@@ -225,28 +204,28 @@ thrum_contact_pairs_report thrum_contact_pairs_report_get(const thrum_contact_pa
     return report;
 
   // counters of all steps
-  report.steps = pairs->steps;
-  report.redone = pairs->redone;
-  report.declined = pairs->declined;
-  report.dropped = pairs->dropped;
-  report.sweeps = pairs->sweeps;
+  report.steps = pairs->history.steps;
+  report.redone = pairs->history.redone;
+  report.declined = pairs->history.declined;
+  report.dropped = pairs->history.dropped;
+  report.sweeps = pairs->history.sweeps;
 
   // the last step, and energies since init
-  report.touching = pairs->touch_count;
-  report.distance = pairs->distance;
-  report.depth = pairs->depth;
-  report.deepest = pairs->deepest;
-  report.deepest_share = pairs->deepest_share;
-  report.normal = pairs->normal;
-  report.stored = pairs->stored;
-  report.lost = pairs->lost;
-  report.driven = pairs->driven;
+  report.touching = pairs->history.touch_count;
+  report.distance = pairs->history.distance;
+  report.depth = pairs->history.depth;
+  report.deepest = pairs->history.deepest;
+  report.deepest_share = pairs->history.deepest_share;
+  report.normal = pairs->history.normal;
+  report.stored = pairs->history.stored;
+  report.lost = pairs->history.lost;
+  report.driven = pairs->history.driven;
   return report;
 }
 
 thrum_status thrum_contact_pairs_touch(const thrum_contact_pairs *pairs, int64_t index,
                                        thrum_pair_touch *touch, thrum_error *error) {
-  if (!pairs || !touch || index < 0 || index >= pairs->touch_count)
+  if (!pairs || !touch || index < 0 || index >= pairs->history.touch_count)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no touch %lld of two bodies",
                            (long long)index);
 
@@ -293,16 +272,19 @@ thrum_status thrum_contact_pairs_copy_check(const thrum_contact_pairs *pairs, co
                            "the snapshot is of contact between bodies of another def");
 
   // what persists from step to step
-  const double values[] = {header.stored,        header.lost,    header.flow,     header.budget,
-                           header.depth,         header.deepest, header.distance, header.normal,
-                           header.deepest_share, header.driven};
-  bool right = is_count(header.touch_count, header.touch_max) &&
-               is_count(header.before_count, header.touch_max) &&
-               is_count(header.steps, COUNT_MAX) && is_count(header.redone, COUNT_MAX) &&
-               is_count(header.declined, COUNT_MAX) && is_count(header.dropped, COUNT_MAX) &&
-               is_count(header.sweeps, COUNT_MAX) &&
-               thrum_all_finite(values, sizeof values / sizeof values[0]);
-  for (int64_t n = 0; right && n < header.touch_count; n++) {
+  const double values[] = {header.history.stored,        header.history.lost,
+                           header.history.flow,          header.history.budget,
+                           header.history.depth,         header.history.deepest,
+                           header.history.distance,      header.history.normal,
+                           header.history.deepest_share, header.history.driven};
+  bool right =
+      is_count(header.history.touch_count, header.touch_max) &&
+      is_count(header.history.before_count, header.touch_max) &&
+      is_count(header.history.steps, COUNT_MAX) && is_count(header.history.redone, COUNT_MAX) &&
+      is_count(header.history.declined, COUNT_MAX) && is_count(header.history.dropped, COUNT_MAX) &&
+      is_count(header.history.sweeps, COUNT_MAX) &&
+      thrum_all_finite(values, sizeof values / sizeof values[0]);
+  for (int64_t n = 0; right && n < header.history.touch_count; n++) {
     thrum_pair_touching touch;
     memcpy(&touch,
            (const unsigned char *)copy + thrum_round_up(sizeof header) + (size_t)n * sizeof touch,

@@ -51,8 +51,8 @@ static double measure(thrum_pairs_run *run) {
 
 bool thrum_pairs_allowed(thrum_pairs_run *run) {
   const thrum_row_list list = thrum_pairs_rows_of(run);
-  const double left = thrum_rows_stored(&list) + run->pairs->budget - measure(run);
-  return left >= -ROUNDING * (run->pairs->flow + thrum_rows_flow(&list));
+  const double left = thrum_rows_stored(&list) + run->pairs->history.budget - measure(run);
+  return left >= -ROUNDING * (run->pairs->history.flow + thrum_rows_flow(&list));
 }
 
 bool thrum_pairs_apart(const thrum_pairs_run *run) {
@@ -76,17 +76,19 @@ static void keep_touches(thrum_pairs_run *run) {
 
     // the report counts all, also those for which there is no room
     const double distance = touch->gap + pair->thickness;
-    pairs->distance = pairs->touch_count > 0 ? fmin(pairs->distance, distance) : distance;
-    pairs->depth = fmax(pairs->depth, -touch->gap);
-    pairs->deepest_share = fmax(pairs->deepest_share, -touch->gap / pair->thickness);
-    pairs->normal += touch->force;
-    if (pairs->touch_count == pairs->touch_max) {
-      pairs->dropped++;
+    pairs->history.distance =
+        pairs->history.touch_count > 0 ? fmin(pairs->history.distance, distance) : distance;
+    pairs->history.depth = fmax(pairs->history.depth, -touch->gap);
+    pairs->history.deepest_share =
+        fmax(pairs->history.deepest_share, -touch->gap / pair->thickness);
+    pairs->history.normal += touch->force;
+    if (pairs->history.touch_count == pairs->touch_max) {
+      pairs->history.dropped++;
       continue;
     }
 
     // the next step starts from these forces, and finds its row by the key
-    thrum_pair_touching *kept = run->view.touches + pairs->touch_count++;
+    thrum_pair_touching *kept = run->view.touches + pairs->history.touch_count++;
     *kept = (thrum_pair_touching){.key = pair->key,
                                   .towards = touch->towards,
                                   .force = touch->force,
@@ -98,7 +100,7 @@ static void keep_touches(thrum_pairs_run *run) {
     memcpy(kept->friction, touch->friction, sizeof kept->friction);
     memcpy(kept->position, pair->position, sizeof kept->position);
   }
-  pairs->deepest = fmax(pairs->deepest, pairs->depth);
+  pairs->history.deepest = fmax(pairs->history.deepest, pairs->history.depth);
 }
 
 void thrum_pairs_settle(thrum_pairs_run *run) {
@@ -108,12 +110,12 @@ void thrum_pairs_settle(thrum_pairs_run *run) {
   const double stored = thrum_rows_keep_stored(&list);
 
   // what all springs held before counts as lost until their group has settled
-  pairs->stored += stored;
-  pairs->lost += run->struck - work - stored;
-  pairs->driven += run->driven;
-  pairs->budget += before - work - stored;
-  pairs->flow += thrum_rows_flow(&list);
+  pairs->history.stored += stored;
+  pairs->history.lost += run->struck - work - stored;
+  pairs->history.driven += run->driven;
+  pairs->history.budget += before - work - stored;
+  pairs->history.flow += thrum_rows_flow(&list);
   for (int64_t n = 0; n < run->row_count; n++)
-    pairs->driven += run->view.rows[n].row.driven;
+    pairs->history.driven += run->view.rows[n].row.driven;
   keep_touches(run);
 }

@@ -68,6 +68,15 @@ typedef struct thrum_pair_row {
 
 typedef double thrum_turn[3];
 
+/* What steps leave behind: touches, energies since init, and counters. */
+typedef struct thrum_pairs_history {
+  int64_t touch_count;  /* of the step that was made last, or is being made */
+  int64_t before_count; /* of the step before it */
+  double stored, lost, flow, budget, driven;
+  double depth, deepest, deepest_share, distance, normal;
+  int64_t steps, redone, declined, dropped, sweeps;
+} thrum_pairs_history;
+
 struct thrum_contact_pairs {
   uint64_t magic;
   uint64_t bytes;
@@ -75,11 +84,7 @@ struct thrum_contact_pairs {
   int64_t member_max, vertex_max, node_max, rank_max, touch_max;
   double thickness, friction, restitution, tolerance;
   int64_t sweeps_max;
-  int64_t touch_count;  /* of the step that was made last, or is being made */
-  int64_t before_count; /* of the step before it */
-  double stored, lost, flow, budget, driven;
-  double depth, deepest, deepest_share, distance, normal;
-  int64_t steps, redone, declined, dropped, sweeps;
+  thrum_pairs_history history;
 };
 
 /* X(type, name, count) */
@@ -94,10 +99,9 @@ struct thrum_contact_pairs {
   X(thrum_contact_run, runs, member_max)                                                           \
   X(thrum_contact, contacts, member_max) /* as the step began; of solids, without rows */          \
   X(thrum_contact_environment, environments, member_max) /* of solids */                           \
-  X(thrum_translation, ways, member_max)   /* of solids; of bodies as the step began */            \
-  X(thrum_rigid_frame, frames, member_max) /* as the step began */                                 \
-  X(thrum_turn, turns, member_max)         /* rotation that the levers are made for [rad] */       \
-  X(int64_t, first_vertex, member_max + 1) /* of each member among those below */                  \
+  X(thrum_contact_whole, wholes, member_max) /* of solids; of bodies as the step began */          \
+  X(thrum_turn, turns, member_max)           /* rotation that the levers are made for [rad] */     \
+  X(int64_t, first_vertex, member_max + 1)   /* of each member among those below */                \
   X(int64_t, first_node, member_max + 1)                                                           \
   X(double, places, vertex_max * 9) /* of vertices: position, displacement, shift in it [m] */     \
   X(int32_t, place_known, vertex_max)                                                              \
@@ -123,8 +127,7 @@ typedef struct thrum_pairs_run {
   double struck, driven; /* lost in impacts of this step, and done by solids in them [J] */
 } thrum_pairs_run;
 
-/* The rows between the bodies of the group, and what they have in common with those on obstacles.
- */
+/* The rows between the bodies of the group, by what they have in common with those on obstacles. */
 static inline thrum_row_list thrum_pairs_rows_of(const thrum_pairs_run *run) {
   const thrum_row_list list = {
       .count = run->row_count, .stride = sizeof(thrum_pair_row), .first = &run->view.rows->row};

@@ -33,7 +33,7 @@ static void turn_of(const thrum_contact_solid *solid, double turn[3]) {
 void thrum_pairs_open_solid(thrum_pairs_run *run, int64_t member, double dt) {
   const thrum_contact_solid *solid = run->members[member].solid;
   thrum_contact_run *made = run->view.runs + member;
-  thrum_translation *way = run->view.ways + member;
+  thrum_translation *way = &run->view.wholes[member].way;
   thrum_contact *contact = run->view.contacts + member;
   memset(made, 0, sizeof *made);
   memset(contact, 0, sizeof *contact);

@@ -172,7 +172,7 @@ void thrum_pairs_solve(thrum_pairs_run *run) {
   const double largest = begin_sweeps(run);
   const int64_t most = is_hard(run) ? HARDER * pairs->sweeps_max : pairs->sweeps_max;
   for (int64_t n = 0; n < most; n++) {
-    pairs->sweeps++;
+    pairs->history.sweeps++;
     if (!(sweep(run) > pairs->tolerance * largest))
       break;
   }

@@ -27,18 +27,19 @@ void thrum_contact_pairs_begin(thrum_contact_pairs *pairs) {
   if (!pairs)
     return;
   const thrum_pairs_view view = thrum_pairs_view_of(pairs);
-  thrum_pairs_sort(view.touches, sizeof *view.touches, pairs->touch_count, view.order);
-  for (int64_t n = 0; n < pairs->touch_count; n++)
+  thrum_pairs_sort(view.touches, sizeof *view.touches, pairs->history.touch_count, view.order);
+  for (int64_t n = 0; n < pairs->history.touch_count; n++)
     view.before[n] = view.touches[view.order[n]];
   memset(view.taken, 0, (size_t)pairs->touch_max * sizeof *view.taken);
 
   // what the springs hold is booked again by the groups that have them
-  pairs->before_count = pairs->touch_count;
-  pairs->touch_count = 0;
-  pairs->budget = pairs->lost;
-  pairs->lost += pairs->stored;
-  pairs->stored = pairs->depth = pairs->distance = pairs->normal = 0.0;
-  pairs->steps++;
+  pairs->history.before_count = pairs->history.touch_count;
+  pairs->history.touch_count = 0;
+  pairs->history.budget = pairs->history.lost;
+  pairs->history.lost += pairs->history.stored;
+  pairs->history.stored = pairs->history.depth = pairs->history.distance = pairs->history.normal =
+      0.0;
+  pairs->history.steps++;
 }
 
 /* --- bounds ----------------------------------------------------------------------------------- */
@@ -163,10 +164,7 @@ static void open_all(thrum_pairs_run *run, thrum_status *first, thrum_error *err
 
     // what another attempt goes back to
     run->view.contacts[n] = *member->contact;
-    if (member->environment->translation)
-      run->view.ways[n] = *member->environment->translation;
-    if (member->environment->rigid_frame)
-      run->view.frames[n] = *member->environment->rigid_frame;
+    run->view.wholes[n] = thrum_contact_keep_whole(member->environment);
     memcpy(run->view.runs[n].view.snapshot, member->state, (size_t)member->contact->state_bytes);
   }
 
@@ -183,10 +181,7 @@ static void put_back(thrum_pairs_run *run, int64_t n) {
   *member->contact = run->view.contacts[n];
 
   // the body as a whole, with what impacts have changed of it
-  if (member->environment->translation)
-    *member->environment->translation = run->view.ways[n];
-  if (member->environment->rigid_frame)
-    *member->environment->rigid_frame = run->view.frames[n];
+  thrum_contact_put_back_whole(member->environment, run->view.wholes + n);
   if (run->view.runs[n].impact.struck)
     thrum_contact_place(run->view.runs + n);
   run->view.runs[n].impact = (thrum_impact_body){0};
@@ -274,7 +269,7 @@ static void solve(thrum_pairs_run *run) {
 static void find(thrum_pairs_run *run) {
   run->row_count = 0;
   run->moved = run->solved = false;
-  memset(run->view.taken, 0, (size_t)run->pairs->before_count * sizeof *run->view.taken);
+  memset(run->view.taken, 0, (size_t)run->pairs->history.before_count * sizeof *run->view.taken);
   thrum_pairs_search(run);
   thrum_pairs_add_rows(run);
 }
@@ -352,7 +347,7 @@ static bool is_allowed(thrum_pairs_run *run) {
 
 /* Back to the start of the step for the next attempt, each of which asks for less. */
 static void again(thrum_pairs_run *run, int attempt) {
-  run->pairs->redone++;
+  run->pairs->history.redone++;
   run->again = true;
 
   // each body goes back, and its own touches ask for as much less as the pairs do
@@ -373,7 +368,7 @@ static void again(thrum_pairs_run *run, int attempt) {
   if (attempt == ATTEMPT_RELEASED)
     thrum_pairs_release(run);
   if (attempt == ATTEMPT_WITHOUT) {
-    run->pairs->declined++;
+    run->pairs->history.declined++;
     run->row_count = 0;
   }
   solve(run);
@@ -410,7 +405,7 @@ thrum_status thrum_contact_pairs_step(thrum_contact_pairs *pairs, thrum_contact_
     for (int64_t n = 0; n < count; n++)
       if (run.view.runs[n].contact != NULL && members[n].solid == NULL)
         put_back(&run, n);
-    memset(run.view.taken, 0, (size_t)pairs->before_count * sizeof *run.view.taken);
+    memset(run.view.taken, 0, (size_t)pairs->history.before_count * sizeof *run.view.taken);
   }
 
   // books the energies, then moves each body as a whole

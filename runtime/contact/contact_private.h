@@ -201,6 +201,17 @@ thrum_status thrum_contact_open(const thrum_model *model, thrum_state *state,
                                 const thrum_contact_environment *environment,
                                 thrum_contact_run *run, thrum_error *error);
 
+/* The motion of a body as a whole as its step began, which impacts of the step change. */
+typedef struct thrum_contact_whole {
+  thrum_translation way;
+  thrum_rigid_frame frame;
+} thrum_contact_whole;
+
+/* contact_step.c: the parts of it that the environment has, taken and put back. */
+thrum_contact_whole thrum_contact_keep_whole(const thrum_contact_environment *environment);
+void thrum_contact_put_back_whole(const thrum_contact_environment *environment,
+                                  const thrum_contact_whole *kept);
+
 /* contact_step.c: where the body is as a whole at the start of its step, and how it goes on without
  * contact. */
 void thrum_contact_place(thrum_contact_run *run);

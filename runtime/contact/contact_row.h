@@ -7,12 +7,8 @@
 
 #include "runtime/contact/contact_private.h"
 
-#define THRUM_SOON                                                                                 \
-  1.1 /* steps within which what strikes is struck with what strikes in this one                   \
-       */
-#define THRUM_RESTING                                                                              \
-  2.0 /* an approach slower than so many times what a step adds is no impact                       \
-       */
+#define THRUM_SOON 1.1    /* steps: what strikes so soon is struck with what strikes in this one */
+#define THRUM_RESTING 2.0 /* times what a step adds: a slower approach is no impact */
 
 /* --- one row ---------------------------------------------------------------------------------- */
 

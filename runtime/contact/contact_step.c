@@ -111,14 +111,8 @@ thrum_status thrum_contact_prepare(thrum_contact_run *run, thrum_error *error) {
   return THRUM_OK;
 }
 
-/* The motion of a body as a whole, which impacts change before the step. */
-typedef struct whole {
-  thrum_translation way;
-  thrum_rigid_frame frame;
-} whole;
-
-static whole keep_whole(const thrum_contact_environment *environment) {
-  whole kept = {.way = {0}};
+thrum_contact_whole thrum_contact_keep_whole(const thrum_contact_environment *environment) {
+  thrum_contact_whole kept = {.way = {0}};
   if (environment->translation)
     kept.way = *environment->translation;
   if (environment->rigid_frame)
@@ -126,7 +120,8 @@ static whole keep_whole(const thrum_contact_environment *environment) {
   return kept;
 }
 
-static void put_back_whole(const thrum_contact_environment *environment, const whole *kept) {
+void thrum_contact_put_back_whole(const thrum_contact_environment *environment,
+                                  const thrum_contact_whole *kept) {
   if (environment->translation)
     *environment->translation = kept->way;
   if (environment->rigid_frame)
@@ -145,7 +140,7 @@ static thrum_status strike_all(const thrum_impact_rows *rows, thrum_error *error
 }
 
 /* The same, at their times or else at the start of the step. */
-static thrum_status prepare_with_impacts(thrum_contact_run *run, const whole *kept,
+static thrum_status prepare_with_impacts(thrum_contact_run *run, const thrum_contact_whole *kept,
                                          thrum_error *error) {
   thrum_impact_rows rows = {.runs = run, .count = 1};
   const thrum_contact before = *run->contact;
@@ -155,25 +150,19 @@ static thrum_status prepare_with_impacts(thrum_contact_run *run, const whole *ke
 
   // back to the start
   *run->contact = before;
-  put_back_whole(run->environment, kept);
+  thrum_contact_put_back_whole(run->environment, kept);
   run->impact = (thrum_impact_body){0};
   thrum_contact_place(run);
   rows.early = true;
   return strike_all(&rows, error);
 }
 
-static thrum_status begin(thrum_contact_run *run, thrum_error *error) {
-  const thrum_contact before = *run->contact;
-  const whole kept = keep_whole(run->environment);
-  thrum_status status = prepare_with_impacts(run, &kept, error);
+/* A failure may leave the contact and the body as a whole changed. */
+static thrum_status begin(thrum_contact_run *run, const thrum_contact_whole *kept,
+                          thrum_error *error) {
+  thrum_status status = prepare_with_impacts(run, kept, error);
   if (status == THRUM_OK)
     status = apply(run, error);
-  if (status == THRUM_OK)
-    return THRUM_OK;
-
-  // a failure leaves the body where it was, on the way that it had
-  *run->contact = before;
-  put_back_whole(run->environment, &kept);
   return status;
 }
 
@@ -181,11 +170,18 @@ thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
                                  thrum_contact *contact,
                                  const thrum_contact_environment *environment, thrum_error *error) {
   thrum_contact_run run;
-  thrum_status status = thrum_contact_open(model, state, contact, environment, &run, error);
-  if (status == THRUM_OK)
-    status = begin(&run, error);
-  if (status == THRUM_OK)
+  THRUM_TRY(thrum_contact_open(model, state, contact, environment, &run, error));
+  const thrum_contact before = *contact;
+  const thrum_contact_whole kept = thrum_contact_keep_whole(environment);
+  const thrum_status status = begin(&run, &kept, error);
+  if (status == THRUM_OK) {
     contact->begun = 1;
+    return status;
+  }
+
+  // a failure leaves the body where it was, on the way that it had
+  *contact = before;
+  thrum_contact_put_back_whole(environment, &kept);
   return status;
 }
 
@@ -256,9 +252,9 @@ thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
   THRUM_TRY(thrum_contact_open(model, state, contact, environment, &run, error));
 
   const thrum_contact before = *contact;
-  const whole kept = keep_whole(environment);
+  const thrum_contact_whole kept = thrum_contact_keep_whole(environment);
   memcpy(run.view.snapshot, state, (size_t)contact->state_bytes);
-  thrum_status status = begin(&run, error);
+  thrum_status status = begin(&run, &kept, error);
 
   // attempts, until one keeps the energy bound
   for (int attempt = ATTEMPT_FIRST; status >= 0; attempt++) {
@@ -273,7 +269,7 @@ thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
   if (status < 0) {
     memcpy(state, run.view.snapshot, (size_t)contact->state_bytes);
     *contact = before;
-    put_back_whole(environment, &kept);
+    thrum_contact_put_back_whole(environment, &kept);
     return status;
   }
   thrum_contact_finish(&run);

@@ -56,7 +56,7 @@ static int setup(void **context) {
   f->size = thrum_contact_pairs_kept_bytes(f->pairs);
   f->copy = memory_of(f->size);
   memcpy(f->copy, f->pairs, f->size);
-  ((thrum_contact_pairs *)(void *)f->copy)->touch_count = 1;
+  ((thrum_contact_pairs *)(void *)f->copy)->history.touch_count = 1;
   const thrum_pair_touching touch = {.key = {.bodies = {1, 2}}, .normal = {0, 0, 1}, .force = 3};
   memcpy(f->copy + first_touch(f), &touch, sizeof touch);
   assert_int_equal(thrum_contact_pairs_copy_check(f->pairs, f->copy, NULL), THRUM_OK);
@@ -150,7 +150,7 @@ static void what_is_null_is_refused_or_nothing(void **context) {
   assert_int_equal(thrum_contact_pairs_touch(NULL, 0, &touch, NULL), THRUM_INVALID_ARGUMENT);
 
   // touches that there are, and no others
-  f->pairs->touch_count = 1;
+  f->pairs->history.touch_count = 1;
   assert_int_equal(thrum_contact_pairs_touch(f->pairs, 0, &touch, NULL), THRUM_OK);
   assert_int_equal(thrum_contact_pairs_touch(f->pairs, 0, NULL, NULL), THRUM_INVALID_ARGUMENT);
   assert_int_equal(thrum_contact_pairs_touch(f->pairs, 1, &touch, NULL), THRUM_INVALID_ARGUMENT);
@@ -268,7 +268,7 @@ static void a_copy_of_another_def_is_refused(void **context) {
   assert_int_equal(thrum_contact_pairs_copy_check(f->pairs, NULL, NULL), THRUM_INVALID_ARGUMENT);
 
   // all that init sets stands in front: one bit of each byte of it
-  for (size_t byte = 0; byte < offsetof(thrum_contact_pairs, touch_count); byte++) {
+  for (size_t byte = 0; byte < offsetof(thrum_contact_pairs, history.touch_count); byte++) {
     const unsigned char other = f->copy[byte] ^ (unsigned char)(1U << (byte % 8));
     refuse(f, byte, &other, 1, THRUM_MODEL_MISMATCH);
   }
@@ -281,13 +281,13 @@ static void counts_and_numbers_of_a_copy_have_their_range(void **context) {
     size_t offset;
     int64_t most;
   } counts[] = {
-      {offsetof(thrum_contact_pairs, touch_count), touch_max},
-      {offsetof(thrum_contact_pairs, before_count), touch_max},
-      {offsetof(thrum_contact_pairs, steps), most},
-      {offsetof(thrum_contact_pairs, redone), most},
-      {offsetof(thrum_contact_pairs, declined), most},
-      {offsetof(thrum_contact_pairs, dropped), most},
-      {offsetof(thrum_contact_pairs, sweeps), most},
+      {offsetof(thrum_contact_pairs, history.touch_count), touch_max},
+      {offsetof(thrum_contact_pairs, history.before_count), touch_max},
+      {offsetof(thrum_contact_pairs, history.steps), most},
+      {offsetof(thrum_contact_pairs, history.redone), most},
+      {offsetof(thrum_contact_pairs, history.declined), most},
+      {offsetof(thrum_contact_pairs, history.dropped), most},
+      {offsetof(thrum_contact_pairs, history.sweeps), most},
   };
   for (size_t n = 0; n < sizeof counts / sizeof counts[0]; n++) {
     const int64_t wrong[2] = {-1, counts[n].most + 1};
@@ -297,8 +297,8 @@ static void counts_and_numbers_of_a_copy_have_their_range(void **context) {
 
   // energies and depths of the header
   const double bad[2] = {NAN, INFINITY};
-  for (size_t at = offsetof(thrum_contact_pairs, stored); at < offsetof(thrum_contact_pairs, steps);
-       at += sizeof(double))
+  for (size_t at = offsetof(thrum_contact_pairs, history.stored);
+       at < offsetof(thrum_contact_pairs, history.steps); at += sizeof(double))
     refuse(f, at, &bad[at / sizeof(double) % 2], sizeof(double), THRUM_BAD_VALUE);
 }
 
