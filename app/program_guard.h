@@ -1,4 +1,4 @@
-/* What a program does before and after its command, so that a failure never looks like a success.
+/* Guards a program before and after its command, so that a failure never looks like a success.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_APP_PROGRAM_GUARD_H
 #define THRUM_APP_PROGRAM_GUARD_H

@@ -1,4 +1,4 @@
-/* What several processes agree on: commands, and whether all came through.
+/* Agreement between processes: on commands, and on whether all came through.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_MPI_AGREEMENT_H
 #define THRUM_MPI_AGREEMENT_H

@@ -8,7 +8,7 @@
 #include "mpi/body_cut.h"
 #include "precompute/fem/rigid_modes.h"
 
-/* What stays small. */
+/* The numbers that every part has, which stay few. */
 typedef struct part_facts {
   int64_t free_count; /* of the whole body */
   int64_t vertices, tets, own, regions;

@@ -129,8 +129,7 @@ static thrum_status make_matrices(body_system *s, const thrum_sparse *stiffness,
   return close_matrix(s->mass, error);
 }
 
-/* --- between parts and rows --------------------------------------------------------------------
- */
+/* --- between parts and rows ------------------------------------------------------------------- */
 
 static thrum_status take(void *context, const thrum_fem *fem, thrum_error *error) {
   body_system *s = context;
@@ -182,8 +181,7 @@ thrum_status body_system_hand_out(body_system *s, Vec rows, double *values, thru
   return THRUM_OK;
 }
 
-/* --- the solver --------------------------------------------------------------------------------
- */
+/* --- the solver ------------------------------------------------------------------------------- */
 
 static thrum_status set_mumps(body_system *s, thrum_error *error) {
   PC pc;
@@ -347,8 +345,7 @@ static thrum_status solve(void *context, const double *right, int64_t columns, d
   return THRUM_OK;
 }
 
-/* --- sums --------------------------------------------------------------------------------------
- */
+/* --- sums ------------------------------------------------------------------------------------- */
 
 // rank 0 sums and tells, so that all have the same bits
 static void sum(void *context, double *numbers, int64_t count) {

@@ -23,7 +23,7 @@
 
 typedef enum order { ORDER_END, ORDER_PRECOMPUTE } order;
 
-/* What rank 0 tells the others to do; pointers of the options are of no use to them. */
+/* The command of rank 0 to the others; pointers of the options are of no use to them. */
 typedef struct command {
   order order;
   int parts; /* that the body is cut into; later processes have none */
@@ -78,8 +78,7 @@ static thrum_status run_part(session *s, thrum_error *error) {
   return agree_on_status(s->comm, status, error);
 }
 
-/* --- rank 0 ------------------------------------------------------------------------------------
- */
+/* --- rank 0 ----------------------------------------------------------------------------------- */
 
 typedef struct whole {
   const thrum_mesh *mesh;
@@ -289,8 +288,7 @@ void shared_serve_end(MPI_Comm comm) {
   agree_on_bytes(comm, &end, (int64_t)sizeof end);
 }
 
-/* --- the others --------------------------------------------------------------------------------
- */
+/* --- the others ------------------------------------------------------------------------------- */
 
 static void serve_session(session *s) {
   thrum_error error = {0};

@@ -95,7 +95,7 @@ static void add_rigid(data_section *data, cJSON *arrays, const thrum_model *mode
   add_doubles(data, arrays, "tet_rigid", modes, 72);
 }
 
-/* What the strain energy comes from: coefficients, or cubature points. */
+/* Adds the arrays of the strain energy: coefficients, or cubature points. */
 static void add_energy(data_section *data, cJSON *arrays, const thrum_model *model) {
   const int64_t points = model->point_count;
   if (points == 0) {
