@@ -6,7 +6,11 @@
  * Without inertia the slaves do not vibrate. How they would, as linear oscillators under the load
  * on them and from where the body starts, is stepped beside the run: an axial load on a bar whose
  * masters bend it, a load near a slave's frequency, a start that the masters cannot show, an
- * impact. SPDX-License-Identifier: Apache-2.0 */
+ * impact.
+ *
+ * Damped at rest, beta y' + y = Y(x), the slaves lag by beta. The run has the force -beta Omega^2
+ * Y' of that, which is right while little changes in that time; how they would lag is stepped as
+ * well. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_CONDENSED_CHECK_H
 #define THRUM_DRIVER_CONDENSED_CHECK_H
 
@@ -30,6 +34,10 @@ typedef struct condensed_check {
   double *turns; /* of each slave, how it vibrates in a step of `h`; of `beside` */
   double h;
   double damping_alpha, damping_beta;
+  bool damped_at_rest;
+  double *followed; /* where the slaves followed to, at the end of the last step; of `beside` */
+  double *lag;      /* y - Y(x) of slaves without inertia, there */
+  bool follows;     /* `followed` is known */
   double missing, shown;
 } condensed_check;
 
@@ -37,6 +45,9 @@ typedef struct condensed_check {
 thrum_status condensed_check_open(const thrum_model *model, condensed_check *check,
                                   thrum_error *error);
 void condensed_check_close(condensed_check *check);
+
+/* The damping of the run; times are multiplied by `pace` in the model that is looked at. */
+void condensed_check_damp(condensed_check *check, const thrum_state_def *def, double pace);
 
 /* Looks at the masters x with the velocities v, of any scale, and V_c(x) [J]. */
 void condensed_check_look(condensed_check *check, const double *x, const double *v,

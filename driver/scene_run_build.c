@@ -223,8 +223,7 @@ static thrum_status open_check(scene_run *run, int32_t n, thrum_error *error) {
   const bool scaled =
       body->spec->scale != 1 || body->spec->stiffness != 1 || body->spec->density != 1;
   body->pace = sqrt(body->spec->stiffness / body->spec->density) / body->spec->scale;
-  body->check.damping_alpha = def->damping_alpha / body->pace;
-  body->check.damping_beta = def->damping_beta * body->pace;
+  condensed_check_damp(&body->check, def, body->pace);
   condensed_check_start(&body->check, &body->request, body->start,
                         scaled ? NULL : body->start + body->model->rank);
   return THRUM_OK;

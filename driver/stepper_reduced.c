@@ -75,8 +75,7 @@ static thrum_status set_start(reduced_stepper *self, thrum_error *error) {
     return thrum_error_set(error, status, "%s: %s", request->start_count > 0 ? "--start" : "--dt",
                            detail.message);
   condensed_check_start(&self->check, request, q, p);
-  self->check.damping_alpha = def->damping_alpha;
-  self->check.damping_beta = def->damping_beta;
+  condensed_check_damp(&self->check, def, 1);
   THRUM_TRY(read_shape(self, self->loads.before));
   memcpy(self->middle, self->loads.before, (size_t)self->model->rank * sizeof *self->middle);
   return THRUM_OK;

@@ -16,6 +16,7 @@
 
 #include "runtime/base/alignment_check.h"
 #include "runtime/dynamics/batch_group.h"
+#include "runtime/dynamics/following.h"
 #include "runtime/dynamics/manifold.h"
 #include "runtime/dynamics/state_private.h"
 #include "thrum/polynomial.h"
@@ -35,7 +36,7 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_bat
                           restricted * number,
                           rank * rank * number,
                           (size_t)thrum_batch_work(model->rank) * number,
-                          thrum_work_count(model) * sizeof(double),
+                          (size_t)thrum_step_work_count(model) * sizeof(double),
                           (restricted > slopes ? restricted : slopes) * sizeof(double),
                           (size_t)thrum_borrowed_own(model->rank) * number};
 

@@ -31,6 +31,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/dynamics/following.h"
 #include "runtime/polynomial/kernel_points.h"
 #include "runtime/polynomial/points.h"
 #include "thrum/polynomial.h"
@@ -53,17 +54,15 @@ static void along(const thrum_model *model, int64_t j, double *c3, double *c4) {
 }
 
 /* The share that the slaves of a condensed model took of c4_jjjj, by their frequencies and how they
- * follow, which are those of the shape and may be of another scale. */
+ * follow. */
 static double taken_by_slaves(const thrum_model *model, int64_t j) {
   if (model->shape == NULL)
     return 0;
   const int64_t r = model->rank, pairs = r * (r + 1) / 2, at = pairs - (r - j) * (r - j + 1) / 2;
-  const double *omega2 = model->shape->omega2;
-  const double scale = model->follow_scale * model->follow_scale * (model->omega2[0] / omega2[0]);
   double taken = 0;
-  for (int64_t h = r; h < model->shape->rank; h++) {
-    const double follows = model->follow[(h - r) * pairs + at];
-    taken += 0.5 * scale * omega2[h] * follows * follows;
+  for (int64_t s = 0; s < thrum_slave_count(model); s++) {
+    const double follows = model->follow_scale * model->follow[s * pairs + at];
+    taken += 0.5 * thrum_slave_omega2(model, s) * follows * follows;
   }
   return taken;
 }

@@ -15,9 +15,8 @@
  * the projection took (of the order h^4) and what an inexact solve left (d F / h).
  *
  * Newton's method solves for d, with the inverse, kept over steps, of
- *   (2/h + alpha)(1 + J^T J) + h/2 T + beta diag(omega^2) at xm.
- * J is not formed but for that: J(x) v = sum_ij follow_ij (x_i v_j + v_i x_j) over the pairs, and
- * J(x)^T w = B x with B_ij = sum_s w_s follow_s,ij.
+ *   2/h + alpha + J^T (2/h + D_y) J + h/2 T + beta diag(omega^2) at xm,
+ * D_y = alpha + beta omega^2 of the slaves. J is not formed but for that (following.c).
  * Cost: an evaluation takes two forces and two passes over the s k^2/2 numbers of `follow` for s
  * slaves, the rest of a step about six passes more. Without slaves it is the average vector field.
  * Sources: Jain et al. 2017, doi:10.1016/j.compstruc.2017.04.005 (quadratic manifold); Quispel &
@@ -32,6 +31,7 @@
 #include <string.h>
 
 #include "runtime/base/finite.h"
+#include "runtime/dynamics/following.h"
 #include "runtime/dynamics/implicit_problem.h"
 #include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/polynomial_private.h"
@@ -47,22 +47,19 @@ typedef struct motion {
   const thrum_model *model;
   const thrum_state *state;
   thrum_state_view *view;
-  int64_t masters, slaves, pairs;
+  thrum_following follow;
+  int64_t masters, slaves;
   double *before; /* u at the start of the step */
   double *moved;  /* J(xm) d */
   double *gained; /* u' - u */
-  double *image;
-  double *monomials, *weights; /* pairs */
-  double *slopes;              /* slaves x masters: J at the last point of a Jacobian */
+  double *image;  /* of `follow` */
+  double *damped; /* alpha, or alpha + beta omega^2 with damping at rest */
+  double *slopes; /* slaves x masters: J at the last point of a Jacobian */
 } motion;
 
-static int64_t slaves_of(const thrum_model *model) {
-  return model->follow ? model->shape->rank - model->rank : 0;
-}
-
 int64_t thrum_manifold_count(const thrum_model *model) {
-  const int64_t slaves = slaves_of(model);
-  return slaves > 0 ? slaves * (model->rank + 4) + 2 * thrum_pair_count(model->rank) : 0;
+  const int64_t slaves = thrum_slave_count(model);
+  return thrum_following_count(model) + slaves * (model->rank + 4);
 }
 
 static motion motion_of(const thrum_model *model, const thrum_state *state,
@@ -70,70 +67,27 @@ static motion motion_of(const thrum_model *model, const thrum_state *state,
   motion m = {.model = model,
               .state = state,
               .view = view,
+              .follow = thrum_following_of(model, view->kernel, view->restricted),
               .masters = model->rank,
-              .slaves = slaves_of(model),
-              .pairs = thrum_pair_count(model->rank)};
-  m.before = view->restricted;
+              .slaves = thrum_slave_count(model)};
+  m.image = m.follow.image;
+  m.before = view->restricted + thrum_following_count(model);
   m.moved = m.before + m.slaves;
   m.gained = m.moved + m.slaves;
-  m.image = m.gained + m.slaves;
-  m.monomials = m.image + m.slaves;
-  m.weights = m.monomials + m.pairs;
-  m.slopes = m.weights + m.pairs;
+  m.damped = m.gained + m.slaves;
+  m.slopes = m.damped + m.slaves;
+
+  // in tangent form what follows is not damped against the masters
+  const double beta = thrum_tangent_damped(state) ? 0.0 : state->def.damping_beta;
+  for (int64_t s = 0; s < m.slaves; s++)
+    m.damped[s] = state->def.damping_alpha + beta * thrum_slave_omega2(model, s);
   return m;
-}
-
-/* --- how the slaves follow -------------------------------------------------------------------- */
-
-/* to (slaves) = J(x) v. */
-static void push_forward(const motion *m, const double *x, const double *v, double *to) {
-  if (m->slaves == 0)
-    return;
-  const double scale = m->model->follow_scale;
-  double *pair = m->monomials;
-  for (int64_t i = 0; i < m->masters; i++) {
-    const double at = scale * x[i], by = scale * v[i];
-    for (int64_t j = i; j < m->masters; j++)
-      *pair++ = at * v[j] + by * x[j];
-  }
-  m->view->kernel->product(m->pairs, m->slaves, m->model->follow_by_pair, m->monomials, to);
-}
-
-/* to (masters) += the gradient at x of follow_scale times the sum of row_ij x_i x_j over pairs i <=
- * j, each of which stands once in the row and gives to both of its slopes. */
-static void add_slope(const motion *m, const double *row, const double *x, double *to) {
-  const double scale = m->model->follow_scale;
-  for (int64_t i = 0; i < m->masters; i++) {
-    const double at = scale * x[i];
-    double sum = 0.0;
-    for (int64_t j = i; j < m->masters; j++) {
-      sum += row[j - i] * x[j];
-      to[j] += row[j - i] * at;
-    }
-    to[i] += scale * sum;
-    row += m->masters - i;
-  }
-}
-
-/* to (masters) += J(x)^T what. */
-static void add_pulled_back(const motion *m, const double *x, const double *what, double *to) {
-  if (m->slaves == 0)
-    return;
-  m->view->kernel->product(m->slaves, m->pairs, m->model->follow, what, m->weights);
-  add_slope(m, m->weights, x, to);
-}
-
-/* J(x) into m->slopes. */
-static void fill_slopes(const motion *m, const double *x) {
-  memset(m->slopes, 0, (size_t)(m->slaves * m->masters) * sizeof *m->slopes);
-  for (int64_t s = 0; s < m->slaves; s++)
-    add_slope(m, m->model->follow + s * m->pairs, x, m->slopes + s * m->masters);
 }
 
 double thrum_manifold_slave_energy(const thrum_model *model, const double *x, const double *v) {
   const double *row = model->follow;
   double sum = 0.0;
-  for (int64_t s = 0; s < slaves_of(model); s++) {
+  for (int64_t s = 0; s < thrum_slave_count(model); s++) {
     double speed = 0.0;
     for (int64_t i = 0; i < model->rank; i++)
       for (int64_t j = i; j < model->rank; j++)
@@ -185,24 +139,24 @@ static void damp(const motion *m, const double *d) {
 /* F(d) of the increment in view->unknown, with J(xm) d and u' - u. */
 static void evaluate(const motion *m) {
   thrum_state_view *view = m->view;
-  const double h = m->state->def.dt, alpha = m->state->def.damping_alpha;
+  const double h = m->state->def.dt;
   const double *d = view->unknown;
   double *total = view->residual;
 
   // the middle of the step, and what has followed
   for (int64_t i = 0; i < m->masters; i++)
     view->middle[i] = view->q[i] + 0.5 * d[i];
-  push_forward(m, view->middle, d, m->moved);
+  thrum_follow(&m->follow, view->middle, d, m->moved);
   for (int64_t s = 0; s < m->slaves; s++) {
     m->gained[s] = 2.0 * (m->moved[s] / h - m->before[s]);
-    m->image[s] = m->gained[s] + alpha * m->moved[s];
+    m->image[s] = m->gained[s] + m->damped[s] * m->moved[s];
   }
 
   // inertia and damping of the masters, then those of the slaves, then the mean force
   damp(m, d);
   for (int64_t i = 0; i < m->masters; i++)
     total[i] = 2.0 * (d[i] / h - view->p[i]) + view->product[i] - h * view->load[i];
-  add_pulled_back(m, view->middle, m->image, total);
+  thrum_follow_back(&m->follow, view->middle, m->image, total);
   add_mean_force(m, d, total);
 }
 
@@ -220,12 +174,12 @@ static bool make_inverse(const motion *m, thrum_solve_report *report) {
   for (int64_t i = 0; i < k; i++)
     matrix[i * k + i] += mass + (thrum_tangent_damped(m->state) ? 0.0 : beta * m->model->omega2[i]);
 
-  // the mass of the slaves
-  fill_slopes(m, view->middle);
+  // the mass of the slaves, and their damping
+  thrum_follow_slopes(&m->follow, view->middle, m->slopes);
   for (int64_t s = 0; s < m->slaves; s++) {
-    const double *slope = m->slopes + s * k;
+    const double *slope = m->slopes + s * k, own = 2.0 / h + m->damped[s];
     for (int64_t i = 0; i < k; i++) {
-      const double share = mass * slope[i];
+      const double share = own * slope[i];
       for (int64_t j = 0; j < k; j++)
         matrix[i * k + j] += share * slope[j];
     }
@@ -309,33 +263,6 @@ static thrum_status solve(const motion *m, thrum_solve_report *report) {
 
 /* --- the end of the step ---------------------------------------------------------------------- */
 
-/* x (masters) solves (1 + J^T J) x = `rest` at q', by conjugate gradients; overwrites rest. */
-static void solve_mass(const motion *m, double *rest, double *x) {
-  thrum_state_view *view = m->view;
-  const int64_t k = m->masters;
-  double *direction = view->direction, *image = view->trial;
-  memset(x, 0, (size_t)k * sizeof *x);
-  memcpy(direction, rest, (size_t)k * sizeof *direction);
-  double square = dot(rest, rest, k);
-  const double end = PROJECTED * PROJECTED * dot(view->p_next, view->p_next, k);
-
-  // as many as there are masters end it but for rounding
-  for (int64_t n = 0; n < k && square > end; n++) {
-    memcpy(image, direction, (size_t)k * sizeof *image);
-    push_forward(m, view->q_next, direction, m->image);
-    add_pulled_back(m, view->q_next, m->image, image);
-    const double along = square / dot(direction, image, k);
-    for (int64_t i = 0; i < k; i++) {
-      x[i] += along * direction[i];
-      rest[i] -= along * image[i];
-    }
-    const double before = square;
-    square = dot(rest, rest, k);
-    for (int64_t i = 0; i < k; i++)
-      direction[i] = rest[i] + (square / before) * direction[i];
-  }
-}
-
 /* v' and u' onto the tangent space at q', into view->p_next; returns their kinetic energies there,
  * doubled. */
 static double project(const motion *m) {
@@ -345,15 +272,17 @@ static double project(const motion *m) {
     return dot(v, v, m->masters);
 
   // (1 + J^T J) of the change of v' is J^T of u' - J v'
-  push_forward(m, view->q_next, v, m->image);
+  thrum_follow(&m->follow, view->q_next, v, m->image);
   for (int64_t s = 0; s < m->slaves; s++)
     m->image[s] = m->before[s] + m->gained[s] - m->image[s];
   memset(rest, 0, (size_t)m->masters * sizeof *rest);
-  add_pulled_back(m, view->q_next, m->image, rest);
-  solve_mass(m, rest, change);
+  thrum_follow_back(&m->follow, view->q_next, m->image, rest);
+  const double end = PROJECTED * PROJECTED * dot(v, v, m->masters);
+  thrum_follow_solve(&m->follow, NULL, view->q_next, rest, end, view->direction, view->trial,
+                     change);
   for (int64_t i = 0; i < m->masters; i++)
     v[i] += change[i];
-  push_forward(m, view->q_next, v, m->image);
+  thrum_follow(&m->follow, view->q_next, v, m->image);
   return dot(v, v, m->masters) + dot(m->image, m->image, m->slaves);
 }
 
@@ -385,14 +314,16 @@ static void finish(const motion *m) {
 /* The energy that the damping took, by the increments of all coordinates. */
 static double dissipation_of(const motion *m) {
   const thrum_state_view *view = m->view;
-  const double slaves = m->state->def.damping_alpha * dot(m->moved, m->moved, m->slaves);
-  return (dot(view->unknown, view->product, m->masters) + slaves) / m->state->def.dt;
+  double sum = dot(view->unknown, view->product, m->masters);
+  for (int64_t s = 0; s < m->slaves; s++)
+    sum += m->damped[s] * m->moved[s] * m->moved[s];
+  return sum / m->state->def.dt;
 }
 
 thrum_status thrum_step_manifold(const thrum_model *model, const thrum_state *state,
                                  thrum_state_view *view, thrum_solve_report *report) {
   const motion m = motion_of(model, state, view);
-  push_forward(&m, view->q, view->p, m.before);
+  thrum_follow(&m.follow, view->q, view->p, m.before);
   THRUM_TRY(solve(&m, report));
   report->dissipation = dissipation_of(&m);
   report->dissipation_known = true;
@@ -414,23 +345,23 @@ bool thrum_manifold_predict(const thrum_model *model, const thrum_state *state,
   double *matrix = view->jacobian_next, *rest = view->residual;
 
   // h M v + h^2/2 (f - R - J^T 2 Y(v)), with J(v) v = 2 Y(v)
-  push_forward(&m, view->q, view->p, m.before);
-  push_forward(&m, view->p, view->p, m.image);
+  thrum_follow(&m.follow, view->q, view->p, m.before);
+  thrum_follow(&m.follow, view->p, view->p, m.image);
   for (int64_t s = 0; s < m.slaves; s++)
     m.image[s] = h * m.before[s] - 0.5 * h * h * m.image[s];
   for (int64_t i = 0; i < k; i++)
     rest[i] = h * view->p[i] + 0.5 * h * h * ((load ? load[i] : 0.0) - view->force[i]);
-  add_pulled_back(&m, view->q, m.image, rest);
+  thrum_follow_back(&m.follow, view->q, m.image, rest);
 
-  // (1 + h/2 alpha) M + (h/2 beta + h^2/4) omega^2
+  // (1 + h/2 D) M + (h/2 beta + h^2/4) omega^2, with D = alpha of the masters
   memset(matrix, 0, (size_t)(k * k) * sizeof *matrix);
-  fill_slopes(&m, view->q);
+  thrum_follow_slopes(&m.follow, view->q, m.slopes);
   for (int64_t s = 0; s < m.slaves; s++)
-    for (int64_t i = 0; i < k; i++)
+    for (int64_t i = 0; i < k; i++) {
+      const double share = (1.0 + 0.5 * h * m.damped[s]) * m.slopes[s * k + i];
       for (int64_t j = 0; j < k; j++)
-        matrix[i * k + j] += m.slopes[s * k + i] * m.slopes[s * k + j];
-  for (int64_t n = 0; n < k * k; n++)
-    matrix[n] *= 1.0 + 0.5 * h * alpha;
+        matrix[i * k + j] += share * m.slopes[s * k + j];
+    }
   for (int64_t i = 0; i < k; i++)
     matrix[i * k + i] += 1.0 + 0.5 * h * alpha +
                          (0.5 * h * state->def.damping_beta + 0.25 * h * h) * model->omega2[i];

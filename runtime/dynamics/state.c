@@ -17,6 +17,7 @@
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/discrete_gradient.h"
 #include "runtime/dynamics/energy_balance.h"
+#include "runtime/dynamics/following.h"
 #include "runtime/dynamics/frequency_matching.h"
 #include "runtime/dynamics/kept_inverse.h"
 #include "runtime/dynamics/manifold.h"
@@ -90,7 +91,7 @@ void thrum_state_plan(thrum_state *state, const thrum_model *model) {
   const bool tangent = thrum_tangent_damped(state);
   const bool manifold = def->integrator == THRUM_INTEGRATOR_MANIFOLD;
 
-  state->work_count = (int64_t)thrum_work_count(model);
+  state->work_count = thrum_step_work_count(model);
   // midpoint and Newmark evaluate the whole model; imexv restricts it to fewer than r modes, and
   // a manifold has its slopes there
   state->restricted_count = def->integrator == THRUM_INTEGRATOR_IMEXV

@@ -229,6 +229,7 @@ _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + si
   X(correction, vector)  /* energy: by the inverse before a new one, negated */                    \
   X(q_corrected_next, vector)                                                                      \
   X(p_corrected_next, vector)                                                                      \
+  X(load_damped, vector)    /* f_k with the drag of the slaves of a condensed model */             \
   X(pivots_next, vector)    /* int32: of jacobian_next */                                          \
   X(work, work)             /* of the polynomial */                                                \
   X(restricted, restricted) /* V at fixed q_E, a quartic in q_I */                                 \

@@ -21,6 +21,7 @@
 #include "runtime/dynamics/energy_balance.h"
 #include "runtime/dynamics/energy_correction.h"
 #include "runtime/dynamics/fallback.h"
+#include "runtime/dynamics/following.h"
 #include "runtime/dynamics/fox_goodwin.h"
 #include "runtime/dynamics/imexv.h"
 #include "runtime/dynamics/manifold.h"
@@ -167,6 +168,27 @@ static void drop_monitor(thrum_step_run *run) {
   run->view.power_sampled = run->samples = false;
 }
 
+/* The load of the step: with the drag of what follows, which is a force of the step as well. */
+static void add_drag(const thrum_model *model, thrum_step_run *run) {
+  thrum_state_view *view = &run->view;
+  run->load = view->load;
+  if (!thrum_follow_is_damped(model, &run->next))
+    return;
+  thrum_follow_drag(model, &run->next, view, view->load_damped);
+  for (int64_t i = 0; i < model->rank; i++)
+    view->load_damped[i] += view->load[i];
+  view->load = view->load_damped;
+}
+
+/* The energy that the drag took in the step [J]. */
+static double taken_by_drag(const thrum_step_run *run) {
+  const thrum_state_view *view = &run->view;
+  double sum = 0.0;
+  for (int64_t i = 0; view->load != run->load && i < run->next.rank; i++)
+    sum += (run->load[i] - view->load[i]) * (view->q_next[i] - run->q[i]);
+  return sum;
+}
+
 thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state,
                               const thrum_borrowed_workspace *borrowed, thrum_step_run *run,
                               thrum_error *error) {
@@ -183,6 +205,7 @@ thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state,
   // only Newmark fills it, and all schemes are checked for finite candidates
   memset(run->view.acceleration_next, 0, (size_t)state->rank * sizeof(double));
   memset(&run->report, 0, sizeof run->report);
+  add_drag(model, run);
   if (thrum_step_length_settle(model, &run->next, &run->view) < 0 ||
       thrum_stability_before(model, &run->next, &run->view, &run->samples) < 0)
     drop_monitor(run);
@@ -304,7 +327,8 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
   thrum_status status = settle_balance(model, run, attempted, &amplitude);
 
   // an amplitude that overflows would make every later residual look small
-  const double dissipated = run->next.report.dissipated + run->report.dissipation;
+  const double lost = run->report.dissipation + taken_by_drag(run);
+  const double dissipated = run->next.report.dissipated + lost;
   if (status >= 0 && (!isfinite(amplitude) || !isfinite(dissipated) ||
                       !thrum_all_finite(run->view.acceleration_next, run->state->rank)))
     status = THRUM_NOT_FINITE;

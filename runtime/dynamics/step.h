@@ -11,7 +11,7 @@ typedef struct thrum_step_run {
   thrum_state *state;
   thrum_state next; /* the header to be */
   thrum_state_view view;
-  double *q, *p; /* those of the state; the view may come to have others */
+  double *q, *p, *load; /* those of the state; the view may come to have others */
   thrum_solve_report report;
   bool samples; /* the stability monitor needs a product: see thrum_stability_before */
 } thrum_step_run;

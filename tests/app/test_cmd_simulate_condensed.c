@@ -334,6 +334,25 @@ static void what_follows_slowly_is_flagged(void **state) {
   }
 }
 
+/* What follows at once is damped with its masters. Damped so strongly that it lags, it is flagged
+ * by about the error. */
+static void a_lag_of_what_follows_is_flagged(void **state) {
+  (void)state;
+  static const char *const bent = "--start=static:gravity:0,0,-2", *const damping[] = {
+                                                                       "--damping=0,0.003",
+                                                                       "--damping=0,0.1"};
+  for (int n = 0; n < 2; n++) {
+    cJSON *object = simulate_with("few", (const char *const[]){bent, "--condense=4", damping[n]},
+                                  n == 0 ? 0 : 3);
+    const double said = json_value(cJSON_GetObjectItem(object, "condensed"), "vibration_share");
+    cJSON_Delete(object);
+    cJSON_Delete(simulate_with("all", (const char *const[]){bent, damping[n], NULL}, 0));
+    const double found = difference("few/q.npy", "all/q.npy", 0);
+    if (n == 0 ? !(found < 0.01) : !(said > 0.5 * found && said < 2 * found))
+      fail_msg("%s: %g said, %g found", damping[n], said, found);
+  }
+}
+
 /* The same in a scene, of bodies with other scales too, whose share is one of their own time. */
 static void a_scene_flags_the_vibration_of_what_follows(void **state) {
   (void)state;
@@ -466,6 +485,7 @@ int main(void) {
       cmocka_unit_test(condensing_with_nothing_to_follow_is_refused_before_the_work),
       cmocka_unit_test(vibration_of_what_follows_is_flagged),
       cmocka_unit_test(what_follows_slowly_is_flagged),
+      cmocka_unit_test(a_lag_of_what_follows_is_flagged),
       cmocka_unit_test(a_scene_flags_the_vibration_of_what_follows),
       cmocka_unit_test(an_impact_on_what_follows_is_flagged),
       cmocka_unit_test(a_body_that_passes_through_an_obstacle_is_warned_of),

@@ -108,8 +108,7 @@ thrum_status tradeoff_step(const tradeoff_space *space, const tradeoff_view *vie
   thrum_status status = thrum_state_create(space->stepped, def, &state, error);
   if (f.condensed)
     THRUM_THEN(status, condensed_check_open(space->stepped, &f.check, error));
-  f.check.damping_alpha = def->damping_alpha;
-  f.check.damping_beta = def->damping_beta;
+  condensed_check_damp(&f.check, def, 1);
 
   if (status >= 0) {
     double spent = 0;

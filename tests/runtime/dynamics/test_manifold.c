@@ -91,6 +91,76 @@ static void a_stiff_slave_has_its_inertia_which_plain_condensing_leaves_out(void
   free(memory);
 }
 
+/* |x - whole| over |whole| of the valley after 1.5 s. */
+static double damped_error(const thrum_model *stepped, thrum_state_def def, const double *whole) {
+  const double p[2] = {0.1, -0.05};
+  double x[2], v[2], square = 0, size = 0;
+  run(stepped, &def, 1.5, p, x, v);
+  for (int i = 0; i < 2; i++) {
+    square += (x[i] - whole[i]) * (x[i] - whole[i]);
+    size += whole[i] * whole[i];
+  }
+  return sqrt(square / size);
+}
+
+static void the_damping_of_a_stiff_slave_slows_its_masters(void **context) {
+  (void)context;
+  static const thrum_integrator all[] = {THRUM_INTEGRATOR_MANIFOLD, THRUM_INTEGRATOR_ENERGY,
+                                         THRUM_INTEGRATOR_NEWMARK,  THRUM_INTEGRATOR_FOX_GOODWIN,
+                                         THRUM_INTEGRATOR_IMEXV,    THRUM_INTEGRATOR_VERLET,
+                                         THRUM_INTEGRATOR_MIDPOINT, THRUM_INTEGRATOR_RK4};
+  valley wide;
+  valley_make(&wide, 4e5);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&wide.model, 2, &stepped);
+  const double p[3] = {0.1, -0.05, 0};
+  double whole[3], v[3];
+
+  // the whole model, whose slave is resolved
+  thrum_state_def def = thrum_default_state_def();
+  def.damping_beta = 0.005;
+  def.dt = 2e-4;
+  run(&wide.model, &def, 1.5, p, whole, v);
+
+  // condensed it is linear, so that its tangent form of damping is that of the masters alone
+  def.dt = 2e-3;
+  def.damping_form = THRUM_DAMPING_TANGENT;
+  assert_true(damped_error(stepped, def, whole) > 0.3);
+  def.damping_form = THRUM_DAMPING_REST;
+  for (size_t n = 0; n < sizeof all / sizeof *all; n++) {
+    def.integrator = all[n];
+    assert_true(damped_error(stepped, def, whole) < 0.04);
+  }
+  free(memory);
+}
+
+static void the_drag_of_slaves_is_accounted_for_and_feeds_nothing_at_any_size(void **context) {
+  (void)context;
+  valley wide;
+  valley_make(&wide, 1e4);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&wide.model, 2, &stepped);
+  const double p[2] = {2, -1};
+
+  // from a drag that is hardly felt to one that stops the masters within a step
+  for (double beta = 1e-4; beta < 1e3; beta *= 100) {
+    thrum_state_def def = thrum_default_state_def();
+    def.dt = 0.05;
+    def.damping_beta = beta;
+    thrum_state *state = state_make(stepped, &def);
+    state_put(stepped, state, NULL, p);
+    const double begin = state_energy(stepped, state).total;
+    for (int k = 0; k < 100; k++) {
+      state_steps(stepped, state, 1);
+      const double lost = thrum_state_report_get(state).dissipated;
+      assert_true(fabs(state_energy(stepped, state).total + lost - begin) <= 1e-11 * begin);
+      assert_true(lost > 0);
+    }
+    state_free(state);
+  }
+  free(memory);
+}
+
 static void the_energy_of_all_coordinates_stays_at_any_step(void **context) {
   (void)context;
   random_model m;
@@ -221,13 +291,14 @@ static void a_scaled_body_moves_as_the_body_scaled(void **context) {
   random_model_free(&m);
 }
 
-static void a_copy_and_a_batch_step_to_the_same_bits(void **context) {
-  (void)context;
+static void check_copy_and_batch(thrum_integrator integrator) {
   random_model m;
   random_model_make(&m, 24, RANK, 3, 100, 1);
   const thrum_model *stepped = NULL;
   void *memory = condense(&m.model, MASTERS, &stepped);
-  const thrum_state_def def = def_of(0.01);
+  thrum_state_def def = def_of(0.01);
+  def.integrator = integrator;
+  def.damping_beta = 0.002;
   const double p[MASTERS] = {0.4, -0.3, 0.2};
   thrum_state *alone = state_make(stepped, &def);
   state_put(stepped, alone, NULL, p);
@@ -264,6 +335,12 @@ static void a_copy_and_a_batch_step_to_the_same_bits(void **context) {
   random_model_free(&m);
 }
 
+static void a_copy_and_a_batch_step_to_the_same_bits(void **context) {
+  (void)context;
+  check_copy_and_batch(THRUM_INTEGRATOR_MANIFOLD);
+  check_copy_and_batch(THRUM_INTEGRATOR_ENERGY);
+}
+
 static void all_kernels_give_the_same_bits(void **context) {
   (void)context;
   random_model m;
@@ -273,15 +350,19 @@ static void all_kernels_give_the_same_bits(void **context) {
   const double p[MASTERS] = {0.4, -0.3, 0.2};
   double x[2][MASTERS], v[2][MASTERS];
 
-  // the plain C kernel, then the best one of this machine
-  for (int n = 0; n < 2; n++) {
-    thrum_state_def def = def_of(0.01);
-    def.kernel = n == 0 ? THRUM_KERNEL_REFERENCE : THRUM_KERNEL_BEST;
-    run(stepped, &def, 2, p, x[n], v[n]);
-  }
+  // the plain C kernel, then the best one of this machine; with the drag of slaves as well
+  for (int damped = 0; damped < 2; damped++) {
+    for (int n = 0; n < 2; n++) {
+      thrum_state_def def = def_of(0.01);
+      def.kernel = n == 0 ? THRUM_KERNEL_REFERENCE : THRUM_KERNEL_BEST;
+      def.integrator = damped ? THRUM_INTEGRATOR_ENERGY : THRUM_INTEGRATOR_MANIFOLD;
+      def.damping_beta = damped ? 0.002 : 0;
+      run(stepped, &def, 2, p, x[n], v[n]);
+    }
 
-  assert_memory_equal(x[0], x[1], sizeof x[0]);
-  assert_memory_equal(v[0], v[1], sizeof v[0]);
+    assert_memory_equal(x[0], x[1], sizeof x[0]);
+    assert_memory_equal(v[0], v[1], sizeof v[0]);
+  }
   free(memory);
   random_model_free(&m);
 }
@@ -343,6 +424,8 @@ static void a_body_at_rest_stays_and_leaves_no_residual(void **context) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_stiff_slave_has_its_inertia_which_plain_condensing_leaves_out),
+      cmocka_unit_test(the_damping_of_a_stiff_slave_slows_its_masters),
+      cmocka_unit_test(the_drag_of_slaves_is_accounted_for_and_feeds_nothing_at_any_size),
       cmocka_unit_test(the_energy_of_all_coordinates_stays_at_any_step),
       cmocka_unit_test(half_the_step_leaves_a_quarter_of_the_error),
       cmocka_unit_test(loads_and_damping_account_for_every_change_of_the_energy),
