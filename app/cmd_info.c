@@ -19,6 +19,7 @@
 #include "driver/split_at.h"
 #include "io/json.h"
 #include "mesh/model_quality.h"
+#include "platform/allocate.h"
 #include "platform/clock.h"
 #include "precompute/model/load_share.h"
 
@@ -476,17 +477,15 @@ static thrum_status gather(info *about, thrum_error *error) {
   about->has_mesh = model->vertices != NULL;
   about->meta = model_meta_parse(model);
 
-  about->hertz = malloc((size_t)model->rank * sizeof *about->hertz);
-  if (about->hertz == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  THRUM_TRY(
+      thrum_reserve(&about->hertz, model->rank, sizeof *about->hertz, "the frequencies", error));
   thrum_frequencies(model->omega2, model->rank, about->hertz);
 
   // what needs a mesh is left out for a polynomial alone
   if (about->has_mesh)
     THRUM_TRY(thrum_quality_measure(model, &about->quality, error));
-  about->stepped = malloc((size_t)model->rank * sizeof *about->stepped);
-  if (about->stepped == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  THRUM_TRY(thrum_reserve(&about->stepped, model->rank, sizeof *about->stepped, "the frequencies",
+                          error));
   THRUM_TRY(model_condense_to(model, 0, &about->steps_memory, &about->steps, error));
   THRUM_TRY(stepped_modes_at(about->steps, &about->def, about->stepped, error));
   const thrum_status split = split_at(about->steps, about->def.dt, &about->split, error);

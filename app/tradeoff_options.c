@@ -4,7 +4,6 @@
 
 #include "app/tradeoff_options.h"
 #include "config/message.h"
-#include "config/parse.h"
 #include "driver/shared_options.h"
 #include "driver/train_case.h"
 #include "mesh/formats/mesh_read.h"

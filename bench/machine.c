@@ -4,7 +4,6 @@
 #include <stdint.h>
 #include <stdlib.h>
 
-#include "bench/bench.h"
 #include "bench/machine.h"
 #include "platform/clock.h"
 

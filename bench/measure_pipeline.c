@@ -11,6 +11,7 @@
 
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_fix.h"
+#include "platform/allocate.h"
 #include "platform/clock.h"
 
 // a beam of about `wanted` tets, six a cell
@@ -25,9 +26,7 @@ static thrum_status make_beam(int64_t wanted, thrum_mesh *mesh, uint8_t **fixed,
            (double)along / across);
   THRUM_TRY(thrum_mesh_read(name, 1, mesh, error));
   int64_t held = 0;
-  *fixed = calloc((size_t)mesh->vertex_count, 1);
-  if (*fixed == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the bench");
+  THRUM_TRY(thrum_reserve(fixed, mesh->vertex_count, 1, "the bench", error));
   return thrum_mesh_fix(mesh, "left", *fixed, &held, error);
 }
 

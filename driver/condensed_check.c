@@ -24,11 +24,8 @@ thrum_status condensed_check_open(const thrum_model *model, condensed_check *che
   *check = (condensed_check){.model = model, .defect = NAN};
 
   // the slaves start where they follow
-  check->beside = thrum_allocate(BESIDE * (int64_t)THRUM_RANK_MAX, sizeof *check->beside,
-                                 "the check of a condensed model", error);
-  if (check->beside == NULL)
-    return THRUM_OUT_OF_MEMORY;
-  memset(check->beside, 0, BESIDE * THRUM_RANK_MAX * sizeof *check->beside);
+  THRUM_TRY(thrum_reserve(&check->beside, BESIDE * (int64_t)THRUM_RANK_MAX, sizeof *check->beside,
+                          "the check of a condensed model", error));
   check->followed = check->beside + 2 * THRUM_RANK_MAX;
   check->lag = check->followed + THRUM_RANK_MAX;
   check->turns = check->lag + THRUM_RANK_MAX;

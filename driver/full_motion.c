@@ -136,10 +136,7 @@ thrum_status full_motion_run(const thrum_model *model, const full_motion_script 
 
   // one block for all fields
   const int64_t fields = script->base_motion_count > 0 ? 10 : 7;
-  m.from = thrum_allocate(fields * all, sizeof *m.from, "the full order", error);
-  if (m.from == NULL)
-    return THRUM_OUT_OF_MEMORY;
-  memset(m.from, 0, (size_t)(fields * all) * sizeof *m.from);
+  THRUM_TRY(thrum_reserve(&m.from, fields * all, sizeof *m.from, "the full order", error));
   m.to = m.from + 2 * all;
   m.between = m.to + 2 * all;
   m.forces = m.between + 2 * all;
@@ -185,9 +182,8 @@ thrum_status full_motion_reduced_start(const thrum_model *model, const thrum_mod
     return THRUM_OK;
 
   // U^T M of the displacement, which other bases may not show in full
-  double *field = thrum_allocate(2 * n, sizeof *field, "a start", error);
-  if (field == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  double *field = NULL;
+  THRUM_TRY(thrum_reserve(&field, 2 * n, sizeof *field, "a start", error));
   thrum_fem_gather(&body->fem, script->start, field);
   thrum_sparse_product(&body->mass, field, 1, field + n);
   for (int64_t f = 0; f < n; f++)

@@ -145,10 +145,7 @@ static thrum_status make(const thrum_model *model, const full_motion_script *scr
   const full_motion_observer inside = {k->observer->samples, take, k, k->observer->progress,
                                        k->observer->progress_context};
   const int64_t count = (k->observer->samples + 1) * k->columns;
-  k->rows = thrum_allocate(count, sizeof *k->rows, "the run that is kept", error);
-  if (k->rows == NULL)
-    return THRUM_OUT_OF_MEMORY;
-  memset(k->rows, 0, (size_t)count * sizeof *k->rows);
+  THRUM_TRY(thrum_reserve(&k->rows, count, sizeof *k->rows, "the run that is kept", error));
   THRUM_TRY(full_motion_run(model, script, dt, &inside, k->rows + k->observer->samples * k->columns,
                             error));
   return write_rows(path, k, error);

@@ -7,11 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "config/message.h"
 #include "io/json.h"
 #include "io/npz.h"
 #include "io/paths.h"
 #include "mesh/model_quality.h"
+#include "platform/allocate.h"
 #include "precompute/build_info.h"
 #include "precompute/vega_model.h"
 #include "thrum/thrum.h"
@@ -81,9 +81,8 @@ static void print_result(const precompute_request *request, const thrum_vega_mod
 
 static thrum_status write_model(const precompute_request *request, thrum_vega_model *made,
                                 thrum_error *error) {
-  double *hertz = malloc((size_t)made->model.rank * sizeof *hertz);
-  if (!hertz)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  double *hertz = NULL;
+  THRUM_TRY(thrum_reserve(&hertz, made->model.rank, sizeof *hertz, "the frequencies", error));
   thrum_frequencies(made->omega2, made->model.rank, hertz);
   char *meta = make_meta(request, made, hertz);
 

@@ -74,10 +74,8 @@ static thrum_status check_memory(const precompute_request *request, int64_t vert
 static thrum_status run_all(const precompute_request *request, const thrum_model *model,
                             config_progress *bar, train_outcome *outcome, thrum_error *error) {
   const int64_t each = FULL_MOTION_SNAPSHOTS * 3 * model->vertex_count;
-  outcome->samples =
-      thrum_allocate(outcome->run_count * each, sizeof *outcome->samples, "the training", error);
-  if (outcome->samples == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve(&outcome->samples, outcome->run_count * each, sizeof *outcome->samples,
+                          "the training", error));
 
   // the full order under one load after the other
   const thrum_threads before = thrum_threads_set(request->options.threads);
@@ -104,9 +102,7 @@ static thrum_status run_all(const precompute_request *request, const thrum_model
 static thrum_status list_runs(const precompute_request *request, train_outcome *outcome,
                               thrum_error *error) {
   const int64_t count = request->train_count + request->test_count;
-  outcome->runs = calloc((size_t)count, sizeof *outcome->runs);
-  if (outcome->runs == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the training");
+  THRUM_TRY(thrum_reserve(&outcome->runs, count, sizeof *outcome->runs, "the training", error));
   for (int64_t n = 0; n < request->train_count; n++)
     outcome->runs[outcome->run_count++] = (train_run){.text = request->train[n], .error = NAN};
   for (int64_t n = 0; n < request->test_count; n++)
@@ -337,10 +333,10 @@ static thrum_status find_shares(const thrum_mesh *mesh, const uint8_t *fixed,
 
   // modes on the free components, room for one field, and the coordinates of one run
   const int64_t n = body.fem.free_count, count = k + k * (k + 1) / 2;
-  double *modes = calloc((size_t)(n * (k + 2) + each * k), sizeof *modes);
-  *shares = calloc((size_t)count, sizeof **shares);
-  if (status >= 0 && (modes == NULL || *shares == NULL))
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the training");
+  double *modes = NULL;
+  THRUM_THEN(status,
+             thrum_reserve(&modes, n * (k + 2) + each * k, sizeof *modes, "the training", error));
+  THRUM_THEN(status, thrum_reserve(shares, count, sizeof **shares, "the training", error));
   for (int64_t i = 0; i < k && status >= 0; i++)
     thrum_fem_gather(&body.fem, made.mode_vectors + i * all, modes + i * n);
 
@@ -551,9 +547,8 @@ thrum_status precompute_train(const precompute_request *request, const thrum_mes
   const double began = clock_seconds(), worked = clock_process_seconds();
   best b = {.worst = INFINITY};
   thrum_status status = list_runs(request, outcome, error);
-  b.errors = calloc((size_t)outcome->run_count + 1, sizeof *b.errors);
-  if (status >= 0 && b.errors == NULL)
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the training");
+  THRUM_THEN(status, thrum_reserve(&b.errors, (size_t)outcome->run_count + 1, sizeof *b.errors,
+                                   "the training", error));
   THRUM_THEN(status, make_trials(request, mesh, fixed, options, progress, outcome, &b, error));
 
   // the outcome is that of the model that is kept

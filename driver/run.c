@@ -7,15 +7,14 @@
 #include <stdlib.h>
 
 #include "config/message.h"
+#include "platform/allocate.h"
 #include "platform/clock.h"
 #include "platform/stop_request.h"
 
 #define PROGRESS_AFTER 0.5 /* shorter runs show no progress [s] */
 
 thrum_status driver_run_open(driver_run *run, int32_t body_count, thrum_error *error) {
-  run->bodies = calloc((size_t)body_count, sizeof *run->bodies);
-  if (run->bodies == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run");
+  THRUM_TRY(thrum_reserve(&run->bodies, body_count, sizeof *run->bodies, "a run", error));
   run->body_count = body_count;
   return THRUM_OK;
 }

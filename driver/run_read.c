@@ -18,6 +18,7 @@
 #include "io/npy_file.h"
 #include "io/paths.h"
 #include "io/text.h"
+#include "platform/allocate.h"
 #include "thrum/thrum.h"
 
 typedef char path_text[RUN_PATH_MAX + 300];
@@ -55,9 +56,7 @@ static thrum_status read_times(const char *folder, recorded_run *run, thrum_erro
     return status;
 
   // the times belong to the rows of q, which are counted already
-  run->times = malloc((size_t)run->rows * sizeof *run->times + 1);
-  if (run->times == NULL)
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", path);
+  THRUM_THEN(status, thrum_reserve(&run->times, run->rows, sizeof *run->times, path, error));
   int64_t rows = 0;
 
   thrum_text_next_line(&text); // names

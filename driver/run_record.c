@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "driver/run.h"
+#include "platform/allocate.h"
 
 static double time_at(const driver_run *run, int64_t step) {
   // a product, where a sum would gather rounding
@@ -16,9 +17,7 @@ thrum_status driver_run_open_body(driver_run *run, int32_t n, const char *path,
   const simulate_request *request = body->figures.request;
   const size_t rank = (size_t)shown->rank;
   const bool frames = request->frames_rate > 0 || request->frames_every > 0;
-  body->q = calloc(3 * rank, sizeof *body->q);
-  if (body->q == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run of this model");
+  THRUM_TRY(thrum_reserve(&body->q, 3 * rank, sizeof *body->q, "a run of this model", error));
   body->p = body->q + rank;
   body->extents = body->p + rank;
 

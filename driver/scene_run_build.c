@@ -234,9 +234,7 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   const scene_body_spec *spec = body->spec;
   const size_t rank = (size_t)body->model->rank;
   thrum_error detail = {0};
-  body->start = calloc(2 * rank, sizeof *body->start);
-  if (body->start == NULL)
-    return scene_run_no_memory(error);
+  THRUM_TRY(thrum_reserve(&body->start, 2 * rank, sizeof *body->start, "the scene", error));
 
   // the file's values, with angles in radians
   thrum_scene_body_def *def = &body->def;
@@ -302,9 +300,8 @@ static thrum_status take_threads(scene_run *run, thrum_error *error) {
 thrum_status scene_run_build(scene_run *run, thrum_error *error) {
   const scene_spec *spec = &run->spec;
   thrum_error detail = {0};
-  run->bodies = calloc((size_t)spec->bodies.count, sizeof *run->bodies);
-  if (run->bodies == NULL)
-    return scene_run_no_memory(error);
+  THRUM_TRY(
+      thrum_reserve(&run->bodies, spec->bodies.count, sizeof *run->bodies, "the scene", error));
 
   // models are loaded once for all bodies that share them
   run->run.name = run->request->path;

@@ -6,6 +6,7 @@
 
 #include "driver/scene_run.h"
 #include "mesh/formats/surface_read.h"
+#include "platform/allocate.h"
 #include "runtime/base/vec3.h"
 
 #define SHORT_TURN 120.0 /* degrees of a part of a path: below 180 the direction is clear */
@@ -35,9 +36,7 @@ static thrum_status read_heights(const scene_run *run, const scene_obstacle_spec
     for (int64_t at = nodes[row].first; nodes[row].type == JSON_ARRAY && at >= 0;
          at = nodes[at].next)
       count++;
-  parts->heights = malloc((size_t)(count + 1) * sizeof *parts->heights);
-  if (parts->heights == NULL)
-    return scene_run_no_memory(error);
+  THRUM_TRY(thrum_reserve(&parts->heights, count + 1, sizeof *parts->heights, "the scene", error));
 
   count = 0;
   for (int64_t row = spec->heights->first; row >= 0; row = nodes[row].next, def->rows++) {
@@ -126,10 +125,9 @@ static thrum_status read_path(const scene_run *run, const scene_obstacle_spec *s
     return config_record_refuse(&run->spec.file, &spec->at, "path", THRUM_BAD_VALUE,
                                 "turns too often: it would have %.3g parts, of at most %g", sum,
                                 PARTS_MAX);
-  parts->times = malloc((size_t)sum * sizeof *parts->times);
-  parts->places = malloc(7 * (size_t)sum * sizeof *parts->places);
-  if (parts->times == NULL || parts->places == NULL)
-    return scene_run_no_memory(error);
+  THRUM_TRY(thrum_reserve(&parts->times, (int64_t)sum, sizeof *parts->times, "the scene", error));
+  THRUM_TRY(
+      thrum_reserve(&parts->places, 7 * (int64_t)sum, sizeof *parts->places, "the scene", error));
 
   // each waypoint as it is, and before it what lies on the way to it
   int64_t count = 0;

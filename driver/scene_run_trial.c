@@ -156,10 +156,8 @@ static bool read_shape(const scene_trial *trial, double *q) {
 /* The shapes with all coordinates. */
 static thrum_status run_whole(scene_trial *trial, thrum_error *error) {
   const int64_t rank = trial->run->bodies[trial->number].model->rank;
-  trial->rows =
-      thrum_allocate((trial->steps / TRIAL_EVERY + 1) * rank, sizeof(double), "a trial", error);
-  if (trial->rows == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve(&trial->rows, (trial->steps / TRIAL_EVERY + 1) * rank, sizeof(double),
+                          "a trial", error));
   for (int64_t step = 0; step < trial->steps; step++) {
     thrum_scene_step(trial->scene, NULL);
     if ((step + 1) % TRIAL_EVERY != 0)

@@ -34,9 +34,7 @@ static thrum_status open_stress_points(const thrum_model *model, simulate_measur
 
   // the scratch memory and the stresses share one allocation
   const int64_t work = thrum_stress_points_work_count(m->stress_points);
-  m->work = calloc((size_t)(work + model->tet_count), sizeof *m->work);
-  if (m->work == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for stresses");
+  THRUM_TRY(thrum_reserve(&m->work, work + model->tet_count, sizeof *m->work, "stresses", error));
   m->von_mises = m->work + work;
   return THRUM_OK;
 }

@@ -30,14 +30,12 @@ typedef struct search {
 static thrum_status allocate(const thrum_model *model, int64_t move_count, search *s,
                              thrum_error *error) {
   const size_t vertices = (size_t)model->vertex_count, moves = (size_t)move_count + 1;
-  s->held = calloc(vertices + 1, 1);
-  s->forces = calloc(9 * vertices + 1, sizeof *s->forces);
-  s->single = calloc(moves, sizeof *s->single);
-  s->followers = calloc(moves, sizeof *s->followers);
-  s->turns = calloc(moves, sizeof *s->turns);
-  if (s->held == NULL || s->forces == NULL || s->single == NULL || s->followers == NULL ||
-      s->turns == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the full order");
+  THRUM_TRY(thrum_reserve(&s->held, vertices + 1, 1, "the full order", error));
+  THRUM_TRY(
+      thrum_reserve(&s->forces, 9 * vertices + 1, sizeof *s->forces, "the full order", error));
+  THRUM_TRY(thrum_reserve(&s->single, moves, sizeof *s->single, "the full order", error));
+  THRUM_TRY(thrum_reserve(&s->followers, moves, sizeof *s->followers, "the full order", error));
+  THRUM_TRY(thrum_reserve(&s->turns, moves, sizeof *s->turns, "the full order", error));
   s->moves = s->forces + 3 * vertices;
   s->field = s->moves + 3 * vertices;
   return THRUM_OK;
@@ -225,9 +223,8 @@ static thrum_status look_lower(static_answer *answer, const thrum_full_equilibri
   const int64_t all = 3 * model->vertex_count, rank = model->rank, count = rank < 2 ? rank : 2;
   double peak = 0, lower = INFINITY;
   int64_t vertex = 0;
-  double *kicks = thrum_allocate(count * all, sizeof *kicks, "a search for less energy", error);
-  if (kicks == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  double *kicks = NULL;
+  THRUM_TRY(thrum_reserve(&kicks, count * all, sizeof *kicks, "a search for less energy", error));
   thrum_full_peak(s->body, &peak, &vertex);
   for (int64_t k = 0; k < count; k++) {
     double largest = 0;

@@ -61,9 +61,8 @@ static thrum_status look_whole(const static_answer *answer, static_belief *belie
   const double found = answer->report.energy + answer->report.load_energy;
   thrum_full *body = NULL;
   double undone = 0;
-  double *forces = thrum_allocate(6 * model->vertex_count, sizeof *forces, "the monitor", error);
-  if (forces == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  double *forces = NULL;
+  THRUM_TRY(thrum_reserve(&forces, 6 * model->vertex_count, sizeof *forces, "the monitor", error));
   double *u = forces + 3 * model->vertex_count;
 
   thrum_status status = fill_forces(answer->request, model, forces, error);

@@ -7,6 +7,7 @@
 
 #include "driver/stepper.h"
 #include "driver/stepper_loads.h"
+#include "platform/allocate.h"
 #include "platform/threads.h"
 
 typedef struct full_stepper {
@@ -254,9 +255,8 @@ thrum_status driver_stepper_full(const simulate_request *request, const thrum_mo
   if (model->basis == NULL)
     return thrum_error_set(error, THRUM_MISSING,
                            "--full: the model has no basis to see the body by");
-  full_stepper *self = calloc(1, sizeof *self);
-  if (self == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the full order");
+  full_stepper *self = NULL;
+  THRUM_TRY(thrum_reserve(&self, 1, sizeof *self, "the full order", error));
   *stepper = (driver_stepper){&full, self};
   self->request = request;
   self->model = model;
@@ -265,10 +265,8 @@ thrum_status driver_stepper_full(const simulate_request *request, const thrum_mo
   thrum_threads_set(1);
   THRUM_TRY(thrum_full_create(model, NULL, &def, &self->body, error));
   THRUM_TRY(stepper_loads_open(request, (int64_t)size, &self->loads, error));
-  self->unit = calloc(4 * size, sizeof *self->unit);
-  if (self->unit == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
-                           "no memory for the fields of the full order");
+  THRUM_TRY(thrum_reserve(&self->unit, 4 * size, sizeof *self->unit, "the fields of the full order",
+                          error));
   self->speed = self->unit + 3 * size;
 
   // loads, then the start, which work is counted from

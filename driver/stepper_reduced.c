@@ -8,6 +8,7 @@
 #include "driver/condensed_check.h"
 #include "driver/stepper.h"
 #include "driver/stepper_loads.h"
+#include "platform/allocate.h"
 
 #define STEPS_BETWEEN_LOOKS 1024
 
@@ -214,18 +215,16 @@ static const driver_stepper_kind reduced = {
 
 thrum_status driver_stepper_reduced(const simulate_request *request, const thrum_model *model,
                                     driver_stepper *stepper, thrum_error *error) {
-  reduced_stepper *self = calloc(1, sizeof *self);
-  if (self == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run of this model");
+  reduced_stepper *self = NULL;
+  THRUM_TRY(thrum_reserve(&self, 1, sizeof *self, "a run of this model", error));
 
   // from here on the caller frees what there is
   *stepper = (driver_stepper){&reduced, self};
   self->request = request;
   self->model = model;
   self->shape = thrum_condensed_shape_model(model);
-  self->load = calloc(2 * (size_t)self->shape->rank, sizeof *self->load);
-  if (self->load == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run of this model");
+  THRUM_TRY(thrum_reserve(&self->load, 2 * (size_t)self->shape->rank, sizeof *self->load,
+                          "a run of this model", error));
   self->middle = self->load + self->shape->rank;
 
   // how far a condensed body can be believed is a question of the monitor

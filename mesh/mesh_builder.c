@@ -13,6 +13,7 @@
 #include "mesh/mesh_grow.h"
 #include "mesh/midsides.h"
 #include "mesh/tet_repeats.h"
+#include "platform/allocate.h"
 #include "runtime/base/quadratic_tet.h"
 
 /* How far middle nodes of straight edges may be off the middle, in edges: digits of a file. */
@@ -325,9 +326,8 @@ static thrum_status take_vertices(thrum_mesh_builder *b, thrum_mesh *mesh) {
       (b->numbers[0] == 1 && b->numbers[b->vertex_count - 1] == b->vertex_count))
     return THRUM_OK;
 
-  mesh->file_number = malloc((size_t)b->vertex_count * sizeof *mesh->file_number);
-  if (!mesh->file_number)
-    return no_memory(b);
+  THRUM_TRY(thrum_reserve(&mesh->file_number, b->vertex_count, sizeof *mesh->file_number,
+                          "the mesh", b->error));
   memcpy(mesh->file_number, b->numbers, (size_t)b->vertex_count * sizeof *b->numbers);
   return THRUM_OK;
 }
@@ -388,9 +388,8 @@ static int compare_diagonals(const void *a, const void *b) {
  * firsts, diagonal_count long, has the first diagonal at each place. */
 static thrum_status join_diagonals(thrum_mesh_builder *b, int64_t *firsts, int64_t *count) {
   const size_t all = (size_t)b->diagonal_count;
-  diagonal_key *order = malloc((all + 1) * sizeof *order);
-  if (!order)
-    return no_memory(b);
+  diagonal_key *order = NULL;
+  THRUM_TRY(thrum_reserve(&order, all + 1, sizeof *order, "the mesh", b->error));
   for (size_t d = 0; d < all; d++)
     order[d] = (diagonal_key){{b->diagonals[d].ends[0], b->diagonals[d].ends[1]}, (int64_t)d};
   qsort(order, all, sizeof *order, compare_diagonals);
@@ -536,10 +535,9 @@ int64_t thrum_builder_region(const thrum_mesh_builder *b, const thrum_mesh *mesh
 /* A region for each key, ascending. */
 static thrum_status number_regions(thrum_mesh_builder *b, const char *name, thrum_mesh *mesh) {
   const size_t count = (size_t)b->tet_count + 1;
-  b->region_keys = malloc(count * sizeof *b->region_keys);
-  mesh->tet_region = malloc(count * sizeof *mesh->tet_region);
-  if (!b->region_keys || !mesh->tet_region)
-    return no_memory(b);
+  THRUM_TRY(thrum_reserve(&b->region_keys, count, sizeof *b->region_keys, "the mesh", b->error));
+  THRUM_TRY(
+      thrum_reserve(&mesh->tet_region, count, sizeof *mesh->tet_region, "the mesh", b->error));
 
   int64_t kept = 0;
   // most tets have the key of the one before
@@ -566,9 +564,8 @@ static thrum_status number_regions(thrum_mesh_builder *b, const char *name, thru
 
 static thrum_status take_list(thrum_mesh_builder *b, const char *name, const thrum_named_list *list,
                               thrum_mesh *mesh) {
-  int32_t *vertices = malloc(((size_t)list->count + 1) * sizeof *vertices);
-  if (!vertices)
-    return no_memory(b);
+  int32_t *vertices = NULL;
+  THRUM_TRY(thrum_reserve(&vertices, list->count + 1, sizeof *vertices, "the mesh", b->error));
 
   // numbers of the file become places in the mesh
   thrum_status status = THRUM_OK;

@@ -12,6 +12,7 @@
 #include "mesh/mesh_faces.h"
 #include "mesh/mesh_thickness.h"
 #include "mesh/model_quality.h"
+#include "platform/allocate.h"
 #include "runtime/base/vec3.h"
 
 static thrum_status no_memory(thrum_error *error) {
@@ -87,9 +88,8 @@ static thrum_status count_coincident(const thrum_mesh *mesh, thrum_mesh_examined
   uint64_t slots = 64;
   while (slots < 2 * (uint64_t)mesh->vertex_count)
     slots *= 2;
-  int32_t *table = malloc(slots * sizeof *table);
-  if (!table)
-    return no_memory(error);
+  int32_t *table = NULL;
+  THRUM_TRY(thrum_reserve(&table, slots, sizeof *table, "the mesh", error));
   for (uint64_t i = 0; i < slots; i++)
     table[i] = -1;
 
@@ -192,9 +192,8 @@ static thrum_status examine_surface(const thrum_mesh *mesh, thrum_mesh_examined 
   // the faces, and which vertices lie on the surface
   thrum_mesh_faces faces = {0};
   int64_t tets[3];
-  uint8_t *on_surface = calloc((size_t)mesh->vertex_count + 1, 1);
-  if (!on_surface)
-    return no_memory(error);
+  uint8_t *on_surface = NULL;
+  THRUM_TRY(thrum_reserve(&on_surface, (size_t)mesh->vertex_count + 1, 1, "the mesh", error));
   thrum_status status = thrum_mesh_find_faces(mesh, &faces, tets, error);
   THRUM_THEN(status, measure_surface(mesh, &faces, on_surface, e, error));
   THRUM_THEN(status, thrum_mesh_cells_across(mesh, &faces, &e->cells_across, error));

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 
 #include "mesh/mesh_grow.h"
+#include "platform/allocate.h"
 
 typedef struct face_table {
   thrum_mesh_faces found;
@@ -87,9 +88,7 @@ thrum_status thrum_mesh_find_faces(const thrum_mesh *mesh, thrum_mesh_faces *fac
   // at most half full
   while (table.slot_count < (uint64_t)mesh->tet_count * 8)
     table.slot_count *= 2;
-  table.slots = malloc(table.slot_count * sizeof *table.slots);
-  if (!table.slots)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the faces");
+  THRUM_TRY(thrum_reserve(&table.slots, table.slot_count, sizeof *table.slots, "the faces", error));
   for (uint64_t i = 0; i < table.slot_count; i++)
     table.slots[i] = -1;
 

@@ -3,6 +3,7 @@
 
 #include <stdbool.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "runtime/base/large_memory.h"
 
@@ -20,6 +21,14 @@ static bool fits(int64_t count, size_t size) {
 void *thrum_allocate(int64_t count, size_t size, const char *what, thrum_error *error) {
   return checked(fits(count, size) ? malloc((size_t)count * size + 1) : NULL,
                  (double)count * (double)size, what, error);
+}
+
+thrum_status thrum_reserve(void *memory, int64_t count, size_t size, const char *what,
+                           thrum_error *error) {
+  void *reserved = checked(fits(count, size) ? calloc((size_t)count * size + 1, 1) : NULL,
+                           (double)count * (double)size, what, error);
+  memcpy(memory, &reserved, sizeof reserved);
+  return reserved ? THRUM_OK : THRUM_OUT_OF_MEMORY;
 }
 
 void *thrum_allocate_aligned(size_t size, const char *what, thrum_error *error) {
@@ -55,8 +64,9 @@ static void *keep(thrum_scope *scope, void *memory) {
 void *thrum_scope_allocate(thrum_scope *scope, int64_t count, size_t size) {
   if (scope->status < 0)
     return NULL;
-  void *memory = fits(count, size) ? calloc((size_t)count * size + 1, 1) : NULL;
-  return keep(scope, checked(memory, (double)count * (double)size, scope->what, scope->error));
+  void *memory;
+  thrum_reserve(&memory, count, size, scope->what, scope->error);
+  return keep(scope, memory);
 }
 
 void *thrum_scope_allocate_aligned(thrum_scope *scope, size_t size) {

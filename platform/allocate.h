@@ -9,7 +9,13 @@
 /* malloc of count x size bytes with the product checked; NULL sets the error. */
 void *thrum_allocate(int64_t count, size_t size, const char *what, thrum_error *error);
 
-/* The same of `size` bytes, aligned as the runtime wants the memory that it lays its objects into;
+/* The same memory, but zeroed, for *memory, which is a pointer to any object and becomes NULL where
+ * there is no memory for it. `memory` is void *, so that the address of any such pointer will do.
+ */
+thrum_status thrum_reserve(void *memory, int64_t count, size_t size, const char *what,
+                           thrum_error *error);
+
+/* malloc of `size` bytes, aligned as the runtime wants the memory that it lays its objects into;
  * free() frees. */
 void *thrum_allocate_aligned(size_t size, const char *what, thrum_error *error);
 

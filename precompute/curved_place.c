@@ -7,7 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "platform/allocate.h"
 #include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
 

@@ -316,9 +316,8 @@ static thrum_status part_candidates(pipeline *p, thrum_error *error) {
                 shapes = thrum_options_shapes(&p->options);
   const int64_t usual = k + k * (k + 1) / 2, all = shapes + shapes * (shapes + 1) / 2;
   const size_t column = sizeof(double) * (size_t)n;
-  double *others = thrum_allocate((all - usual) * n, sizeof *others, "the responses", error);
-  if (others == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  double *others = NULL;
+  THRUM_TRY(thrum_reserve(&others, (all - usual) * n, sizeof *others, "the responses", error));
 
   // the responses stand between the modes and the derivatives
   memcpy(others, p->candidates + k * n, column * (size_t)(shapes - k));
@@ -430,9 +429,8 @@ static thrum_status run_polynomial(pipeline *p, const thrum_reporter *reporter,
                                    thrum_error *error) {
   const int64_t r = p->options.rank;
   thrum_model *model = &p->result.model;
-  double *linear = thrum_allocate(r * r, sizeof *linear, "the polynomial", error);
-  if (!linear)
-    return THRUM_OUT_OF_MEMORY;
+  double *linear = NULL;
+  THRUM_TRY(thrum_reserve(&linear, r * r, sizeof *linear, "the polynomial", error));
 
   thrum_status status = make_polynomial(p, linear, reporter, error);
 

@@ -13,7 +13,6 @@
 #include "precompute/fem/lapack_status.h"
 #include "precompute/polynomial/change_of_basis.h"
 #include "precompute/vega_reduced.h"
-#include "thrum/polynomial.h"
 
 #define AS_IT_IS 1e-11 /* as of an imported basis: up to this the file's bits stay */
 

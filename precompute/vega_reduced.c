@@ -166,10 +166,8 @@ static void integrate(int64_t rank, int count, const double *force, double *coef
 static thrum_status integrate_both(const double *quadratic, const double *cubic,
                                    thrum_imported_basis *imported, thrum_error *error) {
   const int64_t r = imported->rank, count3 = thrum_c3_count(r), count4 = thrum_c4_count(r);
-  double *off = thrum_allocate(count3 + count4, sizeof *off, "the polynomial", error);
-  if (!off)
-    return THRUM_OUT_OF_MEMORY;
-  memset(off, 0, sizeof *off * (size_t)(count3 + count4));
+  double *off = NULL;
+  THRUM_TRY(thrum_reserve(&off, count3 + count4, sizeof *off, "the polynomial", error));
   integrate(r, 2, quadratic, imported->c3, count3, off);
   integrate(r, 3, cubic, imported->c4, count4, off + count3);
   free(off);
@@ -332,9 +330,8 @@ thrum_status thrum_vega_basis_write(const char *path, const thrum_model *model, 
 
   // a column in single precision uses the memory of one in double
   thrum_file_writer writer = {0};
-  double *column = thrum_allocate(rows, sizeof *column, "the basis", error);
-  if (column == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  double *column = NULL;
+  THRUM_TRY(thrum_reserve(&column, rows, sizeof *column, "the basis", error));
   float *narrow = (float *)column;
 
   // the header is the number of rows and of columns
@@ -383,9 +380,8 @@ thrum_status thrum_vega_cubic_write(const char *path, const thrum_model *model,
 
   // two doubles hold the four counts of the header
   const int64_t total = r * (r + pairs + triples);
-  double *file = thrum_allocate(total + 2, sizeof *file, "the polynomial", error);
-  if (file == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  double *file = NULL;
+  THRUM_TRY(thrum_reserve(&file, total + 2, sizeof *file, "the polynomial", error));
   const int32_t sizes[4] = {(int32_t)r, (int32_t)r, (int32_t)pairs, (int32_t)triples};
   memcpy(file, sizes, sizeof sizes);
 

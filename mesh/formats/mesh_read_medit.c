@@ -12,7 +12,6 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_builder.h"
-#include "mesh/mesh_groups.h"
 
 typedef struct medit_reader {
   thrum_text text;

@@ -12,7 +12,6 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_builder.h"
-#include "mesh/mesh_groups.h"
 
 enum { COLUMNS_MAX = 100 };
 

@@ -12,6 +12,7 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/vtk_cells.h"
 #include "mesh/mesh_groups.h"
+#include "platform/allocate.h"
 
 typedef struct vtk_reader {
   thrum_text text;
@@ -62,9 +63,8 @@ static thrum_status read_values(vtk_reader *r, thrum_cells_type type, int64_t co
   if (count > (r->binary ? left / type.size : left / 2 + 1))
     return fail(r, "an array is longer than the file; is it cut short?");
 
-  double *read = malloc(((size_t)count + 1) * sizeof *read);
-  if (!read)
-    return thrum_text_fail(&r->text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
+  double *read = NULL;
+  THRUM_TRY(thrum_reserve(&read, count + 1, sizeof *read, "an array", r->error));
 
   // binary numbers begin behind the line, and text may use any line breaks
   thrum_status status = THRUM_OK;
@@ -156,10 +156,8 @@ static thrum_status read_old_cells(vtk_reader *r, int64_t count, int64_t size) {
     return status;
 
   // both arrays have room for the worst case of the sizes given
-  ends = malloc(((size_t)count + 1) * sizeof *ends);
-  points = malloc(((size_t)size + 1) * sizeof *points);
-  if (!ends || !points)
-    status = thrum_text_fail(&r->text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
+  THRUM_THEN(status, thrum_reserve(&ends, count + 1, sizeof *ends, "an array", r->error));
+  THRUM_THEN(status, thrum_reserve(&points, size + 1, sizeof *points, "an array", r->error));
 
   // the length of each cell becomes its end, as VTK's newer format has it
   int64_t at = 0, kept = 0;

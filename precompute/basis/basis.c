@@ -172,9 +172,8 @@ static thrum_status diagonalise(pca *p, double *basis, thrum_error *error) {
   const int r = (int)rank;
 
   // rows of the basis are rotated a block at a time, so memory stays small
-  double *block = thrum_allocate(ROW_BLOCK * rank, sizeof *block, "the basis", error);
-  if (!block)
-    return THRUM_OUT_OF_MEMORY;
+  double *block = NULL;
+  THRUM_TRY(thrum_reserve(&block, ROW_BLOCK * rank, sizeof *block, "the basis", error));
 
   // U^T K U = X diag(w^2) X^T
   thrum_status status = thrum_reduced_stiffness(p->fem, rank, basis, p->small, error);
@@ -229,9 +228,8 @@ static thrum_status count_responses(const pca *p, int64_t *count, thrum_error *e
   if (p->response_count == 0)
     return THRUM_OK;
   const size_t bytes = sizeof(double) * (size_t)(p->n * p->response_count);
-  double *copy = thrum_allocate(p->n * p->response_count, sizeof *copy, "the basis", error);
-  if (!copy)
-    return THRUM_OUT_OF_MEMORY;
+  double *copy = NULL;
+  THRUM_TRY(thrum_reserve(&copy, p->n * p->response_count, sizeof *copy, "the basis", error));
   memcpy(copy, p->responses, bytes);
   const thrum_status status =
       thrum_mass_orthonormalise(p->mass, p->response_count, copy, TOLERANCE, count, p->work, error);
@@ -353,10 +351,9 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
 
   // the columns of the basis, on the free components and then on all
   const int64_t total = rank + p->trained_count;
-  double *columns =
-      thrum_allocate(p->n * (total + p->response_count), sizeof *columns, "the basis", error);
-  if (!columns)
-    return THRUM_OUT_OF_MEMORY;
+  double *columns = NULL;
+  THRUM_TRY(thrum_reserve(&columns, p->n * (total + p->response_count), sizeof *columns,
+                          "the basis", error));
   if (responses > 0)
     status = fill_columns(p, candidates, span, beside - responses, rank, columns, error);
   else

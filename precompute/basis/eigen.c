@@ -227,9 +227,8 @@ thrum_status thrum_eigen_residuals(const thrum_sparse *stiffness, const thrum_sp
                                    int64_t count, const double *values, const double *vectors,
                                    double *residuals, thrum_error *error) {
   const int64_t n = stiffness->size;
-  double *work = thrum_allocate(2 * n, sizeof *work, "the residuals", error);
-  if (!work)
-    return THRUM_OUT_OF_MEMORY;
+  double *work = NULL;
+  THRUM_TRY(thrum_reserve(&work, 2 * n, sizeof *work, "the residuals", error));
   const double norm = thrum_sparse_norm(stiffness, work);
   thrum_status status = THRUM_OK;
   for (int64_t i = 0; i < count && status >= 0; i++) {

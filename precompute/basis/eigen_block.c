@@ -149,9 +149,8 @@ static void turn(const davidson *d, int64_t kept, double *rows, double *from) {
 
 // the space becomes that of its lowest `kept` eigenvectors
 static thrum_status shrink(davidson *d, int64_t kept, thrum_error *error) {
-  double *rows = thrum_allocate(ROW_BLOCK * d->room, sizeof *rows, "the modes", error);
-  if (!rows)
-    return THRUM_OUT_OF_MEMORY;
+  double *rows = NULL;
+  THRUM_TRY(thrum_reserve(&rows, ROW_BLOCK * d->room, sizeof *rows, "the modes", error));
   turn(d, kept, rows, d->space);
   turn(d, kept, rows, d->image);
   turn(d, kept, rows, d->weighed);

@@ -223,9 +223,8 @@ static thrum_status compare_linear(const thrum_fem *fem, const thrum_model *mode
   const int64_t r = model->rank;
 
   // the stiffness of this mesh and material in the changed basis
-  double *own = thrum_allocate(r * r, sizeof *own, "the imported polynomial", error);
-  if (!own)
-    return THRUM_OUT_OF_MEMORY;
+  double *own = NULL;
+  THRUM_TRY(thrum_reserve(&own, r * r, sizeof *own, "the imported polynomial", error));
   thrum_status status = thrum_reduced_stiffness(fem, r, model->basis, own, error);
 
   // their relative difference in the Frobenius norm
@@ -306,9 +305,8 @@ thrum_status thrum_imported_polynomial(const thrum_fem *fem, const thrum_importe
   // a changed basis takes the polynomial along: S^T L S, and the coefficients in the new
   // coordinates
   if (figures->changed) {
-    double *half = thrum_allocate(r * r, sizeof *half, "the imported polynomial", error);
-    if (!half)
-      return THRUM_OUT_OF_MEMORY;
+    double *half = NULL;
+    THRUM_TRY(thrum_reserve(&half, r * r, sizeof *half, "the imported polynomial", error));
     cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasNoTrans, n, n, n, 1, imported->linear, n, change,
                 n, 0, half, n);
     cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, n, n, n, 1, change, n, half, n, 0, linear,

@@ -34,10 +34,8 @@ thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
   mesh->tet_region = lend(model->tet_region);
 
   // only the materials are of another form, so they are copied
-  mesh->materials =
-      thrum_allocate(mesh->region_count, sizeof *mesh->materials, "the materials", error);
-  if (!mesh->materials)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve(&mesh->materials, mesh->region_count, sizeof *mesh->materials,
+                          "the materials", error));
   for (int64_t i = 0; i < mesh->region_count; i++)
     mesh->materials[i] = (thrum_material){model->material[3 * i], model->material[3 * i + 1],
                                           model->material[3 * i + 2]};
@@ -51,9 +49,8 @@ static thrum_status first_square(const thrum_model_fem *body, const thrum_model 
                                  double *square, thrum_error *error) {
   const thrum_fem *fem = &body->fem;
   const int64_t n = fem->free_count;
-  double *column = thrum_allocate(2 * n, sizeof *column, "a column of the basis", error);
-  if (!column)
-    return THRUM_OUT_OF_MEMORY;
+  double *column = NULL;
+  THRUM_TRY(thrum_reserve(&column, 2 * n, sizeof *column, "a column of the basis", error));
 
   // the column on the free components, and M times it behind it
   for (int64_t f = 0; f < n; f++)

@@ -127,9 +127,8 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
 
 thrum_status thrum_model_fill_axis_mass(const thrum_fem *fem, thrum_mass kind, thrum_model *model,
                                         thrum_error *error) {
-  double *mass = thrum_allocate(fem->vertex_count, sizeof *mass, "the model", error);
-  if (!mass)
-    return THRUM_OUT_OF_MEMORY;
+  double *mass = NULL;
+  THRUM_TRY(thrum_reserve(&mass, fem->vertex_count, sizeof *mass, "the model", error));
   thrum_fem_vertex_mass(fem, kind, mass);
 
   double *axis_mass = thrum_model_writable(model->axis_mass);
@@ -145,9 +144,8 @@ thrum_status thrum_model_fill_axis_mass(const thrum_fem *fem, thrum_mass kind, t
 
 thrum_status thrum_model_fill_rigid(const thrum_fem *fem, const double *modes, thrum_model *model,
                                     thrum_error *error) {
-  double *rigid = thrum_allocate(18 * fem->vertex_count, sizeof *rigid, "the model", error);
-  if (!rigid)
-    return THRUM_OUT_OF_MEMORY;
+  double *rigid = NULL;
+  THRUM_TRY(thrum_reserve(&rigid, 18 * fem->vertex_count, sizeof *rigid, "the model", error));
   for (int64_t c = 0; c < 3 * fem->vertex_count; c++)
     for (int i = 0; i < 6; i++)
       rigid[6 * c + i] = modes[i * fem->free_count + fem->dof[c]];

@@ -10,8 +10,6 @@
 #include <cblas.h>
 #include <lapacke.h>
 #include <math.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include "platform/allocate.h"
 #include "precompute/basis/orthonormal.h"

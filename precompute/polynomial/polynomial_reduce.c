@@ -374,10 +374,8 @@ thrum_status thrum_polynomial_reduce(const thrum_fem *fem, int64_t rank, int64_t
                                      const thrum_reporter *reporter, thrum_error *error) {
   double *others = NULL;
   if (squared < rank) {
-    others = thrum_allocate((rank - squared) * pairs_of(squared), sizeof *others, "the polynomial",
-                            error);
-    if (!others)
-      return THRUM_OUT_OF_MEMORY;
+    THRUM_TRY(thrum_reserve(&others, (rank - squared) * pairs_of(squared), sizeof *others,
+                            "the polynomial", error));
   }
 
   thrum_status status;

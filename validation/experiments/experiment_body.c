@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform/allocate.h"
 #include "runtime/base/vec3.h"
 #include "thrum/external_load.h"
 
@@ -55,9 +56,7 @@ thrum_status experiment_body_init(const char *name, const thrum_model *model, co
 
   experiment_body made = {.name = name, .model = model};
   const int64_t rank = model->rank;
-  made.push = calloc((size_t)(4 * rank), sizeof *made.push);
-  if (made.push == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.100s", name);
+  THRUM_TRY(thrum_reserve(&made.push, 4 * rank, sizeof *made.push, name, error));
   made.tip = made.push + rank;
   for (int axis = 0; axis < 3 && status >= 0; axis++) {
     const double unit[3] = {axis == 0, axis == 1, axis == 2};
@@ -83,9 +82,7 @@ thrum_status experiment_body_smooth(const experiment_body *body, experiment_body
                                     thrum_error *error) {
   const size_t rank = (size_t)body->model->rank;
   experiment_body made = *body;
-  made.push = calloc(4 * rank, sizeof *made.push);
-  if (made.push == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.100s", body->name);
+  THRUM_TRY(thrum_reserve(&made.push, 4 * rank, sizeof *made.push, body->name, error));
   made.tip = made.push + rank;
   memcpy(made.tip, body->tip, 3 * rank * sizeof *made.tip);
 

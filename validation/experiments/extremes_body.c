@@ -13,6 +13,7 @@
 #include "mesh/mesh_clean.h"
 #include "mesh/mesh_fix.h"
 #include "mesh/mesh_groups.h"
+#include "platform/allocate.h"
 #include "validation/experiments/extremes.h"
 
 #define ARCH_RISE 0.04 /* of the span */
@@ -51,9 +52,8 @@ static void mirror(thrum_mesh *mesh, const int cells[3], int axis) {
 /* Bends the beam to a shallow parabola, and names the crown: what lies in its middle. */
 static thrum_status bend(const experiment_extreme *extreme, thrum_mesh *mesh, thrum_error *error) {
   const double span = extreme->size[0];
-  int32_t *crown = malloc((size_t)mesh->vertex_count * sizeof *crown);
-  if (crown == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the arch");
+  int32_t *crown = NULL;
+  THRUM_TRY(thrum_reserve(&crown, mesh->vertex_count, sizeof *crown, "the arch", error));
   int64_t count = 0;
   for (int64_t v = 0; v < mesh->vertex_count; v++) {
     const double along = mesh->vertices[3 * v] / span;
@@ -121,9 +121,8 @@ static thrum_status hold(const experiment_extreme *extreme, const thrum_mesh *me
 static thrum_status reduce(const experiment_extreme *extreme, thrum_mesh *mesh,
                            thrum_precomputed *made, thrum_error *error) {
   thrum_precompute_options options = thrum_default_precompute_options();
-  uint8_t *fixed = calloc((size_t)mesh->vertex_count, 1);
-  if (fixed == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", extreme->name);
+  uint8_t *fixed = NULL;
+  THRUM_TRY(thrum_reserve(&fixed, mesh->vertex_count, 1, extreme->name, error));
   options.modes = extreme->modes;
   options.rank = extreme->rank;
   for (int64_t n = 0; n < mesh->region_count; n++)

@@ -316,9 +316,8 @@ static thrum_status compare_index(void *context, int64_t index, thrum_error *err
 }
 
 thrum_status experiment_linear_run(experiment_linear *linear, thrum_error *error) {
-  linear->results = calloc((size_t)linear->body_count + 1, sizeof *linear->results);
-  if (linear->results == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  THRUM_TRY(thrum_reserve(&linear->results, (size_t)linear->body_count + 1, sizeof *linear->results,
+                          "the results", error));
   const thrum_thread_pool pool = {.threads = linear->threads,
                                   .count = linear->body_count,
                                   .task = compare_index,

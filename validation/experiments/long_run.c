@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform/allocate.h"
 #include "platform/clock.h"
 #include "validation/experiments/run_outcome.h"
 
@@ -205,11 +206,9 @@ thrum_status experiment_long_plan(experiment_long *runs, thrum_error *error) {
   const size_t room =
       (size_t)(runs->body_count * runs->amplitude_count * EXPERIMENT_SCHEME_COUNT + 1);
   runs->count = 0;
-  runs->cases = calloc(room, sizeof *runs->cases);
-  runs->results = calloc(room, sizeof *runs->results);
-  runs->done = calloc(room, sizeof *runs->done);
-  if (runs->cases == NULL || runs->results == NULL || runs->done == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  THRUM_TRY(thrum_reserve(&runs->cases, room, sizeof *runs->cases, "the runs", error));
+  THRUM_TRY(thrum_reserve(&runs->results, room, sizeof *runs->results, "the runs", error));
+  THRUM_TRY(thrum_reserve(&runs->done, room, sizeof *runs->done, "the runs", error));
 
   // the schemes of one body and amplitude follow each other: they share their impulse
   for (int64_t b = 0; b < runs->body_count; b++) {

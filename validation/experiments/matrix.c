@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "driver/drift.h"
+#include "platform/allocate.h"
 #include "platform/clock.h"
 #include "thrum/external_load.h"
 #include "validation/experiments/run_outcome.h"
@@ -145,9 +146,8 @@ static thrum_status perform(const experiment_matrix *matrix, experiment_run *run
   thrum_state_def def = experiment_scheme_def(run->scheme, run->dt);
   def.damping_alpha = run->alpha;
 
-  run->rows = calloc((size_t)(steps / sparse + narrow_until / narrow + 3), sizeof *run->rows);
-  if (run->rows == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the rows of a run");
+  THRUM_TRY(thrum_reserve(&run->rows, steps / sparse + narrow_until / narrow + 3, sizeof *run->rows,
+                          "the rows of a run", error));
   THRUM_TRY(thrum_state_create(run->body->model, &def, &state, error));
 
   // the first row is the rest; a step that fails, or an energy far too large, ends the run
@@ -283,9 +283,7 @@ thrum_status experiment_matrix_run(const experiment_matrix *matrix, experiment_r
 
   // forces and energies, one for each body and load
   const size_t forces = (size_t)(matrix->body_count * EXPERIMENT_LOAD_COUNT + 1);
-  work.forces = calloc(2 * forces, sizeof *work.forces);
-  if (work.forces == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the forces");
+  THRUM_TRY(thrum_reserve(&work.forces, 2 * forces, sizeof *work.forces, "the forces", error));
   work.energies = work.forces + forces;
 
   // first the forces, which the runs take

@@ -3,7 +3,6 @@
 #include "validation/experiments/tables.h"
 
 #include "io/json.h"
-#include "io/json_table.h"
 #include "validation/experiments/run_outcome.h"
 
 /* How a run ended. */

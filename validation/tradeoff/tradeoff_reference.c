@@ -52,9 +52,7 @@ static thrum_status allocate(tradeoff_reference *made, int64_t all, bool keep, t
   made->mass_u = thrum_allocate(2 * TRADEOFF_SAMPLES * made->n, sizeof *made->mass_u, what, error);
   t->free_ones = thrum_allocate(made->n, sizeof *t->free_ones, what, error);
   if (keep)
-    made->u = thrum_allocate(FULL_MOTION_SNAPSHOTS * all, sizeof *made->u, what, error);
-  if (made->mass_u == NULL || t->free_ones == NULL || (keep && made->u == NULL))
-    return THRUM_OUT_OF_MEMORY;
+    THRUM_TRY(thrum_reserve(&made->u, FULL_MOTION_SNAPSHOTS * all, sizeof *made->u, what, error));
   made->mass_v = made->mass_u + TRADEOFF_SAMPLES * made->n;
   return THRUM_OK;
 }

@@ -39,9 +39,7 @@ thrum_status tradeoff_view_make(const thrum_model *shape, const full_motion_scri
   const int64_t rank = shape->rank, components = 3 * shape->vertex_count;
   const int64_t count = (script->load_count + 2 * TRADEOFF_SAMPLES + 1) * rank;
   *view = (tradeoff_view){.script = script, .reference = reference};
-  view->directions = thrum_allocate(count, sizeof *view->directions, "a basis", error);
-  if (view->directions == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve(&view->directions, count, sizeof *view->directions, "a basis", error));
   memset(view->directions, 0, (size_t)count * sizeof *view->directions);
   view->reference_q = view->directions + script->load_count * rank;
   view->reference_p = view->reference_q + TRADEOFF_SAMPLES * rank;
@@ -125,9 +123,8 @@ static thrum_status fill(const tradeoff_solution *s, const tradeoff_recipe *reci
 }
 
 thrum_status tradeoff_samples_make(int64_t rank, tradeoff_samples *samples, thrum_error *error) {
-  samples->q = thrum_allocate(2 * TRADEOFF_SAMPLES * rank, sizeof *samples->q, "samples", error);
-  if (samples->q == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve(&samples->q, 2 * TRADEOFF_SAMPLES * rank, sizeof *samples->q, "samples",
+                          error));
   samples->p = samples->q + TRADEOFF_SAMPLES * rank;
   return THRUM_OK;
 }
