@@ -48,8 +48,8 @@ thrum_status thrum_mesh_deliver(thrum_status status, thrum_mesh *read, thrum_mes
 }
 
 void thrum_mesh_add_note(thrum_mesh *mesh, const char *format, ...) {
-  if (!thrum_mesh_grow(&mesh->notes, &mesh->note_capacity, mesh->note_count + 1,
-                       sizeof *mesh->notes))
+  if (thrum_mesh_grow(&mesh->notes, &mesh->note_capacity, mesh->note_count + 1, sizeof *mesh->notes,
+                      NULL) < 0)
     return;
   thrum_mesh_note *note = &mesh->notes[mesh->note_count++];
   va_list arguments;

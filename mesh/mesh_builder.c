@@ -19,24 +19,20 @@
 /* How far middle nodes of straight edges may be off the middle, in edges: digits of a file. */
 static const double STRAIGHT = 1e-5;
 
-static thrum_status no_memory(thrum_mesh_builder *b) {
-  return thrum_error_set(b->error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
-}
-
 thrum_status thrum_builder_vertex(thrum_mesh_builder *b, int64_t number, const double position[3],
                                   int64_t line) {
   const int64_t v = b->vertex_count;
   if (v == INT32_MAX)
     return thrum_error_set(b->error, THRUM_UNSUPPORTED, "more than 2^31 - 1 vertices");
-  if (!thrum_mesh_grow(&b->positions, &b->position_capacity, v + 1, 3 * sizeof *b->positions) ||
-      !thrum_mesh_grow(&b->numbers, &b->number_capacity, v + 1, sizeof *b->numbers) ||
-      !thrum_mesh_grow(&b->vertex_lines, &b->vertex_line_capacity, v + 1, sizeof line))
-    return no_memory(b);
-  memcpy(b->positions + 3 * v, position, 3 * sizeof *position);
-  b->numbers[v] = number;
-  b->vertex_lines[v] = line;
-  b->vertex_count = v + 1;
-  return THRUM_OK;
+
+  // three arrays of the same count, which the last one raises
+  int64_t numbers = v, lines = v;
+  THRUM_TRY(thrum_mesh_append(&b->numbers, &numbers, &b->number_capacity, &number, sizeof number,
+                              b->error));
+  THRUM_TRY(thrum_mesh_append(&b->vertex_lines, &lines, &b->vertex_line_capacity, &line,
+                              sizeof line, b->error));
+  return thrum_mesh_append(&b->positions, &b->vertex_count, &b->position_capacity, position,
+                           3 * sizeof *position, b->error);
 }
 
 /* Adds a tet of an element with corners and, where it has ten nodes, middle nodes. */
@@ -51,16 +47,16 @@ static thrum_status add_tet(thrum_mesh_builder *b, const thrum_element *element,
 
   // a mesh of mixed orders is refused at the end, so its middle nodes no longer matter
   if (element->quadratic && b->odd_tet == 0) {
-    if (!thrum_mesh_grow(&b->middles, &b->middle_capacity, t + 1, 6 * sizeof *b->middles))
-      return no_memory(b);
+    THRUM_TRY(
+        thrum_mesh_grow(&b->middles, &b->middle_capacity, t + 1, 6 * sizeof *b->middles, b->error));
     memcpy(b->middles + 6 * t, middles, 6 * sizeof *middles);
   }
 
-  if (!thrum_mesh_grow(&b->tets, &b->tet_capacity, t + 1, 4 * sizeof *b->tets) ||
-      !thrum_mesh_grow(&b->keys, &b->key_capacity, t + 1, sizeof *b->keys) ||
-      !thrum_mesh_grow(&b->lines, &b->line_capacity, t + 1, sizeof *b->lines) ||
-      !thrum_mesh_grow(&b->tet_numbers, &b->tet_number_capacity, t + 1, sizeof *b->tet_numbers))
-    return no_memory(b);
+  THRUM_TRY(thrum_mesh_grow(&b->tets, &b->tet_capacity, t + 1, 4 * sizeof *b->tets, b->error));
+  THRUM_TRY(thrum_mesh_grow(&b->keys, &b->key_capacity, t + 1, sizeof *b->keys, b->error));
+  THRUM_TRY(thrum_mesh_grow(&b->lines, &b->line_capacity, t + 1, sizeof *b->lines, b->error));
+  THRUM_TRY(thrum_mesh_grow(&b->tet_numbers, &b->tet_number_capacity, t + 1, sizeof *b->tet_numbers,
+                            b->error));
   memcpy(b->tets + 4 * t, corners, 4 * sizeof *corners);
   b->keys[t] = element->key;
   b->lines[t] = element->line;
@@ -79,18 +75,16 @@ thrum_status thrum_builder_tet(thrum_mesh_builder *b, const int64_t vertices[4],
  * for it. `nodes` is where those of the element are kept. */
 static thrum_status add_diagonal(thrum_mesh_builder *b, const thrum_element *element, int from,
                                  int to, int64_t nodes, int64_t *middle) {
-  const int64_t d = b->diagonal_count, x = element->nodes[from], y = element->nodes[to];
-  if (d == INT32_MAX)
+  const int64_t x = element->nodes[from], y = element->nodes[to];
+  if (b->diagonal_count == INT32_MAX)
     return thrum_error_set(b->error, THRUM_UNSUPPORTED, "more than 2^31 - 1 diagonals");
-  if (!thrum_mesh_grow(&b->diagonals, &b->diagonal_capacity, d + 1, sizeof *b->diagonals))
-    return no_memory(b);
-  b->diagonals[d] = (thrum_diagonal){.ends = {x < y ? x : y, x < y ? y : x},
-                                     .nodes = nodes,
-                                     .kind = (int8_t)element->kind,
-                                     .face = (int8_t)thrum_solid_diagonal(element->kind, from, to)};
-  b->diagonal_count = d + 1;
-  *middle = -1 - d;
-  return THRUM_OK;
+  const thrum_diagonal diagonal = {.ends = {x < y ? x : y, x < y ? y : x},
+                                   .nodes = nodes,
+                                   .kind = (int8_t)element->kind,
+                                   .face = (int8_t)thrum_solid_diagonal(element->kind, from, to)};
+  *middle = -1 - b->diagonal_count;
+  return thrum_mesh_append(&b->diagonals, &b->diagonal_count, &b->diagonal_capacity, &diagonal,
+                           sizeof diagonal, b->error);
 }
 
 /* Finds the middle nodes of a tet of an element: on edges of the element its own, on diagonals new
@@ -114,8 +108,8 @@ static thrum_status keep_nodes(thrum_mesh_builder *b, const thrum_element *eleme
   const thrum_solid_shape *shape = &thrum_solid_shapes[element->kind];
   const int count = shape->corners + shape->edges;
   *place = b->cut_node_count;
-  if (!thrum_mesh_grow(&b->cut_nodes, &b->cut_node_capacity, *place + count, sizeof *b->cut_nodes))
-    return no_memory(b);
+  THRUM_TRY(thrum_mesh_grow(&b->cut_nodes, &b->cut_node_capacity, *place + count,
+                            sizeof *b->cut_nodes, b->error));
   memcpy(b->cut_nodes + *place, element->nodes, (size_t)count * sizeof *b->cut_nodes);
   b->cut_node_count += count;
   return THRUM_OK;
@@ -164,15 +158,6 @@ thrum_status thrum_builder_element(thrum_mesh_builder *b, const thrum_element *e
   return THRUM_OK;
 }
 
-static char *copy_name(const char *name, size_t length) {
-  char *copy = malloc(length + 1);
-  if (copy) {
-    memcpy(copy, name, length);
-    copy[length] = '\0';
-  }
-  return copy;
-}
-
 thrum_status thrum_builder_list(thrum_mesh_builder *b, const char *name, size_t length,
                                 int64_t *index) {
   // a list of that name
@@ -193,32 +178,23 @@ thrum_status thrum_builder_list(thrum_mesh_builder *b, const char *name, size_t 
     return thrum_error_set(b->error, THRUM_UNSUPPORTED, "more than %d groups",
                            THRUM_MESH_GROUPS_MAX);
 
-  if (!thrum_mesh_grow(&b->lists, &b->list_capacity, b->list_count + 1, sizeof *b->lists))
-    return no_memory(b);
-  char *copy = copy_name(name, length);
-  if (!copy)
-    return no_memory(b);
+  // the list is counted only once it has its name
+  THRUM_TRY(
+      thrum_mesh_grow(&b->lists, &b->list_capacity, b->list_count + 1, sizeof *b->lists, b->error));
+  b->lists[b->list_count] = (thrum_named_list){0};
+  THRUM_TRY(thrum_mesh_keep_text(name, length, &b->lists[b->list_count].name, b->error));
   *index = b->last_list = b->list_count++;
-  b->lists[*index] = (thrum_named_list){.name = copy};
   return THRUM_OK;
 }
 
 thrum_status thrum_builder_rename(thrum_mesh_builder *b, int64_t list, const char *name,
                                   size_t length) {
-  char *copy = copy_name(name, length);
-  if (!copy)
-    return no_memory(b);
-  free(b->lists[list].name);
-  b->lists[list].name = copy;
-  return THRUM_OK;
+  return thrum_mesh_keep_text(name, length, &b->lists[list].name, b->error);
 }
 
 thrum_status thrum_builder_add(thrum_mesh_builder *b, int64_t list, int64_t vertex) {
   thrum_named_list *l = &b->lists[list];
-  if (!thrum_mesh_grow(&l->numbers, &l->capacity, l->count + 1, sizeof vertex))
-    return no_memory(b);
-  l->numbers[l->count++] = vertex;
-  return THRUM_OK;
+  return thrum_mesh_append(&l->numbers, &l->count, &l->capacity, &vertex, sizeof vertex, b->error);
 }
 
 thrum_status thrum_builder_mark(thrum_mesh_builder *b, const char *prefix, int64_t number,
@@ -251,34 +227,31 @@ static thrum_status sort_vertices(thrum_mesh_builder *b) {
   if (v >= b->vertex_count)
     return THRUM_OK;
 
-  const size_t count = (size_t)b->vertex_count;
-  numbered *order = malloc(count * sizeof *order);
-  double *positions = malloc(count * 3 * sizeof *positions);
-  int64_t *lines = malloc(count * sizeof *lines);
-  if (!order || !positions || !lines) {
-    free(order);
-    free(positions);
-    free(lines);
-    return no_memory(b);
-  }
+  const int64_t count = b->vertex_count;
+  thrum_scope scope = thrum_scope_begin("the mesh", b->error);
+  numbered *order = thrum_scope_allocate(&scope, count, sizeof *order);
+  double *positions = thrum_scope_allocate(&scope, count, 3 * sizeof *positions);
+  int64_t *lines = thrum_scope_allocate(&scope, count, sizeof *lines);
 
   // equal numbers keep their order, so that the later one is named as the repeat
-  for (v = 0; v < b->vertex_count; v++)
+  for (v = 0; v < count && scope.status >= 0; v++)
     order[v] = (numbered){b->numbers[v], v};
-  qsort(order, count, sizeof *order, compare_numbered);
+  if (scope.status >= 0)
+    qsort(order, (size_t)count, sizeof *order, compare_numbered);
 
-  for (v = 0; v < b->vertex_count; v++) {
+  for (v = 0; v < count && scope.status >= 0; v++) {
     memcpy(positions + 3 * v, b->positions + 3 * order[v].from, 3 * sizeof *positions);
     lines[v] = b->vertex_lines[order[v].from];
     b->numbers[v] = order[v].number;
   }
 
-  free(order);
-  free(b->positions);
-  free(b->vertex_lines);
-  b->positions = positions;
-  b->vertex_lines = lines;
-  return THRUM_OK;
+  // the arrays themselves stay, since the mesh takes them over
+  if (scope.status >= 0) {
+    memcpy(b->positions, positions, (size_t)count * 3 * sizeof *positions);
+    memcpy(b->vertex_lines, lines, (size_t)count * sizeof *lines);
+  }
+  thrum_scope_free(&scope);
+  return scope.status;
 }
 
 /* ":LINE" for a message; nothing where the line is not known. */
@@ -352,9 +325,7 @@ static thrum_status missing_vertex(thrum_mesh_builder *b, const char *name, int6
  * caller frees *places. */
 static thrum_status find_places(thrum_mesh_builder *b, const char *name, const int64_t *numbers,
                                 int nodes, int32_t **places) {
-  *places = malloc(((size_t)b->tet_count + 1) * (size_t)nodes * sizeof **places);
-  if (!*places)
-    return no_memory(b);
+  THRUM_TRY(thrum_reserve(places, nodes * b->tet_count, sizeof **places, "the mesh", b->error));
   for (int64_t i = 0; i < nodes * b->tet_count; i++) {
     const int64_t v = numbers[i] < 0 ? b->vertex_count + b->diagonals[-1 - numbers[i]].place
                                      : thrum_builder_find(b, numbers[i]);
@@ -452,14 +423,14 @@ static void place_diagonal(const thrum_mesh_builder *b, const thrum_mesh *mesh,
 /* Appends the nodes on diagonals to the mesh, which has its groups already. */
 static thrum_status append_diagonals(thrum_mesh_builder *b, const int64_t *firsts, int64_t count,
                                      thrum_mesh *mesh) {
-  int32_t *ends = calloc((size_t)count + 1, 2 * sizeof *ends);
-  double *positions = calloc((size_t)count + 1, 3 * sizeof *positions);
-  thrum_status status = ends && positions ? THRUM_OK : no_memory(b);
+  thrum_scope scope = thrum_scope_begin("the mesh", b->error);
+  int32_t *ends = thrum_scope_allocate(&scope, count, 2 * sizeof *ends);
+  double *positions = thrum_scope_allocate(&scope, count, 3 * sizeof *positions);
+  thrum_status status = scope.status;
   for (int64_t d = 0; d < count && status >= 0; d++)
     place_diagonal(b, mesh, &b->diagonals[firsts[d]], ends + 2 * d, positions + 3 * d);
   THRUM_THEN(status, thrum_midsides_append(mesh, ends, positions, count, b->error));
-  free(ends);
-  free(positions);
+  thrum_scope_free(&scope);
   return status;
 }
 
@@ -502,7 +473,7 @@ static thrum_status take_tets(thrum_mesh_builder *b, const char *name, thrum_mes
 static thrum_status join_repeats(thrum_mesh_builder *b, thrum_mesh *mesh) {
   int64_t *earlier = thrum_mesh_tet_repeats(mesh), kept = 0;
   if (!earlier)
-    return no_memory(b);
+    return thrum_error_set(b->error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
 
   // in place, so that what is kept stays in its order
   for (int64_t t = 0; t < mesh->tet_count; t++) {
@@ -558,8 +529,8 @@ static thrum_status number_regions(thrum_mesh_builder *b, const char *name, thru
   mesh->region_count = regions > 0 ? regions : 1;
   for (int64_t t = 0; t < b->tet_count; t++)
     mesh->tet_region[t] = (int32_t)thrum_builder_region(b, mesh, b->keys[t]);
-  mesh->materials = calloc((size_t)mesh->region_count, sizeof *mesh->materials);
-  return mesh->materials ? THRUM_OK : no_memory(b);
+  return thrum_reserve(&mesh->materials, mesh->region_count, sizeof *mesh->materials, "the mesh",
+                       b->error);
 }
 
 static thrum_status take_list(thrum_mesh_builder *b, const char *name, const thrum_named_list *list,
@@ -620,8 +591,10 @@ static thrum_status finish(thrum_mesh_builder *b, const char *name, int64_t *fir
 }
 
 thrum_status thrum_builder_finish(thrum_mesh_builder *b, const char *name, thrum_mesh *mesh) {
-  int64_t *firsts = malloc(((size_t)b->diagonal_count + 1) * sizeof *firsts);
-  const thrum_status status = firsts ? finish(b, name, firsts, mesh) : no_memory(b);
+  int64_t *firsts = NULL;
+  thrum_status status =
+      thrum_reserve(&firsts, b->diagonal_count, sizeof *firsts, "the mesh", b->error);
+  THRUM_THEN(status, finish(b, name, firsts, mesh));
   free(firsts);
   return status;
 }

@@ -12,32 +12,20 @@
 #include "mesh/mesh_faces.h"
 #include "mesh/mesh_thickness.h"
 #include "mesh/model_quality.h"
+#include "mesh/surface_sides.h"
 #include "platform/allocate.h"
 #include "runtime/base/vec3.h"
 
-static thrum_status no_memory(thrum_error *error) {
-  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory to examine the mesh");
-}
-
-static int32_t find_root(int32_t *parent, int32_t i) {
-  while (parent[i] != i) {
-    // every second link is shortened on the way
-    parent[i] = parent[parent[i]];
-    i = parent[i];
-  }
-  return i;
-}
-
 static void join(int32_t *parent, int32_t a, int32_t b) {
-  const int32_t x = find_root(parent, a), y = find_root(parent, b);
+  const int32_t x = thrum_surface_root(parent, a), y = thrum_surface_root(parent, b);
   if (x < y)
     parent[y] = x;
   else
     parent[x] = y;
 }
 
-static int32_t *make_forest(int64_t count) {
-  int32_t *parent = malloc(((size_t)count + 1) * sizeof *parent);
+static int32_t *make_forest(thrum_scope *scope, int64_t count) {
+  int32_t *parent = thrum_scope_allocate(scope, count, sizeof *parent);
   for (int64_t i = 0; parent && i < count; i++)
     parent[i] = (int32_t)i;
   return parent;
@@ -46,29 +34,25 @@ static int32_t *make_forest(int64_t count) {
 static thrum_status count_pieces(const thrum_mesh *mesh, thrum_mesh_examined *e,
                                  thrum_error *error) {
   // one tree for each piece, over the vertices
-  int32_t *parent = make_forest(mesh->vertex_count);
-  int64_t *size = calloc((size_t)mesh->vertex_count + 1, sizeof *size);
-  if (!parent || !size) {
-    free(parent);
-    free(size);
-    return no_memory(error);
-  }
+  thrum_scope scope = thrum_scope_begin("the pieces of the mesh", error);
+  int32_t *parent = make_forest(&scope, mesh->vertex_count);
+  int64_t *size = thrum_scope_allocate(&scope, mesh->vertex_count, sizeof *size);
 
   // a tetrahedron joins its corners
-  for (int64_t i = 0; i < 4 * mesh->tet_count; i++)
+  const bool room = scope.status >= 0;
+  for (int64_t i = 0; i < 4 * mesh->tet_count && room; i++)
     join(parent, mesh->tets[i], mesh->tets[i / 4 * 4]);
-  for (int64_t t = 0; t < mesh->tet_count; t++)
-    size[find_root(parent, mesh->tets[4 * t])]++;
+  for (int64_t t = 0; t < mesh->tet_count && room; t++)
+    size[thrum_surface_root(parent, mesh->tets[4 * t])]++;
 
   // only a root counts tetrahedra
-  for (int64_t v = 0; v < mesh->vertex_count; v++) {
+  for (int64_t v = 0; v < mesh->vertex_count && room; v++) {
     e->pieces += size[v] > 0;
     e->largest_piece = size[v] > e->largest_piece ? size[v] : e->largest_piece;
   }
 
-  free(parent);
-  free(size);
-  return THRUM_OK;
+  thrum_scope_free(&scope);
+  return scope.status;
 }
 
 static uint64_t place_hash(const double *position) {
@@ -109,22 +93,8 @@ static thrum_status count_coincident(const thrum_mesh *mesh, thrum_mesh_examined
   return THRUM_OK;
 }
 
-/* An edge of the surface and the triangle that has it. */
-typedef struct surface_edge {
-  int32_t low, high, triangle;
-} surface_edge;
-
-static int compare_edges(const void *a, const void *b) {
-  const surface_edge *x = a, *y = b;
-  if (x->low != y->low)
-    return x->low < y->low ? -1 : 1;
-  if (x->high != y->high)
-    return x->high < y->high ? -1 : 1;
-  return (x->triangle > y->triangle) - (x->triangle < y->triangle);
-}
-
 /* Sorted edges: how many there are, which join triangles, and which are hinges. */
-static void walk_edges(const surface_edge *edges, int64_t count, int32_t *parent,
+static void walk_edges(const thrum_surface_side *edges, int64_t count, int32_t *parent,
                        thrum_mesh_examined *e) {
   for (int64_t i = 0, next; i < count; i = next) {
     for (next = i + 1;
@@ -143,33 +113,31 @@ static thrum_status measure_surface(const thrum_mesh *mesh, const thrum_mesh_fac
   int64_t triangles = 0;
   for (int64_t i = 0; i < faces->count; i++)
     triangles += faces->faces[i].other < 0;
-  surface_edge *edges = malloc(((size_t)triangles + 1) * 3 * sizeof *edges);
-  int32_t *parent = make_forest(triangles);
-  if (!edges || !parent) {
-    free(edges);
-    free(parent);
-    return no_memory(error);
-  }
+  thrum_scope scope = thrum_scope_begin("the surface of the mesh", error);
+  thrum_surface_side *edges = thrum_scope_allocate(&scope, triangles, 3 * sizeof *edges);
+  int32_t *parent = make_forest(&scope, triangles);
+  if (scope.status < 0)
+    goto cleanup;
 
   for (int64_t i = 0, n = 0; i < faces->count; i++) {
     const int32_t *v = faces->faces[i].vertices;
     if (faces->faces[i].other >= 0)
       continue;
     // the vertices ascend, so the lower end of an edge comes first
-    edges[3 * n] = (surface_edge){v[0], v[1], (int32_t)n};
-    edges[3 * n + 1] = (surface_edge){v[0], v[2], (int32_t)n};
-    edges[3 * n + 2] = (surface_edge){v[1], v[2], (int32_t)n};
+    edges[3 * n] = (thrum_surface_side){v[0], v[1], -1, (int32_t)n, true};
+    edges[3 * n + 1] = (thrum_surface_side){v[0], v[2], -1, (int32_t)n, true};
+    edges[3 * n + 2] = (thrum_surface_side){v[1], v[2], -1, (int32_t)n, true};
     n++;
     for (int a = 0; a < 3; a++)
       on_surface[v[a]] = 1;
   }
 
   // equal edges stand together, and join their triangles
-  qsort(edges, 3 * (size_t)triangles, sizeof *edges, compare_edges);
+  thrum_surface_sides_sort(edges, 3 * triangles);
   walk_edges(edges, 3 * triangles, parent, e);
   e->surface_triangles = triangles;
   for (int64_t i = 0; i < triangles; i++)
-    e->surfaces += find_root(parent, (int32_t)i) == i;
+    e->surfaces += thrum_surface_root(parent, (int32_t)i) == i;
   for (int64_t v = 0; v < mesh->vertex_count; v++)
     e->surface_vertices += on_surface[v];
 
@@ -182,9 +150,9 @@ static thrum_status measure_surface(const thrum_mesh *mesh, const thrum_mesh_fac
   e->surface_vertices += mesh->midsides ? e->surface_edges : 0;
   e->interior_vertices = mesh->vertex_count - e->surface_vertices;
 
-  free(edges);
-  free(parent);
-  return THRUM_OK;
+cleanup:
+  thrum_scope_free(&scope);
+  return scope.status;
 }
 
 static thrum_status examine_surface(const thrum_mesh *mesh, thrum_mesh_examined *e,

@@ -69,14 +69,11 @@ static thrum_status add_face(face_table *table, int32_t tet, const int32_t verti
     return THRUM_OK;
   }
 
-  if (!thrum_mesh_grow(&table->found.faces, &table->capacity, table->found.count + 1,
-                       sizeof *table->found.faces))
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the faces");
-
+  const thrum_mesh_face fresh = {
+      .vertices = {v[0], v[1], v[2]}, .tet = tet, .other = -1, .even = even};
   table->slots[slot] = (int32_t)table->found.count;
-  table->found.faces[table->found.count++] =
-      (thrum_mesh_face){.vertices = {v[0], v[1], v[2]}, .tet = tet, .other = -1, .even = even};
-  return THRUM_OK;
+  return thrum_mesh_append(&table->found.faces, &table->found.count, &table->capacity, &fresh,
+                           sizeof fresh, error);
 }
 
 thrum_status thrum_mesh_find_faces(const thrum_mesh *mesh, thrum_mesh_faces *faces, int64_t tets[3],

@@ -10,6 +10,7 @@
 
 #include "io/text.h"
 #include "mesh/mesh_grow.h"
+#include "platform/allocate.h"
 
 const char *thrum_mesh_name_fault(const char *name, size_t length) {
   if (length == 0)
@@ -51,8 +52,14 @@ static thrum_group *find_group(thrum_mesh *mesh, const char *name) {
   return NULL;
 }
 
-static thrum_status no_memory(thrum_error *error) {
-  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
+thrum_status thrum_mesh_keep_text(const char *text, size_t length, char **kept,
+                                  thrum_error *error) {
+  char *copy = NULL;
+  THRUM_TRY(thrum_reserve(&copy, (int64_t)length + 1, 1, "the mesh", error));
+  memcpy(copy, text, length);
+  free(*kept);
+  *kept = copy;
+  return THRUM_OK;
 }
 
 thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int32_t *vertices,
@@ -64,8 +71,8 @@ thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int3
   thrum_group *group = find_group(mesh, name);
   if (group) {
     int64_t capacity = group->count;
-    if (!thrum_mesh_grow(&group->vertices, &capacity, group->count + count, sizeof *vertices))
-      return no_memory(error);
+    THRUM_TRY(thrum_mesh_grow(&group->vertices, &capacity, group->count + count, sizeof *vertices,
+                              error));
     memcpy(group->vertices + group->count, vertices, (size_t)count * sizeof *vertices);
     group->count = sort_unique(group->vertices, group->count + count);
     return THRUM_OK;
@@ -74,30 +81,27 @@ thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int3
   // a new one gets a copy of name and vertices
   if (mesh->group_count == THRUM_MESH_GROUPS_MAX)
     return thrum_error_set(error, THRUM_UNSUPPORTED, "more than %d groups", THRUM_MESH_GROUPS_MAX);
-  char *copy = malloc(strlen(name) + 1);
-  int32_t *list = malloc((size_t)count * sizeof *list);
-  thrum_group *groups =
-      realloc(mesh->groups, (size_t)(mesh->group_count + 1) * sizeof *mesh->groups);
-  if (groups)
-    mesh->groups = groups;
-  if (!copy || !list || !groups) {
-    free(copy);
-    free(list);
-    return no_memory(error);
+  thrum_group made = {0};
+  int64_t capacity = mesh->group_count;
+  thrum_status status = thrum_mesh_keep_text(name, strlen(name), &made.name, error);
+  THRUM_THEN(status, thrum_reserve(&made.vertices, count, sizeof *vertices, "the mesh", error));
+  if (status >= 0) {
+    memcpy(made.vertices, vertices, (size_t)count * sizeof *vertices);
+    made.count = sort_unique(made.vertices, count);
+    status =
+        thrum_mesh_append(&mesh->groups, &mesh->group_count, &capacity, &made, sizeof made, error);
   }
-
-  memcpy(copy, name, strlen(name) + 1);
-  memcpy(list, vertices, (size_t)count * sizeof *list);
-  groups[mesh->group_count++] =
-      (thrum_group){.name = copy, .count = sort_unique(list, count), .vertices = list};
-  return THRUM_OK;
+  if (status < 0) {
+    free(made.name);
+    free(made.vertices);
+  }
+  return status;
 }
 
 thrum_status thrum_mesh_add_region_group(thrum_mesh *mesh, int32_t region, const char *name,
                                          thrum_error *error) {
-  int32_t *vertices = malloc(((size_t)mesh->tet_count * 10 + 1) * sizeof *vertices);
-  if (!vertices)
-    return no_memory(error);
+  int32_t *vertices = NULL;
+  THRUM_TRY(thrum_reserve(&vertices, 10 * mesh->tet_count, sizeof *vertices, "the mesh", error));
   int64_t count = 0;
   for (int64_t t = 0; t < mesh->tet_count; t++)
     if (mesh->tet_region[t] == region)
@@ -110,17 +114,9 @@ thrum_status thrum_mesh_add_region_group(thrum_mesh *mesh, int32_t region, const
 thrum_status thrum_mesh_name_region(thrum_mesh *mesh, int64_t region, const char *name,
                                     size_t length, thrum_error *error) {
   if (!mesh->region_names)
-    mesh->region_names = calloc((size_t)mesh->region_count + 1, sizeof *mesh->region_names);
-  char *copy = malloc(length + 1);
-  if (!mesh->region_names || !copy) {
-    free(copy);
-    return no_memory(error);
-  }
-  memcpy(copy, name, length);
-  copy[length] = '\0';
-  free(mesh->region_names[region]);
-  mesh->region_names[region] = copy;
-  return THRUM_OK;
+    THRUM_TRY(thrum_reserve(&mesh->region_names, mesh->region_count, sizeof *mesh->region_names,
+                            "the mesh", error));
+  return thrum_mesh_keep_text(name, length, &mesh->region_names[region], error);
 }
 
 thrum_region_text thrum_mesh_region_text(const thrum_mesh *mesh, int64_t region) {

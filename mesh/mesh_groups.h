@@ -30,5 +30,7 @@ thrum_region_text thrum_mesh_region_text(const thrum_mesh *mesh, int64_t region)
 
 /* NULL, or why this is no name for a group: its length, its bytes. */
 const char *thrum_mesh_name_fault(const char *name, size_t length);
+/* Puts a copy of `length` bytes, with a zero behind it, in the place of *kept, which is freed. */
+thrum_status thrum_mesh_keep_text(const char *text, size_t length, char **kept, thrum_error *error);
 
 #endif

@@ -4,13 +4,19 @@
 #ifndef THRUM_MESH_MESH_GROW_H
 #define THRUM_MESH_MESH_GROW_H
 
-#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
+#include "thrum/status.h"
+
 /* Makes room for `needed` items of `size` bytes in the array at *array (a pointer to any object,
  * malloc'ed or NULL), doubling *capacity, so that memory follows what a file holds and not what it
- * claims. False when out of memory (or a size would overflow), and the array is as it was then. */
-bool thrum_mesh_grow(void *array, int64_t *capacity, int64_t needed, size_t size);
+ * claims. The array is as it was when there is no memory (or a size would overflow). */
+thrum_status thrum_mesh_grow(void *array, int64_t *capacity, int64_t needed, size_t size,
+                             thrum_error *error);
+
+/* Appends the item of `size` bytes at `item` to such an array of *count items. */
+thrum_status thrum_mesh_append(void *array, int64_t *count, int64_t *capacity, const void *item,
+                               size_t size, thrum_error *error);
 
 #endif

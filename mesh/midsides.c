@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform/allocate.h"
 #include "runtime/base/quadratic_tet.h"
 
 /* An edge by its ends, the lower vertex first; middle -1 marks a free slot. */
@@ -118,8 +119,9 @@ static void place_middles(const thrum_mesh *mesh, const int32_t *midsides, int32
 }
 
 /* Adds the middle nodes of edges with both ends in a group; *list is the group's new vertices. */
-static bool grow_group(const thrum_mesh *mesh, const thrum_group *group, const int32_t *ends,
-                       int64_t edges, uint8_t *marked, int32_t **list, int64_t *count) {
+static thrum_status grow_group(const thrum_mesh *mesh, const thrum_group *group,
+                               const int32_t *ends, int64_t edges, uint8_t *marked, int32_t **list,
+                               int64_t *count, thrum_error *error) {
   // the vertices of the group are marked, and edges between two of them counted
   memset(marked, 0, (size_t)mesh->vertex_count);
   for (int64_t i = 0; i < group->count; i++)
@@ -129,26 +131,13 @@ static bool grow_group(const thrum_mesh *mesh, const thrum_group *group, const i
     *count += marked[ends[2 * e]] && marked[ends[2 * e + 1]];
 
   // the old vertices, and behind them the new ones
-  *list = malloc(((size_t)*count + 1) * sizeof **list);
-  if (!*list)
-    return false;
+  THRUM_TRY(thrum_reserve(list, *count, sizeof **list, "the middle nodes", error));
   memcpy(*list, group->vertices, (size_t)group->count * sizeof **list);
   int64_t next = group->count;
   for (int64_t e = 0; e < edges; e++)
     if (marked[ends[2 * e]] && marked[ends[2 * e + 1]])
       (*list)[next++] = (int32_t)(mesh->vertex_count + e);
-  return true;
-}
-
-/* The vertices of all groups with their middle nodes; lists and counts: group_count. */
-static bool grow_groups(const thrum_mesh *mesh, const int32_t *ends, int64_t edges, int32_t **lists,
-                        int64_t *counts) {
-  uint8_t *marked = malloc((size_t)mesh->vertex_count + 1);
-  bool grown = marked != NULL;
-  for (int64_t g = 0; g < mesh->group_count && grown; g++)
-    grown = grow_group(mesh, &mesh->groups[g], ends, edges, marked, &lists[g], &counts[g]);
-  free(marked);
-  return grown;
+  return THRUM_OK;
 }
 
 thrum_status thrum_midsides_append(thrum_mesh *mesh, const int32_t *ends, const double *places,
@@ -156,12 +145,16 @@ thrum_status thrum_midsides_append(thrum_mesh *mesh, const int32_t *ends, const 
   const size_t groups = (size_t)mesh->group_count, old_count = (size_t)mesh->vertex_count;
 
   // room for what grows; the mesh is changed at the end alone
-  int32_t **lists = calloc(groups + 1, sizeof *lists);
-  int64_t *counts = calloc(groups + 1, sizeof *counts);
-  double *vertices = malloc((old_count + (size_t)count + 1) * 3 * sizeof *vertices);
-  thrum_status status = lists && counts && vertices ? THRUM_OK : no_memory(error);
-  if (status >= 0 && !grow_groups(mesh, ends, count, lists, counts))
-    status = no_memory(error);
+  thrum_scope scope = thrum_scope_begin("the middle nodes", error);
+  int32_t **lists = thrum_scope_allocate(&scope, mesh->group_count, sizeof *lists);
+  int64_t *counts = thrum_scope_allocate(&scope, mesh->group_count, sizeof *counts);
+  uint8_t *marked = thrum_scope_allocate(&scope, mesh->vertex_count, 1);
+  double *vertices = NULL;
+  thrum_status status = scope.status;
+  THRUM_THEN(status, thrum_reserve(&vertices, mesh->vertex_count + count, 3 * sizeof *vertices,
+                                   "the middle nodes", error));
+  for (size_t g = 0; g < groups && status >= 0; g++)
+    status = grow_group(mesh, &mesh->groups[g], ends, count, marked, &lists[g], &counts[g], error);
 
   // old arrays and new ones change places, and what is left over is freed
   if (status >= 0) {
@@ -182,8 +175,7 @@ thrum_status thrum_midsides_append(thrum_mesh *mesh, const int32_t *ends, const 
 
   for (size_t g = 0; lists && g < groups; g++)
     free(lists[g]);
-  free(lists);
-  free(counts);
+  thrum_scope_free(&scope);
   free(vertices);
   return status;
 }
@@ -194,15 +186,12 @@ thrum_status thrum_midsides_add(thrum_mesh *mesh, thrum_error *error) {
   double *places = NULL;
 
   // the edges are counted first, and then there is room for their nodes
-  int32_t *midsides = malloc(((size_t)mesh->tet_count + 1) * 6 * sizeof *midsides);
-  thrum_status status = midsides ? THRUM_OK : no_memory(error);
+  int32_t *midsides = NULL;
+  thrum_status status =
+      thrum_reserve(&midsides, mesh->tet_count, 6 * sizeof *midsides, "the middle nodes", error);
   THRUM_THEN(status, thrum_midsides_number(mesh, midsides, &edges, error));
-  if (status >= 0) {
-    ends = malloc(((size_t)edges + 1) * 2 * sizeof *ends);
-    places = malloc(((size_t)edges + 1) * 3 * sizeof *places);
-    if (!ends || !places)
-      status = no_memory(error);
-  }
+  THRUM_THEN(status, thrum_reserve(&ends, edges, 2 * sizeof *ends, "the middle nodes", error));
+  THRUM_THEN(status, thrum_reserve(&places, edges, 3 * sizeof *places, "the middle nodes", error));
   if (status >= 0) {
     place_middles(mesh, midsides, ends, places);
     status = thrum_midsides_append(mesh, ends, places, edges, error);
@@ -357,12 +346,12 @@ static thrum_status check_shapes(const thrum_mesh *mesh, thrum_midside_fault *fa
 thrum_status thrum_midsides_check(const thrum_mesh *mesh, thrum_midside_fault *fault,
                                   thrum_error *error) {
   edge_table table = {0};
-  uint8_t *corner = calloc((size_t)mesh->vertex_count + 1, 1);
-  int32_t *ends = malloc(((size_t)mesh->vertex_count + 1) * 2 * sizeof *ends);
-  thrum_status status =
-      corner && ends ? check_edges(mesh, corner, ends, &table, fault, error) : no_memory(error);
-  free(corner);
-  free(ends);
+  thrum_scope scope = thrum_scope_begin("the middle nodes", error);
+  uint8_t *corner = thrum_scope_allocate(&scope, mesh->vertex_count, 1);
+  int32_t *ends = thrum_scope_allocate(&scope, mesh->vertex_count, 2 * sizeof *ends);
+  thrum_status status = scope.status;
+  THRUM_THEN(status, check_edges(mesh, corner, ends, &table, fault, error));
+  thrum_scope_free(&scope);
   free(table.slots);
   return status >= 0 ? check_shapes(mesh, fault) : status;
 }

@@ -5,31 +5,14 @@
 
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "io/text.h"
-
-/* A side of a triangle, or a triangle: its vertices ascending. */
-typedef struct side {
-  int32_t low, high, third; /* third: -1 of an edge */
-  int32_t triangle;
-  bool forth; /* the triangle goes from low to high */
-} side;
+#include "mesh/surface_sides.h"
+#include "platform/allocate.h"
 
 /* Below this part of its longest side squared a triangle has no area. */
 #define FLAT 1e-14
-
-static int compare_sides(const void *a, const void *b) {
-  const side *x = a, *y = b;
-  if (x->low != y->low)
-    return x->low < y->low ? -1 : 1;
-  if (x->high != y->high)
-    return x->high < y->high ? -1 : 1;
-  if (x->third != y->third)
-    return x->third < y->third ? -1 : 1;
-  return (x->triangle > y->triangle) - (x->triangle < y->triangle);
-}
 
 static void note(thrum_surface_fault *fault, int64_t triangle, int32_t from, int32_t to) {
   fault->count++;
@@ -100,7 +83,7 @@ static void check_triangles(const thrum_surface_mesh *surface, thrum_surface_che
   checked->edge_mean = lengths / (3 * (double)surface->triangle_count);
 }
 
-static void check_twice(const thrum_surface_mesh *surface, side *sides,
+static void check_twice(const thrum_surface_mesh *surface, thrum_surface_side *sides,
                         thrum_surface_checked *checked) {
   // each triangle by its vertices in ascending order
   for (int64_t t = 0; t < surface->triangle_count; t++) {
@@ -112,26 +95,20 @@ static void check_twice(const thrum_surface_mesh *surface, side *sides,
         v[j] = v[j - 1];
         v[j - 1] = swap;
       }
-    sides[t] = (side){v[0], v[1], v[2], (int32_t)t, true};
+    sides[t] = (thrum_surface_side){v[0], v[1], v[2], (int32_t)t, true};
   }
 
   // equal triangles stand together
-  qsort(sides, (size_t)surface->triangle_count, sizeof *sides, compare_sides);
+  thrum_surface_sides_sort(sides, surface->triangle_count);
   for (int64_t n = 1; n < surface->triangle_count; n++)
     if (sides[n].low == sides[n - 1].low && sides[n].high == sides[n - 1].high &&
         sides[n].third == sides[n - 1].third)
       note(&checked->twice, sides[n].triangle, sides[n].low, sides[n].high);
 }
 
-/* The first of the triangles that are joined with t; shortens the way to it. */
-static int32_t find_root(int32_t *root, int32_t t) {
-  while (root[t] != t)
-    t = root[t] = root[root[t]];
-  return t;
-}
-
 /* One edge and the `count` triangles at it. */
-static void check_edge(const side *at, int64_t count, thrum_surface_checked *checked) {
+static void check_edge(const thrum_surface_side *at, int64_t count,
+                       thrum_surface_checked *checked) {
   const int32_t t = at[0].triangle;
   if (count == 1)
     note(&checked->open, t, at->low, at->high);
@@ -143,19 +120,19 @@ static void check_edge(const side *at, int64_t count, thrum_surface_checked *che
 
 /* Sorts the sides and joins triangles that share one: root[t] of each leads to the first of its
  * shell. What is wrong with edges goes into `checked`, unless it is NULL. */
-static void join_edges(const thrum_surface_mesh *surface, side *sides, int32_t *root,
+static void join_edges(const thrum_surface_mesh *surface, thrum_surface_side *sides, int32_t *root,
                        thrum_surface_checked *checked) {
   // each side by its ends in ascending order, and which way the triangle runs along it
   const int64_t count = 3 * surface->triangle_count;
   for (int64_t n = 0; n < count; n++) {
     const int32_t from = surface->triangles[n];
     const int32_t to = surface->triangles[n % 3 == 2 ? n - 2 : n + 1];
-    sides[n] =
-        (side){from < to ? from : to, from < to ? to : from, -1, (int32_t)(n / 3), from < to};
+    sides[n] = (thrum_surface_side){from < to ? from : to, from < to ? to : from, -1,
+                                    (int32_t)(n / 3), from < to};
   }
 
   // equal sides stand together, and each triangle begins as a shell of its own
-  qsort(sides, (size_t)count, sizeof *sides, compare_sides);
+  thrum_surface_sides_sort(sides, count);
   for (int64_t t = 0; t < surface->triangle_count; t++)
     root[t] = (int32_t)t;
 
@@ -163,7 +140,8 @@ static void join_edges(const thrum_surface_mesh *surface, side *sides, int32_t *
   for (int64_t n = 0, end; n < count; n = end) {
     for (end = n + 1;
          end < count && sides[end].low == sides[n].low && sides[end].high == sides[n].high; end++)
-      root[find_root(root, sides[end].triangle)] = find_root(root, sides[n].triangle);
+      root[thrum_surface_root(root, sides[end].triangle)] =
+          thrum_surface_root(root, sides[n].triangle);
     if (checked != NULL)
       check_edge(sides + n, end - n, checked);
   }
@@ -174,8 +152,10 @@ thrum_status thrum_surface_check(const thrum_surface_mesh *surface, thrum_surfac
   const size_t triangles = (size_t)surface->triangle_count;
   if (triangles == 0)
     return thrum_error_set(error, THRUM_MISSING, "the surface has no triangles");
-  side *sides = malloc(3 * triangles * sizeof *sides);
-  int32_t *root = malloc(triangles * sizeof *root);
+  thrum_scope scope = thrum_scope_begin("the check of the surface", error);
+  thrum_surface_side *sides =
+      thrum_scope_allocate(&scope, surface->triangle_count, 3 * sizeof *sides);
+  int32_t *root = thrum_scope_allocate(&scope, surface->triangle_count, sizeof *root);
 
   // no fault has been seen, and the box is empty
   const thrum_surface_fault none = {0, -1, {0, 0}};
@@ -188,20 +168,17 @@ thrum_status thrum_surface_check(const thrum_surface_mesh *surface, thrum_surfac
                                 .box_max = {-INFINITY, -INFINITY, -INFINITY}};
 
   // triangles alone, then in pairs, then along their sides
-  const bool room = sides != NULL && root != NULL;
-  if (room) {
+  if (scope.status >= 0) {
     check_triangles(surface, &made);
     check_twice(surface, sides, &made);
     join_edges(surface, sides, root, &made);
     for (size_t t = 0; t < triangles; t++)
-      made.shells += find_root(root, (int32_t)t) == (int32_t)t;
+      made.shells += thrum_surface_root(root, (int32_t)t) == (int32_t)t;
     *checked = made;
   }
 
-  free(sides);
-  free(root);
-  return room ? THRUM_OK
-              : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to check the surface");
+  thrum_scope_free(&scope);
+  return scope.status;
 }
 
 /* A shell in the making: its volume times six, and its largest triangle. */
@@ -222,7 +199,7 @@ static double measure_shells(const thrum_surface_mesh *surface, int32_t *root, s
   double total = 0;
   for (int64_t t = 0; t < surface->triangle_count; t++) {
     const measures m = measure(surface, t);
-    shell *of = &shells[find_root(root, (int32_t)t)];
+    shell *of = &shells[thrum_surface_root(root, (int32_t)t)];
     of->volume += m.volume;
     total += m.volume;
     if (m.twice > of->area) {
@@ -236,15 +213,19 @@ static double measure_shells(const thrum_surface_mesh *surface, int32_t *root, s
 thrum_status thrum_surface_cavities(const thrum_surface_mesh *surface, double **points,
                                     int64_t *count, thrum_error *error) {
   const size_t triangles = (size_t)surface->triangle_count;
-  side *sides = malloc(3 * triangles * sizeof *sides + 1);
-  int32_t *root = malloc(triangles * sizeof *root + 1);
-  shell *shells = calloc(triangles + 1, sizeof *shells);
-  double *made = malloc(3 * triangles * sizeof *made + 1);
-  const bool room = sides != NULL && root != NULL && shells != NULL && made != NULL;
+  thrum_scope scope = thrum_scope_begin("the check of the surface", error);
+  thrum_surface_side *sides =
+      thrum_scope_allocate(&scope, surface->triangle_count, 3 * sizeof *sides);
+  int32_t *root = thrum_scope_allocate(&scope, surface->triangle_count, sizeof *root);
+  shell *shells = thrum_scope_allocate(&scope, surface->triangle_count, sizeof *shells);
+  double *made = NULL;
+  thrum_status status = scope.status;
+  THRUM_THEN(status, thrum_reserve(&made, surface->triangle_count, 3 * sizeof *made,
+                                   "the check of the surface", error));
 
   // a shell whose volume has the other sign bounds a cavity
   int64_t found = 0;
-  if (room && triangles > 0) {
+  if (status >= 0 && triangles > 0) {
     join_edges(surface, sides, root, NULL);
     const double total = measure_shells(surface, root, shells);
     for (size_t t = 0; t < triangles; t++)
@@ -252,17 +233,12 @@ thrum_status thrum_surface_cavities(const thrum_surface_mesh *surface, double **
         find_point(surface, shells[t].largest, total > 0 ? 1 : -1, made + 3 * found++);
   }
 
-  free(sides);
-  free(root);
-  free(shells);
-  if (!room) {
-    free(made);
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to check the surface");
+  thrum_scope_free(&scope);
+  if (status >= 0) {
+    *points = made;
+    *count = found;
   }
-
-  *points = made;
-  *count = found;
-  return THRUM_OK;
+  return status;
 }
 
 static thrum_status refuse(const thrum_surface_mesh *surface, const thrum_surface_fault *fault,

@@ -92,10 +92,6 @@ static thrum_status fail(inp_reader *r, const char *line) {
   return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "%s", line);
 }
 
-static thrum_status no_memory(inp_reader *r) {
-  return thrum_text_fail(&r->text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
-}
-
 static bool same(thrum_word a, thrum_word b) {
   if (a.length != b.length)
     return false;
@@ -242,10 +238,9 @@ static thrum_status find_set(inp_reader *r, thrum_word name, int64_t *index) {
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d element sets",
                            THRUM_MESH_GROUPS_MAX);
 
-  if (!thrum_mesh_grow(&r->sets, &r->set_capacity, r->set_count + 1, sizeof *r->sets))
-    return no_memory(r);
-  r->sets[r->set_count++] = (inp_set){.name = name};
-  return THRUM_OK;
+  const inp_set fresh = {.name = name};
+  return thrum_mesh_append(&r->sets, &r->set_count, &r->set_capacity, &fresh, sizeof fresh,
+                           r->error);
 }
 
 /* Refuses a set of a size that no sensible set reaches, since sets that name sets can double with
@@ -258,18 +253,13 @@ static thrum_status check_growth(inp_reader *r, int64_t count) {
 static thrum_status add_to_set(inp_reader *r, int64_t index, int64_t element) {
   inp_set *set = &r->sets[index];
   THRUM_TRY(check_growth(r, set->count));
-  if (!thrum_mesh_grow(&set->elements, &set->capacity, set->count + 1, sizeof element))
-    return no_memory(r);
-  set->elements[set->count++] = element;
-  return THRUM_OK;
+  return thrum_mesh_append(&set->elements, &set->count, &set->capacity, &element, sizeof element,
+                           r->error);
 }
 
 static thrum_status add_element(inp_reader *r, inp_element element) {
-  if (!thrum_mesh_grow(&r->elements, &r->element_capacity, r->element_count + 1,
-                       sizeof *r->elements))
-    return no_memory(r);
-  r->elements[r->element_count++] = element;
-  return THRUM_OK;
+  return thrum_mesh_append(&r->elements, &r->element_count, &r->element_capacity, &element,
+                           sizeof element, r->error);
 }
 
 /* A solid by the beginning of its type; letters behind it, as in C3D8R, are kinds of integration.
@@ -364,10 +354,8 @@ static thrum_status read_surface(inp_reader *r, int64_t set) {
       continue;
 
     // a triangle or quadrilateral keeps its nodes, for the groups of its sets
-    if (!thrum_mesh_grow(&r->surface_nodes, &r->surface_node_capacity, r->surface_node_count + 1,
-                         sizeof node))
-      return no_memory(r);
-    r->surface_nodes[r->surface_node_count++] = node;
+    THRUM_TRY(thrum_mesh_append(&r->surface_nodes, &r->surface_node_count,
+                                &r->surface_node_capacity, &node, sizeof node, r->error));
     r->elements[r->element_count - 1].count++;
   }
   return set < 0 ? THRUM_OK : add_to_set(r, set, number);
@@ -514,11 +502,8 @@ static thrum_status read_material(inp_reader *r, const inp_keyword *keyword) {
     if (same(r->materials[i].name, material.name))
       return fail(r, "this material comes twice");
 
-  if (!thrum_mesh_grow(&r->materials, &r->material_capacity, r->material_count + 1,
-                       sizeof material))
-    return no_memory(r);
-  r->materials[r->material_count++] = material;
-  return THRUM_OK;
+  return thrum_mesh_append(&r->materials, &r->material_count, &r->material_capacity, &material,
+                           sizeof material, r->error);
 }
 
 /* Refuses a property that changes with temperature or a field: there is one stiffness of a body. */
@@ -576,10 +561,8 @@ static thrum_status read_section(inp_reader *r, const inp_keyword *keyword) {
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d sections",
                            SECTIONS_MAX);
 
-  if (!thrum_mesh_grow(&r->sections, &r->section_capacity, r->section_count + 1, sizeof section))
-    return no_memory(r);
-  r->sections[r->section_count++] = section;
-  return THRUM_OK;
+  return thrum_mesh_append(&r->sections, &r->section_count, &r->section_capacity, &section,
+                           sizeof section, r->error);
 }
 
 /* Reads where an instance is put: a line of its translation, and one of two points of an axis and

@@ -41,7 +41,6 @@ typedef struct msh_reader {
   thrum_error *error;
 } msh_reader;
 
-thrum_status thrum_msh_no_memory(msh_reader *r);
 /* Refuses binary data, which has no lines: the message names the line in front of it. */
 thrum_status thrum_msh_bad_bytes(msh_reader *r, const char *what);
 /* Moves to the next line of a section; its end, or that of the file, is refused. thrum_msh_line

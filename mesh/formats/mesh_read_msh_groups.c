@@ -22,9 +22,6 @@ thrum_status thrum_msh_find_physical(msh_reader *r, int dimension, int64_t tag, 
   if (r->physical_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d physical groups",
                            THRUM_MESH_GROUPS_MAX);
-  if (!thrum_mesh_grow(&r->physicals, &r->physical_capacity, r->physical_count + 1,
-                       sizeof *r->physicals))
-    return thrum_msh_no_memory(r);
 
   // its vertices become a group, under this name unless the file has another
   char name[64];
@@ -32,8 +29,8 @@ thrum_status thrum_msh_find_physical(msh_reader *r, int dimension, int64_t tag, 
   snprintf(name, sizeof name, "physical_%d_%lld", dimension, (long long)tag);
   THRUM_TRY(thrum_builder_list(&r->builder, name, strlen(name), &physical.list));
   *index = r->last_physical = r->physical_count;
-  r->physicals[r->physical_count++] = physical;
-  return THRUM_OK;
+  return thrum_mesh_append(&r->physicals, &r->physical_count, &r->physical_capacity, &physical,
+                           sizeof physical, r->error);
 }
 
 /* Reads `dimension tag "name"`. */
@@ -81,11 +78,8 @@ static thrum_status add_entity_physical(msh_reader *r, int dimension, int64_t ta
 
   // a negative tag only reverses the orientation
   THRUM_TRY(thrum_msh_find_physical(r, dimension, tag < 0 ? -tag : tag, &index));
-  if (!thrum_mesh_grow(&r->entity_physicals, &r->entity_physical_capacity,
-                       r->entity_physical_count + 1, sizeof index))
-    return thrum_msh_no_memory(r);
-  r->entity_physicals[r->entity_physical_count++] = index;
-  return THRUM_OK;
+  return thrum_mesh_append(&r->entity_physicals, &r->entity_physical_count,
+                           &r->entity_physical_capacity, &index, sizeof index, r->error);
 }
 
 /* Reads `tag box physicals...`, where the box is three numbers for points and six for others. */
@@ -113,10 +107,8 @@ static thrum_status read_entity(msh_reader *r, int dimension) {
   for (int64_t i = 0; i < bounding; i++)
     THRUM_TRY(thrum_msh_whole(r, "a bounding entity", 4, INT64_MIN, INT64_MAX, &tag));
 
-  if (!thrum_mesh_grow(&r->entities, &r->entity_capacity, r->entity_count + 1, sizeof entity))
-    return thrum_msh_no_memory(r);
-  r->entities[r->entity_count++] = entity;
-  return THRUM_OK;
+  return thrum_mesh_append(&r->entities, &r->entity_count, &r->entity_capacity, &entity,
+                           sizeof entity, r->error);
 }
 
 static int compare_entities(const void *a, const void *b) {

@@ -5,10 +5,6 @@
 
 #include "mesh/formats/mesh_read_msh.h"
 
-thrum_status thrum_msh_no_memory(msh_reader *r) {
-  return thrum_text_fail(&r->text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
-}
-
 thrum_status thrum_msh_bad_bytes(msh_reader *r, const char *what) {
   return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
                          "in the binary data behind this line: %s", what);

@@ -69,10 +69,6 @@ static thrum_text *text_of(veg_reader *r) {
   return &r->files[r->current].text;
 }
 
-static thrum_status no_memory(veg_reader *r) {
-  return thrum_text_fail(text_of(r), THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
-}
-
 /* Notes which file the text just opened is, so that includes cannot go in a circle. */
 static void note_file(veg_reader *r, char *path, int parent) {
   veg_file *file = &r->files[r->file_count];
@@ -204,7 +200,7 @@ static thrum_status include(veg_reader *r) {
 
   char *path = included_path(r, text->at, length);
   if (!path)
-    return no_memory(r);
+    return thrum_text_fail(text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
 
   // a mesh from elsewhere must not have any file of the machine read, and its lines shown
   if ((leaves_folder(text->at, length) || !stays_in_folder(r, path)) && !is_allowed(path)) {
@@ -421,11 +417,8 @@ static thrum_status read_material(veg_reader *r) {
   if (r->material_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error, "more than %d materials",
                            THRUM_MESH_GROUPS_MAX);
-  if (!thrum_mesh_grow(&r->materials, &r->material_capacity, r->material_count + 1,
-                       sizeof material))
-    return no_memory(r);
-  r->materials[r->material_count++] = material;
-  return THRUM_OK;
+  return thrum_mesh_append(&r->materials, &r->material_count, &r->material_capacity, &material,
+                           sizeof material, r->error);
 }
 
 /* Reads `set, material`; without a comma the two are words. */
@@ -451,53 +444,45 @@ static thrum_status read_region(veg_reader *r) {
   if (r->region_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error, "more than %d regions",
                            THRUM_MESH_GROUPS_MAX);
-  if (!thrum_mesh_grow(&r->regions, &r->region_capacity, r->region_count + 1, sizeof region))
-    return no_memory(r);
-  r->regions[r->region_count++] = region;
-  return THRUM_OK;
+  return thrum_mesh_append(&r->regions, &r->region_count, &r->region_capacity, &region,
+                           sizeof region, r->error);
 }
 
 /* Reads one line of a set, which is numbers of elements. */
 static thrum_status read_set_line(veg_reader *r, veg_set *set) {
   thrum_text *text = text_of(r);
   while (thrum_text_more(text)) {
-    if (!thrum_mesh_grow(&set->elements, &set->capacity, set->count + 1, sizeof *set->elements))
-      return no_memory(r);
-
     // without *ELEMENTS yet the range is unknown; the numbers are checked again at the end
     int64_t last = r->has_elements ? r->builder.tet_count - 1 + r->element_base : INT32_MAX;
-    int64_t first = r->has_elements ? r->element_base : 0;
-    THRUM_TRY(thrum_text_integer(text, "an element of the set", first, last,
-                                 &set->elements[set->count], r->error));
-    set->count++;
+    int64_t first = r->has_elements ? r->element_base : 0, element = 0;
+    THRUM_TRY(thrum_text_integer(text, "an element of the set", first, last, &element, r->error));
+    THRUM_TRY(thrum_mesh_append(&set->elements, &set->count, &set->capacity, &element,
+                                sizeof element, r->error));
   }
   return THRUM_OK;
 }
 
 static thrum_status read_set(veg_reader *r) {
   veg_set fresh = {0};
-  thrum_status status = rest_name(r, text_of(r)->end, &fresh.name);
-  for (int64_t i = 0; i < r->set_count && status >= 0; i++)
+  THRUM_TRY(rest_name(r, text_of(r)->end, &fresh.name));
+  for (int64_t i = 0; i < r->set_count; i++)
     if (same_name(r->sets[i].name, fresh.name))
-      status = thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "this set comes twice");
-  if (status < 0)
-    return status;
+      return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "this set comes twice");
 
   // a set becomes a group, so there are at most as many
   if (r->set_count == THRUM_MESH_GROUPS_MAX)
     return thrum_text_fail(text_of(r), THRUM_UNSUPPORTED, r->error, "more than %d sets",
                            THRUM_MESH_GROUPS_MAX);
-  if (!thrum_mesh_grow(&r->sets, &r->set_capacity, r->set_count + 1, sizeof fresh))
-    return no_memory(r);
-  veg_set *set = &r->sets[r->set_count++];
-  *set = fresh;
+  THRUM_TRY(
+      thrum_mesh_append(&r->sets, &r->set_count, &r->set_capacity, &fresh, sizeof fresh, r->error));
+  veg_set *set = &r->sets[r->set_count - 1];
 
   // only a keyword or the end of the file ends a set
   for (;;) {
     bool found;
-    status = next_line(r, &found);
-    if (status < 0 || !found)
-      return status;
+    THRUM_TRY(next_line(r, &found));
+    if (!found)
+      return THRUM_OK;
     if (*text_of(r)->at == '*') {
       r->again = true;
       return THRUM_OK;

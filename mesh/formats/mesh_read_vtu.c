@@ -299,8 +299,8 @@ static thrum_status read_numbers(vtu_reader *r, vtu_array *a, const char *at, co
     }
 
     // memory follows the numbers that are there, not the count that the file claims
-    if (!thrum_mesh_grow(&a->array.values, &capacity, a->array.count + 1, sizeof(double)))
-      return fail_at(r, line, THRUM_OUT_OF_MEMORY, "not enough memory");
+    THRUM_TRY(
+        thrum_mesh_grow(&a->array.values, &capacity, a->array.count + 1, sizeof(double), r->error));
 
     // a word must be a number up to its end, so that damage is not read as two numbers
     const char *end = p;
@@ -360,11 +360,9 @@ static thrum_status begin_array(vtu_reader *r, const char **attributes) {
   // the bytes of appended arrays come at the end of the file
   if (attribute_is(attributes, "format", "appended")) {
     THRUM_TRY(attribute_integer(r, attributes, "offset", INT64_MAX, &a.offset));
-    if (!thrum_mesh_grow(&r->waiting, &r->waiting_capacity, r->waiting_count + 1, sizeof a))
-      return fail(r, THRUM_OUT_OF_MEMORY, "not enough memory");
     a.appended = true;
-    r->waiting[r->waiting_count++] = a;
-    return THRUM_OK;
+    return thrum_mesh_append(&r->waiting, &r->waiting_count, &r->waiting_capacity, &a, sizeof a,
+                             r->error);
   }
 
   // the text of the element holds the numbers, as words or in base64
@@ -489,10 +487,9 @@ static void XMLCALL take_text(void *reader, const char *text, int length) {
     return;
 
   // expat gives the text of an element in pieces
-  if (!thrum_mesh_grow(&r->text, &r->text_capacity, r->text_size + length, 1)) {
-    note(r, fail(r, THRUM_OUT_OF_MEMORY, "not enough memory"));
+  note(r, thrum_mesh_grow(&r->text, &r->text_capacity, r->text_size + length, 1, r->error));
+  if (r->status < 0)
     return;
-  }
   memcpy(r->text + r->text_size, text, (size_t)length);
   r->text_size += length;
 }

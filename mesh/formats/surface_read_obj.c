@@ -144,8 +144,8 @@ static thrum_status read_face(obj_reader *r) {
 
   // a face has any number of corners
   for (r->corner_count = 0; more(r); r->corner_count++) {
-    if (!thrum_mesh_grow(&r->corners, &r->corner_capacity, r->corner_count + 1, sizeof *r->corners))
-      return thrum_error_set(r->error, THRUM_OUT_OF_MEMORY, "not enough memory for the surface");
+    THRUM_TRY(thrum_mesh_grow(&r->corners, &r->corner_capacity, r->corner_count + 1,
+                              sizeof *r->corners, r->error));
     THRUM_TRY(read_corner(r, &r->corners[r->corner_count]));
   }
 

@@ -31,12 +31,11 @@ enum { POINTS_MAX = 27 };
 
 thrum_status thrum_cells_take(thrum_cells *cells, const thrum_cells_array *array,
                               thrum_error *error) {
-  if (!thrum_mesh_grow(&cells->arrays, &cells->capacity, cells->array_count + 1, sizeof *array)) {
+  const thrum_status status = thrum_mesh_append(&cells->arrays, &cells->array_count,
+                                                &cells->capacity, array, sizeof *array, error);
+  if (status < 0)
     free(array->values);
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
-  }
-  cells->arrays[cells->array_count++] = *array;
-  return THRUM_OK;
+  return status;
 }
 
 void thrum_cells_free(thrum_cells *cells) {
