@@ -259,10 +259,7 @@ static cJSON *run_json(const trade *t, const tradeoff_run *run) {
   json_number(item, "projection_error", basis->projection);
   cJSON_AddBoolToObject(item, "cancels", run->cancels);
   cJSON_AddBoolToObject(item, "disproved", run->disproved);
-  if (tradeoff_flag(run) != NULL)
-    cJSON_AddStringToObject(item, "flag", tradeoff_flag(run));
-  else
-    cJSON_AddNullToObject(item, "flag");
+  json_string(item, "flag", tradeoff_flag(run));
   json_number(item, "fallback_steps", (double)run->fallback_steps);
   add_errors(item, "time_errors", &run->time_error);
   json_number(item, "frequency_error", run->frequency_error);

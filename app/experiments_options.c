@@ -11,21 +11,6 @@
 #define THREADS_MAX 256
 #define STEPS_MAX 1e10
 
-static thrum_status take_loads(const config_given *given, void *request) {
-  return config_given_names(given, experiment_load_names, EXPERIMENT_LOAD_COUNT,
-                            ((experiments_request *)request)->loads);
-}
-
-static thrum_status take_schemes(const config_given *given, void *request) {
-  return config_given_names(given, experiment_scheme_names, EXPERIMENT_SCHEME_COUNT,
-                            ((experiments_request *)request)->schemes);
-}
-
-static thrum_status take_subjects(const config_given *given, void *request) {
-  return config_given_names(given, experiment_subject_names, EXPERIMENT_SUBJECT_COUNT,
-                            ((experiments_request *)request)->subjects);
-}
-
 /* The names stay in a copy of the text, which is cut at its commas. */
 static thrum_status take_models(const config_given *given, void *request) {
   experiments_request *r = request;
@@ -49,14 +34,9 @@ static thrum_status take_models(const config_given *given, void *request) {
   return THRUM_OK;
 }
 
-static thrum_status take_amplitudes(const config_given *given, void *request) {
-  experiments_request *r = request;
-  return config_given_numbers(given, 1, EXPERIMENTS_AMPLITUDES_MAX, r->amplitudes,
-                              &r->amplitude_count);
-}
-
 #define AT(member) CONFIG_AT(experiments_request, member)
-#define NAMES .wants = "names with commas between"
+#define COUNTED(member) .counted = offsetof(experiments_request, member)
+#define NAMES(known, member) .names = known, .wants = "names with commas between", AT(member)
 #define NAMED(symbol, name, ...) " " name
 #define KIND(value) AT(kind), .set = EXPERIMENTS_##value
 
@@ -96,18 +76,18 @@ static const config_option options[] = {
     OPTION_TEXT("models", "LIST", "the six, or fewer", "names or model files", .take = take_models,
                 .wants = "at most 32 names with commas between"),
     OPTION_TEXT("loads", "LIST", "all; of --step-sizes square", "of impulse, square, sine",
-                .take = take_loads, NAMES),
-    OPTION_TEXT("schemes", "LIST", "all", "of" EXPERIMENT_SCHEME_LIST(NAMED), .take = take_schemes,
-                NAMES),
+                NAMES(experiment_load_names, loads)),
+    OPTION_TEXT("schemes", "LIST", "all", "of" EXPERIMENT_SCHEME_LIST(NAMED),
+                NAMES(experiment_scheme_names, schemes)),
     OPTION_TEXT(
         "amplitudes", "LIST", "0.05,0.1,0.2; of the others 0.05",
         "--long: swings, as shares of the length; --sweep, --work-precision, --variable: one",
-        .take = take_amplitudes, CONFIG_RANGE(0, 1), .above = true,
+        AT(amplitudes), COUNTED(amplitude_count), CONFIG_RANGE(0, 1), .above = true,
         .wants = "shares of the length in (0, 1]"),
     OPTION_TEXT("subjects", "LIST", "all",
                 "--extremes: of stiffness, poisson, size, density, load, snap, tet, square, rank, "
                 "resonance, rate",
-                .take = take_subjects, NAMES),
+                NAMES(experiment_subject_names, subjects)),
 
     // the length of runs, and how they are spread over the machine
     OPTION_TIME(experiments_request, time, "30; of --work-precision 10"),

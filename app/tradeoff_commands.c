@@ -243,10 +243,7 @@ void tradeoff_commands_add(const tradeoff_commands *c, cJSON *object) {
   cJSON *item = cJSON_AddObjectToObject(object, "commands");
   char *precompute = is_made(c) ? text_of(c, put_precompute) : NULL;
   char *simulate = text_of(c, put_simulate);
-  if (precompute != NULL)
-    json_string(item, "precompute", precompute);
-  else
-    cJSON_AddNullToObject(item, "precompute");
+  json_string(item, "precompute", precompute);
   json_string(item, "simulate", simulate != NULL ? simulate : "");
   free(precompute);
   free(simulate);

@@ -38,25 +38,7 @@ static thrum_status take_ranks(const config_given *given, void *request) {
   return THRUM_OK;
 }
 
-static thrum_status take_dts(const config_given *given, void *request) {
-  tradeoff_request *r = request;
-  return config_given_numbers(given, 1, TRADEOFF_LIST_MAX, r->dts, &r->dt_count);
-}
-
-static thrum_status take_tolerances(const config_given *given, void *request) {
-  tradeoff_request *r = request;
-  return config_given_numbers(given, 1, TRADEOFF_LIST_MAX, r->tolerances, &r->tolerance_count);
-}
-
-static thrum_status take_integrators(const config_given *given, void *request) {
-  return config_given_names(given, experiment_scheme_names, EXPERIMENT_SCHEME_COUNT,
-                            ((tradeoff_request *)request)->integrators);
-}
-
-static thrum_status take_precisions(const config_given *given, void *request) {
-  static const char *const names[] = {"double", "single"};
-  return config_given_names(given, names, 2, ((tradeoff_request *)request)->precisions);
-}
+static const char *const precisions[] = {"double", "single"};
 
 static thrum_status take_error(const config_given *given, void *request) {
   return error_option_take(given, &((tradeoff_request *)request)->error);
@@ -68,12 +50,8 @@ static thrum_status take_budget(const config_given *given, void *request) {
   return scaled_option_take(given, endings, scales, &((tradeoff_request *)request)->budget);
 }
 
-static thrum_status take_damping(const config_given *given, void *request) {
-  tradeoff_request *r = request;
-  return damping_option_take(given, &r->damping[0], &r->damping[1]);
-}
-
 #define AT(member) CONFIG_AT(tradeoff_request, member)
+#define COUNTED(member) .counted = offsetof(tradeoff_request, member)
 
 static const config_option options[] = {
     OPTION_TEXT("output", "DIR", NULL, "the folder; made when it is not there", .letter = 'o',
@@ -117,18 +95,19 @@ static const config_option options[] = {
                  AT(rank_max), CONFIG_RANGE(0, 200)),
     OPTION_TEXT("dts", "LIST",
                 "0.001,0.002,0.003,0.005,0.01,0.016667; with --quick 0.003,0.01,0.016667",
-                "time steps [s]", .take = take_dts, CONFIG_RANGE(1e-6, 1),
+                "time steps [s]", AT(dts), COUNTED(dt_count), CONFIG_RANGE(1e-6, 1),
                 .wants = "time steps from 1e-6 to 1 s with commas between"),
     OPTION_TEXT("tolerances", "LIST", "1e-10,1e-6,1e-3; with --quick 1e-6",
-                "of the implicit solves", .take = take_tolerances, CONFIG_RANGE(1e-15, 0.01),
-                .wants = "numbers in (0, 0.01] with commas between"),
+                "of the implicit solves", AT(tolerances), COUNTED(tolerance_count),
+                CONFIG_RANGE(1e-15, 0.01), .wants = "numbers in (0, 0.01] with commas between"),
     OPTION_TEXT("integrators", "LIST", "imexv,newmark,energy",
-                "names of schemes, as those of thrum experiments", .take = take_integrators,
+                "names of schemes, as those of thrum experiments", AT(integrators),
+                .names = experiment_scheme_names,
                 .wants = "imexv, newmark, energy with commas between"),
     OPTION_TEXT("precisions", "LIST", "double,single; with --quick double",
-                "of the coefficients of the bases that are made", .take = take_precisions,
-                .wants = "double, single or double,single"),
-    OPTION_DAMPING(take_damping),
+                "of the coefficients of the bases that are made", AT(precisions),
+                .names = precisions, .wants = "double, single or double,single"),
+    OPTION_DAMPING(AT(damping)),
     OPTION_NUMBER("full-dt", "s", "0.001; with --quick 0.002", "time step of the full order",
                   AT(full_dt), CONFIG_ABOVE(0)),
 

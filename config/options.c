@@ -223,8 +223,10 @@ static int name_index(const char *text, const char *const *names, int count) {
   return -1;
 }
 
-thrum_status config_given_names(const config_given *given, const char *const *known, int count,
-                                bool *flags) {
+/* Marks the names of a list with commas between in `flags`, one for each known name. */
+static thrum_status store_names(const config_given *given, bool *flags) {
+  const char *const *known = given->option->names;
+  const int count = (int)(given->option->size / sizeof *flags);
   char copy[LIST_TEXT_MAX];
   const char *parts[LIST_MAX];
   const int64_t found_count = cut(given, copy, parts, LIST_MAX);
@@ -283,6 +285,14 @@ static thrum_status store_number(const config_given *given, void *field) {
   return THRUM_OK;
 }
 
+/* The second of a pair is 0 when it is not given. */
+static thrum_status store_pair(const config_given *given, double *field) {
+  double pair[2] = {0, 0};
+  THRUM_TRY(config_given_numbers(given, 1, 2, pair, NULL));
+  memcpy(field, pair, sizeof pair);
+  return THRUM_OK;
+}
+
 static thrum_status store_text(const config_given *given, void *field) {
   thrum_error detail = {0};
   if (given->option->check != NULL && given->option->check(given->text, &detail) < 0)
@@ -320,7 +330,14 @@ thrum_status config_given_apply(const config_given *given, void *record) {
     store(option, field, index);
     return THRUM_OK;
   }
+  case CONFIG_PAIR:
+    return store_pair(given, field);
   default:
+    if (option->names != NULL)
+      return store_names(given, field);
+    if (option->counted != 0)
+      return config_given_numbers(given, 1, (int64_t)(option->size / sizeof(double)), field,
+                                  (int64_t *)(void *)((char *)record + option->counted));
     return store_text(given, field);
   }
 }

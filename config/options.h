@@ -34,15 +34,16 @@ typedef enum config_kind {
   CONFIG_SWITCH,      /* on or off (bool or integer) */
   CONFIG_NUMBER,      /* a finite number in the range (double) */
   CONFIG_COUNT,       /* a whole number in the range (integer) */
-  CONFIG_PAIR,        /* one number or two with a comma between, through `take` */
-  CONFIG_VECTOR,      /* three numbers in the range (double[3]) */
-  CONFIG_CHOICE,      /* one of the names: its place among them (bool, integer or enum) */
-  CONFIG_WORD,        /* a number or a text, through `take`; with a `schema` any JSON */
-  CONFIG_TEXT,        /* any text, which is not copied (const char *) */
-  CONFIG_TEXTS,       /* one text or a list of them (config_texts) */
-  CONFIG_OBJECT,      /* of a file: a record of the table `keys` (begins with a config_record) */
-  CONFIG_LIST,        /* of a file: such records (config_list) */
-  CONFIG_FILE         /* an options file (config_file) */
+  CONFIG_PAIR,   /* one number or two with a comma between (double[2]; without the second, 0) */
+  CONFIG_VECTOR, /* three numbers in the range (double[3]) */
+  CONFIG_CHOICE, /* one of the names: its place among them (bool, integer or enum) */
+  CONFIG_WORD,   /* a number or a text, through `take`; with a `schema` any JSON */
+  CONFIG_TEXT,   /* any text, which is not copied (const char *); with `names` a list of some of
+                    them (bool for each), with `counted` a list of numbers (double for each) */
+  CONFIG_TEXTS,  /* one text or a list of them (config_texts) */
+  CONFIG_OBJECT, /* of a file: a record of the table `keys` (begins with a config_record) */
+  CONFIG_LIST,   /* of a file: such records (config_list) */
+  CONFIG_FILE    /* an options file (config_file) */
 } config_kind;
 
 /* Where a text of a file names a file beside it, and not one in the working folder. */
@@ -103,15 +104,16 @@ typedef struct config_option {
   const char *about;    /* one line */
   size_t field, size;   /* place and size of the field in the request or record */
   size_t given;         /* place of a bool that becomes true, not 0; 0: none */
-  int64_t set;          /* CONFIG_FLAG: what the field becomes; 0: 1 */
-  double least, most;   /* range, unlimited while both are 0; INFINITY may stand for most */
-  bool above, below;    /* least itself, most itself is not in it */
-  bool repeats;         /* each time adds one */
-  bool argument;        /* no option: the one argument that has no name; text, for options files */
-  bool needed;          /* of a record: must be there */
+  size_t counted;     /* place of an int64_t, not 0: the length of a list of numbers; 0: no list */
+  int64_t set;        /* CONFIG_FLAG: what the field becomes; 0: 1 */
+  double least, most; /* range, unlimited while both are 0; INFINITY may stand for most */
+  bool above, below;  /* least itself, most itself is not in it */
+  bool repeats;       /* each time adds one */
+  bool argument;      /* no option: the one argument that has no name; text, for options files */
+  bool needed;        /* of a record: must be there */
   config_path path;
   bool (*is_name)(const char *text);
-  const char *const *names; /* CONFIG_CHOICE: ends with NULL */
+  const char *const *names; /* CONFIG_CHOICE: ends with NULL; of a list: as many as the field has */
   const char *wants;        /* what a message says that it wants; NULL: by its kind */
   const char *schema;       /* JSON schema, where the kind does not say it all */
   thrum_status (*take)(const config_given *given, void *record);
@@ -228,10 +230,6 @@ thrum_status config_given_numbers(const config_given *given, int64_t least, int6
 /* The same, all whole. */
 thrum_status config_given_counts(const config_given *given, int64_t most, int64_t *values,
                                  int64_t *count);
-/* Marks the names of a list with commas between in `flags`, one for each known name. */
-thrum_status config_given_names(const config_given *given, const char *const *known, int count,
-                                bool *flags);
-
 /* Puts one option into the record, as its kind says. */
 thrum_status config_given_apply(const config_given *given, void *record);
 

@@ -66,11 +66,6 @@ static thrum_status take_error(const config_given *given, void *request) {
   return error_option_take(given, &((precompute_request *)request)->error);
 }
 
-static thrum_status take_train_damping(const config_given *given, void *request) {
-  precompute_request *r = request;
-  return damping_option_take(given, &r->train_damping[0], &r->train_damping[1]);
-}
-
 /* In the order of their enums. */
 static const char *const masses[] = {"consistent", "lumped", NULL};
 static const char *const precisions[] = {"double", "single", NULL};
@@ -175,7 +170,7 @@ static const config_option options[] = {
     OPTION_PAIR("train-damping", "0",
                 "Rayleigh damping of these runs: A of the mass, B of the stiffness",
                 .unit = "1/s, s", CONFIG_FROM(0), .wants = "A, or A and B, none negative",
-                .take = take_train_damping),
+                AT(train_damping)),
     OPTION_TEXT("keep-runs", "DIR", "none",
                 "keep these runs in this folder, and take those that are there already: a training "
                 "that was stopped goes on with the runs that it had finished",

@@ -21,6 +21,7 @@
 #define SPARE_END ".thrum-earlier"
 #define NEW_END ".new-"
 
+#define STREAM_BUFFER (1 << 18) /* of each series; a row then rarely costs a system call */
 #define LOCK_TRIES 100
 #define NEW_TRIES 1000
 
@@ -235,6 +236,33 @@ thrum_status run_folder_check(const char *path, run_kind kind, thrum_error *erro
   run_folder_abandon(&folder);
   thrum_interrupt_let();
   return status;
+}
+
+/* --- files ------------------------------------------------------------------------------------ */
+
+FILE *run_folder_create(const run_folder *folder, const char *name) {
+  char path[RUN_PATH_MAX + 80];
+  snprintf(path, sizeof path, "%s/%.70s", folder->work, name);
+  FILE *file = fopen(path, "wb");
+  if (file != NULL)
+    setvbuf(file, NULL, _IOFBF, STREAM_BUFFER);
+  return file;
+}
+
+bool run_folder_close_file(FILE **file) {
+  FILE *closing = *file;
+  *file = NULL;
+  if (closing == NULL)
+    return true;
+  const bool flushed = fflush(closing) == 0 && ferror(closing) == 0 && fsync(fileno(closing)) == 0;
+  return fclose(closing) == 0 && flushed;
+}
+
+thrum_status run_folder_write_failed(const run_folder *folder, const char *name,
+                                     thrum_error *error) {
+  const int reason = errno != 0 ? errno : EIO;
+  return thrum_error_set(error, THRUM_IO, "%.200s: %s could not be written (%s)%s", folder->path,
+                         name, strerror(reason), thrum_file_hint(reason));
 }
 
 /* --- putting in place ------------------------------------------------------------------------- */

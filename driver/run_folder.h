@@ -11,6 +11,7 @@
 #define THRUM_DRIVER_RUN_FOLDER_H
 
 #include <stdbool.h>
+#include <stdio.h>
 
 #include "driver/run_entries.h"
 
@@ -36,6 +37,17 @@ thrum_status run_folder_open_inside(const char *path, run_folder *folder, thrum_
 /* The same as run_folder_open for nothing but its refusals, before work that would be lost: RUN
  * stays as it is. */
 thrum_status run_folder_check(const char *path, run_kind kind, thrum_error *error);
+
+/* Opens a new file in the work folder; NULL, and errno, when that fails. */
+FILE *run_folder_create(const run_folder *folder, const char *name);
+
+/* Flushes a file to the disk, closes it, and makes *file NULL; one that is NULL is closed already.
+ * False, and errno, when anything of it was lost on the way. */
+bool run_folder_close_file(FILE **file);
+
+/* Says that a file of the run could not be written, and why: errno. */
+thrum_status run_folder_write_failed(const run_folder *folder, const char *name,
+                                     thrum_error *error);
 
 /* Puts the run in place. On failure RUN is as it was, and the new run is kept beside it under the
  * name that the message gives. */

@@ -21,30 +21,8 @@
 #include "thrum/thrum.h"
 
 #define NPY_HEADER_MAX 192
-#define STREAM_BUFFER (1 << 18) /* of each series; a row then rarely costs a system call */
 
 typedef char path_text[RUN_PATH_MAX + 64];
-
-static thrum_status write_failed(const run_output *output, const char *name, thrum_error *error) {
-  const int reason = errno != 0 ? errno : EIO;
-  return thrum_error_set(error, THRUM_IO, "%.200s: %s could not be written (%s)%s",
-                         output->folder.path, name, strerror(reason), thrum_file_hint(reason));
-}
-
-static FILE *open_file(const run_output *output, const char *name) {
-  path_text path;
-  snprintf(path, sizeof path, "%s/%s", output->folder.work, name);
-  FILE *file = fopen(path, "wb");
-  if (file != NULL)
-    setvbuf(file, NULL, _IOFBF, STREAM_BUFFER);
-  return file;
-}
-
-/* Flushes to the disk and closes; false when anything was lost on the way. */
-static bool close_file(FILE *file) {
-  const bool failed = fflush(file) != 0 || ferror(file) != 0 || fsync(fileno(file)) != 0;
-  return fclose(file) == 0 && !failed;
-}
 
 static bool put_npy_header(FILE *file, int64_t rows, int64_t columns, size_t *size) {
   unsigned char header[NPY_HEADER_MAX];
@@ -66,7 +44,7 @@ static thrum_status open_frames(run_output *output, thrum_error *error) {
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the frames");
   snprintf(path, sizeof path, "%s/" RUN_FRAMES, output->folder.work);
   if (mkdir(path, 0777) != 0)
-    return write_failed(output, RUN_FRAMES, error);
+    return run_folder_write_failed(&output->folder, RUN_FRAMES, error);
   snprintf(path, sizeof path, "%s/frames.pvd", output->folder.work);
   return pvd_open(path, &output->pvd, error);
 }
@@ -81,13 +59,13 @@ thrum_status run_output_open(const char *path, const thrum_model *model, bool fr
   else
     THRUM_TRY(run_folder_open(path, RUN_OF_BODY, &opened.folder, error));
   errno = 0;
-  opened.energy = open_file(&opened, "energy.csv");
-  opened.q = open_file(&opened, "q.npy");
+  opened.energy = run_folder_create(&opened.folder, "energy.csv");
+  opened.q = run_folder_create(&opened.folder, "q.npy");
   // the header is written for no rows now, which keeps its place
   if (opened.energy == NULL || opened.q == NULL ||
       fputs("step,time_s,kinetic_j,potential_j,total_j,high_j\n", opened.energy) < 0 ||
       !put_npy_header(opened.q, 0, model->rank, &size))
-    status = write_failed(&opened, "energy.csv or q.npy", error);
+    status = run_folder_write_failed(&opened.folder, "energy.csv or q.npy", error);
 
   if (status >= 0 && frames)
     status = open_frames(&opened, error);
@@ -105,9 +83,9 @@ thrum_status run_output_record(run_output *output, int64_t step, double time, co
   errno = 0;
   if (fprintf(output->energy, "%" PRId64 ",%.17g,%.17g,%.17g,%.17g,%.17g\n", step, time,
               energies->kinetic, energies->potential, energies->total, energies->high) < 0)
-    return write_failed(output, "energy.csv", error);
+    return run_folder_write_failed(&output->folder, "energy.csv", error);
   if (fwrite(q, sizeof *q, rank, output->q) != rank)
-    return write_failed(output, "q.npy", error);
+    return run_folder_write_failed(&output->folder, "q.npy", error);
   output->rows++;
   return THRUM_OK;
 }
@@ -115,9 +93,9 @@ thrum_status run_output_record(run_output *output, int64_t step, double time, co
 thrum_status run_output_open_places(run_output *output, thrum_error *error) {
   size_t size = 0;
   errno = 0;
-  output->places = open_file(output, RUN_PLACEMENTS);
+  output->places = run_folder_create(&output->folder, RUN_PLACEMENTS);
   if (output->places == NULL || !put_npy_header(output->places, 0, RUN_PLACEMENT_COLUMNS, &size))
-    return write_failed(output, RUN_PLACEMENTS, error);
+    return run_folder_write_failed(&output->folder, RUN_PLACEMENTS, error);
   return THRUM_OK;
 }
 
@@ -127,7 +105,7 @@ thrum_status run_output_place(run_output *output, const double matrix[16], thrum
   errno = 0;
   return fwrite(place, sizeof place, 1, output->places) == 1
              ? THRUM_OK
-             : write_failed(output, RUN_PLACEMENTS, error);
+             : run_folder_write_failed(&output->folder, RUN_PLACEMENTS, error);
 }
 
 thrum_status run_output_frame(run_output *output, double time, const double base[3],
@@ -151,43 +129,39 @@ static bool finish_series(FILE **series, int64_t rows, int64_t columns) {
   size_t before = 0, after = 0;
   unsigned char header[NPY_HEADER_MAX];
   before = thrum_npy_header_f8(header, 0, columns);
-  bool done = fseek(*series, 0, SEEK_SET) == 0 && put_npy_header(*series, rows, columns, &after) &&
-              before == after;
-  done = close_file(*series) && done;
-  *series = NULL;
-  return done;
+  const bool done = fseek(*series, 0, SEEK_SET) == 0 &&
+                    put_npy_header(*series, rows, columns, &after) && before == after;
+  return run_folder_close_file(series) && done;
 }
 
 static bool write_end(const run_output *output, const double *q, const double *p) {
   size_t size = 0;
   const size_t rank = (size_t)output->model->rank;
-  FILE *file = open_file(output, "end.npy");
+  FILE *file = run_folder_create(&output->folder, "end.npy");
   if (file == NULL)
     return false;
   const bool done = put_npy_header(file, 2, output->model->rank, &size) &&
                     fwrite(q, sizeof *q, rank, file) == rank &&
                     fwrite(p, sizeof *p, rank, file) == rank;
-  return close_file(file) && done;
+  return run_folder_close_file(&file) && done;
 }
 
 thrum_status run_output_end(run_output *output, const double *q, const double *p,
                             thrum_error *error) {
   errno = 0;
-  const bool closed = close_file(output->energy);
-  output->energy = NULL;
-  if (!closed)
-    return write_failed(output, "energy.csv", error);
+  if (!run_folder_close_file(&output->energy))
+    return run_folder_write_failed(&output->folder, "energy.csv", error);
 
   // the headers of the series get the number of rows
   if (!finish_series(&output->q, output->rows, output->model->rank))
-    return write_failed(output, "q.npy", error);
+    return run_folder_write_failed(&output->folder, "q.npy", error);
   output->moved = output->places != NULL;
   if (output->moved && !finish_series(&output->places, output->rows, RUN_PLACEMENT_COLUMNS))
-    return write_failed(output, RUN_PLACEMENTS, error);
+    return run_folder_write_failed(&output->folder, RUN_PLACEMENTS, error);
 
   // what the run can be continued from
   if (q != NULL && !write_end(output, q, p))
-    return write_failed(output, "end.npy", error);
+    return run_folder_write_failed(&output->folder, "end.npy", error);
   output->end = q != NULL;
   return output->pvd.stream != NULL ? pvd_close(&output->pvd, error) : THRUM_OK;
 }
@@ -203,13 +177,11 @@ thrum_status run_output_commit(run_output *output, const cJSON *figures, thrum_e
 
   // run.json last: it says that all else is whole
   errno = 0;
-  FILE *file = open_file(output, RUN_JSON);
-  bool done = file != NULL && fprintf(file, "%s\n", text) > 0;
-  if (file != NULL)
-    done = close_file(file) && done;
+  FILE *file = run_folder_create(&output->folder, RUN_JSON);
+  const bool written = file != NULL && fprintf(file, "%s\n", text) > 0;
   free(text);
-  if (!done)
-    return write_failed(output, RUN_JSON, error);
+  if (!run_folder_close_file(&file) || !written)
+    return run_folder_write_failed(&output->folder, RUN_JSON, error);
   return run_folder_commit(&output->folder, error);
 }
 

@@ -117,9 +117,6 @@ thrum_status scene_run_add_base_motion(const base_motion_spec *base_motion, thru
                                        thrum_error *error);
 thrum_status scene_run_probes(scene_run *run);
 
-/* scene_run_output.c: a file of the run could not be written, and why. */
-thrum_status scene_run_write_failed(const scene_run *run, const char *name, thrum_error *error);
-
 /* scene_run_output.c: adds the forces at the end and the energies of the run of touches of
  * obstacles. */
 void scene_run_add_touches(cJSON *object, const thrum_contact_report *of);
@@ -138,7 +135,6 @@ scene_run_losses scene_run_losses_get(const scene_run *run);
 thrum_status scene_run_open_account(scene_run *run, thrum_error *error);
 thrum_status scene_run_record_account(scene_run *run, int64_t step, double time,
                                       thrum_error *error);
-thrum_status scene_run_close_account(scene_run *run, thrum_error *error);
 cJSON *scene_run_collisions_json(const scene_run *run);
 void scene_run_warn_of_depth(const scene_run *run);
 

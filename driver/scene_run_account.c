@@ -4,32 +4,25 @@
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "config/message.h"
 #include "driver/run_entries.h"
 #include "driver/scene_run.h"
 #include "io/json.h"
 
-static thrum_status write_failed(const scene_run *run, thrum_error *error) {
-  return scene_run_write_failed(run, SCENE_ACCOUNT, error);
-}
-
 thrum_status scene_run_open_account(scene_run *run, thrum_error *error) {
-  char path[RUN_PATH_MAX + 80];
   THRUM_TRY(thrum_scene_account_get(run->scene, &run->first, error));
   if (!scene_run_touches(run))
     return THRUM_OK;
-  snprintf(path, sizeof path, "%.*s/" SCENE_ACCOUNT, RUN_PATH_MAX, run->folder.work);
   errno = 0;
-  run->account = fopen(path, "w");
+  run->account = run_folder_create(&run->folder, SCENE_ACCOUNT);
   const bool done =
       run->account != NULL &&
       fputs("step,time_s,kinetic_j,potential_j,gravity_j,contact_j,total_j,lost_j,"
             "px_kg_m_s,py_kg_m_s,pz_kg_m_s,lx_kg_m2_s,ly_kg_m2_s,lz_kg_m2_s,touching,distance_m,"
             "depth_m,obstacles_lost_j,dissipated_j\n",
             run->account) >= 0;
-  return done ? THRUM_OK : write_failed(run, error);
+  return done ? THRUM_OK : run_folder_write_failed(&run->folder, SCENE_ACCOUNT, error);
 }
 
 scene_run_losses scene_run_losses_get(const scene_run *run) {
@@ -69,18 +62,7 @@ thrum_status scene_run_record_account(scene_run *run, int64_t step, double time,
               a.momentum[0], a.momentum[1], a.momentum[2], a.angular_momentum[0],
               a.angular_momentum[1], a.angular_momentum[2], of.touching, of.distance, of.depth,
               losses.obstacles.lost, losses.dissipated) > 0;
-  return done ? THRUM_OK : write_failed(run, error);
-}
-
-thrum_status scene_run_close_account(scene_run *run, thrum_error *error) {
-  if (run->account == NULL)
-    return THRUM_OK;
-  errno = 0;
-  const bool flushed =
-      fflush(run->account) == 0 && ferror(run->account) == 0 && fsync(fileno(run->account)) == 0;
-  const bool closed = fclose(run->account) == 0;
-  run->account = NULL;
-  return flushed && closed ? THRUM_OK : write_failed(run, error);
+  return done ? THRUM_OK : run_folder_write_failed(&run->folder, SCENE_ACCOUNT, error);
 }
 
 static void add_account(cJSON *object, const char *name, const thrum_scene_account *account) {

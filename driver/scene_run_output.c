@@ -4,19 +4,11 @@
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "driver/run_placement.h"
 #include "driver/scene_run.h"
 #include "driver/simulate_report.h"
-#include "io/file.h"
 #include "io/json.h"
-
-thrum_status scene_run_write_failed(const scene_run *run, const char *name, thrum_error *error) {
-  const int reason = errno != 0 ? errno : EIO;
-  return thrum_error_set(error, THRUM_IO, "%.200s: %s could not be written (%s)%s",
-                         run->folder.path, name, strerror(reason), thrum_file_hint(reason));
-}
 
 /* --- opening ---------------------------------------------------------------------------------- */
 
@@ -87,14 +79,12 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
 }
 
 static thrum_status open_probes(scene_run *run, thrum_error *error) {
-  char path[RUN_PATH_MAX + 80];
   if (thrum_scene_probe_count(run->scene) == 0)
     return THRUM_OK;
-  snprintf(path, sizeof path, "%.*s/" SCENE_PROBES, RUN_PATH_MAX, run->folder.work);
 
   // six columns for each probe
   errno = 0;
-  run->probes = fopen(path, "w");
+  run->probes = run_folder_create(&run->folder, SCENE_PROBES);
   bool done = run->probes != NULL && fputs("step,time_s", run->probes) >= 0;
   for (int32_t n = 0; done && n < thrum_scene_probe_count(run->scene); n++) {
     const char *p = thrum_scene_probe_name(run->scene, n);
@@ -103,7 +93,7 @@ static thrum_status open_probes(scene_run *run, thrum_error *error) {
   }
 
   done = done && fputc('\n', run->probes) != EOF;
-  return done ? THRUM_OK : scene_run_write_failed(run, SCENE_PROBES, error);
+  return done ? THRUM_OK : run_folder_write_failed(&run->folder, SCENE_PROBES, error);
 }
 
 thrum_status scene_run_open(scene_run *run, thrum_error *error) {
@@ -132,7 +122,7 @@ thrum_status scene_run_record_probes(scene_run *run, int64_t step, double time,
                            v[0], v[1], v[2]) > 0;
   }
   done = done && fputc('\n', run->probes) != EOF;
-  return done ? THRUM_OK : scene_run_write_failed(run, SCENE_PROBES, error);
+  return done ? THRUM_OK : run_folder_write_failed(&run->folder, SCENE_PROBES, error);
 }
 
 /* --- the end ---------------------------------------------------------------------------------- */
@@ -169,13 +159,12 @@ void scene_run_add_touches(cJSON *object, const thrum_contact_report *of) {
 /* Forces and energies of the contact of a body; null where nothing can touch it. */
 static void add_contact(const scene_run *run, const thrum_scene_body_info *info, cJSON *object) {
   const thrum_contact_report *contact = &info->contact;
-  if (run->spec.obstacles.count == 0 || contact->steps == 0) {
-    cJSON_AddNullToObject(object, "contact");
+  cJSON *report =
+      json_section(object, "contact", run->spec.obstacles.count > 0 && contact->steps > 0);
+  if (report == NULL)
     return;
-  }
 
   // forces and depth at the end, then the energy exchanged over the run
-  cJSON *report = cJSON_AddObjectToObject(object, "contact");
   scene_run_add_touches(report, contact);
 
   // steps that contact made difficult
@@ -208,20 +197,12 @@ static thrum_status complete_body(scene_run *run, int32_t n, thrum_error *error)
   return status;
 }
 
-static thrum_status close_probes(scene_run *run, thrum_error *error) {
-  if (run->probes == NULL)
-    return THRUM_OK;
-  errno = 0;
-  const bool flushed =
-      fflush(run->probes) == 0 && ferror(run->probes) == 0 && fsync(fileno(run->probes)) == 0;
-  const bool closed = fclose(run->probes) == 0;
-  run->probes = NULL;
-  return flushed && closed ? THRUM_OK : scene_run_write_failed(run, SCENE_PROBES, error);
-}
-
 thrum_status scene_run_end(scene_run *run, thrum_error *error) {
-  THRUM_TRY(close_probes(run, error));
-  THRUM_TRY(scene_run_close_account(run, error));
+  errno = 0;
+  if (!run_folder_close_file(&run->probes))
+    return run_folder_write_failed(&run->folder, SCENE_PROBES, error);
+  if (!run_folder_close_file(&run->account))
+    return run_folder_write_failed(&run->folder, SCENE_ACCOUNT, error);
   THRUM_TRY(driver_run_end(&run->run, error));
   for (int32_t n = 0; n < run->spec.bodies.count; n++)
     THRUM_TRY(complete_body(run, n, error));

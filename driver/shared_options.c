@@ -37,14 +37,6 @@ thrum_status load_option_take(const config_given *given, load_spec *loads, int64
   return THRUM_OK;
 }
 
-thrum_status damping_option_take(const config_given *given, double *alpha, double *beta) {
-  double pair[2] = {0, 0};
-  THRUM_TRY(config_given_numbers(given, 1, 2, pair, NULL));
-  *alpha = pair[0];
-  *beta = pair[1];
-  return THRUM_OK;
-}
-
 thrum_status frames_option_take(const config_given *given, double *rate, int64_t *every) {
   static const char prefix[] = "every-";
   *rate = 0;
@@ -59,7 +51,11 @@ thrum_status frames_option_take(const config_given *given, double *rate, int64_t
 
 static thrum_status take_damping(const config_given *given, void *record) {
   thrum_state_def *def = record;
-  return damping_option_take(given, &def->damping_alpha, &def->damping_beta);
+  double pair[2] = {0, 0};
+  THRUM_TRY(config_given_numbers(given, 1, 2, pair, NULL));
+  def->damping_alpha = pair[0];
+  def->damping_beta = pair[1];
+  return THRUM_OK;
 }
 
 static thrum_status take_newmark(const config_given *given, void *record) {
@@ -137,7 +133,7 @@ const config_option material_options[] = {
 
 const config_option solver_options[] = {
     OPTION_INTEGRATOR(thrum_state_def, integrator),
-    OPTION_DAMPING(take_damping),
+    OPTION_DAMPING(.take = take_damping),
     OPTION_CHOICE("damping-form", damping_forms, "rest",
                   "whether B damps by the stiffness at rest or by the present one",
                   AT(damping_form)),

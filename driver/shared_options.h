@@ -24,10 +24,9 @@ extern const char *const full_quadrature_names[];
 #define OPTION_TIME(type, member, otherwise)                                                       \
   OPTION_NUMBER("time", "s", otherwise, "time to simulate", CONFIG_AT(type, member),               \
                 CONFIG_ABOVE(0))
-#define OPTION_DAMPING(taken)                                                                      \
+#define OPTION_DAMPING(place)                                                                      \
   OPTION_PAIR("damping", "0", "Rayleigh damping: A of the mass, B of the stiffness",               \
-              .unit = "1/s, s", CONFIG_FROM(0), .wants = "A, or A and B, none negative",           \
-              .take = taken)
+              .unit = "1/s, s", CONFIG_FROM(0), .wants = "A, or A and B, none negative", place)
 #define OPTION_INTEGRATOR(type, member)                                                            \
   OPTION_CHOICE(                                                                                   \
       "integrator", integrator_names, "energy",                                                    \
@@ -73,8 +72,6 @@ thrum_status error_option_take(const config_given *given, double *error);
 
 /* For `take`: parses the load given into loads[*count], which has room for it, and counts it. */
 thrum_status load_option_take(const config_given *given, load_spec *loads, int64_t *count);
-/* A (of the mass) and B (of the stiffness). */
-thrum_status damping_option_take(const config_given *given, double *alpha, double *beta);
 /* Frames a second, or steps between them; the other becomes 0. */
 thrum_status frames_option_take(const config_given *given, double *rate, int64_t *every);
 

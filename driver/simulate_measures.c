@@ -146,6 +146,7 @@ thrum_status simulate_measures_look(simulate_measures *m, const double *q, doubl
 static const uint32_t warnings[] = {THRUM_WARNING_LIST(X)};
 #undef X
 enum { WARNING_COUNT = sizeof warnings / sizeof warnings[0] };
+static const char *const warning_keys[WARNING_COUNT] = {"compressed", "inverted", "reach", "load"};
 
 /* The place of a bit in warned_at. */
 static int place_of(uint32_t bit) {
@@ -155,41 +156,24 @@ static int place_of(uint32_t bit) {
   return place;
 }
 
-static const char *name_of(uint32_t bit) {
-  switch (bit) {
-  case THRUM_WARNING_COMPRESSED:
-    return "compressed";
-  case THRUM_WARNING_INVERTED:
-    return "inverted";
-  case THRUM_WARNING_REACH:
-    return "reach";
-  default:
-    return "load";
-  }
-}
-
 void simulate_measures_json(const simulate_measures *m, cJSON *object) {
   // null says that it was not asked for
-  if (m->stress_points == NULL) {
-    cJSON_AddNullToObject(object, "stress");
-  } else {
-    cJSON *stress = cJSON_AddObjectToObject(object, "stress");
+  cJSON *stress = json_section(object, "stress", m->stress_points != NULL);
+  if (stress != NULL) {
     json_number(stress, "peak_von_mises_pa", m->peak_stress);
     json_number(stress, "peak_tet", m->peak_tet >= 0 ? (double)m->peak_tet + 1 : NAN);
     json_number(stress, "peak_time_s", m->peak_tet >= 0 ? m->peak_time : NAN);
   }
 
-  if (m->monitor == NULL) {
-    cJSON_AddNullToObject(object, "monitor");
+  cJSON *monitor = json_section(object, "monitor", m->monitor != NULL);
+  if (monitor == NULL)
     return;
-  }
 
   // the names of the warnings raised
-  cJSON *monitor = cJSON_AddObjectToObject(object, "monitor");
   cJSON *raised = cJSON_AddArrayToObject(monitor, "warnings");
   for (int n = 0; n < WARNING_COUNT; n++)
     if (m->record.warnings & warnings[n])
-      cJSON_AddItemToArray(raised, cJSON_CreateString(name_of(warnings[n])));
+      json_add_string(raised, warning_keys[n]);
 
   // extremes exist once a state has been looked at
   const bool looked = m->record.looks > 0;

@@ -10,22 +10,11 @@
 #include "io/json.h"
 #include "platform/clock.h"
 
-static const char *solver_name(const simulate_request *request) {
-  return request->solver == THRUM_FULL_CG ? "cg" : "cholesky";
-}
-
 static void add_split(cJSON *object, const thrum_state_def *def) {
-  switch (def->split_rule) {
-  case THRUM_SPLIT_CFL:
-    cJSON_AddStringToObject(object, "split", "cfl");
-    break;
-  case THRUM_SPLIT_SAMPLING:
-    cJSON_AddStringToObject(object, "split", "sampling");
-    break;
-  case THRUM_SPLIT_COUNT:
+  if (def->split_rule == THRUM_SPLIT_COUNT)
     json_number(object, "split", def->explicit_count);
-    break;
-  }
+  else
+    json_string(object, "split", thrum_split_rule_name(def->split_rule));
 
   // the other options of imexv
   json_number(object, "safety", def->split_safety);
@@ -71,7 +60,7 @@ static cJSON *options_json(const simulate_request *request) {
   // what is written, and how often
   json_number(object, "record_every", (double)request->record_every);
   cJSON_AddBoolToObject(object, "full", request->full);
-  cJSON_AddStringToObject(object, "linear_solver", solver_name(request));
+  json_string(object, "linear_solver", full_solver_names[request->solver]);
   cJSON_AddStringToObject(object, "quadrature", full_quadrature_names[request->quadrature]);
   cJSON_AddStringToObject(object, "frames_in", request->ground ? "ground" : "base");
 
@@ -92,20 +81,18 @@ static cJSON *options_json(const simulate_request *request) {
 }
 
 /* Names of the files, relative to the run's folder. */
-static cJSON *files_json(const run_output *output) {
-  cJSON *files = cJSON_CreateArray();
-  cJSON_AddItemToArray(files, cJSON_CreateString(RUN_JSON));
-  cJSON_AddItemToArray(files, cJSON_CreateString("energy.csv"));
-  cJSON_AddItemToArray(files, cJSON_CreateString("q.npy"));
-  if (output->moved)
-    cJSON_AddItemToArray(files, cJSON_CreateString(RUN_PLACEMENTS));
-  if (output->end)
-    cJSON_AddItemToArray(files, cJSON_CreateString("end.npy"));
-  if (output->plot != NULL)
-    cJSON_AddItemToArray(files, cJSON_CreateString(output->plot));
-  if (output->frames > 0)
-    cJSON_AddItemToArray(files, cJSON_CreateString("frames.pvd"));
-  return files;
+static void add_files(cJSON *object, const run_output *output) {
+  const char *const names[] = {RUN_JSON,
+                               "energy.csv",
+                               "q.npy",
+                               output->moved ? RUN_PLACEMENTS : NULL,
+                               output->end ? "end.npy" : NULL,
+                               output->plot,
+                               output->frames > 0 ? "frames.pvd" : NULL};
+  cJSON *files = cJSON_AddArrayToObject(object, "files");
+  for (size_t n = 0; n < sizeof names / sizeof *names; n++)
+    if (names[n] != NULL)
+      json_add_string(files, names[n]);
 }
 
 /* Fallback levels of the fallback chain (design 8), and what the stability monitor of imexv found
@@ -125,13 +112,11 @@ static void add_robustness(cJSON *object, const simulate_figures *figures) {
   const thrum_state_def *def = &figures->request->def;
   const bool monitored =
       def->integrator == THRUM_INTEGRATOR_IMEXV || def->integrator == THRUM_INTEGRATOR_FOX_GOODWIN;
-  if (!monitored || !def->adaptive) {
-    cJSON_AddNullToObject(object, "stability");
+  cJSON *stability = json_section(object, "stability", monitored && def->adaptive);
+  if (stability == NULL)
     return;
-  }
 
   // the stability number h sqrt(rho), and what was adapted to it
-  cJSON *stability = cJSON_AddObjectToObject(object, "stability");
   cJSON_AddStringToObject(stability, "scheme", thrum_scheme_name(report->scheme));
   json_number(stability, "h_sqrt_rho_last", report->stability_number_last);
   json_number(stability, "h_sqrt_rho_peak", report->stability_number_peak);
@@ -160,22 +145,18 @@ static void add_energy_solves(cJSON *object, const simulate_figures *figures) {
   const bool taken =
       !figures->request->full &&
       (figures->request->def.integrator == THRUM_INTEGRATOR_ENERGY || report->switched_steps > 0);
-  if (!taken) {
-    cJSON_AddNullToObject(object, "energy_solves");
+  cJSON *solves = json_section(object, "energy_solves", taken);
+  if (solves == NULL)
     return;
-  }
-  cJSON *solves = cJSON_AddObjectToObject(object, "energy_solves");
   json_number(solves, "single_steps", (double)report->single_steps);
   json_number(solves, "spurious_j", report->spurious);
   json_number(solves, "tightened", (double)report->tightened);
 }
 
 void simulate_report_condensed(cJSON *object, const simulate_figures *figures) {
-  if (figures->masters == 0) {
-    cJSON_AddNullToObject(object, "condensed");
+  cJSON *condensed = json_section(object, "condensed", figures->masters > 0);
+  if (condensed == NULL)
     return;
-  }
-  cJSON *condensed = cJSON_AddObjectToObject(object, "condensed");
   json_number(condensed, "masters", (double)figures->masters);
   json_number(condensed, "inertia_share", figures->inertia_share);
   json_number(condensed, "energy_defect", figures->energy_defect);
@@ -189,13 +170,11 @@ static double per_step(const simulate_figures *figures, double value) {
 /* The solver of the full order; null for a run of a reduced model. */
 static void add_full(cJSON *object, const simulate_figures *figures) {
   const simulate_request *request = figures->request;
-  if (!request->full) {
-    cJSON_AddNullToObject(object, "full");
+  cJSON *full = json_section(object, "full", request->full);
+  if (full == NULL)
     return;
-  }
-  cJSON *full = cJSON_AddObjectToObject(object, "full");
   json_number(full, "components", (double)figures->full.free_count);
-  cJSON_AddStringToObject(full, "linear_solver", solver_name(request));
+  json_string(full, "linear_solver", full_solver_names[request->solver]);
   json_number(full, "solver_iterations", (double)figures->full.solver_iterations);
   json_number(full, "dt_stable", figures->full.dt_stable);
 }
@@ -249,7 +228,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   json_string(object, "model", request->model_path);
   cJSON_AddStringToObject(object, "model_hash", hash);
   json_string(object, "run", request->run_path);
-  cJSON_AddItemToObject(object, "files", files_json(output));
+  add_files(object, output);
 
   // what stepped it, and at what cost
   cJSON_AddStringToObject(object, "integrator", thrum_integrator_name(request->def.integrator));

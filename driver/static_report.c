@@ -75,10 +75,7 @@ void static_report_json(const static_answer *answer) {
   json_number(object, "softest_factor", report->softest_factor);
 
   // the full order does not look for one on its way
-  if (request->full)
-    cJSON_AddNullToObject(object, "instability");
-  else
-    cJSON_AddStringToObject(object, "instability", instabilities[report->instability]);
+  json_string(object, "instability", request->full ? NULL : instabilities[report->instability]);
 
   json_number(object, "critical_factor", report->critical);
   json_number(object, "critical_factor_linear", report->critical_linear);
@@ -88,10 +85,8 @@ void static_report_json(const static_answer *answer) {
     json_numbers(object, "mode", answer->mode, answer->model->rank);
 
   // what of it is to be believed
-  if (request->full || isnan(answer->belief.reach)) {
-    cJSON_AddNullToObject(object, "monitor");
-  } else {
-    cJSON *monitor = cJSON_AddObjectToObject(object, "monitor");
+  cJSON *monitor = json_section(object, "monitor", !request->full && !isnan(answer->belief.reach));
+  if (monitor != NULL) {
     json_number(monitor, "least_stretch", answer->belief.stretch);
     json_number(monitor, "reach", answer->belief.reach);
     json_number(monitor, "undone_share", answer->belief.undone);

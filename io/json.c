@@ -53,7 +53,7 @@ void json_numbers(cJSON *object, const char *key, const double *values, int64_t 
 }
 
 void json_string(cJSON *object, const char *key, const char *text) {
-  cJSON_AddItemToObject(object, key, cJSON_CreateString(text));
+  cJSON_AddItemToObject(object, key, text != NULL ? cJSON_CreateString(text) : cJSON_CreateNull());
 }
 
 void json_add_string(cJSON *array, const char *text) {
@@ -64,6 +64,13 @@ void json_strings(cJSON *object, const char *key, const char *const *texts, int6
   cJSON *array = cJSON_AddArrayToObject(object, key);
   for (int64_t n = 0; n < count; n++)
     json_add_string(array, texts[n]);
+}
+
+cJSON *json_section(cJSON *object, const char *key, bool present) {
+  if (present)
+    return cJSON_AddObjectToObject(object, key);
+  cJSON_AddNullToObject(object, key);
+  return NULL;
 }
 
 cJSON *json_add_row(cJSON *array) {

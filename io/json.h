@@ -20,7 +20,11 @@ void json_number(cJSON *object, const char *key, double value);
 cJSON *json_number_item(double value);
 /* Adds an array of numbers, the same way. */
 void json_numbers(cJSON *object, const char *key, const double *values, int64_t count);
-/* Adds a text; json_text makes '?' of bytes that are no UTF-8, as a file's name may hold. */
+/* Adds an object and returns it; null, and NULL is returned, where `present` says that there is
+ * none. */
+cJSON *json_section(cJSON *object, const char *key, bool present);
+/* Adds a text, null where it is NULL; json_text makes '?' of bytes that are no UTF-8, as a file's
+ * name may hold. */
 void json_string(cJSON *object, const char *key, const char *text);
 void json_add_string(cJSON *array, const char *text);
 void json_strings(cJSON *object, const char *key, const char *const *texts, int64_t count);

@@ -49,8 +49,9 @@ static void take(void *context, int64_t index, const double *u, const double *v,
 static thrum_status allocate(tradeoff_reference *made, int64_t all, bool keep, taker *t,
                              thrum_error *error) {
   static const char what[] = "the samples of the full order";
-  made->mass_u = thrum_allocate(2 * TRADEOFF_SAMPLES * made->n, sizeof *made->mass_u, what, error);
-  t->free_ones = thrum_allocate(made->n, sizeof *t->free_ones, what, error);
+  THRUM_TRY(thrum_reserve(&made->mass_u, 2 * TRADEOFF_SAMPLES * made->n, sizeof *made->mass_u, what,
+                          error));
+  THRUM_TRY(thrum_reserve(&t->free_ones, made->n, sizeof *t->free_ones, what, error));
   if (keep)
     THRUM_TRY(thrum_reserve(&made->u, FULL_MOTION_SNAPSHOTS * all, sizeof *made->u, what, error));
   made->mass_v = made->mass_u + TRADEOFF_SAMPLES * made->n;

@@ -2,7 +2,6 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "driver/model_condense_to.h"
 #include "driver/precompute_train.h"
@@ -40,7 +39,6 @@ thrum_status tradeoff_view_make(const thrum_model *shape, const full_motion_scri
   const int64_t count = (script->load_count + 2 * TRADEOFF_SAMPLES + 1) * rank;
   *view = (tradeoff_view){.script = script, .reference = reference};
   THRUM_TRY(thrum_reserve(&view->directions, count, sizeof *view->directions, "a basis", error));
-  memset(view->directions, 0, (size_t)count * sizeof *view->directions);
   view->reference_q = view->directions + script->load_count * rank;
   view->reference_p = view->reference_q + TRADEOFF_SAMPLES * rank;
   view->start = view->reference_p + TRADEOFF_SAMPLES * rank;
