@@ -232,6 +232,8 @@ static thrum_status store_names(const config_given *given, bool *flags) {
   const int64_t found_count = cut(given, copy, parts, LIST_MAX);
   if (found_count < 0)
     return config_given_wrong(given);
+
+  // the list takes the place of the default one
   memset(flags, 0, (size_t)count * sizeof *flags);
   for (int64_t n = 0; n < found_count; n++) {
     const int index = name_index(parts[n], known, count);
