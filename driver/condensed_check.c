@@ -136,25 +136,23 @@ static void fill_turns(condensed_check *check, const double *omega2, int64_t ran
   check->h = h;
 }
 
-/* What the slaves' lag does to the masters and the run does not have, over a step of h that ended
- * at x: the square of the static displacement of the masters under its force. Without inertia the
- * lag z = y - Y(x) is that of beta z' + z = -beta Y', and the run has z = -beta Y'. */
-static double lag_left_out(condensed_check *check, double h, const double *x) {
+/* Returns the square of the static displacement of the masters under a force that the run lacks in
+ * a step of h: that of the lag z = y - Y(x) of slaves without inertia, which obeys
+ * beta z' + z = -beta Y'. The run has the force of z = -beta Y'. `shown` has all coordinates at the
+ * end of the step. */
+static double lag_left_out(condensed_check *check, double h, const double *shown) {
   const thrum_model *model = check->model, *shape = thrum_condensed_shape_model(model);
   const double beta = check->damping_beta, kept = exp(-h / beta);
-  double shown[THRUM_RANK_MAX], load[THRUM_RANK_MAX] = {0}, force[THRUM_RANK_MAX], sum = 0;
-  thrum_condensed_shape(model, x, NULL, shown);
+  double load[THRUM_RANK_MAX] = {0}, force[THRUM_RANK_MAX], sum = 0;
 
   // exact for a constant Y': the mean over the step, and the lag at its end
   for (int64_t s = model->rank; s < shape->rank; s++) {
-    const double moved = check->follows ? beta / h * (shown[s] - check->followed[s]) : 0;
+    const double moved = beta / h * (shown[s] - check->followed[s]);
     load[s] = shape->omega2[s] * (beta / h) * (1 - kept) * (check->lag[s] + moved);
     check->lag[s] = kept * check->lag[s] - (1 - kept) * moved;
-    check->followed[s] = shown[s];
   }
-  check->follows = true;
 
-  thrum_condensed_load(model, x, load, force);
+  thrum_condensed_load(model, shown, load, force);
   for (int64_t i = 0; i < model->rank; i++) {
     const double moves = force[i] / shape->omega2[i];
     sum += moves * moves;
@@ -162,39 +160,75 @@ static double lag_left_out(condensed_check *check, double h, const double *x) {
   return sum;
 }
 
+/* Steps the slaves and adds the squares of what the run does not show of them, and of all of them,
+ * to missing and shown. Each vibrates about its answer to what acts on it, exactly so while that is
+ * constant. Returns whether anything touches them. */
+static bool step_slaves(condensed_check *check, const double *load, const double *contact,
+                        double *missing, double *shown) {
+  const thrum_model *shape = thrum_condensed_shape_model(check->model);
+  bool touched = false;
+  for (int64_t s = check->model->rank; s < shape->rank; s++) {
+    double *y = check->beside + s, *v = y + THRUM_RANK_MAX;
+    const double *turn = check->turns + TURN * s, omega2 = shape->omega2[s], before = *y;
+    const double answer = load ? load[s] / omega2 : 0;
+    const double pressed = contact ? contact[s] / omega2 : 0, middle = answer + pressed;
+    const double away = *y - middle, c = turn[TURN_C], d = turn[TURN_S], g = turn[TURN_G];
+    const double moved = c * away + d * (*v + g * away);
+    *v = c * *v - d * (g * *v + omega2 * away);
+    *y = middle + moved;
+
+    // the run shows the answer to the load alone
+    const double lacking = pressed + moved;
+    *missing += lacking * lacking;
+    *shown += *y * *y;
+
+    // and its masters keep what contact does for the slaves
+    check->struck += omega2 * pressed * (*y - before);
+    touched = touched || pressed != 0;
+  }
+  return touched;
+}
+
+/* Compares what impacts have given to the slaves with the energy of the masters, after a step of h
+ * that ended at x. */
+static void look_at_impacts(condensed_check *check, bool touched, double h, const double *x) {
+  const thrum_model *model = check->model;
+  const double *omega2 = thrum_condensed_shape_model(model)->omega2;
+  double energy = 0;
+  for (int64_t i = 0; i < model->rank; i++) {
+    const double v = (x[i] - check->followed[i]) / h;
+    energy += 0.5 * (v * v + omega2[i] * x[i] * x[i]);
+  }
+  check->energy_most = fmax(check->energy_most, energy);
+
+  // while they touch, a part of it is of the static answer and comes back
+  if (!touched)
+    check->absorbed = fmax(check->absorbed, check->struck);
+}
+
 void condensed_check_vibrate(condensed_check *check, const double *load, const double *contact,
                              double h, const double *x) {
   const thrum_model *model = check->model;
   if (model == NULL)
     return;
-  const double *omega2 = thrum_condensed_shape_model(model)->omega2;
-  const int64_t rank = thrum_condensed_shape_model(model)->rank;
 
   // sines and exponentials cost more than the rest, and the step rarely changes
+  const int64_t rank = thrum_condensed_shape_model(model)->rank;
   if (check->h != h)
-    fill_turns(check, omega2, rank, h);
-  double missing = 0, shown = 0;
+    fill_turns(check, thrum_condensed_shape_model(model)->omega2, rank, h);
+  double missing = 0, shown = 0, all[THRUM_RANK_MAX];
   for (int64_t i = 0; i < model->rank; i++)
     shown += x[i] * x[i];
+  const bool touched = step_slaves(check, load, contact, &missing, &shown);
 
-  // each slave vibrates about its answer to what acts on it, exactly so while that is constant
-  for (int64_t s = model->rank; s < rank; s++) {
-    double *y = check->beside + s, *v = y + THRUM_RANK_MAX;
-    const double *turn = check->turns + TURN * s;
-    const double answer = load ? load[s] / omega2[s] : 0;
-    const double pressed = contact ? contact[s] / omega2[s] : 0, middle = answer + pressed;
-    const double away = *y - middle, c = turn[TURN_C], d = turn[TURN_S], g = turn[TURN_G];
-    const double moved = c * away + d * (*v + g * away);
-    *v = c * *v - d * (g * *v + omega2[s] * away);
-    *y = middle + moved;
-
-    // the run shows the answer to the load alone
-    const double lacking = pressed + moved;
-    missing += lacking * lacking;
-    shown += *y * *y;
-  }
-  if (check->damped_at_rest)
-    missing += lag_left_out(check, h, x);
+  // the first step has none before it to compare with
+  thrum_condensed_shape(model, x, NULL, all);
+  if (check->follows && check->damped_at_rest)
+    missing += lag_left_out(check, h, all);
+  if (check->follows && contact != NULL)
+    look_at_impacts(check, touched, h, x);
+  memcpy(check->followed, all, (size_t)rank * sizeof *all);
+  check->follows = true;
   check->missing += missing;
   check->shown += shown;
 }
@@ -205,4 +239,5 @@ void condensed_check_report(const condensed_check *check, const thrum_model *mod
   figures->inertia_share = check->kinetic > 0 ? check->inertia / check->kinetic : 0;
   figures->energy_defect = check->energy > 0 ? check->defect : NAN;
   figures->vibration_share = check->shown > 0 ? sqrt(check->missing / check->shown) : 0;
+  figures->impact_share = check->absorbed > 0 ? check->absorbed / check->energy_most : 0;
 }

@@ -6,7 +6,8 @@
  * Without inertia the slaves do not vibrate. How they would, as linear oscillators under the load
  * on them and from where the body starts, is stepped beside the run: an axial load on a bar whose
  * masters bend it, a load near a slave's frequency, a start that the masters cannot show, an
- * impact.
+ * impact. What an impact gives to their vibration, the masters of the run keep: they rebound with
+ * it.
  *
  * Damped at rest, beta y' + y = Y(x), the slaves lag by beta. The run has the force -beta Omega^2
  * Y' of that, which is right while little changes in that time; how they would lag is stepped as
@@ -35,9 +36,16 @@ typedef struct condensed_check {
   double h;
   double damping_alpha, damping_beta;
   bool damped_at_rest;
-  double *followed; /* where the slaves followed to, at the end of the last step; of `beside` */
-  double *lag;      /* y - Y(x) of slaves without inertia, there */
-  bool follows;     /* `followed` is known */
+  double *lag; /* y - Y(x) of slaves without inertia, at the end of the last step; of `beside` */
+
+  /* All coordinates at the end of the last step, as the masters show them. */
+  double *followed;
+  bool follows; /* they are known */
+
+  /* Energies in the scale of the model [J]. */
+  double struck;      /* net work of contact on the slaves */
+  double absorbed;    /* the most of it at a time without touch */
+  double energy_most; /* largest energy of the masters */
   double missing, shown;
 } condensed_check;
 

@@ -12,6 +12,7 @@
 #define GAIN_FLAG 0.5       /* share of the largest energy that came from nowhere: the same */
 #define INERTIA_FLAG 0.005  /* share of the kinetic energy left out by condensing: the same */
 #define DEFECT_FLAG 0.02    /* share of the strain energy that condensing has wrong: the same */
+#define IMPACT_FLAG 0.05    /* share of the energy that impacts would give to what follows: same */
 #define VIBRATION_FLAG 0.03 /* share of the motion that is vibration left out by it: the same */
 
 /* The larger of `steps` and the number of steps in `time`. */
@@ -56,10 +57,10 @@ double simulate_figures_balance(const simulate_figures *figures) {
   return gained - figures->work_load - figures->work_base + figures->dissipated;
 }
 
-bool simulate_condensed_believed(double inertia_share, double energy_defect,
-                                 double vibration_share) {
+bool simulate_condensed_believed(double inertia_share, double energy_defect, double vibration_share,
+                                 double impact_share) {
   return !(inertia_share > INERTIA_FLAG || energy_defect > DEFECT_FLAG ||
-           vibration_share > VIBRATION_FLAG);
+           vibration_share > VIBRATION_FLAG || impact_share > IMPACT_FLAG);
 }
 
 void simulate_figures_end(simulate_figures *figures) {
@@ -78,7 +79,8 @@ void simulate_figures_end(simulate_figures *figures) {
   const double left_out = def->integrator == THRUM_INTEGRATOR_MANIFOLD ? 0 : figures->inertia_share;
   figures->condensed_wrong =
       figures->masters > 0 && figures->request->monitor &&
-      !simulate_condensed_believed(left_out, figures->energy_defect, figures->vibration_share);
+      !simulate_condensed_believed(left_out, figures->energy_defect, figures->vibration_share,
+                                   figures->impact_share);
 }
 
 void simulate_figures_stepped_by(const simulate_figures *figures, char text[128]) {

@@ -34,6 +34,7 @@ typedef struct simulate_figures {
   double inertia_share; /* of the kinetic energy, largest over largest, that it leaves out [1] */
   double energy_defect; /* of the largest strain energy against the mesh [1]; NaN: not looked at */
   double vibration_share; /* rms of the slaves' vibration that is left out, over that of q [1] */
+  double impact_share;    /* energy that impacts give to the slaves, over that of the masters [1] */
   double seconds_read, seconds_step, seconds_output, seconds_plot, seconds_total;
 } simulate_figures;
 
@@ -49,8 +50,8 @@ double simulate_figures_balance(const simulate_figures *figures);
 
 /* Whether a run of a condensed model that leaves out these shares can be believed; NaN: not looked
  * at. */
-bool simulate_condensed_believed(double inertia_share, double energy_defect,
-                                 double vibration_share);
+bool simulate_condensed_believed(double inertia_share, double energy_defect, double vibration_share,
+                                 double impact_share);
 
 /* Tells what stepped the body: its integrator, and where imexv has switched, since when and to
  * what. */

@@ -161,6 +161,7 @@ void simulate_report_condensed(cJSON *object, const simulate_figures *figures) {
   json_number(condensed, "inertia_share", figures->inertia_share);
   json_number(condensed, "energy_defect", figures->energy_defect);
   json_number(condensed, "vibration_share", figures->vibration_share);
+  json_number(condensed, "impact_share", figures->impact_share);
 }
 
 static double per_step(const simulate_figures *figures, double value) {
@@ -291,7 +292,10 @@ static void print_condensed(const simulate_figures *figures) {
          stepped ? "in what follows" : "left out");
   if (isfinite(figures->energy_defect))
     printf(", %.2g %% of the strain energy wrong", 100 * figures->energy_defect);
-  printf(", %.2g %% of the motion is vibration left out\n", 100 * figures->vibration_share);
+  printf(", %.2g %% of the motion is vibration left out", 100 * figures->vibration_share);
+  if (figures->impact_share > 0)
+    printf(", %.2g %% of the energy after impacts", 100 * figures->impact_share);
+  printf("\n");
 }
 
 void simulate_report_table(const simulate_figures *figures, const run_output *output,

@@ -334,8 +334,8 @@ static void what_follows_slowly_is_flagged(void **state) {
   }
 }
 
-/* What follows at once is damped with its masters. Damped so strongly that it lags, it is flagged
- * by about the error. */
+/* A slave that follows at once is damped with its masters. Where it is damped so strongly that it
+ * lags, the run is flagged, and the share that is said is about the error. */
 static void a_lag_of_what_follows_is_flagged(void **state) {
   (void)state;
   static const char *const bent = "--start=static:gravity:0,0,-2", *const damping[] = {
@@ -432,6 +432,33 @@ static void an_impact_on_what_follows_is_flagged(void **state) {
   program_result_free(&run);
 }
 
+/* A beam that bounces on a plane gives a part of its energy to what follows. The masters alone keep
+ * it, and rebound too fast, while little vibration is missing. */
+static void a_rebound_without_what_follows_is_flagged(void **state) {
+  (void)state;
+  program_result run;
+  cJSON *object = simulate_scene(
+      "bounces",
+      "{\"time\":0.6,\"dt\":0.0005,\"bodies\":["
+      "{\"name\":\"few\",\"model\":\"beam.npz\",\"condense\":6,\"loads\":[\"gravity:0,0,-10\"]},"
+      "{\"name\":\"all\",\"model\":\"beam.npz\",\"position\":[0,1,0],"
+      "\"loads\":[\"gravity:0,0,-10\"]}],"
+      "\"obstacles\":[{\"shape\":\"plane\",\"centre\":[0,0,-0.15],\"normal\":[0,0,1]}]}",
+      &run);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.err, "of the energy after impacts"));
+
+  // no other number of the check says so
+  const cJSON *few = cJSON_GetArrayItem(cJSON_GetObjectItem(object, "bodies"), 0);
+  const cJSON *said = cJSON_GetObjectItem(few, "condensed");
+  const double found = difference("bounces/few/q.npy", "bounces/all/q.npy", 0);
+  assert_true(found > 0.04 && json_value(said, "impact_share") > found);
+  assert_true(json_value(said, "vibration_share") < 0.03);
+  assert_true(json_value(said, "inertia_share") < 0.005);
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
 /* Faces are touched by bodies that step all coordinates: the user hears of one that does not. */
 static void a_body_that_passes_through_an_obstacle_is_warned_of(void **state) {
   (void)state;
@@ -488,6 +515,7 @@ int main(void) {
       cmocka_unit_test(a_lag_of_what_follows_is_flagged),
       cmocka_unit_test(a_scene_flags_the_vibration_of_what_follows),
       cmocka_unit_test(an_impact_on_what_follows_is_flagged),
+      cmocka_unit_test(a_rebound_without_what_follows_is_flagged),
       cmocka_unit_test(a_body_that_passes_through_an_obstacle_is_warned_of),
       cmocka_unit_test(what_cannot_be_condensed_is_refused),
   };

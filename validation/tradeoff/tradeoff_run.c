@@ -122,7 +122,7 @@ thrum_status tradeoff_step(const tradeoff_space *space, const tradeoff_view *vie
     condensed_check_report(&f.check, space->stepped, &figures);
     pass->believed =
         !f.condensed || simulate_condensed_believed(figures.inertia_share, figures.energy_defect,
-                                                    figures.vibration_share);
+                                                    figures.vibration_share, figures.impact_share);
   }
   condensed_check_close(&f.check);
   thrum_state_destroy(state);
