@@ -7,6 +7,7 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_units.h"
+#include "precompute/material/material_law.h"
 #include "thrum/thrum.h"
 
 #define X(name, value, text) text,
@@ -14,6 +15,7 @@ const char *const integrator_names[] = {THRUM_INTEGRATOR_LIST(X) NULL};
 static const char *const damping_forms[] = {THRUM_DAMPING_FORM_LIST(X) NULL};
 static const char *const implicit_solvers[] = {THRUM_IMPLICIT_SOLVER_LIST(X) NULL};
 static const char *const split_forms[] = {THRUM_SPLIT_FORM_LIST(X) NULL};
+const char *const law_names[] = {THRUM_LAW_LIST(X) NULL};
 #undef X
 const char *const full_solver_names[] = {"cholesky", "cg", NULL};
 const char *const full_quadrature_names[] = {"exact", "four", NULL};

@@ -17,6 +17,7 @@ extern const config_option solver_options[];
 extern const char *const integrator_names[];
 extern const char *const full_solver_names[];
 extern const char *const full_quadrature_names[];
+extern const char *const law_names[];
 
 /* Single rows, for the fields of a request. */
 #define OPTION_DT(type, member)                                                                    \
@@ -41,6 +42,13 @@ extern const char *const full_quadrature_names[];
                         "\"string\",\"pattern\":\"^every-[0-9]+$\"}]}")
 #define OPTION_LOAD(taken, otherwise, text)                                                        \
   OPTION_TEXT("load", "LOAD", otherwise, text, .repeats = true, .take = taken)
+
+#define OPTION_LAW(type, member)                                                                   \
+  OPTION_CHOICE("law", law_names, "stvk",                                                          \
+                "the material's law, with the moduli given as those of small strains: Saint "      \
+                "Venant-Kirchhoff as in models, corotational linear elasticity, or stable "        \
+                "neo-Hookean, which bear strong compression and inversion",                        \
+                CONFIG_AT(type, member))
 
 #define OPTION_MATERIAL(taken)                                                                     \
   OPTION_TEXT("material", "REGION:E,NU,RHO", NULL,                                                 \

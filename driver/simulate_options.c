@@ -97,6 +97,7 @@ static const config_option options[] = {
                   "points at which forces of ten-node tetrahedra are taken: those that are exact, "
                   "or four, as other programs take them",
                   AT(quadrature)),
+    OPTION_LAW(simulate_request, law),
 
     OPTION_HEADING("besides"),
     OPTION_FILE(simulate_request),
@@ -171,6 +172,9 @@ static const char *why_not_full(thrum_integrator integrator) {
  * COMMAND_DONE, or the exit code after its line has been printed. */
 static int check_full(simulate_request *request) {
   thrum_state_def *def = &request->def;
+  if (!request->full && request->law != THRUM_LAW_STVK)
+    return config_usage("simulate", "--law goes with --full: models know %s alone",
+                        law_names[THRUM_LAW_STVK]);
   if (!request->full)
     return COMMAND_DONE;
 

@@ -62,6 +62,7 @@ static cJSON *options_json(const simulate_request *request) {
   cJSON_AddBoolToObject(object, "full", request->full);
   json_string(object, "linear_solver", full_solver_names[request->solver]);
   cJSON_AddStringToObject(object, "quadrature", full_quadrature_names[request->quadrature]);
+  cJSON_AddStringToObject(object, "law", law_names[request->law]);
   cJSON_AddStringToObject(object, "frames_in", request->ground ? "ground" : "base");
 
   // frames in the form that the option takes

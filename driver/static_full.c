@@ -251,6 +251,7 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
   def.tolerance = request->def.tolerance;
   def.solver = request->solver;
   def.quadrature = request->quadrature;
+  def.law = request->law;
 
   // held vertices belong to the body, so they are known before it is made
   THRUM_TRY(allocate(model, request->move_count, s, error));

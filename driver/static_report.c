@@ -8,6 +8,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "driver/shared_options.h"
 #include "driver/static_solve.h"
 #include "io/json.h"
 #include "thrum/thrum.h"
@@ -56,6 +57,7 @@ void static_report_json(const static_answer *answer) {
   cJSON *loads = cJSON_AddArrayToObject(object, "load");
   for (int64_t n = 0; n < request->load_count; n++)
     cJSON_AddItemToArray(loads, cJSON_CreateString(request->loads[n].text));
+  cJSON_AddStringToObject(object, "law", law_names[request->law]);
   json_number(object, "factor", report->factor);
 
   // the equilibrium

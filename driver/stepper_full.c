@@ -44,6 +44,7 @@ static thrum_full_def def_of(const simulate_request *request) {
   def.iterations_max = request->def.iterations_max;
   def.solver = request->solver;
   def.quadrature = request->quadrature;
+  def.law = request->law;
   return def;
 }
 

@@ -36,12 +36,14 @@ _thrum() {
   'simulate --solver') words='quasi-newton newton' ;;
   'simulate --linear-solver') words='cholesky cg' ;;
   'simulate --quadrature') words='exact four' ;;
-  'simulate '*) words=' --output --dt --time --load --base-motion --start --rank --condense --record-every --frames --frames-in --stress --monitor --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --frequency-matching --newmark --solver --tolerance --iterations --full --fix --young --poisson --density --material --scale --unit --regions --order --linear-solver --quadrature --options --threads --json --quiet --help' ;;
+  'simulate --law') words='stvk corotational neo-hookean' ;;
+  'simulate '*) words=' --output --dt --time --load --base-motion --start --rank --condense --record-every --frames --frames-in --stress --monitor --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --frequency-matching --newmark --solver --tolerance --iterations --full --fix --young --poisson --density --material --scale --unit --regions --order --linear-solver --quadrature --law --options --threads --json --quiet --help' ;;
   'view '*) words='--output --surface --no-open --json --quiet --help' ;;
   'static --monitor') words='on off' ;;
   'static --linear-solver') words='cholesky cg' ;;
   'static --quadrature') words='exact four' ;;
-  'static '*) words=' --load --factor --at --stay --tolerance --rank --from --monitor --full --fix --young --poisson --density --material --scale --unit --regions --order --move --rotate --moment --follow --linear-solver --quadrature --output --displacements --vtu --path --options --json --quiet --help' ;;
+  'static --law') words='stvk corotational neo-hookean' ;;
+  'static '*) words=' --load --factor --at --stay --tolerance --rank --from --monitor --full --fix --young --poisson --density --material --scale --unit --regions --order --move --rotate --moment --follow --linear-solver --quadrature --law --output --displacements --vtu --path --options --json --quiet --help' ;;
   'experiments '*) words='--long --sweep --step-sizes --work-precision --variable --extremes --linear --output --models --loads --schemes --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help' ;;
   'tradeoff '*) words='--output --load --error --budget --fps --time --quick --fix --young --poisson --density --material --scale --unit --regions --order --test --ranks --rank-max --dts --tolerances --integrators --precisions --damping --full-dt --keep-runs --threads --json --quiet --help' ;;
   'info --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;

@@ -1,6 +1,7 @@
 /* The full-order body: tetrahedra of four or of ten nodes, of Saint Venant-Kirchhoff material,
- * design 1. Sparse matrices act on the free components of displacement alone; the functions of a
- * displacement take and give all components, 3 v + axis, held ones included.
+ * design 1, or of another law, design 19. Sparse matrices act on the free components of
+ * displacement alone; the functions of a displacement take and give all components, 3 v + axis,
+ * held ones included.
  *
  * Integrals over a tet are sums over its points. A linear tet has one, and its volume as weight;
  * ten nodes take the points of thrum_quadrature, the same for all tets of a mesh: where no order is
@@ -13,6 +14,7 @@
 #include "mesh/mesh.h"
 #include "precompute/fem/ranks.h"
 #include "precompute/fem/sparse.h"
+#include "precompute/material/material_law.h"
 #include "precompute/options/precompute_options.h"
 #include "runtime/base/quadratic_tet.h"
 
@@ -39,6 +41,7 @@ typedef struct thrum_fem {
   double *weight;           /* tet_count x point_count: of the points [m^3] */
   double *volume;           /* tet_count, the sum of the weights [m^3] */
   double *lambda, *mu;      /* region_count, Lame's constants [Pa] */
+  thrum_law law;            /* of all regions; Saint Venant-Kirchhoff as it is made */
   double *density;          /* region_count [kg/m^3] */
   int64_t *incident_begin;  /* vertex_count + 1 */
   int64_t *incident;        /* node_count tet_count: node_count t + node of the tets around each
@@ -67,6 +70,10 @@ thrum_status thrum_fem_pattern(const thrum_fem *fem, thrum_sparse *stiffness, th
 /* Fills the pattern with K_full(u), the tangent stiffness at u (3 vertex_count; NULL: at rest). */
 thrum_status thrum_fem_stiffness(const thrum_fem *fem, const double *u, thrum_sparse *stiffness,
                                  thrum_error *error);
+
+/* The same of a law other than Saint Venant-Kirchhoff's, where the tangent of each point is made
+ * positive semidefinite. `u` is not NULL. */
+void thrum_fem_stiffness_positive(const thrum_fem *fem, const double *u, thrum_sparse *stiffness);
 
 /* The mass matrix; it borrows nothing from the pattern it is built from. Ten-node tets are lumped
  * by scaling their diagonal to their mass (Hinton, Rock & Zienkiewicz 1976,

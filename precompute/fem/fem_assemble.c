@@ -2,6 +2,7 @@
  * sum over the points of a tet, of weights w and shape functions N_a of gradients g_a,
  *   K_ab = sum w [(g_a.S g_b) 1 + lambda (F g_a)(F g_b)^T + mu (F g_b)(F g_a)^T
  *                 + mu (g_a.g_b) F F^T],
+ *   of another law (K_ab)_ij = sum w (g_a)_k (dP_ik/dF_jl) (g_b)_l,
  *   M_ab = rho sum w N_a N_b 1, in a linear tet rho vol/20 (1 + [a = b]) 1,
  * or lumped rho vol/4 [a = b] 1 in a linear tet and M_aa rho vol/sum_b M_bb [a = b] 1 in one of ten
  * nodes. The pattern takes two passes over the vertices, which list the neighbours; the stiffness
@@ -126,6 +127,34 @@ static void add_block(const thrum_tet *tet, const point_terms *terms, int a, int
                                     tet->mu * fb[c] * fa[d] + shear * terms->ff[c][d]);
 }
 
+// the blocks of all pairs of nodes at a point of another law, in the order of add_tet
+static void add_law_blocks(thrum_tet *tet, bool positive, const int32_t *node, int nodes,
+                           double blocks[][3][3]) {
+  double tangent[9][9], beside[9][3];
+  thrum_law_tangent(tet->law, tet->lambda, tet->mu, tet->displacement, tangent);
+  if (positive)
+    thrum_law_make_positive(tangent);
+
+  for (int a = 0; a < nodes; a++) {
+    // the tangent times the gradient of node a, from its columns
+    for (int row = 0; row < 9; row++)
+      for (int d = 0; d < 3; d++)
+        beside[row][d] = tet->weight * dot(tangent[row] + 3 * d, tet->gradient[a]);
+
+    // the later vertex of a pair has the rows
+    for (int b = 0; b < nodes; b++) {
+      if (node[b] < node[a])
+        continue;
+      double(*block)[3] = blocks[a > b ? a * (a + 1) / 2 + b : b * (b + 1) / 2 + a];
+      const double *g = tet->gradient[b];
+      for (int c = 0; c < 3; c++)
+        for (int d = 0; d < 3; d++)
+          block[c][d] +=
+              g[0] * beside[3 * c][d] + g[1] * beside[3 * c + 1][d] + g[2] * beside[3 * c + 2][d];
+    }
+  }
+}
+
 // the place of a row in a column of the matrix, which holds it
 static int64_t find_row(const thrum_sparse *matrix, int64_t column, int64_t row) {
   int64_t low = matrix->begin[column], high = matrix->begin[column + 1];
@@ -165,7 +194,8 @@ static void scatter_block(const thrum_fem *fem, int64_t w, int64_t v, double blo
 }
 
 // adds one tet: the blocks of its nodes over all its points, then these to the matrix
-static void add_tet(const thrum_fem *fem, int64_t t, const double *u, thrum_sparse *stiffness) {
+static void add_tet(const thrum_fem *fem, int64_t t, const double *u, bool positive,
+                    thrum_sparse *stiffness) {
   const int nodes = fem->node_count;
   const int32_t *node = fem->nodes + nodes * t;
   double blocks[THRUM_FEM_NODES_MAX * (THRUM_FEM_NODES_MAX + 1) / 2][3][3];
@@ -176,6 +206,10 @@ static void add_tet(const thrum_fem *fem, int64_t t, const double *u, thrum_spar
     thrum_tet tet;
     point_terms terms;
     thrum_tet_deform(fem, t, p, u, &tet);
+    if (tet.law != THRUM_LAW_STVK) {
+      add_law_blocks(&tet, positive, node, nodes, blocks);
+      continue;
+    }
     take_terms(&tet, nodes, &terms);
     for (int a = 0, pair = 0; a < nodes; a++)
       for (int b = 0; b <= a; b++, pair++)
@@ -189,13 +223,22 @@ static void add_tet(const thrum_fem *fem, int64_t t, const double *u, thrum_spar
     }
 }
 
+static void assemble(const thrum_fem *fem, const double *u, bool positive,
+                     thrum_sparse *stiffness) {
+  memset(stiffness->value, 0, sizeof(double) * (size_t)stiffness->begin[stiffness->size]);
+  for (int64_t t = 0; t < fem->tet_count; t++)
+    add_tet(fem, t, u, positive, stiffness);
+}
+
 thrum_status thrum_fem_stiffness(const thrum_fem *fem, const double *u, thrum_sparse *stiffness,
                                  thrum_error *error) {
   (void)error;
-  memset(stiffness->value, 0, sizeof(double) * (size_t)stiffness->begin[stiffness->size]);
-  for (int64_t t = 0; t < fem->tet_count; t++)
-    add_tet(fem, t, u, stiffness);
+  assemble(fem, u, false, stiffness);
   return THRUM_OK;
+}
+
+void thrum_fem_stiffness_positive(const thrum_fem *fem, const double *u, thrum_sparse *stiffness) {
+  assemble(fem, u, true, stiffness);
 }
 
 // entries of a stiffness column that a mass matrix shares: rows of the same axis
@@ -330,15 +373,13 @@ static double add_point(const thrum_fem *fem, int64_t t, int p, const double *u,
   thrum_tet tet;
   thrum_tet_deform(fem, t, p, u, &tet);
 
-  // force on node a: w F S g_a
+  // force on node a: w F S g_a, or w P g_a
   for (int a = 0; force && a < fem->node_count; a++) {
     double *at = force + 3 * (int64_t)fem->nodes[fem->node_count * t + a];
     double traction[3];
-    thrum_product_vector(tet.stress, tet.gradient[a], traction);
+    thrum_tet_traction(&tet, tet.gradient[a], traction);
     for (int c = 0; c < 3; c++)
-      at[c] +=
-          tet.weight * (tet.deformation[c][0] * traction[0] + tet.deformation[c][1] * traction[1] +
-                        tet.deformation[c][2] * traction[2]);
+      at[c] += tet.weight * traction[c];
   }
   return tet.energy;
 }

@@ -1,6 +1,8 @@
 /* One point of a deformed tetrahedron, design 1. SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/fem/fem_tet.h"
 
+#include <string.h>
+
 void thrum_product_vector(double matrix[3][3], const double vector[3], double result[3]) {
   for (int c = 0; c < 3; c++)
     result[c] = matrix[c][0] * vector[0] + matrix[c][1] * vector[1] + matrix[c][2] * vector[2];
@@ -13,6 +15,16 @@ void thrum_stress(double lambda, double mu, double strain[3][3], double stress[3
       stress[c][d] = 2 * mu * strain[c][d] + (c == d ? pressure : 0);
 }
 
+void thrum_tet_traction(thrum_tet *tet, const double gradient[3], double traction[3]) {
+  if (tet->law != THRUM_LAW_STVK) {
+    thrum_product_vector(tet->stress, gradient, traction);
+    return;
+  }
+  double second[3];
+  thrum_product_vector(tet->stress, gradient, second);
+  thrum_product_vector(tet->deformation, second, traction);
+}
+
 void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet) {
   const int nodes = fem->node_count;
   const int32_t *node = fem->nodes + nodes * t;
@@ -20,16 +32,29 @@ void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, t
   tet->weight = fem->weight[t * fem->point_count + p];
   tet->lambda = fem->lambda[region];
   tet->mu = fem->mu[region];
+  tet->law = u ? fem->law : THRUM_LAW_STVK;
   thrum_fem_shape_gradients(fem, t, p, tet->gradient);
 
   // G from edge displacements: a translation gives exact zeros
-  double g[3][3] = {{0}};
+  double(*g)[3] = tet->displacement;
+  memset(tet->displacement, 0, sizeof tet->displacement);
   for (int a = 1; u && a < nodes; a++)
     for (int c = 0; c < 3; c++) {
       const double edge = u[3 * (int64_t)node[a] + c] - u[3 * (int64_t)node[0] + c];
       for (int d = 0; d < 3; d++)
         g[c][d] += edge * tet->gradient[a][d];
     }
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++)
+      tet->deformation[c][d] = g[c][d] + (c == d ? 1 : 0);
+
+  // other laws answer for the first stress
+  if (tet->law != THRUM_LAW_STVK) {
+    tet->energy = tet->weight * thrum_law_stress(tet->law, tet->lambda, tet->mu, g, tet->stress);
+    return;
+  }
+
+  // Green's strain has no terms that cancel
   double strain[3][3];
   double trace = 0, square = 0;
   for (int c = 0; c < 3; c++)
@@ -37,7 +62,6 @@ void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, t
       strain[c][d] =
           (g[c][d] + g[d][c]) / 2 + (g[0][c] * g[0][d] + g[1][c] * g[1][d] + g[2][c] * g[2][d]) / 2;
       square += strain[c][d] * strain[c][d];
-      tet->deformation[c][d] = g[c][d] + (c == d ? 1 : 0);
     }
   trace = strain[0][0] + strain[1][1] + strain[2][2];
   thrum_stress(tet->lambda, tet->mu, strain, tet->stress);

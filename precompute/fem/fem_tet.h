@@ -8,14 +8,20 @@
 
 typedef struct thrum_tet {
   double weight, lambda, mu;
-  double deformation[3][3];                /* F = 1 + G */
-  double stress[3][3];                     /* second Piola-Kirchhoff S */
-  double energy;                           /* [J] */
+  thrum_law law;             /* at rest all laws are Saint Venant-Kirchhoff's */
+  double displacement[3][3]; /* G, the displacement gradient */
+  double deformation[3][3];  /* F = 1 + G */
+  double stress[3][3];       /* second Piola-Kirchhoff S; of other laws the first, P */
+  double energy;             /* [J] */
   double gradient[THRUM_FEM_NODES_MAX][3]; /* of the shape functions */
 } thrum_tet;
 
 /* Point p of tet `t` under the displacement u of all components; NULL: at rest. */
 void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet);
+
+/* traction = F S g of a gradient g; of other laws P g. The force on a node, for its shape function,
+ * is the weight times that. */
+void thrum_tet_traction(thrum_tet *tet, const double gradient[3], double traction[3]);
 
 /* stress = lambda tr(strain) 1 + 2 mu strain. */
 void thrum_stress(double lambda, double mu, double strain[3][3], double stress[3][3]);

@@ -53,6 +53,8 @@ static thrum_status check_def(const thrum_full_def *def, thrum_error *error) {
     wrong = "iterations_max must be 1 or more";
   else if (def->scheme == THRUM_FULL_CENTRAL && def->damping_beta > 0)
     wrong = "central differences take no damping of the stiffness";
+  else if (def->law < THRUM_LAW_STVK || def->law > THRUM_LAW_NEO_HOOKEAN)
+    wrong = "there is no such law of the material";
 
   return wrong ? thrum_error_set(error, THRUM_INVALID_ARGUMENT, "full order: %s", wrong) : THRUM_OK;
 }
@@ -128,11 +130,13 @@ static thrum_status hold(thrum_full *full, const uint8_t *held, thrum_error *err
   thrum_model seen = *full->model;
   seen.fixed = full->fixed;
   THRUM_TRY(thrum_model_fem_create(&seen, &full->body, error));
+  full->body.fem.law = full->def.law;
   if (full->def.quadrature == THRUM_FULL_EXACT)
     return THRUM_OK;
 
   // masses stay exact; forces and the stiffness at rest are those of four points
   THRUM_TRY(thrum_fem_create_of_order(&full->body.mesh, full->fixed, 2, &full->four, error));
+  full->four.law = full->def.law;
   return thrum_fem_stiffness(&full->four, NULL, &full->body.stiffness, error);
 }
 

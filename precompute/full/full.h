@@ -1,10 +1,10 @@
 /* The full-order body: the tetrahedral mesh of a model, unreduced (design 13). What a reduced model
  * is measured against, and the honest denominator of every speed-up.
  *
- * Same mesh, materials, held components and mass as the model; linear tetrahedra of Saint
- * Venant-Kirchhoff material by the assembly of precompute. Fields are 3 vertex_count numbers, x, y,
- * z of each vertex, held ones included, unless said otherwise; SI units throughout. A body belongs
- * to one thread at a time. Calls may allocate.
+ * Same mesh, materials, held components and mass as the model; tetrahedra of Saint Venant-Kirchhoff
+ * material or of another law, by the assembly of precompute. Fields are 3 vertex_count numbers, x,
+ * y, z of each vertex, held ones included, unless said otherwise; SI units throughout. A body
+ * belongs to one thread at a time. Calls may allocate.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_FULL_FULL_H
@@ -14,6 +14,7 @@
 
 #include "precompute/full/full_loading.h"
 #include "precompute/full/full_solver.h"
+#include "precompute/material/material_law.h"
 #include "thrum/model.h"
 
 typedef enum thrum_full_scheme {
@@ -51,6 +52,10 @@ typedef struct thrum_full_def {
   /* Points at which the elastic forces of ten-node tetrahedra are taken; default exact. Four are
    * cheaper, and stiffness at large strains is then not exact; masses always are. */
   thrum_full_quadrature quadrature;
+
+  /* The law of the material in all of the body; default Saint Venant-Kirchhoff, that of models. The
+   * moduli are the model's, as of small strains. */
+  thrum_law law;
 
   /* Residual at which conjugate gradients end, relative; > 0, default 1e-10. Larger: fewer of their
    * iterations, and more of Newton's. */

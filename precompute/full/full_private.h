@@ -43,6 +43,7 @@ struct thrum_full {
   int64_t *mass_slot;   /* place of each entry of the mass in that pattern */
   full_linear linear;   /* of the system */
   full_linear mass;     /* of the mass, Newmark */
+  bool positive;        /* the tangents of other laws are made positive semidefinite */
 
   /* The state of the run; the vectors lie in one block. */
   bool fresh; /* the load or the state was set: accelerations are to be taken anew */

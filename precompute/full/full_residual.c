@@ -51,7 +51,10 @@ void full_subtract_damping(thrum_full *full, double scale, const double *x, doub
 thrum_status full_assemble(thrum_full *full, const double *place, double of_tangent, double of_mass,
                            double of_damping, thrum_error *error) {
   const thrum_sparse *rest = &full->body.stiffness, *mass = &full->body.mass;
-  THRUM_TRY(thrum_fem_stiffness(full_elastic(full), place, &full->tangent, error));
+  if (full->positive && place)
+    thrum_fem_stiffness_positive(full_elastic(full), place, &full->tangent);
+  else
+    THRUM_TRY(thrum_fem_stiffness(full_elastic(full), place, &full->tangent, error));
   const double of_rest = of_damping * full->def.damping_beta;
   for (int64_t e = 0; e < rest->begin[rest->size]; e++)
     full->system.value[e] = of_tangent * full->tangent.value[e] + of_rest * rest->value[e];

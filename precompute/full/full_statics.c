@@ -92,9 +92,13 @@ static double descend(rest *s, thrum_error *error) {
   // the matrix is shifted until it is positive definite, so that delta leads downhill; where it
   // helps GMRES to Newton's own correction, by as little as can be
   const bool follows = s->loading->follower_count > 0;
-  const double least = follows ? 1e-7 : 0.05, growth = follows ? 10 : 4;
+
+  // tangents of other laws are made positive at each point first, and then need less
+  const bool projects = full->def.law != THRUM_LAW_STVK && !follows;
+  const double least = follows ? 1e-7 : projects ? 0.01 : 0.05, growth = follows ? 10 : 4;
   double shift = 0;
   for (int k = 0; status == THRUM_SINGULAR && k < 8; k++) {
+    full->positive = projects && k > 0;
     status = full_assemble(full, full->place, 1, 0, 0, error);
     const thrum_sparse *stiffness = &full->body.stiffness;
     for (int64_t e = 0; shift > 0 && e < stiffness->begin[stiffness->size]; e++)
@@ -108,6 +112,7 @@ static double descend(rest *s, thrum_error *error) {
     shift = shift > 0 ? growth * shift : least;
   }
 
+  full->positive = false;
   s->found->iterations++;
 
   // a shorter step may mend any other failure

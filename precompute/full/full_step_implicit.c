@@ -4,6 +4,7 @@
  *                                                v' = v + h [(1 - gamma) a + gamma a']
  *   energy    0 = f - R-bar - C d/h - M (2 d/h^2 - 2 v/h),   v' = 2 d/h - v,
  *             R-bar_a = sum_e w F-bar S-bar grad N_a, F-bar and S-bar the means of both ends
+ *             or sum_e w P-bar grad N_a, the discrete gradient of another law (material_law_mean.c)
  *   midpoint  the same with R(u + d/2)
  *
  * As E' - E = sym(F-bar^T (G' - G)), R-bar d is the change of V exactly; S-bar is symmetric, so the
@@ -27,25 +28,34 @@
 #define FLOOR (4 * DBL_EPSILON) /* of the increment and the displacement */
 #define STALLED 1e-12 /* of the increment: rounding may keep a step from being solved better */
 
+/* Puts F-bar and S-bar, the means of both ends, into `to`; of other laws than Saint
+ * Venant-Kirchhoff's P-bar. */
+static void take_means(thrum_tet *from, thrum_tet *to) {
+  if (to->law != THRUM_LAW_STVK) {
+    thrum_law_mean_stress(to->law, to->lambda, to->mu, from->displacement, to->displacement,
+                          to->stress);
+    return;
+  }
+
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++) {
+      to->stress[c][d] = 0.5 * (from->stress[c][d] + to->stress[c][d]);
+      to->deformation[c][d] = 0.5 * (from->deformation[c][d] + to->deformation[c][d]);
+    }
+}
+
 /* Adds the mean forces at one point of a tet. */
 static void add_mean_forces(thrum_full *full, int64_t t, int p) {
   const thrum_fem *fem = full_elastic(full);
   thrum_tet from, to;
   thrum_tet_deform(fem, t, p, full->place, &from);
   thrum_tet_deform(fem, t, p, full->place_to, &to);
+  take_means(&from, &to);
 
-  // F-bar and S-bar: means of both ends
-  for (int c = 0; c < 3; c++)
-    for (int d = 0; d < 3; d++) {
-      to.stress[c][d] = 0.5 * (from.stress[c][d] + to.stress[c][d]);
-      to.deformation[c][d] = 0.5 * (from.deformation[c][d] + to.deformation[c][d]);
-    }
-
-  // w F-bar S-bar grad N_a
+  // w F-bar S-bar grad N_a, or w P-bar grad N_a
   for (int a = 0; a < fem->node_count; a++) {
-    double traction[3], force[3];
-    thrum_product_vector(to.stress, to.gradient[a], traction);
-    thrum_product_vector(to.deformation, traction, force);
+    double force[3];
+    thrum_tet_traction(&to, to.gradient[a], force);
     for (int c = 0; c < 3; c++)
       full->forces[3 * (int64_t)fem->nodes[fem->node_count * t + a] + c] += to.weight * force[c];
   }

@@ -120,6 +120,44 @@ static void loads_and_base_motion_act_as_on_the_reduced_model(void **state) {
   }
 }
 
+/* Small swings do not depend on the law, as all have the same moduli there; each keeps its energy.
+ */
+static void each_law_swings_as_linear_elasticity_where_swings_are_small(void **state) {
+  (void)state;
+  static const char *const laws[] = {"stvk", "corotational", "neo-hookean"};
+  double *q[3], size = 0;
+  int64_t rows = 0;
+  for (int n = 0; n < 3; n++) {
+    cJSON *object =
+        SIMULATE("law", "--full", "--law", laws[n], "--time", "0.3", "--start", "mode:1,1e-5");
+    const double energy = json_value(object, "energy_first_j");
+    assert_true(fabs(json_value(object, "energy_last_j") - energy) <= 1e-9 * energy);
+    q[n] = read_q("law/q.npy", &rows);
+    cJSON_Delete(object);
+  }
+
+  // beside the largest coordinate; a law is not another, so some digit differs
+  bool differ = false;
+  for (int64_t k = 0; k < 15 * rows; k++)
+    size = fmax(size, fabs(q[0][k]));
+  for (int n = 1; n < 3; n++)
+    for (int64_t k = 0; k < 15 * rows; k++) {
+      assert_true(fabs(q[n][k] - q[0][k]) <= 1e-3 * size);
+      differ = differ || q[n][k] != q[0][k];
+    }
+  assert_true(differ);
+  for (int n = 0; n < 3; n++)
+    free(q[n]);
+
+  // a model knows one law, and says so in one line
+  program_result run =
+      thrum_run(folder, "simulate", "beam.npz", "-o", "none", "--law", "neo-hookean", NULL);
+  assert_int_equal(run.exit_code, 2);
+  assert_non_null(strstr(run.err, "--law goes with --full"));
+  assert_true(line_count_is(run.err, 1));
+  program_result_free(&run);
+}
+
 static void a_body_in_equilibrium_stays_and_frames_show_it(void **state) {
   (void)state;
   cJSON *object = SIMULATE("rest", "--full", "--time", "0.1", "--start", "static:gravity:0,0,-9.81",
@@ -171,6 +209,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_small_swing_is_that_of_the_reduced_model),
       cmocka_unit_test(loads_and_base_motion_act_as_on_the_reduced_model),
+      cmocka_unit_test(each_law_swings_as_linear_elasticity_where_swings_are_small),
       cmocka_unit_test(a_body_in_equilibrium_stays_and_frames_show_it),
       cmocka_unit_test(options_that_need_the_reduced_model_are_refused),
   };

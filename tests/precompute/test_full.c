@@ -159,17 +159,14 @@ static void throw_body(const body *b, thrum_full *full) {
   free(v);
 }
 
-static void a_tumbling_body_keeps_energy_and_both_momenta(void **state) {
-  (void)state;
-  body b;
-  body_make(&b, "beam:5x1x1@1x0.2x0.2", false);
-
+static void tumble(const body *b, thrum_law law, int steps) {
   // a tight tolerance, so that the conservation laws hold to rounding
   thrum_full_def def = thrum_default_full_def();
+  def.law = law;
   def.dt = 0.01;
   def.tolerance = 1e-13;
-  thrum_full *full = full_make(&b.model, NULL, &def);
-  throw_body(&b, full);
+  thrum_full *full = full_make(&b->model, NULL, &def);
+  throw_body(b, full);
 
   // the conserved quantities at the start
   const double energy = thrum_full_energy(full).total;
@@ -178,7 +175,7 @@ static void a_tumbling_body_keeps_energy_and_both_momenta(void **state) {
   double exchanged = 0, potential = thrum_full_energy(full).potential;
 
   // they hold at every step
-  for (int k = 0; k < 300; k++) {
+  for (int k = 0; k < steps; k++) {
     full_steps(full, 1);
     const thrum_full_energies now = thrum_full_energy(full);
     thrum_full_momentum(full, p, l);
@@ -193,8 +190,82 @@ static void a_tumbling_body_keeps_energy_and_both_momenta(void **state) {
   // the motion was not trivial: energy was exchanged, and the body rotates
   assert_true(exchanged > 0.1 * energy);
   assert_true(sqrt(angular[0] * angular[0] + angular[2] * angular[2]) > 1);
+  thrum_full_free(full);
+}
+
+static void a_tumbling_body_keeps_energy_and_both_momenta(void **state) {
+  (void)state;
+  body b;
+  body_make(&b, "beam:5x1x1@1x0.2x0.2", false);
+  tumble(&b, THRUM_LAW_STVK, 300);
+  tumble(&b, THRUM_LAW_COROTATIONAL, 100);
+  tumble(&b, THRUM_LAW_NEO_HOOKEAN, 100);
+  body_free(&b);
+}
+
+/* Pressed to 0.4 of its length between two plates: linear elasticity without the rotation says how
+ * wide the body becomes, and Saint Venant-Kirchhoff material gives way. */
+static void a_corotational_bar_pressed_flat_is_as_wide_as_its_law_says(void **state) {
+  (void)state;
+  body b;
+  body_make(&b, "beam:3x2x2@1x0.4x0.4", false);
+  uint8_t *held = calloc((size_t)b.mesh.vertex_count, 1);
+  double *moves = field_make(&b), *u = field_make(&b), *none = field_make(&b);
+
+  // both ends slide on their plates, two sides on theirs
+  for (int64_t v = 0; v < b.mesh.vertex_count; v++) {
+    const double *x = b.mesh.vertices + 3 * v;
+    held[v] = (uint8_t)((x[0] < 1e-9 || x[0] > 1 - 1e-9 ? 1 : 0) | (x[1] < -0.2 + 1e-9 ? 2 : 0) |
+                        (x[2] < -0.2 + 1e-9 ? 4 : 0));
+    moves[3 * v] = x[0] > 1 - 1e-9 ? -0.6 : 0;
+  }
+
+  thrum_full_def def = thrum_default_full_def();
+  def.law = THRUM_LAW_COROTATIONAL;
+  thrum_full *full = full_make(&b.model, held, &def);
+  thrum_full_equilibrium found;
+  assert_int_equal(thrum_full_rest(full, none, moves, &found, NULL), THRUM_OK);
+  thrum_full_get(full, u, NULL);
+  for (int64_t v = 0; v < b.mesh.vertex_count; v++)
+    for (int axis = 1; axis < 3; axis++)
+      assert_true(fabs(u[3 * v + axis] - 0.3 * 0.6 * (b.mesh.vertices[3 * v + axis] + 0.2)) <=
+                  1e-10);
+  assert_true(fabs(found.energy - 0.16 * 0.5 * 1e6 * 0.36) <= 1e-9 * found.energy);
 
   thrum_full_free(full);
+  free(held);
+  free(moves);
+  free(u);
+  free(none);
+  body_free(&b);
+}
+
+/* All vertices that are free are moved by up to a cell, which turns tetrahedra inside out. */
+static void a_body_turned_inside_out_comes_back_to_rest(void **state) {
+  (void)state;
+  body b;
+  body_make(&b, "beam:3x2x2@1x0.4x0.4", true);
+  double *u = field_make(&b), *none = field_make(&b);
+
+  for (int law = THRUM_LAW_COROTATIONAL; law <= THRUM_LAW_NEO_HOOKEAN; law++) {
+    thrum_full_def def = thrum_default_full_def();
+    def.law = (thrum_law)law;
+    thrum_full *full = full_make(&b.model, NULL, &def);
+    for (int64_t c = 0; c < 3 * b.mesh.vertex_count; c++)
+      u[c] = 0.2 * sin(17.0 * (double)(c * c % 101));
+    assert_int_equal(thrum_full_set(full, u, NULL, NULL), THRUM_OK);
+    assert_true(thrum_full_energy(full).potential > 1e3);
+
+    // Newton finds the shape at rest
+    thrum_full_equilibrium found;
+    assert_int_equal(thrum_full_rest(full, none, NULL, &found, NULL), THRUM_OK);
+    thrum_full_get(full, u, NULL);
+    assert_true(largest(u, none, 3 * b.mesh.vertex_count) <= 1e-6);
+    thrum_full_free(full);
+  }
+
+  free(u);
+  free(none);
   body_free(&b);
 }
 
@@ -515,6 +586,8 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_uniform_deformation_is_met_exactly),
       cmocka_unit_test(a_tumbling_body_keeps_energy_and_both_momenta),
+      cmocka_unit_test(a_corotational_bar_pressed_flat_is_as_wide_as_its_law_says),
+      cmocka_unit_test(a_body_turned_inside_out_comes_back_to_rest),
       cmocka_unit_test(an_impulse_counts_once_in_every_scheme),
       cmocka_unit_test(schemes_converge_to_one_motion_with_order_two),
       cmocka_unit_test(conjugate_gradients_give_what_cholesky_gives),
