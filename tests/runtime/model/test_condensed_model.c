@@ -4,6 +4,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
+#include "runtime/base/vec3.h"
 #include "thrum/condensed_model.h"
 #include "thrum/displacement.h"
 #include "thrum/external_load.h"
@@ -359,6 +360,36 @@ static void stretching_masters_at_rest_have_the_energy_of_condensing_them(void *
   random_model_free(&m);
 }
 
+static void a_master_stretches_from_a_share_of_the_energy_of_strains_of_one(void **context) {
+  (void)context;
+  random_model m;
+  stretching_model_make(&m, 23);
+
+  // half of Young's modulus times the volume of all tetrahedra but the last, which is not counted
+  double whole = 0, edge[3][3];
+  m.model.tet_count--;
+  for (int64_t t = 0; t < m.model.tet_count; t++) {
+    for (int e = 0; e < 3; e++)
+      thrum_subtract3(m.vertices + 3 * m.tets[4 * t + e + 1], m.vertices + 3 * m.tets[4 * t],
+                      edge[e]);
+    whole += 0.5 * m.material[0] * fabs(thrum_triple3(edge[0], edge[1], edge[2])) / 6;
+  }
+
+  // coordinate 4 has as much quartic energy as quadratic at w^4 / (4 c4): 0.05 of the whole
+  const double limit = m.omega2[4] * m.omega2[4] / (4 * 0.05 * whole);
+  m.c4[thrum_c4_index(RANK, 5, 5, 5, 5)] = 1;
+  for (int side = -1; side <= 1; side += 2) {
+    m.c4[thrum_c4_index(RANK, 4, 4, 4, 4)] = limit * (1 + side * 1e-9);
+    const thrum_model *stepped = NULL;
+    void *memory = condense(&m.model, 6, &stepped);
+
+    // what follows a master that stretches and another is left out
+    assert_true((stepped->follow[19] == 0) == (side < 0)); /* coordinates 4 and 5 */
+    free(memory);
+  }
+  random_model_free(&m);
+}
+
 static void a_file_of_stretching_masters_gives_the_same_models(void **context) {
   (void)context;
   random_model m;
@@ -453,6 +484,7 @@ int main(void) {
       cmocka_unit_test(velocities_are_the_derivative_of_the_shape_and_loads_their_transpose),
       cmocka_unit_test(a_model_that_was_precomputed_condensed_gives_the_same_models),
       cmocka_unit_test(stretching_masters_at_rest_have_the_energy_of_condensing_them),
+      cmocka_unit_test(a_master_stretches_from_a_share_of_the_energy_of_strains_of_one),
       cmocka_unit_test(a_file_of_stretching_masters_gives_the_same_models),
       cmocka_unit_test(what_cannot_be_condensed_is_refused),
       cmocka_unit_test(arrays_of_a_condensed_model_that_do_not_fit_are_refused),
