@@ -2,8 +2,6 @@
  * here it is asked for and shown. SPDX-License-Identifier: Apache-2.0 */
 #include "app/cmd_precompute.h"
 
-#include <stdlib.h>
-
 #include "app/cmd.h"
 #include "config/message.h"
 #include "driver/named_model.h"
@@ -11,6 +9,7 @@
 #include "driver/precompute_make.h"
 #include "driver/precompute_report.h"
 #include "driver/precompute_request.h"
+#include "platform/allocate.h"
 #include "platform/interrupt.h"
 
 static int run_request(precompute_request *request) {
@@ -37,29 +36,24 @@ static int run_request(precompute_request *request) {
 
 int cmd_precompute_shared(int argc, char **argv, const thrum_precompute_shared *shared) {
   precompute_request request = {0};
-  // no more --fix than arguments, or than a recipe holds
+  thrum_error error = {0};
+  thrum_scope scope = thrum_scope_begin("the options", &error);
+
+  // no more than arguments and items of a file, and of --fix than a recipe holds besides
+  const int64_t room = argc + CONFIG_FILE_ITEMS_MAX;
   request.fixes =
-      calloc((size_t)argc + CONFIG_FILE_ITEMS_MAX + MODEL_RECIPE_FIXES_MAX, sizeof *request.fixes);
-  const size_t room = (size_t)argc + CONFIG_FILE_ITEMS_MAX;
-  request.handles = calloc(4 * room, sizeof *request.handles);
+      thrum_scope_allocate(&scope, room + MODEL_RECIPE_FIXES_MAX, sizeof *request.fixes);
+  request.handles = thrum_scope_allocate(&scope, room, sizeof *request.handles);
+  request.train = thrum_scope_allocate(&scope, room, sizeof *request.train);
+  request.tests = thrum_scope_allocate(&scope, room, sizeof *request.tests);
+  request.materials = thrum_scope_allocate(&scope, room, sizeof *request.materials);
 
-  if (request.fixes == NULL || request.handles == NULL) {
-    free(request.fixes);
-    free(request.handles);
-    const thrum_error error = {THRUM_OUT_OF_MEMORY, ""};
-    return config_refuse(&error);
-  }
-
-  // the texts of handles, trainings, tests and materials share one allocation
-  request.train = request.handles + room;
-  request.materials = request.handles + 3 * room;
-  request.tests = request.train + room;
-  int code = precompute_options_read(argc, argv, &request);
+  int code =
+      scope.status < 0 ? config_refuse(&error) : precompute_options_read(argc, argv, &request);
   request.options.shared = shared;
   if (code == COMMAND_DONE)
     code = run_request(&request);
-  free(request.fixes);
-  free(request.handles);
+  thrum_scope_free(&scope);
   config_file_free(&request.file);
   return code;
 }

@@ -15,6 +15,7 @@
 #include "io/file.h"
 #include "io/npy_file.h"
 #include "io/vtu.h"
+#include "platform/allocate.h"
 #include "platform/clock.h"
 #include "platform/interrupt.h"
 #include "thrum/displacement.h"
@@ -227,12 +228,10 @@ static int run_request(const static_request *request) {
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
 
   // q, the mode of an instability and the extents of the basis
-  if (status >= 0) {
-    memory = calloc(3 * (size_t)answer.model->rank, sizeof *memory);
-    answer.displaced = calloc((size_t)request->target_count + 1, sizeof *answer.displaced);
-    if (memory == NULL || answer.displaced == NULL)
-      status = thrum_error_set(&error, THRUM_OUT_OF_MEMORY, "no memory for the answer");
-  }
+  THRUM_THEN(status,
+             thrum_reserve(&memory, 3 * answer.model->rank, sizeof *memory, "the answer", &error));
+  THRUM_THEN(status, thrum_reserve(&answer.displaced, request->target_count,
+                                   sizeof *answer.displaced, "the answer", &error));
   THRUM_THEN(status, answer_all(&answer, memory, &error));
 
   // an instability on the way is flagged
@@ -258,27 +257,18 @@ static int run_request(const static_request *request) {
 int cmd_static(int argc, char **argv) {
   static_request request = {0};
   // no more loads and targets than arguments, and items of an options file
-  const size_t room = (size_t)argc + CONFIG_FILE_ITEMS_MAX;
-  request.loads = calloc(room, sizeof *request.loads);
-  request.targets = calloc(room, sizeof *request.targets);
-  request.at = calloc(room, sizeof *request.at);
-  request.moves = calloc(room, sizeof *request.moves);
+  thrum_error error = {0};
+  thrum_scope scope = thrum_scope_begin("the options", &error);
+  const int64_t room = argc + CONFIG_FILE_ITEMS_MAX;
+  request.loads = thrum_scope_allocate(&scope, room, sizeof *request.loads);
+  request.targets = thrum_scope_allocate(&scope, room, sizeof *request.targets);
+  request.at = thrum_scope_allocate(&scope, room, sizeof *request.at);
+  request.moves = thrum_scope_allocate(&scope, room, sizeof *request.moves);
 
-  int code = COMMAND_DONE;
-  if (request.loads == NULL || request.targets == NULL || request.at == NULL ||
-      request.moves == NULL) {
-    const thrum_error error = {THRUM_OUT_OF_MEMORY, "out of memory"};
-    code = config_refuse(&error);
-  } else {
-    code = static_options_read(argc, argv, &request);
-    if (code == COMMAND_DONE)
-      code = run_request(&request);
-  }
-
-  free(request.loads);
-  free(request.targets);
-  free(request.at);
-  free(request.moves);
+  int code = scope.status < 0 ? config_refuse(&error) : static_options_read(argc, argv, &request);
+  if (code == COMMAND_DONE)
+    code = run_request(&request);
+  thrum_scope_free(&scope);
   config_file_free(&request.file);
   return code;
 }

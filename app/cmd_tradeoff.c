@@ -18,6 +18,7 @@
 #include "driver/train_case.h"
 #include "io/folder.h"
 #include "io/json.h"
+#include "platform/allocate.h"
 
 /* All of one call. */
 typedef struct trade {
@@ -93,10 +94,8 @@ static thrum_status fill_loads(trade *t, thrum_error *error) {
                            t->request->model_path);
 
   const size_t components = 3 * (size_t)t->model->vertex_count;
-  t->forces = calloc(components * (size_t)count, sizeof *t->forces);
-  t->courses = calloc((size_t)count, sizeof *t->courses);
-  if (t->forces == NULL || t->courses == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the loads");
+  THRUM_TRY(thrum_reserve(&t->forces, count, components * sizeof *t->forces, "the loads", error));
+  THRUM_TRY(thrum_reserve(&t->courses, count, sizeof *t->courses, "the loads", error));
 
   // reducing a load first gives an error that names --load and its target
   for (int64_t n = 0; n < count; n++) {
@@ -477,17 +476,12 @@ static thrum_status run_trade(trade *t, thrum_error *error) {
 int cmd_tradeoff(int argc, char **argv) {
   tradeoff_request request = {0};
   thrum_error error = {0};
-  request.loads = calloc((size_t)argc, sizeof *request.loads);
-  request.tests = calloc((size_t)argc, sizeof *request.tests);
-  if (request.loads == NULL || request.tests == NULL) {
-    free(request.loads);
-    free(request.tests);
-    error.status = THRUM_OUT_OF_MEMORY;
-    return config_refuse(&error);
-  }
+  thrum_scope scope = thrum_scope_begin("the options", &error);
+  request.loads = thrum_scope_allocate(&scope, argc, sizeof *request.loads);
+  request.tests = thrum_scope_allocate(&scope, argc, sizeof *request.tests);
 
   // flagged: it ran, but no setting does what was wanted
-  int code = tradeoff_options_read(argc, argv, &request);
+  int code = scope.status < 0 ? config_refuse(&error) : tradeoff_options_read(argc, argv, &request);
   if (code == COMMAND_DONE) {
     trade t = {.request = &request, .chosen = -1};
     if (run_trade(&t, &error) < 0)
@@ -502,7 +496,6 @@ int cmd_tradeoff(int argc, char **argv) {
     thrum_model_free(t.model);
   }
 
-  free(request.loads);
-  free(request.tests);
+  thrum_scope_free(&scope);
   return code;
 }

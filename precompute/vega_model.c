@@ -55,13 +55,12 @@ static thrum_status turn(const thrum_imported_basis *read, double *change, thrum
 static thrum_status fill(const char *path, thrum_imported_basis *read, thrum_vega_model *made,
                          thrum_error *error) {
   const int64_t r = read->rank, count3 = thrum_c3_count(r), count4 = thrum_c4_count(r);
-  double *change = thrum_allocate(r * r, sizeof *change, "the polynomial", error);
-  thrum_status status = THRUM_OK;
-  if (!change ||
-      !(made->omega2 = thrum_allocate(r, sizeof *made->omega2, "the polynomial", error)) ||
-      !(made->c3 = thrum_allocate(count3, sizeof *made->c3, "the polynomial", error)) ||
-      !(made->c4 = thrum_allocate(count4, sizeof *made->c4, "the polynomial", error)))
-    status = THRUM_OUT_OF_MEMORY;
+  static const char what[] = "the polynomial";
+  double *change = NULL;
+  thrum_status status = thrum_reserve(&change, r * r, sizeof *change, what, error);
+  THRUM_THEN(status, thrum_reserve(&made->omega2, r, sizeof *made->omega2, what, error));
+  THRUM_THEN(status, thrum_reserve(&made->c3, count3, sizeof *made->c3, what, error));
+  THRUM_THEN(status, thrum_reserve(&made->c4, count4, sizeof *made->c4, what, error));
 
   // a polynomial of Thrum's own comes back with its bits
   if (status >= 0 && is_diagonal(read)) {

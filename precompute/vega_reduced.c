@@ -68,11 +68,8 @@ thrum_status thrum_vega_basis_read(const char *path, thrum_imported_basis *impor
   THRUM_THEN(status, basis_shape(path, data, size, &rows, &rank, &width, error));
 
   // the columns of the file become rows of Thrum's layout
-  double *basis =
-      status >= 0 ? thrum_allocate(rows * rank, sizeof *basis, "the basis", error) : NULL;
-  if (status >= 0 && basis == NULL)
-    status = THRUM_OUT_OF_MEMORY;
-
+  double *basis = NULL;
+  THRUM_THEN(status, thrum_reserve(&basis, rows * rank, sizeof *basis, "the basis", error));
   const char *next = (const char *)data + 8;
   for (int64_t i = 0; i < rank && status >= 0; i++)
     for (int64_t c = 0; c < rows; c++, next += width) {
@@ -291,11 +288,10 @@ thrum_status thrum_vega_cubic_read(const char *path, thrum_imported_basis *impor
   thrum_imported_basis made = {.rank = r};
   THRUM_THEN(status, check_sizes(path, data, size, r, error));
 
-  if (status >= 0 &&
-      (!(made.linear = thrum_allocate(r * r, sizeof(double), "the polynomial", error)) ||
-       !(made.c3 = thrum_allocate(thrum_c3_count(r), sizeof(double), "the polynomial", error)) ||
-       !(made.c4 = thrum_allocate(thrum_c4_count(r), sizeof(double), "the polynomial", error))))
-    status = THRUM_OUT_OF_MEMORY;
+  static const char what[] = "the polynomial";
+  THRUM_THEN(status, thrum_reserve(&made.linear, r * r, sizeof(double), what, error));
+  THRUM_THEN(status, thrum_reserve(&made.c3, thrum_c3_count(r), sizeof(double), what, error));
+  THRUM_THEN(status, thrum_reserve(&made.c4, thrum_c4_count(r), sizeof(double), what, error));
 
   // the numbers start 16 bytes into a block of malloc, so they are aligned
   THRUM_THEN(status, take_force(path, (const double *)((const char *)data + 16), &made, error));

@@ -9,15 +9,6 @@
 #include "precompute/fem/quadrature.h"
 #include "precompute/model/model_fill.h"
 
-// only read through the mesh
-static int32_t *lend(const int32_t *array) {
-  union {
-    const int32_t *read;
-    int32_t *write;
-  } pointer = {.read = array};
-  return pointer.write;
-}
-
 thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
                                      thrum_error *error) {
   if (model->vertices == NULL)
@@ -29,9 +20,9 @@ thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
   mesh->tet_count = model->tet_count;
   mesh->region_count = model->region_count;
   mesh->vertices = thrum_model_writable(model->vertices);
-  mesh->tets = lend(model->tets);
-  mesh->midsides = lend(model->midsides);
-  mesh->tet_region = lend(model->tet_region);
+  mesh->tets = thrum_model_writable(model->tets);
+  mesh->midsides = thrum_model_writable(model->midsides);
+  mesh->tet_region = thrum_model_writable(model->tet_region);
 
   // only the materials are of another form, so they are copied
   THRUM_TRY(thrum_reserve(&mesh->materials, mesh->region_count, sizeof *mesh->materials,

@@ -7,28 +7,24 @@
 
 #include "platform/allocate.h"
 
-double *thrum_model_writable(const double *array) {
+void *thrum_model_writable(const void *array) {
   // a model only reads its arrays; until the caller has it they are ours
-  union {
-    const double *read;
-    double *write;
-  } pointer = {.read = array};
-  return pointer.write;
-}
-
-static void free_const(const void *array) {
   union {
     const void *read;
     void *write;
   } pointer = {.read = array};
-  free(pointer.write);
+  return pointer.write;
 }
 
-static void *copy(const void *source, int64_t count, size_t size, thrum_error *error) {
-  void *made = thrum_allocate(count, size, "the model", error);
-  if (made && count > 0)
+/* A copy of an array for *kept, a member of the model. */
+static thrum_status keep(void *kept, const void *source, int64_t count, size_t size,
+                         thrum_error *error) {
+  void *made = NULL;
+  THRUM_TRY(thrum_reserve(&made, count, size, "the model", error));
+  if (count > 0)
     memcpy(made, source, (size_t)count * size);
-  return made;
+  memcpy(kept, &made, sizeof made);
+  return THRUM_OK;
 }
 
 static thrum_status fill_groups(const thrum_mesh *mesh, thrum_model *model, thrum_error *error) {
@@ -41,20 +37,16 @@ static thrum_status fill_groups(const thrum_mesh *mesh, thrum_model *model, thru
   }
 
   // names one after the other, and the vertices of all groups with the end of each
-  uint8_t *names = thrum_allocate(model->group_name_bytes, 1, "the model", error);
-  model->group_names = names;
-  int32_t *ends =
-      names ? thrum_allocate(mesh->group_count, sizeof *ends, "the model", error) : NULL;
-  model->group_ends = ends;
-  int32_t *vertices =
-      ends ? thrum_allocate(model->group_vertex_count, sizeof *vertices, "the model", error) : NULL;
-  model->group_vertices = vertices;
-  if (!vertices)
-    return THRUM_OUT_OF_MEMORY;
-
+  THRUM_TRY(thrum_reserve(&model->group_names, model->group_name_bytes, 1, "the model", error));
+  THRUM_TRY(
+      thrum_reserve(&model->group_ends, mesh->group_count, sizeof(int32_t), "the model", error));
+  THRUM_TRY(thrum_reserve(&model->group_vertices, model->group_vertex_count, sizeof(int32_t),
+                          "the model", error));
   model->group_count = mesh->group_count;
 
-  int32_t end = 0;
+  uint8_t *names = thrum_model_writable(model->group_names);
+  int32_t *ends = thrum_model_writable(model->group_ends), end = 0;
+  int32_t *vertices = thrum_model_writable(model->group_vertices);
   for (int64_t g = 0; g < mesh->group_count; g++) {
     const thrum_group *group = &mesh->groups[g];
     const size_t length = strlen(group->name) + 1;
@@ -82,17 +74,15 @@ static thrum_status fill_reduced(int64_t rank, bool points, thrum_model *model,
           (points ? THRUM_MODEL_FORMAT_MINOR_POINTS : 0)};
 
   // the polynomial, and the basis that it is of
-  if (!points &&
-      (!(model->c3 = thrum_allocate(model->c3_count, sizeof(double), "the model", error)) ||
-       !(model->c4 = thrum_allocate(model->c4_count, sizeof(double), "the model", error))))
-    return THRUM_OUT_OF_MEMORY;
-  if (!(model->format = copy(format, 2, sizeof *format, error)) ||
-      !(model->omega2 = thrum_allocate(rank, sizeof(double), "the model", error)) ||
-      !(model->axis_mass = thrum_allocate(3 * rank, sizeof(double), "the model", error)) ||
-      !(model->basis =
-            thrum_allocate(3 * model->vertex_count * rank, sizeof(double), "the model", error)))
-    return THRUM_OUT_OF_MEMORY;
-  return THRUM_OK;
+  if (!points) {
+    THRUM_TRY(thrum_reserve(&model->c3, model->c3_count, sizeof(double), "the model", error));
+    THRUM_TRY(thrum_reserve(&model->c4, model->c4_count, sizeof(double), "the model", error));
+  }
+  THRUM_TRY(keep(&model->format, format, 2, sizeof *format, error));
+  THRUM_TRY(thrum_reserve(&model->omega2, rank, sizeof(double), "the model", error));
+  THRUM_TRY(thrum_reserve(&model->axis_mass, 3 * rank, sizeof(double), "the model", error));
+  return thrum_reserve(&model->basis, 3 * model->vertex_count * rank, sizeof(double), "the model",
+                       error);
 }
 
 thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed, int64_t rank,
@@ -102,10 +92,9 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
   model->region_count = mesh->region_count;
 
   // materials as rows of E, nu and rho
-  double *material = thrum_allocate(3 * mesh->region_count, sizeof *material, "the model", error);
-  model->material = material;
-  if (!material)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(
+      thrum_reserve(&model->material, 3 * mesh->region_count, sizeof(double), "the model", error));
+  double *material = thrum_model_writable(model->material);
   for (int64_t i = 0; i < mesh->region_count; i++) {
     material[3 * i] = mesh->materials[i].young;
     material[3 * i + 1] = mesh->materials[i].poisson;
@@ -113,14 +102,13 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
   }
 
   // the mesh is copied, so the model needs it no longer
-  if (!(model->vertices = copy(mesh->vertices, 3 * mesh->vertex_count, sizeof(double), error)) ||
-      !(model->tets = copy(mesh->tets, 4 * mesh->tet_count, sizeof(int32_t), error)) ||
-      !(model->tet_region = copy(mesh->tet_region, mesh->tet_count, sizeof(int32_t), error)) ||
-      !(model->fixed = copy(fixed, mesh->vertex_count, 1, error)))
-    return THRUM_OUT_OF_MEMORY;
-  if (mesh->midsides &&
-      !(model->midsides = copy(mesh->midsides, 6 * mesh->tet_count, sizeof(int32_t), error)))
-    return THRUM_OUT_OF_MEMORY;
+  const int64_t tets = mesh->tet_count, vertices = mesh->vertex_count;
+  THRUM_TRY(keep(&model->vertices, mesh->vertices, 3 * vertices, sizeof(double), error));
+  THRUM_TRY(keep(&model->tets, mesh->tets, 4 * tets, sizeof(int32_t), error));
+  THRUM_TRY(keep(&model->tet_region, mesh->tet_region, tets, sizeof(int32_t), error));
+  THRUM_TRY(keep(&model->fixed, fixed, vertices, 1, error));
+  if (mesh->midsides)
+    THRUM_TRY(keep(&model->midsides, mesh->midsides, 6 * tets, sizeof(int32_t), error));
   THRUM_TRY(fill_reduced(rank, points, model, error));
   return fill_groups(mesh, model, error);
 }
@@ -155,7 +143,7 @@ thrum_status thrum_model_fill_rigid(const thrum_fem *fem, const double *modes, t
 
 void thrum_model_fill_free(thrum_model *model) {
   model->meta = NULL;
-#define X(type, name, rows, columns, presence, meaning) free_const(model->name);
+#define X(type, name, rows, columns, presence, meaning) free(thrum_model_writable(model->name));
   THRUM_MODEL_ARRAYS(X)
 #undef X
   *model = (thrum_model){0};

@@ -21,8 +21,9 @@ thrum_status thrum_model_fill_axis_mass(const thrum_fem *fem, thrum_mass kind, t
 thrum_status thrum_model_fill_rigid(const thrum_fem *fem, const double *modes, thrum_model *model,
                                     thrum_error *error);
 
-/* The array behind a model's const pointer, for code that is still making the model. */
-double *thrum_model_writable(const double *array);
+/* The array behind a model's const pointer, for code that is still making the model, or that only
+ * reads through another pointer. */
+void *thrum_model_writable(const void *array);
 
 void thrum_model_fill_free(thrum_model *model); /* leaves it empty; meta is the caller's */
 
