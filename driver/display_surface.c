@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "mesh/mesh_faces.h"
+#include "platform/allocate.h"
 
 void display_surface_free(display_surface *skin) {
   free(skin->vertices);
@@ -13,16 +14,12 @@ void display_surface_free(display_surface *skin) {
 }
 
 /* Numbers the vertices that triangles use, and the triangles by these numbers. */
-static bool number_vertices(int64_t all, display_surface *skin) {
-  int32_t *place = malloc((size_t)all * sizeof *place);
-  skin->vertices = malloc((size_t)all * sizeof *skin->vertices);
-  if (place == NULL || skin->vertices == NULL) {
-    free(place);
-    return false;
-  }
+static thrum_status number_vertices(int64_t all, display_surface *skin, thrum_error *error) {
+  int32_t *place = NULL;
+  THRUM_TRY(thrum_reserve(&skin->vertices, all, sizeof *skin->vertices, "the surface", error));
+  THRUM_TRY(thrum_reserve(&place, all, sizeof *place, "the surface", error));
 
   // mark the vertices that triangles use
-  memset(place, 0, (size_t)all * sizeof *place);
   for (int64_t n = 0; n < 3 * skin->triangle_count; n++)
     place[skin->triangles[n]] = 1;
 
@@ -38,7 +35,7 @@ static bool number_vertices(int64_t all, display_surface *skin) {
   for (int64_t n = 0; n < 3 * skin->triangle_count; n++)
     skin->triangles[n] = place[skin->triangles[n]];
   free(place);
-  return true;
+  return THRUM_OK;
 }
 
 static void add_triangle(int32_t a, int32_t b, int32_t c, display_surface *skin) {
@@ -75,9 +72,10 @@ thrum_status display_surface_make(const thrum_model *model, display_surface *ski
   THRUM_TRY(thrum_mesh_find_faces(&mesh, &faces, shared, error));
 
   // a face of one tetrahedron alone is on the surface; its parity gives the order of corners
-  const size_t parts = mesh.midsides != NULL ? 4 : 1;
-  made.triangles = malloc((size_t)faces.count * parts * 3 * sizeof *made.triangles + 1);
-  for (int64_t n = 0; n < faces.count && made.triangles != NULL; n++) {
+  const int64_t parts = mesh.midsides != NULL ? 4 : 1;
+  thrum_status status = thrum_reserve(&made.triangles, 3 * parts * faces.count,
+                                      sizeof *made.triangles, "the surface", error);
+  for (int64_t n = 0; n < faces.count && status >= 0; n++) {
     const thrum_mesh_face *face = &faces.faces[n];
     if (face->other >= 0)
       continue;
@@ -91,10 +89,10 @@ thrum_status display_surface_make(const thrum_model *model, display_surface *ski
 
   // triangles then refer to the vertices of the surface, not to those of the mesh
   free(faces.faces);
-  if (made.triangles == NULL || !number_vertices(model->vertex_count, &made)) {
+  THRUM_THEN(status, number_vertices(model->vertex_count, &made, error));
+  if (status < 0)
     display_surface_free(&made);
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
-  }
-  *skin = made;
-  return THRUM_OK;
+  else
+    *skin = made;
+  return status;
 }

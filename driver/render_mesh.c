@@ -2,7 +2,6 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/render_mesh.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "driver/display_surface.h"
@@ -11,31 +10,27 @@
 #include "runtime/base/quadratic_tet.h"
 
 void render_mesh_free(render_mesh *shown) {
-  free(shown->positions);
-  free(shown->basis);
-  free(shown->fixed);
-  free(shown->triangles);
+  thrum_scope_free(&shown->memory);
   *shown = (render_mesh){0};
 }
 
 /* Room for what is to be shown; an empty one when there is none. */
 static thrum_status allocate(int64_t vertices, int64_t triangles, int64_t rank, render_mesh *shown,
                              thrum_error *error) {
-  const size_t count = (size_t)vertices, corners = 3 * (size_t)triangles;
-  render_mesh made = {.rank = rank, .vertex_count = vertices, .triangle_count = triangles};
-
-  // a byte more than needed, because malloc(0) may return NULL
-  made.positions = malloc(3 * count * sizeof *made.positions + 1);
-  made.basis = calloc(3 * count + 1, (size_t)rank * sizeof *made.basis);
-  made.fixed = calloc(count + 1, sizeof *made.fixed);
-  made.triangles = malloc(corners * sizeof *made.triangles + 1);
-
-  if (made.positions && made.basis && made.fixed && made.triangles) {
+  render_mesh made = {.rank = rank,
+                      .vertex_count = vertices,
+                      .triangle_count = triangles,
+                      .memory = thrum_scope_begin("the surface", error)};
+  made.positions = thrum_scope_allocate(&made.memory, 3 * vertices, sizeof *made.positions);
+  made.basis = thrum_scope_allocate(&made.memory, 3 * vertices, (size_t)rank * sizeof *made.basis);
+  made.fixed = thrum_scope_allocate(&made.memory, vertices, sizeof *made.fixed);
+  made.triangles = thrum_scope_allocate(&made.memory, 3 * triangles, sizeof *made.triangles);
+  const thrum_status status = made.memory.status;
+  if (status < 0)
+    render_mesh_free(&made);
+  else
     *shown = made;
-    return THRUM_OK;
-  }
-  render_mesh_free(&made);
-  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
+  return status;
 }
 
 static thrum_status make_skin(const thrum_model *model, render_mesh *shown, thrum_error *error) {

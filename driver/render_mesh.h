@@ -4,6 +4,7 @@
 #ifndef THRUM_DRIVER_RENDER_MESH_H
 #define THRUM_DRIVER_RENDER_MESH_H
 
+#include "platform/allocate.h"
 #include "thrum/thrum.h"
 
 /* Positions are x = positions + basis q. Owned; render_mesh_free frees. */
@@ -15,6 +16,7 @@ typedef struct render_mesh {
   uint8_t *fixed;    /* vertex_count: bits 0..2, x, y, z held, as of the model */
   int64_t triangle_count;
   int32_t *triangles; /* triangle_count x 3: 0-based vertices of these */
+  thrum_scope memory; /* of the arrays */
 } render_mesh;
 
 /* The model must have a mesh and a basis (THRUM_MISSING). `surface` is NULL: the skin, the

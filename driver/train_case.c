@@ -4,8 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "platform/allocate.h"
-
 /* Returns what follows `prefix` in the text; NULL where it begins otherwise. */
 static const char *after(const char *text, const char *prefix) {
   const size_t length = strlen(prefix);
@@ -42,17 +40,16 @@ static thrum_status parse_piece(const char *piece, train_case *c, thrum_error *e
 }
 
 thrum_status train_case_parse(const char *text, train_case *c, thrum_error *error) {
-  size_t most = 1;
+  int64_t most = 1;
   for (const char *at = text; *at != 0; at++)
     most += *at == ';';
-  *c = (train_case){.texts = malloc(strlen(text) + 1),
-                    .loads = calloc(most, sizeof *c->loads),
-                    .courses = calloc(most, sizeof *c->courses),
-                    .base_motions = calloc(most, sizeof *c->base_motions),
-                    .starts = calloc(most, sizeof *c->starts)};
-  if (c->texts == NULL || c->loads == NULL || c->courses == NULL || c->base_motions == NULL ||
-      c->starts == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a load");
+  *c = (train_case){.memory = thrum_scope_begin("a load", error)};
+  c->texts = thrum_scope_allocate(&c->memory, (int64_t)strlen(text) + 1, 1);
+  c->loads = thrum_scope_allocate(&c->memory, most, sizeof *c->loads);
+  c->courses = thrum_scope_allocate(&c->memory, most, sizeof *c->courses);
+  c->base_motions = thrum_scope_allocate(&c->memory, most, sizeof *c->base_motions);
+  c->starts = thrum_scope_allocate(&c->memory, most, sizeof *c->starts);
+  THRUM_TRY(c->memory.status);
   strcpy(c->texts, text);
 
   // the texts of the pieces are parts of the copy
@@ -69,11 +66,7 @@ thrum_status train_case_parse(const char *text, train_case *c, thrum_error *erro
 void train_case_free(train_case *c) {
   for (int64_t n = 0; n < c->base_motion_count; n++)
     base_motion_close(&c->base_motions[n]);
-  free(c->texts);
-  free(c->loads);
-  free(c->courses);
-  free(c->base_motions);
-  free(c->starts);
+  thrum_scope_free(&c->memory);
   free(c->forces);
   free(c->held_by);
   free(c->start);
@@ -90,15 +83,6 @@ static const char *renamed(const char *message) {
   return message;
 }
 
-/* A zeroed field of the model; NULL without memory. */
-static double *field_of(const thrum_model *model, int64_t count, thrum_error *error) {
-  const int64_t all = 3 * model->vertex_count * count;
-  double *field = thrum_allocate(all, sizeof *field, "a load", error);
-  if (field != NULL)
-    memset(field, 0, (size_t)all * sizeof *field);
-  return field;
-}
-
 /* Where the body starts. */
 static thrum_status fill_starts(const thrum_model *model, train_case *c, thrum_error *error) {
   double q[THRUM_RANK_MAX] = {0}, p[THRUM_RANK_MAX] = {0};
@@ -107,12 +91,11 @@ static thrum_status fill_starts(const thrum_model *model, train_case *c, thrum_e
     modes += c->starts[n].kind == START_MODE;
     statics += c->starts[n].kind == START_STATIC;
   }
+  const int64_t all = 3 * model->vertex_count;
   if (modes > 0)
-    c->start = field_of(model, 1, error);
+    THRUM_TRY(thrum_reserve(&c->start, all, sizeof *c->start, "a load", error));
   if (statics > 0)
-    c->held_by = field_of(model, 1, error);
-  if ((modes > 0 && c->start == NULL) || (statics > 0 && c->held_by == NULL))
-    return THRUM_OUT_OF_MEMORY;
+    THRUM_TRY(thrum_reserve(&c->held_by, all, sizeof *c->held_by, "a load", error));
 
   // shapes of modes add up; loads of equilibria act together
   for (int64_t n = 0; n < c->start_count; n++) {
@@ -132,9 +115,7 @@ static thrum_status fill_starts(const thrum_model *model, train_case *c, thrum_e
 thrum_status train_case_fill(const thrum_model *model, const char *option, train_case *c,
                              thrum_error *error) {
   const int64_t all = 3 * model->vertex_count;
-  c->forces = field_of(model, c->count > 0 ? c->count : 1, error);
-  if (c->forces == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve(&c->forces, c->count * all, sizeof *c->forces, "a load", error));
 
   // reducing a load first gives an error that names it and its target
   for (int64_t n = 0; n < c->count; n++) {

@@ -8,10 +8,12 @@
 #include "driver/full_motion.h"
 #include "driver/load_spec.h"
 #include "driver/start_spec.h"
+#include "platform/allocate.h"
 
 /* One parsed case; a zeroed one has nothing. */
 typedef struct train_case {
-  char *texts; /* of the pieces; owned, as all that follows */
+  thrum_scope memory; /* of all but the last three, which are owned too */
+  char *texts;        /* of the pieces */
   load_spec *loads;
   int64_t count;
   thrum_load *courses; /* count */

@@ -10,6 +10,7 @@
 
 #include "io/npz.h"
 #include "mesh/tet_tree.h"
+#include "platform/allocate.h"
 #include "precompute/curved_place.h"
 #include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
@@ -27,47 +28,29 @@ typedef struct embed_arrays {
   float *basis;
 } embed_arrays;
 
-static void arrays_free(embed_arrays *a) {
-  free(a->meta);
-  free(a->omega2);
-  free(a->positions);
-  free(a->weights);
-  free(a->triangles);
-  free(a->tet);
-  free(a->basis);
-}
-
 void thrum_embed_free(thrum_embed *embed) {
-  const thrum_embedding *e = &embed->embedding;
-  const void *const arrays[] = {e->meta,  e->omega2, e->positions, e->triangles,
-                                e->basis, e->tet,    e->weights};
-  for (size_t n = 0; n < sizeof arrays / sizeof *arrays; n++)
-    free((void *)(uintptr_t)arrays[n]);
+  thrum_scope_free(&embed->memory);
   *embed = (thrum_embed){.report = {.farthest = -1}};
 }
 
-static void *copy(const void *data, size_t size) {
-  void *memory = malloc(size > 0 ? size : 1);
-  if (memory != NULL)
-    memcpy(memory, data, size);
-  return memory;
+static void *copy(thrum_scope *memory, const void *data, int64_t count, size_t size) {
+  void *made = thrum_scope_allocate(memory, count, size);
+  if (made != NULL && count > 0)
+    memcpy(made, data, (size_t)count * size);
+  return made;
 }
 
-static bool allocate(const thrum_model *model, const thrum_surface_mesh *surface, const char *meta,
-                     embed_arrays *a) {
-  const size_t count = (size_t)surface->vertex_count, rank = (size_t)model->rank;
-  a->meta = meta ? copy(meta, strlen(meta)) : NULL;
-  a->omega2 = copy(model->omega2, rank * sizeof *a->omega2);
-  a->positions = copy(surface->vertices, 3 * count * sizeof *a->positions);
-  a->triangles =
-      copy(surface->triangles, 3 * (size_t)surface->triangle_count * sizeof *a->triangles);
-  a->weights = malloc(4 * count * sizeof *a->weights);
-  a->tet = malloc(count * sizeof *a->tet);
-  a->basis = count <= SIZE_MAX / 2 / (3 * rank * sizeof *a->basis)
-                 ? malloc(3 * count * rank * sizeof *a->basis)
-                 : NULL;
-  return (!meta || a->meta) && a->omega2 && a->positions && a->triangles && a->weights && a->tet &&
-         a->basis;
+static embed_arrays allocate(const thrum_model *model, const thrum_surface_mesh *surface,
+                             const char *meta, thrum_scope *memory) {
+  const int64_t count = surface->vertex_count, rank = model->rank;
+  return (embed_arrays){
+      .meta = meta ? copy(memory, meta, (int64_t)strlen(meta), 1) : NULL,
+      .omega2 = copy(memory, model->omega2, rank, sizeof(double)),
+      .positions = copy(memory, surface->vertices, 3 * count, sizeof(double)),
+      .triangles = copy(memory, surface->triangles, 3 * surface->triangle_count, sizeof(int32_t)),
+      .weights = thrum_scope_allocate(memory, 4 * count, sizeof(double)),
+      .tet = thrum_scope_allocate(memory, count, sizeof(int32_t)),
+      .basis = thrum_scope_allocate(memory, 3 * count, (size_t)rank * sizeof(float))};
 }
 
 static thrum_status bind_vertex(const thrum_tet_tree *tree, const thrum_curved_places *curved,
@@ -181,21 +164,20 @@ thrum_status thrum_embed_make(const thrum_model *model, const thrum_surface_mesh
                            "precompute it from a mesh");
 
   // every vertex is bound to a tetrahedron, and gets its rows
-  embed_arrays a = {0};
+  thrum_scope memory = thrum_scope_begin("the surface", error);
+  embed_arrays a = allocate(model, surface, meta, &memory);
   thrum_embed_report report = {.extent = thrum_box3_longest(model->vertices, model->vertex_count),
                                .farthest = -1};
-  thrum_status status =
-      allocate(model, surface, meta, &a)
-          ? bind_all(model, surface->vertex_count, progress, &a, &report, error)
-          : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the surface");
+  thrum_status status = memory.status;
+  THRUM_THEN(status, bind_all(model, surface->vertex_count, progress, &a, &report, error));
   for (int64_t v = 0; v < surface->vertex_count && status >= 0; v++)
     status = make_rows(model, v, &a, error);
 
   // the arrays are the embedding's, or freed
   if (status < 0)
-    arrays_free(&a);
+    thrum_scope_free(&memory);
   else
-    *embed = (thrum_embed){as_embedding(model, surface, meta, &a), report};
+    *embed = (thrum_embed){as_embedding(model, surface, meta, &a), report, memory};
   return status;
 }
 

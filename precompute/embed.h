@@ -6,6 +6,7 @@
 #define THRUM_PRECOMPUTE_EMBED_H
 
 #include "mesh/surface_mesh.h"
+#include "platform/allocate.h"
 #include "thrum/embedding.h"
 
 /* How far outside a surface may lie, in lengths of the body, before its scale or place is in doubt.
@@ -25,6 +26,7 @@ typedef struct thrum_embed_report {
 typedef struct thrum_embed {
   thrum_embedding embedding;
   thrum_embed_report report;
+  thrum_scope memory; /* of the arrays */
 } thrum_embed;
 
 /* Who is told how far the work is, 0 to 1, now and then. */

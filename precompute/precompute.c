@@ -59,9 +59,8 @@ static void pipeline_free(pipeline *p) {
 // Z and M Z of a free body
 static thrum_status find_rigid(pipeline *p, thrum_error *error) {
   const int64_t count = THRUM_RIGID_COUNT * p->fem.free_count;
-  if (!(p->rigid = thrum_allocate(count, sizeof(double), "the rigid modes", error)) ||
-      !(p->rigid_dual = thrum_allocate(count, sizeof(double), "the rigid modes", error)))
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve(&p->rigid, count, sizeof(double), "the rigid modes", error));
+  THRUM_TRY(thrum_reserve(&p->rigid_dual, count, sizeof(double), "the rigid modes", error));
   THRUM_TRY(thrum_rigid_modes(&p->fem, &p->mass, p->rigid, p->rigid_dual, error));
   return thrum_rigid_residual(&p->stiffness, p->rigid, &p->result.rigid_residual, error);
 }
@@ -264,8 +263,7 @@ static thrum_status check_modes(pipeline *p, thrum_error *error) {
 // the modes on all components, for the caller that asked
 static thrum_status keep_modes(pipeline *p, thrum_error *error) {
   const int64_t rows = 3 * p->fem.vertex_count, k = p->options.modes;
-  if (!(p->result.mode_vectors = thrum_allocate(k * rows, sizeof(double), "the modes", error)))
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve(&p->result.mode_vectors, k * rows, sizeof(double), "the modes", error));
   for (int64_t i = 0; i < k; i++)
     thrum_fem_scatter(&p->fem, p->candidates + i * p->fem.free_count,
                       p->result.mode_vectors + i * rows);
@@ -279,11 +277,10 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
   const int64_t shapes = thrum_options_shapes(&p->options);
 
   // the derivatives will stand behind the modes, so room for both is taken at once
-  if (!(p->candidates = thrum_allocate((shapes + shapes * (shapes + 1) / 2) * n, sizeof(double),
-                                       "the modes and derivatives", error)) ||
-      !(result->mode_omega2 = thrum_allocate(shapes, sizeof(double), "the modes", error)) ||
-      !(result->mode_residual = thrum_allocate(k, sizeof(double), "the modes", error)))
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve(&p->candidates, (shapes + shapes * (shapes + 1) / 2) * n, sizeof(double),
+                          "the modes and derivatives", error));
+  THRUM_TRY(thrum_reserve(&result->mode_omega2, shapes, sizeof(double), "the modes", error));
+  THRUM_TRY(thrum_reserve(&result->mode_residual, k, sizeof(double), "the modes", error));
 
   thrum_status status = thrum_eigen_lowest(&p->stiffness, &p->mass, p->factor, k,
                                            result->mode_omega2, p->candidates, reporter, error);
@@ -367,8 +364,7 @@ static thrum_status make_basis(pipeline *p, const thrum_reporter *reporter, thru
 
   // an imported basis takes the place of modes and derivatives
   p->result.modes_complete = true;
-  if (!(p->change = thrum_allocate(r * r, sizeof(double), "the imported basis", error)))
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve(&p->change, r * r, sizeof(double), "the imported basis", error));
   THRUM_TRY(thrum_imported_basis_fill(&p->fem, p->mesh, &p->mass, p->rigid_dual,
                                       p->options.imported, basis, p->change, &p->result.imported,
                                       error));

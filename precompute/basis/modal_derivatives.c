@@ -226,20 +226,11 @@ typedef struct tet_work {
   group_terms *group;
 } tet_work;
 
-static bool work_allocate(const thrum_fem *fem, int64_t count, tet_work *w, thrum_error *error) {
-  const char *what = "the modal derivatives";
-  *w = (tet_work){0};
+static tet_work work_allocate(const thrum_fem *fem, int64_t count, thrum_scope *memory) {
   if (!fem->rule)
-    return (w->linear = thrum_allocate(count, sizeof *w->linear, what, error)) != NULL;
-  w->quadratic = thrum_allocate(count, sizeof *w->quadratic, what, error);
-  w->group = thrum_allocate(1, sizeof *w->group, what, error);
-  return w->quadratic && w->group;
-}
-
-static void work_free(tet_work *w) {
-  free(w->linear);
-  free(w->quadratic);
-  free(w->group);
+    return (tet_work){.linear = thrum_scope_allocate(memory, count, sizeof(mode_in_tet))};
+  return (tet_work){.quadratic = thrum_scope_allocate(memory, count, sizeof(mode_terms)),
+                    .group = thrum_scope_allocate(memory, 1, sizeof(group_terms))};
 }
 
 static thrum_status solve_all(const thrum_fem *fem, thrum_factor *factor, int64_t count,
@@ -273,13 +264,13 @@ thrum_status thrum_derivatives(const thrum_fem *fem, thrum_factor *factor, int64
                                const double *modes, double *derivatives,
                                const thrum_reporter *reporter, thrum_error *error) {
   const int64_t total = count * (count + 1) / 2;
-  int32_t *pairs = thrum_allocate(2 * total, sizeof *pairs, "the modal derivatives", error);
-  tet_work work;
-  const bool room = work_allocate(fem, count, &work, error);
-  thrum_status status = THRUM_OUT_OF_MEMORY;
+  thrum_scope memory = thrum_scope_begin("the modal derivatives", error);
+  int32_t *pairs = thrum_scope_allocate(&memory, 2 * total, sizeof *pairs);
+  tet_work work = work_allocate(fem, count, &memory);
+  thrum_status status = memory.status;
 
   // pairs i <= j, in the order of the derivatives
-  if (pairs && room) {
+  if (status >= 0) {
     int64_t next = 0;
     for (int64_t i = 0; i < count; i++)
       for (int64_t j = i; j < count; j++) {
@@ -290,7 +281,6 @@ thrum_status thrum_derivatives(const thrum_fem *fem, thrum_factor *factor, int64
     status = solve_all(fem, factor, count, modes, pairs, &work, derivatives, reporter, error);
   }
 
-  free(pairs);
-  work_free(&work);
+  thrum_scope_free(&memory);
   return status;
 }

@@ -36,11 +36,8 @@ thrum_status thrum_load_fill_gravity(const thrum_model *model, const double acce
   // the body behind the model, and the mass of each of its vertices
   thrum_model_fem body = {0};
   thrum_status status = thrum_model_fem_create(model, &body, error);
-  double *mass =
-      status >= 0 ? thrum_allocate(model->vertex_count, sizeof *mass, "the loads", error) : NULL;
-  if (status >= 0 && mass == NULL)
-    status = THRUM_OUT_OF_MEMORY;
-
+  double *mass = NULL;
+  THRUM_THEN(status, thrum_reserve(&mass, model->vertex_count, sizeof *mass, "the loads", error));
   if (status >= 0)
     thrum_fem_vertex_mass(&body.fem, body.kind, mass);
 
@@ -80,9 +77,8 @@ static thrum_status factorise(meter *m, thrum_error *error) {
   // a free body's stiffness is singular until six springs hold it
   if (m->model->rigid) {
     const int64_t count = THRUM_RIGID_COUNT * fem->free_count;
-    if (!(m->rigid = thrum_allocate(count, sizeof(double), "the rigid modes", error)) ||
-        !(m->dual = thrum_allocate(count, sizeof(double), "the rigid modes", error)))
-      return THRUM_OUT_OF_MEMORY;
+    THRUM_TRY(thrum_reserve(&m->rigid, count, sizeof(double), "the rigid modes", error));
+    THRUM_TRY(thrum_reserve(&m->dual, count, sizeof(double), "the rigid modes", error));
     THRUM_TRY(thrum_rigid_modes(fem, &m->body.mass, m->rigid, m->dual, error));
     thrum_support_springs_add(fem, &m->body.stiffness, &springs);
   }
@@ -160,11 +156,8 @@ thrum_status thrum_load_share_measure(const thrum_model *model, int64_t count, c
   const int64_t n = m.body.fem.free_count;
 
   // one block for the vectors of all loads
-  if (status >= 0) {
-    m.f = thrum_allocate(4 * n + model->rank, sizeof *m.f, "the loads", error);
-    status = m.f ? factorise(&m, error) : THRUM_OUT_OF_MEMORY;
-  }
-
+  THRUM_THEN(status, thrum_reserve(&m.f, 4 * n + model->rank, sizeof *m.f, "the loads", error));
+  THRUM_THEN(status, factorise(&m, error));
   if (status >= 0) {
     m.x = m.f + n;
     m.rest = m.x + n;

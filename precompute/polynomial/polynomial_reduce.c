@@ -39,14 +39,8 @@ typedef struct panel {
   double *stress;        /* squared x 6 x BLOCK, or NULL where squared = rank */
   double *force;         /* squared x 9 x BLOCK, likewise: of one vector and all later ones */
   double weight[3][BLOCK];
+  thrum_scope memory; /* of all arrays but the basis */
 } panel;
-
-static void panel_free(panel *p) {
-  free(p->gradient);
-  free(p->row);
-  free(p->stress);
-  free(p->force);
-}
 
 // whether there are products of two vectors that lack those with a third
 static bool has_others(const panel *p) {
@@ -65,18 +59,14 @@ static thrum_status panel_create(const thrum_fem *fem, int64_t rank, const doubl
                                  int64_t squared, panel *p, thrum_error *error) {
   const int64_t columns = columns_of(rank, squared);
   *p = (panel){.fem = fem, .basis = basis, .rank = rank, .squared = squared, .columns = columns};
-  p->gradient = thrum_allocate(rank * 9 * BLOCK, sizeof(double), "the polynomial", error);
-  p->row = thrum_allocate(columns * 6 * BLOCK, sizeof(double), "the polynomial", error);
-  bool made = p->gradient && p->row;
-  if (made && has_others(p)) {
-    p->stress = thrum_allocate(squared * 6 * BLOCK, sizeof(double), "the polynomial", error);
-    p->force = thrum_allocate(squared * 9 * BLOCK, sizeof(double), "the polynomial", error);
-    made = p->stress && p->force;
+  p->memory = thrum_scope_begin("the polynomial", error);
+  p->gradient = thrum_scope_allocate(&p->memory, rank * 9 * BLOCK, sizeof(double));
+  p->row = thrum_scope_allocate(&p->memory, columns * 6 * BLOCK, sizeof(double));
+  if (has_others(p)) {
+    p->stress = thrum_scope_allocate(&p->memory, squared * 6 * BLOCK, sizeof(double));
+    p->force = thrum_scope_allocate(&p->memory, squared * 9 * BLOCK, sizeof(double));
   }
-  if (made)
-    return THRUM_OK;
-  panel_free(p);
-  return THRUM_OUT_OF_MEMORY;
+  return p->memory.status;
 }
 
 // G of every basis vector at one point of a linear tet, into place s of the block
@@ -359,10 +349,8 @@ static double *make_gram(const thrum_fem *fem, int64_t rank, const double *basis
 
   *status = panel_create(fem, rank, basis, squared, &p, error);
 
-  if (*status >= 0) {
-    *status = accumulate(&p, gram, others, reporter, error);
-    panel_free(&p);
-  }
+  THRUM_THEN(*status, accumulate(&p, gram, others, reporter, error));
+  thrum_scope_free(&p.memory);
   if (*status >= 0)
     return gram;
   free(gram);
