@@ -50,11 +50,7 @@ static thrum_status write_csv(const bench_request *request, const char *path, co
             request->rates.peak_gflops, request->rates.l2_gbs, request->rates.l3_gbs,
             request->rates.dram_gbs);
 
-  const thrum_status status = json_table_csv(file, rows, error);
-  if (status >= 0)
-    return thrum_file_writer_commit(&writer, error);
-  thrum_file_writer_abandon(&writer);
-  return status;
+  return thrum_file_writer_end(&writer, json_table_csv(file, rows, error), error);
 }
 
 static bool write_script(const bench_request *request, const char *path, const char *name,

@@ -42,13 +42,6 @@ const config_command command_check = {
     .exits = "0 nothing to flag, 1 refused, 2 usage, 3 something is flagged",
 };
 
-static int read_options(int argc, char **argv, check_request *request) {
-  const int code = config_options_read(&command_check, argc, argv, request);
-  if (code != COMMAND_DONE)
-    return code;
-  return config_one_argument("check", "mesh", argc, argv, &request->mesh_name);
-}
-
 /* Reads the mesh; the name of one of our models stands for its mesh and its material. */
 static thrum_status read_mesh(const check_request *request, thrum_mesh *mesh, thrum_error *error) {
   model_recipe recipe;
@@ -63,7 +56,8 @@ static thrum_status read_mesh(const check_request *request, thrum_mesh *mesh, th
 
 int cmd_check(int argc, char **argv) {
   check_request request = {.reading = {.scale = 1}};
-  const int code = read_options(argc, argv, &request);
+  const int code =
+      config_options_read_one(&command_check, "mesh", argc, argv, &request, &request.mesh_name);
   if (code != COMMAND_DONE)
     return code;
 
@@ -84,7 +78,5 @@ int cmd_check(int argc, char **argv) {
   }
 
   thrum_mesh_free(&mesh);
-  if (status < 0)
-    return config_refuse(&error);
-  return flags != 0 ? COMMAND_FLAGGED : COMMAND_DONE;
+  return config_end(status, flags != 0, &error);
 }

@@ -127,7 +127,5 @@ int cmd_embed(int argc, char **argv) {
 
   thrum_embed_free(&embed);
   thrum_model_free(model);
-  if (status < 0)
-    return config_refuse(&error);
-  return far ? COMMAND_FLAGGED : COMMAND_DONE;
+  return config_end(status, far, &error);
 }

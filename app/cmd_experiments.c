@@ -89,9 +89,7 @@ static int run_request(const experiments_request *request) {
     thrum_model_free(bodies->models[n]);
   }
   free(bodies);
-  if (status < 0)
-    return config_refuse(&error);
-  return flagged ? COMMAND_FLAGGED : COMMAND_DONE;
+  return config_end(status, flagged, &error);
 }
 
 int cmd_experiments(int argc, char **argv) {

@@ -124,10 +124,8 @@ static int check_files(const export_request *request) {
 }
 
 static int read_options(int argc, char **argv, export_request *request) {
-  int code = config_options_read(&command_export, argc, argv, request);
-  if (code != COMMAND_DONE)
-    return code;
-  code = config_one_argument("export", "model", argc, argv, &request->model);
+  int code =
+      config_options_read_one(&command_export, "model", argc, argv, request, &request->model);
   if (code != COMMAND_DONE)
     return code;
 

@@ -97,14 +97,6 @@ const config_command command_info = {
                 "info beam.npz --dt 0.001 --json",
 };
 
-static int read_options(int argc, char **argv, info_request *request) {
-  request->integrator = (thrum_integrator)-1;
-  const int code = config_options_read(&command_info, argc, argv, request);
-  if (code != COMMAND_DONE)
-    return code;
-  return config_one_argument("info", "model", argc, argv, &request->path);
-}
-
 static double meta_number(const info *about, const char *object, const char *key) {
   const cJSON *item = model_meta_find(about->meta, object, key);
   return cJSON_IsNumber(item) ? item->valuedouble : NAN;
@@ -493,8 +485,9 @@ static thrum_status gather(info *about, thrum_error *error) {
 }
 
 int cmd_info(int argc, char **argv) {
-  info_request request = {0};
-  const int code = read_options(argc, argv, &request);
+  info_request request = {.integrator = (thrum_integrator)-1};
+  const int code =
+      config_options_read_one(&command_info, "model", argc, argv, &request, &request.path);
   if (code != COMMAND_DONE)
     return code;
 

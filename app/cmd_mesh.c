@@ -85,10 +85,8 @@ const config_command command_mesh = {
 };
 
 static int read_options(int argc, char **argv, mesh_request *request) {
-  int code = config_options_read(&command_mesh, argc, argv, request);
-  if (code != COMMAND_DONE)
-    return code;
-  code = config_one_argument("mesh", "surface", argc, argv, &request->surface);
+  int code =
+      config_options_read_one(&command_mesh, "surface", argc, argv, request, &request->surface);
   if (code != COMMAND_DONE)
     return code;
   if (request->output == NULL)
@@ -246,7 +244,5 @@ int cmd_mesh(int argc, char **argv) {
 
   thrum_surface_mesh_free(&work.surface);
   thrum_mesh_free(&work.mesh);
-  if (status < 0)
-    return config_refuse(&error);
-  return flagged ? COMMAND_FLAGGED : COMMAND_DONE;
+  return config_end(status, flagged, &error);
 }

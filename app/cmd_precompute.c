@@ -29,9 +29,7 @@ static int run_request(precompute_request *request) {
     status = precompute_make(
         request, request->json ? precompute_print_json : precompute_print_table, &flagged, &error);
   }
-  if (status < 0)
-    return config_refuse(&error);
-  return flagged ? COMMAND_FLAGGED : COMMAND_DONE;
+  return config_end(status, flagged, &error);
 }
 
 int cmd_precompute_shared(int argc, char **argv, const thrum_precompute_shared *shared) {

@@ -42,9 +42,8 @@ static bool reads_files(const config_command *command) {
 
 int cmd_schema(int argc, char **argv) {
   const char *name = NULL, *names[COMMANDS_MAX] = {"scene"};
-  int count = 1, code = config_options_read(&command_schema, argc, argv, NULL);
-  if (code == COMMAND_DONE)
-    code = config_one_argument("schema", "command", argc, argv, &name);
+  int count = 1;
+  const int code = config_options_read_one(&command_schema, "command", argc, argv, NULL, &name);
   if (code != COMMAND_DONE)
     return code;
 

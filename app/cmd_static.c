@@ -235,17 +235,12 @@ static int run_request(const static_request *request) {
   THRUM_THEN(status, answer_all(&answer, memory, &error));
 
   // an instability on the way is flagged
-  int code = COMMAND_DONE;
-  if (status < 0) {
-    code = config_refuse(&error);
-  } else {
-    if (request->json)
-      static_report_json(&answer);
-    else
-      static_report_table(&answer);
+  const bool flagged = status >= 0 && strcmp(static_status_name(&answer), "done") != 0;
+  if (status >= 0) {
+    (request->json ? static_report_json : static_report_table)(&answer);
     warn_flags(&answer);
-    code = strcmp(static_status_name(&answer), "done") == 0 ? COMMAND_DONE : COMMAND_FLAGGED;
   }
+  const int code = config_end(status, flagged, &error);
 
   free(memory);
   free(answer.displaced);

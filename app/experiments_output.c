@@ -19,11 +19,7 @@ thrum_status experiments_write_rows(const experiments_request *request, const ch
   thrum_file_writer writer = {NULL, NULL, NULL};
   snprintf(file, sizeof file, "%s.csv", name);
   THRUM_TRY(results_open(request->output, file, &writer, error));
-  const thrum_status status = json_table_csv(writer.stream, rows, error);
-  if (status >= 0)
-    return thrum_file_writer_commit(&writer, error);
-  thrum_file_writer_abandon(&writer);
-  return status;
+  return thrum_file_writer_end(&writer, json_table_csv(writer.stream, rows, error), error);
 }
 
 /* The object {"status", "command", ...} to which the rows are added. */

@@ -167,10 +167,7 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   r->integrators[EXPERIMENT_SCHEME_ENERGY] = true;
 
   // the first wrong option ends the command with its own exit code
-  int code = config_options_read(&command_tradeoff, argc, argv, r);
-  if (code != COMMAND_DONE)
-    return code;
-  code = config_one_argument("tradeoff", "model", argc, argv, &r->model_path);
+  int code = config_options_read_one(&command_tradeoff, "model", argc, argv, r, &r->model_path);
   if (code != COMMAND_DONE)
     return code;
   code = mesh_model_def_check("tradeoff", &r->mesh_def, thrum_mesh_is_named(r->model_path));

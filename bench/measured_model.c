@@ -11,18 +11,13 @@
 
 thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *error) {
   thrum_mesh mesh = {0};
-  thrum_precomputed *result = calloc(1, sizeof *result);
+  thrum_precomputed *result = NULL;
   uint8_t *fixed = NULL;
-  thrum_status status =
-      result ? THRUM_OK : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a model");
-
+  int64_t held = 0;
+  thrum_status status = thrum_reserve(&result, 1, sizeof *result, "a model", error);
   THRUM_THEN(status, thrum_mesh_read("beam:20x3x3@1x0.15x0.15", 1.0, &mesh, error));
-  if (status >= 0) {
-    fixed = calloc((size_t)mesh.vertex_count, 1);
-    int64_t held = 0;
-    status = fixed ? thrum_mesh_fix(&mesh, "x<0.001", fixed, &held, error)
-                   : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a model");
-  }
+  THRUM_THEN(status, thrum_reserve(&fixed, mesh.vertex_count, 1, "a model", error));
+  THRUM_THEN(status, thrum_mesh_fix(&mesh, "x<0.001", fixed, &held, error));
 
   if (status >= 0) {
     thrum_precompute_options options = thrum_default_precompute_options();

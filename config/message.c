@@ -20,6 +20,12 @@ int config_refuse(const thrum_error *error) {
   return COMMAND_REFUSED;
 }
 
+int config_end(thrum_status status, bool flagged, const thrum_error *error) {
+  if (status < 0)
+    return config_refuse(error);
+  return flagged ? COMMAND_FLAGGED : COMMAND_DONE;
+}
+
 void config_one_line(char *text) {
   for (char *c = text; *c != 0; c++)
     *c = (unsigned char)*c < ' ' ? '?' : *c;

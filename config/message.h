@@ -5,6 +5,7 @@
 
 #include "thrum/status.h"
 #include <getopt.h>
+#include <stdbool.h>
 #include <stdint.h>
 
 enum command_exit { COMMAND_DONE = 0, COMMAND_REFUSED = 1, COMMAND_USAGE = 2, COMMAND_FLAGGED = 3 };
@@ -12,6 +13,9 @@ enum { COMMAND_HELPED = -1 }; /* no exit code: a command has printed its help an
 
 /* Prints "thrum: <message>" on standard error and returns COMMAND_REFUSED. */
 int config_refuse(const thrum_error *error);
+
+/* The exit code at the end of a command: refused with that line, flagged, or done. */
+int config_end(thrum_status status, bool flagged, const thrum_error *error);
 
 /* Control characters of what was typed, line ends too, into '?': a message is one line. */
 void config_one_line(char *text);

@@ -244,10 +244,10 @@ const char *config_wants(const config_option *option, char *text, size_t size);
  * line was printed, or COMMAND_HELPED at --help, once that is printed. */
 int config_options_read(const config_command *command, int argc, char **argv, void *request);
 
-/* The one argument that is no option (`what`: "mesh"), once the options are read; *value may hold
- * what an options file said. */
-int config_one_argument(const char *command, const char *what, int argc, char **argv,
-                        const char **value);
+/* The same of a command with one argument that is no option (`what`: "mesh"); *value may hold what
+ * an options file said. */
+int config_options_read_one(const config_command *command, const char *what, int argc, char **argv,
+                            void *request, const char **value);
 
 /* --- files ------------------------------------------------------------------------------------ */
 

@@ -140,13 +140,16 @@ int config_options_read(const config_command *command, int argc, char **argv, vo
   return code;
 }
 
-int config_one_argument(const char *command, const char *what, int argc, char **argv,
-                        const char **value) {
+int config_options_read_one(const config_command *command, const char *what, int argc, char **argv,
+                            void *request, const char **value) {
+  const int code = config_options_read(command, argc, argv, request);
+  if (code != COMMAND_DONE)
+    return code;
   if (optind >= argc)
-    return *value != NULL ? COMMAND_DONE : config_usage(command, "no %s given", what);
+    return *value != NULL ? COMMAND_DONE : config_usage(command->name, "no %s given", what);
   if (optind + 1 < argc)
-    return config_usage(command, "one %s at a time, but '%s' follows '%s'", what, argv[optind + 1],
-                        argv[optind]);
+    return config_usage(command->name, "one %s at a time, but '%s' follows '%s'", what,
+                        argv[optind + 1], argv[optind]);
   *value = argv[optind];
   return COMMAND_DONE;
 }

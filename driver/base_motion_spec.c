@@ -13,6 +13,8 @@
 
 #include "config/parse.h"
 #include "io/text.h"
+#include "mesh/mesh_grow.h"
+#include "platform/allocate.h"
 #include "thrum/thrum.h"
 
 #define COLUMNS 4
@@ -135,36 +137,21 @@ typedef struct rows {
   bool positions;
 } rows;
 
-static bool make_room(rows *all) {
-  if (all->count < all->room)
-    return true;
-  const int64_t room = all->room > 0 ? 2 * all->room : 1024;
-  double *grown = realloc(all->values, (size_t)(room * COLUMNS) * sizeof *grown);
-  if (grown == NULL)
-    return false;
-  all->values = grown;
-  all->room = room;
-  return true;
-}
-
 static thrum_status read_rows(thrum_text *text, rows *all, thrum_error *error) {
   bool first = true, names = false;
   while (thrum_text_next_line(text)) {
     if (first) {
       first = false;
-      const thrum_status status = read_head(text, &names, &all->positions, error);
-      if (status < 0)
-        return status;
+      THRUM_TRY(read_head(text, &names, &all->positions, error));
       if (names)
         continue;
     }
 
     // each row must be later than the one before it
-    if (!make_room(all))
-      return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", text->name);
-    double *row = all->values + COLUMNS * all->count;
-    THRUM_TRY(read_row(text, all->count > 0 ? row - COLUMNS : NULL, row, error));
-    all->count++;
+    double row[COLUMNS];
+    const double *before = all->count > 0 ? all->values + COLUMNS * (all->count - 1) : NULL;
+    THRUM_TRY(read_row(text, before, row, error));
+    THRUM_TRY(thrum_mesh_append(&all->values, &all->count, &all->room, row, sizeof row, error));
   }
 
   // a single row says nothing about motion
@@ -180,9 +167,8 @@ static thrum_status make_motion(const rows *all, base_motion_spec *base_motion,
   const int64_t n = all->count;
 
   // times, accelerations, velocities, positions, and scratch
-  double *memory = malloc((size_t)(n * 11) * sizeof *memory);
-  if (memory == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", base_motion->text);
+  double *memory = NULL;
+  THRUM_TRY(thrum_reserve(&memory, 11 * n, sizeof *memory, base_motion->text, error));
   double *times = memory, *a = times + n, *v = a + 3 * n, *x = v + 3 * n, *work = x + 3 * n;
   double *given = all->positions ? x : a;
 

@@ -120,10 +120,7 @@ static thrum_status write_rows(const char *path, kept *k, thrum_error *error) {
   thrum_status status = thrum_file_writer_put(&writer, header, length, error);
   THRUM_THEN(status, thrum_file_writer_put(&writer, k->rows,
                                            (size_t)(rows * k->columns) * sizeof(double), error));
-  THRUM_THEN(status, thrum_file_writer_commit(&writer, error));
-  if (status < 0)
-    thrum_file_writer_abandon(&writer);
-  return status;
+  return thrum_file_writer_end(&writer, status, error);
 }
 
 /* The run of the file into k->rows; false: it is not there, not whole or damaged, and is made

@@ -248,10 +248,8 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   request->train_dt = 0.003;
   request->material = (thrum_material){NAN, NAN, NAN};
   request->options = thrum_default_precompute_options();
-  int code = config_options_read(&command_precompute, argc, argv, request);
-  if (code != COMMAND_DONE)
-    return code;
-  code = config_one_argument("precompute", "mesh", argc, argv, &request->mesh_name);
+  int code = config_options_read_one(&command_precompute, "mesh", argc, argv, request,
+                                     &request->mesh_name);
   if (code != COMMAND_DONE)
     return code;
 

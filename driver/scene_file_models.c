@@ -8,6 +8,7 @@
 
 #include "driver/model_truncate_to.h"
 #include "io/file_hash.h"
+#include "platform/allocate.h"
 #include "thrum/thrum.h"
 
 static bool same_texts(const config_texts *left, const config_texts *right) {
@@ -98,16 +99,14 @@ static thrum_status load(const scene_spec *spec, bool quiet, const scene_body_sp
 
 thrum_status scene_models_load(const scene_spec *spec, bool quiet, scene_models *models,
                                thrum_error *error) {
-  const size_t count = (size_t)spec->bodies.count;
-  *models = (scene_models){.items = calloc(count + 1, sizeof *models->items),
-                           .of_body = calloc(count + 1, sizeof *models->of_body)};
-  if (models->items == NULL || models->of_body == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the models of a scene");
-
-  thrum_status status = THRUM_OK;
-  for (size_t n = 0; n < count && status >= 0; n++)
-    status = load(spec, quiet, &scene_bodies(spec)[n], models, &models->of_body[n]);
-  return status;
+  static const char what[] = "the models of a scene";
+  const int64_t count = spec->bodies.count;
+  *models = (scene_models){0};
+  THRUM_TRY(thrum_reserve(&models->items, count, sizeof *models->items, what, error));
+  THRUM_TRY(thrum_reserve(&models->of_body, count, sizeof *models->of_body, what, error));
+  for (int64_t n = 0; n < count; n++)
+    THRUM_TRY(load(spec, quiet, &scene_bodies(spec)[n], models, &models->of_body[n]));
+  return THRUM_OK;
 }
 
 thrum_status scene_models_skin(scene_models *models, int64_t body, const scene_loaded **skinned,

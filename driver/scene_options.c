@@ -46,8 +46,6 @@ int scene_run_command(int argc, char **argv) {
   if (other != NULL)
     return config_usage("simulate", "'%s' is of a run of one model: write it into the scene file",
                         other);
-  int code = config_options_read(&command, argc, argv, &request);
-  if (code == COMMAND_DONE)
-    code = config_one_argument("simulate", "scene", argc, argv, &request.path);
+  const int code = config_options_read_one(&command, "scene", argc, argv, &request, &request.path);
   return code == COMMAND_DONE ? scene_run_request(&request) : code;
 }

@@ -119,9 +119,8 @@ int scene_run_request(const scene_request *request) {
   }
   run->request = request;
   const thrum_status status = run_scene(run, &error);
-  int code = status < 0 ? config_refuse(&error) : COMMAND_DONE;
-  if (status >= 0 && strcmp(scene_run_status(run), "done") != 0)
-    code = COMMAND_FLAGGED;
+  const bool flagged = status >= 0 && strcmp(scene_run_status(run), "done") != 0;
+  const int code = config_end(status, flagged, &error);
   scene_run_close(run);
   free(run);
   return code;

@@ -196,10 +196,7 @@ static int check_full(simulate_request *request) {
 }
 
 /* Checks that take several options together. */
-static int finish(int argc, char **argv, simulate_request *request) {
-  const int code = config_one_argument("simulate", "model", argc, argv, &request->model_path);
-  if (code != COMMAND_DONE)
-    return code;
+static int finish(simulate_request *request) {
   if (request->run_path == NULL)
     return config_usage("simulate", "where to? name the run's folder with -o RUN");
 
@@ -230,10 +227,9 @@ int simulate_options_read(int argc, char **argv, simulate_request *request) {
   request->record_every = 1;
   request->threads = 1;
   request->monitor = true;
-  const int code = config_options_read(&command_simulate, argc, argv, request);
-  if (code != COMMAND_DONE)
-    return code;
-  return finish(argc, argv, request);
+  const int code = config_options_read_one(&command_simulate, "model", argc, argv, request,
+                                           &request->model_path);
+  return code == COMMAND_DONE ? finish(request) : code;
 }
 
 int64_t simulate_frame_step(const simulate_request *request, int64_t index) {

@@ -132,9 +132,8 @@ int simulate_run_request(const simulate_request *request) {
   // while a model is made first
   thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
   const thrum_status status = simulate(&single, &error);
-  int code = status < 0 ? config_refuse(&error) : COMMAND_DONE;
-  if (status >= 0 && strcmp(driver_run_status(&single.run), "done") != 0)
-    code = COMMAND_FLAGGED;
+  const bool flagged = status >= 0 && strcmp(driver_run_status(&single.run), "done") != 0;
+  const int code = config_end(status, flagged, &error);
   driver_run_close(&single.run);
   free(single.condensed_memory);
   free(single.lower_memory);

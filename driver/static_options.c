@@ -216,10 +216,8 @@ int static_options_read(int argc, char **argv, static_request *request) {
   request->def = thrum_default_equilibrium_def();
   request->mesh_def = mesh_model_def_default();
   request->monitor = true;
-  int code = config_options_read(&command_static, argc, argv, request);
-  if (code != COMMAND_DONE)
-    return code;
-  code = config_one_argument("static", "model", argc, argv, &request->model_path);
+  int code =
+      config_options_read_one(&command_static, "model", argc, argv, request, &request->model_path);
   if (code != COMMAND_DONE)
     return code;
   code = mesh_model_full_check("static", request->model_path, &request->mesh_def, request->full);

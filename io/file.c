@@ -218,15 +218,19 @@ void thrum_file_writer_abandon(thrum_file_writer *writer) {
   release(writer);
 }
 
+thrum_status thrum_file_writer_end(thrum_file_writer *writer, thrum_status status,
+                                   thrum_error *error) {
+  if (status >= 0)
+    return thrum_file_writer_commit(writer, error);
+  thrum_file_writer_abandon(writer);
+  return status;
+}
+
 thrum_status thrum_file_write_atomic(const char *path, const void *data, size_t size,
                                      thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
   THRUM_TRY(thrum_file_writer_open(path, &writer, error));
-  thrum_status status = thrum_file_writer_put(&writer, data, size, error);
-  if (status == THRUM_OK)
-    return thrum_file_writer_commit(&writer, error);
-  thrum_file_writer_abandon(&writer);
-  return status;
+  return thrum_file_writer_end(&writer, thrum_file_writer_put(&writer, data, size, error), error);
 }
 
 /* Reads the rest of an open regular file, whose size is known. */

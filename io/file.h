@@ -27,6 +27,9 @@ thrum_status thrum_file_writer_put(thrum_file_writer *writer, const void *data, 
 thrum_status thrum_file_writer_finish(thrum_file_writer *writer, thrum_error *error);
 thrum_status thrum_file_writer_commit(thrum_file_writer *writer, thrum_error *error);
 void thrum_file_writer_abandon(thrum_file_writer *writer);
+/* Commits where `status` is that of success, abandons otherwise, and returns what came of it. */
+thrum_status thrum_file_writer_end(thrum_file_writer *writer, thrum_status status,
+                                   thrum_error *error);
 
 /* Returns advice for a write that failed with this errno, which follows the reason in a message; ""
  * when there is none. */

@@ -94,7 +94,5 @@ thrum_status thrum_npy_write_f8(const char *path, const double *values, int64_t 
   thrum_status status = thrum_file_writer_open(path, &writer, error);
   THRUM_THEN(status, thrum_file_writer_put(&writer, header, size, error));
   THRUM_THEN(status, thrum_file_writer_put(&writer, values, count * sizeof *values, error));
-  THRUM_THEN(status, thrum_file_writer_commit(&writer, error));
-  thrum_file_writer_abandon(&writer);
-  return status;
+  return thrum_file_writer_end(&writer, status, error);
 }

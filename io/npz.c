@@ -186,19 +186,14 @@ static void compute_checksums(file_plan *plan) {
 
 static thrum_status write_file(const char *path, const file_plan *plan, thrum_error *error) {
   thrum_file_writer writer = {NULL, NULL, NULL};
-  thrum_status status = thrum_file_writer_open(path, &writer, error);
-  if (status != THRUM_OK)
-    return status;
-  for (int i = 0; i < plan->count && status == THRUM_OK; i++)
+  thrum_status status = THRUM_OK;
+  THRUM_TRY(thrum_file_writer_open(path, &writer, error));
+  for (int i = 0; i < plan->count && status >= 0; i++)
     status = write_member(&writer, &plan->members[i], error);
-  if (status == THRUM_OK)
-    status = write_directory(&writer, plan, error);
+  THRUM_THEN(status, write_directory(&writer, plan, error));
 
   // the target keeps its old contents unless all was written
-  if (status == THRUM_OK)
-    return thrum_file_writer_commit(&writer, error);
-  thrum_file_writer_abandon(&writer);
-  return status;
+  return thrum_file_writer_end(&writer, status, error);
 }
 
 thrum_status thrum_npz_write(const char *path, const thrum_npz_array *arrays, int count,

@@ -89,11 +89,11 @@ static thrum_status write_whole(const char *path, const thrum_model *model,
   thrum_file_writer writer = {NULL, NULL, NULL};
   THRUM_TRY(check_mesh(model, error));
   THRUM_TRY(thrum_file_writer_open(path, &writer, error));
-  if (!put_file(writer.stream, model, vectors, 0)) {
-    thrum_file_writer_abandon(&writer);
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a frame");
-  }
-  return thrum_file_writer_commit(&writer, error);
+  const thrum_status status =
+      put_file(writer.stream, model, vectors, 0)
+          ? THRUM_OK
+          : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a frame");
+  return thrum_file_writer_end(&writer, status, error);
 }
 
 thrum_status vtu_write_whole(const char *path, const thrum_model *model, const double *displacement,

@@ -12,6 +12,7 @@
 #include "mesh/mesh.h"
 #include "mesh/mesh_beam.h"
 #include "mesh/mesh_groups.h"
+#include "platform/allocate.h"
 
 /* 200 million tets take 5 GB here and far more later on */
 enum { TETS_MAX = 200000000 };
@@ -161,9 +162,8 @@ static thrum_status add_box(thrum_mesh *mesh, const beam *b, const char *name, c
 
 static thrum_status add_groups(thrum_mesh *mesh, const beam *b, thrum_error *error) {
   static const char *const names[6] = {"left", "right", "front", "back", "bottom", "top"};
-  int32_t *list = malloc((size_t)mesh->vertex_count * sizeof *list);
-  if (!list)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the beam");
+  int32_t *list = NULL;
+  THRUM_TRY(thrum_reserve(&list, mesh->vertex_count, sizeof *list, "the beam", error));
 
   // the faces of the box
   const int64_t *n = b->cells;
@@ -210,25 +210,18 @@ thrum_status thrum_mesh_beam(const char *spec, thrum_mesh *mesh, thrum_error *er
   m.region_count = 1;
   m.has_material = true;
 
-  m.vertices = malloc((size_t)m.vertex_count * 3 * sizeof *m.vertices);
-  m.tets = malloc((size_t)m.tet_count * 4 * sizeof *m.tets);
-  m.tet_region = calloc((size_t)m.tet_count, sizeof *m.tet_region);
-  m.materials = malloc(sizeof *m.materials);
-  if (!m.vertices || !m.tets || !m.tet_region || !m.materials) {
-    thrum_mesh_free(&m);
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for '%.100s'", spec);
-  }
+  thrum_status status =
+      thrum_reserve(&m.vertices, m.vertex_count, 3 * sizeof *m.vertices, spec, error);
+  THRUM_THEN(status, thrum_reserve(&m.tets, m.tet_count, 4 * sizeof *m.tets, spec, error));
+  THRUM_THEN(status, thrum_reserve(&m.tet_region, m.tet_count, sizeof *m.tet_region, spec, error));
+  THRUM_THEN(status, thrum_reserve(&m.materials, 1, sizeof *m.materials, spec, error));
 
   // the soft material of the examples
-  m.materials[0] = (thrum_material){.young = 5e6, .poisson = 0.4, .density = 1000};
-  fill_vertices(&b, m.vertices);
-  fill_tets(&b, m.tets);
-  thrum_status status = add_groups(&m, &b, error);
-
-  if (status < 0) {
-    thrum_mesh_free(&m);
-    return status;
+  if (status >= 0) {
+    m.materials[0] = (thrum_material){.young = 5e6, .poisson = 0.4, .density = 1000};
+    fill_vertices(&b, m.vertices);
+    fill_tets(&b, m.tets);
+    status = add_groups(&m, &b, error);
   }
-  *mesh = m;
-  return THRUM_OK;
+  return thrum_mesh_deliver(status, &m, mesh);
 }

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #include "mesh/tet_distance.h"
+#include "platform/allocate.h"
 
 enum { LEAF = 4, DEPTH_MAX = 64 };
 
@@ -41,16 +42,14 @@ static const double *corner(const thrum_tet_tree *tree, int32_t tet, int c) {
   return tree->vertices + 3 * (int64_t)tree->tets[4 * (int64_t)tet + c];
 }
 
-/* Four times the centre of each tetrahedron (x 3, malloc); NULL: out of memory. */
-static double *find_centres(const thrum_tet_tree *tree, int64_t count) {
-  double *centres = malloc((size_t)count * 3 * sizeof *centres);
-  for (int64_t n = 0; n < 3 * count && centres != NULL; n++) {
+/* Four times the centre of each tetrahedron (x 3). */
+static void find_centres(const thrum_tet_tree *tree, int64_t count, double *centres) {
+  for (int64_t n = 0; n < 3 * count; n++) {
     const int32_t tet = (int32_t)(n / 3);
     const int axis = (int)(n % 3);
     centres[n] = corner(tree, tet, 0)[axis] + corner(tree, tet, 1)[axis] +
                  corner(tree, tet, 2)[axis] + corner(tree, tet, 3)[axis];
   }
-  return centres;
 }
 
 static void empty_box(tree_node *node) {
@@ -154,27 +153,23 @@ thrum_status thrum_tet_tree_make(const double *vertices, const int32_t *tets, in
     return thrum_error_set(error, THRUM_UNSUPPORTED, "a tree of %lld tetrahedra",
                            (long long)tet_count);
 
-  thrum_tet_tree *made = calloc(1, sizeof *made);
+  thrum_tet_tree *made = NULL;
   double *centres = NULL;
+  static const char what[] = "the search for tetrahedra";
+  THRUM_TRY(thrum_reserve(&made, 1, sizeof *made, what, error));
 
   // a leaf holds at least LEAF / 2 tetrahedra, when there are so many at all
-  const size_t leaves = (size_t)tet_count / (LEAF / 2) + 1;
-  if (made != NULL) {
-    made->order = malloc((size_t)tet_count * sizeof *made->order);
-    made->nodes = malloc(2 * leaves * sizeof *made->nodes);
-  }
-
-  if (made != NULL) {
-    made->vertices = vertices;
-    made->tets = tets;
-    centres = find_centres(made, tet_count);
-  }
-
-  if (made == NULL || made->order == NULL || made->nodes == NULL || centres == NULL) {
+  const int64_t leaves = tet_count / (LEAF / 2) + 1;
+  thrum_status status = thrum_reserve(&made->order, tet_count, sizeof *made->order, what, error);
+  THRUM_THEN(status, thrum_reserve(&made->nodes, 2 * leaves, sizeof *made->nodes, what, error));
+  THRUM_THEN(status, thrum_reserve(&centres, tet_count, 3 * sizeof *centres, what, error));
+  if (status < 0) {
     thrum_tet_tree_free(made);
-    free(centres);
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory to find tetrahedra");
+    return status;
   }
+  made->vertices = vertices;
+  made->tets = tets;
+  find_centres(made, tet_count, centres);
 
   // the root holds all, and is split until leaves are small
   for (int64_t t = 0; t < tet_count; t++)

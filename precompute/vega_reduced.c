@@ -346,10 +346,7 @@ thrum_status thrum_vega_basis_write(const char *path, const thrum_model *model, 
   }
 
   free(column);
-  if (status >= 0)
-    return thrum_file_writer_commit(&writer, error);
-  thrum_file_writer_abandon(&writer);
-  return status;
+  return thrum_file_writer_end(&writer, status, error);
 }
 
 // the force's components of degree `count`; returns the end

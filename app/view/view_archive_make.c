@@ -13,6 +13,7 @@
 #include "driver/named_model.h"
 #include "driver/scene_run.h"
 #include "io/paths.h"
+#include "platform/allocate.h"
 #include "thrum/thrum.h"
 
 #define TITLE_MAX 64
@@ -35,11 +36,8 @@ typedef struct model_list {
 } model_list;
 
 static thrum_status make_list(int64_t room, model_list *list, thrum_error *error) {
-  list->items = calloc((size_t)room + 1, sizeof *list->items);
-  list->titles = calloc((size_t)room + 1, sizeof *list->titles);
-  return list->items != NULL && list->titles != NULL
-             ? THRUM_OK
-             : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the models");
+  THRUM_TRY(thrum_reserve(&list->items, room, sizeof *list->items, "the models", error));
+  return thrum_reserve(&list->titles, room, sizeof *list->titles, "the models", error);
 }
 
 static void free_list(model_list *list) {
@@ -109,10 +107,9 @@ static void warn_of_rest(const scene_spec *spec) {
 static thrum_status pack_run(const scene_run *run, view_archive *archive, thrum_error *error) {
   const int64_t count = run->spec.bodies.count;
   model_list list = {0};
-  int64_t *of_body = calloc((size_t)count + 1, sizeof *of_body);
-  thrum_status status = of_body != NULL
-                            ? make_list(count, &list, error)
-                            : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for bodies");
+  int64_t *of_body = NULL;
+  thrum_status status = thrum_reserve(&of_body, count, sizeof *of_body, "bodies", error);
+  THRUM_THEN(status, make_list(count, &list, error));
   if (status >= 0) {
     list_models(&run->models, &run->spec, &list, of_body);
     status = view_archive_pack(list.items, list.count, view_archive_scene_of_run(run, of_body),
@@ -127,9 +124,8 @@ static thrum_status pack_run(const scene_run *run, view_archive *archive, thrum_
 static thrum_status pack_scene(const char *path, bool quiet, view_archive *archive,
                                thrum_error *error) {
   const scene_request request = {.path = path, .output = "", .quiet = quiet};
-  scene_run *run = calloc(1, sizeof *run);
-  if (run == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the scene");
+  scene_run *run = NULL;
+  THRUM_TRY(thrum_reserve(&run, 1, sizeof *run, "the scene", error));
 
   run->request = &request;
 

@@ -254,9 +254,10 @@ static thrum_status append_response_derivatives(pca *p, const double *candidates
                                                 thrum_error *error) {
   const int64_t h = p->response_count, pairs = h * p->modes + h * (h + 1) / 2;
   const int n = (int)p->n, wide = (int)pairs;
-  double *rest = thrum_allocate(p->n * pairs, sizeof *rest, "the basis", error);
-  double *gram = thrum_allocate((pairs + done + 1) * pairs, sizeof *gram, "the basis", error);
-  thrum_status status = rest && gram ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  thrum_scope memory = thrum_scope_begin("the basis", error);
+  double *rest = thrum_scope_allocate(&memory, p->n * pairs, sizeof *rest);
+  double *gram = thrum_scope_allocate(&memory, (pairs + done + 1) * pairs, sizeof *gram);
+  thrum_status status = memory.status;
 
   // the weighted derivatives less what the columns show of them
   if (status >= 0) {
@@ -280,8 +281,7 @@ static thrum_status append_response_derivatives(pca *p, const double *candidates
     cblas_dgemv(CblasColMajor, CblasNoTrans, n, wide, 1 / sqrt(values[at]), rest, n,
                 gram + at * pairs, 1, 0, columns + (done + *found) * p->n, 1);
   }
-  free(rest);
-  free(gram);
+  thrum_scope_free(&memory);
   return status;
 }
 

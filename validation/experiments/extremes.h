@@ -3,6 +3,7 @@
 #ifndef THRUM_VALIDATION_EXPERIMENTS_EXTREMES_H
 #define THRUM_VALIDATION_EXPERIMENTS_EXTREMES_H
 
+#include "platform/allocate.h"
 #include "precompute/precompute.h"
 #include "validation/experiments/experiment_body.h"
 #include "validation/experiments/scheme.h"
@@ -157,6 +158,7 @@ typedef struct experiment_extremes {
   experiment_unit_case
       *units; /* unit_count, by body, system, scheme (of those that keep), the last fastest */
   experiment_unit_result *unit_results;
+  thrum_scope memory; /* of these arrays */
 } experiment_extremes;
 
 /* Makes the bodies and runs all cases. Free with experiment_extremes_free, on failure too. */

@@ -1,6 +1,5 @@
 /* Plans and runs all extremes: the bodies, their runs over threads, then the systems of units.
  * SPDX-License-Identifier: Apache-2.0 */
-#include <stdlib.h>
 #include <string.h>
 
 #include "platform/thread_pool.h"
@@ -18,22 +17,18 @@ static bool pass_run_progress(void *context, double fraction) {
 }
 
 static thrum_status allocate(experiment_extremes *x, thrum_error *error) {
-  const size_t bodies = (size_t)experiment_extreme_count();
-  const size_t cases = bodies * EXPERIMENT_SCHEME_COUNT;
-  const size_t units =
-      (size_t)experiment_unit_count() * EXPERIMENT_UNIT_EXTREMES * EXPERIMENT_SCHEME_COUNT;
+  const int64_t bodies = experiment_extreme_count();
+  const int64_t cases = bodies * EXPERIMENT_SCHEME_COUNT;
+  const int64_t units =
+      experiment_unit_count() * EXPERIMENT_UNIT_EXTREMES * EXPERIMENT_SCHEME_COUNT;
   x->body_count = x->count = x->unit_count = 0;
-  x->bodies = calloc(bodies, sizeof *x->bodies);
-  x->cases = calloc(cases, sizeof *x->cases);
-  x->results = calloc(cases, sizeof *x->results);
-  x->units = calloc(units, sizeof *x->units);
-  x->unit_results = calloc(units, sizeof *x->unit_results);
-
-  // experiment_extremes_free releases what there is
-  if (x->bodies == NULL || x->cases == NULL || x->results == NULL || x->units == NULL ||
-      x->unit_results == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
-  return THRUM_OK;
+  x->memory = thrum_scope_begin("the runs", error);
+  x->bodies = thrum_scope_allocate(&x->memory, bodies, sizeof *x->bodies);
+  x->cases = thrum_scope_allocate(&x->memory, cases, sizeof *x->cases);
+  x->results = thrum_scope_allocate(&x->memory, cases, sizeof *x->results);
+  x->units = thrum_scope_allocate(&x->memory, units, sizeof *x->units);
+  x->unit_results = thrum_scope_allocate(&x->memory, units, sizeof *x->unit_results);
+  return x->memory.status;
 }
 
 /* The bodies asked for, one after the other, and a case for each with each scheme. */
@@ -112,11 +107,7 @@ thrum_status experiment_extremes_run(experiment_extremes *x, thrum_error *error)
 void experiment_extremes_free(experiment_extremes *x) {
   for (int64_t n = 0; n < x->body_count; n++)
     experiment_extreme_free(&x->bodies[n]);
-  free(x->bodies);
-  free(x->cases);
-  free(x->results);
-  free(x->units);
-  free(x->unit_results);
+  thrum_scope_free(&x->memory);
 }
 
 bool experiment_extremes_flagged(const experiment_extremes *x) {

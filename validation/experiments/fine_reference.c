@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform/allocate.h"
 #include "validation/experiments/scheme.h"
 
 #define TOLERANCE 1e-12 /* of its solves */
@@ -40,11 +41,10 @@ thrum_status experiment_reference_make(const experiment_body *body, double impul
                                        thrum_error *error) {
   const int64_t rank = body->model->rank;
   *reference = (experiment_reference){.spacing = spacing, .count = count};
-  reference->q = calloc((size_t)(count * rank), sizeof *reference->q);
-  double *coarse = calloc((size_t)(count * rank), sizeof *coarse);
-  thrum_status status = reference->q == NULL || coarse == NULL
-                            ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory")
-                            : THRUM_OK;
+  double *coarse = NULL;
+  thrum_status status =
+      thrum_reserve(&reference->q, count * rank, sizeof *reference->q, "the reference", error);
+  THRUM_THEN(status, thrum_reserve(&coarse, count * rank, sizeof *coarse, "the reference", error));
   THRUM_THEN(status,
              follow(body, impulse, reference, EXPERIMENT_REFERENCE_FINER, reference->q, error));
   THRUM_THEN(status,

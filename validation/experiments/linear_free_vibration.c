@@ -5,7 +5,6 @@
 #include "validation/experiments/linear_free_vibration.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "platform/allocate.h"
 #include "platform/clock.h"
@@ -31,24 +30,17 @@ typedef struct search {
   double *zeros;
   void *workspace; /* of thrum_equilibrium */
   size_t workspace_size;
+  thrum_scope memory; /* of these two */
 } search;
-
-static void search_free(search *s) {
-  free(s->zeros);
-  free(s->workspace);
-}
 
 static thrum_status search_make(const experiment_body *body, search *s, thrum_error *error) {
   const thrum_model *model = body->model;
   search made = {.body = body, .linear = *model};
   THRUM_TRY(thrum_equilibrium_size(model, &made.workspace_size, error));
   const int64_t cubic = thrum_c3_count(model->rank), quartic = thrum_c4_count(model->rank);
-  made.zeros = calloc((size_t)(cubic + quartic), sizeof *made.zeros);
-  made.workspace = thrum_allocate_aligned(made.workspace_size, body->name, error);
-  if (made.zeros == NULL || made.workspace == NULL) {
-    search_free(&made);
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.100s", body->name);
-  }
+  made.memory = thrum_scope_begin(body->name, error);
+  made.zeros = thrum_scope_allocate(&made.memory, cubic + quartic, sizeof *made.zeros);
+  made.workspace = thrum_scope_allocate_aligned(&made.memory, made.workspace_size);
 
   // the linear model is the same one with coefficients of zero
   made.linear.c3 = made.zeros;
@@ -61,7 +53,7 @@ static thrum_status search_make(const experiment_body *body, search *s, thrum_er
   made.linear.packed = NULL;
   made.linear.packed_single = NULL;
   *s = made;
-  return THRUM_OK;
+  return made.memory.status;
 }
 
 static double difference(int64_t rank, const double *a, const double *b) {
@@ -251,13 +243,13 @@ static thrum_status time_all(const experiment_body *body, experiment_linear_resu
   const int64_t rank = model->rank;
 
   // one allocation has q, p and the work of the polynomial
-  timed *t = calloc(1, sizeof *t);
-  double *numbers = calloc(2 * (size_t)rank + thrum_work_count(model), sizeof *numbers);
+  thrum_scope memory = thrum_scope_begin(body->name, error);
+  timed *t = thrum_scope_allocate(&memory, 1, sizeof *t);
+  double *numbers =
+      thrum_scope_allocate(&memory, 2 * rank + (int64_t)thrum_work_count(model), sizeof *numbers);
   double energy, impulse = 0, reached = 0;
-  thrum_status status =
-      t == NULL || numbers == NULL
-          ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory")
-          : experiment_impulse(body, AMPLITUDE, def.dt, &impulse, &reached, error);
+  thrum_status status = memory.status;
+  THRUM_THEN(status, experiment_impulse(body, AMPLITUDE, def.dt, &impulse, &reached, error));
   THRUM_THEN(status, thrum_state_create(model, &def, &t->state, error));
   THRUM_THEN(status, experiment_kick(body, impulse, t->state, &energy, error));
 
@@ -282,32 +274,31 @@ static thrum_status time_all(const experiment_body *body, experiment_linear_resu
   }
   if (t != NULL)
     thrum_state_destroy(t->state);
-  free(numbers);
-  free(t);
+  thrum_scope_free(&memory);
   return status < 0 ? status : THRUM_OK;
 }
 
 thrum_status experiment_linear_compare(const experiment_body *body,
                                        experiment_linear_result *result, thrum_error *error) {
-  search s;
-  THRUM_TRY(search_make(body, &s, error));
-  if (!(body->model->omega2[0] > 0)) {
-    search_free(&s);
+  search s = {0};
+  if (!(body->model->omega2[0] > 0))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%.100s: a mode has no stiffness, so there is no linear answer at rest",
                            body->name);
-  }
+  thrum_status status = search_make(body, &s, error);
 
   // the unit load and the unit impulse give a linear body an amplitude of its own length
   experiment_linear_result made = {0};
-  trace(&s, rest, body->length / body->compliance, &made.statics);
-  trace(&s, swing, body->length / (body->compliance * sqrt(body->model->omega2[0])),
-        &made.dynamics);
-  search_free(&s);
-
-  THRUM_TRY(time_all(body, &made, error));
-  *result = made;
-  return THRUM_OK;
+  if (status >= 0) {
+    trace(&s, rest, body->length / body->compliance, &made.statics);
+    trace(&s, swing, body->length / (body->compliance * sqrt(body->model->omega2[0])),
+          &made.dynamics);
+  }
+  thrum_scope_free(&s.memory);
+  THRUM_THEN(status, time_all(body, &made, error));
+  if (status >= 0)
+    *result = made;
+  return status;
 }
 
 static thrum_status compare_index(void *context, int64_t index, thrum_error *error) {

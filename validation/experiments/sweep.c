@@ -6,7 +6,6 @@
 #include "validation/experiments/sweep.h"
 
 #include <math.h>
-#include <stdlib.h>
 
 #include "platform/clock.h"
 #include "validation/experiments/run_outcome.h"
@@ -208,15 +207,16 @@ static thrum_status allocate(experiment_sweep *sweep, thrum_error *error) {
   sweep->count = 0;
 
   // room for all schemes, whether asked for or not
-  const size_t room = (size_t)(sweep->start_count * sweep->dt_count * EXPERIMENT_SCHEME_COUNT + 1);
-  sweep->cases = calloc(room, sizeof *sweep->cases);
-  sweep->results = calloc(room, sizeof *sweep->results);
-  sweep->smooth = calloc((size_t)sweep->body_count + 1, sizeof *sweep->smooth);
-  sweep->references = calloc((size_t)sweep->start_count + 1, sizeof *sweep->references);
-  sweep->impulses = calloc((size_t)sweep->start_count + 1, sizeof *sweep->impulses);
-  if (sweep->cases == NULL || sweep->results == NULL || sweep->smooth == NULL ||
-      sweep->references == NULL || sweep->impulses == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  thrum_scope *memory = &sweep->memory;
+  const int64_t all = sweep->start_count;
+  const int64_t room = all * sweep->dt_count * EXPERIMENT_SCHEME_COUNT;
+  *memory = thrum_scope_begin("the runs", error);
+  sweep->cases = thrum_scope_allocate(memory, room, sizeof *sweep->cases);
+  sweep->results = thrum_scope_allocate(memory, room, sizeof *sweep->results);
+  sweep->smooth = thrum_scope_allocate(memory, sweep->body_count, sizeof *sweep->smooth);
+  sweep->references = thrum_scope_allocate(memory, all, sizeof *sweep->references);
+  sweep->impulses = thrum_scope_allocate(memory, all, sizeof *sweep->impulses);
+  THRUM_TRY(memory->status);
 
   // the smooth start pushes the same body in another way
   for (int64_t b = 0; b < sweep->body_count; b++)
@@ -281,11 +281,7 @@ void experiment_sweep_free(experiment_sweep *sweep) {
     experiment_reference_free(&sweep->references[s]);
   for (int64_t b = 0; sweep->smooth != NULL && b < sweep->body_count; b++)
     experiment_body_free(&sweep->smooth[b]);
-  free(sweep->cases);
-  free(sweep->results);
-  free(sweep->smooth);
-  free(sweep->references);
-  free(sweep->impulses);
+  thrum_scope_free(&sweep->memory);
 }
 
 bool experiment_sweep_flagged(const experiment_sweep *sweep) {

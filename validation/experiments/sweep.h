@@ -4,6 +4,7 @@
 #ifndef THRUM_VALIDATION_EXPERIMENTS_SWEEP_H
 #define THRUM_VALIDATION_EXPERIMENTS_SWEEP_H
 
+#include "platform/allocate.h"
 #include "platform/thread_pool.h"
 #include "validation/experiments/fine_reference.h"
 #include "validation/experiments/scheme.h"
@@ -75,6 +76,7 @@ typedef struct experiment_sweep {
   experiment_body *smooth;          /* body_count: pushed in the first basis vector alone */
   experiment_reference *references; /* start_count */
   double *impulses;                 /* start_count */
+  thrum_scope memory;               /* of these arrays */
   int round;                        /* that runs */
 } experiment_sweep;
 

@@ -396,10 +396,10 @@ thrum_status tradeoff_solve(const tradeoff_problem *problem, tradeoff_result *re
   // the reference comes first: it is the dearest, and says whether the load moves anything
   thrum_status status = tradeoff_reference_make(problem, &problem->script, "full order",
                                                 problem->rank_max > 0, &s.reference, error);
-  s.spaces = calloc(TRADEOFF_BASES_MAX, sizeof *s.spaces);
-  s.result.bases = calloc(TRADEOFF_BASES_MAX, sizeof *s.result.bases);
-  if (status >= 0 && (s.spaces == NULL || s.result.bases == NULL))
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  static const int64_t most = TRADEOFF_BASES_MAX;
+  THRUM_THEN(status, thrum_reserve(&s.spaces, most, sizeof *s.spaces, "the bases", error));
+  THRUM_THEN(status,
+             thrum_reserve(&s.result.bases, most, sizeof(tradeoff_basis), "the bases", error));
   if (status >= 0 && !(squares_of(&s.reference) > 0))
     status = thrum_error_set(error, THRUM_BAD_VALUE,
                              "the load moves nothing in %g s: it is zero, acts on what is held, or "
