@@ -1,4 +1,4 @@
-/* Tests of the measures of the experiments: slopes, amplitudes, impulses, and tasks over threads.
+/* Tests of the measures of the experiments: slopes, amplitudes and impulses.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
@@ -120,24 +120,6 @@ static void amplitude_is_the_mean_displacement_of_the_group(void **state) {
   thrum_model_free(model);
 }
 
-typedef struct tally {
-  int counts[1000];
-  int64_t fail_at;
-} tally;
-
-static thrum_status count_task(void *context, int64_t index, thrum_error *error) {
-  tally *all = context;
-  all->counts[index]++;
-  if (index == all->fail_at)
-    return thrum_error_set(error, THRUM_IO, "task %d", (int)index);
-  return THRUM_OK;
-}
-
-static bool stop_at_half(void *context, double fraction) {
-  *(double *)context = fraction;
-  return fraction < 0.5;
-}
-
 /* A slow body has the whole impulse as momentum afterwards, whether the 3 ms of the impulse are
  * many steps, some steps and a part, or less than one. */
 static void a_strike_gives_its_whole_impulse_at_any_step(void **state) {
@@ -177,32 +159,6 @@ static void a_strike_gives_its_whole_impulse_at_any_step(void **state) {
   thrum_model_free(model);
 }
 
-static void each_task_is_done_once(void **state) {
-  (void)state;
-  tally all = {.fail_at = -1};
-  thrum_thread_pool pool = {.threads = 4, .count = 1000, .task = count_task, .context = &all};
-  thrum_error error = {0};
-  assert_int_equal(thrum_thread_pool_run(&pool, &error), THRUM_OK);
-  for (int n = 0; n < 1000; n++)
-    assert_int_equal(all.counts[n], 1);
-}
-
-static void a_failed_task_ends_the_others(void **state) {
-  (void)state;
-  tally all = {.fail_at = 3};
-  thrum_thread_pool pool = {.threads = 1, .count = 1000, .task = count_task, .context = &all};
-  thrum_error error = {0};
-  assert_int_equal(thrum_thread_pool_run(&pool, &error), THRUM_IO);
-  assert_string_equal(error.message, "task 3");
-  assert_int_equal(all.counts[4], 0);
-  double fraction = 0;
-  all.fail_at = -1;
-  pool.progress = stop_at_half;
-  pool.progress_context = &fraction;
-  assert_int_equal(thrum_thread_pool_run(&pool, &error), THRUM_INTERRUPTED);
-  assert_true(fraction == 0.5);
-}
-
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_line_has_its_slope_and_no_error),
@@ -210,8 +166,6 @@ int main(void) {
       cmocka_unit_test(values_that_wander_have_no_trend),
       cmocka_unit_test(amplitude_is_the_mean_displacement_of_the_group),
       cmocka_unit_test(a_strike_gives_its_whole_impulse_at_any_step),
-      cmocka_unit_test(each_task_is_done_once),
-      cmocka_unit_test(a_failed_task_ends_the_others),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
