@@ -9,15 +9,18 @@
 #include "precompute/precompute.h"
 #include "thrum/polynomial.h"
 
-thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *error) {
+/* The model of a mesh at this rank; held: which vertices are fixed, NULL: none. */
+static thrum_status make(const char *name, const char *held, int64_t rank, thrum_model **model,
+                         thrum_error *error) {
   thrum_mesh mesh = {0};
   thrum_precomputed *result = NULL;
   uint8_t *fixed = NULL;
-  int64_t held = 0;
+  int64_t count = 0;
   thrum_status status = thrum_reserve(&result, 1, sizeof *result, "a model", error);
-  THRUM_THEN(status, thrum_mesh_read("beam:20x3x3@1x0.15x0.15", 1.0, &mesh, error));
+  THRUM_THEN(status, thrum_mesh_read(name, 1.0, &mesh, error));
   THRUM_THEN(status, thrum_reserve(&fixed, mesh.vertex_count, 1, "a model", error));
-  THRUM_THEN(status, thrum_mesh_fix(&mesh, "x<0.001", fixed, &held, error));
+  if (held != NULL)
+    THRUM_THEN(status, thrum_mesh_fix(&mesh, held, fixed, &count, error));
 
   if (status >= 0) {
     thrum_precompute_options options = thrum_default_precompute_options();
@@ -48,6 +51,14 @@ thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *er
   // the model is the first member
   *model = &result->model;
   return status;
+}
+
+thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *error) {
+  return make("beam:20x3x3@1x0.15x0.15", "x<0.001", rank, model, error);
+}
+
+thrum_status bench_model_block(int64_t rank, thrum_model **model, thrum_error *error) {
+  return make("beam:14x14x10@0.3x0.3x0.2", NULL, rank, model, error);
 }
 
 void bench_model_free(thrum_model *model) {

@@ -41,4 +41,8 @@ for integrator in imexv energy; do
     "$program" bench batch --rank 30 --bodies 300 --swing "$swing" --integrator "$integrator" -q
   done
 done >"$folder/batch.txt"
+for threads in 1 2; do
+  echo "thrum bench contact --threads $threads"
+  "$program" bench contact --threads $threads
+done >"$folder/contact.txt"
 "$program" bench displacement >"$folder/displacement.txt"

@@ -126,12 +126,15 @@ thrum_status thrum_contact_pairs_init(void *memory, size_t memory_size,
 }
 
 int thrum_pair_compare(const thrum_pair_key *a, const thrum_pair_key *b) {
-  const int32_t left[5] = {a->bodies[0], a->bodies[1], a->kind, a->first, a->second};
-  const int32_t right[5] = {b->bodies[0], b->bodies[1], b->kind, b->first, b->second};
-  for (int n = 0; n < 5; n++)
-    if (left[n] != right[n])
-      return left[n] < right[n] ? -1 : 1;
-  return 0;
+  if (a->bodies[0] != b->bodies[0])
+    return a->bodies[0] < b->bodies[0] ? -1 : 1;
+  if (a->bodies[1] != b->bodies[1])
+    return a->bodies[1] < b->bodies[1] ? -1 : 1;
+  if (a->kind != b->kind)
+    return a->kind < b->kind ? -1 : 1;
+  if (a->first != b->first)
+    return a->first < b->first ? -1 : 1;
+  return (a->second > b->second) - (a->second < b->second);
 }
 
 /* Whether key `a` comes after key `b`, in an array of items that begin with their keys. */
@@ -142,34 +145,34 @@ static bool after(const void *items, size_t size, int32_t a, int32_t b) {
   return order != 0 ? order > 0 : a > b;
 }
 
-/* Lets the item at the top of a heap sink to its place. */
-static void sink(const void *items, size_t size, int32_t *order, int64_t top, int64_t count) {
-  for (;;) {
-    int64_t child = 2 * top + 1;
-    if (child >= count)
-      return;
-    child += child + 1 < count && after(items, size, order[child + 1], order[child]);
-    if (!after(items, size, order[child], order[top]))
-      return;
-    const int32_t kept = order[top];
-    order[top] = order[child];
-    order[child] = kept;
-    top = child;
-  }
+/* Merges two ascending runs that follow each other, from `from` to `middle` and on to `to`. */
+static void merge(const void *items, size_t size, const int32_t *from, const int32_t *middle,
+                  const int32_t *to, int32_t *merged) {
+  const int32_t *first = from, *second = middle;
+  while (first < middle && second < to)
+    *merged++ = after(items, size, *first, *second) ? *second++ : *first++;
+  while (first < middle)
+    *merged++ = *first++;
+  while (second < to)
+    *merged++ = *second++;
 }
 
-void thrum_pairs_sort(const void *items, size_t size, int64_t count, int32_t *order) {
-  for (int64_t n = 0; n < count; n++)
+void thrum_pairs_sort(const void *items, size_t size, int64_t count, int32_t *order,
+                      int32_t *room) {
+  bool ascends = true;
+  for (int64_t n = 0; n < count; n++) {
     order[n] = (int32_t)n;
+    ascends = ascends && (n == 0 || after(items, size, (int32_t)n, (int32_t)n - 1));
+  }
 
-  // heap sort, which needs no memory
-  for (int64_t n = count / 2; n-- > 0;)
-    sink(items, size, order, n, count);
-  for (int64_t n = count; n-- > 1;) {
-    const int32_t kept = order[0];
-    order[0] = order[n];
-    order[n] = kept;
-    sink(items, size, order, 0, n);
+  // merge sort, by runs of 1, 2, 4, ...; the touches of a step mostly ascend as they are
+  for (int64_t run = 1; run < count && !ascends; run *= 2) {
+    for (int64_t from = 0; from < count; from += 2 * run) {
+      const int64_t middle = from + run < count ? from + run : count;
+      const int64_t to = middle + run < count ? middle + run : count;
+      merge(items, size, order + from, order + middle, order + to, room + from);
+    }
+    memcpy(order, room, (size_t)count * sizeof *order);
   }
 }
 

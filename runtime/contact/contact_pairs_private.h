@@ -68,6 +68,19 @@ typedef struct thrum_pair_row {
 
 typedef double thrum_turn[3];
 
+/* A box along the axes of the world that holds points over the step [m]. */
+typedef struct thrum_pair_box {
+  double least[3], most[3];
+} thrum_pair_box;
+
+/* A triangle in the step: its box, and what it has to try and may touch (thrum_skin_triangle). */
+typedef struct thrum_pair_triangle {
+  thrum_pair_box box;
+  const double *places[3]; /* of its corners */
+  int32_t tried;           /* less the edges that are flat */
+  int32_t known;           /* 1: found in this search */
+} thrum_pair_triangle;
+
 /* What steps leave behind: touches, energies since init, and counters. */
 typedef struct thrum_pairs_history {
   int64_t touch_count;  /* of the step that was made last, or is being made */
@@ -92,6 +105,7 @@ struct thrum_contact_pairs {
   X(thrum_pair_touching, touches, touch_max) /* of the last step; the last that is kept */         \
   X(thrum_pair_touching, before, touch_max)  /* of the step before, ascending by their keys */     \
   X(int32_t, order, touch_max * 2)           /* of what is being sorted */                         \
+  X(int32_t, sorting, touch_max * 2)         /* room for that */                                   \
   X(int32_t, taken, touch_max)               /* 1: a row goes on from this touch before */         \
   X(thrum_pair_candidate, candidates, touch_max * 2)                                               \
   X(thrum_pair_row, rows, touch_max)                                                               \
@@ -105,8 +119,10 @@ struct thrum_contact_pairs {
   X(int64_t, first_node, member_max + 1)                                                           \
   X(double, places, vertex_max * 9) /* of vertices: position, displacement, shift in it [m] */     \
   X(int32_t, place_known, vertex_max)                                                              \
-  X(double, spheres, node_max * 7) /* of nodes: middle, displacement, radius [m] */                \
-  X(int32_t, sphere_known, node_max)
+  X(double, spheres, node_max * 7)   /* of nodes: middle, displacement, radius [m] */              \
+  X(thrum_pair_box, boxes, node_max) /* of leaves */                                               \
+  X(int32_t, sphere_known, node_max)                                                               \
+  X(thrum_pair_triangle, triangles, (node_max + member_max) * 2) /* at most two a node, and two */
 
 typedef struct thrum_pairs_view {
 #define X(type, name, count) type *name;
@@ -125,6 +141,7 @@ typedef struct thrum_pairs_run {
   bool solved;           /* there are such */
   bool again;            /* an attempt has failed: forces have to be more exact */
   double struck, driven; /* lost in impacts of this step, and done by solids in them [J] */
+  double flow;           /* that went through them: impulses times speeds before [J] */
 } thrum_pairs_run;
 
 /* The rows between the bodies of the group, by what they have in common with those on obstacles. */
@@ -152,8 +169,8 @@ thrum_pairs_view thrum_pairs_view_of(const thrum_contact_pairs *pairs);
 int thrum_pair_compare(const thrum_pair_key *a, const thrum_pair_key *b);
 
 /* contact_pairs.c: fills order (count) with the places of `count` items of `size` bytes that begin
- * with a key, ascending. */
-void thrum_pairs_sort(const void *items, size_t size, int64_t count, int32_t *order);
+ * with a key, ascending; room (count) is overwritten. */
+void thrum_pairs_sort(const void *items, size_t size, int64_t count, int32_t *order, int32_t *room);
 
 /* contact_pairs.c: the thickness between two bodies [m]. */
 double thrum_pairs_thickness(const thrum_contact_pairs *pairs, const thrum_skin *a,

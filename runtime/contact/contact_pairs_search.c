@@ -26,7 +26,9 @@
 #define MARGIN 0.5     /* thicknesses by which a row may miss and is still made */
 #define STANDS_OUT 0.1 /* sine of the angle to its faces from which an edge counts */
 #define SHARP 0.3      /* the same of an edge that was pressed in */
+#define FLAT 0.01      /* angle between the faces of an edge up to which it is inside a flat one */
 #define ASKEW 0.05     /* sine of the angle between two edges from which they count */
+#define LEAF_KNOWN 2   /* of a node whose sphere and box are known; 1: its sphere */
 #define STACK 128      /* pairs of nodes that wait: twice the depth of two trees is enough */
 
 /* Two bodies that are searched. */
@@ -125,16 +127,11 @@ static bool are_near(const search *s, int32_t a, int32_t b) {
   return thrum_dot3(apart, apart) <= reach * reach;
 }
 
-/* --- boxes ------------------------------------------------------------------------------------ */
-
-/* A box along the axes of the world that holds points over the step. */
-typedef struct box {
-  double least[3], most[3];
-} box;
+/* --- triangles -------------------------------------------------------------------------------- */
 
 /* The box of some places. */
-static box box_of(const double *const places[], int count) {
-  box b;
+static thrum_pair_box box_of(const double *const places[], int count) {
+  thrum_pair_box b;
   for (int axis = 0; axis < 3; axis++) {
     double least = INFINITY, most = -INFINITY;
     for (int n = 0; n < count; n++) {
@@ -149,36 +146,73 @@ static box box_of(const double *const places[], int count) {
   return b;
 }
 
-static bool overlap(const box *a, const box *b, double reach) {
+static bool overlap(const thrum_pair_box *a, const thrum_pair_box *b, double reach) {
   bool any = true;
   for (int axis = 0; axis < 3; axis++)
     any = any && a->least[axis] <= b->most[axis] + reach && b->least[axis] <= a->most[axis] + reach;
   return any;
 }
 
-/* The places of a triangle's corners; returns their box. */
-static box box_of_triangle(const search *s, int side, int32_t triangle, const double *places[3]) {
-  const int32_t *corners = s->views[side].triangles[triangle].corners;
-  for (int n = 0; n < 3; n++)
-    places[n] = thrum_pairs_place(s->run, s->members[side], corners[n]);
-  return box_of(places, 3);
+/* The directions in which the faces of an edge lie, at a time: across the edge alone, as how far
+ * along it the third vertex lies says nothing of the face. at: a point of the edge; along: its
+ * direction. Returns how many there are. */
+static int faces_of(const search *s, int side, int32_t edge, const double at[3], double time,
+                    const double along[3], double ways[2][3]) {
+  const thrum_skin_edge *of = s->views[side].edges + edge;
+  int count = 0;
+  for (int n = 0; n < 2; n++) {
+    if (of->opposite[n] < 0)
+      continue;
+    const double *place = thrum_pairs_place(s->run, s->members[side], of->opposite[n]);
+    double *way = ways[count];
+    for (int axis = 0; axis < 3; axis++)
+      way[axis] = place[axis] + time * place[3 + axis] - at[axis];
+    const double share = thrum_dot3(way, along) / thrum_dot3(along, along);
+    for (int axis = 0; axis < 3; axis++)
+      way[axis] -= share * along[axis];
+    const double length = sqrt(thrum_dot3(way, way));
+    if (!(length > 0.0))
+      continue;
+    for (int axis = 0; axis < 3; axis++)
+      way[axis] /= length;
+    count++;
+  }
+  return count;
 }
 
-/* The boxes of a triangle's corners and edges, where it tries them. */
-typedef struct part_boxes {
-  box corners[3], edges[3];
-} part_boxes;
+/* Does an edge lie inside a face that is flat at the start of the step? */
+static bool is_flat(const search *s, int side, int32_t edge) {
+  const int32_t *ends = s->views[side].edges[edge].ends;
+  const double *first = thrum_pairs_place(s->run, s->members[side], ends[0]);
+  const double *second = thrum_pairs_place(s->run, s->members[side], ends[1]);
+  double along[3], ways[2][3];
+  thrum_subtract3(second, first, along);
+  if (faces_of(s, side, edge, first, 0.0, along, ways) < 2)
+    return false;
+  for (int axis = 0; axis < 3; axis++)
+    ways[0][axis] += ways[1][axis];
+  return thrum_dot3(ways[0], ways[0]) < FLAT * FLAT;
+}
 
-static part_boxes boxes_of_parts(int32_t tried, const double *const places[3]) {
-  part_boxes made;
-  for (int n = 0; n < 3; n++) {
-    const double *const ends[2] = {places[n], places[(n + 1) % 3]};
-    if (tried & (1 << n))
-      made.corners[n] = box_of(places + n, 1);
-    if (tried & (8 << n))
-      made.edges[n] = box_of(ends, 2);
-  }
-  return made;
+/* A triangle of a member, found once in a search. */
+static const thrum_pair_triangle *triangle_of(const search *s, int side, int32_t triangle) {
+  const int64_t member = s->members[side];
+  const int64_t first = 2 * (s->run->view.first_node[member] + member);
+  thrum_pair_triangle *found = s->run->view.triangles + first + triangle;
+  if (found->known)
+    return found;
+
+  // edges in flat faces touch nothing that their ends do not
+  const thrum_skin_triangle *of = s->views[side].triangles + triangle;
+  for (int n = 0; n < 3; n++)
+    found->places[n] = thrum_pairs_place(s->run, member, of->corners[n]);
+  found->box = box_of(found->places, 3);
+  found->tried = of->tried;
+  for (int n = 0; n < 3; n++)
+    if ((of->tried & (8 << n)) && is_flat(s, side, of->edges[n]))
+      found->tried &= ~(8 << n);
+  found->known = 1;
+  return found;
 }
 
 /* --- two places ------------------------------------------------------------------------------- */
@@ -225,33 +259,18 @@ static bool face_normal(const search *s, const thrum_quad *quad, double time,
 
 /* Where an edge's faces lie: the least and the largest sine of the angle between them and the plane
  * across `normal`, positive on its side; `into` gets their mean direction. along: the edge. */
-static void faces_of(const search *s, int side, int32_t edge, const double at[3], double time,
-                     const double along[3], const double normal[3], double *least, double *most,
-                     double into[3]) {
-  const thrum_skin_edge *of = s->views[side].edges + edge;
+static void angles_of(const search *s, int side, int32_t edge, const double at[3], double time,
+                      const double along[3], const double normal[3], double *least, double *most,
+                      double into[3]) {
+  double ways[2][3];
+  const int count = faces_of(s, side, edge, at, time, along, ways);
   *least = INFINITY;
   *most = -INFINITY;
   memset(into, 0, 3 * sizeof *into);
-  for (int n = 0; n < 2; n++) {
-    if (of->opposite[n] < 0)
-      continue;
-    const double *place = thrum_pairs_place(s->run, s->members[side], of->opposite[n]);
-    double way[3];
+  for (int n = 0; n < count; n++) {
+    const double sine = thrum_dot3(ways[n], normal);
     for (int axis = 0; axis < 3; axis++)
-      way[axis] = place[axis] + time * place[3 + axis] - at[axis];
-
-    // across the edge alone: how far along it the third vertex lies says nothing of the face
-    const double share = thrum_dot3(way, along) / thrum_dot3(along, along);
-    for (int axis = 0; axis < 3; axis++)
-      way[axis] -= share * along[axis];
-    const double length = sqrt(thrum_dot3(way, way));
-    if (!(length > 0.0))
-      continue;
-    for (int axis = 0; axis < 3; axis++) {
-      way[axis] /= length;
-      into[axis] += way[axis];
-    }
-    const double sine = thrum_dot3(way, normal);
+      into[axis] += ways[n][axis];
     *least = fmin(*least, sine);
     *most = fmax(*most, sine);
   }
@@ -281,8 +300,8 @@ static bool edge_normal(const search *s, const thrum_quad *quad, double time,
 
   // it points out of the second body and into the first
   for (int side = 0; side < 2; side++)
-    faces_of(s, side, edges[side], at[side], time, side == 0 ? u : v, normal, least + side,
-             most + side, into[side]);
+    angles_of(s, side, edges[side], at[side], time, side == 0 ? u : v, normal, least + side,
+              most + side, into[side]);
   if (thrum_dot3(normal, into[0]) - thrum_dot3(normal, into[1]) < 0.0) {
     for (int axis = 0; axis < 3; axis++)
       normal[axis] = -normal[axis];
@@ -381,43 +400,89 @@ static void try_edges(search *s, int32_t a, int32_t b) {
   try_quad(s, THRUM_EDGE_EDGE, &quad, &candidate, edges);
 }
 
-/* Two triangles whose boxes overlap. */
-static void try_triangles(search *s, const int32_t triangles[2], const box *const wholes[2],
-                          const double *const *const places[2]) {
+/* The edges of two triangles that may touch. */
+static void try_all_edges(search *s, const int32_t triangles[2],
+                          const thrum_pair_triangle *const found[2]) {
   const thrum_skin_triangle *first = s->views[0].triangles + triangles[0];
   const thrum_skin_triangle *second = s->views[1].triangles + triangles[1];
   const double reach = (1.0 + MARGIN) * s->thickness;
-  const part_boxes p = boxes_of_parts(first->tried, places[0]);
-  const part_boxes q = boxes_of_parts(second->tried, places[1]);
+
+  // each pair of edges is tried by one pair of triangles alone
   for (int n = 0; n < 3; n++) {
-    if ((first->tried & (1 << n)) && overlap(p.corners + n, wholes[1], reach))
-      try_vertex(s, 0, first->corners[n], triangles[1]);
-    if ((second->tried & (1 << n)) && overlap(q.corners + n, wholes[0], reach))
-      try_vertex(s, 1, second->corners[n], triangles[0]);
-    for (int m = 0; m < 3; m++)
-      if ((first->tried & (8 << n)) && (second->tried & (8 << m)) &&
-          overlap(p.edges + n, q.edges + m, reach))
+    if (!(found[0]->tried & (8 << n)))
+      continue;
+    const double *const ends[2] = {found[0]->places[n], found[0]->places[(n + 1) % 3]};
+    const thrum_pair_box box = box_of(ends, 2);
+    for (int m = 0; m < 3; m++) {
+      const double *const others[2] = {found[1]->places[m], found[1]->places[(m + 1) % 3]};
+      if (!(found[1]->tried & (8 << m)))
+        continue;
+      const thrum_pair_box other = box_of(others, 2);
+      if (overlap(&box, &other, reach))
         try_edges(s, first->edges[n], second->edges[m]);
+    }
   }
 }
 
-/* The triangles of two leaves. */
-static void try_leaves(search *s, const thrum_skin_node *p, const thrum_skin_node *q) {
-  const double *first[3], *second[THRUM_SKIN_LEAF][3];
+/* Two triangles whose boxes overlap. */
+static void try_triangles(search *s, const int32_t triangles[2],
+                          const thrum_pair_triangle *const found[2]) {
   const double reach = (1.0 + MARGIN) * s->thickness;
-  box boxes[THRUM_SKIN_LEAF];
 
-  // boxes first: most pairs of triangles in two leaves that meet are apart
-  for (int32_t m = 0; m < q->count; m++)
-    boxes[m] = box_of_triangle(s, 1, q->first + m, second[m]);
-  for (int32_t n = 0; n < p->count; n++) {
-    const box whole = box_of_triangle(s, 0, p->first + n, first);
-    for (int32_t m = 0; m < q->count; m++) {
-      const int32_t triangles[2] = {p->first + n, q->first + m};
-      const box *const wholes[2] = {&whole, boxes + m};
-      const double *const *const places[2] = {first, second[m]};
-      if (overlap(&whole, boxes + m, reach))
-        try_triangles(s, triangles, wholes, places);
+  // vertices of either side against the other triangle, then edges where both have some
+  for (int side = 0; side < 2; side++) {
+    const int32_t *corners = s->views[side].triangles[triangles[side]].corners;
+    for (int n = 0; n < 3; n++) {
+      if (!(found[side]->tried & (1 << n)))
+        continue;
+      const thrum_pair_box box = box_of(found[side]->places + n, 1);
+      if (overlap(&box, &found[1 - side]->box, reach))
+        try_vertex(s, side, corners[n], triangles[1 - side]);
+    }
+  }
+  if (found[0]->tried > 7 && found[1]->tried > 7)
+    try_all_edges(s, triangles, found);
+}
+
+/* The box of a leaf, found once in a search with its triangles. */
+static const thrum_pair_box *box_of_leaf(const search *s, int side, int32_t node) {
+  const int64_t index = s->run->view.first_node[s->members[side]] + node;
+  const thrum_skin_node *leaf = s->views[side].nodes + node;
+  thrum_pair_box *box = s->run->view.boxes + index;
+  if (s->run->view.sphere_known[index] == LEAF_KNOWN)
+    return box;
+
+  // it holds the boxes of all its triangles
+  *box = triangle_of(s, side, leaf->first)->box;
+  for (int32_t n = 1; n < leaf->count; n++) {
+    const thrum_pair_box *of = &triangle_of(s, side, leaf->first + n)->box;
+    for (int axis = 0; axis < 3; axis++) {
+      box->least[axis] = of->least[axis] < box->least[axis] ? of->least[axis] : box->least[axis];
+      box->most[axis] = of->most[axis] > box->most[axis] ? of->most[axis] : box->most[axis];
+    }
+  }
+  s->run->view.sphere_known[index] = LEAF_KNOWN;
+  return box;
+}
+
+/* The triangles of two leaves. */
+static void try_leaves(search *s, int32_t a, int32_t b) {
+  const thrum_skin_node *p = s->views[0].nodes + a, *q = s->views[1].nodes + b;
+  const thrum_pair_box *whole = box_of_leaf(s, 0, a), *other = box_of_leaf(s, 1, b);
+  const double reach = (1.0 + MARGIN) * s->thickness;
+  if (!overlap(whole, other, reach))
+    return;
+
+  // most pairs of triangles in two leaves that meet are apart
+  for (int32_t n = p->first; n < p->first + p->count; n++) {
+    const thrum_pair_triangle *first = triangle_of(s, 0, n);
+    if (!overlap(&first->box, other, reach))
+      continue;
+    for (int32_t m = q->first; m < q->first + q->count; m++) {
+      const int32_t triangles[2] = {n, m};
+      const thrum_pair_triangle *const found[2] = {first, triangle_of(s, 1, m)};
+      if (overlap(&first->box, &found[1]->box, reach))
+        try_triangles(s, triangles, found);
     }
   }
 }
@@ -434,7 +499,7 @@ static void descend(search *s) {
     if (!are_near(s, a, b))
       continue;
     if (p->left < 0 && q->left < 0) {
-      try_leaves(s, p, q);
+      try_leaves(s, a, b);
       continue;
     }
 
@@ -477,17 +542,18 @@ static void prune(thrum_pairs_run *run) {
   const thrum_pair_candidate *c = run->view.candidates;
   int32_t *order = run->view.order;
   const int64_t count = run->candidate_count;
-  thrum_pairs_sort(c, sizeof *c, count, order);
+  thrum_pairs_sort(c, sizeof *c, count, order, run->view.sorting);
 
   // the candidates of one vertex follow each other; what is dropped is marked first
   for (int64_t from = 0, to; from < count; from = to) {
     for (to = from + 1; to < count; to++)
       if (!is_same_vertex(&c[order[from]].key, &c[order[to]].key))
         break;
-    for (int64_t n = from; n < to; n++)
-      for (int64_t m = from; m < to; m++)
-        if (n != m && is_spoken_for(c + order[n], c + order[m]))
-          run->view.candidates[order[n]].pruned = 1;
+    for (int64_t n = from; n < to; n++) {
+      thrum_pair_candidate *of = run->view.candidates + order[n];
+      for (int64_t m = from; m < to && !of->pruned; m++)
+        of->pruned = n != m && is_spoken_for(of, c + order[m]);
+    }
   }
   int64_t kept = 0;
   for (int64_t n = 0; n < count; n++)
@@ -502,6 +568,8 @@ void thrum_pairs_search(thrum_pairs_run *run) {
          (size_t)run->view.first_vertex[run->count] * sizeof *run->view.place_known);
   memset(run->view.sphere_known, 0,
          (size_t)run->view.first_node[run->count] * sizeof *run->view.sphere_known);
+  for (int64_t n = 0; n < 2 * (run->view.first_node[run->count] + run->count); n++)
+    run->view.triangles[n].known = 0;
 
   // all pairs of members; spheres of whole bodies answer for most
   for (int64_t a = 0; a < run->count; a++)

@@ -27,7 +27,8 @@ void thrum_contact_pairs_begin(thrum_contact_pairs *pairs) {
   if (!pairs)
     return;
   const thrum_pairs_view view = thrum_pairs_view_of(pairs);
-  thrum_pairs_sort(view.touches, sizeof *view.touches, pairs->history.touch_count, view.order);
+  thrum_pairs_sort(view.touches, sizeof *view.touches, pairs->history.touch_count, view.order,
+                   view.sorting);
   for (int64_t n = 0; n < pairs->history.touch_count; n++)
     view.before[n] = view.touches[view.order[n]];
   memset(view.taken, 0, (size_t)pairs->touch_max * sizeof *view.taken);
@@ -277,7 +278,7 @@ static void find(thrum_pairs_run *run) {
 /* Finds what touches, and makes the impacts of the step one after the other. */
 static void strike_all(thrum_pairs_run *run, const thrum_impact_rows *rows, thrum_status *first,
                        thrum_error *error) {
-  run->struck = run->driven = 0.0;
+  run->struck = run->driven = run->flow = 0.0;
   find(run);
   for (int n = 0; n < THRUM_IMPACTS_MAX && thrum_contact_strike(rows); n++) {
     for (int64_t m = 0; m < run->count; m++)

@@ -144,6 +144,36 @@ static void the_same_steps_take_the_same_iterations_with_every_kernel(void **sta
   }
 }
 
+/* Two small blocks lie on each other, and the same bodies are apart; more pairs than bodies, and
+ * held bodies, are refused. */
+static void contact_is_measured_with_bodies_that_touch(void **state) {
+  (void)state;
+  char folder[64];
+  test_folder_make(folder);
+  program_result result = thrum_run(folder, "precompute", "beam:2x2x2@0.2x0.2x0.2", "--modes", "4",
+                                    "--rank", "8", "-q", "-o", "block.npz", NULL);
+  assert_int_equal(result.exit_code, 0);
+  program_result_free(&result);
+  result = thrum_run(folder, "bench", "contact", "block.npz", "--bodies", "4", "--pairs", "2",
+                     "--steps", "5", "--threads", "2", "--json", NULL);
+  assert_int_equal(result.exit_code, 0);
+  cJSON *object = json_line(result.out);
+  assert_true(json_value(object, "rank") == 8 && json_value(object, "triangles") == 48);
+  assert_true(json_value(object, "without_us") > 0 && json_value(object, "apart_us") > 0);
+  assert_true(json_value(object, "touching_us_median") >= json_value(object, "touching_us"));
+  assert_true(json_value(object, "touches") >= 8);
+  cJSON_Delete(object);
+  program_result_free(&result);
+
+  // nothing is measured
+  result =
+      thrum_run(folder, "bench", "contact", "block.npz", "--bodies", "3", "--pairs", "2", NULL);
+  assert_int_equal(result.exit_code, 1);
+  assert_non_null(strstr(result.err, "2 pairs need 4 bodies"));
+  program_result_free(&result);
+  test_folder_remove(folder);
+}
+
 static void wrong_options_are_refused_with_one_line(void **state) {
   (void)state;
   static const char *const wrong[][2] = {{"--rank", "0"},       {"--rank", "5,,x"},
@@ -198,6 +228,7 @@ int main(void) {
       cmocka_unit_test(several_ranks_give_rows_a_table_and_a_file),
       cmocka_unit_test(the_table_is_printed_once),
       cmocka_unit_test(the_same_steps_take_the_same_iterations_with_every_kernel),
+      cmocka_unit_test(contact_is_measured_with_bodies_that_touch),
       cmocka_unit_test(wrong_options_are_refused_with_one_line),
       cmocka_unit_test(missing_models_and_ranks_beyond_them_are_refused_and_nothing_printed),
   };

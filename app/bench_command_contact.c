@@ -1,0 +1,140 @@
+/* `thrum bench contact`: options and output; the measurement is bench/measure_contact.c.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <getopt.h>
+#include <stdio.h>
+
+#include "app/bench_command.h"
+#include "bench/measure_contact.h"
+#include "bench/measured_model.h"
+#include "config/message.h"
+#include "config/options.h"
+#include "driver/display_surface.h"
+#include "io/json.h"
+#include "platform/allocate.h"
+#include "platform/thread_team.h"
+#include "precompute/build_info.h"
+
+typedef struct request {
+  bench_contact bench;
+  int64_t rank, threads;
+  bool json;
+} request;
+
+#define AT(member) CONFIG_AT(request, member)
+
+static const config_option options[] = {
+    OPTION_COUNT("bodies", "100", "bodies of a scene", AT(bench.bodies), CONFIG_RANGE(1, 1e5)),
+    OPTION_COUNT("pairs", "10", "pairs of bodies that lie on each other in the last scene",
+                 AT(bench.pairs), CONFIG_RANGE(0, 1e5)),
+    OPTION_COUNT("rank", "20", "reduced coordinates of the block", AT(rank),
+                 CONFIG_RANGE(1, THRUM_RANK_MAX)),
+    OPTION_NUMBER("dt", "s", "0.002", "time step", AT(bench.dt), CONFIG_ABOVE(0)),
+    OPTION_COUNT("steps", "100", "steps that are timed", AT(bench.steps), CONFIG_RANGE(1, 1e6)),
+    OPTION_COUNT("threads", "1", "threads that the bodies of a scene are shared among", AT(threads),
+                 CONFIG_RANGE(1, THRUM_TEAM_MAX)),
+    OPTION_JSON(request),
+    OPTION_HELP,
+    OPTION_END,
+};
+
+const config_command command_bench_contact = {
+    .name = "bench contact",
+    .summary = "many bodies with contact between them and without",
+    .usage = "[MODEL] [OPTIONS]",
+    .about = "Microseconds of a step of all bodies of a scene, three scenes in turns: bodies that "
+             "fall and cannot touch each other, bodies that could and are apart, and bodies of "
+             "which some lie in pairs on each other.\n\nMODEL is the model file of a free body; "
+             "without one it is beam:14x14x10@0.3x0.3x0.2, with 954 vertices on its surface.",
+    .options = options,
+    .examples = "bench contact\n"
+                "bench contact --bodies 20 --pairs 10 --threads 2 --json",
+};
+
+static const char *const names[BENCH_CONTACT_SCENES] = {"without contact", "apart", "touching"};
+static const char *const keys[BENCH_CONTACT_SCENES] = {"without_us", "apart_us", "touching_us"};
+
+static void print_json(const request *asked) {
+  const bench_contact *bench = &asked->bench;
+  cJSON *object = cJSON_CreateObject();
+  json_string(object, "processor", bench_processor());
+  json_string(object, "compiler", thrum_build_compiler());
+  json_number(object, "bodies", (double)bench->bodies);
+  json_number(object, "pairs", (double)bench->pairs);
+  json_number(object, "rank", (double)bench->model->rank);
+  json_number(object, "triangles", (double)bench->triangle_count);
+  json_number(object, "threads", bench->threads);
+  json_number(object, "h", bench->dt);
+
+  // each scene by its minimum and its median
+  for (int n = 0; n < BENCH_CONTACT_SCENES; n++) {
+    char median[40];
+    snprintf(median, sizeof median, "%s_median", keys[n]);
+    json_number(object, keys[n], bench->time[n].minimum);
+    json_number(object, median, bench->time[n].median);
+  }
+  json_number(object, "touches", bench->touches);
+  json_number(object, "sweeps", bench->sweeps);
+  json_print(object);
+}
+
+static void print_table(const request *asked) {
+  const bench_contact *bench = &asked->bench;
+  printf("%s; %s\n", bench_processor(), thrum_build_compiler());
+  printf("%lld bodies of rank %lld with %lld triangles, h = %g s, %lld steps, %d thread%s\n\n",
+         (long long)bench->bodies, (long long)bench->model->rank, (long long)bench->triangle_count,
+         bench->dt, (long long)bench->steps, (int)bench->threads, bench->threads > 1 ? "s" : "");
+  printf("                    minimum    median [us]\n");
+  for (int n = 0; n < BENCH_CONTACT_SCENES; n++)
+    printf("  %-15s %11.1f %9.1f\n", names[n], bench->time[n].minimum, bench->time[n].median);
+  printf("\n  %lld pairs touch at %.1f places, %.1f sweeps a step\n", (long long)bench->pairs,
+         bench->touches, bench->sweeps);
+}
+
+/* The triangles of a surface, which name its own vertices, as those of the model. */
+static thrum_status name_vertices(display_surface *surface) {
+  for (int64_t n = 0; n < 3 * surface->triangle_count; n++)
+    surface->triangles[n] = surface->vertices[surface->triangles[n]];
+  return THRUM_OK;
+}
+
+/* The measurement with a model. */
+static thrum_status measure(request *asked, const thrum_model *model, thrum_error *error) {
+  display_surface surface = {0};
+  thrum_status status = display_surface_make(model, &surface, error);
+  THRUM_THEN(status, name_vertices(&surface));
+  asked->bench.model = model;
+  asked->bench.triangles = surface.triangles;
+  asked->bench.triangle_count = surface.triangle_count;
+  asked->bench.threads = (int32_t)asked->threads;
+  THRUM_THEN(status, bench_contact_run(&asked->bench, error));
+  if (status >= 0)
+    (asked->json ? print_json : print_table)(asked);
+  display_surface_free(&surface);
+  return status;
+}
+
+int bench_contact_command(int argc, char **argv) {
+  request asked = {
+      .bench = {.bodies = 100, .pairs = 10, .dt = 0.002, .steps = 100}, .rank = 20, .threads = 1};
+  const int code = config_options_read(&command_bench_contact, argc, argv, &asked);
+  if (code != COMMAND_DONE)
+    return code;
+  if (optind + 1 < argc)
+    return config_usage("bench contact", "'%s' is not expected", argv[optind + 1]);
+
+  // the model that is named, or the block
+  thrum_error error = {THRUM_OK, ""};
+  thrum_status status = THRUM_OK;
+  if (optind < argc) {
+    const thrum_model *given = NULL;
+    status = thrum_model_load(argv[optind], &given, &error);
+    THRUM_THEN(status, measure(&asked, given, &error));
+    thrum_model_free(given);
+  } else {
+    thrum_model *block = NULL;
+    status = bench_model_block(asked.rank, &block, &error);
+    THRUM_THEN(status, measure(&asked, block, &error));
+    bench_model_free(block);
+  }
+  return config_end(status, false, &error);
+}
