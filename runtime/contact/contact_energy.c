@@ -65,18 +65,6 @@ static void keep_touches(thrum_contact_run *run) {
   }
 }
 
-/* Takes negative losses out of the springs, each by the same share. */
-static void cover_losses(thrum_contact_run *run) {
-  thrum_contact *contact = run->contact;
-  if (!(contact->lost < 0.0) || !(contact->stored > 0.0))
-    return;
-  const double left = fmax(contact->stored + contact->lost, 0.0), share = left / contact->stored;
-  for (int64_t n = 0; n < contact->touch_count; n++)
-    run->view.touches[n].stored *= share;
-  contact->lost += contact->stored - left;
-  contact->stored = left;
-}
-
 /* Work of the pulls on the body. */
 static double work_of_pulls(const thrum_contact_run *run) {
   double sum = 0.0, moved[3];
@@ -100,12 +88,12 @@ void thrum_contact_settle(thrum_contact_run *run, const double *q) {
   contact->flow += thrum_contact_flow(run);
   contact->granted += granted;
   contact->lost += contact->stored + granted - work - stored;
-  contact->stored = stored;
+  contact->stored = thrum_rows_cover_loss(&list, stored, contact->lost);
+  contact->lost += stored - contact->stored;
   contact->pulled += work_of_pulls(run);
 
   // what the next step starts with
   keep_touches(run);
-  cover_losses(run);
   for (int64_t n = 0; n < contact->pull_count; n++)
     memcpy(run->view.pull_forces + 3 * n, run->view.pull_rows[n].force, 3 * sizeof(double));
   contact->fresh = 0;

@@ -29,8 +29,13 @@
 #define TOLERANCE 1e-10 /* of the fastest approach: sweeps end that change velocities less */
 #define ROUNDING 1e-3   /* of all impulses, by which they may be cut so that they add no energy */
 
-/* The solves that are tried: where one gains energy, the next is made. */
-typedef enum means { MEANS_ALL = 0, MEANS_SMOOTH = 1, MEANS_STOP = 2, MEANS_COUNT = 3 } means;
+#define HALVINGS 4 /* of the friction of an impact that would add energy, before it has none */
+
+/* What a solve asks for. */
+typedef struct means {
+  double friction; /* share of each row's coefficient */
+  bool bounces;    /* with the rows' restitution */
+} means;
 
 /* A row with its bodies. */
 typedef struct place {
@@ -330,7 +335,7 @@ static void mark_bearing(const thrum_impact_rows *rows, double time, double fast
 }
 
 /* Fills what each part of the impact needs, at its time. */
-static void fill_parts(const thrum_impact_rows *rows, means by) {
+static void fill_parts(const thrum_impact_rows *rows, const means *by) {
   place at;
 
   // a solve begins without impulses
@@ -348,9 +353,9 @@ static void fill_parts(const thrum_impact_rows *rows, means by) {
     memset(strike->impulse, 0, sizeof strike->impulse);
     velocity_of(&at, strike->before);
     const double approach = fmax(-thrum_dot3(strike->before, normal), 0.0);
-    const bool bounces = strike->part == THRUM_STRIKES && by != MEANS_STOP;
+    const bool bounces = strike->part == THRUM_STRIKES && by->bounces;
     strike->away = bounces ? at.row->restitution * approach : 0.0;
-    strike->friction = by == MEANS_ALL ? at.row->friction : 0.0;
+    strike->friction = by->friction * at.row->friction;
 
     // how the place answers to an impulse along the normal, and a bound of that across it
     double trace = 0.0;
@@ -473,17 +478,25 @@ static double work_of(const place *at) {
 
 /* --- the impact ------------------------------------------------------------------------------- */
 
-/* Books the energy of the impact: with the bodies' own contact, or with that between them. */
+/* Books the energy of the impact, and what went through it: with the bodies' own contact, or with
+ * that between them. */
 static void book(const thrum_impact_rows *rows) {
   place at;
   for (cursor n = {0, 0}; next(rows, &n, &at);) {
     if (at.row->strike.part == THRUM_NO_PART)
       continue;
+
+    // energy that is lost or done, and what rounding is a share of
+    const thrum_row_strike *strike = &at.row->strike;
     const double lost = loss_of(&at), driven = work_of(&at);
+    const double flow = sqrt(thrum_dot3(strike->impulse, strike->impulse) *
+                             thrum_dot3(strike->before, strike->before));
     if (at.bodies[1] == NULL) {
+      at.bodies[0]->contact->flow += flow;
       at.bodies[0]->contact->impact += lost;
       at.bodies[0]->contact->driven += driven;
     } else {
+      rows->pairs->flow += flow;
       rows->pairs->struck += lost;
       rows->pairs->driven += driven;
     }
@@ -539,10 +552,11 @@ bool thrum_contact_strike(const thrum_impact_rows *rows) {
     if (rows->runs[n].impact.taken)
       look_at(rows->runs + n);
 
-  // what gains energy asks for less
+  // what gains energy asks for less: half of the friction and so on, none, at last no restitution
   bool allowed = false;
-  for (means by = MEANS_ALL; by < MEANS_COUNT && !allowed; by++) {
-    fill_parts(rows, by);
+  for (int n = 0; n <= HALVINGS + 2 && !allowed; n++) {
+    const means by = {n <= HALVINGS ? ldexp(1.0, -n) : 0.0, n < HALVINGS + 2};
+    fill_parts(rows, &by);
     solve(rows, fastest);
     allowed = cut(rows);
   }

@@ -52,7 +52,8 @@ static double measure(thrum_pairs_run *run) {
 bool thrum_pairs_allowed(thrum_pairs_run *run) {
   const thrum_row_list list = thrum_pairs_rows_of(run);
   const double left = thrum_rows_stored(&list) + run->pairs->history.budget - measure(run);
-  return left >= -ROUNDING * (run->pairs->history.flow + thrum_rows_flow(&list));
+  const double flow = run->pairs->history.flow + run->flow + thrum_rows_flow(&list);
+  return left >= -ROUNDING * flow;
 }
 
 bool thrum_pairs_apart(const thrum_pairs_run *run) {
@@ -107,14 +108,16 @@ void thrum_pairs_settle(thrum_pairs_run *run) {
   thrum_contact_pairs *pairs = run->pairs;
   const thrum_row_list list = thrum_pairs_rows_of(run);
   const double before = thrum_rows_stored(&list), work = measure(run);
-  const double stored = thrum_rows_keep_stored(&list);
+  const double held = thrum_rows_keep_stored(&list);
+  const double loss = pairs->history.budget + before - work - held;
+  const double stored = thrum_rows_cover_loss(&list, held, loss);
 
   // what all springs held before counts as lost until their group has settled
   pairs->history.stored += stored;
   pairs->history.lost += run->struck - work - stored;
   pairs->history.driven += run->driven;
   pairs->history.budget += before - work - stored;
-  pairs->history.flow += thrum_rows_flow(&list);
+  pairs->history.flow += run->flow + thrum_rows_flow(&list);
   for (int64_t n = 0; n < run->row_count; n++)
     pairs->history.driven += run->view.rows[n].row.driven;
   keep_touches(run);

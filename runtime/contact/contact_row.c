@@ -157,3 +157,12 @@ double thrum_rows_keep_stored(const thrum_row_list *list) {
   }
   return stored;
 }
+
+double thrum_rows_cover_loss(const thrum_row_list *list, double stored, double loss) {
+  if (!(loss < 0.0) || !(stored > 0.0))
+    return stored;
+  const double left = fmax(stored + loss, 0.0), share = left / stored;
+  for (int64_t n = 0; n < list->count; n++)
+    thrum_row_at(list, n)->touch.stored *= share;
+  return left;
+}

@@ -69,4 +69,8 @@ double thrum_rows_stored(const thrum_row_list *list);
  * one of them, so one spring may hold the energy that another took. Returns the sum [J]. */
 double thrum_rows_keep_stored(const thrum_row_list *list);
 
+/* Takes a loss below 0 [J] out of the springs, which hold `stored` [J], each by the same share, as
+ * far as that goes; returns what they hold then [J]. */
+double thrum_rows_cover_loss(const thrum_row_list *list, double stored, double loss);
+
 #endif

@@ -254,6 +254,89 @@ static void an_impact_of_rigid_bodies_keeps_momentum_and_gains_no_energy(void **
   }
 }
 
+/* A block strikes two that touch each other, with e = 1, and these fly on in touch: rounding in the
+ * forces between them, which are almost nothing, is no reason to decline their steps. */
+static void bodies_that_fly_on_in_touch_keep_their_contact(void **context) {
+  fixture *f = *context;
+  const double thickness = 0.2 * sqrt(3) / 250;
+  collide(f->scene, 0.5, 1);
+  for (int n = 0; n < 3; n++) {
+    thrum_scene_body_def block = def_of(&f->block, 0, 0, 0, 1e6);
+    block.position[0] = n == 0 ? -0.5 : (n - 1) * (0.2 + 0.999 * thickness);
+    block.velocity[0] = n == 0;
+    add(f->scene, &block);
+  }
+  const double before = account_of(f->scene).total;
+  for (int k = 0; k < 200; k++)
+    MUST(thrum_scene_step(f->scene, &failure));
+
+  // the two go at 2/3 each, as Moreau's law has it
+  const thrum_contact_pairs_report report = thrum_scene_collisions(f->scene);
+  for (int n = 1; n < 3; n++) {
+    double x[3], v[3];
+    MUST(thrum_scene_body_vertex(f->scene, n, 0, x, v, &failure));
+    assert_close(v[0], 2.0 / 3.0, 1e-6);
+  }
+  assert_int_equal(report.declined, 0);
+  assert_true(fabs(account_of(f->scene).total - before) <= 1e-10 * before);
+}
+
+/* The springs of a stiff block at rest return what they took, and a rest that is missing is theirs.
+ */
+static void what_is_lost_at_rest_is_never_below_zero(void **context) {
+  fixture *f = *context;
+  thrum_scene_solid_def floor = thrum_default_scene_solid_def();
+  const thrum_scene_body_def block = def_of(&f->block, 0, 0, 0.1014, 2e3);
+  floor.restitution = 0.5;
+  floor.position[2] = -0.5;
+  MUST(thrum_scene_set_gravity(f->scene, down, &failure));
+  MUST(thrum_scene_add_solid(f->scene, &floor, NULL, &failure));
+  add(f->scene, &block);
+  for (int k = 0; k < 200; k++) {
+    MUST(thrum_scene_step(f->scene, &failure));
+    assert_true(thrum_scene_collisions(f->scene).lost >= -1e-15);
+  }
+  assert_true(thrum_scene_collisions(f->scene).touching > 0);
+}
+
+/* A corner lands with e = 1, where friction with the whole coefficient would add energy: it acts
+ * with a part of the coefficient, and nothing is gained. */
+static void friction_of_an_impact_is_cut_where_it_would_gain(void **context) {
+  fixture *f = *context;
+  int32_t touch[27];
+  thrum_obstacle floor = thrum_default_obstacle();
+  thrum_scene_body_def block = def_of(&f->block, 0, 0, 0.25, 1e6);
+  for (int n = 0; n < 27; n++)
+    touch[n] = n;
+  floor.restitution = 1;
+  floor.friction = 0.5;
+  block.touch = touch;
+  block.touch_count = 27;
+  block.rotation[1] = 0.2;
+  block.rotation[2] = 0.26;
+  block.rotation[3] = 0.07;
+  block.velocity[0] = -0.5;
+  block.velocity[2] = -2;
+  block.spin[0] = 1;
+  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &failure));
+  add(f->scene, &block);
+
+  // until it has met the floor
+  const thrum_scene_account before = account_of(f->scene);
+  thrum_scene_account after = before;
+  for (int k = 0; k < 200 && after.momentum[2] == before.momentum[2]; k++) {
+    MUST(thrum_scene_step(f->scene, &failure));
+    after = account_of(f->scene);
+  }
+  const double along = after.momentum[2] - before.momentum[2];
+  const double across =
+      hypot(after.momentum[0] - before.momentum[0], after.momentum[1] - before.momentum[1]);
+  print_message("friction %.4f of the normal impulse, energy %.6f of what it was\n", across / along,
+                after.total / before.total);
+  assert_true(along > 0 && across > 0.1 * along && across <= 0.5 * along);
+  assert_true(after.total <= before.total * (1 + 1e-12));
+}
+
 /* A wall that moves hits a block at rest: it goes on at (1 + e) times its speed, which the wall
  * paid.
  */
@@ -795,6 +878,9 @@ int main(void) {
       TEST(a_shot_along_a_row_gains_no_energy),
       TEST(a_near_rigid_block_bounces_by_its_restitution),
       TEST(an_impact_of_rigid_bodies_keeps_momentum_and_gains_no_energy),
+      TEST(bodies_that_fly_on_in_touch_keep_their_contact),
+      TEST(what_is_lost_at_rest_is_never_below_zero),
+      TEST(friction_of_an_impact_is_cut_where_it_would_gain),
       TEST(a_solid_that_moves_strikes_by_its_restitution),
       TEST(a_block_between_two_walls_bounces_several_times_in_a_step),
       TEST(a_dropped_block_rises_by_the_square_of_its_restitution),
