@@ -42,12 +42,14 @@ const config_command command_check = {
     .exits = "0 nothing to flag, 1 refused, 2 usage, 3 something is flagged",
 };
 
-/* Reads the mesh; the name of one of our models stands for its mesh and its material. */
+/* Reads the mesh; the name of one of our models stands for its mesh, its order and its material. */
 static thrum_status read_mesh(const check_request *request, thrum_mesh *mesh, thrum_error *error) {
   model_recipe recipe;
+  thrum_mesh_read_options reading = request->reading;
   THRUM_TRY(model_recipe_find(request->mesh_name, &recipe, error));
-  THRUM_TRY(thrum_mesh_read_with(recipe.found ? recipe.mesh : request->mesh_name, &request->reading,
-                                 mesh, error));
+  model_recipe_read(&recipe, &reading);
+  THRUM_TRY(
+      thrum_mesh_read_with(recipe.found ? recipe.mesh : request->mesh_name, &reading, mesh, error));
   for (int64_t m = 0; m < mesh->region_count && recipe.found; m++)
     mesh->materials[m] = recipe.material;
   mesh->has_material = mesh->has_material || recipe.found;

@@ -143,12 +143,25 @@ static bool take_mesh(const cJSON *object, const char *folder, model_recipe *rec
   return true;
 }
 
+/* "order": of the tetrahedra, 1 or 2; that of the mesh when it is not said. */
+static bool take_order(const cJSON *object, int *order) {
+  double number = 0;
+  if (cJSON_GetObjectItemCaseSensitive(object, "order") == NULL)
+    return true;
+  if (!take_number(object, "order", &number) || (number != 1 && number != 2))
+    return false;
+  *order = (int)number;
+  return true;
+}
+
 static const char *take_recipe(const cJSON *object, const char *folder, model_recipe *recipe) {
   const cJSON *material = cJSON_GetObjectItemCaseSensitive(object, "material");
 
   // what precompute is given; the first fault is the one that is said
   if (!take_mesh(object, folder, recipe))
     return "mesh wants the name of a file in the same folder";
+  if (!take_order(object, &recipe->order))
+    return "order wants 1 or 2";
   if (!take_number(material, "young", &recipe->material.young) ||
       !take_number(material, "poisson", &recipe->material.poisson) ||
       !take_number(material, "density", &recipe->material.density))
@@ -209,11 +222,17 @@ thrum_status model_recipe_find(const char *text, model_recipe *recipe, thrum_err
   return THRUM_OK;
 }
 
+void model_recipe_read(const model_recipe *recipe, thrum_mesh_read_options *reading) {
+  if (reading->order == 0)
+    reading->order = recipe->order;
+}
+
 void model_recipe_apply(const model_recipe *recipe, precompute_request *request) {
   thrum_material *material = &request->material;
 
   // values of the user's go before the recipe's
   request->mesh_name = recipe->mesh;
+  model_recipe_read(recipe, &request->reading);
   if (isnan(material->young))
     material->young = recipe->material.young;
   if (isnan(material->poisson))
@@ -245,11 +264,11 @@ static thrum_status hash_recipe(const model_recipe *recipe, uint64_t *hash, thru
   free(mesh);
 
   // versions and the compiler, because other code may round differently
-  const int length =
-      snprintf(text, sizeof text, "%s|%d.%d|%.120s|%.60s|%.17g|%.17g|%.17g|%" PRId64 "|%" PRId64,
-               thrum_version(), THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR,
-               thrum_build_compiler(), thrum_build_blas_core(), recipe->material.young,
-               recipe->material.poisson, recipe->material.density, recipe->modes, recipe->rank);
+  const int length = snprintf(
+      text, sizeof text, "%s|%d.%d|%.120s|%.60s|%d|%.17g|%.17g|%.17g|%" PRId64 "|%" PRId64,
+      thrum_version(), THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR, thrum_build_compiler(),
+      thrum_build_blas_core(), recipe->order, recipe->material.young, recipe->material.poisson,
+      recipe->material.density, recipe->modes, recipe->rank);
   value = hash_bytes(value, text, (size_t)length);
 
   for (int64_t n = 0; n < recipe->fix_count; n++)

@@ -20,6 +20,7 @@ typedef struct model_recipe {
   bool found; /* false: the text asked for is not one of our names, or a file bears it */
   const char *name;
   char mesh[NAMED_MODEL_PATH_MAX];
+  int order; /* of the tets, as of thrum_mesh_read_options; 0: as the mesh has them */
   thrum_material material;
   char fixes[MODEL_RECIPE_FIXES_MAX][MODEL_RECIPE_TEXT_MAX];
   int64_t fix_count;
@@ -34,6 +35,9 @@ typedef struct model_recipe {
 
 /* Looks the text up; fails when it is one of our names and its recipe cannot be read. */
 thrum_status model_recipe_find(const char *text, model_recipe *recipe, thrum_error *error);
+
+/* The recipe's order of the tets, where the options leave it open. */
+void model_recipe_read(const model_recipe *recipe, thrum_mesh_read_options *reading);
 
 /* The recipe's mesh in place of the name, and what the request leaves open filled in. The request's
  * fixes have room for MODEL_RECIPE_FIXES_MAX more and point into the recipe afterwards. */

@@ -171,7 +171,7 @@ body() {
   static "$body_name.static" "$file" --load "constant:$force"
 }
 
-body beam 0.05 0.4 0,0,-33
+body beam 0.05 0.4 0,0,-13
 body basket 0.05 0.6 210,0,0
 body bridge 0.3 2 0,0,-72000
 body heart 0.05 0.3 0,76,0
@@ -180,6 +180,7 @@ body tower 0.2 1 2000,0,0
 
 # options of precompute that the six models leave at their defaults
 model beam-single beam --precision single
+model beam-linear beam --order 1
 model beam-lumped beam --mass lumped
 model beam-handles beam --handles load
 model beam-free beam:8x2x2@1x0.2x0.2
@@ -197,14 +198,18 @@ thrum simulate "$work/beam.npz" -o "$work/frames" --integrator imexv --time 0.3 
   --frames every-50 --stress
 print_file beam.frame "$work/frames/frames/frame_000002.vtu"
 
-# the unreduced body; central differences need a step below 0.3 ms
+# the unreduced body, of linear tetrahedra and of ten nodes; central differences need a step below
+# 0.3 ms
 for integrator in energy newmark midpoint; do
-  simulate "full.$integrator" beam --full --integrator "$integrator" --dt 0.001 --time 0.02 \
-    --start mode:1,0.05
+  simulate "full.$integrator" "$work/beam-linear.npz" --full --integrator "$integrator" --dt 0.001 \
+    --time 0.02 --start mode:1,0.05
 done
-simulate full.verlet beam --full --integrator verlet --dt 0.0002 --time 0.01 --start mode:1,0.05
-simulate full.cg beam --full --linear-solver cg --dt 0.001 --time 0.01 --start mode:1,0.05
-static full.static beam --full --load gravity:0,0,-9.81
+simulate full.verlet "$work/beam-linear.npz" --full --integrator verlet --dt 0.0002 --time 0.01 \
+  --start mode:1,0.05
+simulate full.cg "$work/beam-linear.npz" --full --linear-solver cg --dt 0.001 --time 0.01 \
+  --start mode:1,0.05
+static full.static "$work/beam-linear.npz" --full --load gravity:0,0,-9.81
+simulate full.ten "$work/beam.npz" --full --dt 0.001 --time 0.01 --start mode:1,0.05
 
 for scene_name in drop quake wind integrators; do
   scene "$scene_name"

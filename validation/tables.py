@@ -382,7 +382,7 @@ def model_errors():
                   for order, cuts in (("1", "1"), ("2", "1"), ("2", "2"), ("2", "3"))]
         tets, cuts = tets_for(runs, 0.01)
         body.append([model, ", ".join(exact), *errors, f"{float(f'{tets:.2g}'):,.0f}, {cuts:.1f}"])
-    return table(["model", "f₁ to f₅ of the shape, Hz", "its linear tetrahedra, %", "with `--order 2`, %",
+    return table(["model", "f₁ to f₅ of the shape, Hz", "with linear tetrahedra, %", "with `--order 2`, %",
                   "`--order 2`, edges cut in two, %", "in three, %", "`--order 2` to 1 %: tetrahedra, cuts of an edge"], body)
 
 

@@ -28,7 +28,7 @@ def main():
     source, program = (os.path.abspath(argument) for argument in sys.argv[1:3])
     with tempfile.TemporaryDirectory() as work:
         os.chdir(work)
-        subprocess.run([program, "simulate", "beam", "-o", "run", "--time", "1", "--load", "impulse:0,0,-1832@load", "-q"],
+        subprocess.run([program, "simulate", "beam", "-o", "run", "--time", "1", "--load", "impulse:0,0,-1480@load", "-q"],
                        check=True, stdout=subprocess.DEVNULL)
         subprocess.run([program, "export", "run", "--obj", "body.obj", "--mdd", "body.mdd", "--fps", "24"], check=True,
                        stdout=subprocess.DEVNULL)

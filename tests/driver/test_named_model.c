@@ -142,6 +142,50 @@ static void another_recipe_is_another_model(void **state) {
   assert_true(write_bar_recipe(path, "1e6"));
 }
 
+/* Writes the recipe of the short bar with an order of its tetrahedra. */
+static bool write_ordered_recipe(const char *path, const char *order) {
+  char text[256];
+  snprintf(text, sizeof text,
+           "{\"order\": %s, \"material\": {\"young\": 1e6, \"poisson\": 0.3, \"density\": 1000}, "
+           "\"fix\": \"x<0.001\", \"modes\": 3, \"rank\": 5}",
+           order);
+  return text_file_write(path, text);
+}
+
+static void a_recipe_says_the_order_of_the_tetrahedra(void **state) {
+  (void)state;
+  char path[192];
+  snprintf(path, sizeof path, "%s/beam.json", models);
+
+  // a bar of linear tetrahedra in the file, and of ten nodes by its recipe
+  cJSON *linear = json_of(thrum_run(folder, "info", "beam", "--json", NULL), NULL);
+  assert_true(write_ordered_recipe(path, "2"));
+  cJSON *ten = json_of(thrum_run(folder, "info", "beam", "--json", NULL), NULL);
+  assert_true(json_value(linear, "order") == 1 && json_value(ten, "order") == 2);
+
+  // the mesh is checked as the model is made, whose frequencies are lower
+  program_result run = thrum_run(folder, "check", "beam", "--json", NULL);
+  cJSON *check = json_line(run.out);
+  assert_true(json_value(check, "order") == 2);
+  program_result_free(&run);
+  const cJSON *stiff = cJSON_GetObjectItem(linear, "frequencies_hz");
+  const cJSON *right = cJSON_GetObjectItem(ten, "frequencies_hz");
+  assert_true(cJSON_GetArrayItem(right, 0)->valuedouble <
+              0.8 * cJSON_GetArrayItem(stiff, 0)->valuedouble);
+
+  // an order of the user's goes before it
+  cJSON *own = json_of(thrum_run(folder, "precompute", "beam", "-o", "own.npz", "--order", "1",
+                                 "--quiet", "--json", NULL),
+                       NULL);
+  assert_true(json_value(own, "order") == 1);
+
+  cJSON_Delete(own);
+  cJSON_Delete(check);
+  cJSON_Delete(ten);
+  cJSON_Delete(linear);
+  assert_true(write_bar_recipe(path, "1e6"));
+}
+
 static void options_of_the_user_go_before_the_recipe(void **state) {
   (void)state;
 
@@ -236,11 +280,15 @@ static void a_recipe_that_is_none_is_refused(void **state) {
 
   // texts that are empty, no object, incomplete, of wrong types or out of range
   static const char *const wrong[] = {
-      "", "[1]", "{\"material\": {\"young\": 1}}",
+      "",
+      "[1]",
+      "{\"material\": {\"young\": 1}}",
       "{\"material\": {\"young\": 1e6, \"poisson\": 0.3, \"density\": 1000}, "
       "\"fix\": [], \"modes\": 3, \"rank\": 5}",
       "{\"material\": {\"young\": 1e6, \"poisson\": 0.3, \"density\": 1000}, "
-      "\"fix\": \"x<0.1\", \"modes\": 0, \"rank\": 5}"};
+      "\"fix\": \"x<0.1\", \"modes\": 0, \"rank\": 5}",
+      "{\"order\": 3, \"material\": {\"young\": 1e6, \"poisson\": 0.3, \"density\": 1000}, "
+      "\"fix\": \"x<0.1\", \"modes\": 3, \"rank\": 5}"};
 
   // each is refused in one line that names the file
   char path[192];
@@ -287,6 +335,8 @@ static void every_model_of_ours_is_what_its_recipe_says(void **state) {
     assert_true(json_value(made, "modes") == json_value(recipe, "modes"));
     assert_true(json_value(made, "rank") == json_value(recipe, "rank"));
     assert_true(json_value(made, "dt") == json_value(recipe, "dt"));
+    const cJSON *order = cJSON_GetObjectItem(recipe, "order");
+    assert_true(json_value(made, "order") == (order != NULL ? order->valuedouble : 1));
     assert_true(json_value(made, "explicit_modes") == json_value(split, "explicit"));
     assert_true(json_value(made, "implicit_modes") == json_value(split, "implicit"));
 
@@ -301,6 +351,7 @@ int main(void) {
       cmocka_unit_test(a_name_is_precomputed_once),
       cmocka_unit_test(a_damaged_cache_is_made_again),
       cmocka_unit_test(another_recipe_is_another_model),
+      cmocka_unit_test(a_recipe_says_the_order_of_the_tetrahedra),
       cmocka_unit_test(options_of_the_user_go_before_the_recipe),
       cmocka_unit_test(a_name_is_simulated),
       cmocka_unit_test(a_file_goes_before_the_name),

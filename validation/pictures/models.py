@@ -26,7 +26,10 @@ MODELS = {
     "heart": ((1, 0, 0), 0.22, 80, 16, 1.9), "beam": ((0, 0, -1), 0.35, 72, 32, 2.05),
 }
 PALETTE = "0 '#4d80c7', 0.2 '#8ac4e6', 0.4 '#e6f2e6', 0.6 '#ffd98c', 0.8 '#f78c52', 1 '#cc2933'"
-FORMATS = {"Float64": ("d", 8), "Int32": ("i", 4)}
+FORMATS = {"Float64": ("d", 8), "Int32": ("i", 4), "Int64": ("q", 8)}
+# faces of a tetrahedron, each going round outwards, and where VTK has the middle node of an edge
+FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))
+MIDDLES = {(0, 1): 4, (1, 2): 5, (0, 2): 6, (0, 3): 7, (1, 3): 8, (2, 3): 9}
 
 
 def read_vtu(path):
@@ -57,15 +60,25 @@ def bend(thrum, name, folder):
         # the first load is 1 N: far from there the answer is not linear, so the way is taken in bounded steps
         factor *= min(share / moved, 1e9)
     moves = [arrays["displacement"][n:n + 3] for n in range(0, len(arrays["displacement"]), 3)]
-    tets = [arrays["connectivity"][n:n + 4] for n in range(0, len(arrays["connectivity"]), 4)]
+    nodes = arrays["offsets"][0]  # four or ten, in all cells
+    tets = [arrays["connectivity"][n:n + nodes] for n in range(0, len(arrays["connectivity"]), nodes)]
     return points, moves, tets
 
 
+def triangles(tet, face):
+    """A face of a tetrahedron, in four triangles where its edges have middle nodes."""
+    a, b, c = (tet[n] for n in face)
+    if len(tet) == 4:
+        return [(a, b, c)]
+    ab, bc, ca = (tet[MIDDLES[tuple(sorted((face[n], face[(n + 1) % 3])))]] for n in range(3))
+    return [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
+
+
 def surface(tets):
-    """The faces that belong to one tetrahedron only, each going round outwards."""
-    faces = [tuple(tet[n] for n in face) for tet in tets for face in ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))]
-    count = Counter(tuple(sorted(face)) for face in faces)
-    return [face for face in faces if count[tuple(sorted(face))] == 1]
+    """The triangles of the faces that belong to one tetrahedron only, each going round outwards."""
+    count = Counter(tuple(sorted(tet[n] for n in face)) for tet in tets for face in FACES)
+    return [triangle for tet in tets for face in FACES if count[tuple(sorted(tet[n] for n in face))] == 1
+            for triangle in triangles(tet, face)]
 
 
 def quads(points, values, faces):

@@ -110,7 +110,7 @@ def step_sizes(path):
     panels = []
     for scheme in shown:
         own = {run[0]["dt_s"]: run for run in groups([r for r in curves if r["scheme"] == scheme], "dt_s")}
-        for key, what, reach in (("total_j", "energy [J]", "0.9:1.05"), ("amplitude", "displacement / length", "0:0.1")):
+        for key, what, reach in (("total_j", "energy [J]", "0.7:0.82"), ("amplitude", "displacement / length", "0:0.1")):
             panels.append(panel(
                 scheme, ("time [s]", what),
                 [(f"h = {dt} s" if key == "amplitude" else None, f"lines lw 1.4 lc rgb '{colour}'",
@@ -174,7 +174,7 @@ def tradeoff_before_after(model):
                   ("picked for 5 and 2 %", "points pt 4 ps 1.6 lw 1.6 lc rgb '#b00020'",
                    [(item["cost_s_per_s"], 100 * item["error"]) for item in mine]),
                   ("the full order", "points pt 9 ps 1.4 lc rgb '#1769aa'", [(full, 100 * mine[0]["full"]["error"])])]
-        settings = ("set logscale xy\nset format x '10^{%T}'\n" + f"set xrange [1e-5:{2 * full:.6g}]\nset yrange [0.05:150]\n"
+        settings = ("set logscale xy\nset format x '10^{%T}'\n" + f"set xrange [1e-5:{2 * full:.6g}]\nset yrange [0.03:150]\n"
                     "set key bottom left Left reverse font ',9'\n")
         draw(path, (760, 420), (1, 1),
              [panel(f"{model}, under its own load", ("processor time for a second [s]", "error [%]"), curves, settings)])
@@ -199,7 +199,7 @@ def tradeoff_fronts(path):
                   ("picked for 5 and 2 %" if keyed else None, "points pt 4 ps 1.6 lw 1.6 lc rgb '#b00020'",
                    [(item["cost_s_per_s"], 100 * item["error"]) for item in mine])]
         panels.append(panel(f"{model} (full order {full:.2g} s)", ("processor time for a second [s]", "error [%]"), curves,
-                            "set logscale xy\nset format x '10^{%T}'\n" + f"set xrange [1e-5:{full:.6g}]\nset yrange [0.05:150]\n"
+                            "set logscale xy\nset format x '10^{%T}'\n" + f"set xrange [1e-5:{full:.6g}]\nset yrange [0.03:150]\n"
                             "set key at screen 0.995, screen 0.95 right top font ',9'\n"))
     draw(path, (1200, 700), (2, 3), panels, "margins 0.06, 0.83, 0.08, 0.95 spacing 0.055, 0.14")
 
