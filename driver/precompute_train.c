@@ -90,6 +90,9 @@ static thrum_status run_all(const precompute_request *request, const thrum_model
     const full_motion_script script = script_of(request, &run->c);
     taker t = {run, 3 * model->vertex_count, bar, label};
     const full_motion_observer observer = {FULL_MOTION_SNAPSHOTS, take, &t, show, &t};
+
+    // also of a run that is kept and has no steps to show
+    config_progress_update(bar, label, 0);
     THRUM_THEN(status, full_motion_kept(request->keep_runs, model, (int)request->options.mass,
                                         &script, request->train_dt, &observer, NULL, error));
     free(run->c.forces);

@@ -256,6 +256,9 @@ static cJSON *grow(const char *error, const char *rank_max, int *code) {
 
   // each trial is told
   assert_non_null(strstr(run.err, "thrum: rank 5 of 3 modes"));
+
+  // and each run of the training, kept or not
+  assert_non_null(strstr(run.err, "training " PULL));
   program_result_free(&run);
   return object;
 }

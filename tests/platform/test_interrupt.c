@@ -68,8 +68,10 @@ static void a_signal_while_a_file_is_written_leaves_the_old_one_alone(void **sta
   unlink(path);
 }
 
-/* Starts a precompute of some seconds, and stops it by SIGINT once it reports `stage`. */
-static void stop_in_stage(const char *stage) {
+/* Starts a precompute of some seconds with up to four more options, and stops it by SIGINT once it
+ * reports `stage`; it says `line`. */
+static void stop_in_stage(const char *mesh, const char *stage, const char *line,
+                          const char *const options[4]) {
   // the child's output is collected outside of the folder whose files are counted
   char model[160], said[160];
   snprintf(model, sizeof model, "%s/made.npz", folder);
@@ -80,8 +82,8 @@ static void stop_in_stage(const char *stage) {
     const int file = open(said, O_WRONLY | O_CREAT | O_TRUNC, 0600);
     if (file < 0 || dup2(file, STDERR_FILENO) < 0 || dup2(file, STDOUT_FILENO) < 0)
       _exit(126);
-    execl(THRUM_PROGRAM, THRUM_PROGRAM, "precompute", "beam:60x16x16@1x0.2x0.2", "--fix", "left",
-          "-o", model, (char *)NULL);
+    execl(THRUM_PROGRAM, THRUM_PROGRAM, "precompute", mesh, "--fix", "left", "-o", model,
+          options[0], options[1], options[2], options[3], (char *)NULL);
     _exit(127);
   }
 
@@ -97,7 +99,7 @@ static void stop_in_stage(const char *stage) {
   assert_true(there);
   kill(child, SIGINT);
 
-  // the signal ends it, and it says that it wrote nothing
+  // the signal ends it, and it says what it has written
   int status = 0;
   assert_true(waitpid(child, &status, 0) == child);
   assert_true(WIFSIGNALED(status));
@@ -105,7 +107,7 @@ static void stop_in_stage(const char *stage) {
   assert_int_equal(count_files(), 0);
   char *text = text_file_read(said);
   assert_non_null(text);
-  assert_non_null(strstr(text, "stopped; nothing was written"));
+  assert_non_null(strstr(text, line));
 
   free(text);
   unlink(said);
@@ -113,9 +115,16 @@ static void stop_in_stage(const char *stage) {
 
 static void a_signal_in_a_stage_leaves_no_file(void **state) {
   (void)state;
-  stop_in_stage("stiffness and mass");
+  static const char large[] = "beam:60x16x16@1x0.2x0.2", nothing[] = "stopped; nothing was written";
+  static const char *const none[4] = {NULL};
+  stop_in_stage(large, "stiffness and mass", nothing, none);
   // one long call of a library
-  stop_in_stage("sparse Cholesky");
+  stop_in_stage(large, "sparse Cholesky", nothing, none);
+
+  // a training goes on with the runs that it has kept, here in the folder itself
+  const char *const kept[4] = {"--train=gravity:0,0,-1", "--train-time=1000", "--keep-runs",
+                               folder};
+  stop_in_stage("beam:8x2x2@1x0.2x0.2", "training ", "goes on with the runs that are kept", kept);
 }
 
 int main(void) {
