@@ -86,7 +86,7 @@ static thrum_status check(const scene_run *run, const scene_body_run *body) {
 
 static double cost_of(const scene_body_run *body, int64_t masters) {
   const int64_t rank = body->model->rank;
-  return step_cost(body->def.state.integrator, masters > 0 ? masters : rank,
+  return step_cost(&body->def.state, masters > 0 ? masters : rank,
                    masters > 0 ? rank - masters : 0);
 }
 

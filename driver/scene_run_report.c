@@ -35,7 +35,7 @@ static void add_finding(cJSON *object, const scene_body_run *body) {
   const int64_t rank = body->model->rank, masters = finding->masters;
   json_number(object, "budget_s", body->spec->budget);
   json_number(object, "cost_s",
-              step_cost(body->request.def.integrator, masters > 0 ? masters : rank,
+              step_cost(&body->request.def, masters > 0 ? masters : rank,
                         masters > 0 ? rank - masters : 0));
 }
 

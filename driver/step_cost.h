@@ -8,6 +8,6 @@
 /* Seconds of a step of `stepped` coordinates while `followers` others follow (0: none), modelled:
  * the time of one core of an Intel Xeon with AVX-512 (docs/scenes.md), whatever this machine is.
  */
-double step_cost(thrum_integrator integrator, int64_t stepped, int64_t followers);
+double step_cost(const thrum_state_def *def, int64_t stepped, int64_t followers);
 
 #endif

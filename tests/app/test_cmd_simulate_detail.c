@@ -114,6 +114,12 @@ static void a_budget_is_kept_and_found_once(void **state) {
   object = simulate("\"gravity\": [0, 0, -1],", bodies);
   assert_found_by(body_of(object, 0), "trials");
   cJSON_Delete(object);
+
+  // damping of what follows takes time too, here with two coordinates more than the budget
+  object = simulate("", "{" SWING ", \"budget\": 5.5e-7, \"damping\": [0, 0.001]}");
+  assert_true(masters_of(body_of(object, 0)) == 2);
+  assert_true(json_value(body_of(object, 0), "cost_s") > 6.3e-7);
+  cJSON_Delete(object);
 }
 
 static void an_error_and_a_budget_go_together(void **state) {
