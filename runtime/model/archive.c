@@ -80,6 +80,32 @@ thrum_status thrum_archive_find(const void *file, size_t file_size, const thrum_
   return status;
 }
 
+int64_t thrum_archive_extent(const thrum_array_list *list, const int64_t *size, int size_id) {
+  if (size_id < list->size_count)
+    return size[size_id];
+  const thrum_derived_size *derived = &list->derived[size_id - list->size_count];
+  return derived->of < 0 ? derived->factor : derived->factor * size[derived->of];
+}
+
+size_t thrum_archive_bytes(const thrum_array_list *list, const int64_t *size, int array) {
+  const thrum_array_info *info = &list->arrays[array];
+  return (size_t)thrum_archive_extent(list, size, info->rows) *
+         (size_t)thrum_archive_extent(list, size, info->columns) * info->item;
+}
+
+unsigned char *thrum_archive_copy(const thrum_array_list *list, const int64_t *size,
+                                  const unsigned char **data, unsigned char *next) {
+  for (int a = 0; a < list->count; a++) {
+    if (data[a] == NULL)
+      continue;
+    const size_t bytes = thrum_archive_bytes(list, size, a);
+    memcpy(next, data[a], bytes);
+    data[a] = next;
+    next += thrum_round_up(bytes);
+  }
+  return next;
+}
+
 // compares one dimension with its size, or binds the size when this is the first array to carry it
 static int bind_extent(const thrum_array_list *list, int64_t *size, unsigned char *bound,
                        int size_id, int64_t value) {
@@ -88,7 +114,7 @@ static int bind_extent(const thrum_array_list *list, int64_t *size, unsigned cha
     size[size_id] = value;
     return 1;
   }
-  return list->extent(size, size_id) == value;
+  return thrum_archive_extent(list, size, size_id) == value;
 }
 
 // the shape that is needed, with the value of the size that an earlier array has bound
@@ -122,7 +148,8 @@ thrum_status thrum_archive_bind(const thrum_array_list *list, int array,
     if (bind_extent(list, size, bound, size_id, npy.shape[d]))
       continue;
     const char *size_name = size_id < list->named_count ? list->size_names[size_id] : "";
-    return refuse_shape(&npy, info, where, size_name, list->extent(size, size_id), error);
+    return refuse_shape(&npy, info, where, size_name, thrum_archive_extent(list, size, size_id),
+                        error);
   }
 
   *data = npy.data;

@@ -38,6 +38,11 @@ typedef struct thrum_array_info {
   int required;
 } thrum_array_info;
 
+/* A size that follows from another one, as `factor` times that; or a literal, `of` below 0. */
+typedef struct thrum_derived_size {
+  int factor, of;
+} thrum_derived_size;
+
 /* The arrays that a kind of file may hold, in file order. Sizes are numbered: the first size_count
  * are bound by the first array that carries them, the rest follow from these or are literals. */
 typedef struct thrum_array_list {
@@ -46,8 +51,17 @@ typedef struct thrum_array_list {
   int size_count;
   int named_count; /* sizes that have a name for messages, the bound ones first */
   const char *const *size_names;
-  int64_t (*extent)(const int64_t *size, int size_id);
+  const thrum_derived_size *derived; /* the sizes from number size_count on */
 } thrum_array_list;
+
+/* Value of a size, and bytes of an array, where `size` has those that are bound. */
+int64_t thrum_archive_extent(const thrum_array_list *list, const int64_t *size, int size_id);
+size_t thrum_archive_bytes(const thrum_array_list *list, const int64_t *size, int array);
+
+/* Copies the arrays (data: list->count, NULL where absent) to `next`, each at a multiple of 64
+ * behind the one before, and points data to the copies; returns their end. */
+unsigned char *thrum_archive_copy(const thrum_array_list *list, const int64_t *size,
+                                  const unsigned char **data, unsigned char *next);
 
 typedef struct thrum_archive_member {
   const unsigned char *data; /* the .npy; NULL: absent */

@@ -33,35 +33,15 @@ static const char *const size_names[THRUM_EMBEDDING_SIZE_basis_rows + 1] = {
 #undef X
         "basis_rows"};
 
-static int64_t extent(const int64_t *size, int size_id) {
-  switch (size_id) {
-  case THRUM_EMBEDDING_SIZE_basis_rows:
-    return 3 * size[THRUM_EMBEDDING_SIZE_vertex_count];
-  case THRUM_EMBEDDING_SIZE_1:
-    return 1;
-  case THRUM_EMBEDDING_SIZE_2:
-    return 2;
-  case THRUM_EMBEDDING_SIZE_3:
-    return 3;
-  case THRUM_EMBEDDING_SIZE_4:
-    return 4;
-  default:
-    return size[size_id];
-  }
-}
+static const thrum_derived_size derived_sizes[] = {
+    {3, THRUM_EMBEDDING_SIZE_vertex_count}, {1, -1}, {2, -1}, {3, -1}, {4, -1}};
 
 const thrum_array_list thrum_embedding_list = {array_table,
                                                THRUM_EMBEDDING_ARRAY_COUNT,
                                                THRUM_EMBEDDING_SIZE_COUNT,
                                                THRUM_EMBEDDING_SIZE_basis_rows + 1,
                                                size_names,
-                                               extent};
-
-size_t thrum_embedding_bytes(const thrum_embedding_layout *layout, int array) {
-  const thrum_array_info *info = &array_table[array];
-  return (size_t)extent(layout->size, info->rows) * (size_t)extent(layout->size, info->columns) *
-         info->item;
-}
+                                               derived_sizes};
 
 static thrum_status check_version(const unsigned char *format, thrum_error *error) {
   int32_t version[2];

@@ -2,7 +2,6 @@
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
-#include <string.h>
 
 #include "runtime/model/embedding_private.h"
 #include "runtime/model/file_buffer.h"
@@ -14,21 +13,15 @@ static thrum_status lay_out(thrum_embedding_layout *layout, const thrum_embeddin
   // one block for the struct and all arrays
   size_t size = thrum_round_up(sizeof(thrum_embedding));
   for (int a = 0; a < THRUM_EMBEDDING_ARRAY_COUNT; a++)
-    size += layout->data[a] != NULL ? thrum_round_up(thrum_embedding_bytes(layout, a)) : 0;
+    if (layout->data[a] != NULL)
+      size += thrum_round_up(thrum_archive_bytes(&thrum_embedding_list, layout->size, a));
   unsigned char *memory = thrum_file_buffer_allocate(size);
   if (memory == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to load the surface");
 
   // the arrays follow the struct
-  unsigned char *next = memory + thrum_round_up(sizeof(thrum_embedding));
-  for (int a = 0; a < THRUM_EMBEDDING_ARRAY_COUNT; a++) {
-    if (layout->data[a] == NULL)
-      continue;
-    const size_t bytes = thrum_embedding_bytes(layout, a);
-    memcpy(next, layout->data[a], bytes);
-    layout->data[a] = next;
-    next += thrum_round_up(bytes);
-  }
+  thrum_archive_copy(&thrum_embedding_list, layout->size, layout->data,
+                     memory + thrum_round_up(sizeof(thrum_embedding)));
 
   // the entries are checked before the embedding is handed out
   thrum_embedding *made = (thrum_embedding *)(void *)memory;

@@ -8,6 +8,7 @@
 #include "runtime/model/archive.h"
 #include "thrum/embedding.h"
 
+/* Sizes by number; those behind the list's have their values in embedding.c, in this order. */
 enum thrum_embedding_size_id {
 #define X(name, meaning) THRUM_EMBEDDING_SIZE_##name,
   THRUM_EMBEDDING_SIZES(X)
@@ -33,9 +34,6 @@ typedef struct thrum_embedding_layout {
   int64_t size[THRUM_EMBEDDING_SIZE_COUNT];
   const unsigned char *data[THRUM_EMBEDDING_ARRAY_COUNT]; /* NULL: absent; any alignment */
 } thrum_embedding_layout;
-
-/* Bytes of an array. */
-size_t thrum_embedding_bytes(const thrum_embedding_layout *layout, int array);
 
 /* Finds the arrays of a surface file; checks the file, the version, types and shapes, but no value.
  */

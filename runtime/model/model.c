@@ -103,15 +103,9 @@ thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file
                            (unsigned long)memory_size, (unsigned long)needed);
 
   // the arrays follow the struct
-  unsigned char *next = (unsigned char *)memory + thrum_round_up(sizeof(thrum_model));
-  for (int a = 0; a < THRUM_ARRAY_COUNT; a++) {
-    if (layout.data[a] == NULL)
-      continue;
-    size_t bytes = thrum_layout_bytes(&layout, a);
-    memcpy(next, layout.data[a], bytes);
-    layout.data[a] = next;
-    next += thrum_round_up(bytes);
-  }
+  unsigned char *next =
+      thrum_archive_copy(&thrum_model_list, layout.size, layout.data,
+                         (unsigned char *)memory + thrum_round_up(sizeof(thrum_model)));
 
   // behind them the packed coefficients, which the kernels read
   thrum_layout_to_model(&layout, memory);

@@ -27,46 +27,21 @@ const char *const thrum_size_names[THRUM_SIZE_point_rows + 1] = {
         "basis_rows",
     "point_rows"};
 
-static int64_t extent(const int64_t *size, int size_id) {
-  // literal extents have ids of their own, behind the sizes of the model
-  switch (size_id) {
-  // rows of the basis come in threes
-  case THRUM_SIZE_basis_rows:
-    return 3 * size[THRUM_SIZE_vertex_count];
-
-  // a gradient has nine
-  case THRUM_SIZE_point_rows:
-    return 9 * size[THRUM_SIZE_point_count];
-
-  // literal extents
-  case THRUM_SIZE_1:
-    return 1;
-  case THRUM_SIZE_2:
-    return 2;
-  case THRUM_SIZE_3:
-    return 3;
-  case THRUM_SIZE_4:
-    return 4;
-  case THRUM_SIZE_6:
-    return 6;
-
-  default:
-    return size[size_id];
-  }
-}
+// rows of the basis come in threes, and a gradient has nine; then the literals
+static const thrum_derived_size derived_sizes[] = {{3, THRUM_SIZE_vertex_count},
+                                                   {9, THRUM_SIZE_point_count},
+                                                   {1, -1},
+                                                   {2, -1},
+                                                   {3, -1},
+                                                   {4, -1},
+                                                   {6, -1}};
 
 const thrum_array_list thrum_model_list = {thrum_array_table, THRUM_ARRAY_COUNT,
                                            THRUM_SIZE_COUNT,  THRUM_SIZE_point_rows + 1,
-                                           thrum_size_names,  extent};
-
-int64_t thrum_layout_extent(const thrum_layout *layout, int size_id) {
-  return extent(layout->size, size_id);
-}
+                                           thrum_size_names,  derived_sizes};
 
 size_t thrum_layout_bytes(const thrum_layout *layout, int array) {
-  const thrum_array_info *info = &thrum_array_table[array];
-  return (size_t)thrum_layout_extent(layout, info->rows) *
-         (size_t)thrum_layout_extent(layout, info->columns) * info->item;
+  return thrum_archive_bytes(&thrum_model_list, layout->size, array);
 }
 
 void thrum_layout_from_model(thrum_layout *layout, const thrum_model *model) {

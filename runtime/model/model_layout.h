@@ -11,7 +11,8 @@
 #include "runtime/model/archive.h"
 #include "thrum/model.h"
 
-/* Sizes by number; behind those of the model the ones that a list entry may also name. */
+/* Sizes by number; behind those of the model the ones that a list entry may also name, whose values
+ * are in model_layout.c in this order. */
 enum thrum_size_id {
 #define X(name, meaning) THRUM_SIZE_##name,
   THRUM_MODEL_SIZES(X)
@@ -44,9 +45,6 @@ typedef struct thrum_layout {
   int64_t size[THRUM_SIZE_COUNT];
   const unsigned char *data[THRUM_ARRAY_COUNT]; /* NULL: absent; any alignment */
 } thrum_layout;
-
-/* Value of a size, of a literal, of basis_rows or of point_rows. */
-int64_t thrum_layout_extent(const thrum_layout *layout, int size_id);
 
 /* Bytes of an array whose sizes have passed thrum_layout_check_sizes. */
 size_t thrum_layout_bytes(const thrum_layout *layout, int array);

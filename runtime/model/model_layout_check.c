@@ -144,8 +144,8 @@ thrum_status thrum_layout_check_presence(const thrum_layout *layout, thrum_error
 static int fits_memory(const thrum_layout *layout, int array) {
   const thrum_array_info *info = &thrum_array_table[array];
   uint64_t most = PTRDIFF_MAX / info->item;
-  uint64_t rows = (uint64_t)thrum_layout_extent(layout, info->rows);
-  uint64_t columns = (uint64_t)thrum_layout_extent(layout, info->columns);
+  uint64_t rows = (uint64_t)thrum_archive_extent(&thrum_model_list, layout->size, info->rows);
+  uint64_t columns = (uint64_t)thrum_archive_extent(&thrum_model_list, layout->size, info->columns);
   return columns == 0 || rows <= most / columns;
 }
 
