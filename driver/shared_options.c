@@ -8,6 +8,7 @@
 #include "mesh/mesh.h"
 #include "mesh/mesh_units.h"
 #include "precompute/material/material_law.h"
+#include "precompute/material/plastic_flow.h"
 #include "thrum/thrum.h"
 
 #define X(name, value, text) text,
@@ -127,6 +128,24 @@ const config_option material_options[] = {
                   CONFIG_RANGE(-1, 0.5), .above = true, .below = true),
     OPTION_NUMBER("density", "kg/m^3", "the mesh's own", "density", AT(density),
                   CONFIG_RANGE(1e-30, 1e30)),
+    OPTION_END,
+};
+
+#undef AT
+#define AT(member) CONFIG_AT(thrum_plastic, member)
+
+const config_option plastic_options[] = {
+    OPTION_NUMBER("yield", NULL, "never",
+                  "elastic strain beyond which the material flows and stays deformed: the norm of "
+                  "the principal strains without their mean",
+                  AT(yield), CONFIG_ABOVE(0)),
+    OPTION_NUMBER("creep", "1/s", "at once",
+                  "rate at which the strain beyond --yield flows; a tenth is left after 2.3/RATE "
+                  "seconds",
+                  AT(creep), CONFIG_ABOVE(0)),
+    OPTION_NUMBER("largest-plastic-strain", NULL, "no bound",
+                  "norm of the logarithms of the plastic stretches beyond which nothing flows",
+                  AT(largest), CONFIG_ABOVE(0)),
     OPTION_END,
 };
 

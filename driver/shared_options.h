@@ -13,6 +13,9 @@ extern const config_option mesh_read_rows[];
 extern const config_option material_options[];
 extern const config_option solver_options[];
 
+/* The same of a thrum_plastic. */
+extern const config_option plastic_options[];
+
 /* Names in the order of their enums; NULL ends them. */
 extern const char *const integrator_names[];
 extern const char *const full_solver_names[];

@@ -20,6 +20,7 @@ typedef struct simulate_figures {
   thrum_error stop;     /* why it ended early; empty message: it did not */
   thrum_state_report report;
   thrum_full_report full; /* of --full */
+  double plastic_strain;  /* the same, largest at the end */
   int64_t fallback_steps;
   thrum_energies first, last;
   double energy_min, energy_max;

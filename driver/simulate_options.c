@@ -98,6 +98,7 @@ static const config_option options[] = {
                   "or four, as other programs take them",
                   AT(quadrature)),
     OPTION_LAW(simulate_request, law),
+    OPTION_GROUP(plastic_options, "", AT(plastic)),
 
     OPTION_HEADING("besides"),
     OPTION_FILE(simulate_request),
@@ -168,6 +169,14 @@ static const char *why_not_full(thrum_integrator integrator) {
   return NULL;
 }
 
+/* The first option of plastic flow that is given; NULL: none. */
+static const char *plastic_option(const thrum_plastic *plastic) {
+  return !isinf(plastic->yield)     ? "--yield"
+         : !isinf(plastic->creep)   ? "--creep"
+         : !isinf(plastic->largest) ? "--largest-plastic-strain"
+                                    : NULL;
+}
+
 /* Whether the full order can do what is asked for.
  * COMMAND_DONE, or the exit code after its line has been printed. */
 static int check_full(simulate_request *request) {
@@ -175,6 +184,13 @@ static int check_full(simulate_request *request) {
   if (!request->full && request->law != THRUM_LAW_STVK)
     return config_usage("simulate", "--law goes with --full: models know %s alone",
                         law_names[THRUM_LAW_STVK]);
+
+  // nothing flows below a yield
+  const char *plastic = plastic_option(&request->plastic);
+  if (plastic && !request->full)
+    return config_usage("simulate", "%s goes with --full: models do not flow", plastic);
+  if (plastic && isinf(request->plastic.yield))
+    return config_usage("simulate", "%s wants a --yield beyond which the material flows", plastic);
   if (!request->full)
     return COMMAND_DONE;
 
@@ -223,6 +239,7 @@ static int finish(simulate_request *request) {
 int simulate_options_read(int argc, char **argv, simulate_request *request) {
   request->def = thrum_default_state_def();
   request->mesh_def = mesh_model_def_default();
+  request->plastic = thrum_default_full_def().plastic;
   request->time = TIME_DEFAULT;
   request->record_every = 1;
   request->threads = 1;

@@ -63,6 +63,9 @@ static cJSON *options_json(const simulate_request *request) {
   json_string(object, "linear_solver", full_solver_names[request->solver]);
   cJSON_AddStringToObject(object, "quadrature", full_quadrature_names[request->quadrature]);
   cJSON_AddStringToObject(object, "law", law_names[request->law]);
+  json_number(object, "yield", request->plastic.yield);
+  json_number(object, "creep", request->plastic.creep);
+  json_number(object, "largest_plastic_strain", request->plastic.largest);
   cJSON_AddStringToObject(object, "frames_in", request->ground ? "ground" : "base");
 
   // frames in the form that the option takes
@@ -179,6 +182,8 @@ static void add_full(cJSON *object, const simulate_figures *figures) {
   json_string(full, "linear_solver", full_solver_names[request->solver]);
   json_number(full, "solver_iterations", (double)figures->full.solver_iterations);
   json_number(full, "dt_stable", figures->full.dt_stable);
+  json_number(full, "plastic_work_j", figures->full.plastic_work);
+  json_number(full, "plastic_strain", figures->plastic_strain);
 }
 
 /* The energy that came into the body and left it, and the part of its energy that this does not

@@ -45,6 +45,7 @@ static thrum_full_def def_of(const simulate_request *request) {
   def.solver = request->solver;
   def.quadrature = request->quadrature;
   def.law = request->law;
+  def.plastic = request->plastic;
   return def;
 }
 
@@ -224,7 +225,9 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
   figures->fallback_steps = self->fallback_steps;
   figures->work_load = self->loads.work_load;
   figures->work_base = self->loads.work_base;
-  figures->dissipated = def->damping_alpha > 0 || def->damping_beta > 0 ? NAN : 0;
+  figures->plastic_strain = thrum_full_plastic_strain(self->body);
+  figures->dissipated =
+      def->damping_alpha > 0 || def->damping_beta > 0 ? NAN : figures->full.plastic_work;
 }
 
 static void close_full(void *stepper) {

@@ -42,6 +42,8 @@ typedef struct thrum_fem {
   double *volume;           /* tet_count, the sum of the weights [m^3] */
   double *lambda, *mu;      /* region_count, Lame's constants [Pa] */
   thrum_law law;            /* of all regions; Saint Venant-Kirchhoff as it is made */
+  const double *plastic;    /* tet_count x point_count x 9: F_p^-1 - 1 of plastic flow, borrowed;
+                               NULL, as it is made: none */
   double *density;          /* region_count [kg/m^3] */
   int64_t *incident_begin;  /* vertex_count + 1 */
   int64_t *incident;        /* node_count tet_count: node_count t + node of the tets around each

@@ -25,6 +25,15 @@ void thrum_tet_traction(thrum_tet *tet, const double gradient[3], double tractio
   thrum_product_vector(tet->deformation, second, traction);
 }
 
+/* g = F_p^-T g, of F_p^-1 - 1 */
+static void add_plastic(const double *plastic, double g[3]) {
+  double more[3];
+  for (int d = 0; d < 3; d++)
+    more[d] = plastic[d] * g[0] + plastic[3 + d] * g[1] + plastic[6 + d] * g[2];
+  for (int d = 0; d < 3; d++)
+    g[d] += more[d];
+}
+
 void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet) {
   const int nodes = fem->node_count;
   const int32_t *node = fem->nodes + nodes * t;
@@ -35,6 +44,12 @@ void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, t
   tet->law = u ? fem->law : THRUM_LAW_STVK;
   thrum_fem_shape_gradients(fem, t, p, tet->gradient);
 
+  // with F_p in place of the shape at rest: F_e = sum of x_a (F_p^-T g_a)^T
+  const int64_t point = t * fem->point_count + p;
+  const double *plastic = u && fem->plastic ? fem->plastic + 9 * point : NULL;
+  for (int a = 0; plastic && a < nodes; a++)
+    add_plastic(plastic, tet->gradient[a]);
+
   // G from edge displacements: a translation gives exact zeros
   double(*g)[3] = tet->displacement;
   memset(tet->displacement, 0, sizeof tet->displacement);
@@ -44,6 +59,8 @@ void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, t
       for (int d = 0; d < 3; d++)
         g[c][d] += edge * tet->gradient[a][d];
     }
+  for (int c = 0; plastic && c < 9; c++)
+    g[c / 3][c % 3] += plastic[c];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++)
       tet->deformation[c][d] = g[c][d] + (c == d ? 1 : 0);

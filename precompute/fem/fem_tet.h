@@ -9,11 +9,11 @@
 typedef struct thrum_tet {
   double weight, lambda, mu;
   thrum_law law;             /* at rest all laws are Saint Venant-Kirchhoff's */
-  double displacement[3][3]; /* G, the displacement gradient */
-  double deformation[3][3];  /* F = 1 + G */
+  double displacement[3][3]; /* G, the displacement gradient, of F_e */
+  double deformation[3][3];  /* F = 1 + G; F_e of plastic flow, F = F_e F_p */
   double stress[3][3];       /* second Piola-Kirchhoff S; of other laws the first, P */
   double energy;             /* [J] */
-  double gradient[THRUM_FEM_NODES_MAX][3]; /* of the shape functions */
+  double gradient[THRUM_FEM_NODES_MAX][3]; /* of the shape functions; F_p^-T times that */
 } thrum_tet;
 
 /* Point p of tet `t` under the displacement u of all components; NULL: at rest. */

@@ -20,6 +20,7 @@ thrum_full_def thrum_default_full_def(void) {
                           .tolerance = 1e-10,
                           .iterations_max = 50,
                           .solver = THRUM_FULL_CHOLESKY,
+                          .plastic = {INFINITY, INFINITY, INFINITY},
                           .solver_tolerance = 1e-10};
 }
 
@@ -55,6 +56,8 @@ static thrum_status check_def(const thrum_full_def *def, thrum_error *error) {
     wrong = "central differences take no damping of the stiffness";
   else if (def->law < THRUM_LAW_STVK || def->law > THRUM_LAW_NEO_HOOKEAN)
     wrong = "there is no such law of the material";
+  else if (!(def->plastic.yield > 0) || !(def->plastic.creep > 0) || !(def->plastic.largest > 0))
+    wrong = "yield, creep and largest plastic strain must be above 0";
 
   return wrong ? thrum_error_set(error, THRUM_INVALID_ARGUMENT, "full order: %s", wrong) : THRUM_OK;
 }
@@ -145,6 +148,7 @@ static thrum_status fill(thrum_full *full, const uint8_t *held, thrum_error *err
   THRUM_TRY(hold(full, held, error));
   THRUM_TRY(allocate(full, error));
   THRUM_TRY(share_pattern(full, error));
+  THRUM_TRY(full_plastic_make(full, error));
   THRUM_TRY(
       full_linear_make(def->solver, def->solver_tolerance, &full->system, &full->linear, error));
 
@@ -190,6 +194,7 @@ void thrum_full_free(thrum_full *full) {
     return;
   full_linear_free(&full->linear);
   full_linear_free(&full->mass);
+  full_plastic_free(full);
   thrum_model_fem_free(&full->body);
   thrum_fem_free(&full->four);
   free(full->fixed);
@@ -271,6 +276,7 @@ static thrum_status step_once(thrum_full *full, thrum_error *error) {
 
   memcpy(full->a, full->a_next, (size_t)n * sizeof *full->a);
   full->fresh = false;
+  full_plastic_flow(full, full->def.dt);
   return THRUM_OK;
 }
 
@@ -281,6 +287,7 @@ static thrum_status step_in_parts(thrum_full *full, int parts, const double *sta
   const double dt = full->def.dt;
   const bool fresh = full->fresh;
   thrum_status status = THRUM_OK;
+  full_plastic_keep(full);
 
   // factors of the system belong to the time step, so they go with it
   full->def.dt = dt / parts;
@@ -297,6 +304,7 @@ static thrum_status step_in_parts(thrum_full *full, int parts, const double *sta
     memcpy(full->v, start + full->body.fem.free_count, vector);
     memcpy(full->a, start + 2 * full->body.fem.free_count, vector);
     full->fresh = fresh;
+    full_plastic_return(full);
   }
 
   return status;
@@ -349,7 +357,8 @@ thrum_full_report thrum_full_report_get(const thrum_full *full) {
                              .factorisations =
                                  full->linear.factorisations + full->mass.factorisations,
                              .solver_iterations = full->linear.iterations + full->mass.iterations,
-                             .dt_stable = full->dt_stable};
+                             .dt_stable = full->dt_stable,
+                             .plastic_work = full->plastic_work};
 }
 
 void thrum_full_peak(const thrum_full *full, double *length, int64_t *vertex) {

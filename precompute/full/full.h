@@ -15,6 +15,7 @@
 #include "precompute/full/full_loading.h"
 #include "precompute/full/full_solver.h"
 #include "precompute/material/material_law.h"
+#include "precompute/material/plastic_flow.h"
 #include "thrum/model.h"
 
 typedef enum thrum_full_scheme {
@@ -57,6 +58,10 @@ typedef struct thrum_full_def {
    * moduli are the model's, as of small strains. */
   thrum_law law;
 
+  /* Plastic flow, in steps alone: equilibria keep what has flowed. Default none: the yield, the
+   * creep and the largest strain are infinite. */
+  thrum_plastic plastic;
+
   /* Residual at which conjugate gradients end, relative; > 0, default 1e-10. Larger: fewer of their
    * iterations, and more of Newton's. */
   double solver_tolerance;
@@ -75,6 +80,7 @@ typedef struct thrum_full_report {
   int64_t factorisations;    /* of Cholesky */
   int64_t solver_iterations; /* of conjugate gradients */
   double dt_stable;          /* central: largest stable step at rest [s]; else NaN */
+  double plastic_work;       /* that plastic flow took from the strain energy [J] */
 } thrum_full_report;
 
 typedef struct thrum_full_energies {
@@ -97,7 +103,7 @@ thrum_status thrum_full_create(const thrum_model *model, const uint8_t *held,
 void thrum_full_free(thrum_full *full); /* NULL is fine */
 
 /* Displacements [m] and velocities [m/s]; NULL means zero, and not wanted. Held components of set
- * are taken as zero. */
+ * are taken as zero. What has flowed stays. */
 thrum_status thrum_full_set(thrum_full *full, const double *u, const double *v, thrum_error *error);
 /* The same for displacements of held components too, at rest. */
 thrum_status thrum_full_displace(thrum_full *full, const double *u, thrum_error *error);
@@ -140,6 +146,9 @@ thrum_status thrum_full_undone(thrum_full *full, const double *forces, double *e
 
 thrum_full_energies thrum_full_energy(const thrum_full *full);
 thrum_full_report thrum_full_report_get(const thrum_full *full);
+
+/* The largest plastic strain of all points, as thrum_plastic_strain; 0 where nothing flows. */
+double thrum_full_plastic_strain(const thrum_full *full);
 
 /* Keeps a running peak: where a vertex is displaced further than *length [m], *length becomes the
  * largest displacement and *vertex (0-based) the vertex. */

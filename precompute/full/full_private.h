@@ -38,12 +38,15 @@ struct thrum_full {
   uint8_t *fixed;       /* vertex_count: held, the model's and others */
 
   /* Matrices on one pattern, and what solves with them. */
-  thrum_sparse tangent; /* values of its own on the pattern of the stiffness */
-  thrum_sparse system;  /* the same */
-  int64_t *mass_slot;   /* place of each entry of the mass in that pattern */
-  full_linear linear;   /* of the system */
-  full_linear mass;     /* of the mass, Newmark */
-  bool positive;        /* the tangents of other laws are made positive semidefinite */
+  thrum_sparse tangent;                   /* values of its own on the pattern of the stiffness */
+  thrum_sparse system;                    /* the same */
+  int64_t *mass_slot;                     /* place of each entry of the mass in that pattern */
+  full_linear linear;                     /* of the system */
+  full_linear mass;                       /* of the mass, Newmark */
+  double *plastic;                        /* points x 9: F_p^-1 - 1; NULL: nothing flows */
+  double *plastic_kept;                   /* the same at the start of a step of several parts */
+  double plastic_work, plastic_work_kept; /* [J], and the same */
+  bool positive; /* the tangents of other laws are made positive semidefinite */
 
   /* The state of the run; the vectors lie in one block. */
   bool fresh; /* the load or the state was set: accelerations are to be taken anew */
@@ -89,6 +92,17 @@ void full_follower_solver_free(full_follower_solver *solver);
  * full->tangent K there and factors of it, shifted or not, in full->linear. */
 thrum_status full_follower_solve(thrum_full *full, const full_follower_solver *solver,
                                  double factor, thrum_error *error);
+
+/* Memory for plastic flow, where the def has any. */
+thrum_status full_plastic_make(thrum_full *full, thrum_error *error);
+void full_plastic_free(thrum_full *full);
+
+/* The flow of a time dt at the present displacement. */
+void full_plastic_flow(thrum_full *full, double dt);
+
+/* Keeps what has flowed, and goes back to that. */
+void full_plastic_keep(thrum_full *full);
+void full_plastic_return(thrum_full *full);
 
 double full_dot(const thrum_full *full, const double *x, const double *y);
 

@@ -16,8 +16,8 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "precompute/material/jacobi.h"
 #include "precompute/material/material_law.h"
+#include "precompute/material/principal.h"
 #include "runtime/base/vec3.h"
 
 /* |dE|^2, or |D|^2, below which the bracket comes from quadrature: its error there, the seventh
@@ -51,31 +51,20 @@ static bool is_upright(double g[3][3]) {
   return thrum_triple3(f[0], f[1], f[2]) > 0;
 }
 
-/* Green's strain of a gradient. */
-static void green_strain(double g[3][3], double green[3][3]) {
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++)
-      green[i][j] =
-          (g[i][j] + g[j][i] + g[0][i] * g[0][j] + g[1][i] * g[1][j] + g[2][i] * g[2][j]) / 2;
-}
-
 /* S at a strain whose stretches are real: an isotropic law answers along the principal axes of E,
- * as it answers to the stretches sqrt(1 + 2 e) without a rotation. */
+ * as it answers to the stretches without a rotation. */
 static void second_stress(const change *c, double green[3][3], double stress[3][3]) {
-  double axes[3][3], diagonal[3][3], stretch[3][3] = {{0}}, first[3][3];
-  memcpy(diagonal, green, sizeof diagonal);
-  thrum_jacobi(3, diagonal[0], axes[0]);
-
-  // sqrt(1 + 2 e) - 1, without cancellation
+  double axes[3][3], grown[3], stretch[3][3] = {{0}}, first[3][3];
+  thrum_principal_stretches(green, grown, axes);
   for (int k = 0; k < 3; k++)
-    stretch[k][k] = 2 * diagonal[k][k] / (1 + sqrt(1 + 2 * diagonal[k][k]));
+    stretch[k][k] = grown[k];
   thrum_law_stress(c->law, c->lambda, c->mu, stretch, first);
 
   memset(stress, 0, 9 * sizeof(double));
   for (int k = 0; k < 3; k++)
     for (int i = 0; i < 3; i++)
       for (int j = 0; j < 3; j++)
-        stress[i][j] += first[k][k] / (1 + stretch[k][k]) * axes[i][k] * axes[j][k];
+        stress[i][j] += first[k][k] / (1 + grown[k]) * axes[i][k] * axes[j][k];
 }
 
 /* The stress, S or P, in the middle between both ends displaced by `share` of the change, and its
@@ -112,8 +101,8 @@ void thrum_law_mean_stress(thrum_law law, double lambda, double mu, double from[
                            double to[3][3], double stress[3][3]) {
   change c = {.law = law, .lambda = lambda, .mu = mu, .from = from, .to = to};
   double green_from[3][3], green_to[3][3], along[3][3];
-  green_strain(from, green_from);
-  green_strain(to, green_to);
+  thrum_green_strain(from, green_from);
+  thrum_green_strain(to, green_to);
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) {
       c.by[i][j] = to[i][j] - from[i][j];

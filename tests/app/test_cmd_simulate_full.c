@@ -158,6 +158,19 @@ static void each_law_swings_as_linear_elasticity_where_swings_are_small(void **s
   program_result_free(&run);
 }
 
+static void plastic_flow_is_in_the_balance_of_energy(void **state) {
+  (void)state;
+  cJSON *object = SIMULATE("flow", "--full", "--law", "corotational", "--yield", "0.01", "--time",
+                           "0.1", "--load", "impulse:0,0,-30000@tip");
+  const cJSON *work = cJSON_GetObjectItemCaseSensitive(object, "work");
+  const cJSON *full = cJSON_GetObjectItemCaseSensitive(object, "full");
+  const double lost = json_value(work, "dissipated_j"), load = json_value(work, "load_j");
+  assert_true(lost > 0.01 * load && lost == json_value(full, "plastic_work_j"));
+  assert_true(fabs(json_value(work, "balance_j")) <= 1e-9 * load);
+  assert_true(json_value(full, "plastic_strain") > 0.001);
+  cJSON_Delete(object);
+}
+
 static void a_body_in_equilibrium_stays_and_frames_show_it(void **state) {
   (void)state;
   cJSON *object = SIMULATE("rest", "--full", "--time", "0.1", "--start", "static:gravity:0,0,-9.81",
@@ -187,6 +200,8 @@ static void options_that_need_the_reduced_model_are_refused(void **state) {
       {2, "imexv", "beam.npz", {"--integrator", "imexv"}},
       {2, "rest only", "beam.npz", {"--damping-form", "tangent"}},
       {2, "--stress", "beam.npz", {"--stress"}},
+      {2, "wants a --yield", "beam.npz", {"--creep", "2"}},
+      {2, "--yield wants a number above 0", "beam.npz", {"--yield", "-0.1"}},
       {2, "cholesky or cg", "beam.npz", {"--linear-solver", "lu"}},
       {1, "not stable at dt = 0.1", "beam.npz", {"--integrator=verlet", "--dt", "0.1"}},
       {1, "no basis", "duffing.npz", {NULL}},
@@ -210,6 +225,7 @@ int main(void) {
       cmocka_unit_test(a_small_swing_is_that_of_the_reduced_model),
       cmocka_unit_test(loads_and_base_motion_act_as_on_the_reduced_model),
       cmocka_unit_test(each_law_swings_as_linear_elasticity_where_swings_are_small),
+      cmocka_unit_test(plastic_flow_is_in_the_balance_of_energy),
       cmocka_unit_test(a_body_in_equilibrium_stays_and_frames_show_it),
       cmocka_unit_test(options_that_need_the_reduced_model_are_refused),
   };

@@ -269,6 +269,70 @@ static void a_body_turned_inside_out_comes_back_to_rest(void **state) {
   body_free(&b);
 }
 
+/* A clamped beam whose tip is thrown up; the largest displacement at rest after `steps`. */
+static double bend(const body *b, thrum_law law, thrum_plastic plastic, int steps, double *u) {
+  thrum_full_def def = thrum_default_full_def();
+  def.law = law;
+  def.plastic = plastic;
+  def.dt = 0.002;
+  def.tolerance = 1e-12;
+  thrum_full *full = full_make(&b->model, NULL, &def);
+  double *v = field_make(b), *none = field_make(b);
+  for (int64_t n = 0; n < b->mesh.vertex_count; n++)
+    v[3 * n + 2] = 8 * b->mesh.vertices[3 * n] * b->mesh.vertices[3 * n];
+  assert_int_equal(thrum_full_set(full, NULL, v, NULL), THRUM_OK);
+
+  // what is stored, what moves and what has flowed add up
+  const double energy = thrum_full_energy(full).total;
+  double work = 0;
+  for (int k = 0; k < steps; k++) {
+    full_steps(full, 1);
+    const double flowed = thrum_full_report_get(full).plastic_work;
+    assert_true(flowed >= work);
+    work = flowed;
+    assert_true(fabs(thrum_full_energy(full).total + work - energy) <= 1e-9 * energy);
+  }
+  thrum_full_get(full, u, NULL);
+  assert_true(thrum_full_plastic_strain(full) <= plastic.largest);
+  assert_true(isinf(plastic.yield) ? work == 0 : work > 0.05 * energy || plastic.yield > 1);
+
+  // brought to rest without a load, as it has become
+  thrum_full_equilibrium found;
+  assert_int_equal(thrum_full_set(full, NULL, NULL, NULL), THRUM_OK);
+  assert_int_equal(thrum_full_rest(full, none, NULL, &found, NULL), THRUM_OK);
+  thrum_full_get(full, none, NULL);
+  const double bent = largest(none, NULL, 3 * b->mesh.vertex_count);
+  free(v);
+  free(none);
+  thrum_full_free(full);
+  return bent;
+}
+
+static void a_body_bent_beyond_its_yield_stays_bent_and_its_account_closes(void **state) {
+  (void)state;
+  body b;
+  body_make(&b, "beam:6x1x1@1x0.2x0.2", true);
+  double *u = field_make(&b), *elastic = field_make(&b);
+  const int64_t all = 3 * b.mesh.vertex_count;
+  const thrum_plastic none = {INFINITY, INFINITY, INFINITY};
+
+  // each law bends; it bends less with a bound on the plastic strain, and less with time to flow
+  for (int law = THRUM_LAW_STVK; law <= THRUM_LAW_NEO_HOOKEAN; law++) {
+    const double soft = bend(&b, (thrum_law)law, (thrum_plastic){0.02, INFINITY, INFINITY}, 40, u);
+    const double slow = bend(&b, (thrum_law)law, (thrum_plastic){0.02, 30, INFINITY}, 40, u);
+    const double bound = bend(&b, (thrum_law)law, (thrum_plastic){0.02, INFINITY, 0.03}, 40, u);
+    assert_true(soft > 0.05 && slow > 0.01 && slow < 0.9 * soft && bound < 0.9 * soft);
+  }
+
+  // within the yield it is the elastic body, bit by bit, and comes back
+  assert_true(bend(&b, THRUM_LAW_COROTATIONAL, none, 10, elastic) <= 1e-9);
+  assert_true(bend(&b, THRUM_LAW_COROTATIONAL, (thrum_plastic){2, 1, 1}, 10, u) <= 1e-9);
+  assert_memory_equal(u, elastic, (size_t)all * sizeof *u);
+  free(u);
+  free(elastic);
+  body_free(&b);
+}
+
 static void an_impulse_counts_once_in_every_scheme(void **state) {
   (void)state;
   body b;
@@ -588,6 +652,9 @@ int main(void) {
       cmocka_unit_test(a_tumbling_body_keeps_energy_and_both_momenta),
       cmocka_unit_test(a_corotational_bar_pressed_flat_is_as_wide_as_its_law_says),
       cmocka_unit_test(a_body_turned_inside_out_comes_back_to_rest),
+      cmocka_unit_test(a_body_bent_beyond_its_yield_stays_bent_and_its_account_closes),
+
+      // what all schemes and solvers have in common
       cmocka_unit_test(an_impulse_counts_once_in_every_scheme),
       cmocka_unit_test(schemes_converge_to_one_motion_with_order_two),
       cmocka_unit_test(conjugate_gradients_give_what_cholesky_gives),

@@ -4,7 +4,9 @@
 #include "precompute/material/material_law.h"
 
 #include "precompute/material/jacobi.h"
+#include "precompute/material/plastic_flow.h"
 #include "precompute/material/polar.h"
+#include "precompute/material/principal.h"
 #include "tests/support/precompute_support.h"
 
 static const double LAMBDA = 1.5, MU = 0.8;
@@ -86,7 +88,7 @@ static void the_rotation_of_any_deformation_is_the_nearest_one(void **state) {
   for (size_t n = 0; n < sizeof singular / sizeof singular[0]; n++)
     check_polar(singular[n]);
 
-  // of a small displacement it is the skew part, with all digits
+  // a small displacement turns by its skew part, with all digits
   double g[3][3], turned[3][3];
   random_gradient(1e-12, g);
   thrum_polar_rotation(g, turned);
@@ -390,6 +392,49 @@ static void the_mean_stress_keeps_energy_and_angular_momentum(void **state) {
   }
 }
 
+/* A small strain beyond the yield, whose directions are no axes. */
+static void flow_brings_a_strain_back_to_the_yield_and_keeps_the_volume(void **state) {
+  (void)state;
+  const thrum_plastic material = {.yield = 1e-4, .creep = 5, .largest = INFINITY};
+  double plastic[3][3] = {{0}}, flowed[3][3], elastic[3][3], green[3][3], grown[3], axes[3][3];
+  double g[3][3] = {{2e-3, 1e-3, 0}, {5e-4, -1e-3, 2e-4}, {0, -7e-4, 1e-3}};
+
+  // what is beyond the yield falls as exp(-creep t), whatever the steps
+  double deviator = 0, before = 0, elapsed = 0;
+  for (int k = 0; k < 40; k++) {
+    for (int i = 0; i < 3; i++)
+      for (int j = 0; j < 3; j++)
+        elastic[i][j] = g[i][j] + plastic[i][j] + g[i][0] * plastic[0][j] +
+                        g[i][1] * plastic[1][j] + g[i][2] * plastic[2][j];
+    thrum_green_strain(elastic, green);
+    thrum_principal_stretches(green, grown, axes);
+    const double mean = (grown[0] + grown[1] + grown[2]) / 3;
+    deviator = sqrt((grown[0] - mean) * (grown[0] - mean) + (grown[1] - mean) * (grown[1] - mean) +
+                    (grown[2] - mean) * (grown[2] - mean));
+    before = k == 0 ? deviator : before;
+    const double expected = material.yield + (before - material.yield) * exp(-5 * elapsed);
+    assert_true(fabs(deviator - expected) <= 0.01 * expected);
+
+    // the step grows, so that the last ones leave nothing
+    const double dt = 0.02 * (1 + k);
+    elapsed += dt;
+    if (!thrum_plastic_flow(&material, dt, elastic, plastic, 1, flowed))
+      break;
+    memcpy(plastic, flowed, sizeof flowed);
+  }
+  assert_true(fabs(deviator - material.yield) <= 1e-6 * before);
+
+  // no volume has flowed
+  double f[3][3];
+  for (int i = 0; i < 9; i++)
+    f[i / 3][i % 3] = plastic[i / 3][i % 3] + (i % 4 == 0);
+  const double volume = f[0][0] * (f[1][1] * f[2][2] - f[1][2] * f[2][1]) -
+                        f[0][1] * (f[1][0] * f[2][2] - f[1][2] * f[2][0]) +
+                        f[0][2] * (f[1][0] * f[2][1] - f[1][1] * f[2][0]);
+  assert_true(fabs(volume - 1) <= 1e-15);
+  assert_true(thrum_plastic_strain(plastic) > 1e-3);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_rotation_of_any_deformation_is_the_nearest_one),
@@ -400,6 +445,7 @@ int main(void) {
       cmocka_unit_test(tension_and_shear_of_a_body_are_the_closed_forms),
       cmocka_unit_test(the_stiffness_is_the_derivative_of_the_force),
       cmocka_unit_test(the_mean_stress_keeps_energy_and_angular_momentum),
+      cmocka_unit_test(flow_brings_a_strain_back_to_the_yield_and_keeps_the_volume),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
