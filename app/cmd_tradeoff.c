@@ -461,6 +461,10 @@ static thrum_status run_trade(trade *t, thrum_error *error) {
   t->commands.request = request;
   t->commands.problem = &t->problem;
   t->commands.result = &t->result;
+
+  // a checkout has ./run thrum
+  const char *called = getenv("THRUM_COMMAND");
+  t->commands.program = called != NULL && called[0] != 0 ? called : "thrum";
   warn_of_frequency(t);
   warn_of_reference(t);
 

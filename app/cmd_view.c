@@ -143,11 +143,16 @@ static char *file_url(const char *path) {
   return url;
 }
 
-/* Asks the desktop to show the address, where there is a display; its program goes on alone, in a
- * group of its own, so that Ctrl-C in this terminal does not end the browser. */
-static void open_browser(char *url) {
-  if (getenv("DISPLAY") == NULL && getenv("WAYLAND_DISPLAY") == NULL)
+/* Asks the desktop to show the address, or says that there is none; the browser goes on alone, in a
+ * group of its own, so that Ctrl-C in this terminal does not end it. */
+static void open_browser(char *url, bool quiet) {
+  if (getenv("DISPLAY") == NULL && getenv("WAYLAND_DISPLAY") == NULL) {
+    if (!quiet)
+      fputs("thrum: no display was found, so no browser was started; open the address in one\n",
+            stderr);
     return;
+  }
+
   // the browser's messages are not ours; where it cannot be started the address was printed
   pid_t child;
   char *const argv[] = {"xdg-open", url, NULL};
@@ -174,7 +179,7 @@ static thrum_status show_page(const view_request *request, thrum_error *error) {
   fflush(stdout);
 
   if (request->opens)
-    open_browser(url);
+    open_browser(url, request->quiet);
   free(url);
   return THRUM_OK;
 }

@@ -117,7 +117,7 @@ static int64_t rank_of(const tradeoff_commands *c) {
 static void put_precompute(FILE *stream, const tradeoff_commands *c) {
   const tradeoff_recipe *recipe = recipe_of(c);
   char model[600];
-  fputs("thrum precompute", stream);
+  fprintf(stream, "%s precompute", c->program);
   put_mesh(stream, c);
   fprintf(stream, " --modes %lld --rank %lld", (long long)modes_of(c), (long long)rank_of(c));
   if (recipe->modes > 0 && recipe->single)
@@ -149,7 +149,7 @@ static void put_simulate(FILE *stream, const tradeoff_commands *c) {
   const tradeoff_recipe *recipe = recipe_of(c);
   char path[600];
   snprintf(path, sizeof path, "%.500s/model.npz", c->request->output);
-  fputs("thrum simulate", stream);
+  fprintf(stream, "%s simulate", c->program);
   put(stream, is_made(c) ? path : c->request->model_path);
 
   // the setting that was chosen

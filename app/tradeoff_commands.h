@@ -13,7 +13,8 @@ typedef struct tradeoff_commands {
   const tradeoff_result *result; /* with a chosen run */
   const load_spec *loads;
   int64_t load_count;
-  int64_t own_modes; /* of the model's own basis; 0: not known */
+  int64_t own_modes;   /* of the model's own basis; 0: not known */
+  const char *program; /* how a shell calls this program */
 } tradeoff_commands;
 
 /* Writes commands.sh, simulate.json and, where a model has to be made, precompute.json. */

@@ -284,6 +284,7 @@ void scene_run_table(const scene_run *run) {
            of.touching == 1 ? "" : "s", of.lost);
   }
   printf("status       %s\n", scene_run_status(run));
-  printf("files        %s/" SCENE_JSON "%s, and a run in each of its folders\n",
-         run->request->output, thrum_scene_probe_count(run->scene) > 0 ? ", " SCENE_PROBES : "");
+  printf("files        %s/" SCENE_JSON "%s%s, and a run in each of its folders\n",
+         run->request->output, thrum_scene_probe_count(run->scene) > 0 ? ", " SCENE_PROBES : "",
+         scene_run_touches(run) ? ", " SCENE_ACCOUNT : "");
 }

@@ -5,6 +5,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "driver/shared_options.h"
 #include "io/json.h"
@@ -85,18 +86,40 @@ static cJSON *options_json(const simulate_request *request) {
 }
 
 /* Names of the files, relative to the run's folder. */
+enum { RUN_FILES_MAX = 8 };
+
+/* Lists the files of a run; one that was not wanted leaves NULL in its place. */
+static void list_files(const run_output *output, const char *names[RUN_FILES_MAX]) {
+  const char *const all[RUN_FILES_MAX] = {RUN_JSON,
+                                          "energy.csv",
+                                          "q.npy",
+                                          output->moved ? RUN_PLACEMENTS : NULL,
+                                          output->end ? "end.npy" : NULL,
+                                          output->plot,
+                                          output->frames > 0 ? "frames.pvd" : NULL,
+                                          output->frames > 0 ? RUN_FRAMES "/" : NULL};
+  memcpy(names, all, sizeof all);
+}
+
 static void add_files(cJSON *object, const run_output *output) {
-  const char *const names[] = {RUN_JSON,
-                               "energy.csv",
-                               "q.npy",
-                               output->moved ? RUN_PLACEMENTS : NULL,
-                               output->end ? "end.npy" : NULL,
-                               output->plot,
-                               output->frames > 0 ? "frames.pvd" : NULL};
+  const char *names[RUN_FILES_MAX];
+  list_files(output, names);
   cJSON *files = cJSON_AddArrayToObject(object, "files");
-  for (size_t n = 0; n < sizeof names / sizeof *names; n++)
+  for (size_t n = 0; n < RUN_FILES_MAX; n++)
     if (names[n] != NULL)
       json_add_string(files, names[n]);
+}
+
+static void print_files(const char *folder, const run_output *output) {
+  const char *names[RUN_FILES_MAX];
+  list_files(output, names);
+  printf("files        %s/%s", folder, names[0]);
+
+  // the first is there always
+  for (size_t n = 1; n < RUN_FILES_MAX; n++)
+    if (names[n] != NULL)
+      printf(", %s", names[n]);
+  puts("");
 }
 
 /* Fallback levels of the fallback chain (design 8), and what the stability monitor of imexv found
@@ -344,7 +367,5 @@ void simulate_report_table(const simulate_figures *figures, const run_output *ou
     printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);
   simulate_measures_table(measures);
   printf("status       %s\n", simulate_status_name(figures));
-  printf("files        %s/" RUN_JSON ", energy.csv, q.npy%s%s%s%s\n", request->run_path,
-         output->end ? ", end.npy" : "", output->plot != NULL ? ", " : "",
-         output->plot != NULL ? output->plot : "", output->frames > 0 ? ", frames.pvd" : "");
+  print_files(request->run_path, output);
 }

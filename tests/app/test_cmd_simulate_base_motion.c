@@ -105,6 +105,7 @@ static void frames_are_seen_from_the_base_or_the_ground(void **state) {
                   "--dt", "0.01", "--time", "1", "--frames", "every-50", "--base-motion",
                   "steady.csv", "--frames-in", ground ? "ground" : "base", "-q", NULL);
     assert_int_equal(run.exit_code, 0);
+    assert_non_null(strstr(run.out, ", frames.pvd, frames/\n"));
     program_result_free(&run);
 
     // the displacements, behind eight bytes that say how many bytes they are

@@ -517,6 +517,10 @@ static void the_scenes_that_come_with_thrum_run(void **state) {
     program_result run = thrum_run(folder, "simulate", path, "-o", scenes[n], "-q", NULL);
     if (run.exit_code != 0 || strstr(run.err, "the body moved") != NULL)
       fail_msg("%s: %s", scenes[n], run.err);
+
+    // the line of files has the account where there is one
+    snprintf(path, sizeof path, "%s/%s/account.csv", folder, scenes[n]);
+    assert_true(file_exists(path) == (strstr(run.out, ", account.csv") != NULL));
     program_result_free(&run);
   }
 }

@@ -39,8 +39,12 @@ echo "$*" >>"$WORK/builds"
 folder=$(printf '%s\n' "$@" | grep '/release$' | head -n 1)
 mkdir -p "$folder"
 touch "$folder/build.ninja"
-printf '#!/bin/sh\nprintf "<%%s>" "$@"\n' >"$folder/thrum"
+printf '#!/bin/sh\n[ "$1" != called ] || exec printf %%s "$THRUM_COMMAND"\nprintf "<%%s>" "$@"\n' >"$folder/thrum"
 chmod +x "$folder/thrum"
+# what npm puts beside the viewer's sources
+case $* in
+*' viewer') mkdir -p viewer/node_modules/new ;;
+esac
 rmdir "$WORK/building"
 TEXT
 
@@ -103,6 +107,13 @@ test "$out" = '<view><horse>' || fail "view: $out"
 grep -q 'thrum_program viewer$' builds || fail "view did not build the viewer: $(cat builds)"
 out=$("$checkout/run" viewer 2>/dev/null)
 test "$out" = "$checkout/build/release/viewer/viewer.html" || fail "viewer: $out"
+test "$(grep -c viewer builds)" = 1 || fail "the viewer was built again: $(cat builds)"
+
+echo "-- the program is told how it is called"
+out=$("$checkout/run" thrum called)
+test "$(sh -c "$out called")" = "$out" || fail "a command with a blank in its path: $out"
+out=$(cd "$checkout" && ./run thrum called)
+test "$out" = "./run thrum" || fail "called as $out"
 
 if command -v flock >/dev/null 2>&1; then
   echo "-- builds wait for each other"
