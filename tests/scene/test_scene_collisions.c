@@ -337,6 +337,44 @@ static void friction_of_an_impact_is_cut_where_it_would_gain(void **context) {
   assert_true(after.total <= before.total * (1 + 1e-12));
 }
 
+/* Velocities of a block after its lowest edge has fallen on the highest edge of another, across it
+ * and beside the middles of both, somewhere in space. */
+static void cross_edges(const fixture *f, const double at[3], double velocity[3]) {
+  const double half = sqrt(0.5), eighth = 0.5 * atan(1);
+  double x[3];
+  thrum_scene *scene = NULL;
+  MUST(thrum_scene_make(0.002, &scene, &failure));
+  collide(scene, 0.3, 0.5);
+
+  // both stand on an edge; 0.01 m are between the two
+  thrum_scene_body_def below = def_of(&f->block, at[0], at[1], at[2], 1e4);
+  thrum_scene_body_def above =
+      def_of(&f->block, at[0] + 0.02, at[1] + 0.03, at[2] + 0.4 * half + 0.01, 1e4);
+  below.rotation[0] = above.rotation[0] = cos(eighth);
+  below.rotation[1] = above.rotation[2] = sin(eighth);
+  above.velocity[2] = -1;
+  add(scene, &below);
+  add(scene, &above);
+  for (int k = 0; k < 20; k++)
+    MUST(thrum_scene_step(scene, &failure));
+
+  // that of the vertex in its middle
+  MUST(thrum_scene_body_vertex(scene, 1, 13, x, velocity, &failure));
+  thrum_scene_free(scene);
+}
+
+static void edges_strike_alike_everywhere(void **context) {
+  const double here[3] = {0, 0, 0}, there[3] = {64, -32, 16};
+  double velocity[2][3];
+  cross_edges(*context, here, velocity[0]);
+  cross_edges(*context, there, velocity[1]);
+
+  // it is thrown back, and the same way
+  print_message("after %.6f %.6f %.6f m/s\n", velocity[0][0], velocity[0][1], velocity[0][2]);
+  assert_true(velocity[0][2] > -0.9);
+  assert_near3(velocity[0], velocity[1], 1e-6);
+}
+
 /* A wall that moves hits a block at rest: it goes on at (1 + e) times its speed, which the wall
  * paid.
  */
@@ -881,6 +919,7 @@ int main(void) {
       TEST(bodies_that_fly_on_in_touch_keep_their_contact),
       TEST(what_is_lost_at_rest_is_never_below_zero),
       TEST(friction_of_an_impact_is_cut_where_it_would_gain),
+      TEST(edges_strike_alike_everywhere),
       TEST(a_solid_that_moves_strikes_by_its_restitution),
       TEST(a_block_between_two_walls_bounces_several_times_in_a_step),
       TEST(a_dropped_block_rises_by_the_square_of_its_restitution),

@@ -295,6 +295,30 @@ static void a_pulled_body_hangs_and_swings_on_its_spring(void **state) {
   rig_free(&r);
 }
 
+static void a_step_of_one_coordinate_alone_meets_the_floor(void **state) {
+  (void)state;
+  for (int i = 0; i < RIG_RANK; i++) {
+    rig_def def = rig_default();
+    def.shape = 1;
+    def.dt = 0.01;
+    def.points = 4;
+    rig r;
+    rig_make(&r, &def);
+
+    // the body is at rest above the floor but for one coordinate, which takes a point through it
+    double p[RIG_RANK] = {0}, most = 0;
+    for (int v = 1; v <= def.points; v++)
+      most = fmax(most, -r.m.basis[(3 * v + 2) * RIG_RANK + i]);
+    assert_true(most > 0);
+    p[i] = 0.1 / (def.dt * most);
+    r.translation.position[2] = 0.05;
+    state_put(&r.m.model, r.state, NULL, p);
+    rig_steps(&r, 1);
+    assert_true(thrum_contact_report_get(r.contact).normal > 0);
+    rig_free(&r);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_body_bounces_as_high_as_its_restitution_says),
@@ -306,6 +330,7 @@ int main(void) {
       cmocka_unit_test(friction_stops_a_body_after_its_distance),
       cmocka_unit_test(a_body_rests_at_the_depth_of_its_weight),
       cmocka_unit_test(a_pulled_body_hangs_and_swings_on_its_spring),
+      cmocka_unit_test(a_step_of_one_coordinate_alone_meets_the_floor),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,6 +2,8 @@
  * return, the switch keeps the energy, and all of it comes along with a snapshot.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
+
+#include "runtime/dynamics/state_layout.h"
 #include "thrum/polynomial.h"
 
 enum { RANK = 6 };
@@ -699,6 +701,30 @@ static void a_switch_from_rest_ends_too(void **context) {
   random_model_free(&m);
 }
 
+static void what_damping_took_long_ago_allows_no_error(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  for (int form = 0; form < 2; form++) {
+    thrum_state_def def = make_def(3, 0.02);
+    def.split_form = form == 0 ? THRUM_FORM_THESIS : THRUM_FORM_POSITION;
+    def.damping_alpha = 1;
+    thrum_state *state = state_make(&m.model, &def);
+    state_put(&m.model, state, start_q, start_p);
+
+    // nearly all energy is gone before the last 512 steps, which is twice as long as it is
+    // remembered
+    state_steps(&m.model, state, 500);
+    const double before = thrum_state_report_get(state).dissipated;
+    state_steps(&m.model, state, 512);
+    const double lately = thrum_state_report_get(state).dissipated - before;
+    assert_true(before > 1e3 * lately && lately > 0);
+    assert_true(state->monitor.recent < 0.2 * before);
+    state_free(state);
+  }
+  random_model_free(&m);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_stability_number_at_rest_is_that_of_the_highest_explicit_mode),
@@ -725,6 +751,7 @@ int main(void) {
       cmocka_unit_test(a_kick_in_a_quiet_run_keeps_its_energy),
       cmocka_unit_test(a_switch_shows_in_the_status_of_each_step),
       cmocka_unit_test(a_switch_from_rest_ends_too),
+      cmocka_unit_test(what_damping_took_long_ago_allows_no_error),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
