@@ -15,16 +15,23 @@ that of the original is not counted, nor one that does not compile.
 Each mutant costs one compilation with -O1, one link of a shared library, and the tests up to the
 first that fails: those of the same name first, then short ones of the same folder, then all other short ones,
 then the rest. A test that takes three times the processor time it takes without a fault
-has noticed too. Run it where nobody else works: it never writes to the sources.
+has noticed too. It never writes to the sources.
 
-usage: mutate.py BUILD OUT [--count N] [--seed N] [--only TEXT] [--again] [--seconds S] [--jobs N]
-                 [--near S]
+A row of mutants.tsv has the place, the kind, the replacement, the outcome, the test that noticed
+or the reason, and the line. A person may turn `survived` into `equivalent` and give the reason why
+no test can notice: such a mutant is not tried again, and is not counted. mutants.tsv beside this
+script is such a list; its mutants are found again by the text of their lines when sources change.
+
+usage: mutate.py BUILD OUT [--count N] [--seed N] [--only TEXT] [--list FILE | --again]
+                 [--seconds S] [--jobs N] [--near S]
 
   BUILD      a release build with tests (its objects of the tests are used)
   OUT        folder for the results: mutants.tsv with a row each, to which a later call adds
   --count    how many mutants are drawn at most, evenly over all that there are (default 300)
   --seed     of the draw (default 1)
   --only     only files whose path contains this
+  --list     draws nothing: tries the mutants of FILE that are not equivalent, each with the test
+             that noticed it first
   --again    draws nothing: tries those of mutants.tsv that survived once more
   --seconds  starts no mutant after so much time
   --jobs     mutants at a time (default 1)
@@ -57,6 +64,7 @@ LONGEST_TEST = 15.0
 # this test counts the library's allocations by wrapping symbols that a shared library keeps
 NOT_SHARED = {"test_allocation"}
 FOREIGN_KERNELS = ("neon", "wasm")
+UNTRIED = "not-tried"
 
 # what is no code: comments, strings, preprocessor lines
 NO_CODE = re.compile(r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'|'
@@ -127,6 +135,7 @@ class Bench:
         self.work = os.path.abspath(work)
         os.makedirs(self.work, exist_ok=True)
         self.commands, self.objects, self.deps = {}, {}, {}
+        self.passed = set()
         self.lock = threading.Lock()
         with open(os.path.join(self.build, "compile_commands.json"), encoding="utf-8") as file:
             rows = json.load(file)
@@ -156,19 +165,29 @@ class Bench:
     def prepare(self):
         """Objects, the library, and the tests; returns {test: processor seconds}.
 
-        What an earlier call of the same sources measured is taken from the folder."""
+        Objects that an earlier call made of the same sources are taken from the folder, and times
+        that it measured are kept."""
         kept = os.path.join(self.work, "prepared.json")
         state = hashlib.sha256()
         for path in sorted(glob.glob(os.path.join(ROOT, "runtime/*/*"))):
             with open(path, "rb") as file:
                 state.update(file.read())
+        found = {}
         if os.path.exists(kept):
             with open(kept, encoding="utf-8") as file:
                 found = json.load(file)
-            if found.pop("state") == state.hexdigest():
-                self.objects, self.deps, self.where = (found[k] for k in ("objects", "deps",
-                                                                          "where"))
-                return found["seconds"]
+        if found.get("state") == state.hexdigest():
+            self.objects, self.deps = found["objects"], found["deps"]
+        else:
+            self.make_objects()
+        seconds = self.make_tests(found.get("seconds", {}))
+        with open(kept, "w", encoding="utf-8") as file:
+            json.dump({"state": state.hexdigest(), "objects": self.objects, "deps": self.deps,
+                       "seconds": seconds}, file)
+        return {name: spent for name, spent in seconds.items() if spent <= LONGEST_TEST}
+
+    def make_objects(self):
+        """Compiles the library without a fault, and notes which parts each source includes."""
         for path in sorted(self.commands):
             output = os.path.join(self.work, path.replace("/", "_") + ".o")
             done = self.compile(path, os.path.join(ROOT, path), output)
@@ -178,33 +197,46 @@ class Bench:
             listed = run(self.commands[path] + ["-MM", os.path.join(ROOT, path)]).stdout
             self.deps[path] = [os.path.relpath(w, ROOT) for w in listed.replace("\\\n", " ").split()
                                if w.endswith(".inl")]
-        library = os.path.join(self.work, "libthrum_mutant.so")
-        self.link(list(self.objects.values()), library)
+        self.link(list(self.objects.values()), os.path.join(self.work, "libthrum_mutant.so"))
 
-        seconds = {}
-        self.where = {}
+    def make_tests(self, known):
+        """Links all tests that are new, and measures those that are not `known`; {test: seconds}."""
+        seconds, self.where = {}, {}
         for source in sum((glob.glob(os.path.join(ROOT, "tests", p)) for p in TESTS), []):
             name = os.path.basename(source)[:-2]
             if name in NOT_SHARED:
                 continue
             self.where[name] = os.path.relpath(os.path.dirname(source), os.path.join(ROOT, "tests"))
-            lines = run(["ninja", "-C", self.build, "-t", "commands", name]).stdout.splitlines()
-            link = next(line for line in reversed(lines) if " -o tests/%s " % name in line)
-            link = link.replace(" && :", "").replace(": && ", "")
-            link = link.replace("-o tests/%s " % name, "-o %s/%s " % (self.work, name))
-            link = re.sub(r'\blibthrum\.a\b', library, link)
-            done = run(link, shell=True, cwd=self.build)
-            if done.returncode != 0:
-                sys.exit("%s does not link:\n%s" % (name, done.stdout))
-            ok, spent = self.test(name, self.work, 600)
-            if not ok:
-                sys.exit("%s fails without a fault" % name)
-            if spent <= LONGEST_TEST:
-                seconds[name] = spent
-        with open(kept, "w", encoding="utf-8") as file:
-            json.dump({"state": state.hexdigest(), "objects": self.objects, "deps": self.deps,
-                       "where": self.where, "seconds": seconds}, file)
+            built = os.path.getmtime(os.path.join(self.build, "tests", name))
+            linked = os.path.join(self.work, name)
+            if not os.path.exists(linked) or os.path.getmtime(linked) < built:
+                self.link_test(name)
+            if name in known:
+                seconds[name] = known[name]
+            else:
+                ok, seconds[name] = self.test(name, self.work, 600)
+                if not ok:
+                    sys.exit("%s fails without a fault" % name)
+                self.passed.add(name)
         return seconds
+
+    def must_pass(self, name):
+        """Ends the program where a test fails without a fault; each is tried once."""
+        if name not in self.passed and not self.test(name, self.work, 600)[0]:
+            sys.exit("%s fails without a fault" % name)
+        self.passed.add(name)
+
+    def link_test(self, name):
+        """Links a test of the build to the shared library."""
+        library = os.path.join(self.work, "libthrum_mutant.so")
+        lines = run(["ninja", "-C", self.build, "-t", "commands", name]).stdout.splitlines()
+        link = next(line for line in reversed(lines) if " -o tests/%s " % name in line)
+        link = link.replace(" && :", "").replace(": && ", "")
+        link = link.replace("-o tests/%s " % name, "-o %s/%s " % (self.work, name))
+        link = re.sub(r'\blibthrum\.a\b', library, link)
+        done = run(link, shell=True, cwd=self.build)
+        if done.returncode != 0:
+            sys.exit("%s does not link:\n%s" % (name, done.stdout))
 
     def test(self, name, folder, limit):
         """Whether a test passes with the library of that folder, and its processor seconds."""
@@ -243,8 +275,8 @@ def order(bench, seconds, path):
     return sorted(seconds, key=rank)
 
 
-def try_mutant(bench, seconds, mutant, slot, near):
-    """What came of a mutant: (outcome, test that noticed)."""
+def try_mutant(bench, seconds, mutant, slot, near, first):
+    """What came of a mutant: (outcome, test that noticed); the test `first` before all others."""
     path, _, start, end, new, text = mutant
     folder = os.path.join(bench.work, "slot%d" % slot)
     os.makedirs(folder, exist_ok=True)
@@ -280,12 +312,14 @@ def try_mutant(bench, seconds, mutant, slot, near):
         return "same-code", ""
     bench.link(list(objects.values()), os.path.join(folder, "libthrum_mutant.so"))
     spent = 0.0
-    for name in order(bench, seconds, path):
+    names = sorted(order(bench, seconds, path), key=lambda name: name != first)
+    for name in names:
         spent += seconds[name]
-        if spent > near and name != order(bench, seconds, path)[0]:
+        if spent > near and name != names[0]:
             break
         passed, _ = bench.test(name, folder, 3 * seconds[name] + 2)
         if not passed:
+            bench.must_pass(name)
             return "killed", name
     return "survived", ""
 
@@ -341,51 +375,97 @@ def source_line(mutant):
     return text[begin:text.find("\n", start)].strip()
 
 
+def find_again(rows, mutants):
+    """The mutants of these rows: {row's number: mutant}. Where the same line stands in a file more
+    than once, the nearest to the row's place is meant."""
+    at = {}
+    for mutant in mutants:
+        place, kind, new = key_of(mutant).split("\t")
+        path, line, column = place.split(":")
+        at.setdefault((path, column, kind, new, source_line(mutant)), []).append(
+            (int(line), mutant))
+    found = {}
+    for number, (place, kind, new, _, _, text) in enumerate(rows):
+        path, line, column = place.split(":")
+        places = at.get((path, column, kind, new, text))
+        if places is None:
+            print("%s is there no more: %s" % (place, text))
+        else:
+            found[number] = min(places, key=lambda p, line=line: abs(p[0] - int(line)))[1]
+    return found
+
+
+def read_rows(path):
+    with open(path, encoding="utf-8") as file:
+        return [line.rstrip("\n").split("\t") for line in file]
+
+
+def write_rows(path, rows):
+    with open(path, "w", encoding="utf-8") as file:
+        file.writelines("\t".join(r) + "\n" for r in rows)
+
+
 def summary(rows, total):
     """The table of the record."""
     print("%d mutants are possible, %d were tried" % (total, len(rows)))
     kinds = ("sign", "index", "comparison", "constant")
-    print("| | killed | survived | share killed | same code | do not compile |")
-    print("|---|---|---|---|---|---|")
+    print("| | killed | survived | share killed | equivalent | same code | do not compile |")
+    print("|---|---|---|---|---|---|---|")
     for name, part in [(k, [r for r in rows if r[1] == k]) for k in kinds] + [("all", rows)]:
         count = {o: sum(r[3] == o for r in part)
-                 for o in ("killed", "survived", "same-code", "no-compile")}
+                 for o in ("killed", "survived", "equivalent", "same-code", "no-compile")}
         tried = count["killed"] + count["survived"]
-        print("| %s | %d | %d | %s | %d | %d |" % (
+        print("| %s | %d | %d | %s | %d | %d | %d |" % (
             name, count["killed"], count["survived"],
-            "%.1f %%" % (100 * count["killed"] / tried) if tried else "-", count["same-code"],
-            count["no-compile"]))
+            "%.1f %%" % (100 * count["killed"] / tried) if tried else "-", count["equivalent"],
+            count["same-code"], count["no-compile"]))
 
 
-def main():
+def read_options():
     parser = argparse.ArgumentParser(usage=__doc__)
     parser.add_argument("build")
     parser.add_argument("out")
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="")
+    parser.add_argument("--list")
     parser.add_argument("--again", action="store_true")
     parser.add_argument("--seconds", type=float, default=1e9)
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--near", type=float, default=1e9)
-    options = parser.parse_args()
+    return parser.parse_args()
+
+
+def choose(options, rows, everything):
+    """Which mutants are tried, each with the test that is to be first, and all rows by key."""
+    listed = read_rows(options.list) if options.list else rows
+    known = {} if options.again else {"\t".join(r[:3]): r for r in rows}
+    if not options.list and not options.again:
+        drawn = everything[:options.count]
+        return [(m, "") for m in drawn if key_of(m) not in known], known
+
+    # rows move with their lines; one of a list says nothing yet
+    chosen = []
+    for number, mutant in find_again(listed, everything).items():
+        row, key = list(listed[number]), key_of(mutant)
+        if known.get(key, ["", "", "", UNTRIED])[3] != UNTRIED:
+            continue
+        if row[3] == "survived" or options.list and row[3] != "equivalent":
+            chosen.append((mutant, row[4]))
+            row[3] = row[3] if options.again else UNTRIED
+        known[key] = key.split("\t") + row[3:]
+    return chosen, known
+
+
+def main():
+    options = read_options()
     os.makedirs(options.out, exist_ok=True)
     record = os.path.join(options.out, "mutants.tsv")
 
     # those of an earlier call are not tried again, or are all that is
-    rows = []
-    if os.path.exists(record):
-        with open(record, encoding="utf-8") as file:
-            rows = [line.rstrip("\n").split("\t") for line in file]
-    mutants = draw(options)
-    total = len(mutants)
-    known = {"\t".join(r[:3]) for r in rows}
-    if options.again:
-        again = {"\t".join(r[:3]) for r in rows if r[3] == "survived"}
-        mutants = [m for m in mutants if key_of(m) in again]
-        rows = [r for r in rows if "\t".join(r[:3]) not in {key_of(m) for m in mutants}]
-    else:
-        mutants = [m for m in mutants[:options.count] if key_of(m) not in known]
+    everything = draw(options)
+    rows = read_rows(record) if os.path.exists(record) else []
+    mutants, rows = choose(options, rows, everything)
 
     bench = Bench(options.build, os.path.join(options.out, "work"))
     seconds = bench.prepare()
@@ -394,24 +474,24 @@ def main():
     end = time.monotonic() + options.seconds
     free = list(range(options.jobs))
 
-    def one(mutant):
+    def one(chosen):
         if time.monotonic() > end:
             return
+        mutant, first = chosen
         with bench.lock:
             slot = free.pop()
-        outcome, test = try_mutant(bench, seconds, mutant, slot, options.near)
+        outcome, test = try_mutant(bench, seconds, mutant, slot, options.near, first)
         row = key_of(mutant).split("\t") + [outcome, test, source_line(mutant)]
         with bench.lock:
             free.append(slot)
-            rows.append(row)
-            with open(record, "w", encoding="utf-8") as file:
-                file.writelines("\t".join(r) + "\n" for r in rows)
+            rows[key_of(mutant)] = row
+            write_rows(record, rows.values())
         if outcome == "survived":
             print("\t".join(row), flush=True)
 
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:
         list(pool.map(one, mutants))
-    summary(rows, total)
+    summary(list(rows.values()), len(everything))
     return 0
 
 

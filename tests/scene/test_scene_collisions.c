@@ -364,15 +364,16 @@ static void cross_edges(const fixture *f, const double at[3], double velocity[3]
 }
 
 static void edges_strike_alike_everywhere(void **context) {
-  const double here[3] = {0, 0, 0}, there[3] = {64, -32, 16};
-  double velocity[2][3];
-  cross_edges(*context, here, velocity[0]);
-  cross_edges(*context, there, velocity[1]);
+  const double places[3][3] = {{0, 0, 0}, {64, -32, 16}, {-64, 32, -16}};
+  double velocity[3][3];
+  for (int n = 0; n < 3; n++)
+    cross_edges(*context, places[n], velocity[n]);
 
   // it is thrown back, and the same way
   print_message("after %.6f %.6f %.6f m/s\n", velocity[0][0], velocity[0][1], velocity[0][2]);
   assert_true(velocity[0][2] > -0.9);
   assert_near3(velocity[0], velocity[1], 1e-6);
+  assert_near3(velocity[0], velocity[2], 1e-6);
 }
 
 /* A wall that moves hits a block at rest: it goes on at (1 + e) times its speed, which the wall
