@@ -20,6 +20,7 @@
 #include "runtime/contact/contact_point.h"
 
 #define DEEPEST 0.5 /* of the thickness: springs push up to here whatever restitution says */
+#define HALFWAY 2.0 /* thicknesses within which two places meet halfway between them */
 #define ALIKE 0.7   /* cosine between the normals of a touch that goes on on another triangle */
 
 double *thrum_pairs_basis(const thrum_pairs_run *run, const thrum_pair_row *row, int side) {
@@ -87,6 +88,16 @@ static const thrum_pair_touching *touch_before(const thrum_pairs_run *run,
   return NULL;
 }
 
+/* Friction that goes on aims at no more than half of what the point slid by in the step before. A
+ * velocity that turns round from step to step is vibration of coordinates that are stiffer than the
+ * step can follow: a point that was let go until it stopped would slide, and then the next. */
+static void steady(thrum_contact_row *row, const double slid[3]) {
+  const double square = thrum_dot3(row->slide, row->slide);
+  const double share = square > 0.0 ? 0.5 * thrum_dot3(slid, row->slide) / square : 0.0;
+  for (int axis = 0; axis < 3; axis++)
+    row->slide[axis] *= fmin(fmax(share, 0.0), 1.0);
+}
+
 /* Goes on from a touch of the last step. */
 static void go_on(thrum_pairs_run *run, thrum_pair_row *row, bool exact) {
   const thrum_pair_touching *before = row->known ? NULL : touch_before(run, row, exact);
@@ -104,6 +115,22 @@ static void go_on(thrum_pairs_run *run, thrum_pair_row *row, bool exact) {
   const double along = thrum_dot3(before->friction, touch->normal);
   for (int axis = 0; axis < 3; axis++)
     touch->friction[axis] = before->friction[axis] - along * touch->normal[axis];
+  steady(&row->row, before->slid);
+}
+
+/* The arm of one side of a row about its body's centre of mass. The force acts halfway between the
+ * two points (contact_pairs_solve.c), so places that are near meet there: with arms to their own
+ * ends, the torque of friction would differ from what is solved for by half of the thickness times
+ * it, in each step. Places that are still far apart do not meet at the middle of their way. */
+static void arm_of(const thrum_pairs_run *run, const thrum_pair_row *row, int side, double arm[3]) {
+  const thrum_contact_run *body = run->view.runs + row->members[side];
+  double apart[3];
+  thrum_subtract3(row->starts[1 - side], row->starts[side], apart);
+  thrum_subtract3(row->starts[side], body->centre, arm);
+  if (sqrt(thrum_dot3(apart, apart)) > HALFWAY * row->thickness)
+    return;
+  for (int axis = 0; axis < 3; axis++)
+    arm[axis] += 0.5 * apart[axis];
 }
 
 /* How the two points answer to a force between them. The levers are those with which the rotations
@@ -117,7 +144,7 @@ static void fill_response(thrum_pairs_run *run, thrum_pair_row *row) {
     const thrum_contact_run *body = run->view.runs + row->members[side];
     double *lever = side == 0 ? of->lever : row->lever;
     double arm[3], response[9];
-    thrum_subtract3(row->starts[side], body->centre, arm);
+    arm_of(run, row, side, arm);
     thrum_point_mean_arm(run->solved ? body->turned : body->unloaded_turn, arm, lever);
     thrum_point_response(body, thrum_pairs_basis(run, row, side), lever, response);
     for (int n = 0; n < 9; n++)
@@ -136,7 +163,7 @@ static void fill_motion(thrum_pairs_run *run, const thrum_pair_row *row, double 
     const thrum_contact_run *body = run->view.runs + row->members[side];
     const double *basis = thrum_pairs_basis(run, row, side), sign = side == 0 ? 1.0 : -1.0;
     double arm[3], lever[3], v[3], d[3];
-    thrum_subtract3(row->starts[side], body->centre, arm);
+    arm_of(run, row, side, arm);
     thrum_point_mean_arm(body->unloaded_turn, arm, lever);
     thrum_point_velocity(body, basis, arm, v);
     thrum_point_unloaded(body, basis, lever, d);

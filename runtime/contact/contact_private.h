@@ -119,6 +119,7 @@ typedef struct thrum_contact_row {
   double slide[3];        /* tangential displacement that friction aims at: 0 to this [m] */
   double seen[3];         /* displacement of the point when its row was last solved [m] */
   double work, rubbed, driven; /* of the step made: on the body, and of the moving obstacle [J] */
+  double slid[3];              /* tangential displacement in it [m] */
   thrum_row_strike strike;
 } thrum_contact_row;
 
