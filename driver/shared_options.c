@@ -200,7 +200,8 @@ const config_option solver_options[] = {
                   AT(solver)),
     OPTION_NUMBER("tolerance", NULL, "0",
                   "of implicit solves, relative; 0 is the integrator's own: 1e-5 for energy, which "
-                  "keeps the energy at any tolerance, and 1e-10 for the others, which do not",
+                  "keeps the energy at any tolerance, 1e-6 for manifold and 1e-10 for the others, "
+                  "which do not",
                   AT(tolerance), CONFIG_RANGE(0, 0.01)),
     OPTION_COUNT("iterations", "50", "of one implicit solve, at most", AT(iterations_max),
                  CONFIG_RANGE(1, 1e6)),

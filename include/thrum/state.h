@@ -202,10 +202,10 @@ typedef struct thrum_state_def {
   double newmark_gamma;
 
   /* Residual at which an implicit solve ends, relative to the step's increment; in [0, 1e-2],
-   * default 0: the integrator's own, 1e-5 for energy and 1e-10 for all others. Larger: fewer
-   * iterations. energy keeps the energy at any tolerance, the others err in each step's energy by
-   * about it; with energy it bounds what the correction carried to the next step leaves, ten times
-   * as much where a step takes one force evaluation (design 7). */
+   * default 0: the integrator's own, 1e-5 for energy, 1e-6 for manifold and 1e-10 for all others.
+   * Larger: fewer iterations. energy keeps the energy at any tolerance, the others err in each
+   * step's energy by about it; with energy it bounds what the correction carried to the
+   * next step leaves, ten times as much where a step takes one force evaluation (design 7). */
   double tolerance;
 
   /* Explicit modes of the rule count; 0 to the model's rank, default 0. Larger: a cheaper step,
