@@ -215,6 +215,30 @@ char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
   return text;
 }
 
+/* Which solver several processes used, and what in memory spoke for it. */
+static void add_solver(cJSON *object, const thrum_solver_use *use) {
+  if (use->room == 0)
+    return;
+  cJSON *row = cJSON_AddObjectToObject(object, "solver");
+  cJSON_AddStringToObject(row, "name", use->solver == THRUM_SOLVER_CG ? "cg" : "factor");
+  if (use->factor_bytes > 0)
+    json_number(row, "factor_mb", use->factor_bytes / 1048576);
+  json_number(row, "cg_mb", use->cg_bytes / 1048576);
+  json_number(row, "room_mb", use->room / 1048576);
+}
+
+static void print_solver(const thrum_solver_use *use) {
+  if (use->room == 0)
+    return;
+  const bool cg = use->solver == THRUM_SOLVER_CG;
+  printf("%-18s%s, about %.0f MB more in a process", "solver",
+         cg ? "conjugate gradients with multigrid" : "factor",
+         (cg ? use->cg_bytes : use->factor_bytes) / 1048576);
+  if (cg && use->factor_bytes > 0)
+    printf(" (a factor: %.0f MB)", use->factor_bytes / 1048576);
+  printf("; %.0f MB were left for it\n", use->room / 1048576);
+}
+
 static void add_seconds(cJSON *object, const precompute_outcome *outcome) {
   static const char *const names[] = {
 #define X(name, text) #name,
@@ -269,6 +293,7 @@ void precompute_print_json(const precompute_outcome *outcome) {
   // size of the eigenproblem and properties of the body
   json_number(object, "free_dofs", (double)result->free_dofs);
   json_number(object, "factor_nonzeros", (double)result->factor_nonzeros);
+  add_solver(object, &result->solver);
   json_number(object, "mass_kg", result->mass);
   json_number(object, "volume_m3", result->volume);
 
@@ -375,6 +400,7 @@ void precompute_print_table(const precompute_outcome *outcome) {
          outcome->mesh->vertex_count, outcome->fixed_count, outcome->mesh->tet_count,
          outcome->mesh->midsides != NULL ? " of ten nodes" : "");
   printf("%-18s%.6g kg, %.6g m^3\n", "body", result->mass, result->volume);
+  print_solver(&result->solver);
 
   // where the basis comes from
   printf("%-18srank %" PRId64, "basis", result->model.rank);

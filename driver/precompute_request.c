@@ -69,7 +69,7 @@ static thrum_status take_error(const config_given *given, void *request) {
 /* In the order of their enums. */
 static const char *const masses[] = {"consistent", "lumped", NULL};
 static const char *const precisions[] = {"double", "single", NULL};
-static const char *const solvers[] = {"factor", "cg", NULL};
+static const char *const solvers[] = {"auto", "factor", "cg", NULL};
 static const char *const checks[] = {"auto", "search", "inertia", NULL};
 
 #define AT(member) CONFIG_AT(precompute_request, member)
@@ -111,7 +111,7 @@ static const config_option options[] = {
                   "how it is checked that no mode was missed; inertia is an exact count by "
                   "MUMPS, where it is built in",
                   AT(options.check)),
-    OPTION_CHOICE("solver", solvers, "factor",
+    OPTION_CHOICE("solver", solvers, "auto: factor where it fits into memory",
                   "of the equations of the whole body: a factor, or conjugate gradients with "
                   "algebraic multigrid, which take less memory; cg is of thrum-mpi",
                   AT(options.solver)),

@@ -44,15 +44,16 @@ static thrum_status set_transformation(body_system *s, EPS eps, thrum_error *err
 
 // a start vector without structure, the same however the body is cut
 static thrum_status set_start(body_system *s, EPS eps, thrum_error *error) {
-  Vec start;
-  double *values;
+  Vec start = NULL;
+  double *values = NULL;
   const body_part *part = s->part;
-  PETSC_TRY(VecDuplicate(s->all, &start));
-  PETSC_TRY(VecGetArray(start, &values));
+  thrum_status status = THRUM_OK;
+  PETSC_THEN(status, VecDuplicate(s->all, &start));
+  PETSC_THEN(status, VecGetArray(start, &values));
 
   // each number is made from that of its component in the whole mesh
   int64_t next = 0;
-  for (int64_t c = 0; c < 3 * part->facts.vertices; c++) {
+  for (int64_t c = 0; c < 3 * part->facts.vertices && status >= 0; c++) {
     if (!part->own[c / 3])
       continue;
     uint64_t state = 3 * (uint64_t)part->vertex[c / 3] + (uint64_t)(c % 3) + 0x9e3779b97f4a7c15u;
@@ -61,30 +62,33 @@ static thrum_status set_start(body_system *s, EPS eps, thrum_error *error) {
     values[next++] = (double)(state >> 11) / 9007199254740992.0 - 0.5;
   }
 
-  PETSC_TRY(VecRestoreArray(start, &values));
-  PETSC_TRY(EPSSetInitialSpace(eps, 1, &start));
-  PETSC_TRY(VecDestroy(&start));
+  PETSC_THEN(status, VecRestoreArray(start, &values));
+  PETSC_THEN(status, EPSSetInitialSpace(eps, 1, &start));
+  VecDestroy(&start);
+  return status;
+}
+
+// rows of one rigid mode: values agree between parts, so those that come last are as good as any
+static thrum_status set_rigid_mode(body_system *s, const double *rigid, Vec rows,
+                                   thrum_error *error) {
+  PETSC_TRY(VecPlaceArray(s->local, rigid));
+  PETSC_TRY(VecScatterBegin(s->spread, s->local, rows, INSERT_VALUES, SCATTER_FORWARD));
+  PETSC_TRY(VecScatterEnd(s->spread, s->local, rows, INSERT_VALUES, SCATTER_FORWARD));
+  PETSC_TRY(VecResetArray(s->local));
   return THRUM_OK;
 }
 
 // keeps the search orthogonal to the rigid modes, whose values are of the part
 static thrum_status set_rigid(body_system *s, const double *rigid, EPS eps, thrum_error *error) {
-  Vec vectors[THRUM_RIGID_COUNT];
   const PetscInt six = THRUM_RIGID_COUNT;
   Vec *space;
   PETSC_TRY(VecDuplicateVecs(s->all, six, &space));
-  for (int n = 0; n < THRUM_RIGID_COUNT; n++) {
-    // values agree between parts, so those that come last are as good as any
-    PETSC_TRY(VecPlaceArray(s->local, rigid + n * s->free_count));
-    PETSC_TRY(VecScatterBegin(s->spread, s->local, space[n], INSERT_VALUES, SCATTER_FORWARD));
-    PETSC_TRY(VecScatterEnd(s->spread, s->local, space[n], INSERT_VALUES, SCATTER_FORWARD));
-    PETSC_TRY(VecResetArray(s->local));
-    vectors[n] = space[n];
-  }
-
-  PETSC_TRY(EPSSetDeflationSpace(eps, six, vectors));
-  PETSC_TRY(VecDestroyVecs(six, &space));
-  return THRUM_OK;
+  thrum_status status = THRUM_OK;
+  for (int n = 0; n < THRUM_RIGID_COUNT; n++)
+    THRUM_THEN(status, set_rigid_mode(s, rigid + n * s->free_count, space[n], error));
+  PETSC_THEN(status, EPSSetDeflationSpace(eps, six, space));
+  VecDestroyVecs(six, &space);
+  return status;
 }
 
 // the eigenpairs that SLEPc found, lowest first
@@ -139,7 +143,7 @@ static thrum_status lowest(void *context, const double *rigid, int64_t count, do
 
 static bool counts(const void *context) {
   const body_system *s = context;
-  return thrum_options_count_wanted(s->check, s->size);
+  return thrum_options_count_wanted(s->options->check, s->size);
 }
 
 // K - shift M, of a free body without its springs
@@ -155,31 +159,53 @@ static thrum_status shifted(const body_system *s, double shift, Mat *matrix, thr
   return THRUM_OK;
 }
 
-static thrum_status count_below(void *context, double shift, int64_t *count, thrum_error *error) {
-  body_system *s = context;
-  Mat matrix, factor;
-  KSP ksp;
-  PC pc;
-  PetscInt negative;
-  THRUM_TRY(shifted(s, shift, &matrix, error));
-  PETSC_TRY(KSPCreate(s->comm, &ksp));
+// a factor of a matrix that need not be positive, by MUMPS
+static thrum_status factorise(Mat matrix, KSP ksp, PC *pc, Mat *factor, thrum_error *error) {
   PETSC_TRY(KSPSetOperators(ksp, matrix, matrix));
   PETSC_TRY(KSPSetType(ksp, KSPPREONLY));
-  PETSC_TRY(KSPGetPC(ksp, &pc));
-  PETSC_TRY(PCSetType(pc, PCCHOLESKY));
-  PETSC_TRY(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
-  PETSC_TRY(PCFactorSetUpMatSolverType(pc));
-  PETSC_TRY(PCFactorGetMatrix(pc, &factor));
+  PETSC_TRY(KSPGetPC(ksp, pc));
+  PETSC_TRY(PCSetType(*pc, PCCHOLESKY));
+  PETSC_TRY(PCFactorSetMatSolverType(*pc, MATSOLVERMUMPS));
+  PETSC_TRY(PCFactorSetUpMatSolverType(*pc));
+  PETSC_TRY(PCFactorGetMatrix(*pc, factor));
 
   // the last pivots are counted too
-  PETSC_TRY(MatMumpsSetIcntl(factor, 13, 1));
-  PETSC_TRY(MatMumpsSetIcntl(factor, 14, 50));
+  PETSC_TRY(MatMumpsSetIcntl(*factor, 13, 1));
+  PETSC_TRY(MatMumpsSetIcntl(*factor, 14, 50));
   PETSC_TRY(KSPSetUp(ksp));
-  PETSC_TRY(MatGetInertia(factor, &negative, NULL, NULL));
-  PETSC_TRY(KSPDestroy(&ksp));
-  PETSC_TRY(MatDestroy(&matrix));
-  *count = negative;
   return THRUM_OK;
+}
+
+// what fails inside MUMPS is told by the preconditioner alone, and its signs then mean nothing
+static thrum_status take_inertia(PC pc, Mat factor, PetscInt *negative, thrum_error *error) {
+  PCFailedReason reason;
+  PETSC_TRY(PCGetFailedReason(pc, &reason));
+  if (reason == PC_FACTOR_OUTMEMORY)
+    return petsc_status(PETSC_ERR_MEM, error);
+  if (reason != PC_NOERROR)
+    return thrum_error_set(error, THRUM_NOT_CONVERGED,
+                           "modes could not be counted, as MUMPS failed (PETSc reason %d): take "
+                           "--check search",
+                           (int)reason);
+  PETSC_TRY(MatGetInertia(factor, negative, NULL, NULL));
+  return THRUM_OK;
+}
+
+static thrum_status count_below(void *context, double shift, int64_t *count, thrum_error *error) {
+  body_system *s = context;
+  Mat matrix = NULL, factor = NULL;
+  KSP ksp = NULL;
+  PC pc = NULL;
+  PetscInt negative = 0;
+  thrum_status status = shifted(s, shift, &matrix, error);
+  PETSC_THEN(status, KSPCreate(s->comm, &ksp));
+  THRUM_THEN(status, factorise(matrix, ksp, &pc, &factor, error));
+  THRUM_THEN(status, take_inertia(pc, factor, &negative, error));
+  KSPDestroy(&ksp);
+  MatDestroy(&matrix);
+  if (status >= 0)
+    *count = negative;
+  return status;
 }
 
 void body_modes_add(thrum_ranks *ranks) {

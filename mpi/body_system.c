@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "mpi/petsc_status.h"
+#include "mpi/solver_choice.h"
 #include "platform/allocate.h"
 
 #define CG_TOLERANCE 1e-12 /* of a residual; models then agree with those of a factor to 1e-8 */
@@ -143,16 +144,18 @@ static thrum_status take(void *context, const thrum_fem *fem, thrum_error *error
 
   // a list of rows for the free components, in their order
   IS list = NULL;
-  int code =
-      ISCreateGeneral(PETSC_COMM_SELF, (PetscInt)s->free_count, rows, PETSC_COPY_VALUES, &list);
+  const PetscInt count = (PetscInt)s->free_count, own = (PetscInt)(3 * s->part->facts.own);
+  thrum_status status = THRUM_OK;
+  PETSC_THEN(status, ISCreateGeneral(PETSC_COMM_SELF, count, rows, PETSC_COPY_VALUES, &list));
   free(rows);
-  PETSC_TRY(code);
-  PETSC_TRY(VecCreateMPI(s->comm, (PetscInt)(3 * s->part->facts.own), PETSC_DETERMINE, &s->all));
-  PETSC_TRY(VecSetBlockSize(s->all, 3));
-  PETSC_TRY(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, (PetscInt)s->free_count, NULL, &s->local));
-  PETSC_TRY(VecScatterCreate(s->local, NULL, s->all, list, &s->spread));
-  PETSC_TRY(ISDestroy(&list));
-  return THRUM_OK;
+
+  // the rows of this process, the components of its part, and the way between them
+  PETSC_THEN(status, VecCreateMPI(s->comm, own, PETSC_DETERMINE, &s->all));
+  PETSC_THEN(status, VecSetBlockSize(s->all, 3));
+  PETSC_THEN(status, VecCreateSeqWithArray(PETSC_COMM_SELF, 1, count, NULL, &s->local));
+  PETSC_THEN(status, VecScatterCreate(s->local, NULL, s->all, list, &s->spread));
+  ISDestroy(&list);
+  return status;
 }
 
 // PETSc's vectors over memory of ours, which an addition only reads
@@ -183,42 +186,42 @@ thrum_status body_system_hand_out(body_system *s, Vec rows, double *values, thru
 
 /* --- the solver ------------------------------------------------------------------------------- */
 
-static thrum_status set_mumps(body_system *s, thrum_error *error) {
+static thrum_status set_mumps(body_system *s, Mat *factor, thrum_error *error) {
   PC pc;
-  Mat factor;
   PETSC_TRY(KSPSetType(s->ksp, KSPPREONLY));
   PETSC_TRY(KSPGetPC(s->ksp, &pc));
   PETSC_TRY(PCSetType(pc, PCCHOLESKY));
   PETSC_TRY(PCFactorSetMatSolverType(pc, MATSOLVERMUMPS));
   PETSC_TRY(PCFactorSetUpMatSolverType(pc));
-  PETSC_TRY(PCFactorGetMatrix(pc, &factor));
+  PETSC_TRY(PCFactorGetMatrix(pc, factor));
 
-  // room for delayed pivots, in percent, and right sides that stay where they are
-  PETSC_TRY(MatMumpsSetIcntl(factor, 14, 50));
+  // room for delayed pivots, in percent
+  PETSC_TRY(MatMumpsSetIcntl(*factor, 14, 50));
   return THRUM_OK;
 }
 
 // the six rigid motions at the vertices that the part owns
 static thrum_status set_near_null_space(body_system *s, thrum_error *error) {
   const body_part *part = s->part;
-  Vec places;
-  MatNullSpace space;
-  double *values;
+  Vec places = NULL;
+  MatNullSpace space = NULL;
+  double *values = NULL;
 
   // the places of these vertices, by rows
-  PETSC_TRY(VecDuplicate(s->all, &places));
-  PETSC_TRY(VecGetArray(places, &values));
-  for (int64_t n = 0, next = 0; n < part->facts.vertices; n++)
+  thrum_status status = THRUM_OK;
+  PETSC_THEN(status, VecDuplicate(s->all, &places));
+  PETSC_THEN(status, VecGetArray(places, &values));
+  for (int64_t n = 0, next = 0; n < part->facts.vertices && status >= 0; n++)
     if (part->own[n])
       memcpy(values + 3 * next++, part->mesh.vertices + 3 * n, 3 * sizeof *values);
-  PETSC_TRY(VecRestoreArray(places, &values));
+  PETSC_THEN(status, VecRestoreArray(places, &values));
 
   // from them PETSc makes shifts and turns
-  PETSC_TRY(MatNullSpaceCreateRigidBody(places, &space));
-  PETSC_TRY(MatSetNearNullSpace(s->stiffness, space));
-  PETSC_TRY(MatNullSpaceDestroy(&space));
-  PETSC_TRY(VecDestroy(&places));
-  return THRUM_OK;
+  PETSC_THEN(status, MatNullSpaceCreateRigidBody(places, &space));
+  PETSC_THEN(status, MatSetNearNullSpace(s->stiffness, space));
+  MatNullSpaceDestroy(&space);
+  VecDestroy(&places);
+  return status;
 }
 
 static thrum_status set_gradients(body_system *s, thrum_error *error) {
@@ -231,19 +234,28 @@ static thrum_status set_gradients(body_system *s, thrum_error *error) {
   return THRUM_OK;
 }
 
+// a factor is planned, unless conjugate gradients were asked for, and may prove too large
+static thrum_status set_solver(body_system *s, thrum_error *error) {
+  Mat factor = NULL;
+  if (s->options->solver != THRUM_SOLVER_CG)
+    THRUM_TRY(set_mumps(s, &factor, error));
+  THRUM_TRY(solver_choose(s, factor, error));
+  return s->use.solver == THRUM_SOLVER_CG ? set_gradients(s, error) : THRUM_OK;
+}
+
 // what the factor holds, once it is there
 static thrum_status count_nonzeros(body_system *s, thrum_error *error) {
   PC pc;
   Mat factor;
   PetscInt millions;
-  if (s->solver == THRUM_SOLVER_CG)
+  if (s->use.solver == THRUM_SOLVER_CG)
     return THRUM_OK;
   PETSC_TRY(KSPGetPC(s->ksp, &pc));
   PETSC_TRY(PCFactorGetMatrix(pc, &factor));
 
   // MUMPS gives millions as a negative number where an int would not hold the count
   PETSC_TRY(MatMumpsGetInfog(factor, 29, &millions));
-  s->nonzeros = millions < 0 ? -1e6 * millions : millions;
+  s->use.nonzeros = millions < 0 ? -1e6 * millions : millions;
   return THRUM_OK;
 }
 
@@ -266,7 +278,7 @@ static thrum_status prepare(void *context, const thrum_sparse *stiffness, const 
   THRUM_TRY(make_matrices(s, stiffness, mass, error));
   PETSC_TRY(KSPCreate(s->comm, &s->ksp));
   PETSC_TRY(KSPSetOperators(s->ksp, s->stiffness, s->stiffness));
-  THRUM_TRY(s->solver == THRUM_SOLVER_CG ? set_gradients(s, error) : set_mumps(s, error));
+  THRUM_TRY(set_solver(s, error));
 
   // who knows PETSc may change what is set here, by -thrum_ksp_... in PETSC_OPTIONS
   PETSC_TRY(KSPSetOptionsPrefix(s->ksp, "thrum_"));
@@ -303,19 +315,14 @@ static thrum_status solve_column(body_system *s, const double *right, double *so
   thrum_status status = body_system_add(s, right, s->all, error);
   THRUM_THEN(status, body_system_solve_rows(s, s->all, answer, error));
   THRUM_THEN(status, body_system_hand_out(s, answer, solution, error));
-  PETSC_TRY(VecDestroy(&answer));
+  VecDestroy(&answer);
   return status;
 }
 
-// a block of columns, which a factor takes together
-static thrum_status solve_block(body_system *s, const double *right, PetscInt columns,
-                                double *solution, thrum_error *error) {
-  Mat rights, answers;
+// the columns of a block, their solution by the factor, and back
+static thrum_status solve_columns(body_system *s, const double *right, PetscInt columns, Mat rights,
+                                  Mat answers, double *solution, thrum_error *error) {
   Vec column;
-  PetscInt rows;
-  PETSC_TRY(VecGetLocalSize(s->all, &rows));
-  PETSC_TRY(MatCreateDense(s->comm, rows, PETSC_DECIDE, PETSC_DETERMINE, columns, NULL, &rights));
-  PETSC_TRY(MatDuplicate(rights, MAT_DO_NOT_COPY_VALUES, &answers));
   for (PetscInt c = 0; c < columns; c++) {
     PETSC_TRY(MatDenseGetColumnVecWrite(rights, c, &column));
     THRUM_TRY(body_system_add(s, right + c * s->free_count, column, error));
@@ -330,15 +337,29 @@ static thrum_status solve_block(body_system *s, const double *right, PetscInt co
     THRUM_TRY(body_system_hand_out(s, column, solution + c * s->free_count, error));
     PETSC_TRY(MatDenseRestoreColumnVecRead(answers, c, &column));
   }
-  PETSC_TRY(MatDestroy(&rights));
-  PETSC_TRY(MatDestroy(&answers));
   return THRUM_OK;
+}
+
+// a block of columns, which a factor takes together
+static thrum_status solve_block(body_system *s, const double *right, PetscInt columns,
+                                double *solution, thrum_error *error) {
+  Mat rights = NULL, answers = NULL;
+  PetscInt rows;
+  thrum_status status = THRUM_OK;
+  PETSC_THEN(status, VecGetLocalSize(s->all, &rows));
+  PETSC_THEN(status,
+             MatCreateDense(s->comm, rows, PETSC_DECIDE, PETSC_DETERMINE, columns, NULL, &rights));
+  PETSC_THEN(status, MatDuplicate(rights, MAT_DO_NOT_COPY_VALUES, &answers));
+  THRUM_THEN(status, solve_columns(s, right, columns, rights, answers, solution, error));
+  MatDestroy(&rights);
+  MatDestroy(&answers);
+  return status;
 }
 
 static thrum_status solve(void *context, const double *right, int64_t columns, double *solution,
                           thrum_error *error) {
   body_system *s = context;
-  if (s->solver != THRUM_SOLVER_CG && columns > 1)
+  if (s->use.solver != THRUM_SOLVER_CG && columns > 1)
     return solve_block(s, right, (PetscInt)columns, solution, error);
   for (int64_t c = 0; c < columns; c++)
     THRUM_TRY(solve_column(s, right + c * s->free_count, solution + c * s->free_count, error));
@@ -378,17 +399,14 @@ static double norm(void *context, const double *x) {
   return sqrt(square);
 }
 
-static double nonzeros(const void *context) {
-  return ((const body_system *)context)->nonzeros;
+static thrum_solver_use solver_use(const void *context) {
+  return ((const body_system *)context)->use;
 }
 
 body_system body_system_begin(MPI_Comm comm, const body_part *part,
                               const thrum_precompute_options *options) {
-  return (body_system){.comm = comm,
-                       .part = part,
-                       .check = options->check,
-                       .solver = options->solver,
-                       .size = part->facts.free_count};
+  return (body_system){
+      .comm = comm, .part = part, .options = options, .size = part->facts.free_count};
 }
 
 void body_system_free(body_system *s) {
@@ -414,5 +432,5 @@ thrum_ranks body_system_ranks(body_system *s) {
                        .norm = norm,
                        .prepare = prepare,
                        .solve = solve,
-                       .nonzeros = nonzeros};
+                       .solver_use = solver_use};
 }

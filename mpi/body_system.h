@@ -18,9 +18,9 @@
 typedef struct body_system {
   MPI_Comm comm;
   const body_part *part;
-  thrum_check check; /* how it is made sure that no mode is missing */
-  thrum_solver solver;
-  int64_t size; /* free components of the whole body, of the part: */
+  const thrum_precompute_options *options;
+  thrum_solver_use use; /* the solver, once it is chosen */
+  int64_t size;         /* free components of the whole body, of the part: */
   int64_t free_count;
   const int32_t *component; /* free_count, of the part's fem */
   Mat stiffness, mass;
@@ -28,11 +28,10 @@ typedef struct body_system {
   Vec all, local;      /* rows of this process, and the free components of its part */
   VecScatter spread;   /* from local to all */
   double typical;      /* stiffness of a held component and of a spring */
-  double nonzeros;     /* of the factor */
   thrum_error failure; /* of a solve that SLEPc asked for; status 0: none */
 } body_system;
 
-/* An empty system of a part; both must stay. */
+/* An empty system of a part; all must stay. */
 body_system body_system_begin(MPI_Comm comm, const body_part *part,
                               const thrum_precompute_options *options);
 void body_system_free(body_system *system); /* leaves it empty */

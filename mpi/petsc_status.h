@@ -15,4 +15,14 @@ thrum_status petsc_status(int code, thrum_error *error);
       return petsc_status(petsc_code_, error);                                                     \
   } while (0)
 
+/* The same for who has something to free, as THRUM_THEN. */
+#define PETSC_THEN(status, call)                                                                   \
+  do {                                                                                             \
+    if ((status) >= 0) {                                                                           \
+      const int petsc_code_ = (int)(call);                                                         \
+      if (petsc_code_ != 0)                                                                        \
+        (status) = petsc_status(petsc_code_, error);                                               \
+    }                                                                                              \
+  } while (0)
+
 #endif

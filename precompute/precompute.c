@@ -189,6 +189,8 @@ static thrum_status run_factor(pipeline *p, const thrum_reporter *reporter, thru
   THRUM_TRY(p->ranks ? share_factor(p, error) : factorise(p, error));
   p->result.factor_nonzeros = thrum_factor_nonzeros(p->factor);
   p->result.flops[THRUM_STAGE_factor] = thrum_factor_flops(p->factor);
+  if (p->ranks)
+    p->result.solver = p->ranks->solver_use(p->ranks->context);
 
   // solves keep to the complement of the rigid modes
   if (p->rigid)

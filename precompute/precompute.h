@@ -43,10 +43,11 @@ typedef struct thrum_precomputed {
   double single_error; /* of options.single: relative error of R, see single_precision.c; else 0 */
   int64_t free_dofs;
   int64_t factor_nonzeros;
-  double mass;           /* [kg] */
-  double volume;         /* [m^3] */
-  int64_t rigid_count;   /* 6 for a free body, whose rigid modes are model.rigid; else 0 */
-  double rigid_residual; /* largest |K z| / (|K| |z|) of them */
+  thrum_solver_use solver; /* of several processes; else zeros */
+  double mass;             /* [kg] */
+  double volume;           /* [m^3] */
+  int64_t rigid_count;     /* 6 for a free body, whose rigid modes are model.rigid; else 0 */
+  double rigid_residual;   /* largest |K z| / (|K| |z|) of them */
 
   /* The cost of each stage. */
   double seconds[THRUM_STAGE_COUNT];

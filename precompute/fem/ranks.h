@@ -20,8 +20,20 @@
 
 #include "thrum/status.h"
 
+#include "precompute/options/precompute_options.h"
+
 struct thrum_fem;
 struct thrum_sparse;
+
+/* The solver that several processes use, and why. Bytes are what it adds in one process, by an
+ * estimate; those of the process with the least to spare for the factor. Zeros: one process alone.
+ */
+typedef struct thrum_solver_use {
+  thrum_solver solver;
+  double nonzeros; /* of the factor of the whole body; 0: there is none */
+  double factor_bytes, cg_bytes;
+  double room; /* bytes that this process may take */
+} thrum_solver_use;
 
 typedef struct thrum_ranks {
   int64_t size;          /* n of the whole body, free components */
@@ -59,7 +71,9 @@ typedef struct thrum_ranks {
   /* Whether eigenvalues can be counted, and how many of K x = s M x lie below a shift. */
   bool (*counts)(const void *context);
   thrum_status (*count_below)(void *context, double shift, int64_t *count, thrum_error *error);
-  double (*nonzeros)(const void *context); /* of the factor of the whole body; 0: there is none */
+
+  /* What `prepare` chose. */
+  thrum_solver_use (*solver_use)(const void *context);
 } thrum_ranks;
 
 void thrum_ranks_sum(const thrum_ranks *ranks, double *numbers, int64_t count);

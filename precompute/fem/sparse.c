@@ -279,7 +279,7 @@ thrum_status thrum_factor_solve_roughly(thrum_factor *factor, const double *righ
 
 int64_t thrum_factor_nonzeros(const thrum_factor *factor) {
   if (factor->ranks)
-    return (int64_t)factor->ranks->nonzeros(factor->ranks->context);
+    return (int64_t)factor->ranks->solver_use(factor->ranks->context).nonzeros;
   return (int64_t)factor->factor->xsize;
 }
 

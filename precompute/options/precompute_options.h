@@ -15,13 +15,14 @@ typedef enum thrum_mass { THRUM_MASS_CONSISTENT = 0, THRUM_MASS_LUMPED = 1 } thr
 typedef enum thrum_check { THRUM_CHECK_AUTO, THRUM_CHECK_SEARCH, THRUM_CHECK_INERTIA } thrum_check;
 
 /* How K x = f is solved: by a factor, or by conjugate gradients with algebraic multigrid, which
- * take less memory and are there where several processes share the work (mpi/README.md). */
-typedef enum thrum_solver { THRUM_SOLVER_FACTOR, THRUM_SOLVER_CG } thrum_solver;
+ * take less memory and are there where processes share the work (mpi/README.md). AUTO is a factor
+ * where it fits into memory, and always one without such processes. */
+typedef enum thrum_solver { THRUM_SOLVER_AUTO, THRUM_SOLVER_FACTOR, THRUM_SOLVER_CG } thrum_solver;
 
 /* The stages, in order; they do not overlap. X(name, text) */
 #define THRUM_STAGE_LIST(X)                                                                        \
   X(assemble, "stiffness and mass")                                                                \
-  X(factor, "sparse Cholesky")                                                                     \
+  X(factor, "stiffness solver")                                                                    \
   X(modes, "linear modes")                                                                         \
   X(derivatives, "modal derivatives")                                                              \
   X(basis, "mass-PCA basis")                                                                       \
@@ -84,7 +85,7 @@ typedef struct thrum_precompute_options {
    * more points (11, 14, 24, then (order / 2 + 1)^3). */
   int quadrature_order;
 
-  thrum_solver solver; /* default THRUM_SOLVER_FACTOR */
+  thrum_solver solver; /* default THRUM_SOLVER_AUTO */
 
   /* How it is checked that no mode was missed; default THRUM_CHECK_AUTO. */
   thrum_check check;

@@ -136,6 +136,27 @@ def check_refusals(programs, folder):
     return "6 refusals"
 
 
+def check_memory(programs, folder):
+    """A solver that does not fit is refused before it is made, and `auto` then tries the other."""
+    model = os.path.join(folder, "model.npz")
+    block = ["precompute", "beam:24x8x8@1x0.25x0.25", *HELD, "--modes", "1", "--rank", "1", "-o", model]
+    result = programs.together(2, [*block, "--memory", "4000", "--json"])
+    demand(result.returncode == 0, result.stderr)
+    use = json.loads(result.stdout)["solver"]
+    demand(use["name"] == "factor" and use["cg_mb"] < use["factor_mb"] < use["room_mb"], f"{use}")
+    os.remove(model)
+
+    # what a process holds without a solver, and half of what each solver takes on top
+    held = 4000 - use["room_mb"]
+    for solver, words, room in (("factor", "--solver cg", 0.5 * use["factor_mb"]),
+                                ("auto", "the multigrid would take", 0.2 * use["cg_mb"])):
+        result = programs.together(2, [*block, "--memory", f"{held + room:.0f}", "--solver", solver])
+        demand(result.returncode == 1, f"{solver}: exit {result.returncode}: {result.stderr}")
+        demand(words in result.stderr and "use about" in result.stderr, result.stderr)
+    demand(not os.listdir(folder), "a model was written")
+    return f"a factor of {use['factor_mb']:.0f} MB, a multigrid of {use['cg_mb']:.0f} MB"
+
+
 def check_control(programs, folder):
     """Without the multigrid conjugate gradients do not come to their end in the steps they have."""
     model = os.path.join(folder, "model.npz")
@@ -184,7 +205,7 @@ def main(arguments):
         return 2
     programs, failed = Programs(*arguments[:3]), 0
     checks = {name: lambda p, f, c=case: check_case(p, f, *c) for name, case in CASES.items()}
-    checks.update({"refusals": check_refusals, "no preconditioner": check_control,
+    checks.update({"refusals": check_refusals, "memory": check_memory, "no preconditioner": check_control,
                    "a killed process": check_killed})
     for name in arguments[3:] or checks:
         with tempfile.TemporaryDirectory() as folder:

@@ -119,7 +119,7 @@ static void a_signal_in_a_stage_leaves_no_file(void **state) {
   static const char *const none[4] = {NULL};
   stop_in_stage(large, "stiffness and mass", nothing, none);
   // one long call of a library
-  stop_in_stage(large, "sparse Cholesky", nothing, none);
+  stop_in_stage(large, "stiffness solver", nothing, none);
 
   // a training goes on with the runs that it has kept, here in the folder itself
   const char *const kept[4] = {"--train=gravity:0,0,-1", "--train-time=1000", "--keep-runs",

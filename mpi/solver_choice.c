@@ -1,0 +1,116 @@
+/* The choice of a solver by memory, see solver_choice.h. What the factor takes is MUMPS's own
+ * estimate after its analysis, which is exact for its plan. What the multigrid takes follows from
+ * the entries of the matrix by a measured share (docs/scale.md).
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "mpi/solver_choice.h"
+
+#include <math.h>
+
+#include "mpi/petsc_status.h"
+#include "platform/memory_limit.h"
+#include "precompute/fem/sparse.h"
+#include "precompute/options_check.h"
+
+#define MARGIN 1.05         /* heap and buffers that are not counted one by one */
+#define MULTIGRID_SHARE 3.0 /* of the matrix: coarse matrices, interpolations, their products */
+#define ENTRY_BYTES 12.0    /* a number and its column */
+#define MORE_PROCESSES 1.3  /* as parts share vertices, and fronts are not cut evenly */
+
+// modes, derivatives and the blocks that are solved together: any solver has them beside it
+static double column_bytes(const body_system *s) {
+  const double shapes = (double)thrum_options_shapes(s->options);
+  const double columns = shapes + shapes * (shapes + 1) / 2 + 6 * THRUM_SOLVE_BLOCK;
+  return 8 * columns * (double)s->free_count;
+}
+
+// bytes that this process may still take: the limit of one process, or its share of its machine
+static double room_here(const body_system *s) {
+  if (s->options->memory_limit > 0)
+    return fmax(0, s->options->memory_limit - thrum_memory_resident());
+  MPI_Comm machine;
+  int beside;
+  MPI_Comm_split_type(s->comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
+  MPI_Comm_size(machine, &beside);
+  MPI_Comm_free(&machine);
+  return thrum_memory_available(NULL) / beside;
+}
+
+// the plan of the factor, which MUMPS keeps for the factor itself
+static thrum_status plan_factor(const body_system *s, Mat factor, double *bytes,
+                                thrum_error *error) {
+  MatFactorInfo info;
+  PetscInt megabytes;
+  PETSC_TRY(MatFactorInfoInitialize(&info));
+  PETSC_TRY(MatCholeskyFactorSymbolic(factor, s->stiffness, NULL, &info));
+  PETSC_TRY(MatMumpsGetInfo(factor, 15, &megabytes));
+  *bytes = 1e6 * (double)megabytes;
+  return THRUM_OK;
+}
+
+static thrum_status estimate_here(const body_system *s, Mat factor, thrum_solver_use *use,
+                                  thrum_error *error) {
+  MatInfo entries;
+  PETSC_TRY(MatGetInfo(s->stiffness, MAT_LOCAL, &entries));
+  const double columns = column_bytes(s);
+  use->room = room_here(s);
+  use->cg_bytes = MARGIN * (MULTIGRID_SHARE * ENTRY_BYTES * entries.nz_used + columns);
+  if (factor == NULL)
+    return THRUM_OK;
+  THRUM_TRY(plan_factor(s, factor, &use->factor_bytes, error));
+  use->factor_bytes = MARGIN * (use->factor_bytes + columns);
+  return THRUM_OK;
+}
+
+// the estimate of the process that lacks most for a solver
+static thrum_solver_use worst_of(const body_system *s, const thrum_solver_use *here,
+                                 thrum_solver solver) {
+  struct {
+    double lacking;
+    int rank;
+  } worst = {(solver == THRUM_SOLVER_CG ? here->cg_bytes : here->factor_bytes) - here->room, 0};
+  thrum_solver_use use = *here;
+  MPI_Comm_rank(s->comm, &worst.rank);
+  MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, s->comm);
+  MPI_Bcast(&use, (int)sizeof use, MPI_BYTE, worst.rank, s->comm);
+  use.solver = solver;
+  return use;
+}
+
+static bool fits(const thrum_solver_use *use) {
+  return (use->solver == THRUM_SOLVER_CG ? use->cg_bytes : use->factor_bytes) <= use->room;
+}
+
+// how many processes with as much room as this one would do
+static thrum_status refuse(const body_system *s, const thrum_solver_use *use, thrum_error *error) {
+  int processes;
+  MPI_Comm_size(s->comm, &processes);
+  const bool factor = use->solver == THRUM_SOLVER_FACTOR;
+  const double bytes = factor ? use->factor_bytes : use->cg_bytes;
+  const double parts = ceil(MORE_PROCESSES * processes * bytes / fmax(use->room, 1048576));
+  return thrum_error_set(
+      error, THRUM_OUT_OF_MEMORY,
+      "%s would take about %.0f MB more in one of %d processes, and %.0f MB are left for it: "
+      "use about %.0f processes with as much each%s",
+      factor ? "the factor" : "the multigrid", bytes / 1048576, processes, use->room / 1048576,
+      parts, factor ? ", or --solver cg" : ", or a coarser mesh");
+}
+
+thrum_status solver_choose(body_system *s, Mat factor, thrum_error *error) {
+  const thrum_solver asked = s->options->solver;
+  thrum_solver_use here = {0};
+  THRUM_TRY(estimate_here(s, factor, &here, error));
+
+  // `auto` takes the factor where every process has room for it
+  s->use = worst_of(s, &here, asked == THRUM_SOLVER_CG ? THRUM_SOLVER_CG : THRUM_SOLVER_FACTOR);
+  if (fits(&s->use))
+    return THRUM_OK;
+  if (asked != THRUM_SOLVER_AUTO)
+    return refuse(s, &s->use, error);
+
+  // what the factor would have taken is said with the figures of the process that lacks most
+  const double factor_bytes = s->use.factor_bytes;
+  s->use = worst_of(s, &here, THRUM_SOLVER_CG);
+  s->use.factor_bytes = factor_bytes;
+  return fits(&s->use) ? THRUM_OK : refuse(s, &s->use, error);
+}
