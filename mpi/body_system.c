@@ -236,10 +236,10 @@ static thrum_status set_gradients(body_system *s, thrum_error *error) {
 
 // a factor is planned, unless conjugate gradients were asked for, and may prove too large
 static thrum_status set_solver(body_system *s, thrum_error *error) {
-  Mat factor = NULL;
+  solver_choice choice = {s->comm, s->options, s->free_count, s->stiffness, NULL};
   if (s->options->solver != THRUM_SOLVER_CG)
-    THRUM_TRY(set_mumps(s, &factor, error));
-  THRUM_TRY(solver_choose(s, factor, error));
+    THRUM_TRY(set_mumps(s, &choice.factor, error));
+  THRUM_TRY(solver_choose(&choice, &s->use, error));
   return s->use.solver == THRUM_SOLVER_CG ? set_gradients(s, error) : THRUM_OK;
 }
 

@@ -18,61 +18,60 @@
 #define MORE_PROCESSES 1.3  /* as parts share vertices, and fronts are not cut evenly */
 
 // modes, derivatives and the blocks that are solved together: any solver has them beside it
-static double column_bytes(const body_system *s) {
-  const double shapes = (double)thrum_options_shapes(s->options);
+static double column_bytes(const solver_choice *c) {
+  const double shapes = (double)thrum_options_shapes(c->options);
   const double columns = shapes + shapes * (shapes + 1) / 2 + 6 * THRUM_SOLVE_BLOCK;
-  return 8 * columns * (double)s->free_count;
+  return 8 * columns * (double)c->free_count;
 }
 
 // bytes that this process may still take: the limit of one process, or its share of its machine
-static double room_here(const body_system *s) {
-  if (s->options->memory_limit > 0)
-    return fmax(0, s->options->memory_limit - thrum_memory_resident());
+static double room_here(const solver_choice *c) {
+  if (c->options->memory_limit > 0)
+    return fmax(0, c->options->memory_limit - thrum_memory_resident());
   MPI_Comm machine;
   int beside;
-  MPI_Comm_split_type(s->comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
+  MPI_Comm_split_type(c->comm, MPI_COMM_TYPE_SHARED, 0, MPI_INFO_NULL, &machine);
   MPI_Comm_size(machine, &beside);
   MPI_Comm_free(&machine);
   return thrum_memory_available(NULL) / beside;
 }
 
 // the plan of the factor, which MUMPS keeps for the factor itself
-static thrum_status plan_factor(const body_system *s, Mat factor, double *bytes,
-                                thrum_error *error) {
+static thrum_status plan_factor(const solver_choice *c, double *bytes, thrum_error *error) {
   MatFactorInfo info;
   PetscInt megabytes;
   PETSC_TRY(MatFactorInfoInitialize(&info));
-  PETSC_TRY(MatCholeskyFactorSymbolic(factor, s->stiffness, NULL, &info));
-  PETSC_TRY(MatMumpsGetInfo(factor, 15, &megabytes));
+  PETSC_TRY(MatCholeskyFactorSymbolic(c->factor, c->stiffness, NULL, &info));
+  PETSC_TRY(MatMumpsGetInfo(c->factor, 15, &megabytes));
   *bytes = 1e6 * (double)megabytes;
   return THRUM_OK;
 }
 
-static thrum_status estimate_here(const body_system *s, Mat factor, thrum_solver_use *use,
+static thrum_status estimate_here(const solver_choice *c, thrum_solver_use *use,
                                   thrum_error *error) {
   MatInfo entries;
-  PETSC_TRY(MatGetInfo(s->stiffness, MAT_LOCAL, &entries));
-  const double columns = column_bytes(s);
-  use->room = room_here(s);
+  PETSC_TRY(MatGetInfo(c->stiffness, MAT_LOCAL, &entries));
+  const double columns = column_bytes(c);
+  use->room = room_here(c);
   use->cg_bytes = MARGIN * (MULTIGRID_SHARE * ENTRY_BYTES * entries.nz_used + columns);
-  if (factor == NULL)
+  if (c->factor == NULL)
     return THRUM_OK;
-  THRUM_TRY(plan_factor(s, factor, &use->factor_bytes, error));
+  THRUM_TRY(plan_factor(c, &use->factor_bytes, error));
   use->factor_bytes = MARGIN * (use->factor_bytes + columns);
   return THRUM_OK;
 }
 
 // the estimate of the process that lacks most for a solver
-static thrum_solver_use worst_of(const body_system *s, const thrum_solver_use *here,
+static thrum_solver_use worst_of(const solver_choice *c, const thrum_solver_use *here,
                                  thrum_solver solver) {
   struct {
     double lacking;
     int rank;
   } worst = {(solver == THRUM_SOLVER_CG ? here->cg_bytes : here->factor_bytes) - here->room, 0};
   thrum_solver_use use = *here;
-  MPI_Comm_rank(s->comm, &worst.rank);
-  MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, s->comm);
-  MPI_Bcast(&use, (int)sizeof use, MPI_BYTE, worst.rank, s->comm);
+  MPI_Comm_rank(c->comm, &worst.rank);
+  MPI_Allreduce(MPI_IN_PLACE, &worst, 1, MPI_DOUBLE_INT, MPI_MAXLOC, c->comm);
+  MPI_Bcast(&use, (int)sizeof use, MPI_BYTE, worst.rank, c->comm);
   use.solver = solver;
   return use;
 }
@@ -82,9 +81,10 @@ static bool fits(const thrum_solver_use *use) {
 }
 
 // how many processes with as much room as this one would do
-static thrum_status refuse(const body_system *s, const thrum_solver_use *use, thrum_error *error) {
+static thrum_status refuse(const solver_choice *c, const thrum_solver_use *use,
+                           thrum_error *error) {
   int processes;
-  MPI_Comm_size(s->comm, &processes);
+  MPI_Comm_size(c->comm, &processes);
   const bool factor = use->solver == THRUM_SOLVER_FACTOR;
   const double bytes = factor ? use->factor_bytes : use->cg_bytes;
   const double parts = ceil(MORE_PROCESSES * processes * bytes / fmax(use->room, 1048576));
@@ -96,21 +96,21 @@ static thrum_status refuse(const body_system *s, const thrum_solver_use *use, th
       parts, factor ? ", or --solver cg" : ", or a coarser mesh");
 }
 
-thrum_status solver_choose(body_system *s, Mat factor, thrum_error *error) {
-  const thrum_solver asked = s->options->solver;
+thrum_status solver_choose(const solver_choice *c, thrum_solver_use *use, thrum_error *error) {
+  const thrum_solver asked = c->options->solver;
   thrum_solver_use here = {0};
-  THRUM_TRY(estimate_here(s, factor, &here, error));
+  THRUM_TRY(estimate_here(c, &here, error));
 
   // `auto` takes the factor where every process has room for it
-  s->use = worst_of(s, &here, asked == THRUM_SOLVER_CG ? THRUM_SOLVER_CG : THRUM_SOLVER_FACTOR);
-  if (fits(&s->use))
+  *use = worst_of(c, &here, asked == THRUM_SOLVER_CG ? THRUM_SOLVER_CG : THRUM_SOLVER_FACTOR);
+  if (fits(use))
     return THRUM_OK;
   if (asked != THRUM_SOLVER_AUTO)
-    return refuse(s, &s->use, error);
+    return refuse(c, use, error);
 
   // what the factor would have taken is said with the figures of the process that lacks most
-  const double factor_bytes = s->use.factor_bytes;
-  s->use = worst_of(s, &here, THRUM_SOLVER_CG);
-  s->use.factor_bytes = factor_bytes;
-  return fits(&s->use) ? THRUM_OK : refuse(s, &s->use, error);
+  const double factor_bytes = use->factor_bytes;
+  *use = worst_of(c, &here, THRUM_SOLVER_CG);
+  use->factor_bytes = factor_bytes;
+  return fits(use) ? THRUM_OK : refuse(c, use, error);
 }
