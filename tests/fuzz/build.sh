@@ -30,7 +30,7 @@ plain) flags="$flags -O2" plain=$flags followed=-fsanitize-coverage=inline-8bit-
 covered) flags="$flags -fprofile-instr-generate -fcoverage-mapping" ;;
 esac
 mesh_sources="mesh/*.c mesh/formats/*.c io/text.c io/file.c"
-mesh_sources="$mesh_sources platform/interrupt.c runtime/base/quadratic_tet.c runtime/base/status.c"
+mesh_sources="$mesh_sources platform/interrupt.c platform/allocate.c runtime/base/quadratic_tet.c runtime/base/status.c"
 
 # patterns of sources are those of this tree, wherever the script is called
 cd "$source"
