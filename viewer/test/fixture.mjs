@@ -67,6 +67,9 @@ export const launch = () => chromium.launch({
 export async function open(browser, url, options = {}) {
   const page = await browser.newPage({ viewport: VIEWPORT, ...options });
   page.complaints = [];
+
+  // a busy machine draws the page in software for as long as this
+  page.setDefaultNavigationTimeout(120_000);
   page.on('pageerror', (error) => page.complaints.push(error.message));
   page.on('console', (message) => {
     if (message.type() === 'error') page.complaints.push(message.text());
