@@ -346,10 +346,11 @@ static void cross_edges(const fixture *f, const double at[3], double velocity[3]
   MUST(thrum_scene_make(0.002, &scene, &failure));
   collide(scene, 0.3, 0.5);
 
-  // both stand on an edge; 0.01 m are between the two
-  thrum_scene_body_def below = def_of(&f->block, at[0], at[1], at[2], 1e4);
+  // both stand on an edge, with their middles, 0.1 m along x in the mesh, one above the other but
+  // for 0.02 and 0.03 m; 0.01 m are between the edges
+  thrum_scene_body_def below = def_of(&f->block, at[0] - 0.1, at[1], at[2], 1e4);
   thrum_scene_body_def above =
-      def_of(&f->block, at[0] + 0.02, at[1] + 0.03, at[2] + 0.4 * half + 0.01, 1e4);
+      def_of(&f->block, at[0] + 0.02 - 0.1 * half, at[1] + 0.03, at[2] + 0.5 * half + 0.01, 1e4);
   below.rotation[0] = above.rotation[0] = cos(eighth);
   below.rotation[1] = above.rotation[2] = sin(eighth);
   above.velocity[2] = -1;
