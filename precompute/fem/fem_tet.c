@@ -34,7 +34,7 @@ static void add_plastic(const double *plastic, double g[3]) {
     g[d] += more[d];
 }
 
-void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet) {
+void thrum_tet_place(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet) {
   const int nodes = fem->node_count;
   const int32_t *node = fem->nodes + nodes * t;
   const int32_t region = fem->tet_region[t];
@@ -64,6 +64,11 @@ void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, t
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++)
       tet->deformation[c][d] = g[c][d] + (c == d ? 1 : 0);
+}
+
+void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet) {
+  double(*g)[3] = tet->displacement;
+  thrum_tet_place(fem, t, p, u, tet);
 
   // other laws answer for the first stress
   if (tet->law != THRUM_LAW_STVK) {

@@ -16,7 +16,11 @@ typedef struct thrum_tet {
   double gradient[THRUM_FEM_NODES_MAX][3]; /* of the shape functions; F_p^-T times that */
 } thrum_tet;
 
-/* Point p of tet `t` under the displacement u of all components; NULL: at rest. */
+/* Point p of tet `t` under the displacement u of all components, but for stress and energy; NULL:
+ * at rest. */
+void thrum_tet_place(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet);
+
+/* The same with both. */
 void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet);
 
 /* traction = F S g of a gradient g; of other laws P g. The force on a node, for its shape function,

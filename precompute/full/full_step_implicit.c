@@ -28,15 +28,8 @@
 #define FLOOR (4 * DBL_EPSILON) /* of the increment and the displacement */
 #define STALLED 1e-12 /* of the increment: rounding may keep a step from being solved better */
 
-/* Puts F-bar and S-bar, the means of both ends, into `to`; of other laws than Saint
- * Venant-Kirchhoff's P-bar. */
-static void take_means(thrum_tet *from, thrum_tet *to) {
-  if (to->law != THRUM_LAW_STVK) {
-    thrum_law_mean_stress(to->law, to->lambda, to->mu, from->displacement, to->displacement,
-                          to->stress);
-    return;
-  }
-
+/* F-bar and S-bar, the means of both ends, into `to`. */
+static void average(const thrum_tet *from, thrum_tet *to) {
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) {
       to->stress[c][d] = 0.5 * (from->stress[c][d] + to->stress[c][d]);
@@ -48,9 +41,17 @@ static void take_means(thrum_tet *from, thrum_tet *to) {
 static void add_mean_forces(thrum_full *full, int64_t t, int p) {
   const thrum_fem *fem = full_elastic(full);
   thrum_tet from, to;
-  thrum_tet_deform(fem, t, p, full->place, &from);
-  thrum_tet_deform(fem, t, p, full->place_to, &to);
-  take_means(&from, &to);
+
+  // other laws take both ends at once
+  if (fem->law == THRUM_LAW_STVK) {
+    thrum_tet_deform(fem, t, p, full->place, &from);
+    thrum_tet_deform(fem, t, p, full->place_to, &to);
+    average(&from, &to);
+  } else {
+    thrum_tet_place(fem, t, p, full->place, &from);
+    thrum_tet_place(fem, t, p, full->place_to, &to);
+    thrum_law_mean_stress(to.law, to.lambda, to.mu, from.displacement, to.displacement, to.stress);
+  }
 
   // w F-bar S-bar grad N_a, or w P-bar grad N_a
   for (int a = 0; a < fem->node_count; a++) {
