@@ -123,7 +123,8 @@ static void evaluate(thrum_full *full) {
 }
 
 /* Factors of the matrix at the present increment. Where it is not positive definite, that of the
- * shape at rest takes its place: the step is then short enough for the mass to rule. */
+ * shape at rest takes its place: the step is then short enough for the mass to rule. The tangents
+ * of other laws are made positive at each point instead. */
 static thrum_status refresh(thrum_full *full, thrum_error *error) {
   const bool newmark = full->def.scheme == THRUM_FULL_NEWMARK;
   const double h = full->def.dt, beta = full->def.newmark_beta;
@@ -135,7 +136,11 @@ static thrum_status refresh(thrum_full *full, thrum_error *error) {
   THRUM_THEN(status, full_linear_prepare(&full->linear, error));
   if (status != THRUM_SINGULAR)
     return status;
-  status = full_assemble(full, NULL, of_tangent, of_mass, of_damping, error);
+
+  full->positive = full->def.law != THRUM_LAW_STVK;
+  const double *place = full->positive ? full->place_to : NULL;
+  status = full_assemble(full, place, of_tangent, of_mass, of_damping, error);
+  full->positive = false;
   return status >= 0 ? full_linear_prepare(&full->linear, error) : status;
 }
 
