@@ -20,9 +20,15 @@
 #include "precompute/material/principal.h"
 #include "runtime/base/vec3.h"
 
-/* |dE|^2, or |D|^2, below which the bracket comes from quadrature: its error there, the seventh
- * power of the change, is below rounding, and differences of densities would lose digits. */
+/* |dE|^2 beside the fourth power of the least stretch, or |D|^2, below which the bracket comes from
+ * quadrature: its error there, the seventh power of the change, is below rounding, and differences
+ * of densities would lose digits. The stretch counts because S has a pole where it is zero. */
 #define SMALL_CHANGE 1e-5
+
+/* Where an element is inverted the bracket by quadrature is believed while it differs from the
+ * difference of densities by less than this, relative to them; it is above their rounding. A
+ * corotational stress jumps where the two least stretches are opposite, and quadrature fails. */
+#define ROUNDING 1e-13
 
 typedef struct change {
   thrum_law law;
@@ -30,6 +36,7 @@ typedef struct change {
   double by[3][3], mean[3][3];        /* D, and the mean of both G */
   double green_by[3][3], green[3][3]; /* dE, and the mean of both E */
   double (*from)[3], (*to)[3];        /* G at both ends */
+  double least;                       /* principal stretch where S was taken last */
 } change;
 
 static double contract(double a[3][3], double b[3][3]) {
@@ -53,11 +60,12 @@ static bool is_upright(double g[3][3]) {
 
 /* S at a strain whose stretches are real: an isotropic law answers along the principal axes of E,
  * as it answers to the stretches without a rotation. */
-static void second_stress(const change *c, double green[3][3], double stress[3][3]) {
+static void second_stress(change *c, double green[3][3], double stress[3][3]) {
   double axes[3][3], grown[3], stretch[3][3] = {{0}}, first[3][3];
   thrum_principal_stretches(green, grown, axes);
   for (int k = 0; k < 3; k++)
     stretch[k][k] = grown[k];
+  c->least = 1 + fmin(fmin(grown[0], grown[1]), grown[2]);
   thrum_law_stress(c->law, c->lambda, c->mu, stretch, first);
 
   memset(stress, 0, 9 * sizeof(double));
@@ -83,18 +91,35 @@ static double power_at(change *c, bool upright, double share, double stress[3][3
   return contract(stress, by);
 }
 
+/* The density at both ends. */
+static void take_densities(change *c, double *from, double *to) {
+  double unused[3][3];
+  *from = thrum_law_stress(c->law, c->lambda, c->mu, c->from, unused);
+  *to = thrum_law_stress(c->law, c->lambda, c->mu, c->to, unused);
+}
+
 /* density' - density - power, where `power` is that in the middle. */
 static double bracket(change *c, bool upright, double power) {
-  double unused[3][3];
+  double unused[3][3], from, to;
   double(*by)[3] = upright ? c->green_by : c->by;
-  if (contract(by, by) > SMALL_CHANGE)
-    return thrum_law_stress(c->law, c->lambda, c->mu, c->to, unused) -
-           thrum_law_stress(c->law, c->lambda, c->mu, c->from, unused) - power;
+  const double scale = upright ? c->least * c->least * c->least * c->least : 1;
+  if (contract(by, by) > SMALL_CHANGE * scale) {
+    take_densities(c, &from, &to);
+    return to - from - power;
+  }
 
   // Gauss's rule of three points along the line from end to end, less its middle
   const double place = sqrt(0.15);
-  return 5.0 / 18 *
-         (power_at(c, upright, -place, unused) + power_at(c, upright, place, unused) - 2 * power);
+  const double gauss =
+      5.0 / 18 *
+      (power_at(c, upright, -place, unused) + power_at(c, upright, place, unused) - 2 * power);
+  if (upright)
+    return gauss;
+
+  // inverted elements are few: there both ways are compared
+  take_densities(c, &from, &to);
+  const double difference = to - from - power;
+  return fabs(gauss - difference) > ROUNDING * (from + to) ? difference : gauss;
 }
 
 void thrum_law_mean_stress(thrum_law law, double lambda, double mu, double from[3][3],
