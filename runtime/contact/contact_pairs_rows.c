@@ -106,10 +106,16 @@ static void go_on(thrum_pairs_run *run, thrum_pair_row *row, bool exact) {
   thrum_touching *touch = &row->row.touch;
   run->view.taken[before - run->view.before] = 1;
   row->known = 1;
-  touch->towards = before->towards;
   touch->force = before->force;
-  touch->approach = before->approach;
   touch->stored = before->stored;
+
+  // an approach lasts until the point moves away, and keeps its largest speed
+  if (row->row.speed > 0.0)
+    touch->approach = before->approach;
+  else if (before->towards)
+    touch->approach = fmax(before->approach, touch->approach);
+  if (row->row.speed == 0.0)
+    touch->towards = before->towards;
 
   // friction stays in the plane across the normal of now
   const double along = thrum_dot3(before->friction, touch->normal);
@@ -213,12 +219,13 @@ static bool fill_row(thrum_pairs_run *run, const thrum_pair_candidate *c, thrum_
   return row->row.along > 0.0 && isfinite(row->row.along);
 }
 
-/* Stops the approach of a row within half the thickness, and lets it keep no more energy than its
- * spring can hold. */
+/* Stops the approach of a row within half the thickness, also one that the bodies press on in this
+ * step alone, and lets it keep no more energy than its spring can hold. */
 static void stiffen(const thrum_pairs_run *run, thrum_pair_row *row) {
   const double h = run->view.runs[row->members[0]].dt;
   thrum_contact_row *of = &row->row;
-  const double rate = 2.0 * of->touch.approach / row->thickness;
+  const double pressed = 0.5 * of->gained - of->speed;
+  const double rate = 2.0 * fmax(of->touch.approach, pressed) / row->thickness;
   of->stiffness = fmax(of->stiffness, 0.5 * h * h / of->along * rate * rate);
   of->stiffness = fmin(of->stiffness, THRUM_CONTACT_STIFFNESS_MAX);
   of->touch.stored = fmin(of->touch.stored, thrum_contact_energy(of->stiffness, of->gap));

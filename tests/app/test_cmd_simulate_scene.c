@@ -574,11 +574,11 @@ static void what_touches_in_the_scenes_keeps_its_distance(void **state) {
 static void surfaces_that_cross_flag_the_run(void **state) {
   (void)state;
   cJSON *object = simulate(
-      "{\"time\": 0.1, \"dt\": 0.002, \"bodies\": [\n"
+      "{\"time\": 0.1, \"dt\": 0.01, \"bodies\": [\n"
       " {\"name\": \"low\", \"model\": \"beam:2x2x2@0.2x0.2x0.2\", \"position\": [0, 0, 0.1],\n"
       "  \"material\": {\"young\": 1e4, \"density\": 1000}, \"free\": true},\n"
       " {\"name\": \"high\", \"model\": \"beam:2x2x2@0.1x0.1x0.1\", \"position\": [0, 0, 0.252],\n"
-      "  \"material\": {\"young\": 1e8, \"density\": 8000}, \"velocity\": [0, 0, -2],"
+      "  \"material\": {\"young\": 1e8, \"density\": 8000}, \"velocity\": [0, 0, -10],"
       " \"free\": true}],\n"
       " \"obstacles\": [{\"shape\": \"plane\"}]}",
       "crossed", 3);

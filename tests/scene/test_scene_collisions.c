@@ -579,6 +579,71 @@ static void friction_holds_up_to_its_angle(void **context) {
   }
 }
 
+/* Five soft cubes of 1 MPa fly at each other at up to 4 m/s, and spin: springs stop what presses on
+ * them in a step, also where it is no impact. */
+static void soft_bodies_with_spin_stay_apart(void **context) {
+  fixture *f = *context;
+  MUST(thrum_scene_set_dt(f->scene, 0.001, &failure));
+  collide(f->scene, 0.5, 1);
+  for (int n = 0; n < 5; n++) {
+    const double place[3] = {0.25 * (n % 3 - 1), 0.25 * (n / 3), 0};
+    thrum_scene_body_def cube = def_of(&f->block, 0, 0, 0, 0.2);
+    cube.scale = 0.5;
+    cube.density = 4;
+    for (int axis = 0; axis < 3; axis++) {
+      const double random = 0.5 * random_number();
+      cube.position[axis] = place[axis] + 0.02 * random;
+      cube.velocity[axis] = -12 * place[axis] + 2 * random;
+      cube.spin[axis] = 9 * random_number();
+      cube.rotation[axis + 1] = random;
+    }
+    add(f->scene, &cube);
+  }
+
+  // they meet, and never by more than the thickness
+  const double before = account_of(f->scene).total;
+  for (int k = 0; k < 250; k++)
+    MUST(thrum_scene_step(f->scene, &failure));
+  const thrum_contact_pairs_report report = thrum_scene_collisions(f->scene);
+  print_message("deepest %.3f of the thickness\n", report.deepest_share);
+  assert_true(report.deepest_share > 0.1 && report.deepest_share < 0.9);
+  assert_true(fabs(account_of(f->scene).total + report.lost - before) <= 1e-9 * before);
+}
+
+/* Soft cubes, each beside the one below by a fifth of their width, stand without drift. */
+static void a_stack_of_soft_cubes_stands(void **context) {
+  fixture *f = *context;
+  const double thickness = 0.1 * sqrt(3) / 250;
+  thrum_scene_solid_def floor = thrum_default_scene_solid_def();
+  floor.position[2] = -0.5;
+  MUST(thrum_scene_set_gravity(f->scene, down, &failure));
+  MUST(thrum_scene_add_solid(f->scene, &floor, NULL, &failure));
+  collide(f->scene, 0.5, 0.5);
+  for (int n = 0; n < 5; n++) {
+    thrum_scene_body_def cube =
+        def_of(&f->block, n % 2 ? 0.01 : -0.01, 0, 0.05 + thickness + n * (0.1 + thickness), 0.2);
+    cube.scale = 0.5;
+    add(f->scene, &cube);
+  }
+
+  // it settles, and then stays
+  double settled[5][3], x[3], v[3];
+  const double before = account_of(f->scene).total;
+  for (int k = 0; k < 400; k++)
+    MUST(thrum_scene_step(f->scene, &failure));
+  for (int n = 0; n < 5; n++)
+    MUST(thrum_scene_body_vertex(f->scene, n, 13, settled[n], v, &failure));
+  for (int k = 0; k < 100; k++)
+    MUST(thrum_scene_step(f->scene, &failure));
+  for (int n = 0; n < 5; n++) {
+    MUST(thrum_scene_body_vertex(f->scene, n, 13, x, v, &failure));
+    assert_near3(x, settled[n], 5e-6);
+  }
+  const thrum_contact_pairs_report report = thrum_scene_collisions(f->scene);
+  assert_true(report.deepest_share < 0.1 && report.declined == 0);
+  assert_true(fabs(account_of(f->scene).total + report.lost - before) <= 1e-12);
+}
+
 static void a_snapshot_of_bodies_that_touch_steps_to_the_same_bits(void **context) {
   fixture *f = *context;
   throw(f, 0.5);
@@ -930,6 +995,8 @@ int main(void) {
       // what rests
       TEST(a_stack_rests),
       TEST(friction_holds_up_to_its_angle),
+      TEST(a_stack_of_soft_cubes_stands),
+      TEST(soft_bodies_with_spin_stay_apart),
 
       // the same bits again
       TEST(a_snapshot_of_bodies_that_touch_steps_to_the_same_bits),
