@@ -65,9 +65,11 @@ bool simulate_condensed_believed(double inertia_share, double energy_defect, dou
 
 void simulate_figures_end(simulate_figures *figures) {
   const thrum_state_def *def = &figures->request->def;
-  const bool damped = def->damping_alpha > 0 || def->damping_beta > 0;
+  const bool damped =
+      def->damping_alpha > 0 || def->damping_beta > 0 || figures->full.plastic_work > 0;
 
-  // damping lowers the energy of free motion, so its change is no drift; growth it is all the more
+  // damping and plastic flow lower the energy of free motion, so its change is no drift; growth it
+  // is all the more
   figures->growth = driver_drift_value(&figures->windows);
   figures->drift = damped ? NAN : figures->growth;
   figures->grew_freely = figures->growth > GROWTH_FLAG;

@@ -299,6 +299,8 @@ static const char *no_drift(const simulate_figures *figures) {
     return "- (the run ended early)";
   if (figures->request->def.damping_alpha > 0 || figures->request->def.damping_beta > 0)
     return "- (only of motion without damping)";
+  if (figures->full.plastic_work > 0)
+    return "- (only of motion without plastic flow)";
   if (figures->windows.last_end == 0)
     return "- (needs 100 rows after the loads have ended)";
   return "- (no energy to compare with)";
