@@ -9,6 +9,7 @@
 #include <cmocka.h>
 
 #include "io/file.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/simulate_support.h"
 #include "tests/support/test_folder.h"
 
@@ -115,9 +116,10 @@ static void so_little_tangent_damping_that_it_takes_nothing_feeds_nothing_in(voi
 
   // with both forms nothing may come into the body but the work of the load
   for (int n = 0; n < 2; n++) {
-    program_result result = thrum_run(folder, "simulate", "fine.npz", "-o", "run", "--quiet",
-                                      "--json", "--time", "3", "--load", "impulse:0,0,26000@tip",
-                                      "--damping", "0,1e-12", "--damping-form", forms[n], NULL);
+    program_result result =
+        thrum_run(folder, "simulate", "fine.npz", "-o", "run", "--quiet", "--json", "--time",
+                  LENGTH_OF_RUN("3", "0.5"), "--load", "impulse:0,0,26000@tip", "--damping",
+                  "0,1e-12", "--damping-form", forms[n], NULL);
     cJSON *object = json_line(result.out);
     assert_non_null(object);
     const cJSON *work = cJSON_GetObjectItemCaseSensitive(object, "work");
@@ -210,7 +212,7 @@ static void a_run_without_drift_is_not_edited(void **context) {
   snprintf(path, sizeof path, "%s/swing.npy", folder);
   assert_true(save_npy(path, rows, 2, 15));
   int code = 0;
-  cJSON *object = run("", "swing.npy", "cfl", "imexv", "300", "on", &code);
+  cJSON *object = run("", "swing.npy", "cfl", "imexv", LENGTH_OF_RUN("300", "30"), "on", &code);
   assert_int_equal(code, 0);
   const cJSON *stability = cJSON_GetObjectItemCaseSensitive(object, "stability");
   assert_int_equal(json_value(stability, "corrections"), 0);
