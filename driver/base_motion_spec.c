@@ -151,7 +151,8 @@ static thrum_status read_rows(thrum_text *text, rows *all, thrum_error *error) {
     double row[COLUMNS];
     const double *before = all->count > 0 ? all->values + COLUMNS * (all->count - 1) : NULL;
     THRUM_TRY(read_row(text, before, row, error));
-    THRUM_TRY(thrum_mesh_append(&all->values, &all->count, &all->room, row, sizeof row, error));
+    if (thrum_mesh_append(&all->values, &all->count, &all->room, row, sizeof row, NULL) < 0)
+      return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", text->name);
   }
 
   // a single row says nothing about motion

@@ -33,8 +33,11 @@ static const char *const size_names[THRUM_EMBEDDING_SIZE_basis_rows + 1] = {
 #undef X
         "basis_rows"};
 
+#define AFTER(name) [THRUM_EMBEDDING_SIZE_##name - THRUM_EMBEDDING_SIZE_COUNT]
 static const thrum_derived_size derived_sizes[] = {
-    {3, THRUM_EMBEDDING_SIZE_vertex_count}, {1, -1}, {2, -1}, {3, -1}, {4, -1}};
+    AFTER(basis_rows) = {3, THRUM_EMBEDDING_SIZE_vertex_count}, AFTER(1) = {1, -1},
+    AFTER(2) = {2, -1}, AFTER(3) = {3, -1}, AFTER(4) = {4, -1}};
+#undef AFTER
 
 const thrum_array_list thrum_embedding_list = {array_table,
                                                THRUM_EMBEDDING_ARRAY_COUNT,

@@ -8,7 +8,7 @@
 #include "runtime/model/archive.h"
 #include "thrum/embedding.h"
 
-/* Sizes by number; those behind the list's have their values in embedding.c, in this order. */
+/* Sizes by number; those behind the list's have their values in embedding.c. */
 enum thrum_embedding_size_id {
 #define X(name, meaning) THRUM_EMBEDDING_SIZE_##name,
   THRUM_EMBEDDING_SIZES(X)

@@ -28,13 +28,15 @@ const char *const thrum_size_names[THRUM_SIZE_point_rows + 1] = {
     "point_rows"};
 
 // rows of the basis come in threes, and a gradient has nine; then the literals
-static const thrum_derived_size derived_sizes[] = {{3, THRUM_SIZE_vertex_count},
-                                                   {9, THRUM_SIZE_point_count},
-                                                   {1, -1},
-                                                   {2, -1},
-                                                   {3, -1},
-                                                   {4, -1},
-                                                   {6, -1}};
+#define AFTER(name) [THRUM_SIZE_##name - THRUM_SIZE_COUNT]
+static const thrum_derived_size derived_sizes[] = {AFTER(basis_rows) = {3, THRUM_SIZE_vertex_count},
+                                                   AFTER(point_rows) = {9, THRUM_SIZE_point_count},
+                                                   AFTER(1) = {1, -1},
+                                                   AFTER(2) = {2, -1},
+                                                   AFTER(3) = {3, -1},
+                                                   AFTER(4) = {4, -1},
+                                                   AFTER(6) = {6, -1}};
+#undef AFTER
 
 const thrum_array_list thrum_model_list = {thrum_array_table, THRUM_ARRAY_COUNT,
                                            THRUM_SIZE_COUNT,  THRUM_SIZE_point_rows + 1,

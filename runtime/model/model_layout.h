@@ -12,7 +12,7 @@
 #include "thrum/model.h"
 
 /* Sizes by number; behind those of the model the ones that a list entry may also name, whose values
- * are in model_layout.c in this order. */
+ * are in model_layout.c. */
 enum thrum_size_id {
 #define X(name, meaning) THRUM_SIZE_##name,
   THRUM_MODEL_SIZES(X)
