@@ -330,6 +330,10 @@ thrum_status thrum_full_step(thrum_full *full, thrum_error *error) {
     full->substep_steps += status >= 0;
   }
 
+  // the text of what failed on the way is no error of a step that is done
+  if (status >= 0 && error)
+    *error = (thrum_error){0};
+
   full->steps += status >= 0;
   return status;
 }

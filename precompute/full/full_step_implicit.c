@@ -197,6 +197,10 @@ thrum_status full_step_implicit(thrum_full *full, thrum_error *error) {
     if (renew)
       status = refresh(full, error);
     THRUM_THEN(status, full_linear_solve(&full->linear, full->r, full->delta, error));
+
+    // far from the solution a matrix may have no factors, or be of no use to conjugate gradients
+    if (status == THRUM_SINGULAR)
+      return say_stuck(full, error);
     if (status < 0)
       break;
 
