@@ -329,6 +329,16 @@ static void print_condensed(const simulate_figures *figures) {
   printf("\n");
 }
 
+/* Damping of the unreduced mesh is not counted, and what has no figure is not printed as one. */
+static void print_work(const simulate_figures *figures) {
+  printf("work         %.6g of the loads, %.6g of the base, ", figures->work_load,
+         figures->work_base);
+  if (isnan(figures->dissipated))
+    puts("dissipation by damping not counted with --full");
+  else
+    printf("%.6g J dissipated\n", figures->dissipated);
+}
+
 void simulate_report_table(const simulate_figures *figures, const run_output *output,
                            const simulate_measures *measures) {
   const thrum_state_report *report = &figures->report;
@@ -362,8 +372,7 @@ void simulate_report_table(const simulate_figures *figures, const run_output *ou
   printf("energy       first %.6g, last %.6g, least %.6g, most %.6g J\n", figures->first.total,
          figures->last.total, figures->energy_min, figures->energy_max);
   if (request->load_count > 0 || request->base_motion_count > 0)
-    printf("work         %.6g of the loads, %.6g of the base, %.6g J dissipated\n",
-           figures->work_load, figures->work_base, figures->dissipated);
+    print_work(figures);
   print_drift(figures);
   if (figures->peak_vertex >= 0)
     printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);

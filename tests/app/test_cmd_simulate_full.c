@@ -194,6 +194,17 @@ static void a_body_in_equilibrium_stays_and_frames_show_it(void **state) {
   cJSON_Delete(object);
 }
 
+static void what_damping_takes_has_no_figure_and_is_not_printed_as_one(void **state) {
+  (void)state;
+  program_result run =
+      thrum_run(folder, "simulate", "beam.npz", "-o", "damped", "--full", "--time", "0.03",
+                "--load", "gravity:0,0,-1", "--damping", "0.5,0.001", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.out, "dissipation by damping not counted"));
+  assert_null(strstr(run.out, "nan"));
+  program_result_free(&run);
+}
+
 static void options_that_need_the_reduced_model_are_refused(void **state) {
   (void)state;
   static const struct {
@@ -230,6 +241,7 @@ int main(void) {
       cmocka_unit_test(each_law_swings_as_linear_elasticity_where_swings_are_small),
       cmocka_unit_test(plastic_flow_is_in_the_balance_of_energy),
       cmocka_unit_test(a_body_in_equilibrium_stays_and_frames_show_it),
+      cmocka_unit_test(what_damping_takes_has_no_figure_and_is_not_printed_as_one),
       cmocka_unit_test(options_that_need_the_reduced_model_are_refused),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);
