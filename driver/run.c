@@ -203,8 +203,10 @@ void driver_run_warn(const driver_run *run) {
       snprintf(who, sizeof who, "body '%.100s': ", body->name);
 
     if (figures->fallback_steps > 0)
-      config_warn("%s%" PRId64 " step%s needed a fallback beyond quasi-Newton", who,
-                  figures->fallback_steps, figures->fallback_steps == 1 ? "" : "s");
+      config_warn("%s%" PRId64 " step%s needed %s", who, figures->fallback_steps,
+                  figures->fallback_steps == 1 ? "" : "s",
+                  figures->full.free_count > 0 ? "to be taken as several shorter ones"
+                                               : "a fallback beyond quasi-Newton");
     warn_of_growth(figures, who);
     if (figures->condensed_wrong)
       config_warn("%sthe condensed model %s %.2g %% of the kinetic energy, has %.2g %% of the "

@@ -12,13 +12,14 @@
 #include <cmocka.h>
 
 #include "tests/support/random_model.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/test_folder.h"
 #include "validation/experiments/experiment_body.h"
 
 enum { BODIES = 2, STARTS = 2, RANGES = 2 };
 
 static const char *const body_names[BODIES] = {"beam", "horse"};
-static const double model_dt = 0.003, duration = 30.0, swing = 0.05;
+static const double model_dt = 0.003, duration = LENGTH_OF_RUN(30.0, 5.0), swing = 0.05;
 
 /* From half to one and a half times the model's step, and the frames of a game [s]. */
 static const struct {

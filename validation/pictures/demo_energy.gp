@@ -40,7 +40,7 @@ unset logscale y
 set yrange [0.8 * given : 1.2 * given]
 set format y '%.2f'
 set xlabel 'simulated time [s]'
-set title 'the same within 20 % of what energy has'
+set title 'the same within 20 % of the run by the integrator energy'
 unset key
 plot energy('newmark') using 2:($5 > 0 ? $5 : 1/0) with lines lw 1 lc rgb '#d62728', \
      energy('midpoint') using 2:($5 > 0 ? $5 : 1/0) with lines lw 1 lc rgb '#9467bd', \

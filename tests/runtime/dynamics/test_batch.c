@@ -1,6 +1,7 @@
 /* Many states stepped side by side end with the bits of each stepped alone, for every kernel, size
  * and partition of the range, mixed defs, and states that fall back or fail.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/sanitized.h"
 #include "tests/support/state_support.h"
 
 #include "runtime/polynomial/batch_kernel.h"
@@ -181,7 +182,7 @@ static void a_batch_has_the_bits_of_its_states_alone(void **context) {
 
       // loads change now and then, and the list is cut into parts of changing length
       random_state random = {3};
-      for (int k = 0; k < STEPS; k++) {
+      for (int k = 0; k < LENGTH_OF_RUN(STEPS, 12); k++) {
         if (k % 10 == 0)
           batch_push(&c, &m.model, &random, 20.0);
         batch_step(&c, &m.model, parts[(size_t)k % (sizeof parts / sizeof parts[0])]);
@@ -216,7 +217,7 @@ static void a_batch_of_single_precision_coefficients_keeps_its_bits(void **conte
   for (size_t d = 0; d < sizeof defs / sizeof defs[0]; d++) {
     batch c;
     batch_make(&c, &m.model, defs[d]);
-    for (int k = 0; k < 5; k++)
+    for (int k = 0; k < LENGTH_OF_RUN(5, 2); k++)
       batch_step(&c, &m.model, STATES);
 
     const thrum_state_report report = thrum_state_report_get(c.together[0]);
