@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "runtime/base/vec3.h"
+
 void thrum_product_vector(double matrix[3][3], const double vector[3], double result[3]) {
   for (int c = 0; c < 3; c++)
     result[c] = matrix[c][0] * vector[0] + matrix[c][1] * vector[1] + matrix[c][2] * vector[2];
@@ -28,8 +30,7 @@ void thrum_tet_traction(thrum_tet *tet, const double gradient[3], double tractio
 /* g = F_p^-T g, of F_p^-1 - 1 */
 static void add_plastic(const double *plastic, double g[3]) {
   double more[3];
-  for (int d = 0; d < 3; d++)
-    more[d] = plastic[d] * g[0] + plastic[3 + d] * g[1] + plastic[6 + d] * g[2];
+  thrum_apply3_transposed(plastic, g, more);
   for (int d = 0; d < 3; d++)
     g[d] += more[d];
 }
