@@ -61,18 +61,16 @@ static bool is_upright(double g[3][3]) {
 /* S at a strain whose stretches are real: an isotropic law answers along the principal axes of E,
  * as it answers to the stretches without a rotation. */
 static void second_stress(change *c, double green[3][3], double stress[3][3]) {
-  double axes[3][3], grown[3], stretch[3][3] = {{0}}, first[3][3];
+  double axes[3][3], grown[3], stretch[3][3] = {{0}}, first[3][3], second[3];
   thrum_principal_stretches(green, grown, axes);
   for (int k = 0; k < 3; k++)
     stretch[k][k] = grown[k];
   c->least = 1 + fmin(fmin(grown[0], grown[1]), grown[2]);
   thrum_law_stress(c->law, c->lambda, c->mu, stretch, first);
 
-  memset(stress, 0, 9 * sizeof(double));
   for (int k = 0; k < 3; k++)
-    for (int i = 0; i < 3; i++)
-      for (int j = 0; j < 3; j++)
-        stress[i][j] += first[k][k] / (1 + grown[k]) * axes[i][k] * axes[j][k];
+    second[k] = first[k][k] / (1 + grown[k]);
+  thrum_principal_tensor(second, axes, stress);
 }
 
 /* The stress, S or P, in the middle between both ends displaced by `share` of the change, and its

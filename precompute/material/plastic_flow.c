@@ -9,13 +9,9 @@
 #include "precompute/material/plastic_flow.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "precompute/material/principal.h"
-
-static double norm3(const double x[3]) {
-  return sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]);
-}
+#include "runtime/base/vec3.h"
 
 static void stretches_of(double gradient[3][3], double grown[3], double axes[3][3]) {
   double green[3][3];
@@ -32,17 +28,16 @@ bool thrum_plastic_flow(const thrum_plastic *material, double dt, double elastic
     deviator[k] -= mean;
 
   // NaN does not flow
-  const double size = norm3(deviator);
+  const double size = sqrt(thrum_dot3(deviator, deviator));
   if (!(size > material->yield))
     return false;
   const double rate = -expm1(-material->creep * dt) * (1 - material->yield / size);
 
   // what F_p^-1 is multiplied by, less 1
-  double factor[3][3] = {{0}};
+  double along[3], factor[3][3];
   for (int k = 0; k < 3; k++)
-    for (int i = 0; i < 3; i++)
-      for (int j = 0; j < 3; j++)
-        factor[i][j] += expm1(-share * rate * deviator[k]) * axes[i][k] * axes[j][k];
+    along[k] = expm1(-share * rate * deviator[k]);
+  thrum_principal_tensor(along, axes, factor);
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++)
       flowed[i][j] = plastic[i][j] + factor[i][j] + plastic[i][0] * factor[0][j] +
@@ -57,5 +52,5 @@ double thrum_plastic_strain(double plastic[3][3]) {
   // those of the inverse have logarithms of the other sign
   for (int k = 0; k < 3; k++)
     grown[k] = log1p(grown[k]);
-  return norm3(grown);
+  return sqrt(thrum_dot3(grown, grown));
 }

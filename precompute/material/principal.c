@@ -26,3 +26,11 @@ void thrum_principal_stretches(double green[3][3], double grown[3], double axes[
   for (int k = 0; k < 3; k++)
     grown[k] = 2 * diagonal[k][k] / (1 + sqrt(fmax(1 + 2 * diagonal[k][k], 0)));
 }
+
+void thrum_principal_tensor(const double value[3], double axes[3][3], double tensor[3][3]) {
+  memset(tensor, 0, 9 * sizeof(double));
+  for (int k = 0; k < 3; k++)
+    for (int i = 0; i < 3; i++)
+      for (int j = 0; j < 3; j++)
+        tensor[i][j] += value[k] * axes[i][k] * axes[j][k];
+}

@@ -10,4 +10,7 @@ void thrum_green_strain(double gradient[3][3], double green[3][3]);
  * an inverted F they are those of its mirror image. */
 void thrum_principal_stretches(double green[3][3], double grown[3], double axes[3][3]);
 
+/* tensor = sum of value v v^T over the axes v, the columns: that of these principal values. */
+void thrum_principal_tensor(const double value[3], double axes[3][3], double tensor[3][3]);
+
 #endif
