@@ -62,12 +62,16 @@ static bool flow_at(thrum_full *full, double dt, int64_t t, int p) {
   double before[3][3], flowed[3][3], share = 1;
   memcpy(before, plastic, sizeof before);
   thrum_tet tet, after;
-  thrum_tet_deform(fem, t, p, full->place, &tet);
+  thrum_tet_place(fem, t, p, full->place, &tet);
 
   // less of it where the energy would rise, or where it would go beyond its bound
   for (int k = 0; k < HALVINGS_MAX; k++, share *= 0.5) {
     if (!thrum_plastic_flow(&full->def.plastic, dt, tet.displacement, before, share, flowed))
       return false;
+
+    // most points are within the yield, so the energy before it is taken where there is a flow
+    if (k == 0)
+      thrum_tet_deform(fem, t, p, full->place, &tet);
     memcpy(plastic, flowed, sizeof flowed);
     thrum_tet_deform(fem, t, p, full->place, &after);
     const double strain = thrum_plastic_strain(flowed);
