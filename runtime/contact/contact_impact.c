@@ -251,17 +251,25 @@ static bool is_rigid(const place *at, double speed) {
   return rigid;
 }
 
+/* How fast the places of a row move apart along its normal as the step starts [m/s]; *way: how far
+ * they do so in the step, by the bodies as a whole and their pulls [m]. */
+static double speed_apart(const place *at, double *way) {
+  double velocity[3], moved[3];
+  velocity_of(at, velocity);
+  way_of(at, at->bodies[0]->dt, moved);
+  *way = thrum_dot3(moved, at->row->touch.normal);
+  return thrum_dot3(velocity, at->row->touch.normal);
+}
+
 /* The time from the start of the step at which a row strikes, which may be after its end; INFINITY
  * where it does not. */
 static double time_of(const place *at) {
   const double h = at->bodies[0]->dt, gap = at->row->gap;
-  double velocity[3], way[3];
-  velocity_of(at, velocity);
-  way_of(at, h, way);
+  double way;
+  const double speed = speed_apart(at, &way);
 
   // what a step adds is no impact (thrum_contact_row_approach)
-  const double speed = thrum_dot3(velocity, at->row->touch.normal);
-  const double gained = 2.0 * (speed - thrum_dot3(way, at->row->touch.normal) / h);
+  const double gained = 2.0 * (speed - way / h);
   if (!(speed < 0.0) || !(-speed > THRUM_RESTING * gained) || !is_rigid(at, -speed))
     return INFINITY;
 
@@ -302,14 +310,10 @@ static double mark_strikes(const thrum_impact_rows *rows, double *fastest) {
  * earlier impact of the step has put on another way is inside what it struck at the start of that
  * way, and not at this time. */
 static double gap_at(const place *at, double time) {
-  const double h = at->bodies[0]->dt;
-  double velocity[3], way[3];
-  velocity_of(at, velocity);
-  way_of(at, h, way);
-  const double speed = thrum_dot3(velocity, at->row->touch.normal);
-  const double share = time / h;
-  return at->row->gap + time * speed +
-         share * share * (thrum_dot3(way, at->row->touch.normal) - h * speed);
+  const double h = at->bodies[0]->dt, share = time / h;
+  double way;
+  const double speed = speed_apart(at, &way);
+  return at->row->gap + time * speed + share * share * (way - h * speed);
 }
 
 /* Marks the rows that bear on what is struck at a time: they may not give way. */
@@ -321,10 +325,13 @@ static void mark_bearing(const thrum_impact_rows *rows, double time, double fast
   while (more) {
     more = false;
     for (cursor n = {0, 0}; next(rows, &n, &at);) {
-      const bool touches = at.row->touch.force > 0.0 || gap_at(&at, time) <= 0.0;
       const bool reached =
           at.bodies[0]->impact.taken || (at.bodies[1] != NULL && at.bodies[1]->impact.taken);
-      if (at.row->strike.part != THRUM_NO_PART || !touches || !reached || !is_rigid(&at, fastest))
+      if (at.row->strike.part != THRUM_NO_PART || !reached || !is_rigid(&at, fastest))
+        continue;
+
+      // what does not touch bears nothing
+      if (!(at.row->touch.force > 0.0) && !(gap_at(&at, time) <= 0.0))
         continue;
       at.row->strike.part = THRUM_BEARS;
       more = true;
