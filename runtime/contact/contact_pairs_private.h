@@ -79,7 +79,6 @@ typedef struct thrum_pair_triangle {
   thrum_pair_box box;
   const double *places[3]; /* of its corners */
   int32_t tried;           /* less the edges that are flat */
-  int32_t known;           /* 1: found in this search */
 } thrum_pair_triangle;
 
 /* What steps leave behind: touches, energies since init, and counters. */

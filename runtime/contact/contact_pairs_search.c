@@ -194,25 +194,24 @@ static bool is_flat(const search *s, int side, int32_t edge) {
   return thrum_dot3(ways[0], ways[0]) < FLAT * FLAT;
 }
 
-/* A triangle of a member, found once in a search. */
-static const thrum_pair_triangle *triangle_of(const search *s, int side, int32_t triangle) {
+/* The triangles of a member: those of leaves that are known have been found in this search. */
+static thrum_pair_triangle *triangles_of(const search *s, int side) {
   const int64_t member = s->members[side];
-  const int64_t first = 2 * (s->run->view.first_node[member] + member);
-  thrum_pair_triangle *found = s->run->view.triangles + first + triangle;
-  if (found->known)
-    return found;
+  return s->run->view.triangles + 2 * (s->run->view.first_node[member] + member);
+}
 
-  // edges in flat faces touch nothing that their ends do not
+/* Finds a triangle of a member. */
+static void find_triangle(const search *s, int side, int32_t triangle, thrum_pair_triangle *found) {
   const thrum_skin_triangle *of = s->views[side].triangles + triangle;
   for (int n = 0; n < 3; n++)
-    found->places[n] = thrum_pairs_place(s->run, member, of->corners[n]);
+    found->places[n] = thrum_pairs_place(s->run, s->members[side], of->corners[n]);
   found->box = box_of(found->places, 3);
+
+  // edges in flat faces touch nothing that their ends do not
   found->tried = of->tried;
   for (int n = 0; n < 3; n++)
     if ((of->tried & (8 << n)) && is_flat(s, side, of->edges[n]))
       found->tried &= ~(8 << n);
-  found->known = 1;
-  return found;
 }
 
 /* --- two places ------------------------------------------------------------------------------- */
@@ -453,9 +452,12 @@ static const thrum_pair_box *box_of_leaf(const search *s, int side, int32_t node
     return box;
 
   // it holds the boxes of all its triangles
-  *box = triangle_of(s, side, leaf->first)->box;
+  thrum_pair_triangle *found = triangles_of(s, side) + leaf->first;
+  for (int32_t n = 0; n < leaf->count; n++)
+    find_triangle(s, side, leaf->first + n, found + n);
+  *box = found->box;
   for (int32_t n = 1; n < leaf->count; n++) {
-    const thrum_pair_box *of = &triangle_of(s, side, leaf->first + n)->box;
+    const thrum_pair_box *of = &found[n].box;
     for (int axis = 0; axis < 3; axis++) {
       box->least[axis] = of->least[axis] < box->least[axis] ? of->least[axis] : box->least[axis];
       box->most[axis] = of->most[axis] > box->most[axis] ? of->most[axis] : box->most[axis];
@@ -474,14 +476,14 @@ static void try_leaves(search *s, int32_t a, int32_t b) {
     return;
 
   // most pairs of triangles in two leaves that meet are apart
+  const thrum_pair_triangle *first = triangles_of(s, 0), *second = triangles_of(s, 1);
   for (int32_t n = p->first; n < p->first + p->count; n++) {
-    const thrum_pair_triangle *first = triangle_of(s, 0, n);
-    if (!overlap(&first->box, other, reach))
+    if (!overlap(&first[n].box, other, reach))
       continue;
     for (int32_t m = q->first; m < q->first + q->count; m++) {
       const int32_t triangles[2] = {n, m};
-      const thrum_pair_triangle *const found[2] = {first, triangle_of(s, 1, m)};
-      if (overlap(&first->box, &found[1]->box, reach))
+      const thrum_pair_triangle *const found[2] = {first + n, second + m};
+      if (overlap(&first[n].box, &second[m].box, reach))
         try_triangles(s, triangles, found);
     }
   }
@@ -568,8 +570,6 @@ void thrum_pairs_search(thrum_pairs_run *run) {
          (size_t)run->view.first_vertex[run->count] * sizeof *run->view.place_known);
   memset(run->view.sphere_known, 0,
          (size_t)run->view.first_node[run->count] * sizeof *run->view.sphere_known);
-  for (int64_t n = 0; n < 2 * (run->view.first_node[run->count] + run->count); n++)
-    run->view.triangles[n].known = 0;
 
   // all pairs of members; spheres of whole bodies answer for most
   for (int64_t a = 0; a < run->count; a++)
