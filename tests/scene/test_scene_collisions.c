@@ -68,6 +68,15 @@ static thrum_scene_body_def def_of(const shape *s, double x, double y, double z,
   return def;
 }
 
+/* All 27 vertices of a block may touch obstacles. */
+static void touch_obstacles(thrum_scene_body_def *block) {
+  static int32_t all[27];
+  for (int n = 0; n < 27; n++)
+    all[n] = n;
+  block->touch = all;
+  block->touch_count = 27;
+}
+
 static void add(thrum_scene *scene, const thrum_scene_body_def *def) {
   MUST(thrum_scene_add_body(scene, def, NULL, &failure));
 }
@@ -161,10 +170,7 @@ static void a_shot_along_a_row_gains_no_energy(void **context) {
 static double bounce(const fixture *f, double h, double stiffness, double e, double v,
                      int against) {
   thrum_scene *scene = NULL;
-  int32_t touch[27];
   double x[3], first[3], second[3] = {0};
-  for (int n = 0; n < 27; n++)
-    touch[n] = n;
   MUST(thrum_scene_make(h, &scene, &failure));
   thrum_scene_body_def block = def_of(&f->block, 0, 0, 0.104, stiffness);
   block.velocity[2] = -v;
@@ -173,8 +179,7 @@ static double bounce(const fixture *f, double h, double stiffness, double e, dou
   if (against == 0) {
     thrum_obstacle floor = thrum_default_obstacle();
     floor.restitution = e;
-    block.touch = touch;
-    block.touch_count = 27;
+    touch_obstacles(&block);
     MUST(thrum_scene_add_obstacle(scene, &floor, NULL, &failure));
   } else if (against == 1) {
     thrum_scene_solid_def plate = thrum_default_scene_solid_def();
@@ -303,15 +308,11 @@ static void what_is_lost_at_rest_is_never_below_zero(void **context) {
  * with a part of the coefficient, and nothing is gained. */
 static void friction_of_an_impact_is_cut_where_it_would_gain(void **context) {
   fixture *f = *context;
-  int32_t touch[27];
   thrum_obstacle floor = thrum_default_obstacle();
   thrum_scene_body_def block = def_of(&f->block, 0, 0, 0.25, 1e6);
-  for (int n = 0; n < 27; n++)
-    touch[n] = n;
   floor.restitution = 1;
   floor.friction = 0.5;
-  block.touch = touch;
-  block.touch_count = 27;
+  touch_obstacles(&block);
   block.rotation[1] = 0.2;
   block.rotation[2] = 0.26;
   block.rotation[3] = 0.07;
@@ -435,14 +436,10 @@ static void a_block_between_two_walls_bounces_several_times_in_a_step(void **con
 /* A block that is dropped on a floor rises to e^2 of its height, again and again. */
 static void a_dropped_block_rises_by_the_square_of_its_restitution(void **context) {
   fixture *f = *context;
-  int32_t touch[27];
   thrum_obstacle floor = thrum_default_obstacle();
   thrum_scene_body_def block = def_of(&f->block, 0, 0, 0.3, 1e5);
-  for (int n = 0; n < 27; n++)
-    touch[n] = n;
   floor.restitution = 0.8;
-  block.touch = touch;
-  block.touch_count = 27;
+  touch_obstacles(&block);
   MUST(thrum_scene_set_gravity(f->scene, down, &failure));
   MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &failure));
   add(f->scene, &block);
@@ -685,7 +682,6 @@ static void run_backwards(void *context, int32_t count, void (*task)(void *, int
  * vertex of each. */
 static void step_shared(fixture *f, int32_t workers, double x[12][3]) {
   const thrum_obstacle floor = thrum_default_obstacle();
-  int32_t touch[27];
   thrum_scene *scene = NULL;
   MUST(thrum_scene_make(0.002, &scene, &failure));
   MUST(thrum_scene_set_workers(scene, workers, run_backwards, &workers, &failure));
@@ -694,13 +690,11 @@ static void step_shared(fixture *f, int32_t workers, double x[12][3]) {
   collide(scene, 0.5, 0.5);
 
   // columns of blocks, and every fourth body a plate high above them
-  for (int n = 0; n < 27; n++)
-    touch[n] = n;
   for (int n = 0; n < 12; n++) {
     thrum_scene_body_def def =
         def_of(n % 4 == 3 ? &f->plate : &f->block, n / 3, 0.02 * n, 0.15 + 0.25 * (n % 3), 1 + n);
-    def.touch = touch;
-    def.touch_count = n % 4 == 3 ? 0 : 27;
+    if (n % 4 != 3)
+      touch_obstacles(&def);
     def.velocity[1] = 0.1 * n;
     def.position[2] += n % 4 == 3 ? 5 : 0;
     add(scene, &def);
