@@ -29,16 +29,6 @@ typedef struct trial {
   thrum_scope memory;
 } trial;
 
-/* How high the model is along z [m]. */
-static double height_of(const thrum_model *model) {
-  double least = INFINITY, most = -INFINITY;
-  for (int64_t v = 0; v < model->vertex_count; v++) {
-    least = fmin(least, model->vertices[3 * v + 2]);
-    most = fmax(most, model->vertices[3 * v + 2]);
-  }
-  return most - least;
-}
-
 /* Body n of a scene: all are in a row, or the first of them in pairs. */
 static thrum_status add_body(const trial *t, bench_contact_scene which, int64_t n,
                              thrum_error *error) {
@@ -86,8 +76,12 @@ static thrum_status make_trial(trial *t, thrum_error *error) {
     return thrum_error_set(error, THRUM_MISSING,
                            "the model is held: contact is measured with a free body, which "
                            "thrum precompute makes without --fix");
+
+  // its size, and a vibration that all modes share
+  double least[3], most[3];
+  thrum_box3(model->vertices, model->vertex_count, least, most);
   t->diagonal = thrum_box3_diagonal(model->vertices, model->vertex_count);
-  t->height = height_of(model);
+  t->height = most[2] - least[2];
   const double mass = 1.0 / (model->rigid[0] * model->rigid[0]);
   for (int64_t i = 0; i < model->rank; i++)
     t->speeds[i] = SPEED * t->diagonal * sqrt(mass / (double)model->rank);
