@@ -90,23 +90,16 @@ static void print_table(const request *asked) {
          bench->touches, bench->sweeps);
 }
 
-/* The triangles of a surface, which name its own vertices, as those of the model. */
-static thrum_status name_vertices(display_surface *surface) {
-  for (int64_t n = 0; n < 3 * surface->triangle_count; n++)
-    surface->triangles[n] = surface->vertices[surface->triangles[n]];
-  return THRUM_OK;
-}
-
 /* The measurement with a model. */
 static thrum_status measure(request *asked, const thrum_model *model, thrum_error *error) {
   display_surface surface = {0};
-  thrum_status status = display_surface_make(model, &surface, error);
-  THRUM_THEN(status, name_vertices(&surface));
+  THRUM_TRY(display_surface_make(model, &surface, error));
+  display_surface_corners(&surface, surface.triangles);
   asked->bench.model = model;
   asked->bench.triangles = surface.triangles;
   asked->bench.triangle_count = surface.triangle_count;
   asked->bench.threads = (int32_t)asked->threads;
-  THRUM_THEN(status, bench_contact_run(&asked->bench, error));
+  const thrum_status status = bench_contact_run(&asked->bench, error);
   if (status >= 0)
     (asked->json ? print_json : print_table)(asked);
   display_surface_free(&surface);

@@ -96,3 +96,8 @@ thrum_status display_surface_make(const thrum_model *model, display_surface *ski
     *skin = made;
   return status;
 }
+
+void display_surface_corners(const display_surface *skin, int32_t *corners) {
+  for (int64_t n = 0; n < 3 * skin->triangle_count; n++)
+    corners[n] = skin->vertices[skin->triangles[n]];
+}

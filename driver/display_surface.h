@@ -14,6 +14,11 @@ typedef struct display_surface {
 } display_surface;
 thrum_status display_surface_make(const thrum_model *model, display_surface *skin,
                                   thrum_error *error);
+
+/* Fills corners (triangle_count x 3) with the triangles by vertices of the model; `corners` may be
+ * skin->triangles itself. */
+void display_surface_corners(const display_surface *skin, int32_t *corners);
+
 void display_surface_free(display_surface *skin);
 
 #endif

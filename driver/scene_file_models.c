@@ -126,8 +126,7 @@ thrum_status scene_models_skin(scene_models *models, int64_t body, const scene_l
     display_surface_free(skin);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
   }
-  for (int64_t n = 0; n < 3 * skin->triangle_count; n++)
-    owner->corners[n] = skin->vertices[skin->triangles[n]];
+  display_surface_corners(skin, owner->corners);
   return THRUM_OK;
 }
 
