@@ -221,13 +221,19 @@ void condensed_check_vibrate(condensed_check *check, const double *load, const d
     shown += x[i] * x[i];
   const bool touched = step_slaves(check, load, contact, &missing, &shown);
 
+  // where the slaves follow is a pass over all pairs of masters, and their lag alone asks for it
+  const int64_t known = check->damped_at_rest ? rank : model->rank;
+  if (check->damped_at_rest)
+    thrum_condensed_shape(model, x, NULL, all);
+  else
+    memcpy(all, x, (size_t)known * sizeof *all);
+
   // the first step has none before it to compare with
-  thrum_condensed_shape(model, x, NULL, all);
   if (check->follows && check->damped_at_rest)
     missing += lag_left_out(check, h, all);
   if (check->follows && contact != NULL)
     look_at_impacts(check, touched, h, x);
-  memcpy(check->followed, all, (size_t)rank * sizeof *all);
+  memcpy(check->followed, all, (size_t)known * sizeof *all);
   check->follows = true;
   check->missing += missing;
   check->shown += shown;

@@ -38,7 +38,8 @@ typedef struct condensed_check {
   bool damped_at_rest;
   double *lag; /* y - Y(x) of slaves without inertia, at the end of the last step; of `beside` */
 
-  /* All coordinates at the end of the last step, as the masters show them. */
+  /* Coordinates at the end of the last step, as the masters show them: with damping at rest all,
+   * and the masters alone without. */
   double *followed;
   bool follows; /* they are known */
 

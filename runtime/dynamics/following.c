@@ -26,6 +26,7 @@
 
 #include <string.h>
 
+#include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 #define DRAG_ERROR 1e-4 /* of the drag, left by conjugate gradients */
@@ -111,13 +112,6 @@ void thrum_follow_slopes(const thrum_following *f, const double *x, double *slop
 
 /* --- the linear system ------------------------------------------------------------------------ */
 
-static double dot(const double *a, const double *b, int64_t count) {
-  double sum = 0.0;
-  for (int64_t i = 0; i < count; i++)
-    sum += a[i] * b[i];
-  return sum;
-}
-
 /* to (masters) += J(x)^T W J(x) v. */
 static void add_weighted(const thrum_following *f, const double *weight, const double *x,
                          const double *v, double *to) {
@@ -132,19 +126,19 @@ void thrum_follow_solve(const thrum_following *f, const double *weight, const do
   const int64_t k = f->masters;
   memset(to, 0, (size_t)k * sizeof *to);
   memcpy(direction, rest, (size_t)k * sizeof *direction);
-  double square = dot(rest, rest, k);
+  double square = thrum_dense_dot(rest, rest, k);
 
   // as many as there are masters end it but for rounding
   for (int64_t n = 0; n < k && square > end; n++) {
     memcpy(product, direction, (size_t)k * sizeof *product);
     add_weighted(f, weight, x, direction, product);
-    const double along = square / dot(direction, product, k);
+    const double along = square / thrum_dense_dot(direction, product, k);
     for (int64_t i = 0; i < k; i++) {
       to[i] += along * direction[i];
       rest[i] -= along * product[i];
     }
     const double before = square;
-    square = dot(rest, rest, k);
+    square = thrum_dense_dot(rest, rest, k);
     for (int64_t i = 0; i < k; i++)
       direction[i] = rest[i] + (square / before) * direction[i];
   }
@@ -168,7 +162,7 @@ void thrum_follow_drag(const thrum_model *model, const thrum_state *state, thrum
   // what the drag changes of p until the middle, (1 + h/2 D) change = -h/2 D p
   memset(rest, 0, (size_t)f.masters * sizeof *rest);
   add_weighted(&f, weight, view->q, view->p, rest);
-  const double end = DRAG_ERROR * DRAG_ERROR * dot(rest, rest, f.masters);
+  const double end = DRAG_ERROR * DRAG_ERROR * thrum_dense_dot(rest, rest, f.masters);
   thrum_follow_solve(&f, weight, view->q, rest, end, view->direction, view->trial, force);
   for (int64_t i = 0; i < f.masters; i++)
     force[i] *= -1.0 / half;

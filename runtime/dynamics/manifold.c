@@ -100,13 +100,6 @@ double thrum_manifold_slave_energy(const thrum_model *model, const double *x, co
 
 /* --- the solve -------------------------------------------------------------------------------- */
 
-static double dot(const double *a, const double *b, int64_t count) {
-  double sum = 0.0;
-  for (int64_t i = 0; i < count; i++)
-    sum += a[i] * b[i];
-  return sum;
-}
-
 /* total += h <R> at the increment d. */
 static void add_mean_force(const motion *m, const double *d, double *total) {
   thrum_state_view *view = m->view;
@@ -197,7 +190,7 @@ static void guess(const motion *m) {
   const thrum_state *state = m->state;
   thrum_state_view *view = m->view;
   const double h = state->def.dt;
-  const double speed = sqrt(dot(view->p, view->p, m->masters));
+  const double speed = sqrt(thrum_dense_dot(view->p, view->p, m->masters));
 
   // earlier solutions of a body that hardly moves differ by rounding, which continuing multiplies
   int64_t known = 0;
@@ -269,7 +262,7 @@ static double project(const motion *m) {
   thrum_state_view *view = m->view;
   double *v = view->p_next, *rest = view->velocity, *change = view->kick;
   if (m->slaves == 0)
-    return dot(v, v, m->masters);
+    return thrum_dense_dot(v, v, m->masters);
 
   // (1 + J^T J) of the change of v' is J^T of u' - J v'
   thrum_follow(&m->follow, view->q_next, v, m->image);
@@ -277,13 +270,13 @@ static double project(const motion *m) {
     m->image[s] = m->before[s] + m->gained[s] - m->image[s];
   memset(rest, 0, (size_t)m->masters * sizeof *rest);
   thrum_follow_back(&m->follow, view->q_next, m->image, rest);
-  const double end = PROJECTED * PROJECTED * dot(v, v, m->masters);
+  const double end = PROJECTED * PROJECTED * thrum_dense_dot(v, v, m->masters);
   thrum_follow_solve(&m->follow, NULL, view->q_next, rest, end, view->direction, view->trial,
                      change);
   for (int64_t i = 0; i < m->masters; i++)
     v[i] += change[i];
   thrum_follow(&m->follow, view->q_next, v, m->image);
-  return dot(v, v, m->masters) + dot(m->image, m->image, m->slaves);
+  return thrum_dense_dot(v, v, m->masters) + thrum_dense_dot(m->image, m->image, m->slaves);
 }
 
 /* q' and v' of the increment, with the energy that the balance says. */
@@ -302,7 +295,7 @@ static void finish(const motion *m) {
   }
 
   // what the solve has left, doubled as the rest, goes as well
-  kinetic -= 2.0 * dot(view->unknown, view->residual, m->masters) / h;
+  kinetic -= 2.0 * thrum_dense_dot(view->unknown, view->residual, m->masters) / h;
   const double projected = project(m);
   if (!(kinetic > 0.0 && projected > 0.0))
     return;
@@ -314,7 +307,7 @@ static void finish(const motion *m) {
 /* The energy that the damping took, by the increments of all coordinates. */
 static double dissipation_of(const motion *m) {
   const thrum_state_view *view = m->view;
-  double sum = dot(view->unknown, view->product, m->masters);
+  double sum = thrum_dense_dot(view->unknown, view->product, m->masters);
   for (int64_t s = 0; s < m->slaves; s++)
     sum += m->damped[s] * m->moved[s] * m->moved[s];
   return sum / m->state->def.dt;

@@ -9,6 +9,14 @@
 
 #include "runtime/polynomial/kernel_private.h"
 
+/* The scalar product of two vectors, summed in their order. */
+static inline double thrum_dense_dot(const double *a, const double *b, int64_t count) {
+  double sum = 0.0;
+  for (int64_t i = 0; i < count; i++)
+    sum += a[i] * b[i];
+  return sum;
+}
+
 /* Overwrites `matrix` (n x n, row-major) with L and U of P A = L U; pivots: n. False when a pivot
  * is zero or not finite: the content is then useless. */
 bool thrum_dense_factor(double *matrix, int32_t n, int32_t *pivots);
