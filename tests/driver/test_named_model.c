@@ -353,12 +353,15 @@ int main(void) {
       cmocka_unit_test(another_recipe_is_another_model),
       cmocka_unit_test(a_recipe_says_the_order_of_the_tetrahedra),
       cmocka_unit_test(options_of_the_user_go_before_the_recipe),
+
+      // where a name is taken as one, and what is refused
       cmocka_unit_test(a_name_is_simulated),
       cmocka_unit_test(a_file_goes_before_the_name),
       cmocka_unit_test(a_file_that_hides_a_name_and_is_no_model_is_said_to_hide_it),
       cmocka_unit_test(a_folder_of_that_name_is_no_model),
       cmocka_unit_test(the_folder_of_models_may_be_named),
       cmocka_unit_test(a_recipe_that_is_none_is_refused),
+
       cmocka_unit_test(every_model_of_ours_is_what_its_recipe_says),
   };
   return cmocka_run_group_tests(tests, make_models, remove_models);

@@ -2,10 +2,9 @@
  * their slaves, scale exactly, and go on from a snapshot with the same bits.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "tests/support/state_support.h"
+#include "tests/support/condensed_support.h"
 
 #include "tests/support/scene_call.h"
-#include "thrum/condensed_model.h"
 #include "thrum/external_load.h"
 
 enum { RANK = 8, MASTERS = 3, VERTICES = 9, STEPS = 200 };
@@ -51,12 +50,8 @@ static void a_condensed_body_has_the_bits_of_its_model_alone_and_shows_its_slave
   steps(scene, STEPS);
 
   // the same by the library's own calls
-  size_t size = 0;
   const thrum_model *stepped = NULL;
-  MUST(thrum_model_condense_size(&m.model, MASTERS, &size, &failure));
-  void *memory = aligned_alloc(64, size);
-  assert_non_null(memory);
-  MUST(thrum_model_condense(memory, size, &m.model, MASTERS, &stepped, &failure));
+  void *memory = condense(&m.model, MASTERS, &stepped);
   thrum_state_def state_def = def.state;
   state_def.dt = 0.003;
   thrum_state *state = state_make(stepped, &state_def);
@@ -133,12 +128,8 @@ static void a_constant_load_ends_where_the_energy_and_its_potential_are_least(vo
   steps(scene, 4000);
 
   // R of the condensed model is the force on the masters, the slaves' part of the load included
-  size_t size = 0;
   const thrum_model *stepped = NULL;
-  MUST(thrum_model_condense_size(&m.model, MASTERS, &size, &failure));
-  void *memory = aligned_alloc(64, size);
-  assert_non_null(memory);
-  MUST(thrum_model_condense(memory, size, &m.model, MASTERS, &stepped, &failure));
+  void *memory = condense(&m.model, MASTERS, &stepped);
   double q[RANK], f[RANK] = {0}, reduced[MASTERS], force[MASTERS];
   double *work = random_alloc((int64_t)thrum_work_count(stepped), sizeof(double));
   MUST(thrum_scene_body_get(scene, 0, q, NULL, &failure));

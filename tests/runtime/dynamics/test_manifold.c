@@ -1,25 +1,12 @@
 /* Tests of the step on the manifold of a condensed model: it is the motion of the whole model where
  * the slaves are stiff, it conserves the energy of all coordinates at any step, and it is of order
  * two. SPDX-License-Identifier: Apache-2.0 */
-#include "tests/support/state_support.h"
+#include "tests/support/condensed_support.h"
 
 #include "runtime/dynamics/manifold.h"
 #include "thrum/batch.h"
-#include "thrum/condensed_model.h"
 
 enum { RANK = 9, MASTERS = 3 };
-
-static void *condense(const thrum_model *model, int64_t masters, const thrum_model **condensed) {
-  size_t size = 0;
-  thrum_error error;
-  if (thrum_model_condense_size(model, masters, &size, &error) != THRUM_OK)
-    fail_msg("%s", error.message);
-  void *memory = aligned_alloc(64, size);
-  assert_non_null(memory);
-  if (thrum_model_condense(memory, size, model, masters, condensed, &error) != THRUM_OK)
-    fail_msg("%s", error.message);
-  return memory;
-}
 
 static thrum_state_def def_of(double dt) {
   thrum_state_def def = thrum_default_state_def();
@@ -34,9 +21,11 @@ static thrum_state_def def_of(double dt) {
 typedef struct valley {
   double omega2[3], c3[10], c4[15];
   thrum_model model;
+  void *memory; /* of the condensed model */
 } valley;
 
-static void valley_make(valley *v, double stiff) {
+/* Returns the valley condensed to its first two coordinates; valley_free frees it. */
+static const thrum_model *valley_make(valley *v, double stiff) {
   static const double a = 0.6, b = -0.4;
   memset(v, 0, sizeof *v);
   v->omega2[0] = 4;
@@ -56,6 +45,35 @@ static void valley_make(valley *v, double stiff) {
   v->model.omega2 = v->omega2;
   v->model.c3 = v->c3;
   v->model.c4 = v->c4;
+
+  // the third follows
+  const thrum_model *condensed = NULL;
+  v->memory = condense(&v->model, 2, &condensed);
+  return condensed;
+}
+
+static void valley_free(valley *v) {
+  free(v->memory);
+}
+
+/* A random model of RANK coordinates, and the memory of the one condensed to MASTERS of them. */
+typedef struct body {
+  random_model m;
+  void *memory;
+} body;
+
+/* Returns the condensed model; the angular frequencies of all coordinates are in [3, omega_last].
+ */
+static const thrum_model *body_make(body *b, uint64_t seed, double omega_last) {
+  random_model_make(&b->m, seed, RANK, 3, omega_last, 1);
+  const thrum_model *condensed = NULL;
+  b->memory = condense(&b->m.model, MASTERS, &condensed);
+  return condensed;
+}
+
+static void body_free(body *b) {
+  free(b->memory);
+  random_model_free(&b->m);
 }
 
 /* x after `time` from momenta p, stepped with the def. */
@@ -71,9 +89,7 @@ static void run(const thrum_model *model, const thrum_state_def *def, double tim
 static void a_stiff_slave_has_its_inertia_which_plain_condensing_leaves_out(void **context) {
   (void)context;
   valley wide;
-  valley_make(&wide, 1e6);
-  const thrum_model *stepped = NULL;
-  void *memory = condense(&wide.model, 2, &stepped);
+  const thrum_model *stepped = valley_make(&wide, 1e6);
   const double p[3] = {2, -1, 0};
   double whole[3], x[3], plain[3], v[3];
 
@@ -88,7 +104,7 @@ static void a_stiff_slave_has_its_inertia_which_plain_condensing_leaves_out(void
   run(stepped, &def, 2, p, plain, v);
   assert_true(largest_difference(x, whole, 2) < 2e-3);
   assert_true(largest_difference(plain, whole, 2) > 0.1);
-  free(memory);
+  valley_free(&wide);
 }
 
 /* |x - whole| over |whole| of the valley after 1.5 s. */
@@ -110,9 +126,7 @@ static void the_damping_of_a_stiff_slave_slows_its_masters(void **context) {
                                          THRUM_INTEGRATOR_IMEXV,    THRUM_INTEGRATOR_VERLET,
                                          THRUM_INTEGRATOR_MIDPOINT, THRUM_INTEGRATOR_RK4};
   valley wide;
-  valley_make(&wide, 4e5);
-  const thrum_model *stepped = NULL;
-  void *memory = condense(&wide.model, 2, &stepped);
+  const thrum_model *stepped = valley_make(&wide, 4e5);
   const double p[3] = {0.1, -0.05, 0};
   double whole[3], v[3];
 
@@ -131,15 +145,13 @@ static void the_damping_of_a_stiff_slave_slows_its_masters(void **context) {
     def.integrator = all[n];
     assert_true(damped_error(stepped, def, whole) < 0.04);
   }
-  free(memory);
+  valley_free(&wide);
 }
 
 static void the_drag_of_slaves_is_accounted_for_and_feeds_nothing_at_any_size(void **context) {
   (void)context;
   valley wide;
-  valley_make(&wide, 1e4);
-  const thrum_model *stepped = NULL;
-  void *memory = condense(&wide.model, 2, &stepped);
+  const thrum_model *stepped = valley_make(&wide, 1e4);
   const double p[2] = {2, -1};
 
   // from a drag that is hardly felt to one that stops the masters within a step
@@ -158,15 +170,13 @@ static void the_drag_of_slaves_is_accounted_for_and_feeds_nothing_at_any_size(vo
     }
     state_free(state);
   }
-  free(memory);
+  valley_free(&wide);
 }
 
 static void the_energy_of_all_coordinates_stays_at_any_step(void **context) {
   (void)context;
-  random_model m;
-  random_model_make(&m, 21, RANK, 3, 100, 1);
-  const thrum_model *stepped = NULL;
-  void *memory = condense(&m.model, MASTERS, &stepped);
+  body b;
+  const thrum_model *stepped = body_make(&b, 21, 100);
   const double p[MASTERS] = {4, -6, 4};
   for (double dt = 0.001; dt < 1; dt *= 10) {
     const thrum_state_def def = def_of(dt);
@@ -192,16 +202,13 @@ static void the_energy_of_all_coordinates_stays_at_any_step(void **context) {
     assert_true(moved > 1e-4);
     state_free(state);
   }
-  free(memory);
-  random_model_free(&m);
+  body_free(&b);
 }
 
 static void half_the_step_leaves_a_quarter_of_the_error(void **context) {
   (void)context;
   valley wide;
-  valley_make(&wide, 400);
-  const thrum_model *stepped = NULL;
-  void *memory = condense(&wide.model, 2, &stepped);
+  const thrum_model *stepped = valley_make(&wide, 400);
   const double p[2] = {2, -1};
 
   // the reference has 64 times more steps
@@ -221,15 +228,13 @@ static void half_the_step_leaves_a_quarter_of_the_error(void **context) {
   // order 2
   for (int n = 0; n < 2; n++)
     assert_true(fabs(log2(error[n] / error[n + 1]) - 2) < 0.15);
-  free(memory);
+  valley_free(&wide);
 }
 
 static void loads_and_damping_account_for_every_change_of_the_energy(void **context) {
   (void)context;
-  random_model m;
-  random_model_make(&m, 22, RANK, 3, 100, 1);
-  const thrum_model *stepped = NULL;
-  void *memory = condense(&m.model, MASTERS, &stepped);
+  body b;
+  const thrum_model *stepped = body_make(&b, 22, 100);
   const double f[MASTERS] = {0.3, 0.2, -0.1};
 
   // both forms of damping
@@ -257,16 +262,13 @@ static void loads_and_damping_account_for_every_change_of_the_energy(void **cont
     state_free(state);
   }
 
-  free(memory);
-  random_model_free(&m);
+  body_free(&b);
 }
 
 static void a_scaled_body_moves_as_the_body_scaled(void **context) {
   (void)context;
-  random_model m;
-  random_model_make(&m, 23, RANK, 3, 100, 1);
-  const thrum_model *stepped = NULL, *scaled = NULL;
-  void *memory = condense(&m.model, MASTERS, &stepped);
+  body b;
+  const thrum_model *stepped = body_make(&b, 23, 100), *scaled = NULL;
 
   // lengths by 2 and stiffness by 4 keep the times; coordinates grow by 1/g
   const thrum_model_scaling by = {2, 4, 1};
@@ -287,15 +289,12 @@ static void a_scaled_body_moves_as_the_body_scaled(void **context) {
   for (int i = 0; i < MASTERS; i++)
     assert_true(fabs(g * x_large[i] - x[i]) < 1e-6 && fabs(g * v_large[i] - v[i]) < 1e-5);
   free(large);
-  free(memory);
-  random_model_free(&m);
+  body_free(&b);
 }
 
 static void check_copy_and_batch(thrum_integrator integrator) {
-  random_model m;
-  random_model_make(&m, 24, RANK, 3, 100, 1);
-  const thrum_model *stepped = NULL;
-  void *memory = condense(&m.model, MASTERS, &stepped);
+  body b;
+  const thrum_model *stepped = body_make(&b, 24, 100);
   thrum_state_def def = def_of(0.01);
   def.integrator = integrator;
   def.damping_beta = 0.002;
@@ -331,8 +330,7 @@ static void check_copy_and_batch(thrum_integrator integrator) {
   state_free(third);
   state_free(other);
   state_free(alone);
-  free(memory);
-  random_model_free(&m);
+  body_free(&b);
 }
 
 static void a_copy_and_a_batch_step_to_the_same_bits(void **context) {
@@ -343,10 +341,8 @@ static void a_copy_and_a_batch_step_to_the_same_bits(void **context) {
 
 static void all_kernels_give_the_same_bits(void **context) {
   (void)context;
-  random_model m;
-  random_model_make(&m, 25, RANK, 3, 100, 1);
-  const thrum_model *stepped = NULL;
-  void *memory = condense(&m.model, MASTERS, &stepped);
+  body b;
+  const thrum_model *stepped = body_make(&b, 25, 100);
   const double p[MASTERS] = {0.4, -0.3, 0.2};
   double x[2][MASTERS], v[2][MASTERS];
 
@@ -363,8 +359,7 @@ static void all_kernels_give_the_same_bits(void **context) {
     assert_memory_equal(x[0], x[1], sizeof x[0]);
     assert_memory_equal(v[0], v[1], sizeof v[0]);
   }
-  free(memory);
-  random_model_free(&m);
+  body_free(&b);
 }
 
 /* The increment of one step from a bent, moving state under a load, and what contact is told of it
@@ -407,22 +402,18 @@ static double error_of_prediction(const thrum_model *stepped, double dt) {
 static void contact_is_told_of_the_step_to_third_order(void **context) {
   (void)context;
   valley v;
-  valley_make(&v, 400);
-  const thrum_model *stepped = NULL;
-  void *memory = condense(&v.model, 2, &stepped);
+  const thrum_model *stepped = valley_make(&v, 400);
   const double whole = error_of_prediction(stepped, 2e-3),
                half = error_of_prediction(stepped, 1e-3);
   assert_true(whole < 1e-6);
   assert_true(whole / half > 7);
-  free(memory);
+  valley_free(&v);
 }
 
 static void a_body_at_rest_stays_and_leaves_no_residual(void **context) {
   (void)context;
   valley v;
-  valley_make(&v, 400);
-  const thrum_model *stepped = NULL;
-  void *memory = condense(&v.model, 2, &stepped);
+  const thrum_model *stepped = valley_make(&v, 400);
   const thrum_state_def def = def_of(1e-2);
   thrum_state *state = state_make(stepped, &def);
   state_steps(stepped, state, 3);
@@ -433,15 +424,13 @@ static void a_body_at_rest_stays_and_leaves_no_residual(void **context) {
   assert_true(x[0] == 0 && x[1] == 0 && p[0] == 0 && p[1] == 0);
   assert_true(thrum_state_report_get(state).residual_last == 0);
   state_free(state);
-  free(memory);
+  valley_free(&v);
 }
 
 static void a_small_damped_motion_is_solved_by_one_exact_jacobian(void **context) {
   (void)context;
-  random_model m;
-  random_model_make(&m, 26, RANK, 3, 100, 1);
-  const thrum_model *stepped = NULL;
-  void *memory = condense(&m.model, MASTERS, &stepped);
+  body b;
+  const thrum_model *stepped = body_make(&b, 26, 100);
 
   // so small that the equation is linear; the damping outweighs inertia and stiffness
   const double p[MASTERS] = {4e-7, -6e-7, 4e-7};
@@ -458,16 +447,13 @@ static void a_small_damped_motion_is_solved_by_one_exact_jacobian(void **context
     assert_int_equal(report.iterations, 1);
     state_free(state);
   }
-  free(memory);
-  random_model_free(&m);
+  body_free(&b);
 }
 
 static void a_smooth_motion_is_guessed_from_the_steps_before(void **context) {
   (void)context;
-  random_model m;
-  random_model_make(&m, 27, RANK, 3, 30, 1);
-  const thrum_model *stepped = NULL;
-  void *memory = condense(&m.model, MASTERS, &stepped);
+  body b;
+  const thrum_model *stepped = body_make(&b, 27, 30);
 
   // 500 steps to a period of the fastest master
   const thrum_state_def def = def_of(1e-3);
@@ -480,8 +466,7 @@ static void a_smooth_motion_is_guessed_from_the_steps_before(void **context) {
   const int64_t spent = thrum_state_report_get(state).iterations - begun;
   assert_true(spent <= 200);
   state_free(state);
-  free(memory);
-  random_model_free(&m);
+  body_free(&b);
 }
 
 int main(void) {
@@ -492,9 +477,13 @@ int main(void) {
       cmocka_unit_test(the_energy_of_all_coordinates_stays_at_any_step),
       cmocka_unit_test(half_the_step_leaves_a_quarter_of_the_error),
       cmocka_unit_test(loads_and_damping_account_for_every_change_of_the_energy),
+
+      // in other units, in copies and by other kernels
       cmocka_unit_test(a_scaled_body_moves_as_the_body_scaled),
       cmocka_unit_test(a_copy_and_a_batch_step_to_the_same_bits),
       cmocka_unit_test(all_kernels_give_the_same_bits),
+
+      // what contact is told, and what a solve takes
       cmocka_unit_test(contact_is_told_of_the_step_to_third_order),
       cmocka_unit_test(a_body_at_rest_stays_and_leaves_no_residual),
       cmocka_unit_test(a_small_damped_motion_is_solved_by_one_exact_jacobian),

@@ -3,10 +3,9 @@
  * may do. No sanitizer sees these places, as a state is one block of memory.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "tests/support/state_support.h"
+#include "tests/support/condensed_support.h"
 
 #include "runtime/dynamics/state_layout.h"
-#include "thrum/condensed_model.h"
 
 /* Neither a whole number of lanes, nor its square, nor that of the masters. */
 enum { RANK = 9, MASTERS = 5 };
@@ -74,13 +73,8 @@ static void no_step_writes_behind_an_array_of_its_state(void **context) {
   (void)context;
   random_model m;
   random_model_make(&m, 62, RANK, 3, 150, 1);
-  size_t size = 0;
   const thrum_model *condensed = NULL;
-  assert_int_equal(thrum_model_condense_size(&m.model, MASTERS, &size, NULL), THRUM_OK);
-  void *memory = aligned_alloc(64, size);
-  assert_non_null(memory);
-  assert_int_equal(thrum_model_condense(memory, size, &m.model, MASTERS, &condensed, NULL),
-                   THRUM_OK);
+  void *memory = condense(&m.model, MASTERS, &condensed);
 
   // every integrator without damping and with either form, and either solver
   for (int n = 0; n < 4 * INTEGRATOR_COUNT; n++) {

@@ -94,6 +94,8 @@ static void expect_no_unit(const thrum_state_def *def) {
   random_model m;
   random_model_make(&m, 52, RANK, 3, 150, 1);
   step_all(&m.model, *def, &(units){1, 1}, runs);
+
+  // the same body made again, since its numbers are converted in place
   for (size_t n = 0; n < sizeof others / sizeof others[0]; n++) {
     random_model other;
     random_model_make(&other, 52, RANK, 3, 150, 1);

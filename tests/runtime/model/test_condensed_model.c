@@ -2,29 +2,15 @@
  * of how they follow, and what needs a basis refuses a model that is stepped without its slaves.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "tests/support/state_support.h"
+#include "tests/support/condensed_support.h"
 
 #include "runtime/base/vec3.h"
-#include "thrum/condensed_model.h"
 #include "thrum/displacement.h"
 #include "thrum/external_load.h"
 #include "thrum/polynomial.h"
 #include "thrum/surface.h"
 
 enum { RANK = 9, MASTERS = 4 };
-
-static void *condense(const thrum_model *model, int64_t masters, const thrum_model **condensed) {
-  size_t size = 0;
-  thrum_error error;
-  if (thrum_model_condense_size(model, masters, &size, &error) != THRUM_OK)
-    fail_msg("%s", error.message);
-  void *memory = aligned_alloc(64, size);
-  assert_non_null(memory);
-  memset(memory, 0xa5, size);
-  if (thrum_model_condense(memory, size, model, masters, condensed, &error) != THRUM_OK)
-    fail_msg("%s", error.message);
-  return memory;
-}
 
 /* V of a model, with work of its own. */
 static double energy_of(const thrum_model *model, const double *q) {
