@@ -281,3 +281,10 @@ thrum_status thrum_file_read(const char *path, void **data, size_t *size, thrum_
     *size = (size_t)info.st_size;
   return status;
 }
+
+thrum_status thrum_file_name_memory(const char *path, thrum_status status, thrum_error *error) {
+  if (status != THRUM_OUT_OF_MEMORY || error == NULL)
+    return status;
+  const thrum_error detail = *error;
+  return thrum_error_set(error, status, "%.200s: %s", path, detail.message);
+}

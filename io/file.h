@@ -39,4 +39,8 @@ const char *thrum_file_hint(int number);
  * *size does not count stands behind the last byte. */
 thrum_status thrum_file_read(const char *path, void **data, size_t *size, thrum_error *error);
 
+/* Returns `status`, and where it is that of lacking memory, puts the file's name in front of the
+ * message: what asks for memory while a file is taken in does not know the file. */
+thrum_status thrum_file_name_memory(const char *path, thrum_status status, thrum_error *error);
+
 #endif

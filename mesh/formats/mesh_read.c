@@ -37,7 +37,7 @@ static thrum_status read_file(const char *path, const char *regions, thrum_mesh_
   size_t size = 0;
   thrum_status status = thrum_file_read(path, &data, &size, error);
   const thrum_mesh_source source = {path, data, size, regions};
-  THRUM_THEN(status, parse(&source, mesh, error));
+  THRUM_THEN(status, thrum_file_name_memory(path, parse(&source, mesh, error), error));
   free(data);
   return status;
 }
@@ -66,7 +66,8 @@ static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error 
   // the parser needs both texts at once, since tets name nodes
   const thrum_mesh_source nodes = {names[0], data[0], size[0], NULL};
   const thrum_mesh_source elements = {names[1], data[1], size[1], NULL};
-  THRUM_THEN(status, thrum_mesh_parse_tetgen(&nodes, &elements, mesh, error));
+  THRUM_THEN(status, thrum_file_name_memory(
+                         path, thrum_mesh_parse_tetgen(&nodes, &elements, mesh, error), error));
 
   for (int i = 0; i < 2; i++) {
     free(names[i]);

@@ -200,7 +200,7 @@ static thrum_status include(veg_reader *r) {
 
   char *path = included_path(r, text->at, length);
   if (!path)
-    return thrum_text_fail(text, THRUM_OUT_OF_MEMORY, r->error, "not enough memory");
+    return thrum_error_set(r->error, THRUM_OUT_OF_MEMORY, "not enough memory");
 
   // a mesh from elsewhere must not have any file of the machine read, and its lines shown
   if ((leaves_folder(text->at, length) || !stays_in_folder(r, path)) && !is_allowed(path)) {
@@ -654,8 +654,7 @@ thrum_status thrum_mesh_parse_veg(const thrum_mesh_source *source, thrum_mesh *m
   if (!r || !copy) {
     free(copy);
     free(r);
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory to read %.150s",
-                           source->name);
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory");
   }
 
   // names point into the files, so these stay open until the mesh is made

@@ -20,6 +20,7 @@
 #include "mesh/formats/vtk_cells.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
+#include "platform/allocate.h"
 
 enum { PIECE_OF_FILE = 1 << 24 /* bytes that expat gets at once; its lengths are ints */ };
 
@@ -171,9 +172,7 @@ static thrum_status take_bytes(vtu_reader *r, const vtu_array *a, const char *at
     return THRUM_OK;
 
   free(*owned);
-  *owned = malloc((size_t)count + 1);
-  if (!*owned)
-    return fail_at(r, a->line, THRUM_OUT_OF_MEMORY, "not enough memory");
+  THRUM_TRY(thrum_reserve(owned, (int64_t)count, 1, "an array", r->error));
   *bytes = *owned;
   return decode_base64(at, stop, *owned, (size_t)count) == count ? THRUM_OK : array_cut_short(r, a);
 }
@@ -193,9 +192,7 @@ static thrum_status inflate_blocks(vtu_reader *r, const vtu_array *a, const unsi
   if (end > most || last > whole || (blocks > 1 && whole > most / (blocks - 1)))
     return fail_at(r, a->line, THRUM_BAD_FORMAT, "a compressed array has impossible sizes");
   *count = (blocks - 1) * whole + end;
-  *owned = malloc((size_t)*count + 1);
-  if (!*owned)
-    return fail_at(r, a->line, THRUM_OUT_OF_MEMORY, "not enough memory");
+  THRUM_TRY(thrum_reserve(owned, (int64_t)*count, 1, "an array", r->error));
 
   // each block must become as long as the header says
   uint64_t done = 0;
@@ -275,11 +272,10 @@ static thrum_status read_bytes(vtu_reader *r, vtu_array *a, const char *at, cons
 
   // every type becomes double
   a->array.count = (int64_t)(size / (uint64_t)a->type.size);
-  a->array.values = malloc(((size_t)a->array.count + 1) * sizeof *a->array.values);
-  if (!a->array.values) {
-    status = fail_at(r, a->line, THRUM_OUT_OF_MEMORY, "not enough memory");
+  status = thrum_reserve(&a->array.values, a->array.count, sizeof *a->array.values, "an array",
+                         r->error);
+  if (status < 0)
     goto cleanup;
-  }
 
   // all types become double, which holds every index exactly
   for (int64_t i = 0; i < a->array.count; i++)
@@ -509,7 +505,7 @@ static thrum_status parse_xml(vtu_reader *r) {
 
   const enum XML_Error code = XML_GetErrorCode(r->parser);
   if (parsed == XML_STATUS_ERROR && code == XML_ERROR_NO_MEMORY)
-    return fail(r, THRUM_OUT_OF_MEMORY, "not enough memory");
+    return thrum_error_set(r->error, THRUM_OUT_OF_MEMORY, "not enough memory");
   if (!r->has_file)
     return thrum_error_set(r->error, THRUM_BAD_FORMAT,
                            "%.200s: there is no <VTKFile>; is it a VTK XML file?", r->name);

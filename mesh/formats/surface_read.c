@@ -45,7 +45,7 @@ thrum_status thrum_surface_mesh_read(const char *path, double scale, thrum_surfa
 
   // the caller's surface changes only when all went well
   thrum_surface_mesh read = {0};
-  thrum_status status = parse(path, data, size, &read, error);
+  thrum_status status = thrum_file_name_memory(path, parse(path, data, size, &read, error), error);
   free(data);
 
   THRUM_THEN(status, scale_vertices(path, scale, &read, error));

@@ -82,6 +82,9 @@ COMMANDS.update({
     "export_again": "export run --glb OUT/m.glb --json",
 })
 
+# the share of a command's allocations in which it reads its mesh, after the first few, which are the program's own
+READS_MESH = {"convert": (0.05, 0.5), "convert_back": (0.05, 0.5)}
+
 # kinds of access to files that fail, and what the kernel then says (tests/faults/file_fault.c)
 FILE_FAULTS = {"open": "Too many open files", "read": "Input/output error", "write": "Input/output error",
                "full": "No space left on device", "fsync": "Input/output error", "close": "Input/output error",
@@ -291,7 +294,13 @@ def chosen(count, points):
     return list(range(1, first + 1)) + [first + 1 + k * (count - first - 1) // (points - first) for k in range(points - first)]
 
 
-def judge(case, code, results, errors, fault):
+def leaves_out_mesh(case, errors, fault, share):
+    """Whether a run that had no memory to read its mesh does not say which mesh that was. `share`: of its allocations, before."""
+    least, most = READS_MESH.get(case.name, (1, 0))
+    return fault == "one" and least < share < most and "mesh." not in errors
+
+
+def judge(case, code, results, errors, fault, share):
     """A finding, as its kind and a text; None: the run ended as it may."""
     reason = FILE_FAULTS.get(fault)  # what a message must say; None: anything
     if code < 0 or code == 139:
@@ -312,6 +321,8 @@ def judge(case, code, results, errors, fault):
         return "silent", "exit code 1 without a word"
     if reason and reason not in errors and "standard output could not be written" not in errors:
         return "another reason", "the message has not the reason"
+    if leaves_out_mesh(case, errors, fault, share):
+        return "no file named", "the message has not the name of the mesh"
     half = case.half(results, errors)
     return ("half a file", half) if half else None
 
@@ -348,7 +359,7 @@ def sweep(case, faults, points, show):
         for at in chosen(count, points):
             code, results, errors = case.run(fault, at)
             codes[code] += 1
-            found = judge(case, code, results, errors, fault.name)
+            found = judge(case, code, results, errors, fault.name, at / count)
             if found and found[0] == "crash of a library":
                 crashes += 1
             elif found:
