@@ -28,6 +28,7 @@ static const load_kind kinds[] = {
     {"impulse", THRUM_LOAD_CONSTANT, 0.003},    {"square", THRUM_LOAD_CONSTANT, 0.3},
     {"sine", THRUM_LOAD_SINE, INFINITY},        {"constant", THRUM_LOAD_CONSTANT, INFINITY},
     {"gravity", THRUM_LOAD_CONSTANT, INFINITY}, {"traction", THRUM_LOAD_CONSTANT, INFINITY},
+    {"ramp", THRUM_LOAD_RAMP, INFINITY},
 };
 enum { KIND_COUNT = sizeof kinds / sizeof kinds[0] };
 
@@ -99,6 +100,11 @@ static thrum_status make_course(const load_kind *kind, const key_values *values,
   if (!sine && values->given[KEY_FREQUENCY]) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--load '%s': only a sine has a frequency f", text);
+  }
+
+  if (kind->shape == THRUM_LOAD_RAMP && !isfinite(course->until)) {
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--load '%s': a ramp needs its end in s, such as until=1", text);
   }
 
   // the window begins in the run and has a length
@@ -190,7 +196,7 @@ thrum_status load_spec_parse(const char *text, load_spec *load, thrum_error *err
   if (kind == NULL) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--load '%.200s': it begins with impulse:, square:, sine:, constant:, "
-                           "gravity: or traction:",
+                           "ramp:, gravity: or traction:",
                            text);
   }
 

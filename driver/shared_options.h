@@ -64,6 +64,7 @@ extern const char *const law_names[];
   "LOAD is KIND:X,Y,Z@TARGET[,from=S][,until=S], a force in newtons:\n"                            \
   "  impulse   for 0.003 s, or until=        square    for 0.3 s, or until=\n"                     \
   "  constant  for ever, or until=           sine      needs f=HZ; for ever, or until=\n"          \
+  "  ramp      rises evenly from 0 at the start to the force at until=S, and ends there\n"         \
   "  gravity   gravity:X,Y,Z, an acceleration in m/s^2; no TARGET\n"                               \
   "  traction  traction:X,Y,Z@GROUP, a force an area in Pa on the surface there\n"                 \
   "TARGET is a group, vertex=N (from 1, as in lists of fixed vertices), or all. The force is\n"    \

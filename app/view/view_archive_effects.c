@@ -10,7 +10,8 @@
 #include "thrum/thrum.h"
 
 static void add_course(cJSON *object, const thrum_load *course) {
-  cJSON_AddStringToObject(object, "shape", course->shape == THRUM_LOAD_SINE ? "sine" : "constant");
+  static const char *const names[] = {"constant", "sine", "ramp"};
+  cJSON_AddStringToObject(object, "shape", names[course->shape]);
   json_number(object, "from", course->from);
   // JSON has no infinity
   if (isfinite(course->until))

@@ -40,15 +40,16 @@ THRUM_API thrum_status thrum_load_add_gravity(const thrum_model *model,
 /* The course of a load over time: its direction times thrum_load_mean. */
 typedef enum thrum_load_shape {
   THRUM_LOAD_CONSTANT = 0, /* 1 in [from, until) */
-  THRUM_LOAD_SINE = 1      /* sin(2 pi frequency (t - from)) in [from, until) */
+  THRUM_LOAD_SINE = 1,     /* sin(2 pi frequency (t - from)) in [from, until) */
+  THRUM_LOAD_RAMP = 2      /* (t - from) / (until - from) in [from, until), 0 without end */
 } thrum_load_shape;
 
 /* A course over time. There are no defaults: set every field. */
 typedef struct thrum_load {
-  thrum_load_shape shape; /* constant or sine */
+  thrum_load_shape shape; /* constant, sine or ramp */
   double from;            /* start [s]; later: the load begins later */
-  double until;           /* end [s], may be INFINITY; later: the load lasts longer */
-  double frequency;       /* of the sine [Hz]; higher: more cycles in the window */
+  double until;     /* end [s], may be INFINITY; later: it lasts longer, a ramp rises slower */
+  double frequency; /* of the sine [Hz]; higher: more cycles in the window */
 } thrum_load;
 
 /* Exact mean of the load over [step dt, (step+1) dt) [1]; dt [s]. Window ends within 1e-6 of a

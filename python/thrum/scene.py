@@ -33,7 +33,8 @@ class Load:
     """A load over time on one body, in world axes.
 
     One of: force, x, y, z [N], which `vertices` (0-based) or the `group` share, or the whole body; field, n x 3 [N];
-    acceleration [m/s^2]. It acts in [start, until) [s], as it is, or times sin(2 pi frequency (t - start)) [Hz].
+    acceleration [m/s^2]. It acts in [start, until) [s], as it is, or times sin(2 pi frequency (t - start)) [Hz],
+    or with `ramp` times (t - start) / (until - start).
     """
 
     force: Any = None
@@ -44,6 +45,7 @@ class Load:
     start: float = 0.0
     until: float = math.inf
     frequency: float | None = None
+    ramp: bool = False
 
 
 @dataclass(frozen=True)
@@ -581,7 +583,10 @@ def _load_record(load: Load, model: Model) -> tuple[Any, list[object]]:
         kept.append(points)
         record.vertices, record.count = _native.pointer(points, "int32_t"), points.size
 
-    record.course.shape = lib.THRUM_LOAD_CONSTANT if load.frequency is None else lib.THRUM_LOAD_SINE
+    if load.ramp and load.frequency is not None:
+        raise ValueError("a load is a ramp or a sine, not both")
+    shape = lib.THRUM_LOAD_RAMP if load.ramp else lib.THRUM_LOAD_CONSTANT
+    record.course.shape = shape if load.frequency is None else lib.THRUM_LOAD_SINE
     record.course.__setattr__("from", float(load.start))
     record.course.until = float(load.until)
     record.course.frequency = 0.0 if load.frequency is None else float(load.frequency)

@@ -2,7 +2,8 @@
  *
  * Time is counted in steps. A window end within 1e-6 of a whole step is that step, because 0.3 s is
  * 100 steps of 0.003 s although 0.3 / 0.003 is not 100 in floating point. The mean of a sine over
- * [a, b] is sin(middle) sin(x)/x with x half the phase that it covers.
+ * [a, b] is sin(middle) sin(x)/x with x half the phase that it covers; that of a ramp is its value
+ * in the middle.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
@@ -27,6 +28,9 @@ double thrum_load_mean(const thrum_load *load, int64_t step, double dt) {
     return 0;
   if (load->shape == THRUM_LOAD_CONSTANT)
     return last - first;
+  if (load->shape == THRUM_LOAD_RAMP)
+    return isfinite(until - from) ? (last - first) * (0.5 * (first + last) - from) / (until - from)
+                                  : 0;
   // phases in turns from the start of the window; whole turns are dropped before pi comes in
   double turns = load->frequency * dt;
   double middle = fmod(turns * (0.5 * (first + last) - from), 1.0);

@@ -135,6 +135,7 @@ static void misspelt_loads_exit_with_two_and_say_what_is_wrong(void **state) {
       LOAD("push:0,0,1@tip", "begins with impulse:"),
       LOAD("impulse", "begins with impulse:"),
       LOAD("impulse:", "x,y,z"),
+      LOAD("ramp:0,0,1@tip", "a ramp needs its end in s, such as until=1"),
       LOAD("impulse:0,1@tip", "'0,1' is not x,y,z"),
       LOAD("impulse:0,0,1e999@tip", "is not x,y,z"),
       LOAD("impulse:0,0,nan@tip", "is not x,y,z"),

@@ -6,7 +6,7 @@ export const INTEGRATORS = { imexv: 0, newmark: 1, verlet: 2, midpoint: 3, energ
 export const INTEGRATOR_NAMES = Object.keys(INTEGRATORS);
 const SCHEME_ENERGY = 2;
 const OBSTACLES = { plane: 0, sphere: 1, box: 2 };
-const COURSES = { constant: 0, sine: 1 };
+const COURSES = { constant: 0, sine: 1, ramp: 2 };
 const MESSAGE_BYTES = 400;
 const RANK_MAX = 512;
 

@@ -360,6 +360,25 @@ static void sine_mean_agrees_with_quadrature(void **state) {
                     mean_by_quadrature(&loads[l], k, steps[s]), 1e-10);
 }
 
+static void a_ramp_rises_evenly_to_its_end(void **state) {
+  (void)state;
+  const thrum_load ramp = {THRUM_LOAD_RAMP, 0.05, 0.25, 0};
+  double impulse = 0;
+  for (int64_t k = 0; k < 40; k++) {
+    const double middle = 0.01 * ((double)k + 0.5);
+    const double expected = middle > 0.05 && middle < 0.25 ? (middle - 0.05) / 0.2 : 0;
+    assert_near(thrum_load_mean(&ramp, k, 0.01), expected, 1e-14);
+    impulse += 0.01 * thrum_load_mean(&ramp, k, 0.01);
+  }
+  assert_near(impulse, 0.1, 1e-14);
+
+  // one that begins and ends within a step keeps its impulse; one that never ends never rises
+  const thrum_load within = {THRUM_LOAD_RAMP, 0.052, 0.058, 0};
+  assert_near(0.01 * thrum_load_mean(&within, 5, 0.01), 0.003, 1e-16);
+  const thrum_load endless = {THRUM_LOAD_RAMP, 0, INFINITY, 0};
+  assert_true(thrum_load_mean(&endless, 5, 0.01) == 0);
+}
+
 static void sine_over_a_whole_turn_has_no_mean(void **state) {
   (void)state;
   thrum_load load = {THRUM_LOAD_SINE, 0, INFINITY, 100};
@@ -411,6 +430,7 @@ int main(void) {
       cmocka_unit_test(window_keeps_its_impulse_at_any_step),
       cmocka_unit_test(windows_may_be_endless_empty_or_reversed),
       cmocka_unit_test(nonsense_gives_no_load_rather_than_nan),
+      cmocka_unit_test(a_ramp_rises_evenly_to_its_end),
       cmocka_unit_test(sine_mean_agrees_with_quadrature),
       cmocka_unit_test(sine_over_a_whole_turn_has_no_mean),
       cmocka_unit_test(mean_of_a_step_is_the_mean_of_its_halves),
