@@ -153,10 +153,12 @@ static void open_browser(char *url, bool quiet) {
     return;
   }
 
-  // the browser's messages are not ours; where it cannot be started the address was printed
+  // the browser's messages are not ours, but that there is none is
   pid_t child;
   char *const argv[] = {"xdg-open", url, NULL};
-  program_start(argv, &(program_place){.own_group = true}, &child);
+  if (program_start(argv, &(program_place){.own_group = true}, &child) != 0 && !quiet)
+    fputs("thrum: no browser could be started: there is no xdg-open; open the address in one\n",
+          stderr);
 }
 
 static thrum_status show_page(const view_request *request, thrum_error *error) {

@@ -47,8 +47,8 @@ THESIS_SPLIT = {"beam": "9/6", "basket": "15/5", "bridge": "13/2", "horse": "9/6
 THESIS_LOST = {("beam", 0): 6.86, ("beam", 0.3): 7.12, ("tower", 0): 10.53}
 
 STYLE = """body{font:15px/1.45 system-ui,sans-serif;margin:2em auto;max-width:1180px;padding:0 1em;color:#222;background:#fff}
-table{border-collapse:collapse;margin:1em 0;font-size:13px}
-th,td{padding:2px 8px;text-align:right;border-bottom:1px solid #ddd}td{white-space:nowrap}
+table{border-collapse:collapse;margin:1em 0;font-size:12px}
+th,td{padding:2px 6px;text-align:right;border-bottom:1px solid #ddd}td{white-space:nowrap}
 th{border-bottom:2px solid #888;vertical-align:bottom}
 td:first-child,th:first-child,.l{text-align:left}
 .bad{color:#b00020;font-weight:600}.dim{color:#777}svg{margin:2px}"""

@@ -412,6 +412,15 @@ static void without_a_name_the_page_is_opened_where_there_is_a_display(void **st
   program_result_free(&alone);
   assert_null(opened_address(5));
 
+  // a display without xdg-open is said as well
+  setenv("DISPLAY", ":99", 1);
+  setenv("PATH", folder, 1);
+  program_result lone = thrum_run(beside, "view", "../beam.npz", NULL);
+  assert_int_equal(lone.exit_code, 0);
+  assert_non_null(strstr(lone.err, "there is no xdg-open"));
+  program_result_free(&lone);
+  setenv("PATH", path, 1);
+
   // the blank of the folder is escaped in the address
   setenv("DISPLAY", ":99", 1);
   program_result run = thrum_run(beside, "view", "../beam.npz", "--json", NULL);
