@@ -26,6 +26,24 @@ const char *static_status_name(const static_answer *answer) {
   return report->instability == THRUM_INSTABILITY_BIFURCATION ? "buckled" : "done";
 }
 
+/* Loads and motions as they were given, each kind under the name of its option. */
+static void add_asked(cJSON *object, const static_request *request) {
+  cJSON *loads = cJSON_AddArrayToObject(object, "load");
+  for (int64_t n = 0; n < request->load_count; n++)
+    cJSON_AddItemToArray(loads, cJSON_CreateString(request->loads[n].text));
+
+  // all kinds are there, so that a reader need not ask which
+  static const char *const kinds[] = {[STATIC_MOVE] = "move",
+                                      [STATIC_ROTATE] = "rotate",
+                                      [STATIC_FOLLOW] = "follow",
+                                      [STATIC_MOMENT] = "moment"};
+  cJSON *lists[sizeof kinds / sizeof *kinds];
+  for (size_t kind = 0; kind < sizeof kinds / sizeof *kinds; kind++)
+    lists[kind] = cJSON_AddArrayToObject(object, kinds[kind]);
+  for (int64_t n = 0; n < request->move_count; n++)
+    cJSON_AddItemToArray(lists[request->moves[n].kind], cJSON_CreateString(request->moves[n].text));
+}
+
 static void add_displacements(cJSON *object, const static_answer *answer) {
   cJSON *list = cJSON_AddArrayToObject(object, "displacements");
   for (int64_t n = 0; n < answer->request->target_count; n++) {
@@ -54,9 +72,7 @@ void static_report_json(const static_answer *answer) {
   // what was asked
   json_string(object, "model", request->model_path);
   json_number(object, "rank", (double)answer->model->rank);
-  cJSON *loads = cJSON_AddArrayToObject(object, "load");
-  for (int64_t n = 0; n < request->load_count; n++)
-    cJSON_AddItemToArray(loads, cJSON_CreateString(request->loads[n].text));
+  add_asked(object, request);
   cJSON_AddStringToObject(object, "law", law_names[request->law]);
   json_number(object, "factor", report->factor);
 

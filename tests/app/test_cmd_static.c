@@ -229,6 +229,10 @@ static void a_group_is_brought_to_where_it_is_to_go(void **state) {
     assert_true(fabs(cJSON_GetArrayItem(mean, 0)->valuedouble - 0.01) <= 1e-12);
     assert_true(fabs(cJSON_GetArrayItem(mean, 2)->valuedouble + 0.2) <= 1e-12);
 
+    // what was asked is said under the option's name
+    const cJSON *moves = cJSON_GetObjectItemCaseSensitive(object, "move");
+    assert_string_equal(cJSON_GetStringValue(cJSON_GetArrayItem(moves, 0)), "0.01,0,-0.2@tip");
+
     assert_true(json_value(object, "load_energy_j") == 0);
     energy[n] = json_value(object, "energy_j");
     cJSON_Delete(object);
