@@ -25,14 +25,19 @@ static const json_column unit_columns[] = {
     COLUMN_END,
 };
 
+const experiments_form experiments_extremes_form = {
+    {{"extremes", "runs", columns}, {"units", "units", unit_columns}}, NULL, NULL};
+
 static bool show(void *context, const char *stage, double fraction) {
   config_progress_update(context, stage, fraction);
   return true;
 }
 
-thrum_status experiments_extremes(const experiments_request *request, bool *flagged,
+thrum_status experiments_extremes(const experiments_request *request,
+                                  const experiments_bodies *bodies, bool *flagged,
                                   thrum_error *error) {
   config_progress progress = config_progress_make(request->quiet);
+  (void)bodies; // it has bodies of its own
 
   // the cases that are asked for
   experiment_extremes extremes = {
@@ -48,11 +53,11 @@ thrum_status experiments_extremes(const experiments_request *request, bool *flag
 
   // their tables, also where some are flagged
   if (status >= 0) {
-    const experiments_table tables[] = {
-        {"extremes", "runs", experiment_extremes_rows(&extremes), columns},
-        {"units", "units", experiment_units_rows(&extremes), unit_columns}};
     *flagged = experiment_extremes_flagged(&extremes);
-    status = experiments_publish(request, tables, 2, *flagged, error);
+    const experiments_outcome outcome = {
+        .rows = {experiment_extremes_rows(&extremes), experiment_units_rows(&extremes)},
+        .flagged = *flagged};
+    status = experiments_publish(request, &outcome, error);
   }
   experiment_extremes_free(&extremes);
   return status;

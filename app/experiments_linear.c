@@ -1,10 +1,8 @@
 /* `thrum experiments --linear`: how far linear modal analysis can be believed, and what the cubic
  * and quartic terms cost. SPDX-License-Identifier: Apache-2.0 */
-#include <stdio.h>
 #include <stdlib.h>
 
 #include "app/experiments.h"
-#include "app/results.h"
 #include "config/progress.h"
 #include "validation/experiments/linear_free_vibration.h"
 #include "validation/experiments/tables.h"
@@ -22,23 +20,19 @@ static const json_column columns[] = {
     COLUMN_END,
 };
 
-static thrum_status publish(const experiments_request *request, const experiment_linear *linear,
-                            thrum_error *error) {
-  thrum_file_writer writer = {NULL, NULL, NULL};
-  THRUM_TRY(results_open(request->output, "linear_curves.csv", &writer, error));
-  experiment_linear_curves_csv(writer.stream, linear);
-  THRUM_TRY(thrum_file_writer_commit(&writer, error));
+const experiments_form experiments_linear_form = {
+    {{"linear", "runs", columns}},
+    "linear_curves.csv",
+    "                  deflection [% of the length] at\n"
+    "                    rest, error     motion, error                  time [us]\n"};
 
-  if (!request->json) {
-    printf("%-8s %4s %35s\n", "", "", "deflection [% of the length] at");
-    printf("%-8s %4s %17s %17s %26s\n", "", "", "rest, error", "motion, error", "time [us]");
-  }
-  const experiments_table table = {"linear", "runs", experiment_linear_rows(linear), columns};
-  return experiments_publish(request, &table, 1, false, error);
+static void write_curves(FILE *stream, const void *of) {
+  experiment_linear_curves_csv(stream, of);
 }
 
 thrum_status experiments_linear(const experiments_request *request,
-                                const experiments_bodies *bodies, thrum_error *error) {
+                                const experiments_bodies *bodies, bool *flagged,
+                                thrum_error *error) {
   config_progress progress = config_progress_make(request->quiet);
   experiment_linear linear = {.bodies = bodies->bodies,
                               .body_count = bodies->count,
@@ -47,7 +41,12 @@ thrum_status experiments_linear(const experiments_request *request,
                               .progress_context = &progress};
   thrum_status status = experiment_linear_run(&linear, error);
   config_progress_end(&progress, status >= 0);
-  THRUM_THEN(status, publish(request, &linear, error));
+  *flagged = false;
+  if (status >= 0) {
+    const experiments_outcome outcome = {
+        .rows = {experiment_linear_rows(&linear)}, .write_list = write_curves, .of = &linear};
+    status = experiments_publish(request, &outcome, error);
+  }
   free(linear.results);
   return status;
 }

@@ -12,8 +12,6 @@
 #include "validation/experiments/long_run.h"
 #include "validation/experiments/tables.h"
 
-#define WINDOWS "long_windows.csv"
-
 /* A request with its runs, for the progress that writes the tables. */
 typedef struct long_work {
   const experiments_request *request;
@@ -36,6 +34,9 @@ static const json_column columns[] = {
     COLUMN_END,
 };
 
+const experiments_form experiments_long_form = {
+    {{"long", "runs", columns}}, "long_windows.csv", NULL};
+
 /* Marks the runs that the tables in the folder hold already as done; without tables there are none.
  */
 static void resume(long_work *work) {
@@ -46,25 +47,34 @@ static void resume(long_work *work) {
   if (thrum_file_read(path, &table, &size, NULL) < 0)
     return;
 
-  snprintf(path, sizeof path, "%s/%s", work->request->output, WINDOWS);
+  snprintf(path, sizeof path, "%s/%s", work->request->output, experiments_long_form.list);
   if (thrum_file_read(path, &windows, &size, NULL) >= 0)
     experiment_tables_read_long(table, windows, &work->runs);
   free(table);
   free(windows);
 }
 
+static void write_windows(FILE *stream, const void *of) {
+  experiment_windows_csv(stream, of);
+}
+
+static experiments_outcome outcome_of(const experiment_long *runs) {
+  return (experiments_outcome){
+      .rows = {experiment_long_rows(runs)},
+      .write_list = write_windows,
+      .of = runs,
+      .flagged = experiment_long_flagged(runs),
+  };
+}
+
 /* The tables of the runs that are done. */
 static thrum_status write_tables(const long_work *work, thrum_error *error) {
-  thrum_file_writer writer = {NULL, NULL, NULL};
-  cJSON *rows = experiment_long_rows(&work->runs);
-  const thrum_status status = experiments_write_rows(work->request, "long", rows, error);
-  cJSON_Delete(rows);
-  if (status < 0)
-    return status;
-
-  THRUM_TRY(results_open(work->request->output, WINDOWS, &writer, error));
-  experiment_windows_csv(writer.stream, &work->runs);
-  return thrum_file_writer_commit(&writer, error);
+  const experiments_outcome outcome = outcome_of(&work->runs);
+  thrum_status status = experiments_write_rows(work->request, "long", outcome.rows[0], error);
+  THRUM_THEN(status,
+             experiments_write_list(work->request, experiments_long_form.list, &outcome, error));
+  cJSON_Delete(outcome.rows[0]);
+  return status;
 }
 
 /* After each run: the tables keep what is done, should the program be stopped. */
@@ -72,7 +82,7 @@ static bool keep(void *context, double fraction) {
   long_work *work = context;
   thrum_error error = {0};
   experiments_progress(&work->progress, fraction);
-  if (write_tables(work, &error) < 0)
+  if (work->request->result == NULL && write_tables(work, &error) < 0)
     config_warn("%s", error.message);
   return true;
 }
@@ -102,12 +112,11 @@ thrum_status experiments_long(const experiments_request *request, const experime
     resume(&work);
   status = experiment_long_run(runs, error);
   config_progress_end(&work.progress, status >= 0);
-  THRUM_THEN(status, write_tables(&work, error));
 
   if (status >= 0) {
-    const experiments_table table = {"long", "runs", experiment_long_rows(runs), columns};
-    *flagged = experiment_long_flagged(runs);
-    status = experiments_publish(request, &table, 1, *flagged, error);
+    const experiments_outcome outcome = outcome_of(runs);
+    *flagged = outcome.flagged;
+    status = experiments_publish(request, &outcome, error);
   }
 
 cleanup:

@@ -27,16 +27,29 @@ static const json_column columns[] = {
     COLUMN_END,
 };
 
+const experiments_form experiments_matrix_form = {{{"runs", "runs", columns}}, "curves.csv", NULL};
+
+/* The runs, for the list of their curves. */
+typedef struct matrix_runs {
+  const experiment_run *runs;
+  int64_t count;
+} matrix_runs;
+
+static void write_curves(FILE *stream, const void *of) {
+  const matrix_runs *all = of;
+  experiment_curves_csv(stream, all->runs, all->count);
+}
+
 static thrum_status publish(const experiments_request *request, const experiment_run *runs,
                             int64_t count, bool *flagged, thrum_error *error) {
-  thrum_file_writer writer = {NULL, NULL, NULL};
-  THRUM_TRY(results_open(request->output, "curves.csv", &writer, error));
-  experiment_curves_csv(writer.stream, runs, count);
-  THRUM_TRY(thrum_file_writer_commit(&writer, error));
-
   *flagged = experiment_runs_flagged(runs, count);
-  const experiments_table table = {"runs", "runs", experiment_matrix_rows(runs, count), columns};
-  return experiments_publish(request, &table, 1, *flagged, error);
+  const experiments_outcome outcome = {
+      .rows = {experiment_matrix_rows(runs, count)},
+      .write_list = write_curves,
+      .of = &(matrix_runs){runs, count},
+      .flagged = *flagged,
+  };
+  return experiments_publish(request, &outcome, error);
 }
 
 thrum_status experiments_matrix(const experiments_request *request,

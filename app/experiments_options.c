@@ -101,6 +101,7 @@ static const config_option options[] = {
     OPTION_JSON(experiments_request),
     OPTION_QUIET(experiments_request),
     OPTION_HELP,
+    OPTION_GROUP(job_options, "in independent jobs", AT(jobs)),
     OPTION_END,
 };
 
@@ -119,9 +120,12 @@ const config_command command_experiments = {
                 "experiments -o quick --models beam --loads sine --time 3 --json\n"
                 "experiments --long -o long --models beam --steps 100000\n"
                 "experiments --sweep -o sweep --schemes imexv,energy\n"
+                "experiments -o results --list-jobs\n"
+                "experiments -o results --job 3\n"
+                "experiments -o results --collect\n"
                 "experiments --extremes -o extremes --subjects load,snap\n"
                 "experiments --linear -o linear --models beam,horse",
-    .exits = "0 done, 1 refused, 2 usage, 3 ran, but imexv or energy lost a run",
+    .exits = "0 done, 1 refused, 2 usage, 3 imexv or energy lost a run, or jobs are missing",
 };
 
 /* Checks the options together, and fills in the defaults that depend on the kind of experiment. */
@@ -130,6 +134,10 @@ static int finish(int argc, char **argv, experiments_request *request) {
   static const double swings[] = {0.05, 0.1, 0.2};
   if (optind < argc)
     return config_usage("experiments", "'%s' is too much; name models with --models", argv[optind]);
+
+  if (request->resume && request->jobs.number > 0)
+    return config_usage("experiments",
+                        "--resume is not needed: a job whose result is there is done");
 
   // each kind of experiment has its own models, swings and steps
   if (request->output == NULL || request->output[0] == 0)
@@ -160,12 +168,17 @@ static int finish(int argc, char **argv, experiments_request *request) {
   if (request->steps == 0)
     request->steps = request->kind == EXPERIMENTS_EXTREMES ? 2000 : 3000000;
 
-  // the sweep and what is made of it have time steps of their own
+  // the sweep and what is made of it have starts and time steps of their own
+  const bool of_variable = request->kind == EXPERIMENTS_VARIABLE;
+  request->starts[EXPERIMENT_START_impulse] = true;
+  request->starts[EXPERIMENT_START_smooth] = request->kind == EXPERIMENTS_WORK_PRECISION;
+  request->dts = of_variable ? experiment_variable_dts : experiment_sweep_dts;
+  request->dt_count = of_variable ? experiment_variable_dt_count : experiment_sweep_dt_count;
   const double dt = request->kind == EXPERIMENTS_MATRIX ? request->dt : EXPERIMENT_SWEEP_TICK;
   if (thrum_step_count(request->time, dt) > (int64_t)STEPS_MAX)
     return config_usage("experiments", "--time %g at a time step of %g is too many steps",
                         request->time, dt);
-  return COMMAND_DONE;
+  return job_request_check(&request->jobs, "experiments");
 }
 
 int experiments_options_read(int argc, char **argv, experiments_request *request) {

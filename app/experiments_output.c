@@ -1,17 +1,12 @@
 /* The files and the JSON object that all kinds of experiments share.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "app/experiments.h"
 #include "app/results.h"
 #include "config/progress.h"
 #include "io/json.h"
-
-const char *experiments_kind_name(experiments_kind kind) {
-  static const char *const names[] = {"matrix", "long",       "sweep",          "extremes",
-                                      "linear", "step_sizes", "work_precision", "variable"};
-  return names[kind];
-}
 
 thrum_status experiments_write_rows(const experiments_request *request, const char *name,
                                     const cJSON *rows, thrum_error *error) {
@@ -23,8 +18,12 @@ thrum_status experiments_write_rows(const experiments_request *request, const ch
 }
 
 /* The object {"status", "command", ...} to which the rows are added. */
-static cJSON *report(const experiments_request *request, bool flagged) {
-  cJSON *object = json_report("experiments", flagged ? "flagged" : "done");
+static cJSON *report(const experiments_request *request, const experiments_outcome *outcome,
+                     const char *status) {
+  const bool whole = cJSON_GetArraySize(outcome->missing) == 0;
+  cJSON *object = json_report("experiments", whole ? status : "incomplete");
+  if (!whole)
+    cJSON_AddItemToObject(object, "missing_jobs", cJSON_Duplicate(outcome->missing, true));
   cJSON_AddStringToObject(object, "kind", experiments_kind_name(request->kind));
   results_add_machine(object);
   json_string(object, "output", request->output);
@@ -34,33 +33,92 @@ static cJSON *report(const experiments_request *request, bool flagged) {
   return object;
 }
 
-static thrum_status write_files(const experiments_request *request, const experiments_table *tables,
-                                int count, thrum_error *error) {
+/* The file names of the tables of a kind. */
+static const char *name_of(const experiments_request *request, int table) {
+  const char *name = experiments_kind_form(request->kind)->tables[table].name;
+  return name != NULL ? name : experiments_kind_name(request->kind);
+}
+
+static bool has_table(const experiments_form *form, int table) {
+  return table < EXPERIMENTS_TABLES_MAX && form->tables[table].key != NULL;
+}
+
+thrum_status experiments_write_list(const experiments_request *request, const char *file,
+                                    const experiments_outcome *outcome, thrum_error *error) {
+  thrum_file_writer writer = {NULL, NULL, NULL};
+  THRUM_TRY(results_open(request->output, file, &writer, error));
+  outcome->write_list(writer.stream, outcome->of);
+  return thrum_file_writer_commit(&writer, error);
+}
+
+static thrum_status write_files(const experiments_request *request,
+                                const experiments_outcome *outcome, thrum_error *error) {
+  const experiments_form *form = experiments_kind_form(request->kind);
   char about[64];
-  for (int n = 0; n < count; n++)
-    THRUM_TRY(experiments_write_rows(request, tables[n].name, tables[n].rows, error));
-  snprintf(about, sizeof about, "%s.about.json", tables[0].name);
-  THRUM_TRY(results_write_json(request->output, about, report(request, false), error));
-  results_make_page(request->output, experiments_kind_name(request->kind), tables[0].name);
+  if (form->list != NULL)
+    THRUM_TRY(experiments_write_list(request, form->list, outcome, error));
+  for (int n = 0; has_table(form, n); n++)
+    THRUM_TRY(experiments_write_rows(request, name_of(request, n), outcome->rows[n], error));
+
+  // the page is made of the first table
+  snprintf(about, sizeof about, "%s.about.json", name_of(request, 0));
+  THRUM_TRY(results_write_json(request->output, about, report(request, outcome, "done"), error));
+  results_make_page(request->output, experiments_kind_name(request->kind), name_of(request, 0));
   return THRUM_OK;
 }
 
-thrum_status experiments_publish(const experiments_request *request,
-                                 const experiments_table *tables, int count, bool flagged,
-                                 thrum_error *error) {
-  const thrum_status status = write_files(request, tables, count, error);
-  for (int n = 0; n < count && status >= 0 && !request->json; n++)
-    json_table_print(tables[n].rows, tables[n].columns);
+static void print(const experiments_form *form, const experiments_outcome *outcome) {
+  if (form->heading != NULL)
+    fputs(form->heading, stdout);
+  for (int n = 0; has_table(form, n); n++)
+    json_table_print(outcome->rows[n], form->tables[n].columns);
+}
+
+static thrum_status publish(const experiments_request *request, const experiments_outcome *outcome,
+                            thrum_error *error) {
+  const experiments_form *form = experiments_kind_form(request->kind);
+  const thrum_status status = write_files(request, outcome, error);
+  if (status >= 0 && !request->json)
+    print(form, outcome);
 
   // the object takes the rows over, and they go with it
-  cJSON *object = report(request, flagged);
-  for (int n = 0; n < count; n++)
-    cJSON_AddItemToObject(object, tables[n].key, tables[n].rows);
+  cJSON *object = report(request, outcome, outcome->flagged ? "flagged" : "done");
+  for (int n = 0; has_table(form, n); n++)
+    cJSON_AddItemToObject(object, form->tables[n].key, outcome->rows[n]);
   if (status >= 0 && request->json)
     json_print(object);
   else
     cJSON_Delete(object);
   return status;
+}
+
+/* The result of a job: what experiments_jobs.c puts together again. */
+static thrum_status keep(const experiments_request *request, const experiments_outcome *outcome,
+                         thrum_error *error) {
+  const experiments_form *form = experiments_kind_form(request->kind);
+  cJSON_AddBoolToObject(request->result, "flagged", outcome->flagged);
+  for (int n = 0; has_table(form, n); n++)
+    cJSON_AddItemToObject(request->result, form->tables[n].key, outcome->rows[n]);
+  if (form->list == NULL)
+    return THRUM_OK;
+
+  // the list, as its file would have it
+  char *text = NULL;
+  size_t size = 0;
+  FILE *stream = open_memstream(&text, &size);
+  if (stream != NULL)
+    outcome->write_list(stream, outcome->of);
+  const bool written = stream != NULL && fclose(stream) == 0;
+  if (written)
+    json_string(request->result, "list", text);
+  free(text);
+  return written ? THRUM_OK
+                 : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", form->list);
+}
+
+thrum_status experiments_publish(const experiments_request *request,
+                                 const experiments_outcome *outcome, thrum_error *error) {
+  return request->result != NULL ? keep(request, outcome, error) : publish(request, outcome, error);
 }
 
 bool experiments_progress(void *context, double fraction) {

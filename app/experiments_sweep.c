@@ -27,17 +27,17 @@ static const json_column columns[] = {
     COLUMN_END,
 };
 
+const experiments_form experiments_sweep_form = {{{NULL, "runs", columns}}, NULL, NULL};
+
 thrum_status experiments_sweep(const experiments_request *request, const experiments_bodies *bodies,
                                bool *flagged, thrum_error *error) {
   const bool of_work = request->kind == EXPERIMENTS_WORK_PRECISION;
-  const bool of_variable = request->kind == EXPERIMENTS_VARIABLE;
   config_progress progress = config_progress_make(request->quiet);
   experiment_sweep sweep = {
       .bodies = bodies->bodies,
       .body_count = bodies->count,
-      .starts = {[EXPERIMENT_START_impulse] = true, [EXPERIMENT_START_smooth] = of_work},
-      .dts = of_variable ? experiment_variable_dts : experiment_sweep_dts,
-      .dt_count = of_variable ? experiment_variable_dt_count : experiment_sweep_dt_count,
+      .dts = request->dts,
+      .dt_count = request->dt_count,
       .amplitude = request->amplitudes[0],
       .time = request->time,
       .reference_time = fmin(request->time, REFERENCE_TIME),
@@ -47,16 +47,17 @@ thrum_status experiments_sweep(const experiments_request *request, const experim
       .progress_context = &progress,
   };
 
-  // the files are written from the cases, which the sweep owns until its end
+  // the rows are made from the cases, which the sweep owns until its end
+  memcpy(sweep.starts, request->starts, sizeof sweep.starts);
   memcpy(sweep.schemes, request->schemes, sizeof sweep.schemes);
   thrum_status status = experiment_sweep_run(&sweep, error);
   config_progress_end(&progress, status >= 0);
 
   if (status >= 0) {
-    const experiments_table table = {experiments_kind_name(request->kind), "runs",
-                                     experiment_sweep_rows(&sweep), columns};
     *flagged = experiment_sweep_flagged(&sweep);
-    status = experiments_publish(request, &table, 1, *flagged, error);
+    const experiments_outcome outcome = {.rows = {experiment_sweep_rows(&sweep)},
+                                         .flagged = *flagged};
+    status = experiments_publish(request, &outcome, error);
   }
   experiment_sweep_free(&sweep);
   return status;

@@ -10,9 +10,8 @@
 #include "app/results.h"
 #include "io/json.h"
 #include "io/number_text.h"
+#include "io/shell_word.h"
 #include "mesh/formats/mesh_read.h"
-
-#define PLAIN "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_./:,@=%+-"
 
 static const tradeoff_run *run_of(const tradeoff_commands *c) {
   return &c->result->runs[c->result->chosen];
@@ -27,16 +26,9 @@ static bool is_made(const tradeoff_commands *c) {
   return recipe_of(c)->modes > 0 || thrum_mesh_is_named(c->request->model_path);
 }
 
-/* A word as a shell takes it for one. */
-static void put(FILE *stream, const char *word) {
-  if (word[0] != 0 && word[strspn(word, PLAIN)] == 0) {
-    fprintf(stream, " %s", word);
-    return;
-  }
-  fputs(" '", stream);
-  for (const char *at = word; *at != 0; at++)
-    fputs(*at == '\'' ? "'\\''" : (char[]){*at, 0}, stream);
-  fputc('\'', stream);
+static void put_text(FILE *stream, const char *option, const char *text) {
+  fprintf(stream, " %s ", option);
+  shell_word_put(stream, text);
 }
 
 static void put_number(FILE *stream, const char *option, double value) {
@@ -76,18 +68,15 @@ static void put_mesh(FILE *stream, const tradeoff_commands *c) {
   const mesh_model_def *def = &c->request->mesh_def;
   const double numbers[] = {def->material.young, def->material.poisson, def->material.density};
   static const char *const names[] = {"--young", "--poisson", "--density"};
-  put(stream, c->request->model_path);
-  for (int64_t n = 0; n < def->fix_count; n++) {
-    fputs(" --fix", stream);
-    put(stream, def->fixes[n]);
-  }
+  fputc(' ', stream);
+  shell_word_put(stream, c->request->model_path);
+  for (int64_t n = 0; n < def->fix_count; n++)
+    put_text(stream, "--fix", def->fixes[n]);
   for (int n = 0; n < 3; n++)
     if (!isnan(numbers[n]))
       put_number(stream, names[n], numbers[n]);
-  for (int64_t n = 0; n < def->material_count; n++) {
-    fputs(" --material", stream);
-    put(stream, def->materials[n]);
-  }
+  for (int64_t n = 0; n < def->material_count; n++)
+    put_text(stream, "--material", def->materials[n]);
 
   // how the file is read
   const thrum_mesh_read_options *reading = &def->reading;
@@ -96,12 +85,10 @@ static void put_mesh(FILE *stream, const tradeoff_commands *c) {
   if (reading->order != 0)
     fprintf(stream, " --order %d", reading->order);
   const char *const texts[] = {reading->unit, reading->regions};
-  static const char *const options[] = {" --unit", " --regions"};
+  static const char *const options[] = {"--unit", "--regions"};
   for (int n = 0; n < 2; n++)
-    if (texts[n] != NULL) {
-      fputs(options[n], stream);
-      put(stream, texts[n]);
-    }
+    if (texts[n] != NULL)
+      put_text(stream, options[n], texts[n]);
 }
 
 static int64_t modes_of(const tradeoff_commands *c) {
@@ -128,20 +115,16 @@ static void put_precompute(FILE *stream, const tradeoff_commands *c) {
   // the training is the run that the errors are measured against
   char *loads = recipe->trained ? joined(c) : NULL;
   if (loads != NULL) {
-    fputs(" --train", stream);
-    put(stream, loads);
+    put_text(stream, "--train", loads);
     put_number(stream, "--train-time", c->request->time);
     put_number(stream, "--train-dt", c->request->full_dt);
     put_damping(stream, "--train-damping", c->request->damping);
-    if (c->request->keep_runs != NULL) {
-      fputs(" --keep-runs", stream);
-      put(stream, c->request->keep_runs);
-    }
+    if (c->request->keep_runs != NULL)
+      put_text(stream, "--keep-runs", c->request->keep_runs);
   }
   free(loads);
   snprintf(model, sizeof model, "%.500s/model.npz", c->request->output);
-  fputs(" -o", stream);
-  put(stream, model);
+  put_text(stream, "-o", model);
 }
 
 static void put_simulate(FILE *stream, const tradeoff_commands *c) {
@@ -149,8 +132,8 @@ static void put_simulate(FILE *stream, const tradeoff_commands *c) {
   const tradeoff_recipe *recipe = recipe_of(c);
   char path[600];
   snprintf(path, sizeof path, "%.500s/model.npz", c->request->output);
-  fprintf(stream, "%s simulate", c->program);
-  put(stream, is_made(c) ? path : c->request->model_path);
+  fprintf(stream, "%s simulate ", c->program);
+  shell_word_put(stream, is_made(c) ? path : c->request->model_path);
 
   // the setting that was chosen
   fprintf(stream, " --integrator %s", experiment_scheme_names[run->integrator]);
@@ -161,14 +144,11 @@ static void put_simulate(FILE *stream, const tradeoff_commands *c) {
 
   // the motion that it was chosen for
   put_damping(stream, "--damping", c->request->damping);
-  for (int64_t n = 0; n < c->load_count; n++) {
-    fputs(" --load", stream);
-    put(stream, c->loads[n].text);
-  }
+  for (int64_t n = 0; n < c->load_count; n++)
+    put_text(stream, "--load", c->loads[n].text);
   put_number(stream, "--time", c->request->time);
   snprintf(path, sizeof path, "%.500s/run", c->request->output);
-  fputs(" -o", stream);
-  put(stream, path);
+  put_text(stream, "-o", path);
 }
 
 /* One of the commands, as a text that the caller frees; NULL: there is none, or no memory. */

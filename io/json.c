@@ -99,6 +99,34 @@ char *json_text(const cJSON *object) {
   return text;
 }
 
+/* Puts raw text in the place of each number of an array or object. */
+static void restore_numbers(cJSON *parent) {
+  for (cJSON *item = parent->child, *next = NULL; item != NULL; item = next) {
+    next = item->next;
+    if (!cJSON_IsNumber(item)) {
+      restore_numbers(item);
+      continue;
+    }
+
+    // a member of an object keeps its key
+    cJSON *number = json_number_item(item->valuedouble);
+    if (cJSON_IsObject(parent))
+      cJSON_ReplaceItemInObjectCaseSensitive(parent, item->string, number);
+    else
+      cJSON_ReplaceItemViaPointer(parent, item, number);
+  }
+}
+
+cJSON *json_read_back(const char *text, size_t length) {
+  cJSON *object = cJSON_ParseWithLength(text, length);
+  if (object != NULL)
+    restore_numbers(object);
+  if (!json_memory_failed())
+    return object;
+  cJSON_Delete(object);
+  return NULL;
+}
+
 cJSON *json_report(const char *command, const char *status) {
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "program", "thrum");

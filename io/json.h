@@ -40,4 +40,8 @@ void json_print(cJSON *object);
  * it. NULL without memory for the text, or where some was missing for any object before. */
 char *json_text(const cJSON *object);
 
+/* Reads what json_text wrote, with its numbers as json_number adds them: the text of what comes
+ * back is that text. The caller deletes it; NULL where it is no JSON, or without memory. */
+cJSON *json_read_back(const char *text, size_t length);
+
 #endif

@@ -69,12 +69,18 @@ thrum_status path_check_output(const char *path, thrum_error *error) {
   return THRUM_OK;
 }
 
-/* The prefix that this program lies in, as PREFIX/bin/thrum. */
-static bool own_prefix(char *path, size_t size) {
+bool path_program(char *path, size_t size) {
   const ssize_t length = readlink("/proc/self/exe", path, size - 1);
   if (length <= 0 || (size_t)length >= size - 1)
     return false;
   path[length] = 0;
+  return true;
+}
+
+/* The prefix that this program lies in, as PREFIX/bin/thrum. */
+static bool own_prefix(char *path, size_t size) {
+  if (!path_program(path, size))
+    return false;
 
   // without the name of the program and that of bin
   for (int up = 0; up < 2; up++) {

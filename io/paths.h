@@ -10,6 +10,9 @@
 /* Tells whether two paths name the same file, also if it does not exist yet. */
 bool path_same_file(const char *left, const char *right);
 
+/* The path of this program; false where `path` is too short or the system does not tell it. */
+bool path_program(char *path, size_t size);
+
 /* Finds share/thrum/NAME in the prefix that this program is installed in, or, where the system does
  * not tell where the program is, in the prefix that it was built for. Returns false where `path` is
  * too short or that prefix is not known either. */

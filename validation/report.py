@@ -492,6 +492,12 @@ def read(path):
         return list(csv.DictReader(file))
 
 
+def lacking(about):
+    """The jobs that the tables lack, where they were collected before all were done."""
+    missing = about.get("missing_jobs", [])
+    return fill("<p class=bad>Not whole: {} jobs are missing: {}.</p>\n", len(missing), ", ".join(missing)) if missing else ""
+
+
 def main(kind, table_path):
     make, title, name, command = PAGES[kind]
     path = pathlib.Path(table_path)
@@ -503,7 +509,7 @@ def main(kind, table_path):
     where = "Thrum {version}, {compiler}, {machine}, BLAS core {blas_core}.".format(**about)
     page = ("<!DOCTYPE html>\n<html lang=en><head><meta charset=utf-8>\n" + fill("<title>{}</title>\n", title) +
             f"<style>\n{STYLE}\n</style></head><body>\n" + fill("<h1>{}</h1>\n", title) +
-            fill("<p class=dim>{} <code>{}</code></p>\n", where, command) + body + "</body></html>\n")
+            fill("<p class=dim>{} <code>{}</code></p>\n", where, command) + lacking(about) + body + "</body></html>\n")
 
     # renamed into place, so that a reader never sees half a page
     target = path.with_name(name or path.stem + ".html")

@@ -1,0 +1,196 @@
+#!/usr/bin/env python3
+"""Sweeps in independent jobs make the report that one process makes.
+
+Each case runs a command as a whole, and its jobs by the lines that --list-jobs prints, and compares the
+tables byte for byte, but for the times. Jobs are killed and run again; a report that lacks jobs says so;
+results of other options or inputs are refused.
+
+usage: test_jobs.py SOURCE THRUM [CASE ...]
+
+SPDX-License-Identifier: Apache-2.0
+"""
+import csv
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+
+SECONDS = 300  # that any command may take
+TIMES = {"us_per_step", "cost_s_per_s", "force_us", "step_us", "linear_step_us", "nonlinear_us"}
+
+MODELS = ["--models", "long.npz,thick.npz"]
+FAST = ["--schemes", "newmark,energy"]
+EXPERIMENTS = {
+    "matrix": [*MODELS, *FAST, "--time", "0.1"],
+    "long": ["--long", *MODELS, *FAST, "--steps", "24000", "--amplitudes", "0.02,0.05"],
+    "sweep": ["--sweep", "--models", "long.npz", *FAST, "--time", "0.05"],
+    "work and precision": ["--work-precision", "--models", "long.npz", *FAST, "--time", "0.05"],
+    "extremes": ["--extremes", *FAST, "--subjects", "tet,snap,density", "--steps", "10"],
+    "linear": ["--linear", "--models", "long.npz"],
+}
+
+
+class Work:
+    """A folder with two small models, and the program."""
+
+    def __init__(self, source, program, folder):
+        self.scripts = pathlib.Path(source, "examples", "jobs")
+        self.program, self.folder = program, pathlib.Path(folder)
+        for name, mesh in ("long", "beam:6x1x1@1x0.1x0.1"), ("thick", "beam:4x2x2@1x0.3x0.2"):
+            self.thrum("precompute", mesh, "--fix", "x<0.001", "--modes", "3", "--rank", "5", "-o", f"{name}.npz")
+
+    def thrum(self, *arguments, code=0):
+        return self.check([self.program, *arguments], code)
+
+    def check(self, command, code=0, **more):
+        ran = subprocess.run(command, cwd=self.folder, capture_output=True, text=True, timeout=SECONDS, check=False, **more)
+        assert ran.returncode == code, f"{command}: exit code {ran.returncode}, not {code}\n{ran.stdout}\n{ran.stderr}"
+        return ran
+
+    def lines(self, *command):
+        found = self.thrum(*command, "--list-jobs").stdout.splitlines()
+        assert found, command
+        return found
+
+    def line(self, text):
+        """A line of --list-jobs, as a shell runs it."""
+        self.check(text, shell=True)
+
+    def tables(self, folder):
+        """The tables of a folder, without their times."""
+        found = {}
+        for path in sorted((self.folder / folder).glob("*.csv")):
+            with open(path, newline="", encoding="utf-8") as file:
+                rows = list(csv.reader(file))
+            timed = [n for n, name in enumerate(rows[0]) if name in TIMES]
+            found[path.name] = [[text for n, text in enumerate(row) if n not in timed] for row in rows]
+        assert found, folder
+        return found
+
+    def about(self, folder):
+        path, = (self.folder / folder).glob("*.about.json")
+        return json.loads(path.read_text(encoding="utf-8"))
+
+    def page(self, folder):
+        path, = (self.folder / folder).glob("*.html")
+        return path.read_text(encoding="utf-8")
+
+
+def jobs_make_the_tables_of_one_run(work):
+    for name, options in EXPERIMENTS.items():
+        folder = name.replace(" ", "_")
+        work.thrum("experiments", *options, "-o", folder + "_whole", "-q")
+        for line in work.lines("experiments", *options, "-o", folder, "-q"):
+            work.line(line)
+        collected = work.thrum("experiments", *options, "-o", folder, "--collect")
+        assert "not whole" not in collected.stderr
+        assert work.tables(folder) == work.tables(folder + "_whole"), name
+        assert work.about(folder)["status"] == "done" and "Not whole" not in work.page(folder)
+
+
+def killed_jobs_run_again(work):
+    command = ["experiments", *EXPERIMENTS["matrix"], "--time", "3", "-q"]
+    work.thrum(*command, "-o", "unkilled")
+    lines, killed = work.lines(*command, "-o", "killed"), 0
+    for n, line in enumerate(lines):
+        job = subprocess.Popen("exec " + line, shell=True, cwd=work.folder, stdout=subprocess.DEVNULL)
+        time.sleep(0.002 + 0.01 * n)
+        job.kill()
+        killed += job.wait() < 0
+
+    # what is there under its name is whole
+    assert killed > 0
+    for path in (work.folder / "killed" / "jobs").glob("*.json"):
+        json.loads(path.read_text(encoding="utf-8"))
+    for line in lines:
+        work.line(line)
+    work.thrum(*command, "-o", "killed", "--collect")
+    assert work.tables("killed") == work.tables("unkilled")
+
+
+def a_report_that_lacks_jobs_says_so(work):
+    command = ["experiments", *EXPERIMENTS["matrix"], "-o", "part", "-q"]
+    nothing = work.thrum(*command, "--collect", code=1)
+    assert "no result of any job" in nothing.stderr and not list((work.folder / "part").glob("*.csv"))
+    lines = work.lines(*command)
+    for line in lines[1:-1]:
+        work.line(line)
+
+    # the names are in the warning, beside the table, and on the page
+    lacking = [line.split("# ")[1] for line in (lines[0], lines[-1])]
+    collected = work.thrum(*command, "--collect", "--json", code=3)
+    assert f"not whole: 2 of {len(lines)} jobs are missing: {', '.join(lacking)}" in collected.stderr
+    for report in json.loads(collected.stdout), work.about("part"):
+        assert report["status"] == "incomplete" and report["missing_jobs"] == lacking
+    assert all(name in work.page("part") for name in lacking)
+
+    # a job that is done is not run again
+    result = work.folder / "part" / "jobs" / (lines[1].split("# ")[1] + ".json")
+    before = result.stat().st_mtime_ns
+    assert json.loads(work.thrum(*command, "--job", "2", "--json").stdout)["ran"] is False
+    assert result.stat().st_mtime_ns == before
+
+
+def results_of_another_sweep_are_refused(work):
+    command = ["experiments", "-o", "other", "-q", *MODELS, "--schemes", "energy", "--time", "0.05"]
+    work.thrum(*command, "--job", "1")
+    for more in ["--time", "0.06"], ["--schemes", "newmark"], ["--dt", "0.002"]:
+        for call in ["--job", "1"], ["--collect"]:
+            refused = work.thrum(*command, *more, *call, code=1)
+            assert "is of other options or inputs" in refused.stderr, refused.stderr
+
+    # a model of the same name that is another one
+    os.replace(work.folder / "long.npz", work.folder / "kept.npz")
+    work.thrum("precompute", "kept.npz", "--modes", "3", "--rank", "4", "-o", "long.npz")
+    assert "model is" in work.thrum(*command, "--collect", code=1).stderr
+    os.replace(work.folder / "kept.npz", work.folder / "long.npz")
+
+    # what is damaged is no result
+    result, = (work.folder / "other" / "jobs").glob("*.json")
+    result.write_text(result.read_text(encoding="utf-8")[:-20], encoding="utf-8")
+    assert "not the result of a job" in work.thrum(*command, "--collect", code=1).stderr
+    assert "there are 6 jobs" in work.thrum(*command, "--job", "7", code=1).stderr
+    assert "one of them at a time" in work.thrum(*command, "--job", "1", "--collect", code=2).stderr
+
+
+def scripts_for_clusters_run_the_lines(work):
+    """Slurm and a launcher of MPI say by variables which process it is."""
+    command = ["experiments", *EXPERIMENTS["matrix"], "-q"]
+    work.thrum(*command, "-o", "alone")
+    for folder, script, variables in (
+            ("array", "slurm_array.sh", [{"SLURM_ARRAY_TASK_ID": str(n)} for n in range(1, 7)]),
+            ("mpirun", "share_jobs.sh", [{"OMPI_COMM_WORLD_RANK": str(n), "OMPI_COMM_WORLD_SIZE": "4"} for n in range(4)]),
+            ("srun", "share_jobs.sh", [{"SLURM_PROCID": str(n), "SLURM_NTASKS": "2"} for n in range(2)])):
+        lines = work.lines(*command, "-o", folder)
+        (work.folder / "jobs.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        for variable in variables:
+            work.check([work.scripts / script, "jobs.txt"], env={**os.environ, **variable})
+        work.thrum(*command, "-o", folder, "--collect")
+        assert work.tables(folder) == work.tables("alone")
+
+    # started by hand they say what they are for
+    assert "--array" in work.check([work.scripts / "slurm_array.sh", "jobs.txt"], code=2).stderr
+    assert "start it by mpirun" in work.check([work.scripts / "share_jobs.sh", "jobs.txt"], code=2).stderr
+
+
+CASES = {function.__name__: function for function in (
+    jobs_make_the_tables_of_one_run, killed_jobs_run_again, a_report_that_lacks_jobs_says_so,
+    results_of_another_sweep_are_refused, scripts_for_clusters_run_the_lines)}
+
+
+def main(source, program, *names):
+    with tempfile.TemporaryDirectory() as folder:
+        work = Work(os.path.abspath(source), os.path.abspath(program), folder)
+        for name in names or CASES:
+            began = time.monotonic()
+            CASES[name](work)
+            print(f"{name}: {time.monotonic() - began:.1f} s")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) < 3:
+        sys.exit(__doc__)
+    main(*sys.argv[1:])
