@@ -26,13 +26,6 @@ thrum_scene_body_def thrum_default_scene_body_def(void) {
   };
 }
 
-/* Blocks of workers begin where models and states want theirs to. */
-#define BLOCK_ALIGNMENT 64
-
-static size_t round_up(size_t size) {
-  return (size + BLOCK_ALIGNMENT - 1) / BLOCK_ALIGNMENT * BLOCK_ALIGNMENT;
-}
-
 /* `workers` blocks of scratch, each of `size`, in place of what there is. */
 static thrum_status replace_scratch(thrum_scene *scene, int32_t workers, size_t size,
                                     thrum_error *error) {
@@ -54,9 +47,9 @@ static thrum_status make_scratch(thrum_scene *scene, const thrum_model *model,
                                  const thrum_state_def *def, thrum_error *error) {
   size_t size = 0;
   THRUM_TRY(thrum_state_scratch_size(model, def, &size, error));
-  return round_up(size) <= scene->scratch_size
+  return scene_round_up(size) <= scene->scratch_size
              ? THRUM_OK
-             : replace_scratch(scene, scene->workers, round_up(size), error);
+             : replace_scratch(scene, scene->workers, scene_round_up(size), error);
 }
 
 void scene_lend(const thrum_scene *scene, const scene_body *body, int32_t worker) {
@@ -82,8 +75,12 @@ thrum_status thrum_scene_set_workers(thrum_scene *scene, int32_t workers, thrum_
     if (workspace == NULL)
       return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %d workers", (int)workers);
   }
-  const thrum_status status = replace_scratch(scene, workers, scene->scratch_size, error);
+  thrum_status status = replace_scratch(scene, workers, scene->scratch_size, error);
+  THRUM_THEN(status, scene_pairs_share(scene, workers, error));
   if (status < 0) {
+
+    // some blocks may be those of the new number
+    scene->workers = workers < scene->workers ? workers : scene->workers;
     free(workspace);
     return status;
   }

@@ -4,14 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define SCENE_ALIGNMENT 64
-
 void *scene_aligned(size_t size) {
   // aligned_alloc wants a multiple of the alignment
   if (size > SIZE_MAX - SCENE_ALIGNMENT)
     return NULL;
-  return aligned_alloc(SCENE_ALIGNMENT,
-                       (size + SCENE_ALIGNMENT - 1) / SCENE_ALIGNMENT * SCENE_ALIGNMENT);
+  return aligned_alloc(SCENE_ALIGNMENT, scene_round_up(size));
 }
 
 bool scene_grow(void *array, int64_t count, size_t size) {

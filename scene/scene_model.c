@@ -121,7 +121,7 @@ thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *er
       continue;
     THRUM_TRY(thrum_batch_size(model->model, &size, error));
     needed = size > needed ? size : needed;
-    needed = (needed + 63) / 64 * 64; // blocks of workers follow each other
+    needed = scene_round_up(needed); // blocks of workers follow each other
   }
 
   // the largest model decides; a larger workspace replaces the old one

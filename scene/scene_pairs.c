@@ -174,14 +174,64 @@ static int64_t round_up(int64_t count) {
   return room;
 }
 
-/* Lists of the bodies of a step. */
-static bool make_lists(scene_pairs *pairs, int64_t count) {
-  return scene_grow(&pairs->members, count, sizeof *pairs->members) &&
-         scene_grow(&pairs->environments, count, sizeof *pairs->environments) &&
-         scene_grow(&pairs->pulls, count * THRUM_SCENE_PULLS, sizeof *pairs->pulls) &&
-         scene_grow(&pairs->bounds, count, sizeof *pairs->bounds) &&
-         scene_grow(&pairs->order, count, sizeof *pairs->order) &&
-         scene_grow(&pairs->group, count, sizeof *pairs->group);
+/* Lists of the bodies of a step, and of the members that each worker steps. */
+static bool make_lists(scene_pairs *pairs, int64_t count, int32_t workers) {
+  const bool made = scene_grow(&pairs->members, workers * count, sizeof *pairs->members) &&
+                    scene_grow(&pairs->environments, count, sizeof *pairs->environments) &&
+                    scene_grow(&pairs->pulls, count * THRUM_SCENE_PULLS, sizeof *pairs->pulls) &&
+                    scene_grow(&pairs->bounds, count, sizeof *pairs->bounds) &&
+                    scene_grow(&pairs->order, count, sizeof *pairs->order) &&
+                    scene_grow(&pairs->group, count, sizeof *pairs->group) &&
+                    scene_grow(&pairs->firsts, count, sizeof *pairs->firsts) &&
+                    scene_grow(&pairs->groups, count, sizeof *pairs->groups);
+  if (made)
+    pairs->member_room = count;
+  return made;
+}
+
+/* The block in which a worker steps groups; the first is that of the scene. */
+static thrum_contact_pairs *block_of(const scene_pairs *pairs, int32_t worker) {
+  void *first = pairs->contact;
+  return (void *)((unsigned char *)first + (size_t)worker * pairs->size);
+}
+
+/* Makes a block of this def for each of the workers, in place of those that there are; the first
+ * goes on from their touches and energies. */
+static thrum_status make_blocks(scene_pairs *pairs, const thrum_contact_pairs_def *def,
+                                int32_t workers, thrum_error *error) {
+  scene_pairs made = *pairs;
+  made.def = *def;
+  THRUM_TRY(thrum_contact_pairs_size(def, &made.size, error));
+  made.size = scene_round_up(made.size);
+  made.contact = scene_aligned((size_t)workers * made.size);
+  if (made.contact == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
+                           "no memory for contact between bodies of %d times %zu bytes",
+                           (int)workers, made.size);
+
+  // all of them are of one def
+  thrum_status status = THRUM_OK;
+  for (int32_t n = 0; n < workers && status >= 0; n++) {
+    thrum_contact_pairs *block = NULL;
+    status = thrum_contact_pairs_init(block_of(&made, n), made.size, def, &block, error);
+  }
+  if (status < 0) {
+    free(made.contact);
+    return status;
+  }
+  thrum_contact_pairs_continue(made.contact, pairs->contact);
+  free(pairs->contact);
+  *pairs = made;
+  return THRUM_OK;
+}
+
+thrum_status scene_pairs_share(thrum_scene *scene, int32_t workers, thrum_error *error) {
+  scene_pairs *pairs = &scene->pairs;
+  if (pairs->contact == NULL)
+    return THRUM_OK;
+  if (!make_lists(pairs, pairs->member_room, workers))
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for bodies that touch");
+  return make_blocks(pairs, &pairs->def, workers, error);
 }
 
 thrum_status scene_pairs_room(thrum_scene *scene, const scene_body *extra,
@@ -208,7 +258,7 @@ thrum_status scene_pairs_room(thrum_scene *scene, const scene_body *extra,
     nodes += thrum_skin_node_count(skin->skin);
     rank = skin->of->rank > rank ? skin->of->rank : rank;
   }
-  if (!make_lists(pairs, scene->body_count + 1 + scene->solid_count))
+  if (!make_lists(pairs, scene->body_count + 1 + scene->solid_count, scene->workers))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for bodies that touch");
   if (count < 1)
     return THRUM_OK;
@@ -224,23 +274,7 @@ thrum_status scene_pairs_room(thrum_scene *scene, const scene_body *extra,
   def.vertex_max = round_up(vertices);
   def.node_max = round_up(nodes);
   def.rank_max = rank;
-  size_t size = 0;
-  thrum_contact_pairs *made = NULL;
-  THRUM_TRY(thrum_contact_pairs_size(&def, &size, error));
-  void *memory = scene_aligned(size);
-  if (memory == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
-                           "no memory for contact between bodies of %zu bytes", size);
-  const thrum_status status = thrum_contact_pairs_init(memory, size, &def, &made, error);
-  if (status < 0) {
-    free(memory);
-    return status;
-  }
-  thrum_contact_pairs_continue(made, pairs->contact);
-  free(pairs->contact);
-  pairs->contact = made;
-  pairs->def = def;
-  return THRUM_OK;
+  return make_blocks(pairs, &def, scene->workers, error);
 }
 
 /* The contact of a body that could touch nothing before, and its skin. */
@@ -312,15 +346,18 @@ void scene_pairs_free(thrum_scene *scene) {
   free(pairs->bounds);
   free(pairs->order);
   free(pairs->group);
+  free(pairs->firsts);
+  free(pairs->groups);
 }
 
 /* --- who is near whom ------------------------------------------------------------------------- */
 
-static void fill_member(const thrum_scene *scene, scene_body *body, int32_t number) {
+/* Body `number` as a member of a step. */
+static void fill_member(const thrum_scene *scene, int32_t number, thrum_contact_member *member) {
   const scene_pairs *pairs = &scene->pairs;
+  scene_body *body = scene->bodies[number];
   scene_environment(scene, body, pairs->pulls + (int64_t)number * THRUM_SCENE_PULLS,
                     pairs->environments + number);
-  thrum_contact_member *member = pairs->members + number;
   *member = (thrum_contact_member){.model = &body->touch->model,
                                    .state = body->state,
                                    .contact = body->touch->contact,
@@ -390,11 +427,13 @@ static bool is_near_solid(const thrum_scene *scene, int32_t number) {
 
 void scene_pairs_find(thrum_scene *scene) {
   scene_pairs *pairs = &scene->pairs;
+  pairs->group_count = 0;
   for (int32_t n = 0; n < scene->body_count; n++)
     scene->bodies[n]->group = -1;
   if (pairs->contact == NULL)
     return;
-  thrum_contact_pairs_begin(pairs->contact);
+  for (int32_t n = 0; n < scene->workers; n++)
+    thrum_contact_pairs_begin(block_of(pairs, n));
   scene_solids_move(scene);
 
   // bodies that have come since the last step
@@ -408,7 +447,7 @@ void scene_pairs_find(thrum_scene *scene) {
     pairs->bounds[n] = (thrum_skin_bound){0};
     if (pairs->group[n] < 0)
       continue;
-    fill_member(scene, body, n);
+    fill_member(scene, n, pairs->members + n);
     pairs->bounds[n] = thrum_contact_member_bound(pairs->members + n);
   }
   sort(pairs);
@@ -422,10 +461,15 @@ void scene_pairs_find(thrum_scene *scene) {
     if (first != n || is_near_solid(scene, n))
       scene->bodies[n]->group = scene->bodies[first]->group = first;
   }
+  for (int32_t n = 0; n < scene->body_count; n++)
+    if (scene->bodies[n]->group == n)
+      pairs->firsts[pairs->group_count++] = n;
+  atomic_store(&pairs->next, 0);
 }
 
 /* Adds the solids that a body of the group is near behind its `count` members. */
-static int64_t add_solids(thrum_scene *scene, int32_t group, int64_t count) {
+static int64_t add_solids(thrum_scene *scene, int32_t group, thrum_contact_member *members,
+                          int64_t count) {
   const scene_pairs *pairs = &scene->pairs;
   for (int32_t s = 0; s < scene->solid_count; s++) {
     scene_solid *solid = scene->solids + s;
@@ -434,37 +478,44 @@ static int64_t add_solids(thrum_scene *scene, int32_t group, int64_t count) {
       near = scene->bodies[n]->group == group &&
              thrum_contact_pairs_near(pairs->bounds + n, &solid->bound);
     if (near)
-      pairs->members[count++] = (thrum_contact_member){
+      members[count++] = (thrum_contact_member){
           .skin = solid->skin, .solid = &solid->moving, .number = THRUM_SCENE_SOLID + s};
   }
   return count;
 }
 
-thrum_status scene_pairs_step(thrum_scene *scene, int32_t group, int32_t worker,
-                              thrum_error *error) {
-  const scene_pairs *pairs = &scene->pairs;
+int32_t scene_pairs_step(thrum_scene *scene, int32_t worker, thrum_error *error) {
+  scene_pairs *pairs = &scene->pairs;
+  thrum_contact_member *members = pairs->members + worker * pairs->member_room;
   int64_t count = 0;
 
-  // members move to the front one by one; each comes from behind the place that it goes to
+  // the next one, so that the groups of a worker ascend whatever the order of its tasks is
+  const int32_t index = atomic_fetch_add(&pairs->next, 1), group = pairs->firsts[index];
   for (int32_t n = group; n < scene->body_count; n++)
     if (scene->bodies[n]->group == group) {
-      fill_member(scene, scene->bodies[n], n);
+      fill_member(scene, n, members + count++);
       scene_lend(scene, scene->bodies[n], worker);
-      pairs->members[count++] = pairs->members[n];
     }
   const int64_t bodies = count;
-  count = add_solids(scene, group, count);
+  count = add_solids(scene, group, members, count);
+
+  // each body has its own status
   const thrum_status status =
-      thrum_contact_pairs_step(pairs->contact, pairs->members, count, error);
+      thrum_contact_pairs_step_beside(pairs->contact, block_of(pairs, worker), pairs->group_count,
+                                      members, count, pairs->groups + index, error);
   for (int64_t n = 0; n < bodies; n++) {
-    scene_body *body = scene->bodies[pairs->members[n].number];
-    body->stepped = status == THRUM_INVALID_ARGUMENT && pairs->members[n].status >= 0
-                        ? status
-                        : pairs->members[n].status;
+    scene_body *body = scene->bodies[members[n].number];
+    body->stepped =
+        status == THRUM_INVALID_ARGUMENT && members[n].status >= 0 ? status : members[n].status;
     if (body->stepped >= 0 && body->free)
       scene_free_place(body);
   }
-  return status;
+  return group;
+}
+
+void scene_pairs_gather(thrum_scene *scene) {
+  if (scene->pairs.contact != NULL)
+    thrum_contact_pairs_gather(scene->pairs.contact, scene->pairs.groups, scene->pairs.group_count);
 }
 
 /* --- reports ---------------------------------------------------------------------------------- */

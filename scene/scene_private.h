@@ -3,6 +3,7 @@
 #ifndef THRUM_SCENE_SCENE_PRIVATE_H
 #define THRUM_SCENE_SCENE_PRIVATE_H
 
+#include <stdatomic.h>
 #include <stdbool.h>
 
 #include "thrum/scene.h"
@@ -64,9 +65,15 @@ typedef struct scene_solid {
 
 /* Contact between bodies: its block, and lists with a place for each body of the scene. */
 typedef struct scene_pairs {
-  thrum_contact_pairs *contact; /* its own aligned block; NULL: none may touch */
+  thrum_contact_pairs *contact; /* `workers` aligned blocks; NULL: none may touch */
   thrum_contact_pairs_def def;
-  thrum_contact_member *members;
+  size_t size;                   /* of a block; the first holds the touches of all */
+  thrum_contact_member *members; /* member_room a worker */
+  int64_t member_room;
+  int32_t *firsts;             /* the first body of each group */
+  thrum_contact_group *groups; /* what their steps did */
+  int32_t group_count;
+  atomic_int next; /* the group that is stepped next */
   thrum_contact_environment *environments;
   thrum_pull *pulls; /* THRUM_SCENE_PULLS a body */
   thrum_skin_bound *bounds;
@@ -226,6 +233,13 @@ struct thrum_scene {
 };
 
 /* scene_memory.c: memory of a scene. */
+
+/* Where models, states and the blocks of workers begin. */
+#define SCENE_ALIGNMENT 64
+
+static inline size_t scene_round_up(size_t size) {
+  return (size + SCENE_ALIGNMENT - 1) / SCENE_ALIGNMENT * SCENE_ALIGNMENT;
+}
 
 /* A block on a boundary that models and states want; NULL without memory. free() frees. */
 void *scene_aligned(size_t size);
@@ -453,9 +467,15 @@ void scene_pairs_free(thrum_scene *scene);
 /* Groups the bodies that are near each other; loads are known. */
 void scene_pairs_find(thrum_scene *scene);
 
-/* Steps the bodies of a group on a worker; each has its own status in `stepped`. */
-thrum_status scene_pairs_step(thrum_scene *scene, int32_t group, int32_t worker,
-                              thrum_error *error);
+/* Room for `workers` that step groups at once. */
+thrum_status scene_pairs_share(thrum_scene *scene, int32_t workers, thrum_error *error);
+
+/* Steps the bodies of the next group on a worker; each has its own status in `stepped`. Returns the
+ * first of them. */
+int32_t scene_pairs_step(thrum_scene *scene, int32_t worker, thrum_error *error);
+
+/* Books what the groups did, after all of them have stepped. */
+void scene_pairs_gather(thrum_scene *scene);
 
 /* scene_wind.c: drag of the air on a body. */
 

@@ -81,36 +81,34 @@ static bool is_apart(const scene_body *body) {
   return body->group >= 0 || scene_steps_alone(body);
 }
 
-/* All groups of bodies that are near each other: they share the block of contact between them. */
-static void groups_task(thrum_scene *scene, int32_t worker) {
-  for (int32_t n = 0; n < scene->body_count; n++) {
-    thrum_error detail = {0};
-    if (scene->bodies[n]->status < 0 || scene->bodies[n]->group != n)
+/* Steps a group of bodies that are near each other. */
+static void group_task(thrum_scene *scene, int32_t worker) {
+  thrum_error detail = {0};
+  const int32_t first = scene_pairs_step(scene, worker, &detail);
+  for (int32_t n = first; n < scene->body_count; n++) {
+    scene_body *body = scene->bodies[n];
+    if (body->group != first)
       continue;
-    scene_pairs_step(scene, n, worker, &detail);
-    for (int32_t m = n; m < scene->body_count; m++) {
-      scene_body *body = scene->bodies[m];
-      if (body->group != n)
-        continue;
-      scene->side_error[m] = detail;
-      if (body->stepped >= 0)
-        count_work(scene, body);
-    }
+    scene->side_error[n] = detail;
+    if (body->stepped >= 0)
+      count_work(scene, body);
   }
 }
 
-/* Task 0 steps all groups; task n + 1 steps body n where it touches obstacles or is pulled, since
- * contact may take several attempts, and hands its load to its state otherwise. */
+/* The first tasks step groups, one each; those behind them step body after body where it touches
+ * obstacles or is pulled, since contact may take several attempts, and hand its load to its state
+ * otherwise. */
 static void contact_task(void *of, int32_t index, int32_t worker) {
   thrum_scene *scene = of;
-  if (index == 0) {
-    groups_task(scene, worker);
+  const int32_t number = index - scene->pairs.group_count;
+  if (number < 0) {
+    group_task(scene, worker);
     return;
   }
 
   // bodies of a group are stepped with it
-  scene_body *body = scene->bodies[index - 1];
-  thrum_error *error = scene->side_error + index - 1;
+  scene_body *body = scene->bodies[number];
+  thrum_error *error = scene->side_error + number;
   if (body->status < 0 || body->group >= 0)
     return;
 
@@ -190,7 +188,8 @@ thrum_status thrum_scene_step(thrum_scene *scene, thrum_error *error) {
   scene_pairs_find(scene);
 
   // bodies with contact make their steps here
-  for_all(scene, scene->body_count + 1, contact_task);
+  for_all(scene, scene->pairs.group_count + scene->body_count, contact_task);
+  scene_pairs_gather(scene);
   for (int32_t n = 0; n < scene->body_count; n++) {
     scene_body *body = scene->bodies[n];
     if (body->status >= 0 && (body->stepped < 0 || is_apart(body)))

@@ -17,8 +17,9 @@
  * Neither holds a pointer. A step allocates nothing; what does not fit is counted in the report.
  *
  * Threads: a skin is only read after its init. Pairs, and all that its members point to, belong to
- * one thread at a time. Units are SI, coordinates are those of the world unless a field says
- * otherwise. No function here prints or keeps a global.
+ * one thread at a time; groups that are far from each other may step on several threads
+ * (thrum_contact_pairs_step_beside). Units are SI, coordinates are those of the world unless a
+ * field says otherwise. No function here prints or keeps a global.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_CONTACT_PAIRS_H
@@ -184,6 +185,30 @@ THRUM_API void thrum_contact_pairs_begin(thrum_contact_pairs *pairs);
 THRUM_API thrum_status thrum_contact_pairs_step(thrum_contact_pairs *pairs,
                                                 thrum_contact_member *members, int64_t count,
                                                 thrum_error *error);
+
+/* What the step of a group did, of groups that step beside each other. */
+typedef struct thrum_contact_group {
+  const thrum_contact_pairs *room;   /* that holds its touches; NULL: it did not step */
+  int64_t first_touch;               /* of those in the room */
+  thrum_contact_pairs_report report; /* of this group in this step alone */
+  double budget, flow;               /* by which those of the bound on energy change [J] */
+} thrum_contact_group;
+
+/* Makes the step of one of `group_count` groups of bodies, no two of which are near each other, as
+ * thrum_contact_pairs_step does; steps of several groups may be made at once, on threads of the
+ * caller's. `pairs` is only read. `room` is pairs of the same def, or `pairs` itself, whose scratch
+ * this step has for itself and which thrum_contact_pairs_begin opened in this step; a room takes
+ * its groups one after the other, in the order that gather has them in. Fills *group. Bodies end
+ * with the same bits whatever the rooms are.
+ * THRUM_INVALID_ARGUMENT for NULL, no groups, or a room of another def; *group is then of none. */
+THRUM_API thrum_status thrum_contact_pairs_step_beside(
+    const thrum_contact_pairs *pairs, thrum_contact_pairs *room, int64_t group_count,
+    thrum_contact_member *members, int64_t count, thrum_contact_group *group, thrum_error *error);
+
+/* Closes a step whose groups stepped beside each other: books what they did, in the order given,
+ * and takes their touches out of their rooms. NULL does nothing. */
+THRUM_API void thrum_contact_pairs_gather(thrum_contact_pairs *pairs,
+                                          const thrum_contact_group *groups, int64_t count);
 
 /* Two spheres about a body's surface: middle [m] and radius [m] now, and how far it may move in
  * the step to come [m]; what thrum_contact_pairs_near needs. */

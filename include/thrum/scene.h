@@ -462,8 +462,10 @@ typedef void (*thrum_scene_run)(void *context, int32_t count,
 
 /* Has thrum_scene_step give its bodies to `workers` (1 to THRUM_SCENE_WORKERS_MAX; default 1) at a
  * time by `run`, which gets `context` and may be NULL for one. The library starts no thread itself.
- * Every body ends with the same bits whatever the number is. Bodies that are near each other step
- * on one worker. THRUM_INVALID_ARGUMENT for numbers beyond that. */
+ * Every body ends with the same bits whatever the number is. Each group of bodies that are near
+ * each other steps on one worker, different groups on different ones; with contact between bodies
+ * each worker has room for as many touches as the scene. THRUM_INVALID_ARGUMENT for numbers beyond
+ * that, THRUM_OUT_OF_MEMORY. */
 THRUM_API thrum_status thrum_scene_set_workers(thrum_scene *scene, int32_t workers,
                                                thrum_scene_run run, void *context,
                                                thrum_error *error);

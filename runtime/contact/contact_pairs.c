@@ -119,9 +119,12 @@ thrum_status thrum_contact_pairs_init(void *memory, size_t memory_size,
   if (!memory || !pairs)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or pairs is NULL");
   THRUM_TRY(thrum_alignment_check("contact between bodies", memory, memory_size, size, error));
-  memset(memory, 0, size);
+
+  // the rest is scratch, which each step fills before it reads it
+  const thrum_contact_pairs header = header_of(def);
+  memset(memory, 0, (size_t)header.kept_bytes);
   *pairs = memory;
-  **pairs = header_of(def);
+  **pairs = header;
   return THRUM_OK;
 }
 
@@ -201,29 +204,31 @@ void thrum_contact_pairs_continue(thrum_contact_pairs *pairs, const thrum_contac
          (size_t)pairs->history.touch_count * sizeof(thrum_pair_touching));
 }
 
+thrum_contact_pairs_report thrum_pairs_report_of(const thrum_pairs_history *history) {
+  return (thrum_contact_pairs_report){
+
+      // counters of all steps
+      .steps = history->steps,
+      .redone = history->redone,
+      .declined = history->declined,
+      .dropped = history->dropped,
+      .sweeps = history->sweeps,
+
+      // the last step, and energies since init
+      .touching = history->touch_count,
+      .distance = history->distance,
+      .depth = history->depth,
+      .deepest = history->deepest,
+      .deepest_share = history->deepest_share,
+      .normal = history->normal,
+      .stored = history->stored,
+      .lost = history->lost,
+      .driven = history->driven,
+  };
+}
+
 thrum_contact_pairs_report thrum_contact_pairs_report_get(const thrum_contact_pairs *pairs) {
-  thrum_contact_pairs_report report = {0};
-  if (!pairs)
-    return report;
-
-  // counters of all steps
-  report.steps = pairs->history.steps;
-  report.redone = pairs->history.redone;
-  report.declined = pairs->history.declined;
-  report.dropped = pairs->history.dropped;
-  report.sweeps = pairs->history.sweeps;
-
-  // the last step, and energies since init
-  report.touching = pairs->history.touch_count;
-  report.distance = pairs->history.distance;
-  report.depth = pairs->history.depth;
-  report.deepest = pairs->history.deepest;
-  report.deepest_share = pairs->history.deepest_share;
-  report.normal = pairs->history.normal;
-  report.stored = pairs->history.stored;
-  report.lost = pairs->history.lost;
-  report.driven = pairs->history.driven;
-  return report;
+  return pairs ? thrum_pairs_report_of(&pairs->history) : (thrum_contact_pairs_report){0};
 }
 
 thrum_status thrum_contact_pairs_touch(const thrum_contact_pairs *pairs, int64_t index,
@@ -250,8 +255,8 @@ size_t thrum_contact_pairs_kept_bytes(const thrum_contact_pairs *pairs) {
   return pairs ? (size_t)pairs->kept_bytes : 0;
 }
 
-/* Everything that init sets and no step changes. */
-static bool is_same(const thrum_contact_pairs *a, const thrum_contact_pairs *b) {
+bool thrum_pairs_is_same_def(const thrum_contact_pairs *a, const thrum_contact_pairs *b) {
+  // everything that init sets and no step changes
   return a->magic == b->magic && a->bytes == b->bytes && a->kept_bytes == b->kept_bytes &&
          a->member_max == b->member_max && a->vertex_max == b->vertex_max &&
          a->node_max == b->node_max && a->rank_max == b->rank_max && a->touch_max == b->touch_max &&
@@ -270,7 +275,7 @@ thrum_status thrum_contact_pairs_copy_check(const thrum_contact_pairs *pairs, co
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the pairs or the copy of them is NULL");
   thrum_contact_pairs header;
   memcpy(&header, copy, sizeof header);
-  if (!is_same(&header, pairs))
+  if (!thrum_pairs_is_same_def(&header, pairs))
     return thrum_error_set(error, THRUM_MODEL_MISMATCH,
                            "the snapshot is of contact between bodies of another def");
 
@@ -285,7 +290,7 @@ thrum_status thrum_contact_pairs_copy_check(const thrum_contact_pairs *pairs, co
       is_count(header.history.before_count, header.touch_max) &&
       is_count(header.history.steps, COUNT_MAX) && is_count(header.history.redone, COUNT_MAX) &&
       is_count(header.history.declined, COUNT_MAX) && is_count(header.history.dropped, COUNT_MAX) &&
-      is_count(header.history.sweeps, COUNT_MAX) &&
+      is_count(header.history.sweeps, COUNT_MAX) && header.filled == 0 &&
       thrum_all_finite(values, sizeof values / sizeof values[0]);
   for (int64_t n = 0; right && n < header.history.touch_count; n++) {
     thrum_pair_touching touch;

@@ -51,8 +51,8 @@ static double measure(thrum_pairs_run *run) {
 
 bool thrum_pairs_allowed(thrum_pairs_run *run) {
   const thrum_row_list list = thrum_pairs_rows_of(run);
-  const double left = thrum_rows_stored(&list) + run->pairs->history.budget - measure(run);
-  const double flow = run->pairs->history.flow + run->flow + thrum_rows_flow(&list);
+  const double left = thrum_rows_stored(&list) + run->history->budget - measure(run);
+  const double flow = run->history->flow + run->flow + thrum_rows_flow(&list);
   return left >= -ROUNDING * flow;
 }
 
@@ -68,7 +68,7 @@ bool thrum_pairs_apart(const thrum_pairs_run *run) {
 
 /* Keeps the rows that touched as the touches of the next step. */
 static void keep_touches(thrum_pairs_run *run) {
-  thrum_contact_pairs *pairs = run->pairs;
+  thrum_pairs_history *history = run->history;
   for (int64_t n = 0; n < run->row_count; n++) {
     const thrum_pair_row *pair = run->view.rows + n;
     const thrum_touching *touch = &pair->row.touch;
@@ -77,19 +77,17 @@ static void keep_touches(thrum_pairs_run *run) {
 
     // the report counts all, also those for which there is no room
     const double distance = touch->gap + pair->thickness;
-    pairs->history.distance =
-        pairs->history.touch_count > 0 ? fmin(pairs->history.distance, distance) : distance;
-    pairs->history.depth = fmax(pairs->history.depth, -touch->gap);
-    pairs->history.deepest_share =
-        fmax(pairs->history.deepest_share, -touch->gap / pair->thickness);
-    pairs->history.normal += touch->force;
-    if (pairs->history.touch_count == pairs->touch_max) {
-      pairs->history.dropped++;
+    history->distance = history->touch_count > 0 ? fmin(history->distance, distance) : distance;
+    history->depth = fmax(history->depth, -touch->gap);
+    history->deepest_share = fmax(history->deepest_share, -touch->gap / pair->thickness);
+    history->normal += touch->force;
+    if (run->first_touch + history->touch_count == run->pairs->touch_max) {
+      history->dropped++;
       continue;
     }
 
     // the next step starts from these forces, and finds its row by the key
-    thrum_pair_touching *kept = run->view.touches + pairs->history.touch_count++;
+    thrum_pair_touching *kept = run->view.touches + run->first_touch + history->touch_count++;
     *kept = (thrum_pair_touching){.key = pair->key,
                                   .towards = touch->towards,
                                   .force = touch->force,
@@ -102,24 +100,24 @@ static void keep_touches(thrum_pairs_run *run) {
     memcpy(kept->slid, pair->row.slid, sizeof kept->slid);
     memcpy(kept->position, pair->position, sizeof kept->position);
   }
-  pairs->history.deepest = fmax(pairs->history.deepest, pairs->history.depth);
+  history->deepest = fmax(history->deepest, history->depth);
 }
 
 void thrum_pairs_settle(thrum_pairs_run *run) {
-  thrum_contact_pairs *pairs = run->pairs;
+  thrum_pairs_history *history = run->history;
   const thrum_row_list list = thrum_pairs_rows_of(run);
   const double before = thrum_rows_stored(&list), work = measure(run);
   const double held = thrum_rows_keep_stored(&list);
-  const double loss = pairs->history.budget + before - work - held;
+  const double loss = history->budget + before - work - held;
   const double stored = thrum_rows_cover_loss(&list, held, loss);
 
   // what all springs held before counts as lost until their group has settled
-  pairs->history.stored += stored;
-  pairs->history.lost += run->struck - work - stored;
-  pairs->history.driven += run->driven;
-  pairs->history.budget += before - work - stored;
-  pairs->history.flow += run->flow + thrum_rows_flow(&list);
+  history->stored += stored;
+  history->lost += run->struck - work - stored;
+  history->driven += run->driven;
+  history->budget += before - work - stored;
+  history->flow += run->flow + thrum_rows_flow(&list);
   for (int64_t n = 0; n < run->row_count; n++)
-    pairs->history.driven += run->view.rows[n].row.driven;
+    history->driven += run->view.rows[n].row.driven;
   keep_touches(run);
 }

@@ -98,6 +98,7 @@ struct thrum_contact_pairs {
   double thickness, friction, restitution, tolerance;
   int64_t sweeps_max;
   thrum_pairs_history history;
+  int64_t filled; /* touches in this block, of groups that stepped beside others in this step */
 };
 
 /* X(type, name, count) */
@@ -132,7 +133,9 @@ typedef struct thrum_pairs_view {
 
 /* A group's step in the making. */
 typedef struct thrum_pairs_run {
-  thrum_contact_pairs *pairs;
+  const thrum_contact_pairs *pairs; /* whose scratch the view is of */
+  thrum_pairs_history *history;     /* that the step is booked in */
+  int64_t first_touch;              /* where its touches begin, less those of the history */
   thrum_contact_member *members;
   int64_t count;
   thrum_pairs_view view;
@@ -164,6 +167,12 @@ thrum_skin_bound thrum_pairs_solid_bound(const thrum_contact_member *member);
 
 /* contact_pairs.c: pointers into the block. */
 thrum_pairs_view thrum_pairs_view_of(const thrum_contact_pairs *pairs);
+
+/* contact_pairs.c: the report of a history. */
+thrum_contact_pairs_report thrum_pairs_report_of(const thrum_pairs_history *history);
+
+/* contact_pairs.c: are both of one def? */
+bool thrum_pairs_is_same_def(const thrum_contact_pairs *a, const thrum_contact_pairs *b);
 
 /* contact_pairs.c: order of two keys: below 0, 0, above 0. */
 int thrum_pair_compare(const thrum_pair_key *a, const thrum_pair_key *b);

@@ -65,7 +65,7 @@ static const thrum_pair_touching *touch_before(const thrum_pairs_run *run,
   thrum_pair_key key = row->key;
   if (!exact)
     key.second = -1;
-  int64_t from = 0, to = run->pairs->history.before_count;
+  int64_t from = 0, to = run->history->before_count;
   while (from < to) {
     const int64_t middle = from + (to - from) / 2;
     if (thrum_pair_compare(&run->view.before[middle].key, &key) < 0)
@@ -74,7 +74,7 @@ static const thrum_pair_touching *touch_before(const thrum_pairs_run *run,
       to = middle;
   }
 
-  for (; from < run->pairs->history.before_count; from++) {
+  for (; from < run->history->before_count; from++) {
     const thrum_pair_touching *touch = run->view.before + from;
     key.second = touch->key.second;
     if (thrum_pair_compare(&touch->key, &key) != 0)
@@ -266,7 +266,7 @@ int64_t thrum_pairs_add_rows(thrum_pairs_run *run) {
 
     // touch_max is the caller's limit: the report counts what it leaves out
     if (run->row_count == run->pairs->touch_max) {
-      run->pairs->history.dropped++;
+      run->history->dropped++;
       continue;
     }
     run->row_count += fill_row(run, c, run->view.rows + run->row_count);

@@ -354,7 +354,7 @@ static void try_quad(search *s, thrum_quad_kind kind, thrum_quad *quad,
   if (fmin(candidate->apart, candidate->apart + way) > reach)
     return;
   if (run->candidate_count == 2 * run->pairs->touch_max) {
-    run->pairs->history.dropped++;
+    run->history->dropped++;
     return;
   }
   memcpy(candidate->weights, nearest.weights, sizeof candidate->weights);

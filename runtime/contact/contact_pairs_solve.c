@@ -168,11 +168,11 @@ static bool is_hard(const thrum_pairs_run *run) {
 }
 
 void thrum_pairs_solve(thrum_pairs_run *run) {
-  thrum_contact_pairs *pairs = run->pairs;
+  const thrum_contact_pairs *pairs = run->pairs;
   const double largest = begin_sweeps(run);
   const int64_t most = is_hard(run) ? HARDER * pairs->sweeps_max : pairs->sweeps_max;
   for (int64_t n = 0; n < most; n++) {
-    pairs->history.sweeps++;
+    run->history->sweeps++;
     if (!(sweep(run) > pairs->tolerance * largest))
       break;
   }

@@ -41,6 +41,7 @@ void thrum_contact_pairs_begin(thrum_contact_pairs *pairs) {
   pairs->history.stored = pairs->history.depth = pairs->history.distance = pairs->history.normal =
       0.0;
   pairs->history.steps++;
+  pairs->filled = 0;
 }
 
 /* --- bounds ----------------------------------------------------------------------------------- */
@@ -270,7 +271,7 @@ static void solve(thrum_pairs_run *run) {
 static void find(thrum_pairs_run *run) {
   run->row_count = 0;
   run->moved = run->solved = false;
-  memset(run->view.taken, 0, (size_t)run->pairs->history.before_count * sizeof *run->view.taken);
+  memset(run->view.taken, 0, (size_t)run->history->before_count * sizeof *run->view.taken);
   thrum_pairs_search(run);
   thrum_pairs_add_rows(run);
 }
@@ -348,7 +349,7 @@ static bool is_allowed(thrum_pairs_run *run) {
 
 /* Back to the start of the step for the next attempt, each of which asks for less. */
 static void again(thrum_pairs_run *run, int attempt) {
-  run->pairs->history.redone++;
+  run->history->redone++;
   run->again = true;
 
   // each body goes back, and its own touches ask for as much less as the pairs do
@@ -369,7 +370,7 @@ static void again(thrum_pairs_run *run, int attempt) {
   if (attempt == ATTEMPT_RELEASED)
     thrum_pairs_release(run);
   if (attempt == ATTEMPT_WITHOUT) {
-    run->pairs->history.declined++;
+    run->history->declined++;
     run->row_count = 0;
   }
   solve(run);
@@ -393,30 +394,134 @@ static bool try_all(thrum_pairs_run *run, thrum_status *first, thrum_error *erro
   }
 }
 
+/* Steps a group from the start, and books what it did. */
+static thrum_status step_group(thrum_pairs_run *run, thrum_error *error) {
+  thrum_status status = THRUM_OK;
+  open_all(run, &status, error);
+
+  // a member that fails leaves the group, and the others start again
+  while (!try_all(run, &status, error))
+    for (int64_t n = 0; n < run->count; n++)
+      if (run->view.runs[n].contact != NULL && run->members[n].solid == NULL)
+        put_back(run, n);
+
+  // books the energies, then moves each body as a whole
+  thrum_pairs_settle(run);
+  for (int64_t n = 0; n < run->count; n++) {
+    const thrum_status of = run->members[n].status;
+    if (!thrum_pairs_steps(run, n))
+      continue;
+    thrum_contact_finish(run->view.runs + n);
+    if (status == THRUM_OK || (status > 0 && of > 0 && of < status))
+      status = of;
+  }
+  return status;
+}
+
 thrum_status thrum_contact_pairs_step(thrum_contact_pairs *pairs, thrum_contact_member *members,
                                       int64_t count, thrum_error *error) {
   THRUM_TRY(check(pairs, members, count, error));
-  thrum_pairs_run run = {
-      .pairs = pairs, .members = members, .count = count, .view = thrum_pairs_view_of(pairs)};
-  thrum_status status = THRUM_OK;
-  open_all(&run, &status, error);
+  thrum_pairs_run run = {.pairs = pairs,
+                         .history = &pairs->history,
+                         .members = members,
+                         .count = count,
+                         .view = thrum_pairs_view_of(pairs)};
+  return step_group(&run, error);
+}
 
-  // a member that fails leaves the group, and the others start again
-  while (!try_all(&run, &status, error)) {
-    for (int64_t n = 0; n < count; n++)
-      if (run.view.runs[n].contact != NULL && members[n].solid == NULL)
-        put_back(&run, n);
-    memset(run.view.taken, 0, (size_t)pairs->history.before_count * sizeof *run.view.taken);
-  }
+/* --- groups that step at once ----------------------------------------------------------------- */
 
-  // books the energies, then moves each body as a whole
-  thrum_pairs_settle(&run);
-  for (int64_t n = 0; n < count; n++) {
-    if (!thrum_pairs_steps(&run, n))
-      continue;
-    thrum_contact_finish(run.view.runs + n);
-    if (status == THRUM_OK || (status > 0 && members[n].status > 0 && members[n].status < status))
-      status = members[n].status;
-  }
+/* What a group did, from its history, which began with `began`. */
+static void fill_group(const thrum_pairs_run *run, const thrum_pairs_history *began,
+                       thrum_contact_group *group) {
+  const thrum_pairs_history *did = run->history;
+  *group = (thrum_contact_group){.room = run->pairs,
+                                 .first_touch = run->first_touch,
+                                 .budget = did->budget - began->budget,
+                                 .flow = did->flow - began->flow,
+                                 .report = thrum_pairs_report_of(did)};
+}
+
+thrum_status thrum_contact_pairs_step_beside(const thrum_contact_pairs *pairs,
+                                             thrum_contact_pairs *room, int64_t group_count,
+                                             thrum_contact_member *members, int64_t count,
+                                             thrum_contact_group *group, thrum_error *error) {
+  if (!pairs || !group || group_count < 1)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "a group that steps beside others needs pairs, a place for what it did, "
+                           "and at least 1 group");
+  *group = (thrum_contact_group){.room = NULL};
+  THRUM_TRY(check(room, members, count, error));
+  if (!thrum_pairs_is_same_def(pairs, room))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the room of a group is of contact between bodies of another def");
+
+  // the lost energy that rounding may draw on is shared, so that no order of groups matters
+  const thrum_pairs_history began = {.before_count = pairs->history.before_count,
+                                     .budget = pairs->history.budget / (double)group_count,
+                                     .flow = pairs->history.flow};
+  thrum_pairs_history history = began;
+  thrum_pairs_run run = {.pairs = room,
+                         .history = &history,
+                         .first_touch = room->filled,
+                         .members = members,
+                         .count = count,
+                         .view = thrum_pairs_view_of(room)};
+
+  // touches go on from those of all groups, and are kept behind those of this room's other groups
+  run.view.before = thrum_pairs_view_of(pairs).before;
+  const thrum_status status = step_group(&run, error);
+  room->filled += history.touch_count;
+  fill_group(&run, &began, group);
   return status;
+}
+
+/* Adds what a group did to a history. */
+static void add_group(thrum_pairs_history *history, const thrum_contact_group *group) {
+  const thrum_contact_pairs_report *did = &group->report;
+  history->redone += did->redone;
+  history->declined += did->declined;
+  history->dropped += did->dropped;
+  history->sweeps += did->sweeps;
+
+  // energies
+  history->stored += did->stored;
+  history->lost += did->lost;
+  history->driven += did->driven;
+  history->budget += group->budget;
+  history->flow += group->flow;
+
+  // its touches
+  if (did->touching > 0)
+    history->distance =
+        history->touch_count > 0 ? fmin(history->distance, did->distance) : did->distance;
+  history->depth = fmax(history->depth, did->depth);
+  history->deepest = fmax(history->deepest, did->deepest);
+  history->deepest_share = fmax(history->deepest_share, did->deepest_share);
+  history->normal += did->normal;
+}
+
+void thrum_contact_pairs_gather(thrum_contact_pairs *pairs, const thrum_contact_group *groups,
+                                int64_t count) {
+  if (!pairs || !groups)
+    return;
+  const thrum_pairs_view view = thrum_pairs_view_of(pairs);
+  thrum_pairs_history *history = &pairs->history;
+
+  // in the order of the groups, by way of the touches before, which nobody needs any more: a room
+  // may be that of the pairs themselves
+  for (int64_t n = 0; n < count; n++) {
+    if (groups[n].room == NULL)
+      continue;
+    add_group(history, groups + n);
+    const int64_t left = pairs->touch_max - history->touch_count;
+    const int64_t touching = groups[n].report.touching, kept = touching < left ? touching : left;
+    memcpy(view.before + history->touch_count,
+           thrum_pairs_view_of(groups[n].room).touches + groups[n].first_touch,
+           (size_t)kept * sizeof *view.before);
+    history->touch_count += kept;
+    history->dropped += touching - kept;
+  }
+  memcpy(view.touches, view.before, (size_t)history->touch_count * sizeof *view.touches);
+  pairs->filled = 0;
 }

@@ -678,9 +678,33 @@ static void run_backwards(void *context, int32_t count, void (*task)(void *, int
     task(of, n, n % *workers);
 }
 
-/* Blocks that fall on a floor, some of them on each other, and three that touch nothing; x gets a
- * vertex of each. */
-static void step_shared(fixture *f, int32_t workers, double x[12][3]) {
+/* What bodies that are shared among workers come to. */
+typedef struct shared {
+  double x[12][3]; /* a vertex of each body */
+  thrum_contact_pairs_report report;
+  thrum_pair_touch touches[400];
+} shared;
+
+/* The touches of the last step where they are of several groups: bodies of one group are never
+ * those of another, and groups come in the order of their first bodies. True where there are such.
+ */
+static bool look_at_touches(const thrum_scene *scene, shared *came) {
+  const int64_t count = thrum_scene_collisions(scene).touching;
+  thrum_pair_touch first, last;
+  assert_in_range(count, 0, 400);
+  if (count < 2)
+    return false;
+  MUST(thrum_scene_collision(scene, 0, &first, &failure));
+  MUST(thrum_scene_collision(scene, count - 1, &last, &failure));
+  if (last.bodies[0] / 3 <= first.bodies[1] / 3)
+    return false;
+  for (int64_t n = 0; n < count; n++)
+    MUST(thrum_scene_collision(scene, n, came->touches + n, &failure));
+  return true;
+}
+
+/* Blocks that fall on a floor and in four columns on each other, and plates that touch nothing. */
+static void step_shared(fixture *f, int32_t workers, shared *came) {
   const thrum_obstacle floor = thrum_default_obstacle();
   thrum_scene *scene = NULL;
   MUST(thrum_scene_make(0.002, &scene, &failure));
@@ -692,7 +716,7 @@ static void step_shared(fixture *f, int32_t workers, double x[12][3]) {
   // columns of blocks, and every fourth body a plate high above them
   for (int n = 0; n < 12; n++) {
     thrum_scene_body_def def =
-        def_of(n % 4 == 3 ? &f->plate : &f->block, n / 3, 0.02 * n, 0.15 + 0.25 * (n % 3), 1 + n);
+        def_of(n % 4 == 3 ? &f->plate : &f->block, n / 3, 0.02 * n, 0.15 + 0.11 * (n % 3), 1 + n);
     if (n % 4 != 3)
       touch_obstacles(&def);
     def.velocity[1] = 0.1 * n;
@@ -700,20 +724,25 @@ static void step_shared(fixture *f, int32_t workers, double x[12][3]) {
     add(scene, &def);
   }
 
-  // they touch on the way, or the test says nothing
-  for (int k = 0; k < 150; k++)
+  // they touch on the way, in several groups at once, or the test says nothing
+  int64_t several = 0;
+  for (int k = 0; k < 150; k++) {
     MUST(thrum_scene_step(scene, &failure));
-  assert_true(thrum_scene_collisions(scene).deepest > 0);
+    several += look_at_touches(scene, came);
+  }
+  assert_true(thrum_scene_collisions(scene).deepest > 0 && several > 0);
   for (int32_t n = 0; n < 12; n++)
-    MUST(thrum_scene_body_vertex(scene, n, 5, x[n], NULL, &failure));
+    MUST(thrum_scene_body_vertex(scene, n, 5, came->x[n], NULL, &failure));
+
+  came->report = thrum_scene_collisions(scene);
   thrum_scene_free(scene);
 }
 
 static void workers_make_the_same_bits(void **context) {
-  double x[2][12][3];
-  step_shared(*context, 1, x[0]);
-  step_shared(*context, 3, x[1]);
-  assert_memory_equal(x[0], x[1], sizeof x[0]);
+  static shared came[2];
+  step_shared(*context, 1, came);
+  step_shared(*context, 3, came + 1);
+  assert_memory_equal(came, came + 1, sizeof *came);
 }
 
 /* A block's probe after `steps`, over a solid. */

@@ -1,10 +1,12 @@
 /* Many threads share one model: each steps states of its own and gets the bits of a run alone.
  * Under a thread sanitizer this also shows that no call writes to the model or to a global.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "tests/support/state_support.h"
+#include "tests/support/contact_support.h"
 
 #include <pthread.h>
 #include <stdbool.h>
+
+#include "thrum/contact_pairs.h"
 
 enum { RANK = 8, LOW = 3, THREADS = 4, STEPS = 300, INTEGRATORS = 5 };
 
@@ -169,10 +171,201 @@ static void threads_lend_their_scratch_to_the_states_that_they_step(void **conte
   random_model_free(&m);
 }
 
+/* --- groups of bodies that touch -------------------------------------------------------------- */
+
+enum { GROUPS = 2, FALLS = 60 };
+
+/* A cube, as the surface of a body and of the solid under it. */
+static const double cube[24] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0,
+                                0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1};
+static const int32_t cube_faces[36] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                       2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+
+/* Cubes that fall, each on a solid of its own, and the rooms in which they step. */
+typedef struct falls {
+  rig bodies[GROUPS];
+  thrum_skin *skins[GROUPS], *solid_skin;
+  thrum_contact_solid solids[GROUPS];
+  thrum_contact_pairs *rooms[GROUPS];
+  thrum_contact_member members[GROUPS][2];
+  thrum_contact_group groups[GROUPS];
+} falls;
+
+/* A group that a thread steps. */
+typedef struct fall {
+  falls *of;
+  int group, room;
+  thrum_status status;
+} fall;
+
+static void *room_of(size_t size) {
+  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+  assert_non_null(memory);
+  return memory;
+}
+
+static void add_fall(falls *f, int n) {
+  static const thrum_placement still = {.axes = {1, 0, 0, 0, 1, 0, 0, 0, 1}, .origin = {0, 0, -1}};
+  rig_def def = rig_default();
+  size_t size = 0;
+  def.shape = 0.01;
+  rig *body = f->bodies + n;
+  rig_make(body, &def);
+  memcpy(body->m.vertices, cube, sizeof cube);
+  body->environment.obstacle_count = 0;
+  body->translation.position[2] = 0.02;
+  body->translation.velocity[2] = -1 - 0.02 * n;
+  assert_int_equal(thrum_skin_size(&body->m.model, cube_faces, 12, &size, NULL), THRUM_OK);
+  assert_int_equal(
+      thrum_skin_init(room_of(size), size, &body->m.model, cube_faces, 12, f->skins + n, NULL),
+      THRUM_OK);
+
+  // the cube and its solid are a group
+  f->solids[n] = (thrum_contact_solid){.now = still, .next = still, .restitution = 0.5};
+  f->members[n][0] = (thrum_contact_member){.model = &body->m.model,
+                                            .state = body->state,
+                                            .contact = body->contact,
+                                            .environment = &body->environment,
+                                            .skin = f->skins[n],
+                                            .number = n};
+  f->members[n][1] =
+      (thrum_contact_member){.skin = f->solid_skin, .solid = f->solids + n, .number = GROUPS + n};
+}
+
+static void make_falls(falls *f) {
+  size_t size = 0;
+  assert_int_equal(thrum_skin_solid_size(cube, 8, cube_faces, 12, &size, NULL), THRUM_OK);
+  assert_int_equal(
+      thrum_skin_solid_init(room_of(size), size, cube, 8, cube_faces, 12, &f->solid_skin, NULL),
+      THRUM_OK);
+  for (int n = 0; n < GROUPS; n++)
+    add_fall(f, n);
+
+  // room for one group and its solid, once for each thread
+  thrum_contact_pairs_def def = thrum_default_contact_pairs_def();
+  def.member_max = 2;
+  def.vertex_max = 16;
+  def.node_max = thrum_skin_node_count(f->skins[0]) + thrum_skin_node_count(f->solid_skin);
+  def.rank_max = RIG_RANK;
+  def.touch_max = 64;
+  assert_int_equal(thrum_contact_pairs_size(&def, &size, NULL), THRUM_OK);
+  for (int n = 0; n < GROUPS; n++)
+    assert_int_equal(thrum_contact_pairs_init(room_of(size), size, &def, f->rooms + n, NULL),
+                     THRUM_OK);
+}
+
+static void free_falls(falls *f) {
+  for (int n = 0; n < GROUPS; n++) {
+    rig_free(f->bodies + n);
+    free(f->skins[n]);
+    free(f->rooms[n]);
+  }
+  free(f->solid_skin);
+}
+
+static void *step_fall(void *context) {
+  fall *own = context;
+  falls *f = own->of;
+  own->status =
+      thrum_contact_pairs_step_beside(f->rooms[0], f->rooms[own->room], GROUPS,
+                                      f->members[own->group], 2, f->groups + own->group, NULL);
+  return NULL;
+}
+
+/* A step of all groups, by a thread each or one after the other in one room. */
+static void step_falls(falls *f, bool threads) {
+  pthread_t ids[GROUPS];
+  fall own[GROUPS];
+  for (int n = 0; n < GROUPS; n++)
+    thrum_contact_pairs_begin(f->rooms[n]);
+  for (int n = 0; n < GROUPS; n++) {
+    own[n] = (fall){.of = f, .group = n, .room = threads ? n : 0};
+    if (threads)
+      assert_int_equal(pthread_create(ids + n, NULL, step_fall, own + n), 0);
+    else
+      step_fall(own + n);
+  }
+  for (int n = 0; n < GROUPS; n++) {
+    if (threads)
+      assert_int_equal(pthread_join(ids[n], NULL), 0);
+    assert_int_equal(own[n].status, THRUM_OK);
+  }
+  thrum_contact_pairs_gather(f->rooms[0], f->groups, GROUPS);
+}
+
+static void groups_step_on_threads_to_the_bits_of_one(void **context) {
+  (void)context;
+  static falls f[2];
+  int64_t both = 0;
+  for (int n = 0; n < 2; n++)
+    make_falls(f + n);
+
+  // bodies, reports and touches are the same after each step
+  for (int k = 0; k < FALLS; k++) {
+    thrum_contact_pairs_report reports[2];
+    thrum_pair_touch touches[2];
+    for (int n = 0; n < 2; n++) {
+      step_falls(f + n, n == 1);
+      reports[n] = thrum_contact_pairs_report_get(f[n].rooms[0]);
+    }
+    assert_memory_equal(reports, reports + 1, sizeof *reports);
+    both += f[0].groups[0].report.touching > 0 && f[0].groups[1].report.touching > 0;
+    for (int64_t m = 0; m < reports[0].touching; m++) {
+      for (int n = 0; n < 2; n++)
+        assert_int_equal(thrum_contact_pairs_touch(f[n].rooms[0], m, touches + n, NULL), THRUM_OK);
+      assert_memory_equal(touches, touches + 1, sizeof *touches);
+    }
+    for (int m = 0; m < GROUPS; m++)
+      assert_memory_equal(&f[0].bodies[m].translation, &f[1].bodies[m].translation,
+                          sizeof(thrum_translation));
+  }
+  assert_true(both > 0);
+  for (int n = 0; n < 2; n++)
+    free_falls(f + n);
+}
+
+/* What is no group, and a room of another def, are refused with nothing done. */
+static void a_group_beside_others_needs_a_room_of_the_same_def(void **context) {
+  (void)context;
+  static falls f;
+  make_falls(&f);
+  thrum_contact_pairs_def def = thrum_default_contact_pairs_def();
+  size_t size = 0;
+  thrum_contact_pairs *other = NULL;
+  def.member_max = def.rank_max = 4;
+  def.vertex_max = def.node_max = 64;
+  assert_int_equal(thrum_contact_pairs_size(&def, &size, NULL), THRUM_OK);
+  assert_int_equal(thrum_contact_pairs_init(room_of(size), size, &def, &other, NULL), THRUM_OK);
+
+  // each of the calls with one thing wrong
+  thrum_contact_pairs *pairs = f.rooms[0];
+  thrum_contact_group group = {.first_touch = 7};
+  const thrum_status wrong[] = {
+      thrum_contact_pairs_step_beside(NULL, pairs, 1, f.members[0], 2, &group, NULL),
+      thrum_contact_pairs_step_beside(pairs, NULL, 1, f.members[0], 2, &group, NULL),
+      thrum_contact_pairs_step_beside(pairs, pairs, 0, f.members[0], 2, &group, NULL),
+      thrum_contact_pairs_step_beside(pairs, pairs, 1, f.members[0], 2, NULL, NULL),
+      thrum_contact_pairs_step_beside(pairs, pairs, 1, f.members[0], 3, &group, NULL),
+      thrum_contact_pairs_step_beside(pairs, other, 1, f.members[0], 2, &group, NULL)};
+  for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++)
+    assert_int_equal(wrong[n], THRUM_INVALID_ARGUMENT);
+  assert_true(group.room == NULL && f.bodies[0].translation.position[2] == 0.02);
+
+  // such a group adds nothing, as do none
+  thrum_contact_pairs_gather(pairs, &group, 1);
+  thrum_contact_pairs_gather(pairs, NULL, 1);
+  thrum_contact_pairs_gather(NULL, &group, 1);
+  assert_int_equal(thrum_contact_pairs_report_get(pairs).touching, 0);
+  free(other);
+  free_falls(&f);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(threads_that_share_a_model_step_to_the_bits_of_a_run_alone),
       cmocka_unit_test(threads_lend_their_scratch_to_the_states_that_they_step),
+      cmocka_unit_test(groups_step_on_threads_to_the_bits_of_one),
+      cmocka_unit_test(a_group_beside_others_needs_a_room_of_the_same_def),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
