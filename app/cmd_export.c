@@ -1,6 +1,7 @@
 /* `thrum export`: what a model holds, in the formats of other programs.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "app/cmd.h"
 #include "config/message.h"
@@ -8,6 +9,7 @@
 #include "driver/glb.h"
 #include "driver/named_model.h"
 #include "driver/run_entries.h"
+#include "driver/scene_read.h"
 #include "driver/vertex_cache.h"
 #include "io/json.h"
 #include "io/paths.h"
@@ -40,15 +42,17 @@ typedef struct export_files {
 
 static const config_option options[] = {
     // what each kind of source can be written as
-    OPTION_HEADING("of a run"),
+    OPTION_HEADING("of a run, or of the run of a scene"),
     OPTION_TEXT("glb", "FILE", NULL,
-                "glTF 2.0: the surface, the coordinates as morph targets, the motion as their "
-                "weights",
+                "glTF 2.0: the surface with normals and colour, the coordinates as morph targets, "
+                "the motion as their weights; of a scene all bodies, each in its place",
                 AT(glb)),
+    OPTION_NUMBER("fps", "1/s", "60", "rows of what moves, at most; 0: all that the run recorded",
+                  AT(fps), CONFIG_FROM(0)),
+
+    OPTION_HEADING("of a run"),
     OPTION_TEXT("pc2", "FILE", NULL, "a vertex cache of the surface that --obj writes", AT(pc2)),
     OPTION_TEXT("mdd", "FILE", NULL, "the same in another format", AT(mdd)),
-    OPTION_NUMBER("fps", "1/s", "60", "rows of these, at most; 0: all that the run recorded",
-                  AT(fps), CONFIG_FROM(0)),
     OPTION_TEXT("model", "FILE", NULL, "the run's model, where it lies elsewhere now",
                 AT(run_model)),
 
@@ -80,18 +84,23 @@ const config_command command_export = {
     .usage = "MODEL WHAT... [OPTIONS]",
     .about =
         "Writes what a model or a run holds in the formats of other programs. MODEL is a model "
-        "file, the name of a model that comes with Thrum, or the folder of a run, such as that of "
-        "a body in the run of a scene, which is shown where the body is.",
+        "file, the name of a model that comes with Thrum, or the folder of a run: of one body, of "
+        "a scene, or of a body in the run of a scene, which is shown where the body is.",
     .options = options,
     .notes = "thrum precompute --import-basis takes U and the forces back; its --export-modes "
              "writes\nthe linear modes.\n",
     .examples = "export run --glb run.glb\n"
+                "export fallen --glb fallen.glb\n"
                 "export run --obj beam.obj --pc2 beam.pc2 --fps 25\n"
                 "export run --surface shown.npz --glb run.glb\n"
                 "export beam.npz --vega-basis beam.U --vega-cubic beam.cub\n"
                 "export beam.npz --vega-basis beam.URendering.float --float\n"
                 "export bridge --matrices bridge",
 };
+
+static bool is_scene_folder(const char *path) {
+  return run_entries_marked(path, RUN_OF_SCENE);
+}
 
 /* Refuses files that would overwrite an input or each other. */
 static int check_files(const export_request *request) {
@@ -136,12 +145,20 @@ static int read_options(int argc, char **argv, export_request *request) {
     return config_usage("export", "say what to write: --glb, --pc2, --mdd, --obj, --vega-basis, "
                                   "--vega-cubic or --matrices");
 
+  // the bodies of a scene have surfaces and models of their own
+  if (is_scene_folder(request->model)) {
+    if (request->pc2 || request->mdd || request->obj || of_model || request->surface ||
+        request->run_model || request->single)
+      return config_usage(
+          "export",
+          "'%s' is the run of a scene, which leaves by --glb alone: name the folder "
+          "of one of its bodies, %s/NAME",
+          request->model, request->model);
+    return check_files(request);
+  }
+
   // the folder of a run for motion, a model for what belongs to a model
   const bool is_run = is_run_folder(request->model);
-  if (run_entries_marked(request->model, RUN_OF_SCENE))
-    return config_usage("export",
-                        "'%s' is the run of a scene: name the folder of one of its bodies, %s/NAME",
-                        request->model, request->model);
   if (motion && !is_run)
     return config_usage("export", "--glb, --pc2 and --mdd are of a run: name its folder, not '%s'",
                         request->model);
@@ -209,7 +226,8 @@ static thrum_status write_surface(const export_request *request, const recorded_
   render_mesh shown = {0};
   thrum_status status = render_mesh_make(run->model, request->surface, &shown, error);
   if (status >= 0 && request->glb)
-    status = glb_write(note(files, "glb", request->glb, ""), run, &shown, error);
+    status = glb_write(note(files, "glb", request->glb, ""),
+                       &(glb_body){.run = run, .shown = &shown}, 1, error);
   if (status >= 0 && request->pc2)
     status = pc2_write(note(files, "pc2", request->pc2, ""), run, &shown, error);
   if (status >= 0 && request->mdd)
@@ -227,6 +245,43 @@ static thrum_status export_run(const export_request *request, export_files *file
   recorded_run_thin(&run, request->fps);
   thrum_status status = write_surface(request, &run, files, error);
   recorded_run_free(&run);
+  return status;
+}
+
+static thrum_status export_model(const export_request *request, export_files *files,
+                                 thrum_error *error) {
+  recorded_run still = {0};
+  THRUM_TRY(named_model_load(request->model, false, &still.model, NULL, error));
+  thrum_status status = write_all(request, still.model, files, error);
+  if (status >= 0 && request->obj)
+    status = write_surface(request, &still, files, error);
+  recorded_run_free(&still);
+  return status;
+}
+
+/* All bodies of a scene in one file. */
+static thrum_status export_scene(const export_request *request, export_files *files,
+                                 thrum_error *error) {
+  recorded_scene scene = {0};
+  THRUM_TRY(recorded_scene_read(request->model, &scene, error));
+  render_mesh *shown = NULL;
+  glb_body *bodies = NULL;
+  thrum_status status = thrum_reserve(&shown, scene.count, sizeof *shown, "the scene", error);
+  THRUM_THEN(status, thrum_reserve(&bodies, scene.count, sizeof *bodies, "the scene", error));
+
+  // each body by the surface of its own mesh
+  for (int64_t n = 0; n < scene.count && status >= 0; n++) {
+    recorded_run_thin(&scene.runs[n], request->fps);
+    status = render_mesh_make(scene.runs[n].model, NULL, &shown[n], error);
+    bodies[n] = (glb_body){.name = scene.names[n], .run = &scene.runs[n], .shown = &shown[n]};
+  }
+  THRUM_THEN(status, glb_write(note(files, "glb", request->glb, ""), bodies, scene.count, error));
+
+  for (int64_t n = 0; n < scene.count && shown != NULL; n++)
+    render_mesh_free(&shown[n]);
+  free(shown);
+  free(bodies);
+  recorded_scene_free(&scene);
   return status;
 }
 
@@ -253,20 +308,13 @@ int cmd_export(int argc, char **argv) {
 
   thrum_error error = {0};
   export_files files = {0};
-  recorded_run still = {0};
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
-
-  // a run brings its model along
-  const bool is_run = is_run_folder(request.model);
-  thrum_status status = is_run ? export_run(&request, &files, &error)
-                               : named_model_load(request.model, false, &still.model, NULL, &error);
-  if (status >= 0 && !is_run)
-    status = write_all(&request, still.model, &files, &error);
-  if (status >= 0 && !is_run && request.obj)
-    status = write_surface(&request, &still, &files, &error);
-
-  if (status >= 0)
-    print_files(&request, &files);
-  recorded_run_free(&still);
-  return status < 0 ? config_refuse(&error) : COMMAND_DONE;
+  const thrum_status status =
+      is_scene_folder(request.model) ? export_scene(&request, &files, &error)
+      : is_run_folder(request.model) ? export_run(&request, &files, &error)
+                                     : export_model(&request, &files, &error);
+  if (status < 0)
+    return config_refuse(&error);
+  print_files(&request, &files);
+  return COMMAND_DONE;
 }

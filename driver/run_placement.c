@@ -25,9 +25,10 @@ static bool take_numbers(const cJSON *object, const char *key, int count, double
 thrum_status run_placement_read(const char *name, const cJSON *object, run_placement *place,
                                 thrum_error *error) {
   const cJSON *given = cJSON_GetObjectItemCaseSensitive(object, "placement");
-  run_placement read = {.placed = true};
   if (given == NULL)
     return THRUM_OK;
+  run_placement read = *place;
+  read.placed = true;
 
   // a scale of zero or a quaternion of no length would place nothing
   const cJSON *scale = cJSON_GetObjectItemCaseSensitive(given, "scale");
@@ -36,13 +37,19 @@ thrum_status run_placement_read(const char *name, const cJSON *object, run_place
               take_numbers(given, "position_m", 3, read.position) &&
               take_numbers(given, "rotation_wxyz", 4, read.rotation);
 
+  // runs of earlier versions have no colour
+  if (cJSON_HasObjectItem(given, "colour"))
+    good = good && take_numbers(given, "colour", 3, read.colour);
+
   for (int n = 0; n < 4; n++)
     length = hypot(length, read.rotation[n]);
 
   // the quaternion is made of unit length
   if (!good || !isnormal(length))
     return thrum_error_set(error, THRUM_BAD_FORMAT,
-                           "%.300s: placement wants position_m, rotation_wxyz and scale", name);
+                           "%.300s: placement wants position_m, rotation_wxyz, scale and, where it "
+                           "has one, colour as three numbers",
+                           name);
   for (int n = 0; n < 4; n++)
     read.rotation[n] /= length;
   read.scale = scale->valuedouble;

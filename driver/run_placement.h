@@ -16,9 +16,11 @@ typedef struct run_placement {
   double position[3];
   double rotation[4]; /* w, x, y, z, of length 1 */
   double scale;
+  double colour[3]; /* red, green, blue, 0 to 1, as of sRGB */
 } run_placement;
 
-/* Reads the placement from a run.json (`name`: in messages); untouched where it has none. */
+/* Reads the placement from a run.json (`name`: in messages); untouched where it has none, its
+ * colour where it says none. */
 thrum_status run_placement_read(const char *name, const cJSON *object, run_placement *place,
                                 thrum_error *error);
 

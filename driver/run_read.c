@@ -159,7 +159,8 @@ static thrum_status read_q(const char *folder, recorded_run *run, thrum_error *e
 
 thrum_status recorded_run_read(const char *path, const char *model, recorded_run *run,
                                thrum_error *error) {
-  recorded_run read = {0};
+  // a light grey where the run names no colour
+  recorded_run read = {.place = {.colour = {0.81, 0.85, 0.9}}};
   cJSON *object = NULL;
   const char *named = NULL, *hash = NULL;
   thrum_status status = read_json(path, &object, &named, &hash, error);

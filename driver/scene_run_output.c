@@ -138,6 +138,9 @@ static cJSON *placement_json(const scene_run *run, const scene_body_run *body) {
   json_numbers(object, "position_m", spec->position, 3);
   json_numbers(object, "rotation_wxyz", spec->rotation, 4);
   json_number(object, "scale", spec->scale);
+  const double colour[3] = {(double)spec->colour[0], (double)spec->colour[1],
+                            (double)spec->colour[2]};
+  json_numbers(object, "colour", colour, 3);
 
   // factors of its material, and whether it moves as a whole
   json_number(object, "stiffness", spec->stiffness);

@@ -186,8 +186,83 @@ static void the_surface_is_closed_and_looks_outwards(void **state) {
   // 2 triangles on each of the 2 (6 2 + 6 2 + 2 2) outer faces of cells
   assert_int_equal(corners / 3, 2 * 2 * (12 + 12 + 4));
 
+  // vertices are split at the edges of the block, where its normals jump
+  int64_t places = 0;
+  for (int64_t v = 0; v < vertices; v++) {
+    bool known = false;
+    for (int64_t other = 0; other < v && !known; other++)
+      known = memcmp(x + 3 * v, x + 3 * other, 3 * sizeof *x) == 0;
+    places += !known;
+  }
+  assert_int_equal(vertices, 2 * (7 * 3 + 7 * 3 + 3 * 3));
+
   // Euler's formula: one closed surface without holes
-  assert_int_equal(vertices, 2 + corners / 6);
+  assert_int_equal(places, 2 + corners / 6);
+  close_glb(&file);
+}
+
+/* The area-weighted normal of a split vertex, of unit length, at positions x. */
+static void normal_of(const float *x, const uint32_t *corner, int64_t corners, int64_t vertex,
+                      double normal[3]) {
+  double sum[3] = {0};
+  for (int64_t t = 0; t < corners; t += 3) {
+    if (corner[t] != vertex && corner[t + 1] != vertex && corner[t + 2] != vertex)
+      continue;
+    double side[2][3];
+    for (int axis = 0; axis < 3; axis++)
+      for (int n = 0; n < 2; n++)
+        side[n][axis] = (double)x[3 * corner[t + n + 1] + axis] - (double)x[3 * corner[t] + axis];
+    for (int axis = 0; axis < 3; axis++) {
+      const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+      sum[axis] += side[0][a] * side[1][b] - side[0][b] * side[1][a];
+    }
+  }
+  const double length = sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
+  for (int axis = 0; axis < 3; axis++)
+    normal[axis] = sum[axis] / length;
+}
+
+static void normals_follow_the_surface(void **state) {
+  (void)state;
+  glb_file file = open_glb("run.glb");
+  int64_t vertices = 0, corners = 0, count = 0;
+  const int first = (int)rank + 4;
+  const float *rest = accessor(&file, 0, &vertices);
+  const uint32_t *corner = accessor(&file, (int)rank + 1, &corners);
+  const float *normals = accessor(&file, first, &count);
+  assert_int_equal(count, vertices);
+
+  // a sixteenth of every target at once: all bend the surface, and little enough to be linear
+  const double weight = 1.0 / 16;
+  float *x = calloc((size_t)vertices * 3, sizeof *x), *n = calloc((size_t)vertices * 3, sizeof *n);
+  assert_true(x != NULL && n != NULL);
+  for (int64_t i = 0; i < 3 * vertices; i++) {
+    x[i] = rest[i];
+    n[i] = normals[i];
+    for (int column = 0; column < rank; column++) {
+      x[i] += (float)weight * ((const float *)accessor(&file, column + 1, &count))[i];
+      n[i] += (float)weight * ((const float *)accessor(&file, first + column + 1, &count))[i];
+    }
+  }
+
+  // what a player makes of it is the normal of the surface where it is now, and not that at rest
+  double worst = 0, turned = 0;
+  for (int64_t v = 0; v < vertices; v++) {
+    double still[3], moved[3], length = 0;
+    normal_of(rest, corner, corners, v, still);
+    normal_of(x, corner, corners, v, moved);
+    for (int axis = 0; axis < 3; axis++)
+      length = hypot(length, (double)n[3 * v + axis]);
+    for (int axis = 0; axis < 3; axis++) {
+      assert_true(fabs((double)normals[3 * v + axis] - still[axis]) < 1e-6);
+      worst = fmax(worst, fabs((double)n[3 * v + axis] / length - moved[axis]));
+      turned = fmax(turned, fabs(moved[axis] - still[axis]));
+    }
+  }
+  assert_true(turned > 5e-3);
+  assert_true(worst < turned / 50);
+  free(x);
+  free(n);
   close_glb(&file);
 }
 
@@ -314,6 +389,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_glb_holds_the_motion_of_the_run),
       cmocka_unit_test(the_surface_is_closed_and_looks_outwards),
+      cmocka_unit_test(normals_follow_the_surface),
       cmocka_unit_test(caches_move_the_vertices_of_the_obj),
       cmocka_unit_test(rows_are_thinned_to_the_rate_asked_for),
       cmocka_unit_test(options_and_files_that_do_not_go_together_are_refused),

@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "io/file.h"
 #include "tests/support/simulate_support.h"
 #include "tests/support/test_folder.h"
 
@@ -52,6 +53,38 @@ static void assert_same_file(const char *left, const char *right) {
     fail_msg("%s and %s differ", left, right);
 }
 
+/* The glTF file has the bodies one, two and three in their places, two at y = 2 in its colour. */
+static void expect_bodies_in(const char *name) {
+  void *bytes = NULL;
+  size_t size = 0;
+  assert_true(thrum_file_read(in_folder(name), &bytes, &size, NULL) >= 0);
+  uint32_t length = 0;
+  memcpy(&length, (char *)bytes + 12, sizeof length);
+  cJSON *file = cJSON_ParseWithLength((char *)bytes + 20, length);
+  free(bytes);
+
+  // the first node is the one that turns all
+  static const char *const names[] = {"one", "two", "three"};
+  const cJSON *nodes = cJSON_GetObjectItem(file, "nodes");
+  assert_int_equal(cJSON_GetArraySize(nodes), 4);
+  for (int n = 0; n < 3; n++) {
+    const cJSON *node = cJSON_GetArrayItem(nodes, n + 1);
+    const cJSON *place = cJSON_GetObjectItem(node, "translation");
+    assert_string_equal(cJSON_GetStringValue(cJSON_GetObjectItem(node, "name")), names[n]);
+    assert_true(cJSON_GetArrayItem(place, 1)->valuedouble == 2 * n);
+    assert_int_equal(cJSON_GetObjectItem(node, "mesh")->valueint, n);
+  }
+
+  // #ff8000 of sRGB in the linear scale: 1, 0.2158605, 0
+  const cJSON *material = cJSON_GetArrayItem(cJSON_GetObjectItem(file, "materials"), 1);
+  const cJSON *colour =
+      cJSON_GetObjectItem(cJSON_GetObjectItem(material, "pbrMetallicRoughness"), "baseColorFactor");
+  static const double linear[] = {1, 0.2158605, 0, 1};
+  for (int n = 0; n < 4; n++)
+    assert_true(fabs(cJSON_GetArrayItem(colour, n)->valuedouble - linear[n]) < 1e-6);
+  cJSON_Delete(file);
+}
+
 static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
   (void)state;
 
@@ -63,7 +96,8 @@ static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
       "  {\"name\": \"one\", \"model\": \"beam.npz\", \"loads\": [\"sine:0,0,-4@tip,f=3\",\n"
       "   \"traction:0,0,-50@top,until=0.2\"], \"start\": \"mode:2,0.01\"},\n"
       "  {\"name\": \"two\", \"model\": \"beam.npz\", \"rank\": 6,\n"
-      "   \"integrator\": \"newmark\", \"damping\": 0, \"position\": [0, 2, 0]},\n"
+      "   \"colour\": \"#ff8000\", \"integrator\": \"newmark\", \"damping\": 0, \"position\": [0, "
+      "2, 0]},\n"
       "  {\"name\": \"three\", \"model\": \"beam.npz\", \"position\": [0, 4, 0]}]}",
       "together", 0);
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "bodies")), 3);
@@ -96,8 +130,12 @@ static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
 
-  // the run of the whole scene is not that of one body
+  // the whole scene leaves as one file, and by nothing that is of one body
   run = thrum_run(folder, "export", "together", "--glb", "all.glb", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  expect_bodies_in("all.glb");
+  run = thrum_run(folder, "export", "together", "--glb", "all.glb", "--obj", "one.obj", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "together/NAME"));
   program_result_free(&run);

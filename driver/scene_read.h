@@ -1,0 +1,22 @@
+/* The motion of a finished run of a scene, for other programs. SPDX-License-Identifier: Apache-2.0
+ */
+#ifndef THRUM_DRIVER_SCENE_READ_H
+#define THRUM_DRIVER_SCENE_READ_H
+
+#include <cjson/cJSON.h>
+
+#include "driver/run_read.h"
+
+/* The run that `thrum simulate` of a scene left in a folder: a run of each body. */
+typedef struct recorded_scene {
+  int64_t count;
+  recorded_run *runs; /* count */
+  const char **names; /* count, of the bodies; they live in `object` */
+  cJSON *object;      /* of scene.json */
+} recorded_scene;
+
+/* Reads SCENE/scene.json and the run of each body that it lists. recorded_scene_free frees. */
+thrum_status recorded_scene_read(const char *path, recorded_scene *scene, thrum_error *error);
+void recorded_scene_free(recorded_scene *scene);
+
+#endif
