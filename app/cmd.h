@@ -17,6 +17,7 @@
   X(static) \
   X(experiments) \
   X(tradeoff) \
+  X(verify) \
   X(info) \
   X(embed) \
   X(export) \

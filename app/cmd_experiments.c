@@ -30,11 +30,10 @@ int cmd_experiments(int argc, char **argv) {
   bool flagged = false;
   int code = experiments_options_read(argc, argv, &request);
   if (code == COMMAND_DONE) {
-    const job_request *jobs = &request.jobs;
-    const bool split = jobs->list || jobs->number > 0 || jobs->collect;
     thrum_interrupt_clean("\nthrum: stopped; the folder holds whole files only\n");
-    const thrum_status status = split ? experiments_jobs(&request, argv, &flagged, &error)
-                                      : run_all(&request, &flagged, &error);
+    const thrum_status status = job_request_given(&request.jobs)
+                                    ? experiments_jobs(&request, argv, &flagged, &error)
+                                    : run_all(&request, &flagged, &error);
     code = config_end(status, flagged, &error);
   }
   free(request.list);

@@ -239,11 +239,6 @@ static thrum_status run_job(void *context, int64_t job, cJSON *result, thrum_err
 
 /* --- the report ------------------------------------------------------------------------------- */
 
-static void append_rows(cJSON *to, cJSON *from) {
-  while (from != NULL && from->child != NULL)
-    cJSON_AddItemToArray(to, cJSON_DetachItemViaPointer(from, from->child));
-}
-
 static thrum_status take_job(void *context, int64_t job, cJSON *result, thrum_error *error) {
   sweep_jobs *all = context;
   const experiments_form *form = experiments_kind_form(all->request->kind);
@@ -252,7 +247,7 @@ static thrum_status take_job(void *context, int64_t job, cJSON *result, thrum_er
   const cJSON *list = cJSON_GetObjectItemCaseSensitive(result, "list");
   all->flagged |= cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(result, "flagged"));
   for (int n = 0; n < EXPERIMENTS_TABLES_MAX && form->tables[n].key != NULL; n++)
-    append_rows(all->rows[n], cJSON_GetObjectItemCaseSensitive(result, form->tables[n].key));
+    json_append(all->rows[n], cJSON_GetObjectItemCaseSensitive(result, form->tables[n].key));
   if (!cJSON_IsString(list))
     return THRUM_OK;
 
@@ -277,8 +272,9 @@ static thrum_status collect_rows(sweep_jobs *all, const job_list *list, cJSON *m
   thrum_status status =
       all->list != NULL ? job_list_collect(list, missing, error) : THRUM_OUT_OF_MEMORY;
 
-  // a stream in memory fails where there is none left
-  if (all->list == NULL || fclose(all->list) != 0)
+  // a stream in memory says at three places that there is none left
+  const bool whole = all->list != NULL && ferror(all->list) == 0;
+  if (all->list == NULL || fclose(all->list) != 0 || !whole || all->list_text == NULL)
     status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the rows");
   for (int n = 0; n < EXPERIMENTS_TABLES_MAX && status < 0; n++)
     cJSON_Delete(all->rows[n]);
@@ -304,25 +300,6 @@ static thrum_status collect(sweep_jobs *all, const job_list *list, bool *flagged
   return status;
 }
 
-static thrum_status run_one(const sweep_jobs *all, const job_list *list, thrum_error *error) {
-  const int64_t number = all->request->jobs.number;
-  char name[JOB_NAME_MAX];
-  bool ran = false;
-  THRUM_TRY(job_list_run(list, number, &ran, error));
-  list->name(list->context, number - 1, name);
-  if (!all->request->json) {
-    printf("job %" PRId64 " of %" PRId64 ", %s: %s\n", number, list->count, name,
-           ran ? "done" : "was done");
-    return THRUM_OK;
-  }
-
-  cJSON *object = json_report("experiments", "done");
-  json_string(object, "job", name);
-  cJSON_AddBoolToObject(object, "ran", ran);
-  json_print(object);
-  return THRUM_OK;
-}
-
 thrum_status experiments_jobs(const experiments_request *request, char *const *argv, bool *flagged,
                               thrum_error *error) {
   sweep_jobs all = {.request = request};
@@ -340,8 +317,9 @@ thrum_status experiments_jobs(const experiments_request *request, char *const *a
 
   thrum_status status = thrum_reserve(&all.bodies, 1, sizeof *all.bodies, "the models", error);
   if (status >= 0)
-    status =
-        request->jobs.collect ? collect(&all, &list, flagged, error) : run_one(&all, &list, error);
+    status = request->jobs.collect
+                 ? collect(&all, &list, flagged, error)
+                 : job_list_run(&list, request->jobs.number, request->json, error);
   experiments_bodies_free(all.bodies);
   return status;
 }

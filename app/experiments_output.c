@@ -102,13 +102,14 @@ static thrum_status keep(const experiments_request *request, const experiments_o
   if (form->list == NULL)
     return THRUM_OK;
 
-  // the list, as its file would have it
+  // the list, as its file would have it; a stream in memory says at three places that there is none
   char *text = NULL;
   size_t size = 0;
   FILE *stream = open_memstream(&text, &size);
   if (stream != NULL)
     outcome->write_list(stream, outcome->of);
-  const bool written = stream != NULL && fclose(stream) == 0;
+  const bool whole = stream != NULL && ferror(stream) == 0;
+  const bool written = stream != NULL && fclose(stream) == 0 && whole && text != NULL;
   if (written)
     json_string(request->result, "list", text);
   free(text);

@@ -36,6 +36,10 @@ const config_option job_options[] = {
     OPTION_END,
 };
 
+bool job_request_given(const job_request *request) {
+  return request->list || request->number > 0 || request->collect;
+}
+
 int job_request_check(const job_request *request, const char *command) {
   if (request->list + (request->number > 0) + request->collect > 1)
     return config_usage(command, "--list-jobs, --job and --collect: one of them at a time");
@@ -197,26 +201,50 @@ static thrum_status make_folder(const job_list *list, thrum_error *error) {
   return folder_make(path, error);
 }
 
-thrum_status job_list_run(const job_list *list, int64_t number, bool *ran, thrum_error *error) {
+static void say(const job_list *list, int64_t job, bool ran, bool json) {
+  char name[JOB_NAME_MAX];
+  name_of(list, job, name);
+  if (!json) {
+    printf("job %" PRId64 " of %" PRId64 ", %s: %s\n", job + 1, list->count, name,
+           ran ? "done" : "was done");
+    return;
+  }
+  cJSON *object = json_report(list->command, "done");
+  json_string(object, "job", name);
+  cJSON_AddBoolToObject(object, "ran", ran);
+  json_print(object);
+}
+
+/* Runs a job whose result is not there. */
+static thrum_status make_result(const job_list *list, int64_t job, const char *path, cJSON *stamp,
+                                thrum_error *error) {
+  cJSON *result = cJSON_CreateObject();
+  if (result == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the result of a job");
+  thrum_status status = list->run(list->context, job, result, error);
+  THRUM_THEN(status, write_result(path, stamp, result, error));
+  cJSON_Delete(result);
+  return status;
+}
+
+thrum_status job_list_run(const job_list *list, int64_t number, bool json, thrum_error *error) {
+  const int64_t job = number - 1;
   char path[PATH_LENGTH];
   cJSON *stamp = NULL, *there = NULL;
-  *ran = false;
-  if (number < 1 || number > list->count)
+  if (job < 0 || job >= list->count)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--job %" PRId64 ": there are %" PRId64 " jobs", number, list->count);
   THRUM_TRY(make_folder(list, error));
-  THRUM_TRY(path_of(list, number - 1, path, error));
-  THRUM_TRY(make_stamp(list, number - 1, &stamp, error));
+  THRUM_TRY(path_of(list, job, path, error));
+  THRUM_TRY(make_stamp(list, job, &stamp, error));
 
   // a result that is there need not be made again
   thrum_status status = read_result(path, stamp, &there, error);
-  if (status >= 0 && there == NULL) {
-    cJSON *result = cJSON_CreateObject();
-    status = list->run(list->context, number - 1, result, error);
-    THRUM_THEN(status, write_result(path, stamp, result, error));
-    *ran = status >= 0;
-    cJSON_Delete(result);
-  }
+  const bool missing = there == NULL;
+  if (missing)
+    THRUM_THEN(status, make_result(list, job, path, stamp, error));
+  if (status >= 0)
+    say(list, job, missing, json);
   cJSON_Delete(there);
   cJSON_Delete(stamp);
   return status;

@@ -42,6 +42,9 @@ typedef struct job_list {
   thrum_status (*take)(void *context, int64_t job, cJSON *result, thrum_error *error);
 } job_list;
 
+/* Whether one of the three is asked for. */
+bool job_request_given(const job_request *request);
+
 /* Whether the options are those of one of the three; COMMAND_DONE, or COMMAND_USAGE after a line
  * that says what is wrong with them. */
 int job_request_check(const job_request *request, const char *command);
@@ -51,9 +54,9 @@ int job_request_check(const job_request *request, const char *command);
  * the program lies. */
 thrum_status job_list_print(const job_list *list, char *const *argv, thrum_error *error);
 
-/* Runs the job with this number, from 1, unless its result is there, and writes that; *ran says
- * whether it was run. Refused: another number, and where there is a result with another stamp. */
-thrum_status job_list_run(const job_list *list, int64_t number, bool *ran, thrum_error *error);
+/* Runs the job with this number, from 1, unless its result is there, and prints which of both it
+ * was. Refused: another number, and where there is a result with another stamp. */
+thrum_status job_list_run(const job_list *list, int64_t number, bool json, thrum_error *error);
 
 /* Hands the results that are there to list->take, in their order. `missing`, an array, gets the
  * names of the others. Refused where there is none, and at a result with another stamp. */

@@ -79,6 +79,11 @@ cJSON *json_add_row(cJSON *array) {
   return row;
 }
 
+void json_append(cJSON *to, cJSON *from) {
+  while (from != NULL && from->child != NULL)
+    cJSON_AddItemToArray(to, cJSON_DetachItemViaPointer(from, from->child));
+}
+
 /* JSON is UTF-8, so bytes that are none, of a file's name or a model's text, are replaced. */
 static void clean(char *text) {
   size_t left = strlen(text);

@@ -30,6 +30,8 @@ void json_add_string(cJSON *array, const char *text);
 void json_strings(cJSON *object, const char *key, const char *const *texts, int64_t count);
 /* Appends an object to an array and returns it. */
 cJSON *json_add_row(cJSON *array);
+/* Moves all items of an array, which may be NULL, to the end of another. */
+void json_append(cJSON *to, cJSON *from);
 /* Begins the report of a command with "program", "version", "command" and "status". */
 cJSON *json_report(const char *command, const char *status);
 /* Prints the object on one line on standard output and deletes it; without memory for the text

@@ -4,7 +4,7 @@ _thrum() {
   local command=${COMP_WORDS[1]} previous=${COMP_WORDS[COMP_CWORD - 1]}
   [ "$command" = bench ] && [ "$COMP_CWORD" -gt 2 ] && command="bench ${COMP_WORDS[2]}"
   if [ "$COMP_CWORD" -eq 1 ]; then
-    words='help precompute mesh check convert simulate view static experiments tradeoff info embed export bench schema'
+    words='help precompute mesh check convert simulate view static experiments tradeoff verify info embed export bench schema'
   else
     case "$command $previous" in
     'bench bench') words='step kernels batch contact displacement precompute ' ;;
@@ -47,6 +47,7 @@ _thrum() {
   'static '*) words=' --load --factor --at --stay --tolerance --rank --from --monitor --full --fix --young --poisson --density --material --scale --unit --regions --order --move --rotate --moment --follow --linear-solver --quadrature --law --output --displacements --vtu --path --options --json --quiet --help' ;;
   'experiments '*) words='--long --sweep --step-sizes --work-precision --variable --extremes --linear --output --models --loads --schemes --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help --list-jobs --job --collect' ;;
   'tradeoff '*) words='--output --load --error --budget --fps --time --quick --fix --young --poisson --density --material --scale --unit --regions --order --test --ranks --rank-max --dts --tolerances --integrators --precisions --damping --full-dt --keep-runs --threads --json --quiet --help' ;;
+  'verify '*) words='--output --refinements --json --quiet --help --list-jobs --job --collect' ;;
   'info --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
   'info '*) words='--dt --integrator --load --json --help' ;;
   'embed '*) words='--output --scale --json --quiet --help' ;;

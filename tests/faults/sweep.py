@@ -58,6 +58,7 @@ COMMANDS = {
     "export": "export m.npz --vega-basis OUT/m.U --vega-cubic OUT/m.cub --matrices OUT/m --json",
     "export_motion": "export run --glb OUT/m.glb --pc2 OUT/m.pc2 --mdd OUT/m.mdd --obj OUT/m.obj --json",
     "experiments": "experiments --models m.npz --loads impulse --schemes newmark --time 0.06 -q -o OUT/made --json",
+    "job": "experiments --models m.npz --loads impulse --schemes newmark --time 0.06 -q -o OUT/made --json --job 1",
     "tradeoff": "tradeoff m.npz -o OUT/trade --load square:0,0,-9@all --time 0.03 --ranks 0 --integrators newmark --dts 0.003 "
                 "--tolerances 1e-6 --full-dt 0.005 -q --json",
     "view": "view m.npz --no-open -o OUT/v.html -q --json",
@@ -73,6 +74,7 @@ EARLIER = {
     "precompute_again": "precompute beam:2x1x1@2x1x1 --fix x<0.1 --modes 2 --rank 3 -q -o OUT/m.npz",
     "static_again": "static m.npz --load gravity:0,0,-2 -q -o OUT/q.npy --vtu OUT/q.vtu --path OUT/q.csv",
     "export_again": "export run --glb OUT/m.glb --rate 60",
+    "collect": COMMANDS["job"],
 }
 COMMANDS.update({
     "simulate_again": COMMANDS["simulate"],
@@ -80,6 +82,7 @@ COMMANDS.update({
     "precompute_again": COMMANDS["precompute"],
     "static_again": COMMANDS["static"],
     "export_again": "export run --glb OUT/m.glb --json",
+    "collect": COMMANDS["experiments"] + " --collect",
 })
 
 # the share of a command's allocations in which it reads its mesh, after the first few, which are the program's own

@@ -156,6 +156,27 @@ def results_of_another_sweep_are_refused(work):
     assert "one of them at a time" in work.thrum(*command, "--job", "1", "--collect", code=2).stderr
 
 
+def published_answers_are_computed_by_jobs(work):
+    """Of the thirteen problems three that take no time, twice: what the computer gives is the same."""
+    chosen = {"torsion": 2, "hardening": 10, "tumble": 13}
+    for folder in "first", "second":
+        command = ["verify", "--refinements", "0", "-q", "-o", folder]
+        names = [line.split("# ")[1] for line in work.lines(*command)]
+        for name, number in chosen.items():
+            assert names[number - 1] == name
+            work.thrum(*command, "--job", str(number))
+        collected = work.thrum(*command, "--collect", "--json", code=3)
+        report = json.loads(collected.stdout)
+        assert report["missing_jobs"] == [name for name in names if name not in chosen]
+        assert len({row["problem"] for row in report["rows"]}) == len(chosen)
+    for name in "verification.csv", "tables.md":
+        first, second = ((work.folder / folder / name).read_bytes() for folder in ("first", "second"))
+        assert first == second
+    assert first.startswith(b"Not whole")
+    assert "refinements is 0 there and 1 here" in work.thrum(
+        "verify", "--refinements", "1", "-o", "first", "--collect", code=1).stderr
+
+
 def scripts_for_clusters_run_the_lines(work):
     """Slurm and a launcher of MPI say by variables which process it is."""
     command = ["experiments", *EXPERIMENTS["matrix"], "-q"]
@@ -178,7 +199,7 @@ def scripts_for_clusters_run_the_lines(work):
 
 CASES = {function.__name__: function for function in (
     jobs_make_the_tables_of_one_run, killed_jobs_run_again, a_report_that_lacks_jobs_says_so,
-    results_of_another_sweep_are_refused, scripts_for_clusters_run_the_lines)}
+    results_of_another_sweep_are_refused, published_answers_are_computed_by_jobs, scripts_for_clusters_run_the_lines)}
 
 
 def main(source, program, *names):

@@ -1,9 +1,17 @@
-/* Known solutions that need a computation of their own. SPDX-License-Identifier: Apache-2.0 */
+/* The list of problems, and known solutions that need a computation of their own.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 
 #include "validation/published/published.h"
 
 #define STEPS 4000
+
+const published_entry published_problems[] = {
+#define X(name, text) {#name, text, published_##name},
+    VERIFY_PROBLEMS(X)
+#undef X
+};
+const int64_t published_problem_count = sizeof published_problems / sizeof published_problems[0];
 
 typedef void rates(const double given[2], const double y[4], double rate[4]);
 

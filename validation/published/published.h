@@ -1,12 +1,13 @@
 /* Published answers: what is known in closed form or published as a benchmark, beside what this
- * program computes, with the error under refinement. The tests hold the coarse rows to bounds; the
- * target experiment_verification prints them all (docs/verification.md).
+ * program computes, with the error under refinement. The tests hold the coarse rows to bounds;
+ * `thrum verify` writes them all (docs/verification.md).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_VALIDATION_PUBLISHED_PUBLISHED_H
 #define THRUM_VALIDATION_PUBLISHED_PUBLISHED_H
 
 #include <stdbool.h>
+#include <stdio.h>
 
 #include "precompute/precompute.h"
 #include "thrum/thrum.h"
@@ -50,6 +51,29 @@ published_problem published_beam, published_torsion, published_cube, published_s
   X(fast_slow, "coupled fast and slow oscillators")                                                \
   X(fermi, "Fermi-Pasta-Ulam chain")                                                               \
   X(tumble, "tumbling body in the full order")
+
+/* The problems in their order, and how many; X(name, text). */
+typedef struct published_entry {
+  const char *name, *text;
+  published_problem *solve;
+} published_entry;
+extern const published_entry published_problems[];
+extern const int64_t published_problem_count;
+
+/* --- tables ----------------------------------------------------------------------------------- */
+
+/* Rows of problems one after the other. */
+typedef struct published_rows {
+  const published_row *row;
+  int count;
+} published_rows;
+
+/* All rows as comma-separated values; and in Markdown a heading for each problem and a line for
+ * each quantity: what is published, the finest answer, and the errors from coarse to fine. */
+void published_write_csv(const published_rows *all, FILE *file);
+void published_write_tables(const published_rows *all, FILE *file);
+
+/* --- bodies ----------------------------------------------------------------------------------- */
 
 /* A body: mesh by name, at most four things fixed, material; `map` moves its vertices first. */
 typedef struct published_body {
