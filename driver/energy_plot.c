@@ -1,5 +1,6 @@
-/* The energy plot of a run, drawn by gnuplot where it is installed. The energy of the high modes is
- * left out: it is a linear measure that may be many times the total and would flatten the rest.
+/* The energy plot of a run, drawn by gnuplot where it is installed: the energy of the body itself,
+ * without what gravity and contact hold. The energy of the high modes is left out: it is a linear
+ * measure that may be many times the total and would flatten the rest.
  *
  * gnuplot runs inside the folder on fixed names, so that no path of the user's is ever quoted in
  * its script; only the title is, in single quotes, where a quote is written twice.
@@ -63,8 +64,9 @@ static bool write_script(const char *path, const char *terminal, const char *out
   fprintf(file,
           "plot 'energy.csv' using 2:3 every %" PRId64 "::1 with lines lc rgb '#6baed6' "
           "title 'kinetic', \\\n"
-          "  '' using 2:4 every %" PRId64 "::1 with lines lc rgb '#f58518' title 'potential', \\\n"
-          "  '' using 2:5 every %" PRId64 "::1 with lines lw 2 lc rgb '#08306b' title 'total'\n",
+          "  '' using 2:4 every %" PRId64 "::1 with lines lc rgb '#f58518' title 'strain', \\\n"
+          "  '' using 2:5 every %" PRId64
+          "::1 with lines lw 2 lc rgb '#08306b' title 'both, of the body alone'\n",
           every, every, every);
 
   // a full disk shows when the file is closed
