@@ -9,6 +9,7 @@
 #include "driver/precompute_make.h"
 #include "driver/precompute_report.h"
 #include "driver/precompute_request.h"
+#include "driver/precompute_train.h"
 #include "platform/allocate.h"
 #include "platform/interrupt.h"
 
@@ -52,7 +53,9 @@ int cmd_precompute_shared(int argc, char **argv, const thrum_precompute_shared *
   int code =
       scope.status < 0 ? config_refuse(&error) : precompute_options_read(argc, argv, &request);
   request.options.shared = shared;
-  if (code == COMMAND_DONE)
+  if (code == COMMAND_DONE && request.jobs.list)
+    code = config_end(precompute_train_print(&request, argv, &error), false, &error);
+  else if (code == COMMAND_DONE)
     code = run_request(&request);
   thrum_scope_free(&scope);
   config_file_free(&request.file);

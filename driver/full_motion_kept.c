@@ -148,6 +148,17 @@ static thrum_status make(const thrum_model *model, const full_motion_script *scr
   return write_rows(path, k, error);
 }
 
+thrum_status full_motion_kept_path(const char *folder, const thrum_model *model, int mass,
+                                   const full_motion_script *script, double dt, int64_t samples,
+                                   char path[FULL_MOTION_PATH_MAX], thrum_error *error) {
+  const int length = snprintf(path, FULL_MOTION_PATH_MAX, "%s/full-%016" PRIx64 ".npy", folder,
+                              hash_run(model, mass, script, dt, samples));
+  return length < FULL_MOTION_PATH_MAX
+             ? THRUM_OK
+             : thrum_error_set(error, THRUM_BAD_VALUE,
+                               "the name of the folder of runs that are kept is too long");
+}
+
 thrum_status full_motion_kept(const char *folder, const thrum_model *model, int mass,
                               const full_motion_script *script, double dt,
                               const full_motion_observer *observer, double *us_per_step,
@@ -155,15 +166,10 @@ thrum_status full_motion_kept(const char *folder, const thrum_model *model, int 
   if (folder == NULL)
     return full_motion_run(model, script, dt, observer, us_per_step, error);
 
-  // the name says all that the run depends on
-  char path[1200];
+  char path[FULL_MOTION_PATH_MAX];
   const int64_t all = 3 * model->vertex_count;
   kept k = {.all = all, .columns = 2 * all + 1, .observer = observer};
-  const int length = snprintf(path, sizeof path, "%s/full-%016" PRIx64 ".npy", folder,
-                              hash_run(model, mass, script, dt, observer->samples));
-  if (length >= (int)sizeof path)
-    return thrum_error_set(error, THRUM_BAD_VALUE,
-                           "the name of the folder of runs that are kept is too long");
+  THRUM_TRY(full_motion_kept_path(folder, model, mass, script, dt, observer->samples, path, error));
   THRUM_TRY(folder_make(folder, error));
 
   const thrum_status status =

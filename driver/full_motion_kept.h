@@ -13,4 +13,10 @@ thrum_status full_motion_kept(const char *folder, const thrum_model *model, int 
                               const full_motion_observer *observer, double *us_per_step,
                               thrum_error *error);
 
+/* The file in that folder: the name says all that the run depends on. */
+#define FULL_MOTION_PATH_MAX 1200
+thrum_status full_motion_kept_path(const char *folder, const thrum_model *model, int mass,
+                                   const full_motion_script *script, double dt, int64_t samples,
+                                   char path[FULL_MOTION_PATH_MAX], thrum_error *error);
+
 #endif

@@ -26,13 +26,14 @@ const config_option job_options[] = {
     OPTION_FLAG("list-jobs",
                 "run nothing; print the independent jobs that this is made of, a command a line",
                 AT(list)),
-    OPTION_COUNT("job", NULL, "run the job with this number alone, and keep its result in DIR/jobs",
-                 .value = "N", AT(number), CONFIG_FROM(1)),
-    OPTION_FLAG(
-        "collect",
-        "run nothing; make the report of the jobs whose results are there; exit code 3 where "
-        "some are missing, which are named",
-        AT(collect)),
+    OPTION_COUNT(
+        "job", NULL,
+        "run the job with this number alone, and keep its result in the folder jobs in DIR",
+        .value = "N", AT(number), CONFIG_FROM(1)),
+    OPTION_FLAG("collect",
+                "run nothing; make what the results of the jobs make up, and name the jobs that "
+                "are missing",
+                AT(collect)),
     OPTION_END,
 };
 
@@ -140,7 +141,7 @@ static thrum_status refuse_stamp(const char *path, const cJSON *mine, const cJSO
   const thrum_status status =
       thrum_error_set(error, THRUM_BAD_VALUE,
                       "%.300s: is of other options or inputs (%s is %.100s there and %.100s here): "
-                      "give the options of all jobs, or choose another -o",
+                      "give the options of all jobs, or take another folder",
                       path, mine->string, there ? there : "not", here ? here : "?");
   free(here);
   free(there);
@@ -284,14 +285,20 @@ thrum_status job_list_collect(const job_list *list, cJSON *missing, thrum_error 
                          list->folder);
 }
 
-void job_list_warn(const job_list *list, const cJSON *missing) {
+const char *job_list_missing(const job_list *list, const cJSON *missing,
+                             char text[JOB_MISSING_MAX]) {
   const int count = cJSON_GetArraySize(missing);
-  char names[NAMES_SAID * (JOB_NAME_MAX + 2)] = "";
-  size_t used = 0;
+  size_t used = (size_t)snprintf(text, JOB_MISSING_MAX,
+                                 "%d of %" PRId64 " jobs are missing: ", count, list->count);
   for (int n = 0; n < count && n < NAMES_SAID; n++)
-    used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", n > 0 ? ", " : "",
+    used += (size_t)snprintf(text + used, JOB_MISSING_MAX - used, "%s%s", n > 0 ? ", " : "",
                              cJSON_GetArrayItem(missing, n)->valuestring);
-  if (count > 0)
-    config_warn("the report is not whole: %d of %" PRId64 " jobs are missing: %s%s", count,
-                list->count, names, count > NAMES_SAID ? " ..." : "");
+  snprintf(text + used, JOB_MISSING_MAX - used, "%s", count > NAMES_SAID ? " ..." : "");
+  return text;
+}
+
+void job_list_warn(const job_list *list, const cJSON *missing) {
+  char text[JOB_MISSING_MAX];
+  if (cJSON_GetArraySize(missing) > 0)
+    config_warn("the report is not whole: %s", job_list_missing(list, missing, text));
 }

@@ -62,8 +62,12 @@ thrum_status job_list_run(const job_list *list, int64_t number, bool json, thrum
  * names of the others. Refused where there is none, and at a result with another stamp. */
 thrum_status job_list_collect(const job_list *list, cJSON *missing, thrum_error *error);
 
-/* Warns of the jobs that are missing, with the first of their names; nothing where there are none.
- */
+/* "2 of 12 jobs are missing: a, b", with the first of their names. */
+#define JOB_MISSING_MAX 1200
+const char *job_list_missing(const job_list *list, const cJSON *missing,
+                             char text[JOB_MISSING_MAX]);
+
+/* Warns of them, where there are any. */
 void job_list_warn(const job_list *list, const cJSON *missing);
 
 #endif

@@ -254,15 +254,32 @@ static thrum_status save_modes(const precompute_request *request, const thrum_pr
   return status;
 }
 
-/* From the fixed mesh to the written file and the printed result. */
-static thrum_status make_model(const precompute_request *request, const thrum_mesh *mesh,
-                               const uint8_t *fixed, precompute_show *show,
-                               precompute_outcome *outcome, thrum_error *error) {
-  precompute_progress progress = {
+static precompute_progress begin_progress(const precompute_request *request) {
+  return (precompute_progress){
       .bar = config_progress_make(request->quiet),
       .basis = "",
       .cubature = request->options.cubature,
   };
+}
+
+/* One run of a training, which is kept; no model is written. */
+static thrum_status make_run(const precompute_request *request, const thrum_mesh *mesh,
+                             const uint8_t *fixed, thrum_error *error) {
+  precompute_progress progress = begin_progress(request);
+  thrum_precompute_options options = request->options;
+  options.progress = precompute_progress_show;
+  options.progress_context = &progress;
+  const thrum_status status =
+      precompute_train_job(request, mesh, fixed, &options, &progress, error);
+  config_progress_end(&progress.bar, status >= 0);
+  return status;
+}
+
+/* From the fixed mesh to the written file and the printed result. */
+static thrum_status make_model(const precompute_request *request, const thrum_mesh *mesh,
+                               const uint8_t *fixed, precompute_show *show,
+                               precompute_outcome *outcome, thrum_error *error) {
+  precompute_progress progress = begin_progress(request);
   thrum_precompute_options options = request->options;
   options.progress = precompute_progress_show;
   options.progress_context = &progress;
@@ -369,8 +386,9 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   thrum_mesh mesh = {0};
   uint8_t *fixed = NULL;
 
-  // a dry run writes nothing, so it needs no name
-  thrum_status status = request->dry_run ? THRUM_OK : check_outputs(request, error);
+  // a dry run and a job write no model, so they need no name
+  const bool writes = !request->dry_run && request->jobs.number == 0;
+  thrum_status status = writes ? check_outputs(request, error) : THRUM_OK;
   THRUM_THEN(status, check_condensed(request, error));
   THRUM_THEN(status, check_generated(request, error));
   THRUM_THEN(status, read_mesh(request, &mesh, &fixed, error));
@@ -406,6 +424,8 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   outcome.seconds_mesh = clock_seconds() - began;
   if (status >= 0 && request->dry_run)
     status = estimate_model(&found, fixed, &outcome, error);
+  else if (status >= 0 && request->jobs.number > 0)
+    status = make_run(&found, &mesh, fixed, error);
   else if (status >= 0)
     status = make_model(&found, &mesh, fixed, show, &outcome, error);
 

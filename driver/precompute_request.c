@@ -175,6 +175,10 @@ static const config_option options[] = {
                 "keep these runs in this folder, and take those that are there already: a training "
                 "that was stopped goes on with the runs that it had finished",
                 .path = CONFIG_PATH_ALWAYS, AT(keep_runs)),
+    OPTION_GROUP(job_options,
+                 "a training in independent jobs, a run of --train or --test each, with "
+                 "--keep-runs DIR",
+                 AT(jobs)),
 
     OPTION_HEADING("other programs"),
     OPTION_TEXT("import-basis", "FILE.U", NULL,
@@ -240,6 +244,16 @@ const config_command command_precompute = {
     .exits = "0 done, 1 refused, 2 usage, 3 made but flagged, or --dry-run: it would not fit",
 };
 
+/* Jobs are the runs of a training, which are kept. */
+static int check_jobs(const precompute_request *request) {
+  const job_request *jobs = &request->jobs;
+  if (job_request_given(jobs) &&
+      (request->train_count + request->test_count == 0 || request->keep_runs == NULL))
+    return config_usage("precompute", "--list-jobs, --job and --collect are of a training: they go "
+                                      "with --train or --test, and --keep-runs DIR");
+  return job_request_check(jobs, "precompute");
+}
+
 int precompute_options_read(int argc, char **argv, precompute_request *request) {
   request->reading.scale = 1;
   request->train_time = 0.5;
@@ -254,7 +268,11 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
     return code;
 
   // some options need others or exclude them
-  if (request->output == NULL && !request->dry_run)
+  code = check_jobs(request);
+  if (code != COMMAND_DONE)
+    return code;
+  if (request->output == NULL && !request->dry_run && !request->jobs.list &&
+      request->jobs.number == 0)
     return config_usage("precompute", "no output given: say -o NAME.npz");
   if (!isnan(request->error) && request->train_count == 0)
     return config_usage("precompute", "--error goes with --train");

@@ -4,6 +4,7 @@
 #define THRUM_DRIVER_PRECOMPUTE_REQUEST_H
 
 #include "config/options.h"
+#include "driver/job_list.h"
 #include "mesh/formats/mesh_read.h"
 #include "precompute/precompute.h"
 
@@ -28,6 +29,7 @@ typedef struct precompute_request {
   double train_dt;   /* of the full order and of what is measured against it [s] */
   double train_damping[2];
   const char *keep_runs; /* folder of full-order runs; NULL: none are kept */
+  job_request jobs;      /* of a training: one for each of these runs */
   bool condense; /* the file holds the polynomial of the linear modes, the others following */
   // the lines of both in an options file; 0: from elsewhere
   int64_t fix_lines[CONFIG_FILE_ITEMS_MAX], handle_lines[CONFIG_FILE_ITEMS_MAX];

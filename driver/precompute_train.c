@@ -38,7 +38,8 @@ static void take(void *context, int64_t index, const double *u, const double *v,
   const taker *t = context;
   (void)v;
   (void)energy;
-  memcpy(t->run->u + index * t->all, u, (size_t)t->all * sizeof *u);
+  if (t->run->u != NULL)
+    memcpy(t->run->u + index * t->all, u, (size_t)t->all * sizeof *u);
 }
 
 static bool show(void *context, double fraction) {
@@ -71,39 +72,54 @@ static thrum_status check_memory(const precompute_request *request, int64_t vert
       bytes / 1048576, left / 1048576, whose);
 }
 
+thrum_status train_run_fill(const precompute_request *request, const thrum_model *model,
+                            train_run *run, full_motion_script *script, thrum_error *error) {
+  THRUM_TRY(train_case_parse(run->text, &run->c, error));
+  THRUM_TRY(train_case_fill(model, run->test ? "test" : "train", &run->c, error));
+  *script = script_of(request, &run->c);
+  return THRUM_OK;
+}
+
+thrum_status train_run_make(const precompute_request *request, const thrum_model *model,
+                            config_progress *bar, train_run *run, thrum_error *error) {
+  char label[64];
+  full_motion_script script;
+  snprintf(label, sizeof label, "%s %.40s", run->test ? "test" : "training", run->text);
+  THRUM_TRY(train_run_fill(request, model, run, &script, error));
+  taker t = {run, 3 * model->vertex_count, bar, label};
+  const full_motion_observer observer = {FULL_MOTION_SNAPSHOTS, take, &t, show, &t};
+
+  // also of a run that is kept and has no steps to show
+  config_progress_update(bar, label, 0);
+  const thrum_threads before = thrum_threads_set(request->options.threads);
+  const thrum_status status =
+      full_motion_kept(request->keep_runs, model, (int)request->options.mass, &script,
+                       request->train_dt, &observer, NULL, error);
+  thrum_threads_restore(before);
+  free(run->c.forces);
+  run->c.forces = NULL;
+  return status;
+}
+
 static thrum_status run_all(const precompute_request *request, const thrum_model *model,
                             config_progress *bar, train_outcome *outcome, thrum_error *error) {
   const int64_t each = FULL_MOTION_SNAPSHOTS * 3 * model->vertex_count;
+  if (request->jobs.collect)
+    THRUM_TRY(precompute_train_complete(request, model, outcome, error));
   THRUM_TRY(thrum_reserve(&outcome->samples, outcome->run_count * each, sizeof *outcome->samples,
                           "the training", error));
 
   // the full order under one load after the other
-  const thrum_threads before = thrum_threads_set(request->options.threads);
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < outcome->run_count && status >= 0; n++) {
-    train_run *run = &outcome->runs[n];
-    char label[64];
-    snprintf(label, sizeof label, "%s %.40s", run->test ? "test" : "training", run->text);
-    status = train_case_parse(run->text, &run->c, error);
-    THRUM_THEN(status, train_case_fill(model, run->test ? "test" : "train", &run->c, error));
-    run->u = outcome->samples + n * each;
-    const full_motion_script script = script_of(request, &run->c);
-    taker t = {run, 3 * model->vertex_count, bar, label};
-    const full_motion_observer observer = {FULL_MOTION_SNAPSHOTS, take, &t, show, &t};
-
-    // also of a run that is kept and has no steps to show
-    config_progress_update(bar, label, 0);
-    THRUM_THEN(status, full_motion_kept(request->keep_runs, model, (int)request->options.mass,
-                                        &script, request->train_dt, &observer, NULL, error));
-    free(run->c.forces);
-    run->c.forces = NULL;
+    outcome->runs[n].u = outcome->samples + n * each;
+    status = train_run_make(request, model, bar, &outcome->runs[n], error);
   }
-  thrum_threads_restore(before);
   return status;
 }
 
-static thrum_status list_runs(const precompute_request *request, train_outcome *outcome,
-                              thrum_error *error) {
+thrum_status precompute_train_list(const precompute_request *request, train_outcome *outcome,
+                                   thrum_error *error) {
   const int64_t count = request->train_count + request->test_count;
   THRUM_TRY(thrum_reserve(&outcome->runs, count, sizeof *outcome->runs, "the training", error));
   for (int64_t n = 0; n < request->train_count; n++)
@@ -365,6 +381,50 @@ typedef struct trial {
   int64_t modes, usual, rank; /* usual 0: half of the rank */
 } trial;
 
+/* The usual part of a trial. Before anything is run, the memory of the limit must hold the model
+ * and the training beside it. */
+static thrum_status make_base(const precompute_request *request, const thrum_mesh *mesh,
+                              const uint8_t *fixed, const thrum_precompute_options *asked,
+                              int64_t usual, bool begins, thrum_precomputed *base,
+                              thrum_error *error) {
+  thrum_precompute_options first = *asked;
+  thrum_error detail = {0};
+  if (begins && first.memory_limit > 0)
+    first.memory_limit -= precompute_train_bytes(request, mesh->vertex_count);
+  if (begins)
+    THRUM_TRY(check_memory(request, mesh->vertex_count, error));
+  const thrum_status status = precompute_train_base(mesh, fixed, &first, usual, base, &detail);
+  if (status < 0)
+    return begins && status == THRUM_OUT_OF_MEMORY
+               ? thrum_error_set(error, status, "beside the %.0f MB of --train: %.300s",
+                                 precompute_train_bytes(request, mesh->vertex_count) / 1048576,
+                                 detail.message)
+               : thrum_error_set(error, status, "%s", detail.message);
+  return base->rigid_count == 0
+             ? THRUM_OK
+             : thrum_error_set(error, THRUM_UNSUPPORTED,
+                               "--train: nothing is held, and a free body moves away as a whole");
+}
+
+/* The usual model, of which a body that is held alone can be tested. */
+static thrum_status make_usual(const precompute_request *request, const thrum_mesh *mesh,
+                               const uint8_t *fixed, const thrum_precompute_options *options,
+                               thrum_precomputed *result, thrum_error *error) {
+  THRUM_TRY(check_memory(request, mesh->vertex_count, error));
+  THRUM_TRY(thrum_precompute(mesh, fixed, options, result, error));
+  return result->rigid_count == 0
+             ? THRUM_OK
+             : thrum_error_set(error, THRUM_UNSUPPORTED,
+                               "--test: nothing is held, and a free body moves away as a whole");
+}
+
+thrum_status precompute_train_first(const precompute_request *request, const thrum_mesh *mesh,
+                                    const uint8_t *fixed, const thrum_precompute_options *options,
+                                    thrum_precomputed *made, thrum_error *error) {
+  return request->train_count > 0 ? make_base(request, mesh, fixed, options, 0, true, made, error)
+                                  : make_usual(request, mesh, fixed, options, made, error);
+}
+
 /* The model of a trial with its errors; the full order is run where it was not before. */
 static thrum_status make_trial(const precompute_request *request, const thrum_mesh *mesh,
                                const uint8_t *fixed, const thrum_precompute_options *options,
@@ -376,24 +436,9 @@ static thrum_status make_trial(const precompute_request *request, const thrum_me
   asked.modes = t->modes;
   asked.rank = t->rank;
 
-  // before anything is run, the memory of the limit must hold the model and the training
   const bool begins = outcome->samples == NULL;
-  thrum_precompute_options first = asked;
-  if (begins && first.memory_limit > 0)
-    first.memory_limit -= precompute_train_bytes(request, mesh->vertex_count);
-  thrum_status status = begins ? check_memory(request, mesh->vertex_count, error) : THRUM_OK;
-  thrum_error detail = {0};
   progress->basis = "untrained: ";
-  THRUM_THEN(status, precompute_train_base(mesh, fixed, &first, t->usual, &base, &detail));
-  if (status < 0 && detail.status == status)
-    status = begins && status == THRUM_OUT_OF_MEMORY
-                 ? thrum_error_set(error, status, "beside the %.0f MB of --train: %.300s",
-                                   precompute_train_bytes(request, mesh->vertex_count) / 1048576,
-                                   detail.message)
-                 : thrum_error_set(error, status, "%s", detail.message);
-  if (status >= 0 && base.rigid_count > 0)
-    status = thrum_error_set(error, THRUM_UNSUPPORTED,
-                             "--train: nothing is held, and a free body moves away as a whole");
+  thrum_status status = make_base(request, mesh, fixed, &asked, t->usual, begins, &base, error);
   if (begins)
     THRUM_THEN(status, run_all(request, &base.model, &progress->bar, outcome, error));
 
@@ -425,11 +470,7 @@ static thrum_status make_untrained(const precompute_request *request, const thru
                                    const uint8_t *fixed, const thrum_precompute_options *options,
                                    precompute_progress *progress, train_outcome *outcome,
                                    thrum_precomputed *result, thrum_error *error) {
-  THRUM_TRY(check_memory(request, mesh->vertex_count, error));
-  THRUM_TRY(thrum_precompute(mesh, fixed, options, result, error));
-  if (result->rigid_count > 0)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "--test: nothing is held, and a free body moves away as a whole");
+  THRUM_TRY(make_usual(request, mesh, fixed, options, result, error));
   THRUM_TRY(run_all(request, &result->model, &progress->bar, outcome, error));
   return judge_all(request, &result->model, &progress->bar, outcome, error);
 }
@@ -549,7 +590,7 @@ thrum_status precompute_train(const precompute_request *request, const thrum_mes
                               thrum_precomputed *result, thrum_error *error) {
   const double began = clock_seconds(), worked = clock_process_seconds();
   best b = {.worst = INFINITY};
-  thrum_status status = list_runs(request, outcome, error);
+  thrum_status status = precompute_train_list(request, outcome, error);
   THRUM_THEN(status, thrum_reserve(&b.errors, (size_t)outcome->run_count + 1, sizeof *b.errors,
                                    "the training", error));
   THRUM_THEN(status, make_trials(request, mesh, fixed, options, progress, outcome, &b, error));

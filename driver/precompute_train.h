@@ -55,6 +55,30 @@ thrum_status precompute_train_shapes(const thrum_model *base, const double *samp
                                      thrum_precompute_options *options, double **fields,
                                      thrum_error *error);
 
+/* The parts of a training that is split into jobs, one for each run: the list of the runs, the
+ * model that they are filled with (starts by modes are those of its basis), a run with its script,
+ * and the run itself, which is kept where the request says; its samples go to run->u, NULL:
+ * nowhere. */
+thrum_status precompute_train_list(const precompute_request *request, train_outcome *outcome,
+                                   thrum_error *error);
+thrum_status precompute_train_first(const precompute_request *request, const thrum_mesh *mesh,
+                                    const uint8_t *fixed, const thrum_precompute_options *options,
+                                    thrum_precomputed *made, thrum_error *error);
+thrum_status train_run_fill(const precompute_request *request, const thrum_model *model,
+                            train_run *run, full_motion_script *script, thrum_error *error);
+thrum_status train_run_make(const precompute_request *request, const thrum_model *model,
+                            config_progress *bar, train_run *run, thrum_error *error);
+
+/* Prints the jobs of a training, or does one of them. argv is that of the command. */
+thrum_status precompute_train_print(const precompute_request *request, char *const *argv,
+                                    thrum_error *error);
+thrum_status precompute_train_job(const precompute_request *request, const thrum_mesh *mesh,
+                                  const uint8_t *fixed, const thrum_precompute_options *options,
+                                  precompute_progress *progress, thrum_error *error);
+/* Refuses a training that lacks runs, and names their jobs. */
+thrum_status precompute_train_complete(const precompute_request *request, const thrum_model *model,
+                                       train_outcome *outcome, thrum_error *error);
+
 /* Bytes that a training of the request takes beside the precompute of a mesh of so many vertices:
  * its snapshots, and their decomposition; 0 without one. */
 double precompute_train_bytes(const precompute_request *request, int64_t vertex_count);

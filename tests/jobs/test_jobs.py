@@ -177,6 +177,33 @@ def published_answers_are_computed_by_jobs(work):
         "verify", "--refinements", "1", "-o", "first", "--collect", code=1).stderr
 
 
+def runs_of_a_training_are_jobs(work):
+    """The model of a training whose runs are there has the bytes of one that made them itself."""
+    command = ["precompute", "beam:4x1x1@1x0.1x0.1", "--fix", "x<0.001", "--modes", "3", "--rank", "8", "--reproducible",
+               "-q", "--train", "square:0,0,-1@tip", "--train", "start:mode:1,0.02", "--test", "gravity:0,3,-9.81",
+               "--train-time", "0.1"]
+    work.thrum(*command, "-o", "whole.npz")
+    lines = work.lines(*command, "--keep-runs", "runs")
+    assert [line.split("# ")[1] for line in lines] == ["training-1", "training-2", "test-1"]
+
+    # a part of a training makes no model
+    for line in lines[1:]:
+        work.line(line)
+    refused = work.thrum(*command, "--keep-runs", "runs", "-o", "trained.npz", "--collect", code=1)
+    assert "1 of 3 jobs are missing: training-1" in refused.stderr and not (work.folder / "trained.npz").exists()
+    work.line(lines[0])
+    work.thrum(*command, "--keep-runs", "runs", "-o", "trained.npz", "--collect")
+    assert (work.folder / "trained.npz").read_bytes() == (work.folder / "whole.npz").read_bytes()
+
+    # of other loads, without a run, without a folder
+    command[command.index("square:0,0,-1@tip")] = "square:0,0,-2@tip"
+    assert "is of other options" in work.thrum(*command, "--keep-runs", "runs", "--job", "1", code=1).stderr
+    next((work.folder / "runs").glob("full-*.npy")).unlink()
+    command[command.index("square:0,0,-2@tip")] = "square:0,0,-1@tip"
+    assert "is gone" in work.thrum(*command, "--keep-runs", "runs", "-o", "trained.npz", "--collect", code=1).stderr
+    assert "--keep-runs DIR" in work.thrum(*command, "--list-jobs", code=2).stderr
+
+
 def scripts_for_clusters_run_the_lines(work):
     """Slurm and a launcher of MPI say by variables which process it is."""
     command = ["experiments", *EXPERIMENTS["matrix"], "-q"]
@@ -199,10 +226,12 @@ def scripts_for_clusters_run_the_lines(work):
 
 CASES = {function.__name__: function for function in (
     jobs_make_the_tables_of_one_run, killed_jobs_run_again, a_report_that_lacks_jobs_says_so,
-    results_of_another_sweep_are_refused, published_answers_are_computed_by_jobs, scripts_for_clusters_run_the_lines)}
+    results_of_another_sweep_are_refused, published_answers_are_computed_by_jobs, runs_of_a_training_are_jobs,
+    scripts_for_clusters_run_the_lines)}
 
 
 def main(source, program, *names):
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # idle threads would wait for each other beside other tests
     with tempfile.TemporaryDirectory() as folder:
         work = Work(os.path.abspath(source), os.path.abspath(program), folder)
         for name in names or CASES:
