@@ -183,6 +183,8 @@ static void print_json(const info *about) {
   json_number(object, "quartic_coefficients", (double)about->steps->c4_count);
   if (about->model->point_count > 0)
     json_number(object, "cubature_points", (double)about->model->point_count);
+  if (about->model->point_law)
+    cJSON_AddStringToObject(object, "law", (const char *)about->model->point_law);
 
   add_mesh(object, about);
   add_frequencies(object, about);
@@ -387,6 +389,12 @@ static void print_energy(const info *about) {
            " points in place of the polynomial, force wrong by %.2g %% "
            "(rms)\n",
            model->rank, model->point_count, 100 * meta_number(about, "cubature", "test_error"));
+
+    // no law but the usual one is named in the file
+    if (model->point_law) {
+      print_label("law");
+      printf("%s\n", (const char *)model->point_law);
+    }
     return;
   }
   print_label("polynomial");

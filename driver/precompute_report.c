@@ -111,7 +111,9 @@ static void add_cubature(cJSON *object, const precompute_request *request,
   json_number(cubature, "error_wanted", request->options.cubature_error);
   json_number(cubature, "train_error", figures->train_error);
   json_number(cubature, "test_error", figures->test_error);
-  json_number(cubature, "force_cost", figures->force_cost);
+  if (request->options.law == THRUM_LAW_STVK)
+    json_number(cubature, "force_cost", figures->force_cost);
+  cJSON_AddStringToObject(cubature, "law", thrum_law_name(request->options.law));
 }
 
 /* Where the basis comes from, if not from modes of the body. */
@@ -444,10 +446,14 @@ void precompute_print_table(const precompute_outcome *outcome) {
            "cubature", result->cubature.points, result->cubature.candidates,
            100 * result->cubature.train_error, result->cubature.states,
            100 * result->cubature.test_error, result->cubature.test_states);
-    printf("%-18s%s: a force takes about %.2g times as long as by the polynomial\n", "",
-           result->cubature.force_cost < 1 ? "recommended"
-                                           : "not recommended, leave --cubature out",
-           result->cubature.force_cost);
+    if (outcome->request->options.law != THRUM_LAW_STVK)
+      printf("%-18s%s, by which the points alone answer\n", "law",
+             thrum_law_name(outcome->request->options.law));
+    else
+      printf("%-18s%s: a force takes about %.2g times as long as by the polynomial\n", "",
+             result->cubature.force_cost < 1 ? "recommended"
+                                             : "not recommended, leave --cubature out",
+             result->cubature.force_cost);
   }
 
   printf("%-18s%.2f s, peak %.0f MB\n", "took", outcome->seconds_total, clock_peak_mb());

@@ -127,6 +127,8 @@ static const config_option options[] = {
                 AT(condense)),
 
     OPTION_HEADING("points in place of the polynomial"),
+    OPTION_LAW("stvk", "; these two need --cubature, as a polynomial cannot hold them",
+               AT(options.law)),
     OPTION_FLAG("cubature",
                 "sum the energy over a few points of the mesh, whose weights are chosen by random "
                 "states: a step costs as much as points times rank, where the exact polynomial "
@@ -238,6 +240,8 @@ const config_command command_precompute = {
                 "precompute tower --rank 40 --train base-motion:sine:3,0,0,f=1.5 "
                 "--train 'start:mode:1,0.3' -o tower.npz\n"
                 "precompute bridge --modes 20 --rank 100 --cubature -o bridge100.npz\n"
+                "precompute beam:20x4x4@1x0.2x0.2 --fix 'x<0.001' --modes 8 --rank 20 --cubature "
+                "--law neo-hookean -o rubber.npz\n"
                 "precompute beam.veg --fix beam.bou --import-basis beam.U --import-cubic beam.cub "
                 "-o beam.npz\n"
                 "precompute bridge.veg --fix bridge.bou --threads 2 --json -o bridge.npz",
@@ -297,7 +301,15 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
     return config_usage("precompute",
                         "--condense needs linear modes, which --import-basis has not");
 
-  // points stand in the place of coefficients
+  // points stand in the place of coefficients, and a law of its own needs them
+  if (request->options.law != THRUM_LAW_STVK && !request->options.cubature)
+    return config_usage("precompute", "--law %s needs --cubature: a polynomial cannot hold it",
+                        law_names[request->options.law]);
+  if (request->options.law != THRUM_LAW_STVK && request->train_count + request->test_count > 0)
+    return config_usage("precompute",
+                        "--law %s goes without --train and --test, whose runs are of "
+                        "%s material",
+                        law_names[request->options.law], law_names[THRUM_LAW_STVK]);
   if (request->cubature_given && !request->options.cubature)
     return config_usage("precompute", "--cubature-error, --cubature-points and --cubature-range go "
                                       "with --cubature");

@@ -7,8 +7,8 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_units.h"
-#include "precompute/material/material_law.h"
 #include "precompute/material/plastic_flow.h"
+#include "runtime/material/material_law.h"
 #include "thrum/thrum.h"
 
 #define X(name, value, text) text,
@@ -18,6 +18,11 @@ static const char *const implicit_solvers[] = {THRUM_IMPLICIT_SOLVER_LIST(X) NUL
 static const char *const split_forms[] = {THRUM_SPLIT_FORM_LIST(X) NULL};
 const char *const law_names[] = {THRUM_LAW_LIST(X) NULL};
 #undef X
+
+thrum_law law_of_run(bool given, thrum_law law, const thrum_model *model) {
+  return given ? law : thrum_law_of_model(model);
+}
+
 const char *const full_solver_names[] = {"cholesky", "cg", NULL};
 const char *const full_quadrature_names[] = {"exact", "four", NULL};
 

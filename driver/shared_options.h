@@ -6,6 +6,7 @@
 #include "config/options.h"
 #include "driver/load_spec.h"
 #include "driver/model_names.h"
+#include "runtime/material/material_law.h"
 
 /* Tables for groups: of a thrum_mesh_read_options, of a thrum_material, and of a thrum_state_def
  * without its dt. */
@@ -21,6 +22,9 @@ extern const char *const integrator_names[];
 extern const char *const full_solver_names[];
 extern const char *const full_quadrature_names[];
 extern const char *const law_names[];
+
+/* The law of the material in a run: the one that was asked for, or the model's. */
+thrum_law law_of_run(bool given, thrum_law law, const thrum_model *model);
 
 /* Single rows, for the fields of a request. */
 #define OPTION_DT(type, member)                                                                    \
@@ -46,12 +50,15 @@ extern const char *const law_names[];
 #define OPTION_LOAD(taken, otherwise, text)                                                        \
   OPTION_TEXT("load", "LOAD", otherwise, text, .repeats = true, .take = taken)
 
-#define OPTION_LAW(type, member)                                                                   \
-  OPTION_CHOICE("law", law_names, "stvk",                                                          \
+#define OPTION_LAW(otherwise, text, ...)                                                           \
+  OPTION_CHOICE("law", law_names, otherwise,                                                       \
                 "the material's law, with the moduli given as those of small strains: Saint "      \
-                "Venant-Kirchhoff as in models, corotational linear elasticity, or stable "        \
-                "neo-Hookean, which bear strong compression and inversion",                        \
-                CONFIG_AT(type, member))
+                "Venant-Kirchhoff, or corotational linear elasticity or stable neo-Hookean, "      \
+                "which bear strong compression and inversion" text,                                \
+                __VA_ARGS__)
+/* The same of a body that is unreduced; `type` has a law and whether it was given. */
+#define OPTION_FULL_LAW(type)                                                                      \
+  OPTION_LAW("that of the model", "", CONFIG_AT(type, law), .given = offsetof(type, law_given))
 
 #define OPTION_MATERIAL(taken)                                                                     \
   OPTION_TEXT("material", "REGION:E,NU,RHO", NULL,                                                 \

@@ -12,6 +12,7 @@
 #include "config/message.h"
 #include "io/json.h"
 #include "platform/allocate.h"
+#include "runtime/material/material_law.h"
 #include "thrum/thrum.h"
 
 #define LOAD_SHARE_MOST 0.9995 /* of a point force a good basis may leave 0.99 unfelt */
@@ -48,6 +49,9 @@ static thrum_status open_monitor(const thrum_model *model, simulate_measures *m,
   m->monitor_memory = thrum_allocate_aligned(size, "the monitor", error);
   if (m->monitor_memory == NULL)
     return THRUM_OUT_OF_MEMORY;
+
+  // a law that does not give way is warned of where it is inverted
+  m->warns_below = thrum_law_of_model(model) == THRUM_LAW_STVK ? def.stretch_least : 0;
   return thrum_monitor_init(m->monitor_memory, size, model, &def, &m->monitor, error);
 }
 
@@ -196,8 +200,8 @@ void simulate_measures_table(const simulate_measures *m) {
   printf(fabs(m->record.stretch_least) < 1000 ? "monitor      least stretch %.3f"
                                               : "monitor      least stretch %.3g",
          m->record.stretch_least);
-  printf(" at %g s (warns below 0.577), reach %.2g (warns above 3)\n", m->stretch_time,
-         m->record.reach_most);
+  printf(" at %g s (warns below %.3g), reach %.2g (warns above 3)\n", m->stretch_time,
+         m->warns_below, m->record.reach_most);
 }
 
 void simulate_measures_warn(const simulate_measures *m, const char *who) {

@@ -22,6 +22,7 @@ typedef struct simulate_measures {
   double stretch_time;  /* of the least stretch [s] */
   double warned_at[32]; /* when each bit was first raised [s] */
   double load_share;    /* largest of the loads but gravity; NaN: none */
+  double warns_below;   /* principal stretch */
 } simulate_measures;
 
 /* Plans what the request asks for and looks at its loads. On failure nothing is left to free. */

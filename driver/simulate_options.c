@@ -97,7 +97,7 @@ static const config_option options[] = {
                   "points at which forces of ten-node tetrahedra are taken: those that are exact, "
                   "or four, as other programs take them",
                   AT(quadrature)),
-    OPTION_LAW(simulate_request, law),
+    OPTION_FULL_LAW(simulate_request),
     OPTION_GROUP(plastic_options, "", AT(plastic)),
 
     OPTION_HEADING("besides"),
@@ -181,9 +181,9 @@ static const char *plastic_option(const thrum_plastic *plastic) {
  * COMMAND_DONE, or the exit code after its line has been printed. */
 static int check_full(simulate_request *request) {
   thrum_state_def *def = &request->def;
-  if (!request->full && request->law != THRUM_LAW_STVK)
-    return config_usage("simulate", "--law goes with --full: models know %s alone",
-                        law_names[THRUM_LAW_STVK]);
+  if (!request->full && request->law_given)
+    return config_usage("simulate", "--law goes with --full: a model has its own (precompute "
+                                    "--law)");
 
   // nothing flows below a yield
   const char *plastic = plastic_option(&request->plastic);

@@ -63,7 +63,8 @@ static cJSON *options_json(const simulate_request *request) {
   cJSON_AddBoolToObject(object, "full", request->full);
   json_string(object, "linear_solver", full_solver_names[request->solver]);
   cJSON_AddStringToObject(object, "quadrature", full_quadrature_names[request->quadrature]);
-  cJSON_AddStringToObject(object, "law", law_names[request->law]);
+  if (request->law_given)
+    cJSON_AddStringToObject(object, "law", law_names[request->law]);
   json_number(object, "yield", request->plastic.yield);
   json_number(object, "creep", request->plastic.creep);
   json_number(object, "largest_plastic_strain", request->plastic.largest);
@@ -257,6 +258,8 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   cJSON *object = simulate_report_begin(simulate_status_name(figures), &figures->stop);
   json_string(object, "model", request->model_path);
   cJSON_AddStringToObject(object, "model_hash", hash);
+  cJSON_AddStringToObject(
+      object, "law", thrum_law_name(law_of_run(request->law_given, request->law, figures->model)));
   json_string(object, "run", request->run_path);
   add_files(object, output);
 

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "driver/shared_options.h"
 #include "io/npy_file.h"
 #include "io/vtu.h"
 #include "platform/allocate.h"
@@ -251,7 +252,7 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
   def.tolerance = request->def.tolerance;
   def.solver = request->solver;
   def.quadrature = request->quadrature;
-  def.law = request->law;
+  def.law = law_of_run(request->law_given, request->law, model);
 
   // held vertices belong to the body, so they are known before it is made
   THRUM_TRY(allocate(model, request->move_count, s, error));

@@ -136,7 +136,7 @@ static const config_option options[] = {
                   "points at which forces of ten-node tetrahedra are taken: those that are exact, "
                   "or four, as other programs take them",
                   AT(quadrature)),
-    OPTION_LAW(static_request, law),
+    OPTION_FULL_LAW(static_request),
 
     OPTION_HEADING("what is written"),
     OPTION_TEXT("output", "FILE.npy", NULL, "q, which thrum simulate --start FILE.npy takes",
@@ -231,9 +231,8 @@ int static_options_read(int argc, char **argv, static_request *request) {
                         request->moves[0].kind <= STATIC_ROTATE
                             ? "holds still what is held"
                             : "does not know how a group turns");
-  if (request->law != THRUM_LAW_STVK && !request->full)
-    return config_usage("static", "--law goes with --full: models know %s alone",
-                        law_names[THRUM_LAW_STVK]);
+  if (request->law_given && !request->full)
+    return config_usage("static", "--law goes with --full: a model has its own (precompute --law)");
   if (request->full && (request->def.stay || request->path != NULL))
     return config_usage("static", "--%s is of a reduced model; leave it out with --full",
                         request->def.stay ? "stay" : "path");

@@ -40,7 +40,8 @@ typedef struct static_request {
   int64_t move_count;
   thrum_full_solver solver;
   thrum_full_quadrature quadrature;
-  thrum_law law; /* of the full order */
+  thrum_law law;  /* of the full order, where */
+  bool law_given; /* and not the model's */
   thrum_equilibrium_def def;
   int64_t rank; /* 0: all */
   bool monitor; /* warn of what the answer of a model can be believed for */

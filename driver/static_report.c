@@ -73,7 +73,8 @@ void static_report_json(const static_answer *answer) {
   json_string(object, "model", request->model_path);
   json_number(object, "rank", (double)answer->model->rank);
   add_asked(object, request);
-  cJSON_AddStringToObject(object, "law", law_names[request->law]);
+  cJSON_AddStringToObject(
+      object, "law", thrum_law_name(law_of_run(request->law_given, request->law, answer->model)));
   json_number(object, "factor", report->factor);
 
   // the equilibrium

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "driver/shared_options.h"
 #include "driver/stepper.h"
 #include "driver/stepper_loads.h"
 #include "platform/allocate.h"
@@ -22,7 +23,7 @@ typedef struct full_stepper {
 
 /* --- opening ---------------------------------------------------------------------------------- */
 
-static thrum_full_def def_of(const simulate_request *request) {
+static thrum_full_def def_of(const simulate_request *request, const thrum_model *model) {
   static const thrum_full_scheme schemes[] = {
       [THRUM_INTEGRATOR_IMEXV] = THRUM_FULL_ENERGY,
       [THRUM_INTEGRATOR_NEWMARK] = THRUM_FULL_NEWMARK,
@@ -44,7 +45,7 @@ static thrum_full_def def_of(const simulate_request *request) {
   def.iterations_max = request->def.iterations_max;
   def.solver = request->solver;
   def.quadrature = request->quadrature;
-  def.law = request->law;
+  def.law = law_of_run(request->law_given, request->law, model);
   def.plastic = request->plastic;
   return def;
 }
@@ -254,7 +255,7 @@ static const driver_stepper_kind full = {
 
 thrum_status driver_stepper_full(const simulate_request *request, const thrum_model *model,
                                  driver_stepper *stepper, thrum_error *error) {
-  const thrum_full_def def = def_of(request);
+  const thrum_full_def def = def_of(request, model);
   const size_t size = 3 * (size_t)model->vertex_count;
   if (model->basis == NULL)
     return thrum_error_set(error, THRUM_MISSING,

@@ -9,7 +9,7 @@ import { fileURLToPath } from 'node:url';
 const root = dirname(dirname(fileURLToPath(import.meta.url)));
 
 /** Where a step spends its time. */
-const FAST = ['runtime/polynomial', 'runtime/linear_algebra'];
+const FAST = ['runtime/material', 'runtime/polynomial', 'runtime/linear_algebra'];
 
 /** Folders that hold no C of ours. */
 const OTHER = ['node_modules', 'src', 'test', 'dist', 'examples'];

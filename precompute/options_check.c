@@ -90,6 +90,13 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
         error, THRUM_INVALID_ARGUMENT,
         "cubature: an error of %g, %lld points and a range of %g; all must be > 0",
         options->cubature_error, (long long)options->cubature_points, options->cubature_range);
+  if (options->law < THRUM_LAW_STVK || options->law > THRUM_LAW_NEO_HOOKEAN)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no law %d of a material",
+                           (int)options->law);
+  if (options->law != THRUM_LAW_STVK && !options->cubature)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "the law %s needs cubature: a polynomial cannot hold it",
+                           thrum_law_name(options->law));
   if (options->cubature && options->single)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "single precision is of the coefficients of a polynomial, which "

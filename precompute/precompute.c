@@ -91,6 +91,7 @@ static thrum_status run_assemble(pipeline *p, const thrum_reporter *reporter, th
   THRUM_TRY(
       thrum_fem_create_of_order(p->mesh, p->fixed, p->options.quadrature_order, &p->fem, error));
   p->fem.ranks = p->ranks;
+  p->fem.law = p->options.law;
   if (p->ranks)
     THRUM_TRY(p->ranks->take(p->ranks->context, &p->fem, error));
 
@@ -398,6 +399,7 @@ static thrum_status make_points(pipeline *p, const thrum_reporter *reporter, thr
                                   .masters = k > 0 && k < r ? k : (r + 1) / 2};
   thrum_model *model = &p->result.model;
   THRUM_TRY(thrum_cubature(&p->fem, &def, model, &p->result.cubature, reporter, error));
+  THRUM_TRY(thrum_model_fill_law(p->fem.law, model, error));
 
   // as a large model is packed: that changes the force by far less than any choice of points
   thrum_single_round(thrum_model_writable(model->point_gradients),

@@ -99,15 +99,16 @@ static thrum_status make_mesh(bridge_model *made, const float *positions, const 
 /* Adds a model of arrays from bridge_alloc, which it keeps, `positions`, `basis` and the last two
  * apart; their shapes are those of the pack (docs/viewer.md). tet and tet_rigid are NULL for a
  * model that is held; c3 and c4 for one of cubature points, and those of points, point_count of
- * them, for any other. numbers: mass [kg], Young's modulus [Pa]. Returns its number, or a status
- * below 0. */
+ * them, for any other, and point_law, ended by a 0, for Saint Venant-Kirchhoff material. numbers:
+ * mass [kg], Young's modulus [Pa]. Returns its number, or a status below 0. */
 int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t triangle_count,
                                  int32_t point_count, const double *omega2, const double *c3,
                                  const double *c4, const double *point_weights,
                                  const double *point_moduli, const double *point_gradients,
-                                 const double *axis_mass, const uint8_t *fixed,
-                                 const int32_t *triangles, const float *positions,
-                                 const float *basis, const double *tet, const double *tet_rigid) {
+                                 const uint8_t *point_law, const double *axis_mass,
+                                 const uint8_t *fixed, const int32_t *triangles,
+                                 const float *positions, const float *basis, const double *tet,
+                                 const double *tet_rigid) {
   if (model_count == MODELS_MAX)
     return thrum_error_set(&bridge_error, THRUM_UNSUPPORTED, "a page has at most %d models",
                            MODELS_MAX);
@@ -116,19 +117,22 @@ int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t tri
   bridge_model *made = &models[model_count];
   *made = (bridge_model){.triangles = triangles, .triangle_count = triangle_count};
   made->material[0] = bridge_number[1];
-  made->model = (thrum_model){.rank = rank,
-                              .c3_count = c3 ? thrum_c3_count(rank) : 0,
-                              .c4_count = c4 ? thrum_c4_count(rank) : 0,
-                              .point_count = point_count,
-                              .vertex_count = (int64_t)vertex_count + CORNERS,
-                              .omega2 = omega2,
-                              .c3 = c3,
-                              .c4 = c4,
-                              .point_weights = point_weights,
-                              .point_moduli = point_moduli,
-                              .point_gradients = point_gradients,
-                              .axis_mass = axis_mass,
-                              .fixed = fixed};
+  made->model =
+      (thrum_model){.rank = rank,
+                    .c3_count = c3 ? thrum_c3_count(rank) : 0,
+                    .c4_count = c4 ? thrum_c4_count(rank) : 0,
+                    .point_count = point_count,
+                    .vertex_count = (int64_t)vertex_count + CORNERS,
+                    .omega2 = omega2,
+                    .c3 = c3,
+                    .c4 = c4,
+                    .point_weights = point_weights,
+                    .point_moduli = point_moduli,
+                    .point_gradients = point_gradients,
+                    .point_law = point_law,
+                    .law_bytes = point_law ? (int64_t)strlen((const char *)point_law) + 1 : 0,
+                    .axis_mass = axis_mass,
+                    .fixed = fixed};
 
   // what the runtime wants besides: a mesh, a pack, a surface, and what touches
   thrum_status status = make_mesh(made, positions, basis);

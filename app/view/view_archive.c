@@ -106,6 +106,11 @@ static void add_energy(data_section *data, cJSON *arrays, const thrum_model *mod
   add_doubles(data, arrays, "point_weights", model->point_weights, points);
   add_doubles(data, arrays, "point_moduli", model->point_moduli, 2 * points);
   add_doubles(data, arrays, "point_gradients", model->point_gradients, 9 * points * model->rank);
+  unsigned char *law = model->point_law == NULL
+                           ? NULL
+                           : add_array(data, arrays, "point_law", model->law_bytes, "u1");
+  if (law != NULL)
+    memcpy(law, model->point_law, (size_t)model->law_bytes);
 }
 
 static thrum_status add_model(data_section *data, cJSON *list, const view_archive_model *item,

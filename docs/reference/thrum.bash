@@ -20,7 +20,8 @@ _thrum() {
   'precompute --precision') words='double single' ;;
   'precompute --check') words='auto search inertia' ;;
   'precompute --solver') words='auto factor cg' ;;
-  'precompute '*) words=' --output --fix --young --poisson --density --material --scale --unit --regions --order --modes --rank --mass --quadrature-order --precision --check --solver --handles --condense --cubature --cubature-error --cubature-points --cubature-range --train --test --by-share --error --rank-max --train-time --train-dt --train-damping --keep-runs --list-jobs --job --collect --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help' ;;
+  'precompute --law') words='stvk corotational neo-hookean' ;;
+  'precompute '*) words=' --output --fix --young --poisson --density --material --scale --unit --regions --order --modes --rank --mass --quadrature-order --precision --check --solver --handles --condense --law --cubature --cubature-error --cubature-points --cubature-range --train --test --by-share --error --rank-max --train-time --train-dt --train-damping --keep-runs --list-jobs --job --collect --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help' ;;
   'mesh --tool') words='gmsh tetgen' ;;
   'mesh '*) words='--output --size --scale --order --tool --verbose --json --quiet --help' ;;
   'check '*) words='--scale --unit --regions --order --json --help' ;;

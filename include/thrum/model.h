@@ -29,7 +29,11 @@ extern "C" {
  * tetrahedra has version 1. */
 #define THRUM_MODEL_FORMAT_MAJOR_QUADRATIC 2
 #define THRUM_MODEL_FORMAT_MINOR_QUADRATIC 0
-/* Added to the minor version of a model with cubature points. */
+/* Versions 3 are those of a model with `point_law`, which no reader may overlook, with or without
+ * `midsides`. */
+#define THRUM_MODEL_FORMAT_MAJOR_LAW 3
+#define THRUM_MODEL_FORMAT_MINOR_LAW 0
+/* Added to the minor version of another model with cubature points. */
 #define THRUM_MODEL_FORMAT_MINOR_POINTS 1
 #define THRUM_RANK_MAX 512 /* far above the 334 that a file below 4 GiB can hold */
 
@@ -49,7 +53,8 @@ extern "C" {
   X(slave_pairs, "products of two masters, k (k+1) / 2")                                           \
   X(condensed_c3_count, "cubic coefficients of the masters")                                       \
   X(condensed_c4_count, "quartic coefficients of the masters")                                     \
-  X(point_count, "cubature points in place of the polynomial; 0: none")
+  X(point_count, "cubature points in place of the polynomial; 0: none")                            \
+  X(law_bytes, "bytes of the name of the law at these points, ended by one 0")
 
 /* The arrays, in file order. X(type, name, rows, columns, presence, meaning):
  * type f8 | i4 | u1; rows and columns are a size's name or a literal (columns 1: a plain vector);
@@ -57,8 +62,9 @@ extern "C" {
  * vertices, tets, tet_region, material, fixed come together, basis, rigid and midsides only with
  * vertices, the three group arrays together; c3 and c4 together, or in their place slave_map,
  * condensed_c3 and condensed_c4: thrum/condensed_model.h; or the three arrays of cubature points,
- * from which V is summed: thrum/polynomial.h). With midsides the tetrahedra have ten nodes: those
- * of a row of tets, its corners, then the middle nodes of the edges 01, 12, 20, 03, 13, 23. */
+ * from which V is summed: thrum/polynomial.h, and with which alone a point_law goes). With midsides
+ * the tetrahedra have ten nodes: those of a row of tets, its corners, then the middle nodes of the
+ * edges 01, 12, 20, 03, 13, 23. */
 #define THRUM_MODEL_ARRAYS(X)                                                                      \
   X(i4, format, 2, 1, REQUIRED, "version of the format: major, minor")                             \
   X(u1, meta, meta_bytes, 1, OPTIONAL, "UTF-8 JSON about the model; the runtime never reads it")   \
@@ -85,7 +91,10 @@ extern "C" {
   X(f8, point_weights, point_count, 1, OPTIONAL, "volumes of the cubature points, > 0 [m^3]")      \
   X(f8, point_moduli, 2, point_count, OPTIONAL, "Lame's lambda and mu at each of them [Pa]")       \
   X(f8, point_gradients, point_rows, rank, OPTIONAL,                                               \
-    "rows 9 p + 3 a + b: du_a/dX_b of each coordinate at point p [1/(m kg^1/2)]")
+    "rows 9 p + 3 a + b: du_a/dX_b of each coordinate at point p [1/(m kg^1/2)]")                  \
+  X(u1, point_law, law_bytes, 1, OPTIONAL,                                                         \
+    "law of the material at the points, corotational or neo-hookean; absent: Saint "               \
+    "Venant-Kirchhoff's")
 /* basis_rows is 3 * vertex_count, point_rows 9 * point_count */
 
 typedef double thrum_f8;

@@ -65,7 +65,8 @@ typedef struct thrum_monitor_def {
   int64_t sampled_tet_count;
 
   /* Principal stretch below which COMPRESSED is raised [1]; >= 0, default 1/sqrt(3). Larger: the
-   * warning comes at a smaller compression. */
+   * warning comes at a smaller compression. A model with a point_law has 0 in its place, as no
+   * other law gives way. */
   double stretch_least;
 
   /* Reach above which REACH is raised, in tenths of the body's diagonal; >= 0, default 3. Larger:

@@ -1,8 +1,9 @@
 /* Static modal derivatives, design 2: K Phi_ij = b_ij = -d^2 R(sum p_a psi_a) / dp_i dp_j at p = 0,
  * where a point of weight w of a tet with shape gradients g_a adds to node a
  *   -w [S(sym(G_i^T G_j)) + G_i S(sym G_j) + G_j S(sym G_i)] g_a.
- * After Barbic, James 2005, doi:10.1145/1073204.1073300. Solved in blocks of right-hand sides:
- * O(points count^2) to build them.
+ * With another law than Saint Venant-Kirchhoff's its stress of second degree in the strains is
+ * added (thrum_law_cubic_stress). After Barbic, James 2005, doi:10.1145/1073204.1073300. Solved in
+ * blocks of right-hand sides: O(points count^2) to build them.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/basis/modal_derivatives.h"
@@ -43,6 +44,18 @@ static void deform(const thrum_fem *fem, int64_t t, double shape[THRUM_FEM_NODES
   thrum_stress(fem->lambda[region], fem->mu[region], strain, result->stress);
 }
 
+// what another law adds, for the gradients of two modes
+static void add_law(const thrum_law_cubic *law, double i[3][3], double j[3][3],
+                    double total[3][3]) {
+  double strain[2][3][3];
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++) {
+      strain[0][c][d] = (i[c][d] + i[d][c]) / 2;
+      strain[1][c][d] = (j[c][d] + j[d][c]) / 2;
+    }
+  thrum_law_cubic_stress(law, strain[0], strain[1], total);
+}
+
 // S(sym(G_i^T G_j)) + G_i S_j + G_j S_i
 static void second_stress(double lambda, double mu, mode_in_tet *i, mode_in_tet *j,
                           double total[3][3]) {
@@ -72,12 +85,15 @@ static void add_point(const thrum_fem *fem, int64_t t, int p, const int32_t *pai
                       tet_forces *forces) {
   const int32_t region = fem->tet_region[t];
   const double weight = fem->weight[t * fem->point_count + p];
+  const thrum_law_cubic law = thrum_law_cubic_of(fem->law, fem->lambda[region], fem->mu[region]);
 
   // each pair's second derivative of the stress acts on the nodes through the shape gradients
   for (int64_t b = 0; b < width; b++) {
     double total[3][3];
     second_stress(fem->lambda[region], fem->mu[region], &modes[pairs[2 * b]],
                   &modes[pairs[2 * b + 1]], total);
+    if (fem->law != THRUM_LAW_STVK)
+      add_law(&law, modes[pairs[2 * b]].gradient, modes[pairs[2 * b + 1]].gradient, total);
     for (int a = 0; a < fem->node_count; a++)
       for (int c = 0; c < 3; c++)
         forces->pair[b][a][c] += weight * (total[c][0] * shape[a][0] + total[c][1] * shape[a][1] +
@@ -181,6 +197,21 @@ static void pair_stress(double lambda, double mu, const mode_terms *i, const mod
       }
 }
 
+// what another law adds at the points of a group
+static void add_law_group(const thrum_law_cubic *law, const mode_terms *i, const mode_terms *j,
+                          double total[3][3][GROUP]) {
+  for (int p = 0; p < GROUP; p++) {
+    double g[2][3][3], sum[3][3] = {{0}};
+    for (int c = 0; c < 9; c++) {
+      g[0][c / 3][c % 3] = i->gradient[c / 3][c % 3][p];
+      g[1][c / 3][c % 3] = j->gradient[c / 3][c % 3][p];
+    }
+    add_law(law, g[0], g[1], sum);
+    for (int c = 0; c < 9; c++)
+      total[c / 3][c % 3][p] += sum[c / 3][c % 3];
+  }
+}
+
 // adds the forces of one ten-node tet
 static void add_quadratic_tet(const thrum_fem *fem, int64_t t, const int32_t *pairs, int64_t width,
                               int64_t count, const double *modes, mode_terms *local, group_terms *g,
@@ -188,6 +219,7 @@ static void add_quadratic_tet(const thrum_fem *fem, int64_t t, const int32_t *pa
   const int32_t *node = fem->nodes + THRUM_QUADRATIC_NODES * t;
   const int64_t n = fem->free_count;
   const double lambda = fem->lambda[fem->tet_region[t]], mu = fem->mu[fem->tet_region[t]];
+  const thrum_law_cubic law = thrum_law_cubic_of(fem->law, lambda, mu);
 
   // the displacements of the modes at the nodes
   for (int64_t i = pairs[0]; i < count; i++)
@@ -205,6 +237,8 @@ static void add_quadratic_tet(const thrum_fem *fem, int64_t t, const int32_t *pa
       take_mode(lambda, mu, g, &local[i]);
     for (int64_t b = 0; b < width; b++)
       pair_stress(lambda, mu, &local[pairs[2 * b]], &local[pairs[2 * b + 1]], g->total[b]);
+    for (int64_t b = 0; b < width && fem->law != THRUM_LAW_STVK; b++)
+      add_law_group(&law, &local[pairs[2 * b]], &local[pairs[2 * b + 1]], g->total[b]);
     cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasTrans, 3 * (int)width, THRUM_QUADRATIC_NODES,
                 3 * GROUP, 1, g->total[0][0][0], 3 * GROUP, g->weighted[0][0], 3 * GROUP, first > 0,
                 g->force[0][0], THRUM_QUADRATIC_NODES);

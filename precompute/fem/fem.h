@@ -14,9 +14,9 @@
 #include "mesh/mesh.h"
 #include "precompute/fem/ranks.h"
 #include "precompute/fem/sparse.h"
-#include "precompute/material/material_law.h"
 #include "precompute/options/precompute_options.h"
 #include "runtime/base/quadratic_tet.h"
+#include "runtime/material/material_law.h"
 
 enum { THRUM_FEM_NODES_MAX = THRUM_QUADRATIC_NODES };
 

@@ -23,6 +23,7 @@
 
 #include "precompute/fem/fem_tet.h"
 #include "precompute/full/full_private.h"
+#include "precompute/material/material_law_mean.h"
 
 #define SLOW 0.05               /* contraction above which factors are made anew */
 #define FLOOR (4 * DBL_EPSILON) /* of the increment and the displacement */

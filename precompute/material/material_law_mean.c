@@ -16,7 +16,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "precompute/material/material_law.h"
+#include "precompute/material/material_law_mean.h"
 #include "precompute/material/principal.h"
 #include "runtime/base/vec3.h"
 

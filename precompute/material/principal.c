@@ -5,7 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "precompute/material/jacobi.h"
+#include "runtime/material/jacobi.h"
 
 void thrum_green_strain(double gradient[3][3], double green[3][3]) {
   for (int i = 0; i < 3; i++)

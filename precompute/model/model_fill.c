@@ -113,6 +113,17 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
   return fill_groups(mesh, model, error);
 }
 
+thrum_status thrum_model_fill_law(thrum_law law, thrum_model *model, thrum_error *error) {
+  if (law == THRUM_LAW_STVK)
+    return THRUM_OK;
+  int32_t *format = thrum_model_writable(model->format);
+  format[0] = THRUM_MODEL_FORMAT_MAJOR_LAW;
+  format[1] = THRUM_MODEL_FORMAT_MINOR_LAW;
+  const char *name = thrum_law_name(law);
+  model->law_bytes = (int64_t)strlen(name) + 1;
+  return keep(&model->point_law, name, model->law_bytes, 1, error);
+}
+
 thrum_status thrum_model_fill_axis_mass(const thrum_fem *fem, thrum_mass kind, thrum_model *model,
                                         thrum_error *error) {
   double *mass = NULL;

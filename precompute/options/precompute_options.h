@@ -7,6 +7,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "runtime/material/material_law.h"
+
 typedef enum thrum_mass { THRUM_MASS_CONSISTENT = 0, THRUM_MASS_LUMPED = 1 } thrum_mass;
 
 /* How to check that no linear mode was missed: a fresh search of the complement, which also
@@ -89,6 +91,10 @@ typedef struct thrum_precompute_options {
 
   /* How it is checked that no mode was missed; default THRUM_CHECK_AUTO. */
   thrum_check check;
+
+  /* The law of the material; default THRUM_LAW_STVK. Another law needs cubature, as a
+   * polynomial of degree 4 cannot hold it. */
+  thrum_law law;
 
   /* V from cubature points in place of the polynomial; default false. The next three are of it. */
   bool cubature;

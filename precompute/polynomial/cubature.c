@@ -142,8 +142,8 @@ static void point_gradients(const thrum_fem *fem, const thrum_model *model, int6
     }
 }
 
-/* Nonlinear part of the first Piola-Kirchhoff stress at G. */
-static void nonlinear_stress(double lambda, double mu, double g[3][3], double p[3][3]) {
+/* Nonlinear part of the first Piola-Kirchhoff stress at G, of Saint Venant-Kirchhoff material. */
+static void quartic_stress(double lambda, double mu, double g[3][3], double p[3][3]) {
   double quadratic[3][3], strain[3][3], t[3][3], s[3][3];
   for (int c = 0; c < 3; c++)
     for (int d = 0; d < 3; d++) {
@@ -157,6 +157,19 @@ static void nonlinear_stress(double lambda, double mu, double g[3][3], double p[
       p[c][d] = t[c][d] + g[c][0] * s[0][d] + g[c][1] * s[1][d] + g[c][2] * s[2][d];
 }
 
+/* The same of another law. */
+static void law_stress(thrum_law law, double lambda, double mu, double g[3][3], double p[3][3]) {
+  double strain[3][3], linear[3][3];
+  thrum_law_stress(law, lambda, mu, g, p);
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++)
+      strain[c][d] = (g[c][d] + g[d][c]) / 2;
+  thrum_stress(lambda, mu, strain, linear);
+  for (int c = 0; c < 3; c++)
+    for (int d = 0; d < 3; d++)
+      p[c][d] -= linear[c][d];
+}
+
 /* The force of one candidate in one state, weighted by its own volume, in the rows' scale. */
 static void candidate_row(const cubature *c, int64_t n, int64_t s, const double *gradient,
                           double *row) {
@@ -164,7 +177,11 @@ static void candidate_row(const cubature *c, int64_t n, int64_t s, const double 
   const int32_t region = c->fem->tet_region[point / c->fem->point_count];
   double g[3][3], p[3][3];
   memcpy(g, gradient, sizeof g);
-  nonlinear_stress(c->fem->lambda[region], c->fem->mu[region], g, p);
+  const double lambda = c->fem->lambda[region], mu = c->fem->mu[region];
+  if (c->fem->law == THRUM_LAW_STVK)
+    quartic_stress(lambda, mu, g, p);
+  else
+    law_stress(c->fem->law, lambda, mu, g, p);
   const double weight = c->fem->weight[point] * c->scale[s];
   const double *rows = c->gradient + ROWS * n * c->rank;
   memset(row, 0, (size_t)c->rank * sizeof *row);

@@ -1,10 +1,10 @@
 /* Points and weights whose sum of energies stands in for the integral over the body, design 18.
  *
  * The points are those of the elements (one of a linear tetrahedron, those of its rule of a
- * ten-node one). Their weights are the non-negative least squares of internal forces in states of
- * training (energy-conserving sampling and weighting: Farhat, Avery, Chapman & Cortial 2014,
- * doi:10.1002/nme.4668; An, Kim & James 2008, doi:10.1145/1409060.1409118). The linear part of the
- * force stays exact.
+ * ten-node one), and answer by its law. Their weights are the non-negative least squares of
+ * internal forces in states of training (energy-conserving sampling and weighting: Farhat, Avery,
+ * Chapman & Cortial 2014, doi:10.1002/nme.4668; An, Kim & James 2008, doi:10.1145/1409060.1409118).
+ * The linear part of the force stays exact.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_POLYNOMIAL_CUBATURE_H
@@ -41,8 +41,8 @@ typedef struct thrum_cubature_def {
 typedef struct thrum_cubature_figures {
   int64_t points, candidates, states, test_states;
   double train_error, test_error; /* relative rms of the internal force */
-  double
-      force_cost; /* of a force, over that of the polynomial's, about: above 1 points do not pay */
+  double force_cost; /* of a force, over that of the polynomial's, about: above 1 points do not pay;
+                      * for a law that no polynomial holds it says nothing */
 } thrum_cubature_figures;
 
 /* Fills the arrays of the points of a model that has its basis and omega2; thrum_model_fill_free

@@ -7,6 +7,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include <string.h>
 
+#include "runtime/polynomial/point_law.h"
 #include "runtime/polynomial/points.h"
 #include "thrum/model.h"
 
@@ -35,6 +36,8 @@ uint64_t thrum_model_identity(const thrum_model *model) {
     hash = mix_all(hash, model->point_moduli, 2 * model->point_count);
     hash =
         mix_all(hash, model->point_gradients, THRUM_POINT_ROWS * model->point_count * model->rank);
+    const thrum_law law = thrum_law_of_model(model);
+    hash = law == THRUM_LAW_STVK ? hash : mix(hash, (uint64_t)law);
   } else {
     hash = mix_all(hash, model->c3, model->c3_count);
     hash = mix_all(hash, model->c4, model->c4_count);

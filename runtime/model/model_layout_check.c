@@ -7,6 +7,7 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "runtime/material/material_law.h"
 #include "runtime/model/model_layout.h"
 
 #define HAS(layout, name) ((layout)->data[THRUM_ARRAY_##name] != NULL)
@@ -43,12 +44,11 @@ static thrum_status check_together(const thrum_layout *layout, const int *arrays
 static thrum_status check_version(const thrum_layout *layout, thrum_error *error) {
   int32_t major = get_i4(layout->data[THRUM_ARRAY_format], 0);
   int32_t minor = get_i4(layout->data[THRUM_ARRAY_format], 1);
-  if (major != THRUM_MODEL_FORMAT_MAJOR && major != THRUM_MODEL_FORMAT_MAJOR_QUADRATIC)
+  if (major < THRUM_MODEL_FORMAT_MAJOR || major > THRUM_MODEL_FORMAT_MAJOR_LAW)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "array 'format' says version %" PRId32 ".%" PRId32
-                           ", this program reads versions %d and %d",
-                           major, minor, THRUM_MODEL_FORMAT_MAJOR,
-                           THRUM_MODEL_FORMAT_MAJOR_QUADRATIC);
+                           ", this program reads versions %d to %d",
+                           major, minor, THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MAJOR_LAW);
   if (minor < 0)
     return thrum_error_set(error, THRUM_BAD_VALUE, "array 'format' holds a negative version");
 
@@ -58,6 +58,13 @@ static thrum_status check_version(const thrum_layout *layout, thrum_error *error
                            "array 'format' says version %" PRId32 ".%" PRId32
                            "; a model with 'midsides' has version %d",
                            major, minor, THRUM_MODEL_FORMAT_MAJOR_QUADRATIC);
+
+  // nor may a law be overlooked
+  if (HAS(layout, point_law) && major < THRUM_MODEL_FORMAT_MAJOR_LAW)
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "array 'format' says version %" PRId32 ".%" PRId32
+                           "; a model with 'point_law' has version %d",
+                           major, minor, THRUM_MODEL_FORMAT_MAJOR_LAW);
   return THRUM_OK;
 }
 
@@ -72,6 +79,10 @@ static thrum_status check_polynomial(const thrum_layout *layout, thrum_error *er
                                THRUM_ARRAY_point_gradients};
   THRUM_TRY(check_together(layout, points, 3,
                            "point_weights, point_moduli and point_gradients come together", error));
+  if (HAS(layout, point_law) && !HAS(layout, point_weights))
+    return thrum_error_set(error, THRUM_MISSING,
+                           "array 'point_weights' is missing: 'point_law' is that of cubature "
+                           "points, as a polynomial cannot hold it");
   if (HAS(layout, slave_map) && HAS(layout, point_weights))
     return thrum_error_set(
         error, THRUM_BAD_SHAPE,
@@ -240,6 +251,9 @@ static thrum_status check_mesh_sizes(const thrum_layout *layout, thrum_error *er
   if (!HAS(layout, meta) && SIZE(layout, meta_bytes) != 0)
     return thrum_error_set(error, THRUM_BAD_SHAPE,
                            "array 'meta' is absent, yet meta_bytes is not 0");
+  if (!HAS(layout, point_law) && SIZE(layout, law_bytes) != 0)
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "array 'point_law' is absent, yet law_bytes is not 0");
   return THRUM_OK;
 }
 
@@ -309,6 +323,18 @@ static thrum_status check_material(const thrum_layout *layout, thrum_error *erro
                              i, young, poisson, density);
   }
   return THRUM_OK;
+}
+
+// the name of a law that is known
+static thrum_status check_law(const thrum_layout *layout, thrum_error *error) {
+  const char *name = (const char *)layout->data[THRUM_ARRAY_point_law];
+  const size_t bytes = (size_t)SIZE(layout, law_bytes);
+  thrum_law law;
+  if (bytes > 0 && name[bytes - 1] == 0 && thrum_law_find(name, bytes - 1, &law))
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_BAD_VALUE,
+                         "array 'point_law' holds none of the names stvk, corotational and "
+                         "neo-hookean, ended by one 0");
 }
 
 // volumes that points stand for, and moduli of a material that resists every strain
@@ -435,6 +461,8 @@ thrum_status thrum_layout_check_values(const thrum_layout *layout, thrum_error *
   thrum_status status = check_omega2(layout, error);
   if (status == THRUM_OK && HAS(layout, point_weights))
     status = check_points(layout, error);
+  if (status == THRUM_OK && HAS(layout, point_law))
+    status = check_law(layout, error);
   if (status == THRUM_OK && HAS(layout, vertices))
     status = check_mesh(layout, error);
   if (status == THRUM_OK && HAS(layout, group_ends))

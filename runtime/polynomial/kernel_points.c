@@ -102,22 +102,39 @@ static void add_forces(const thrum_model *model, int64_t b, const v8_matrix *p, 
     }
 }
 
-void thrum_points_along(const thrum_model *model, int64_t j, double *c3, double *c4) {
-  memset(c3, 0, (size_t)model->rank * sizeof *c3);
-  double quartic = 0;
-  for (int64_t b = 0; b < thrum_point_blocks(model); b++) {
-    // the part of the stress of degree 2 along j is C:N + G C:sym G
-    point_state at = {.g = gradients_of(model, b, j), .m = point_moduli(model, b)};
-    const v8_symmetric linear = v8_linear_strain(&at.g);
-    at.n = v8_quadratic_strain(&at.g);
-    at.t = v8_stress(at.m.lambda, at.m.mu, &at.n);
-    at.s = v8_stress(at.m.lambda, at.m.mu, &linear);
-    const v8_matrix second = point_force(&at);
-    add_forces(model, b, &second, c3);
-
-    // that of V of degree 4 is N:C:N/2
-    at.s = at.t;
-    quartic += v8_sum(point_energy(&at));
+/* The part of the stress of degree 2 along the gradients g at the points of block b; *quartic +=
+ * that of V of degree 4. */
+static v8_matrix terms_of(const thrum_model *model, thrum_law law, int64_t b, const v8_matrix *g,
+                          double *quartic) {
+  const int64_t left = model->point_count - 8 * b;
+  point_state at = {.g = *g, .m = point_moduli(model, b), .law = law, .count = left < 8 ? left : 8};
+  if (law != THRUM_LAW_STVK) {
+    double gradient[THRUM_POINT_BLOCK], stress[THRUM_POINT_BLOCK], energy[8];
+    const thrum_point_lanes lanes = point_lanes(&at, gradient);
+    thrum_point_law_terms(&lanes, energy, stress);
+    for (int c = 0; c < THRUM_POINT_ROWS; c++)
+      at.p.at[c] = v8_load(stress + 8 * c);
+    *quartic += thrum_lanes_sum(energy);
+    return at.p;
   }
-  *c4 = quartic;
+
+  // Saint Venant-Kirchhoff's are C:N + G C:sym G and N:C:N/2
+  const v8_symmetric linear = v8_linear_strain(&at.g);
+  at.n = v8_quadratic_strain(&at.g);
+  at.t = v8_stress(at.m.lambda, at.m.mu, &at.n);
+  at.s = v8_stress(at.m.lambda, at.m.mu, &linear);
+  const v8_matrix second = point_force(&at);
+  at.s = at.t;
+  *quartic += v8_sum(point_energy(&at));
+  return second;
+}
+
+void thrum_points_along(const thrum_model *model, int64_t j, double *c3, double *c4) {
+  const thrum_law law = thrum_law_of_model(model);
+  memset(c3, 0, (size_t)model->rank * sizeof *c3);
+  *c4 = 0;
+  for (int64_t b = 0; b < thrum_point_blocks(model); b++) {
+    const v8_matrix g = gradients_of(model, b, j), second = terms_of(model, law, b, &g, c4);
+    add_forces(model, b, &second, c3);
+  }
 }

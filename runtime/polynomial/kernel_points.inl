@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "runtime/polynomial/packed.h"
+#include "runtime/polynomial/point_law.h"
 #include "runtime/polynomial/points.h"
 
 /* Components that are summed at once: as many as leave registers for the loads. */
@@ -172,13 +173,45 @@ PASS v8_matrix point_gather(point_block block, int64_t b, const double *held, in
 /* Strains and stresses at the points of a block. */
 typedef struct point_state {
   v8_matrix g;
-  v8_symmetric n, t, s; /* N, C:N, C:E */
+  v8_symmetric n, t, s; /* N, C:N, C:E; or of another law than Saint Venant-Kirchhoff's: */
+  v8_matrix p;          /* stress and energy without their linear parts */
+  v8 energy;
   v8_moduli m;
+  thrum_law law;
+  int64_t count; /* of points in the lanes */
 } point_state;
 
+/* Gradients and moduli in lanes, for a law that is evaluated point by point. */
+PASS thrum_point_lanes point_lanes(const point_state *at, double *gradient) {
+  thrum_point_lanes lanes = {.count = at->count, .law = at->law, .gradient = gradient};
+  for (int c = 0; c < THRUM_POINT_ROWS; c++)
+    v8_store(gradient + 8 * c, at->g.at[c]);
+  v8_store(lanes.lambda, at->m.lambda);
+  v8_store(lanes.mu, at->m.mu);
+  return lanes;
+}
+
+/* Stress and energy by another law. */
+PASS void point_obey(point_state *at) {
+  double gradient[THRUM_POINT_BLOCK], stress[THRUM_POINT_BLOCK], energy[8];
+  const thrum_point_lanes lanes = point_lanes(at, gradient);
+  thrum_point_law_stress(&lanes, energy, stress);
+  for (int c = 0; c < THRUM_POINT_ROWS; c++)
+    at->p.at[c] = v8_load(stress + 8 * c);
+  at->energy = v8_load(energy);
+}
+
 /* Block b at the gradient g. */
-INLINE point_state point_strain(const thrum_model *model, int64_t b, const v8_matrix *g) {
-  point_state at = {.g = *g, .m = point_moduli(model, b), .n = v8_quadratic_strain(g)};
+INLINE point_state point_strain(const thrum_model *model, thrum_law law, int64_t b,
+                                const v8_matrix *g) {
+  point_state at = {.g = *g, .m = point_moduli(model, b), .law = law};
+  if (law != THRUM_LAW_STVK) {
+    const int64_t left = model->point_count - 8 * b;
+    at.count = left < 8 ? left : 8;
+    point_obey(&at);
+    return at;
+  }
+  at.n = v8_quadratic_strain(g);
   const v8_symmetric linear = v8_linear_strain(&at.g), strain = v8_plus(&linear, &at.n);
   at.t = v8_stress(at.m.lambda, at.m.mu, &at.n);
   at.s = v8_stress(at.m.lambda, at.m.mu, &strain);
@@ -187,6 +220,8 @@ INLINE point_state point_strain(const thrum_model *model, int64_t b, const v8_ma
 
 /* N : (S - T / 2). */
 INLINE v8 point_energy(const point_state *at) {
+  if (at->law != THRUM_LAW_STVK)
+    return at->energy;
   const v8 half = v8_set1(-0.5);
   v8 x[6];
   for (int c = 0; c < 6; c++)
@@ -197,15 +232,48 @@ INLINE v8 point_energy(const point_state *at) {
 
 /* T + G S. */
 INLINE v8_matrix point_force(const point_state *at) {
+  if (at->law != THRUM_LAW_STVK)
+    return at->p;
   v8_matrix p;
   for (int c = 0; c < THRUM_POINT_ROWS; c++)
     p.at[c] = v8_add(at->t.at[point_place[c]], v8_row_times(&at->g, &at->s, c / 3, c % 3));
   return p;
 }
 
+/* dP / dF of another law, 9 x 9 in lanes; not used for Saint Venant-Kirchhoff material. */
+typedef struct point_tangent_law {
+  double at[9 * THRUM_POINT_BLOCK];
+} point_tangent_law;
+
+/* Fills it where the law is another one. */
+PASS void point_take_tangent(const point_state *at, point_tangent_law *tangent) {
+  double gradient[THRUM_POINT_BLOCK];
+  if (at->law == THRUM_LAW_STVK)
+    return;
+  const thrum_point_lanes lanes = point_lanes(at, gradient);
+  thrum_point_law_tangent(&lanes, tangent->at);
+}
+
+/* The same times D. */
+INLINE v8_matrix point_law_stiffness(const point_tangent_law *tangent, const v8_matrix *d) {
+  v8_matrix p;
+  for (int i = 0; i < THRUM_POINT_ROWS; i++) {
+    const double *row = tangent->at + THRUM_POINT_BLOCK * i;
+    p.at[i] = v8_mul(v8_load(row), d->at[0]);
+    for (int j = 1; j < THRUM_POINT_ROWS; j++)
+      p.at[i] = v8_add(p.at[i], v8_mul(v8_load(row + 8 * j), d->at[j]));
+  }
+  return p;
+}
+
 /* dP along D, of moduli, gradient and stress in all lanes. */
-INLINE v8_matrix point_stiffness(v8_moduli m, const v8_matrix *g, const v8_symmetric *s,
+INLINE v8_matrix point_stiffness(const point_state *at, const point_tangent_law *tangent,
                                  const v8_matrix *d) {
+  if (at->law != THRUM_LAW_STVK)
+    return point_law_stiffness(tangent, d);
+  const v8_moduli m = at->m;
+  const v8_matrix *g = &at->g;
+  const v8_symmetric *s = &at->s;
   const v8_symmetric dn = v8_mixed_strain(g, d), linear = v8_linear_strain(d);
   const v8_symmetric de = v8_plus(&linear, &dn);
   const v8_symmetric dt = v8_stress(m.lambda, m.mu, &dn), ds = v8_stress(m.lambda, m.mu, &de);
@@ -263,13 +331,14 @@ typedef struct point_range {
   const double *held; /* of a restriction; NULL: none */
   int64_t first, n;   /* that move, of all of the model */
   int64_t wanted;     /* of these, the first */
+  thrum_law law;
 } point_range;
 
 /* The state of block b, with its gradients. */
 INLINE point_state point_state_of(const thrum_model *model, point_block block, int64_t b,
                                   point_range range, const double *q) {
   const v8_matrix g = point_gather(block, b, range.held, range.first, range.n, q);
-  return point_strain(model, b, &g);
+  return point_strain(model, range.law, b, &g);
 }
 
 PASS double points_value(const thrum_model *model, point_range range, const double *q,
@@ -304,7 +373,7 @@ PASS double points_force(const thrum_model *model, point_range range, const doub
 PASS void points_forces(const thrum_model *model, const double *const q[2],
                         double *const gradient[2], double value[2], double *work) {
   const int64_t rank = model->rank;
-  const point_range range = {NULL, 0, rank, rank};
+  const point_range range = {NULL, 0, rank, rank, thrum_law_of_model(model)};
   double *lanes[2] = {point_scratch(model, work)};
   lanes[1] = lanes[0] + 8 * thrum_whole(rank);
   v8 sum[2] = {v8_zero(), v8_zero()};
@@ -330,14 +399,16 @@ PASS void points_forces(const thrum_model *model, const double *const q[2],
 /* product (wanted) += T v, of v that is zero behind the wanted ones. */
 PASS void points_tangent_vector(const thrum_model *model, int64_t wanted, const double *q,
                                 const double *v, double *product, double *work) {
-  const point_range range = {NULL, 0, model->rank, wanted};
+  const point_range range = {NULL, 0, model->rank, wanted, thrum_law_of_model(model)};
   double *lanes = point_scratch(model, work);
+  point_tangent_law tangent;
   point_clear_lanes(wanted, lanes);
   for (int64_t b = 0; b < thrum_point_blocks(model); b++) {
     const point_block block = point_block_of(model, b, work);
     const point_state at = point_state_of(model, block, b, range, q);
     const v8_matrix d = point_gather(block, b, NULL, 0, wanted, v);
-    const v8_matrix force = point_stiffness(at.m, &at.g, &at.s, &d);
+    point_take_tangent(&at, &tangent);
+    const v8_matrix force = point_stiffness(&at, &tangent, &d);
     point_scatter(block, &force, 0, wanted, lanes);
   }
   point_add_up(wanted, lanes, product);
@@ -345,8 +416,8 @@ PASS void points_tangent_vector(const thrum_model *model, int64_t wanted, const 
 
 /* columns (8 x THRUM_POINT_BLOCK) = dP along the gradients of `count` coordinates from `first` on,
  * zero for the others. */
-PASS void point_columns(point_block block, const point_state *at, int64_t first, int64_t count,
-                        double *columns) {
+PASS void point_columns(point_block block, const point_state *at, const point_tangent_law *tangent,
+                        int64_t first, int64_t count, double *columns) {
   for (int64_t j = 0; j < 8; j++, columns += THRUM_POINT_BLOCK) {
     v8_matrix p, d;
     for (int c = 0; c < THRUM_POINT_ROWS; c++) {
@@ -355,7 +426,7 @@ PASS void point_columns(point_block block, const point_state *at, int64_t first,
                 : block.single ? point_load(block, true, from)
                                : point_load(block, false, from);
     }
-    p = point_stiffness(at->m, &at->g, &at->s, &d);
+    p = point_stiffness(at, tangent, &d);
     for (int c = 0; c < THRUM_POINT_ROWS; c++)
       v8_store(columns + 8 * c, p.at[c]);
   }
@@ -392,8 +463,10 @@ INLINE void point_square(point_block block, bool single, point_range range, int6
 /* hessian (n x n), its lower triangle, += T of one block. */
 PASS void point_tangent(point_block block, const point_state *at, point_range range,
                         double *columns, double *hessian) {
+  point_tangent_law tangent;
+  point_take_tangent(at, &tangent);
   for (int64_t j = 0; j < range.n; j += 8) {
-    point_columns(block, at, range.first + j, range.n - j, columns);
+    point_columns(block, at, &tangent, range.first + j, range.n - j, columns);
     if (block.single)
       point_square(block, true, range, j, columns, hessian);
     else
@@ -431,13 +504,14 @@ PASS double points_tangent(const thrum_model *model, point_range range, const do
  */
 
 static inline point_range point_all(const thrum_model *model) {
-  const point_range range = {NULL, 0, model->rank, model->rank};
+  const point_range range = {NULL, 0, model->rank, model->rank, thrum_law_of_model(model)};
   return range;
 }
 
 static inline point_range point_left(const thrum_model *model, int64_t split,
                                      const double *restricted) {
-  const point_range range = {restricted, split, model->rank - split, model->rank - split};
+  const point_range range = {restricted, split, model->rank - split, model->rank - split,
+                             thrum_law_of_model(model)};
   return range;
 }
 
@@ -462,7 +536,7 @@ static void points_pass_tangent_vector(const thrum_model *model, const double *q
 
 static double points_pass_force_part(const thrum_model *model, int64_t split, const double *q,
                                      double *gradient, double *work) {
-  const point_range range = {NULL, 0, model->rank, split};
+  const point_range range = {NULL, 0, model->rank, split, thrum_law_of_model(model)};
   return points_force(model, range, q, gradient, work);
 }
 
@@ -474,7 +548,7 @@ static void points_pass_tangent_vector_part(const thrum_model *model, int64_t sp
 
 PASS void points_pass_restrict(const thrum_model *model, int64_t split, const double *q,
                                double *restricted, double *work) {
-  const point_range range = {NULL, 0, split, split};
+  const point_range range = {NULL, 0, split, split, thrum_law_of_model(model)};
   v8 sum = v8_zero();
   for (int64_t b = 0; b < thrum_point_blocks(model); b++) {
     const point_block block = point_block_of(model, b, work);

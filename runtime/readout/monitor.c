@@ -14,6 +14,7 @@
 
 #include "runtime/base/alignment_check.h"
 #include "runtime/base/vec3.h"
+#include "runtime/material/material_law.h"
 #include "runtime/readout/stress_private.h"
 #include "runtime/readout/tet_strain.h"
 
@@ -214,6 +215,8 @@ thrum_status thrum_monitor_init(void *memory, size_t memory_size, const thrum_mo
   // the header is written last: a failure leaves no monitor behind
   fill_tips(model, (void *)(bytes + made.tips));
   fill_mass(model, (void *)(bytes + made.mass));
+  if (thrum_law_of_model(model) != THRUM_LAW_STVK)
+    made.def.stretch_least = 0; // no other law gives way
   made.unit = SAMPLED * thrum_box3_diagonal(model->vertices, model->vertex_count);
   memcpy(memory, &made, sizeof made);
   *monitor = memory;

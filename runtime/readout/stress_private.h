@@ -14,6 +14,7 @@
 
 #include <stdbool.h>
 
+#include "runtime/material/material_law.h"
 #include "thrum/stress.h"
 
 /* One tet's part. */
@@ -31,6 +32,7 @@ struct thrum_stress_points {
   int64_t rank;
   int64_t count;
   int64_t places; /* vertices whose rows of U are kept */
+  thrum_law law;
 };
 
 /* G of stress points n at q, and its Green strain. */

@@ -81,6 +81,37 @@ static void a_model_of_points_says_its_error_and_runs(void **state) {
   program_result_free(&run);
 }
 
+static void a_law_of_its_own_is_in_the_file_and_in_runs(void **state) {
+  (void)state;
+  program_result run =
+      PRECOMPUTE("--cubature", "--cubature-error", "0.1", "--law", "neo-hookean", "--young", "1e6");
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  assert_non_null(strstr(run.out, "neo-hookean, by which the points alone answer"));
+  program_result_free(&run);
+  run = thrum_run(folder, "info", "cub.npz", "--json", NULL);
+  cJSON *object = json_line(run.out);
+  assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "law")->valuestring, "neo-hookean");
+  assert_true(number_of(object, "format_major") == 3);
+  cJSON_Delete(object);
+  program_result_free(&run);
+
+  // a swing of a third of the length keeps its energy, and the unreduced mesh has the same law
+  run = thrum_run(folder, "simulate", "cub.npz", "--start", "mode:1,0.3", "--time", "0.5", "-q",
+                  "--json", "-o", "run", NULL);
+  assert_int_equal(run.exit_code, 0);
+  object = json_line(run.out);
+  assert_true(fabs(number_of(object, "drift")) < 1e-13);
+  cJSON_Delete(object);
+  program_result_free(&run);
+  run = thrum_run(folder, "static", "cub.npz", "--full", "--load", "gravity:0,0,-1", "-q", "--json",
+                  NULL);
+  object = json_line(run.out);
+  assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "law")->valuestring, "neo-hookean");
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
 static void an_error_that_is_missed_is_flagged(void **state) {
   (void)state;
   program_result run = PRECOMPUTE("--cubature", "--cubature-points", "3");
@@ -99,6 +130,8 @@ static void what_does_not_go_with_points_is_refused(void **state) {
       {"--cubature", "--cubature-points=0", "--cubature-points"},
       {"--cubature", "--cubature-range=-1", "--cubature-range"},
       {"--cubature", "--precision=single", "--precision single"},
+      {"--law", "neo-hookean", "a polynomial cannot hold it"},
+      {"--law", "rubber", "--law"},
   };
 
   // the message names what is wrong
@@ -114,6 +147,7 @@ static void what_does_not_go_with_points_is_refused(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_model_of_points_says_its_error_and_runs),
+      cmocka_unit_test(a_law_of_its_own_is_in_the_file_and_in_runs),
       cmocka_unit_test(an_error_that_is_missed_is_flagged),
       cmocka_unit_test(what_does_not_go_with_points_is_refused),
   };

@@ -16,7 +16,7 @@ flags="$flags -I$source/tests/cross -I$source/include -I$source"
 
 # both tests link the same objects
 # shellcheck disable=SC2086
-$compiler $flags -c "$source"/runtime/base/*.c "$source"/runtime/polynomial/*.c \
+$compiler $flags -c "$source"/runtime/base/*.c "$source"/runtime/material/*.c "$source"/runtime/polynomial/*.c \
   "$source"/runtime/linear_algebra/*.c
 for name in test_kernel test_inverse; do
   # shellcheck disable=SC2086

@@ -80,6 +80,65 @@ static void all_points_with_their_volumes_give_the_exact_polynomial(void **state
   body_free(&quadratic);
 }
 
+static void all_points_of_another_law_give_the_force_of_the_body(void **state) {
+  (void)state;
+  enum { RANK = 9 };
+  body b = body_make("beam:5x2x2@1x0.2x0.2", "x<0.001");
+  thrum_error error = {0};
+  thrum_precompute_options options = options_of(4, RANK);
+  options.cubature = true;
+  options.cubature_error = 0.1;
+  for (int law = THRUM_LAW_COROTATIONAL; law <= THRUM_LAW_NEO_HOOKEAN; law++) {
+    thrum_precomputed made = {0};
+    options.law = (thrum_law)law;
+    if (thrum_precompute(&b.mesh, b.fixed, &options, &made, &error) < 0)
+      fail_msg("%s", error.message);
+    assert_int_equal(thrum_model_check(&made.model, &error), THRUM_OK);
+    assert_string_equal((const char *)made.model.point_law, thrum_law_name((thrum_law)law));
+    assert_int_equal(made.model.format[0], THRUM_MODEL_FORMAT_MAJOR_LAW);
+    assert_true(made.cubature.test_error <= 0.1);
+
+    // every point of every element in the place of those that were chosen
+    thrum_fem fem = body_fem(&b);
+    fem.law = (thrum_law)law;
+    const int64_t count = fem.tet_count * fem.point_count, rows = 3 * fem.vertex_count;
+    int64_t *places = need((size_t)count, sizeof *places);
+    for (int64_t p = 0; p < count; p++)
+      places[p] = p;
+    thrum_model points = made.model;
+    assert_int_equal(thrum_cubature_fill(&fem, count, places, fem.weight, &points, &error),
+                     THRUM_OK);
+
+    // U^T of the force on the mesh, at large displacements
+    double q[RANK], force[RANK], whole[RANK] = {0};
+    double *u = need((size_t)rows, sizeof *u), *on_mesh = need((size_t)rows, sizeof *on_mesh);
+    double *work = need(thrum_work_count(&points), sizeof *work);
+    random_state(&points, 0.3, q);
+    for (int64_t c = 0; c < rows; c++)
+      for (int i = 0; i < RANK; i++)
+        u[c] += points.basis[c * RANK + i] * q[i];
+    const double energy = thrum_fem_energy(&fem, u, on_mesh);
+    for (int64_t c = 0; c < rows; c++)
+      for (int i = 0; i < RANK; i++)
+        whole[i] += points.basis[c * RANK + i] * on_mesh[c];
+    assert_close(thrum_internal_force(&points, q, force, work), energy, 1e-11);
+    assert_near(force, whole, RANK, 1e-11);
+
+    // the points belong to this test, the rest to the result
+    thrum_model own = {.point_weights = points.point_weights,
+                       .point_moduli = points.point_moduli,
+                       .point_gradients = points.point_gradients};
+    thrum_model_fill_free(&own);
+    thrum_precomputed_free(&made);
+    thrum_fem_free(&fem);
+    free(places);
+    free(u);
+    free(on_mesh);
+    free(work);
+  }
+  body_free(&b);
+}
+
 static void chosen_points_have_the_error_that_was_asked_for(void **state) {
   (void)state;
   enum { RANK = 15 };
@@ -161,6 +220,14 @@ static void options_out_of_range_are_refused(void **state) {
   assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &made, &error),
                    THRUM_INVALID_ARGUMENT);
 
+  options.cubature = false;
+  options.law = THRUM_LAW_NEO_HOOKEAN;
+  assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &made, &error),
+                   THRUM_INVALID_ARGUMENT);
+  assert_non_null(strstr(error.message, "a polynomial cannot hold it"));
+
+  options.law = THRUM_LAW_STVK;
+  options.cubature = true;
   options.cubature_error = 0.01;
   options.single = true;
   assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &made, &error),
@@ -236,6 +303,7 @@ static void least_squares_obey_kuhn_and_tucker(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(all_points_with_their_volumes_give_the_exact_polynomial),
+      cmocka_unit_test(all_points_of_another_law_give_the_force_of_the_body),
       cmocka_unit_test(chosen_points_have_the_error_that_was_asked_for),
       cmocka_unit_test(options_out_of_range_are_refused),
       cmocka_unit_test(least_squares_obey_kuhn_and_tucker),

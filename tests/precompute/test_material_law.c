@@ -1,12 +1,15 @@
 /* Laws of materials: energy, stress and tangent belong together, closed forms of tension and shear,
  * the rotation of any deformation, and the discrete gradient. SPDX-License-Identifier: Apache-2.0
  */
-#include "precompute/material/material_law.h"
+#include "runtime/material/material_law.h"
 
-#include "precompute/material/jacobi.h"
+#include "precompute/material/material_law_mean.h"
+
 #include "precompute/material/plastic_flow.h"
-#include "precompute/material/polar.h"
 #include "precompute/material/principal.h"
+#include "runtime/material/jacobi.h"
+#include "runtime/material/polar.h"
+#include "tests/support/closed_forms.h"
 #include "tests/support/precompute_support.h"
 
 static const double LAMBDA = 1.5, MU = 0.8;
@@ -243,27 +246,6 @@ static void stress_of_body(const body *b, thrum_fem *fem, double g[3][3], double
   free(force);
 }
 
-/* Stretch s along x, closed forms of the cross stretch t without stress across, and of P along. */
-static double tension(thrum_law law, double lambda, double mu, double s, double *t) {
-  const double nu = lambda / (2 * (lambda + mu)), young = 2 * mu * (1 + nu);
-  if (law == THRUM_LAW_STVK) {
-    *t = sqrt(1 - nu * (s * s - 1));
-    return young * s * (s * s - 1) / 2;
-  }
-  if (law == THRUM_LAW_COROTATIONAL) {
-    *t = 1 - nu * (s - 1);
-    return young * (s - 1);
-  }
-
-  // neo-Hookean, x = t^2: m (1 - 1/D) + s l (s x - a) = 0 with D = s^2 + 2 x + 1, a quadratic in x
-  const double m = 4.0 / 3 * mu, l = lambda + 5.0 / 6 * mu, a = 1 + 0.75 * m / l;
-  const double p = 2 * l * s * s, d = s * s + 1;
-  const double q = 2 * m + l * s * s * d - 2 * l * a * s, r = m * (d - 1) - l * a * s * d;
-  const double x = (-q + sqrt(q * q - 4 * p * r)) / (2 * p);
-  *t = sqrt(x);
-  return m * (1 - 1 / (d + 2 * x)) * (s - x / s);
-}
-
 static void tension_and_shear_of_a_body_are_the_closed_forms(void **state) {
   (void)state;
   body b = body_make("beam:2x2x2@1x1x1", NULL);
@@ -276,7 +258,7 @@ static void tension_and_shear_of_a_body_are_the_closed_forms(void **state) {
 
     // pulled and pressed along x, free across
     for (double s = 0.6; s < 1.5; s += 0.3) {
-      const double along = tension(fem.law, lambda, mu, s, &t);
+      const double along = tension_form(fem.law, lambda, mu, s, &t);
       double g[3][3] = {{s - 1, 0, 0}, {0, t - 1, 0}, {0, 0, t - 1}};
       stress_of_body(&b, &fem, g, columns);
       assert_true(fabs(columns[0][0] - along) <= 1e-10 * mu);
@@ -286,18 +268,10 @@ static void tension_and_shear_of_a_body_are_the_closed_forms(void **state) {
     // x moves by k y: P_xy and P_yx
     for (double k = 0.2; k < 2; k += 0.6) {
       double g[3][3] = {{0, k, 0}, {0, 0, 0}, {0, 0, 0}};
-      const double root = sqrt(4 + k * k);
-      double xy = mu * k + (lambda / 2 + mu) * k * k * k, yx = mu * k;
-      if (law == THRUM_LAW_COROTATIONAL) {
-        xy = 2 * mu * (k - k / root) + lambda * (root - 2) * k / root;
-        yx = 2 * mu * k / root - lambda * (root - 2) * k / root;
-      } else if (law == THRUM_LAW_NEO_HOOKEAN) {
-        xy = 4.0 / 3 * mu * k * (1 - 1 / (4 + k * k));
-        yx = mu * k;
-      }
+      const shear_stress shear = shear_form(fem.law, lambda, mu, k);
       stress_of_body(&b, &fem, g, columns);
-      assert_true(fabs(columns[1][0] - xy) <= 1e-10 * mu);
-      assert_true(fabs(columns[0][1] - yx) <= 1e-10 * mu);
+      assert_true(fabs(columns[1][0] - shear.xy) <= 1e-10 * mu);
+      assert_true(fabs(columns[0][1] - shear.yx) <= 1e-10 * mu);
     }
   }
 

@@ -150,7 +150,7 @@ def check_layers(files):
             below = target.split("/")[0]
             if below in (top, "include"):
                 continue
-            if below == "runtime" and folder_of(target) == "runtime/base":
+            if below == "runtime" and folder_of(target) in ("runtime/base", "runtime/material"):
                 continue
             if below not in LAYERS[top]:
                 yield f"{path} includes {target}: {top}/ may not include {below}/"

@@ -74,7 +74,7 @@ export class Engine {
   addModel(model) {
     // c3 and c4, or in their place those of cubature points
     const kept = ['omega2', 'c3', 'c4', 'point_weights', 'point_moduli', 'point_gradients',
-      'axis_mass', 'fixed', 'triangles'];
+      'point_law', 'axis_mass', 'fixed', 'triangles'];
     const copied = ['positions', 'basis', 'tet', 'tet_rigid']; // the last two of free bodies alone
     const at = [...kept, ...copied].map((name) => this.#copyIn(model.arrays[name]));
     this.numbers.set([model.mass, model.young]);

@@ -51,6 +51,9 @@ function arrayAt(data, start, [offset, count, type]) {
   return new Type(data, start + offset, count);
 }
 
+/** Laws of materials at cubature points, as in a model file: each name is ended by one 0. */
+const LAWS = ['stvk\0', 'corotational\0', 'neo-hookean\0'];
+
 /** Refuses arrays that do not fit together. @param {Model} model */
 function check(model) {
   const { rank: r, vertex_count: vertices, triangle_count: triangles, arrays } = model;
@@ -67,6 +70,8 @@ function check(model) {
   for (const [name, count] of Object.entries(counts))
     if (arrays[name]?.length !== count)
       throw new Error(`model '${model.name}': array '${name}' has not ${count} entries`);
+  if (arrays.point_law && !LAWS.includes(String.fromCharCode(...arrays.point_law)))
+    throw new Error(`model '${model.name}': array 'point_law' names no law that is known`);
   if (arrays.triangles.some((vertex) => vertex < 0 || vertex >= vertices))
     throw new Error(`model '${model.name}': a triangle names a vertex that is not there`);
 }

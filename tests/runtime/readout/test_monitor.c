@@ -82,6 +82,23 @@ static void reach_warns_exactly_above_its_threshold(void **state) {
   linear_fields_free(&fields);
 }
 
+static void another_law_does_not_give_way(void **state) {
+  (void)state;
+  linear_fields fields;
+  linear_fields_make(&fields, "beam:2x2x2@1x1x1", 1e6, 0.3);
+  fields.model.point_law = (const uint8_t *)"neo-hookean";
+  fields.model.law_bytes = 12;
+  const thrum_monitor_def def = thrum_default_monitor_def();
+  const thrum_monitor *monitor = monitor_make(&fields.model, &def);
+
+  // squeezed to a third there is nothing to say, and turned inside out there is
+  const double squeezed[FIELDS] = {-0.67}, inverted[FIELDS] = {-1.1};
+  assert_false(look(monitor, squeezed).warnings & THRUM_WARNING_COMPRESSED);
+  assert_true(look(monitor, inverted).warnings & THRUM_WARNING_INVERTED);
+  monitor_free(monitor);
+  linear_fields_free(&fields);
+}
+
 static void a_record_keeps_what_was_and_says_what_is(void **state) {
   (void)state;
   linear_fields fields;
@@ -436,6 +453,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(compression_warns_exactly_below_its_threshold),
       cmocka_unit_test(reach_warns_exactly_above_its_threshold),
+      cmocka_unit_test(another_law_does_not_give_way),
       cmocka_unit_test(a_record_keeps_what_was_and_says_what_is),
       cmocka_unit_test(given_sampled_tets_are_the_ones_monitored),
       cmocka_unit_test(chosen_sampled_tets_see_the_worst_of_a_bent_beam),

@@ -3,6 +3,7 @@
  * that are refused.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/closed_forms.h"
 #include "tests/support/linear_fields.h"
 #include "thrum/polynomial.h"
 
@@ -49,6 +50,35 @@ static void a_bar_in_uniaxial_stretch_has_the_stress_of_the_closed_form(void **s
   }
 
   stress_points_free(stress_points);
+  linear_fields_free(&fields);
+}
+
+static void the_stress_of_another_law_is_its_closed_form(void **state) {
+  (void)state;
+  linear_fields fields;
+  linear_fields_make(&fields, "beam:2x2x2@1x0.5x0.5", YOUNG, 0.4);
+  static readings r;
+  const double lambda = YOUNG * 0.4 / (1.4 * 0.2), mu = YOUNG / 2.8;
+  for (int law = THRUM_LAW_COROTATIONAL; law <= THRUM_LAW_NEO_HOOKEAN; law++) {
+    const char *name = thrum_law_name((thrum_law)law);
+    fields.model.point_law = (const uint8_t *)name;
+    fields.model.law_bytes = (int64_t)strlen(name) + 1;
+    const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0);
+
+    // free across: S = P/s, and sigma = P/t^2 is all there is
+    for (double s = 0.6; s < 1.5; s += 0.3) {
+      double t;
+      const double along = tension_form((thrum_law)law, lambda, mu, s, &t);
+      const double q[FIELDS] = {s - 1, 0, 0, 0, t - 1, 0, 0, 0, t - 1};
+      read_all(stress_points, q, &r);
+      for (int64_t n = 0; n < thrum_stress_points_count(stress_points); n++) {
+        assert_within(r.second[6 * n], along / s, 1e-10 * YOUNG);
+        assert_within(r.cauchy[6 * n], along / (t * t), 1e-10 * YOUNG);
+        assert_within(r.mises[n], fabs(r.cauchy[6 * n]), 1e-10 * YOUNG);
+      }
+    }
+    stress_points_free(stress_points);
+  }
   linear_fields_free(&fields);
 }
 
@@ -395,6 +425,7 @@ static void impossible_stress_points_are_refused(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_bar_in_uniaxial_stretch_has_the_stress_of_the_closed_form),
+      cmocka_unit_test(the_stress_of_another_law_is_its_closed_form),
       cmocka_unit_test(the_compressive_force_peaks_at_stretch_one_over_root_three),
       cmocka_unit_test(a_rotation_strains_nothing_and_turns_the_cauchy_stress),
       cmocka_unit_test(a_linear_displacement_gives_every_tetrahedron_the_same_tensors),

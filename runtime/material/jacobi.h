@@ -1,6 +1,6 @@
 /* Eigenvectors of very small symmetric matrices. SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_PRECOMPUTE_MATERIAL_JACOBI_H
-#define THRUM_PRECOMPUTE_MATERIAL_JACOBI_H
+#ifndef THRUM_RUNTIME_MATERIAL_JACOBI_H
+#define THRUM_RUNTIME_MATERIAL_JACOBI_H
 
 /* Eigenvalues of a symmetric `matrix` (size x size, row-major) onto its diagonal, in no order, and
  * its orthonormal eigenvectors into the columns of `vectors` (the same shape). For a few rows,

@@ -9,11 +9,14 @@
  * Sanan, Schroeder 2010, doi:10.1145/1778765.1778775 (energy and derivatives).
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/fp_contract.h"
+
+#include <math.h>
 #include <string.h>
 
-#include "precompute/material/material_law_private.h"
-#include "precompute/material/polar.h"
 #include "runtime/base/vec3.h"
+#include "runtime/material/material_law_private.h"
+#include "runtime/material/polar.h"
 
 /* R of F = 1 + G, F - R, which keeps its digits where both are near 1, and tr(e) = R:(F - R). */
 typedef struct decomposed {
@@ -106,4 +109,10 @@ void material_law_corotational_tangent(double lambda, double mu, double gradient
             lambda * d.rotation[k][l] * d.rotation[i][j] + turned * spin[i][j];
     tangent[column][column] += 2 * mu;
   }
+}
+
+/* With E of Green the strain is e = E - E^2/2 + ..., so mu tr(e^2) + lambda/2 tr(e)^2 has the part
+ * -mu tr(E^3) - lambda/2 tr(E) tr(E^2). */
+thrum_law_cubic material_law_corotational_cubic(double lambda, double mu) {
+  return (thrum_law_cubic){.cube = 0, .mixed = -lambda / 2, .trace = -mu};
 }

@@ -11,8 +11,12 @@
  *   F - cof F = G + G^T - tr(G) 1 - cof G.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "precompute/material/material_law_private.h"
+#include "runtime/base/fp_contract.h"
+
+#include <math.h>
+
 #include "runtime/base/vec3.h"
+#include "runtime/material/material_law_private.h"
 
 /* What the energy and its derivatives are made of. */
 typedef struct invariants {
@@ -48,17 +52,34 @@ static void take_invariants(double lambda, double mu, double g[3][3], invariants
   v->volume = trace + volume_beyond_trace(g);
 }
 
-/* x - log(1 + x), without cancellation: log(1 + x) = 2 artanh s with s = x/(2 + x). */
-static double beyond_logarithm(double x) {
-  if (fabs(x) > 0.1)
-    return x - log1p(x);
-
-  // x - 2 s = x s, and the rest of the series: s^17/17 is below rounding
-  const double s = x / (2 + x), t = s * s;
+/* 2 (s^3/3 + s^5/5 + ...): the logarithm of (1 + s)/(1 - s) without its first term. The last term
+ * of the series is below rounding for |s| < 0.18. */
+static double logarithm_series(double s) {
+  const double t = s * s;
   double series = 0;
-  for (int k = 15; k >= 3; k -= 2)
+  for (int k = 23; k >= 3; k -= 2)
     series = t * (1.0 / k + series);
-  return x * s - 2 * s * series;
+  return 2 * s * series;
+}
+
+/* x - log(1 + x) for x > -1, without cancellation and without a function of libm that rounds
+ * differently elsewhere. */
+static double beyond_logarithm(double x) {
+  // log(1 + x) = 2 s + series with s = x/(2 + x), and x - 2 s = x s
+  if (fabs(x) < 0.1) {
+    const double s = x / (2 + x);
+    return x * s - logarithm_series(s);
+  }
+
+  // 1 + x = 2^n m with m between the roots of 1/2 and 2
+  int n;
+  double m = frexp(1 + x, &n);
+  if (m < 0.70710678118654752) {
+    m *= 2;
+    n--;
+  }
+  const double s = (m - 1) / (m + 1);
+  return x - (0.69314718055994531 * n + (2 * s + logarithm_series(s)));
 }
 
 double material_law_neo_hookean_stress(double lambda, double mu, double gradient[3][3],
@@ -112,4 +133,12 @@ void material_law_neo_hookean_tangent(double lambda, double mu, double gradient[
       row[3 * i1 + j2] -= pressure * v.deformation[i2][j1];
       row[3 * i2 + j1] -= pressure * v.deformation[i1][j2];
     }
+}
+
+/* With E of Green, t = tr E, I - 3 = 2 t, and J - 1 = t + (t^2/2 - tr E^2) + (t^3/6 - t tr E^2 +
+ * 4/3 tr E^3) + ..., of degrees 1 to 3. */
+thrum_law_cubic material_law_neo_hookean_cubic(double lambda, double mu) {
+  const double shear = 4.0 / 3 * mu, bulk = lambda + 5.0 / 6 * mu;
+  return (thrum_law_cubic){
+      .cube = bulk / 2 - 7.0 / 48 * shear, .mixed = 0.75 * shear - bulk, .trace = -shear};
 }

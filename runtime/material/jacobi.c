@@ -3,7 +3,9 @@
  * sweep: 6 size^3 multiply-adds.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "precompute/material/jacobi.h"
+#include "runtime/base/fp_contract.h"
+
+#include "runtime/material/jacobi.h"
 
 #include <math.h>
 #include <stdbool.h>

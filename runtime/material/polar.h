@@ -1,6 +1,6 @@
 /* The rotation of a deformation. SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_PRECOMPUTE_MATERIAL_POLAR_H
-#define THRUM_PRECOMPUTE_MATERIAL_POLAR_H
+#ifndef THRUM_RUNTIME_MATERIAL_POLAR_H
+#define THRUM_RUNTIME_MATERIAL_POLAR_H
 
 /* turned = R - 1 of the proper rotation R nearest to F = 1 + G, G the `gradient`, also where F is
  * singular or turned inside out; R^T F is then symmetric with at most one negative eigenvalue, its

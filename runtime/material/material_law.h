@@ -6,8 +6,13 @@
  * those of F; the densities belong to the volume at rest. The functions are pure, for any thread.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_PRECOMPUTE_MATERIAL_MATERIAL_LAW_H
-#define THRUM_PRECOMPUTE_MATERIAL_MATERIAL_LAW_H
+#ifndef THRUM_RUNTIME_MATERIAL_MATERIAL_LAW_H
+#define THRUM_RUNTIME_MATERIAL_MATERIAL_LAW_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "thrum/model.h"
 
 /* X(name, value, text) */
 #define THRUM_LAW_LIST(X)                                                                          \
@@ -20,6 +25,15 @@ typedef enum thrum_law {
   THRUM_LAW_LIST(X)
 #undef X
 } thrum_law;
+
+/* The law called `name`, of `length` characters, into *law; false where there is none. */
+bool thrum_law_find(const char *name, size_t length, thrum_law *law);
+
+/* Its name. */
+const char *thrum_law_name(thrum_law law);
+
+/* The law of a model's material: that of its cubature points, whose name was checked. */
+thrum_law thrum_law_of_model(const thrum_model *model);
 
 /* The energy density at `gradient` [J/m^3], which is zero at rest, and the first Piola-Kirchhoff
  * stress P = d density / dF there [Pa]. Not of THRUM_LAW_STVK, which precompute/fem evaluates. */
@@ -35,10 +49,18 @@ void thrum_law_tangent(thrum_law law, double lambda, double mu, double gradient[
  * 2005, doi:10.1145/1073368.1073394). */
 void thrum_law_make_positive(double tangent[9][9]);
 
-/* stress = P-bar between two displacement gradients: its product with `to` - `from` is the change
- * of the energy density to rounding, and P-bar times the transposed mean of both F is symmetric.
- * Not of THRUM_LAW_STVK. */
-void thrum_law_mean_stress(thrum_law law, double lambda, double mu, double from[3][3],
-                           double to[3][3], double stress[3][3]);
+/* The part of the energy density of degree 3 in Green's strain E is
+ * cube tr(E)^3 + mixed tr(E) tr(E^2) + trace tr(E^3), all in Pa: what a law's second derivatives at
+ * rest have beyond those of Saint Venant-Kirchhoff material, where they are zero. */
+typedef struct thrum_law_cubic {
+  double cube, mixed, trace;
+} thrum_law_cubic;
+
+thrum_law_cubic thrum_law_cubic_of(thrum_law law, double lambda, double mu);
+
+/* stress += the derivative of that part's second derivative: its second Piola-Kirchhoff stress of
+ * the linear strains `e` and `f` together, which is twice that of one strain where both are it. */
+void thrum_law_cubic_stress(const thrum_law_cubic *cubic, double e[3][3], double f[3][3],
+                            double stress[3][3]);
 
 #endif

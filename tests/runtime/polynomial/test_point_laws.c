@@ -1,0 +1,366 @@
+/* Tests of cubature points that answer by another law than Saint Venant-Kirchhoff's: closed forms
+ * of one point, derivatives of the energy, the same bits from every kernel, and every integrator.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/points_support.h"
+
+#include "runtime/polynomial/kernel_points.h"
+#include "tests/support/closed_forms.h"
+
+static const char *const laws[] = {"corotational", "neo-hookean"};
+enum { LAW_COUNT = 2, RANK = 9 };
+
+/* A model whose gradients are so large that q of order 1 deforms by half of itself, or so. */
+static void law_make(both *made, const char *law, uint64_t seed, int64_t rank, int64_t count) {
+  points_make(made, seed, rank, count, 0.2);
+  points_obey(made, law);
+  made->points.identity = thrum_model_identity(&made->points);
+}
+
+/* P of one point whose coordinates are the nine components of its gradient. */
+static void stress_at(const both *made, const double g[9], double stress[9]) {
+  double force[9], *work = random_alloc((int64_t)thrum_work_count(&made->points), sizeof *work);
+  const double lambda = made->moduli[0], mu = made->moduli[1];
+  thrum_internal_force(&made->points, g, force, work);
+
+  // what the points say beside the frequencies, and the stress of small strains that these stand
+  // for
+  for (int c = 0; c < 9; c++) {
+    const double trace = c % 4 == 0 ? g[0] + g[4] + g[8] : 0;
+    stress[c] = (force[c] - made->points.omega2[c] * g[c]) / made->weights[0] + lambda * trace +
+                mu * (g[c] + g[3 * (c % 3) + c / 3]);
+  }
+  free(work);
+}
+
+static void tension_and_shear_of_a_point_are_the_closed_forms(void **context) {
+  (void)context;
+  for (int law = THRUM_LAW_COROTATIONAL; law <= THRUM_LAW_NEO_HOOKEAN; law++) {
+    both made;
+    points_make(&made, 3, RANK, 1, 1);
+    points_obey(&made, thrum_law_name((thrum_law)law));
+    for (int c = 0; c < 81; c++)
+      made.gradients[c] = c % 10 == 0 ? 1 : 0;
+    const double lambda = made.moduli[0], mu = made.moduli[1];
+    double stress[9], t;
+
+    // pulled and pressed along x, free across
+    for (double s = 0.6; s < 1.5; s += 0.3) {
+      const double along = tension_form((thrum_law)law, lambda, mu, s, &t);
+      const double g[9] = {s - 1, 0, 0, 0, t - 1, 0, 0, 0, t - 1};
+      stress_at(&made, g, stress);
+      assert_true(fabs(stress[0] - along) <= 1e-10 * mu && fabs(stress[4]) <= 1e-10 * mu);
+    }
+
+    // x moves by k y
+    for (double k = 0.2; k < 2; k += 0.6) {
+      const double g[9] = {0, k};
+      const shear_stress shear = shear_form((thrum_law)law, lambda, mu, k);
+      stress_at(&made, g, stress);
+      assert_true(fabs(stress[1] - shear.xy) <= 1e-10 * mu);
+      assert_true(fabs(stress[3] - shear.yx) <= 1e-10 * mu);
+    }
+    both_free(&made);
+  }
+}
+
+/* Fourth-order central differences: weights of +-h and +-2h. */
+static const double weights[] = {1.0 / 12, -2.0 / 3, 0, 2.0 / 3, -1.0 / 12};
+
+/* Force and tangent against differences of energy and force. */
+static void assert_derivatives(const thrum_model *model, double *q, const outcome *o) {
+  const double h = 1e-3;
+  double *work = random_alloc((int64_t)thrum_work_count(model), sizeof *work);
+  for (int64_t i = 0; i < model->rank; i++) {
+    const double middle = q[i];
+    double slope = 0, row[MOST] = {0}, force[MOST];
+    for (int k = -2; k <= 2; k++) {
+      q[i] = middle + k * h;
+      slope += weights[k + 2] / h * thrum_internal_force(model, q, force, work);
+      for (int64_t j = 0; j < model->rank; j++)
+        row[j] += weights[k + 2] / h * force[j];
+    }
+    q[i] = middle;
+    assert_true(fabs(slope - o->force[i]) <= 1e-8);
+    assert_true(largest_difference(row, o->tangent + i * model->rank, model->rank) <= 1e-7);
+  }
+  free(work);
+}
+
+static void force_and_tangent_are_derivatives_and_all_passes_agree(void **context) {
+  (void)context;
+  outcome *o = random_alloc(1, sizeof *o), *held = random_alloc(1, sizeof *held);
+  for (int n = 0; n < 2 * LAW_COUNT; n++) {
+    both made;
+    law_make(&made, laws[n % LAW_COUNT], (uint64_t)n, RANK, 3 + 8 * (n / LAW_COUNT));
+    const int32_t split = 2 + n;
+    random_state random = {(uint64_t)n};
+    double q[MOST], v[MOST], product[MOST] = {0};
+    random_vector(&random, RANK, 1, q);
+    random_vector(&random, RANK, 1, v);
+    evaluate(&thrum_kernel_reference, &made.points, split, q, v, o);
+    assert_derivatives(&made.points, q, o);
+
+    // the other passes say the same
+    for (int i = 0; i < RANK; i++)
+      for (int j = 0; j < RANK; j++)
+        product[i] += o->tangent[i * RANK + j] * v[j];
+    assert_near(o->product, product, RANK);
+    assert_near(&o->with_force, &o->energy, 1);
+    assert_near(o->tangent_force, o->force, RANK);
+    assert_near(o->forces[1], o->force, RANK);
+    assert_near(o->force_part, o->force, split);
+
+    // with the first coordinates held, and the others at the first entries of v
+    memcpy(q + split, v, sizeof(double) * (size_t)(RANK - split));
+    evaluate(&thrum_kernel_reference, &made.points, split, q, v, held);
+    assert_near(o->gradient, held->force + split, RANK - split);
+    both_free(&made);
+  }
+  free(o);
+  free(held);
+}
+
+static void every_kernel_gives_the_same_bits(void **context) {
+  (void)context;
+  static const int64_t ranks[] = {1, 8, 9, 17, MOST};
+  outcome *found = random_alloc(1, sizeof *found), *expected = random_alloc(1, sizeof *expected);
+  for (int n = 0; n < 5 * LAW_COUNT; n++) {
+    both made;
+    const int64_t rank = ranks[n / LAW_COUNT];
+    law_make(&made, laws[n % LAW_COUNT], (uint64_t)n, rank, 1 + 5 * n);
+    const int32_t split = (int32_t)(rank / 2);
+    random_state random = {(uint64_t)n};
+    double q[MOST], v[MOST];
+    random_vector(&random, rank, 1, q);
+    random_vector(&random, rank, 1, v);
+    evaluate(&thrum_kernel_reference, &made.points, split, q, v, expected);
+
+    // also of gradients that are packed
+    thrum_model packed = made.points;
+    void *memory = pack(&packed);
+    for (int id = THRUM_KERNEL_REFERENCE; thrum_kernel_name((thrum_kernel_id)id); id++) {
+      if (!thrum_kernel_usable((thrum_kernel_id)id))
+        continue;
+      evaluate(thrum_kernel_get(id), &made.points, split, q, v, found);
+      assert_memory_equal(found, expected, sizeof *found);
+      evaluate(thrum_kernel_get(id), &packed, split, q, v, found);
+      assert_memory_equal(found, expected, sizeof *found);
+    }
+    free(memory);
+    both_free(&made);
+  }
+  free(found);
+  free(expected);
+}
+
+static void derivatives_at_rest_are_those_of_the_force(void **context) {
+  (void)context;
+  for (int n = 0; n < LAW_COUNT; n++) {
+    both made;
+    law_make(&made, laws[n], 5, RANK, 11);
+    double *work = random_alloc((int64_t)thrum_work_count(&made.points), sizeof *work);
+    for (int j = 0; j < RANK; j++) {
+      // even parts of force and energy along one coordinate
+      const double h = 1e-2;
+      double c3[RANK], c4, q[RANK] = {0}, force[2][RANK], energy = 0;
+      thrum_points_along(&made.points, j, c3, &c4);
+      for (int k = 0; k < 2; k++) {
+        q[j] = k == 0 ? h : -h;
+        energy += thrum_internal_force(&made.points, q, force[k], work);
+      }
+      const double quartic = (energy - made.points.omega2[j] * h * h) / (2 * h * h * h * h);
+      assert_true(fabs(c4 - quartic) <= 1e-3 * fabs(quartic));
+      for (int s = 0; s < RANK; s++)
+        assert_true(fabs(c3[s] - (force[0][s] + force[1][s]) / (2 * h * h)) <= 1e-3);
+    }
+    free(work);
+    both_free(&made);
+  }
+}
+
+/* The end of a run of 1 s from `start`. */
+static void run(const both *made, const thrum_state_def *def, const double *start, double *q) {
+  double zero[RANK] = {0}, p[RANK];
+  thrum_state *state = state_make(&made->points, def);
+  state_put(&made->points, state, start, zero);
+  state_steps(&made->points, state, (int64_t)lround(1 / def->dt));
+  state_read(&made->points, state, q, p);
+  state_free(state);
+}
+
+static void every_integrator_steps_the_same_motion(void **context) {
+  (void)context;
+  for (int n = 0; n < LAW_COUNT; n++) {
+    both made;
+    law_make(&made, laws[n], 5, RANK, 20);
+    random_state random = {8};
+    double start[RANK], q[2][RANK];
+    random_vector(&random, RANK, 1, start);
+
+    // as many steps as Runge and Kutta need to be exact
+    thrum_state_def def = thrum_default_state_def();
+    def.integrator = THRUM_INTEGRATOR_RK4;
+    def.dt = 0.01;
+    run(&made, &def, start, q[0]);
+    for (int k = 0; k < INTEGRATOR_COUNT; k++) {
+      // a manifold is of condensed models
+      if (every_integrator[k] == THRUM_INTEGRATOR_MANIFOLD)
+        continue;
+      def.integrator = every_integrator[k];
+      const bool first_order = strstr(thrum_integrator_name(every_integrator[k]), "euler") != NULL;
+      def.dt = 0.005;
+      run(&made, &def, start, q[1]);
+      assert_true(largest_difference(q[0], q[1], RANK) <= (first_order ? 3e-2 : 3e-4));
+    }
+    both_free(&made);
+  }
+}
+
+static void the_energy_integrator_keeps_the_energy_to_rounding(void **context) {
+  (void)context;
+  enum { STEPS = 6000 };
+  for (int n = 0; n < LAW_COUNT; n++) {
+    both made;
+    law_make(&made, laws[n], 6, RANK, 12);
+
+    // a swing that strains by about a third
+    random_state random = {9};
+    double start[RANK], zero[RANK] = {0};
+    random_vector(&random, RANK, 1, start);
+    thrum_state_def def = thrum_default_state_def();
+    def.integrator = THRUM_INTEGRATOR_ENERGY;
+    def.dt = 0.3;
+    thrum_state *state = state_make(&made.points, &def);
+    state_put(&made.points, state, start, zero);
+    const double before = state_energy(&made.points, state).total;
+    for (int k = 0; k < 20; k++) {
+      state_steps(&made.points, state, STEPS / 20);
+      assert_true(fabs(state_energy(&made.points, state).total / before - 1) < 1e-13);
+    }
+    state_free(state);
+    both_free(&made);
+  }
+}
+
+static void the_average_vector_field_keeps_it_at_standstills_too(void **context) {
+  (void)context;
+  for (int n = 0; n < LAW_COUNT; n++) {
+    both made;
+    law_make(&made, laws[n], 11, 1, 3);
+
+    // the tangent form of damping takes this mean force; of so little nothing is lost
+    thrum_state_def def = thrum_default_state_def();
+    def.integrator = THRUM_INTEGRATOR_ENERGY;
+    def.damping_form = THRUM_DAMPING_TANGENT;
+    def.damping_beta = 1e-30;
+    def.dt = 0.8;
+    for (int k = 0; k < 20; k++) {
+      // one coordinate turns back again and again, each time elsewhere in a step
+      const double start = 4 + 0.1 * k, zero = 0;
+      thrum_state *state = state_make(&made.points, &def);
+      state_put(&made.points, state, &start, &zero);
+      const double before = state_energy(&made.points, state).total;
+      for (int step = 0; step < 200; step++) {
+        state_steps(&made.points, state, 1);
+        const double now = state_energy(&made.points, state).total;
+        if (!(fabs(now / before - 1) < 1e-11))
+          fail_msg("%s, start %g, step %d: %g", laws[n], start, step, now / before - 1);
+      }
+      state_free(state);
+    }
+    both_free(&made);
+  }
+}
+
+static void lower_ranks_and_scales_keep_the_law(void **context) {
+  (void)context;
+  enum { LOWER = 5 };
+  both made;
+  law_make(&made, "corotational", 7, RANK, 11);
+  random_state random = {3};
+  double q[RANK], force[2][RANK],
+      *work = random_alloc((int64_t)thrum_work_count(&made.points), sizeof *work);
+  random_vector(&random, RANK, 1, q);
+  for (int i = LOWER; i < RANK; i++)
+    q[i] = 0;
+  const double whole = thrum_internal_force(&made.points, q, force[0], work);
+
+  // the others are held at zero
+  size_t size = 0;
+  const thrum_model *found = NULL;
+  assert_int_equal(thrum_model_truncate_size(&made.points, LOWER, &size, NULL), THRUM_OK);
+  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+  assert_int_equal(thrum_model_truncate(memory, size, &made.points, LOWER, &found, NULL), THRUM_OK);
+  const double lower = thrum_internal_force(found, q, force[1], work);
+  assert_near(&lower, &whole, 1);
+  assert_near(force[1], force[0], LOWER);
+  free(memory);
+
+  // V'(q') = e s^3 V(q) with q' = q s^5/2 d^1/2
+  const thrum_model_scaling by = {4, 3, 0.25};
+  assert_int_equal(thrum_model_scale_size(&made.points, &size, NULL), THRUM_OK);
+  memory = aligned_alloc(64, (size + 63) / 64 * 64);
+  assert_int_equal(thrum_model_scale(memory, size, &made.points, &by, &found, NULL), THRUM_OK);
+  for (int i = 0; i < RANK; i++)
+    q[i] *= 32 * 0.5;
+  const double scaled = thrum_strain_energy(found, q, work), expected = 3 * 64 * whole;
+  assert_near(&scaled, &expected, 1);
+  free(memory);
+  free(work);
+
+  // a model that differs in its law alone is another one
+  const uint64_t identity = thrum_model_identity(&made.points);
+  points_obey(&made, "neo-hookean");
+  assert_true(thrum_model_identity(&made.points) != identity);
+  both_free(&made);
+}
+
+/* Refused with this status and these words. */
+static void assert_refused(const thrum_model *model, thrum_status status, const char *words) {
+  thrum_error error;
+  assert_int_equal(thrum_model_check(model, &error), status);
+  if (!strstr(error.message, words))
+    fail_msg("%s", error.message);
+}
+
+static void a_law_that_is_unknown_or_has_no_points_is_refused(void **context) {
+  (void)context;
+  both made;
+  law_make(&made, "neo-hookean", 4, 3, 5);
+  thrum_model bad = made.points;
+  bad.point_law = (const uint8_t *)"rubber";
+  bad.law_bytes = 7;
+  assert_refused(&bad, THRUM_BAD_VALUE, "holds none of the names stvk, corotational");
+  bad.point_law = made.points.point_law;
+  bad.law_bytes = 11;
+  assert_refused(&bad, THRUM_BAD_VALUE, "ended by one 0");
+  bad.point_law = NULL;
+  assert_refused(&bad, THRUM_BAD_SHAPE, "law_bytes is not 0");
+
+  // a polynomial cannot hold it, and no reader may overlook it
+  bad = made.m.model;
+  bad.format = made.points.format;
+  bad.point_law = made.points.point_law;
+  bad.law_bytes = made.points.law_bytes;
+  assert_refused(&bad, THRUM_MISSING, "a polynomial cannot hold it");
+  static const int32_t format[2] = {1, 3};
+  bad = made.points;
+  bad.format = format;
+  assert_refused(&bad, THRUM_BAD_VALUE, "a model with 'point_law' has version 3");
+  both_free(&made);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(tension_and_shear_of_a_point_are_the_closed_forms),
+      cmocka_unit_test(force_and_tangent_are_derivatives_and_all_passes_agree),
+      cmocka_unit_test(every_kernel_gives_the_same_bits),
+      cmocka_unit_test(derivatives_at_rest_are_those_of_the_force),
+      cmocka_unit_test(every_integrator_steps_the_same_motion),
+      cmocka_unit_test(the_energy_integrator_keeps_the_energy_to_rounding),
+      cmocka_unit_test(the_average_vector_field_keeps_it_at_standstills_too),
+      cmocka_unit_test(lower_ranks_and_scales_keep_the_law),
+      cmocka_unit_test(a_law_that_is_unknown_or_has_no_points_is_refused),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
