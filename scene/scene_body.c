@@ -309,6 +309,7 @@ void thrum_scene_free(thrum_scene *scene) {
     free(scene->probes[n].rows);
   scene_pairs_free(scene);
   scene_solids_free(scene);
+  scene_links_free(scene);
   free(scene->bodies);
   free(scene->probes);
   free(scene->base_motions);

@@ -109,11 +109,22 @@ static thrum_status check_detail(const scene_body *body, thrum_error *error) {
                          body->name);
 }
 
+/* A link knows the coordinates that its bodies step. */
+static thrum_status check_tied(const scene_body *body, thrum_error *error) {
+  if (body->tied == 0)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                         "body '%s' is or was linked, so it goes on with the coordinates that it "
+                         "steps",
+                         body->name);
+}
+
 thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t number, int64_t rank,
                                   thrum_error *error) {
   scene_body *body = NULL;
   THRUM_TRY(scene_body_at(scene, number, &body, error));
   THRUM_TRY(check_detail(body, error));
+  THRUM_TRY(check_tied(body, error));
   if (rank < 1 || rank > body->model->rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is asked for; the model has 1 to %lld", (long long)rank,
@@ -137,6 +148,7 @@ thrum_status thrum_scene_set_condensed(thrum_scene *scene, int32_t number, int64
   scene_body *body = NULL;
   THRUM_TRY(scene_body_at(scene, number, &body, error));
   THRUM_TRY(check_detail(body, error));
+  THRUM_TRY(check_tied(body, error));
   return scene_condense(scene, number, masters, error);
 }
 
@@ -230,6 +242,7 @@ thrum_status thrum_scene_reset(thrum_scene *scene, thrum_error *error) {
   scene->origin = 0;
   scene_obstacles_reset(scene);
   thrum_contact_pairs_reset(scene->pairs.contact);
+  scene_links_reset(scene);
   scene_loads_retime(scene);
   return THRUM_OK;
 }

@@ -91,7 +91,7 @@ thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
   // a body that nothing can touch and nothing pulls needs no contact
   const int64_t points = scene->obstacle_count > 0 ? body->touch_count : 0;
   *made = NULL;
-  if (points == 0 && !pulled(body) && !scene_collides(scene, body, derived))
+  if (points == 0 && !pulled(body) && body->tied == 0 && !scene_collides(scene, body, derived))
     return THRUM_OK;
 
   // points for what may touch, and for each pull that may come
@@ -134,7 +134,7 @@ thrum_status scene_touch_make(const thrum_scene *scene, const scene_body *body,
 
 /* Bodies that nothing touches are stepped side by side again. */
 void scene_touch_trim(const thrum_scene *scene, scene_body *body) {
-  if (body->touch == NULL || !body->touch->idle || pulled(body) ||
+  if (body->touch == NULL || !body->touch->idle || pulled(body) || body->tied > 0 ||
       scene_collides(scene, body, body->derived))
     return;
   scene_touch_free(body->touch);

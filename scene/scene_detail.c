@@ -123,6 +123,10 @@ thrum_status thrum_scene_set_detail(thrum_scene *scene, int32_t number,
     return THRUM_OK;
   }
   THRUM_TRY(check(body, def, error));
+  if (body->tied > 0)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "body '%s' is or was linked, and cannot have a level of detail",
+                           body->name);
 
   // the new one is whole before the old one goes
   scene_detail *detail = calloc(1, sizeof *detail);

@@ -175,7 +175,7 @@ static int64_t round_up(int64_t count) {
 }
 
 /* Lists of the bodies of a step, and of the members that each worker steps. */
-static bool make_lists(scene_pairs *pairs, int64_t count, int32_t workers) {
+static bool make_lists(scene_pairs *pairs, int64_t count, int64_t links, int32_t workers) {
   const bool made = scene_grow(&pairs->members, workers * count, sizeof *pairs->members) &&
                     scene_grow(&pairs->environments, count, sizeof *pairs->environments) &&
                     scene_grow(&pairs->pulls, count * THRUM_SCENE_PULLS, sizeof *pairs->pulls) &&
@@ -183,9 +183,12 @@ static bool make_lists(scene_pairs *pairs, int64_t count, int32_t workers) {
                     scene_grow(&pairs->order, count, sizeof *pairs->order) &&
                     scene_grow(&pairs->group, count, sizeof *pairs->group) &&
                     scene_grow(&pairs->firsts, count, sizeof *pairs->firsts) &&
-                    scene_grow(&pairs->groups, count, sizeof *pairs->groups);
-  if (made)
+                    scene_grow(&pairs->groups, count, sizeof *pairs->groups) &&
+                    scene_grow(&pairs->ties, workers * (links + 1), sizeof *pairs->ties);
+  if (made) {
     pairs->member_room = count;
+    pairs->tie_room = links;
+  }
   return made;
 }
 
@@ -229,7 +232,7 @@ thrum_status scene_pairs_share(thrum_scene *scene, int32_t workers, thrum_error 
   scene_pairs *pairs = &scene->pairs;
   if (pairs->contact == NULL)
     return THRUM_OK;
-  if (!make_lists(pairs, pairs->member_room, workers))
+  if (!make_lists(pairs, pairs->member_room, pairs->tie_room, workers))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for bodies that touch");
   return make_blocks(pairs, &pairs->def, workers, error);
 }
@@ -238,7 +241,7 @@ thrum_status scene_pairs_room(thrum_scene *scene, const scene_body *extra,
                               const scene_skin *extra_skin, thrum_error *error) {
   scene_pairs *pairs = &scene->pairs;
   int64_t count = 0, vertices = 0, nodes = 0, rank = 1;
-  if (!scene->collides && scene->solid_count == 0)
+  if (!scene->collides && scene->solid_count == 0 && scene->link_count == 0)
     return THRUM_OK;
 
   // what all solids and bodies need together, with the body that comes or changes
@@ -248,24 +251,27 @@ thrum_status scene_pairs_room(thrum_scene *scene, const scene_body *extra,
   }
   for (int32_t n = 0; n <= scene->body_count; n++) {
     const bool last = n == scene->body_count;
-    const scene_skin *skin = last                        ? extra_skin
-                             : scene->bodies[n] == extra ? NULL
-                                                         : scene->bodies[n]->skin;
-    if (skin == NULL)
+    const scene_body *body = last ? extra : scene->bodies[n];
+    const scene_skin *skin = last ? extra_skin : body == extra ? NULL : body->skin;
+    if (skin == NULL && (last || body->tied == 0))
       continue;
+
+    // a body that is linked has a place also where it touches nothing
+    const int64_t own = skin ? skin->of->rank : body->derived->rank;
     count++;
-    vertices += thrum_skin_vertex_count(skin->skin);
-    nodes += thrum_skin_node_count(skin->skin);
-    rank = skin->of->rank > rank ? skin->of->rank : rank;
+    vertices += skin ? thrum_skin_vertex_count(skin->skin) : 0;
+    nodes += skin ? thrum_skin_node_count(skin->skin) : 0;
+    rank = own > rank ? own : rank;
   }
-  if (!make_lists(pairs, scene->body_count + 1 + scene->solid_count, scene->workers))
+  const int64_t ends = scene->solid_count + scene->link_count;
+  if (!make_lists(pairs, scene->body_count + 1 + ends, scene->link_count, scene->workers))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for bodies that touch");
   if (count < 1)
     return THRUM_OK;
-  count += scene->solid_count;
+  count += ends;
   if ((pairs->contact != NULL && count <= pairs->def.member_max &&
        vertices <= pairs->def.vertex_max && nodes <= pairs->def.node_max &&
-       rank <= pairs->def.rank_max))
+       rank <= pairs->def.rank_max && scene->link_count <= pairs->def.link_max))
     return THRUM_OK;
 
   // larger room goes on from the touches and energies that there are
@@ -273,6 +279,7 @@ thrum_status scene_pairs_room(thrum_scene *scene, const scene_body *extra,
   def.member_max = round_up(count);
   def.vertex_max = round_up(vertices);
   def.node_max = round_up(nodes);
+  def.link_max = scene->link_count > 0 ? round_up(scene->link_count) : 0;
   def.rank_max = rank;
   return make_blocks(pairs, &def, scene->workers, error);
 }
@@ -304,7 +311,8 @@ thrum_status scene_pairs_equip(thrum_scene *scene, thrum_error *error) {
                          ? scene->pairs.def
                          : thrum_default_contact_pairs_def();
   for (int32_t n = 0; n < scene->body_count && status >= 0; n++)
-    if (scene_collides(scene, scene->bodies[n], scene->bodies[n]->derived))
+    if (scene->bodies[n]->tied > 0 ||
+        scene_collides(scene, scene->bodies[n], scene->bodies[n]->derived))
       status = equip(scene, scene->bodies[n], error);
   THRUM_THEN(status, scene_pairs_room(scene, NULL, NULL, error));
   trim(scene);
@@ -326,6 +334,7 @@ thrum_status thrum_scene_set_collisions(thrum_scene *scene, const thrum_contact_
 
   // the scene says how much room there has to be
   checked.member_max = checked.vertex_max = checked.node_max = checked.rank_max = 1;
+  checked.link_max = 0;
   THRUM_TRY(thrum_contact_pairs_size(&checked, &size, error));
   forget(scene);
   scene->collides = def != NULL;
@@ -343,6 +352,7 @@ void scene_pairs_free(thrum_scene *scene) {
   free(pairs->members);
   free(pairs->environments);
   free(pairs->pulls);
+  free(pairs->ties);
   free(pairs->bounds);
   free(pairs->order);
   free(pairs->group);
@@ -362,7 +372,7 @@ static void fill_member(const thrum_scene *scene, int32_t number, thrum_contact_
                                    .state = body->state,
                                    .contact = body->touch->contact,
                                    .environment = pairs->environments + number,
-                                   .skin = body->skin->skin,
+                                   .skin = body->skin ? body->skin->skin : NULL,
                                    .number = number};
 }
 
@@ -378,6 +388,12 @@ static int32_t root(int32_t *group, int32_t n) {
     n = group[n];
   }
   return n;
+}
+
+/* Makes one group of those of two bodies, whose first body is the first of both. */
+static void unite(int32_t *group, int32_t a, int32_t b) {
+  const int32_t first = root(group, a), second = root(group, b);
+  group[first > second ? first : second] = first > second ? second : first;
 }
 
 /* Puts pairs->order into the order of where the bodies begin, which few have left since the step
@@ -398,7 +414,7 @@ static void join(const thrum_scene *scene) {
   const scene_pairs *pairs = &scene->pairs;
   for (int32_t n = 0; n < pairs->ordered && scene->collides; n++) {
     const int32_t a = pairs->order[n];
-    if (pairs->group[a] < 0 || !scene->bodies[a]->collides)
+    if (pairs->group[a] < 0 || !scene->bodies[a]->collides || scene->bodies[a]->skin == NULL)
       continue;
 
     // the order is that of the lower ends, so no body after one that begins beyond the upper end is
@@ -408,17 +424,32 @@ static void join(const thrum_scene *scene) {
       const int32_t b = pairs->order[m];
       if (end_of(pairs->bounds + b, -1.0) > end)
         break;
-      if (pairs->group[b] < 0 || !scene->bodies[b]->collides ||
+      if (pairs->group[b] < 0 || !scene->bodies[b]->collides || scene->bodies[b]->skin == NULL ||
           !thrum_contact_pairs_near(pairs->bounds + a, pairs->bounds + b))
         continue;
-      const int32_t first = root(pairs->group, a), second = root(pairs->group, b);
-      pairs->group[first > second ? first : second] = first > second ? second : first;
+      unite(pairs->group, a, b);
     }
   }
+
+  // links join also what is far apart
+  for (int32_t n = 0; n < scene->link_count; n++)
+    if (scene->links[n].holds && scene->links[n].other >= 0)
+      unite(pairs->group, scene->links[n].body, scene->links[n].other);
+}
+
+/* Does a link of this step hold the body? */
+static bool is_linked(const thrum_scene *scene, int32_t number) {
+  bool any = false;
+  for (int32_t n = 0; n < scene->link_count && scene->bodies[number]->tied > 0 && !any; n++)
+    any = scene->links[n].holds &&
+          (scene->links[n].body == number || scene->links[n].other == number);
+  return any;
 }
 
 /* May body `number` touch a solid in the step to come? */
 static bool is_near_solid(const thrum_scene *scene, int32_t number) {
+  if (scene->bodies[number]->skin == NULL)
+    return false;
   for (int32_t n = 0; n < scene->solid_count; n++)
     if (thrum_contact_pairs_near(scene->pairs.bounds + number, &scene->solids[n].bound))
       return true;
@@ -435,6 +466,7 @@ void scene_pairs_find(thrum_scene *scene) {
   for (int32_t n = 0; n < scene->workers; n++)
     thrum_contact_pairs_begin(block_of(pairs, n));
   scene_solids_move(scene);
+  scene_links_begin(scene);
 
   // bodies that have come since the last step
   for (; pairs->ordered < scene->body_count; pairs->ordered++)
@@ -443,9 +475,9 @@ void scene_pairs_find(thrum_scene *scene) {
   // those that go on and may touch others are in a group, each in its own at first
   for (int32_t n = 0; n < scene->body_count; n++) {
     scene_body *body = scene->bodies[n];
-    pairs->group[n] = body->status < 0 || body->skin == NULL ? -1 : n;
+    pairs->group[n] = body->status < 0 || (body->skin == NULL && body->tied == 0) ? -1 : n;
     pairs->bounds[n] = (thrum_skin_bound){0};
-    if (pairs->group[n] < 0)
+    if (pairs->group[n] < 0 || body->skin == NULL)
       continue;
     fill_member(scene, n, pairs->members + n);
     pairs->bounds[n] = thrum_contact_member_bound(pairs->members + n);
@@ -453,12 +485,12 @@ void scene_pairs_find(thrum_scene *scene) {
   sort(pairs);
   join(scene);
 
-  // a body alone has no group, unless a solid is near
+  // a body alone has no group, unless a solid is near or the world is linked to it
   for (int32_t n = 0; n < scene->body_count; n++) {
     if (pairs->group[n] < 0)
       continue;
     const int32_t first = root(pairs->group, n);
-    if (first != n || is_near_solid(scene, n))
+    if (first != n || is_near_solid(scene, n) || is_linked(scene, n))
       scene->bodies[n]->group = scene->bodies[first]->group = first;
   }
   for (int32_t n = 0; n < scene->body_count; n++)
@@ -475,7 +507,7 @@ static int64_t add_solids(thrum_scene *scene, int32_t group, thrum_contact_membe
     scene_solid *solid = scene->solids + s;
     bool near = false;
     for (int32_t n = group; n < scene->body_count && !near; n++)
-      near = scene->bodies[n]->group == group &&
+      near = scene->bodies[n]->group == group && scene->bodies[n]->skin != NULL &&
              thrum_contact_pairs_near(pairs->bounds + n, &solid->bound);
     if (near)
       members[count++] = (thrum_contact_member){
@@ -499,10 +531,14 @@ int32_t scene_pairs_step(thrum_scene *scene, int32_t worker, thrum_error *error)
   const int64_t bodies = count;
   count = add_solids(scene, group, members, count);
 
+  const thrum_contact_links links =
+      scene_links_gather(scene, group, members, &count, pairs->ties + worker * pairs->tie_room);
+
   // each body has its own status
   const thrum_status status =
       thrum_contact_pairs_step_beside(pairs->contact, block_of(pairs, worker), pairs->group_count,
-                                      members, count, pairs->groups + index, error);
+                                      members, count, &links, pairs->groups + index, error);
+  scene_links_keep(scene, group, &links);
   for (int64_t n = 0; n < bodies; n++) {
     scene_body *body = scene->bodies[members[n].number];
     body->stepped =
@@ -556,7 +592,9 @@ thrum_status thrum_scene_account_get(thrum_scene *scene, thrum_scene_account *ac
     }
   }
   sum.contact += thrum_scene_collisions(scene).stored;
-  sum.total = sum.kinetic + sum.potential + sum.gravity + sum.contact;
+  for (int32_t n = 0; n < scene->link_count; n++)
+    sum.links += scene->links[n].tie.report.stored;
+  sum.total = sum.kinetic + sum.potential + sum.gravity + sum.contact + sum.links;
   *account = sum;
   return THRUM_OK;
 }

@@ -63,6 +63,27 @@ typedef struct scene_solid {
   thrum_skin_bound bound; /* in the step to come */
 } scene_solid;
 
+/* A side of a link on a body: a place and three directions in the axes of the scaled body. */
+typedef struct scene_link_side {
+  double rest[12]; /* [m], and directions */
+  double *rows;    /* 4 x 3 x rank that is stepped; owned, NULL of the world */
+} scene_link_side;
+
+typedef struct scene_link {
+  int32_t body, other; /* other -1: the world */
+  scene_link_side sides[2];
+  double end[3];        /* of the world's side where its path begins [m] */
+  double *times, *path; /* path_count, path_count x 3 */
+  int64_t path_count;
+  double until;  /* [s] */
+  int64_t since; /* step before which it was added */
+  double began;  /* energy in the spring as it was added [J] */
+  bool released;
+  bool holds;                 /* in this step */
+  thrum_contact_solid moving; /* the world's end in this step */
+  thrum_link tie;
+} scene_link;
+
 /* Contact between bodies: its block, and lists with a place for each body of the scene. */
 typedef struct scene_pairs {
   thrum_contact_pairs *contact; /* `workers` aligned blocks; NULL: none may touch */
@@ -76,6 +97,8 @@ typedef struct scene_pairs {
   atomic_int next; /* the group that is stepped next */
   thrum_contact_environment *environments;
   thrum_pull *pulls; /* THRUM_SCENE_PULLS a body */
+  thrum_link *ties;  /* tie_room a worker */
+  int64_t tie_room;
   thrum_skin_bound *bounds;
   int32_t *order, *group;
   int32_t ordered; /* bodies in `order`, which keeps that of the step before */
@@ -166,6 +189,7 @@ typedef struct scene_body {
   int32_t *triangles;      /* triangle_count x 3, of a body that may; else NULL */
   int64_t triangle_count;
   scene_skin *skin;     /* NULL: it touches no body */
+  int32_t tied;         /* links that it has or had */
   int32_t group;        /* of bodies that are near each other in this step; -1: none */
   thrum_status stepped; /* of the step of its group */
   scene_pull pulls[THRUM_SCENE_PULLS];
@@ -209,6 +233,8 @@ struct thrum_scene {
   scene_skin *skins;
   scene_solid *solids;
   int32_t solid_count;
+  scene_link *links;
+  int32_t link_count;
   uint64_t revision; /* of all but what steps change */
   uint64_t stirred;  /* counts calls that change what acts on bodies */
   scene_body **bodies;
@@ -476,6 +502,21 @@ int32_t scene_pairs_step(thrum_scene *scene, int32_t worker, thrum_error *error)
 
 /* Books what the groups did, after all of them have stepped. */
 void scene_pairs_gather(thrum_scene *scene);
+
+/* scene_link.c: links between bodies and with the world. */
+
+/* Which links hold in the step to come, and where their ends in the world go. */
+void scene_links_begin(thrum_scene *scene);
+
+/* Puts the links of a group into `room`, and their ends in the world behind its `count` members.
+ * After the step scene_links_keep takes back what it did. */
+thrum_contact_links scene_links_gather(thrum_scene *scene, int32_t group,
+                                       thrum_contact_member *members, int64_t *count,
+                                       thrum_link *room);
+void scene_links_keep(thrum_scene *scene, int32_t group, const thrum_contact_links *links);
+
+void scene_links_reset(thrum_scene *scene);
+void scene_links_free(thrum_scene *scene);
 
 /* scene_wind.c: drag of the air on a body. */
 

@@ -13,7 +13,7 @@
 #define COUNT_MAX (INT64_C(1) << 62)
 
 /* The version is that of the records below. */
-static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 6};
+static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 7};
 
 typedef struct scene_record {
   uint64_t revision;
@@ -28,6 +28,12 @@ typedef struct body_record {
   thrum_translation way;
   thrum_rigid_frame rigid_frame;
 } body_record;
+
+/* What steps change of a link. */
+typedef struct link_record {
+  int64_t released, steps;
+  thrum_link_report report;
+} link_record;
 
 static size_t contact_bytes(const scene_body *body) {
   return body->touch != NULL ? thrum_contact_bytes(body->touch->contact) : 0;
@@ -52,7 +58,8 @@ size_t thrum_scene_snapshot_size(const thrum_scene *scene) {
             condensed_count(body) * sizeof(double) + detail_bytes(body);
   }
   return size + (size_t)scene->obstacle_count * sizeof *scene->obstacles +
-         thrum_contact_pairs_kept_bytes(scene->pairs.contact);
+         thrum_contact_pairs_kept_bytes(scene->pairs.contact) +
+         (size_t)scene->link_count * sizeof(link_record);
 }
 
 static void put(unsigned char **to, const void *from, size_t size) {
@@ -105,6 +112,11 @@ thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t
     put(&at, scene->obstacles, (size_t)scene->obstacle_count * sizeof *scene->obstacles);
   if (scene->pairs.contact != NULL)
     put(&at, scene->pairs.contact, thrum_contact_pairs_kept_bytes(scene->pairs.contact));
+  for (int32_t n = 0; n < scene->link_count; n++) {
+    const scene_link *link = scene->links + n;
+    const link_record record = {link->released, link->tie.steps, link->tie.report};
+    put(&at, &record, sizeof record);
+  }
   thrum_seal_put(memory, needed, kind);
   return THRUM_OK;
 }
@@ -209,6 +221,14 @@ static thrum_status check_content(const thrum_scene *scene, const unsigned char 
   }
   if (scene->pairs.contact != NULL)
     THRUM_TRY(thrum_contact_pairs_copy_check(scene->pairs.contact, at, error));
+  at += thrum_contact_pairs_kept_bytes(scene->pairs.contact);
+  for (int32_t n = 0; n < scene->link_count; n++) {
+    link_record record;
+    take(&at, &record, sizeof record);
+    if (record.released < 0 || record.released > 1 || !is_count(record.steps) ||
+        !thrum_all_finite(record.report.force, sizeof record.report / sizeof(double)))
+      return refuse("link", error);
+  }
   return THRUM_OK;
 }
 
@@ -258,6 +278,13 @@ thrum_status thrum_scene_restore(thrum_scene *scene, const void *memory, size_t 
     take(&at, scene->obstacles, (size_t)scene->obstacle_count * sizeof *scene->obstacles);
   if (scene->pairs.contact != NULL)
     take(&at, scene->pairs.contact, thrum_contact_pairs_kept_bytes(scene->pairs.contact));
+  for (int32_t n = 0; n < scene->link_count; n++) {
+    link_record record;
+    take(&at, &record, sizeof record);
+    scene->links[n].released = record.released != 0;
+    scene->links[n].tie.steps = record.steps;
+    scene->links[n].tie.report = record.report;
+  }
   scene->steps = head.steps;
   scene->origin_step = head.origin_step;
   scene->origin = head.origin;

@@ -32,7 +32,7 @@ MENU = [
                 "javascript/README.md", "docs/how-to/repeat_the_results.md"]),
     ("Notebooks", [f"site/{name}.md" for name in NOTEBOOKS]),
     ("Understand", ["docs/which_integrator.md", "docs/limits_and_platforms.md", "docs/mathematics/README.md",
-                    "docs/contact.md", "docs/determinism.md", "docs/condensed.md", "docs/tradeoff.md",
+                    "docs/contact.md", "docs/links.md", "docs/determinism.md", "docs/condensed.md", "docs/tradeoff.md",
                     "docs/verification.md", "docs/experiments.md", "docs/bench.md", "docs/beside_mujoco.md"]),
     ("Reference", ["docs/reference/commands.md", "docs/reference/scene_keys.md", "site/c.md", "site/python.md",
                    "site/javascript.md", "docs/index.md"]),

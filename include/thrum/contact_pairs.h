@@ -27,6 +27,7 @@
 
 #include "thrum/api.h"
 #include "thrum/contact.h"
+#include "thrum/link.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -82,6 +83,10 @@ typedef struct thrum_contact_pairs_def {
   /* Largest number of points that touch at once; 1 to 2^24, default 4096. Larger: more memory, and
    * fewer touches are dropped. */
   int64_t touch_max;
+
+  /* Largest number of links of a step; 0 to 1024, default 0. Larger: more memory, with the square.
+   */
+  int64_t link_max;
 
   /* Distance that contact keeps between surfaces [m]: they are pushed apart where they are nearer.
    * 0 to 1e30, default 0: 1/250 of the smaller diagonal of the two bodies at rest. Larger: bodies
@@ -194,16 +199,28 @@ typedef struct thrum_contact_group {
   double budget, flow;               /* by which those of the bound on energy change [J] */
 } thrum_contact_group;
 
+/* Links between members of a step. */
+typedef struct thrum_contact_links {
+  thrum_link *links;
+  int64_t count;
+} thrum_contact_links;
+
 /* Makes the step of one of `group_count` groups of bodies, no two of which are near each other, as
  * thrum_contact_pairs_step does; steps of several groups may be made at once, on threads of the
  * caller's. `pairs` is only read. `room` is pairs of the same def, or `pairs` itself, whose scratch
  * this step has for itself and which thrum_contact_pairs_begin opened in this step; a room takes
  * its groups one after the other, in the order that gather has them in. Fills *group. Bodies end
  * with the same bits whatever the rooms are.
- * THRUM_INVALID_ARGUMENT for NULL, no groups, or a room of another def; *group is then of none. */
+ *
+ * links (NULL: none) are between members, solved for with the touches; their reports are updated.
+ * With links, members without a skin (NULL) touch nothing, and bodies that are linked meet others
+ * by springs alone (docs/contact.md). A link of a member that fails lets go for the step.
+ * THRUM_INVALID_ARGUMENT for NULL, no groups, or a room of another def, and for links beyond the
+ * def or of members that are none; *group is then of none. */
 THRUM_API thrum_status thrum_contact_pairs_step_beside(
     const thrum_contact_pairs *pairs, thrum_contact_pairs *room, int64_t group_count,
-    thrum_contact_member *members, int64_t count, thrum_contact_group *group, thrum_error *error);
+    thrum_contact_member *members, int64_t count, const thrum_contact_links *links,
+    thrum_contact_group *group, thrum_error *error);
 
 /* Closes a step whose groups stepped beside each other: books what they did, in the order given,
  * and takes their touches out of their rooms. NULL does nothing. */

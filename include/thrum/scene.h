@@ -406,12 +406,99 @@ typedef struct thrum_scene_overlap {
 THRUM_API thrum_status thrum_scene_find_overlap(thrum_scene *scene, thrum_scene_overlap *deepest,
                                                 thrum_error *error);
 
+/* How a link is made (thrum/link.h). Start from thrum_default_scene_link_def and set at least the
+ * body. The arrays are only read by thrum_scene_add_link. */
+typedef struct thrum_scene_link_def {
+  /* Set by thrum_default_scene_link_def; THRUM_UNINITIALISED_DEF without it. */
+  uint32_t cookie;
+
+  /* What it is; default a ball joint. */
+  thrum_link_kind kind;
+
+  /* Number of the body, and count 0-based vertices of it whose mean is the place; vertices NULL: of
+   * all. Default 0 and NULL. */
+  int32_t body;
+  const int32_t *vertices;
+  int64_t count;
+
+  /* The place in the world now [m]; finite. Vertices are then weighed so that it is theirs, those
+   * near it where no list says which. Default NaN: the mean of the vertices. */
+  double place[3];
+
+  /* Number of the other body, and its vertices as above; NULL: those near the place. Default -1:
+   * the world. */
+  int32_t other;
+  const int32_t *other_vertices;
+  int64_t other_count;
+
+  /* Spring: place of its other end in the world now [m]; finite. Default NaN: the mean of the other
+   * vertices, or else the place. Joints have one place. */
+  double other_place[3];
+
+  /* Axis of a hinge in the world now, of any length > 0. Default 0, 0, 1. */
+  double axis[3];
+
+  /* Spring: stiffness [N/m], 0 to 1e30, default 0. Larger: stiffer; no value is too large. */
+  double stiffness;
+
+  /* Spring: damping of its speed [N s/m], 0 to 1e30, default 0. Larger: slower. */
+  double damping;
+
+  /* Spring: length without force [m]; at most 1e30. Larger: it pushes more. Default -1: its length
+   * now. */
+  double length;
+
+  /* Of the world's end: path_count ascending times [s] and as many positions (x 3) [m], of which it
+   * goes the differences from the first, along a smooth curve; before and after it rests. Default
+   * NULL: it stays. */
+  const double *path_times, *path_places;
+  int64_t path_count;
+
+  /* Time at which it lets go [s]; larger: later. Default INFINITY: never. */
+  double until;
+} thrum_scene_link_def;
+
+/* A def with every default set. Any thread. */
+THRUM_API thrum_scene_link_def thrum_default_scene_link_def(void);
+
+/* Links two bodies, or a body and the world, as they are now; *number (may be NULL) gets the
+ * link's number, from 0 on. A joint begins to hold in the next step, and what did not move together
+ * there comes to rest in two steps, at a loss. A body that is linked steps on with the coordinates
+ * that it has; condensed bodies cannot be linked. After thrum_scene_reset links that were added
+ * before the first step hold again, and no others.
+ * THRUM_UNINITIALISED_DEF, THRUM_INVALID_ARGUMENT or THRUM_BAD_VALUE with the field, THRUM_MISSING
+ * for a model without a basis. */
+THRUM_API thrum_status thrum_scene_add_link(thrum_scene *scene, const thrum_scene_link_def *def,
+                                            int32_t *number, thrum_error *error);
+
+/* Number of links. */
+THRUM_API int32_t thrum_scene_link_count(const thrum_scene *scene);
+
+/* Lets a link go from now on; one that has let go stays so. */
+THRUM_API thrum_status thrum_scene_link_release(thrum_scene *scene, int32_t number,
+                                                thrum_error *error);
+
+/* A link as it is now. */
+typedef struct thrum_scene_link {
+  thrum_link_kind kind;
+  int32_t holds;            /* 0: it has let go */
+  int32_t bodies[2];        /* numbers; the second -1: the world */
+  double length;            /* of a spring without force [m] */
+  double places[2][3];      /* where its two ends are [m] */
+  thrum_link_report report; /* since the start */
+} thrum_scene_link;
+
+/* Fills *link. THRUM_INVALID_ARGUMENT for a link that does not exist. */
+THRUM_API thrum_status thrum_scene_link_get(thrum_scene *scene, int32_t number,
+                                            thrum_scene_link *link, thrum_error *error);
+
 /* Energy and momentum of all bodies together. Without obstacles, held bodies, loads and pulls the
  * momenta are constant, gravity apart, and the total falls by what damping and contact take. */
 typedef struct thrum_scene_account {
   double kinetic, potential, gravity; /* sums over the bodies [J] */
   double contact;                     /* of the springs of obstacles and between bodies [J] */
-  double total;                       /* the sum of the four [J] */
+  double links;                       /* of the springs between places [J] */
+  double total;                       /* the sum of the five [J] */
   double momentum[3];                 /* of the free bodies [kg m/s] */
   double angular_momentum[3];         /* of the free bodies, about the world's origin [kg m^2/s] */
 } thrum_scene_account;

@@ -15,6 +15,7 @@
 #include "thrum/external_load.h"
 #include "thrum/kernel.h"
 #include "thrum/kernel_pass.h"
+#include "thrum/link.h"
 #include "thrum/model.h"
 #include "thrum/monitor.h"
 #include "thrum/polynomial.h"

@@ -128,10 +128,10 @@ static void look_at(thrum_contact_run *body) {
 }
 
 /* The square of the speed up to which a body counts as rigid: less where it vibrates, below 0 for
- * one that never does. */
+ * one that never does, as what is linked answers with what it is linked to. */
 static double limit_of(const thrum_contact_run *body) {
   const thrum_translation *way = body->environment->translation;
-  if (way == NULL)
+  if (way == NULL || body->linked)
     return -1.0;
   if (!isfinite(way->mass))
     return INFINITY;

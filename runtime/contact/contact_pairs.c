@@ -12,6 +12,7 @@
 
 #define PAIRS_MAGIC UINT64_C(0x7468726d70723031)
 #define DEF_COOKIE UINT32_C(0x70616972)
+#define LINKS_MAX 1024
 #define COUNT_MAX (INT64_C(1) << 62)
 #define THICKNESS 4e-3 /* of the smaller body's diagonal (docs/tuning.md) */
 
@@ -27,7 +28,7 @@ thrum_contact_pairs_def thrum_default_contact_pairs_def(void) {
 thrum_pairs_view thrum_pairs_view_of(const thrum_contact_pairs *pairs) {
   const int64_t member_max = pairs->member_max, vertex_max = pairs->vertex_max;
   const int64_t node_max = pairs->node_max, rank_max = pairs->rank_max;
-  const int64_t touch_max = pairs->touch_max;
+  const int64_t touch_max = pairs->touch_max, link_max = pairs->link_max;
   unsigned char *at = (unsigned char *)(uintptr_t)pairs + thrum_round_up(sizeof *pairs);
   thrum_pairs_view view;
 #define X(type, name, count)                                                                       \
@@ -41,7 +42,7 @@ thrum_pairs_view thrum_pairs_view_of(const thrum_contact_pairs *pairs) {
 static size_t bytes_of(const thrum_contact_pairs *pairs) {
   const int64_t member_max = pairs->member_max, vertex_max = pairs->vertex_max;
   const int64_t node_max = pairs->node_max, rank_max = pairs->rank_max;
-  const int64_t touch_max = pairs->touch_max;
+  const int64_t touch_max = pairs->touch_max, link_max = pairs->link_max;
   size_t size = thrum_round_up(sizeof *pairs);
 #define X(type, name, count) size += thrum_round_up((size_t)(count) * sizeof(type));
   THRUM_PAIRS_ARRAYS(X)
@@ -62,11 +63,13 @@ static thrum_status check_def(const thrum_contact_pairs_def *def, thrum_error *e
   // counts beyond these would overflow the offsets of the arrays
   if (!is_in(def->member_max, INT64_C(1) << 20) || !is_in(def->vertex_max, INT64_C(1) << 31) ||
       !is_in(def->node_max, INT64_C(1) << 31) || !is_in(def->rank_max, THRUM_RANK_MAX) ||
-      !is_in(def->touch_max, INT64_C(1) << 24) || def->sweeps_max < 1)
+      !is_in(def->touch_max, INT64_C(1) << 24) || !is_in(def->link_max + 1, LINKS_MAX + 1) ||
+      def->sweeps_max < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "member_max must be 1 to 2^20, vertex_max and node_max 1 to 2^31, "
-                           "rank_max 1 to %d, touch_max 1 to 2^24, sweeps_max at least 1",
-                           THRUM_RANK_MAX);
+                           "rank_max 1 to %d, touch_max 1 to 2^24, link_max 0 to %d, sweeps_max at "
+                           "least 1",
+                           THRUM_RANK_MAX, LINKS_MAX);
 
   // written so that NaN is refused as well
   if (!(def->thickness >= 0.0 && def->thickness <= THRUM_CONTACT_STIFFNESS_MAX) ||
@@ -89,6 +92,7 @@ static thrum_contact_pairs header_of(const thrum_contact_pairs_def *def) {
                                 .node_max = def->node_max,
                                 .rank_max = def->rank_max,
                                 .touch_max = def->touch_max,
+                                .link_max = def->link_max,
                                 .thickness = def->thickness,
                                 .friction = def->friction,
                                 .restitution = def->restitution,
@@ -260,7 +264,7 @@ bool thrum_pairs_is_same_def(const thrum_contact_pairs *a, const thrum_contact_p
   return a->magic == b->magic && a->bytes == b->bytes && a->kept_bytes == b->kept_bytes &&
          a->member_max == b->member_max && a->vertex_max == b->vertex_max &&
          a->node_max == b->node_max && a->rank_max == b->rank_max && a->touch_max == b->touch_max &&
-         a->thickness == b->thickness && a->friction == b->friction &&
+         a->link_max == b->link_max && a->thickness == b->thickness && a->friction == b->friction &&
          a->restitution == b->restitution && a->tolerance == b->tolerance &&
          a->sweeps_max == b->sweeps_max;
 }

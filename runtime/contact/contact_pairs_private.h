@@ -67,6 +67,32 @@ typedef struct thrum_pair_row {
   double position[3];  /* where the force acts [m] */
 } thrum_pair_row;
 
+/* One condition of a link, on one place or direction of either side: the displacements along
+ * `along` add up to the target less the compliance times the force (docs/links.md). */
+typedef struct thrum_link_row {
+  int32_t of[2];       /* 0 the place, 1 to 3 a direction */
+  double along[2][3];  /* what a unit of force is on either side */
+  double compliance;   /* [m/N] of places, [rad/(N m)] of directions; 0 of joints */
+  double target;       /* [m], [rad] */
+  double force;        /* [N], [N m] */
+  double displacement; /* in the step that was made [m], [rad] */
+} thrum_link_row;
+
+#define THRUM_LINK_ROWS 6
+#define THRUM_LINK_PLACES 4 /* a place and three directions */
+
+/* A link in a step in the making. */
+typedef struct thrum_link_run {
+  thrum_link *link;
+  int32_t row_count;                        /* 0: it has let go */
+  thrum_link_row rows[THRUM_LINK_ROWS];     /* the first ones */
+  double start[2][THRUM_LINK_PLACES][3];    /* arms about the centre of mass, and directions */
+  double end[2][THRUM_LINK_PLACES][3];      /* the same after the step */
+  double lever[2][THRUM_LINK_PLACES][3];    /* their means */
+  double velocity[2][THRUM_LINK_PLACES][3]; /* at the start [m/s], [1/s] */
+  double work[2];                           /* of the forces on either side in the step made [J] */
+} thrum_link_run;
+
 typedef double thrum_turn[3];
 
 /* A box along the axes of the world that holds points over the step [m]. */
@@ -94,7 +120,7 @@ struct thrum_contact_pairs {
   uint64_t magic;
   uint64_t bytes;
   uint64_t kept_bytes;
-  int64_t member_max, vertex_max, node_max, rank_max, touch_max;
+  int64_t member_max, vertex_max, node_max, rank_max, touch_max, link_max;
   double thickness, friction, restitution, tolerance;
   int64_t sweeps_max;
   thrum_pairs_history history;
@@ -123,7 +149,12 @@ struct thrum_contact_pairs {
   X(double, spheres, node_max * 7)   /* of nodes: middle, displacement, radius [m] */              \
   X(thrum_pair_box, boxes, node_max) /* of leaves */                                               \
   X(int32_t, sphere_known, node_max)                                                               \
-  X(thrum_pair_triangle, triangles, (node_max + member_max) * 2) /* at most two a node, and two */
+  X(thrum_pair_triangle, triangles, (node_max + member_max) * 2) /* at most two a node, and two */ \
+  X(thrum_link_run, links, link_max)                                                               \
+  X(double, link_basis, link_max * 24 * rank_max) /* rows of U of all places, as the body turns */ \
+  X(double, link_response, link_max *link_max * 36) /* of all conditions to all, as its factors */ \
+  X(double, link_room, link_max * 6)                                                               \
+  X(int32_t, link_pivots, link_max * 6)
 
 typedef struct thrum_pairs_view {
 #define X(type, name, count) type *name;
@@ -140,8 +171,10 @@ typedef struct thrum_pairs_run {
   int64_t count;
   thrum_pairs_view view;
   int64_t candidate_count, row_count;
+  int64_t link_count, link_rows; /* links, and their conditions that hold */
   bool moved; /* the search goes by displacements that were solved for, not those without contact */
   bool solved;           /* there are such */
+  bool closing;          /* touches keep their forces: the links alone are solved for */
   bool again;            /* an attempt has failed: forces have to be more exact */
   double struck, driven; /* lost in impacts of this step, and done by solids in them [J] */
   double flow;           /* that went through them: impulses times speeds before [J] */
@@ -208,6 +241,23 @@ double *thrum_pairs_basis(const thrum_pairs_run *run, const thrum_pair_row *row,
 /* contact_pairs_solve.c: solves all rows of the group with those of its members, and gathers their
  * loads. */
 void thrum_pairs_solve(thrum_pairs_run *run);
+
+/* contact_pairs_link.c: links as their bodies begin the step, and are predicted to end it. */
+void thrum_links_open(thrum_pairs_run *run, thrum_link *links, int64_t count);
+void thrum_links_aim(thrum_pairs_run *run);
+
+/* contact_pairs_link.c: the parts of a solve, as those of contact_solve.c: pushes with the forces
+ * that links have; solves all of them at once, and returns by how much they were off [m]; loads. */
+double thrum_links_begin(thrum_pairs_run *run);
+double thrum_links_solve(thrum_pairs_run *run);
+void thrum_links_gather(thrum_pairs_run *run);
+
+/* contact_pairs_link.c: looks at the step that was made, and aims by how it ended; returns by how
+ * much it left the conditions open, in parts of the bodies' size. */
+double thrum_links_look(thrum_pairs_run *run);
+
+/* contact_pairs_link.c: books the energy of the links. */
+void thrum_links_settle(thrum_pairs_run *run);
 
 /* contact_pairs_energy.c: did contact between the bodies give back no more than it had taken? */
 bool thrum_pairs_allowed(thrum_pairs_run *run);

@@ -102,6 +102,10 @@ static double begin_sweeps(thrum_pairs_run *run) {
     thrum_contact_row_force(&row->row, force);
     push(run, row, force);
   }
+  largest = fmax(largest, thrum_links_begin(run));
+
+  if (run->closing)
+    return largest;
 
   // touches that begin: a guess as if those of two bodies were one spring saves sweeps
   for (int64_t n = 0; n < run->count; n++)
@@ -118,7 +122,9 @@ static double sweep(thrum_pairs_run *run) {
       change = fmax(change, thrum_contact_sweep(run->view.runs + n));
   for (int64_t n = 0; n < run->row_count; n++)
     change = fmax(change, solve_row(run, run->view.rows + n));
-  return change;
+
+  // links last, so that a sweep leaves them closed
+  return fmax(change, thrum_links_solve(run));
 }
 
 /* Where the force of a row acts: halfway between its points, halfway through the step. */
@@ -157,6 +163,7 @@ static void gather(thrum_pairs_run *run) {
       thrum_point_load(body, thrum_pairs_basis(run, row, side), lever, force);
     }
   }
+  thrum_links_gather(run);
 }
 
 /* Do forces have to be more exact: has an attempt failed, or are surfaces pressed deep? */
@@ -173,7 +180,8 @@ void thrum_pairs_solve(thrum_pairs_run *run) {
   const int64_t most = is_hard(run) ? HARDER * pairs->sweeps_max : pairs->sweeps_max;
   for (int64_t n = 0; n < most; n++) {
     run->history->sweeps++;
-    if (!(sweep(run) > pairs->tolerance * largest))
+    const double change = run->closing ? thrum_links_solve(run) : sweep(run);
+    if (!(change > pairs->tolerance * largest))
       break;
   }
   gather(run);

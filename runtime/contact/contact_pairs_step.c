@@ -17,7 +17,12 @@
 
 #define SEARCHES_MAX 4
 #define TURNS_MAX 4
-#define TURNED 0.1  /* thicknesses by which rotations may differ from those of the levers */
+#define TURNED 0.1      /* thicknesses by which rotations may differ from those of the levers */
+#define CLOSED 1e-14    /* of the bodies' size: links that a step leaves so far open are closed */
+#define LINKED 1e-10    /* tolerance of the steps of bodies that are linked, at most */
+#define CLOSINGS_MAX 12 /* steps to close the links of one */
+#define NARROW 1e-10    /* the same, up to which corrections go on whatever the last one did */
+#define CLOSING 0.5     /* share that a correction leaves at most; else the steps are not exact */
 #define MISSED 0.25 /* thicknesses by which a solve may move a body further before a new search */
 
 /* The first attempt, shifted ones, one without release, one without contact (contact_step.c). */
@@ -96,8 +101,37 @@ int32_t thrum_contact_pairs_near(const thrum_skin_bound *a, const thrum_skin_bou
 
 /* --- opening ---------------------------------------------------------------------------------- */
 
+/* What a member without a skin has none of. */
+static int64_t vertices_of(const thrum_contact_member *member) {
+  return member->skin ? member->skin->vertex_count : 0;
+}
+
+static int64_t nodes_of(const thrum_contact_member *member) {
+  return member->skin ? member->skin->node_count : 0;
+}
+
+/* Refuses links of members that are none. */
+static thrum_status check_links(const thrum_contact_pairs *pairs, int64_t count,
+                                const thrum_contact_links *links, thrum_error *error) {
+  if (links->count < 0 || links->count > pairs->link_max ||
+      (links->links == NULL && links->count > 0))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%lld links are to step together; there is room for 0 to %lld",
+                           (long long)links->count, (long long)pairs->link_max);
+  for (int64_t n = 0; n < 2 * links->count; n++) {
+    const thrum_link *link = links->links + n / 2;
+    const thrum_link_side *side = link->sides + n % 2;
+    if (side->member < 0 || side->member >= count || side->rest == NULL ||
+        link->sides[0].member == link->sides[1].member)
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "link %lld is not of two of the members, or lacks a part",
+                             (long long)n / 2);
+  }
+  return THRUM_OK;
+}
+
 static thrum_status check(const thrum_contact_pairs *pairs, const thrum_contact_member *members,
-                          int64_t count, thrum_error *error) {
+                          int64_t count, const thrum_contact_links *links, thrum_error *error) {
   int64_t vertices = 0, nodes = 0;
   if (!pairs || !members || count < 1 || count > pairs->member_max)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -106,19 +140,19 @@ static thrum_status check(const thrum_contact_pairs *pairs, const thrum_contact_
   for (int64_t n = 0; n < count; n++) {
     const thrum_contact_member *member = members + n;
     const bool whole = member->model && member->state && member->contact && member->environment;
-    if (!member->skin || (!whole && !member->solid))
+    if ((!member->skin && !links) || (!whole && !member->solid))
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "member %lld lacks a part",
                              (long long)n);
-    if (member->skin->rank != (member->solid ? 0 : member->model->rank) ||
-        member->skin->rank > pairs->rank_max)
+    const int64_t rank = member->solid ? 0 : member->model->rank;
+    if ((member->skin && member->skin->rank != rank) || rank > pairs->rank_max)
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "the skin of member %lld is of another rank, or beyond rank_max",
                              (long long)n);
     if (member->number < 0 || (n > 0 && member->number <= members[n - 1].number))
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "the numbers of the members must ascend from 0");
-    vertices += member->skin->vertex_count;
-    nodes += member->skin->node_count;
+    vertices += vertices_of(member);
+    nodes += nodes_of(member);
   }
   if (vertices > pairs->vertex_max || nodes > pairs->node_max)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -126,7 +160,7 @@ static thrum_status check(const thrum_contact_pairs *pairs, const thrum_contact_
                            "room for %lld and %lld",
                            (long long)vertices, (long long)nodes, (long long)pairs->vertex_max,
                            (long long)pairs->node_max);
-  return THRUM_OK;
+  return links ? check_links(pairs, count, links, error) : THRUM_OK;
 }
 
 /* A member fails: it keeps what it had, and the others go on without it. */
@@ -149,8 +183,8 @@ static void open_all(thrum_pairs_run *run, thrum_status *first, thrum_error *err
     thrum_error detail = {0};
 
     // members that fail keep their numbers, so that those of the others stay
-    run->view.first_vertex[n + 1] = run->view.first_vertex[n] + member->skin->vertex_count;
-    run->view.first_node[n + 1] = run->view.first_node[n] + member->skin->node_count;
+    run->view.first_vertex[n + 1] = run->view.first_vertex[n] + vertices_of(member);
+    run->view.first_node[n + 1] = run->view.first_node[n] + nodes_of(member);
     member->status = THRUM_OK;
     run->view.runs[n].contact = NULL;
     if (member->solid != NULL)
@@ -210,7 +244,7 @@ static void prepare_all(thrum_pairs_run *run, thrum_status *first, thrum_error *
 static bool has_missed(const thrum_pairs_run *run) {
   for (int64_t n = 0; n < run->count; n++) {
     const thrum_contact_run *body = run->view.runs + n;
-    if (run->members[n].status < 0)
+    if (run->members[n].status < 0 || run->members[n].skin == NULL)
       continue;
     const thrum_skin *skin = run->members[n].skin;
     const thrum_skin_view view = thrum_skin_view_of(skin);
@@ -238,7 +272,7 @@ static double turned_since(const thrum_pairs_run *run, double (*before)[3]) {
   for (int64_t n = 0; n < run->count; n++) {
     const thrum_contact_run *body = run->view.runs + n;
     double off[3];
-    if (run->members[n].status < 0)
+    if (run->members[n].status < 0 || run->members[n].skin == NULL)
       continue;
     thrum_subtract3(body->turned, before[n], off);
     most = fmax(most,
@@ -308,6 +342,7 @@ static void find_with_impacts(thrum_pairs_run *run, thrum_status *first, thrum_e
 
 /* Finds what touches and solves, until no solve leads to new touches. */
 static void find_and_solve(thrum_pairs_run *run) {
+  thrum_links_aim(run);
   solve(run);
   for (int n = 1; n < SEARCHES_MAX && run->row_count > 0 && has_missed(run); n++) {
     run->moved = true;
@@ -316,6 +351,19 @@ static void find_and_solve(thrum_pairs_run *run) {
       return;
     solve(run);
   }
+}
+
+/* Steps a member. What is linked is solved for to a tolerance that a joint can be closed with, as
+ * the same forces have to lead to the same end. */
+static thrum_status step_member(const thrum_pairs_run *run, int64_t n, thrum_error *error) {
+  const thrum_contact_member *member = run->members + n;
+  thrum_state_def *def = &member->state->def;
+  const double own = def->tolerance;
+  if (run->view.runs[n].linked && !(own > 0.0 && own < LINKED))
+    def->tolerance = LINKED;
+  const thrum_status status = thrum_step(member->model, member->state, error);
+  def->tolerance = own;
+  return status;
 }
 
 /* Steps all members under the loads that were solved for; false where one failed. */
@@ -329,7 +377,7 @@ static bool step_all(thrum_pairs_run *run, thrum_status *first, thrum_error *err
     if (!thrum_pairs_steps(run, n))
       continue;
     thrum_status status = thrum_contact_apply(run->view.runs + n, &detail);
-    THRUM_THEN(status, thrum_step(member->model, member->state, &detail));
+    THRUM_THEN(status, step_member(run, n, &detail));
     member->status = status;
     if (status >= 0)
       continue;
@@ -337,6 +385,33 @@ static bool step_all(thrum_pairs_run *run, thrum_status *first, thrum_error *err
     fail(member, status, &detail, first, error);
   }
   return done;
+}
+
+/* Steps all members until the links are closed as far as the steps themselves are exact: each time
+ * the forces are corrected by how the step before ended. */
+static bool step_closed(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
+  double before = INFINITY;
+  for (int n = 1;; n++) {
+    if (!step_all(run, first, error))
+      return false;
+    if (run->link_count == 0)
+      return true;
+    const double open = thrum_links_look(run);
+    if (open <= CLOSED || n == CLOSINGS_MAX || (open <= NARROW && !(open < CLOSING * before)))
+      return true;
+
+    // back to the start
+    before = open;
+    for (int64_t m = 0; m < run->count; m++)
+      if (thrum_pairs_steps(run, m))
+        thrum_contact_return(run->view.runs + m);
+
+    // after the first time touches have their forces: sweeps end within a tolerance, which would
+    // leave the links open
+    run->closing = n > 1;
+    solve(run);
+    run->closing = false;
+  }
 }
 
 static bool is_allowed(thrum_pairs_run *run) {
@@ -385,7 +460,7 @@ static bool try_all(thrum_pairs_run *run, thrum_status *first, thrum_error *erro
   for (int attempt = ATTEMPT_FIRST;; attempt++) {
     if (attempt != ATTEMPT_FIRST)
       again(run, attempt);
-    if (!step_all(run, first, error))
+    if (!step_closed(run, first, error))
       return false;
     if (attempt == ATTEMPT_WITHOUT)
       return true;
@@ -395,9 +470,12 @@ static bool try_all(thrum_pairs_run *run, thrum_status *first, thrum_error *erro
 }
 
 /* Steps a group from the start, and books what it did. */
-static thrum_status step_group(thrum_pairs_run *run, thrum_error *error) {
+static thrum_status step_group(thrum_pairs_run *run, const thrum_contact_links *links,
+                               thrum_error *error) {
   thrum_status status = THRUM_OK;
   open_all(run, &status, error);
+  if (links != NULL)
+    thrum_links_open(run, links->links, links->count);
 
   // a member that fails leaves the group, and the others start again
   while (!try_all(run, &status, error))
@@ -407,6 +485,7 @@ static thrum_status step_group(thrum_pairs_run *run, thrum_error *error) {
 
   // books the energies, then moves each body as a whole
   thrum_pairs_settle(run);
+  thrum_links_settle(run);
   for (int64_t n = 0; n < run->count; n++) {
     const thrum_status of = run->members[n].status;
     if (!thrum_pairs_steps(run, n))
@@ -420,13 +499,13 @@ static thrum_status step_group(thrum_pairs_run *run, thrum_error *error) {
 
 thrum_status thrum_contact_pairs_step(thrum_contact_pairs *pairs, thrum_contact_member *members,
                                       int64_t count, thrum_error *error) {
-  THRUM_TRY(check(pairs, members, count, error));
+  THRUM_TRY(check(pairs, members, count, NULL, error));
   thrum_pairs_run run = {.pairs = pairs,
                          .history = &pairs->history,
                          .members = members,
                          .count = count,
                          .view = thrum_pairs_view_of(pairs)};
-  return step_group(&run, error);
+  return step_group(&run, NULL, error);
 }
 
 /* --- groups that step at once ----------------------------------------------------------------- */
@@ -445,13 +524,14 @@ static void fill_group(const thrum_pairs_run *run, const thrum_pairs_history *be
 thrum_status thrum_contact_pairs_step_beside(const thrum_contact_pairs *pairs,
                                              thrum_contact_pairs *room, int64_t group_count,
                                              thrum_contact_member *members, int64_t count,
+                                             const thrum_contact_links *links,
                                              thrum_contact_group *group, thrum_error *error) {
   if (!pairs || !group || group_count < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a group that steps beside others needs pairs, a place for what it did, "
                            "and at least 1 group");
   *group = (thrum_contact_group){.room = NULL};
-  THRUM_TRY(check(room, members, count, error));
+  THRUM_TRY(check(room, members, count, links, error));
   if (!thrum_pairs_is_same_def(pairs, room))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the room of a group is of contact between bodies of another def");
@@ -470,7 +550,7 @@ thrum_status thrum_contact_pairs_step_beside(const thrum_contact_pairs *pairs,
 
   // touches go on from those of all groups, and are kept behind those of this room's other groups
   run.view.before = thrum_pairs_view_of(pairs).before;
-  const thrum_status status = step_group(&run, error);
+  const thrum_status status = step_group(&run, links, error);
   room->filled += history.touch_count;
   fill_group(&run, &began, group);
   return status;

@@ -22,9 +22,8 @@ static void gather_own(const thrum_contact_run *run, const double *rows, const d
       u[axis] += rows[axis * rank + i] * x[i];
 }
 
-/* out = axes rows x */
-static void gather(const thrum_contact_run *run, const double *rows, const double *x,
-                   double out[3]) {
+void thrum_point_shape(const thrum_contact_run *run, const double *rows, const double *x,
+                       double out[3]) {
   double u[3];
   gather_own(run, rows, x, u);
   thrum_apply3(run->axes, u, out);
@@ -44,7 +43,7 @@ void thrum_point_start(const thrum_contact_run *run, const double *rows, const d
                        double x[3]) {
   double u[3];
   thrum_point_rest(run, rest, x);
-  gather(run, rows, run->view.q, u);
+  thrum_point_shape(run, rows, run->view.q, u);
   for (int axis = 0; axis < 3; axis++)
     x[axis] += u[axis];
 }
@@ -95,20 +94,27 @@ void thrum_point_velocity(const thrum_contact_run *run, const double *rows, cons
                           double velocity[3]) {
   static const double zero[3] = {0.0, 0.0, 0.0};
   const thrum_translation *translation = run->environment->translation;
-  gather(run, rows, run->view.p, velocity);
+  thrum_point_shape(run, rows, run->view.p, velocity);
   add_whole(translation ? translation->velocity : zero, run->spin, arm, velocity);
 }
 
 void thrum_point_unloaded(const thrum_contact_run *run, const double *rows, const double lever[3],
                           double out[3]) {
-  gather(run, rows, run->view.unloaded, out);
+  thrum_point_shape(run, rows, run->view.unloaded, out);
   add_whole(run->unloaded, run->unloaded_turn, lever, out);
 }
 
 void thrum_point_moved(const thrum_contact_run *run, const double *rows, const double lever[3],
                        const double *d, double out[3]) {
-  gather(run, rows, d, out);
+  thrum_point_shape(run, rows, d, out);
   add_whole(run->moved, run->turned, lever, out);
+}
+
+void thrum_direction_moved(const thrum_contact_run *run, const double *rows, const double lever[3],
+                           const double *d, double out[3]) {
+  static const double zero[3] = {0.0, 0.0, 0.0};
+  thrum_point_shape(run, rows, d, out);
+  add_whole(zero, run->turned, lever, out);
 }
 
 double thrum_point_since(const double at[3], double seen[3]) {
@@ -117,8 +123,8 @@ double thrum_point_since(const double at[3], double seen[3]) {
   return sqrt(thrum_dot3(off, off));
 }
 
-void thrum_point_push(thrum_contact_run *run, const double *rows, const double lever[3],
-                      const double force[3]) {
+void thrum_direction_push(thrum_contact_run *run, const double *rows, const double lever[3],
+                          const double force[3]) {
   const int64_t rank = run->contact->rank;
   double own[3], torque[3], turned[3];
   thrum_apply3_transposed(run->axes, force, own);
@@ -127,24 +133,34 @@ void thrum_point_push(thrum_contact_run *run, const double *rows, const double l
                                                   rows[2 * rank + i] * own[2]);
   thrum_cross3(lever, force, torque);
   thrum_apply3(run->turn_weight, torque, turned);
-  for (int axis = 0; axis < 3; axis++) {
-    run->moved[axis] += run->mass_weight * force[axis];
+  for (int axis = 0; axis < 3; axis++)
     run->turned[axis] += turned[axis];
-  }
 }
 
-void thrum_point_load(thrum_contact_run *run, const double *rows, const double lever[3],
+void thrum_point_push(thrum_contact_run *run, const double *rows, const double lever[3],
                       const double force[3]) {
+  thrum_direction_push(run, rows, lever, force);
+  for (int axis = 0; axis < 3; axis++)
+    run->moved[axis] += run->mass_weight * force[axis];
+}
+
+void thrum_direction_load(thrum_contact_run *run, const double *rows, const double lever[3],
+                          const double force[3]) {
   const int64_t rank = run->contact->rank;
   double own[3], torque[3];
   thrum_apply3_transposed(run->axes, force, own);
   for (int64_t i = 0; i < rank; i++)
     run->view.load[i] += rows[i] * own[0] + rows[rank + i] * own[1] + rows[2 * rank + i] * own[2];
   thrum_cross3(lever, force, torque);
-  for (int axis = 0; axis < 3; axis++) {
-    run->force[axis] += force[axis];
+  for (int axis = 0; axis < 3; axis++)
     run->torque[axis] += torque[axis];
-  }
+}
+
+void thrum_point_load(thrum_contact_run *run, const double *rows, const double lever[3],
+                      const double force[3]) {
+  thrum_direction_load(run, rows, lever, force);
+  for (int axis = 0; axis < 3; axis++)
+    run->force[axis] += force[axis];
 }
 
 /* response += [lever]^T turn_weight [lever], of the rotation. */

@@ -10,6 +10,10 @@
 /* The rows of U of point `point` of the contact. */
 const double *thrum_point_rows(const thrum_contact_run *run, int64_t point);
 
+/* What coordinates x (rank) make of the rows of a point, in the world: axes rows x. */
+void thrum_point_shape(const thrum_contact_run *run, const double *rows, const double *x,
+                       double out[3]);
+
 /* Position of the point `rest` of the mesh in the world with q = 0 [m]. */
 void thrum_point_rest(const thrum_contact_run *run, const double rest[3], double x[3]);
 
@@ -54,6 +58,15 @@ void thrum_point_push(thrum_contact_run *run, const double *rows, const double l
 /* Adds a mean force on the point [N] to the load of the step. */
 void thrum_point_load(thrum_contact_run *run, const double *rows, const double lever[3],
                       const double force[3]);
+
+/* The same three of a direction, which turns with the body and has no place: without what moves the
+ * body as a whole along. */
+void thrum_direction_moved(const thrum_contact_run *run, const double *rows, const double lever[3],
+                           const double *d, double out[3]);
+void thrum_direction_push(thrum_contact_run *run, const double *rows, const double lever[3],
+                          const double force[3]);
+void thrum_direction_load(thrum_contact_run *run, const double *rows, const double lever[3],
+                          const double force[3]);
 
 /* Distance of a point from where it was seen last [m]; `seen` becomes `at`. */
 double thrum_point_since(const double at[3], double seen[3]);

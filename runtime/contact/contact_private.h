@@ -170,6 +170,7 @@ typedef struct thrum_contact_run {
   const thrum_contact_environment *environment;
   thrum_contact_view view;
   double dt;
+  bool linked;               /* to another body or to the world */
   double axes[9], origin[3]; /* of the placement, the translation included in the origin */
   double mass_weight;        /* h^2/2 over the mass, 0 for a body that is held [m/N] */
   double unloaded[3];        /* displacement of the translation without contact and pulls [m] */
@@ -228,7 +229,9 @@ thrum_status thrum_contact_apply(thrum_contact_run *run, thrum_error *error);
  * rounding? */
 bool thrum_contact_allowed(thrum_contact_run *run);
 
-/* contact_step.c: back to the start of the step, with a prediction corrected by how it ended. */
+/* contact_step.c: back to the start of the step, with a prediction corrected by how it ended;
+ * `again` counts it as another attempt. */
+void thrum_contact_return(thrum_contact_run *run);
 void thrum_contact_again(thrum_contact_run *run);
 
 /* contact_step.c: books the energy of the step, and moves the body as a whole. */

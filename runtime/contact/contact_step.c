@@ -218,7 +218,7 @@ bool thrum_contact_allowed(thrum_contact_run *run) {
   return left >= -ROUNDING * (contact->flow + thrum_contact_flow(run));
 }
 
-void thrum_contact_again(thrum_contact_run *run) {
+void thrum_contact_return(thrum_contact_run *run) {
   const double *q = thrum_state_view_of(run->state).q;
 
   // the part of the step that the prediction did not see
@@ -228,6 +228,10 @@ void thrum_contact_again(thrum_contact_run *run) {
     run->unloaded_turn[axis] += run->turned[axis] - run->foreseen[axis];
 
   memcpy(run->state, run->view.snapshot, (size_t)run->contact->state_bytes);
+}
+
+void thrum_contact_again(thrum_contact_run *run) {
+  thrum_contact_return(run);
   run->contact->redone++;
 }
 

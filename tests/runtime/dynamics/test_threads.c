@@ -266,9 +266,9 @@ static void free_falls(falls *f) {
 static void *step_fall(void *context) {
   fall *own = context;
   falls *f = own->of;
-  own->status =
-      thrum_contact_pairs_step_beside(f->rooms[0], f->rooms[own->room], GROUPS,
-                                      f->members[own->group], 2, f->groups + own->group, NULL);
+  own->status = thrum_contact_pairs_step_beside(f->rooms[0], f->rooms[own->room], GROUPS,
+                                                f->members[own->group], 2, NULL,
+                                                f->groups + own->group, NULL);
   return NULL;
 }
 
@@ -341,12 +341,12 @@ static void a_group_beside_others_needs_a_room_of_the_same_def(void **context) {
   thrum_contact_pairs *pairs = f.rooms[0];
   thrum_contact_group group = {.first_touch = 7};
   const thrum_status wrong[] = {
-      thrum_contact_pairs_step_beside(NULL, pairs, 1, f.members[0], 2, &group, NULL),
-      thrum_contact_pairs_step_beside(pairs, NULL, 1, f.members[0], 2, &group, NULL),
-      thrum_contact_pairs_step_beside(pairs, pairs, 0, f.members[0], 2, &group, NULL),
-      thrum_contact_pairs_step_beside(pairs, pairs, 1, f.members[0], 2, NULL, NULL),
-      thrum_contact_pairs_step_beside(pairs, pairs, 1, f.members[0], 3, &group, NULL),
-      thrum_contact_pairs_step_beside(pairs, other, 1, f.members[0], 2, &group, NULL)};
+      thrum_contact_pairs_step_beside(NULL, pairs, 1, f.members[0], 2, NULL, &group, NULL),
+      thrum_contact_pairs_step_beside(pairs, NULL, 1, f.members[0], 2, NULL, &group, NULL),
+      thrum_contact_pairs_step_beside(pairs, pairs, 0, f.members[0], 2, NULL, &group, NULL),
+      thrum_contact_pairs_step_beside(pairs, pairs, 1, f.members[0], 2, NULL, NULL, NULL),
+      thrum_contact_pairs_step_beside(pairs, pairs, 1, f.members[0], 3, NULL, &group, NULL),
+      thrum_contact_pairs_step_beside(pairs, other, 1, f.members[0], 2, NULL, &group, NULL)};
   for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++)
     assert_int_equal(wrong[n], THRUM_INVALID_ARGUMENT);
   assert_true(group.room == NULL && f.bodies[0].translation.position[2] == 0.02);
