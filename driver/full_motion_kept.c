@@ -22,7 +22,7 @@ static uint64_t hash_numbers(uint64_t hash, const double *values, int64_t count)
   return hash_bytes(hash, values, (size_t)count * sizeof *values);
 }
 
-/* The hash of the body: mesh, materials, what is held, mass. */
+/* The hash of the body: mesh, materials and their law, what is held, mass. */
 static uint64_t hash_body(const thrum_model *model, int mass) {
   const size_t tets = (size_t)model->tet_count, vertices = (size_t)model->vertex_count;
   uint64_t hash = hash_numbers(0, model->vertices, 3 * model->vertex_count);
@@ -33,6 +33,8 @@ static uint64_t hash_body(const thrum_model *model, int mass) {
   hash = hash_numbers(hash, model->material, 3 * model->region_count);
   if (model->fixed != NULL)
     hash = hash_bytes(hash, model->fixed, vertices);
+  if (model->point_law)
+    hash = hash_bytes(hash, model->point_law, (size_t)model->law_bytes);
   return hash_bytes(hash, &mass, sizeof mass);
 }
 

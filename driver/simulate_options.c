@@ -82,7 +82,7 @@ static const config_option options[] = {
     OPTION_SWITCH("monitor", "on",
                   "warn of compression, inversion and displacement beyond what the model can be "
                   "believed for; changes no result",
-                  AT(monitor)),
+                  AT(monitor), .given = offsetof(simulate_request, monitor_given)),
 
     OPTION_GROUP(solver_options, "the integrators", AT(def)),
     OPTION_HEADING("the full order"),
@@ -207,6 +207,8 @@ static int check_full(simulate_request *request) {
     return config_usage("simulate", "--stress is of a reduced model; leave it out with --full");
   if (request->condense > 0)
     return config_usage("simulate", "--condense is of a reduced model; leave it out with --full");
+  if (request->monitor_given && request->monitor)
+    return config_usage("simulate", "--monitor is of a reduced model; leave it out with --full");
   request->monitor = false;
   return COMMAND_DONE;
 }

@@ -36,7 +36,8 @@ typedef struct simulate_request {
   start_spec *starts; /* the same */
   bool stress;        /* von Mises in all tets */
   bool monitor;       /* default: where there is a mesh */
-  int64_t threads;    /* of a scene */
+  bool monitor_given;
+  int64_t threads; /* of a scene */
   bool json;
   bool quiet;
   config_file file; /* of --options; the texts above may point into it */

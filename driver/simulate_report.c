@@ -342,6 +342,18 @@ static void print_work(const simulate_figures *figures) {
     printf("%.6g J dissipated\n", figures->dissipated);
 }
 
+/* The law of the unreduced mesh, and how much of it has flowed. */
+static void print_material(const simulate_figures *figures) {
+  const simulate_request *request = figures->request;
+  const thrum_law law = law_of_run(request->law_given, request->law, figures->model);
+  printf("material     %s", thrum_law_name(law));
+  if (isinf(request->plastic.yield))
+    puts(", which does not flow");
+  else
+    printf(", flows beyond a strain of %g: %.6g J taken by the flow, plastic strain up to %.3g\n",
+           request->plastic.yield, figures->full.plastic_work, figures->plastic_strain);
+}
+
 void simulate_report_table(const simulate_figures *figures, const run_output *output,
                            const simulate_measures *measures) {
   const thrum_state_report *report = &figures->report;
@@ -358,6 +370,8 @@ void simulate_report_table(const simulate_figures *figures, const run_output *ou
   }
   puts("");
 
+  if (request->full)
+    print_material(figures);
   if (figures->masters > 0)
     print_condensed(figures);
 

@@ -57,7 +57,8 @@ static thrum_status fill_forces(const static_request *request, const thrum_model
 static thrum_status look_whole(const static_answer *answer, static_belief *belief,
                                thrum_error *error) {
   const thrum_model *model = answer->model;
-  const thrum_full_def def = thrum_default_full_def();
+  thrum_full_def def = thrum_default_full_def();
+  def.law = thrum_law_of_model(model);
   const double found = answer->report.energy + answer->report.load_energy;
   thrum_full *body = NULL;
   double undone = 0;

@@ -147,6 +147,10 @@ thrum_status thrum_full_undone(thrum_full *full, const double *forces, double *e
 thrum_full_energies thrum_full_energy(const thrum_full *full);
 thrum_full_report thrum_full_report_get(const thrum_full *full);
 
+/* The body as if nothing had flowed: no plastic strain and no plastic work. Displacement, velocity
+ * and load stay; the strain energy is that of an elastic body there. */
+void thrum_full_clear_plastic(thrum_full *full);
+
 /* The largest plastic strain of all points, as thrum_plastic_strain; 0 where nothing flows. */
 double thrum_full_plastic_strain(const thrum_full *full);
 

@@ -12,7 +12,10 @@
 #include "precompute/fem/fem_tet.h"
 #include "precompute/full/full_private.h"
 
-enum { HALVINGS_MAX = 12 }; // of what flows, until it takes energy and stays within its bound
+enum {
+  HALVINGS_MAX = 12, // of what flows, until it takes energy
+  BOUND_MAX = 64     // the same until it stays within its bound, beyond which nothing is left
+};
 
 static int64_t point_count(const thrum_full *full) {
   const thrum_fem *fem = full_elastic(full);
@@ -55,6 +58,24 @@ static double strain_of(const double *plastic) {
   return thrum_plastic_strain(matrix);
 }
 
+/* The flow that stays within the bound, from `*share` of what the rule asks for on, and where it
+ * takes the point; false where there is none. */
+static bool flow_within(const thrum_plastic *material, double dt, thrum_tet *tet,
+                        double before[3][3], double *share, double flowed[3][3]) {
+  if (!thrum_plastic_flow(material, dt, tet->displacement, before, *share, flowed))
+    return false;
+  if (isinf(material->largest))
+    return true;
+
+  // a strain that is beyond it may become less
+  const double most = fmax(material->largest, thrum_plastic_strain(before));
+  for (int k = 0; k < BOUND_MAX && thrum_plastic_strain(flowed) > most; k++) {
+    *share *= 0.5;
+    thrum_plastic_flow(material, dt, tet->displacement, before, *share, flowed);
+  }
+  return thrum_plastic_strain(flowed) <= most;
+}
+
 /* The flow at one point; whether there was any. */
 static bool flow_at(thrum_full *full, double dt, int64_t t, int p) {
   const thrum_fem *fem = full_elastic(full);
@@ -64,19 +85,17 @@ static bool flow_at(thrum_full *full, double dt, int64_t t, int p) {
   thrum_tet tet, after;
   thrum_tet_place(fem, t, p, full->place, &tet);
 
-  // less of it where the energy would rise, or where it would go beyond its bound
+  // less of it where the energy would rise
   for (int k = 0; k < HALVINGS_MAX; k++, share *= 0.5) {
-    if (!thrum_plastic_flow(&full->def.plastic, dt, tet.displacement, before, share, flowed))
-      return false;
+    if (!flow_within(&full->def.plastic, dt, &tet, before, &share, flowed))
+      break;
 
     // most points are within the yield, so the energy before it is taken where there is a flow
     if (k == 0)
       thrum_tet_deform(fem, t, p, full->place, &tet);
     memcpy(plastic, flowed, sizeof flowed);
     thrum_tet_deform(fem, t, p, full->place, &after);
-    const double strain = thrum_plastic_strain(flowed);
-    if (after.energy <= tet.energy &&
-        (strain <= full->def.plastic.largest || strain <= thrum_plastic_strain(before))) {
+    if (after.energy <= tet.energy) {
       full->plastic_work += tet.energy - after.energy;
       return true;
     }
@@ -84,6 +103,16 @@ static bool flow_at(thrum_full *full, double dt, int64_t t, int p) {
 
   memcpy(plastic, before, sizeof before);
   return false;
+}
+
+void thrum_full_clear_plastic(thrum_full *full) {
+  full->plastic_work = 0;
+  if (!full->plastic)
+    return;
+  memset(full->plastic, 0, (size_t)(9 * point_count(full)) * sizeof(double));
+
+  // forces have changed, and accelerations with them
+  full->fresh = true;
 }
 
 void full_plastic_flow(thrum_full *full, double dt) {

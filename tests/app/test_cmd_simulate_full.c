@@ -169,6 +169,16 @@ static void plastic_flow_is_in_the_balance_of_energy(void **state) {
   assert_true(fabs(json_value(work, "balance_j")) <= 1e-9 * load);
   assert_true(json_value(full, "plastic_strain") > 0.001);
 
+  // the table says it too, and a monitor of reduced coordinates is refused
+  program_result run = thrum_run(folder, "simulate", "beam.npz", "--full", "--yield", "0.01",
+                                 "--time", "0.01", "-q", "-o", "table", NULL);
+  assert_non_null(strstr(run.out, "material     stvk, flows beyond a strain of 0.01: 0 J taken"));
+  program_result_free(&run);
+  run = thrum_run(folder, "simulate", "beam.npz", "--full", "--monitor", "on", "-o", "none", NULL);
+  assert_int_equal(run.exit_code, 2);
+  assert_non_null(strstr(run.err, "--monitor is of a reduced model"));
+  program_result_free(&run);
+
   // 100 rows of free motion, whose loss to the flow is no drift
   assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(object, "drift")));
   cJSON_Delete(object);
