@@ -10,6 +10,7 @@
 #include "app/cmd.h"
 #include "app/results.h"
 #include "app/tradeoff_commands.h"
+#include "app/tradeoff_jobs.h"
 #include "app/tradeoff_options.h"
 #include "config/message.h"
 #include "config/progress.h"
@@ -38,7 +39,9 @@ typedef struct trade {
   tradeoff_commands commands;
   char wanted[160];
   config_progress progress;
-  load_spec own; /* the default load of a model by name */
+  tradeoff_jobs jobs; /* that are collected; zeroed: none */
+  cJSON *missing;     /* names of those that are not there; NULL: nothing is collected */
+  load_spec own;      /* the default load of a model by name */
   char own_text[128];
 } trade;
 
@@ -206,6 +209,17 @@ static void add_full(cJSON *object, const trade *t) {
   json_number(full, "mesh_error", t->result.mesh_error);
 }
 
+/* The object that begins with how it ended, and says which jobs it lacks. */
+static cJSON *report(const trade *t) {
+  const bool whole = cJSON_GetArraySize(t->missing) == 0;
+  cJSON *object = json_report("tradeoff", !whole          ? "incomplete"
+                                          : t->chosen < 0 ? "flagged"
+                                                          : "done");
+  if (!whole)
+    cJSON_AddItemToObject(object, "missing_jobs", cJSON_Duplicate(t->missing, true));
+  return object;
+}
+
 static thrum_status write_files(const trade *t, thrum_error *error) {
   const char *folder = t->request->output;
   thrum_file_writer writer = {NULL, NULL, NULL};
@@ -214,7 +228,7 @@ static thrum_status write_files(const trade *t, thrum_error *error) {
   THRUM_TRY(thrum_file_writer_commit(&writer, error));
 
   // the page also says what was wanted and which row of the table is recommended
-  cJSON *about = json_report("tradeoff", t->chosen < 0 ? "flagged" : "done");
+  cJSON *about = report(t);
   results_add_machine(about);
   add_full(about, t);
   cJSON_AddStringToObject(about, "wanted", t->wanted);
@@ -281,7 +295,7 @@ static void add_tests(cJSON *object, const trade *t) {
 
 static void print_json(const trade *t) {
   const tradeoff_request *request = t->request;
-  cJSON *object = json_report("tradeoff", t->chosen < 0 ? "flagged" : "done");
+  cJSON *object = report(t);
   json_string(object, "model", request->model_path);
   results_add_machine(object);
   json_string(object, "output", request->output);
@@ -350,7 +364,7 @@ static void print_tests(const trade *t) {
     if (isfinite(t->result.test_error[n]))
       printf(" %8.3g %%", 100 * t->result.test_error[n]);
     else
-      printf(" %10s", "lost");
+      printf(" %10s", t->jobs.missed[t->jobs.recipe_count + n] ? "not run" : "lost");
     if (isfinite(t->result.test_own_error[n]))
       printf(" under a load that was in no training; own basis %.3g %%",
              100 * t->result.test_own_error[n]);
@@ -434,7 +448,8 @@ static void say_wanted(trade *t) {
            budget);
 }
 
-static thrum_status run_trade(trade *t, thrum_error *error) {
+/* What is to be compared, from the request. */
+static thrum_status prepare(trade *t, thrum_error *error) {
   const tradeoff_request *request = t->request;
   THRUM_TRY(folder_make(request->output, error));
   THRUM_TRY(mesh_model_load(request->model_path, &request->mesh_def, request->quiet, &t->model,
@@ -445,13 +460,28 @@ static thrum_status run_trade(trade *t, thrum_error *error) {
   find_modes(t);
   fill_problem(t);
   say_wanted(t);
+  t->progress = config_progress_make(request->quiet);
+  return THRUM_OK;
+}
+
+/* The list of the jobs, or one of them. */
+static thrum_status run_job(trade *t, char *const *argv, thrum_error *error) {
+  const thrum_status status = tradeoff_jobs_run(t->request, &t->problem, argv, error);
+  config_progress_end(&t->progress, status >= 0);
+  return status;
+}
+
+static thrum_status run_trade(trade *t, thrum_error *error) {
+  const tradeoff_request *request = t->request;
+  if (request->jobs.collect)
+    THRUM_TRY(tradeoff_jobs_open(request, &t->problem, &t->jobs, error));
 
   // minutes to hours, with the full order first
-  t->progress = config_progress_make(request->quiet);
   const thrum_status status = tradeoff_solve(&t->problem, &t->result, error);
   config_progress_end(&t->progress, status >= 0);
   if (status < 0)
     return status;
+  t->missing = tradeoff_jobs_missing(&t->jobs);
   if (t->result.dropped > 0)
     config_warn("%d of the ranks could not be made: %s", (int)t->result.dropped,
                 t->result.dropped_reason.message);
@@ -488,10 +518,12 @@ int cmd_tradeoff(int argc, char **argv) {
   int code = scope.status < 0 ? config_refuse(&error) : tradeoff_options_read(argc, argv, &request);
   if (code == COMMAND_DONE) {
     trade t = {.request = &request, .chosen = -1};
-    if (run_trade(&t, &error) < 0)
-      code = config_refuse(&error);
-    else if (t.chosen < 0)
-      code = COMMAND_FLAGGED;
+    const bool one = request.jobs.list || request.jobs.number > 0;
+    thrum_status status = prepare(&t, &error);
+    THRUM_THEN(status, one ? run_job(&t, argv, &error) : run_trade(&t, &error));
+    code = config_end(status, !one && (t.chosen < 0 || cJSON_GetArraySize(t.missing) > 0), &error);
+    cJSON_Delete(t.missing);
+    tradeoff_jobs_close(&t.jobs);
     tradeoff_free(&t.result);
     for (int64_t n = 0; n < TRADEOFF_TESTS_MAX; n++)
       train_case_free(&t.test_cases[n]);

@@ -119,6 +119,7 @@ static const config_option options[] = {
     OPTION_JSON(tradeoff_request),
     OPTION_QUIET(tradeoff_request),
     OPTION_HELP,
+    OPTION_GROUP(job_options, "in independent jobs", AT(jobs)),
     OPTION_END,
 };
 
@@ -136,11 +137,14 @@ const config_command command_tradeoff = {
     .options = options,
     .examples =
         "tradeoff beam -o trade --error 5% --quick\n"
+        "tradeoff bridge -o trade --list-jobs\n"
+        "tradeoff bridge -o trade --collect\n"
         "tradeoff beam.npz -o trade --load 'square:0,0,-40@tip' --budget 500us --threads 4\n"
         "tradeoff beam:12x3x3@1x0.1x0.1 -o trade --fix 'x<0.001' --load square:0,0,-9@tip\n"
         "simulate trade/model.npz -o swing --options trade/simulate.json --load "
         "square:0,0,-33@load",
-    .exits = "0 done, 1 refused, 2 usage, 3 done, but no setting does what was asked",
+    .exits = "0 done, 1 refused, 2 usage, 3 done, but no setting does what was asked, or jobs are "
+             "missing",
 };
 
 static void default_list(const double *values, int64_t count, double *list, int64_t *list_count) {
@@ -197,5 +201,5 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   default_list(r->quick ? quick_dts : dts, r->quick ? 3 : 6, r->dts, &r->dt_count);
   default_list(r->quick ? quick_tolerances : tolerances, r->quick ? 1 : 3, r->tolerances,
                &r->tolerance_count);
-  return COMMAND_DONE;
+  return job_request_check(&r->jobs, "tradeoff");
 }

@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "driver/job_list.h"
 #include "driver/load_spec.h"
 #include "driver/mesh_model.h"
 #include "validation/tradeoff/tradeoff.h"
@@ -33,6 +34,7 @@ typedef struct tradeoff_request {
   bool integrators[EXPERIMENT_SCHEME_COUNT];
   bool precisions[2]; /* which precisions are tried: double, single */
   int64_t threads;
+  job_request jobs;
   bool quick;
   bool json;
   bool quiet;

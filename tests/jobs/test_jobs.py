@@ -19,7 +19,8 @@ import tempfile
 import time
 
 SECONDS = 300  # that any command may take
-TIMES = {"us_per_step", "cost_s_per_s", "force_us", "step_us", "linear_step_us", "nonlinear_us"}
+# columns that are times, or are made of them
+TIMES = {"us_per_step", "cost_s_per_s", "force_us", "step_us", "linear_step_us", "nonlinear_us", "speedup", "front"}
 
 MODELS = ["--models", "long.npz,thick.npz"]
 FAST = ["--schemes", "newmark,energy"]
@@ -204,6 +205,34 @@ def runs_of_a_training_are_jobs(work):
     assert "--keep-runs DIR" in work.thrum(*command, "--list-jobs", code=2).stderr
 
 
+def settings_of_a_tradeoff_are_jobs(work):
+    """The bases asked for, one that cannot be made, and those that the search goes on with."""
+    command = ["tradeoff", "long.npz", "--load", "square:0,0,-1@tip", "--time", "0.1", "--full-dt", "0.005", "--dts",
+               "0.005,0.01", "--tolerances", "1e-6", "--integrators", "energy,newmark", "--ranks", "0,6,200", "--rank-max",
+               "30", "--test", "gravity:0,3,-9.81", "--error", "0.01%", "-q"]
+    work.thrum(*command, "-o", "trade_whole")
+    lines = work.lines(*command, "-o", "trade")
+    names = [line.split("# ")[1] for line in lines]
+    assert names[0] == "own" and names[-2:] == ["search-trained-30", "test-1"]
+    for line in lines[:-2]:
+        work.line(line)
+
+    # the search needs a basis that is not there; for a larger error it needs none, but the test
+    lacking = work.thrum(*command, "-o", "trade", "--collect", "--json", code=3)
+    assert json.loads(lacking.stdout)["missing_jobs"] == ["search-trained-30"]
+    larger = work.thrum(*command, "-o", "trade", "--collect", "--error", "50%", "--json", code=3)
+    assert json.loads(larger.stdout)["missing_jobs"] == ["test-1"]
+
+    for line in lines[-2:]:
+        work.line(line)
+    collected = json.loads(work.thrum(*command, "-o", "trade", "--collect", "--json").stdout)
+    assert collected["status"] == "done" and collected["tests"][0]["error"] > 0
+    assert work.tables("trade") == work.tables("trade_whole")
+    about, whole = work.about("trade"), work.about("trade_whole")
+    assert about["full"]["error"] == whole["full"]["error"] and about["recommended_row"] == whole["recommended_row"]
+    assert "is of other options" in work.thrum(*command, "-o", "trade", "--collect", "--time", "0.2", code=1).stderr
+
+
 def scripts_for_clusters_run_the_lines(work):
     """Slurm and a launcher of MPI say by variables which process it is."""
     command = ["experiments", *EXPERIMENTS["matrix"], "-q"]
@@ -227,7 +256,7 @@ def scripts_for_clusters_run_the_lines(work):
 CASES = {function.__name__: function for function in (
     jobs_make_the_tables_of_one_run, killed_jobs_run_again, a_report_that_lacks_jobs_says_so,
     results_of_another_sweep_are_refused, published_answers_are_computed_by_jobs, runs_of_a_training_are_jobs,
-    scripts_for_clusters_run_the_lines)}
+    settings_of_a_tradeoff_are_jobs, scripts_for_clusters_run_the_lines)}
 
 
 def main(source, program, *names):

@@ -277,8 +277,8 @@ static thrum_status judge_reference(tradeoff_solution *s, thrum_error *error) {
         (best < 0 || basis->error.displacement < s->result.bases[best].error.displacement))
       best = b;
   }
-  s->result.full_error = NAN;
-  if (best < 0)
+  s->result.full_error = s->problem->take != NULL ? s->full_error : NAN;
+  if (best < 0 || s->problem->take != NULL)
     return THRUM_OK;
 
   // its tight run has no error in time to speak of
@@ -340,8 +340,13 @@ static thrum_status run_tests(tradeoff_solution *s, thrum_error *error) {
     // both against the full order under this test
     tradeoff_reference reference = {0};
     s->result.test_error[n] = s->result.test_own_error[n] = NAN;
-    status =
-        tradeoff_reference_make(problem, script, "full order of a test", false, &reference, error);
+    if (problem->take != NULL && !problem->is_kept(problem->take_context, n))
+      continue;
+    THRUM_THEN(status, tradeoff_space_again(s, run->basis, error));
+    if (own >= 0)
+      THRUM_THEN(status, tradeoff_space_again(s, own, error));
+    THRUM_THEN(status, tradeoff_reference_make(problem, script, "full order of a test", false,
+                                               &reference, error));
     THRUM_THEN(status, test_error(s, run->basis, &def, script, &reference, &s->result.test_error[n],
                                   error));
     if (own >= 0)
@@ -368,12 +373,19 @@ static double squares_of(const tradeoff_reference *reference) {
   return sum;
 }
 
+/* All settings of the recipes. */
+static thrum_status try_recipes(tradeoff_solution *s, thrum_error *error) {
+  if (s->problem->take != NULL)
+    return tradeoff_take_recipes(s, error);
+  THRUM_TRY(make_spaces(s, error));
+  THRUM_TRY(condense_spaces(s, error));
+  return tradeoff_try(s, 0, error);
+}
+
 /* The recipes, then what the search adds to them, then what the chosen setting is worth. */
 static thrum_status solve(tradeoff_solution *s, thrum_error *error) {
   const tradeoff_problem *problem = s->problem;
-  THRUM_TRY(make_spaces(s, error));
-  THRUM_TRY(condense_spaces(s, error));
-  THRUM_TRY(tradeoff_try(s, 0, error));
+  THRUM_TRY(try_recipes(s, error));
   s->result.full_cost = 1e-6 * s->reference.us_per_step / problem->full_dt;
   s->result.chosen = tradeoff_choose(&s->result, problem->error, problem->cost);
   THRUM_TRY(tradeoff_search(s, error));
@@ -382,43 +394,76 @@ static thrum_status solve(tradeoff_solution *s, thrum_error *error) {
   return run_tests(s, error);
 }
 
-thrum_status tradeoff_solve(const tradeoff_problem *problem, tradeoff_result *result,
-                            thrum_error *error) {
-  tradeoff_solution s = {.problem = problem};
+/* The reference and room for the bases. The reference comes first: it is the dearest, and says
+ * whether the load moves anything. `keep`: its displacements, which bases are trained on. */
+static thrum_status begin(tradeoff_solution *s, bool keep, thrum_error *error) {
+  const tradeoff_problem *problem = s->problem;
+  static const int64_t most = TRADEOFF_BASES_MAX;
   if (problem->model->rigid != NULL)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "nothing of the model is held: a free body moves as a whole, which its "
                            "coordinates cannot");
+  THRUM_TRY(
+      tradeoff_reference_make(problem, &problem->script, "full order", keep, &s->reference, error));
+  THRUM_TRY(thrum_reserve(&s->spaces, most, sizeof *s->spaces, "the bases", error));
+  THRUM_TRY(thrum_reserve(&s->result.bases, most, sizeof(tradeoff_basis), "the bases", error));
+  if (squares_of(&s->reference) > 0)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_BAD_VALUE,
+                         "the load moves nothing in %g s: it is zero, acts on what is held, or "
+                         "begins later",
+                         problem->script.time);
+}
+
+/* Gives the result where all went well, and frees the rest. */
+static thrum_status end(tradeoff_solution *s, thrum_status status, tradeoff_result *result) {
+  if (status >= 0) {
+    mark_front(&s->result);
+    s->result.free_count = s->reference.n;
+    s->result.lumped = s->reference.body.kind == THRUM_MASS_LUMPED;
+    s->result.full_us_per_step = s->reference.us_per_step;
+    *result = s->result;
+  } else {
+    tradeoff_free(&s->result);
+  }
+  release(s);
+  return status;
+}
+
+thrum_status tradeoff_solve(const tradeoff_problem *problem, tradeoff_result *result,
+                            thrum_error *error) {
+  tradeoff_solution s = {.problem = problem, .full_error = NAN, .least_error = INFINITY};
 
   // the linear algebra has one thread, as times are those of a thread
   const thrum_threads before = thrum_threads_set(1);
-
-  // the reference comes first: it is the dearest, and says whether the load moves anything
-  thrum_status status = tradeoff_reference_make(problem, &problem->script, "full order",
-                                                problem->rank_max > 0, &s.reference, error);
-  static const int64_t most = TRADEOFF_BASES_MAX;
-  THRUM_THEN(status, thrum_reserve(&s.spaces, most, sizeof *s.spaces, "the bases", error));
-  THRUM_THEN(status,
-             thrum_reserve(&s.result.bases, most, sizeof(tradeoff_basis), "the bases", error));
-  if (status >= 0 && !(squares_of(&s.reference) > 0))
-    status = thrum_error_set(error, THRUM_BAD_VALUE,
-                             "the load moves nothing in %g s: it is zero, acts on what is held, or "
-                             "begins later",
-                             problem->script.time);
-
+  thrum_status status = begin(&s, problem->rank_max > 0, error);
   THRUM_THEN(status, solve(&s, error));
-  if (status >= 0) {
-    mark_front(&s.result);
-    s.result.free_count = s.reference.n;
-    s.result.lumped = s.reference.body.kind == THRUM_MASS_LUMPED;
-    s.result.full_us_per_step = s.reference.us_per_step;
-  }
-  release(&s);
+  status = end(&s, status, result);
   thrum_threads_restore(before);
-  if (status < 0)
-    tradeoff_free(&s.result);
-  else
-    *result = s.result;
+  return status;
+}
+
+thrum_status tradeoff_solve_recipe(const tradeoff_problem *problem, const tradeoff_recipe *recipe,
+                                   tradeoff_result *result, thrum_error *error) {
+  tradeoff_solution s = {.problem = problem};
+  const thrum_threads before = thrum_threads_set(1);
+  thrum_status status = begin(&s, recipe->trained, error);
+  THRUM_THEN(status, tradeoff_try_recipe(&s, recipe, error));
+  THRUM_THEN(status, judge_reference(&s, error));
+  s.result.chosen = -1;
+  status = end(&s, status, result);
+  thrum_threads_restore(before);
+  return status;
+}
+
+thrum_status tradeoff_solve_test(const tradeoff_problem *problem, int64_t test,
+                                 thrum_error *error) {
+  tradeoff_reference reference = {0};
+  const thrum_threads before = thrum_threads_set(1);
+  const thrum_status status = tradeoff_reference_make(
+      problem, &problem->tests[test], "full order of a test", false, &reference, error);
+  tradeoff_reference_free(&reference);
+  thrum_threads_restore(before);
   return status;
 }
 

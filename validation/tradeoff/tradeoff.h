@@ -27,6 +27,8 @@ typedef struct tradeoff_recipe {
   int64_t masters;     /* coordinates that are stepped, the others following; 0: all are stepped */
 } tradeoff_recipe;
 
+struct tradeoff_result;
+
 /* The settings to be compared. `model` needs a mesh, a basis and fixed vertices. */
 typedef struct tradeoff_problem {
   const thrum_model *model;
@@ -54,6 +56,15 @@ typedef struct tradeoff_problem {
   /* Loads that no basis is trained on, under which the chosen setting is run as well. */
   int64_t test_count;
   const full_motion_script *tests;
+
+  /* Where the recipes and the full order of the tests were run elsewhere, as jobs: gives what
+   * tradeoff_solve_recipe made of a recipe, and says whether that of a test is kept. A result
+   * without bases and without one that was dropped: it is not there, and is left out. NULL: all is
+   * run. */
+  thrum_status (*take)(void *context, const tradeoff_recipe *recipe, struct tradeoff_result *part,
+                       thrum_error *error);
+  bool (*is_kept)(void *context, int64_t test);
+  void *take_context;
 
   int threads;
   /* Called as a stage advances; false stops. May be NULL. */
@@ -128,6 +139,16 @@ typedef struct tradeoff_result {
 thrum_status tradeoff_solve(const tradeoff_problem *problem, tradeoff_result *result,
                             thrum_error *error);
 void tradeoff_free(tradeoff_result *result);
+
+/* The recipes of a problem and then those that the search may go on with, at most
+ * TRADEOFF_BASES_MAX; returns how many. */
+int64_t tradeoff_recipes(const tradeoff_problem *problem, tradeoff_recipe *recipes);
+
+/* What one recipe gives: a result of its basis and the condensed ones of it alone, none of them
+ * chosen. Or the full order of a test alone, which is kept where the problem says. */
+thrum_status tradeoff_solve_recipe(const tradeoff_problem *problem, const tradeoff_recipe *recipe,
+                                   tradeoff_result *result, thrum_error *error);
+thrum_status tradeoff_solve_test(const tradeoff_problem *problem, int64_t test, thrum_error *error);
 
 /* The status that `thrum simulate` flags a run with; NULL: none. */
 const char *tradeoff_flag(const tradeoff_run *run);

@@ -81,7 +81,9 @@ typedef struct tradeoff_space {
 typedef struct tradeoff_solution {
   const tradeoff_problem *problem;
   tradeoff_reference reference;
-  tradeoff_space *spaces; /* TRADEOFF_BASES_MAX */
+  tradeoff_space *spaces; /* TRADEOFF_BASES_MAX; of what was made elsewhere, without a shape */
+  double full_error;      /* of those, that of the basis of least error; see tradeoff_result */
+  double least_error;     /* of those */
   tradeoff_result result; /* with room for so many bases */
 } tradeoff_solution;
 
@@ -89,6 +91,9 @@ typedef struct tradeoff_solution {
 thrum_status tradeoff_space_make(tradeoff_solution *s, const tradeoff_recipe *recipe,
                                  thrum_error *error);
 void tradeoff_space_free(tradeoff_space *space);
+
+/* Makes the space of a basis that was made elsewhere, unless it is there. */
+thrum_status tradeoff_space_again(tradeoff_solution *s, int64_t b, thrum_error *error);
 
 /* Numbers of masters of the basis `b` that are worth trying, at most two, into `masters`; returns
  * how many. */
@@ -117,6 +122,19 @@ double tradeoff_outside(const tradeoff_view *view, int64_t rank);
 
 /* Tight runs of the bases from `first` on, then all settings of them. */
 thrum_status tradeoff_try(tradeoff_solution *s, int64_t first, thrum_error *error);
+
+/* A recipe and its condensed forms, with all settings; one that cannot be made is counted, and no
+ * failure. */
+thrum_status tradeoff_try_recipe(tradeoff_solution *s, const tradeoff_recipe *recipe,
+                                 thrum_error *error);
+
+/* The same from what was made elsewhere: all recipes of the problem, or one. */
+thrum_status tradeoff_take_recipes(tradeoff_solution *s, thrum_error *error);
+thrum_status tradeoff_take_recipe(tradeoff_solution *s, const tradeoff_recipe *recipe,
+                                  thrum_error *error);
+
+/* The recipes of the search, into `recipes`, which has room for them; returns how many. */
+int64_t tradeoff_search_recipes(const tradeoff_problem *problem, tradeoff_recipe *recipes);
 
 /* Goes on with condensed and trained bases until one does what is wanted. */
 thrum_status tradeoff_search(tradeoff_solution *s, thrum_error *error);

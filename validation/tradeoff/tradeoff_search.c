@@ -19,6 +19,30 @@ static bool is_open(const tradeoff_problem *problem, int64_t number) {
   return ranks[number] > problem->modes && ranks[number] <= problem->rank_max;
 }
 
+static tradeoff_recipe trained_recipe(const tradeoff_problem *problem, int64_t number) {
+  return (tradeoff_recipe){.modes = problem->modes, .rank = ranks[number], .trained = true};
+}
+
+/* The untrained recipe of that rank, and whether there is one. */
+static tradeoff_recipe higher_recipe(int64_t number) {
+  return (tradeoff_recipe){.modes = ranks[number] / 2, .rank = ranks[number]};
+}
+static bool has_higher(int64_t number) {
+  return ranks[number] > 30 && ranks[number] <= UNTRAINED_MOST;
+}
+
+int64_t tradeoff_search_recipes(const tradeoff_problem *problem, tradeoff_recipe *recipes) {
+  int64_t count = 0;
+  for (int64_t n = 0; n < RANK_COUNT && problem->rank_max > 0; n++) {
+    if (!is_open(problem, n))
+      continue;
+    recipes[count++] = trained_recipe(problem, n);
+    if (has_higher(n) && !isnan(problem->error))
+      recipes[count++] = higher_recipe(n);
+  }
+  return count;
+}
+
 /* Processor time of a second of the cheapest run of the rank that is known best, for one step. */
 static double step_seconds(const tradeoff_solution *s, int64_t rank) {
   double known = 0, scale = 0;
@@ -70,9 +94,8 @@ static bool is_met(const tradeoff_solution *s) {
          !(run->cancels && result->bases[run->basis].error.displacement > s->problem->error);
 }
 
-/* A recipe and its condensed forms; one that cannot be made is counted, and no failure. */
-static thrum_status try_recipe(tradeoff_solution *s, const tradeoff_recipe *recipe,
-                               thrum_error *error) {
+thrum_status tradeoff_try_recipe(tradeoff_solution *s, const tradeoff_recipe *recipe,
+                                 thrum_error *error) {
   const int64_t first = s->result.basis_count;
   thrum_error detail = {0};
   thrum_status status = tradeoff_space_make(s, recipe, &detail);
@@ -96,6 +119,14 @@ static thrum_status try_recipe(tradeoff_solution *s, const tradeoff_recipe *reci
     status = tradeoff_space_make(s, &fewer, error);
   }
   THRUM_THEN(status, tradeoff_try(s, first, error));
+  return status;
+}
+
+/* The same of the search, run here or taken from where it was. */
+static thrum_status go_on(tradeoff_solution *s, const tradeoff_recipe *recipe, thrum_error *error) {
+  const int64_t first = s->result.basis_count;
+  const thrum_status status = s->problem->take != NULL ? tradeoff_take_recipe(s, recipe, error)
+                                                       : tradeoff_try_recipe(s, recipe, error);
   s->result.searched += s->result.basis_count - first;
   s->result.chosen = tradeoff_choose(&s->result, s->problem->error, s->problem->cost);
   return status;
@@ -131,24 +162,24 @@ thrum_status tradeoff_search(tradeoff_solution *s, thrum_error *error) {
 
   // how long it may take is said before it begins
   double seconds = 0;
-  for (int64_t n = 0; n < RANK_COUNT; n++)
+  const bool runs = problem->take == NULL && problem->search_begins != NULL;
+  for (int64_t n = 0; n < RANK_COUNT && runs; n++)
     if (is_open(problem, n))
       seconds += guess(s, ranks[n]);
-  if (problem->search_begins != NULL)
+  if (runs)
     problem->search_begins(problem->progress_context, seconds);
 
   const double untrained = untrained_error(s);
   for (int64_t n = 0; n < RANK_COUNT && !is_met(s) && within_budget(s); n++) {
     if (!is_open(problem, n))
       continue;
-    const tradeoff_recipe trained = {.modes = problem->modes, .rank = ranks[n], .trained = true};
-    THRUM_TRY(try_recipe(s, &trained, error));
+    const tradeoff_recipe trained = trained_recipe(problem, n);
+    THRUM_TRY(go_on(s, &trained, error));
 
     // more modes and derivatives alone, where those have come near already
-    const tradeoff_recipe higher = {.modes = ranks[n] / 2, .rank = ranks[n]};
-    if (ranks[n] > 30 && ranks[n] <= UNTRAINED_MOST && untrained <= NEAR * problem->error &&
-        !is_met(s))
-      THRUM_TRY(try_recipe(s, &higher, error));
+    const tradeoff_recipe higher = higher_recipe(n);
+    if (has_higher(n) && untrained <= NEAR * problem->error && !is_met(s))
+      THRUM_TRY(go_on(s, &higher, error));
   }
   return THRUM_OK;
 }

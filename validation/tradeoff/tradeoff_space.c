@@ -127,14 +127,10 @@ thrum_status tradeoff_samples_make(int64_t rank, tradeoff_samples *samples, thru
   return THRUM_OK;
 }
 
-thrum_status tradeoff_space_make(tradeoff_solution *s, const tradeoff_recipe *recipe,
-                                 thrum_error *error) {
-  const int64_t b = s->result.basis_count;
-  if (b == TRADEOFF_BASES_MAX)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "more than %d bases at a time",
-                           TRADEOFF_BASES_MAX);
+/* Fills the space with this number, and what of its basis the space shows. */
+static thrum_status make_at(tradeoff_solution *s, const tradeoff_recipe *recipe, int64_t b,
+                            tradeoff_basis *basis, thrum_error *error) {
   tradeoff_space *space = &s->spaces[b];
-  tradeoff_basis *basis = &s->result.bases[b];
   *space = (tradeoff_space){0};
   *basis = (tradeoff_basis){.recipe = *recipe, .precompute_seconds = NAN};
   const double began = clock_thread_seconds();
@@ -155,8 +151,31 @@ thrum_status tradeoff_space_make(tradeoff_solution *s, const tradeoff_recipe *re
   basis->projection = tradeoff_outside(&space->view, space->shape->rank);
   if (recipe->modes == 0)
     basis->recipe.single = s->problem->model->packed_single != NULL;
+  return THRUM_OK;
+}
+
+thrum_status tradeoff_space_make(tradeoff_solution *s, const tradeoff_recipe *recipe,
+                                 thrum_error *error) {
+  const int64_t b = s->result.basis_count;
+  if (b == TRADEOFF_BASES_MAX)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "more than %d bases at a time",
+                           TRADEOFF_BASES_MAX);
+  THRUM_TRY(make_at(s, recipe, b, &s->result.bases[b], error));
   s->result.basis_count++;
   return THRUM_OK;
+}
+
+thrum_status tradeoff_space_again(tradeoff_solution *s, int64_t b, thrum_error *error) {
+  tradeoff_basis made;
+  const tradeoff_recipe *recipe = &s->result.bases[b].recipe;
+  if (s->spaces[b].shape != NULL)
+    return THRUM_OK;
+
+  // a condensed basis has its coordinates from the whole one
+  const tradeoff_space *whole = recipe->masters > 0 ? uncondensed(s, recipe) : NULL;
+  if (whole != NULL)
+    THRUM_TRY(tradeoff_space_again(s, whole - s->spaces, error));
+  return make_at(s, recipe, b, &made, error);
 }
 
 void tradeoff_space_free(tradeoff_space *space) {
