@@ -105,6 +105,11 @@ static thrum_status kept_path(const char *text, const mesh_model_def *def,
       hash = hash_bytes(hash, texts[n] ? texts[n] : "", texts[n] ? strlen(texts[n]) + 1 : 1);
   }
 
+  if (def->law != THRUM_LAW_STVK) {
+    const char *law = thrum_law_name(def->law);
+    hash = hash_bytes(hash, law, strlen(law) + 1);
+  }
+
   // those of old runs make room
   cache_trim(folder, "mesh-", KEPT_BYTES, KEPT_SECONDS);
   snprintf(path, NAMED_MODEL_PATH_MAX, "%.*s/mesh-%016" PRIx64 ".npz", NAMED_MODEL_PATH_MAX - 64,
@@ -145,6 +150,8 @@ thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool q
 
   file->path = file->cached;
   request.options.fit = true;
+  request.options.law = def->law;
+  request.options.cubature = def->law != THRUM_LAW_STVK;
   if (status >= 0 && !quiet)
     fprintf(
         stderr,

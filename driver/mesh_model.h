@@ -18,6 +18,7 @@ typedef struct mesh_model_def {
   thrum_material material;                         /* a field is NaN where the mesh's own stays */
   const char *materials[MESH_MODEL_MATERIALS_MAX]; /* texts of region_material.h */
   int64_t material_count;
+  thrum_law law; /* another than Saint Venant-Kirchhoff's is that of cubature points */
   thrum_mesh_read_options reading;
 } mesh_model_def;
 

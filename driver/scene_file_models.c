@@ -23,7 +23,8 @@ static bool same_texts(const config_texts *left, const config_texts *right) {
 static bool same_file(const scene_body_spec *left, const scene_body_spec *right) {
   return strcmp(left->model, right->model) == 0 && same_texts(&left->fix, &right->fix) &&
          memcmp(&left->material.material, &right->material.material,
-                sizeof left->material.material) == 0;
+                sizeof left->material.material) == 0 &&
+         left->material.law == right->material.law;
 }
 
 static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *item) {
@@ -32,6 +33,7 @@ static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *
   def.fix_count = body->fix.count;
   def.free = body->free;
   def.material = body->material.material;
+  def.law = body->material.law;
   for (int64_t n = 0; n < body->fix.count; n++)
     def.fixes[n] = body->fix.texts[n];
 

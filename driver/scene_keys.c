@@ -174,6 +174,7 @@ static thrum_status check_base_motion(const char *text, thrum_error *error) {
 #define AT(member) CONFIG_AT(scene_material_spec, member)
 static const config_option material_keys[] = {
     OPTION_GROUP(material_options, "", AT(material)),
+    OPTION_LAW("stvk", "; the model then has cubature points", AT(law)),
     OPTION_END,
 };
 #undef AT

@@ -8,6 +8,7 @@
 #include "driver/step_cost.h"
 #include "io/json.h"
 #include "platform/clock.h"
+#include "runtime/material/material_law.h"
 
 #define DETAIL_LINES 8 /* bodies that each have one */
 
@@ -72,6 +73,7 @@ static cJSON *body_json(const scene_run *run, int32_t n) {
                           thrum_integrator_name(body->request.def.integrator));
   simulate_figures_stepped_by(figures, stepped_by);
   cJSON_AddStringToObject(object, "stepped_by", stepped_by);
+  cJSON_AddStringToObject(object, "law", thrum_law_name(thrum_law_of_model(body->model)));
   json_number(object, "rank", (double)body->model->rank);
   simulate_report_condensed(object, figures);
   add_finding(object, body);

@@ -22,6 +22,7 @@ typedef struct scene_settings {
 typedef struct scene_material_spec {
   config_record at;
   thrum_material material; /* NaN where the mesh's own stays */
+  thrum_law law;
 } scene_material_spec;
 
 /* With how few coordinates a body is stepped while it is far or still. */

@@ -660,8 +660,27 @@ static void a_path_turns_as_far_as_its_angles_say(void **state) {
   program_result_free(&run);
 }
 
+static void a_mesh_may_be_of_another_law(void **state) {
+  (void)state;
+  cJSON *object = simulate("{\"time\": 0.06, \"gravity\": [0, 0, -9.81], \"bodies\": ["
+                           "{\"model\": \"beam:3x1x1@0.3x0.1x0.1\", \"fix\": [\"x<0.001\"],"
+                           " \"material\": {\"young\": 2e4}},"
+                           "{\"model\": \"beam:3x1x1@0.3x0.1x0.1\", \"fix\": [\"x<0.001\"],"
+                           " \"material\": {\"young\": 2e4, \"law\": \"neo-hookean\"}}]}",
+                           "laws", 0);
+
+  // bodies that differ in their law alone are of two models
+  const cJSON *bodies = cJSON_GetObjectItem(object, "bodies");
+  const cJSON *usual = cJSON_GetArrayItem(bodies, 0), *other = cJSON_GetArrayItem(bodies, 1);
+  assert_string_equal(cJSON_GetObjectItem(usual, "law")->valuestring, "stvk");
+  assert_string_equal(cJSON_GetObjectItem(other, "law")->valuestring, "neo-hookean");
+  assert_true(json_value(usual, "energy_last_j") != json_value(other, "energy_last_j"));
+  cJSON_Delete(object);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_mesh_may_be_of_another_law),
       cmocka_unit_test(a_body_of_a_scene_has_the_run_of_it_alone),
       cmocka_unit_test(a_turned_and_scaled_body_follows_its_world),
       cmocka_unit_test(a_free_body_drops_on_the_floor_of_the_scene),
