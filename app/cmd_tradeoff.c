@@ -90,6 +90,11 @@ static thrum_status fill_loads(trade *t, thrum_error *error) {
   const load_spec *loads;
   int64_t count;
   THRUM_TRY(default_load(t, &loads, &count, error));
+  if (t->model->point_law != NULL)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "%.200s is of %s material: tradeoff compares models of a polynomial, "
+                           "which cannot hold it; precompute --test measures the error",
+                           request->model_path, (const char *)t->model->point_law);
   if (t->model->tets == NULL || t->model->basis == NULL)
     return thrum_error_set(error, THRUM_MISSING,
                            "%.200s: a model without a mesh and a basis has "

@@ -305,11 +305,6 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   if (request->options.law != THRUM_LAW_STVK && !request->options.cubature)
     return config_usage("precompute", "--law %s needs --cubature: a polynomial cannot hold it",
                         law_names[request->options.law]);
-  if (request->options.law != THRUM_LAW_STVK && request->train_count + request->test_count > 0)
-    return config_usage("precompute",
-                        "--law %s goes without --train and --test, whose runs are of "
-                        "%s material",
-                        law_names[request->options.law], law_names[THRUM_LAW_STVK]);
   if (request->cubature_given && !request->options.cubature)
     return config_usage("precompute", "--cubature-error, --cubature-points and --cubature-range go "
                                       "with --cubature");

@@ -112,6 +112,33 @@ static void a_law_of_its_own_is_in_the_file_and_in_runs(void **state) {
   program_result_free(&run);
 }
 
+static void training_runs_and_their_errors_are_of_the_law(void **state) {
+  (void)state;
+  double errors[2];
+  for (int n = 0; n < 2; n++) {
+    program_result run = PRECOMPUTE("--cubature", "--cubature-error", "0.05", "--law",
+                                    n ? "corotational" : "stvk", "--young", "1e6", "--train",
+                                    "square:0,0,-60@tip", "--train-time", "0.1", "--json");
+    if (run.exit_code != 0)
+      fail_msg("%s", run.err);
+
+    // the same pull, to the unreduced mesh of another law
+    cJSON *object = json_line(run.out);
+    errors[n] = number_of(cJSON_GetObjectItemCaseSensitive(object, "training"), "error");
+    assert_true(errors[n] < 0.05);
+    cJSON_Delete(object);
+    program_result_free(&run);
+  }
+  assert_true(errors[0] != errors[1]);
+
+  // what has polynomials alone says so
+  program_result run =
+      thrum_run(folder, "tradeoff", "cub.npz", "--load", "square:0,0,-1@tip", "-o", "trade", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "cub.npz is of corotational material: tradeoff compares"));
+  program_result_free(&run);
+}
+
 static void an_error_that_is_missed_is_flagged(void **state) {
   (void)state;
   program_result run = PRECOMPUTE("--cubature", "--cubature-points", "3");
@@ -148,6 +175,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_model_of_points_says_its_error_and_runs),
       cmocka_unit_test(a_law_of_its_own_is_in_the_file_and_in_runs),
+      cmocka_unit_test(training_runs_and_their_errors_are_of_the_law),
       cmocka_unit_test(an_error_that_is_missed_is_flagged),
       cmocka_unit_test(what_does_not_go_with_points_is_refused),
   };
