@@ -39,6 +39,18 @@ static void begin_obstacle(void *item, const void *in) {
   };
 }
 
+static void begin_link(void *item, const void *in) {
+  (void)in;
+  scene_link_spec *link = item;
+  *link = (scene_link_spec){
+      .place = {NAN, NAN, NAN},
+      .other_place = {NAN, NAN, NAN},
+      .axis = {0, 0, 1},
+      .length = NAN,
+      .until = INFINITY,
+  };
+}
+
 static void begin_waypoint(void *item, const void *in) {
   (void)in;
   scene_waypoint_spec *waypoint = item;
@@ -350,6 +362,56 @@ static const config_option obstacle_keys[] = {
 };
 #undef AT
 
+const char *const scene_link_names[] = {"spring", "ball", "hinge", "weld", NULL};
+
+#define AT(member) CONFIG_AT(scene_link_waypoint_spec, member)
+static const config_option link_waypoint_keys[] = {
+    OPTION_NUMBER("time", "s", NULL, "when the end is there, after those before it", .needed = true,
+                  AT(time)),
+    OPTION_VECTOR("place", "m", NULL, "where it is then, of which the way from the first counts",
+                  .needed = true, AT(place)),
+    OPTION_END,
+};
+#undef AT
+
+#define AT(member) CONFIG_AT(scene_link_spec, member)
+static const config_option link_keys[] = {
+    OPTION_TEXT("name", NULL, NULL, "for those who look", AT(name)),
+    OPTION_CHOICE("kind", scene_link_names, NULL,
+                  "a spring between two places; a ball joint, which keeps two places together; a "
+                  "hinge, which also keeps an axis; a weld, which keeps all directions",
+                  .needed = true, AT(kind)),
+
+    // what is tied, and where
+    OPTION_TEXT("body", NULL, NULL, "the name of a body", .needed = true, AT(body)),
+    OPTION_TEXT("at", NULL, "what is near \"place\"",
+                "a group of it, vertex=N (from 1) or all; of several vertices their mean",
+                AT(target)),
+    OPTION_VECTOR("place", "m", "where \"at\" is", "where the link is at the start", AT(place)),
+    OPTION_TEXT("other", NULL, "the world", "the name of another body", AT(other)),
+    OPTION_TEXT("other_at", NULL, "what is near the place", "as \"at\", of the other body",
+                AT(other_target)),
+    OPTION_VECTOR("other_place", "m", "where \"other_at\" is, or \"place\"",
+                  "of a spring: where its other end is at the start", AT(other_place)),
+    OPTION_VECTOR("axis", NULL, "[0, 0, 1]", "of a hinge; of any length", AT(axis)),
+
+    // the law of a spring
+    OPTION_NUMBER("stiffness", "N/m", "0", "of a spring", AT(stiffness), CONFIG_FROM(0)),
+    OPTION_NUMBER("damping", "N s/m", "0", "of a spring", AT(damping), CONFIG_FROM(0)),
+    OPTION_NUMBER("length", "m", "as it is at the start", "of a spring without force", AT(length),
+                  CONFIG_FROM(0)),
+
+    // where its end in the world goes, and how long it holds
+    OPTION_LIST("path", link_waypoint_keys, scene_link_waypoint_spec, "none",
+                "places over time of the end in the world, smooth from one to the next", AT(way)),
+    OPTION_TEXT("file", NULL, NULL,
+                "the same from a .csv: t,x,y,z, as a motion of --base-motion of simulate",
+                .path = CONFIG_PATH_ALWAYS, AT(path)),
+    OPTION_NUMBER("until", "s", "the end", "when it lets go", AT(until), CONFIG_FROM(0)),
+    OPTION_END,
+};
+#undef AT
+
 #define AT(member) CONFIG_AT(scene_probe_spec, member)
 static const config_option probe_keys[] = {
     OPTION_TEXT("name", NULL, "\"probe\" and its number",
@@ -402,6 +464,10 @@ const config_option scene_keys[] = {
                   AT(collisions)),
     OPTION_LIST("obstacles", obstacle_keys, scene_obstacle_spec, "none", "what bodies touch",
                 .begin = begin_obstacle, AT(obstacles)),
+    OPTION_LIST(
+        "links", link_keys, scene_link_spec, "none",
+        "springs and joints between bodies or with the world, and ends that go along a path",
+        .begin = begin_link, AT(links)),
     OPTION_LIST("probes", probe_keys, scene_probe_spec, "none", "points that are followed",
                 AT(probes)),
     OPTION_OBJECT("outputs", output_keys, NULL, "what thrum simulate writes", AT(outputs)),

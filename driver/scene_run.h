@@ -117,6 +117,13 @@ thrum_status scene_run_add_base_motion(const base_motion_spec *base_motion, thru
                                        thrum_error *error);
 thrum_status scene_run_probes(scene_run *run);
 
+/* scene_run_link.c: ties what the file links; then what its links did, for scene.json, and printed
+ * as lines of the table. */
+thrum_status scene_run_links(scene_run *run, thrum_error *error);
+bool scene_run_is_linked(const scene_run *run, int32_t number);
+cJSON *scene_run_links_json(const scene_run *run);
+void scene_run_print_links(const scene_run *run);
+
 /* scene_run_output.c: adds the forces at the end and the energies of the run of touches of
  * obstacles. */
 void scene_run_add_touches(cJSON *object, const thrum_contact_report *of);
@@ -127,11 +134,13 @@ typedef struct scene_run_losses {
   thrum_contact_report obstacles; /* the sums over the bodies of their touches, forces and energies,
                                      and the largest depth; the counts of steps and sweeps stay 0 */
   double dissipated;              /* by damping [J] */
+  thrum_link_report links;        /* of all links: what they lost and what drove them */
 } scene_run_losses;
 
 /* scene_run_account.c: energy and momentum of bodies that touch each other, and what else takes
  * energy. */
 scene_run_losses scene_run_losses_get(const scene_run *run);
+bool scene_run_has_account(const scene_run *run);
 thrum_status scene_run_open_account(scene_run *run, thrum_error *error);
 thrum_status scene_run_record_account(scene_run *run, int64_t step, double time,
                                       thrum_error *error);

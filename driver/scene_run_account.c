@@ -1,5 +1,6 @@
-/* The account of a scene whose bodies touch each other: energy and momentum of all of them, row by
- * row in account.csv, and what contact did in scene.json. SPDX-License-Identifier: Apache-2.0 */
+/* The account of a scene whose bodies touch or are linked to each other: energy and momentum of all
+ * of them, row by row in account.csv, and what contact did in scene.json. SPDX-License-Identifier:
+ * Apache-2.0 */
 #include <errno.h>
 #include <inttypes.h>
 #include <math.h>
@@ -10,9 +11,13 @@
 #include "driver/scene_run.h"
 #include "io/json.h"
 
+bool scene_run_has_account(const scene_run *run) {
+  return scene_run_touches(run) || run->spec.links.count > 0;
+}
+
 thrum_status scene_run_open_account(scene_run *run, thrum_error *error) {
   THRUM_TRY(thrum_scene_account_get(run->scene, &run->first, error));
-  if (!scene_run_touches(run))
+  if (!scene_run_has_account(run))
     return THRUM_OK;
   errno = 0;
   run->account = run_folder_create(&run->folder, SCENE_ACCOUNT);
@@ -20,7 +25,7 @@ thrum_status scene_run_open_account(scene_run *run, thrum_error *error) {
       run->account != NULL &&
       fputs("step,time_s,kinetic_j,potential_j,gravity_j,contact_j,total_j,lost_j,"
             "px_kg_m_s,py_kg_m_s,pz_kg_m_s,lx_kg_m2_s,ly_kg_m2_s,lz_kg_m2_s,touching,distance_m,"
-            "depth_m,obstacles_lost_j,dissipated_j\n",
+            "depth_m,obstacles_lost_j,dissipated_j,links_j,links_lost_j,links_driven_j\n",
             run->account) >= 0;
   return done ? THRUM_OK : run_folder_write_failed(&run->folder, SCENE_ACCOUNT, error);
 }
@@ -42,6 +47,15 @@ scene_run_losses scene_run_losses_get(const scene_run *run) {
     sum.obstacles.granted += of.contact.granted;
     sum.dissipated += of.dissipated;
   }
+
+  // what links took, and what their ends in the world did
+  for (int32_t n = 0; n < thrum_scene_link_count(run->scene); n++) {
+    thrum_scene_link of;
+    if (thrum_scene_link_get(run->scene, n, &of, NULL) < 0)
+      continue;
+    sum.links.lost += of.report.lost;
+    sum.links.driven += of.report.driven;
+  }
   return sum;
 }
 
@@ -57,11 +71,12 @@ thrum_status scene_run_record_account(scene_run *run, int64_t step, double time,
   const bool done =
       fprintf(run->account,
               "%" PRId64 ",%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,"
-              "%.17g,%.17g,%" PRId64 ",%.17g,%.17g,%.17g,%.17g\n",
+              "%.17g,%.17g,%" PRId64 ",%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n",
               step, time, a.kinetic, a.potential, a.gravity, a.contact, a.total, of.lost,
               a.momentum[0], a.momentum[1], a.momentum[2], a.angular_momentum[0],
               a.angular_momentum[1], a.angular_momentum[2], of.touching, of.distance, of.depth,
-              losses.obstacles.lost, losses.dissipated) > 0;
+              losses.obstacles.lost, losses.dissipated, a.links, losses.links.lost,
+              losses.links.driven) > 0;
   return done ? THRUM_OK : run_folder_write_failed(&run->folder, SCENE_ACCOUNT, error);
 }
 
@@ -71,6 +86,7 @@ static void add_account(cJSON *object, const char *name, const thrum_scene_accou
   json_number(made, "potential_j", account->potential);
   json_number(made, "gravity_j", account->gravity);
   json_number(made, "contact_j", account->contact);
+  json_number(made, "links_j", account->links);
   json_number(made, "total_j", account->total);
   json_numbers(made, "momentum_kg_m_s", account->momentum, 3);
   json_numbers(made, "angular_momentum_kg_m2_s", account->angular_momentum, 3);

@@ -321,6 +321,7 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
   THRUM_TRY(scene_run_wind(run, run->scene));
   THRUM_TRY(scene_run_obstacles(run, run->scene));
   THRUM_TRY(scene_run_probes(run));
+  THRUM_TRY(scene_run_links(run, error));
   THRUM_TRY(scene_run_check_start(run, error));
 
   // how many coordinates are stepped depends on all that acts on a body

@@ -64,9 +64,9 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for frames of body '%s'",
                            body->spec->name);
 
-  // what wind and contact give and take is no drift, and not counted as work
+  // what wind, contact and links give and take is no drift, and not counted as work
   if (run->spec.obstacles.count > 0 || run->spec.wind.at.node != NULL ||
-      (scene_run_collides(run) && body->spec->collide)) {
+      (scene_run_collides(run) && body->spec->collide) || scene_run_is_linked(run, n)) {
     run->run.bodies[n].figures.windows = (driver_drift){0};
     run->run.bodies[n].figures.uncounted = true;
   }

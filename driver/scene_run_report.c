@@ -181,6 +181,7 @@ cJSON *scene_run_json(const scene_run *run) {
     cJSON_AddItemToArray(bodies, body_json(run, n));
   cJSON_AddItemToObject(object, "obstacles", obstacles_json(run));
   cJSON_AddItemToObject(object, "collisions", scene_run_collisions_json(run));
+  cJSON_AddItemToObject(object, "links", scene_run_links_json(run));
   cJSON_AddItemToObject(object, "probes", probes_json(run));
 
   // where the time went
@@ -285,8 +286,9 @@ void scene_run_table(const scene_run *run) {
     printf("obstacles    bodies touch them in %d place%s at the end, %g J lost\n", (int)of.touching,
            of.touching == 1 ? "" : "s", of.lost);
   }
+  scene_run_print_links(run);
   printf("status       %s\n", scene_run_status(run));
   printf("files        %s/" SCENE_JSON "%s%s, and a run in each of its folders\n",
          run->request->output, thrum_scene_probe_count(run->scene) > 0 ? ", " SCENE_PROBES : "",
-         scene_run_touches(run) ? ", " SCENE_ACCOUNT : "");
+         scene_run_has_account(run) ? ", " SCENE_ACCOUNT : "");
 }

@@ -214,20 +214,85 @@ static thrum_status check_obstacle(const scene_spec *spec, const scene_obstacle_
   return THRUM_OK;
 }
 
-static thrum_status check_probe(const scene_spec *spec, const scene_probe_spec *probe) {
-  const scene_body_spec *bodies = scene_bodies(spec);
-  bool found = false;
-  for (int64_t n = 0; n < spec->bodies.count && !found; n++)
-    found = strcmp(bodies[n].name, probe->body) == 0;
-  if (!found)
-    return config_record_refuse(&spec->file, &probe->at, "body", THRUM_BAD_VALUE,
-                                "there is no body \"%.60s\"", probe->body);
+/* A key that names a body. */
+static thrum_status check_body_name(const scene_spec *spec, const config_record *at,
+                                    const char *key, const char *name) {
+  for (int64_t n = 0; n < spec->bodies.count; n++)
+    if (strcmp(scene_bodies(spec)[n].name, name) == 0)
+      return THRUM_OK;
+  return config_record_refuse(&spec->file, at, key, THRUM_BAD_VALUE, "there is no body \"%.60s\"",
+                              name);
+}
+
+/* A key that names vertices. */
+static thrum_status check_target(const scene_spec *spec, const config_record *at, const char *key,
+                                 const char *text) {
   load_target target;
   thrum_error detail = {0};
-  if (load_target_parse(probe->target, "at", &target, &detail) < 0)
-    return config_record_refuse(&spec->file, &probe->at, "at", THRUM_BAD_VALUE, "%s",
-                                detail.message);
+  if (load_target_parse(text, key, &target, &detail) < 0)
+    return config_record_refuse(&spec->file, at, key, THRUM_BAD_VALUE, "%s", detail.message);
   return THRUM_OK;
+}
+
+static thrum_status check_probe(const scene_spec *spec, const scene_probe_spec *probe) {
+  THRUM_TRY(check_body_name(spec, &probe->at, "body", probe->body));
+  return check_target(spec, &probe->at, "at", probe->target);
+}
+
+/* Refuses a key of a link that is of no use to it. */
+static thrum_status check_link_key(const scene_spec *spec, const scene_link_spec *link,
+                                   const char *key, bool of_use, const char *only) {
+  if (of_use || config_record_member(&spec->file, &link->at, key) == NULL)
+    return THRUM_OK;
+  return config_record_refuse(&spec->file, &link->at, key, THRUM_BAD_VALUE, "is of %s", only);
+}
+
+/* What a link ties, and where. */
+static thrum_status check_link_ends(const scene_spec *spec, const scene_link_spec *link) {
+  const config_record *at = &link->at;
+  THRUM_TRY(check_body_name(spec, at, "body", link->body));
+  if (link->other != NULL)
+    THRUM_TRY(check_body_name(spec, at, "other", link->other));
+  if (link->other != NULL && strcmp(link->body, link->other) == 0)
+    return config_record_refuse(&spec->file, at, "other", THRUM_BAD_VALUE,
+                                "is the same body; leave it out for the world");
+
+  // its places
+  if (link->target == NULL && isnan(link->place[0]))
+    return config_record_refuse(&spec->file, at, NULL, THRUM_MISSING,
+                                "a link needs \"at\" or \"place\"");
+  if (link->target != NULL)
+    THRUM_TRY(check_target(spec, at, "at", link->target));
+  return link->other_target == NULL ? THRUM_OK
+                                    : check_target(spec, at, "other_at", link->other_target);
+}
+
+static thrum_status check_link_path(const scene_spec *spec, const scene_link_spec *link) {
+  const scene_link_waypoint_spec *way = link->way.items;
+  for (int64_t n = 1; n < link->way.count; n++)
+    if (!(way[n].time > way[n - 1].time))
+      return config_record_refuse(&spec->file, &way[n].at, "time", THRUM_BAD_VALUE,
+                                  "must be after the %g s before it", way[n - 1].time);
+  if (link->way.count > 0 && link->path != NULL)
+    return config_record_refuse(&spec->file, &link->at, "file", THRUM_BAD_VALUE,
+                                "is there already by the path");
+  return THRUM_OK;
+}
+
+static thrum_status check_link(const scene_spec *spec, const scene_link_spec *link) {
+  const bool spring = link->kind == THRUM_LINK_SPRING, world = link->other == NULL;
+  THRUM_TRY(check_link_ends(spec, link));
+
+  // keys of one kind, and of one end
+  THRUM_TRY(check_link_key(spec, link, "stiffness", spring, "a spring"));
+  THRUM_TRY(check_link_key(spec, link, "damping", spring, "a spring"));
+  THRUM_TRY(check_link_key(spec, link, "length", spring, "a spring"));
+  THRUM_TRY(check_link_key(spec, link, "other_place", spring, "a spring"));
+  THRUM_TRY(check_link_key(spec, link, "axis", link->kind == THRUM_LINK_HINGE, "a hinge"));
+  THRUM_TRY(check_link_key(spec, link, "other_at", !world, "another body"));
+  THRUM_TRY(check_link_key(spec, link, "path", world, "a link with the world"));
+  THRUM_TRY(check_link_key(spec, link, "file", world, "a link with the world"));
+  return check_link_path(spec, link);
 }
 
 static bool has_free_body(const scene_spec *spec) {
@@ -252,6 +317,8 @@ static thrum_status check(scene_spec *spec) {
     THRUM_TRY(check_obstacle(spec, &scene_obstacles(spec)[n]));
   for (int64_t n = 0; n < spec->probes.count; n++)
     THRUM_TRY(check_probe(spec, &scene_probes(spec)[n]));
+  for (int64_t n = 0; n < spec->links.count; n++)
+    THRUM_TRY(check_link(spec, &scene_links(spec)[n]));
 
   // plots of few bodies, contact where something can move away
   if (config_record_member(&spec->file, &spec->outputs.at, "plots") == NULL)

@@ -111,6 +111,30 @@ typedef struct scene_obstacle_spec {
   float colour[3];
 } scene_obstacle_spec;
 
+/* Where the end of a link is at a time. */
+typedef struct scene_link_waypoint_spec {
+  config_record at;
+  double time, place[3]; /* [s], [m] */
+} scene_link_waypoint_spec;
+
+/* Two places that are tied (thrum_scene_link_def). */
+typedef struct scene_link_spec {
+  config_record at;
+  const char *name;
+  int kind; /* thrum_link_kind */
+  const char *body, *target;
+  const char *other, *other_target; /* NULL: the world */
+  double place[3], other_place[3];  /* NaN: not said [m] */
+  double axis[3];
+  double stiffness, damping, length; /* length NaN: as it is */
+  config_list way;                   /* scene_link_waypoint_spec */
+  const char *path;                  /* of a file with the same */
+  double until;                      /* [s] */
+} scene_link_spec;
+
+/* The names of the kinds, in the order of thrum_link_kind; ends with NULL. */
+extern const char *const scene_link_names[];
+
 typedef struct scene_probe_spec {
   config_record at;
   const char *name; /* as of a body */
@@ -144,6 +168,7 @@ typedef struct scene_spec {
   config_list bodies;    /* scene_body_spec */
   config_list obstacles; /* scene_obstacle_spec */
   config_list probes;    /* scene_probe_spec */
+  config_list links;     /* scene_link_spec */
   scene_outputs_spec outputs;
   config_file file;
 } scene_spec;
@@ -173,6 +198,9 @@ static inline scene_obstacle_spec *scene_obstacles(const scene_spec *spec) {
  * and rooms are touched by vertices of bodies alone. */
 static inline bool scene_obstacle_is_solid(const scene_obstacle_spec *obstacle) {
   return obstacle->shape > SCENE_BOX || (obstacle->shape == SCENE_BOX && !obstacle->inside);
+}
+static inline scene_link_spec *scene_links(const scene_spec *spec) {
+  return spec->links.items;
 }
 static inline scene_probe_spec *scene_probes(const scene_spec *spec) {
   return spec->probes.items;

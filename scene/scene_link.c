@@ -540,6 +540,16 @@ void scene_links_keep(thrum_scene *scene, int32_t group, const thrum_contact_lin
       scene->links[n].tie = links->links[at++];
 }
 
+bool scene_links_join(const thrum_scene *scene, int32_t a, int32_t b) {
+  for (int32_t n = 0; n < scene->link_count; n++) {
+    const scene_link *link = scene->links + n;
+    if (!link->released && link->tie.kind != THRUM_LINK_SPRING &&
+        ((link->body == a && link->other == b) || (link->body == b && link->other == a)))
+      return true;
+  }
+  return false;
+}
+
 void scene_links_reset(thrum_scene *scene) {
   for (int32_t n = 0; n < scene->link_count; n++) {
     scene_link *link = scene->links + n;

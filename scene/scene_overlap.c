@@ -161,7 +161,8 @@ thrum_status thrum_scene_find_overlap(thrum_scene *scene, thrum_scene_overlap *d
   for (int32_t n = 0; status >= 0 && n < scene->body_count; n++) {
     look_at_obstacles(scene, n, outlines + n, &found);
     for (int32_t m = 0; m < scene->body_count; m++)
-      if (m != n && meet(scene, scene->bodies[n], scene->bodies[m]))
+      if (m != n && meet(scene, scene->bodies[n], scene->bodies[m]) &&
+          !scene_links_join(scene, n, m))
         look_at_pair(scene, outlines, n, m, &found);
     for (int32_t s = 0; s < scene->solid_count && scene->bodies[n]->skin != NULL; s++)
       look_at_solid(scene, n, outlines + n, s, &found);

@@ -515,6 +515,9 @@ thrum_contact_links scene_links_gather(thrum_scene *scene, int32_t group,
                                        thrum_link *room);
 void scene_links_keep(thrum_scene *scene, int32_t group, const thrum_contact_links *links);
 
+/* Does a joint hold the two bodies together? They do not touch then. */
+bool scene_links_join(const thrum_scene *scene, int32_t a, int32_t b);
+
 void scene_links_reset(thrum_scene *scene);
 void scene_links_free(thrum_scene *scene);
 

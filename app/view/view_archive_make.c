@@ -95,13 +95,16 @@ static void list_models(const scene_models *models, const scene_spec *spec, mode
   }
 }
 
-/* Names what damps bodies that the viewer knows nothing of. */
+/* Names what acts on bodies that the viewer knows nothing of. */
 static void warn_of_rest(const scene_spec *spec) {
   bool beta = false;
   for (int64_t n = 0; n < spec->bodies.count; n++)
     beta = beta || scene_bodies(spec)[n].settings.def.damping_beta > 0;
   if (beta)
     config_warn("%.200s: the viewer leaves out damping that grows with stiffness", spec->file.name);
+  if (spec->links.count > 0)
+    config_warn("%.200s: the viewer leaves out links: bodies move there as if nothing tied them",
+                spec->file.name);
 }
 
 static thrum_status pack_run(const scene_run *run, view_archive *archive, thrum_error *error) {

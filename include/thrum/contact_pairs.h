@@ -214,9 +214,9 @@ typedef struct thrum_contact_links {
  *
  * links (NULL: none) are between members, solved for with the touches; their reports are updated.
  * With links, members without a skin (NULL) touch nothing, and bodies that are linked meet others
- * by springs alone (docs/contact.md). A link of a member that fails lets go for the step.
- * THRUM_INVALID_ARGUMENT for NULL, no groups, or a room of another def, and for links beyond the
- * def or of members that are none; *group is then of none. */
+ * by springs alone (docs/contact.md); two that a joint ties do not touch. A link of a member that
+ * fails lets go for the step. THRUM_INVALID_ARGUMENT for NULL, no groups, or a room of another def,
+ * and for links beyond the def or of members that are none; *group is then of none. */
 THRUM_API thrum_status thrum_contact_pairs_step_beside(
     const thrum_contact_pairs *pairs, thrum_contact_pairs *room, int64_t group_count,
     thrum_contact_member *members, int64_t count, const thrum_contact_links *links,

@@ -145,6 +145,17 @@ void thrum_links_open(thrum_pairs_run *run, thrum_link *links, int64_t count) {
   }
 }
 
+bool thrum_links_join(const thrum_pairs_run *run, int64_t a, int64_t b) {
+  for (int64_t n = 0; n < run->link_count; n++) {
+    const thrum_link *link = run->view.links[n].link;
+    const int64_t first = link->sides[0].member, second = link->sides[1].member;
+    if (link->kind != THRUM_LINK_SPRING &&
+        ((first == a && second == b) || (first == b && second == a)))
+      return true;
+  }
+  return false;
+}
+
 /* --- conditions ------------------------------------------------------------------------------- */
 
 /* The place of a side from that of the other: at the start or at the end of the step. */

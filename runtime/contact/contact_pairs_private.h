@@ -246,6 +246,9 @@ void thrum_pairs_solve(thrum_pairs_run *run);
 void thrum_links_open(thrum_pairs_run *run, thrum_link *links, int64_t count);
 void thrum_links_aim(thrum_pairs_run *run);
 
+/* contact_pairs_link.c: does a joint hold the two members together? They do not touch then. */
+bool thrum_links_join(const thrum_pairs_run *run, int64_t a, int64_t b);
+
 /* contact_pairs_link.c: the parts of a solve, as those of contact_solve.c: pushes with the forces
  * that links have; solves all of them at once, and returns by how much they were off [m]; loads. */
 double thrum_links_begin(thrum_pairs_run *run);

@@ -576,6 +576,7 @@ void thrum_pairs_search(thrum_pairs_run *run) {
     for (int64_t b = a + 1; b < run->count; b++) {
       if (run->members[a].status < 0 || run->members[b].status < 0 ||
           run->members[a].skin == NULL || run->members[b].skin == NULL ||
+          thrum_links_join(run, a, b) ||
           (run->members[a].solid != NULL && run->members[b].solid != NULL))
         continue;
       search s = {.run = run,

@@ -315,6 +315,33 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
        "scene.json:2: probes[0].body: there is no body \"b\""},
       {"{\"bodies\": [" BODY "}],\n\"probes\": [{\"body\": \"a\", \"at\": \"vertex=999\"}]}",
        "scene.json:2: probes[0].at: the model has vertices 1 to"},
+      {"{\"bodies\": [" BODY "}],\n\"links\": [{\"kind\": \"rope\"}]}",
+       "scene.json:2: links[0].kind: wants spring, ball, hinge or weld, not \"rope\""},
+      {"{\"bodies\": [" BODY "}],\n\"links\": [{\"kind\": \"ball\", \"body\": \"a\"}]}",
+       "scene.json:2: links[0]: a link needs \"at\" or \"place\""},
+      {"{\"bodies\": [" BODY
+       "}],\n\"links\": [{\"kind\": \"ball\", \"body\": \"a\", \"at\": \"tip\",\n"
+       "\"other\": \"b\"}]}",
+       "scene.json:3: links[0].other: there is no body \"b\""},
+      {"{\"bodies\": [" BODY
+       "}],\n\"links\": [{\"kind\": \"ball\", \"body\": \"a\", \"at\": \"tip\",\n"
+       "\"stiffness\": 3}]}",
+       "scene.json:3: links[0].stiffness: is of a spring"},
+      {"{\"bodies\": [" BODY
+       "}],\n\"links\": [{\"kind\": \"ball\", \"body\": \"a\",\n\"at\": \"tap\"}]}",
+       "scene.json:3: links[0].at: no group 'tap'"},
+      {"{\"bodies\": [" BODY
+       ", \"condense\": 3}],\n\"links\": [{\"kind\": \"ball\", \"body\": \"a\", "
+       "\"at\": \"tip\"}]}",
+       "scene.json:2: links[0]: body 'a' is condensed"},
+      {"{\"bodies\": [" BODY
+       ", \"error\": 0.1}],\n\"links\": [{\"kind\": \"ball\", \"body\": \"a\", "
+       "\"at\": \"tip\"}]}",
+       "scene.json:2: links[0]: body \"a\" has \"error\", \"budget\" or \"detail\""},
+      {"{\"bodies\": [" BODY
+       "}],\n\"links\": [{\"kind\": \"ball\", \"body\": \"a\", \"at\": \"tip\",\n"
+       "\"file\": \"none.csv\"}]}",
+       "scene.json:3: links[0].file: "},
       {"{\"bodies\": [" BODY "}],\n\"outputs\": {\"frames\": -1}}",
        "scene.json:2: outputs.frames: wants frames a second"},
       {"{\"bodies\": [" BODY ",]}", "scene.json:1: "},
@@ -608,6 +635,59 @@ static void what_touches_in_the_scenes_keeps_its_distance(void **state) {
   }
 }
 
+/* Joints of the scene that comes with Thrum stay closed, and the account has what links took and
+ * what their ends did. */
+static void a_scene_with_links_adds_up(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "simulate", SCENES "/links.json", "-o", "linked", "--time",
+                                 "0.6", "--json", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  cJSON *object = json_line(run.out);
+  const cJSON *links = cJSON_GetObjectItem(object, "links"), *link = NULL;
+  double driven = 0, lost = 0;
+  assert_int_equal(cJSON_GetArraySize(links), 4);
+  cJSON_ArrayForEach(link, links) {
+    assert_true(cJSON_IsTrue(cJSON_GetObjectItem(link, "holds")));
+    assert_true(json_value(link, "largest_drift_m") < 1e-11);
+    driven += json_value(link, "driven_j");
+    lost += json_value(link, "lost_j");
+  }
+
+  // the handle does work, the spring takes some
+  const cJSON *of = cJSON_GetObjectItem(object, "collisions");
+  const double first = json_value(cJSON_GetObjectItem(of, "first"), "total_j");
+  const double last = json_value(cJSON_GetObjectItem(of, "last"), "total_j");
+  assert_true(driven > 0.1 && lost > 0.01);
+  assert_true(fabs(first + driven - lost - last) < 1e-9 * driven);
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
+static void a_handle_follows_a_file_and_lets_go(void **state) {
+  (void)state;
+  put("hand.csv", "t,x,y,z\n0,7,7,7\n0.1,7,7.02,7.03\n1,7,7.02,7.03\n");
+#define PULLED(until)                                                                              \
+  "{\"time\": 0.2, \"dt\": 0.002, \"bodies\": [{\"name\": \"a\", \"model\": \"beam.npz\"}],\n"     \
+  " \"links\": [{\"kind\": \"ball\", \"body\": \"a\", \"at\": \"tip\", \"file\": "                 \
+  "\"hand.csv\"" until "}],\n \"probes\": [{\"body\": \"a\", \"at\": \"tip\"}]}"
+
+  // the tip goes as far as the file says, from where it is
+  double held[6], free_again[6];
+  cJSON_Delete(simulate(PULLED(""), "pulled", 0));
+  last_probes("pulled/probes.csv", 6, held);
+  assert_true(fabs(held[0] - 1) < 1e-9 && fabs(held[1] - 0.02) < 1e-9);
+  assert_true(fabs(held[2] - 0.03) < 1e-9);
+
+  // and springs back where it is let go
+  cJSON *object = simulate(PULLED(", \"until\": 0.15"), "let_go", 0);
+  last_probes("let_go/probes.csv", 6, free_again);
+  assert_true(fabs(free_again[2] - 0.03) > 1e-3);
+  const cJSON *link = cJSON_GetArrayItem(cJSON_GetObjectItem(object, "links"), 0);
+  assert_true(cJSON_IsFalse(cJSON_GetObjectItem(link, "holds")));
+  cJSON_Delete(object);
+}
+
 /* A heavy cube sinks through a soft one, and the run says so. */
 static void surfaces_that_cross_flag_the_run(void **state) {
   (void)state;
@@ -699,6 +779,8 @@ int main(void) {
       cmocka_unit_test(the_schema_is_committed_and_every_key_is_documented),
       cmocka_unit_test(the_scenes_that_come_with_thrum_run),
       cmocka_unit_test(what_touches_in_the_scenes_keeps_its_distance),
+      cmocka_unit_test(a_scene_with_links_adds_up),
+      cmocka_unit_test(a_handle_follows_a_file_and_lets_go),
       cmocka_unit_test(surfaces_that_cross_flag_the_run),
       cmocka_unit_test(a_path_turns_as_far_as_its_angles_say),
   };
