@@ -255,6 +255,10 @@ static const config_option body_keys[] = {
     OPTION_VECTOR("velocity", "m/s", "[0, 0, 0]", "of a free body at the start", AT(velocity)),
     OPTION_VECTOR("spin", "degrees/s", "[0, 0, 0]",
                   "angular velocity of a free body at the start, in world axes", AT(spin)),
+    OPTION_FLAG("coupled",
+                "spin and shape of a free body act on each other, by centrifugal and Coriolis "
+                "forces and the inertia of the deformed shape",
+                .fallback = "false", AT(coupled)),
     OPTION_TEXTS("start", "at rest", "as --start of simulate; several add up",
                  .path = CONFIG_PATH_NAMED, .is_name = is_model_name_or_spec, .check = check_start,
                  AT(start)),

@@ -249,6 +249,7 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   def->q = body->start;
   def->p = body->start + rank;
   def->free = spec->free;
+  def->coupled = spec->coupled;
   memcpy(def->velocity, spec->velocity, sizeof def->velocity);
   for (int axis = 0; axis < 3; axis++)
     def->spin[axis] = SCENE_DEGREE * spec->spin[axis];

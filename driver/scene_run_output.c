@@ -146,6 +146,7 @@ static cJSON *placement_json(const scene_run *run, const scene_body_run *body) {
   json_number(object, "stiffness", spec->stiffness);
   json_number(object, "density", spec->density);
   cJSON_AddBoolToObject(object, "free", spec->free);
+  cJSON_AddBoolToObject(object, "coupled", spec->coupled);
   return object;
 }
 

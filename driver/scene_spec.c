@@ -141,12 +141,20 @@ static thrum_status check_body(const scene_spec *spec, const scene_body_spec *bo
   if (body->settings.def.integrator != THRUM_INTEGRATOR_IMEXV)
     THRUM_TRY(check_split(spec, at, body->settings.def.integrator));
 
-  // velocities are initial values of the rigid motion, which a held body has not
-  static const char *const of_free[] = {"velocity", "spin"};
-  for (int n = 0; n < 2 && !body->free; n++)
+  // these are of the rigid motion, which a held body has not
+  static const char *const of_free[] = {"velocity", "spin", "coupled"};
+  for (int n = 0; n < 3 && !body->free; n++)
     if (config_record_member(&spec->file, at, of_free[n]) != NULL)
       return config_record_refuse(&spec->file, at, of_free[n], THRUM_BAD_VALUE,
                                   "is of a body that is free");
+
+  // what steps fewer coordinates has no inertia of the deformed shape
+  static const char *const of_apart[] = {"condense", "error", "budget", "detail"};
+  for (int n = 0; n < 4 && body->coupled; n++)
+    if (config_record_member(&spec->file, at, of_apart[n]) != NULL)
+      return config_record_refuse(&spec->file, at, of_apart[n], THRUM_BAD_VALUE,
+                                  "is not of a body that is coupled, which steps all of its "
+                                  "coordinates");
   return THRUM_OK;
 }
 

@@ -51,6 +51,7 @@ typedef struct scene_body_spec {
   bool free;
   double velocity[3]; /* of a free body at the start [m/s] */
   double spin[3];     /* its angular velocity [degrees/s] */
+  bool coupled;       /* spin and shape act on each other */
   config_texts start, loads;
   const char *touch;      /* "surface", "none", or a group */
   double touch_stiffness; /* [N/m^3]; 0: chosen */

@@ -27,9 +27,10 @@ void EXPORT(js_scene_free)(thrum_scene *scene) {
  * start amplitude. `of` is the first field of a model's handle. Returns the body's number. */
 int32_t EXPORT(js_scene_add_body)(thrum_scene *scene, const thrum_model *const *of,
                                   int32_t integrator, int32_t rank, int32_t condense,
-                                  int32_t free_body, int32_t collides, int32_t start_mode,
-                                  const int32_t *triangles, int32_t triangle_count,
-                                  const int32_t *touch, int32_t touch_count) {
+                                  int32_t free_body, int32_t coupled, int32_t collides,
+                                  int32_t start_mode, const int32_t *triangles,
+                                  int32_t triangle_count, const int32_t *touch,
+                                  int32_t touch_count) {
   const double *n = js_numbers();
   thrum_scene_body_def def = thrum_default_scene_body_def();
   def.model = *of;
@@ -49,6 +50,7 @@ int32_t EXPORT(js_scene_add_body)(thrum_scene *scene, const thrum_model *const *
   def.rank = rank;
   def.condense = condense;
   def.free = free_body;
+  def.coupled = coupled;
   def.collides = collides;
   def.start_mode = start_mode;
   def.triangles = triangles;

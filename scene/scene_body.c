@@ -121,6 +121,7 @@ static void free_body(thrum_scene *scene, scene_body *body) {
   free(body->parts);
   free(body->moments);
   free(body->resultants);
+  free(body->inertia_work);
 
   free(body->surface);
   free(body->areas);

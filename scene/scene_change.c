@@ -25,8 +25,14 @@ static thrum_status rebuild_as(thrum_scene *scene, scene_body *body, const thrum
   for (int64_t i = scene_shown(body); i < rank; i++)
     body->q[i] = body->p[i] = 0;
 
+  thrum_rigid_frame frame = body->rigid_frame;
   thrum_status status =
       scene_state_make(scene, derived->model, def, body->q, body->p, &state, error);
+  if (body->inertia_work != NULL) {
+    THRUM_THEN(status, scene_coupled_fit(body, derived, def, error));
+    THRUM_THEN(status, thrum_floating_frame_settle(derived->inertia, body->q, body->p, &frame,
+                                                   body->inertia_work, error));
+  }
   THRUM_THEN(status, scene_make_room(scene, scene->body_count, error));
   THRUM_THEN(status, scene_skin_take(scene, body, derived, &skin, error));
   THRUM_THEN(status, scene_pairs_room(scene, body, skin, error));
@@ -56,6 +62,7 @@ static thrum_status rebuild_as(thrum_scene *scene, scene_body *body, const thrum
   body->skin = skin;
   body->derived = derived;
   body->state = state;
+  body->rigid_frame = frame;
   body->def = *def;
   memcpy(body->before, body->q, (size_t)rank * sizeof *body->q);
   memcpy(body->middle, body->q, (size_t)rank * sizeof *body->q);

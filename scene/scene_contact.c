@@ -177,6 +177,8 @@ void scene_environment(const thrum_scene *scene, scene_body *body,
                                   .load = body->force};
   memcpy(environment->force, body->wrench.force, sizeof environment->force);
   memcpy(environment->torque, body->wrench.torque, sizeof environment->torque);
+  environment->inertia = body->inertia_work != NULL ? body->derived->inertia : NULL;
+  environment->inertia_work = body->inertia_work;
 }
 
 bool scene_steps_alone(const scene_body *body) {

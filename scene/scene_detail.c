@@ -52,6 +52,11 @@ static thrum_status check(const scene_body *body, const thrum_scene_detail *def,
   if (body->model->basis == NULL || body->model->vertices == NULL)
     return thrum_error_set(error, THRUM_MISSING,
                            "a level of detail needs a model with a basis and its vertices");
+  if (body->inertia_work != NULL)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "body '%s' is coupled to its rotation, which takes all of its "
+                           "coordinates: it has no level of detail",
+                           body->name);
   if (def->masters < 1 || def->masters >= body->derived->rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a level of detail of %lld coordinates is asked for; the body steps "

@@ -33,10 +33,19 @@ static thrum_status make_rigid_frame(const thrum_scene_body_def *def, scene_body
     body->rigid_frame.centre[axis] *= s;
   for (int n = 0; n < 9; n++)
     body->rigid_frame.inverse[n] /= inertia;
+
+  // the spin turns the shape of the start where the two are coupled, and the body at rest elsewhere
   double spin[3], momentum[3];
-  scene_to_body(&body->placement, def->spin, spin);
-  find_momentum(body->rigid_frame.inverse, spin, momentum);
-  scene_to_world(&body->placement, momentum, body->start_momentum);
+  if (def->coupled) {
+    THRUM_TRY(scene_coupled_fit(body, body->derived, &def->state, error));
+    THRUM_TRY(scene_coupled_start(body, error));
+    thrum_floating_frame_spin(&body->placement, def->spin, &body->rigid_frame);
+    memcpy(body->start_momentum, body->rigid_frame.momentum, sizeof body->start_momentum);
+  } else {
+    scene_to_body(&body->placement, def->spin, spin);
+    find_momentum(body->rigid_frame.inverse, spin, momentum);
+    scene_to_world(&body->placement, momentum, body->start_momentum);
+  }
   if (!thrum_all_finite(body->start_momentum, 3))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "with this spin, scale and density the angular momentum at the start is "
@@ -47,6 +56,9 @@ static thrum_status make_rigid_frame(const thrum_scene_body_def *def, scene_body
 thrum_status scene_free_make(const thrum_scene_body_def *def, scene_body *body,
                              thrum_error *error) {
   // a body may be free where its model has rigid modes
+  if (!def->free && def->coupled)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "a body that is held has no rotation to couple its shape to");
   if (!def->free)
     return THRUM_OK;
   if (def->model->rigid == NULL || !isnormal(def->model->rigid[0]))
@@ -86,6 +98,9 @@ void scene_free_reset(scene_body *body) {
   memcpy(body->way.velocity, body->start_velocity, sizeof body->way.velocity);
   memcpy(body->rigid_frame.attitude, identity, sizeof identity);
   memcpy(body->rigid_frame.momentum, body->start_momentum, sizeof body->start_momentum);
+  // it could be settled when the body was made
+  if (body->inertia_work != NULL)
+    scene_coupled_start(body, NULL);
   scene_free_place(body);
 }
 

@@ -106,9 +106,20 @@ void scene_model_drop(thrum_scene *scene, scene_model *model) {
       break;
     }
   }
+  thrum_inertia_destroy(model->inertia);
   free(model->unscaled);
   free(model->memory);
   free(model);
+}
+
+thrum_status scene_model_inertia(scene_model *model, thrum_error *error) {
+  if (model->inertia != NULL)
+    return THRUM_OK;
+  if (model->condensed)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "a condensed body is not coupled to its rotation: step all of its "
+                           "coordinates");
+  return thrum_inertia_create(model->from, model->rank, &model->by, &model->inertia, error);
 }
 
 thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *error) {

@@ -138,6 +138,8 @@ void scene_parts_sum(const thrum_scene *scene, scene_body *body, int64_t step,
   // the loads of this step, summed
   thrum_load_sum(body->now, body->resultants, body->load_count, 3, step, scene->dt, wrench->force);
   thrum_load_sum(body->now, body->moments, body->load_count, 9, step, scene->dt, moments);
+  if (body->inertia_work != NULL)
+    scene_coupled_moments(scene, body, step, moments);
 
   // the torque is the antisymmetric part of the moments in the world
   for (int j = 0; j < 3; j++)

@@ -6,6 +6,7 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 
+#include "thrum/floating_frame.h"
 #include "thrum/scene.h"
 
 /* A model as bodies step it: scaled, cut down, without a mesh. Shared by all bodies that want the
@@ -17,6 +18,7 @@ typedef struct scene_model {
   int64_t rank;
   bool condensed; /* the other coordinates follow */
   thrum_model_scaling by;
+  thrum_inertia *inertia; /* of bodies whose rotation is coupled to their shape; NULL: none yet */
   int32_t users;
   struct scene_model *next;
 } scene_model;
@@ -172,6 +174,7 @@ typedef struct scene_body {
   double *resultants; /* load_count x 3 [N] */
   thrum_translation way;
   thrum_rigid_frame rigid_frame;
+  double *inertia_work; /* of a free body whose rotation is coupled to its shape; NULL: it is not */
   double start_momentum[3]; /* [kg m^2/s] */
   double start_velocity[3];
   int32_t *surface; /* surface_count vertices of the triangles, ascending */
@@ -352,6 +355,9 @@ thrum_status scene_model_take(thrum_scene *scene, const thrum_model *from, int64
                               thrum_error *error);
 void scene_model_drop(thrum_scene *scene, scene_model *model);
 
+/* Finds or makes the inertia of a model. */
+thrum_status scene_model_inertia(scene_model *model, thrum_error *error);
+
 /* Room for stepping bodies side by side, after bodies or models have changed. */
 thrum_status scene_make_room(thrum_scene *scene, int32_t bodies, thrum_error *error);
 
@@ -422,7 +428,23 @@ void scene_free_step(scene_body *body, const scene_wrench *wrench, double dt);
 void scene_free_place(scene_body *body);
 void scene_free_reset(scene_body *body);
 
-/* Velocity of the frame at an arm from the centre, both in the world. */
+/* scene_coupled.c: free bodies whose rotation and shape act on each other. */
+
+/* Makes ready what a body needs to step a model by a def as a coupled one. */
+thrum_status scene_coupled_fit(scene_body *body, scene_model *derived, const thrum_state_def *def,
+                               thrum_error *error);
+
+/* The frame's inertia and internal momentum at the start of the body. */
+thrum_status scene_coupled_start(scene_body *body, thrum_error *error);
+
+/* One step of state, frame and centre of mass. */
+thrum_status scene_coupled_step(scene_body *body, thrum_error *error);
+
+/* Adds to the moments of the loads on the body at rest those on the shape in body->q. */
+void scene_coupled_moments(const thrum_scene *scene, const scene_body *body, int64_t step,
+                           double moments[9]);
+
+/* scene_free_body.c: velocity of the frame at an arm from the centre, both in the world. */
 void scene_free_velocity(const scene_body *body, const double arm[3], double velocity[3]);
 
 /* The centre of mass in the world. */

@@ -13,7 +13,7 @@
 #define COUNT_MAX (INT64_C(1) << 62)
 
 /* The version is that of the records below. */
-static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 7};
+static const thrum_seal_kind kind = {{'t', 'h', 'r', 'u', 'm', 's', 'c', 'n'}, 8};
 
 typedef struct scene_record {
   uint64_t revision;
@@ -131,6 +131,15 @@ static bool is_count(int64_t count) {
   return count >= 0 && count <= COUNT_MAX;
 }
 
+/* Only a coupled body's inertia and internal momentum change with its shape. */
+static bool is_inertia_right(const scene_body *body, const thrum_rigid_frame *then) {
+  const thrum_rigid_frame *now = &body->rigid_frame;
+  if (body->inertia_work != NULL)
+    return thrum_all_finite(then->inverse, 9) && thrum_all_finite(then->internal, 3);
+  return memcmp(then->inverse, now->inverse, sizeof now->inverse) == 0 &&
+         memcmp(then->internal, now->internal, sizeof now->internal) == 0;
+}
+
 /* Whether the parts of a body's motion that steps do not change are as now, and the rest finite. */
 static bool is_motion_right(const scene_body *body, const body_record *record) {
   const thrum_rigid_frame *now = &body->rigid_frame, *then = &record->rigid_frame;
@@ -138,8 +147,8 @@ static bool is_motion_right(const scene_body *body, const body_record *record) {
   return thrum_all_finite(sums, 3) && record->way.mass == body->way.mass &&
          thrum_all_finite(record->way.position, 3) && thrum_all_finite(record->way.velocity, 3) &&
          memcmp(then->centre, now->centre, sizeof now->centre) == 0 &&
-         memcmp(then->inverse, now->inverse, sizeof now->inverse) == 0 &&
-         thrum_all_finite(then->attitude, 9) && thrum_all_finite(then->momentum, 3);
+         is_inertia_right(body, then) && thrum_all_finite(then->attitude, 9) &&
+         thrum_all_finite(then->momentum, 3);
 }
 
 /* Checks what updates have seen of a body, in a scene of so many steps, at *at, which moves behind

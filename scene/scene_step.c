@@ -11,6 +11,8 @@
 static thrum_status load(const thrum_scene *scene, scene_body *body, thrum_error *error) {
   scene_wrench *wrench = &body->wrench;
   *wrench = (scene_wrench){{0}, {0}};
+  if (body->inertia_work != NULL)
+    THRUM_TRY(scene_body_read(body, false, error));
   scene_loads_sum(scene, body, wrench);
   if (scene->air > 0 && body->surface_count > 0)
     THRUM_TRY(scene_wind_add(scene, body, wrench, error));
@@ -78,7 +80,7 @@ static void note(scene_body *body, thrum_status status, const thrum_error *detai
 
 /* Does the body make its step by itself or in a group, and not side by side with others? */
 static bool is_apart(const scene_body *body) {
-  return body->group >= 0 || scene_steps_alone(body);
+  return body->group >= 0 || body->inertia_work != NULL || scene_steps_alone(body);
 }
 
 /* Steps a group of bodies that are near each other. */
@@ -96,8 +98,8 @@ static void group_task(thrum_scene *scene, int32_t worker) {
 }
 
 /* The first tasks step groups, one each; those behind them step body after body where it touches
- * obstacles or is pulled, since contact may take several attempts, and hand its load to its state
- * otherwise. */
+ * obstacles or is pulled, since contact may take several attempts, or where its rotation is coupled
+ * to its shape, and hand its load to its state otherwise. */
 static void contact_task(void *of, int32_t index, int32_t worker) {
   thrum_scene *scene = of;
   const int32_t number = index - scene->pairs.group_count;
@@ -113,14 +115,15 @@ static void contact_task(void *of, int32_t index, int32_t worker) {
     return;
 
   *error = (thrum_error){0};
-  if (!scene_steps_alone(body)) {
+  if (!is_apart(body)) {
     body->stepped = thrum_state_set_force(body->derived->model, body->state, body->force, error);
     return;
   }
 
   // the scratch is the worker's
   scene_lend(scene, body, worker);
-  body->stepped = scene_touch_step(scene, body, error);
+  body->stepped = scene_steps_alone(body) ? scene_touch_step(scene, body, error)
+                                          : scene_coupled_step(body, error);
   if (body->stepped >= 0)
     count_work(scene, body);
 }

@@ -97,9 +97,14 @@ static void list_models(const scene_models *models, const scene_spec *spec, mode
 
 /* Names what acts on bodies that the viewer knows nothing of. */
 static void warn_of_rest(const scene_spec *spec) {
-  bool beta = false;
-  for (int64_t n = 0; n < spec->bodies.count; n++)
+  bool beta = false, coupled = false;
+  for (int64_t n = 0; n < spec->bodies.count; n++) {
     beta = beta || scene_bodies(spec)[n].settings.def.damping_beta > 0;
+    coupled = coupled || scene_bodies(spec)[n].coupled;
+  }
+  if (coupled)
+    config_warn("%.200s: the viewer leaves out what spin and shape do to each other",
+                spec->file.name);
   if (beta)
     config_warn("%.200s: the viewer leaves out damping that grows with stiffness", spec->file.name);
   if (spec->links.count > 0)

@@ -29,6 +29,7 @@
 #define THRUM_CONTACT_H
 
 #include "thrum/api.h"
+#include "thrum/inertia.h"
 #include "thrum/rigid_frame.h"
 #include "thrum/state.h"
 
@@ -203,6 +204,10 @@ typedef struct thrum_contact_environment {
   double force[3];    /* other force on the translation, such as its weight [N]; larger: faster */
   thrum_rigid_frame *rigid_frame; /* rotated by the step; NULL: the body does not rotate */
   double torque[3]; /* other torque about the centre of mass [N m]; larger: faster rotation */
+  const thrum_inertia *inertia; /* of a body whose rotation and shape are stepped together
+                                   (thrum/floating_frame.h), with a settled rigid_frame; NULL: the
+                                   two are apart */
+  double *inertia_work; /* scratch that thrum_floating_frame_step needs; NULL without inertia */
 } thrum_contact_environment;
 
 /* Counters and energies of a contact since init or reset. The work that the obstacles did on the
@@ -270,7 +275,8 @@ THRUM_API double thrum_contact_stiffness(const thrum_contact *contact);
 /* Predicts the step, solves for contact and pulls, and sets the state's force to the environment's
  * load and theirs. THRUM_INVALID_ARGUMENT for a contact that init did not make or an environment
  * that does not fit it, THRUM_MODEL_MISMATCH for a state of another model or size, THRUM_BAD_VALUE
- * for numbers that are not finite or out of their range. */
+ * for numbers that are not finite or out of their range, THRUM_UNSUPPORTED for an environment with
+ * an inertia, which thrum_contact_step alone steps with. */
 THRUM_API thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
                                            thrum_contact *contact,
                                            const thrum_contact_environment *environment,

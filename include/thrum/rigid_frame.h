@@ -1,9 +1,10 @@
 /* The rigid-body frame of a free body: its rotation about the centre of mass, in which the elastic
  * coordinates live (docs/contact.md).
  *
- * The frame has the inertia of the body at rest. Centrifugal and Coriolis forces, by which spin and
- * shape act on each other, are left out: it serves bodies that turn slowly against their lowest
- * frequency. A step keeps the angular momentum and changes the energy by torque times angle.
+ * Stepped by itself, the frame has the inertia of the body at rest. Centrifugal and Coriolis
+ * forces, by which spin and shape act on each other, are left out then: it serves bodies that turn
+ * slowly against their lowest frequency. A step keeps the angular momentum and changes the energy
+ * by torque times angle. thrum/floating_frame.h steps frame and shape together, with these forces.
  *
  * A frame is a plain value: copy it, and step a copy in one thread at a time. No function here
  * allocates.
@@ -32,6 +33,8 @@ typedef struct thrum_rigid_frame {
   double inverse[9];  /* of the inertia about it, in the mesh [1/(kg m^2)]; symmetric, row-major */
   double attitude[9]; /* rotation since the placement, in the world; row-major */
   double momentum[3]; /* angular momentum about the centre, in the world [kg m^2/s] */
+  double internal[3]; /* what the motion of the shape in the frame has of it, in the mesh; 0 where
+                         the frame is stepped by itself */
 } thrum_rigid_frame;
 
 /* Sets a frame at rest, with the centre of mass and the inertia of a free body's model.
@@ -49,7 +52,8 @@ THRUM_API void thrum_rigid_frame_step(thrum_rigid_frame *rigid_frame,
                                       const thrum_placement *placement, const double torque[3],
                                       double dt, double angle[3]);
 
-/* Kinetic energy of the rotation [J]. */
+/* Kinetic energy of the rotation [J]: with 1/2 |p|^2 of the shape that of the body about its
+ * centre, also where the two are stepped together. */
 THRUM_API double thrum_rigid_frame_energy(const thrum_rigid_frame *rigid_frame,
                                           const thrum_placement *placement);
 

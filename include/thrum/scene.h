@@ -119,6 +119,12 @@ typedef struct thrum_scene_body_def {
    * it turns faster, about the direction of the vector. */
   double spin[3];
 
+  /* 1: the rotation and the shape of a free body act on each other, by centrifugal, Coriolis and
+   * Euler forces and the inertia of the deformed shape (thrum/floating_frame.h); 0: it turns as the
+   * body at rest would. With the integrator energy and rest damping, all of whose coordinates are
+   * stepped: THRUM_UNSUPPORTED otherwise. Default 0. */
+  int32_t coupled;
+
   /* triangle_count x 3: 0-based vertices of the outer triangles, counter-clockwise from outside.
    * Wind acts on them, and they give the touching vertices their areas. Default NULL: none. */
   const int32_t *triangles;

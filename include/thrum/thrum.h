@@ -13,6 +13,8 @@
 #include "thrum/embedding.h"
 #include "thrum/equilibrium.h"
 #include "thrum/external_load.h"
+#include "thrum/floating_frame.h"
+#include "thrum/inertia.h"
 #include "thrum/kernel.h"
 #include "thrum/kernel_pass.h"
 #include "thrum/link.h"

@@ -201,6 +201,8 @@ export interface BodyOptions {
   condense?: number;
   /** It moves and rotates as a whole; the model then has rigid modes. */
   free?: boolean;
+  /** Rotation and shape of a free body act on each other; default false. */
+  coupled?: boolean;
   /** Of a free body, [m/s] and [rad/s]. */
   velocity?: Vector;
   spin?: Vector;

@@ -50,8 +50,12 @@ static thrum_status check_motion(const thrum_contact_environment *environment, t
   const thrum_rigid_frame *rigid_frame = environment->rigid_frame;
   if (rigid_frame &&
       (!thrum_all_finite(rigid_frame->centre, 3) || !thrum_all_finite(rigid_frame->inverse, 9) ||
-       !thrum_all_finite(rigid_frame->attitude, 9) || !thrum_all_finite(rigid_frame->momentum, 3)))
+       !thrum_all_finite(rigid_frame->attitude, 9) || !thrum_all_finite(rigid_frame->momentum, 3) ||
+       !thrum_all_finite(rigid_frame->internal, 3)))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the rigid frame is not finite");
+  if (environment->inertia && (!rigid_frame || !environment->inertia_work))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "an inertia comes with a rigid frame and with work");
   return THRUM_OK;
 }
 

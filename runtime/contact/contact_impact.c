@@ -116,6 +116,7 @@ static void look_at(thrum_contact_run *body) {
 
   // the angular velocity is linear in the angular momentum, so three of them are the inverse
   thrum_rigid_frame unit = *frame;
+  memset(unit.internal, 0, sizeof unit.internal);
   thrum_rigid_frame_velocity(frame, body->environment->placement, impact->spin);
   for (int axis = 0; axis < 3; axis++) {
     double column[3];

@@ -361,7 +361,7 @@ static thrum_status step_member(const thrum_pairs_run *run, int64_t n, thrum_err
   const double own = def->tolerance;
   if (run->view.runs[n].linked && !(own > 0.0 && own < LINKED))
     def->tolerance = LINKED;
-  const thrum_status status = thrum_step(member->model, member->state, error);
+  const thrum_status status = thrum_contact_advance(run->view.runs + n, error);
   def->tolerance = own;
   return status;
 }

@@ -21,6 +21,7 @@
 #include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/dynamics/state_layout.h"
 #include "runtime/polynomial/polynomial_private.h"
+#include "thrum/floating_frame.h"
 
 /* How a mode moves in a step: by s_i [momentum h p_i + load h^2 (f_i - R_i)], s_i = 1 / (1 +
  * damping h d_i + stiffness h^2 w_i^2). */
@@ -87,6 +88,17 @@ static void fill_unloaded(const thrum_contact_run *run, const double *momentum,
   }
 }
 
+/* The forces of a rotation that is coupled to the shape, into the forces of the prediction. */
+static void add_rotation_force(const thrum_contact_run *run, const thrum_state_view *view) {
+  const thrum_contact_environment *environment = run->environment;
+  if (!environment->inertia)
+    return;
+  thrum_floating_frame_force(environment->inertia, environment->placement, environment->rigid_frame,
+                             view->q, view->p, view->direction, environment->inertia_work);
+  for (int32_t i = 0; i < run->state->rank; i++)
+    view->force[i] -= view->direction[i];
+}
+
 thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error) {
   thrum_state *state = run->state;
   const int32_t r = state->rank;
@@ -105,6 +117,7 @@ thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error) {
       run->view.q[i] = view.q[i];
       run->view.p[i] = view.p_next[i];
     }
+    add_rotation_force(run, &view);
     // on a manifold the mass is that of the slaves as well
     const bool own = state->scheme == THRUM_SCHEME_FOX_GOODWIN;
     if (state->scheme != THRUM_SCHEME_MANIFOLD ||

@@ -180,8 +180,9 @@ typedef struct thrum_contact_run {
   double turn_weight[9]; /* h^2/2 times the inverse of the inertia, 0 for one that does not turn */
   double spin[3];        /* angular velocity at the start [rad/s] */
   double unloaded_turn[3], turned[3]; /* angle over the step, as unloaded and moved [rad] */
-  double foreseen[3]; /* turned as the solve had it, where turned is what the torque makes */
-  double torque[3];   /* as force [N m] */
+  double foreseen[3];        /* turned as the solve had it, where turned is what the torque makes */
+  thrum_rigid_frame stepped; /* with an inertia: the frame after the state's step */
+  double torque[3];          /* as force [N m] */
   thrum_impact_body impact;
 } thrum_contact_run;
 
@@ -224,6 +225,10 @@ thrum_status thrum_contact_prepare(thrum_contact_run *run, thrum_error *error);
 /* contact_step.c: sets the load that was solved for, and finds the rotation that its torque makes.
  */
 thrum_status thrum_contact_apply(thrum_contact_run *run, thrum_error *error);
+
+/* contact_step.c: the step of the state under that load; with an inertia also of the frame, into
+ * `stepped`, and `turned` is its rotation. */
+thrum_status thrum_contact_advance(thrum_contact_run *run, thrum_error *error);
 
 /* contact_step.c: did the contact with obstacles give back no more than it had taken, up to
  * rounding? */

@@ -11,6 +11,7 @@
 
 #include "runtime/contact/contact_impact.h"
 #include "runtime/dynamics/state_layout.h"
+#include "thrum/floating_frame.h"
 
 #define ROUNDING 1e-10 /* share of the energy flow of contact that rounding may add */
 
@@ -81,8 +82,9 @@ thrum_status thrum_contact_open(const thrum_model *model, thrum_state *state,
 thrum_status thrum_contact_apply(thrum_contact_run *run, thrum_error *error) {
   memcpy(run->foreseen, run->turned, sizeof run->foreseen);
 
-  // the rotation that the torque really makes, by a trial step
-  if (run->environment->rigid_frame) {
+  // the rotation that the torque really makes, by a trial step; with an inertia the state's step
+  // says it
+  if (run->environment->rigid_frame && !run->environment->inertia) {
     thrum_rigid_frame trial = *run->environment->rigid_frame;
     thrum_rigid_frame_step(&trial, run->environment->placement, run->torque, run->dt, run->turned);
   }
@@ -93,6 +95,18 @@ thrum_status thrum_contact_apply(thrum_contact_run *run, thrum_error *error) {
   memcpy(run->contact->turned, run->turned, sizeof run->turned);
   memcpy(run->contact->torque, run->torque, sizeof run->torque);
   return thrum_state_set_force(run->model, run->state, run->view.load, error);
+}
+
+thrum_status thrum_contact_advance(thrum_contact_run *run, thrum_error *error) {
+  const thrum_contact_environment *environment = run->environment;
+  if (!environment->inertia)
+    return thrum_step(run->model, run->state, error);
+  run->stepped = *environment->rigid_frame;
+  const thrum_status status = thrum_floating_frame_step(
+      run->model, run->state, environment->inertia, environment->placement, &run->stepped,
+      run->torque, run->turned, environment->inertia_work, error);
+  memcpy(run->contact->turned, run->turned, sizeof run->turned);
+  return status;
 }
 
 /* Solves for the forces, and sets them as the state's load. */
@@ -171,6 +185,9 @@ thrum_status thrum_contact_begin(const thrum_model *model, thrum_state *state,
                                  const thrum_contact_environment *environment, thrum_error *error) {
   thrum_contact_run run;
   THRUM_TRY(thrum_contact_open(model, state, contact, environment, &run, error));
+  if (environment->inertia)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "rotation and shape are stepped together by thrum_contact_step alone");
   const thrum_contact before = *contact;
   const thrum_contact_whole kept = thrum_contact_keep_whole(environment);
   const thrum_status status = begin(&run, &kept, error);
@@ -192,7 +209,9 @@ void thrum_contact_finish(thrum_contact_run *run) {
   thrum_contact_settle(run, thrum_state_view_of(run->state).q);
   if (environment->translation)
     thrum_translation_step(environment->translation, run->contact->force, run->dt);
-  if (environment->rigid_frame)
+  if (environment->inertia)
+    *environment->rigid_frame = run->stepped;
+  else if (environment->rigid_frame)
     thrum_rigid_frame_step(environment->rigid_frame, environment->placement, run->contact->torque,
                            run->dt, NULL);
   run->contact->begun = 0;
@@ -264,7 +283,7 @@ thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
   for (int attempt = ATTEMPT_FIRST; status >= 0; attempt++) {
     if (attempt != ATTEMPT_FIRST)
       status = again(&run, attempt, error);
-    THRUM_THEN(status, thrum_step(model, state, error));
+    THRUM_THEN(status, thrum_contact_advance(&run, error));
     if (status < 0 || attempt == ATTEMPT_WITHOUT || thrum_contact_allowed(&run))
       break;
   }

@@ -3,7 +3,7 @@
  *
  *   imexv, fox-goodwin
  *                    one energy-conserving step (design 7) of all modes, from synchronised momenta
- *                    2, 4, .. SUBSTEPS_MAX such steps of dt/2, dt/4, ..
+ *                    2, 4, .. THRUM_SUBSTEPS_MAX such steps of dt/2, dt/4, ..
  *   newmark, energy, manifold
  *                    as many shorter steps of their own
  *
@@ -28,8 +28,6 @@
 #include "runtime/dynamics/newmark.h"
 #include "runtime/dynamics/staggered_momentum.h"
 
-#define SUBSTEPS_MAX 256
-
 static bool candidates_finite(const thrum_state *state, const thrum_state_view *view) {
   return thrum_all_finite(view->q_next, state->rank) &&
          thrum_all_finite(view->p_next, state->rank) &&
@@ -37,8 +35,9 @@ static bool candidates_finite(const thrum_state *state, const thrum_state_view *
 }
 
 /* One step by the scheme of `state`: energy, newmark or manifold. */
-static thrum_status advance(const thrum_model *model, const thrum_state *state,
+static thrum_status advance(void *unused, const thrum_model *model, const thrum_state *state,
                             thrum_state_view *view, thrum_solve_report *report) {
+  (void)unused;
   report->saw_nonfinite = false;
   if (state->scheme == THRUM_SCHEME_MANIFOLD)
     return thrum_step_manifold(model, state, view, report);
@@ -47,9 +46,9 @@ static thrum_status advance(const thrum_model *model, const thrum_state *state,
   return candidates_finite(state, view) ? THRUM_OK : THRUM_NOT_FINITE;
 }
 
-/* `count` steps of dt/count from view->q and view->p; nothing is kept between them. */
-static thrum_status substeps(const thrum_model *model, const thrum_state *state,
-                             thrum_state_view *view, int32_t count, thrum_solve_report *report) {
+thrum_status thrum_fallback_substeps(const thrum_model *model, const thrum_state *state,
+                                     thrum_state_view *view, int32_t count, thrum_sub_step by,
+                                     void *context, thrum_solve_report *report) {
   const size_t vector = (size_t)state->rank * sizeof(double);
 
   // a header without the history of steps of another length
@@ -73,7 +72,7 @@ static thrum_status substeps(const thrum_model *model, const thrum_state *state,
   thrum_status status = THRUM_OK;
   double dissipation = 0.0;
   for (int32_t k = 0; k < count && status >= 0; k++) {
-    status = advance(model, &shorter, &at, report);
+    status = by(context, model, &shorter, &at, report);
     if (status >= 0)
       dissipation += shorter.scheme == THRUM_SCHEME_MANIFOLD
                          ? report->dissipation
@@ -98,14 +97,14 @@ static thrum_status run_levels(const thrum_model *model, const thrum_state *stat
   thrum_status status = THRUM_NOT_CONVERGED;
   report->dissipation_known = false;
   if (whole_first) {
-    status = advance(model, state, view, report);
+    status = advance(NULL, model, state, view, report);
     report->fallback_level = THRUM_FALLBACK_ENERGY;
     if (status >= 0)
       report->dissipation = thrum_step_dissipation(model, state, view);
     report->dissipation_known = status >= 0;
   }
-  for (int32_t count = 2; count <= SUBSTEPS_MAX && status < 0; count *= 2) {
-    status = substeps(model, state, view, count, report);
+  for (int32_t count = 2; count <= THRUM_SUBSTEPS_MAX && status < 0; count *= 2) {
+    status = thrum_fallback_substeps(model, state, view, count, advance, NULL, report);
     report->fallback_level = THRUM_FALLBACK_SUBSTEPS;
   }
 

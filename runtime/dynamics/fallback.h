@@ -12,4 +12,18 @@ thrum_status thrum_fallback_run(const thrum_model *model, thrum_state *state,
                                 thrum_state_view *view, thrum_status failure,
                                 thrum_solve_report *report);
 
+/* The longest chain of shorter steps that takes the place of one. */
+#define THRUM_SUBSTEPS_MAX 256
+
+/* One step from the q and p of the view to its candidates; `context` is the caller's. */
+typedef thrum_status (*thrum_sub_step)(void *context, const thrum_model *model,
+                                       const thrum_state *state, thrum_state_view *view,
+                                       thrum_solve_report *report);
+
+/* `count` steps of dt/count from view->q and view->p to candidates, with the dissipation of all of
+ * them; nothing is kept between them. */
+thrum_status thrum_fallback_substeps(const thrum_model *model, const thrum_state *state,
+                                     thrum_state_view *view, int32_t count, thrum_sub_step by,
+                                     void *context, thrum_solve_report *report);
+
 #endif

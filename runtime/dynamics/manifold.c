@@ -31,16 +31,15 @@
 #include <string.h>
 
 #include "runtime/base/finite.h"
+#include "runtime/dynamics/average_field.h"
 #include "runtime/dynamics/following.h"
 #include "runtime/dynamics/implicit_problem.h"
 #include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-#define TOLERANCE 1e-6             /* of a residual over the step, where the def names none */
-#define SLOW 0.2                   /* residual over the one before: a new Jacobian */
-#define GAUSS 0.211324865405187118 /* (1 - 1/sqrt(3)) / 2, the first of two points in [0, 1] */
-#define QUIET 0x1p-34              /* step over the amplitude: below, guesses are not continued */
-#define PROJECTED 1e-8             /* residual of the projection over the velocity */
+#define TOLERANCE 1e-6 /* of a residual over the step, where the def names none */
+#define SLOW 0.2       /* residual over the one before: a new Jacobian */
+#define PROJECTED 1e-8 /* residual of the projection over the velocity */
 
 /* A step being solved. The arrays are of the slaves, but for what says otherwise. */
 typedef struct motion {
@@ -100,22 +99,6 @@ double thrum_manifold_slave_energy(const thrum_model *model, const double *x, co
 
 /* --- the solve -------------------------------------------------------------------------------- */
 
-/* total += h <R> at the increment d. */
-static void add_mean_force(const motion *m, const double *d, double *total) {
-  thrum_state_view *view = m->view;
-  for (int64_t i = 0; i < m->masters; i++) {
-    view->point[i] = view->q[i] + GAUSS * d[i];
-    view->point_2[i] = view->q[i] + (1.0 - GAUSS) * d[i];
-  }
-  const double *const points[2] = {view->point, view->point_2};
-  double *const forces[2] = {view->force, view->force_2};
-  double values[2];
-  thrum_internal_forces_by(view->kernel, m->model, points, forces, values, view->work);
-  const double half = 0.5 * m->state->def.dt;
-  for (int64_t i = 0; i < m->masters; i++)
-    total[i] += half * (view->force[i] + view->force_2[i]);
-}
-
 /* (alpha + beta stiffness) d into view->product, with the stiffness at rest or at the middle. */
 static void damp(const motion *m, const double *d) {
   const thrum_state_def *def = &m->state->def;
@@ -150,7 +133,7 @@ static void evaluate(const motion *m) {
   for (int64_t i = 0; i < m->masters; i++)
     total[i] = 2.0 * (d[i] / h - view->p[i]) + view->product[i] - h * view->load[i];
   thrum_follow_back(&m->follow, view->middle, m->image, total);
-  add_mean_force(m, d, total);
+  thrum_average_field_add(m->model, m->state, view, d, total);
 }
 
 /* The inverse of the Jacobian at the present increment into jacobian_next; false: there is none. */
@@ -182,33 +165,6 @@ static bool make_inverse(const motion *m, thrum_solve_report *report) {
   return report->refreshed;
 }
 
-/* The first guess: the middles of the steps before, continued; h v where they are of other steps.
- */
-static void guess(const motion *m) {
-  static const double weights[THRUM_PAST_SOLVES][THRUM_PAST_SOLVES] = {
-      {1}, {2, -1}, {3, -3, 1}, {4, -6, 4, -1}, {5, -10, 10, -5, 1}};
-  const thrum_state *state = m->state;
-  thrum_state_view *view = m->view;
-  const double h = state->def.dt;
-  const double speed = sqrt(thrum_dense_dot(view->p, view->p, m->masters));
-
-  // earlier solutions of a body that hardly moves differ by rounding, which continuing multiplies
-  int64_t known = 0;
-  while (h * speed > QUIET * state->amplitude && known < THRUM_PAST_SOLVES &&
-         known < state->past_count &&
-         state->past_dt[thrum_past_place(state->report.steps - 1 - known)] == h)
-    known++;
-
-  // one step alone says less than the velocity
-  for (int64_t i = 0; i < m->masters; i++)
-    view->unknown[i] = known < 2 ? h * view->p[i] : -2.0 * view->q[i];
-  for (int64_t n = 0; known >= 2 && n < known; n++) {
-    const double *middle = view->past_q + thrum_past_at(view, state->report.steps - 1 - n);
-    for (int64_t i = 0; i < m->masters; i++)
-      view->unknown[i] += 2.0 * weights[known - 1][n] * middle[i];
-  }
-}
-
 /* Newton's method; the increment stays in view->unknown. */
 static thrum_status solve(const motion *m, thrum_solve_report *report) {
   const thrum_state_def *def = &m->state->def;
@@ -216,7 +172,7 @@ static thrum_status solve(const motion *m, thrum_solve_report *report) {
   const double h = def->dt, tolerance = def->tolerance > 0.0 ? def->tolerance : TOLERANCE;
   const double *inverse = m->state->jacobian_kept ? view->inverse[0] : NULL;
   double last = INFINITY;
-  guess(m);
+  thrum_average_field_guess(m->state, view);
 
   // a body that hardly moves is judged by what has moved it before
   const double floor = THRUM_ROUNDING_FLOOR * m->state->amplitude;

@@ -20,10 +20,9 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "thrum/rigid_frame.h"
+#include "runtime/dynamics/rigid_frame_private.h"
 
 #include <math.h>
-#include <stdbool.h>
 #include <string.h>
 
 #include "runtime/base/vec3.h"
@@ -35,18 +34,25 @@
 
 static const double identity[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
 
-/* Axes of the mesh in the world now, attitude times placement. */
-static void whole_axes(const thrum_rigid_frame *rigid_frame, const thrum_placement *placement,
-                       double axes[9]) {
+void thrum_rigid_frame_axes(const thrum_rigid_frame *rigid_frame, const thrum_placement *placement,
+                            double axes[9]) {
   thrum_multiply3(rigid_frame->attitude, placement ? placement->axes : identity, axes);
 }
 
-/* y + h/2 J^-1 y x (y + s) - b, s = h/2 t; returns its square. */
-static double residual(const double inverse[9], double half, const double s[3], const double b[3],
-                       const double y[3], double out[3]) {
+/* w = J^-1 y + offset */
+static void mean_velocity(const double inverse[9], const double offset[3], const double y[3],
+                          double w[3]) {
+  thrum_apply3(inverse, y, w);
+  for (int axis = 0; axis < 3; axis++)
+    w[axis] += offset[axis];
+}
+
+/* y + h/2 w x (y + s) - b, s = h/2 t; returns its square. */
+static double residual(const double inverse[9], const double offset[3], double half,
+                       const double s[3], const double b[3], const double y[3], double out[3]) {
   double w[3];
   const double sum[3] = {y[0] + s[0], y[1] + s[1], y[2] + s[2]};
-  thrum_apply3(inverse, y, w);
+  mean_velocity(inverse, offset, y, w);
   thrum_cross3(w, sum, out);
   for (int axis = 0; axis < 3; axis++)
     out[axis] = y[axis] + half * out[axis] - b[axis];
@@ -54,11 +60,11 @@ static double residual(const double inverse[9], double half, const double s[3], 
 }
 
 /* Jacobian of the residual: column j is e_j + h/2 (J^-1 e_j x (y + s) + w x e_j). */
-static void jacobian(const double inverse[9], double half, const double s[3], const double y[3],
-                     double out[9]) {
+static void jacobian(const double inverse[9], const double offset[3], double half,
+                     const double s[3], const double y[3], double out[9]) {
   double w[3];
   const double sum[3] = {y[0] + s[0], y[1] + s[1], y[2] + s[2]};
-  thrum_apply3(inverse, y, w);
+  mean_velocity(inverse, offset, y, w);
   for (int j = 0; j < 3; j++) {
     const double unit[3] = {j == 0, j == 1, j == 2};
     const double column[3] = {inverse[j], inverse[3 + j], inverse[6 + j]};
@@ -70,18 +76,16 @@ static void jacobian(const double inverse[9], double half, const double s[3], co
   }
 }
 
-/* y by Newton's method, with a step halved until the residual falls; false where it is not found.
- */
-static bool solve_mean(const double inverse[9], double half, const double s[3], const double b[3],
-                       double y[3]) {
+bool thrum_rigid_frame_solve(const double inverse[9], const double offset[3], double half,
+                             const double s[3], const double b[3], double y[3], double w[3]) {
   double r[3], matrix[9], step[3], trial[3], tried[3];
   memcpy(y, b, 3 * sizeof *y);
-  double square = residual(inverse, half, s, b, y, r);
+  double square = residual(inverse, offset, half, s, b, y, r);
 
   // to rounding of the right-hand side
   const double size = thrum_dot3(b, b), enough = TOLERANCE * TOLERANCE * size;
   for (int n = 0; n < NEWTON_MAX && square > enough; n++) {
-    jacobian(inverse, half, s, y, matrix);
+    jacobian(inverse, offset, half, s, y, matrix);
     if (!thrum_solve3(matrix, r, step))
       break;
 
@@ -90,7 +94,7 @@ static bool solve_mean(const double inverse[9], double half, const double s[3], 
     for (int halving = 0; halving < 30; halving++, length *= 0.5) {
       for (int axis = 0; axis < 3; axis++)
         trial[axis] = y[axis] - length * step[axis];
-      next = residual(inverse, half, s, b, trial, tried);
+      next = residual(inverse, offset, half, s, b, trial, tried);
       if (next < square)
         break;
     }
@@ -101,13 +105,12 @@ static bool solve_mean(const double inverse[9], double half, const double s[3], 
     memcpy(r, tried, sizeof tried);
     square = next;
   }
+  mean_velocity(inverse, offset, y, w);
   return square <= SOLVED * SOLVED * size;
 }
 
-/* Rotates the frame by C, the Cayley transform of v = h/2 w in the mesh's axes: attitude = axes C
- * placed^T, then made orthonormal again. */
-static void rotate(thrum_rigid_frame *rigid_frame, const double axes[9], const double placed[9],
-                   const double v[3]) {
+void thrum_rigid_frame_rotate(thrum_rigid_frame *rigid_frame, const thrum_placement *placement,
+                              const double axes[9], const double v[3]) {
   // C = 1 + 2/(1 + v^2) ([v] + [v]^2)
   const double scale = 2.0 / (1.0 + thrum_dot3(v, v));
   const double hat[9] = {0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0};
@@ -116,9 +119,10 @@ static void rotate(thrum_rigid_frame *rigid_frame, const double axes[9], const d
   for (int n = 0; n < 9; n++)
     c[n] = identity[n] + scale * (hat[n] + square[n]);
 
+  // now = axes C placed^T
   thrum_multiply3(axes, c, whole);
-  for (int i = 0; i < 3; i++) // now = whole placed^T
-    thrum_apply3(placed, whole + 3 * i, now + 3 * i);
+  for (int i = 0; i < 3; i++)
+    thrum_apply3(placement ? placement->axes : identity, whole + 3 * i, now + 3 * i);
 
   // one step of Newton's method for the nearest rotation: rounding does not add up
   for (int i = 0; i < 3; i++)
@@ -131,11 +135,11 @@ static void rotate(thrum_rigid_frame *rigid_frame, const double axes[9], const d
  * the part. */
 static bool step_part(thrum_rigid_frame *rigid_frame, const thrum_placement *placement,
                       const double torque[3], double dt, double angle[3]) {
-  double axes[9], p[3], s[3], b[3], y[3], w[3], v[3], turned[3];
+  double axes[9], p[3], s[3], b[3], y[3], w[3], v[3], turned[3], offset[3];
   const double half = 0.5 * dt;
 
   // momentum and torque in the mesh's axes, where the inertia is constant
-  whole_axes(rigid_frame, placement, axes);
+  thrum_rigid_frame_axes(rigid_frame, placement, axes);
   thrum_apply3_transposed(axes, rigid_frame->momentum, p);
   thrum_apply3_transposed(axes, torque, s);
   for (int axis = 0; axis < 3; axis++) {
@@ -144,8 +148,10 @@ static bool step_part(thrum_rigid_frame *rigid_frame, const thrum_placement *pla
   }
 
   // the mean angular velocity; the momentum in the world is exact
-  const bool solved = solve_mean(rigid_frame->inverse, half, s, b, y);
-  thrum_apply3(rigid_frame->inverse, y, w);
+  thrum_apply3(rigid_frame->inverse, rigid_frame->internal, offset);
+  for (int axis = 0; axis < 3; axis++)
+    offset[axis] = -offset[axis];
+  const bool solved = thrum_rigid_frame_solve(rigid_frame->inverse, offset, half, s, b, y, w);
   for (int axis = 0; axis < 3; axis++) {
     v[axis] = half * w[axis];
     rigid_frame->momentum[axis] += dt * torque[axis];
@@ -154,7 +160,7 @@ static bool step_part(thrum_rigid_frame *rigid_frame, const thrum_placement *pla
   thrum_apply3(axes, v, turned);
   for (int axis = 0; axis < 3; axis++)
     angle[axis] += 2.0 * turned[axis];
-  rotate(rigid_frame, axes, placement ? placement->axes : identity, v);
+  thrum_rigid_frame_rotate(rigid_frame, placement, axes, v);
   return solved;
 }
 
@@ -182,17 +188,20 @@ void thrum_rigid_frame_step(thrum_rigid_frame *rigid_frame, const thrum_placemen
 void thrum_rigid_frame_velocity(const thrum_rigid_frame *rigid_frame,
                                 const thrum_placement *placement, double velocity[3]) {
   double axes[9], p[3], w[3];
-  whole_axes(rigid_frame, placement, axes);
+  thrum_rigid_frame_axes(rigid_frame, placement, axes);
   thrum_apply3_transposed(axes, rigid_frame->momentum, p);
+  thrum_subtract3(p, rigid_frame->internal, p);
   thrum_apply3(rigid_frame->inverse, p, w);
   thrum_apply3(axes, w, velocity);
 }
 
 double thrum_rigid_frame_energy(const thrum_rigid_frame *rigid_frame,
                                 const thrum_placement *placement) {
-  double velocity[3];
+  double velocity[3], axes[9], internal[3];
   thrum_rigid_frame_velocity(rigid_frame, placement, velocity);
-  return 0.5 * thrum_dot3(velocity, rigid_frame->momentum);
+  thrum_rigid_frame_axes(rigid_frame, placement, axes);
+  thrum_apply3(axes, rigid_frame->internal, internal);
+  return 0.5 * (thrum_dot3(velocity, rigid_frame->momentum) + thrum_dot3(velocity, internal));
 }
 
 thrum_placement thrum_placement_now(const thrum_placement *placement,

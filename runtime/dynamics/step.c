@@ -321,12 +321,10 @@ static thrum_status settle_balance(const thrum_model *model, thrum_step_run *run
   return THRUM_OK;
 }
 
-thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum_status attempted,
-                            thrum_error *error) {
-  double amplitude = 0.0;
-  thrum_status status = settle_balance(model, run, attempted, &amplitude);
-
-  // an amplitude that overflows would make every later residual look small
+/* What the step took is entered into the header to be; a failure is put into words. An amplitude
+ * that overflows would make every later residual look small. */
+static thrum_status accept(thrum_step_run *run, thrum_status status, double amplitude,
+                           thrum_error *error) {
   const double lost = run->report.dissipation + taken_by_drag(run);
   const double dissipated = run->next.report.dissipated + lost;
   if (status >= 0 && (!isfinite(amplitude) || !isfinite(dissipated) ||
@@ -334,8 +332,15 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
     status = THRUM_NOT_FINITE;
   if (status < 0)
     return say_failure(run->state, status, error);
-
   run->next.report.dissipated = dissipated;
+  return THRUM_OK;
+}
+
+thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum_status attempted,
+                            thrum_error *error) {
+  double amplitude = 0.0;
+  const thrum_status status = settle_balance(model, run, attempted, &amplitude);
+  THRUM_TRY(accept(run, status, amplitude, error));
   thrum_stability_after(model, &run->next, &run->view, &run->report);
   thrum_energy_correction_after(model, &run->next, &run->view, &run->report);
   commit(model, run, amplitude);
@@ -348,6 +353,21 @@ thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum
     return THRUM_FELL_BACK;
   return run->next.scheme == (int32_t)thrum_state_first_scheme(&run->next.def) ? THRUM_OK
                                                                                : THRUM_SWITCHED;
+}
+
+thrum_status thrum_step_end_coupled(const thrum_model *model, thrum_step_run *run,
+                                    thrum_status attempted, thrum_error *error) {
+  double amplitude = 0.0;
+  if (attempted >= 0) {
+    amplitude = thrum_motion_norm(model, &run->next, run->view.q_next, run->view.p_next);
+    find_dissipation(model, run);
+  }
+  THRUM_TRY(accept(run, attempted, amplitude, error));
+
+  // the state sees a part of the energy alone, which has no target
+  thrum_energy_correction_close(&run->next);
+  commit(model, run, amplitude);
+  return run->report.fallback_level == THRUM_FALLBACK_NONE ? THRUM_OK : THRUM_FELL_BACK;
 }
 
 thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error) {

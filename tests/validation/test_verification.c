@@ -267,6 +267,14 @@ static void a_tumbling_body_keeps_what_it_should(void **state) {
   assert_true(fabs(error_of(last_of(&all, "Newmark: energy", &before))) > 1e-4);
 }
 
+static void a_spinning_body_stretches_and_keeps_what_it_should(void **state) {
+  (void)state;
+  const rows all = solve(published_spin);
+  holds(&all, "stretch of a half of a bar, mm", -0.01, 0.01);
+  holds(&all, "energy of a soft top", -1e-11, 1e-11);
+  holds(&all, "angular momentum of a soft top", -1e-11, 1e-11);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(known_solutions_are_the_published_ones),
@@ -283,6 +291,7 @@ int main(void) {
       cmocka_unit_test(a_clamped_beam_hardens_along_the_backbone),
       cmocka_unit_test(the_full_order_says_what_the_reduced_one_says),
       cmocka_unit_test(a_tumbling_body_keeps_what_it_should),
+      cmocka_unit_test(a_spinning_body_stretches_and_keeps_what_it_should),
 
       // the split
       cmocka_unit_test(imexv_is_stable_where_the_slow_oscillator_is),
