@@ -288,6 +288,19 @@ static thrum_status prepare(void *context, const thrum_sparse *stiffness, const 
   return count_nonzeros(s, error);
 }
 
+thrum_status body_system_estimate(body_system *s, const thrum_fem *fem,
+                                  const thrum_sparse *stiffness, const thrum_sparse *mass,
+                                  thrum_shared_estimate *estimate, thrum_error *error) {
+  THRUM_TRY(take(s, fem, error));
+  THRUM_TRY(make_matrices(s, stiffness, mass, error));
+  PETSC_TRY(KSPCreate(s->comm, &s->ksp));
+  PETSC_TRY(KSPSetOperators(s->ksp, s->stiffness, s->stiffness));
+  solver_choice choice = {s->comm, s->options, s->free_count, s->stiffness, NULL};
+  THRUM_TRY(set_mumps(s, &choice.factor, error));
+  estimate->free_dofs = s->size;
+  return solver_estimate(&choice, estimate, error);
+}
+
 // whether the last solve came to its end
 static thrum_status check_solved(const body_system *s, thrum_error *error) {
   KSPConvergedReason reason;

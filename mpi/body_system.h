@@ -14,6 +14,7 @@
 
 #include "mpi/body_part.h"
 #include "precompute/options/precompute_options.h"
+#include "precompute/precompute.h"
 
 typedef struct body_system {
   MPI_Comm comm;
@@ -38,6 +39,11 @@ void body_system_free(body_system *system); /* leaves it empty */
 
 /* The functions of thrum_ranks that need no eigensolver; the context is the system. */
 thrum_ranks body_system_ranks(body_system *system);
+
+/* What either solver would take of these matrices of the part, without its times. */
+thrum_status body_system_estimate(body_system *system, const thrum_fem *fem,
+                                  const thrum_sparse *stiffness, const thrum_sparse *mass,
+                                  thrum_shared_estimate *estimate, thrum_error *error);
 
 /* solution = K^-1 right by rows, both of this process. */
 thrum_status body_system_solve_rows(body_system *system, Vec right, Vec solution,

@@ -14,6 +14,7 @@
 #include "mpi/body_modes.h"
 #include "platform/allocate.h"
 #include "precompute/basis/order_error.h"
+#include "precompute/estimate.h"
 #include "precompute/fem/constraints.h"
 #include "precompute/model/model_fill.h"
 #include "precompute/options_check.h"
@@ -21,7 +22,7 @@
 /* Tets up to which rank 0 estimates the error of linear tets on the whole mesh. */
 #define ORDER_ERRORS_TETS 50000
 
-typedef enum order { ORDER_END, ORDER_PRECOMPUTE } order;
+typedef enum order { ORDER_END, ORDER_PRECOMPUTE, ORDER_ESTIMATE } order;
 
 /* The command of rank 0 to the others; pointers of the options are of no use to them. */
 typedef struct command {
@@ -53,7 +54,7 @@ static void session_open(MPI_Comm all, session *s) {
   MPI_Comm_rank(all, &rank);
   s->comm = MPI_COMM_NULL;
   agree_on_bytes(all, &s->command, (int64_t)sizeof s->command);
-  if (s->command.order == ORDER_PRECOMPUTE)
+  if (s->command.order != ORDER_END)
     MPI_Comm_split(all, rank < s->command.parts ? 0 : MPI_UNDEFINED, rank, &s->comm);
 }
 
@@ -76,6 +77,52 @@ static thrum_status run_part(session *s, thrum_error *error) {
   const thrum_status status = thrum_precompute_part(&s->part.mesh, s->part.fixed,
                                                     &s->command.options, &ranks, &s->result, error);
   return agree_on_status(s->comm, status, error);
+}
+
+// what the stages would take on the part of this process, without the solver
+static thrum_status estimate_part(session *s, const thrum_fem *fem, double entries,
+                                  thrum_shared_estimate *estimate) {
+  const double share = 1.0 / estimate->processes;
+  thrum_estimate by_factor = {.factor_nonzeros = (int64_t)(share * estimate->nonzeros),
+                              .factor_flops = share * estimate->flops};
+  thrum_estimate by_cg = by_factor;
+  thrum_estimate_times(fem, &s->command.options, &by_factor);
+  thrum_estimate_times_cg(fem, &s->command.options, entries, &by_cg);
+
+  // the slowest process counts, in the sum of its stages
+  double seconds[2] = {0, 0};
+  for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++) {
+    seconds[0] += by_factor.seconds[stage];
+    seconds[1] += by_cg.seconds[stage];
+  }
+  MPI_Allreduce(MPI_IN_PLACE, seconds, 2, MPI_DOUBLE, MPI_MAX, s->comm);
+  estimate->factor.seconds = seconds[0];
+  estimate->cg.seconds = seconds[1];
+  return THRUM_OK;
+}
+
+// the matrices of the part and the plan of the factor, and what would come after them
+static thrum_status estimate_together(session *s, thrum_shared_estimate *estimate,
+                                      thrum_error *error) {
+  const thrum_precompute_options *options = &s->command.options;
+  thrum_fem fem = {0};
+  thrum_sparse stiffness = {0}, mass = {0};
+  thrum_status status = thrum_fem_create_of_order(&s->part.mesh, s->part.fixed,
+                                                  options->quadrature_order, &fem, error);
+  THRUM_THEN(status, thrum_fem_pattern(&fem, &stiffness, error));
+  THRUM_THEN(status, thrum_fem_mass(&fem, options->mass, &stiffness, &mass, error));
+  THRUM_THEN(status, thrum_fem_stiffness(&fem, NULL, &stiffness, error));
+  status = agree_on_status(s->comm, status, error);
+
+  s->system = body_system_begin(s->comm, &s->part, options);
+  THRUM_THEN(status, body_system_estimate(&s->system, &fem, &stiffness, &mass, estimate, error));
+  status = agree_on_status(s->comm, status, error);
+  const double entries = status >= 0 ? 2.0 * (double)stiffness.begin[stiffness.size] : 0;
+  THRUM_THEN(status, estimate_part(s, &fem, entries, estimate));
+  thrum_sparse_free(&stiffness);
+  thrum_sparse_free(&mass);
+  thrum_fem_free(&fem);
+  return status;
 }
 
 /* --- rank 0 ----------------------------------------------------------------------------------- */
@@ -278,9 +325,29 @@ static thrum_status lead(void *context, const thrum_mesh *mesh, const uint8_t *f
   return status;
 }
 
+static thrum_status lead_estimate(void *context, const thrum_mesh *mesh, const uint8_t *fixed,
+                                  const thrum_precompute_options *options,
+                                  thrum_shared_estimate *estimate, thrum_error *error) {
+  const shared_lead *leading = context;
+  THRUM_TRY(check_options(options, error));
+  session s = {.comm = MPI_COMM_NULL, .command = {ORDER_ESTIMATE, 0, *options}};
+  whole w = {.mesh = mesh, .fixed = fixed};
+  thrum_error told = {0};
+  thrum_error *heard = error ? error : &told;
+  thrum_status status = cut_body(leading->comm, &s, &w, heard);
+  if (status >= 0) {
+    status = body_part_share(s.comm, mesh, fixed, &w.cut, &w.facts, &s.part, heard);
+    status = agree_on_status(s.comm, status, heard);
+  }
+  THRUM_THEN(status, estimate_together(&s, estimate, heard));
+  session_free(&s);
+  body_cut_free(&w.cut);
+  return status;
+}
+
 void shared_lead_begin(MPI_Comm comm, shared_lead *leading) {
   *leading = (shared_lead){.comm = comm};
-  leading->shared = (thrum_precompute_shared){leading, lead};
+  leading->shared = (thrum_precompute_shared){leading, lead, lead_estimate};
 }
 
 void shared_serve_end(MPI_Comm comm) {
@@ -299,6 +366,11 @@ static void serve_session(session *s) {
     return;
   status = body_part_share(s->comm, NULL, NULL, NULL, NULL, &s->part, &error);
   status = agree_on_status(s->comm, status, &error);
+  if (s->command.order == ORDER_ESTIMATE) {
+    thrum_shared_estimate estimate = {0};
+    THRUM_THEN(status, estimate_together(s, &estimate, &error));
+    return;
+  }
   THRUM_THEN(status, run_part(s, &error));
 
   // rank 0 says whether it has room for what is sent

@@ -81,13 +81,20 @@ static bool fits(const thrum_solver_use *use) {
 }
 
 // how many processes with as much room as this one would do
+static double processes_for(const solver_choice *c, const thrum_solver_use *use) {
+  int processes;
+  MPI_Comm_size(c->comm, &processes);
+  const double bytes = use->solver == THRUM_SOLVER_CG ? use->cg_bytes : use->factor_bytes;
+  return ceil(MORE_PROCESSES * processes * bytes / fmax(use->room, 1048576));
+}
+
 static thrum_status refuse(const solver_choice *c, const thrum_solver_use *use,
                            thrum_error *error) {
   int processes;
   MPI_Comm_size(c->comm, &processes);
   const bool factor = use->solver == THRUM_SOLVER_FACTOR;
   const double bytes = factor ? use->factor_bytes : use->cg_bytes;
-  const double parts = ceil(MORE_PROCESSES * processes * bytes / fmax(use->room, 1048576));
+  const double parts = processes_for(c, use);
   return thrum_error_set(
       error, THRUM_OUT_OF_MEMORY,
       "%s would take about %.0f MB more in one of %d processes, and %.0f MB are left for it: "
@@ -113,4 +120,40 @@ thrum_status solver_choose(const solver_choice *c, thrum_solver_use *use, thrum_
   *use = worst_of(c, &here, THRUM_SOLVER_CG);
   use->factor_bytes = factor_bytes;
   return fits(use) ? THRUM_OK : refuse(c, use, error);
+}
+
+// the process that has least to spare for a solver
+static thrum_shared_solver need_of(const solver_choice *c, const thrum_solver_use *here,
+                                   thrum_solver solver) {
+  const thrum_solver_use use = worst_of(c, here, solver);
+  const double bytes = solver == THRUM_SOLVER_CG ? use.cg_bytes : use.factor_bytes;
+  double held = thrum_memory_resident();
+  int processes;
+  MPI_Allreduce(MPI_IN_PLACE, &held, 1, MPI_DOUBLE, MPI_MAX, c->comm);
+  MPI_Comm_size(c->comm, &processes);
+  return (thrum_shared_solver){.held = held,
+                               .more = bytes,
+                               .room = use.room,
+                               .processes = fits(&use) ? processes : processes_for(c, &use)};
+}
+
+thrum_status solver_estimate(const solver_choice *c, thrum_shared_estimate *estimate,
+                             thrum_error *error) {
+  const thrum_solver asked = c->options->solver;
+  thrum_solver_use here = {0};
+  THRUM_TRY(estimate_here(c, &here, error));
+  estimate->factor = need_of(c, &here, THRUM_SOLVER_FACTOR);
+  estimate->cg = need_of(c, &here, THRUM_SOLVER_CG);
+  const bool fit = estimate->factor.more <= estimate->factor.room;
+  estimate->solver = asked != THRUM_SOLVER_AUTO ? asked
+                     : fit                      ? THRUM_SOLVER_FACTOR
+                                                : THRUM_SOLVER_CG;
+
+  // MUMPS gives millions as a negative number where an int would not hold the count
+  PetscInt nonzeros;
+  PETSC_TRY(MatMumpsGetInfog(c->factor, 20, &nonzeros));
+  PETSC_TRY(MatMumpsGetRinfog(c->factor, 1, &estimate->flops));
+  estimate->nonzeros = nonzeros < 0 ? -1e6 * nonzeros : nonzeros;
+  MPI_Comm_size(c->comm, &estimate->processes);
+  return THRUM_OK;
 }

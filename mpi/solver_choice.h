@@ -6,6 +6,7 @@
 #include <petscksp.h>
 
 #include "precompute/fem/ranks.h"
+#include "precompute/precompute.h"
 
 /* The equations of a whole body, whose solver is to be chosen. */
 typedef struct solver_choice {
@@ -20,5 +21,10 @@ typedef struct solver_choice {
  * for `auto` the factor where it fits into every process. Refuses what does not fit, with the
  * number of processes that would do. Called by all. */
 thrum_status solver_choose(const solver_choice *choice, thrum_solver_use *use, thrum_error *error);
+
+/* Fills the solvers of an estimate, and which would be taken, from the matrix and the plan of the
+ * factor; the times are left. Called by all, which get the same. */
+thrum_status solver_estimate(const solver_choice *choice, thrum_shared_estimate *estimate,
+                             thrum_error *error);
 
 #endif

@@ -21,6 +21,10 @@
   0.5                   /* of the factor's memory that MUMPS takes: 0.2 (slender) to 0.65 (small)  \
                          */
 #define GRID_WIDTH 0.75 /* treewidth of a grid over the vertices of its smallest section */
+#define CG_ENTRY_BYTES 12.0  /* a number and its column */
+#define CG_STEPS 50.0        /* of a solve: 32 to 74 (docs/scale.md) */
+#define CG_PASSES 9.0        /* of a step over the matrix, the coarser grids included */
+#define CG_SETUP_PASSES 60.0 /* of the multigrid */
 #define PROBE_SIZE 384
 #define PROBE_LENGTH (4 << 20)
 
@@ -194,8 +198,8 @@ static double reduced_seconds(const thrum_precompute_options *options, double po
          states * r * candidates * candidates / (0.8 * gemm);
 }
 
-static void estimate_times(const thrum_fem *fem, const thrum_precompute_options *options,
-                           thrum_estimate *estimate) {
+void thrum_estimate_times(const thrum_fem *fem, const thrum_precompute_options *options,
+                          thrum_estimate *estimate) {
   // two short measurements of this machine: arithmetic, and reading memory
   double gemm, read;
   probe(options->threads, &gemm, &read);
@@ -239,6 +243,28 @@ static void estimate_times(const thrum_fem *fem, const thrum_precompute_options 
   seconds[THRUM_STAGE_polynomial] = reduced_seconds(options, points, n, columns, gemm);
 }
 
+void thrum_estimate_times_cg(const thrum_fem *fem, const thrum_precompute_options *options,
+                             double entries, thrum_estimate *estimate) {
+  double gemm, read;
+  probe(options->threads, &gemm, &read);
+  if (!(gemm > 0 && read > 0))
+    return;
+
+  // every step reads the matrix some times, as the multigrid smooths before and after a coarser
+  // grid
+  const double k = (double)thrum_options_shapes(options), pairs = k * (k + 1) / 2;
+  const double pass = CG_ENTRY_BYTES * entries / read;
+  const double solve = CG_STEPS * CG_PASSES * pass;
+
+  // as many columns are solved as with a factor, one by one; the other stages are the same
+  double *seconds = estimate->seconds;
+  thrum_estimate_times(fem, options, estimate);
+  seconds[THRUM_STAGE_factor] = CG_SETUP_PASSES * pass;
+  seconds[THRUM_STAGE_modes] = (4.5 * k + 44) * solve;
+  seconds[THRUM_STAGE_derivatives] =
+      pairs * (solve + 2.5e-8 * (double)(fem->tet_count * fem->point_count));
+}
+
 thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fixed,
                                        const thrum_precompute_options *options,
                                        thrum_estimate *estimate, thrum_error *error) {
@@ -266,7 +292,7 @@ thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fi
 
   if (status >= 0) {
     thrum_estimate_memory(&fem, &stiffness, factor, &asked, &made);
-    estimate_times(&fem, &asked, &made);
+    thrum_estimate_times(&fem, &asked, &made);
     *estimate = made;
   }
 

@@ -24,6 +24,14 @@ void thrum_estimate_memory(const thrum_fem *fem, const thrum_sparse *stiffness,
                            const thrum_factor *factor, const thrum_precompute_options *options,
                            thrum_estimate *estimate);
 
+/* The times of the stages by a factor, from the nonzeros and flops in the estimate; and by
+ * conjugate gradients, of a matrix with so many entries (both triangles). Of a part of a body:
+ * those of one of several processes, from its share of either. */
+void thrum_estimate_times(const thrum_fem *fem, const thrum_precompute_options *options,
+                          thrum_estimate *estimate);
+void thrum_estimate_times_cg(const thrum_fem *fem, const thrum_precompute_options *options,
+                             double entries, thrum_estimate *estimate);
+
 /* Assembles and orders the matrices of a mesh, no more, and fills the whole estimate, times from
  * two probes of this machine's speed of some hundredths of a second. Refuses what thrum_precompute
  * refuses up to there, but not what does not fit. */

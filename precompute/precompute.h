@@ -68,6 +68,22 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                               const thrum_precompute_options *options, thrum_precomputed *result,
                               thrum_error *error);
 
+/* What one solver would take of several processes, by an estimate. */
+typedef struct thrum_shared_solver {
+  double held, more, room; /* bytes of the process with least to spare: that it holds, that the
+                              solver adds with modes and derivatives, and that it may still take */
+  double processes;        /* with as much room each that would do */
+  double seconds;          /* of the whole precompute, where each process has a core */
+} thrum_shared_solver;
+
+typedef struct thrum_shared_estimate {
+  int processes; /* that share the body */
+  int64_t free_dofs;
+  double nonzeros, flops; /* of the factor of the whole body */
+  thrum_solver solver;    /* which would be taken */
+  thrum_shared_solver factor, cg;
+} thrum_shared_estimate;
+
 /* How several processes make a model together: takes the place of thrum_precompute, with complete
  * and checked options and the whole mesh, in the one process that has it. */
 typedef struct thrum_precompute_shared {
@@ -75,6 +91,10 @@ typedef struct thrum_precompute_shared {
   thrum_status (*precompute)(void *context, const thrum_mesh *mesh, const uint8_t *fixed,
                              const thrum_precompute_options *options, thrum_precomputed *result,
                              thrum_error *error);
+  /* What that would take with either solver; makes nothing. */
+  thrum_status (*estimate)(void *context, const thrum_mesh *mesh, const uint8_t *fixed,
+                           const thrum_precompute_options *options, thrum_shared_estimate *estimate,
+                           thrum_error *error);
 } thrum_precompute_shared;
 
 /* The same stages on this process's part of a body (fem/ranks.h), called by all that share it, with

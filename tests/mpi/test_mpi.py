@@ -157,6 +157,32 @@ def check_memory(programs, folder):
     return f"a factor of {use['factor_mb']:.0f} MB, a multigrid of {use['cg_mb']:.0f} MB"
 
 
+def check_dry_run(programs, folder):
+    """A dry run says for both solvers what the run itself says, and makes nothing."""
+    model = os.path.join(folder, "model.npz")
+    made = json.loads(programs.together(2, ["precompute", *SMALL, *HELD, "-o", model, "--json", "-q"]).stdout)
+    os.remove(model)
+    result = programs.together(2, ["precompute", *SMALL, *HELD, "--dry-run", "--json"])
+    demand(result.returncode == 0, f"exit {result.returncode}: {result.stderr}")
+    told, use = json.loads(result.stdout), made["solver"]
+    demand(told["processes"] == 2 and told["solver"] == "factor" and told["status"] == "fits", result.stdout)
+    demand(told["free_dofs"] == made["free_dofs"], result.stdout)
+    for name, solver in told["solvers"].items():
+        demand(abs(solver["more_mb"] / use[f"{name}_mb"] - 1) < 1e-9, f"{name}: {solver} beside {use}")
+        demand(solver["seconds"] > 0 and solver["memory_mb"] > solver["more_mb"], f"{name}: {solver}")
+
+    # with half of the room that the factor of a larger block takes
+    block = ["precompute", "beam:16x6x6@1x0.3x0.3", *HELD, "--dry-run", "--solver", "factor"]
+    factor = json.loads(programs.together(2, [*block, "--json"]).stdout)["solvers"]["factor"]
+    limit = factor["memory_mb"] - 0.5 * factor["more_mb"]
+    result = programs.together(2, [*block, "--memory", f"{limit:.0f}"])
+    demand(result.returncode == 3, f"exit {result.returncode}: {result.stdout}{result.stderr}")
+    demand("does NOT fit, but would into about" in result.stdout and "taken             the factor" in result.stdout,
+           result.stdout)
+    demand(not os.listdir(folder), "something was written")
+    return f"{told['solvers']['factor']['seconds']:.2g} s by a factor, {told['solvers']['cg']['seconds']:.2g} s by cg"
+
+
 def check_control(programs, folder):
     """Without the multigrid conjugate gradients do not come to their end in the steps they have."""
     model = os.path.join(folder, "model.npz")
@@ -205,7 +231,7 @@ def main(arguments):
         return 2
     programs, failed = Programs(*arguments[:3]), 0
     checks = {name: lambda p, f, c=case: check_case(p, f, *c) for name, case in CASES.items()}
-    checks.update({"refusals": check_refusals, "memory": check_memory, "no preconditioner": check_control,
+    checks.update({"refusals": check_refusals, "memory": check_memory, "a dry run": check_dry_run, "no preconditioner": check_control,
                    "a killed process": check_killed})
     for name in arguments[3:] or checks:
         with tempfile.TemporaryDirectory() as folder:
