@@ -31,6 +31,20 @@ void thrum_average_field_add(const thrum_model *model, const thrum_state *state,
     total[i] += half * (view->force[i] + view->force_2[i]);
 }
 
+void thrum_average_field_slope(const thrum_model *model, const thrum_state *state,
+                               thrum_state_view *view, const double *d, double *slope) {
+  const int64_t count = (int64_t)state->rank * state->rank;
+  static const double places[2] = {GAUSS, 1.0 - GAUSS};
+  double *const tangents[2] = {slope, view->tangent_2};
+  for (int n = 0; n < 2; n++) {
+    for (int32_t i = 0; i < state->rank; i++)
+      view->point[i] = view->q[i] + places[n] * d[i];
+    thrum_tangent_stiffness_by(view->kernel, model, view->point, tangents[n], view->work);
+  }
+  for (int64_t n = 0; n < count; n++)
+    slope[n] = 0.5 * (places[0] * tangents[0][n] + places[1] * tangents[1][n]);
+}
+
 void thrum_average_field_guess(const thrum_state *state, thrum_state_view *view) {
   static const double weights[THRUM_PAST_SOLVES][THRUM_PAST_SOLVES] = {
       {1}, {2, -1}, {3, -3, 1}, {4, -6, 4, -1}, {5, -10, 10, -5, 1}};

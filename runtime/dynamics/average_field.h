@@ -11,6 +11,11 @@
 void thrum_average_field_add(const thrum_model *model, const thrum_state *state,
                              thrum_state_view *view, const double *d, double *total);
 
+/* The derivative of that mean by d into `slope` (rank x rank), by two tangents. view->point and
+ * tangent_2 are used up. */
+void thrum_average_field_slope(const thrum_model *model, const thrum_state *state,
+                               thrum_state_view *view, const double *d, double *slope);
+
 /* The first guess of the increment into view->unknown: the middles of the steps before, continued;
  * h p where they are of other steps. */
 void thrum_average_field_guess(const thrum_state *state, thrum_state_view *view);

@@ -18,13 +18,13 @@
  * Newton's method solves for d, with w' found for each d by a Newton of its own in three unknowns.
  * The inverse of
  *
- *   2/(h L) + h L (T(qm)/2 + damping - centrifugal) + gyroscopic - G'^T I'^-1 G' 2/(h L)
+ *   2/(h L) + h L (d<R>/dd + damping - centrifugal) + gyroscopic - G'^T I'^-1 G' 2/(h L)
  *
  * is kept over steps. It is not symmetric. What a solve leaves of the energy is taken from v',
  * which the kinetic energy is quadratic in: 1/2 P I^-1 P + 1/2 v (1 - G^T I^-1 G) v. Cost: an
- * evaluation takes two forces and 27 r^2 operations, a Jacobian a tangent and about 2 r^3. Sources:
- * Gonzalez 1996, doi:10.1007/BF02440162; Cohen & Hairer 2011, doi:10.1007/s10543-011-0310-z;
- * Shabana 2013, doi:10.1017/CBO9781107337213, 5.
+ * evaluation takes two forces and 27 r^2 operations, a Jacobian two tangents and about 2 r^3.
+ * Sources: Gonzalez 1996, doi:10.1007/BF02440162; Cohen & Hairer 2011,
+ * doi:10.1007/s10543-011-0310-z; Shabana 2013, doi:10.1017/CBO9781107337213, 5.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
@@ -253,9 +253,9 @@ static void assemble(const motion *m) {
   thrum_state_view *view = m->view;
   const int64_t r = m->r;
   const double h = m->state->def.dt, *w = m->before.spin, *next = m->after.spin;
-  thrum_tangent_stiffness_by(view->kernel, m->model, view->middle, view->tangent, view->work);
+  thrum_average_field_slope(m->model, m->state, view, view->unknown, view->tangent);
 
-  // T is overwritten entry by entry
+  // the slope of the mean force is overwritten entry by entry
   for (int64_t i = 0; i < r; i++) {
     double answer[3];
     thrum_apply3(m->after.inverse, m->after.gyration + 3 * i, answer);
@@ -269,7 +269,7 @@ static void assemble(const motion *m) {
 
       // F and the momentum at the end depend on d by the shape and by its velocity
       double *entry = view->tangent + i * r + j;
-      *entry = h * view->stretch[i] * (0.5 * *entry - outwards) - gyroscopic - dragged;
+      *entry = h * view->stretch[i] * (*entry - outwards) - gyroscopic - dragged;
     }
     view->tangent[i * r + i] +=
         2.0 / h * view->unstretch[i] + view->stretch[i] * (view->speed[i] * view->speed[i]) *

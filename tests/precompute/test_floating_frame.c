@@ -159,6 +159,49 @@ static void frame_and_shape_have_the_energy_and_momentum_of_the_mesh(void **stat
   }
 }
 
+/* A basis of the lumped mass has the inertia of points at the vertices. */
+static void a_lumped_body_has_the_inertia_of_its_vertices(void **state) {
+  (void)state;
+  thrum_error error = {0};
+  body b = body_make("beam:4x2x2@1x0.3x0.2", NULL);
+  thrum_precompute_options options = thrum_default_precompute_options();
+  options.modes = 4;
+  options.rank = 6;
+  options.mass = THRUM_MASS_LUMPED;
+  thrum_precomputed result = {0};
+  must(thrum_precompute(&b.mesh, b.fixed, &options, &result, &error), &error);
+  const thrum_model *model = &result.model;
+  thrum_inertia *inertia = NULL;
+  must(thrum_inertia_create(model, 0, NULL, &inertia, &error), &error);
+
+  // a deformed shape, by its vertices and by the inertia
+  thrum_fem fem = body_fem(&b);
+  double *mass = need((size_t)model->vertex_count, sizeof *mass), *q = random_vector(6, 1);
+  double *work = need(thrum_floating_frame_work_count(inertia), sizeof *work);
+  double tensor[9], expected[9] = {0};
+  thrum_fem_vertex_mass(&fem, THRUM_MASS_LUMPED, mass);
+  thrum_rigid_frame frame;
+  must(thrum_rigid_frame_of(model, &frame, &error), &error);
+  for (int64_t v = 0; v < model->vertex_count; v++) {
+    double x[3];
+    for (int axis = 0; axis < 3; axis++)
+      x[axis] = model->vertices[3 * v + axis] - frame.centre[axis] +
+                dot_of(model->basis + (3 * v + axis) * 6, q, 6);
+    for (int n = 0; n < 9; n++)
+      expected[n] += mass[v] * ((n % 4 == 0 ? thrum_dot3(x, x) : 0) - x[n / 3] * x[n % 3]);
+  }
+  thrum_inertia_tensor(inertia, q, tensor, work);
+  assert_near(tensor, expected, 9, 1e-10);
+
+  free(mass);
+  free(q);
+  free(work);
+  thrum_inertia_destroy(inertia);
+  thrum_fem_free(&fem);
+  thrum_precomputed_free(&result);
+  body_free(&b);
+}
+
 /* --- conservation ----------------------------------------------------------------------------- */
 
 static void a_soft_body_keeps_energy_and_momentum_over_many_steps(void **state) {
@@ -361,6 +404,48 @@ static void energy_changes_by_work_less_damping(void **state) {
   flyer_free(&f);
 }
 
+/* A body that turns by several radians in a step is stepped in parts, and its balance holds. */
+static void a_step_that_is_too_long_is_made_in_parts(void **state) {
+  (void)state;
+  thrum_state_def def = thrum_default_state_def();
+  def.dt = 0.05;
+  body b = body_make("beam:4x2x1@1x0.4x0.2", NULL);
+  b.mesh.materials[0] = (thrum_material){5e6, 0.3, 1000};
+  flyer f;
+  flyer_make(b, 4, 8, &def, &f);
+  const double spin[3] = {30, 100, -20}, none[3] = {0};
+  flyer_start(&f, spin);
+  const double energy = flyer_energy(&f);
+  int parts = 0;
+
+  // the status says so
+  for (int n = 0; n < 50; n++) {
+    thrum_error error = {0};
+    const thrum_status status = thrum_floating_frame_step(f.model, f.state, f.inertia, NULL,
+                                                          &f.frame, none, NULL, f.work, &error);
+    must(status, &error);
+    parts += status == THRUM_FELL_BACK;
+    assert_true(fabs(flyer_energy(&f) / energy - 1) <= 1e-11);
+  }
+  assert_true(parts > 0 && thrum_state_report_get(f.state).substep_steps == parts);
+
+  // without a fallback chain it fails, and leaves all as it was
+  const thrum_rigid_frame before = f.frame;
+  def.fallback = 0;
+  def.iterations_max = 1;
+  thrum_state *alone = NULL;
+  thrum_error error = {0};
+  must(thrum_state_create(f.model, &def, &alone, &error), &error);
+  assert_int_equal(thrum_state_get(f.model, f.state, f.q, f.p, NULL), THRUM_OK);
+  assert_int_equal(thrum_state_set(f.model, alone, f.q, f.p, NULL), THRUM_OK);
+  assert_int_equal(thrum_floating_frame_step(f.model, alone, f.inertia, NULL, &f.frame, none, NULL,
+                                             f.work, &error),
+                   THRUM_NOT_CONVERGED);
+  assert_memory_equal(&before, &f.frame, sizeof before);
+  thrum_state_destroy(alone);
+  flyer_free(&f);
+}
+
 /* Without spin a small swing of one mode is that of the energy integrator, which is exact. */
 static void without_spin_a_mode_swings_at_its_frequency(void **state) {
   (void)state;
@@ -441,10 +526,12 @@ static void what_cannot_be_coupled_is_refused(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(frame_and_shape_have_the_energy_and_momentum_of_the_mesh),
+      cmocka_unit_test(a_lumped_body_has_the_inertia_of_its_vertices),
       cmocka_unit_test(a_soft_body_keeps_energy_and_momentum_over_many_steps),
       cmocka_unit_test(with_all_shapes_it_moves_as_the_full_order),
       cmocka_unit_test(a_soft_top_flips_about_its_middle_axis),
       cmocka_unit_test(energy_changes_by_work_less_damping),
+      cmocka_unit_test(a_step_that_is_too_long_is_made_in_parts),
       cmocka_unit_test(without_spin_a_mode_swings_at_its_frequency),
       cmocka_unit_test(what_cannot_be_coupled_is_refused),
   };

@@ -150,6 +150,46 @@ static void spinning_bodies_that_meet_keep_momentum_and_gain_no_energy(void **co
   assert_close(now.total + lost, before.total, 1e-9);
 }
 
+static void a_joint_between_coupled_bodies_keeps_its_place_momentum_and_energy(void **context) {
+  fixture *f = *context;
+  const int32_t corner = 0;
+  const thrum_scene_load push = {.kind = THRUM_SCENE_FORCE,
+                                 .vector = {3, -20, 12},
+                                 .vertices = &corner,
+                                 .count = 1,
+                                 .course = {THRUM_LOAD_CONSTANT, 0, 0.2, 0}};
+  thrum_scene_body_def first = def_of(f, 0), other = def_of(f, 0.3);
+  memset(first.spin, 0, sizeof first.spin);
+  memset(other.spin, 0, sizeof other.spin);
+  add(f, &first);
+  add(f, &other);
+
+  // a ball joint where they meet, and a push that turns them about it
+  thrum_scene_link_def joint = thrum_default_scene_link_def();
+  joint.kind = THRUM_LINK_BALL;
+  joint.other = 1;
+  joint.place[0] = 0.3;
+  joint.place[1] = joint.place[2] = 0;
+  MUST(thrum_scene_add_link(f->scene, &joint, NULL, &failure));
+  MUST(thrum_scene_add_load(f->scene, 0, &push, &failure));
+  step(f, 100);
+  thrum_scene_account before, after;
+  thrum_scene_link start, end;
+  MUST(thrum_scene_account_get(f->scene, &before, &failure));
+  MUST(thrum_scene_link_get(f->scene, 0, &start, &failure));
+
+  // nothing acts from outside any more
+  step(f, 500);
+  MUST(thrum_scene_account_get(f->scene, &after, &failure));
+  MUST(thrum_scene_link_get(f->scene, 0, &end, &failure));
+  const double spin = norm_of(before.angular_momentum, 3);
+  assert_true(end.report.largest_drift <= 1e-8);
+  assert_true(fabs(after.total + end.report.lost - before.total - start.report.lost) <=
+              1e-9 * before.total);
+  for (int axis = 0; axis < 3; axis++)
+    assert_true(fabs(after.angular_momentum[axis] - before.angular_momentum[axis]) <= 1e-9 * spin);
+}
+
 static void a_spinning_body_that_lands_gains_no_energy(void **context) {
   fixture *f = *context;
   const double gravity[3] = {0, 0, -9.81};
@@ -242,6 +282,7 @@ int main(void) {
       TEST(bodies_side_by_side_keep_their_energy_and_stretch),
       TEST(a_scaled_body_moves_as_the_model_does),
       TEST(spinning_bodies_that_meet_keep_momentum_and_gain_no_energy),
+      TEST(a_joint_between_coupled_bodies_keeps_its_place_momentum_and_energy),
       TEST(a_spinning_body_that_lands_gains_no_energy),
       TEST(a_snapshot_steps_to_the_same_bits),
       TEST(what_cannot_be_coupled_is_refused),
