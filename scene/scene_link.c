@@ -14,7 +14,6 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "runtime/base/finite.h"
 #include "runtime/base/intervals.h"
 #include "runtime/base/vec3.h"
 #include "scene/scene_private.h"
@@ -28,6 +27,7 @@
 #define SPREAD 1e-9 /* det C over (trace C)^3, below which they lie in a plane */
 #define WIDER 12    /* doublings of that distance, before the body is called flat */
 #define WHOLE 1e-6  /* steps within which a time is that of a step (thrum_load_mean) */
+#define REACH_MAX 1e30 /* how far places may be [m] */
 #define LINKS_MAX 1024 /* of a scene, as thrum_contact_pairs_def has room for */
 
 thrum_scene_link_def thrum_default_scene_link_def(void) {
@@ -307,6 +307,16 @@ static bool is_amount(double value) {
   return value >= 0.0 && value <= THRUM_CONTACT_STIFFNESS_MAX;
 }
 
+/* Within the range in which distances to fourth powers are finite. */
+static bool is_near(const double place[3]) {
+  return fabs(place[0]) <= REACH_MAX && fabs(place[1]) <= REACH_MAX && fabs(place[2]) <= REACH_MAX;
+}
+
+/* A place that is given, or not at all. */
+static bool is_place(const double place[3]) {
+  return (isnan(place[0]) && isnan(place[1]) && isnan(place[2])) || is_near(place);
+}
+
 static thrum_status check_path(const thrum_scene_link_def *def, thrum_error *error) {
   if (def->path_count < 0 || def->path_count > (INT64_C(1) << 24) ||
       (def->path_count > 0 && (def->path_times == NULL || def->path_places == NULL)))
@@ -318,12 +328,13 @@ static thrum_status check_path(const thrum_scene_link_def *def, thrum_error *err
 
   // times ascend, so that there is one way from each to the next
   for (int64_t n = 0; n < def->path_count; n++)
-    if (!isfinite(def->path_times[n]) || !thrum_all_finite(def->path_places + 3 * n, 3) ||
+    if (!isfinite(def->path_times[n]) || !is_near(def->path_places + 3 * n) ||
         (n > 0 && !(def->path_times[n] > def->path_times[n - 1])))
-      return thrum_error_set(error, THRUM_BAD_VALUE,
-                             "place %lld of a link's path is not finite, or its time is not after "
-                             "the one before",
-                             (long long)n);
+      return thrum_error_set(
+          error, THRUM_BAD_VALUE,
+          "place %lld of a link's path is not within 1e30 m, or its time is not after "
+          "the one before",
+          (long long)n);
   return THRUM_OK;
 }
 
@@ -347,6 +358,8 @@ static thrum_status check_def(const thrum_scene *scene, const thrum_scene_link_d
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "the stiffness and damping of a link must be 0 to 1e30, its length at "
                            "most that, and `until` a time");
+  if (!is_place(def->place) || !is_place(def->other_place))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "a place of a link is not within 1e30 m");
   if (!isnormal(thrum_dot3(def->axis, def->axis)))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the axis of a link has no length");
   return check_path(def, error);

@@ -195,6 +195,31 @@ static void use_readouts(const thrum_model *model, fuzz_draw *draw) {
     fuzz_check(thrum_displacement_peak(model, extents, q, &length, &vertex, &error), &error);
 }
 
+/* A link of a body with another or with the world, whose end goes somewhere. */
+static void add_link(thrum_scene *scene, int32_t body, int32_t other, fuzz_draw *draw) {
+  static const double times[] = {0, 0.006};
+  double places[6];
+  thrum_error error = {0};
+  thrum_scene_link_def def = thrum_default_scene_link_def();
+  def.kind = (thrum_link_kind)(draw_byte(draw) % 5);
+  def.body = body;
+  def.other = draw_byte(draw) % 2 == 0 ? -1 : other;
+  def.stiffness = draw_byte(draw) % 8 == 0 ? draw_any(draw) : draw_above(draw, 1e6);
+  def.damping = draw_above(draw, 100);
+  def.length = draw_about(draw, 1);
+  def.until = draw_about(draw, 0.01);
+  draw_vector(draw, 3, 1, def.axis);
+  draw_vector(draw, 6, 1, places);
+  if (draw_byte(draw) % 2 == 0)
+    draw_vector(draw, 3, 1, def.place);
+
+  // its end in the world moves
+  def.path_times = times;
+  def.path_places = places;
+  def.path_count = def.other < 0 ? 2 : 0;
+  fuzz_check(thrum_scene_add_link(scene, &def, NULL, &error), &error);
+}
+
 /* A second body that the first may touch, with numbers of contact that are drawn, most of them
  * right, and a level of detail for the first. */
 static void add_another(thrum_scene *scene, const thrum_scene_body_def *first, int32_t body,
@@ -217,6 +242,8 @@ static void add_another(thrum_scene *scene, const thrum_scene_body_def *first, i
   contact.sweeps_max = 1 + draw_byte(draw) % 20;
   fuzz_check(thrum_scene_set_collisions(scene, &contact, &error), &error);
 
+  if (draw_byte(draw) % 2 == 0)
+    add_link(scene, other, body, draw);
   const thrum_scene_detail detail = {.masters = draw_index(draw, first->model->rank + 1),
                                      .beyond = draw_above(draw, 2),
                                      .still = draw_above(draw, 1),
@@ -234,6 +261,9 @@ static void look_at_all(thrum_scene *scene) {
   fuzz_check(thrum_scene_find_overlap(scene, &deepest, &error), &error);
   if (thrum_scene_account_get(scene, &account, &error) >= 0)
     must_be_finite(account.momentum, 3);
+  thrum_scene_link link;
+  for (int32_t n = 0; n < thrum_scene_link_count(scene); n++)
+    fuzz_check(thrum_scene_link_get(scene, n, &link, &error), &error);
   fuzz_check(thrum_scene_update_detail(scene, &error), &error);
 }
 

@@ -444,8 +444,8 @@ static void what_cannot_be_linked_is_refused(void **context) {
   fixture *f = *context;
   static const double twice[] = {1, 1}, places[6] = {0};
   add_bar(f, 0, 0, 0, 1);
-  thrum_scene_link_def wrong[9];
-  for (int n = 0; n < 9; n++)
+  thrum_scene_link_def wrong[11];
+  for (int n = 0; n < 11; n++)
     wrong[n] = link_of(THRUM_LINK_BALL, 0, 0, 0);
   wrong[0].cookie = 0;
   wrong[1].body = 1;
@@ -459,7 +459,9 @@ static void what_cannot_be_linked_is_refused(void **context) {
   wrong[7].vertices = (const int32_t[]){1000};
   wrong[7].count = 1;
   wrong[8].kind = (thrum_link_kind)7;
-  for (int n = 0; n < 9; n++)
+  wrong[9].place[1] = NAN;
+  wrong[10].other_place[2] = 1e40;
+  for (int n = 0; n < 11; n++)
     assert_true(thrum_scene_add_link(f->scene, wrong + n, NULL, &failure) < 0);
   assert_int_equal(thrum_scene_link_count(f->scene), 0);
   assert_true(thrum_scene_link_release(f->scene, 0, &failure) < 0);
