@@ -1,6 +1,8 @@
 /* `thrum static`: where a body comes to rest under a load. The search is the runtime's
  * (thrum/equilibrium.h); here it is asked for, shown and written.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "app/cmd_static.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -249,8 +251,8 @@ static int run_request(const static_request *request) {
   return code;
 }
 
-int cmd_static(int argc, char **argv) {
-  static_request request = {0};
+int cmd_static_shared(int argc, char **argv, const thrum_full_shared *shared) {
+  static_request request = {.shared = shared};
   // no more loads and targets than arguments, and items of an options file
   thrum_error error = {0};
   thrum_scope scope = thrum_scope_begin("the options", &error);
@@ -261,9 +263,15 @@ int cmd_static(int argc, char **argv) {
   request.moves = thrum_scope_allocate(&scope, room, sizeof *request.moves);
 
   int code = scope.status < 0 ? config_refuse(&error) : static_options_read(argc, argv, &request);
+  if (code == COMMAND_DONE && shared != NULL && !request.full)
+    code = config_usage("static", "thrum-mpi is for the whole mesh: add --full");
   if (code == COMMAND_DONE)
     code = run_request(&request);
   thrum_scope_free(&scope);
   config_file_free(&request.file);
   return code;
+}
+
+int cmd_static(int argc, char **argv) {
+  return cmd_static_shared(argc, argv, NULL);
 }

@@ -251,6 +251,7 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
   thrum_full_def def = thrum_default_full_def();
   def.tolerance = request->def.tolerance;
   def.solver = request->solver;
+  def.shared = request->shared;
   def.quadrature = request->quadrature;
   def.law = law_of_run(request->law_given, request->law, model);
 

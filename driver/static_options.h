@@ -39,6 +39,7 @@ typedef struct static_request {
   static_move *moves; /* of --full */
   int64_t move_count;
   thrum_full_solver solver;
+  const thrum_full_shared *shared; /* processes that share its factor; NULL: this one alone */
   thrum_full_quadrature quadrature;
   thrum_law law;  /* of the full order, where */
   bool law_given; /* and not the model's */

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "mpi/inertia_factor.h"
 #include "mpi/petsc_status.h"
 #include "precompute/fem/rigid_modes.h"
 #include "precompute/options_check.h"
@@ -159,23 +160,6 @@ static thrum_status shifted(const body_system *s, double shift, Mat *matrix, thr
   return THRUM_OK;
 }
 
-// a factor of a matrix that need not be positive, by MUMPS
-static thrum_status factorise(Mat matrix, KSP ksp, PC *pc, Mat *factor, thrum_error *error) {
-  PETSC_TRY(KSPSetOperators(ksp, matrix, matrix));
-  PETSC_TRY(KSPSetType(ksp, KSPPREONLY));
-  PETSC_TRY(KSPGetPC(ksp, pc));
-  PETSC_TRY(PCSetType(*pc, PCCHOLESKY));
-  PETSC_TRY(PCFactorSetMatSolverType(*pc, MATSOLVERMUMPS));
-  PETSC_TRY(PCFactorSetUpMatSolverType(*pc));
-  PETSC_TRY(PCFactorGetMatrix(*pc, factor));
-
-  // the last pivots are counted too
-  PETSC_TRY(MatMumpsSetIcntl(*factor, 13, 1));
-  PETSC_TRY(MatMumpsSetIcntl(*factor, 14, 50));
-  PETSC_TRY(KSPSetUp(ksp));
-  return THRUM_OK;
-}
-
 // what fails inside MUMPS is told by the preconditioner alone, and its signs then mean nothing
 static thrum_status take_inertia(PC pc, Mat factor, PetscInt *negative, thrum_error *error) {
   PCFailedReason reason;
@@ -199,7 +183,7 @@ static thrum_status count_below(void *context, double shift, int64_t *count, thr
   PetscInt negative = 0;
   thrum_status status = shifted(s, shift, &matrix, error);
   PETSC_THEN(status, KSPCreate(s->comm, &ksp));
-  THRUM_THEN(status, factorise(matrix, ksp, &pc, &factor, error));
+  THRUM_THEN(status, inertia_factor_make(matrix, ksp, &pc, &factor, error));
   THRUM_THEN(status, take_inertia(pc, factor, &negative, error));
   KSPDestroy(&ksp);
   MatDestroy(&matrix);

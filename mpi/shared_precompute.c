@@ -12,6 +12,7 @@
 
 #include "mpi/agreement.h"
 #include "mpi/body_modes.h"
+#include "mpi/shared_system.h"
 #include "platform/allocate.h"
 #include "precompute/basis/order_error.h"
 #include "precompute/estimate.h"
@@ -22,7 +23,7 @@
 /* Tets up to which rank 0 estimates the error of linear tets on the whole mesh. */
 #define ORDER_ERRORS_TETS 50000
 
-typedef enum order { ORDER_END, ORDER_PRECOMPUTE, ORDER_ESTIMATE } order;
+typedef enum order { ORDER_END, ORDER_PRECOMPUTE, ORDER_ESTIMATE, ORDER_SYSTEM } order;
 
 /* The command of rank 0 to the others; pointers of the options are of no use to them. */
 typedef struct command {
@@ -54,7 +55,7 @@ static void session_open(MPI_Comm all, session *s) {
   MPI_Comm_rank(all, &rank);
   s->comm = MPI_COMM_NULL;
   agree_on_bytes(all, &s->command, (int64_t)sizeof s->command);
-  if (s->command.order != ORDER_END)
+  if (s->command.order == ORDER_PRECOMPUTE || s->command.order == ORDER_ESTIMATE)
     MPI_Comm_split(all, rank < s->command.parts ? 0 : MPI_UNDEFINED, rank, &s->comm);
 }
 
@@ -350,6 +351,11 @@ void shared_lead_begin(MPI_Comm comm, shared_lead *leading) {
   leading->shared = (thrum_precompute_shared){leading, lead, lead_estimate};
 }
 
+void shared_serve_system(MPI_Comm comm) {
+  command system = {.order = ORDER_SYSTEM};
+  agree_on_bytes(comm, &system, (int64_t)sizeof system);
+}
+
 void shared_serve_end(MPI_Comm comm) {
   command end = {.order = ORDER_END};
   agree_on_bytes(comm, &end, (int64_t)sizeof end);
@@ -384,6 +390,8 @@ void shared_serve(MPI_Comm comm) {
     session_open(comm, &s);
     if (s.command.order == ORDER_END)
       return;
+    if (s.command.order == ORDER_SYSTEM)
+      shared_system_serve(comm);
     if (s.comm == MPI_COMM_NULL)
       continue;
 

@@ -17,8 +17,10 @@ typedef struct shared_lead {
 
 void shared_lead_begin(MPI_Comm comm, shared_lead *lead);
 
-/* Serves rank 0, in all other processes, until that ends the service. */
+/* Serves rank 0, in all other processes, until that ends the service; in between it may call them
+ * to a system of equations (shared_system.h). */
 void shared_serve(MPI_Comm comm);
+void shared_serve_system(MPI_Comm comm);
 void shared_serve_end(MPI_Comm comm);
 
 #endif

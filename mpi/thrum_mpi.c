@@ -1,24 +1,29 @@
-/* The `thrum-mpi` program: `thrum precompute` by several processes, started by mpirun.
+/* The `thrum-mpi` program: `thrum precompute` and `thrum static --full` by several processes,
+ * started by mpirun.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <slepceps.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "app/cmd_precompute.h"
+#include "app/cmd_static.h"
 #include "app/program_guard.h"
 #include "config/message.h"
 #include "mpi/shared_precompute.h"
+#include "mpi/shared_system.h"
 #include "thrum/thrum.h"
 
 static int print_help(FILE *stream) {
   fprintf(
       stream,
-      "thrum-mpi %s: thrum precompute by several processes\n\n"
-      "usage: mpirun -n N thrum-mpi precompute MESH -o FILE [OPTIONS]\n\n"
-      "Takes the options of thrum precompute and writes the same model. Process 0 reads the mesh\n"
-      "and writes the model, so files are needed on its machine alone.\n\n"
-      "example:\n"
-      "  mpirun -n 2 thrum-mpi precompute horse -o horse.npz\n\n"
+      "thrum-mpi %s: thrum precompute and thrum static --full by several processes\n\n"
+      "usage: mpirun -n N thrum-mpi precompute MESH -o FILE [OPTIONS]\n"
+      "       mpirun -n N thrum-mpi static MODEL|MESH --full [OPTIONS]\n\n"
+      "Takes the options of these commands and writes the same files. Process 0 reads and writes\n"
+      "them, so they are needed on its machine alone.\n\n"
+      "examples:\n"
+      "  mpirun -n 2 thrum-mpi precompute horse -o horse.npz\n"
+      "  mpirun -n 2 thrum-mpi static horse.npz --full --load constant:0,0,-20@load\n\n"
       "exit codes: 0 done, 1 refused, 2 usage, 3 ran but flagged\n",
       thrum_version());
   return COMMAND_DONE;
@@ -32,8 +37,16 @@ static int lead_command(int argc, char **argv) {
     print_help(stderr);
     return COMMAND_USAGE;
   }
+
+  // a command that runs here calls the others when it needs them
+  if (strcmp(argv[1], "static") == 0) {
+    shared_systems systems;
+    shared_systems_begin(PETSC_COMM_WORLD, shared_serve_system, &systems);
+    return cmd_static_shared(argc - 1, argv + 1, &systems.shared);
+  }
   if (strcmp(argv[1], "precompute") != 0)
-    return config_usage("", "thrum-mpi has the command precompute, and not '%s'", argv[1]);
+    return config_usage("", "thrum-mpi has the commands precompute and static, and not '%s'",
+                        argv[1]);
 
   shared_lead lead;
   shared_lead_begin(PETSC_COMM_WORLD, &lead);

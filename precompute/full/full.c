@@ -149,13 +149,13 @@ static thrum_status fill(thrum_full *full, const uint8_t *held, thrum_error *err
   THRUM_TRY(allocate(full, error));
   THRUM_TRY(share_pattern(full, error));
   THRUM_TRY(full_plastic_make(full, error));
-  THRUM_TRY(
-      full_linear_make(def->solver, def->solver_tolerance, &full->system, &full->linear, error));
+  THRUM_TRY(full_linear_make(def->solver, def->shared, def->solver_tolerance, &full->system,
+                             &full->linear, error));
 
   // Newmark solves with the mass alone for its first acceleration
   if (def->scheme == THRUM_FULL_NEWMARK) {
-    THRUM_TRY(
-        full_linear_make(def->solver, def->solver_tolerance, &full->body.mass, &full->mass, error));
+    THRUM_TRY(full_linear_make(def->solver, def->shared, def->solver_tolerance, &full->body.mass,
+                               &full->mass, error));
     THRUM_TRY(full_linear_prepare(&full->mass, error));
   }
 

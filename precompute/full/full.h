@@ -49,6 +49,8 @@ typedef struct thrum_full_def {
   int32_t iterations_max;
 
   thrum_full_solver solver; /* default Cholesky */
+  const thrum_full_shared
+      *shared; /* processes that share its factor; default NULL: this one alone */
 
   /* Points at which the elastic forces of ten-node tetrahedra are taken; default exact. Four are
    * cheaper, and stiffness at large strains is then not exact; masses always are. */

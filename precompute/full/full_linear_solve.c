@@ -1,6 +1,7 @@
-/* Sparse linear systems: Cholesky, or conjugate gradients with symmetric Gauss-Seidel as
- * preconditioner, (D + L) D^-1 (D + L^T), which is positive definite where A is and needs no memory
- * and no setup. Where a direction of negative curvature turns up A is not positive definite.
+/* Sparse linear systems: Cholesky, alone or shared by several processes, or conjugate gradients
+ * with symmetric Gauss-Seidel as preconditioner, (D + L) D^-1 (D + L^T), which is positive definite
+ * where A is and needs no memory and no setup. Where a direction of negative curvature turns up A
+ * is not positive definite.
  *
  * Cost: Cholesky O(n^2) once and O(n^(4/3)) a solve for a solid; an iteration of the other O(n).
  * Source: Saad 2003, Iterative methods for sparse linear systems, doi:10.1137/1.9780898718003.
@@ -16,11 +17,16 @@
 
 #define ITERATIONS_MAX 20000
 
-thrum_status full_linear_make(thrum_full_solver solver, double tolerance,
-                              const thrum_sparse *matrix, full_linear *linear, thrum_error *error) {
+thrum_status full_linear_make(thrum_full_solver solver, const thrum_full_shared *shared,
+                              double tolerance, const thrum_sparse *matrix, full_linear *linear,
+                              thrum_error *error) {
   full_linear made = {.solver = solver, .tolerance = tolerance, .matrix = matrix};
+  const bool factored = solver == THRUM_FULL_CHOLESKY;
   thrum_status status = THRUM_OK;
-  if (solver == THRUM_FULL_CHOLESKY) {
+  if (factored && shared != NULL) {
+    made.shared = shared;
+    status = shared->plan(shared->context, matrix, &made.system, error);
+  } else if (factored) {
     status = thrum_factor_plan(matrix, &made.factor, error);
   } else {
     made.work = thrum_allocate(4 * matrix->size, sizeof *made.work, "the linear solver", error);
@@ -32,6 +38,8 @@ thrum_status full_linear_make(thrum_full_solver solver, double tolerance,
 }
 
 void full_linear_free(full_linear *linear) {
+  if (linear->shared != NULL)
+    linear->shared->end(linear->system);
   thrum_factor_free(linear->factor);
   free(linear->work);
   *linear = (full_linear){0};
@@ -40,9 +48,11 @@ void full_linear_free(full_linear *linear) {
 thrum_status full_linear_prepare(full_linear *linear, thrum_error *error) {
   linear->ready = false;
   linear->factorisations++;
-  const thrum_status status = linear->solver == THRUM_FULL_CHOLESKY
-                                  ? thrum_factor_compute(linear->matrix, linear->factor, error)
-                                  : THRUM_OK;
+  thrum_status status = THRUM_OK;
+  if (linear->shared != NULL)
+    status = linear->shared->compute(linear->system, linear->matrix, error);
+  else if (linear->solver == THRUM_FULL_CHOLESKY)
+    status = thrum_factor_compute(linear->matrix, linear->factor, error);
   linear->ready = status >= 0;
   return status;
 }
@@ -122,6 +132,8 @@ static thrum_status conjugate_gradients(full_linear *linear, const double *b, do
 
 thrum_status full_linear_solve(full_linear *linear, const double *b, double *x,
                                thrum_error *error) {
+  if (linear->shared != NULL)
+    return linear->shared->solve(linear->system, b, x, error);
   if (linear->solver == THRUM_FULL_CHOLESKY)
     return thrum_factor_solve(linear->factor, b, 1, x, error);
   return conjugate_gradients(linear, b, x, error);

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Models that several processes make are those that one makes.
+"""Models and equilibria that several processes make are those that one makes.
 
 Each case makes a model by thrum precompute and by thrum-mpi, and compares frequencies, polynomial,
 basis and every other array. Refusals and killed processes leave no model, or the earlier one.
@@ -21,6 +21,7 @@ import numpy
 FREQUENCIES = 1e-9   # relative
 POLYNOMIAL = 1e-8    # of its norm
 ANGLES = 1e-6        # of the subspaces, as sines
+STATICS = 1e-8       # of the largest displacement
 SECONDS = 900        # that any run may take
 
 BEAM = ["beam", "--order", "1"]  # without middle nodes, so a sixth of the vertices
@@ -183,6 +184,32 @@ def check_dry_run(programs, folder):
     return f"{told['solvers']['factor']['seconds']:.2g} s by a factor, {told['solvers']['cg']['seconds']:.2g} s by cg"
 
 
+def check_statics(programs, folder):
+    """static --full comes to rest where one process does, also past tangents that are not positive definite."""
+    rubber = ["--young", "1e6", "--poisson", "0.4", "--density", "1000"]
+    block = ["beam:8x2x2@1x0.2x0.2", *HELD, *rubber]
+    worst, counts = 0, []
+    for count, arguments in ((2, ["beam", "--load", "constant:0,0,-30@tip"]), (2, ["horse", "--load", "constant:0,0,-30@load"]),
+                             (4, [*block, "--load", "constant:-60,0,0.5@tip"]),
+                             (2, [*block, "--move", "-0.3,0,0.1@tip", "--law", "neo-hookean"])):
+        fields = [os.path.join(folder, name) for name in ("alone.npy", "together.npy")]
+        command = ["static", *arguments, "--full", "--json", "-q", "--displacements"]
+        results = [programs.alone([*command, fields[0]]), programs.together(count, [*command, fields[1]])]
+        demand([r.returncode for r in results] == [0, 0], f"{arguments}: {results[0].stderr} {results[1].stderr}")
+        told = [json.loads(r.stdout) for r in results]
+        demand(all(told[0][key] == told[1][key] for key in ("status", "load_steps", "stable")), f"{arguments}: {told}")
+        one, other = (numpy.load(field) for field in fields)
+        worst = max(worst, numpy.abs(other - one).max() / numpy.abs(one).max())
+        counts.append(told[1]["factorisations"] - told[1]["iterations"])
+    demand(worst < STATICS, f"displacements differ by {worst:.1e}")
+    demand(counts[-1] > 0, "no tangent was indefinite")
+
+    # a model needs no other process
+    result = programs.together(2, ["static", "beam", "--load", "gravity:0,0,-9"])
+    demand(result.returncode == 2 and "add --full" in result.stderr, result.stderr)
+    return f"displacements {worst:.1e}"
+
+
 def check_control(programs, folder):
     """Without the multigrid conjugate gradients do not come to their end in the steps they have."""
     model = os.path.join(folder, "model.npz")
@@ -231,7 +258,7 @@ def main(arguments):
         return 2
     programs, failed = Programs(*arguments[:3]), 0
     checks = {name: lambda p, f, c=case: check_case(p, f, *c) for name, case in CASES.items()}
-    checks.update({"refusals": check_refusals, "memory": check_memory, "a dry run": check_dry_run, "no preconditioner": check_control,
+    checks.update({"refusals": check_refusals, "memory": check_memory, "a dry run": check_dry_run, "statics": check_statics, "no preconditioner": check_control,
                    "a killed process": check_killed})
     for name in arguments[3:] or checks:
         with tempfile.TemporaryDirectory() as folder:
