@@ -26,6 +26,7 @@ typedef struct simulate_figures {
   double energy_min, energy_max;
   double work_load, work_base; /* [J] */
   double dissipated;           /* [J]; NaN where it is not counted */
+  double spin[3];              /* of a body with --spin, at the end [degrees/s] */
   driver_drift windows;
   double drift;  /* NaN where it says nothing */
   double growth; /* the same with damping too, where it is below zero or the energy grew */

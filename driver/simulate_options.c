@@ -63,6 +63,10 @@ static const config_option options[] = {
                 "q, or 2 rows q and p, such as RUN/end.npy; the starts add up",
                 .path = CONFIG_PATH_NAMED, .is_name = is_model_name_or_spec, .repeats = true,
                 .take = take_start),
+    OPTION_VECTOR("spin", "degrees/s", "0,0,0",
+                  "angular velocity at the start of a body that nothing holds; spin and shape act "
+                  "on each other, and all is seen from the axes of the body",
+                  AT(spin)),
     OPTION_COUNT("rank", "all of the model", "step the lowest N coordinates only", AT(rank),
                  CONFIG_RANGE(1, THRUM_RANK_MAX)),
     OPTION_COUNT("condense", "none",
@@ -213,6 +217,28 @@ static int check_full(simulate_request *request) {
   return COMMAND_DONE;
 }
 
+bool simulate_spins(const simulate_request *request) {
+  return request->spin[0] != 0 || request->spin[1] != 0 || request->spin[2] != 0;
+}
+
+/* Whether a body can spin and do what else is asked for. */
+static int check_spin(const simulate_request *request) {
+  if (!simulate_spins(request))
+    return COMMAND_DONE;
+  if (request->full)
+    return config_usage("simulate", "--spin is of a reduced model; leave it out with --full");
+  if (request->def.integrator != THRUM_INTEGRATOR_ENERGY ||
+      request->def.damping_form != THRUM_DAMPING_REST)
+    return config_usage("simulate", "--spin takes --integrator energy and --damping-form rest");
+  if (request->condense > 0)
+    return config_usage("simulate", "--spin steps all coordinates; leave --condense out");
+  if (request->load_count > 0 || request->base_motion_count > 0)
+    return config_usage("simulate",
+                        "--spin goes without --load and --base-motion: a body that turns has loads "
+                        "in a scene, \"coupled\": true");
+  return COMMAND_DONE;
+}
+
 /* Checks that take several options together. */
 static int finish(simulate_request *request) {
   if (request->run_path == NULL)
@@ -235,7 +261,8 @@ static int finish(simulate_request *request) {
   const int found =
       mesh_model_full_check("simulate", request->model_path, &request->mesh_def, request->full);
 
-  return found == COMMAND_DONE ? check_full(request) : found;
+  const int spins = found == COMMAND_DONE ? check_spin(request) : found;
+  return spins == COMMAND_DONE ? check_full(request) : spins;
 }
 
 int simulate_options_read(int argc, char **argv, simulate_request *request) {

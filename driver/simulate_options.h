@@ -34,6 +34,7 @@ typedef struct simulate_request {
   bool ground;           /* frames as seen from the ground, not from the base */
   int64_t start_count;
   start_spec *starts; /* the same */
+  double spin[3];     /* of a free body at the start [degrees/s]; 0: its frame stays */
   bool stress;        /* von Mises in all tets */
   bool monitor;       /* default: where there is a mesh */
   bool monitor_given;
@@ -51,6 +52,9 @@ extern const config_command command_simulate;
 int simulate_options_read(int argc, char **argv, simulate_request *request);
 
 #define SIMULATE_STEPS_MAX 1e12 /* years of computing; beyond that an option is a slip */
+
+/* Whether spin and shape of the body are stepped together. */
+bool simulate_spins(const simulate_request *request);
 
 /* Steps of a time, 1 or more; 0: more than that. */
 int64_t simulate_step_count(double time, double dt);

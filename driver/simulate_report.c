@@ -59,6 +59,7 @@ static cJSON *options_json(const simulate_request *request) {
   add_specs(object, request);
 
   // what is written, and how often
+  json_numbers(object, "spin", request->spin, 3);
   json_number(object, "record_every", (double)request->record_every);
   cJSON_AddBoolToObject(object, "full", request->full);
   json_string(object, "linear_solver", full_solver_names[request->solver]);
@@ -226,6 +227,8 @@ static void add_energies(cJSON *object, const simulate_figures *figures) {
   json_number(object, "energy_min_j", figures->energy_min);
   json_number(object, "energy_max_j", figures->energy_max);
   json_number(object, "energy_high_last_j", figures->last.high);
+  if (simulate_spins(figures->request))
+    json_numbers(object, "spin_last_deg_s", figures->spin, 3);
   json_number(object, "drift", figures->drift);
   json_number(object, "peak_displacement_m", figures->peak);
   json_number(object, "peak_vertex",
@@ -390,6 +393,9 @@ void simulate_report_table(const simulate_figures *figures, const run_output *ou
          figures->last.total, figures->energy_min, figures->energy_max);
   if (request->load_count > 0 || request->base_motion_count > 0)
     print_work(figures);
+  if (simulate_spins(request))
+    printf("spin         %.6g, %.6g, %.6g degrees/s about the axes of the world at the end\n",
+           figures->spin[0], figures->spin[1], figures->spin[2]);
   print_drift(figures);
   if (figures->peak_vertex >= 0)
     printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);

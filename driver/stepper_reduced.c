@@ -8,6 +8,7 @@
 #include "driver/condensed_check.h"
 #include "driver/stepper.h"
 #include "driver/stepper_loads.h"
+#include "driver/stepper_spin.h"
 #include "platform/allocate.h"
 
 #define STEPS_BETWEEN_LOOKS 1024
@@ -21,6 +22,7 @@ typedef struct reduced_stepper {
   double *load;   /* of the last step, on all coordinates; owned, with the next */
   double *middle; /* masters in the middle of the step to come, extrapolated */
   condensed_check check;
+  stepper_spin spin;
 } reduced_stepper;
 
 /* --- opening ---------------------------------------------------------------------------------- */
@@ -75,6 +77,7 @@ static thrum_status set_start(reduced_stepper *self, thrum_error *error) {
   if (status < 0)
     return thrum_error_set(error, status, "%s: %s", request->start_count > 0 ? "--start" : "--dt",
                            detail.message);
+  THRUM_TRY(stepper_spin_open(request, self->model, q, p, &self->spin, error));
   condensed_check_start(&self->check, request, q, p);
   condensed_check_damp(&self->check, def, 1);
   THRUM_TRY(read_shape(self, self->loads.before));
@@ -114,7 +117,7 @@ static void look_at_vibration(reduced_stepper *self) {
 static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
   reduced_stepper *self = stepper;
   THRUM_TRY(set_force(self, step, error));
-  const thrum_status status = thrum_step(self->model, self->state, error);
+  const thrum_status status = stepper_spin_step(&self->spin, self->model, self->state, error);
   if (status >= 0 && self->check.model != NULL)
     look_at_vibration(self);
   if (status < 0 || !stepper_loads_act(&self->loads))
@@ -141,6 +144,7 @@ static thrum_status energies(void *stepper, int32_t body, thrum_energies *found,
   reduced_stepper *self = stepper;
   (void)body;
   THRUM_TRY(thrum_state_energies(self->model, self->state, found, error));
+  stepper_spin_add_energy(&self->spin, found);
   if (self->check.model == NULL)
     return THRUM_OK;
 
@@ -187,6 +191,7 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
   figures->work_load = self->loads.work_load;
   figures->work_base = self->loads.work_base;
   figures->dissipated = figures->report.dissipated;
+  stepper_spin_now(&self->spin, figures->spin);
   if (self->shape != self->model)
     condensed_check_report(&self->check, self->model, figures);
 }
@@ -195,6 +200,7 @@ static void close_reduced(void *stepper) {
   reduced_stepper *self = stepper;
   stepper_loads_close(&self->loads);
   thrum_state_destroy(self->state);
+  stepper_spin_close(&self->spin);
   condensed_check_close(&self->check);
   free(self->load);
   free(self);

@@ -192,12 +192,16 @@ static char *free_run(const char *first, const char *second) {
   return said;
 }
 
-static void the_resultant_of_loads_on_a_free_body_is_warned_of(void **state) {
-  (void)state;
+static void make_free(void) {
   program_result made = thrum_run(folder, "precompute", "beam:4x1x1@1x0.2x0.2", "-o", "free.npz",
                                   "--modes", "3", "--rank", "3", NULL);
   assert_int_equal(made.exit_code, 0);
   program_result_free(&made);
+}
+
+static void the_resultant_of_loads_on_a_free_body_is_warned_of(void **state) {
+  (void)state;
+  make_free();
 
   // unequal forces leave a resultant of 2 N
   char *pulled = free_run("constant:3,0,0@right", "constant:-1,0,0@left");
@@ -215,6 +219,34 @@ static void the_resultant_of_loads_on_a_free_body_is_warned_of(void **state) {
   free(pulled);
   free(stretched);
   free(falling);
+}
+
+/* The exit code of a run with --spin and one more option. */
+static int spin_code(const char *model, const char *option, const char *value) {
+  program_result run = thrum_run(folder, "simulate", model, "-o", "spun", "--spin", "0,90,0",
+                                 "--time", "0.1", option, value, NULL);
+  const int code = run.exit_code;
+  program_result_free(&run);
+  return code;
+}
+
+static void a_free_body_that_spins_stretches_and_keeps_its_energy(void **state) {
+  (void)state;
+  make_free();
+  cJSON *object = SIMULATE("free.npz", "--spin", "100,1000,0", "--time", "2");
+  const cJSON *spin = cJSON_GetObjectItemCaseSensitive(object, "spin_last_deg_s");
+  const double first = cJSON_GetObjectItemCaseSensitive(object, "energy_first_j")->valuedouble;
+  const double last = cJSON_GetObjectItemCaseSensitive(object, "energy_last_j")->valuedouble;
+  assert_int_equal(cJSON_GetArraySize(spin), 3);
+  assert_true(first > 0 && fabs(last / first - 1) <= 1e-12);
+  assert_true(cJSON_GetObjectItemCaseSensitive(object, "peak_displacement_m")->valuedouble > 1e-5);
+  cJSON_Delete(object);
+
+  // what a body that spins cannot have, and a body that is held
+  assert_int_equal(spin_code("free.npz", "--load", "constant:1,0,0@left"), 2);
+  assert_int_equal(spin_code("free.npz", "--integrator", "newmark"), 2);
+  assert_int_equal(spin_code("free.npz", "--condense", "2"), 2);
+  assert_int_equal(spin_code("beam.npz", "--dt", "0.001"), 1);
 }
 
 /* Finds the largest vertex displacement of the beam at q, and its vertex, counted from 1. */
@@ -669,6 +701,7 @@ int main(void) {
       // loads on what cannot move are warned of
       cmocka_unit_test(a_load_on_held_vertices_is_warned_of),
       cmocka_unit_test(the_resultant_of_loads_on_a_free_body_is_warned_of),
+      cmocka_unit_test(a_free_body_that_spins_stretches_and_keeps_its_energy),
 
       // starts and integrators
       cmocka_unit_test(a_mode_starts_at_rest_with_its_amplitude),
