@@ -59,8 +59,16 @@ const config_command command_verify = {
 
 /* --- rows ------------------------------------------------------------------------------------- */
 
+/* Where the rows of a problem go. */
+typedef struct row_sink {
+  cJSON *rows;
+  bool lost; /* a number is none, for want of memory or as a run was lost */
+} row_sink;
+
 static void add_row(void *context, const published_row *row) {
-  cJSON *item = json_add_row(context);
+  row_sink *sink = context;
+  cJSON *item = json_add_row(sink->rows);
+  sink->lost = sink->lost || !isfinite(row->computed);
   json_string(item, "problem", row->problem);
   json_string(item, "quantity", row->quantity);
   json_string(item, "setting", row->mesh);
@@ -101,9 +109,12 @@ static thrum_status rows_of(const cJSON *array, published_row **rows, thrum_erro
 static thrum_status solve(const verify_request *request, int64_t n, cJSON *rows,
                           thrum_error *error) {
   const published_entry *problem = &published_problems[n];
-  const published_sink sink = {add_row, rows, (int)request->refinements};
+  row_sink to = {rows, false};
+  const published_sink sink = {add_row, &to, (int)request->refinements};
   thrum_error detail = {0};
-  const thrum_status status = problem->solve(&sink, &detail);
+  thrum_status status = problem->solve(&sink, &detail);
+  if (status >= 0 && to.lost)
+    status = thrum_error_set(&detail, THRUM_NOT_FINITE, "an answer could not be computed");
   return status >= 0 ? THRUM_OK
                      : thrum_error_set(error, status, "%s: %s", problem->text, detail.message);
 }
@@ -149,7 +160,9 @@ static thrum_status write_file(const verify_request *request, const char *name,
 static thrum_status publish(const verify_request *request, cJSON *rows, const cJSON *missing,
                             thrum_error *error) {
   published_row *row = NULL;
-  thrum_status status = rows_of(rows, &row, error);
+  thrum_status status = json_memory_failed()
+                            ? thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the rows")
+                            : rows_of(rows, &row, error);
   const published_rows all = {row, cJSON_GetArraySize(rows)};
   THRUM_THEN(status, write_file(request, "verification.csv", &all, missing, write_csv, error));
   THRUM_THEN(status, write_file(request, "tables.md", &all, missing, write_tables, error));

@@ -278,6 +278,8 @@ static thrum_status take_job(const job_list *list, int64_t job, cJSON *missing,
 thrum_status job_list_collect(const job_list *list, cJSON *missing, thrum_error *error) {
   for (int64_t job = 0; job < list->count; job++)
     THRUM_TRY(take_job(list, job, missing, error));
+  if (json_memory_failed())
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the results of the jobs");
   if (cJSON_GetArraySize(missing) < list->count)
     return THRUM_OK;
   return thrum_error_set(error, THRUM_MISSING,

@@ -29,7 +29,7 @@ MENU = [
     ("Start", ["README.md", "docs/tutorial.md", "site/viewer.md", "packaging/README.md"]),
     ("Guides", ["docs/how-to/make_a_model.md", "docs/how-to/simulate_and_look.md", "docs/how-to/build_a_scene.md",
                 "docs/how-to/choose_rank_and_step.md", "docs/how-to/use_in_a_program.md", "python/README.md",
-                "javascript/README.md", "docs/how-to/repeat_the_results.md"]),
+                "javascript/README.md", "docs/how-to/run_a_sweep.md", "docs/how-to/repeat_the_results.md"]),
     ("Notebooks", [f"site/{name}.md" for name in NOTEBOOKS]),
     ("Understand", ["docs/which_integrator.md", "docs/limits_and_platforms.md", "docs/mathematics/README.md",
                     "docs/contact.md", "docs/links.md", "docs/determinism.md", "docs/condensed.md", "docs/tradeoff.md",

@@ -158,14 +158,13 @@ def results_of_another_sweep_are_refused(work):
 
 
 def published_answers_are_computed_by_jobs(work):
-    """Of the thirteen problems three that take no time, twice: what the computer gives is the same."""
-    chosen = {"torsion": 2, "hardening": 10, "tumble": 13}
+    """Of the problems three that take no time, twice: what the computer gives is the same."""
+    chosen = ["torsion", "hardening", "tumble"]
     for folder in "first", "second":
         command = ["verify", "--refinements", "0", "-q", "-o", folder]
         names = [line.split("# ")[1] for line in work.lines(*command)]
-        for name, number in chosen.items():
-            assert names[number - 1] == name
-            work.thrum(*command, "--job", str(number))
+        for name in chosen:
+            work.thrum(*command, "--job", str(names.index(name) + 1))
         collected = work.thrum(*command, "--collect", "--json", code=3)
         report = json.loads(collected.stdout)
         assert report["missing_jobs"] == [name for name in names if name not in chosen]
