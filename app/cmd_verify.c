@@ -77,11 +77,6 @@ static void add_row(void *context, const published_row *row) {
   json_number(item, "computed", row->computed);
 }
 
-static double number_of(const cJSON *row, const char *key) {
-  const cJSON *item = cJSON_GetObjectItemCaseSensitive(row, key);
-  return cJSON_IsRaw(item) ? strtod(item->valuestring, NULL) : NAN;
-}
-
 static const char *text_of(const cJSON *row, const char *key) {
   const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(row, key));
   return text != NULL ? text : "";
@@ -98,9 +93,9 @@ static thrum_status rows_of(const cJSON *array, published_row **rows, thrum_erro
     row->problem = text_of(item, "problem");
     row->quantity = text_of(item, "quantity");
     snprintf(row->mesh, sizeof row->mesh, "%s", text_of(item, "setting"));
-    row->size = number_of(item, "size");
-    row->published = number_of(item, "published");
-    row++->computed = number_of(item, "computed");
+    row->size = json_number_of(item, "size");
+    row->published = json_number_of(item, "published");
+    row++->computed = json_number_of(item, "computed");
   }
   return THRUM_OK;
 }

@@ -83,15 +83,10 @@ static cJSON *write_members(const member *members, const void *from, cJSON *arra
   return object;
 }
 
-static double number_of(const cJSON *object, const char *key) {
-  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
-  return cJSON_IsRaw(item) ? strtod(item->valuestring, NULL) : NAN;
-}
-
 static void read_members(const member *members, const cJSON *object, void *to) {
   for (const member *m = members; m->key != NULL; m++) {
     char *place = (char *)to + m->at;
-    const double number = number_of(object, m->key);
+    const double number = json_number_of(object, m->key);
     if (m->kind == MEMBER_NUMBER)
       *(double *)(void *)place = number;
     else if (m->kind == MEMBER_COUNT)
@@ -128,7 +123,7 @@ static thrum_status read_part(const cJSON *result, tradeoff_result *part, thrum_
   const cJSON *bases = cJSON_GetObjectItemCaseSensitive(result, "bases"), *item;
   const cJSON *runs = cJSON_GetObjectItemCaseSensitive(result, "runs");
   const char *reason = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(result, "reason"));
-  *part = (tradeoff_result){.full_error = number_of(result, "full_error")};
+  *part = (tradeoff_result){.full_error = json_number_of(result, "full_error")};
   THRUM_TRY(thrum_reserve(&part->bases, cJSON_GetArraySize(bases) + 1, sizeof *part->bases,
                           "the bases", error));
   THRUM_TRY(thrum_reserve(&part->runs, cJSON_GetArraySize(runs) + 1, sizeof *part->runs, "the runs",

@@ -46,6 +46,11 @@ void json_number(cJSON *object, const char *key, double value) {
   cJSON_AddItemToObject(object, key, json_number_item(value));
 }
 
+double json_number_of(const cJSON *object, const char *key) {
+  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+  return cJSON_IsRaw(item) ? strtod(item->valuestring, NULL) : NAN;
+}
+
 void json_numbers(cJSON *object, const char *key, const double *values, int64_t count) {
   cJSON *array = cJSON_AddArrayToObject(object, key);
   for (int64_t n = 0; n < count; n++)

@@ -16,6 +16,8 @@ bool json_memory_failed(void);
 
 /* Adds a number with all its digits to a cJSON object; null when it is not finite. */
 void json_number(cJSON *object, const char *key, double value);
+/* Such a number of an object; NaN where it is null or is not there. */
+double json_number_of(const cJSON *object, const char *key);
 /* Makes the item of a number, for an array. */
 cJSON *json_number_item(double value);
 /* Adds an array of numbers, the same way. */
