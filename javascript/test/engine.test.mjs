@@ -127,6 +127,16 @@ test('a free body falls by g t^2 / 2', () => {
   assert.ok(Math.abs(start - body.matrix[14] - 0.5 * 9.81) < 1e-9);
 });
 
+test('a coupled body that spins stretches and keeps its energy', () => {
+  const scene = engine.scene({ dt: 0.002 });
+  const body = scene.addBody(block, { free: true, coupled: true, spin: [3, 40, 5], stiffness: 0.01 });
+  const before = body.energies;
+  scene.step(500);
+  assert.ok(body.energies.potential > 0);
+  assert.ok(Math.abs(body.energies.total / before.total - 1) < 1e-12);
+  assert.throws(() => scene.addBody(block, { coupled: true }), ThrumError);
+});
+
 test('contact, loads and pulls in a scene', () => {
   const scene = engine.scene({ gravity: [0, 0, -9.81] });
   const triangles = beam.outerTriangles();

@@ -21,6 +21,17 @@ class Scenes(unittest.TestCase):
         self.assertAlmostEqual(start - body.matrix[2, 3], 0.5 * 9.81, 9)
         self.assertAlmostEqual(body.energies["total"], before, 8)
 
+    def test_spin_stretches(self):
+        """A coupled body that spins has strain energy, and keeps the sum."""
+        scene = thrum.Scene(dt=0.002)
+        body = scene.add_body(block(), free=True, coupled=True, spin=(3, 40, 5), stiffness=0.01)
+        before = body.energies["total"]
+        scene.step(500)
+        self.assertGreater(body.energies["potential"], 0)
+        self.assertAlmostEqual(body.energies["total"] / before, 1, 12)
+        with self.assertRaises(thrum.Error):
+            scene.add_body(block(), free=True, coupled=True, integrator="newmark")
+
     def test_bounce(self):
         scene = thrum.Scene(dt=0.001, gravity=(0, 0, -9.81))
         model = block()
