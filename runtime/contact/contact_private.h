@@ -92,6 +92,7 @@ typedef struct thrum_impact_body {
   double velocity[3];          /* of the centre of mass before the impact [m/s] */
   double spin[3];              /* [rad/s] */
   double passed[3];            /* way of the centre from the start of the step to the impact [m] */
+  double gyration;             /* the energy gyration_of() before the impact [J] */
   double impulse[3], whirl[3]; /* on the centre, and about it [N s], [N m s] */
 } thrum_impact_body;
 
