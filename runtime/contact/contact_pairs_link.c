@@ -364,8 +364,10 @@ static void factor(thrum_pairs_run *run) {
   run->link_rows = 0;
   for (int64_t n = 0; n < run->link_count; n++)
     run->link_rows += run->view.links[n].row_count;
+
+  // a member that could not begin its step has nothing to clear
   for (int64_t n = 0; n < run->link_count; n++)
-    for (int side = 0; side < 2; side++)
+    for (int side = 0; side < 2 && run->view.links[n].row_count > 0; side++)
       clear(body_of(run, run->view.links + n, side));
 
   int64_t column = 0;

@@ -195,20 +195,21 @@ static void use_readouts(const thrum_model *model, fuzz_draw *draw) {
     fuzz_check(thrum_displacement_peak(model, extents, q, &length, &vertex, &error), &error);
 }
 
-/* A link of a body with another or with the world, whose end goes somewhere. */
+/* A link of a body with another or with the world, whose end goes somewhere; a weld with the world
+ * where nothing is left to draw. */
 static void add_link(thrum_scene *scene, int32_t body, int32_t other, fuzz_draw *draw) {
   static const double times[] = {0, 0.006};
   double places[6];
   thrum_error error = {0};
   thrum_scene_link_def def = thrum_default_scene_link_def();
-  def.kind = (thrum_link_kind)(draw_byte(draw) % 5);
+  def.kind = (thrum_link_kind)(THRUM_LINK_WELD - draw_byte(draw) % 4);
   def.body = body;
   def.other = draw_byte(draw) % 2 == 0 ? -1 : other;
   def.stiffness = draw_byte(draw) % 8 == 0 ? draw_any(draw) : draw_above(draw, 1e6);
   def.damping = draw_above(draw, 100);
   def.length = draw_about(draw, 1);
-  def.until = draw_about(draw, 0.01);
-  draw_vector(draw, 3, 1, def.axis);
+  def.until = draw_byte(draw) % 2 == 0 ? INFINITY : draw_about(draw, 0.01);
+  draw_vector(draw, 2, 1, def.axis);
   draw_vector(draw, 6, 1, places);
   if (draw_byte(draw) % 2 == 0)
     draw_vector(draw, 3, 1, def.place);
