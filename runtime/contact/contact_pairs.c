@@ -144,45 +144,6 @@ int thrum_pair_compare(const thrum_pair_key *a, const thrum_pair_key *b) {
   return (a->second > b->second) - (a->second < b->second);
 }
 
-/* Whether key `a` comes after key `b`, in an array of items that begin with their keys. */
-static bool after(const void *items, size_t size, int32_t a, int32_t b) {
-  const unsigned char *bytes = items;
-  const int order = thrum_pair_compare((const void *)(bytes + (size_t)a * size),
-                                       (const void *)(bytes + (size_t)b * size));
-  return order != 0 ? order > 0 : a > b;
-}
-
-/* Merges two ascending runs that follow each other, from `from` to `middle` and on to `to`. */
-static void merge(const void *items, size_t size, const int32_t *from, const int32_t *middle,
-                  const int32_t *to, int32_t *merged) {
-  const int32_t *first = from, *second = middle;
-  while (first < middle && second < to)
-    *merged++ = after(items, size, *first, *second) ? *second++ : *first++;
-  while (first < middle)
-    *merged++ = *first++;
-  while (second < to)
-    *merged++ = *second++;
-}
-
-void thrum_pairs_sort(const void *items, size_t size, int64_t count, int32_t *order,
-                      int32_t *room) {
-  bool ascends = true;
-  for (int64_t n = 0; n < count; n++) {
-    order[n] = (int32_t)n;
-    ascends = ascends && (n == 0 || after(items, size, (int32_t)n, (int32_t)n - 1));
-  }
-
-  // merge sort, by runs of 1, 2, 4, ...; the touches of a step mostly ascend as they are
-  for (int64_t run = 1; run < count && !ascends; run *= 2) {
-    for (int64_t from = 0; from < count; from += 2 * run) {
-      const int64_t middle = from + run < count ? from + run : count;
-      const int64_t to = middle + run < count ? middle + run : count;
-      merge(items, size, order + from, order + middle, order + to, room + from);
-    }
-    memcpy(order, room, (size_t)count * sizeof *order);
-  }
-}
-
 double thrum_pairs_thickness(const thrum_contact_pairs *pairs, const thrum_skin *a,
                              const thrum_skin *b) {
   return pairs->thickness > 0.0 ? pairs->thickness : THICKNESS * fmin(a->diagonal, b->diagonal);

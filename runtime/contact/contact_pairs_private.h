@@ -31,6 +31,12 @@ typedef struct thrum_pair_key {
   int32_t kind, first, second;
 } thrum_pair_key;
 
+/* What is being sorted: its key as two numbers in the same order, and where it is. */
+typedef struct thrum_pair_sorted {
+  uint64_t bodies, places;
+  int32_t at;
+} thrum_pair_sorted;
+
 /* A touch that persists. */
 typedef struct thrum_pair_touching {
   thrum_pair_key key;
@@ -129,11 +135,11 @@ struct thrum_contact_pairs {
 
 /* X(type, name, count) */
 #define THRUM_PAIRS_ARRAYS(X)                                                                      \
-  X(thrum_pair_touching, touches, touch_max) /* of the last step; the last that is kept */         \
-  X(thrum_pair_touching, before, touch_max)  /* of the step before, ascending by their keys */     \
-  X(int32_t, order, touch_max * 2)           /* of what is being sorted */                         \
-  X(int32_t, sorting, touch_max * 2)         /* room for that */                                   \
-  X(int32_t, taken, touch_max)               /* 1: a row goes on from this touch before */         \
+  X(thrum_pair_touching, touches, touch_max)   /* of the last step; the last that is kept */       \
+  X(thrum_pair_touching, before, touch_max)    /* of the step before, ascending by their keys */   \
+  X(int32_t, order, touch_max * 2)             /* of what is being sorted */                       \
+  X(thrum_pair_sorted, sorting, touch_max * 4) /* room for that */                                 \
+  X(int32_t, taken, touch_max)                 /* 1: a row goes on from this touch before */       \
   X(thrum_pair_candidate, candidates, touch_max * 2)                                               \
   X(thrum_pair_row, rows, touch_max)                                                               \
   X(double, row_basis, touch_max * 6 * rank_max) /* three rows of U of either side */              \
@@ -146,7 +152,7 @@ struct thrum_contact_pairs {
   X(int64_t, first_node, member_max + 1)                                                           \
   X(double, places, vertex_max * 9) /* of vertices: position, displacement, shift in it [m] */     \
   X(int32_t, place_known, vertex_max)                                                              \
-  X(double, spheres, node_max * 7)   /* of nodes: middle, displacement, radius [m] */              \
+  X(double, spheres, node_max * 8)   /* of nodes: middle, displacement, radius, its length [m] */  \
   X(thrum_pair_box, boxes, node_max) /* of leaves */                                               \
   X(int32_t, sphere_known, node_max)                                                               \
   X(thrum_pair_triangle, triangles, (node_max + member_max) * 2) /* at most two a node, and two */ \
@@ -210,9 +216,10 @@ bool thrum_pairs_is_same_def(const thrum_contact_pairs *a, const thrum_contact_p
 /* contact_pairs.c: order of two keys: below 0, 0, above 0. */
 int thrum_pair_compare(const thrum_pair_key *a, const thrum_pair_key *b);
 
-/* contact_pairs.c: fills order (count) with the places of `count` items of `size` bytes that begin
- * with a key, ascending; room (count) is overwritten. */
-void thrum_pairs_sort(const void *items, size_t size, int64_t count, int32_t *order, int32_t *room);
+/* contact_pairs_sort.c: fills order (count) with the places of `count` items of `size` bytes that
+ * begin with a key, ascending; room (2 x count) is overwritten. */
+void thrum_pairs_sort(const void *items, size_t size, int64_t count, int32_t *order,
+                      thrum_pair_sorted *room);
 
 /* contact_pairs.c: the thickness between two bodies [m]. */
 double thrum_pairs_thickness(const thrum_contact_pairs *pairs, const thrum_skin *a,

@@ -22,6 +22,7 @@
 #include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
 
+#define TOUCHING 1.05  /* thicknesses within which two places meet however they move */
 #define NEAR 2.0       /* thicknesses within which two places meet as they are now */
 #define MARGIN 0.5     /* thicknesses by which a row may miss and is still made */
 #define STANDS_OUT 0.1 /* sine of the angle to its faces from which an edge counts */
@@ -84,11 +85,12 @@ const double *thrum_pairs_place(thrum_pairs_run *run, int64_t member, int64_t ve
   return place;
 }
 
-/* The sphere of a node: middle and displacement (3 each), radius over the step. */
+/* The sphere of a node: middle and displacement (3 each), radius over the step, length of the
+ * displacement. */
 static const double *sphere_of(const search *s, int side, int32_t node) {
   thrum_pairs_run *run = s->run;
   const int64_t index = run->view.first_node[s->members[side]] + node;
-  double *sphere = run->view.spheres + 7 * index;
+  double *sphere = run->view.spheres + 8 * index;
   if (run->view.sphere_known[index])
     return sphere;
 
@@ -109,6 +111,7 @@ static const double *sphere_of(const search *s, int side, int32_t node) {
   for (int64_t i = 0; i < r; i++)
     radius += spread[i] * (fabs(body->view.q[i]) + fabs(d[i]));
   sphere[6] = radius;
+  sphere[7] = sqrt(thrum_dot3(way + 3, way + 3));
   run->view.sphere_known[index] = 1;
   return sphere;
 }
@@ -116,14 +119,19 @@ static const double *sphere_of(const search *s, int side, int32_t node) {
 /* Do two spheres come within the thickness of each other on their ways? */
 static bool are_near(const search *s, int32_t a, int32_t b) {
   const double *p = sphere_of(s, 0, a), *q = sphere_of(s, 1, b);
+  const double reach = p[6] + q[6] + (1.0 + MARGIN) * s->thickness;
   double apart[3], way[3];
   thrum_subtract3(p, q, apart);
+
+  // most are near at the start, or further than both can come
+  const double now = thrum_dot3(apart, apart), most = reach + p[7] + q[7];
+  if (now <= reach * reach || now > most * most)
+    return now <= reach * reach;
   thrum_subtract3(p + 3, q + 3, way);
   const double square = thrum_dot3(way, way);
   const double time = square > 0.0 ? fmin(fmax(-thrum_dot3(apart, way) / square, 0.0), 1.0) : 0.0;
   for (int axis = 0; axis < 3; axis++)
     apart[axis] += time * way[axis];
-  const double reach = p[6] + q[6] + (1.0 + MARGIN) * s->thickness;
   return thrum_dot3(apart, apart) <= reach * reach;
 }
 
@@ -323,15 +331,17 @@ static void try_quad(search *s, thrum_quad_kind kind, thrum_quad *quad,
                      thrum_pair_candidate *candidate, const int32_t edges[2]) {
   thrum_pairs_run *run = s->run;
   const double reach = (1.0 + MARGIN) * s->thickness;
-  const double motion = thrum_quad_motion(kind, quad);
   thrum_nearest nearest = thrum_quad_nearest(kind, quad, 0.0);
   double time = 0.0;
-  if (nearest.distance > reach + motion)
+
+  // how far they move matters to what does not touch yet
+  const double here = nearest.distance;
+  const double motion = here > TOUCHING * s->thickness ? thrum_quad_motion(kind, quad) : 0.0;
+  if (here > reach + motion)
     return;
 
   // what is near already meets as it is now, unless it moves far within the step
-  const double here = nearest.distance;
-  if (here > 1.05 * s->thickness && (here > NEAR * s->thickness || motion > here)) {
+  if (here > TOUCHING * s->thickness && (here > NEAR * s->thickness || motion > here)) {
     time = thrum_quad_meets(kind, quad, s->thickness);
     if (time > 1.0)
       return;
@@ -423,26 +433,6 @@ static void try_all_edges(search *s, const int32_t triangles[2],
   }
 }
 
-/* Two triangles whose boxes overlap. */
-static void try_triangles(search *s, const int32_t triangles[2],
-                          const thrum_pair_triangle *const found[2]) {
-  const double reach = (1.0 + MARGIN) * s->thickness;
-
-  // vertices of either side against the other triangle, then edges where both have some
-  for (int side = 0; side < 2; side++) {
-    const int32_t *corners = s->views[side].triangles[triangles[side]].corners;
-    for (int n = 0; n < 3; n++) {
-      if (!(found[side]->tried & (1 << n)))
-        continue;
-      const thrum_pair_box box = box_of(found[side]->places + n, 1);
-      if (overlap(&box, &found[1 - side]->box, reach))
-        try_vertex(s, side, corners[n], triangles[1 - side]);
-    }
-  }
-  if (found[0]->tried > 7 && found[1]->tried > 7)
-    try_all_edges(s, triangles, found);
-}
-
 /* The box of a leaf, found once in a search with its triangles. */
 static const thrum_pair_box *box_of_leaf(const search *s, int side, int32_t node) {
   const int64_t index = s->run->view.first_node[s->members[side]] + node;
@@ -467,6 +457,25 @@ static const thrum_pair_box *box_of_leaf(const search *s, int side, int32_t node
   return box;
 }
 
+/* The vertices that a triangle of `side` tries, against the triangles of a leaf of the other side.
+ */
+static void try_vertices(search *s, int side, int32_t triangle, const thrum_pair_triangle *found,
+                         const thrum_skin_node *leaf, const thrum_pair_box *whole) {
+  const double reach = (1.0 + MARGIN) * s->thickness;
+  const int32_t *corners = s->views[side].triangles[triangle].corners;
+  const thrum_pair_triangle *others = triangles_of(s, 1 - side);
+  for (int n = 0; n < 3; n++) {
+    if (!(found->tried & (1 << n)))
+      continue;
+    const thrum_pair_box box = box_of(found->places + n, 1);
+    if (!overlap(&box, whole, reach))
+      continue;
+    for (int32_t m = leaf->first; m < leaf->first + leaf->count; m++)
+      if (overlap(&box, &others[m].box, reach))
+        try_vertex(s, side, corners[n], m);
+  }
+}
+
 /* The triangles of two leaves. */
 static void try_leaves(search *s, int32_t a, int32_t b) {
   const thrum_skin_node *p = s->views[0].nodes + a, *q = s->views[1].nodes + b;
@@ -475,16 +484,22 @@ static void try_leaves(search *s, int32_t a, int32_t b) {
   if (!overlap(whole, other, reach))
     return;
 
-  // most pairs of triangles in two leaves that meet are apart
+  // the vertices of either side
   const thrum_pair_triangle *first = triangles_of(s, 0), *second = triangles_of(s, 1);
+  for (int32_t m = q->first; m < q->first + q->count; m++)
+    if (overlap(&second[m].box, whole, reach))
+      try_vertices(s, 1, m, second + m, p, whole);
   for (int32_t n = p->first; n < p->first + p->count; n++) {
     if (!overlap(&first[n].box, other, reach))
       continue;
-    for (int32_t m = q->first; m < q->first + q->count; m++) {
+    try_vertices(s, 0, n, first + n, q, other);
+
+    // edges where both triangles have some
+    for (int32_t m = q->first; m < q->first + q->count && first[n].tried > 7; m++) {
       const int32_t triangles[2] = {n, m};
       const thrum_pair_triangle *const found[2] = {first + n, second + m};
-      if (overlap(&first[n].box, &second[m].box, reach))
-        try_triangles(s, triangles, found);
+      if (second[m].tried > 7 && overlap(&first[n].box, &second[m].box, reach))
+        try_all_edges(s, triangles, found);
     }
   }
 }

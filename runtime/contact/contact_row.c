@@ -5,6 +5,7 @@
 #include "runtime/base/fp_contract.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "runtime/contact/contact_law.h"
 #include "runtime/contact/contact_row.h"
@@ -70,6 +71,13 @@ void thrum_contact_row_solve(thrum_contact_row *row, double at[3], double change
   const double gap = row->gap + thrum_dot3(normal, at);
   const double force =
       thrum_contact_normal(row, gap - row->along * row->touch.force, row->touch.stored);
+
+  // most rows of a step do not touch, and have no friction then
+  if (force == 0.0 && row->touch.force == 0.0 &&
+      thrum_dot3(row->touch.friction, row->touch.friction) == 0.0) {
+    memset(change, 0, 3 * sizeof *change);
+    return;
+  }
   for (int axis = 0; axis < 3; axis++)
     change[axis] = (force - row->touch.force) * normal[axis];
   row->touch.force = force;
