@@ -39,6 +39,7 @@ scene_run_losses scene_run_losses_get(const scene_run *run) {
 
     // forces and energies of obstacles on this body, then what its damping took
     sum.obstacles.touching += of.contact.touching;
+    sum.obstacles.impacts += of.contact.impacts;
     sum.obstacles.normal += of.contact.normal;
     sum.obstacles.depth = fmax(sum.obstacles.depth, of.contact.depth);
     sum.obstacles.stored += of.contact.stored;
@@ -101,6 +102,7 @@ cJSON *scene_run_collisions_json(const scene_run *run) {
 
   // how near bodies are at the end, and how deep they ever were below the thickness
   json_number(object, "touching", (double)of.touching);
+  json_number(object, "impacts", (double)of.impacts);
   json_number(object, "normal_n", of.normal);
   json_number(object, "distance_m", of.distance);
   json_number(object, "depth_m", of.depth);

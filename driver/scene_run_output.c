@@ -152,6 +152,7 @@ static cJSON *placement_json(const scene_run *run, const scene_body_run *body) {
 
 void scene_run_add_touches(cJSON *object, const thrum_contact_report *of) {
   json_number(object, "touching", of->touching);
+  json_number(object, "impacts", (double)of->impacts);
   json_number(object, "normal_n", of->normal);
   json_number(object, "depth_m", of->depth);
   json_number(object, "stored_j", of->stored);

@@ -223,6 +223,8 @@ typedef struct thrum_contact_report {
   int64_t declined; /* steps made without contact, because no attempt kept the energy bound */
   int64_t dropped;  /* touches for which touch_max was too small */
   int64_t sweeps;   /* sweeps of the solver over all steps */
+  int64_t impacts;  /* places at which impacts struck the body as a whole, over all steps */
+  int32_t struck;   /* of those the ones of the last step, which are listed behind its touches */
   int32_t touching; /* touches of the last step */
   double depth;     /* largest depth after the last step [m] */
   double normal;    /* sum of the normal forces in the last step [N] */
@@ -233,13 +235,14 @@ typedef struct thrum_contact_report {
   double pulled;    /* work of the pulls on the body [J] */
 } thrum_contact_report;
 
-/* One touch of the last step. */
+/* One touch of the last step, or one place of an impact in it. */
 typedef struct thrum_touch {
-  int32_t vertex;   /* 0-based vertex of the model */
-  int32_t obstacle; /* 0-based place among the obstacles */
-  double force[3];  /* on the body, mean over the step [N] */
-  double normal[3]; /* unit vector away from the obstacle */
-  double gap;       /* distance after the step [m], negative inside */
+  int32_t vertex;    /* 0-based vertex of the model */
+  int32_t obstacle;  /* 0-based place among the obstacles */
+  double force[3];   /* on the body, mean over the step [N] */
+  double normal[3];  /* unit vector away from the obstacle */
+  double gap;        /* distance after the step [m], negative inside; of an impact 0 */
+  double impulse[3]; /* of an impact on the body [N s]; its force is 0, and this that of a touch */
 } thrum_touch;
 
 /* Bytes of a contact for this model and for states of the same size as `state`, into *size. Checks
@@ -306,7 +309,9 @@ THRUM_API void thrum_contact_reset(thrum_contact *contact);
 /* The report of a contact; all zero for NULL. */
 THRUM_API thrum_contact_report thrum_contact_report_get(const thrum_contact *contact);
 
-/* Touch `index` (0-based) of the last step into *touch; THRUM_INVALID_ARGUMENT beyond the last. */
+/* Touch `index` (0-based, below the report's touching) of the last step into *touch, behind them
+ * the places of impacts (as many as the report's struck); THRUM_INVALID_ARGUMENT beyond the last.
+ */
 THRUM_API thrum_status thrum_contact_touch(thrum_contact *contact, int64_t index,
                                            thrum_touch *touch, thrum_error *error);
 

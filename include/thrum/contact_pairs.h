@@ -148,7 +148,9 @@ typedef struct thrum_contact_pairs_report {
   int64_t declined;     /* groups that stepped without contact, because no attempt kept the bound */
   int64_t dropped;      /* touches for which touch_max was too small */
   int64_t sweeps;       /* of the solver */
+  int64_t impacts;      /* places at which bodies struck each other as a whole */
   int64_t touching;     /* touches in the last step */
+  int64_t struck;       /* impacts in the last step that are listed behind its touches */
   double distance;      /* least distance between surfaces that touch, after the last step [m] */
   double depth;         /* largest depth below the thickness after the last step [m] */
   double deepest;       /* and after any step [m] */
@@ -160,13 +162,14 @@ typedef struct thrum_contact_pairs_report {
   double driven;        /* work of solids that move, on the bodies [J] */
 } thrum_contact_pairs_report;
 
-/* One touch of the last step. */
+/* One touch of the last step, or one place of an impact in it. */
 typedef struct thrum_pair_touch {
   int32_t bodies[2];  /* numbers of the members */
   double position[3]; /* where the force acts [m] */
   double force[3];    /* on the first body; the second has its negative [N] */
   double normal[3];   /* unit vector from the second body to the first */
-  double distance;    /* between the surfaces after the step [m] */
+  double distance;    /* between the surfaces after the step, or at the impact [m] */
+  double impulse[3];  /* of an impact, on the first body; its force is 0 [N s] */
 } thrum_pair_touch;
 
 /* Bytes of pairs, into *size. THRUM_UNINITIALISED_DEF, or THRUM_INVALID_ARGUMENT with the field. */
@@ -194,7 +197,7 @@ THRUM_API thrum_status thrum_contact_pairs_step(thrum_contact_pairs *pairs,
 /* What the step of a group did, of groups that step beside each other. */
 typedef struct thrum_contact_group {
   const thrum_contact_pairs *room;   /* that holds its touches; NULL: it did not step */
-  int64_t first_touch;               /* of those in the room */
+  int64_t first_touch, first_struck; /* of those in the room */
   thrum_contact_pairs_report report; /* of this group in this step alone */
   double budget, flow;               /* by which those of the bound on energy change [J] */
 } thrum_contact_group;
@@ -251,8 +254,9 @@ THRUM_API void thrum_contact_pairs_reset(thrum_contact_pairs *pairs);
 THRUM_API thrum_contact_pairs_report
 thrum_contact_pairs_report_get(const thrum_contact_pairs *pairs);
 
-/* Touch `index` (0-based, below the report's touching) of the last step; THRUM_INVALID_ARGUMENT
- * beyond the last. */
+/* Touch `index` (0-based, below the report's touching) of the last step, behind them the impacts
+ * (as many as the report's struck); THRUM_INVALID_ARGUMENT beyond the last. Impacts are listed
+ * where touches leave room below touch_max. */
 THRUM_API thrum_status thrum_contact_pairs_touch(const thrum_contact_pairs *pairs, int64_t index,
                                                  thrum_pair_touch *touch, thrum_error *error);
 

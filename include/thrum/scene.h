@@ -389,8 +389,9 @@ THRUM_API thrum_contact_pairs_report thrum_scene_collisions(const thrum_scene *s
 /* Numbers of solids in touches begin here. */
 #define THRUM_SCENE_SOLID 1048576
 
-/* Touch `index` (0-based, below the report's touching) of the last step; its bodies are numbers of
- * the scene's, those of solids after THRUM_SCENE_SOLID. THRUM_INVALID_ARGUMENT beyond the last. */
+/* Touch `index` (0-based, below the report's touching) of the last step, or an impact behind them
+ * (as many as the report's struck); its bodies are numbers of the scene's, those of solids after
+ * THRUM_SCENE_SOLID. THRUM_INVALID_ARGUMENT beyond the last. */
 THRUM_API thrum_status thrum_scene_collision(const thrum_scene *scene, int64_t index,
                                              thrum_pair_touch *touch, thrum_error *error);
 

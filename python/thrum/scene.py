@@ -52,7 +52,8 @@ class Load:
 class Touch:
     """A point where two bodies touched in the last step: thrum_pair_touch in thrum/contact_pairs.h.
 
-    force [N] acts on the first body and its negative on the second; normal leads from the second to the first.
+    force [N] acts on the first body and its negative on the second; normal leads from the second to the first. Where
+    they struck each other as a whole, impulse [N s] did so in place of a force.
     """
 
     bodies: tuple[Body, Body]
@@ -60,6 +61,7 @@ class Touch:
     force: Array
     normal: Array
     distance: float
+    impulse: Array
 
 
 @dataclass(frozen=True)
@@ -430,13 +432,15 @@ class Scene:
 
     @property
     def touches(self) -> list[Touch]:
-        """Where bodies touched each other in the last step."""
+        """Where bodies touched each other in the last step, and behind those where they struck each other."""
         found, touch = [], ffi.new("thrum_pair_touch *")
-        for index in range(int(self.collisions["touching"])):
+        collisions = self.collisions
+        for index in range(int(collisions["touching"] + collisions["struck"])):
             self._call(lib.thrum_scene_collision, index, touch)
             first, second = (self.bodies[number] for number in touch.bodies)
-            position, force, normal = (np.array(list(getattr(touch, name))) for name in ("position", "force", "normal"))
-            found.append(Touch((first, second), position, force, normal, touch.distance))
+            position, force, normal, impulse = (np.array(list(getattr(touch, name)))
+                                                for name in ("position", "force", "normal", "impulse"))
+            found.append(Touch((first, second), position, force, normal, touch.distance, impulse))
         return found
 
     def find_overlap(self) -> Overlap | None:

@@ -232,7 +232,7 @@ void thrum_contact_reset(thrum_contact *contact) {
   contact->driven = contact->granted = contact->pulled = 0.0;
   contact->depth = contact->normal = 0.0;
   contact->steps = contact->redone = contact->declined = 0;
-  contact->dropped = contact->sweeps = 0;
+  contact->dropped = contact->sweeps = contact->impacts = contact->struck = 0;
   contact->begun = 0;
   contact->fresh = 1;
 }
@@ -248,9 +248,11 @@ thrum_contact_report thrum_contact_report_get(const thrum_contact *contact) {
   report.declined = contact->declined;
   report.dropped = contact->dropped;
   report.sweeps = contact->sweeps;
+  report.impacts = contact->impacts;
 
   // the last step
   report.touching = (int32_t)contact->touch_count;
+  report.struck = (int32_t)contact->struck;
   report.depth = contact->depth;
   report.normal = contact->normal;
 
@@ -265,18 +267,22 @@ thrum_contact_report thrum_contact_report_get(const thrum_contact *contact) {
 
 thrum_status thrum_contact_touch(thrum_contact *contact, int64_t index, thrum_touch *touch,
                                  thrum_error *error) {
-  if (!contact || !touch || index < 0 || index >= contact->touch_count)
+  if (!contact || !touch || index < 0 || index >= contact->touch_count + contact->struck)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no touch %lld",
                            (long long)index);
   const thrum_contact_view view = thrum_contact_view_of(contact);
-  const thrum_touching *found = view.touches + index;
-  touch->vertex = view.vertices[found->point];
-  touch->obstacle = found->obstacle;
+  const int64_t impact = index - contact->touch_count;
+  const thrum_touching *found =
+      impact < 0 ? view.touches + index : thrum_contact_impact_at(contact, &view, impact);
+  *touch = (thrum_touch){
+      .vertex = view.vertices[found->point], .obstacle = found->obstacle, .gap = found->gap};
+
+  // a touch has a force, an impact an impulse
+  double *acts = impact < 0 ? touch->force : touch->impulse;
   for (int axis = 0; axis < 3; axis++) {
-    touch->force[axis] = found->force * found->normal[axis] + found->friction[axis];
+    acts[axis] = found->force * found->normal[axis] + found->friction[axis];
     touch->normal[axis] = found->normal[axis];
   }
-  touch->gap = found->gap;
   return THRUM_OK;
 }
 

@@ -27,12 +27,13 @@ static bool is_count(int64_t count, int64_t most) {
 
 static bool are_numbers_right(const thrum_contact *header) {
   if (!is_count(header->touch_count, header->touch_max) ||
+      !is_count(header->struck, header->touch_max - header->touch_count) ||
       !is_count(header->row_count, header->touch_max) ||
       !is_count(header->pull_count, header->pull_max))
     return false;
   if (!is_count(header->steps, COUNT_MAX) || !is_count(header->redone, COUNT_MAX) ||
       !is_count(header->declined, COUNT_MAX) || !is_count(header->dropped, COUNT_MAX) ||
-      !is_count(header->sweeps, COUNT_MAX))
+      !is_count(header->sweeps, COUNT_MAX) || !is_count(header->impacts, COUNT_MAX))
     return false;
   if (!is_count(header->fresh, 1) || header->begun != 0)
     return false;
@@ -81,8 +82,9 @@ thrum_status thrum_contact_copy_check(const thrum_contact *contact, const void *
 
   // what persists from step to step
   bool right = are_numbers_right(&header);
-  for (int64_t n = 0; right && n < header.touch_count; n++)
-    right = is_touch_right(&header, bytes + touches + (size_t)n * sizeof(thrum_touching));
+  for (int64_t n = 0; right && n < header.touch_max; n++)
+    if (n < header.touch_count || n >= header.touch_max - header.struck)
+      right = is_touch_right(&header, bytes + touches + (size_t)n * sizeof(thrum_touching));
   for (int64_t n = 0; right && n < 3 * header.pull_max; n++) {
     double force;
     memcpy(&force, bytes + ((const unsigned char *)(view.pull_forces + n) - own), sizeof force);

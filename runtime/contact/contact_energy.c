@@ -63,6 +63,10 @@ static void keep_touches(thrum_contact_run *run) {
     contact->depth = fmax(contact->depth, -touch.gap);
     contact->normal += touch.force;
   }
+
+  // touches take the place of impacts that are listed
+  const int64_t left = contact->touch_max - contact->touch_count;
+  contact->struck = contact->struck < left ? contact->struck : left;
 }
 
 /* Work of the pulls on the body. */

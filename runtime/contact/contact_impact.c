@@ -41,6 +41,7 @@ typedef struct means {
 /* A row with its bodies. */
 typedef struct place {
   thrum_contact_row *row;
+  const thrum_pair_row *pair;   /* that the row is of; NULL: one on an obstacle */
   thrum_contact_run *bodies[2]; /* second NULL: an obstacle */
   double arms[2][3];            /* from their centres of mass [m] */
   double velocity[3];           /* of the obstacle [m/s] */
@@ -66,7 +67,7 @@ static place place_on_obstacle(thrum_contact_run *body, int64_t index) {
 /* Both arms end at one point, halfway between the places, so that no angular momentum is made. */
 static place place_between(thrum_pairs_run *run, int64_t index) {
   thrum_pair_row *pair = run->view.rows + index;
-  place made = {.row = &pair->row};
+  place made = {.row = &pair->row, .pair = pair};
   double point[3];
   for (int side = 0; side < 2; side++)
     made.bodies[side] = run->view.runs + pair->members[side];
@@ -502,8 +503,46 @@ static double work_of(const place *at) {
 
 /* --- the impact ------------------------------------------------------------------------------- */
 
+/* The impulse of a row along its normal and across it [N s]. */
+static double split(const thrum_contact_row *row, double across[3]) {
+  const double along = thrum_dot3(row->strike.impulse, row->touch.normal);
+  for (int axis = 0; axis < 3; axis++)
+    across[axis] = row->strike.impulse[axis] - along * row->touch.normal[axis];
+  return along;
+}
+
+/* Lists a place on an obstacle behind the touches of the last step, where these leave room. */
+static void list_on_obstacle(const place *at) {
+  thrum_contact *contact = at->bodies[0]->contact;
+  contact->impacts++;
+  if (contact->touch_count + contact->struck >= contact->touch_max)
+    return;
+  thrum_touching *listed =
+      thrum_contact_impact_at(contact, &at->bodies[0]->view, contact->struck++);
+  *listed = (thrum_touching){.point = at->row->touch.point,
+                             .obstacle = at->row->touch.obstacle,
+                             .face = at->row->touch.face};
+  memcpy(listed->normal, at->row->touch.normal, sizeof listed->normal);
+  listed->force = split(at->row, listed->friction);
+}
+
+/* Lists a place between two bodies, at the time of the impact. */
+static void list_between(thrum_pairs_run *run, const place *at) {
+  const thrum_contact_run *first = at->bodies[0];
+  run->impacts++;
+  if (run->first_struck + run->struck >= run->pairs->touch_max)
+    return;
+  thrum_pair_touching *listed = run->view.struck + run->first_struck + run->struck++;
+  *listed = (thrum_pair_touching){.key = at->pair->key, .thickness = at->pair->thickness};
+  memcpy(listed->normal, at->row->touch.normal, sizeof listed->normal);
+  listed->force = split(at->row, listed->friction);
+  listed->distance = at->pair->thickness;
+  for (int axis = 0; axis < 3; axis++)
+    listed->position[axis] = at->arms[0][axis] + first->centre[axis] + first->impact.passed[axis];
+}
+
 /* Books the energy of the impact, and what went through it: with the bodies' own contact, or with
- * that between them. */
+ * that between them. Where an impulse acts it is listed. */
 static void book(const thrum_impact_rows *rows) {
   place at;
   for (cursor n = {0, 0}; next(rows, &n, &at);) {
@@ -519,10 +558,14 @@ static void book(const thrum_impact_rows *rows) {
       at.bodies[0]->contact->flow += flow;
       at.bodies[0]->contact->impact += lost;
       at.bodies[0]->contact->driven += driven;
+      if (flow > 0.0)
+        list_on_obstacle(&at);
     } else {
       rows->pairs->flow += flow;
-      rows->pairs->struck += lost;
+      rows->pairs->taken += lost;
       rows->pairs->driven += driven;
+      if (flow > 0.0)
+        list_between(rows->pairs, &at);
     }
   }
 }

@@ -164,7 +164,7 @@ void thrum_contact_pairs_continue(thrum_contact_pairs *pairs, const thrum_contac
     pairs->history.dropped += pairs->history.touch_count - pairs->touch_max;
     pairs->history.touch_count = pairs->touch_max;
   }
-  pairs->history.before_count = 0;
+  pairs->history.before_count = pairs->history.struck = 0;
   memcpy(thrum_pairs_view_of(pairs).touches, thrum_pairs_view_of(from).touches,
          (size_t)pairs->history.touch_count * sizeof(thrum_pair_touching));
 }
@@ -178,9 +178,11 @@ thrum_contact_pairs_report thrum_pairs_report_of(const thrum_pairs_history *hist
       .declined = history->declined,
       .dropped = history->dropped,
       .sweeps = history->sweeps,
+      .impacts = history->impacts,
 
       // the last step, and energies since init
       .touching = history->touch_count,
+      .struck = history->struck,
       .distance = history->distance,
       .depth = history->depth,
       .deepest = history->deepest,
@@ -198,20 +200,26 @@ thrum_contact_pairs_report thrum_contact_pairs_report_get(const thrum_contact_pa
 
 thrum_status thrum_contact_pairs_touch(const thrum_contact_pairs *pairs, int64_t index,
                                        thrum_pair_touch *touch, thrum_error *error) {
-  if (!pairs || !touch || index < 0 || index >= pairs->history.touch_count)
+  if (!pairs || !touch || index < 0 || index >= pairs->history.touch_count + pairs->history.struck)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no touch %lld of two bodies",
                            (long long)index);
 
   // forces are on the side that is named first, which is the second body's where its vertex touches
-  const thrum_pair_touching *found = thrum_pairs_view_of(pairs).touches + index;
+  const thrum_pairs_view view = thrum_pairs_view_of(pairs);
+  const int64_t impact = index - pairs->history.touch_count;
+  const thrum_pair_touching *found =
+      impact < 0 ? view.touches + index : thrum_pairs_impact_at(pairs, &view, impact);
   const double sign = found->key.kind == THRUM_PAIR_REVERSE ? -1.0 : 1.0;
   *touch = (thrum_pair_touch){.distance = found->distance};
   for (int side = 0; side < 2; side++)
     touch->bodies[side] = found->key.bodies[side];
+
+  // a touch has a force, an impact an impulse
+  double *acts = impact < 0 ? touch->force : touch->impulse;
   for (int axis = 0; axis < 3; axis++) {
     touch->position[axis] = found->position[axis];
     touch->normal[axis] = sign * found->normal[axis];
-    touch->force[axis] = sign * (found->force * found->normal[axis] + found->friction[axis]);
+    acts[axis] = sign * (found->force * found->normal[axis] + found->friction[axis]);
   }
   return THRUM_OK;
 }
@@ -255,9 +263,13 @@ thrum_status thrum_contact_pairs_copy_check(const thrum_contact_pairs *pairs, co
       is_count(header.history.before_count, header.touch_max) &&
       is_count(header.history.steps, COUNT_MAX) && is_count(header.history.redone, COUNT_MAX) &&
       is_count(header.history.declined, COUNT_MAX) && is_count(header.history.dropped, COUNT_MAX) &&
-      is_count(header.history.sweeps, COUNT_MAX) && header.filled == 0 &&
+      is_count(header.history.sweeps, COUNT_MAX) && is_count(header.history.impacts, COUNT_MAX) &&
+      is_count(header.history.struck, header.touch_max - header.history.touch_count) &&
+      header.filled == 0 && header.listed == 0 &&
       thrum_all_finite(values, sizeof values / sizeof values[0]);
-  for (int64_t n = 0; right && n < header.history.touch_count; n++) {
+  for (int64_t n = 0; right && n < header.touch_max; n++) {
+    if (n >= header.history.touch_count && n < header.touch_max - header.history.struck)
+      continue;
     thrum_pair_touching touch;
     memcpy(&touch,
            (const unsigned char *)copy + thrum_round_up(sizeof header) + (size_t)n * sizeof touch,

@@ -101,6 +101,18 @@ static void keep_touches(thrum_pairs_run *run) {
     memcpy(kept->position, pair->position, sizeof kept->position);
   }
   history->deepest = fmax(history->deepest, history->depth);
+
+  // touches take the place of impacts that are listed
+  const int64_t left = run->pairs->touch_max - run->first_touch - history->touch_count;
+  history->struck = history->struck < left ? history->struck : left;
+}
+
+void thrum_pairs_list_impacts(thrum_contact_pairs *pairs, const thrum_pair_touching *impacts,
+                              int64_t count) {
+  const thrum_pairs_view view = thrum_pairs_view_of(pairs);
+  thrum_pairs_history *history = &pairs->history;
+  for (int64_t n = 0; n < count && history->touch_count + history->struck < pairs->touch_max; n++)
+    *thrum_pairs_impact_at(pairs, &view, history->struck++) = impacts[n];
 }
 
 void thrum_pairs_settle(thrum_pairs_run *run) {
@@ -113,7 +125,7 @@ void thrum_pairs_settle(thrum_pairs_run *run) {
 
   // what all springs held before counts as lost until their group has settled
   history->stored += stored;
-  history->lost += run->struck - work - stored;
+  history->lost += run->taken - work - stored;
   history->driven += run->driven;
   history->budget += before - work - stored;
   history->flow += run->flow + thrum_rows_flow(&list);

@@ -119,7 +119,8 @@ typedef struct thrum_pairs_history {
   int64_t before_count; /* of the step before it */
   double stored, lost, flow, budget, driven;
   double depth, deepest, deepest_share, distance, normal;
-  int64_t steps, redone, declined, dropped, sweeps;
+  int64_t steps, redone, declined, dropped, sweeps, impacts;
+  int64_t struck; /* impacts of the step, at the end of the touches, backwards */
 } thrum_pairs_history;
 
 struct thrum_contact_pairs {
@@ -130,13 +131,15 @@ struct thrum_contact_pairs {
   double thickness, friction, restitution, tolerance;
   int64_t sweeps_max;
   thrum_pairs_history history;
-  int64_t filled; /* touches in this block, of groups that stepped beside others in this step */
+  int64_t filled, listed; /* touches and impacts in this block, of groups that stepped beside others
+                             in this step */
 };
 
 /* X(type, name, count) */
 #define THRUM_PAIRS_ARRAYS(X)                                                                      \
   X(thrum_pair_touching, touches, touch_max)   /* of the last step; the last that is kept */       \
   X(thrum_pair_touching, before, touch_max)    /* of the step before, ascending by their keys */   \
+  X(thrum_pair_touching, struck, touch_max)    /* impacts, whose forces are impulses [N s] */      \
   X(int32_t, order, touch_max * 2)             /* of what is being sorted */                       \
   X(thrum_pair_sorted, sorting, touch_max * 4) /* room for that */                                 \
   X(int32_t, taken, touch_max)                 /* 1: a row goes on from this touch before */       \
@@ -173,17 +176,19 @@ typedef struct thrum_pairs_run {
   const thrum_contact_pairs *pairs; /* whose scratch the view is of */
   thrum_pairs_history *history;     /* that the step is booked in */
   int64_t first_touch;              /* where its touches begin, less those of the history */
+  int64_t first_struck;             /* where its impacts begin in the scratch */
+  int64_t impacts, struck;          /* of the step, and those of them that are listed */
   thrum_contact_member *members;
   int64_t count;
   thrum_pairs_view view;
   int64_t candidate_count, row_count;
   int64_t link_count, link_rows; /* links, and their conditions that hold */
   bool moved; /* the search goes by displacements that were solved for, not those without contact */
-  bool solved;           /* there are such */
-  bool closing;          /* touches keep their forces: the links alone are solved for */
-  bool again;            /* an attempt has failed: forces have to be more exact */
-  double struck, driven; /* lost in impacts of this step, and done by solids in them [J] */
-  double flow;           /* that went through them: impulses times speeds before [J] */
+  bool solved;          /* there are such */
+  bool closing;         /* touches keep their forces: the links alone are solved for */
+  bool again;           /* an attempt has failed: forces have to be more exact */
+  double taken, driven; /* lost in impacts of this step, and done by solids in them [J] */
+  double flow;          /* that went through them: impulses times speeds before [J] */
 } thrum_pairs_run;
 
 /* The rows between the bodies of the group, by what they have in common with those on obstacles. */
@@ -212,6 +217,13 @@ thrum_contact_pairs_report thrum_pairs_report_of(const thrum_pairs_history *hist
 
 /* contact_pairs.c: are both of one def? */
 bool thrum_pairs_is_same_def(const thrum_contact_pairs *a, const thrum_contact_pairs *b);
+
+/* Impact n of the last step: they lie behind its touches, which begin at the other end, as far as
+ * these leave room. */
+static inline thrum_pair_touching *thrum_pairs_impact_at(const thrum_contact_pairs *pairs,
+                                                         const thrum_pairs_view *view, int64_t n) {
+  return view->touches + (pairs->touch_max - 1 - n);
+}
 
 /* contact_pairs.c: order of two keys: below 0, 0, above 0. */
 int thrum_pair_compare(const thrum_pair_key *a, const thrum_pair_key *b);
@@ -274,6 +286,12 @@ bool thrum_pairs_allowed(thrum_pairs_run *run);
 
 /* contact_pairs_energy.c: did the step leave all surfaces apart? After thrum_pairs_allowed. */
 bool thrum_pairs_apart(const thrum_pairs_run *run);
+
+/* contact_pairs_energy.c: lists impacts behind the touches of the last step, where these leave
+ * room.
+ */
+void thrum_pairs_list_impacts(thrum_contact_pairs *pairs, const thrum_pair_touching *impacts,
+                              int64_t count);
 
 /* contact_pairs_energy.c: books the energy and keeps the touches for the next step. */
 void thrum_pairs_settle(thrum_pairs_run *run);

@@ -46,7 +46,7 @@ void thrum_contact_pairs_begin(thrum_contact_pairs *pairs) {
   pairs->history.stored = pairs->history.depth = pairs->history.distance = pairs->history.normal =
       0.0;
   pairs->history.steps++;
-  pairs->filled = 0;
+  pairs->history.struck = pairs->filled = pairs->listed = 0;
 }
 
 /* --- bounds ----------------------------------------------------------------------------------- */
@@ -199,6 +199,7 @@ static void open_all(thrum_pairs_run *run, thrum_status *first, thrum_error *err
       continue;
 
     // what another attempt goes back to
+    member->contact->struck = 0;
     run->view.contacts[n] = *member->contact;
     run->view.wholes[n] = thrum_contact_keep_whole(member->environment);
     memcpy(run->view.runs[n].view.snapshot, member->state, (size_t)member->contact->state_bytes);
@@ -313,7 +314,8 @@ static void find(thrum_pairs_run *run) {
 /* Finds what touches, and makes the impacts of the step one after the other. */
 static void strike_all(thrum_pairs_run *run, const thrum_impact_rows *rows, thrum_status *first,
                        thrum_error *error) {
-  run->struck = run->driven = run->flow = 0.0;
+  run->taken = run->driven = run->flow = 0.0;
+  run->impacts = run->struck = 0;
   find(run);
   for (int n = 0; n < THRUM_IMPACTS_MAX && thrum_contact_strike(rows); n++) {
     for (int64_t m = 0; m < run->count; m++)
@@ -486,6 +488,7 @@ static thrum_status step_group(thrum_pairs_run *run, const thrum_contact_links *
   // books the energies, then moves each body as a whole
   thrum_pairs_settle(run);
   thrum_links_settle(run);
+  run->history->impacts += run->impacts;
   for (int64_t n = 0; n < run->count; n++) {
     const thrum_status of = run->members[n].status;
     if (!thrum_pairs_steps(run, n))
@@ -505,7 +508,9 @@ thrum_status thrum_contact_pairs_step(thrum_contact_pairs *pairs, thrum_contact_
                          .members = members,
                          .count = count,
                          .view = thrum_pairs_view_of(pairs)};
-  return step_group(&run, NULL, error);
+  const thrum_status status = step_group(&run, NULL, error);
+  thrum_pairs_list_impacts(pairs, run.view.struck, run.struck);
+  return status;
 }
 
 /* --- groups that step at once ----------------------------------------------------------------- */
@@ -516,9 +521,11 @@ static void fill_group(const thrum_pairs_run *run, const thrum_pairs_history *be
   const thrum_pairs_history *did = run->history;
   *group = (thrum_contact_group){.room = run->pairs,
                                  .first_touch = run->first_touch,
+                                 .first_struck = run->first_struck,
                                  .budget = did->budget - began->budget,
                                  .flow = did->flow - began->flow,
                                  .report = thrum_pairs_report_of(did)};
+  group->report.struck = run->struck;
 }
 
 thrum_status thrum_contact_pairs_step_beside(const thrum_contact_pairs *pairs,
@@ -544,6 +551,7 @@ thrum_status thrum_contact_pairs_step_beside(const thrum_contact_pairs *pairs,
   thrum_pairs_run run = {.pairs = room,
                          .history = &history,
                          .first_touch = room->filled,
+                         .first_struck = room->listed,
                          .members = members,
                          .count = count,
                          .view = thrum_pairs_view_of(room)};
@@ -552,6 +560,7 @@ thrum_status thrum_contact_pairs_step_beside(const thrum_contact_pairs *pairs,
   run.view.before = thrum_pairs_view_of(pairs).before;
   const thrum_status status = step_group(&run, links, error);
   room->filled += history.touch_count;
+  room->listed += run.struck;
   fill_group(&run, &began, group);
   return status;
 }
@@ -563,6 +572,7 @@ static void add_group(thrum_pairs_history *history, const thrum_contact_group *g
   history->declined += did->declined;
   history->dropped += did->dropped;
   history->sweeps += did->sweeps;
+  history->impacts += did->impacts;
 
   // energies
   history->stored += did->stored;
@@ -588,7 +598,7 @@ void thrum_contact_pairs_gather(thrum_contact_pairs *pairs, const thrum_contact_
   const thrum_pairs_view view = thrum_pairs_view_of(pairs);
   thrum_pairs_history *history = &pairs->history;
 
-  // in the order of the groups, by way of the touches before, which nobody needs any more: a room
+  // in the order of the groups, by way of the touches before, which the step has used: a room
   // may be that of the pairs themselves
   for (int64_t n = 0; n < count; n++) {
     if (groups[n].room == NULL)
@@ -603,5 +613,12 @@ void thrum_contact_pairs_gather(thrum_contact_pairs *pairs, const thrum_contact_
     history->dropped += touching - kept;
   }
   memcpy(view.touches, view.before, (size_t)history->touch_count * sizeof *view.touches);
-  pairs->filled = 0;
+
+  // impacts behind them
+  for (int64_t n = 0; n < count; n++)
+    if (groups[n].room != NULL)
+      thrum_pairs_list_impacts(pairs,
+                               thrum_pairs_view_of(groups[n].room).struck + groups[n].first_struck,
+                               groups[n].report.struck);
+  pairs->filled = pairs->listed = 0;
 }

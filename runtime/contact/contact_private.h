@@ -41,6 +41,7 @@ struct thrum_contact {
   double stored, lost, driven, granted, pulled;     /* report [J] */
   double depth, normal;                             /* report */
   int64_t steps, redone, declined, dropped, sweeps; /* report */
+  int64_t impacts, struck;     /* the latter at the end of the touches, backwards */
   double moved[3], force[3];   /* of the translation in the step that has begun [m], [N] */
   double turned[3], torque[3]; /* of the rotation [rad], [N m] */
   int32_t rank;
@@ -193,6 +194,13 @@ thrum_status thrum_contact_check(const thrum_model *model, const thrum_state *st
 
 /* contact.c: pointers into the block. */
 thrum_contact_view thrum_contact_view_of(thrum_contact *contact);
+
+/* Impact n of the step, whose force and friction are impulses [N s]. Impacts lie behind the touches
+ * of the last step, which begin at the other end, as far as these leave room. */
+static inline thrum_touching *thrum_contact_impact_at(const thrum_contact *contact,
+                                                      const thrum_contact_view *view, int64_t n) {
+  return view->touches + (contact->touch_max - 1 - n);
+}
 
 /* contact_check.c: refuses an environment with impossible values, and says which. */
 thrum_status thrum_contact_environment_check(const thrum_model *model, const thrum_contact *contact,

@@ -145,6 +145,7 @@ void thrum_contact_put_back_whole(const thrum_contact_environment *environment,
 /* Predicts the step, with the impacts in it. */
 static thrum_status strike_all(const thrum_impact_rows *rows, thrum_error *error) {
   thrum_contact_run *run = rows->runs;
+  run->contact->struck = 0;
   THRUM_TRY(thrum_contact_prepare(run, error));
   for (int n = 0; n < THRUM_IMPACTS_MAX && thrum_contact_strike(rows); n++) {
     thrum_contact_place(run);

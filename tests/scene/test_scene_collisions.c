@@ -166,6 +166,19 @@ static void a_shot_along_a_row_gains_no_energy(void **context) {
   }
 }
 
+/* The sum of the impulses along z that the last step lists, on the first of two bodies. */
+static double listed_impulse(const thrum_scene *scene) {
+  const thrum_contact_pairs_report report = thrum_scene_collisions(scene);
+  double sum = 0;
+  for (int64_t n = 0; n < report.struck; n++) {
+    thrum_pair_touch touch;
+    MUST(thrum_scene_collision(scene, report.touching + n, &touch, &failure));
+    assert_true(touch.force[2] == 0 && touch.distance > 0);
+    sum += touch.impulse[2];
+  }
+  return sum;
+}
+
 /* The speed of a block after it has met a plane, a solid or another block flat at speed v. */
 static double bounce(const fixture *f, double h, double stiffness, double e, double v,
                      int against) {
@@ -193,12 +206,18 @@ static double bounce(const fixture *f, double h, double stiffness, double e, dou
   }
   add(scene, &block);
 
-  // the energy is there or has been lost
+  // the energy is there or has been lost, and the impulses that are listed are those of the impact
   const thrum_scene_account before = account_of(scene);
-  for (int k = 0; k < (int)(0.008 / (v * h)) + 10; k++)
+  double impulse = 0;
+  for (int k = 0; k < (int)(0.008 / (v * h)) + 10; k++) {
     MUST(thrum_scene_step(scene, &failure));
+    impulse += listed_impulse(scene);
+  }
   thrum_scene_body_info info;
   MUST(thrum_scene_body(scene, against == 2, &info, &failure));
+  const double mass = -before.momentum[2] / v, met = against == 2 ? -0.5 * mass : mass;
+  assert_true(against == 0 || fabs(impulse - met * (1 + e) * v) <= 1e-6 * mass * v);
+  assert_true((info.contact.impacts > 0) == (against == 0));
   const double lost = thrum_scene_collisions(scene).lost + info.contact.lost;
   assert_true(fabs(account_of(scene).total + lost - before.total) <= 1e-9 * before.total);
   MUST(thrum_scene_body_vertex(scene, against == 2, 0, x, first, &failure));

@@ -4,6 +4,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/contact_support.h"
 
+#include "runtime/contact/contact_private.h"
+
 static double height_reached(int points, double dt, double stiffness, double restitution) {
   // a rigid body that falls from a height of 1 m
   rig_def def = rig_default();
@@ -262,6 +264,48 @@ static void a_body_rests_at_the_depth_of_its_weight(void **state) {
   }
 }
 
+/* A near-rigid body is struck as a whole: the places of the impact are listed with their impulses,
+ * and no longer after the next step. */
+static void the_impulses_of_an_impact_are_listed(void **state) {
+  (void)state;
+  rig_def def = rig_default();
+  rig r;
+  def.points = 4;
+  rig_make(&r, &def);
+  r.contact->springy = 0; // as if no spring had been asked for
+  r.floor.restitution = 0.5;
+  r.environment.force[2] = 0;
+  r.translation.position[2] = 0.0105;
+  r.translation.velocity[2] = -0.1;
+
+  // it comes to the floor after 105 steps, in the middle of one
+  rig_steps(&r, 105);
+  assert_int_equal(thrum_contact_report_get(r.contact).impacts, 0);
+  rig_steps(&r, 1);
+  const thrum_contact_report report = thrum_contact_report_get(r.contact);
+  assert_in_range(report.struck, 1, 4);
+  assert_int_equal(report.impacts, report.struck);
+  assert_int_equal(report.touching, 0);
+
+  // the points share the impulse in some way, and together they turn the velocity round
+  double sum = 0;
+  thrum_touch touch;
+  for (int64_t n = 0; n < report.struck; n++) {
+    assert_int_equal(thrum_contact_touch(r.contact, n, &touch, NULL), THRUM_OK);
+    assert_true(touch.force[2] == 0 && touch.normal[2] == 1 && touch.impulse[2] > 0);
+    sum += touch.impulse[2];
+  }
+  assert_true(fabs(sum - 1.5 * 0.1 * RIG_MASS) <= 1e-9 * sum);
+  assert_int_equal(thrum_contact_touch(r.contact, report.struck, &touch, NULL),
+                   THRUM_INVALID_ARGUMENT);
+  rig_steps(&r, 1);
+  assert_int_equal(thrum_contact_report_get(r.contact).struck, 0);
+  assert_int_equal(thrum_contact_report_get(r.contact).impacts, report.impacts);
+  thrum_contact_reset(r.contact);
+  assert_int_equal(thrum_contact_report_get(r.contact).impacts, 0);
+  rig_free(&r);
+}
+
 static void a_pulled_body_hangs_and_swings_on_its_spring(void **state) {
   (void)state;
 
@@ -329,6 +373,7 @@ int main(void) {
       cmocka_unit_test(a_body_below_the_angle_of_friction_stays),
       cmocka_unit_test(friction_stops_a_body_after_its_distance),
       cmocka_unit_test(a_body_rests_at_the_depth_of_its_weight),
+      cmocka_unit_test(the_impulses_of_an_impact_are_listed),
       cmocka_unit_test(a_pulled_body_hangs_and_swings_on_its_spring),
       cmocka_unit_test(a_step_of_one_coordinate_alone_meets_the_floor),
   };

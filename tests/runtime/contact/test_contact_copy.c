@@ -118,6 +118,8 @@ static void counts_beyond_their_range_are_refused(void **context) {
       {offsetof(thrum_contact, declined), most},
       {offsetof(thrum_contact, dropped), most},
       {offsetof(thrum_contact, sweeps), most},
+      {offsetof(thrum_contact, impacts), most},
+      {offsetof(thrum_contact, struck), touch_max - f->r.contact->touch_count},
   };
 
   // below zero and one beyond the most

@@ -288,6 +288,10 @@ static void counts_and_numbers_of_a_copy_have_their_range(void **context) {
       {offsetof(thrum_contact_pairs, history.declined), most},
       {offsetof(thrum_contact_pairs, history.dropped), most},
       {offsetof(thrum_contact_pairs, history.sweeps), most},
+      {offsetof(thrum_contact_pairs, history.impacts), most},
+      {offsetof(thrum_contact_pairs, history.struck), touch_max - 1},
+      {offsetof(thrum_contact_pairs, filled), 0},
+      {offsetof(thrum_contact_pairs, listed), 0},
   };
   for (size_t n = 0; n < sizeof counts / sizeof counts[0]; n++) {
     const int64_t wrong[2] = {-1, counts[n].most + 1};
@@ -320,6 +324,14 @@ static void each_number_of_a_touch_of_a_copy_is_looked_at(void **context) {
   for (int n = 0; n < 3; n++)
     refuse(f, touch + offsetof(thrum_pair_touching, key.bodies), bodies[n], sizeof bodies[n],
            THRUM_BAD_VALUE);
+
+  // an impact at the end of the list is looked at as a touch is
+  thrum_contact_pairs *header = (void *)f->copy;
+  header->history.struck = 1;
+  const size_t last = touch + (size_t)(f->pairs->touch_max - 1) * sizeof(thrum_pair_touching);
+  refuse(f, last + offsetof(thrum_pair_touching, key.kind), &wrong[0], sizeof wrong[0],
+         THRUM_BAD_VALUE);
+  header->history.struck = 0;
 
   // forces, distances and places
   const double bad[2] = {NAN, INFINITY};
