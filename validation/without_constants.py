@@ -1,24 +1,20 @@
 #!/usr/bin/env python3
-"""What each tuned constant of the runtime does: runs with the constant put out of effect.
+"""What each tuned constant of the integrators does: runs with the constant put out of effect.
 
-usage: validation/without_constants.py WORK_FOLDER [dynamics | contact]
+usage: validation/without_constants.py WORK_FOLDER
 
 A copy of the sources is built in WORK_FOLDER in which the constants of the list below are variables that the environment sets, so
 that one program serves all. A constant is put out of effect by a limit that nothing reaches, a share of 0 or 1, or a count of 1,
 which is what the code would do if the constant and the lines that read it were gone.
 
-dynamics: for each constant of runtime/dynamics the experiments of SETS run with its value and without it. A row of
+For each constant of runtime/dynamics the experiments of SETS run with its value and without it. A row of
 validation/results/without_constants.csv says how many rows of the experiments moved by more than rounding, how many ended
-otherwise, and where an error changed most. It takes about 40 minutes on one core.
+otherwise, and where an error changed most. It takes about 40 minutes on one core. without_contact_constants.py does the same for
+contact and statics.
 
-contact: for each constant of runtime/contact and runtime/statics the scenes of examples/scenes in which bodies touch, and
-equilibria on paths that buckle and snap. A row of validation/results/without_contact_constants.csv names those of which a bit
-changed, and of these the ones that ended elsewhere. It takes about 5 minutes.
-
-Runs that WORK_FOLDER has already are taken over. Needs git, cmake and a compiler. SPDX-License-Identifier: Apache-2.0
+A program and runs that WORK_FOLDER has already are taken over. Needs git, cmake and a compiler. SPDX-License-Identifier: Apache-2.0
 """
 import csv
-import hashlib
 import json
 import math
 import os
@@ -63,30 +59,6 @@ CONSTANTS = [
         "BALANCE_FIRST": "0", "BALANCE_MOTION": NEVER, "BALANCE_FADE": "1", "BALANCE_GREW": "0.15", "BALANCE_MOVED": "0"}),
 ]
 
-# the same of contact and statics, by file
-CONTACT_CONSTANTS = [
-    ("contact/contact_rows.c", {"ENTRY_HALVINGS": "1", "TOGETHER": "1"}),
-    ("contact/contact_row.c", {"RECOVERY": "1"}),
-    ("contact/contact_row.h", {"THRUM_SOON": "1", "THRUM_RESTING": "0"}),
-    ("contact/contact_impact.c", {"SOFT": NEVER, "SLOWEST": "0", "SWEEPS_MAX": "1000000", "TOLERANCE": "0", "ROUNDING": "0"}),
-    ("contact/contact_impact.h", {"THRUM_IMPACTS_MAX": "1"}),
-    ("contact/contact_pairs_solve.c", {"HARDER": "1", "DEEP": NEVER}),
-    ("contact/contact_pairs_energy.c", {"ROUNDING": "0", "TOO_DEEP": NEVER}),
-    ("contact/contact_pairs_rows.c", {"DEEPEST": NEVER, "ALIKE": "-2"}),
-    ("contact/contact_pairs_search.c", {"NEAR": "0", "MARGIN": "0", "STANDS_OUT": "0", "SHARP": "0", "ASKEW": "0"}),
-    ("contact/contact_pairs_step.c", {"SEARCHES_MAX": "1", "TURNS_MAX": "1", "TURNED": "0", "MISSED": "0"}),
-    ("contact/contact_pairs_solid.c", {"HALF_TURN": "0"}),
-    ("contact/contact_distance.c", {"ADVANCES_MAX": "1000000", "CLOSE_ENOUGH": "1e-9"}),
-    ("contact/contact_step.c", {"ROUNDING": "0"}),
-    ("statics/equilibrium.c", {"CORRECTION": NEVER, "SHORTEST": "0x1p-45", "BEYOND": "0", "LINEAR": NEVER, "PLACE_TRIES": "1000000",
-                               "PLACE_NEAR": "1e-14"}),
-    ("statics/equilibrium_search.c", {"STALLED": "0", "SHORT": "0", "SHORT_MOST": "1000000", "LEAP_STEPS": "1",
-                                      "NEAR_ITERATIONS": "1000000"}),
-]
-SCENES = ["collide", "crowd", "drop", "shapes", "wind"]
-EQUILIBRIA = {"beam buckles": "beam --load constant:-30000,0,10@load", "tower buckles": "tower --load constant:0,0,-3e5@load",
-              "basket snaps": "basket --load constant:0,0,-3000@load", "heart": "heart --load constant:0,0,-300@load"}
-
 # folder, options of `thrum experiments`, table, and the columns that tell its rows apart
 SETS = [("matrix", "--models beam,horse,tower --time 6", "runs.csv", ("model", "load", "damping", "scheme")),
         ("sweep", "--sweep --time 0.5", "sweep.csv", ("model", "start", "scheme", "dt_s")),
@@ -106,7 +78,7 @@ def make_variables(source, files):
         text = path.read_text(encoding="utf-8")
         for constant in constants:
             text = re.sub(rf"^(#define {constant}) +\\\n +", r"\1 ", text, flags=re.M)
-            found = re.search(rf"^#define {constant} +(\S+)", text, flags=re.M)
+            found = re.search(rf"^#define {constant} +(.+?)(?= *(?:/\*|//|$))", text, flags=re.M)
             cast = "" if re.search(r"[.p]|\de", found[1]) else "(int)"
             text = f"{text[:found.start()]}#define {constant} ({cast}thrum_varied[{len(names)}]){text[found.end():]}"
             names.append(f"{name}:{constant}")
@@ -117,6 +89,7 @@ def make_variables(source, files):
     # read before main, so that nothing else has to change
     with open(source / RUNTIME / "dynamics" / "step.c", "a", encoding="utf-8") as step:
         step.write(f"""
+#include <float.h>
 #include <stdlib.h>
 double thrum_varied[] = {{{", ".join(values)}}};
 __attribute__((constructor)) static void vary(void) {{
@@ -131,8 +104,13 @@ __attribute__((constructor)) static void vary(void) {{
 
 
 def build(work, files):
-    """The program with variables; what the constants are."""
-    source = work / "source"
+    """The program with variables; what the constants are. A program that the folder has already is taken over."""
+    source, kept = work / "source", work / "values.json"
+    program = source / "build" / "release" / "thrum"
+    if kept.exists():
+        return program, json.loads(kept.read_text(encoding="utf-8"))
+
+    # the committed sources alone
     source.mkdir(parents=True, exist_ok=True)
     archive = subprocess.run(["git", "-C", ROOT, "archive", "HEAD"], check=True, capture_output=True).stdout
     subprocess.run(["tar", "x", "-C", source], input=archive, check=True)
@@ -141,7 +119,8 @@ def build(work, files):
                    stdout=subprocess.DEVNULL)
     subprocess.run(["cmake", "--build", source / "build" / "release", "--target", "thrum_program"], check=True,
                    stdout=subprocess.DEVNULL)
-    return source / "build" / "release" / "thrum", values
+    kept.write_text(json.dumps(values), encoding="utf-8")
+    return program, values
 
 
 def run(program, folder, schemes, varied):
@@ -207,68 +186,7 @@ def try_dynamics(work):
     write(RESULTS / "without_constants.csv", made)
 
 
-def last_numbers(path):
-    """The last row of a table, as numbers; an empty field is not one."""
-    with open(path, encoding="utf-8") as file:
-        rows = list(csv.reader(file))
-    return [float(field or "nan") for field in rows[-1]]
-
-
-def end_of_scene(program, name, folder, environment):
-    """How a scene ended: its status, a hash of all its tables, and their last rows."""
-    code = subprocess.run([program, "simulate", ROOT / "examples" / "scenes" / f"{name}.json", "-o", folder, "-q"], env=environment,
-                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False).returncode
-    tables = sorted(folder.rglob("energy.csv")) + sorted(folder.rglob("account.csv"))
-    bits = hashlib.sha256(b"".join(path.read_bytes() for path in tables)).hexdigest()
-    return code, bits, [last_numbers(path) for path in tables]
-
-
-def end_of_path(program, options, folder, environment):
-    """An equilibrium in the same form: its status, a hash of its coordinates, and its numbers."""
-    folder.mkdir(parents=True, exist_ok=True)
-    place = folder / "q.npy"
-    done = subprocess.run([program, "static", *options.split(), "-o", place, "--json", "-q"], env=environment, capture_output=True,
-                          text=True, check=False)
-    answer = json.loads(done.stdout or "{}")
-    numbers = [float(answer.get(key) or "nan") for key in ("energy_j", "load_energy_j", "critical_factor")]
-    return done.returncode, hashlib.sha256(place.read_bytes() if place.exists() else b"").hexdigest(), [numbers]
-
-
-def ends(program, folder, varied):
-    """How all scenes and equilibria end with a constant varied."""
-    environment = dict(os.environ, THRUM_VARIED=varied, XDG_CACHE_HOME=str(folder.parent / "cache"))
-    found = {name: end_of_scene(program, name, folder / name, environment) for name in SCENES}
-    return found | {name: end_of_path(program, options, folder / name, environment) for name, options in EQUILIBRIA.items()}
-
-
-def ended_elsewhere(before, after):
-    """Whether the status is another, or a last number by more than MOVED of the largest in its row."""
-    if before[0] != after[0] or len(before[2]) != len(after[2]):
-        return True
-    for row, other in zip(before[2], after[2]):
-        scale = max((abs(x) for x in row if not math.isnan(x)), default=0.0)
-        if any(abs(x - y) > MOVED * scale or math.isnan(x) != math.isnan(y) for x, y in zip(row, other)):
-            return True
-    return False
-
-
-def try_contact(work):
-    program, values = build(work, CONTACT_CONSTANTS)
-    before = ends(program, work / "as-it-is", "")
-    made = []
-    for name, constants in CONTACT_CONSTANTS:
-        for constant, without in constants.items():
-            after = ends(program, work / f"{pathlib.Path(name).name}-{constant}", f"{name}:{constant}={without}")
-            changed = [run for run in before if before[run][1] != after[run][1]]
-            made.append({"constant": constant, "file": name, "value": values[f"{name}:{constant}"], "without": without,
-                         "changed": "; ".join(changed),
-                         "ended_elsewhere": "; ".join(run for run in changed if ended_elsewhere(before[run], after[run]))})
-            print(made[-1], flush=True)
-    write(RESULTS / "without_contact_constants.csv", made)
-
-
 if __name__ == "__main__":
-    parts = {"dynamics": try_dynamics, "contact": try_contact}
-    if len(sys.argv) not in (2, 3) or (sys.argv + ["dynamics"])[2] not in parts:
+    if len(sys.argv) != 2:
         raise SystemExit(__doc__)
-    parts[(sys.argv + ["dynamics"])[2]](pathlib.Path(sys.argv[1]).resolve())
+    try_dynamics(pathlib.Path(sys.argv[1]).resolve())
