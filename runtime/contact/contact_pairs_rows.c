@@ -139,20 +139,28 @@ static void arm_of(const thrum_pairs_run *run, const thrum_pair_row *row, int si
     arm[axis] += 0.5 * apart[axis];
 }
 
-/* How the two points answer to a force between them. The levers are those with which the rotations
- * that are predicted displace the points exactly. */
-static void fill_response(thrum_pairs_run *run, thrum_pair_row *row) {
+/* The levers with which the rotations that are predicted displace the points exactly. */
+static void fill_levers(const thrum_pairs_run *run, thrum_pair_row *row) {
+  for (int side = 0; side < 2; side++) {
+    const thrum_contact_run *body = run->view.runs + row->members[side];
+    double arm[3];
+    arm_of(run, row, side, arm);
+    thrum_point_mean_arm(run->solved ? body->turned : body->unloaded_turn, arm,
+                         side == 0 ? row->row.lever : row->lever);
+  }
+}
+
+/* How the two points answer to a force between them, at their levers. */
+static void fill_response(const thrum_pairs_run *run, thrum_pair_row *row) {
   thrum_contact_row *of = &row->row;
   memset(of->response, 0, sizeof of->response);
 
   // the responses of both bodies add up: the force acts on one and against the other
   for (int side = 0; side < 2; side++) {
-    const thrum_contact_run *body = run->view.runs + row->members[side];
-    double *lever = side == 0 ? of->lever : row->lever;
-    double arm[3], response[9];
-    arm_of(run, row, side, arm);
-    thrum_point_mean_arm(run->solved ? body->turned : body->unloaded_turn, arm, lever);
-    thrum_point_response(body, thrum_pairs_basis(run, row, side), lever, response);
+    const double *lever = side == 0 ? of->lever : row->lever;
+    double response[9];
+    thrum_point_response(run->view.runs + row->members[side], thrum_pairs_basis(run, row, side),
+                         lever, response);
     for (int n = 0; n < 9; n++)
       of->response[n] += response[n];
   }
@@ -181,8 +189,12 @@ static void fill_motion(thrum_pairs_run *run, const thrum_pair_row *row, double 
 }
 
 void thrum_pairs_refresh(thrum_pairs_run *run) {
-  for (int64_t n = 0; n < run->row_count; n++)
+  for (int64_t n = 0; n < run->row_count; n++) {
+    // a step that is made again has the levers that the last attempt was booked with
+    if (!run->again)
+      fill_levers(run, run->view.rows + n);
     fill_response(run, run->view.rows + n);
+  }
 }
 
 /* The solid that a candidate is at; NULL where both are bodies. */
@@ -206,6 +218,7 @@ static bool fill_row(thrum_pairs_run *run, const thrum_pair_candidate *c, thrum_
   // how the two places move
   const double first = fill_side(run, c, 0, row), second = fill_side(run, c, 1, row);
   double velocity[3], unloaded[3];
+  fill_levers(run, row);
   fill_response(run, row);
   fill_motion(run, row, velocity, unloaded);
 
