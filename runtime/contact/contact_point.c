@@ -131,6 +131,10 @@ void thrum_direction_push(thrum_contact_run *run, const double *rows, const doub
   for (int64_t i = 0; i < rank; i++)
     run->view.moved[i] += run->view.weights[i] * (rows[i] * own[0] + rows[rank + i] * own[1] +
                                                   rows[2 * rank + i] * own[2]);
+
+  // zero weights are no zero angle where the torque is beyond the finite numbers
+  if (!run->environment->rigid_frame)
+    return;
   thrum_cross3(lever, force, torque);
   thrum_apply3(run->turn_weight, torque, turned);
   for (int axis = 0; axis < 3; axis++)
@@ -140,7 +144,7 @@ void thrum_direction_push(thrum_contact_run *run, const double *rows, const doub
 void thrum_point_push(thrum_contact_run *run, const double *rows, const double lever[3],
                       const double force[3]) {
   thrum_direction_push(run, rows, lever, force);
-  for (int axis = 0; axis < 3; axis++)
+  for (int axis = 0; axis < 3 && run->mass_weight > 0.0; axis++)
     run->moved[axis] += run->mass_weight * force[axis];
 }
 

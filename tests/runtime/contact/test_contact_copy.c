@@ -2,6 +2,7 @@
  * so are those of another contact. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/contact_support.h"
 
+#include "runtime/contact/contact_point.h"
 #include "runtime/contact/contact_private.h"
 
 typedef struct fixture {
@@ -159,6 +160,22 @@ static void numbers_that_are_not_finite_are_refused(void **context) {
                  (int)(3 * f->r.contact->pull_max));
 }
 
+/* As one body of a scene flies apart, the forces of a solve may leave the finite numbers for a
+ * while: a held body has no way and no angle then either, or its copy would be refused. */
+static void a_held_body_does_not_turn_under_any_force(void **context) {
+  fixture *f = *context;
+  const thrum_contact_environment held = {.obstacles = NULL};
+  thrum_contact_run run;
+  assert_int_equal(thrum_contact_open(&f->r.m.model, f->r.state, f->r.contact, &held, &run, NULL),
+                   THRUM_OK);
+
+  // their torque is infinite less infinite
+  const double lever[3] = {1e200, 1e200, 1e200}, force[3] = {1e200, -1e200, INFINITY};
+  thrum_point_push(&run, thrum_point_rows(&run, 0), lever, force);
+  for (int axis = 0; axis < 3; axis++)
+    assert_true(run.turned[axis] == 0.0 && run.moved[axis] == 0.0);
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
 
 int main(void) {
@@ -166,6 +183,7 @@ int main(void) {
       TEST(what_no_step_changes_must_be_the_same),
       TEST(counts_beyond_their_range_are_refused),
       TEST(numbers_that_are_not_finite_are_refused),
+      TEST(a_held_body_does_not_turn_under_any_force),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
