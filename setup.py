@@ -37,7 +37,9 @@ class BuildWithLibrary(build_py):
         subprocess.run(["cmake", "-S", str(ROOT), "-B", str(work), "-DCMAKE_BUILD_TYPE=Release",
                         "-DTHRUM_BUILD_PRECOMPUTE=OFF", "-DTHRUM_BUILD_TESTS=OFF", "-DTHRUM_BUILD_PYTHON=ON",
                         f"-DTHRUM_PYTHON={sys.executable}", *options], check=True)
-        subprocess.run(["cmake", "--build", str(work), "--target", "thrum_python_package", "--parallel"], check=True)
+        # without a number make starts a compiler for every source at once
+        subprocess.run(["cmake", "--build", str(work), "--target", "thrum_python_package",
+                        "--parallel", str(os.cpu_count() or 1)], check=True)
         built = work / "python/thrum"
         target = pathlib.Path(self.build_lib) / "thrum"
         self.mkpath(str(target))

@@ -27,10 +27,15 @@ import tempfile
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
 FOLDERS = ("runtime", "scene", "platform", "io", "mesh", "precompute", "config", "driver",
-           "validation", "bench", "app")
-# gcc 12 takes a loop over three axes to end after the first, and finds the others unset; what is unset
-# in truth -Wmaybe-uninitialized says, as an error, in each build
-OFF = ("-Wno-analyzer-use-of-uninitialized-value",)
+           "validation", "bench", "app", "examples", "mpi")
+# sources that a build by gcc does not compile: those of the pages, which are WebAssembly, what the
+# relocatable tarball adds, and thrum-mpi in a build without it
+BESIDE = ("javascript", "viewer", "packaging", "mpi")
+MPI_PACKAGES = ("slepc", "petsc", "mpi-c")
+# gcc 12 takes a loop over three axes to end after the first, and finds the others unset; what is
+# unset in truth -Wmaybe-uninitialized says, as an error, in each build. Attributes of WebAssembly
+# are none of this processor's
+OFF = ("-Wno-analyzer-use-of-uninitialized-value", "-Wno-attributes")
 # a file that takes longer has too many paths; it is named
 SECONDS = 600
 
@@ -49,11 +54,39 @@ def commands_of(build):
     gone = [path for path in found if not os.path.exists(os.path.join(ROOT, path))]
     if gone:
         sys.exit("%s: %s is there no more: configure and build it anew" % (build, gone[0]))
+    add_beside(found)
     return found
+
+
+def add_beside(found):
+    """Adds the sources of BESIDE that the build has no command for, with plain ones of gcc."""
+    flags = ["-I" + ROOT, "-I" + os.path.join(ROOT, "include"), "-std=c11",
+             "-D_POSIX_C_SOURCE=200809L"]
+    mpi = subprocess.run(["pkg-config", "--cflags", *MPI_PACKAGES], capture_output=True, text=True,
+                         check=False)
+
+    # what git tracks, so that nothing of a build folder is met
+    tracked = subprocess.run(["git", "-C", ROOT, "ls-files", "*.c"], capture_output=True,
+                             text=True, check=True).stdout.split()
+    for path in tracked:
+        folder = path.split("/")[0]
+        if folder not in BESIDE or path in found:
+            continue
+        if folder == "mpi" and mpi.returncode != 0:
+            print("%s is left out: its libraries are not installed" % path)
+            continue
+        more = shlex.split(mpi.stdout) if folder == "mpi" else []
+        found[path] = (["gcc", *flags, *more, "-o", os.devnull, "-c", os.path.join(ROOT, path)],
+                       ROOT)
 
 
 def by_cppcheck(commands):
     """Findings of cppcheck: {(file, identifier): message}."""
+    # it need not know the headers of libraries, nor those that a build writes, such as a model as
+    # an array: for one of these it takes longer than for all sources together
+    own = {"-I" + ROOT, "-I" + os.path.join(ROOT, "include")}
+    commands = {p: ([x for x in w if not x.startswith("-I") or x in own], d)
+                for p, (w, d) in commands.items()}
     with tempfile.TemporaryDirectory() as folder:
         project = os.path.join(folder, "commands.json")
         with open(project, "w", encoding="utf-8") as file:

@@ -16,6 +16,12 @@ hook() {
     "$1" "$2" >"$work/log" 2>&1 || { tail -n 40 "$work/log"; exit 1; }
 }
 
+# what CMake is called with
+mkdir "$work/bin"
+printf '#!/bin/sh\necho "$@" >>"%s/calls"\nexec "%s" "$@"\n' "$work" "$(command -v cmake)" >"$work/bin/cmake"
+chmod +x "$work/bin/cmake"
+PATH=$work/bin:$PATH
+
 # a copy, because setuptools writes beside the sources; no build folder comes along
 mkdir "$work/tree" "$work/out"
 (cd "$source" && tar -c --exclude=./build --exclude=./.git --exclude=node_modules --exclude=./out \
@@ -29,6 +35,8 @@ tar -xzf "$work"/out/thrum-*.tar.gz -C "$work/sdist" --strip-components=1
 
 echo "-- wheel"
 (cd "$work/sdist" && hook build_wheel "$work/out")
+# as many compilers as processors, not one for each source at once
+grep -q -- '--parallel [1-9]' "$work/calls"
 wheel=$(ls "$work"/out/thrum-*-py3-none-manylinux_2_17_x86_64.whl)
 "$python" -m pip install --quiet --root-user-action=ignore --no-deps --no-index --target "$work/installed" "$wheel"
 test -f "$work/installed/thrum/py.typed"
