@@ -49,16 +49,22 @@ export function compile(folder, path) {
   renameSync(part, path);
 }
 
-/** Compiles C files to objects in a folder of their own. @returns {string[]} the objects */
+/** Compiles C files to objects in a folder of their own, one call each, which is what a cache of the compiler can
+ * answer: the viewer and the package have all of the runtime in common. @returns {string[]} the objects */
 function compileAll(level, names, folder) {
   mkdirSync(folder);
-  run([level, '-c', '-msimd128', '-fno-slp-vectorize', '-std=c11', '-ffp-contract=off', '-Wall', '-Wextra', '-Wshadow',
-    '-Wconversion', '-Wno-sign-conversion', '-Werror', '-I', join(root, 'include'), '-I', root, ...names], folder);
-  return names.map((name) => join(folder, basename(name).replace(/\.c$/, '.o')));
+  return names.map((name) => {
+    const object = join(folder, basename(name).replace(/\.c$/, '.o'));
+    run([level, '-c', '-msimd128', '-fno-slp-vectorize', '-std=c11', '-ffp-contract=off', '-Wall', '-Wextra', '-Wshadow',
+      '-Wconversion', '-Wno-sign-conversion', '-Werror', '-I', join(root, 'include'), '-I', root, '-o', object, name], folder);
+    return object;
+  });
 }
 
+/** Calls clang, by way of the launcher that CMake takes for its compilers too, such as ccache. */
 function run(words, folder) {
-  const clang = spawnSync(process.env.CLANG ?? 'clang', ['--target=wasm32-wasi', ...words], { cwd: folder, stdio: 'inherit' });
+  const [program, ...first] = [process.env.CMAKE_C_COMPILER_LAUNCHER, process.env.CLANG ?? 'clang'].filter(Boolean);
+  const clang = spawnSync(program, [...first, '--target=wasm32-wasi', ...words], { cwd: folder, stdio: 'inherit' });
   if (clang.error) throw clang.error;
   if (clang.status !== 0) throw new Error(`clang ended with ${clang.status ?? clang.signal}`);
 }

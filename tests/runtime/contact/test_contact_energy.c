@@ -3,6 +3,7 @@
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/contact_support.h"
+#include "tests/support/sanitized.h"
 
 static void expect_account(const thrum_contact_report *report, double scale) {
   assert_true(isfinite(report->stored) && isfinite(report->lost));
@@ -72,7 +73,7 @@ static void contact_never_adds_energy(void **state) {
 
       // the largest gain of all cases, and how often a step was repeated or declined
       thrum_contact_report report;
-      worst = fmax(worst, throw_down(&x, 300, &report));
+      worst = fmax(worst, throw_down(&x, LENGTH_OF_RUN(300, 60), &report));
       redone += report.redone;
       declined += report.declined;
       made += report.steps;
@@ -119,7 +120,7 @@ static void the_account_is_exact(void **state) {
 
     // the energy of the body and that of the contact add up to the first energy at every step
     const double first = rig_energy(&r);
-    for (int64_t step = 0; step < 3000; step++) {
+    for (int64_t step = 0; step < LENGTH_OF_RUN(3000, 1000); step++) {
       rig_steps(&r, 1);
       const thrum_contact_report report = thrum_contact_report_get(r.contact);
       const double sum = rig_energy(&r) + report.stored + report.lost;
@@ -296,8 +297,9 @@ static void a_stiff_pull_follows_its_target(void **state) {
     r.environment.pull_count = 1;
 
     // the target moves to and fro, and then rests
-    for (int step = 0; step < 600; step++) {
-      const double at = step < 300 ? 0.1 * sin(0.4 * step) : 0.1;
+    const int moves = LENGTH_OF_RUN(300, 60);
+    for (int step = 0; step < 2 * moves; step++) {
+      const double at = step < moves ? 0.1 * sin(0.4 * step) : 0.1;
       pull.target[0] = r.m.vertices[6] + at;
       pull.target[1] = r.m.vertices[7];
       pull.target[2] = r.m.vertices[8];
@@ -348,7 +350,7 @@ static void a_pull_does_not_tear_a_body_apart(void **state) {
           r.m.basis[6 * RIG_RANK + i] * r.m.basis[6 * RIG_RANK + i] / r.m.omega2[i % RIG_RANK];
 
     // the target jumps every 60 steps
-    for (int step = 0; step < 3000; step++) {
+    for (int step = 0; step < LENGTH_OF_RUN(3000, 600); step++) {
       if (step % 60 == 0)
         random_vector(&random, 3, 2, pull.target);
       rig_steps(&r, 1);
