@@ -527,7 +527,7 @@ static void a_stack_rests(void **context) {
     def.touch_count = f->block.made.model.vertex_count;
     add(f->scene, &def);
   }
-  for (int k = 0; k < 1500; k++)
+  for (int k = 0; k < 800; k++)
     MUST(thrum_scene_step(f->scene, &failure));
 
   // each bears what is above it, and nothing moves
