@@ -27,7 +27,8 @@
 #define SPREAD 1e-9 /* det C over (trace C)^3, below which they lie in a plane */
 #define WIDER 12    /* doublings of that distance, before the body is called flat */
 #define WHOLE 1e-6  /* steps within which a time is that of a step (thrum_load_mean) */
-#define REACH_MAX 1e30 /* how far places may be [m] */
+#define REACH_MAX 1e30 /* how far places may be [m], how fast paths [m/s], and their times [s] */
+#define ARM_MAX 1e6    /* diagonals of a body up to which its deformation moves a place exactly */
 #define LINKS_MAX 1024 /* of a scene, as thrum_contact_pairs_def has room for */
 
 thrum_scene_link_def thrum_default_scene_link_def(void) {
@@ -195,6 +196,18 @@ static void share(cloud *c, const int32_t *vertices, int64_t count) {
     c->weights[vertices ? vertices[n] : n] += 1.0 / (double)all;
 }
 
+/* Refuses a place so far from a body that the end of the arm to it is lost in rounding. */
+static thrum_status check_arm(const cloud *c, const double place[3], thrum_error *error) {
+  double arm[3];
+  thrum_subtract3(place, c->at, arm);
+  if (sqrt(thrum_dot3(arm, arm)) <= ARM_MAX * thrum_box3_diagonal(c->at, size_of(c)))
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_BAD_VALUE,
+                         "a place of a link is more than 1e6 times the size of body '%s' away from "
+                         "it",
+                         c->body->name);
+}
+
 /* Fills one side: the place, which is `place` in the world where that is known and becomes it where
  * it is not, and the three directions. near: by vertices near the place, in place of a list. */
 static thrum_status fill_side(cloud *c, const int32_t *vertices, int64_t count, bool near,
@@ -208,6 +221,7 @@ static thrum_status fill_side(cloud *c, const int32_t *vertices, int64_t count, 
   if (isnan(place[0]))
     out_of_body(body, at, place);
   into_body(body, place, at);
+  THRUM_TRY(check_arm(c, at, error));
 
   // directions need vertices on all sides of a plane
   double reach = NEAR * thrum_box3_diagonal(c->at, size_of(c));
@@ -317,6 +331,15 @@ static bool is_place(const double place[3]) {
   return (isnan(place[0]) && isnan(place[1]) && isnan(place[2])) || is_near(place);
 }
 
+/* From a time and place of a path to the next, at a speed whose slopes are finite. */
+static bool is_way(const double times[2], const double places[6]) {
+  const double length = times[1] - times[0];
+  bool slow = length > 0.0;
+  for (int axis = 0; axis < 3; axis++)
+    slow = slow && fabs(places[3 + axis] - places[axis]) / length <= REACH_MAX;
+  return slow;
+}
+
 static thrum_status check_path(const thrum_scene_link_def *def, thrum_error *error) {
   if (def->path_count < 0 || def->path_count > (INT64_C(1) << 24) ||
       (def->path_count > 0 && (def->path_times == NULL || def->path_places == NULL)))
@@ -328,13 +351,13 @@ static thrum_status check_path(const thrum_scene_link_def *def, thrum_error *err
 
   // times ascend, so that there is one way from each to the next
   for (int64_t n = 0; n < def->path_count; n++)
-    if (!isfinite(def->path_times[n]) || !is_near(def->path_places + 3 * n) ||
-        (n > 0 && !(def->path_times[n] > def->path_times[n - 1])))
-      return thrum_error_set(
-          error, THRUM_BAD_VALUE,
-          "place %lld of a link's path is not within 1e30 m, or its time is not after "
-          "the one before",
-          (long long)n);
+    if (!(fabs(def->path_times[n]) <= REACH_MAX) || !is_near(def->path_places + 3 * n) ||
+        (n > 0 && !is_way(def->path_times + n - 1, def->path_places + 3 * (n - 1))))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "place %lld of a link's path is not within 1e30 m, its time is not "
+                             "after the one before or not within 1e30 s, or the way there is "
+                             "faster than 1e30 m/s",
+                             (long long)n);
   return THRUM_OK;
 }
 
@@ -351,6 +374,9 @@ static thrum_status check_def(const thrum_scene *scene, const thrum_scene_link_d
   if (def->other == def->body)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a link is of two bodies, or of a body and the world");
+  if (def->other < 0 && def->other_vertices != NULL)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "a link with the world has no vertices there");
 
   // written so that NaN is refused as well
   if (!is_amount(def->stiffness) || !is_amount(def->damping) ||

@@ -428,8 +428,9 @@ typedef struct thrum_scene_link_def {
   const int32_t *vertices;
   int64_t count;
 
-  /* The place in the world now [m]; finite. Vertices are then weighed so that it is theirs, those
-   * near it where no list says which. Default NaN: the mean of the vertices. */
+  /* The place in the world now [m]; within 1e6 times the size of the body. Vertices are then
+   * weighed so that it is theirs, those near it where no list says which. Default NaN: the mean of
+   * the vertices. */
   double place[3];
 
   /* Number of the other body, and its vertices as above; NULL: those near the place. Default -1:
@@ -456,8 +457,8 @@ typedef struct thrum_scene_link_def {
   double length;
 
   /* Of the world's end: path_count ascending times [s] and as many positions (x 3) [m], of which it
-   * goes the differences from the first, along a smooth curve; before and after it rests. Default
-   * NULL: it stays. */
+   * goes the differences from the first, along a smooth curve, at up to 1e30 m/s from one to the
+   * next; before and after it rests. Times are within 1e30 s. Default NULL: it stays. */
   const double *path_times, *path_places;
   int64_t path_count;
 

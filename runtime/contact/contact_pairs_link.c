@@ -23,10 +23,9 @@
 #include "runtime/dynamics/state_layout.h"
 #include "runtime/linear_algebra/dense.h"
 
-#define REDUNDANT                                                                                  \
-  1e-12            /* of a condition's own response, which keeps those that repeat solvable        \
-                    */
-#define SETTLING 2 /* steps in which a joint comes to rest, which no drift is counted of */
+#define REDUNDANT 1e-12 /* of a condition's own response: those that repeat stay solvable */
+#define FAINT 1e-100 /* [N/m] below which a spring has no force, and no compliance, that counts */
+#define SETTLING 2   /* steps in which a joint comes to rest, which no drift is counted of */
 
 /* --- the two sides ---------------------------------------------------------------------------- */
 
@@ -216,7 +215,7 @@ static void fill_springs(const thrum_pairs_run *run, thrum_link_run *link) {
 
   // in all directions, with the damper too where no momentum has to be kept
   const double rate = 0.5 * k + (world ? c / h : 0.0);
-  for (int axis = 0; axis < 3 && of->length == 0.0 && rate > 0.0; axis++) {
+  for (int axis = 0; axis < 3 && of->length == 0.0 && rate > FAINT; axis++) {
     const double unit[3] = {axis == 0, axis == 1, axis == 2};
     fill_spring(new_place_row(link, unit), k, before[axis], rate);
   }
@@ -224,7 +223,7 @@ static void fill_springs(const thrum_pairs_run *run, thrum_link_run *link) {
   // along the spring
   const bool central = of->length > 0.0, damped = !world && c > 0.0;
   const double along = (central ? 0.5 * k : 0.0) + (central || damped ? c / h : 0.0);
-  if (!(along > 0.0))
+  if (!(along > FAINT))
     return;
   for (int axis = 0; axis < 3; axis++)
     mean[axis] = sum > 0.0 ? (before[axis] + after[axis]) / sum : 0.0;

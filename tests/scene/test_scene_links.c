@@ -465,12 +465,36 @@ static void a_body_that_cannot_step_lets_go_of_the_other(void **context) {
   assert_true(fabs(link_at(f->scene, 0).places[1][2] - before + 0.5 * 9.81 * 0.04) < 1e-3);
 }
 
+static void a_faint_spring_leaves_the_joints_beside_it(void **context) {
+  fixture *f = *context;
+  static const double faint[] = {1e-310, 1e-320, 1e-200};
+  for (int n = 0; n < 3; n++) {
+    restart(f);
+    add_bar(f, 0, 0, 0, 1);
+    MUST(thrum_scene_set_gravity(f->scene, down, &failure));
+    thrum_scene_link_def def = link_of(THRUM_LINK_BALL, 0, 0.05, 0.05);
+    add_link(f->scene, &def);
+
+    // with a length of its own and without
+    def.kind = THRUM_LINK_SPRING;
+    def.stiffness = def.damping = faint[n];
+    set_place(def.other_place, 1, 0, 0);
+    add_link(f->scene, &def);
+    def.length = 0;
+    add_link(f->scene, &def);
+    steps(f->scene, 50);
+    assert_true(link_at(f->scene, 0).report.drift < 1e-12);
+  }
+}
+
 static void what_cannot_be_linked_is_refused(void **context) {
   fixture *f = *context;
   static const double twice[] = {1, 1}, places[6] = {0};
+  static const double at_once[] = {0, 5e-324, 1e-323}, away[9] = {[3] = 1e-3, [6] = 2e-3};
+  static const double ever[] = {-1e308, 1e308};
   add_bar(f, 0, 0, 0, 1);
-  thrum_scene_link_def wrong[11];
-  for (int n = 0; n < 11; n++)
+  thrum_scene_link_def wrong[15];
+  for (int n = 0; n < 15; n++)
     wrong[n] = link_of(THRUM_LINK_BALL, 0, 0, 0);
   wrong[0].cookie = 0;
   wrong[1].body = 1;
@@ -486,7 +510,19 @@ static void what_cannot_be_linked_is_refused(void **context) {
   wrong[8].kind = (thrum_link_kind)7;
   wrong[9].place[1] = NAN;
   wrong[10].other_place[2] = 1e40;
-  for (int n = 0; n < 11; n++)
+
+  // paths whose slopes are not finite, the end of an arm that is too long, vertices of the world
+  wrong[11].path_times = at_once;
+  wrong[11].path_places = away;
+  wrong[11].path_count = 3;
+  wrong[12].path_times = ever;
+  wrong[12].path_places = away;
+  wrong[12].path_count = 2;
+  wrong[13].place[0] = 1e7;
+  wrong[14].kind = THRUM_LINK_SPRING;
+  wrong[14].other_vertices = (const int32_t[]){0};
+  wrong[14].other_count = 1;
+  for (int n = 0; n < 15; n++)
     assert_true(thrum_scene_add_link(f->scene, wrong + n, NULL, &failure) < 0);
   assert_int_equal(thrum_scene_link_count(f->scene), 0);
   assert_true(thrum_scene_link_release(f->scene, 0, &failure) < 0);
@@ -518,6 +554,7 @@ int main(void) {
       // springs
       TEST(springs_give_back_what_they_took_at_any_stiffness),
       TEST(a_body_on_a_spring_swings_as_its_mass_says),
+      TEST(a_faint_spring_leaves_the_joints_beside_it),
 
       // ends in the world
       TEST(an_end_goes_along_its_path_and_does_the_work),
