@@ -160,7 +160,8 @@ static int read_options(int argc, char **argv, export_request *request) {
   // the folder of a run for motion, a model for what belongs to a model
   const bool is_run = is_run_folder(request->model);
   if (motion && !is_run)
-    return config_usage("export", "--glb, --pc2 and --mdd are of a run: name its folder, not '%s'",
+    return config_usage("export",
+                        "--glb, --pc2 and --mdd are of a run: name its folder; '%s' is none",
                         request->model);
   if (of_model && is_run)
     return config_usage("export",

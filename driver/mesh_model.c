@@ -155,8 +155,8 @@ thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool q
   if (status >= 0 && !quiet)
     fprintf(
         stderr,
-        "thrum: precomputing %s, as every run of a mesh does; the model of this run stays in the "
-        "cache for now: %s\n",
+        "thrum: precomputing %s, as every run of a mesh does (thrum precompute writes a model to "
+        "keep); that of this run stays in the cache for now: %s\n",
         text, file->cached);
   THRUM_THEN(status, precompute_make(&request, NULL, &flagged, error));
   return status >= 0 ? thrum_model_load(file->cached, model, error) : status;

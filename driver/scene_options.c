@@ -44,7 +44,9 @@ int scene_run_command(int argc, char **argv) {
   scene_request request = {.threads = 1};
   const char *other = of_one_body(argc, argv);
   if (other != NULL)
-    return config_usage("simulate", "'%s' is of a run of one model: write it into the scene file",
+    return config_usage("simulate",
+                        "'%s' is of a run of one model: write it into the scene file, whose keys "
+                        "`thrum schema scene` lists",
                         other);
   const int code = config_options_read_one(&command, "scene", argc, argv, &request, &request.path);
   return code == COMMAND_DONE ? scene_run_request(&request) : code;

@@ -76,7 +76,7 @@ static void warn_before(const single_run *single) {
   const simulate_request *request = single->request;
   if (request->load_count == 0 && request->start_count == 0 && request->base_motion_count == 0 &&
       !simulate_spins(request))
-    config_warn("no --load, no --base-motion and no --start: the body stays at rest");
+    config_warn("no --load, no --base-motion, no --start and no --spin: the body stays at rest");
   if (!request->full)
     driver_stepper_reduced_warn(&single->run.stepper);
 }

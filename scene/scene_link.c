@@ -385,7 +385,9 @@ static thrum_status check_def(const thrum_scene *scene, const thrum_scene_link_d
                            "the stiffness and damping of a link must be 0 to 1e30, its length at "
                            "most that, and `until` a time");
   if (!is_place(def->place) || !is_place(def->other_place))
-    return thrum_error_set(error, THRUM_BAD_VALUE, "a place of a link is not within 1e30 m");
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "a place of a link is not within 1e30 m: set all three of its numbers, "
+                           "or none");
   if (!isnormal(thrum_dot3(def->axis, def->axis)))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the axis of a link has no length");
   return check_path(def, error);

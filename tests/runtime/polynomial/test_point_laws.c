@@ -203,9 +203,6 @@ static void every_integrator_steps_the_same_motion(void **context) {
     def.dt = 0.01;
     run(&made, &def, start, q[0]);
     for (int k = 0; k < INTEGRATOR_COUNT; k++) {
-      // a manifold is of condensed models
-      if (every_integrator[k] == THRUM_INTEGRATOR_MANIFOLD)
-        continue;
       def.integrator = every_integrator[k];
       const bool first_order = strstr(thrum_integrator_name(every_integrator[k]), "euler") != NULL;
       def.dt = 0.005;

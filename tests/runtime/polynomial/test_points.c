@@ -244,10 +244,6 @@ static void every_integrator_steps_points_as_it_steps_the_polynomial(void **cont
   double start[RANK], zero[RANK] = {0}, q[2][RANK], p[2][RANK];
   random_vector(&random, RANK, 1, start);
   for (int n = 0; n < INTEGRATOR_COUNT; n++) {
-    // a manifold is of condensed models
-    if (every_integrator[n] == THRUM_INTEGRATOR_MANIFOLD)
-      continue;
-
     thrum_state_def def = thrum_default_state_def();
     def.integrator = every_integrator[n];
     def.dt = 0.02;
