@@ -9,6 +9,7 @@
 
 #include "config/message.h"
 #include "io/file.h"
+#include "io/file_hash.h"
 #include "io/folder.h"
 #include "io/json.h"
 #include "io/paths.h"
@@ -19,6 +20,12 @@
 #define PATH_LENGTH 1400
 #define NAMES_SAID 8 /* of missing jobs in a warning */
 #define LIST_OPTION "--list-jobs"
+#define NUMBER_LENGTH 24 /* of a dash and any number */
+
+/* A result is JSON that begins with the hash of what follows it: a changed digit would be taken for
+ * a number like any other. */
+#define HASH_FORMAT "{\"hash\":\"%016" PRIx64 "\","
+#define HASH_LENGTH 27
 
 #define AT(member) CONFIG_AT(job_request, member)
 
@@ -47,12 +54,30 @@ int job_request_check(const job_request *request, const char *command) {
   return COMMAND_DONE;
 }
 
-/* The name of a job, which a file and a shell's comment take as it is. */
-static void name_of(const job_list *list, int64_t job, char name[JOB_NAME_MAX]) {
+/* What the command calls a job, as a file and a shell's comment take it. */
+static void plain_name_of(const job_list *list, int64_t job, char name[JOB_NAME_MAX]) {
   list->name(list->context, job, name);
   for (char *at = name; *at != 0; at++)
     if (*at == '/' || (unsigned char)*at <= ' ')
       *at = '-';
+}
+
+/* The name of a job. Of jobs that the command calls the same, such as those of two models with one
+ * file name in different folders, all but the first are numbered. */
+static void name_of(const job_list *list, int64_t job, char name[JOB_NAME_MAX]) {
+  char other[JOB_NAME_MAX];
+  int64_t same = 1;
+  plain_name_of(list, job, name);
+  for (int64_t before = 0; before < job; before++) {
+    plain_name_of(list, before, other);
+    same += strcmp(name, other) == 0;
+  }
+
+  // a name without room for the number loses its end
+  const size_t length = strlen(name), most = JOB_NAME_MAX - NUMBER_LENGTH;
+  char *end = name + (length < most ? length : most);
+  if (same > 1)
+    snprintf(end, NUMBER_LENGTH, "-%" PRId64, same);
 }
 
 /* --- the list --------------------------------------------------------------------------------- */
@@ -148,6 +173,25 @@ static thrum_status refuse_stamp(const char *path, const cJSON *mine, const cJSO
   return status;
 }
 
+/* The JSON object of a file whose hash is that of its text; NULL: it is damaged. */
+static cJSON *read_hashed(const char *text, size_t size) {
+  char hash[HASH_LENGTH + 1];
+  if (size <= HASH_LENGTH)
+    return NULL;
+  snprintf(hash, sizeof hash, HASH_FORMAT, hash_bytes(0, text + HASH_LENGTH, size - HASH_LENGTH));
+  return memcmp(text, hash, HASH_LENGTH) == 0 ? json_read_back(text, size) : NULL;
+}
+
+/* Puts the hash in front of the members of a JSON object; NULL: out of memory. */
+static char *put_hash(const char *object) {
+  const char *members = object + 1; // behind its brace
+  const size_t length = strlen(members), size = HASH_LENGTH + length + 1;
+  char *text = malloc(size);
+  if (text != NULL)
+    snprintf(text, size, HASH_FORMAT "%s", hash_bytes(0, members, length), members);
+  return text;
+}
+
 /* Reads the result of a job; *result is NULL where there is none. What is damaged is refused. */
 static thrum_status read_result(const char *path, const cJSON *stamp, cJSON **result,
                                 thrum_error *error) {
@@ -157,7 +201,7 @@ static thrum_status read_result(const char *path, const cJSON *stamp, cJSON **re
   if (access(path, F_OK) != 0)
     return THRUM_OK;
   THRUM_TRY(thrum_file_read(path, &text, &size, error));
-  cJSON *file = json_read_back(text, size);
+  cJSON *file = read_hashed(text, size);
   free(text);
 
   // the stamp first: of another sweep nothing is believed
@@ -183,12 +227,13 @@ static thrum_status write_result(const char *path, cJSON *stamp, cJSON *result,
   cJSON *file = cJSON_CreateObject();
   cJSON_AddItemReferenceToObject(file, "stamp", stamp);
   cJSON_AddItemReferenceToObject(file, "result", result);
-  char *text = json_text(file);
+  char *object = json_text(file), *text = object != NULL ? put_hash(object) : NULL;
   const thrum_status status =
       text != NULL
           ? thrum_file_write_atomic(path, text, strlen(text), error)
           : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the result of a job");
   free(text);
+  free(object);
   cJSON_Delete(file);
   return status;
 }

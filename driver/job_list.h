@@ -2,9 +2,9 @@
  * of its jobs as lines for a shell, one job, and the report of what is there.
  *
  * The result of a job is one JSON file, FOLDER/jobs/NAME.json, which appears when it is whole. It
- * begins with a stamp, the options and inputs that it depends on; a result with another stamp is
- * refused. A job that is killed leaves nothing, and is run again by the same line.
- * SPDX-License-Identifier: Apache-2.0 */
+ * begins with a hash of its text and a stamp, the options and inputs that it depends on; a result
+ * that was changed or has another stamp is refused. A job that is killed leaves nothing, and is run
+ * again by the same line. SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_JOB_LIST_H
 #define THRUM_DRIVER_JOB_LIST_H
 
@@ -32,7 +32,7 @@ typedef struct job_list {
   const char *folder;  /* of the sweep */
   int64_t count;
   void *context;
-  /* A name that no other job has. */
+  /* A name; jobs that are called the same are numbered. */
   void (*name)(void *context, int64_t job, char name[JOB_NAME_MAX]);
   /* Adds to `stamp` what the result depends on, but for the version and the compiler. */
   thrum_status (*stamp)(void *context, int64_t job, cJSON *stamp, thrum_error *error);

@@ -365,6 +365,10 @@ static double *differentiate(int64_t rank, int count, const double *coefficients
 thrum_status thrum_vega_cubic_write(const char *path, const thrum_model *model,
                                     thrum_error *error) {
   const int64_t r = model->rank, pairs = r * (r + 1) / 2, triples = thrum_c3_count(r);
+  if (model->point_weights != NULL)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the model has cubature points and no polynomial to export: make it "
+                           "without --cubature");
   if (model->c3 == NULL || model->c4 == NULL)
     return thrum_error_set(
         error, THRUM_MISSING,

@@ -79,6 +79,10 @@ static void a_model_of_points_says_its_error_and_runs(void **state) {
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "no polynomial to condense"));
   program_result_free(&run);
+  run = thrum_run(folder, "export", "cub.npz", "--vega-cubic", "cub.cub", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "has cubature points and no polynomial to export"));
+  program_result_free(&run);
 }
 
 static void a_law_of_its_own_is_in_the_file_and_in_runs(void **state) {

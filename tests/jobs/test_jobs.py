@@ -13,6 +13,8 @@ import csv
 import json
 import os
 import pathlib
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -149,12 +151,33 @@ def results_of_another_sweep_are_refused(work):
     assert "model is" in work.thrum(*command, "--collect", code=1).stderr
     os.replace(work.folder / "kept.npz", work.folder / "long.npz")
 
-    # what is damaged is no result
+    # what is damaged is no result, be it a digit of a number or the hash itself
     result, = (work.folder / "other" / "jobs").glob("*.json")
-    result.write_text(result.read_text(encoding="utf-8")[:-20], encoding="utf-8")
-    assert "not the result of a job" in work.thrum(*command, "--collect", code=1).stderr
+    whole = result.read_text(encoding="utf-8")
+    digit = whole.index('"result"') + re.search(r"\d", whole[whole.index('"result"'):]).start()
+    for damaged in (whole[:-20], whole[:20], "", whole[:digit] + str((int(whole[digit]) + 1) % 10) + whole[digit + 1:],
+                    whole.replace("hash", "hush")):
+        result.write_text(damaged, encoding="utf-8")
+        for call in ["--job", "1"], ["--collect"]:
+            assert "not the result of a job" in work.thrum(*command, *call, code=1).stderr, damaged
+    result.write_text(whole, encoding="utf-8")
+    work.thrum(*command, "--collect", code=3)
     assert "there are 6 jobs" in work.thrum(*command, "--job", "7", code=1).stderr
     assert "one of them at a time" in work.thrum(*command, "--job", "1", "--collect", code=2).stderr
+
+
+def models_of_one_file_name_have_results_of_their_own(work):
+    (work.folder / "elsewhere").mkdir()
+    shutil.copy(work.folder / "thick.npz", work.folder / "elsewhere" / "long.npz")
+    command = ["experiments", "--models", "long.npz,elsewhere/long.npz", "--loads", "impulse", "--schemes", "energy",
+               "--time", "0.05", "-q"]
+    lines = work.lines(*command, "-o", "alike")
+    assert [line.split("# ")[1] for line in lines] == ["matrix-long.npz-impulse", "matrix-long.npz-impulse-2"]
+    for line in reversed(lines):
+        work.line(line)
+    work.thrum(*command, "-o", "alike", "--collect")
+    work.thrum(*command, "-o", "alike_whole")
+    assert work.tables("alike") == work.tables("alike_whole")
 
 
 def published_answers_are_computed_by_jobs(work):
@@ -254,8 +277,9 @@ def scripts_for_clusters_run_the_lines(work):
 
 CASES = {function.__name__: function for function in (
     jobs_make_the_tables_of_one_run, killed_jobs_run_again, a_report_that_lacks_jobs_says_so,
-    results_of_another_sweep_are_refused, published_answers_are_computed_by_jobs, runs_of_a_training_are_jobs,
-    settings_of_a_tradeoff_are_jobs, scripts_for_clusters_run_the_lines)}
+    results_of_another_sweep_are_refused, models_of_one_file_name_have_results_of_their_own,
+    published_answers_are_computed_by_jobs, runs_of_a_training_are_jobs, settings_of_a_tradeoff_are_jobs,
+    scripts_for_clusters_run_the_lines)}
 
 
 def main(source, program, *names):
