@@ -539,10 +539,13 @@ void scene_links_begin(thrum_scene *scene) {
   const double time = thrum_scene_time(scene);
   for (int32_t n = 0; n < scene->link_count; n++) {
     scene_link *link = scene->links + n;
-    if (!link->released && time >= link->until - WHOLE * scene->dt)
+
+    // a body that has failed steps no more, so what it was tied to is free of it
+    const bool failed = scene->bodies[link->body]->status < 0 ||
+                        (link->other >= 0 && scene->bodies[link->other]->status < 0);
+    if (!link->released && (failed || time >= link->until - WHOLE * scene->dt))
       let_go(link);
-    link->holds = !link->released && scene->bodies[link->body]->status >= 0 &&
-                  (link->other < 0 || scene->bodies[link->other]->status >= 0);
+    link->holds = !link->released;
     link->moving = (thrum_contact_solid){.now = placement_at(link, time),
                                          .next = placement_at(link, time + scene->dt)};
   }

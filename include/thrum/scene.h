@@ -489,7 +489,7 @@ THRUM_API thrum_status thrum_scene_link_release(thrum_scene *scene, int32_t numb
 /* A link as it is now. */
 typedef struct thrum_scene_link {
   thrum_link_kind kind;
-  int32_t holds;            /* 0: it has let go */
+  int32_t holds;            /* 0: it has let go, as it does after a body of it failed */
   int32_t bodies[2];        /* numbers; the second -1: the world */
   double length;            /* of a spring without force [m] */
   double places[2][3];      /* where its two ends are [m] */

@@ -447,7 +447,15 @@ static void a_body_that_cannot_step_lets_go_of_the_other(void **context) {
   thrum_scene_link_def def = link_of(THRUM_LINK_WELD, 0.4, 0, 0);
   def.other = 1;
   add_link(f->scene, &def);
+
+  // and a spring that holds energy
+  def.kind = THRUM_LINK_SPRING;
+  def.stiffness = 10;
+  def.length = 0;
+  set_place(def.other_place, 0.45, 0, 0);
+  add_link(f->scene, &def);
   steps(f->scene, 3);
+  assert_true(account_of(f->scene).links > 0.01);
 
   // forces that add up beyond the range of numbers, before its step begins
   const thrum_scene_load load = {.kind = THRUM_SCENE_FORCE,
@@ -463,6 +471,10 @@ static void a_body_that_cannot_step_lets_go_of_the_other(void **context) {
   for (int n = 0; n < 100; n++)
     thrum_scene_step(f->scene, &failure);
   assert_true(fabs(link_at(f->scene, 0).places[1][2] - before + 0.5 * 9.81 * 0.04) < 1e-3);
+
+  // both links say so, and what the spring held is lost
+  assert_false(link_at(f->scene, 0).holds || link_at(f->scene, 1).holds);
+  assert_true(account_of(f->scene).links == 0 && link_at(f->scene, 1).report.lost > 0.01);
 }
 
 static void a_faint_spring_leaves_the_joints_beside_it(void **context) {
