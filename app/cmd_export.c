@@ -154,6 +154,10 @@ static int read_options(int argc, char **argv, export_request *request) {
           "'%s' is the run of a scene, which leaves by --glb alone: name the folder "
           "of one of its bodies, %s/NAME",
           request->model, request->model);
+    char mark[4200];
+    snprintf(mark, sizeof mark, "%s/%s", request->model, SCENE_JSON);
+    if (path_same_file(request->glb, mark))
+      return config_usage("export", "%s belongs to the run: write to another file", request->glb);
     return check_files(request);
   }
 
@@ -221,6 +225,18 @@ static thrum_status write_all(const export_request *request, const thrum_model *
   return status;
 }
 
+/* Refuses to write over what the run in `folder` was read from. */
+static thrum_status spare_run(const export_request *request, const char *folder,
+                              const recorded_run *run, thrum_error *error) {
+  const char *const paths[] = {request->glb, request->pc2, request->mdd, request->obj};
+  for (size_t n = 0; n < sizeof paths / sizeof *paths; n++)
+    if (paths[n] != NULL && recorded_run_holds(folder, run, paths[n]))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "%.200s belongs to the run or is its model: write to another file",
+                             paths[n]);
+  return THRUM_OK;
+}
+
 /* The motion and the surface of a run, or the surface of a model alone. */
 static thrum_status write_surface(const export_request *request, const recorded_run *run,
                                   export_files *files, thrum_error *error) {
@@ -244,7 +260,8 @@ static thrum_status export_run(const export_request *request, export_files *file
   recorded_run run = {0};
   THRUM_TRY(recorded_run_read(request->model, request->run_model, &run, error));
   recorded_run_thin(&run, request->fps);
-  thrum_status status = write_surface(request, &run, files, error);
+  thrum_status status = spare_run(request, request->model, &run, error);
+  THRUM_THEN(status, write_surface(request, &run, files, error));
   recorded_run_free(&run);
   return status;
 }
@@ -272,8 +289,11 @@ static thrum_status export_scene(const export_request *request, export_files *fi
 
   // each body by the surface of its own mesh
   for (int64_t n = 0; n < scene.count && status >= 0; n++) {
+    char body[4200];
+    snprintf(body, sizeof body, "%s/%s", request->model, scene.names[n]);
+    status = spare_run(request, body, &scene.runs[n], error);
     recorded_run_thin(&scene.runs[n], request->fps);
-    status = render_mesh_make(scene.runs[n].model, NULL, &shown[n], error);
+    THRUM_THEN(status, render_mesh_make(scene.runs[n].model, NULL, &shown[n], error));
     bodies[n] = (glb_body){.name = scene.names[n], .run = &scene.runs[n], .shown = &shown[n]};
   }
   THRUM_THEN(status, glb_write(note(files, "glb", request->glb, ""), bodies, scene.count, error));

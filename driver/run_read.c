@@ -12,6 +12,7 @@
 #include <sys/stat.h>
 
 #include "driver/named_model.h"
+#include "driver/run_entries.h"
 #include "driver/run_folder.h"
 #include "io/file.h"
 #include "io/file_hash.h"
@@ -40,10 +41,22 @@ bool is_run_folder(const char *path) {
 
 void recorded_run_free(recorded_run *run) {
   thrum_model_free(run->model);
+  free(run->model_path);
   free(run->times);
   free(run->q);
   free(run->places);
   *run = (recorded_run){0};
+}
+
+bool recorded_run_holds(const char *folder, const recorded_run *run, const char *path) {
+  static const char *const names[] = {RUN_JSON, "energy.csv", "q.npy", RUN_PLACEMENTS};
+  for (size_t n = 0; n < sizeof names / sizeof *names; n++) {
+    path_text file;
+    join(file, folder, names[n]);
+    if (path_same_file(path, file))
+      return true;
+  }
+  return path_same_file(path, run->model_path);
 }
 
 /* The second column of energy.csv, one for each row of q. */
@@ -99,7 +112,7 @@ static thrum_status check_model(const char *path, const char *hash, const char *
 
 /* The run's model: as named, from here; or beside the run's folder. */
 static thrum_status load_model(const char *folder, const char *name, const char *hash, bool given,
-                               const thrum_model **model, thrum_error *error) {
+                               recorded_run *run, thrum_error *error) {
   path_text beside;
   named_model_file file;
 
@@ -109,15 +122,13 @@ static thrum_status load_model(const char *folder, const char *name, const char 
   snprintf(beside + length, sizeof beside - length, "/%.250s", path_basename(name));
   struct stat info;
   const bool here = given || stat(name, &info) == 0 || stat(beside, &info) != 0;
-  THRUM_TRY(named_model_load(here ? name : beside, true, model, &file, error));
+  THRUM_TRY(named_model_load(here ? name : beside, true, &run->model, &file, error));
+  run->model_path = strdup(file.path);
+  if (run->model_path == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", file.path);
 
   // a model of that name that is another one would show another motion
-  const thrum_status status = check_model(file.path, hash, folder, error);
-  if (status < 0) {
-    thrum_model_free(*model);
-    *model = NULL;
-  }
-  return status;
+  return check_model(file.path, hash, folder, error);
 }
 
 /* The texts of run.json that matter here; the object is the caller's to delete. */
@@ -167,8 +178,7 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
 
   // the model that run.json names, or another that the caller gives
   if (status >= 0)
-    status =
-        load_model(path, model != NULL ? model : named, hash, model != NULL, &read.model, error);
+    status = load_model(path, model != NULL ? model : named, hash, model != NULL, &read, error);
 
   // "imexv, switched to energy after 24 steps"
   const char *stepped_by =

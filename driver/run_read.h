@@ -10,7 +10,8 @@
 /* The run that `thrum simulate` left in a folder. */
 typedef struct recorded_run {
   const thrum_model *model;
-  int64_t rank; /* of q: the run's, at most the model's */
+  char *model_path; /* the file that it was read from */
+  int64_t rank;     /* of q: the run's, at most the model's */
   int64_t rows;
   double *times; /* rows, ascending [s] */
   double *q;     /* rows x rank */
@@ -28,6 +29,9 @@ bool is_run_folder(const char *path);
 thrum_status recorded_run_read(const char *path, const char *model, recorded_run *run,
                                thrum_error *error);
 void recorded_run_free(recorded_run *run);
+
+/* Was the run in the folder read from this file? Nothing may be written there. */
+bool recorded_run_holds(const char *folder, const recorded_run *run, const char *path);
 
 /* Keeps the rows that are nearest to `rate` a second, none twice, and the last; 0: all. */
 void recorded_run_thin(recorded_run *run, double rate);

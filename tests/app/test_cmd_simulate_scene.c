@@ -135,6 +135,16 @@ static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
   expect_bodies_in("all.glb");
+
+  // nothing is written over what was read
+  static const char *const inputs[] = {"together/scene.json", "together/one/run.json",
+                                       "together/two/q.npy", "beam.npz"};
+  for (int n = 0; n < 4; n++) {
+    run = thrum_run(folder, "export", "together", "--glb", inputs[n], NULL);
+    assert_true(run.exit_code == 1 || run.exit_code == 2);
+    assert_non_null(strstr(run.err, "write to another file"));
+    program_result_free(&run);
+  }
   run = thrum_run(folder, "export", "together", "--glb", "all.glb", "--obj", "one.obj", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "together/NAME"));
