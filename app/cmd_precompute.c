@@ -3,6 +3,7 @@
 #include "app/cmd_precompute.h"
 
 #include "app/cmd.h"
+#include "app/mpi_program.h"
 #include "config/message.h"
 #include "driver/named_model.h"
 #include "driver/precompute_cubic.h"
@@ -13,7 +14,14 @@
 #include "platform/allocate.h"
 #include "platform/interrupt.h"
 
-static int run_request(precompute_request *request) {
+/* Conjugate gradients take less memory than the factor that did not fit. */
+static thrum_status go_on_elsewhere(char *const *argv, thrum_error *error) {
+  config_warn("the factor does not fit into the memory: thrum-mpi goes on, which has conjugate "
+              "gradients as well");
+  return mpi_program_become(argv, error);
+}
+
+static int run_request(precompute_request *request, char *const *argv) {
   thrum_error error = {0};
   model_recipe recipe;
   bool flagged = false;
@@ -33,7 +41,31 @@ static int run_request(precompute_request *request) {
     status = precompute_make(
         request, request->json ? precompute_print_json : precompute_print_table, &flagged, &error);
   }
+  if (status == THRUM_OUT_OF_MEMORY && request->elsewhere)
+    status = go_on_elsewhere(argv, &error);
   return config_end(status, flagged, &error);
+}
+
+/* The solver decides which program makes the model: this one, alone or as one of several processes,
+ * or thrum-mpi in its place. */
+static int run_where_it_can(precompute_request *request, char *const *argv) {
+  const bool several = request->options.shared != NULL;
+  const char *alone = precompute_request_alone(request);
+  const thrum_solver solver = request->options.solver;
+  thrum_error error = {0};
+  if (alone != NULL && (several || solver == THRUM_SOLVER_CG))
+    return config_end(thrum_error_set(&error, THRUM_UNSUPPORTED,
+                                      "%s is of thrum precompute with a factor: leave thrum-mpi or "
+                                      "--solver cg out",
+                                      alone),
+                      false, &error);
+
+  // what was asked for is over there, or it may be there once it is known what the factor takes
+  if (!several && solver == THRUM_SOLVER_CG)
+    return config_end(mpi_program_become(argv, &error), false, &error);
+  request->elsewhere =
+      !several && alone == NULL && solver == THRUM_SOLVER_AUTO && mpi_program_exists();
+  return run_request(request, argv);
 }
 
 int cmd_precompute_shared(int argc, char **argv, const thrum_precompute_shared *shared) {
@@ -56,7 +88,7 @@ int cmd_precompute_shared(int argc, char **argv, const thrum_precompute_shared *
   if (code == COMMAND_DONE && request.jobs.list)
     code = config_end(precompute_train_print(&request, argv, &error), false, &error);
   else if (code == COMMAND_DONE)
-    code = run_request(&request);
+    code = run_where_it_can(&request, argv);
   thrum_scope_free(&scope);
   config_file_free(&request.file);
   return code;

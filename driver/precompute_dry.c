@@ -159,6 +159,8 @@ thrum_status precompute_dry_run(const precompute_outcome *outcome, const uint8_t
   estimate.more += training;
   estimate.memory += training;
   estimate.fits = estimate.more <= estimate.available;
+  if (!estimate.fits && request->elsewhere)
+    return thrum_estimate_refuse(&estimate, error);
   (request->json ? print_json : print_table)(outcome, &estimate);
   *flagged = !estimate.fits;
   return THRUM_OK;

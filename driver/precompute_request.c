@@ -113,7 +113,8 @@ static const config_option options[] = {
                   AT(options.check)),
     OPTION_CHOICE("solver", solvers, "auto: factor where it fits into memory",
                   "of the equations of the whole body: a factor, or conjugate gradients with "
-                  "algebraic multigrid, which take less memory; cg is of thrum-mpi",
+                  "algebraic multigrid, which take less memory and are those of thrum-mpi: where "
+                  "that is built, thrum goes on as it",
                   AT(options.solver)),
     OPTION_TEXT("handles", "SPEC", NULL,
                 "a group or vertex=N that will be pulled: its static responses to forces along x, "
@@ -256,6 +257,14 @@ static int check_jobs(const precompute_request *request) {
     return config_usage("precompute", "--list-jobs, --job and --collect are of a training: they go "
                                       "with --train or --test, and --keep-runs DIR");
   return job_request_check(jobs, "precompute");
+}
+
+const char *precompute_request_alone(const precompute_request *request) {
+  return request->import_basis       ? "--import-basis"
+         : request->options.cubature ? "--cubature"
+         : request->handle_count > 0 ? "--handles"
+         : request->train_count > 0  ? "--train"
+                                     : NULL;
 }
 
 int precompute_options_read(int argc, char **argv, precompute_request *request) {

@@ -41,6 +41,7 @@ typedef struct precompute_request {
   bool rank_given;
   bool cubature_given; /* one of the options that go with cubature */
   bool dry_run;        /* say what it would take, and no more */
+  bool elsewhere;      /* where the factor does not fit, thrum-mpi goes on: refuse, print nothing */
   bool reproducible;   /* meta without times */
   bool free;           /* nothing is to be held: no warning of it */
   bool json;
@@ -54,5 +55,8 @@ extern const config_command command_precompute;
 /* Fills the request from argv; COMMAND_DONE, or what the command is to return. `fixes`,
  * `handles` and `materials` have room for argc + CONFIG_FILE_ITEMS_MAX texts. */
 int precompute_options_read(int argc, char **argv, precompute_request *request);
+
+/* The option among those given that one process has and thrum-mpi has not; NULL: there is none. */
+const char *precompute_request_alone(const precompute_request *request);
 
 #endif

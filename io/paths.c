@@ -77,6 +77,19 @@ bool path_program(char *path, size_t size) {
   return true;
 }
 
+bool path_beside(const char *name, char *path, size_t size) {
+  if (!path_program(path, size))
+    return false;
+
+  // the name takes the place of the program's own
+  char *own = strrchr(path, '/');
+  if (own == NULL)
+    return false;
+  const size_t room = size - (size_t)(own + 1 - path);
+  const int written = snprintf(own + 1, room, "%s", name);
+  return written > 0 && (size_t)written < room;
+}
+
 /* The prefix that this program lies in, as PREFIX/bin/thrum. */
 static bool own_prefix(char *path, size_t size) {
   if (!path_program(path, size))

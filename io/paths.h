@@ -13,6 +13,9 @@ bool path_same_file(const char *left, const char *right);
 /* The path of this program; false where `path` is too short or the system does not tell it. */
 bool path_program(char *path, size_t size);
 
+/* The path that a file of this name has in the folder of this program; false as path_program. */
+bool path_beside(const char *name, char *path, size_t size);
+
 /* Finds share/thrum/NAME in the prefix that this program is installed in, or, where the system does
  * not tell where the program is, in the prefix that it was built for. Returns false where `path` is
  * too short or that prefix is not known either. */

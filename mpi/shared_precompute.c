@@ -136,20 +136,6 @@ typedef struct whole {
   double *modes; /* 3 vertex_count rows x modes, where they are gathered */
 } whole;
 
-// what several processes cannot do is said before they start
-static thrum_status check_options(const thrum_precompute_options *options, thrum_error *error) {
-  const char *what = options->imported            ? "--import-basis"
-                     : options->cubature          ? "--cubature"
-                     : options->handle_count > 0  ? "--handles"
-                     : options->trained_count > 0 ? "--train"
-                     : options->shares != NULL    ? "--train"
-                                                  : NULL;
-  return what == NULL
-             ? THRUM_OK
-             : thrum_error_set(error, THRUM_UNSUPPORTED,
-                               "%s is not for several processes: use thrum precompute", what);
-}
-
 // cuts the body into as many parts as there are processes, or fewer where some would be empty
 static thrum_status cut_together(MPI_Comm all, session *s, const thrum_fem *fem, body_cut *cut,
                                  thrum_error *error) {
@@ -310,7 +296,6 @@ static thrum_status lead(void *context, const thrum_mesh *mesh, const uint8_t *f
                          const thrum_precompute_options *options, thrum_precomputed *result,
                          thrum_error *error) {
   const shared_lead *leading = context;
-  THRUM_TRY(check_options(options, error));
   session s = {.comm = MPI_COMM_NULL, .command = {ORDER_PRECOMPUTE, 0, *options}};
   whole w = {.mesh = mesh, .fixed = fixed};
 
@@ -330,7 +315,6 @@ static thrum_status lead_estimate(void *context, const thrum_mesh *mesh, const u
                                   const thrum_precompute_options *options,
                                   thrum_shared_estimate *estimate, thrum_error *error) {
   const shared_lead *leading = context;
-  THRUM_TRY(check_options(options, error));
   session s = {.comm = MPI_COMM_NULL, .command = {ORDER_ESTIMATE, 0, *options}};
   whole w = {.mesh = mesh, .fixed = fixed};
   thrum_error told = {0};

@@ -150,11 +150,13 @@ thrum_status thrum_estimate_grid(const int64_t cells[3], const thrum_precompute_
   }
   const double front = GRID_WIDTH * 3 * vertices / longest;
 
-  // the mesh, the shapes with what Lanczos adds, and that block
+  // the mesh, the shapes with what Lanczos adds, and that block; several processes spread all but
+  // the mesh, and what a part of it takes they judge themselves
   const double shapes = (double)thrum_options_shapes(options);
   const double modes = 8 * 3 * vertices * (3 * shapes + 15) + 4 * front * front;
   thrum_estimate estimate = {0};
-  judge(options, 24 * vertices + 20 * tets + (options->imported ? 0 : modes), &estimate);
+  const bool meshed = options->imported != NULL || options->shared != NULL;
+  judge(options, 24 * vertices + 20 * tets + (meshed ? 0 : modes), &estimate);
   return estimate.fits ? THRUM_OK : thrum_estimate_refuse(&estimate, error);
 }
 

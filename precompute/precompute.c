@@ -518,8 +518,8 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
     return shared->precompute(shared->context, mesh, fixed, &p.options, result, error);
   if (p.options.solver == THRUM_SOLVER_CG)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "conjugate gradients are of thrum-mpi: mpirun -n 1 thrum-mpi precompute "
-                           "..., or leave --solver out");
+                           "conjugate gradients are those of several processes, of which this is "
+                           "none: take the factor");
   return run_pipeline(&p, result, error);
 }
 

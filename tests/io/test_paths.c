@@ -44,6 +44,19 @@ static void the_data_lies_beside_the_program(void **state) {
   assert_string_equal(path, "/share/thrum/viewer.html");
 }
 
+static void a_program_of_the_same_build_lies_beside_it(void **state) {
+  (void)state;
+  char path[64];
+  told = "/somewhere/bin/thrum";
+  assert_true(path_beside("thrum-mpi", path, sizeof path));
+  assert_string_equal(path, "/somewhere/bin/thrum-mpi");
+
+  // neither without a place, nor where its path has no room
+  assert_false(path_beside("thrum-mpi", path, strlen("/somewhere/bin/thrum-mpi")));
+  told = NULL;
+  assert_false(path_beside("thrum-mpi", path, sizeof path));
+}
+
 static void without_proc_it_lies_where_it_was_to_be_installed(void **state) {
   (void)state;
   char path[sizeof THRUM_PREFIX + 32];
@@ -69,6 +82,7 @@ static void a_path_that_is_too_short_is_none(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_data_lies_beside_the_program),
+      cmocka_unit_test(a_program_of_the_same_build_lies_beside_it),
       cmocka_unit_test(without_proc_it_lies_where_it_was_to_be_installed),
       cmocka_unit_test(a_path_that_is_too_short_is_none),
   };

@@ -137,6 +137,27 @@ def check_refusals(programs, folder):
     return "6 refusals"
 
 
+def check_one_process(programs, folder):
+    """thrum goes on as the thrum-mpi beside it, also as a job that mpirun started, for cg or where a factor has no room."""
+    alone, other = (os.path.join(folder, name) for name in ("alone.npz", "other.npz"))
+    made = programs.alone(["precompute", *SMALL, *HELD, "-o", alone, "--json"])
+    demand(made.returncode == 0, made.stderr)
+    jobs = [programs.mpirun, "--oversubscribe", "-n", "2", programs.thrum]
+    for command, name in (([programs.thrum], "cg"), (jobs, "cg")):
+        result = run([*command, "precompute", *SMALL, *HELD, "-o", other, "--solver", name, "--json", "-q"])
+        demand(result.returncode == 0, f"{command}: exit {result.returncode}: {result.stderr}")
+        told = [json.loads(line)["solver"]["name"] for line in result.stdout.splitlines()]
+        demand(told == [name] * (2 if command is jobs else 1), f"{told}")
+        worst = compare(other, alone)
+
+    # where there is no room for anything, thrum-mpi refuses as well
+    result = programs.alone(["precompute", *SMALL, *HELD, "-o", other, "--memory", "2"])
+    words = result.stderr.splitlines()
+    demand(result.returncode == 1 and len(words) == 2, result.stderr)
+    demand("thrum-mpi goes on" in words[0] and "are left" in words[1], result.stderr)
+    return "frequencies %.1g, polynomial %.1g, angle %.1g" % worst
+
+
 def check_memory(programs, folder):
     """A solver that does not fit is refused before it is made, and `auto` then tries the other."""
     model = os.path.join(folder, "model.npz")
@@ -258,8 +279,8 @@ def main(arguments):
         return 2
     programs, failed = Programs(*arguments[:3]), 0
     checks = {name: lambda p, f, c=case: check_case(p, f, *c) for name, case in CASES.items()}
-    checks.update({"refusals": check_refusals, "memory": check_memory, "a dry run": check_dry_run, "statics": check_statics, "no preconditioner": check_control,
-                   "a killed process": check_killed})
+    checks.update({"refusals": check_refusals, "one process": check_one_process, "memory": check_memory, "a dry run": check_dry_run,
+                   "statics": check_statics, "no preconditioner": check_control, "a killed process": check_killed})
     for name in arguments[3:] or checks:
         with tempfile.TemporaryDirectory() as folder:
             try:
