@@ -14,6 +14,8 @@
 #include "app/view/viewer_page.h"
 #include "config/message.h"
 #include "config/options.h"
+#include "driver/run_entries.h"
+#include "driver/run_read.h"
 #include "io/json.h"
 #include "io/paths.h"
 #include "mesh/formats/mesh_read.h"
@@ -22,11 +24,13 @@
 #include "platform/program.h"
 
 #define DEFAULT_OUTPUT "thrum_view.html"
+#define FPS_DEFAULT 60
 
 typedef struct view_request {
   const char *names[VIEW_MODELS_MAX];
   int64_t count;
   const char *output, *surface;
+  double fps; /* of a run */
   bool opens; /* the browser, after the page is written */
   bool no_open, quiet, json;
 } view_request;
@@ -40,6 +44,9 @@ static const config_option options[] = {
                 "show this surface in place of the one model's own: what thrum embed wrote, or an "
                 ".obj or .stl in metres",
                 AT(surface)),
+    OPTION_NUMBER("fps", "1/s", "60",
+                  "rows of a run that go into the page, at most; 0: all that it recorded", AT(fps),
+                  CONFIG_FROM(0)),
     OPTION_FLAG("no-open", "do not open the page, which is done where there is a display",
                 AT(no_open)),
     OPTION_FLAG("json", "print {\"status\", \"file\", \"url\"} as one line", AT(json)),
@@ -50,29 +57,45 @@ static const config_option options[] = {
 
 const config_command command_view = {
     .name = "view",
-    .summary = "show models or a scene in the browser, to be pulled at",
-    .usage = "[MODEL...|SCENE.json] [OPTIONS]",
+    .summary = "show models or a scene in the browser, to be pulled at, or play a run",
+    .usage = "[MODEL...|SCENE.json|RUN] [OPTIONS]",
     .about =
         "Shows models, or a scene, in the browser, where bodies move as they are pulled at: writes "
         "one HTML page, which needs nothing else, and opens it. MODEL is a model file, or the name "
         "(beam, basket, bridge, horse, tower, heart) of a model that is precomputed once and "
-        "cached; without any, all six. SCENE.json is what thrum simulate takes too.",
+        "cached; without any, all six. SCENE.json is what thrum simulate takes too. RUN is the "
+        "folder of a "
+        "finished run, of a model or of a scene, which the page plays.",
     .options = options,
     .examples = "view\n"
                 "view beam.npz --no-open\n"
                 "view horse tower -o models.html\n"
-                "view scene.json",
+                "view scene.json\n"
+                "view fallen --fps 0",
 };
+
+/* Is it the folder of a run, of a model or of a scene? */
+static bool is_run(const char *name) {
+  return is_run_folder(name) || run_entries_marked(name, RUN_OF_SCENE);
+}
 
 /* Refuses what is no model and no scene, and what would overwrite its own source. */
 static int check_names(const view_request *request) {
   for (int64_t n = 0; n < request->count; n++) {
     const char *name = request->names[n];
+
+    // nothing is written over what is read
     if (path_same_file(request->output, name))
       return config_usage("view", "%s is what is to be shown: write to another file",
                           request->output);
+
+    // one scene or one run has the page for itself
     if (request->count > 1 && scene_spec_is_named(name))
       return config_usage("view", "one scene at a time, and no models beside it");
+    if (request->count > 1 && is_run(name))
+      return config_usage("view", "one run at a time, and no models beside it");
+
+    // these become something that can be shown by another command
     if (thrum_mesh_is_named(name))
       return config_usage("view", "%s is a mesh: make a model of it with thrum precompute", name);
     if (thrum_surface_mesh_is_named(name))
@@ -80,8 +103,11 @@ static int check_names(const view_request *request) {
   }
 
   // a surface belongs to one model; in a scene each body names its own
-  if (request->surface != NULL && (request->count != 1 || scene_spec_is_named(request->names[0])))
-    return config_usage("view", "--surface goes with one model");
+  if (request->surface != NULL && (request->count != 1 || scene_spec_is_named(request->names[0]) ||
+                                   run_entries_marked(request->names[0], RUN_OF_SCENE)))
+    return config_usage("view", "--surface goes with one model, or the run of one");
+  if (request->fps != FPS_DEFAULT && !(request->count == 1 && is_run(request->names[0])))
+    return config_usage("view", "--fps goes with the folder of a run");
   return COMMAND_DONE;
 }
 
@@ -108,6 +134,20 @@ static int read_options(int argc, char **argv, view_request *request) {
   return COMMAND_DONE;
 }
 
+/* Makes an archive of the run, the scene or the models that are named. */
+static thrum_status make_archive(const view_request *request, view_archive *archive,
+                                 thrum_error *error) {
+  if (is_run(request->names[0]))
+    return view_archive_of_run(&(view_run_request){.path = request->names[0],
+                                                   .surface = request->surface,
+                                                   .output = request->output,
+                                                   .fps = request->fps,
+                                                   .quiet = request->quiet},
+                               archive, error);
+  return view_archive_of_names(request->names, request->count, request->surface, request->quiet,
+                               archive, error);
+}
+
 /* Writes the page with the models in it. */
 static thrum_status write_page(const view_request *request, thrum_error *error) {
   viewer_page page = {0};
@@ -115,8 +155,7 @@ static thrum_status write_page(const view_request *request, thrum_error *error) 
 
   // without the viewer's page there is nothing to precompute for
   thrum_status status = viewer_page_read(&page, error);
-  THRUM_THEN(status, view_archive_of_names(request->names, request->count, request->surface,
-                                           request->quiet, &archive, error));
+  THRUM_THEN(status, make_archive(request, &archive, error));
   THRUM_THEN(status, viewer_page_write(request->output, &page, &archive, error));
   view_archive_free(&archive);
   viewer_page_free(&page);
@@ -187,7 +226,7 @@ static thrum_status show_page(const view_request *request, thrum_error *error) {
 }
 
 int cmd_view(int argc, char **argv) {
-  view_request request = {0};
+  view_request request = {.fps = FPS_DEFAULT};
   const int code = read_options(argc, argv, &request);
   if (code != COMMAND_DONE)
     return code;

@@ -44,6 +44,7 @@ void recorded_run_free(recorded_run *run) {
   free(run->model_path);
   free(run->times);
   free(run->q);
+  free(run->energies);
   free(run->places);
   *run = (recorded_run){0};
 }
@@ -59,8 +60,8 @@ bool recorded_run_holds(const char *folder, const recorded_run *run, const char 
   return path_same_file(path, run->model_path);
 }
 
-/* The second column of energy.csv, one for each row of q. */
-static thrum_status read_times(const char *folder, recorded_run *run, thrum_error *error) {
+/* The times and energies of energy.csv, one for each row of q. */
+static thrum_status read_energies(const char *folder, recorded_run *run, thrum_error *error) {
   path_text path;
   thrum_text text = {0};
   join(path, folder, "energy.csv");
@@ -70,20 +71,28 @@ static thrum_status read_times(const char *folder, recorded_run *run, thrum_erro
 
   // the times belong to the rows of q, which are counted already
   THRUM_THEN(status, thrum_reserve(&run->times, run->rows, sizeof *run->times, path, error));
+  THRUM_THEN(status,
+             thrum_reserve(&run->energies, 2 * run->rows, sizeof *run->energies, path, error));
   int64_t rows = 0;
 
   thrum_text_next_line(&text); // names
 
   // a time that does not ascend or a row too many means a damaged file
   while (status >= 0 && thrum_text_next_line(&text)) {
-    double step = 0, time = 0;
+    double step = 0, time = 0, kinetic = 0, strain = 0;
     status = thrum_text_number(&text, "the step", &step, error);
     THRUM_THEN(status, thrum_text_number(&text, "the time", &time, error));
+    THRUM_THEN(status, thrum_text_number(&text, "the kinetic energy", &kinetic, error));
+    THRUM_THEN(status, thrum_text_number(&text, "the strain energy", &strain, error));
     if (status >= 0 && (rows == run->rows || (rows > 0 && !(time > run->times[rows - 1]))))
       status = thrum_text_fail(&text, THRUM_BAD_VALUE, error,
                                "the times do not go with the %" PRId64 " rows of q.npy", run->rows);
-    if (status >= 0)
-      run->times[rows++] = time;
+    if (status < 0)
+      break;
+    run->times[rows] = time;
+    run->energies[2 * rows] = kinetic;
+    run->energies[2 * rows + 1] = strain;
+    rows++;
   }
 
   if (status >= 0 && rows != run->rows)
@@ -197,7 +206,7 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
                              "the model has no basis, so nothing can be "
                              "shown");
   THRUM_THEN(status, read_q(path, &read, error));
-  THRUM_THEN(status, read_times(path, &read, error));
+  THRUM_THEN(status, read_energies(path, &read, error));
   path_text places;
   join(places, path, RUN_PLACEMENTS);
   if (status >= 0 && moves)
@@ -223,6 +232,7 @@ void recorded_run_thin(recorded_run *run, double rate) {
     // kept rows move to the front of each series
     run->times[kept] = run->times[n];
     memmove(run->q + kept * run->rank, run->q + n * run->rank, (size_t)run->rank * sizeof *run->q);
+    memmove(run->energies + 2 * kept, run->energies + 2 * n, 2 * sizeof *run->energies);
     if (run->places != NULL)
       memmove(run->places + RUN_PLACEMENT_COLUMNS * kept, run->places + RUN_PLACEMENT_COLUMNS * n,
               RUN_PLACEMENT_COLUMNS * sizeof *run->places);

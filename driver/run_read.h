@@ -13,8 +13,9 @@ typedef struct recorded_run {
   char *model_path; /* the file that it was read from */
   int64_t rank;     /* of q: the run's, at most the model's */
   int64_t rows;
-  double *times; /* rows, ascending [s] */
-  double *q;     /* rows x rank */
+  double *times;    /* rows, ascending [s] */
+  double *q;        /* rows x rank */
+  double *energies; /* rows x 2: kinetic, strain [J] */
   run_placement place;
   char stepped_by[128]; /* what stepped it, for people; "": the run does not say */
   double *places;       /* rows x RUN_PLACEMENT_COLUMNS; NULL: the body stays where it stands */

@@ -157,6 +157,27 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
   return THRUM_OK;
 }
 
+/* Numbers in single precision, which is enough to be looked at. */
+static void add_floats(data_section *data, cJSON *arrays, const char *name, const double *values,
+                       int64_t count) {
+  float *array = add_array(data, arrays, name, count, "f4");
+  for (int64_t n = 0; n < count && array != NULL; n++)
+    array[n] = (float)values[n];
+}
+
+/* The recorded motion of one body. */
+static void add_motion(data_section *data, cJSON *list, const recorded_run *run) {
+  cJSON *object = json_add_row(list);
+  json_number(object, "rank", (double)run->rank);
+  json_string(object, "stepped_by", run->stepped_by);
+  cJSON *arrays = cJSON_AddObjectToObject(object, "arrays");
+  add_doubles(data, arrays, "times", run->times, run->rows);
+  add_doubles(data, arrays, "energies", run->energies, 2 * run->rows);
+  add_floats(data, arrays, "q", run->q, run->rows * run->rank);
+  if (run->places != NULL)
+    add_floats(data, arrays, "places", run->places, run->rows * RUN_PLACEMENT_COLUMNS);
+}
+
 /* Head, JSON padded with spaces, data. */
 static thrum_status join(const cJSON *root, const data_section *data, view_archive *archive,
                          thrum_error *error) {
@@ -184,7 +205,8 @@ static thrum_status join(const cJSON *root, const data_section *data, view_archi
 }
 
 thrum_status view_archive_pack(const view_archive_model *models, int64_t count, cJSON *scene,
-                               view_archive *archive, thrum_error *error) {
+                               view_archive_motion motion, view_archive *archive,
+                               thrum_error *error) {
   data_section data = {0};
   cJSON *root = cJSON_CreateObject();
   json_number(root, "format", PACK_FORMAT);
@@ -193,6 +215,9 @@ thrum_status view_archive_pack(const view_archive_model *models, int64_t count, 
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < count && status >= 0; n++)
     status = add_model(&data, list, &models[n], error);
+  cJSON *recording = motion.count > 0 ? cJSON_AddArrayToObject(root, "recording") : NULL;
+  for (int64_t n = 0; n < motion.count && status >= 0; n++)
+    add_motion(&data, recording, &motion.runs[n]);
   THRUM_THEN(status, join(root, &data, archive, error));
   cJSON_Delete(root);
   free(data.bytes);

@@ -1,7 +1,6 @@
 /* Loads what `thrum view` is to show. SPDX-License-Identifier: Apache-2.0 */
 #include "app/view/view_archive_make.h"
 
-#include <ctype.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -9,6 +8,7 @@
 #include <string.h>
 
 #include "app/view/view_archive.h"
+#include "app/view/view_archive_list.h"
 #include "config/message.h"
 #include "driver/named_model.h"
 #include "driver/scene_run.h"
@@ -16,62 +16,25 @@
 #include "platform/allocate.h"
 #include "thrum/thrum.h"
 
-#define TITLE_MAX 64
-
-/* A file's name without its ending, or one of our names with a capital. */
-static void make_title(const char *name, char title[TITLE_MAX]) {
-  const char *base = path_basename(name), *dot = strrchr(base, '.');
-  const size_t length = dot != NULL && dot > base ? (size_t)(dot - base) : strlen(base);
-  snprintf(title, TITLE_MAX, "%.*s", (int)(length < TITLE_MAX ? length : TITLE_MAX - 1), base);
-  for (int n = 0; n < MODEL_NAME_COUNT; n++)
-    if (strcmp(name, model_names[n]) == 0)
-      title[0] = (char)toupper(title[0]);
-}
-
-/* Models with their titles, for an archive. */
-typedef struct model_list {
-  view_archive_model *items; /* owned */
-  char (*titles)[TITLE_MAX];
-  int64_t count;
-} model_list;
-
-static thrum_status make_list(int64_t room, model_list *list, thrum_error *error) {
-  THRUM_TRY(thrum_reserve(&list->items, room, sizeof *list->items, "the models", error));
-  return thrum_reserve(&list->titles, room, sizeof *list->titles, "the models", error);
-}
-
-static void free_list(model_list *list) {
-  free(list->items);
-  free(list->titles);
-}
-
-static view_archive_model *add(model_list *list, const char *name, const thrum_model *model) {
-  view_archive_model *item = &list->items[list->count];
-  make_title(name, list->titles[list->count]);
-  *item = (view_archive_model){
-      .name = path_basename(name), .title = list->titles[list->count++], .model = model};
-  return item;
-}
-
 static thrum_status pack_models(const char *const *names, int64_t count, const char *surface,
                                 bool quiet, view_archive *archive, thrum_error *error) {
   // every model is loaded, or none is shown
-  model_list list = {0};
-  thrum_status status = make_list(count, &list, error);
+  view_archive_list list = {0};
+  thrum_status status = view_archive_list_make(count, &list, error);
   for (int64_t n = 0; n < count && status >= 0; n++) {
     const thrum_model *model = NULL;
     status = named_model_load(names[n], quiet, &model, NULL, error);
     if (status >= 0)
-      add(&list, names[n], model)->surface = surface;
+      view_archive_list_add(&list, names[n], model)->surface = surface;
   }
 
   // the first one stands in the scene
   THRUM_THEN(status, view_archive_pack(list.items, count, view_archive_scene_of_models(list.items),
-                                       archive, error));
+                                       (view_archive_motion){0}, archive, error));
 
   for (int64_t n = 0; n < list.count; n++)
     thrum_model_free(list.items[n].model);
-  free_list(&list);
+  view_archive_list_free(&list);
   return status;
 }
 
@@ -81,7 +44,7 @@ static bool same_surface(const char *left, const char *right) {
 
 /* Each file's model once for each surface that it is shown by, of its full rank; of_body: its place
  * for each body. */
-static void list_models(const scene_models *models, const scene_spec *spec, model_list *list,
+static void list_models(const scene_models *models, const scene_spec *spec, view_archive_list *list,
                         int64_t *of_body) {
   for (int64_t body = 0; body < spec->bodies.count; body++) {
     const scene_loaded *item = scene_model_of(models, body)->owner;
@@ -91,7 +54,7 @@ static void list_models(const scene_models *models, const scene_spec *spec, mode
                                     !same_surface(list->items[*place].surface, surface)))
       ++*place;
     if (*place == list->count)
-      add(list, item->first->model, item->loaded)->surface = surface;
+      view_archive_list_add(list, item->first->model, item->loaded)->surface = surface;
   }
 }
 
@@ -114,17 +77,17 @@ static void warn_of_rest(const scene_spec *spec) {
 
 static thrum_status pack_run(const scene_run *run, view_archive *archive, thrum_error *error) {
   const int64_t count = run->spec.bodies.count;
-  model_list list = {0};
+  view_archive_list list = {0};
   int64_t *of_body = NULL;
   thrum_status status = thrum_reserve(&of_body, count, sizeof *of_body, "bodies", error);
-  THRUM_THEN(status, make_list(count, &list, error));
+  THRUM_THEN(status, view_archive_list_make(count, &list, error));
   if (status >= 0) {
     list_models(&run->models, &run->spec, &list, of_body);
     status = view_archive_pack(list.items, list.count, view_archive_scene_of_run(run, of_body),
-                               archive, error);
+                               (view_archive_motion){0}, archive, error);
   }
   free(of_body);
-  free_list(&list);
+  view_archive_list_free(&list);
   return status;
 }
 

@@ -11,14 +11,21 @@
 
 #define COLOUR "#4a86c5"
 
-cJSON *view_archive_scene_of_models(const view_archive_model *models) {
-  static const double none[3] = {0}, unturned[4] = {1, 0, 0, 0};
+/* A scene has these where no file says otherwise: the default step and integrator, no gravity. */
+static cJSON *empty_scene(void) {
+  static const double none[3] = {0};
   const thrum_state_def def = thrum_default_state_def();
-  cJSON *scene = cJSON_CreateObject(), *body = cJSON_CreateObject();
+  cJSON *scene = cJSON_CreateObject();
   json_number(scene, "dt", def.dt);
   cJSON_AddStringToObject(scene, "integrator", thrum_integrator_name(def.integrator));
   json_numbers(scene, "gravity", none, 3);
   json_number(scene, "damping", 0);
+  return scene;
+}
+
+cJSON *view_archive_scene_of_models(const view_archive_model *models) {
+  static const double none[3] = {0}, unturned[4] = {1, 0, 0, 0};
+  cJSON *scene = empty_scene(), *body = cJSON_CreateObject();
   cJSON_AddArrayToObject(scene, "obstacles");
 
   // one body, which the page exchanges for another model
@@ -156,6 +163,17 @@ static cJSON *collisions_of_run(const scene_run *run) {
   return collisions;
 }
 
+/* Adds the obstacles of a scene file, as they stand in its scene; run: NULL for none. */
+static void add_obstacles(cJSON *scene, const scene_run *run) {
+  cJSON *obstacles = cJSON_AddArrayToObject(scene, "obstacles");
+  int32_t solids = 0;
+  for (int64_t n = 0; run != NULL && n < run->spec.obstacles.count; n++) {
+    const scene_obstacle_spec *of = &scene_obstacles(&run->spec)[n];
+    cJSON_AddItemToArray(obstacles, scene_obstacle_is_solid(of) ? solid_of_run(run, of, solids++)
+                                                                : obstacle_of_spec(of));
+  }
+}
+
 cJSON *view_archive_scene_of_run(const scene_run *run, const int64_t *of_body) {
   const scene_spec *spec = &run->spec;
   const thrum_state_def *def = &spec->settings.def;
@@ -169,18 +187,47 @@ cJSON *view_archive_scene_of_run(const scene_run *run, const int64_t *of_body) {
   json_number(scene, "damping", def->damping_alpha);
 
   // bodies refer to the models of the archive by their places
-  cJSON *obstacles = cJSON_AddArrayToObject(scene, "obstacles");
-  int32_t solids = 0;
-  for (int64_t n = 0; n < spec->obstacles.count; n++) {
-    const scene_obstacle_spec *of = &scene_obstacles(spec)[n];
-    cJSON_AddItemToArray(obstacles, scene_obstacle_is_solid(of) ? solid_of_run(run, of, solids++)
-                                                                : obstacle_of_spec(of));
-  }
+  add_obstacles(scene, run);
   cJSON *bodies = cJSON_AddArrayToObject(scene, "bodies");
   for (int32_t n = 0; n < spec->bodies.count; n++)
     cJSON_AddItemToArray(bodies, body_of_run(run, n, of_body[n]));
   view_archive_add_air_and_ground(scene, run);
   if (scene_run_collides(run))
     cJSON_AddItemToObject(scene, "collisions", collisions_of_run(run));
+  return scene;
+}
+
+/* A body as its run placed it; it is not stepped, so it has no integrator of its own. */
+static cJSON *body_of_motion(const recorded_run *run, const char *name, int64_t model) {
+  static const double none[3] = {0}, unturned[4] = {1, 0, 0, 0};
+  const run_placement *place = &run->place;
+  cJSON *body = cJSON_CreateObject();
+  json_string(body, "name", name);
+  json_number(body, "model", (double)model);
+  json_numbers(body, "position", place->placed ? place->position : none, 3);
+  json_numbers(body, "rotation", place->placed ? place->rotation : unturned, 4);
+  json_number(body, "scale", place->placed ? place->scale : 1);
+  json_number(body, "stiffness", 1);
+  json_number(body, "density", 1);
+  json_number(body, "rank", (double)run->model->rank);
+  cJSON_AddBoolToObject(body, "free", run->places != NULL);
+
+  // a run of one model has no colour of its own
+  const float colour[3] = {(float)place->colour[0], (float)place->colour[1],
+                           (float)place->colour[2]};
+  if (place->placed)
+    add_colour(body, colour);
+  else
+    cJSON_AddStringToObject(body, "colour", COLOUR);
+  return body;
+}
+
+cJSON *view_archive_scene_of_motion(view_archive_motion motion, const char *const *names,
+                                    const int64_t *of_body, const scene_run *obstacles) {
+  cJSON *scene = empty_scene();
+  add_obstacles(scene, obstacles);
+  cJSON *bodies = cJSON_AddArrayToObject(scene, "bodies");
+  for (int64_t n = 0; n < motion.count; n++)
+    cJSON_AddItemToArray(bodies, body_of_motion(&motion.runs[n], names[n], of_body[n]));
   return scene;
 }

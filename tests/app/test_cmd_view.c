@@ -327,6 +327,38 @@ static void a_body_is_shown_by_its_own_surface(void **state) {
   close_pack(&p);
 }
 
+/* A run of a scene keeps each model once, its obstacles, and the rows of each body. */
+static void a_run_is_packed_with_its_rows(void **state) {
+  (void)state;
+  assert_true(
+      text_file_write(in_folder("fall.json"),
+                      "{\"dt\": 0.01, \"time\": 0.5, \"bodies\": [\n"
+                      "{\"name\": \"a\", \"model\": \"beam.npz\"},\n"
+                      "{\"name\": \"b\", \"model\": \"beam.npz\", \"position\": [0, 2, 0]}],\n"
+                      "\"obstacles\": [{\"shape\": \"sphere\", \"radius\": 1, \"centre\": [0, 9, 0]}]}\n"));
+  program_result run = thrum_run(folder, "simulate", "fall.json", "-o", "fall", "-q", NULL);
+  program_result_free(&run);
+  run = thrum_run(folder, "view", "fall", "-o", "fall.html", "--fps", "20", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  program_result_free(&run);
+
+  // two bodies of one model, and the obstacle
+  pack p = open_pack("fall.html");
+  const cJSON *scene = cJSON_GetObjectItem(p.json, "scene");
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(p.json, "models")), 1);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(scene, "obstacles")), 1);
+  assert_true(
+      item_of(cJSON_GetObjectItem(scene, "bodies"), 1, "position")->child->next->valuedouble == 2);
+
+  // 20 rows a second of half a second, and the first
+  const cJSON *recording = cJSON_GetObjectItem(p.json, "recording");
+  assert_int_equal(cJSON_GetArraySize(recording), 2);
+  const cJSON *times = cJSON_GetObjectItem(item_of(recording, 1, "arrays"), "times");
+  assert_true(cJSON_GetArrayItem(times, 1)->valuedouble == 11);
+  close_pack(&p);
+}
+
 static void expect_refusal(program_result run, int code, const char *words) {
   if (run.exit_code != code || strstr(run.err, words) == NULL || !line_count_is(run.err, 1))
     fail_msg("exit %d, %s", run.exit_code, run.err);
@@ -353,6 +385,9 @@ static void missing_inputs_and_wrong_options_are_refused(void **state) {
   expect_refusal(thrum_run(folder, "view", "none.json", "-o", "x.html", NULL), 1, "none.json");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "free.npz", "--surface", "a.obj", NULL), 2,
                  "one model");
+  expect_refusal(thrum_run(folder, "view", "fall", "beam.npz", NULL), 2, "one run");
+  expect_refusal(thrum_run(folder, "view", "beam.npz", "--fps", "0", NULL), 2, "--fps");
+  expect_refusal(thrum_run(folder, "view", "fall", "-o", "fall/b/q.npy", NULL), 1, "belongs");
 
   assert_false(file_exists(in_folder("x.html")));
 }
@@ -451,6 +486,7 @@ int main(void) {
       cmocka_unit_test(several_models_share_a_pack),
       cmocka_unit_test(a_scene_file_is_packed_with_its_models),
       cmocka_unit_test(a_body_is_shown_by_its_own_surface),
+      cmocka_unit_test(a_run_is_packed_with_its_rows),
       cmocka_unit_test(without_a_name_the_page_is_opened_where_there_is_a_display),
       cmocka_unit_test(missing_inputs_and_wrong_options_are_refused),
       cmocka_unit_test(a_page_without_a_place_for_a_pack_is_refused),

@@ -5,6 +5,9 @@ const CATCH_UP = 0.1; // the most real time that one frame makes up for [s]
 const BUDGET = 12; // of a frame, for steps [ms]
 const SMOOTHING = 0.05; // weight of the newest frame in the running means
 
+/** Simulated over real time, as one may ask for it. */
+export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4];
+
 export class Clock {
   constructor() {
     this.missing = 0; // simulated time not yet stepped [s]

@@ -13,24 +13,30 @@ export function hooks(starting) {
     Object.assign(thrum, {
       bodies: () =>
         world.shown.bodies.map(({ name, model, position }) => ({ name, model, position })),
-      time: () => engine.time,
+      time: () => world.motion.time,
       settings: () => ({ ...world.settings }),
       trouble: () => app.trouble,
-      energies: (body) => engine.energies(body),
+      energies: (body) => world.motion.energies(body),
       report: (body) => engine.report(body),
       frequencies: (body) => engine.frequencies(body),
       steppedFrequencies: (body) => engine.steppedFrequencies(body),
-      q: (body) => Array.from(engine.shape(body)),
+      q: (body) => Array.from(world.motion.shape(body)),
       position: (body, vertex) => engine.position(body, vertex),
       pulls: () =>
         [...world.pulls.values()].map(({ body, vertex, target }) => ({ body, vertex, target })),
       vertexCount: (body) => world.bodies[body].model.vertex_count,
       fixed: (body) => Array.from(world.bodies[body].model.arrays.fixed),
-      matrix: (body) => Array.from(engine.matrix(body)),
+      matrix: (body) => Array.from(world.motion.matrix(body)),
       project: (body, vertex) => stage.project(engine.position(body, vertex)),
       pick(x, y) {
         const { origin, direction } = stage.ray(x, y);
         return engine.pick(origin.toArray(), direction.toArray());
+      },
+      /** Where a vertex is drawn, of a recording too. */
+      shownPosition(body, vertex) {
+        const local = thrum.gpuPositions(body).slice(4 * vertex, 4 * vertex + 3);
+        const m = world.motion.matrix(body);
+        return [0, 1, 2].map((axis) => local.reduce((sum, x, n) => sum + m[4 * n + axis] * x, m[12 + axis]));
       },
       gpuPositions(body) {
         world.upload();
@@ -40,6 +46,7 @@ export function hooks(starting) {
         app.set(name, value);
         app.panel.refresh();
       },
+      seek: (time) => app.seek(time),
       show: (choice, compared) => app.show(choice, compared),
       pause: (on) => app.pause(on),
       reset: () => app.reset(),

@@ -1,8 +1,10 @@
 // The page: loads the pack and the engine, runs the frames, wires the buttons.
 // SPDX-License-Identifier: Apache-2.0
-import { Clock, Meter } from './clock.js';
+import { Clock, Meter, SPEEDS } from './clock.js';
 import { Engine } from './engine.js';
 import { hooks } from './hooks.js';
+import { listenToKeys } from './keys.js';
+import { hideNotice, showNotice } from './notice.js';
 import { bytesOfElement, loadPack } from './pack.js';
 import { Panel } from './panel.js';
 import { EnergyPlot } from './plot.js';
@@ -18,6 +20,14 @@ const ENERGIES = [
   { name: 'total', colour: '#1c2733' }, { name: 'kinetic', colour: '#2a78c2' },
   { name: 'strain', colour: '#dd7a22' }, { name: 'gravity', colour: '#8a63b8' },
 ];
+
+/** Of a recorded run, whose rows have the energies of the bodies alone. */
+const RECORDED = [
+  { name: 'kinetic + strain', colour: '#1c2733' }, { name: 'kinetic', colour: '#2a78c2' },
+  { name: 'strain', colour: '#dd7a22' },
+];
+
+const REPORT_EVERY = 30; // [ms]
 
 class App {
   constructor(world) {
@@ -49,12 +59,37 @@ class App {
       this.show(this.world.choice, !this.world.compared));
     find('record').addEventListener('click', () => this.guard(() => this.record()));
     addEventListener('resize', () => this.fit());
-    const keys = { ' ': 'pause', '.': 'step', r: 'reset' };
-    addEventListener('keydown', (event) => {
-      if (!keys[event.key] || event.target !== document.body) return;
-      find(keys[event.key]).click();
-      event.preventDefault();
+    find('scrub').addEventListener('input', () => this.seek(find('scrub').valueAsNumber));
+    find('speed').replaceChildren(...SPEEDS.map((speed) => new Option(`× ${speed}`, speed)));
+    find('speed').addEventListener('change', () => this.setSpeed(Number(find('speed').value)));
+    this.setSpeed(1);
+    const click = (id) => () => find(id).click();
+    const move = (rows) => () => this.world.plays && this.moveRows(rows);
+    const faster = (by) => () =>
+      this.setSpeed(SPEEDS[SPEEDS.indexOf(this.speed) + by] ?? this.speed);
+    listenToKeys({
+      ' ': click('pause'), '.': click('step'), ',': move(-1), r: click('reset'), c: click('compare'),
+      ArrowLeft: move(-1), ArrowRight: move(1), Home: move(-Infinity), End: move(Infinity),
+      '[': faster(-1), ']': faster(1),
     });
+  }
+
+  /** @param {number} speed simulated over real time */
+  setSpeed(speed) {
+    this.speed = speed;
+    find('speed').value = speed;
+    this.clock.restart();
+  }
+
+  /** Goes to a moment of the recorded run. @param {number} time [s] */
+  seek(time) {
+    this.pause(true);
+    this.world.recording.seek(time);
+  }
+
+  moveRows(rows) {
+    this.pause(true);
+    this.world.recording.move(rows);
   }
 
   /** Fits the drawing to the window and what lies over it. */
@@ -80,20 +115,46 @@ class App {
   /** Says on the page what went wrong, until something else goes right. */
   complain(error) {
     this.trouble = error.message;
-    find('notice').textContent = error.message;
-    find('notice').hidden = false;
+    showNotice(error.message);
   }
 
   /** A body that failed: the simulation stops, and stays so until a reset. */
   fail(error) {
     this.failed = true;
     this.complain(error);
+    showNotice(`Stopped at ${this.world.engine.time.toPrecision(3)} s: ${error.message}`, this.waysOut());
     this.pause(true);
+  }
+
+  /** What one may do about a simulation that is lost; each begins it anew. */
+  waysOut() {
+    const { settings, compared } = this.world;
+    const anew = (name, value) => () => {
+      this.reset();
+      if (name) this.set(name, value);
+      this.panel.refresh();
+      this.pause(false);
+    };
+    const ways = [['Reset', anew()], ['Halve the time step', anew('dt', settings.dt / 2)]];
+    if (!compared && settings.integrator !== 'energy')
+      ways.push(['Use energy', anew('integrator', 'energy')]);
+    return ways;
+  }
+
+  /** Says once of a run that a body gained energy by itself: what is seen is no motion of it. */
+  warnOfGrowth() {
+    const { bodies, engine, plays } = this.world;
+    if (plays || this.grown || this.failed) return;
+    const n = bodies.findIndex((_, body) => engine.report(body).grown > 0);
+    if (n < 0) return;
+    this.grown = true;
+    showNotice(`${bodies[n].name}: its energy grew by itself, for ` +
+      `${engine.report(n).integrator} is not stable at this time step`, this.waysOut());
   }
 
   settle() {
     this.trouble = null;
-    find('notice').hidden = true;
+    hideNotice();
   }
 
   /** Shows a model (-1: the pack's scene), perhaps in three copies. */
@@ -104,20 +165,34 @@ class App {
       find('compare').setAttribute('aria-pressed', String(compared));
       find('labels').replaceChildren(...(compared ? COMPARED : []).map(label));
       this.panel.refresh();
+      this.pause(this.paused);
     });
   }
 
   /** What was shown of the run before. */
   forget() {
-    const { compared } = this.world;
-    this.plot.begin(compared ? COMPARED.map(([name, colour]) => ({ name, colour })) : ENERGIES);
-    this.failed = false;
+    const { compared, plays } = this.world;
+    const series = compared ? COMPARED.map(([name, colour]) => ({ name, colour })) : ENERGIES;
+    this.plot.begin(plays ? RECORDED : series);
+    if (plays) this.#plotRecording();
+    this.grown = this.failed = false;
     this.settle();
     this.clock.restart();
     this.meters.step = new Meter();
   }
 
+  // the energies of all bodies together, in every row
+  #plotRecording() {
+    const { rows, times } = this.world.recording;
+    this.plot.showWhole(Array.from(times, (time, n) => {
+      const sum = (of) => rows.reduce((all, { arrays }) => all + arrays.energies[2 * n + of], 0);
+      return { time, values: [sum(0) + sum(1), sum(0), sum(1)] };
+    }));
+  }
+
+  /** Changes a setting; a simulation that has failed is not changed but begun anew with it. */
   set(name, value) {
+    if (this.failed) this.reset();
     this.guard(() => {
       this.world.set(name, value);
       if (!this.failed) this.settle();
@@ -125,8 +200,10 @@ class App {
   }
 
   pause(on) {
+    const { plays, recording } = this.world;
+    if (plays && !on && recording.time === recording.end) recording.seek(recording.begin);
     this.paused = on;
-    find('pause').textContent = on ? 'Run' : 'Pause';
+    find('pause').textContent = on ? (plays ? 'Play' : 'Run') : 'Pause';
     this.clock.restart();
   }
 
@@ -139,7 +216,8 @@ class App {
 
   stepOnce() {
     this.pause(true);
-    this.step();
+    if (this.world.plays) this.world.recording.move(1);
+    else this.step();
   }
 
   /** @returns {boolean} false: a body failed, and the page says why */
@@ -171,6 +249,12 @@ class App {
 
   advance(elapsed) {
     const { meters, clock, world } = this;
+    if (world.plays) {
+      const { recording } = world;
+      recording.seek(recording.time + elapsed);
+      if (recording.time === recording.end) this.pause(true);
+      return;
+    }
     const begin = performance.now();
     const steps = clock.advance(elapsed, world.settings.dt, () => this.step());
     if (steps > 0) meters.step.add((performance.now() - begin) / steps);
@@ -188,11 +272,16 @@ class App {
   }
 
   advanceAndDraw(now) {
-    const { meters, world } = this;
     const elapsed = this.last === undefined ? 0 : (now - this.last) / 1e3;
-    if (elapsed > 0) meters.frame.add(1e3 * elapsed);
     this.last = now;
-    if (!this.paused && elapsed > 0) this.advance(elapsed);
+    if (!this.paused && elapsed > 0) this.advance(this.speed * elapsed);
+    if (this.#isNew()) this.#draw(elapsed);
+    if (this.reported !== this.shown) this.report(now);
+  }
+
+  #draw(elapsed) {
+    const { meters, world } = this;
+    if (elapsed > 0) meters.frame.add(1e3 * elapsed);
     const begin = performance.now();
     world.upload();
     const uploaded = performance.now();
@@ -200,12 +289,21 @@ class App {
     world.stage.draw();
     meters.upload.add(uploaded - begin);
     meters.draw.add(performance.now() - uploaded);
-    this.report();
+  }
+
+  // is there anything to draw that the picture does not show yet?
+  #isNew() {
+    const { stage, motion } = this.world;
+    stage.controls.update();
+    const shown = `${motion.time} ${stage.version} ${this.paused}`;
+    if (shown === this.shown) return false;
+    this.shown = shown;
+    return true;
   }
 
   /** The energies as they are now, for the plot; a body that failed may have none. */
   sample() {
-    if (this.failed) return;
+    if (this.failed || this.world.plays) return;
     try {
       this.plot.add(this.world.engine.time, this.energies());
     } catch (error) {
@@ -213,17 +311,23 @@ class App {
     }
   }
 
-  // what the page says, at half the rate of the frames
-  report() {
-    this.frames = (this.frames ?? 0) + 1;
+  // what the page says, not in every frame of a fast display
+  report(now) {
     const { world, clock } = this;
+    const { motion, plays } = world;
     this.sample();
-    if (this.frames % 2 === 0) return;
-    this.plot.draw();
-    this.panel.showSplit();
+    if (now - this.reportedAt < REPORT_EVERY) return;
+    this.reportedAt = now;
+    this.reported = this.shown;
+    this.plot.draw(motion.time);
     this.panel.showTimes(this.meters);
-    const pace = clock.behind && !this.paused ? `, ${clock.pace.toFixed(2)} of real time` : '';
-    find('clock').textContent = `${world.engine.time.toFixed(2)} s${pace}`;
+    if (plays) find('scrub').value = motion.time;
+    else this.panel.showSplit();
+    this.warnOfGrowth();
+    const pace = clock.behind && !this.paused && !plays
+      ? `, ${(this.speed * clock.pace).toFixed(2)} of real time` : '';
+    const of = plays ? ` of ${motion.end.toFixed(2)}` : '';
+    find('clock').textContent = `${motion.time.toFixed(2)}${of} s${pace}`;
     this.placeLabels();
   }
 
@@ -257,6 +361,5 @@ async function begin() {
 const starting = begin();
 window.thrum = hooks(starting);
 starting.catch((error) => {
-  find('notice').textContent = `The viewer could not start: ${error.message}`;
-  find('notice').hidden = false;
+  showNotice(`The viewer could not start: ${error.message}`);
 });

@@ -12,7 +12,8 @@
  * @property {Object<string, ArrayBufferView>} arrays
  */
 
-/** @typedef {{scene: object, models: Model[]}} Pack */
+/** `recording`: of a finished run, one for each body of the scene.
+ * @typedef {{scene: object, models: Model[], recording?: object[]}} Pack */
 
 const MAGIC = 'THRUMPK1';
 const HEADER_BYTES = 16;
@@ -76,6 +77,16 @@ function check(model) {
     throw new Error(`model '${model.name}': a triangle names a vertex that is not there`);
 }
 
+/** Refuses a recording whose arrays do not fit together. @param {object} rows of a body
+ * @param {number} count of rows */
+function checkRows({ rank, arrays }, count) {
+  const counts = { times: count, energies: 2 * count, q: rank * count,
+    ...(arrays.places && { places: 7 * count }) };
+  for (const [name, entries] of Object.entries(counts))
+    if (count < 1 || arrays[name]?.length !== entries)
+      throw new Error(`the recording: array '${name}' has not ${entries} entries`);
+}
+
 /** @param {Uint8Array} bytes @returns {Pack} */
 export function readPack(bytes) {
   const data = new Uint8Array(bytes).buffer; // a copy, aligned whatever it was cut from
@@ -88,13 +99,16 @@ export function readPack(bytes) {
   const header = JSON.parse(new TextDecoder().decode(new Uint8Array(data, HEADER_BYTES, length)));
   if (header.format !== 1)
     throw new Error(`the pack has format ${header.format}, this page reads 1`);
-  const models = header.models.map((model) => ({
-    ...model,
+  const withArrays = (from) => ({
+    ...from,
     arrays: Object.fromEntries(
-      Object.entries(model.arrays).map(([name, entry]) => [name, arrayAt(data, start, entry)])),
-  }));
+      Object.entries(from.arrays).map(([name, entry]) => [name, arrayAt(data, start, entry)])),
+  });
+  const models = header.models.map(withArrays);
   models.forEach(check);
-  return { scene: header.scene, models };
+  const recording = header.recording?.map(withArrays);
+  recording?.forEach((rows) => checkRows(rows, recording[0].arrays.times.length));
+  return { scene: header.scene, models, recording };
 }
 
 /** The pack in the page, or the one served beside it. @returns {Promise<Pack>} */

@@ -40,7 +40,7 @@ export class Panel {
     });
     find('tint').addEventListener('change', () => actions.set('tint', find('tint').checked));
     const models = world.pack.models.map((model, n) => [n, model.title ?? model.name]);
-    const whole = isComposed(world.pack.scene) ? [[-1, 'the scene']] : [];
+    const whole = isComposed(world.pack) ? [[-1, world.recording ? 'the run' : 'the scene']] : [];
     fill(find('model'), [...whole, ...models]);
     find('model').addEventListener('change', () => actions.choose(Number(find('model').value)));
     find('menu').addEventListener('click', () => {
@@ -58,16 +58,26 @@ export class Panel {
 
   /** Shows the settings as they are. */
   refresh() {
-    const { settings, bodies, choice, compared } = this.world;
+    const { settings, bodies, choice, compared, plays, recording } = this.world;
+    find('model').value = choice;
+    find('tint').checked = settings.tint;
+
+    // nothing acts on what was recorded
+    document.querySelectorAll('.live').forEach((part) => { part.hidden = plays; });
+    find('compare').hidden = plays;
+    find('scrub').hidden = !plays;
+    find('hint').textContent = plays ? 'Drag to look around' : 'Drag a body to pull it, drag beside it to look around';
+    if (plays) {
+      Object.assign(find('scrub'), { min: recording.begin, max: recording.end });
+      return;
+    }
     find('rank').max = Math.max(...bodies.map(({ model }) => model.rank));
     for (const [name, slider] of Object.entries(SLIDERS)) {
       find(name).value = slider.write(settings[name]);
       document.querySelector(`output[for=${name}]`).textContent = slider.text(settings[name]);
     }
-    find('model').value = choice;
     find('integrator').value = settings.integrator;
     find('integrator').disabled = compared;
-    find('tint').checked = settings.tint;
   }
 
   /** Modes of the first body: how many are stepped explicitly, how fast they are and how fast they are

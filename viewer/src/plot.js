@@ -1,7 +1,7 @@
 // Two small drawings: energies over the last seconds, and the frequencies of the modes.
 // SPDX-License-Identifier: Apache-2.0
 
-const SPAN = 8; // seconds of simulated time in the plot
+const SPAN = 8; // seconds of simulated time in the plot of what is stepped
 const EDGE = 16; // room for the least and the largest value [px]
 const SAMPLES_MAX = 4000;
 
@@ -34,13 +34,14 @@ export function joules(value) {
 export class EnergyPlot {
   /** @param {HTMLCanvasElement} canvas @param {HTMLElement} legend */
   constructor(canvas, legend) {
-    Object.assign(this, { canvas, legend, series: [], samples: [] });
+    Object.assign(this, { canvas, legend, series: [], samples: [], whole: false });
   }
 
   /** @param {{name: string, colour: string}[]} series */
   begin(series) {
     this.series = series;
     this.samples = [];
+    this.whole = false;
     this.legend.replaceChildren(...series.map(({ name, colour }) => {
       const entry = document.createElement('span');
       const key = document.createElement('i');
@@ -58,16 +59,26 @@ export class EnergyPlot {
       this.samples.shift();
   }
 
-  draw() {
+  /** Shows a recorded run whole. @param {{time: number, values: number[]}[]} samples */
+  showWhole(samples) {
+    const every = Math.ceil(samples.length / SAMPLES_MAX);
+    this.samples = samples.filter((_, n) => n % every === 0 || n === samples.length - 1);
+    this.whole = true;
+  }
+
+  /** @param {number} [now] in a run that is shown whole, the moment to be marked [s] */
+  draw(now) {
     const { pen, width, height } = prepare(this.canvas);
     if (this.samples.length === 0) return;
-    const last = this.samples.at(-1);
+    const newest = this.samples.at(-1);
+    const last = this.whole ? this.samples.findLast(({ time }) => time <= now) ?? newest : newest;
     const values = this.samples.flatMap((sample) => sample.values);
     const top = Math.max(0, ...values);
     const bottom = Math.min(0, ...values);
     const range = top - bottom || 1;
-    const start = Math.max(0, last.time - SPAN);
-    const x = (time) => (width * (time - start)) / SPAN;
+    const start = this.whole ? this.samples[0].time : Math.max(0, newest.time - SPAN);
+    const span = this.whole ? newest.time - start || 1 : SPAN;
+    const x = (time) => (width * (time - start)) / span;
     const y = (value) => EDGE + (height - 2 * EDGE) * (1 - (value - bottom) / range);
     pen.strokeStyle = '#d5dde5';
     pen.lineWidth = 1;
@@ -78,6 +89,11 @@ export class EnergyPlot {
       pen.strokeStyle = colour;
       line(pen, this.samples.map((sample) => [x(sample.time), y(sample.values[n])]));
     });
+    if (this.whole) {
+      pen.strokeStyle = '#5b6b7b';
+      pen.lineWidth = 1;
+      line(pen, [[x(now), 0], [x(now), height]]);
+    }
     pen.fillStyle = '#5b6b7b';
     pen.font = '11px system-ui, sans-serif';
     pen.fillText(joules(top), 5, 12);

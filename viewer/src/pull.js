@@ -25,7 +25,7 @@ export function pullWithPointers(world, guard) {
 
   function press(event) {
     document.getElementById('hint').hidden = true;
-    if (event.button !== 0) return;
+    if (event.button !== 0 || world.plays) return;
     const ray = stage.ray(event.clientX, event.clientY);
     const pick = engine.pick(ray.origin.toArray(), ray.direction.toArray());
     if (!pick || pick.vertex < 0) return;

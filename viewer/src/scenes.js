@@ -6,9 +6,10 @@
 export const COMPARED = [['imexv', '#2a78c2'], ['newmark', '#dd7a22'], ['energy', '#35995a']];
 const SPACING = 1.25; // of copies, in widths of the body
 
-/** Is the scene of the pack more than one body by itself? @param {object} scene */
-export function isComposed(scene) {
-  return scene.bodies.length > 1 || scene.obstacles.length > 0;
+/** Is the scene of the pack more than one body by itself? A recording is.
+ * @param {import('./pack.js').Pack} pack */
+export function isComposed({ scene, recording }) {
+  return recording !== undefined || scene.bodies.length > 1 || scene.obstacles.length > 0;
 }
 
 /** One model by itself, under the pack's gravity, step and damping.

@@ -19,6 +19,8 @@ export class Stage {
     this.camera = new THREE.PerspectiveCamera(40, 1, 0.01, 1000);
     this.camera.up.copy(UP);
     this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener('change', () => this.touch());
+    this.version = 0;
     this.sun = new THREE.DirectionalLight(0xffffff, 1.9);
     this.sun.castShadow = true;
     this.sun.shadow.mapSize.set(1024, 1024);
@@ -35,6 +37,7 @@ export class Stage {
     this.room = room;
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
+    this.touch();
     this.camera.setViewOffset(width, height, room.right / 2, (room.bottom - room.top) / 2,
       width, height);
   }
@@ -44,6 +47,7 @@ export class Stage {
    * @param {number} floor its height, where no obstacle is a plane */
   furnish(obstacles, bounds, floor) {
     this.props.clear();
+    this.touch();
     const size = bounds.getSize(new THREE.Vector3()).length();
     for (const obstacle of obstacles) this.props.add(shapeOfObstacle(obstacle, size));
     if (!obstacles.some(({ kind }) => kind === 'plane'))
@@ -94,8 +98,12 @@ export class Stage {
     this.controls.update();
   }
 
+  /** Something of the picture has changed, so that it is to be drawn again. */
+  touch() {
+    this.version++;
+  }
+
   draw() {
-    this.controls.update();
     this.renderer.render(this.scene, this.camera);
   }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from 'three';
 import { Body } from './body.js';
+import { Recording } from './recording.js';
 import { coordinatesTexture } from './shader.js';
 import { aloneScene, comparedScene, isComposed } from './scenes.js';
 
@@ -15,8 +16,19 @@ export class World {
   constructor(pack, engine, stage) {
     Object.assign(this, { pack, engine, stage, bodies: [], pulls: new Map(), compared: false });
     for (const model of pack.models) engine.addModel(model);
-    this.choice = isComposed(pack.scene) ? -1 : pack.scene.bodies[0].model;
+    this.recording = pack.recording && new Recording(pack.recording, pack);
+    this.choice = isComposed(pack) ? -1 : pack.scene.bodies[0].model;
     this.settings = { pull: 10, tint: false };
+  }
+
+  /** Is a recorded run shown, which nothing acts on? */
+  get plays() {
+    return this.recording !== undefined && this.choice < 0;
+  }
+
+  /** What says where bodies are: the recording, or the engine that steps them. */
+  get motion() {
+    return this.plays ? this.recording : this.engine;
   }
 
   /** Shows a scene at its start. @param {number} choice a model, or -1: the pack's scene
@@ -29,7 +41,8 @@ export class World {
     if (fresh) this.#settle(own);
     this.shown = compared ? comparedScene(this.pack, own) : own;
     this.pulls.clear();
-    this.engine.build(this.shown);
+    if (this.plays) this.recording.seek(this.recording.begin);
+    else this.engine.build(this.shown);
     this.#populate();
     this.#applyAll(own);
   }
@@ -48,6 +61,10 @@ export class World {
 
   // a scene with bodies of several kinds keeps what each was given, until a control is moved
   #applyAll(scene) {
+    if (this.plays) {
+      this.set('tint', this.settings.tint);
+      return;
+    }
     const names = ['dt', 'gravity', 'tint'];
     if (scene.bodies.length === 1) names.push('damping', 'stiffness', 'rank', 'integrator');
     for (const name of names) this.set(name, this.settings[name]);
@@ -68,7 +85,7 @@ export class World {
     const bounds = new THREE.Box3();
     this.bodies.forEach(({ mesh }, n) => {
       this.stage.scene.add(mesh);
-      const place = new THREE.Matrix4().fromArray(this.engine.matrix(n));
+      const place = new THREE.Matrix4().fromArray(this.motion.matrix(n));
       bounds.union(mesh.geometry.boundingBox.clone().applyMatrix4(place));
     });
     for (const obstacle of this.shown.obstacles) bounds.union(boundsOfObstacle(obstacle));
@@ -93,6 +110,7 @@ export class World {
       tint: () => this.bodies.forEach((body) => body.colourByDisplacement(value)),
     };
     changes[name]();
+    this.stage.touch();
     this.settings[name] = value;
     if (name === 'pull' || name === 'stiffness') this.#pullAgain();
   }
@@ -105,6 +123,7 @@ export class World {
     // a body takes so many pulls and no more, and copies have as many: the first one may refuse
     const springs = copies.map((copy) => ({ copy, number: this.engine.startPull(copy, vertex,
       this.#beside(target, body, copy), this.settings.pull) }));
+    this.stage.touch();
     this.pulls.set(id, { body, vertex, target, springs });
   }
 
@@ -118,6 +137,7 @@ export class World {
   movePull(id, target) {
     const pull = this.pulls.get(id);
     pull.target = target;
+    this.stage.touch();
     for (const { copy, number } of pull.springs)
       this.engine.movePull(number, this.#beside(target, pull.body, copy));
   }
@@ -125,6 +145,7 @@ export class World {
   endPull(id) {
     const { springs } = this.pulls.get(id);
     this.pulls.delete(id);
+    this.stage.touch();
     for (const { number } of springs) this.engine.endPull(number);
   }
 
@@ -138,30 +159,39 @@ export class World {
 
   reset() {
     for (const id of [...this.pulls.keys()]) this.endPull(id);
-    this.engine.reset();
+    this.stage.touch();
+    if (this.plays) this.recording.seek(this.recording.begin);
+    else this.engine.reset();
   }
 
   /** Puts the meshes where the engine has the bodies. */
   place() {
     this.bodies.forEach(({ mesh }, n) => {
       mesh.matrixAutoUpdate = false;
-      mesh.matrix.fromArray(this.engine.matrix(n));
+      mesh.matrix.fromArray(this.motion.matrix(n));
       mesh.matrixWorldNeedsUpdate = true;
     });
-    this.shown.obstacles.forEach(({ kind, velocity, times }, n) => {
-      if (kind === 'solid') {
-        if (times.length > 0 || velocity.some((v) => v !== 0))
-          this.stage.placeObstacle(n, this.engine.solidMatrix(n));
-      } else if (velocity?.some((v) => v !== 0)) {
-        this.stage.moveObstacle(n, this.engine.obstacleCentre(n));
-      }
+    this.#placeObstacles();
+  }
+
+  // those that move, by the engine or as the recorded scene says
+  #placeObstacles() {
+    const { plays, recording, engine, stage } = this;
+    this.shown.obstacles.forEach((obstacle, n) => {
+      const { kind, velocity, times } = obstacle;
+      if (!(times?.length > 0) && !velocity?.some((v) => v !== 0)) return;
+      if (kind === 'solid')
+        stage.placeObstacle(n, plays ? recording.obstacleMatrix(obstacle) : engine.solidMatrix(n));
+      else
+        stage.moveObstacle(n, plays ? recording.obstacleMatrix(obstacle).slice(12, 15)
+          : engine.obstacleCentre(n));
     });
   }
 
   /** Hands q of every body to the GPU. */
   upload() {
     const { data } = this.coordinates.image;
-    this.bodies.forEach((_, n) => data.set(this.engine.shape(n), n * this.width));
+    this.bodies.forEach((_, n) => data.set(this.motion.shape(n), n * this.width));
     this.coordinates.needsUpdate = true;
     this.stage.renderer.initTexture(this.coordinates);
     this.place();

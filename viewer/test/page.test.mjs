@@ -54,12 +54,18 @@ const reach = (along, of = page) => of.evaluate((wanted) => {
 }, along);
 
 test('opens from the disk, moves by itself and complains of nothing', async () => {
-  const own = await open(browser, standalone(pack));
-  await own.waitForFunction(() => window.thrum.time() > 0.1);
-  assert.equal(await own.evaluate(() => window.thrum.trouble()), null);
-  assert.ok(await own.evaluate(() => window.thrum.times().draw.count) > 0);
-  assert.deepEqual(own.complaints, []);
-  await own.close();
+  await page.waitForFunction(() => window.thrum.time() > 0.1);
+  assert.equal(await page.evaluate(() => window.thrum.trouble()), null);
+  assert.ok(await page.evaluate(() => window.thrum.times().draw.count) > 0);
+  assert.deepEqual(page.complaints, []);
+
+  // a page that is paused draws nothing, and leaves the machine to the others
+  await page.evaluate(() => window.thrum.pause(true));
+  await page.waitForTimeout(200);
+  const drawn = () => page.evaluate(() => window.thrum.times().draw.count);
+  const before = await drawn();
+  await page.waitForTimeout(200);
+  assert.equal(await drawn(), before);
 });
 
 test('opens from a server with the pack beside it', async () => {
@@ -232,9 +238,49 @@ test('a step that fails is said on the page, which stops', async () => {
   const went = await page.evaluate(() => window.thrum.step(3000));
   assert.equal(went, false);
   assert.ok(await page.locator('#notice').isVisible());
-  assert.ok((await page.textContent('#notice')).length > 20);
+  assert.match(await page.textContent('#notice-text'), /^Stopped at 0\.\d+ s: .{20}/);
   await page.click('#reset');
   assert.equal(await page.locator('#notice').isVisible(), false);
+
+  // each way out begins anew, with what it says
+  await page.evaluate(() => window.thrum.step(3000));
+  const { dt } = await page.evaluate(() => window.thrum.settings());
+  await page.click('text=Halve the time step');
+  assert.ok(Math.abs((await page.evaluate(() => window.thrum.settings().dt)) - dt / 2) < 1e-15);
+  assert.equal(await page.textContent('#pause'), 'Pause');
+  await page.evaluate(() => window.thrum.step(3000));
+  await page.click('text=Use energy');
+  await page.click('#pause');
+  assert.equal(await page.inputValue('#integrator'), 'energy');
+  assert.ok(await page.evaluate(() => window.thrum.step(300)));
+  assert.equal(await page.locator('#notice').isVisible(), false);
+});
+
+test('keys act wherever the focus is', async () => {
+  await fresh();
+  const says = () => page.textContent('#pause');
+  for (const focus of ['#reset', '#damping', '#speed']) {
+    // as a click leaves it
+    await page.evaluate((at) => {
+      document.activeElement.blur();
+      document.querySelector(at).focus({ focusVisible: false });
+    }, focus);
+    await page.keyboard.press(' ');
+    assert.equal(await says(), 'Pause', focus);
+    await page.keyboard.press(' ');
+    assert.equal(await says(), 'Run', focus);
+  }
+  await page.keyboard.press(']');
+  assert.equal(await page.inputValue('#speed'), '2');
+  await page.keyboard.press('[');
+
+  // a button that the keyboard has reached is pressed by Space
+  await page.focus('#compare');
+  await page.keyboard.press('Tab');
+  await page.keyboard.press('Shift+Tab');
+  await page.keyboard.press(' ');
+  assert.equal(await page.evaluate(() => window.thrum.bodies().length), 3);
+  assert.equal(await says(), 'Run');
 });
 
 /** Where the pointer and the pulled vertex are on the page, and their distance. */

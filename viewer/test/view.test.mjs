@@ -80,3 +80,39 @@ test('a scene moves on the page as thrum simulate moves it', async () => {
   assert.deepEqual(page.complaints, []);
   await page.close();
 });
+
+test('a finished run is played, with its obstacles, at any moment of it', async () => {
+  thrum('view', 'run', '-o', 'run.html', '--fps', '0', '-q');
+  const page = await open(browser, pathToFileURL(join(folder, 'run.html')).href);
+  assert.equal(await page.textContent('#model option:checked'), 'the run');
+  assert.equal(await page.locator('#integrator').isVisible(), false);
+  await page.waitForFunction(() => window.thrum.time() > 0.1);
+  assert.equal(await page.textContent('#pause'), 'Pause');
+
+  // the block where its probe was, between rows too; the page has q and places in single precision
+  const rows = readFileSync(join(folder, 'run/probes.csv'), 'utf8').trim().split('\n').slice(1)
+    .map((line) => line.split(',').map(Number));
+  for (const row of [0, 150, 333.5]) {
+    const at = [rows[Math.floor(row)], rows[Math.ceil(row)]];
+    const mean = (column) => (at[0][column] + at[1][column]) / 2;
+    const place = await page.evaluate((time) => {
+      window.thrum.seek(time);
+      return window.thrum.shownPosition(1, 0);
+    }, mean(1));
+    place.forEach((x, axis) => assert.ok(Math.abs(x - mean(8 + axis)) < 1e-5, `${row}: ${place}`));
+  }
+
+  // by whole rows, to its ends, and from its end from the beginning again
+  const time = () => page.evaluate(() => window.thrum.time());
+  await page.keyboard.press('ArrowRight');
+  assert.ok(Math.abs(await time() - rows[334][1]) < 1e-12);
+  await page.keyboard.press('End');
+  assert.equal(await time(), rows.at(-1)[1]);
+  await page.click('#pause');
+  await page.waitForFunction(() => window.thrum.time() < 0.5);
+  await page.fill('#scrub', '0.25');
+  assert.equal(await time(), 0.25);
+  assert.match(await page.textContent('#legend'), /kinetic \+ strain .*J/);
+  assert.deepEqual(page.complaints, []);
+  await page.close();
+});
