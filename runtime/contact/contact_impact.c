@@ -25,7 +25,6 @@
 #include "runtime/dynamics/state_layout.h"
 
 #define SOFT 5e-3       /* v / (omega_1 diagonal) above which a body is not near-rigid */
-#define SLOWEST 1e-9    /* of the speed up to which a body is: less is rounding, and no impact */
 #define SWEEPS_MAX 500  /* over the rows of an impact */
 #define TOLERANCE 1e-10 /* of the fastest approach: sweeps end that change velocities less */
 #define ROUNDING 1e-3   /* of all impulses, by which they may be cut so that they add no energy */
@@ -262,10 +261,8 @@ static void way_of(const place *at, double h, double out[3]) {
 /* Are both bodies near-rigid at this speed, without a spring between them that was asked for? */
 static bool is_rigid(const place *at, double speed) {
   bool rigid = !at->springy;
-  for (int side = 0; side < 2 && at->bodies[side] != NULL; side++) {
-    const double limit = at->bodies[side]->impact.limit, least = SLOWEST * SLOWEST * limit;
-    rigid = rigid && speed * speed <= limit && (limit == INFINITY || speed * speed >= least);
-  }
+  for (int side = 0; side < 2 && at->bodies[side] != NULL; side++)
+    rigid = rigid && speed * speed <= at->bodies[side]->impact.limit;
   return rigid;
 }
 

@@ -21,7 +21,6 @@
 
 #define DEEPEST 0.5 /* of the thickness: springs push up to here whatever restitution says */
 #define HALFWAY 2.0 /* thicknesses within which two places meet halfway between them */
-#define ALIKE 0.7   /* cosine between the normals of a touch that goes on on another triangle */
 
 double *thrum_pairs_basis(const thrum_pairs_run *run, const thrum_pair_row *row, int side) {
   const int64_t index = row - run->view.rows;
@@ -57,8 +56,8 @@ static double fill_side(thrum_pairs_run *run, const thrum_pair_candidate *c, int
   return area;
 }
 
-/* The touch that a row goes on from: the same, or else one of the same vertex or edge that looks
- * the same way; NULL where there is none. */
+/* The touch that a row goes on from: the same, or else one of the same vertex or edge that no other
+ * row goes on from; NULL where there is none. */
 static const thrum_pair_touching *touch_before(const thrum_pairs_run *run,
                                                const thrum_pair_row *row, bool exact) {
   // the first touch that does not come before the row's first place
@@ -79,8 +78,7 @@ static const thrum_pair_touching *touch_before(const thrum_pairs_run *run,
     key.second = touch->key.second;
     if (thrum_pair_compare(&touch->key, &key) != 0)
       return NULL;
-    if (exact ? touch->key.second == row->key.second
-              : !run->view.taken[from] && thrum_dot3(touch->normal, row->row.touch.normal) > ALIKE)
+    if (exact ? touch->key.second == row->key.second : !run->view.taken[from])
       return run->view.taken[from] ? NULL : touch;
     if (exact)
       return NULL;

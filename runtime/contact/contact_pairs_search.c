@@ -22,7 +22,6 @@
 #include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
 
-#define TOUCHING 1.05  /* thicknesses within which two places meet however they move */
 #define NEAR 2.0       /* thicknesses within which two places meet as they are now */
 #define MARGIN 0.5     /* thicknesses by which a row may miss and is still made */
 #define STANDS_OUT 0.1 /* sine of the angle to its faces from which an edge counts */
@@ -336,12 +335,12 @@ static void try_quad(search *s, thrum_quad_kind kind, thrum_quad *quad,
 
   // how far they move matters to what does not touch yet
   const double here = nearest.distance;
-  const double motion = here > TOUCHING * s->thickness ? thrum_quad_motion(kind, quad) : 0.0;
+  const double motion = here > s->thickness ? thrum_quad_motion(kind, quad) : 0.0;
   if (here > reach + motion)
     return;
 
   // what is near already meets as it is now, unless it moves far within the step
-  if (here > TOUCHING * s->thickness && (here > NEAR * s->thickness || motion > here)) {
+  if (here > s->thickness && (here > NEAR * s->thickness || motion > here)) {
     time = thrum_quad_meets(kind, quad, s->thickness);
     if (time > 1.0)
       return;

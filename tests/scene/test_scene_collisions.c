@@ -509,6 +509,28 @@ static void a_plate_holds_what_is_shot_at_it(void **context) {
   }
 }
 
+/* A block that is struck meets the plate before it in the same step. */
+static void what_is_struck_does_not_pass_what_it_meets(void **context) {
+  fixture *f = *context;
+  collide(f->scene, 0.5, 0.3);
+
+  // the gaps are half a thickness, which the struck block goes many times over in a step
+  const double heights[3] = {0, 0.0635, 0.1685};
+  for (int n = 0; n < 3; n++) {
+    thrum_scene_body_def def = def_of(n ? &f->block : &f->plate, n ? 0.1 : 0, 0, heights[n], n ? 10 : 1e3);
+    def.scale = n ? 0.5 : 1;
+    def.velocity[2] = n == 2 ? -20 : 0;
+    add(f->scene, &def);
+  }
+  for (int k = 0; k < 25; k++)
+    MUST(thrum_scene_step(f->scene, &failure));
+
+  // all stay on their side, by more than the thickness at any time
+  const thrum_contact_pairs_report report = thrum_scene_collisions(f->scene);
+  print_message("deepest: %.2f\n", report.deepest_share);
+  assert_true(report.deepest_share > 0 && report.deepest_share < 1);
+}
+
 static void a_stack_rests(void **context) {
   fixture *f = *context;
 
@@ -1051,6 +1073,7 @@ int main(void) {
       TEST(a_block_between_two_walls_bounces_several_times_in_a_step),
       TEST(a_dropped_block_rises_by_the_square_of_its_restitution),
       TEST(a_plate_holds_what_is_shot_at_it),
+      TEST(what_is_struck_does_not_pass_what_it_meets),
 
       // what rests
       TEST(a_stack_rests),

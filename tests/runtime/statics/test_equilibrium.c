@@ -264,6 +264,30 @@ static void an_arch_snaps_through_at_its_limit_point(void **state) {
   assert_non_null(strstr(found.error.message, "0.2544"));
 }
 
+/* No spring that snaps is followed past its limit point unseen, however long the first step: one
+ * that Newton carries over to the far branch is cut. V' = q - 1.2 q^2 + b q^3, and V'' = 0 at the
+ * limit point. */
+static void no_step_passes_a_limit_point_unseen(void **state) {
+  (void)state;
+  for (int n = 0; n < 90; n++) {
+    const double b = 0.48 * (0.99 - 0.03 * (n % 15)), first_step = n < 45 ? 1 : 0.125;
+    const double turn = (2.4 - sqrt(2.4 * 2.4 - 12 * b)) / (6 * b);
+    const double critical = turn - 1.2 * turn * turn + b * turn * turn * turn;
+    spring s;
+    spring_make(&s, 1, -0.4, b / 4);
+
+    // the load is 1.05, 1.5 or 3 times that of the limit point
+    const double beyond[3] = {1.05, 1.5, 3};
+    double load = beyond[n / 15 % 3] * critical, q = 0;
+    thrum_equilibrium_def def = thrum_default_equilibrium_def();
+    def.first_step = first_step;
+    const answer found = solve_seen(&s.model, &def, &load, &q, NULL);
+    assert_int_equal(found.status, THRUM_OK);
+    assert_int_equal(found.report.instability, THRUM_INSTABILITY_LIMIT);
+    assert_true(fabs(found.report.critical * load - critical) <= 1e-5 * critical);
+  }
+}
+
 /* A load across the column softens nothing; a second body bends long before it could buckle. */
 static void a_load_across_has_no_linear_estimate(void **state) {
   (void)state;
@@ -427,6 +451,7 @@ int main(void) {
       cmocka_unit_test(a_column_buckles_where_its_stiffness_ends),
       cmocka_unit_test(a_column_that_is_to_stay_stays_straight),
       cmocka_unit_test(an_arch_snaps_through_at_its_limit_point),
+      cmocka_unit_test(no_step_passes_a_limit_point_unseen),
       cmocka_unit_test(a_load_across_has_no_linear_estimate),
       cmocka_unit_test(wrong_arguments_of_an_equilibrium_are_refused),
       cmocka_unit_test(a_column_of_tets_buckles_at_eulers_load),
