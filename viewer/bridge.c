@@ -337,6 +337,11 @@ int32_t EXPORT(bridge_pull_move)(int32_t pull) {
   return thrum_scene_pull_move(bridge_scene, pull, bridge_number, &bridge_error);
 }
 
+/* numbers: where the pulled vertex is 3, mean force of the last step on it 3 [N]. */
+int32_t EXPORT(bridge_pull)(int32_t pull) {
+  return thrum_scene_pull_get(bridge_scene, pull, bridge_number, bridge_number + 3, &bridge_error);
+}
+
 int32_t EXPORT(bridge_pull_end)(int32_t pull) {
   return thrum_scene_pull_end(bridge_scene, pull, &bridge_error);
 }

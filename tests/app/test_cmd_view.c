@@ -127,6 +127,7 @@ static void a_pack_holds_the_model_bit_for_bit(void **state) {
   assert_string_equal(cJSON_GetObjectItem(item, "title")->valuestring, "beam");
   assert_true(json_value(item, "rank") == (double)rank);
   assert_true(json_value(item, "young") == model->material[0]);
+  assert_true(json_value(item, "poisson") == model->material[1]);
 
   // 0.06 m^3 of the default 1000 kg/m^3
   assert_true(fabs(json_value(item, "mass") - 60) < 1e-9);

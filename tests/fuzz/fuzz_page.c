@@ -2,7 +2,8 @@
  * the page hands them over (docs/viewer.md), behind the checks that the page makes of them. An
  * input is decisions and numbers.
  * sources: runtime/[a-z]*[a-z]/*.c scene/*.c viewer/bridge.c
- * viewer/bridge_effects.c viewer/pick.c SPDX-License-Identifier: Apache-2.0 */
+ * viewer/bridge_effects.c viewer/bridge_touches.c viewer/pick.c SPDX-License-Identifier: Apache-2.0
+ */
 #include <float.h>
 
 #include "tests/fuzz/fuzz_draw.h"
@@ -43,6 +44,9 @@ const double *bridge_stepped_frequencies(int32_t body);
 int32_t bridge_pull_start(int32_t body, int32_t vertex, double strength);
 int32_t bridge_pull_move(int32_t pull);
 int32_t bridge_pull_end(int32_t pull);
+int32_t bridge_pull(int32_t pull);
+const float *bridge_touches(void);
+int32_t bridge_touch_count(void);
 int32_t bridge_pick(void);
 
 const char *__asan_default_options(void);
@@ -191,11 +195,14 @@ static void act(fuzz_draw *draw, int32_t body, int32_t rank, int32_t vertices) {
     bridge_pull_move((int32_t)draw_index(draw, 4) - 1);
     break;
   case 9:
+    bridge_pull((int32_t)draw_index(draw, 4) - 1);
     bridge_pull_end((int32_t)draw_index(draw, 4) - 1);
     break;
   case 10:
     set_numbers(draw, 6, 1);
     bridge_pick();
+    bridge_touches();
+    bridge_touch_count();
     break;
   case 11:
     set_numbers(draw, 21, 1);

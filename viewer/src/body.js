@@ -2,6 +2,7 @@
 // shader.js from q.
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from 'three';
+import { SurfaceValues } from './colours.js';
 import { displace, modesTexture, normalsTexture } from './shader.js';
 import { smooth } from './smooth.js';
 
@@ -12,7 +13,8 @@ const shapes = new WeakMap();
 function shapeOf(model, rows) {
   let shape = shapes.get(model);
   if (!shape) {
-    const { source, index, normals, normalModes } = smooth(model);
+    const split = smooth(model);
+    const { source, index, normals, normalModes } = split;
     const geometry = new THREE.BufferGeometry();
     const from = model.arrays.positions;
     const positions = Float32Array.from({ length: 3 * source.length },
@@ -25,11 +27,22 @@ function shapeOf(model, rows) {
     geometry.setIndex(new THREE.BufferAttribute(index, 1));
     geometry.computeBoundingBox();
     geometry.computeBoundingSphere();
-    shape = { geometry, modes: modesTexture(model, rows),
+    shape = { geometry, split, modes: modesTexture(model, rows),
       normalModes: normalsTexture(normalModes, rows) };
     shapes.set(model, shape);
   }
   return shape;
+}
+
+/** The same surface with values of its own, for one body. @param {THREE.BufferGeometry} shared */
+function ownGeometry(shared) {
+  const geometry = new THREE.BufferGeometry();
+  for (const [name, attribute] of Object.entries(shared.attributes))
+    geometry.setAttribute(name, attribute);
+  geometry.setIndex(shared.index);
+  geometry.boundingBox = shared.boundingBox;
+  geometry.boundingSphere = shared.boundingSphere;
+  return geometry;
 }
 
 export class Body {
@@ -37,7 +50,10 @@ export class Body {
    * @param {number} row in the texture of coordinates @param {THREE.Texture} coordinates
    * @param {number} rows of textures at most */
   constructor(model, from, row, coordinates, rows) {
-    const { geometry, modes, normalModes } = shapeOf(model, rows);
+    const { geometry: shared, split, modes, normalModes } = shapeOf(model, rows);
+    const geometry = ownGeometry(shared);
+    this.split = split;
+    this.scale = from.scale;
     this.model = model;
     this.name = from.name;
     this.uniforms = {
@@ -72,14 +88,63 @@ export class Body {
     return 2 * held > all;
   }
 
-  /** Colours by displacement, or not. @param {boolean} on */
-  colourByDisplacement(on) {
-    const size = this.mesh.geometry.boundingSphere.radius;
-    this.uniforms.fullScale.value = on ? 0.5 * size : 0;
+  /** Finds the quantity at all vertices. @param {string} quantity @param {Float32Array} q
+   * @param {number} stiffness factor of Young's modulus @returns {number} the largest value */
+  measure(quantity, q, stiffness) {
+    this.values ??= new SurfaceValues(this.model, this.split);
+    const most = this.values.read(quantity, q, this.scale, stiffness);
+    const { geometry } = this.mesh;
+    if (!geometry.hasAttribute('value'))
+      geometry.setAttribute('value', new THREE.BufferAttribute(this.values.values, 1));
+    geometry.attributes.value.needsUpdate = true;
+    return most;
+  }
+
+  /** Colours by what was measured. @param {number} top of the scale; 0: its own colour */
+  colourUpTo(top) {
+    this.uniforms.fullScale.value = top;
+  }
+
+  /** Draws the edges of the triangles over the surface, or not. @param {boolean} on */
+  showEdges(on) {
+    if (on && !this.edges) {
+      const material = new THREE.MeshBasicMaterial({ color: 0x101820, wireframe: true,
+        transparent: true, opacity: 0.35, depthWrite: false });
+      this.edges = this.#overlay(new THREE.Mesh(this.mesh.geometry, material));
+    }
+    if (this.edges) this.edges.visible = on;
+  }
+
+  /** Marks the vertices that are held, or not. @param {boolean} on */
+  showHeld(on) {
+    if (on && !this.held) {
+      const held = [];
+      this.split.source.forEach((vertex, n) => {
+        if (this.model.arrays.fixed[vertex] !== 0) held.push(n);
+      });
+      const geometry = ownGeometry(this.mesh.geometry);
+      geometry.setIndex(held);
+      this.held = this.#overlay(new THREE.Points(geometry,
+        new THREE.PointsMaterial({ color: 0x20303f, size: 5, sizeAttenuation: false })));
+    }
+    if (this.held) this.held.visible = on;
+  }
+
+  // drawn with the body, and deformed as it is
+  #overlay(object) {
+    displace(object.material, { ...this.uniforms, fullScale: { value: 0 } });
+    object.material.polygonOffset = true;
+    object.material.polygonOffsetFactor = -1;
+    object.frustumCulled = false;
+    this.mesh.add(object);
+    return object;
   }
 
   dispose() {
-    this.mesh.material.dispose();
+    for (const { material, geometry } of [this.mesh, ...this.mesh.children]) {
+      material.dispose();
+      geometry.dispose();
+    }
     this.mesh.customDepthMaterial.dispose();
   }
 }

@@ -291,6 +291,20 @@ export class Engine {
     this.check(this.wasm.bridge_pull_move(pull));
   }
 
+  /** Where a pulled vertex is [m], and the mean force of the last step on it [N]. */
+  pull(pull) {
+    this.check(this.wasm.bridge_pull(pull));
+    return { point: Array.from(this.numbers.subarray(0, 3)), force: Array.from(this.numbers.subarray(3, 6)) };
+  }
+
+  /** Places where bodies touch obstacles or each other now [m], three numbers each, valid until the
+   * next call. @returns {Float32Array} */
+  touches() {
+    const at = this.wasm.bridge_touches();
+    const count = this.check(this.wasm.bridge_touch_count());
+    return new Float32Array(this.wasm.memory.buffer, at, 3 * count);
+  }
+
   endPull(pull) {
     this.check(this.wasm.bridge_pull_end(pull));
   }

@@ -22,8 +22,11 @@ export function hooks(starting) {
       steppedFrequencies: (body) => engine.steppedFrequencies(body),
       q: (body) => Array.from(world.motion.shape(body)),
       position: (body, vertex) => engine.position(body, vertex),
-      pulls: () =>
-        [...world.pulls.values()].map(({ body, vertex, target }) => ({ body, vertex, target })),
+      pulls: () => [...world.pulls].map(([id, { body, vertex, target }]) =>
+        ({ body, vertex, target, force: world.pullForce(id) })),
+      touches: () => Array.from(engine.touches()),
+      scaleTop: () => { world.colour(); return world.top; },
+      values: (body) => Array.from(world.bodies[body].values.values),
       vertexCount: (body) => world.bodies[body].model.vertex_count,
       fixed: (body) => Array.from(world.bodies[body].model.arrays.fixed),
       matrix: (body) => Array.from(world.motion.matrix(body)),

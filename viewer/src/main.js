@@ -284,6 +284,8 @@ class App {
     if (elapsed > 0) meters.frame.add(1e3 * elapsed);
     const begin = performance.now();
     world.upload();
+    world.colour();
+    world.mark();
     const uploaded = performance.now();
     this.drawSprings();
     world.stage.draw();
@@ -321,6 +323,7 @@ class App {
     this.reported = this.shown;
     this.plot.draw(motion.time);
     this.panel.showTimes(this.meters);
+    this.panel.showScale();
     if (plays) find('scrub').value = motion.time;
     else this.panel.showSplit();
     this.warnOfGrowth();

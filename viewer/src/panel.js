@@ -1,12 +1,17 @@
 // The controls: what each slider means, and what the page says about time and modes.
 // SPDX-License-Identifier: Apache-2.0
 import { INTEGRATOR_NAMES } from './engine.js';
+import { GRADIENT, QUANTITIES } from './colours.js';
+import { quantityText } from './numbers.js';
 import { isComposed } from './scenes.js';
 import { drawSplit } from './plot.js';
 
 const find = (id) => document.getElementById(id);
 const power = (base) => ({ read: (x) => base ** x, write: (y) => Math.log(y) / Math.log(base) });
 const plain = { read: (x) => x, write: (y) => y };
+
+/** What may be marked in the picture: edges of triangles, held vertices, touches. */
+const MARKS = ['edges', 'held', 'touches'];
 
 /** Range of each slider, its scale, and how its value reads. */
 const SLIDERS = {
@@ -38,7 +43,13 @@ export class Panel {
       actions.set('integrator', find('integrator').value);
       this.refresh(); // one that is refused is not shown
     });
-    find('tint').addEventListener('change', () => actions.set('tint', find('tint').checked));
+    // a stress needs the one material of the body
+    const stress = world.pack.models.every(({ regions, poisson }) => regions === 1 && poisson !== undefined);
+    fill(find('colour'), Object.entries(QUANTITIES).filter(([name]) => name !== 'stress' || stress).map(([name, { title }]) => [name, title]));
+    find('colour').addEventListener('change', () => actions.set('colour', find('colour').value));
+    find('scale').querySelector('i').style.background = GRADIENT;
+    for (const name of MARKS)
+      find(name).addEventListener('change', () => actions.set(name, find(name).checked));
     const models = world.pack.models.map((model, n) => [n, model.title ?? model.name]);
     const whole = isComposed(world.pack) ? [[-1, world.recording ? 'the run' : 'the scene']] : [];
     fill(find('model'), [...whole, ...models]);
@@ -60,7 +71,8 @@ export class Panel {
   refresh() {
     const { settings, bodies, choice, compared, plays, recording } = this.world;
     find('model').value = choice;
-    find('tint').checked = settings.tint;
+    find('colour').value = settings.colour;
+    for (const name of MARKS) find(name).checked = settings[name];
 
     // nothing acts on what was recorded
     document.querySelectorAll('.live').forEach((part) => { part.hidden = plays; });
@@ -91,6 +103,14 @@ export class Panel {
     const helped = fallbacks > 0 ? `, ${fallbacks} steps fell back` : '';
     find('split-text').textContent = `${explicit} explicit, ${implicit} implicit${by}${lost}${helped}`;
     drawSplit(find('split'), engine.frequencies(0), engine.steppedFrequencies(0), explicit);
+  }
+
+  /** What the colours stand for, up to the largest value since the beginning. */
+  showScale() {
+    const { settings, top } = this.world;
+    const { unit } = QUANTITIES[settings.colour];
+    find('scale').hidden = unit === undefined;
+    find('scale-top').textContent = unit ? quantityText(top, unit) : '';
   }
 
   /** @param {Object<string, import('./clock.js').Meter>} meters step, upload, draw, frame */

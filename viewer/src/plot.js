@@ -1,5 +1,6 @@
 // Two small drawings: energies over the last seconds, and the frequencies of the modes.
 // SPDX-License-Identifier: Apache-2.0
+import { quantityText } from './numbers.js';
 
 const SPAN = 8; // seconds of simulated time in the plot of what is stepped
 const EDGE = 16; // room for the least and the largest value [px]
@@ -18,17 +19,6 @@ function prepare(canvas) {
   pen.setTransform(scale, 0, 0, scale, 0, 0);
   pen.clearRect(0, 0, width, height);
   return { pen, width, height };
-}
-
-const UNITS = [[1e9, 'GJ'], [1e6, 'MJ'], [1e3, 'kJ'], [1, 'J'], [1e-3, 'mJ']];
-
-/** A number for a person: three digits and the unit. @param {number} value */
-export function joules(value) {
-  const size = Math.abs(value);
-  const [unit, name] = UNITS.find(([least]) => size >= least * (1 - 5e-4)) ?? [1, 'J'];
-  const scaled = value / unit;
-  return size > 0 && (size < 1e-3 || Math.abs(scaled) >= 999.5)
-    ? `${value.toExponential(1)} J` : `${scaled.toPrecision(3)} ${name}`;
 }
 
 export class EnergyPlot {
@@ -96,10 +86,10 @@ export class EnergyPlot {
     }
     pen.fillStyle = '#5b6b7b';
     pen.font = '11px system-ui, sans-serif';
-    pen.fillText(joules(top), 5, 12);
-    if (bottom < 0) pen.fillText(joules(bottom), 5, height - 4);
+    pen.fillText(quantityText(top, 'J'), 5, 12);
+    if (bottom < 0) pen.fillText(quantityText(bottom, 'J'), 5, height - 4);
     [...this.legend.querySelectorAll('b')].forEach((entry, n) => {
-      entry.textContent = joules(last.values[n]);
+      entry.textContent = quantityText(last.values[n], 'J');
     });
   }
 }

@@ -2,6 +2,10 @@
 // the plane through that vertex that faces the camera. Each finger pulls its own.
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from 'three';
+import { quantityText } from './numbers.js';
+
+const COLOUR = 0xc0281f;
+const CONE = new THREE.ConeGeometry(0.35, 1);
 
 /** @param {import('./world.js').World} world
  * @param {(action: () => void) => void} guard says on the page what an action is refused for
@@ -9,14 +13,15 @@ import * as THREE from 'three';
 export function pullWithPointers(world, guard) {
   const { stage, engine } = world;
   const canvas = stage.renderer.domElement;
-  /** @type {Map<number, {plane: THREE.Plane, line: THREE.Line}>} */
+  /** @type {Map<number, {plane: THREE.Plane, line: THREE.Line, head: THREE.Mesh, label: HTMLElement}>} */
   const held = new Map();
 
   function release(event) {
     const pull = held.get(event.pointerId);
     if (!pull) return;
-    stage.scene.remove(pull.line);
+    stage.scene.remove(pull.line, pull.head);
     pull.line.geometry.dispose();
+    pull.label.remove();
     held.delete(event.pointerId);
     if (world.pulls.has(event.pointerId)) world.endPull(event.pointerId);
     stage.controls.enabled = held.size === 0;
@@ -32,7 +37,8 @@ export function pullWithPointers(world, guard) {
     const at = new THREE.Vector3(...engine.position(pick.body, pick.vertex));
     const facing = stage.camera.getWorldDirection(new THREE.Vector3());
     const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(facing, at);
-    held.set(event.pointerId, { plane, line: addLine(stage.scene) });
+    held.set(event.pointerId, { plane, line: addLine(stage.scene), head: addHead(stage.scene),
+      label: addLabel() });
     stage.controls.enabled = false;
     canvas.classList.add('pulling');
     canvas.setPointerCapture(event.pointerId);
@@ -57,28 +63,62 @@ export function pullWithPointers(world, guard) {
     canvas.addEventListener(end, release, { capture: true });
 
   return function drawSprings() {
-    for (const [id, { line }] of held) {
+    for (const [id, { line, head, label }] of held) {
       const spring = world.pulls.get(id);
-      line.visible = spring !== undefined;
+      line.visible = head.visible = spring !== undefined;
+      label.hidden = !spring;
       if (!spring) continue;
+      const from = new THREE.Vector3(...engine.position(spring.body, spring.vertex));
+      const to = new THREE.Vector3(...spring.target);
       const ends = line.geometry.attributes.position;
-      ends.setXYZ(0, ...engine.position(spring.body, spring.vertex));
-      ends.setXYZ(1, ...spring.target);
+      ends.setXYZ(0, ...from);
+      ends.setXYZ(1, ...to);
       ends.needsUpdate = true;
+      placeHead(head, from, to, stage.camera);
+
+      // the number beside the pointer
+      label.textContent = quantityText(world.pullForce(id), 'N');
+      const { x, y } = stage.project(spring.target);
+      label.style.left = `${x}px`;
+      label.style.top = `${y - 40}px`;
     }
   };
+}
+
+/** The head of an arrow, of the same size on the page wherever it is. */
+function placeHead(head, from, to, camera) {
+  const along = to.clone().sub(from);
+  const size = 0.02 * to.distanceTo(camera.position);
+  head.visible = along.length() > size;
+  head.scale.setScalar(size);
+  head.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), along.normalize());
+  head.position.copy(to).addScaledVector(along, -0.5 * size);
+}
+
+function addHead(scene) {
+  const head = new THREE.Mesh(CONE, new THREE.MeshBasicMaterial({ color: COLOUR, depthTest: false }));
+  head.renderOrder = 1;
+  scene.add(head);
+  return head;
+}
+
+function addLabel() {
+  const label = document.createElement('span');
+  label.className = 'force';
+  document.getElementById('forces').append(label);
+  return label;
 }
 
 function addLine(scene) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute('position', new THREE.BufferAttribute(new Float32Array(6), 3));
   const line = new THREE.Line(geometry,
-    new THREE.LineBasicMaterial({ color: 0xc0281f, depthTest: false }));
+    new THREE.LineBasicMaterial({ color: COLOUR, depthTest: false }));
   line.renderOrder = 1;
   line.frustumCulled = false;
   const ends = new THREE.Points(geometry,
     new THREE.PointsMaterial({
-      color: 0xc0281f, size: 8, sizeAttenuation: false, depthTest: false,
+      color: COLOUR, size: 8, sizeAttenuation: false, depthTest: false,
     }));
   ends.frustumCulled = false;
   ends.renderOrder = 1;

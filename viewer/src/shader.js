@@ -2,6 +2,7 @@
 // mode) and q of every body in another (a row per body). Normals likewise, see smooth.js.
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from 'three';
+import { COLOUR_OF } from './colours.js';
 
 const WIDTH = 2048; // what every WebGL 2 has at least
 
@@ -65,13 +66,13 @@ export function displace(material, uniforms) {
       .replace('#include <common>', `#include <common>\n${DISPLACEMENT}
         uniform highp sampler2D normalModes;
         attribute int source;
-        varying float moved;`)
+        attribute float value;
+        varying float shown;`)
       .replace('#include <beginnormal_vertex>', `
         vec3 objectNormal = normalize(normal + alongModes(normalModes, gl_VertexID));`)
       .replace('#include <begin_vertex>', `
-        vec3 shift = displacement(source);
-        moved = length(shift);
-        vec3 transformed = position + shift;`);
+        shown = value;
+        vec3 transformed = position + displacement(source);`);
     shader.fragmentShader = shader.fragmentShader
       .replace('#include <common>', `#include <common>\n${TINT}`)
       .replace('#include <color_fragment>', 'tint(diffuseColor.rgb);');
@@ -79,13 +80,11 @@ export function displace(material, uniforms) {
   material.customProgramCacheKey = () => 'thrum';
 }
 
-// from the body's colour through yellow to red, where the displacement reaches its full scale
+// the value of each vertex by its share of the scale; scale 0: the body's own colour
 const TINT = /* glsl */ `
   uniform float fullScale;
-  varying float moved;
+  varying float shown;
+  ${COLOUR_OF}
   void tint(inout vec3 colour) {
-    if (fullScale <= 0.0) return;
-    float s = clamp(moved / fullScale, 0.0, 1.0);
-    vec3 hot = mix(vec3(0.95, 0.70, 0.10), vec3(0.75, 0.05, 0.03), smoothstep(0.5, 1.0, s));
-    colour = mix(colour, hot, smoothstep(0.0, 0.5, s));
+    if (fullScale > 0.0) colour = colourOf(shown / fullScale);
   }`;

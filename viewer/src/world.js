@@ -2,13 +2,18 @@
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from 'three';
 import { Body } from './body.js';
+import { Marks } from './marks.js';
 import { Recording } from './recording.js';
 import { coordinatesTexture } from './shader.js';
 import { aloneScene, comparedScene, isComposed } from './scenes.js';
 
 /** What the panel changes while bodies move.
  * @typedef {{dt: number, integrator: string, rank: number, gravity: number, damping: number,
- *   stiffness: number, pull: number, tint: boolean}} Settings */
+ *   stiffness: number, pull: number, colour: string, edges: boolean, held: boolean,
+ *   touches: boolean}} Settings */
+
+const SHOWN = ['colour', 'edges', 'held', 'touches']; // settings of the picture alone
+const TOUCH_COLOUR = 0xe07b00;
 
 export class World {
   /** @param {import('./pack.js').Pack} pack @param {import('./engine.js').Engine} engine
@@ -18,7 +23,8 @@ export class World {
     for (const model of pack.models) engine.addModel(model);
     this.recording = pack.recording && new Recording(pack.recording, pack);
     this.choice = isComposed(pack) ? -1 : pack.scene.bodies[0].model;
-    this.settings = { pull: 10, tint: false };
+    this.settings = { pull: 10, colour: 'own', edges: false, held: true, touches: true };
+    this.marks = new Marks(stage.scene, TOUCH_COLOUR);
   }
 
   /** Is a recorded run shown, which nothing acts on? */
@@ -61,12 +67,9 @@ export class World {
 
   // a scene with bodies of several kinds keeps what each was given, until a control is moved
   #applyAll(scene) {
-    if (this.plays) {
-      this.set('tint', this.settings.tint);
-      return;
-    }
-    const names = ['dt', 'gravity', 'tint'];
-    if (scene.bodies.length === 1) names.push('damping', 'stiffness', 'rank', 'integrator');
+    const names = [...SHOWN];
+    if (!this.plays) names.push('dt', 'gravity');
+    if (!this.plays && scene.bodies.length === 1) names.push('damping', 'stiffness', 'rank', 'integrator');
     for (const name of names) this.set(name, this.settings[name]);
   }
 
@@ -107,7 +110,10 @@ export class World {
       rank: () => each((n) => engine.setRank(n, Math.min(value, this.bodies[n].model.rank))),
       integrator: () => this.compared || each((n) => engine.setIntegrator(n, value)),
       pull: () => {},
-      tint: () => this.bodies.forEach((body) => body.colourByDisplacement(value)),
+      colour: () => this.#forgetColours(),
+      edges: () => this.bodies.forEach((body) => body.showEdges(value)),
+      held: () => this.bodies.forEach((body) => body.showHeld(value)),
+      touches: () => {},
     };
     changes[name]();
     this.stage.touch();
@@ -159,9 +165,40 @@ export class World {
 
   reset() {
     for (const id of [...this.pulls.keys()]) this.endPull(id);
+    this.#forgetColours();
     this.stage.touch();
     if (this.plays) this.recording.seek(this.recording.begin);
     else this.engine.reset();
+  }
+
+  // the scale begins anew
+  #forgetColours() {
+    this.top = 0;
+    this.bodies.forEach((body) => body.colourUpTo(0));
+  }
+
+  /** Colours the bodies as they are now; all have one scale, up to the largest value so far. */
+  colour() {
+    const { settings, bodies, shown } = this;
+    if (settings.colour === 'own') return;
+    const factor = this.plays ? 1 : settings.stiffness;
+    const most = bodies.map((body, n) =>
+      body.measure(settings.colour, this.motion.shape(n), factor * shown.bodies[n].stiffness));
+    this.top = Math.max(this.top, ...most);
+    bodies.forEach((body) => body.colourUpTo(this.top || Number.MIN_VALUE));
+  }
+
+  /** Marks where bodies touch. */
+  mark() {
+    const { settings, plays, shown } = this;
+    const may = settings.touches && !plays && (shown.obstacles.length > 0 || shown.collisions);
+    this.marks.show(may ? this.engine.touches() : new Float32Array(0));
+  }
+
+  /** The force of a pull [N], of the first copy where bodies are compared. */
+  pullForce(id) {
+    const [{ number }] = this.pulls.get(id).springs;
+    return Math.hypot(...this.engine.pull(number).force);
   }
 
   /** Puts the meshes where the engine has the bodies. */

@@ -61,11 +61,12 @@ test('opens from the disk, moves by itself and complains of nothing', async () =
 
   // a page that is paused draws nothing, and leaves the machine to the others
   await page.evaluate(() => window.thrum.pause(true));
-  await page.waitForTimeout(200);
-  const drawn = () => page.evaluate(() => window.thrum.times().draw.count);
-  const before = await drawn();
-  await page.waitForTimeout(200);
-  assert.equal(await drawn(), before);
+  await page.waitForFunction(() => {
+    const { count } = window.thrum.times().draw;
+    const same = window.drawnBefore === count;
+    window.drawnBefore = count;
+    return same;
+  }, null, { polling: 200 });
 });
 
 test('opens from a server with the pack beside it', async () => {
@@ -197,6 +198,28 @@ test('damping takes energy, and without it `energy` keeps it to 1e-9', async () 
   assert.ok((await run()).total < -0.1 * Math.abs(free.gravity));
 });
 
+test('colours have a scale, which stands for the largest value so far', async () => {
+  await fresh();
+  await page.selectOption('#colour', 'displacement');
+  for (const name of ['edges', 'held']) await page.check(`#${name}`);
+  await page.evaluate(() => window.thrum.step(60));
+  const [top, values, moved] = await page.evaluate(() => {
+    const { thrum } = window;
+    const rest = thrum.scaleTop();
+    const at = Array.from({ length: thrum.vertexCount(0) }, (_, v) => thrum.position(0, v));
+    thrum.reset();
+    const far = at.map((x, v) => Math.hypot(...thrum.position(0, v).map((y, i) => y - x[i])));
+    return [rest, thrum.values(0), Math.max(...far)];
+  });
+  assert.ok(top > 0 && Math.abs(top / moved - 1) < 1e-4, `${top}, not ${moved}`);
+  assert.ok(Math.abs(Math.max(...values) / top - 1) < 1e-6);
+  await page.selectOption('#colour', 'stress');
+  await page.evaluate(() => window.thrum.step(60));
+  await page.waitForFunction(() => /[1-9].*Pa/.test(document.getElementById('scale-top').textContent));
+  await page.selectOption('#colour', 'own');
+  await page.waitForSelector('#scale', { state: 'hidden' });
+});
+
 test('a model is chosen', async () => {
   await fresh();
   await page.selectOption('#model', '1');
@@ -303,10 +326,16 @@ test('a mouse drags the vertex under it towards the cursor, and lets go', async 
   await page.mouse.move(to.x, to.y, { steps: 4 });
   const before = await gap(page, 0, to);
   await page.evaluate(() => window.thrum.step(1500));
+
+  // the number beside the pointer is the force that holds the body where it is
+  const force = await page.evaluate(() => window.thrum.pulls()[0].force);
+  assert.ok(force > 1);
+  await page.waitForFunction(() => /[\d.]+ k?N/.test(document.querySelector('#forces .force').textContent));
   const after = await gap(page, 0, to);
   assert.ok(before > 40 && after < 0.25 * before, `from ${before} to ${after} pixels`);
   await page.mouse.up();
   assert.equal(await page.evaluate(() => window.thrum.pulls().length), 0);
+  assert.equal(await page.locator('#forces span').count(), 0);
   await page.evaluate(() => window.thrum.step(2000));
   assert.ok(Math.hypot(...await page.evaluate(() => window.thrum.q(0))) < 1e-3);
   await slide('pull', 1);
@@ -388,6 +417,12 @@ test('two bodies of a scene stay above its plane', async () => {
       { length: window.thrum.vertexCount(body) }, (_, v) => window.thrum.position(body, v)[2])));
   });
   assert.ok(Math.abs(lowest - floor) < 2e-3, `${lowest} m`);
+
+  // what touches is marked where the floor is
+  const touches = await own.evaluate(() => window.thrum.touches());
+  assert.ok(touches.length >= 3);
+  for (let n = 2; n < touches.length; n += 3)
+    assert.ok(Math.abs(touches[n] - floor) < 2e-3, `${touches[n]} m`);
   assert.equal(await own.textContent('#model option:checked'), 'the scene');
   assert.deepEqual(own.complaints, []);
   await own.close();
