@@ -1,12 +1,20 @@
 /* Tests for NaN and infinity. SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/finite.h"
 
-#include <math.h>
+#include <string.h>
+
+/* The exponent of a double, which is all ones in NaN and infinity, and its lowest bit. */
+static const uint64_t exponent = UINT64_C(0x7ff0000000000000);
+static const uint64_t exponent_lowest = UINT64_C(0x0010000000000000);
 
 bool thrum_all_finite(const double *values, int64_t n) {
-  // to the end in any case, so that several numbers are looked at together
-  bool finite = true;
-  for (int64_t i = 0; i < n; i++)
-    finite &= isfinite(values[i]) != 0;
-  return finite;
+  // one more carries into the sign of an exponent of ones alone; integers, so that the compiler may
+  // take several at a time
+  uint64_t carried = 0;
+  for (int64_t i = 0; i < n; i++) {
+    uint64_t bits;
+    memcpy(&bits, &values[i], sizeof bits);
+    carried |= (bits & exponent) + exponent_lowest;
+  }
+  return carried >> 63 == 0;
 }

@@ -95,8 +95,9 @@ static double add_step(const thrum_model *model, thrum_state *state, const thrum
     work += view->load[i] * d;
     jumps |= view->load[i] != view->load_before[i];
     motion += (rate + 0.25 * model->omega2[i]) * (d * d);
-    kick += view->acceleration_next[i] * view->acceleration_next[i];
   }
+  for (int32_t i = 0; thrum_carries_acceleration(state) && i < state->rank; i++)
+    kick += view->acceleration_next[i] * view->acceleration_next[i];
   motion += kick / rate;
 
   // a constant load is one more potential, whose work comes back

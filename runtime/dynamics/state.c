@@ -284,7 +284,7 @@ static thrum_status store_synchronised(const thrum_model *model, thrum_state *ch
   if (stored == THRUM_SINGULAR)
     return thrum_error_set(error, stored,
                            "the momentum that the integrator stores cannot be solved for here");
-  if (changed->scheme == THRUM_SCHEME_NEWMARK || changed->scheme == THRUM_SCHEME_FOX_GOODWIN)
+  if (thrum_carries_acceleration(changed))
     thrum_newmark_acceleration(model, changed, view, q, view->p_next, view->acceleration_next);
   if (stored < 0 || !isfinite(changed->amplitude) || !thrum_all_finite(view->p_next, r) ||
       !thrum_all_finite(view->acceleration_next, r))

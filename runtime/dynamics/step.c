@@ -145,7 +145,7 @@ static void commit(const thrum_model *model, thrum_step_run *run, double amplitu
   memcpy(run->q, view->q_next, vector);
   memcpy(run->p, view->p_next, vector);
   memcpy(view->load_before, view->load, vector);
-  if (next->scheme == THRUM_SCHEME_NEWMARK || next->scheme == THRUM_SCHEME_FOX_GOODWIN)
+  if (thrum_carries_acceleration(next))
     memcpy(view->acceleration, view->acceleration_next, vector);
   if (view->power_sampled) {
     memcpy(view->power_explicit, view->power_explicit_next, vector);
@@ -202,7 +202,7 @@ thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state,
   if (borrowed)
     thrum_state_view_borrow(&run->view, state->rank, borrowed);
 
-  // only Newmark fills it, and all schemes are checked for finite candidates
+  // only Newmark fills it, and fallback levels are checked for finite candidates
   memset(run->view.acceleration_next, 0, (size_t)state->rank * sizeof(double));
   memset(&run->report, 0, sizeof run->report);
   add_drag(model, run);
@@ -327,8 +327,10 @@ static thrum_status accept(thrum_step_run *run, thrum_status status, double ampl
                            thrum_error *error) {
   const double lost = run->report.dissipation + taken_by_drag(run);
   const double dissipated = run->next.report.dissipated + lost;
-  if (status >= 0 && (!isfinite(amplitude) || !isfinite(dissipated) ||
-                      !thrum_all_finite(run->view.acceleration_next, run->state->rank)))
+  const bool finite = isfinite(amplitude) && isfinite(dissipated) &&
+                      (!thrum_carries_acceleration(&run->next) ||
+                       thrum_all_finite(run->view.acceleration_next, run->state->rank));
+  if (status >= 0 && !finite)
     status = THRUM_NOT_FINITE;
   if (status < 0)
     return say_failure(run->state, status, error);

@@ -1,9 +1,12 @@
 /* Tests of steps at their limits: singular Jacobians, numbers near the end of their range, extreme
- * kicks. The models have one mode, so that the limit is met exactly. The dense solver beneath the
- * steps is tested too.
+ * kicks. The models have one mode, so that the limit is met exactly. The dense solver and the test
+ * for finite numbers beneath the steps are tested too.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
+#include <float.h>
+
+#include "runtime/base/finite.h"
 #include "runtime/linear_algebra/dense.h"
 #include "thrum/polynomial.h"
 
@@ -20,6 +23,36 @@ static thrum_state_def make_def(thrum_integrator integrator, double dt) {
   def.integrator = integrator;
   def.dt = dt;
   return def;
+}
+
+/* --- finite numbers --------------------------------------------------------------------------- */
+
+/* One number among others, at each place of rows of each length that leaves a rest. */
+static bool finite_among_others(double x) {
+  static const double others[] = {0.0, -0.0, DBL_MAX, -DBL_MAX, DBL_MIN, DBL_TRUE_MIN, -1.0};
+  enum { MOST = 19, OTHERS = sizeof others / sizeof others[0] };
+  double row[MOST];
+  int found = 0, asked = 0;
+  for (int n = 1; n <= MOST; n++)
+    for (int at = 0; at < n; at++, asked++) {
+      for (int i = 0; i < n; i++)
+        row[i] = others[(n + i) % OTHERS];
+      row[at] = x;
+      found += thrum_all_finite(row, n);
+    }
+
+  // the place makes no difference
+  assert_true(found == 0 || found == asked);
+  return found > 0;
+}
+
+static void numbers_that_are_not_finite_are_found_among_others(void **context) {
+  (void)context;
+  assert_true(finite_among_others(1.0) && finite_among_others(DBL_MAX));
+  assert_true(finite_among_others(-DBL_MAX) && finite_among_others(DBL_TRUE_MIN));
+  assert_false(finite_among_others(INFINITY) || finite_among_others(-INFINITY));
+  assert_false(finite_among_others(NAN) || finite_among_others(-(double)NAN));
+  assert_true(thrum_all_finite(NULL, 0));
 }
 
 /* --- the dense solver ------------------------------------------------------------------------- */
@@ -330,6 +363,7 @@ static void a_body_settled_under_a_load_needs_no_iterations(void **context) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(numbers_that_are_not_finite_are_found_among_others),
       cmocka_unit_test(an_indefinite_system_with_a_zero_diagonal_is_solved),
       cmocka_unit_test(random_systems_are_solved),
       cmocka_unit_test(a_singular_or_non_finite_matrix_is_refused),
