@@ -11,8 +11,10 @@
 
 #include "scene/scene_private.h"
 
+#include <math.h>
 #include <string.h>
 
+#include "runtime/base/finite.h"
 #include "thrum/condensed_model.h"
 
 double scene_stiffening(const scene_body *body) {
@@ -20,7 +22,16 @@ double scene_stiffening(const scene_body *body) {
   return by->stiffness / (by->length * by->length * by->density);
 }
 
-void scene_condensed_read(scene_body *body, bool p) {
+static thrum_status check_slaves(const scene_body *body, const double *values, thrum_error *error) {
+  const int64_t masters = body->derived->rank;
+  if (thrum_all_finite(values + masters, body->model->rank - masters))
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_NOT_FINITE,
+                         "coordinates that follow the others at rest are beyond the range of "
+                         "finite numbers");
+}
+
+thrum_status scene_condensed_read(scene_body *body, bool p, thrum_error *error) {
   const thrum_model *stepped = body->derived->model, *shape = body->model;
   const int64_t masters = stepped->rank;
   double x[THRUM_RANK_MAX], v[THRUM_RANK_MAX];
@@ -32,12 +43,15 @@ void scene_condensed_read(scene_body *body, bool p) {
   for (int64_t h = masters; h < shape->rank; h++)
     body->q[h] = body->g * body->q[h] + body->answered[h] / (scale * shape->omega2[h]);
 
+  THRUM_TRY(check_slaves(body, body->q, error));
+
   if (!p)
-    return;
+    return THRUM_OK;
   memcpy(v, body->p, (size_t)masters * sizeof *v);
   thrum_condensed_velocity(stepped, x, v, body->p);
   for (int64_t h = masters; h < shape->rank; h++)
     body->p[h] *= body->g;
+  return check_slaves(body, body->p, error);
 }
 
 /* vector (model's rank) in place: its force on the masters, with the slaves' part left as it is. */
@@ -52,11 +66,25 @@ static void reduce(const scene_body *body, double *vector) {
   memcpy(vector, reduced, (size_t)masters * sizeof *reduced);
 }
 
-void scene_condensed_load(const scene_body *body, bool base) {
+/* Are the body's load, and what its slaves answer to it, finite? */
+static bool is_load_finite(const scene_body *body) {
+  const thrum_model *shape = body->model;
+  const double scale = scene_stiffening(body);
+  bool finite = thrum_all_finite(body->force, shape->rank);
+  for (int64_t h = body->derived->rank; h < shape->rank; h++)
+    finite = finite && isfinite(body->force[h] / (scale * shape->omega2[h]));
+  return finite;
+}
+
+thrum_status scene_condensed_load(const scene_body *body, bool base, thrum_error *error) {
+  // the slaves would keep what the state refuses
+  if (!is_load_finite(body))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "the load holds a number that is not finite");
   memcpy(body->answered, body->force, (size_t)body->model->rank * sizeof *body->answered);
   reduce(body, body->force);
   if (base)
     reduce(body, body->inertia);
+  return THRUM_OK;
 }
 
 void scene_condensed_extrapolate(const scene_body *body) {

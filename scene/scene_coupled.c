@@ -41,7 +41,7 @@ thrum_status scene_coupled_step(scene_body *body, thrum_error *error) {
       body->wrench.torque, NULL, body->inertia_work, error);
   if (status < 0)
     return status;
-  thrum_translation_step(&body->way, body->wrench.force, body->def.dt);
+  THRUM_TRY(scene_free_move(body, body->wrench.force, body->def.dt, error));
   scene_free_place(body);
   return status;
 }

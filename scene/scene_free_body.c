@@ -104,10 +104,31 @@ void scene_free_reset(scene_body *body) {
   scene_free_place(body);
 }
 
-void scene_free_step(scene_body *body, const scene_wrench *wrench, double dt) {
-  thrum_translation_step(&body->way, wrench->force, dt);
-  thrum_rigid_frame_step(&body->rigid_frame, &body->placement, wrench->torque, dt, NULL);
+static thrum_status fail_beyond(thrum_error *error) {
+  return thrum_error_set(error, THRUM_NOT_FINITE,
+                         "the step would take the body beyond the range of finite numbers");
+}
+
+thrum_status scene_free_move(scene_body *body, const double force[3], double dt,
+                             thrum_error *error) {
+  thrum_translation way = body->way;
+  thrum_translation_step(&way, force, dt);
+  if (!thrum_all_finite(way.position, 3) || !thrum_all_finite(way.velocity, 3))
+    return fail_beyond(error);
+  body->way = way;
+  return THRUM_OK;
+}
+
+thrum_status scene_free_step(scene_body *body, const scene_wrench *wrench, double dt,
+                             thrum_error *error) {
+  thrum_rigid_frame frame = body->rigid_frame;
+  thrum_rigid_frame_step(&frame, &body->placement, wrench->torque, dt, NULL);
+  if (!thrum_all_finite(frame.attitude, 9) || !thrum_all_finite(frame.momentum, 3))
+    return fail_beyond(error);
+  THRUM_TRY(scene_free_move(body, wrench->force, dt, error));
+  body->rigid_frame = frame;
   scene_free_place(body);
+  return THRUM_OK;
 }
 
 void scene_free_centre(const scene_body *body, double centre[3]) {

@@ -296,11 +296,13 @@ static inline int64_t scene_shown(const scene_body *body) {
 /* w'^2 over w^2 of the scaled body. */
 double scene_stiffening(const scene_body *body);
 
-/* The slaves of body->q, and of body->p if `p`, from the masters there. */
-void scene_condensed_read(scene_body *body, bool p);
+/* The slaves of body->q, and of body->p if `p`, from the masters there. THRUM_NOT_FINITE where one
+ * overflows. */
+thrum_status scene_condensed_read(scene_body *body, bool p, thrum_error *error);
 
-/* body->force, on all coordinates, becomes that on the masters; body->inertia too if `base`. */
-void scene_condensed_load(const scene_body *body, bool base);
+/* body->force, on all coordinates, becomes that on the masters; body->inertia too if `base`.
+ * THRUM_BAD_VALUE, and nothing changes, where the force is not finite. */
+thrum_status scene_condensed_load(const scene_body *body, bool base, thrum_error *error);
 
 /* body->middle from the masters before and after the last step. */
 void scene_condensed_extrapolate(const scene_body *body);
@@ -423,8 +425,14 @@ thrum_status scene_surface_make(const thrum_scene_body_def *def, scene_body *bod
 /* Makes a body free where its def says so, with the mass and inertia of its model. */
 thrum_status scene_free_make(const thrum_scene_body_def *def, scene_body *body, thrum_error *error);
 
-/* One step as a whole; where a free body is now; back to its start. */
-void scene_free_step(scene_body *body, const scene_wrench *wrench, double dt);
+/* One step as a whole, or of its translation alone: THRUM_NOT_FINITE, and nothing moves, where it
+ * would leave the finite numbers. */
+thrum_status scene_free_step(scene_body *body, const scene_wrench *wrench, double dt,
+                             thrum_error *error);
+thrum_status scene_free_move(scene_body *body, const double force[3], double dt,
+                             thrum_error *error);
+
+/* Where a free body is now; back to its start. */
 void scene_free_place(scene_body *body);
 void scene_free_reset(scene_body *body);
 

@@ -12,7 +12,7 @@ thrum_status scene_body_read(scene_body *body, bool p, thrum_error *error) {
     return THRUM_OK;
   THRUM_TRY(thrum_state_get(body->derived->model, body->state, body->q, p ? body->p : NULL, error));
   if (body->derived->condensed)
-    scene_condensed_read(body, p);
+    THRUM_TRY(scene_condensed_read(body, p, error));
   body->q_known = true;
   body->p_known = body->p_known || p;
   return THRUM_OK;

@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "scene/scene_private.h"
@@ -20,7 +21,7 @@ static thrum_status load(const thrum_scene *scene, scene_body *body, thrum_error
   // what is read after this would have the slaves answer to a load that has not acted yet
   if (body->derived->condensed) {
     THRUM_TRY(scene_body_read(body, false, error));
-    scene_condensed_load(body, scene->base_motion_count > 0);
+    return scene_condensed_load(body, scene->base_motion_count > 0, error);
   }
   return THRUM_OK;
 }
@@ -44,23 +45,36 @@ static void load_task(void *of, int32_t n, int32_t worker) {
   body->stepped = body->status < 0 ? THRUM_OK : load(scene, body, scene->side_error + n);
 }
 
-/* Adds up the work and the losses of a step for a body. */
-static void count_work(const thrum_scene *scene, scene_body *body) {
+/* Adds up the work of a step on a body. THRUM_NOT_FINITE where it, or what follows the coordinates
+ * that were stepped, is beyond the finite numbers: what was added up before stays. */
+static thrum_status count_work(const thrum_scene *scene, scene_body *body, thrum_error *error) {
   const thrum_model *model = body->derived->model;
   body->q_known = body->p_known = false;
-  if (scene_body_read(body, false, NULL) < 0)
-    return;
+  THRUM_TRY(scene_body_read(body, false, error));
 
   // work of the base apart from that of loads and gravity
   const double all = thrum_load_work(body->force, body->before, body->q, model->rank);
   const double base = scene->base_motion_count > 0
                           ? thrum_load_work(body->inertia, body->before, body->q, model->rank)
                           : 0;
+  if (!isfinite(body->work_load + (all - base)) || !isfinite(body->work_base + base))
+    return thrum_error_set(error, THRUM_NOT_FINITE,
+                           "the work of its loads is beyond the range of finite numbers");
   body->work_load += all - base;
   body->work_base += base;
   if (body->derived->condensed)
     scene_condensed_extrapolate(body);
   memcpy(body->before, body->q, (size_t)model->rank * sizeof *body->q);
+  return THRUM_OK;
+}
+
+/* The same after a step with this status; returns what came of both. */
+static thrum_status count_step(const thrum_scene *scene, scene_body *body, thrum_status stepped,
+                               thrum_error *error) {
+  if (stepped < 0)
+    return stepped;
+  const thrum_status counted = count_work(scene, body, error);
+  return counted < 0 ? counted : stepped;
 }
 
 /* Keeps what came of one body's step; the first failure is the scene's. */
@@ -92,8 +106,7 @@ static void group_task(thrum_scene *scene, int32_t worker) {
     if (body->group != first)
       continue;
     scene->side_error[n] = detail;
-    if (body->stepped >= 0)
-      count_work(scene, body);
+    body->stepped = count_step(scene, body, body->stepped, scene->side_error + n);
   }
 }
 
@@ -122,10 +135,9 @@ static void contact_task(void *of, int32_t index, int32_t worker) {
 
   // the scratch is the worker's
   scene_lend(scene, body, worker);
-  body->stepped = scene_steps_alone(body) ? scene_touch_step(scene, body, error)
-                                          : scene_coupled_step(body, error);
-  if (body->stepped >= 0)
-    count_work(scene, body);
+  const thrum_status stepped = scene_steps_alone(body) ? scene_touch_step(scene, body, error)
+                                                       : scene_coupled_step(body, error);
+  body->stepped = count_step(scene, body, stepped, error);
 }
 
 /* The bodies of a model that go on, into scene->side from `from` on; their number. */
@@ -173,10 +185,10 @@ static void chunk_task(void *of, int32_t index, int32_t worker) {
   // what came of each body's step
   for (int32_t n = 0; n < chunk->count; n++) {
     scene_body *body = scene->bodies[bodies[n]];
+    thrum_status moved = THRUM_OK;
     if (statuses[n] >= 0 && body->free)
-      scene_free_step(body, &body->wrench, scene->dt);
-    if (statuses[n] >= 0)
-      count_work(scene, body);
+      moved = scene_free_step(body, &body->wrench, scene->dt, &chunk->error);
+    statuses[n] = count_step(scene, body, moved < 0 ? moved : statuses[n], &chunk->error);
   }
 }
 

@@ -80,6 +80,19 @@ static double work_of_pulls(const thrum_contact_run *run) {
   return sum;
 }
 
+bool thrum_contact_counts(const thrum_contact_run *run) {
+  bool counts = thrum_contact_energy_counts(work_of_pulls(run));
+  for (int64_t n = 0; n < run->contact->row_count && counts; n++)
+    counts = thrum_contact_row_counts(run->view.rows + n);
+  return counts;
+}
+
+thrum_status thrum_contact_beyond(thrum_error *error) {
+  return thrum_error_set(error, THRUM_NOT_FINITE,
+                         "the step would leave the range of finite numbers with the energy of a "
+                         "touch or with the body as a whole: it flies apart; use a shorter step");
+}
+
 void thrum_contact_settle(thrum_contact_run *run, const double *q) {
   thrum_contact *contact = run->contact;
   const double granted = granted_now(run), work = thrum_contact_measure(run, q);

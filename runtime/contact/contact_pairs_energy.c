@@ -20,14 +20,20 @@ static double driven_by(const thrum_contact_row *row, int side, const double mov
                  thrum_dot3(row->touch.friction, moved));
 }
 
+/* Displacement of the place on one side of a row in the step that was made. */
+static void made_of(const thrum_pairs_run *run, const thrum_pair_row *pair, int side,
+                    double moved[3]) {
+  const thrum_contact_run *body = run->view.runs + pair->members[side];
+  thrum_point_moved(body, thrum_pairs_basis(run, pair, side),
+                    side == 0 ? pair->row.lever : pair->lever, body->view.made, moved);
+}
+
 /* Fills work, rubbed and the gap of a row; what they are of is one place against the other. */
 static void measure_row(const thrum_pairs_run *run, thrum_pair_row *pair) {
-  const thrum_contact_run *a = run->view.runs + pair->members[0];
-  const thrum_contact_run *b = run->view.runs + pair->members[1];
   thrum_contact_row *row = &pair->row;
   double moved[3], other[3];
-  thrum_point_moved(a, thrum_pairs_basis(run, pair, 0), row->lever, a->view.made, moved);
-  thrum_point_moved(b, thrum_pairs_basis(run, pair, 1), pair->lever, b->view.made, other);
+  made_of(run, pair, 0, moved);
+  made_of(run, pair, 1, other);
   row->driven = 0.0;
   if (run->members[pair->members[0]].solid != NULL)
     row->driven = driven_by(row, 0, moved);
@@ -64,6 +70,23 @@ bool thrum_pairs_apart(const thrum_pairs_run *run) {
       return false;
   }
   return true;
+}
+
+/* The body of a row whose place has moved further in the step; a solid is none. */
+static int64_t further(const thrum_pairs_run *run, const thrum_pair_row *pair) {
+  double moved[3], other[3];
+  made_of(run, pair, 0, moved);
+  made_of(run, pair, 1, other);
+  const double own = thrum_dot3(moved, moved), others = thrum_dot3(other, other);
+  const bool first = run->members[pair->members[1]].solid != NULL || isnan(own) || others <= own;
+  return pair->members[first && run->members[pair->members[0]].solid == NULL ? 0 : 1];
+}
+
+int64_t thrum_pairs_beyond(const thrum_pairs_run *run) {
+  for (int64_t n = 0; n < run->row_count; n++)
+    if (!thrum_contact_row_counts(&run->view.rows[n].row))
+      return further(run, run->view.rows + n);
+  return -1;
 }
 
 /* Keeps the rows that touched as the touches of the next step. */

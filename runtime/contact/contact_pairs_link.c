@@ -524,6 +524,28 @@ static void report_forces(const thrum_link_run *link, thrum_link_report *report)
   }
 }
 
+/* Can the energies of a link in the step that was made be booked? */
+static bool counts(const thrum_pairs_run *run, const thrum_link_run *link) {
+  double after[3];
+  apart(run, link, true, after);
+  return thrum_contact_energy_counts(fabs(link->work[0]) + fabs(link->work[1]) +
+                                     energy_of(link->link, after));
+}
+
+int64_t thrum_links_beyond(const thrum_pairs_run *run) {
+  for (int64_t n = 0; n < run->link_count; n++) {
+    const thrum_link_run *link = run->view.links + n;
+    if (link->row_count == 0 || counts(run, link))
+      continue;
+
+    // the body on which it did more work, for a solid is moved by none
+    const double own = fabs(link->work[0]), others = fabs(link->work[1]);
+    const bool first = is_solid(run, link, 1) || isnan(own) || others <= own;
+    return link->link->sides[first && !is_solid(run, link, 0) ? 0 : 1].member;
+  }
+  return -1;
+}
+
 static void settle(const thrum_pairs_run *run, thrum_link_run *link) {
   thrum_link_report *report = &link->link->report;
   double before[3], after[3], driven = 0.0, work = 0.0;

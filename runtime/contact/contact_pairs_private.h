@@ -278,6 +278,9 @@ void thrum_links_gather(thrum_pairs_run *run);
  * much it left the conditions open, in parts of the bodies' size. */
 double thrum_links_look(thrum_pairs_run *run);
 
+/* contact_pairs_link.c: as thrum_pairs_beyond, of links. After thrum_links_look. */
+int64_t thrum_links_beyond(const thrum_pairs_run *run);
+
 /* contact_pairs_link.c: books the energy of the links. */
 void thrum_links_settle(thrum_pairs_run *run);
 
@@ -286,6 +289,10 @@ bool thrum_pairs_allowed(thrum_pairs_run *run);
 
 /* contact_pairs_energy.c: did the step leave all surfaces apart? After thrum_pairs_allowed. */
 bool thrum_pairs_apart(const thrum_pairs_run *run);
+
+/* contact_pairs_energy.c: a body whose touches with others have energies that cannot be booked, as
+ * thrum_contact_counts; -1: there is none. After thrum_pairs_allowed. */
+int64_t thrum_pairs_beyond(const thrum_pairs_run *run);
 
 /* contact_pairs_energy.c: lists impacts behind the touches of the last step, where these leave
  * room.

@@ -453,6 +453,32 @@ static void again(thrum_pairs_run *run, int attempt) {
   solve(run);
 }
 
+static void fail_beyond(thrum_pairs_run *run, int64_t n, thrum_status *first, thrum_error *error) {
+  thrum_error detail = {0};
+  const thrum_status status = thrum_contact_beyond(&detail);
+  fail(run->members + n, status, &detail, first, error);
+}
+
+/* Can the energies of the step that was made be booked? A member of which they cannot fails. */
+static bool is_countable(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
+  bool all = true;
+
+  // its own touches and pulls
+  for (int64_t n = 0; n < run->count; n++) {
+    if (!thrum_pairs_steps(run, n) || thrum_contact_counts(run->view.runs + n))
+      continue;
+    fail_beyond(run, n, first, error);
+    all = false;
+  }
+
+  // what is between members: one at a time, as the others may be well without it
+  const int64_t touching = thrum_pairs_beyond(run), linked = thrum_links_beyond(run);
+  const int64_t beyond = touching >= 0 ? touching : linked;
+  if (all && beyond >= 0)
+    fail_beyond(run, beyond, first, error);
+  return all && beyond < 0;
+}
+
 /* All members that have not failed, from the start of the step; false where one fails. */
 static bool try_all(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
   run->again = false;
@@ -464,10 +490,10 @@ static bool try_all(thrum_pairs_run *run, thrum_status *first, thrum_error *erro
       again(run, attempt);
     if (!step_closed(run, first, error))
       return false;
-    if (attempt == ATTEMPT_WITHOUT)
-      return true;
-    if (is_allowed(run) && (attempt >= ATTEMPT_RELEASED - 1 || thrum_pairs_apart(run)))
-      return true;
+    const bool allowed =
+        is_allowed(run) && (attempt >= ATTEMPT_RELEASED - 1 || thrum_pairs_apart(run));
+    if (allowed || attempt == ATTEMPT_WITHOUT)
+      return is_countable(run, first, error);
   }
 }
 
@@ -494,6 +520,10 @@ static thrum_status step_group(thrum_pairs_run *run, const thrum_contact_links *
     if (!thrum_pairs_steps(run, n))
       continue;
     thrum_contact_finish(run->view.runs + n);
+    if (!thrum_contact_whole_is_finite(run->members[n].environment)) {
+      put_back(run, n);
+      fail_beyond(run, n, &status, error);
+    }
     if (status == THRUM_OK || (status > 0 && of > 0 && of < status))
       status = of;
   }

@@ -224,6 +224,9 @@ thrum_contact_whole thrum_contact_keep_whole(const thrum_contact_environment *en
 void thrum_contact_put_back_whole(const thrum_contact_environment *environment,
                                   const thrum_contact_whole *kept);
 
+/* contact_step.c: is that motion, as it is now, in the range of finite numbers? */
+bool thrum_contact_whole_is_finite(const thrum_contact_environment *environment);
+
 /* contact_step.c: where the body is as a whole at the start of its step, and how it goes on without
  * contact. */
 void thrum_contact_place(thrum_contact_run *run);
@@ -289,6 +292,13 @@ double thrum_contact_measure(thrum_contact_run *run, const double *q);
 /* contact_energy.c: bounds the energy that goes through the rows in the step: the sum of their
  * forces times the free displacements of their points [J]. */
 double thrum_contact_flow(const thrum_contact_run *run);
+
+/* contact_energy.c: can the energies of the step that was made be booked, or are they beyond the
+ * range of finite numbers? After thrum_contact_measure. */
+bool thrum_contact_counts(const thrum_contact_run *run);
+
+/* contact_energy.c: the failure of a body whose energies cannot. */
+thrum_status thrum_contact_beyond(thrum_error *error);
 
 /* contact_energy.c: measures the step that was made, books its energy and keeps the touches for the
  * next step. */

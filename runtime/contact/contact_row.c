@@ -128,14 +128,24 @@ double thrum_contact_row_ceiling(const thrum_contact_row *row, double h, double 
   return row->restitution < 1.0 ? row->gap + 0.5 * h * (row->speed + away) : INFINITY;
 }
 
+/* The forces of a row times the displacement of its point without contact [J]. */
+static double flow_of(const thrum_contact_row *row) {
+  const double *f = row->touch.friction;
+  return (row->touch.force + sqrt(thrum_dot3(f, f))) * row->unloaded_length;
+}
+
 double thrum_rows_flow(const thrum_row_list *list) {
   double sum = 0.0;
-  for (int64_t n = 0; n < list->count; n++) {
-    const thrum_contact_row *row = thrum_row_at(list, n);
-    const double *f = row->touch.friction;
-    sum += (row->touch.force + sqrt(thrum_dot3(f, f))) * row->unloaded_length;
-  }
+  for (int64_t n = 0; n < list->count; n++)
+    sum += flow_of(thrum_row_at(list, n));
   return sum;
+}
+
+bool thrum_contact_row_counts(const thrum_contact_row *row) {
+  const double held = thrum_contact_energy(row->stiffness, row->touch.gap);
+  return isfinite(row->touch.gap) &&
+         thrum_contact_energy_counts(fabs(row->work) + fabs(row->rubbed) + fabs(row->driven) +
+                                     fabs(flow_of(row)) + held);
 }
 
 double thrum_rows_stored(const thrum_row_list *list) {

@@ -5,10 +5,15 @@
 #ifndef THRUM_RUNTIME_CONTACT_CONTACT_ROW_H
 #define THRUM_RUNTIME_CONTACT_CONTACT_ROW_H
 
+#include <math.h>
+
 #include "runtime/contact/contact_private.h"
 
 #define THRUM_SOON 1.1    /* steps: what strikes so soon is struck with what strikes in this one */
 #define THRUM_RESTING 2.0 /* times what a step adds: a slower approach is no impact */
+
+#define THRUM_ENERGY_MOST                                                                          \
+  1e280 /* [J] of a touch: sums over 2^24 of them and 2^62 steps are finite */
 
 /* --- one row ---------------------------------------------------------------------------------- */
 
@@ -29,6 +34,15 @@ void thrum_contact_row_solve(thrum_contact_row *row, double at[3], double change
 
 /* Fills the work, what friction did, and the gap after a step in which the point moved so [m]. */
 void thrum_contact_row_measure(thrum_contact_row *row, const double moved[3]);
+
+/* Is an energy so far from the end of the finite numbers that sums of it over all touches and steps
+ * stay finite? False of NaN. */
+static inline bool thrum_contact_energy_counts(double energy) {
+  return fabs(energy) <= THRUM_ENERGY_MOST;
+}
+
+/* The same of all energies of a row in the step that was made, after thrum_contact_row_measure. */
+bool thrum_contact_row_counts(const thrum_contact_row *row);
 
 /* --- all rows of a step ----------------------------------------------------------------------- */
 

@@ -9,6 +9,7 @@
 
 #include <string.h>
 
+#include "runtime/base/finite.h"
 #include "runtime/contact/contact_impact.h"
 #include "runtime/dynamics/state_layout.h"
 #include "thrum/floating_frame.h"
@@ -142,6 +143,15 @@ void thrum_contact_put_back_whole(const thrum_contact_environment *environment,
     *environment->rigid_frame = kept->frame;
 }
 
+bool thrum_contact_whole_is_finite(const thrum_contact_environment *environment) {
+  const thrum_translation *way = environment->translation;
+  const thrum_rigid_frame *frame = environment->rigid_frame;
+  const bool moves =
+      !way || (thrum_all_finite(way->position, 3) && thrum_all_finite(way->velocity, 3));
+  return moves &&
+         (!frame || (thrum_all_finite(frame->attitude, 9) && thrum_all_finite(frame->momentum, 3)));
+}
+
 /* Predicts the step, with the impacts in it. */
 static thrum_status strike_all(const thrum_impact_rows *rows, thrum_error *error) {
   thrum_contact_run *run = rows->runs;
@@ -224,6 +234,13 @@ thrum_status thrum_contact_end(const thrum_model *model, thrum_state *state, thr
   THRUM_TRY(thrum_contact_open(model, state, contact, environment, &run, error));
   if (!contact->begun || contact->pull_count != environment->pull_count)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "no step has begun in this environment");
+
+  // what cannot be booked is refused before anything is
+  memcpy(run.moved, contact->moved, sizeof run.moved);
+  memcpy(run.turned, contact->turned, sizeof run.turned);
+  thrum_contact_measure(&run, thrum_state_view_of(state).q);
+  if (!thrum_contact_counts(&run))
+    return thrum_contact_beyond(error);
   thrum_contact_finish(&run);
   return THRUM_OK;
 }
@@ -285,17 +302,21 @@ thrum_status thrum_contact_step(const thrum_model *model, thrum_state *state,
     if (attempt != ATTEMPT_FIRST)
       status = again(&run, attempt, error);
     THRUM_THEN(status, thrum_contact_advance(&run, error));
-    if (status < 0 || attempt == ATTEMPT_WITHOUT || thrum_contact_allowed(&run))
+    if (status >= 0 && (thrum_contact_allowed(&run) || attempt == ATTEMPT_WITHOUT))
       break;
   }
+  if (status >= 0 && !thrum_contact_counts(&run))
+    status = thrum_contact_beyond(error);
+  if (status >= 0)
+    thrum_contact_finish(&run);
+  if (status >= 0 && !thrum_contact_whole_is_finite(environment))
+    status = thrum_contact_beyond(error);
 
   // a failure leaves everything as it was
   if (status < 0) {
     memcpy(state, run.view.snapshot, (size_t)contact->state_bytes);
     *contact = before;
     thrum_contact_put_back_whole(environment, &kept);
-    return status;
   }
-  thrum_contact_finish(&run);
   return status;
 }

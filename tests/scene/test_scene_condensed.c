@@ -280,6 +280,28 @@ static void a_body_is_condensed_and_stepped_whole_again_between_two_steps(void *
   random_model_free(&m);
 }
 
+/* A load that is not finite fails the step, and the slaves do not keep their answer to it. */
+static void a_load_beyond_numbers_leaves_the_shape_as_it_was(void **context) {
+  (void)context;
+  random_model m;
+  make_model(&m);
+  const thrum_scene_body_def def = def_of(&m);
+  thrum_scene *scene = scene_of(&def, 0.003, NULL);
+  steps(scene, 3);
+  double before[RANK], after[RANK];
+  MUST(thrum_scene_body_shape(scene, 0, before, &failure));
+
+  // gravity times the mass of a mode
+  const double gravity[3] = {1e308, 1e308, -1e308};
+  MUST(thrum_scene_set_gravity(scene, gravity, &failure));
+  assert_int_equal(thrum_scene_step(scene, &failure), THRUM_BAD_VALUE);
+  MUST(thrum_scene_body_shape(scene, 0, after, &failure));
+  assert_memory_equal(after, before, sizeof before);
+
+  thrum_scene_free(scene);
+  random_model_free(&m);
+}
+
 static void what_cannot_be_condensed_is_refused(void **context) {
   (void)context;
   random_model m;
@@ -313,6 +335,7 @@ int main(void) {
       cmocka_unit_test(a_snapshot_under_a_pull_and_a_changing_load_goes_on_with_the_same_bits),
       cmocka_unit_test(the_number_of_masters_can_change_without_a_jump_of_the_shape),
       cmocka_unit_test(a_body_is_condensed_and_stepped_whole_again_between_two_steps),
+      cmocka_unit_test(a_load_beyond_numbers_leaves_the_shape_as_it_was),
       cmocka_unit_test(what_cannot_be_condensed_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -423,6 +423,30 @@ static void an_energy_beyond_numbers_is_refused(void **context) {
   assert_true(e.total == 3);
 }
 
+/* A body that leaves the finite numbers as a whole fails, and stays where it was. */
+static void a_place_beyond_numbers_is_refused(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f);
+  def.free = 1;
+  def.velocity[0] = 1e308;
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
+  def.touch = NULL;
+  def.touch_count = 0;
+  MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
+  MUST(thrum_scene_set_dt(f->scene, 1e3, &failure));
+
+  // with touches and without
+  assert_int_equal(thrum_scene_step(f->scene, &failure), THRUM_NOT_FINITE);
+  for (int32_t n = 0; n < 2; n++) {
+    thrum_scene_body_info info;
+    double x[3];
+    MUST(thrum_scene_body(f->scene, n, &info, &failure));
+    assert_int_equal(info.status, THRUM_NOT_FINITE);
+    MUST(thrum_scene_body_vertex(f->scene, n, 0, x, NULL, &failure));
+    assert_true(isfinite(x[0] + x[1] + x[2]));
+  }
+}
+
 static void no_wind_is_too_strong_for_dt(void **context) {
   fixture *f = *context;
 
@@ -536,6 +560,7 @@ int main(void) {
       HELD(a_pull_holds_its_point_and_lets_go),
       FREE(wind_on_a_box_is_its_frontal_drag),
       FREE(an_energy_beyond_numbers_is_refused),
+      FREE(a_place_beyond_numbers_is_refused),
       HELD(no_wind_is_too_strong_for_dt),
       FREE(a_snapshot_holds_contact_and_ways),
       HELD(what_does_not_touch_has_no_rows),

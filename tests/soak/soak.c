@@ -227,9 +227,16 @@ static void look(soak *s, const thrum_model *model, thrum_state *state, thrum_in
   }
 }
 
+/* A load that stands may do and take back more work between two looks than they show. */
+static void follow(const thrum_model *model, thrum_state *state, account *a) {
+  double q[RANK_MOST];
+  if (thrum_state_get(model, state, q, NULL, NULL) >= 0)
+    a->put_most = fmax(a->put_most, fabs(a->put + thrum_load_work(a->force, a->q, q, model->rank)));
+}
+
 /* Steps; a state that fails stays as it was, and begins anew at rest. False: it did. */
 static bool stretch(soak *s, const thrum_model *model, thrum_state *state,
-                    thrum_integrator integrator, int64_t count) {
+                    thrum_integrator integrator, int64_t count, account *a) {
   thrum_error error = {0};
   for (int64_t n = 0; n < count; n++) {
     const thrum_status status = thrum_step(model, state, &error);
@@ -243,22 +250,23 @@ static bool stretch(soak *s, const thrum_model *model, thrum_state *state,
     s->steps++;
     s->by_integrator[integrator]++;
     s->by_model[s->model]++;
+    follow(model, state, a);
   }
   return true;
 }
 
 /* The steps from a snapshot have the same bits again. */
 static void step_twice(soak *s, const thrum_model *model, thrum_state *state,
-                       thrum_integrator integrator, int64_t count) {
+                       thrum_integrator integrator, int64_t count, account *a) {
   thrum_error error;
   double q[RANK_MOST], again[RANK_MOST];
   const size_t size = thrum_state_snapshot_size(state);
   void *snapshot = block(size);
   must(s, thrum_state_snapshot(state, snapshot, size, &error), &error);
-  if (stretch(s, model, state, integrator, count) &&
+  if (stretch(s, model, state, integrator, count, a) &&
       thrum_state_get(model, state, q, NULL, &error) >= 0) {
     must(s, thrum_state_restore(model, state, snapshot, size, &error), &error);
-    if (!stretch(s, model, state, integrator, count))
+    if (!stretch(s, model, state, integrator, count, a))
       fail(s, "a step fails after a restore");
     must(s, thrum_state_get(model, state, again, NULL, &error), &error);
     if (memcmp(q, again, (size_t)model->rank * sizeof *q) != 0)
@@ -315,9 +323,9 @@ static void run_state(soak *s, const thrum_model *model, double size) {
     const int64_t count = 16 + random_index(&s->random, 500);
     bool goes_on = true;
     if (chance(s, 4))
-      step_twice(s, model, state, def.integrator, 16);
+      step_twice(s, model, state, def.integrator, 16, &a);
     else
-      goes_on = stretch(s, model, state, def.integrator, count);
+      goes_on = stretch(s, model, state, def.integrator, count, &a);
     if (!goes_on)
       open_account(s, model, state, &a);
     look(s, model, state, def.integrator, &a);

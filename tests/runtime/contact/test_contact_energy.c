@@ -363,6 +363,39 @@ static void a_pull_does_not_tear_a_body_apart(void **state) {
   assert_true(largest <= 40);
 }
 
+/* A body that flies apart within a step on the floor fails, and all of it stays as it was. */
+static void an_energy_beyond_numbers_fails_the_step(void **context) {
+  (void)context;
+  rig_def def = rig_default();
+  def.integrator = THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER;
+  def.points = 5;
+  def.shape = 0.2;
+  def.stiffness = 1e12;
+  rig r;
+  rig_make(&r, &def);
+  r.translation.position[2] = -1e-4;
+  const double q[RIG_RANK] = {0}, p[RIG_RANK] = {1e153};
+  state_put(&r.m.model, r.state, q, p);
+
+  thrum_error error = {0};
+  const thrum_contact_report before = thrum_contact_report_get(r.contact);
+  assert_int_equal(thrum_contact_step(&r.m.model, r.state, r.contact, &r.environment, &error),
+                   THRUM_NOT_FINITE);
+  const thrum_contact_report after = thrum_contact_report_get(r.contact);
+  assert_non_null(strstr(error.message, "touch"));
+  assert_memory_equal(&after, &before, sizeof before);
+  assert_true(r.translation.position[2] == -1e-4);
+
+  // the same of a step in two halves, which cannot put the state back
+  assert_int_equal(thrum_contact_begin(&r.m.model, r.state, r.contact, &r.environment, &error),
+                   THRUM_OK);
+  assert_int_equal(thrum_step(&r.m.model, r.state, &error), THRUM_OK);
+  assert_int_equal(thrum_contact_end(&r.m.model, r.state, r.contact, &r.environment, &error),
+                   THRUM_NOT_FINITE);
+  assert_true(r.translation.position[2] == -1e-4);
+  rig_free(&r);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(contact_never_adds_energy),
@@ -374,6 +407,7 @@ int main(void) {
       cmocka_unit_test(begin_step_and_end_are_a_step),
       cmocka_unit_test(a_stiff_pull_follows_its_target),
       cmocka_unit_test(a_pull_does_not_tear_a_body_apart),
+      cmocka_unit_test(an_energy_beyond_numbers_fails_the_step),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

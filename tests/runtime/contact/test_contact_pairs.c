@@ -340,6 +340,41 @@ static void each_number_of_a_touch_of_a_copy_is_looked_at(void **context) {
     refuse(f, touch + at, &bad[at / sizeof(double) % 2], sizeof(double), THRUM_BAD_VALUE);
 }
 
+/* --- steps ------------------------------------------------------------------------------------ */
+
+/* Which of two bodies fails where one of them moves by x in the step, and their touch takes this
+ * work. */
+static int64_t beyond(const fixture *f, int mover, double x, double work) {
+  const thrum_contact_environment environment = {.obstacles = NULL};
+  thrum_contact none = {.rank = 0};
+  thrum_contact_member members[2] = {{.number = 0}, {.number = 1}};
+  thrum_pairs_run run = {.pairs = f->pairs,
+                         .members = members,
+                         .count = 2,
+                         .view = thrum_pairs_view_of(f->pairs),
+                         .row_count = 1};
+  for (int n = 0; n < 2; n++)
+    run.view.runs[n] = (thrum_contact_run){.contact = &none,
+                                           .environment = &environment,
+                                           .axes = {1, 0, 0, 0, 1, 0, 0, 0, 1},
+                                           .moved = {n == mover ? x : 0.5}};
+
+  // the row as the step left it
+  run.view.rows[0] = (thrum_pair_row){
+      .members = {0, 1}, .row = {.stiffness = 1e12, .work = work, .touch = {.gap = -fabs(x)}}};
+  return thrum_pairs_beyond(&run);
+}
+
+static void the_body_that_flies_apart_is_the_one_that_fails(void **context) {
+  const fixture *f = *context;
+  for (int mover = 0; mover < 2; mover++) {
+    assert_int_equal(beyond(f, mover, 1e3, 1), -1);
+    assert_int_equal(beyond(f, mover, 1e152, 1), mover);
+    assert_int_equal(beyond(f, mover, 1e3, NAN), mover);
+    assert_int_equal(beyond(f, mover, NAN, 1), mover);
+  }
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
 
 int main(void) {
@@ -351,6 +386,7 @@ int main(void) {
       TEST(a_copy_of_another_def_is_refused),
       TEST(counts_and_numbers_of_a_copy_have_their_range),
       TEST(each_number_of_a_touch_of_a_copy_is_looked_at),
+      TEST(the_body_that_flies_apart_is_the_one_that_fails),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
