@@ -14,7 +14,7 @@ static void begin_body(void *item, const void *in) {
   scene_body_spec *body = item;
   *body = (scene_body_spec){
       .settings = {.def = scene->settings.def},
-      .material = {.material = {NAN, NAN, NAN}},
+      .material = {.material = {NAN, NAN, NAN}, .plastic = scene->settings.def.plastic},
       .rotation = {1, 0, 0, 0},
       .scale = 1,
       .stiffness = 1,
@@ -187,6 +187,7 @@ static thrum_status check_base_motion(const char *text, thrum_error *error) {
 static const config_option material_keys[] = {
     OPTION_GROUP(material_options, "", AT(material)),
     OPTION_LAW("stvk", "; the model then has cubature points", AT(law)),
+    OPTION_GROUP(plastic_options, "", AT(plastic)),
     OPTION_END,
 };
 #undef AT
@@ -222,7 +223,9 @@ static const config_option body_keys[] = {
     OPTION_TEXT("surface", NULL, "the mesh's own",
                 "shown in its place: a file of embed, or an .obj or .stl in metres",
                 .path = CONFIG_PATH_ALWAYS, AT(surface)),
-    OPTION_OBJECT("material", material_keys, NULL, "of a mesh, in place of its own", AT(material)),
+    OPTION_OBJECT("material", material_keys, NULL,
+                  "of a mesh, in place of its own; of a model the plastic flow alone",
+                  AT(material)),
 
     // where the body is, and by what factors it differs from its model
     OPTION_VECTOR("position", "m", "[0, 0, 0]", "where the model's origin is", AT(position)),

@@ -156,8 +156,9 @@ static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_err
       .quiet = true,
   };
 
-  // all bodies share the time step of the scene
+  // all bodies share the time step of the scene, and each has its own material
   request->def.dt = run->dt;
+  request->def.plastic = body->spec->material.plastic;
   return request->loads != NULL && request->starts != NULL ? THRUM_OK : scene_run_no_memory(error);
 }
 

@@ -91,6 +91,7 @@ static cJSON *body_json(const scene_run *run, int32_t n) {
   json_number(object, "energy_last_j", figures->last.total);
   json_number(object, "energy_max_j", figures->energy_max);
   json_number(object, "drift", figures->drift);
+  json_number(object, "plastic_work_j", figures->plastic_work);
   json_number(object, "peak_displacement_m", figures->peak);
   json_number(object, "fallback_steps", (double)figures->fallback_steps);
   json_number(object, "grown_steps", (double)figures->report.grown_steps);

@@ -145,6 +145,8 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
   figures->work_load = info.work_load;
   figures->work_base = info.work_base;
   figures->dissipated = info.dissipated;
+  figures->plastic_work = info.plastic_work;
+  figures->plastic_strain = info.plastic_strain;
   figures->peak *= info.scale;
   // a level of detail changes the number, and the figures are of the body as it is stepped near
   const condensed_check *check = &run->bodies[body].check;

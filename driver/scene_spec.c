@@ -126,6 +126,31 @@ static thrum_status check_scene_split(const scene_spec *spec) {
   return check_split(spec, &spec->settings.at, spec->settings.def.integrator);
 }
 
+/* A model has its own moduli and law, and may flow where its points do. */
+static thrum_status check_material(const scene_spec *spec, const scene_body_spec *body, bool mesh) {
+  const scene_material_spec *material = &body->material;
+  static const char *const of_mesh[] = {"young", "poisson", "density", "law"};
+  for (int n = 0; n < 4 && !mesh && material->at.node != NULL; n++)
+    if (config_record_member(&spec->file, &material->at, of_mesh[n]) != NULL)
+      return config_record_refuse(&spec->file, &material->at, of_mesh[n], THRUM_BAD_VALUE,
+                                  "is of a mesh; use \"stiffness\" and \"density\" of a model");
+
+  // nothing flows below a yield, nor in a polynomial
+  const thrum_plastic *plastic = &material->plastic;
+  if (isinf(plastic->yield) && !(isinf(plastic->creep) && isinf(plastic->largest)))
+    return config_record_refuse(&spec->file, &material->at, "yield", THRUM_MISSING,
+                                "is needed: beyond it the material flows");
+  if (!isinf(plastic->yield) && mesh && material->law == THRUM_LAW_STVK)
+    return config_record_refuse(&spec->file, &material->at, "yield", THRUM_BAD_VALUE,
+                                "needs \"law\": \"corotational\" or \"neo-hookean\", whose "
+                                "points flow");
+  if (!isinf(plastic->yield) && spec->outputs.stress)
+    return config_record_refuse(&spec->file, &material->at, "yield", THRUM_BAD_VALUE,
+                                "is not there with \"stress\", which is of a material that does "
+                                "not flow");
+  return THRUM_OK;
+}
+
 static thrum_status check_body(const scene_spec *spec, const scene_body_spec *body) {
   const config_record *at = &body->settings.at;
   const bool mesh = thrum_mesh_is_named(body->model);
@@ -135,9 +160,7 @@ static thrum_status check_body(const scene_spec *spec, const scene_body_spec *bo
   if (!mesh && body->fix.count > 0)
     return config_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE,
                                 "is of a mesh; a model has its own");
-  if (!mesh && body->material.at.node != NULL)
-    return config_record_refuse(&spec->file, at, "material", THRUM_BAD_VALUE,
-                                "is of a mesh; use \"stiffness\" and \"density\" of a model");
+  THRUM_TRY(check_material(spec, body, mesh));
   if (body->settings.def.integrator != THRUM_INTEGRATOR_IMEXV)
     THRUM_TRY(check_split(spec, at, body->settings.def.integrator));
 

@@ -23,6 +23,7 @@ typedef struct scene_material_spec {
   config_record at;
   thrum_material material; /* NaN where the mesh's own stays */
   thrum_law law;
+  thrum_plastic plastic; /* of a model of points as well */
 } scene_material_spec;
 
 /* With how few coordinates a body is stepped while it is far or still. */

@@ -7,8 +7,8 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_units.h"
-#include "precompute/material/plastic_flow.h"
 #include "runtime/material/material_law.h"
+#include "runtime/material/plastic_flow.h"
 #include "thrum/thrum.h"
 
 #define X(name, value, text) text,

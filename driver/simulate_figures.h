@@ -20,12 +20,13 @@ typedef struct simulate_figures {
   thrum_error stop;     /* why it ended early; empty message: it did not */
   thrum_state_report report;
   thrum_full_report full; /* of --full */
-  double plastic_strain;  /* the same, largest at the end */
   int64_t fallback_steps;
   thrum_energies first, last;
   double energy_min, energy_max;
   double work_load, work_base; /* [J] */
   double dissipated;           /* [J]; NaN where it is not counted */
+  double plastic_work;         /* of it, that plastic flow took [J] */
+  double plastic_strain;       /* largest at the end */
   double spin[3];              /* of a body with --spin, at the end [degrees/s] */
   driver_drift windows;
   double drift;  /* NaN where it says nothing */

@@ -89,6 +89,8 @@ static const config_option options[] = {
                   AT(monitor), .given = offsetof(simulate_request, monitor_given)),
 
     OPTION_GROUP(solver_options, "the integrators", AT(def)),
+    OPTION_HEADING("plastic flow"),
+    OPTION_GROUP(plastic_options, "", AT(def.plastic)),
     OPTION_HEADING("the full order"),
     OPTION_FLAG("full",
                 "step the whole mesh, unreduced (energy, newmark, midpoint, verlet; default "
@@ -102,7 +104,6 @@ static const config_option options[] = {
                   "or four, as other programs take them",
                   AT(quadrature)),
     OPTION_FULL_LAW(simulate_request),
-    OPTION_GROUP(plastic_options, "", AT(plastic)),
 
     OPTION_HEADING("besides"),
     OPTION_FILE(simulate_request),
@@ -181,6 +182,17 @@ static const char *plastic_option(const thrum_plastic *plastic) {
                                     : NULL;
 }
 
+/* Whether plastic flow can be had as it is asked for. Models say themselves which of them flow. */
+static int check_plastic(const simulate_request *request) {
+  const char *plastic = plastic_option(&request->def.plastic);
+  if (plastic && isinf(request->def.plastic.yield))
+    return config_usage("simulate", "%s wants a --yield beyond which the material flows", plastic);
+  if (plastic && request->stress)
+    return config_usage(
+        "simulate", "--stress is of a material that does not flow; leave it out with %s", plastic);
+  return COMMAND_DONE;
+}
+
 /* Whether the full order can do what is asked for.
  * COMMAND_DONE, or the exit code after its line has been printed. */
 static int check_full(simulate_request *request) {
@@ -189,12 +201,6 @@ static int check_full(simulate_request *request) {
     return config_usage("simulate", "--law goes with --full: a model has its own (precompute "
                                     "--law)");
 
-  // nothing flows below a yield
-  const char *plastic = plastic_option(&request->plastic);
-  if (plastic && !request->full)
-    return config_usage("simulate", "%s goes with --full: models do not flow", plastic);
-  if (plastic && isinf(request->plastic.yield))
-    return config_usage("simulate", "%s wants a --yield beyond which the material flows", plastic);
   if (!request->full)
     return COMMAND_DONE;
 
@@ -262,13 +268,13 @@ static int finish(simulate_request *request) {
       mesh_model_full_check("simulate", request->model_path, &request->mesh_def, request->full);
 
   const int spins = found == COMMAND_DONE ? check_spin(request) : found;
-  return spins == COMMAND_DONE ? check_full(request) : spins;
+  const int full = spins == COMMAND_DONE ? check_full(request) : spins;
+  return full == COMMAND_DONE ? check_plastic(request) : full;
 }
 
 int simulate_options_read(int argc, char **argv, simulate_request *request) {
   request->def = thrum_default_state_def();
   request->mesh_def = mesh_model_def_default();
-  request->plastic = thrum_default_full_def().plastic;
   request->time = TIME_DEFAULT;
   request->record_every = 1;
   request->threads = 1;

@@ -66,9 +66,9 @@ static cJSON *options_json(const simulate_request *request) {
   cJSON_AddStringToObject(object, "quadrature", full_quadrature_names[request->quadrature]);
   if (request->law_given)
     cJSON_AddStringToObject(object, "law", law_names[request->law]);
-  json_number(object, "yield", request->plastic.yield);
-  json_number(object, "creep", request->plastic.creep);
-  json_number(object, "largest_plastic_strain", request->plastic.largest);
+  json_number(object, "yield", def->plastic.yield);
+  json_number(object, "creep", def->plastic.creep);
+  json_number(object, "largest_plastic_strain", def->plastic.largest);
   cJSON_AddStringToObject(object, "frames_in", request->ground ? "ground" : "base");
 
   // frames in the form that the option takes
@@ -207,8 +207,6 @@ static void add_full(cJSON *object, const simulate_figures *figures) {
   json_string(full, "linear_solver", full_solver_names[request->solver]);
   json_number(full, "solver_iterations", (double)figures->full.solver_iterations);
   json_number(full, "dt_stable", figures->full.dt_stable);
-  json_number(full, "plastic_work_j", figures->full.plastic_work);
-  json_number(full, "plastic_strain", figures->plastic_strain);
 }
 
 /* The energy that came into the body and left it, and the part of its energy that this does not
@@ -218,6 +216,7 @@ static void add_work(cJSON *object, const simulate_figures *figures) {
   json_number(work, "load_j", figures->work_load);
   json_number(work, "base_j", figures->work_base);
   json_number(work, "dissipated_j", figures->dissipated);
+  json_number(work, "plastic_j", figures->plastic_work);
   json_number(work, "balance_j", simulate_figures_balance(figures));
 }
 
@@ -230,6 +229,7 @@ static void add_energies(cJSON *object, const simulate_figures *figures) {
   if (simulate_spins(figures->request))
     json_numbers(object, "spin_last_deg_s", figures->spin, 3);
   json_number(object, "drift", figures->drift);
+  json_number(object, "plastic_strain", figures->plastic_strain);
   json_number(object, "peak_displacement_m", figures->peak);
   json_number(object, "peak_vertex",
               figures->peak_vertex >= 0 ? (double)figures->peak_vertex + 1 : NAN);
@@ -305,7 +305,7 @@ static const char *no_drift(const simulate_figures *figures) {
     return "- (the run ended early)";
   if (figures->request->def.damping_alpha > 0 || figures->request->def.damping_beta > 0)
     return "- (only of motion without damping)";
-  if (figures->full.plastic_work > 0)
+  if (figures->plastic_work > 0)
     return "- (only of motion without plastic flow)";
   if (figures->windows.last_end == 0)
     return "- (needs 100 rows after the loads have ended)";
@@ -345,16 +345,16 @@ static void print_work(const simulate_figures *figures) {
     printf("%.6g J dissipated\n", figures->dissipated);
 }
 
-/* The law of the unreduced mesh, and how much of it has flowed. */
+/* The law of the material, and how much of it has flowed. */
 static void print_material(const simulate_figures *figures) {
   const simulate_request *request = figures->request;
   const thrum_law law = law_of_run(request->law_given, request->law, figures->model);
   printf("material     %s", thrum_law_name(law));
-  if (isinf(request->plastic.yield))
+  if (isinf(request->def.plastic.yield))
     puts(", which does not flow");
   else
     printf(", flows beyond a strain of %g: %.6g J taken by the flow, plastic strain up to %.3g\n",
-           request->plastic.yield, figures->full.plastic_work, figures->plastic_strain);
+           request->def.plastic.yield, figures->plastic_work, figures->plastic_strain);
 }
 
 void simulate_report_table(const simulate_figures *figures, const run_output *output,
@@ -373,7 +373,7 @@ void simulate_report_table(const simulate_figures *figures, const run_output *ou
   }
   puts("");
 
-  if (request->full)
+  if (request->full || !isinf(request->def.plastic.yield))
     print_material(figures);
   if (figures->masters > 0)
     print_condensed(figures);

@@ -46,7 +46,7 @@ static thrum_full_def def_of(const simulate_request *request, const thrum_model 
   def.solver = request->solver;
   def.quadrature = request->quadrature;
   def.law = law_of_run(request->law_given, request->law, model);
-  def.plastic = request->plastic;
+  def.plastic = request->def.plastic;
   return def;
 }
 
@@ -226,9 +226,10 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
   figures->fallback_steps = self->fallback_steps;
   figures->work_load = self->loads.work_load;
   figures->work_base = self->loads.work_base;
+  figures->plastic_work = figures->full.plastic_work;
   figures->plastic_strain = thrum_full_plastic_strain(self->body);
   figures->dissipated =
-      def->damping_alpha > 0 || def->damping_beta > 0 ? NAN : figures->full.plastic_work;
+      def->damping_alpha > 0 || def->damping_beta > 0 ? NAN : figures->plastic_work;
 }
 
 static void close_full(void *stepper) {

@@ -70,10 +70,13 @@ static thrum_status set_start(reduced_stepper *self, thrum_error *error) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--split %d: the model has only %lld modes", (int)def->explicit_count,
                            (long long)self->model->rank);
-  THRUM_TRY(thrum_state_create(self->model, def, &self->state, error));
+  thrum_status status = thrum_state_create(self->model, def, &self->state, &detail);
+  if (status < 0)
+    return thrum_error_set(error, status, "%s%s", status == THRUM_UNSUPPORTED ? "--yield: " : "",
+                           detail.message);
 
   // the state refuses a start that no step could continue
-  const thrum_status status = thrum_state_set(self->model, self->state, q, p, &detail);
+  status = thrum_state_set(self->model, self->state, q, p, &detail);
   if (status < 0)
     return thrum_error_set(error, status, "%s: %s", request->start_count > 0 ? "--start" : "--dt",
                            detail.message);
@@ -191,6 +194,8 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
   figures->work_load = self->loads.work_load;
   figures->work_base = self->loads.work_base;
   figures->dissipated = figures->report.dissipated;
+  figures->plastic_work = figures->report.plastic_work;
+  figures->plastic_strain = thrum_state_plastic_strain(self->state);
   stepper_spin_now(&self->spin, figures->spin);
   if (self->shape != self->model)
     condensed_check_report(&self->check, self->model, figures);

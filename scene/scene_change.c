@@ -28,6 +28,8 @@ static thrum_status rebuild_as(thrum_scene *scene, scene_body *body, const thrum
   thrum_rigid_frame frame = body->rigid_frame;
   thrum_status status =
       scene_state_make(scene, derived->model, def, body->q, body->p, &state, error);
+  if (isfinite(def->plastic.yield))
+    THRUM_THEN(status, thrum_state_take_plastic(state, body->state, error));
   if (body->inertia_work != NULL) {
     THRUM_THEN(status, scene_coupled_fit(body, derived, def, error));
     THRUM_THEN(status, thrum_floating_frame_settle(derived->inertia, body->q, body->p, &frame,

@@ -122,7 +122,7 @@ typedef struct scene_wrench {
 /* The counts of a state's report, which a scene keeps for as long as the body lives. */
 typedef struct scene_counts {
   int64_t fallback_steps;
-  double dissipated;
+  double dissipated, plastic_work;
 } scene_counts;
 
 /* A body with a level of detail, as its updates have seen it. */

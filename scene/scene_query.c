@@ -23,6 +23,7 @@ scene_counts scene_body_counts(const scene_body *body) {
   scene_counts counts = body->before_state;
   counts.fallback_steps += now.newton_steps + now.energy_steps + now.substep_steps;
   counts.dissipated += now.dissipated;
+  counts.plastic_work += now.plastic_work;
   return counts;
 }
 
@@ -103,6 +104,8 @@ thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_sc
       .work_load = body->work_load,
       .work_base = body->work_base,
       .dissipated = counts.dissipated,
+      .plastic_work = counts.plastic_work,
+      .plastic_strain = thrum_state_plastic_strain(body->state),
       .free = body->free,
       .mass = body->way.mass,
       .report = thrum_state_report_get(body->state),

@@ -1,6 +1,7 @@
 /* Loads what `thrum view` is to show. SPDX-License-Identifier: Apache-2.0 */
 #include "app/view/view_archive_make.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -60,11 +61,17 @@ static void list_models(const scene_models *models, const scene_spec *spec, view
 
 /* Names what acts on bodies that the viewer knows nothing of. */
 static void warn_of_rest(const scene_spec *spec) {
-  bool beta = false, coupled = false;
+  bool beta = false, coupled = false, flows = false;
   for (int64_t n = 0; n < spec->bodies.count; n++) {
     beta = beta || scene_bodies(spec)[n].settings.def.damping_beta > 0;
     coupled = coupled || scene_bodies(spec)[n].coupled;
+    flows = flows || isfinite(scene_bodies(spec)[n].material.plastic.yield);
   }
+
+  // one line for each
+  if (flows)
+    config_warn("%.200s: the viewer leaves out plastic flow: bodies are elastic there",
+                spec->file.name);
   if (coupled)
     config_warn("%.200s: the viewer leaves out what spin and shape do to each other",
                 spec->file.name);

@@ -39,7 +39,7 @@ _thrum() {
   'simulate --linear-solver') words='cholesky cg' ;;
   'simulate --quadrature') words='exact four' ;;
   'simulate --law') words='stvk corotational neo-hookean' ;;
-  'simulate '*) words=' --output --dt --time --load --base-motion --start --spin --rank --condense --record-every --frames --frames-in --stress --monitor --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --frequency-matching --newmark --solver --tolerance --iterations --full --fix --young --poisson --density --material --scale --unit --regions --order --linear-solver --quadrature --law --yield --creep --largest-plastic-strain --options --threads --json --quiet --help' ;;
+  'simulate '*) words=' --output --dt --time --load --base-motion --start --spin --rank --condense --record-every --frames --frames-in --stress --monitor --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --frequency-matching --newmark --solver --tolerance --iterations --yield --creep --largest-plastic-strain --full --fix --young --poisson --density --material --scale --unit --regions --order --linear-solver --quadrature --law --options --threads --json --quiet --help' ;;
   'view '*) words='--output --surface --fps --no-open --json --quiet --help' ;;
   'static --monitor') words='on off' ;;
   'static --linear-solver') words='cholesky cg' ;;

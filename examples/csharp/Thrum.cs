@@ -33,6 +33,9 @@ namespace Thrum {
     public double NewmarkBeta;
     public double NewmarkGamma;
     public double Tolerance;
+    public double PlasticYield;
+    public double PlasticCreep;
+    public double PlasticLargest;
     public int ExplicitCount;
     public int IterationsMax;
     public int Kernel;

@@ -124,6 +124,10 @@ typedef struct thrum_model {
   const struct thrum_model *shape;
   const double *follow, *follow_by_pair; /* the second has a row for each pair of masters */
   double follow_scale;
+  /* Rows F_p^-1 - 1, row-major, of the cubature points of a point_law: how far the material has
+   * flowed (design 19); NULL: nothing has. Files hold none. A state that flows steps with a copy of
+   * the model that has the state's own here. */
+  const double *point_plastic;
 } thrum_model;
 
 /* Number of cubic and of quartic monomials in `rank` coordinates. Any thread. */

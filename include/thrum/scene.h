@@ -694,7 +694,10 @@ typedef struct thrum_scene_body_info {
   int64_t fallback_steps;             /* steps that fell back since the start */
   double work_load,                   /* work of loads and gravity since the start [J] */
       work_base;                      /* work of the moving ground since the start [J] */
-  double dissipated;                  /* energy that damping took since the start [J] */
+  double dissipated;                  /* energy that damping and plastic flow took since the
+                                         start [J] */
+  double plastic_work;                /* of it, that plastic flow took [J] */
+  double plastic_strain;              /* thrum_state_plastic_strain */
   int32_t free;                       /* 1: it moves and rotates as a whole */
   double mass;                        /* mass of a free body [kg]; 0: held */
   thrum_contact_report contact;       /* zero for a body without contact and pulls */

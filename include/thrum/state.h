@@ -161,6 +161,23 @@ THRUM_API thrum_status thrum_implicit_solver_from_name(const char *name,
 
 /* --- definition ------------------------------------------------------------------------------- */
 
+/* Plastic flow of a material, design 19: the strain beyond `yield` flows after each step and stays.
+ * The parameters are those of O'Brien, Bargteil & Hodgins 2002, doi:10.1145/566654.566579, and
+ * Mueller & Gross 2004, Interactive virtual materials. */
+typedef struct thrum_plastic {
+  /* Norm of the deviator of the principal elastic strains s - 1 above which the material flows; >
+   * 0, default infinite: it never does. Larger: stronger. */
+  double yield;
+
+  /* Share of the strain beyond it that flows in a second, as the rate of an exponential; > 0 [1/s],
+   * default infinite: all of it flows at once. Larger: softer under loads that last. */
+  double creep;
+
+  /* Norm of the logarithms of the principal plastic stretches that is not exceeded; > 0, default
+   * infinite: no bound. Larger: flows further. */
+  double largest;
+} thrum_plastic;
+
 /* How a state is to be stepped. Start from thrum_default_state_def and change fields. */
 typedef struct thrum_state_def {
   /* Set by thrum_default_state_def; a def without it is refused with THRUM_UNINITIALISED_DEF. */
@@ -207,6 +224,12 @@ typedef struct thrum_state_def {
    * step's energy by about it; with energy it bounds what the correction carried to the
    * next step leaves, ten times as much where a step takes one force evaluation (design 7). */
   double tolerance;
+
+  /* Plastic flow at the cubature points of a model with a point_law, by the integrator energy; a
+   * finite yield of any other model or integrator is refused. Default none. The plastic strain of
+   * each point is part of the state. A step costs a pass over the points more, and one in which
+   * something flows an evaluation of the force. */
+  thrum_plastic plastic;
 
   /* Explicit modes of the rule count; 0 to the model's rank, default 0. Larger: a cheaper step,
    * until the fastest of them is beyond its stability limit. */
@@ -337,9 +360,9 @@ THRUM_API thrum_status thrum_state_copy_check(const thrum_model *model, const th
  * thrum_state_init: of another rank, or of other coefficients (`identity` of thrum_model). A call
  * that fails leaves every byte that persists as it was. */
 
-/* Sets q and p of the same time (rank each; NULL means zero). Counters, load and time stay; the
- * history of the solver is forgotten, and the mean load of the step before counts as zero.
- * THRUM_BAD_VALUE for NaN or Inf, THRUM_NOT_FINITE where the forces at q overflow. */
+/* Sets q and p of the same time (rank each; NULL means zero). Counters, load, time and what has
+ * flowed stay; the history of the solver is forgotten, and the mean load of the step before counts
+ * as zero. THRUM_BAD_VALUE for NaN or Inf, THRUM_NOT_FINITE where the forces at q overflow. */
 THRUM_API thrum_status thrum_state_set(const thrum_model *model, thrum_state *state,
                                        const double *q, const double *p, thrum_error *error);
 
@@ -353,6 +376,25 @@ THRUM_API thrum_status thrum_state_get(const thrum_model *model, thrum_state *st
  * at vertices. THRUM_BAD_VALUE for NaN or Inf. */
 THRUM_API thrum_status thrum_state_set_force(const thrum_model *model, thrum_state *state,
                                              const double *force, thrum_error *error);
+
+/* Puts the material to where nothing has flowed: no plastic strain and no plastic work, of which
+ * `dissipated` of the report then has none either. q, p, counters, load and time stay. The strain
+ * energy changes at once, so an account of energies begins anew. THRUM_OK without a change for a
+ * state that cannot flow. */
+THRUM_API thrum_status thrum_state_clear_plastic(const thrum_model *model, thrum_state *state,
+                                                 thrum_error *error);
+
+/* What has flowed in `from`, a state of a model with the same cubature points, of any rank and
+ * scale, flows on in `state`: its plastic strain; plastic work stays counted where it was. For
+ * bodies whose state is made anew. The strain energy changes at once. THRUM_INVALID_ARGUMENT for
+ * NULL, THRUM_MODEL_MISMATCH where one of them has other points or cannot flow. */
+THRUM_API thrum_status thrum_state_take_plastic(thrum_state *state, const thrum_state *from,
+                                                thrum_error *error);
+
+/* Largest plastic strain of all points, the norm of the logarithms of the principal plastic
+ * stretches; 0 for a state that has not flowed and for NULL. Any thread that only reads the state.
+ */
+THRUM_API double thrum_state_plastic_strain(const thrum_state *state);
 
 /* Changes the time step [s] between two steps, as often as wanted (design 4). q and p of the
  * present time stay as they are, and so do the target energy, the energy balance, a switch to
@@ -448,7 +490,9 @@ typedef struct thrum_state_report {
   double stability_number_peak; /* its largest value */
   double balance_last;     /* imexv: energy less work plus dissipation, relative to the energy */
   double balance_peak;     /* its largest magnitude */
-  double dissipated;       /* energy that damping took [J]; the tangent form may feed some in */
+  double dissipated;       /* energy that damping and plastic flow took [J]; the tangent form of
+                              damping may feed some in */
+  double plastic_work;     /* of it, that plastic flow took: strain energy, never negative [J] */
   thrum_scheme scheme;     /* in use now */
   int32_t explicit_modes;  /* |E| now; r for verlet and rk4, else 0 but for imexv */
   int32_t implicit_modes;  /* |I| now */

@@ -14,8 +14,8 @@
 
 #include "precompute/full/full_loading.h"
 #include "precompute/full/full_solver.h"
-#include "precompute/material/plastic_flow.h"
 #include "runtime/material/material_law.h"
+#include "runtime/material/plastic_flow.h"
 #include "thrum/model.h"
 
 typedef enum thrum_full_scheme {

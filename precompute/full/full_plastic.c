@@ -12,11 +12,6 @@
 #include "precompute/fem/fem_tet.h"
 #include "precompute/full/full_private.h"
 
-enum {
-  HALVINGS_MAX = 12, // of what flows, until it takes energy
-  BOUND_MAX = 64     // the same until it stays within its bound, beyond which nothing is left
-};
-
 static int64_t point_count(const thrum_full *full) {
   const thrum_fem *fem = full_elastic(full);
   return fem->tet_count * fem->point_count;
@@ -58,51 +53,35 @@ static double strain_of(const double *plastic) {
   return thrum_plastic_strain(matrix);
 }
 
-/* The flow that stays within the bound, from `*share` of what the rule asks for on, and where it
- * takes the point; false where there is none. */
-static bool flow_within(const thrum_plastic *material, double dt, thrum_tet *tet,
-                        double before[3][3], double *share, double flowed[3][3]) {
-  if (!thrum_plastic_flow(material, dt, tet->displacement, before, *share, flowed))
-    return false;
-  if (isinf(material->largest))
-    return true;
+/* A point of the mesh. */
+typedef struct mesh_point {
+  const thrum_full *full;
+  int64_t tet;
+  int number;
+  double *plastic; /* its place in the array that the elements see */
+} mesh_point;
 
-  // a strain that is beyond it may become less
-  const double most = fmax(material->largest, thrum_plastic_strain(before));
-  for (int k = 0; k < BOUND_MAX && thrum_plastic_strain(flowed) > most; k++) {
-    *share *= 0.5;
-    thrum_plastic_flow(material, dt, tet->displacement, before, *share, flowed);
-  }
-  return thrum_plastic_strain(flowed) <= most;
+/* Leaves what it is asked about in the array. */
+static double energy_at(const void *context, double plastic[3][3]) {
+  const mesh_point *at = context;
+  thrum_tet tet;
+  memcpy(at->plastic, plastic, 9 * sizeof *at->plastic);
+  thrum_tet_deform(full_elastic(at->full), at->tet, at->number, at->full->place, &tet);
+  return tet.energy;
 }
 
 /* The flow at one point; whether there was any. */
 static bool flow_at(thrum_full *full, double dt, int64_t t, int p) {
   const thrum_fem *fem = full_elastic(full);
-  double *plastic = full->plastic + 9 * (t * fem->point_count + p);
-  double before[3][3], flowed[3][3], share = 1;
-  memcpy(before, plastic, sizeof before);
-  thrum_tet tet, after;
+  const mesh_point at = {full, t, p, full->plastic + 9 * (t * fem->point_count + p)};
+  const thrum_plastic_point point = {&full->def.plastic, dt, energy_at, &at};
+  double plastic[3][3];
+  memcpy(plastic, at.plastic, sizeof plastic);
+  thrum_tet tet;
   thrum_tet_place(fem, t, p, full->place, &tet);
-
-  // less of it where the energy would rise
-  for (int k = 0; k < HALVINGS_MAX; k++, share *= 0.5) {
-    if (!flow_within(&full->def.plastic, dt, &tet, before, &share, flowed))
-      break;
-
-    // most points are within the yield, so the energy before it is taken where there is a flow
-    if (k == 0)
-      thrum_tet_deform(fem, t, p, full->place, &tet);
-    memcpy(plastic, flowed, sizeof flowed);
-    thrum_tet_deform(fem, t, p, full->place, &after);
-    if (after.energy <= tet.energy) {
-      full->plastic_work += tet.energy - after.energy;
-      return true;
-    }
-  }
-
-  memcpy(plastic, before, sizeof before);
-  return false;
+  const bool flowed = thrum_plastic_settle(&point, tet.displacement, plastic, &full->plastic_work);
+  memcpy(at.plastic, plastic, sizeof plastic);
+  return flowed;
 }
 
 void thrum_full_clear_plastic(thrum_full *full) {

@@ -17,8 +17,8 @@
 #include <string.h>
 
 #include "precompute/material/material_law_mean.h"
-#include "precompute/material/principal.h"
 #include "runtime/base/vec3.h"
+#include "runtime/material/principal.h"
 
 /* |dE|^2 beside the fourth power of the least stretch, or |D|^2, below which the bracket comes from
  * quadrature: its error there, the seventh power of the change, is below rounding, and differences

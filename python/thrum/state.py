@@ -28,6 +28,7 @@ _SPLIT_RULES = {"cfl": 0, "sampling": 1, "count": 2}
 _KERNELS = {"best": 0, "reference": 1, "avx2": 2, "avx512": 3, "neon": 4, "wasm": 5}
 _NUMBERS = ("dt", "damping_alpha", "damping_beta", "split_safety", "newmark_beta", "newmark_gamma", "tolerance")
 _WHOLE = ("explicit_count", "iterations_max")
+_PLASTIC = ("plastic_yield", "plastic_creep", "plastic_largest")
 _SWITCHES = ("adaptive", "fallback", "frequency_matched")
 
 
@@ -43,12 +44,14 @@ def state_def(options: dict[str, Any]) -> Any:
             definition.kernel = _named(_KERNELS, name, value)
         elif name in _NUMBERS:
             setattr(definition, name, float(value))
+        elif name in _PLASTIC:
+            setattr(definition.plastic, name.removeprefix("plastic_"), float(value))
         elif name in _WHOLE:
             setattr(definition, name, value)
         elif name in _SWITCHES:
             setattr(definition, name, 1 if value else 0)
         else:
-            known = ", ".join([*_TYPES, "split_rule", "kernel", *_NUMBERS, *_WHOLE, *_SWITCHES])
+            known = ", ".join([*_TYPES, "split_rule", "kernel", *_NUMBERS, *_PLASTIC, *_WHOLE, *_SWITCHES])
             raise TypeError(f"a state has no option {name!r}; it has: {known}")
     return definition
 
@@ -102,6 +105,7 @@ class Report:
     balance_last: float
     balance_peak: float
     dissipated: float
+    plastic_work: float
     scheme: str
     explicit_modes: int
     implicit_modes: int
@@ -122,7 +126,9 @@ class State:
     Options, with the defaults of the C library: integrator "energy", dt 0.003 [s], damping_alpha 0 [1/s],
     damping_beta 0 [s], damping_form "rest", split_rule "cfl", split_safety 0.5, explicit_count 0, newmark_beta 0.25,
     newmark_gamma 0.5, tolerance 0 (the integrator's own), iterations_max 50, split_form "position", adaptive True,
-    fallback True, solver "quasi-newton", frequency_matched True, kernel "best".
+    fallback True, solver "quasi-newton", frequency_matched True, kernel "best". Plastic flow at the cubature points of a
+    model of another law, by "energy": plastic_yield (a strain), plastic_creep [1/s] and plastic_largest (a strain), all
+    infinite: no flow.
 
     A state keeps its model alive. Several threads may use it in turn: each call waits for the one before it. It is
     pickled with its model and continues with the same bits.
@@ -231,6 +237,11 @@ class State:
             call(lib.thrum_state_set_force, self._c_model, self._open(), _native.pointer(force))
             self._force[:] = force
 
+    def clear_plastic(self) -> None:
+        """Puts the material to where nothing has flowed; q and p stay."""
+        with self._lock:
+            call(lib.thrum_state_clear_plastic, self._c_model, self._open())
+
     def set_dt(self, dt: float) -> None:
         """Changes the time step [s] between two steps, as often as wanted."""
         with self._lock:
@@ -250,6 +261,12 @@ class State:
             return Status.OK if status == 0 else Status(_native.check(status, error))
 
     # --- what it says of itself ------------------------------------------------------------------
+
+    @property
+    def plastic_strain(self) -> float:
+        """The largest plastic strain of all points; 0 where nothing has flowed."""
+        with self._lock:
+            return float(lib.thrum_state_plastic_strain(self._open()))
 
     @property
     def energies(self) -> Energies:

@@ -18,6 +18,7 @@
 #include "runtime/dynamics/fox_goodwin.h"
 #include "runtime/dynamics/frequency_matching.h"
 #include "runtime/dynamics/manifold.h"
+#include "runtime/dynamics/point_flow.h"
 #include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/dynamics/state_layout.h"
 #include "runtime/polynomial/polynomial_private.h"
@@ -103,15 +104,17 @@ thrum_status thrum_contact_predict(thrum_contact_run *run, thrum_error *error) {
   thrum_state *state = run->state;
   const int32_t r = state->rank;
   thrum_state_view view = thrum_state_view_of(state);
+  thrum_model flowed;
+  const thrum_model *model = thrum_flowed_model(run->model, state, &flowed);
 
   // momenta at the start of the step; a staggered state keeps them half a step away
-  const thrum_status synchronised = thrum_staggered_synchronise(run->model, state, &view, NULL);
+  const thrum_status synchronised = thrum_staggered_synchronise(model, state, &view, NULL);
   if (synchronised == THRUM_OK) {
 
     // synchronising has evaluated R of the explicit modes only, less kappa q in the quadratic split
     const bool plain = state->scheme == THRUM_SCHEME_QUADRATIC && state->split < r;
     if (plain || thrum_staggered_modes(state) < r)
-      thrum_internal_force_by(view.kernel, run->model, view.q, view.force, view.work);
+      thrum_internal_force_by(view.kernel, model, view.q, view.force, view.work);
 
     for (int32_t i = 0; i < r; i++) {
       run->view.q[i] = view.q[i];

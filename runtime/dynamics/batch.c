@@ -28,7 +28,11 @@
 static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_batch_group *g) {
   const size_t number = THRUM_BATCH_LANES_MAX * sizeof(double), rank = (size_t)model->rank;
   const size_t restricted = (size_t)thrum_restricted_count(model->rank);
+
+  // what a state that steps alone restricts its model to: slopes of a manifold, or points
+  size_t alone = (size_t)thrum_restriction_count(model, model->rank);
   const size_t slopes = (size_t)thrum_manifold_count(model);
+  alone = alone > slopes ? alone : slopes;
   const size_t sizes[] = {THRUM_BATCH_LANES_MAX * sizeof(thrum_batch_member),
                           rank * number,
                           rank * number,
@@ -37,7 +41,7 @@ static size_t lay_out(const thrum_model *model, unsigned char *memory, thrum_bat
                           rank * rank * number,
                           (size_t)thrum_batch_work(model->rank) * number,
                           (size_t)thrum_step_work_count(model) * sizeof(double),
-                          (restricted > slopes ? restricted : slopes) * sizeof(double),
+                          alone * sizeof(double),
                           (size_t)thrum_borrowed_own(model->rank) * number};
 
   // one part after the other, each aligned
@@ -156,6 +160,13 @@ static void add(thrum_batch_group *g, thrum_state *state, int64_t index, outcome
   thrum_batch_member *one = &g->members[g->count];
   one->index = index;
   const thrum_borrowed_workspace borrowed = {g->one_work, g->one_restricted, one->own};
+
+  // no pass takes cubature points of many states
+  if (thrum_has_points(g->model)) {
+    const thrum_status alone = thrum_step_alone(g->model, state, &borrowed, &why);
+    note(o, index, alone, &why);
+    return;
+  }
   const thrum_status status = thrum_step_begin(g->model, state, &borrowed, &one->run, &why);
   if (status < 0) {
     note(o, index, status, &why);

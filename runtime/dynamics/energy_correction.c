@@ -64,6 +64,13 @@ static void add(thrum_energy_target *target, double amount) {
   target->energy = sum;
 }
 
+void thrum_energy_correction_take(thrum_state *state, double amount) {
+  if (state->target.status == THRUM_ENERGY_CORRECTION_CLOSED)
+    return;
+  add(&state->target, -amount);
+  state->target.moved += fabs(amount);
+}
+
 /* Adds work and dissipation of the step to the target. */
 static void enter_step(thrum_state *state, const thrum_state_view *view,
                        const thrum_solve_report *report) {

@@ -11,6 +11,10 @@
 void thrum_energy_correction_open(thrum_state *state, double energy);
 void thrum_energy_correction_close(thrum_state *state);
 
+/* Takes an amount [J] that the body has lost between two steps off the target, where there is one.
+ */
+void thrum_energy_correction_take(thrum_state *state, double amount);
+
 /* Enters a solved step of the energy integrator; may scale view->p_next by the energy error. */
 void thrum_energy_correction_after(const thrum_model *model, thrum_state *state,
                                    thrum_state_view *view, const thrum_solve_report *report);

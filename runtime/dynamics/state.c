@@ -24,6 +24,7 @@
 #include "runtime/dynamics/mode_split.h"
 #include "runtime/dynamics/motion_norm.h"
 #include "runtime/dynamics/newmark.h"
+#include "runtime/dynamics/point_flow.h"
 #include "runtime/dynamics/stability.h"
 #include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/dynamics/state_def.h"
@@ -92,12 +93,14 @@ void thrum_state_plan(thrum_state *state, const thrum_model *model) {
   const bool manifold = def->integrator == THRUM_INTEGRATOR_MANIFOLD;
 
   state->work_count = thrum_step_work_count(model);
-  // midpoint and Newmark evaluate the whole model; imexv restricts it to fewer than r modes, and
-  // a manifold has its slopes there
+  // midpoint and Newmark evaluate the whole model; imexv restricts it to fewer than r modes,
+  // a manifold has its slopes there, and what may flow the gradients of its points
   state->restricted_count = def->integrator == THRUM_INTEGRATOR_IMEXV
                                 ? thrum_restriction_count(model, n < r ? n : r - 1)
-                            : manifold ? thrum_manifold_count(model)
-                                       : 0;
+                            : manifold            ? thrum_manifold_count(model)
+                            : thrum_can_flow(def) ? thrum_restriction_count(model, r)
+                                                  : 0;
+  state->plastic_count = thrum_can_flow(def) ? THRUM_POINT_ROWS * model->point_count : 0;
 
   // tangent damping needs T of all modes, also where few or none are implicit
   state->kept_count = def->integrator == THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER ? 0 : n * n;
@@ -312,6 +315,8 @@ thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const
     return refuse_values(error, "p");
 
   // candidates in scratch, and a copy of the header, so that a failure leaves no trace
+  thrum_model flowed;
+  model = thrum_flowed_model(model, state, &flowed);
   thrum_state_view view = thrum_state_view_of(state);
   copy_or_zero(view.q_next, q, r);
   copy_or_zero(view.p_next, p, r);
@@ -369,6 +374,8 @@ thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, do
                            "dt is %g, and was %g: the ratio is not finite", dt, state->def.dt);
 
   // p at the time of q does not depend on dt; the stored one does
+  thrum_model flowed;
+  model = thrum_flowed_model(model, state, &flowed);
   thrum_state_view view = thrum_state_view_of(state);
   THRUM_TRY(synchronise(model, state, &view, NULL, error));
   thrum_state changed = *state;
@@ -415,6 +422,8 @@ thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
   if (!energies)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "energies is NULL");
 
+  thrum_model flowed;
+  model = thrum_flowed_model(model, state, &flowed);
   thrum_state_view view = thrum_state_view_of(state);
   thrum_energies found = {0.0, 0.0, 0.0, 0.0};
   THRUM_TRY(synchronise(model, state, &view, &found.potential, error));

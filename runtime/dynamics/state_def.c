@@ -1,10 +1,12 @@
 /* The definition of a state: its defaults and its checks (thrum/state.h).
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/dynamics/state_def.h"
-#include "runtime/polynomial/points.h"
 
 #include <math.h>
 
+#include "runtime/dynamics/state_layout.h"
+#include "runtime/material/material_law.h"
+#include "runtime/polynomial/points.h"
 #include "thrum/condensed_model.h"
 
 #define DEF_COOKIE UINT32_C(0x7468726d)
@@ -26,6 +28,7 @@ thrum_state_def thrum_default_state_def(void) {
       .newmark_beta = 0.25,
       .newmark_gamma = 0.5,
       .tolerance = 0.0,
+      .plastic = {INFINITY, INFINITY, INFINITY},
       .iterations_max = 50,
       .kernel = THRUM_KERNEL_BEST,
       .split_form = THRUM_FORM_POSITION,
@@ -114,6 +117,34 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
   return THRUM_OK;
 }
 
+/* Flow is there where the points answer by a law of F, and for the integrator whose step is elastic
+ * and ends at q and p of one time. */
+static thrum_status check_plastic(const thrum_model *model, const thrum_state_def *def,
+                                  thrum_error *error) {
+  const thrum_plastic *plastic = &def->plastic;
+  if (!(plastic->yield > 0.0))
+    return refuse(error, "plastic.yield", plastic->yield, "> 0; infinite: nothing flows");
+  if (!(plastic->creep > 0.0))
+    return refuse(error, "plastic.creep", plastic->creep, "> 0 [1/s]; infinite: at once");
+  if (!(plastic->largest > 0.0))
+    return refuse(error, "plastic.largest", plastic->largest, "> 0; infinite: no bound");
+  if (!thrum_can_flow(def))
+    return THRUM_OK;
+
+  // what flows
+  if (thrum_law_of_model(model) == THRUM_LAW_STVK)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "plastic.yield of the state's def is %g, and this model cannot flow: "
+                           "cubature points of the law corotational or neo-hookean do",
+                           plastic->yield);
+  if (def->integrator != THRUM_INTEGRATOR_ENERGY)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "plastic.yield of the state's def is %g, and the integrator %s does not "
+                           "step plastic flow: energy does",
+                           plastic->yield, thrum_integrator_name(def->integrator));
+  return THRUM_OK;
+}
+
 thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_def *def,
                                    thrum_error *error) {
   THRUM_TRY(thrum_state_check_model(model, error));
@@ -136,5 +167,6 @@ thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_d
     return refuse(error, "newmark_gamma", def->newmark_gamma, "in [0, 1]");
   if (!(def->tolerance >= 0.0) || !(def->tolerance <= 1e-2))
     return refuse(error, "tolerance", def->tolerance, "in [0, 1e-2]");
-  return check_choices(model, def, error);
+  THRUM_TRY(check_choices(model, def, error));
+  return check_plastic(model, def, error);
 }

@@ -9,7 +9,7 @@
 
 /* Doubles of each kind of array, rounded up to whole alignments. */
 typedef struct sizes {
-  uint64_t vector, past, pairs, work, restricted, inverse, inverses, next, tangent;
+  uint64_t vector, past, pairs, work, restricted, inverse, inverses, next, tangent, plastic;
 } sizes;
 
 static uint64_t round_up(uint64_t doubles) {
@@ -30,6 +30,7 @@ static sizes sizes_of(const thrum_state *state) {
       .inverses = THRUM_INVERSES * inverse,
       .next = round_up((uint64_t)state->next_count),
       .tangent = round_up((uint64_t)state->tangent_count),
+      .plastic = round_up((uint64_t)state->plastic_count),
   };
   return s;
 }

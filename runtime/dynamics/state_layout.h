@@ -10,6 +10,7 @@
 #ifndef THRUM_RUNTIME_DYNAMICS_STATE_LAYOUT_H
 #define THRUM_RUNTIME_DYNAMICS_STATE_LAYOUT_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
@@ -24,7 +25,7 @@
 
 /* The version of the header and the arrays below; it is raised with each change of them, so that a
  * snapshot of another version is known. */
-#define THRUM_STATE_VERSION 15
+#define THRUM_STATE_VERSION 16
 
 /* --- the header ------------------------------------------------------------------------------- */
 
@@ -126,6 +127,7 @@ struct thrum_state {
   int64_t kept_count;        /* doubles in each of `inverses` */
   int64_t next_count;        /* doubles in `jacobian_next` */
   int64_t tangent_count;     /* doubles in `tangent` */
+  int64_t plastic_count;     /* doubles in `plastic`, 9 for each cubature point; 0: none flows */
   int64_t eager_end;         /* step up to which solves refresh their Jacobian at once */
   int64_t average_field_end; /* energy: step up to which it takes the average vector field */
   int64_t past_discrete;     /* energy: 1 where past_q, past_r are of the discrete gradient */
@@ -174,6 +176,7 @@ _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + si
   X(load, vector)           /* mean load of the steps to come, f_k */                              \
   X(load_before, vector)    /* of the step before, f_{k-1} */                                      \
   X(acceleration, vector)   /* Newmark: a, taken with load_before */                               \
+  X(plastic, plastic)       /* F_p^-1 - 1 of each cubature point, where the material may flow */   \
   X(power_explicit, vector) /* iterate of the power iteration on the explicit modes now */         \
   X(power_whole, vector)    /* and on the explicit modes of the def */                             \
   X(q_before, vector)       /* q before the last step, for a step that is repeated */              \
@@ -294,6 +297,11 @@ static inline int64_t thrum_past_at(const thrum_state_view *view, int64_t k) {
 /* True for the integrators that may switch to `energy` by themselves. */
 static inline bool thrum_adapts(thrum_integrator integrator) {
   return integrator == THRUM_INTEGRATOR_IMEXV || integrator == THRUM_INTEGRATOR_FOX_GOODWIN;
+}
+
+/* True for a def whose material may flow. */
+static inline bool thrum_can_flow(const thrum_state_def *def) {
+  return def->plastic.yield < INFINITY;
 }
 
 /* True for an imexv with its stability monitor. */

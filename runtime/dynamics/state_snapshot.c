@@ -68,7 +68,8 @@ static thrum_status check_sizes(const thrum_model *model, const thrum_state *sta
   if (header->bytes != planned.bytes || header->work_count != planned.work_count ||
       header->restricted_count != planned.restricted_count ||
       header->kept_count != planned.kept_count || header->next_count != planned.next_count ||
-      header->tangent_count != planned.tangent_count)
+      header->tangent_count != planned.tangent_count ||
+      header->plastic_count != planned.plastic_count)
     return refuse("size of an array", error);
   return THRUM_OK;
 }
@@ -168,6 +169,7 @@ static bool is_finite_header(const thrum_state *header) {
                            report->balance_last,
                            report->balance_peak,
                            report->dissipated,
+                           report->plastic_work,
                            report->residual_last,
                            m->work,
                            m->moved,

@@ -5,6 +5,7 @@
  *   begin    the stability monitor may change the scheme for this step
  *   attempt  one step of that scheme
  *   end      the monitor may prefer the energy integrator; then the fallback chain; then the commit
+ *   flow     plastic flow at cubature points, once a step that was made is committed
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
@@ -27,6 +28,7 @@
 #include "runtime/dynamics/manifold.h"
 #include "runtime/dynamics/motion_norm.h"
 #include "runtime/dynamics/newmark.h"
+#include "runtime/dynamics/point_flow.h"
 #include "runtime/dynamics/position_split.h"
 #include "runtime/dynamics/quadratic_split.h"
 #include "runtime/dynamics/rk4.h"
@@ -372,11 +374,24 @@ thrum_status thrum_step_end_coupled(const thrum_model *model, thrum_step_run *ru
   return run->report.fallback_level == THRUM_FALLBACK_NONE ? THRUM_OK : THRUM_FELL_BACK;
 }
 
-thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error) {
+thrum_status thrum_step_alone(const thrum_model *model, thrum_state *state,
+                              const thrum_borrowed_workspace *borrowed, thrum_error *error) {
+  THRUM_TRY(thrum_state_check(model, state, error));
+  thrum_model flowed;
   thrum_step_run run;
-  THRUM_TRY(thrum_step_begin(model, state, NULL, &run, error));
+  model = thrum_flowed_model(model, state, &flowed);
+  THRUM_TRY(thrum_step_begin(model, state, borrowed, &run, error));
   thrum_step_monitor(model, &run, false);
-  return thrum_step_end(model, &run, thrum_step_attempt(model, &run), error);
+  const thrum_status status = thrum_step_end(model, &run, thrum_step_attempt(model, &run), error);
+
+  // a step is elastic, and the material flows where it has led to
+  if (status >= 0)
+    thrum_point_flow(model, state, &run.view);
+  return status;
+}
+
+thrum_status thrum_step(const thrum_model *model, thrum_state *state, thrum_error *error) {
+  return thrum_step_alone(model, state, NULL, error);
 }
 
 thrum_status thrum_steps(const thrum_model *model, thrum_state *state, int64_t count, int64_t *made,

@@ -35,6 +35,11 @@ thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run);
 thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum_status attempted,
                             thrum_error *error);
 
+/* All of a step of one state, plastic flow included; borrowed may be NULL. Returns what thrum_step
+ * returns. */
+thrum_status thrum_step_alone(const thrum_model *model, thrum_state *state,
+                              const thrum_borrowed_workspace *borrowed, thrum_error *error);
+
 /* Ends a step whose candidates come from elsewhere, of a body that exchanges energy with what the
  * state does not have: without monitor, fallback and target energy. */
 thrum_status thrum_step_end_coupled(const thrum_model *model, thrum_step_run *run,

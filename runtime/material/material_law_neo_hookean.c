@@ -16,6 +16,7 @@
 #include <math.h>
 
 #include "runtime/base/vec3.h"
+#include "runtime/material/elementary.h"
 #include "runtime/material/material_law_private.h"
 
 /* What the energy and its derivatives are made of. */
@@ -52,36 +53,6 @@ static void take_invariants(double lambda, double mu, double g[3][3], invariants
   v->volume = trace + volume_beyond_trace(g);
 }
 
-/* 2 (s^3/3 + s^5/5 + ...): the logarithm of (1 + s)/(1 - s) without its first term. The last term
- * of the series is below rounding for |s| < 0.18. */
-static double logarithm_series(double s) {
-  const double t = s * s;
-  double series = 0;
-  for (int k = 23; k >= 3; k -= 2)
-    series = t * (1.0 / k + series);
-  return 2 * s * series;
-}
-
-/* x - log(1 + x) for x > -1, without cancellation and without a function of libm that rounds
- * differently elsewhere. */
-static double beyond_logarithm(double x) {
-  // log(1 + x) = 2 s + series with s = x/(2 + x), and x - 2 s = x s
-  if (fabs(x) < 0.1) {
-    const double s = x / (2 + x);
-    return x * s - logarithm_series(s);
-  }
-
-  // 1 + x = 2^n m with m between the roots of 1/2 and 2
-  int n;
-  double m = frexp(1 + x, &n);
-  if (m < 0.70710678118654752) {
-    m *= 2;
-    n--;
-  }
-  const double s = (m - 1) / (m + 1);
-  return x - (0.69314718055994531 * n + (2 * s + logarithm_series(s)));
-}
-
 double material_law_neo_hookean_stress(double lambda, double mu, double gradient[3][3],
                                        double stress[3][3]) {
   invariants v;
@@ -104,7 +75,7 @@ double material_law_neo_hookean_stress(double lambda, double mu, double gradient
   const double norm = thrum_dot3(gradient[0], gradient[0]) + thrum_dot3(gradient[1], gradient[1]) +
                       thrum_dot3(gradient[2], gradient[2]);
   return 0.75 * v.shear * (norm / 2 - volume_beyond_trace(gradient)) +
-         v.shear / 2 * beyond_logarithm(v.grown / 4) + v.bulk / 2 * v.volume * v.volume;
+         v.shear / 2 * thrum_beyond_logarithm(v.grown / 4) + v.bulk / 2 * v.volume * v.volume;
 }
 
 void material_law_neo_hookean_tangent(double lambda, double mu, double gradient[3][3],

@@ -178,12 +178,14 @@ typedef struct point_state {
   v8 energy;
   v8_moduli m;
   thrum_law law;
-  int64_t count; /* of points in the lanes */
+  int64_t count;         /* of points in the lanes, */
+  const double *plastic; /* and what has flowed at them; NULL: nothing */
 } point_state;
 
 /* Gradients and moduli in lanes, for a law that is evaluated point by point. */
 PASS thrum_point_lanes point_lanes(const point_state *at, double *gradient) {
-  thrum_point_lanes lanes = {.count = at->count, .law = at->law, .gradient = gradient};
+  thrum_point_lanes lanes = {
+      .count = at->count, .law = at->law, .gradient = gradient, .plastic = at->plastic};
   for (int c = 0; c < THRUM_POINT_ROWS; c++)
     v8_store(gradient + 8 * c, at->g.at[c]);
   v8_store(lanes.lambda, at->m.lambda);
@@ -208,6 +210,7 @@ INLINE point_state point_strain(const thrum_model *model, thrum_law law, int64_t
   if (law != THRUM_LAW_STVK) {
     const int64_t left = model->point_count - 8 * b;
     at.count = left < 8 ? left : 8;
+    at.plastic = model->point_plastic ? model->point_plastic + THRUM_POINT_BLOCK * b : NULL;
     point_obey(&at);
     return at;
   }

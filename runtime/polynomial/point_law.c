@@ -9,6 +9,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/base/vec3.h"
+
 /* The gradient of one lane times a factor. */
 static void take_gradient(const thrum_point_lanes *at, int64_t lane, double factor,
                           double gradient[3][3]) {
@@ -28,13 +30,74 @@ static double linear_stress(double lambda, double mu, double g[3][3], double str
   return 0.5 * twice;
 }
 
+void thrum_elastic_gradient(double gradient[3][3], double plastic[3][3], double elastic[3][3]) {
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++)
+      elastic[i][j] = gradient[i][j] + plastic[i][j] + gradient[i][0] * plastic[0][j] +
+                      gradient[i][1] * plastic[1][j] + gradient[i][2] * plastic[2][j];
+}
+
+/* matrix = matrix (1 + plastic)^T, the stress by F of one by F_e. */
+static void draw_back(double plastic[3][3], double matrix[3][3]) {
+  for (int i = 0; i < 3; i++) {
+    const double row[3] = {matrix[i][0], matrix[i][1], matrix[i][2]};
+    for (int j = 0; j < 3; j++)
+      matrix[i][j] += thrum_dot3(row, plastic[j]);
+  }
+}
+
+/* F_p^-1 - 1 of one lane; false where nothing has flowed. */
+static bool take_plastic(const thrum_point_lanes *at, int64_t lane, double plastic[3][3]) {
+  if (at->plastic)
+    memcpy(plastic, at->plastic + 9 * lane, 9 * sizeof(double));
+  return at->plastic != NULL;
+}
+
+/* The energy and the stress of one lane by its law, at F = F_e F_p. */
+static double whole_stress(const thrum_point_lanes *at, int64_t lane, double g[3][3],
+                           double stress[3][3]) {
+  double plastic[3][3], elastic[3][3];
+  if (!take_plastic(at, lane, plastic))
+    return thrum_law_stress(at->law, at->lambda[lane], at->mu[lane], g, stress);
+  thrum_elastic_gradient(g, plastic, elastic);
+  const double energy = thrum_law_stress(at->law, at->lambda[lane], at->mu[lane], elastic, stress);
+  draw_back(plastic, stress);
+  return energy;
+}
+
+/* The tangent of one lane by its law: both of its indices of F_e are drawn back. */
+static void whole_tangent(const thrum_point_lanes *at, int64_t lane, double g[3][3],
+                          double whole[9][9]) {
+  double plastic[3][3], elastic[3][3], matrix[3][3];
+  if (!take_plastic(at, lane, plastic)) {
+    thrum_law_tangent(at->law, at->lambda[lane], at->mu[lane], g, whole);
+    return;
+  }
+  thrum_elastic_gradient(g, plastic, elastic);
+  thrum_law_tangent(at->law, at->lambda[lane], at->mu[lane], elastic, whole);
+  for (int i = 0; i < 9; i++) {
+    memcpy(matrix, whole[i], sizeof matrix);
+    draw_back(plastic, matrix);
+    memcpy(whole[i], matrix, sizeof matrix);
+  }
+
+  // the columns as the rows
+  for (int j = 0; j < 9; j++) {
+    for (int i = 0; i < 9; i++)
+      matrix[i / 3][i % 3] = whole[i][j];
+    draw_back(plastic, matrix);
+    for (int i = 0; i < 9; i++)
+      whole[i][j] = matrix[i / 3][i % 3];
+  }
+}
+
 void thrum_point_law_stress(const thrum_point_lanes *at, double *energy, double *stress) {
   memset(energy, 0, 8 * sizeof *energy);
   memset(stress, 0, 72 * sizeof *stress);
   for (int64_t k = 0; k < at->count; k++) {
     double g[3][3], whole[3][3], linear[3][3];
     take_gradient(at, k, 1, g);
-    const double all = thrum_law_stress(at->law, at->lambda[k], at->mu[k], g, whole);
+    const double all = whole_stress(at, k, g, whole);
     energy[k] = all - linear_stress(at->lambda[k], at->mu[k], g, linear);
     for (int c = 0; c < 9; c++)
       stress[8 * c + k] = whole[c / 3][c % 3] - linear[c / 3][c % 3];
@@ -46,7 +109,7 @@ void thrum_point_law_tangent(const thrum_point_lanes *at, double *tangent) {
   for (int64_t k = 0; k < at->count; k++) {
     double g[3][3], whole[9][9], unit[3][3], linear[3][3];
     take_gradient(at, k, 1, g);
-    thrum_law_tangent(at->law, at->lambda[k], at->mu[k], g, whole);
+    whole_tangent(at, k, g, whole);
 
     // a column for each entry of F
     for (int j = 0; j < 9; j++) {

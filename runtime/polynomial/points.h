@@ -11,6 +11,9 @@
  * dN,
  *   dP = C:dN + D S + G C:dE.
  *
+ * Where the material of another law has flowed, F = F_e F_p, psi is that of F_e with F_p held:
+ * model->point_plastic (design 19).
+ *
  * Points are taken in blocks of 8, one in each lane. Packed, the nine components of coordinate i at
  * the points of block b are nine vectors from 72 (b rank + i) on, zero behind the last point: so G
  * at eight points, the forces and a tangent are each one stream of whole cache lines, and no sum

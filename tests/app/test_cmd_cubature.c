@@ -116,6 +116,52 @@ static void a_law_of_its_own_is_in_the_file_and_in_runs(void **state) {
   program_result_free(&run);
 }
 
+static void points_flow_and_their_account_closes(void **state) {
+  (void)state;
+  program_result run = PRECOMPUTE("--cubature", "--cubature-error", "0.1", "--law", "corotational",
+                                  "--young", "1e6");
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  run = thrum_run(folder, "simulate", "cub.npz", "--yield", "0.02", "--load",
+                  "square:0,0,-200@tip,until=0.3", "--time", "0.4", "-q", "--json", "-o", "bent",
+                  NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  cJSON *object = json_line(run.out);
+  const cJSON *work = cJSON_GetObjectItemCaseSensitive(object, "work");
+  const double load = number_of(work, "load_j"), taken = number_of(work, "plastic_j");
+  assert_true(taken > 0.01 * load && taken == number_of(work, "dissipated_j"));
+  assert_true(fabs(number_of(work, "balance_j")) <= 1e-9 * load);
+  assert_true(number_of(object, "plastic_strain") > 0.001);
+  cJSON_Delete(object);
+  program_result_free(&run);
+
+  // the table names law, yield and what has flowed
+  run = thrum_run(folder, "simulate", "cub.npz", "--yield", "0.02", "--time", "0.01", "-q", "-o",
+                  "bent", NULL);
+  assert_non_null(strstr(run.out, "material     corotational, flows beyond a strain of 0.02: 0 J"));
+  program_result_free(&run);
+
+  // what does not flow is refused in one line
+  static const struct {
+    const char *says, *arguments[4];
+  } cases[] = {
+      {"--yield: plastic.yield of the state's def is 0.02, and the integrator imexv",
+       {"--yield", "0.02", "--integrator", "imexv"}},
+      {"--stress is of a material that does not flow", {"--yield", "0.02", "--stress"}},
+      {"--creep wants a --yield", {"--creep", "2"}},
+  };
+  for (int n = 0; n < 3; n++) {
+    const char *const *a = cases[n].arguments;
+    run = thrum_run(folder, "simulate", "cub.npz", "-o", "none", a[0], a[1], a[2], a[3], NULL);
+    assert_true(run.exit_code == 1 || run.exit_code == 2);
+    if (!strstr(run.err, cases[n].says))
+      fail_msg("%s", run.err);
+    assert_true(line_count_is(run.err, 1));
+    program_result_free(&run);
+  }
+}
+
 static void training_runs_and_their_errors_are_of_the_law(void **state) {
   (void)state;
   double errors[2];
@@ -179,6 +225,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_model_of_points_says_its_error_and_runs),
       cmocka_unit_test(a_law_of_its_own_is_in_the_file_and_in_runs),
+      cmocka_unit_test(points_flow_and_their_account_closes),
       cmocka_unit_test(training_runs_and_their_errors_are_of_the_law),
       cmocka_unit_test(an_error_that_is_missed_is_flagged),
       cmocka_unit_test(what_does_not_go_with_points_is_refused),

@@ -768,8 +768,55 @@ static void a_mesh_may_be_of_another_law(void **state) {
   cJSON_Delete(object);
 }
 
+static void a_body_may_flow_and_says_what_it_lost(void **state) {
+  (void)state;
+#define BEAM                                                                                       \
+  "{\"model\": \"beam:3x1x1@0.3x0.1x0.1\", \"fix\": [\"x<0.001\"], \"material\": {\"young\": "     \
+  "2e4, "
+  cJSON *object = simulate("{\"time\": 0.2, \"gravity\": [0, 0, -9.81], \"bodies\": [" BEAM
+                           "\"law\": \"corotational\"}}, " BEAM
+                           "\"law\": \"corotational\", \"yield\": 0.02}}]}",
+                           "flows", 0);
+
+  // both are of one model; one of them loses to the flow what it gains less
+  const cJSON *bodies = cJSON_GetObjectItem(object, "bodies");
+  const cJSON *elastic = cJSON_GetArrayItem(bodies, 0), *other = cJSON_GetArrayItem(bodies, 1);
+  assert_true(json_value(elastic, "plastic_work_j") == 0);
+  const double lost = json_value(other, "plastic_work_j");
+  assert_true(lost > 0.01 * json_value(other, "energy_max_j"));
+  cJSON_Delete(object);
+  char *text = text_file_read(in_folder("flows/body2/run.json"));
+  object = cJSON_Parse(text);
+  free(text);
+  const cJSON *work = cJSON_GetObjectItem(object, "work");
+  assert_true(json_value(work, "dissipated_j") == lost);
+  assert_true(fabs(json_value(work, "balance_j")) < 1e-9 * json_value(work, "load_j"));
+  cJSON_Delete(object);
+
+  // refused, each with its line
+  static const char *const cases[][2] = {
+      {BEAM "\"yield\": 0.02}}", "needs \"law\""},
+      {BEAM "\"law\": \"corotational\", \"creep\": 2}}", "is needed: beyond it"},
+      {BEAM "\"law\": \"corotational\", \"yield\": -1}}", "above 0"},
+      {"{\"model\": \"beam.npz\", \"material\": {\"yield\": 0.1}}", "cannot flow"},
+      {"{\"model\": \"beam.npz\", \"material\": {\"young\": 1e5}}", "is of a mesh"},
+  };
+  for (int n = 0; n < 5; n++) {
+    char scene[400];
+    snprintf(scene, sizeof scene, "{\"time\": 0.1, \"bodies\": [%s]}", cases[n][0]);
+    put("scene.json", scene);
+    program_result run = thrum_run(folder, "simulate", "scene.json", "-o", "none", "-q", NULL);
+    assert_int_equal(run.exit_code, 1);
+    if (!strstr(run.err, cases[n][1]))
+      fail_msg("%s", run.err);
+    program_result_free(&run);
+  }
+#undef BEAM
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_body_may_flow_and_says_what_it_lost),
       cmocka_unit_test(a_mesh_may_be_of_another_law),
       cmocka_unit_test(a_body_of_a_scene_has_the_run_of_it_alone),
       cmocka_unit_test(a_turned_and_scaled_body_follows_its_world),

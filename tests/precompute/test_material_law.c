@@ -5,10 +5,10 @@
 
 #include "precompute/material/material_law_mean.h"
 
-#include "precompute/material/plastic_flow.h"
-#include "precompute/material/principal.h"
 #include "runtime/material/jacobi.h"
+#include "runtime/material/plastic_flow.h"
 #include "runtime/material/polar.h"
+#include "runtime/material/principal.h"
 #include "tests/support/closed_forms.h"
 #include "tests/support/precompute_support.h"
 

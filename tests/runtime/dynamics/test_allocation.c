@@ -1,7 +1,7 @@
 /* Stepping allocates nothing: every call of the C library's allocator from the library or this file
  * is routed through a counter (link option --wrap, see tests/CMakeLists.txt).
  * SPDX-License-Identifier: Apache-2.0 */
-#include "tests/support/state_support.h"
+#include "tests/support/points_support.h"
 
 #include <unistd.h>
 
@@ -103,6 +103,23 @@ static void no_call_of_a_running_simulation_allocates(void **context) {
       state_free(state);
     }
   random_model_free(&m);
+}
+
+static void plastic_flow_allocates_nothing(void **context) {
+  (void)context;
+  both made;
+  points_make(&made, 21, RANK, 11, 0.5);
+  points_obey(&made, "corotational");
+  thrum_state_def def = thrum_default_state_def();
+  def.dt = 0.1;
+  def.plastic.yield = 0.05;
+  thrum_state *state = state_make(&made.points, &def);
+  const int64_t before = calls;
+  use(&made.points, state);
+  assert_int_equal(calls, before);
+  assert_true(thrum_state_report_get(state).plastic_work > 0);
+  state_free(state);
+  both_free(&made);
 }
 
 static void planning_and_laying_out_a_state_allocate_nothing(void **context) {
@@ -261,6 +278,7 @@ static void the_counter_sees_an_allocation_inside_the_library(void **context) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(no_call_of_a_running_simulation_allocates),
+      cmocka_unit_test(plastic_flow_allocates_nothing),
       cmocka_unit_test(planning_and_laying_out_a_state_allocate_nothing),
       cmocka_unit_test(stepping_a_batch_and_showing_it_allocate_nothing),
       cmocka_unit_test(stepping_a_scene_allocates_nothing),

@@ -16,6 +16,16 @@ static void law_make(both *made, const char *law, uint64_t seed, int64_t rank, i
   made->points.identity = thrum_model_identity(&made->points);
 }
 
+/* Something has flowed at each point; returns the memory, for the caller to free. */
+static double *law_flow(both *made, uint64_t seed) {
+  const int64_t count = 9 * made->points.point_count;
+  double *plastic = random_alloc(count, sizeof *plastic);
+  random_state random = {seed ^ 7};
+  random_vector(&random, count, 0.1, plastic);
+  made->points.point_plastic = plastic;
+  return plastic;
+}
+
 /* P of one point whose coordinates are the nine components of its gradient. */
 static void stress_at(const both *made, const double g[9], double stress[9]) {
   double force[9], *work = random_alloc((int64_t)thrum_work_count(&made->points), sizeof *work);
@@ -92,7 +102,10 @@ static void force_and_tangent_are_derivatives_and_all_passes_agree(void **contex
   for (int n = 0; n < 2 * LAW_COUNT; n++) {
     both made;
     law_make(&made, laws[n % LAW_COUNT], (uint64_t)n, RANK, 3 + 8 * (n / LAW_COUNT));
+    double *plastic = n >= LAW_COUNT ? law_flow(&made, (uint64_t)n) : NULL;
     const int32_t split = 2 + n;
+
+    // where it moves, and how
     random_state random = {(uint64_t)n};
     double q[MOST], v[MOST], product[MOST] = {0};
     random_vector(&random, RANK, 1, q);
@@ -114,6 +127,7 @@ static void force_and_tangent_are_derivatives_and_all_passes_agree(void **contex
     memcpy(q + split, v, sizeof(double) * (size_t)(RANK - split));
     evaluate(&thrum_kernel_reference, &made.points, split, q, v, held);
     assert_near(o->gradient, held->force + split, RANK - split);
+    free(plastic);
     both_free(&made);
   }
   free(o);
@@ -128,7 +142,10 @@ static void every_kernel_gives_the_same_bits(void **context) {
     both made;
     const int64_t rank = ranks[n / LAW_COUNT];
     law_make(&made, laws[n % LAW_COUNT], (uint64_t)n, rank, 1 + 5 * n);
+    double *plastic = n % 4 >= LAW_COUNT ? law_flow(&made, (uint64_t)n) : NULL;
     const int32_t split = (int32_t)(rank / 2);
+
+    // what plain C says is what all others must say
     random_state random = {(uint64_t)n};
     double q[MOST], v[MOST];
     random_vector(&random, rank, 1, q);
@@ -147,6 +164,7 @@ static void every_kernel_gives_the_same_bits(void **context) {
       assert_memory_equal(found, expected, sizeof *found);
     }
     free(memory);
+    free(plastic);
     both_free(&made);
   }
   free(found);

@@ -1,6 +1,6 @@
 /* Green's strain and principal stretches. SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_PRECOMPUTE_MATERIAL_PRINCIPAL_H
-#define THRUM_PRECOMPUTE_MATERIAL_PRINCIPAL_H
+#ifndef THRUM_RUNTIME_MATERIAL_PRINCIPAL_H
+#define THRUM_RUNTIME_MATERIAL_PRINCIPAL_H
 
 /* green = (F^T F - 1)/2 of F = 1 + G, row-major, from G without what cancels. */
 void thrum_green_strain(double gradient[3][3], double green[3][3]);

@@ -1,6 +1,8 @@
 /* Green's strain and principal stretches, from the eigenvalues of the strain.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "precompute/material/principal.h"
+#include "runtime/base/fp_contract.h"
+
+#include "runtime/material/principal.h"
 
 #include <math.h>
 #include <string.h>

@@ -1,0 +1,21 @@
+/* Plastic flow at the cubature points of a state; private to the runtime, see point_flow.c.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_DYNAMICS_POINT_FLOW_H
+#define THRUM_RUNTIME_DYNAMICS_POINT_FLOW_H
+
+#include "runtime/dynamics/state_layout.h"
+
+/* The model as a state that belongs to it sees it: `copy` with what has flowed in the state, where
+ * it can flow, and the model itself otherwise. `copy` holds as long as model and state do. */
+const thrum_model *thrum_flowed_model(const thrum_model *model, thrum_state *state,
+                                      thrum_model *copy);
+
+/* Lets the points of a state flow for the step that it has made, with the model above. Of the view
+ * the kernel, q, and the scratch `restricted` and `work` are used. */
+void thrum_point_flow(const thrum_model *flowed, thrum_state *state, const thrum_state_view *view);
+
+/* Has the next step evaluate V and R and start from q and p: those that are known are of another
+ * material. */
+void thrum_forget_forces(thrum_state *state);
+
+#endif

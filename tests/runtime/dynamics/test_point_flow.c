@@ -1,0 +1,273 @@
+/* Tests of plastic flow at cubature points: the flow of one point, the account of the energies,
+ * what snapshots, batches and clearing do to it, and what is refused. SPDX-License-Identifier:
+ * Apache-2.0 */
+#include "tests/support/points_support.h"
+
+#include "thrum/batch.h"
+
+enum { RANK = 9, POINTS = 40 };
+
+/* Points of this law whose gradients are so large that p of order 1 strains by a tenth or so. */
+static void flow_make(both *made, const char *law, uint64_t seed) {
+  points_make(made, seed, RANK, POINTS, 0.2);
+  points_obey(made, law);
+  made->points.identity = thrum_model_identity(&made->points);
+}
+
+static thrum_state_def flow_def(double yield) {
+  thrum_state_def def = thrum_default_state_def();
+  def.dt = 0.05;
+  def.plastic.yield = yield;
+  return def;
+}
+
+static double size_of(const double q[RANK]) {
+  double square = 0;
+  for (int i = 0; i < RANK; i++)
+    square += q[i] * q[i];
+  return sqrt(square);
+}
+
+/* A state of the model that has been thrown. */
+static thrum_state *thrown(const both *made, const thrum_state_def *def) {
+  double p[RANK];
+  random_state random = {17};
+  random_vector(&random, RANK, 1, p);
+  thrum_state *state = state_make(&made->points, def);
+  state_put(&made->points, state, NULL, p);
+  return state;
+}
+
+static void a_point_flows_by_the_closed_form(void **context) {
+  (void)context;
+  both made;
+  points_make(&made, 3, RANK, 1, 1);
+  points_obey(&made, "corotational");
+  for (int c = 0; c < 81; c++)
+    made.gradients[c] = c % 10 == 0 ? 1 : 0;
+
+  // coordinates are the nine components of the gradient, which hardly move in so short a step
+  const double s = 0.3, q[RANK] = {s}, size = s * sqrt(2.0 / 3), yield = 0.1;
+  static const double creeps[] = {INFINITY, 1e9};
+  for (int k = 0; k < 2; k++) {
+    thrum_state_def def = flow_def(yield);
+    def.dt = 1e-9;
+    def.plastic.creep = creeps[k];
+    thrum_state *state = state_make(&made.points, &def);
+    state_put(&made.points, state, q, NULL);
+    const double before = state_energy(&made.points, state).potential;
+    state_steps(&made.points, state, 1);
+
+    // the logarithms of the plastic stretches are x dev(s - 1)
+    const double x = (k == 0 ? 1 : 1 - exp(-1)) * (1 - yield / size);
+    assert_true(fabs(thrum_state_plastic_strain(state) - x * size) < 1e-12);
+    const thrum_state_report report = thrum_state_report_get(state);
+    const double after = state_energy(&made.points, state).potential;
+    assert_true(report.plastic_work > 0);
+    assert_true(fabs(before - after - report.plastic_work) < 1e-12 * before);
+    state_free(state);
+  }
+  both_free(&made);
+}
+
+static void kinetic_stored_and_plastic_energy_are_the_work_of_the_load(void **context) {
+  (void)context;
+  static const char *const laws[] = {"corotational", "neo-hookean"};
+  for (int n = 0; n < 2; n++) {
+    both made;
+    flow_make(&made, laws[n], 6);
+    const thrum_state_def def = flow_def(0.1);
+    thrum_state *state = thrown(&made, &def);
+    const thrum_energies start = state_energy(&made.points, state);
+    double load[RANK], q[2][RANK], p[RANK], work = 0, flowed = 0;
+    for (int i = 0; i < RANK; i++)
+      load[i] = 0.1 * (i % 3);
+    state_push(&made.points, state, load);
+
+    // at each step
+    state_read(&made.points, state, q[0], p);
+    for (int k = 0; k < 400; k++) {
+      state_steps(&made.points, state, 1);
+      state_read(&made.points, state, q[(k + 1) % 2], p);
+      for (int i = 0; i < RANK; i++)
+        work += load[i] * (q[(k + 1) % 2][i] - q[k % 2][i]);
+      const thrum_state_report report = thrum_state_report_get(state);
+      assert_true(report.plastic_work >= flowed && report.dissipated == report.plastic_work);
+      flowed = report.plastic_work;
+      const double left = state_energy(&made.points, state).total + flowed - start.total - work;
+      if (!(fabs(left) <= 1e-12 * start.total))
+        fail_msg("%s, step %d: %g", laws[n], k, left / start.total);
+    }
+    assert_true(flowed > 0.01 * start.total);
+    state_free(state);
+    both_free(&made);
+  }
+}
+
+static void a_body_that_has_flowed_stays_bent_until_it_is_cleared(void **context) {
+  (void)context;
+  both made;
+  flow_make(&made, "corotational", 6);
+  thrum_state_def def = flow_def(0.1);
+  def.damping_alpha = 0.5;
+  thrum_state *state = thrown(&made, &def);
+  def.plastic.yield = INFINITY;
+  thrum_state *elastic = thrown(&made, &def);
+  double q[RANK], p[RANK];
+  state_steps(&made.points, elastic, 1200);
+  state_read(&made.points, elastic, q, p);
+  const double straight = size_of(q);
+  state_steps(&made.points, state, 1200);
+  state_read(&made.points, state, q, p);
+  const double strain = thrum_state_plastic_strain(state);
+  assert_true(size_of(q) > 0.005 && straight < 1e-2 * size_of(q) && strain > 0.01);
+  state_free(elastic);
+
+  // setting q and p moves the body and not its material
+  state_put(&made.points, state, NULL, NULL);
+  assert_true(thrum_state_plastic_strain(state) == strain);
+  assert_true(state_energy(&made.points, state).potential > 0);
+
+  // cleared, it has no strain energy there any more, and no account of what it had
+  assert_int_equal(thrum_state_clear_plastic(&made.points, state, NULL), THRUM_OK);
+  assert_true(thrum_state_plastic_strain(state) == 0);
+  assert_true(state_energy(&made.points, state).total == 0);
+  const thrum_state_report report = thrum_state_report_get(state);
+  assert_true(report.plastic_work == 0 && report.dissipated > 0);
+  state_steps(&made.points, state, 3);
+  assert_true(state_energy(&made.points, state).total == 0);
+
+  // a bound holds, and one far below what a step would flow does not stop all flow
+  def.plastic = (thrum_plastic){0.1, INFINITY, 1e-9};
+  thrum_state *bounded = thrown(&made, &def);
+  state_steps(&made.points, bounded, 20);
+  assert_true(thrum_state_plastic_strain(bounded) <= 1e-9);
+  assert_true(thrum_state_plastic_strain(bounded) > 0.5e-9);
+  state_free(bounded);
+  state_free(state);
+  both_free(&made);
+}
+
+static void a_copy_and_a_snapshot_go_on_with_the_same_bits(void **context) {
+  (void)context;
+  both made;
+  flow_make(&made, "corotational", 6);
+  const thrum_state_def def = flow_def(0.1);
+  thrum_state *state = thrown(&made, &def), *other = state_make(&made.points, &def);
+  state_steps(&made.points, state, 30);
+  const size_t size = thrum_state_snapshot_size(state);
+  unsigned char *bytes = malloc(size);
+  assert_int_equal(thrum_state_snapshot(state, bytes, size, NULL), THRUM_OK);
+  assert_int_equal(thrum_state_restore(&made.points, other, bytes, size, NULL), THRUM_OK);
+  assert_true(thrum_state_plastic_strain(other) == thrum_state_plastic_strain(state));
+  assert_true(thrum_state_plastic_strain(state) > 0);
+  state_steps(&made.points, state, 30);
+  state_steps(&made.points, other, 30);
+  assert_memory_equal(state, other, thrum_state_kept_bytes(state));
+
+  // a state that does not flow has no room for it
+  const thrum_state_def rigid = flow_def(INFINITY);
+  thrum_state *elastic = state_make(&made.points, &rigid);
+  thrum_error error;
+  assert_int_equal(thrum_state_restore(&made.points, elastic, bytes, size, &error),
+                   THRUM_MODEL_MISMATCH);
+  state_free(elastic);
+  state_free(other);
+  state_free(state);
+  free(bytes);
+  both_free(&made);
+}
+
+/* The states of a batch of points of this many, by this def, step as each does alone, and within
+ * the workspace. */
+static void assert_batch(both *made, const thrum_state_def *def) {
+  size_t size = 0;
+  assert_int_equal(thrum_batch_size(&made->points, &size, NULL), THRUM_OK);
+  unsigned char *workspace = aligned_alloc(64, size + 4096);
+  memset(workspace, 0xa5, size + 4096);
+  thrum_state *alone = thrown(made, def), *together = thrown(made, def);
+  for (int k = 0; k < 10; k++) {
+    state_steps(&made->points, alone, 1);
+    assert_true(thrum_batch_step(&made->points, &together, 1, NULL, workspace, size, NULL) >= 0);
+  }
+  assert_memory_equal(alone, together, thrum_state_kept_bytes(alone));
+  for (size_t n = size; n < size + 4096; n++)
+    assert_int_equal(workspace[n], 0xa5);
+  state_free(alone);
+  state_free(together);
+  free(workspace);
+}
+
+static void a_batch_flows_as_each_alone_and_within_its_workspace(void **context) {
+  (void)context;
+  both made;
+  flow_make(&made, "corotational", 6);
+  thrum_state_def def = flow_def(0.1);
+  assert_batch(&made, &def);
+
+  // many points are more numbers than a small polynomial has, also where imexv restricts them
+  both_free(&made);
+  points_make(&made, 6, 2, 4000, 0.2);
+  points_obey(&made, "corotational");
+  def = thrum_default_state_def();
+  def.integrator = THRUM_INTEGRATOR_IMEXV;
+  def.split_rule = THRUM_SPLIT_COUNT;
+  def.explicit_count = 1;
+  def.dt = 0.05;
+  assert_batch(&made, &def);
+  both_free(&made);
+}
+
+/* The def is refused with this status and these words. */
+static void assert_refused(const thrum_model *model, const thrum_state_def *def,
+                           thrum_status status, const char *words) {
+  thrum_error error;
+  size_t size = 0;
+  assert_int_equal(thrum_state_size(model, def, &size, &error), status);
+  if (!strstr(error.message, words))
+    fail_msg("%s", error.message);
+}
+
+static void what_cannot_flow_is_refused(void **context) {
+  (void)context;
+  both made;
+  points_make(&made, 6, RANK, POINTS, 0.2);
+  thrum_state_def def = flow_def(0.1);
+  assert_refused(&made.points, &def, THRUM_UNSUPPORTED, "this model cannot flow");
+  assert_refused(&made.m.model, &def, THRUM_UNSUPPORTED, "this model cannot flow");
+  points_obey(&made, "corotational");
+
+  // numbers out of their range, and NaN
+  static const double bad[] = {0, -1, NAN};
+  for (int n = 0; n < 3; n++) {
+    def = flow_def(bad[n]);
+    assert_refused(&made.points, &def, THRUM_INVALID_ARGUMENT, "plastic.yield");
+    def = flow_def(0.1);
+    def.plastic.creep = bad[n];
+    assert_refused(&made.points, &def, THRUM_INVALID_ARGUMENT, "plastic.creep");
+    def = flow_def(0.1);
+    def.plastic.largest = bad[n];
+    assert_refused(&made.points, &def, THRUM_INVALID_ARGUMENT, "plastic.largest");
+  }
+
+  // other integrators
+  for (int k = 0; k < INTEGRATOR_COUNT; k++) {
+    def = flow_def(0.1);
+    def.integrator = every_integrator[k];
+    if (def.integrator != THRUM_INTEGRATOR_ENERGY)
+      assert_refused(&made.points, &def, THRUM_UNSUPPORTED, "does not step plastic flow");
+  }
+  both_free(&made);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_point_flows_by_the_closed_form),
+      cmocka_unit_test(kinetic_stored_and_plastic_energy_are_the_work_of_the_load),
+      cmocka_unit_test(a_body_that_has_flowed_stays_bent_until_it_is_cleared),
+      cmocka_unit_test(a_copy_and_a_snapshot_go_on_with_the_same_bits),
+      cmocka_unit_test(a_batch_flows_as_each_alone_and_within_its_workspace),
+      cmocka_unit_test(what_cannot_flow_is_refused),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
