@@ -1,10 +1,9 @@
 // Models, states, batches and surfaces. SPDX-License-Identifier: Apache-2.0
+import { outerTriangles } from './outer_triangles.js';
 import { Memory, Owned, Resource, ThrumError, doubles, steps, vertices } from './memory.js';
 
 const ARRAYS = { omega2: 0, vertices: 1, tets: 2, fixed: 3, material: 4, basis: 5, groupNames: 6,
   groupEnds: 7, groupVertices: 8, meta: 9 };
-/** The faces of a tetrahedron of positive volume, counter-clockwise from outside. */
-const FACES = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
 const STATE_OPTIONS = ['integrator', 'dt', 'dampingAlpha', 'dampingBeta', 'tolerance', 'splitSafety',
   'adaptive', 'fallback'];
 
@@ -190,16 +189,7 @@ export class Model extends Resource {
   outerTriangles() {
     const { tets } = this;
     if (tets === undefined) throw new ThrumError('the model has no mesh', -10);
-    const seen = new Map();
-    for (let tet = 0; tet < tets.length; tet += 4)
-      for (const face of FACES) {
-        const corners = face.map((corner) => tets[tet + corner]);
-        const key = [...corners].sort((a, b) => a - b).join();
-        // a face that a second tetrahedron has too lies inside
-        if (seen.has(key)) seen.delete(key);
-        else seen.set(key, corners);
-      }
-    return Int32Array.from([...seen.values()].flat());
+    return outerTriangles(tets);
   }
 
   state(options = {}) {

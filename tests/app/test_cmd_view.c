@@ -331,12 +331,12 @@ static void a_body_is_shown_by_its_own_surface(void **state) {
 /* A run of a scene keeps each model once, its obstacles, and the rows of each body. */
 static void a_run_is_packed_with_its_rows(void **state) {
   (void)state;
-  assert_true(
-      text_file_write(in_folder("fall.json"),
-                      "{\"dt\": 0.01, \"time\": 0.5, \"bodies\": [\n"
-                      "{\"name\": \"a\", \"model\": \"beam.npz\"},\n"
-                      "{\"name\": \"b\", \"model\": \"beam.npz\", \"position\": [0, 2, 0]}],\n"
-                      "\"obstacles\": [{\"shape\": \"sphere\", \"radius\": 1, \"centre\": [0, 9, 0]}]}\n"));
+  assert_true(text_file_write(
+      in_folder("fall.json"),
+      "{\"dt\": 0.01, \"time\": 0.5, \"bodies\": [\n"
+      "{\"name\": \"a\", \"model\": \"beam.npz\"},\n"
+      "{\"name\": \"b\", \"model\": \"beam.npz\", \"position\": [0, 2, 0]}],\n"
+      "\"obstacles\": [{\"shape\": \"sphere\", \"radius\": 1, \"centre\": [0, 9, 0]}]}\n"));
   program_result run = thrum_run(folder, "simulate", "fall.json", "-o", "fall", "-q", NULL);
   program_result_free(&run);
   run = thrum_run(folder, "view", "fall", "-o", "fall.html", "--fps", "20", NULL);

@@ -29,12 +29,19 @@ const course = ({ from, until, frequency }) => [from, until ?? Infinity, frequen
 export class Engine {
   /** @param {Uint8Array} bytes the module @returns {Promise<Engine>} */
   static async load(bytes) {
-    const { instance } = await WebAssembly.instantiate(bytes, { wasi_snapshot_preview1: wasi });
-    return new Engine(instance.exports);
+    const { instance, module } = await WebAssembly.instantiate(bytes, { wasi_snapshot_preview1: wasi });
+    return new Engine(instance.exports, module);
   }
 
-  constructor(exports) {
+  /** Another engine, without models. @returns {Promise<Engine>} */
+  async another() {
+    const { exports } = await WebAssembly.instantiate(this.module, { wasi_snapshot_preview1: wasi });
+    return new Engine(exports, this.module);
+  }
+
+  constructor(exports, module) {
     this.wasm = exports;
+    this.module = module;
     this.wasm._initialize();
     this.numbersAt = this.wasm.bridge_numbers();
     this.scratch = this.wasm.bridge_alloc(4 * RANK_MAX);
@@ -68,6 +75,27 @@ export class Engine {
     new Uint8Array(this.wasm.memory.buffer, at, array.byteLength)
       .set(new Uint8Array(array.buffer, array.byteOffset, array.byteLength));
     return at;
+  }
+
+  /** Reads a model file. @param {Uint8Array} bytes
+   * @returns {{counts: object, arrays: Object<string, ArrayBufferView>}} copies of its arrays */
+  openModel(bytes) {
+    const file = this.#copyIn(bytes);
+    const status = this.wasm.bridge_open_model(file, bytes.length);
+    this.wasm.bridge_free(file);
+    this.check(status);
+    const [rank, vertices, tets, regions, c3, c4, points, law] = this.numbers;
+    const lengths = { omega2: rank, c3, c4, point_weights: points, point_moduli: 2 * points,
+      point_gradients: 9 * points * rank, point_law: law, axis_mass: 3 * rank,
+      vertices: 3 * vertices, basis: 3 * vertices * rank, fixed: vertices, tets: 4 * tets,
+      rigid: 18 * vertices, material: 3 * regions };
+    const types = { point_law: Uint8Array, fixed: Uint8Array, tets: Int32Array };
+    const arrays = {};
+    Object.entries(lengths).forEach(([name, length], n) => {
+      const at = this.numbers[9 + n];
+      if (at !== 0) arrays[name] = new (types[name] ?? Float64Array)(this.wasm.memory.buffer, at, length).slice();
+    });
+    return { counts: { rank, regions }, arrays };
   }
 
   /** @param {import('./pack.js').Model} model @returns {number} */
@@ -202,6 +230,7 @@ export class Engine {
 
   /** @param {number} body @param {string} name */
   setIntegrator(body, name) {
+    if (!(name in INTEGRATORS)) throw new Error(`there is no integrator '${name}'`);
     this.check(this.wasm.bridge_set_integrator(body, INTEGRATORS[name]));
   }
 

@@ -9,7 +9,7 @@ export function hooks(starting) {
   const thrum = { ready: starting.then(() => true) };
   starting.then((app) => {
     const { world } = app;
-    const { engine, stage } = world;
+    const { stage } = world;
     Object.assign(thrum, {
       bodies: () =>
         world.shown.bodies.map(({ name, model, position }) => ({ name, model, position })),
@@ -17,23 +17,23 @@ export function hooks(starting) {
       settings: () => ({ ...world.settings }),
       trouble: () => app.trouble,
       energies: (body) => world.motion.energies(body),
-      report: (body) => engine.report(body),
-      frequencies: (body) => engine.frequencies(body),
-      steppedFrequencies: (body) => engine.steppedFrequencies(body),
+      report: (body) => world.engine.report(body),
+      frequencies: (body) => world.engine.frequencies(body),
+      steppedFrequencies: (body) => world.engine.steppedFrequencies(body),
       q: (body) => Array.from(world.motion.shape(body)),
-      position: (body, vertex) => engine.position(body, vertex),
+      position: (body, vertex) => world.engine.position(body, vertex),
       pulls: () => [...world.pulls].map(([id, { body, vertex, target }]) =>
         ({ body, vertex, target, force: world.pullForce(id) })),
-      touches: () => Array.from(engine.touches()),
+      touches: () => Array.from(world.engine.touches()),
       scaleTop: () => { world.colour(); return world.top; },
       values: (body) => Array.from(world.bodies[body].values.values),
       vertexCount: (body) => world.bodies[body].model.vertex_count,
       fixed: (body) => Array.from(world.bodies[body].model.arrays.fixed),
       matrix: (body) => Array.from(world.motion.matrix(body)),
-      project: (body, vertex) => stage.project(engine.position(body, vertex)),
+      project: (body, vertex) => stage.project(world.engine.position(body, vertex)),
       pick(x, y) {
         const { origin, direction } = stage.ray(x, y);
-        return engine.pick(origin.toArray(), direction.toArray());
+        return world.engine.pick(origin.toArray(), direction.toArray());
       },
       /** Where a vertex is drawn, of a recording too. */
       shownPosition(body, vertex) {
@@ -68,6 +68,7 @@ export function hooks(starting) {
       },
       times: () => Object.fromEntries(
         Object.entries(app.meters).map(([name, { mean, count }]) => [name, { mean, count }])),
+      open: (files) => app.open(files),
       recorded: () => app.recorder.size,
     });
   }, () => {});

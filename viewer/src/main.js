@@ -1,29 +1,32 @@
 // The page: loads the pack and the engine, runs the frames, wires the buttons.
 // SPDX-License-Identifier: Apache-2.0
 import { Clock, Meter, SPEEDS } from './clock.js';
+import { listenToFiles, packOfFiles } from './drop.js';
 import { Engine } from './engine.js';
 import { hooks } from './hooks.js';
 import { listenToKeys } from './keys.js';
+import { hashOf, readHash } from './link.js';
 import { hideNotice, showNotice } from './notice.js';
 import { bytesOfElement, loadPack } from './pack.js';
 import { Panel } from './panel.js';
 import { EnergyPlot } from './plot.js';
 import { pullWithPointers } from './pull.js';
-import { Recorder } from './record.js';
+import { Recorder, save } from './record.js';
 import { COMPARED } from './scenes.js';
 import { Stage } from './stage.js';
-import { World } from './world.js';
+import { followTheme } from './theme.js';
+import { SHOWN, World } from './world.js';
 
 const find = (id) => document.getElementById(id);
 
 const ENERGIES = [
-  { name: 'total', colour: '#1c2733' }, { name: 'kinetic', colour: '#2a78c2' },
+  { name: 'total', colour: 'var(--ink)' }, { name: 'kinetic', colour: '#2a78c2' },
   { name: 'strain', colour: '#dd7a22' }, { name: 'gravity', colour: '#8a63b8' },
 ];
 
 /** Of a recorded run, whose rows have the energies of the bodies alone. */
 const RECORDED = [
-  { name: 'kinetic + strain', colour: '#1c2733' }, { name: 'kinetic', colour: '#2a78c2' },
+  { name: 'kinetic + strain', colour: 'var(--ink)' }, { name: 'kinetic', colour: '#2a78c2' },
   { name: 'strain', colour: '#dd7a22' },
 ];
 
@@ -46,8 +49,9 @@ class App {
     this.drawSprings = pullWithPointers(world, (action) => this.guard(action));
     this.paused = false;
     this.#wire();
+    followTheme((theme) => world.stage.paint(theme));
     this.fit();
-    this.show(world.choice, false);
+    this.obey(location.hash);
     requestAnimationFrame((now) => this.frame(now));
   }
 
@@ -58,7 +62,12 @@ class App {
     find('compare').addEventListener('click', () =>
       this.show(this.world.choice, !this.world.compared));
     find('record').addEventListener('click', () => this.guard(() => this.record()));
+    find('picture').addEventListener('click', () => this.guard(() => this.savePicture()));
+    find('link').addEventListener('click', () => this.guard(() => this.copyLink()));
+    find('open').addEventListener('click', () => find('files').click());
+    listenToFiles(find('files'), (files) => this.guard(() => this.open(files)));
     addEventListener('resize', () => this.fit());
+    addEventListener('hashchange', () => this.obey(location.hash));
     find('scrub').addEventListener('input', () => this.seek(find('scrub').valueAsNumber));
     find('speed').replaceChildren(...SPEEDS.map((speed) => new Option(`× ${speed}`, speed)));
     find('speed').addEventListener('change', () => this.setSpeed(Number(find('speed').value)));
@@ -68,7 +77,7 @@ class App {
     const faster = (by) => () =>
       this.setSpeed(SPEEDS[SPEEDS.indexOf(this.speed) + by] ?? this.speed);
     listenToKeys({
-      ' ': click('pause'), '.': click('step'), ',': move(-1), r: click('reset'), c: click('compare'),
+      ' ': click('pause'), '.': click('step'), ',': move(-1), r: click('reset'), c: click('compare'), p: click('picture'),
       ArrowLeft: move(-1), ArrowRight: move(1), Home: move(-Infinity), End: move(Infinity),
       '[': faster(-1), ']': faster(1),
     });
@@ -95,7 +104,8 @@ class App {
   /** Fits the drawing to the window and what lies over it. */
   fit() {
     const { stage } = this.world;
-    const wide = innerWidth > 720 && !find('panel').hidden;
+    const beside = innerWidth > 720 || (innerWidth > 480 && innerHeight <= 420); // as in style.css
+    const wide = beside && !find('panel').hidden;
     stage.fit({
       top: document.querySelector('header').offsetHeight,
       right: wide ? find('panel').offsetWidth + 12 : 0,
@@ -155,6 +165,42 @@ class App {
   settle() {
     this.trouble = null;
     hideNotice();
+  }
+
+  /** Shows what files hold in place of what was shown. @param {File[]} files */
+  async open(files) {
+    const { world } = this;
+    const engine = await world.engine.another();
+    world.adopt(await packOfFiles(files, engine), engine);
+    this.panel.listModels();
+    this.show(world.choice, false);
+  }
+
+  /** Shows what an address asks for. @param {string} hash */
+  obey(hash) {
+    const { choice, compared, settings } = readHash(hash);
+    const { world } = this;
+    const known = choice === world.choice || world.pack.models[choice] !== undefined;
+    this.show(known ? choice : world.choice, compared === true && !world.plays);
+    for (const [name, value] of Object.entries(settings))
+      if (!world.plays || SHOWN.includes(name)) this.set(name, value);
+    this.panel.refresh();
+  }
+
+  /** Puts the settings into the address, and the address where one may paste it from. */
+  async copyLink() {
+    const { world } = this;
+    history.replaceState(null, '', hashOf(world.settings, world)); // which is no change to be obeyed
+    const copied = await navigator.clipboard?.writeText(location.href).then(() => true, () => false);
+    showNotice(copied ? 'The link is copied' : 'The address of the page now carries the settings');
+  }
+
+  /** The view as a PNG file, as it is drawn now. */
+  async savePicture() {
+    const { stage } = this.world;
+    stage.draw();
+    const canvas = stage.renderer.domElement;
+    save(await new Promise((done) => { canvas.toBlob(done, 'image/png'); }), 'thrum.png');
   }
 
   /** Shows a model (-1: the pack's scene), perhaps in three copies. */

@@ -42,6 +42,14 @@ export async function bytesOfElement(element) {
   return element.dataset.encoding === 'gzip' ? inflate(bytes) : bytes;
 }
 
+/** The pack in the text of a page that `thrum view` wrote. @param {string} text @returns {Promise<Uint8Array>} */
+export async function packOfPage(text) {
+  const element = new DOMParser().parseFromString(text, 'text/html').getElementById('thrum-pack');
+  const bytes = element && await bytesOfElement(element);
+  if (!bytes) throw new Error('this page has no models: is it one that thrum view wrote?');
+  return bytes;
+}
+
 /** @param {ArrayBuffer} data @param {number} start @param {[number, number, string]} entry */
 function arrayAt(data, start, [offset, count, type]) {
   const Type = TYPES[type];

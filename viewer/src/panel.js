@@ -43,22 +43,30 @@ export class Panel {
       actions.set('integrator', find('integrator').value);
       this.refresh(); // one that is refused is not shown
     });
-    // a stress needs the one material of the body
-    const stress = world.pack.models.every(({ regions, poisson }) => regions === 1 && poisson !== undefined);
-    fill(find('colour'), Object.entries(QUANTITIES).filter(([name]) => name !== 'stress' || stress).map(([name, { title }]) => [name, title]));
     find('colour').addEventListener('change', () => actions.set('colour', find('colour').value));
     find('scale').querySelector('i').style.background = GRADIENT;
     for (const name of MARKS)
       find(name).addEventListener('change', () => actions.set(name, find(name).checked));
-    const models = world.pack.models.map((model, n) => [n, model.title ?? model.name]);
-    const whole = isComposed(world.pack) ? [[-1, world.recording ? 'the run' : 'the scene']] : [];
-    fill(find('model'), [...whole, ...models]);
+    this.listModels();
     find('model').addEventListener('change', () => actions.choose(Number(find('model').value)));
     find('menu').addEventListener('click', () => {
       this.toggle();
       actions.toggled();
     });
-    if (innerWidth <= 720) this.toggle();
+    if (innerWidth <= 720 || innerHeight <= 420) this.toggle();
+  }
+
+  /** What may be chosen of the pack. */
+  listModels() {
+    const { pack, recording } = this.world;
+    const models = pack.models.map((model, n) => [n, model.title ?? model.name]);
+    const whole = isComposed(pack) ? [[-1, recording ? 'the run' : 'the scene']] : [];
+    fill(find('model'), [...whole, ...models]);
+
+    // a stress needs the one material of the body
+    const stress = pack.models.every(({ regions, poisson }) => regions === 1 && poisson !== undefined);
+    fill(find('colour'), Object.entries(QUANTITIES).filter(([name]) => name !== 'stress' || stress)
+      .map(([name, { title }]) => [name, title]));
   }
 
   /** Opens and closes the settings. */

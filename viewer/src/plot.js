@@ -1,6 +1,7 @@
 // Two small drawings: energies over the last seconds, and the frequencies of the modes.
 // SPDX-License-Identifier: Apache-2.0
 import { quantityText } from './numbers.js';
+import { cssColour } from './theme.js';
 
 const SPAN = 8; // seconds of simulated time in the plot of what is stepped
 const EDGE = 16; // room for the least and the largest value [px]
@@ -70,21 +71,21 @@ export class EnergyPlot {
     const span = this.whole ? newest.time - start || 1 : SPAN;
     const x = (time) => (width * (time - start)) / span;
     const y = (value) => EDGE + (height - 2 * EDGE) * (1 - (value - bottom) / range);
-    pen.strokeStyle = '#d5dde5';
+    pen.strokeStyle = cssColour('var(--line)');
     pen.lineWidth = 1;
     pen.strokeRect(0.5, 0.5, width - 1, height - 1);
     line(pen, [[0, y(0)], [width, y(0)]]);
     pen.lineWidth = 1.6;
     this.series.forEach(({ colour }, n) => {
-      pen.strokeStyle = colour;
+      pen.strokeStyle = cssColour(colour);
       line(pen, this.samples.map((sample) => [x(sample.time), y(sample.values[n])]));
     });
     if (this.whole) {
-      pen.strokeStyle = '#5b6b7b';
+      pen.strokeStyle = cssColour('var(--soft)');
       pen.lineWidth = 1;
       line(pen, [[x(now), 0], [x(now), height]]);
     }
-    pen.fillStyle = '#5b6b7b';
+    pen.fillStyle = cssColour('var(--soft)');
     pen.font = '11px system-ui, sans-serif';
     pen.fillText(quantityText(top, 'J'), 5, 12);
     if (bottom < 0) pen.fillText(quantityText(bottom, 'J'), 5, height - 4);
@@ -115,7 +116,7 @@ export function drawSplit(canvas, frequencies, stepped, explicit) {
     pen.fillStyle = n < explicit ? '#2a78c2' : '#e0a458';
     pen.fillRect(n * pitch + 0.5, height - bar, Math.max(1, pitch - 1.5), bar);
     if (Number.isNaN(stepped[n])) return;
-    pen.fillStyle = '#202020';
+    pen.fillStyle = cssColour('var(--ink)');
     pen.fillRect(n * pitch + 0.5, height - high(stepped[n]), Math.max(1, pitch - 1.5), 1.5);
   });
   canvas.title = frequencies.map((frequency, n) =>

@@ -11,7 +11,7 @@ const CONE = new THREE.ConeGeometry(0.35, 1);
  * @param {(action: () => void) => void} guard says on the page what an action is refused for
  * @returns {() => void} what draws the springs in each frame */
 export function pullWithPointers(world, guard) {
-  const { stage, engine } = world;
+  const { stage } = world;
   const canvas = stage.renderer.domElement;
   /** @type {Map<number, {plane: THREE.Plane, line: THREE.Line, head: THREE.Mesh, label: HTMLElement}>} */
   const held = new Map();
@@ -32,9 +32,9 @@ export function pullWithPointers(world, guard) {
     document.getElementById('hint').hidden = true;
     if (event.button !== 0 || world.plays) return;
     const ray = stage.ray(event.clientX, event.clientY);
-    const pick = engine.pick(ray.origin.toArray(), ray.direction.toArray());
+    const pick = world.engine.pick(ray.origin.toArray(), ray.direction.toArray());
     if (!pick || pick.vertex < 0) return;
-    const at = new THREE.Vector3(...engine.position(pick.body, pick.vertex));
+    const at = new THREE.Vector3(...world.engine.position(pick.body, pick.vertex));
     const facing = stage.camera.getWorldDirection(new THREE.Vector3());
     const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(facing, at);
     held.set(event.pointerId, { plane, line: addLine(stage.scene), head: addHead(stage.scene),
@@ -68,7 +68,7 @@ export function pullWithPointers(world, guard) {
       line.visible = head.visible = spring !== undefined;
       label.hidden = !spring;
       if (!spring) continue;
-      const from = new THREE.Vector3(...engine.position(spring.body, spring.vertex));
+      const from = new THREE.Vector3(...world.engine.position(spring.body, spring.vertex));
       const to = new THREE.Vector3(...spring.target);
       const ends = line.geometry.attributes.position;
       ends.setXYZ(0, ...from);
@@ -79,8 +79,8 @@ export function pullWithPointers(world, guard) {
       // the number beside the pointer
       label.textContent = quantityText(world.pullForce(id), 'N');
       const { x, y } = stage.project(spring.target);
-      label.style.left = `${x}px`;
-      label.style.top = `${y - 40}px`;
+      label.style.left = `${x + 50}px`;
+      label.style.top = `${y - 12}px`;
     }
   };
 }

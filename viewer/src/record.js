@@ -35,7 +35,8 @@ export class Recorder {
   }
 }
 
-function save(blob, name) {
+/** Has the browser save something. @param {Blob} blob @param {string} name */
+export function save(blob, name) {
   const link = document.createElement('a');
   link.href = URL.createObjectURL(blob);
   link.download = name;

@@ -3,7 +3,6 @@
 import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 
-const BACKGROUND = 0xe9eef3;
 const MARGIN = 1.35; // around the bodies: they move
 const UP = new THREE.Vector3(0, 0, 1);
 
@@ -15,7 +14,9 @@ export class Stage {
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.scene = new THREE.Scene();
-    this.scene.background = new THREE.Color(BACKGROUND);
+    this.scene.background = new THREE.Color();
+    this.scene.fog = new THREE.Fog(0);
+    this.groundColour = new THREE.Color(); // shared by all grounds
     this.camera = new THREE.PerspectiveCamera(40, 1, 0.01, 1000);
     this.camera.up.copy(UP);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -30,6 +31,14 @@ export class Stage {
     this.scene.add(this.props);
   }
 
+  /** Takes the colours of a theme. @param {{background: number, ground: number}} theme */
+  paint({ background, ground: colour }) {
+    this.scene.background.set(background);
+    this.scene.fog.color.set(background);
+    this.groundColour.set(colour);
+    this.touch();
+  }
+
   /** Fits the drawing to the window, with room for what lies over it.
    * @param {{top: number, right: number, bottom: number}} room [px] */
   fit(room) {
@@ -40,6 +49,28 @@ export class Stage {
     this.touch();
     this.camera.setViewOffset(width, height, room.right / 2, (room.bottom - room.top) / 2,
       width, height);
+    this.#keepWhole();
+  }
+
+  // what was seen whole before a window or a phone was turned still is
+  #keepWhole() {
+    if (!this.bounds) return;
+    const before = this.distance;
+    this.distance = this.#distanceTo(this.bounds);
+    const { camera, controls: { target } } = this;
+    camera.position.sub(target).multiplyScalar(this.distance / before).add(target);
+    this.controls.update();
+  }
+
+  // from where the camera sees the bounds whole, beside what lies over the picture
+  #distanceTo(bounds) {
+    const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
+    const { top, right, bottom } = this.room;
+    const size = bounds.getSize(new THREE.Vector3());
+    const half = Math.tan((this.camera.fov * Math.PI) / 360); // of the height, at distance 1
+    const extent = Math.max((size.z + 0.4 * size.y) / (1 - (top + bottom) / height),
+      (0.95 * size.x + 0.35 * size.y) / ((width - right) / height));
+    return (MARGIN * extent) / (2 * half) + 0.5 * size.y;
   }
 
   /** Ground and obstacles of a scene whose bodies lie in `bounds`.
@@ -49,9 +80,10 @@ export class Stage {
     this.props.clear();
     this.touch();
     const size = bounds.getSize(new THREE.Vector3()).length();
-    for (const obstacle of obstacles) this.props.add(shapeOfObstacle(obstacle, size));
+    for (const obstacle of obstacles)
+      this.props.add(shapeOfObstacle(obstacle, size, this.groundColour));
     if (!obstacles.some(({ kind }) => kind === 'plane'))
-      this.props.add(ground(new THREE.Vector3(0, 0, floor), UP, size));
+      this.props.add(ground(new THREE.Vector3(0, 0, floor), UP, size, this.groundColour));
     this.#light(bounds, size);
   }
 
@@ -80,21 +112,16 @@ export class Stage {
 
   /** Turns the camera to where it sees the bounds whole. @param {THREE.Box3} bounds */
   look(bounds) {
-    const { clientWidth: width, clientHeight: height } = this.renderer.domElement;
-    const { top, right, bottom } = this.room;
-    const size = bounds.getSize(new THREE.Vector3());
     const centre = bounds.getCenter(new THREE.Vector3());
-    const half = Math.tan((this.camera.fov * Math.PI) / 360); // of the height, at distance 1
-    const extent = Math.max((size.z + 0.4 * size.y) / (1 - (top + bottom) / height),
-      (0.95 * size.x + 0.35 * size.y) / ((width - right) / height));
-    const distance = (MARGIN * extent) / (2 * half) + 0.5 * size.y;
+    const distance = this.#distanceTo(bounds);
+    Object.assign(this, { bounds, distance });
     this.controls.target.copy(centre);
     this.camera.position.copy(centre)
       .add(new THREE.Vector3(0.3, -0.88, 0.34).normalize().multiplyScalar(distance));
     this.camera.near = distance / 200;
     this.camera.far = distance * 50;
     this.camera.updateProjectionMatrix();
-    this.scene.fog = new THREE.Fog(BACKGROUND, 1.5 * distance, 5 * distance);
+    Object.assign(this.scene.fog, { near: 1.5 * distance, far: 5 * distance });
     this.controls.update();
   }
 
@@ -129,9 +156,10 @@ export class Stage {
 }
 
 /** A plane with lines every `cell` metres, facing along `normal`. */
-function ground(point, normal, size, colour = 0xeef2f6) {
+function ground(point, normal, size, colour) {
   const cell = 10 ** Math.round(Math.log10(size / 4));
-  const material = new THREE.MeshStandardMaterial({ color: colour, roughness: 1 });
+  const material = new THREE.MeshStandardMaterial({ roughness: 1 });
+  material.color = colour;
   material.onBeforeCompile = (shader) => {
     shader.uniforms.cell = { value: cell };
     shader.vertexShader = shader.vertexShader
@@ -158,7 +186,7 @@ const GRID = /* glsl */ `
     vec2 away = abs(fract(at - 0.5) - 0.5) / wide;
     float line = 1.0 - min(min(away.x, away.y), 1.0);
     line *= 1.0 - smoothstep(0.05, 0.4, max(wide.x, wide.y));
-    colour = mix(colour, vec3(0.45, 0.55, 0.65), 0.55 * line);
+    colour = mix(colour, vec3(0.45, 0.55, 0.65), 0.55 * max(0.3, colour.g) * line); // faint on dark ground
   }`;
 
 /** @param {object} obstacle of the pack, no plane */
@@ -174,10 +202,10 @@ function geometryOfObstacle({ kind, radius, size, vertices, triangles }) {
 }
 
 /** @param {object} obstacle of the pack */
-function shapeOfObstacle(obstacle, size) {
+function shapeOfObstacle(obstacle, size, groundColour) {
   const vector = (v) => new THREE.Vector3(...v);
   if (obstacle.kind === 'plane')
-    return ground(vector(obstacle.centre), vector(obstacle.normal).normalize(), size);
+    return ground(vector(obstacle.centre), vector(obstacle.normal).normalize(), size, groundColour);
   const geometry = geometryOfObstacle(obstacle);
   // one looks into a room through its near walls
   const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from 'three';
 import { Body } from './body.js';
+import { QUANTITIES } from './colours.js';
 import { Marks } from './marks.js';
 import { Recording } from './recording.js';
 import { coordinatesTexture } from './shader.js';
@@ -12,19 +13,36 @@ import { aloneScene, comparedScene, isComposed } from './scenes.js';
  *   stiffness: number, pull: number, colour: string, edges: boolean, held: boolean,
  *   touches: boolean}} Settings */
 
-const SHOWN = ['colour', 'edges', 'held', 'touches']; // settings of the picture alone
+export const SHOWN = ['colour', 'edges', 'held', 'touches']; // settings of the picture alone
 const TOUCH_COLOUR = 0xe07b00;
 
 export class World {
   /** @param {import('./pack.js').Pack} pack @param {import('./engine.js').Engine} engine
    * @param {import('./stage.js').Stage} stage */
   constructor(pack, engine, stage) {
-    Object.assign(this, { pack, engine, stage, bodies: [], pulls: new Map(), compared: false });
-    for (const model of pack.models) engine.addModel(model);
-    this.recording = pack.recording && new Recording(pack.recording, pack);
-    this.choice = isComposed(pack) ? -1 : pack.scene.bodies[0].model;
+    Object.assign(this, { stage, bodies: [], pulls: new Map(), compared: false });
     this.settings = { pull: 10, colour: 'own', edges: false, held: true, touches: true };
     this.marks = new Marks(stage.scene, TOUCH_COLOUR);
+    this.adopt(pack, engine);
+  }
+
+  /** Takes another pack in place of the one before; show() then shows it.
+   * @param {import('./pack.js').Pack} pack @param {import('./engine.js').Engine} engine without models */
+  adopt(pack, engine) {
+    for (const model of pack.models) engine.addModel(model);
+    Object.assign(this, { pack, engine });
+    this.#clear();
+    this.recording = pack.recording && new Recording(pack.recording, pack);
+    this.choice = isComposed(pack) ? -1 : pack.scene.bodies[0].model;
+  }
+
+  // without bodies, which belong to the pack
+  #clear() {
+    for (const body of this.bodies) {
+      this.stage.scene.remove(body.mesh);
+      body.dispose();
+    }
+    this.bodies = [];
   }
 
   /** Is a recorded run shown, which nothing acts on? */
@@ -74,10 +92,7 @@ export class World {
   }
 
   #populate() {
-    for (const body of this.bodies) {
-      this.stage.scene.remove(body.mesh);
-      body.dispose();
-    }
+    this.#clear();
     this.coordinates?.dispose();
     const models = this.shown.bodies.map((body) => this.pack.models[body.model]);
     this.width = Math.max(...models.map(({ rank }) => rank));
@@ -100,6 +115,7 @@ export class World {
 
   /** Changes one setting of all bodies. @param {keyof Settings} name */
   set(name, value) {
+    if (name === 'colour' && !(value in QUANTITIES)) throw new Error(`there are no colours of '${value}'`);
     const { engine } = this;
     const each = (change) => this.bodies.forEach((_, n) => change(n));
     const changes = {

@@ -1,9 +1,10 @@
 // The page as a person has it, in headless Chromium: opens, deforms, obeys each control.
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { readFileSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { launch, open, packOf, serve, standalone, thrum } from './fixture.mjs';
+import { folder, launch, open, packOf, serve, standalone, thrum } from './fixture.mjs';
 
 const GRAVITY = [0, 0, -9.81];
 let browser, pack, page;
@@ -428,18 +429,99 @@ test('two bodies of a scene stay above its plane', async () => {
   await own.close();
 });
 
+/** What the browser saves when a button is pressed. */
+async function saved(button) {
+  const download = page.waitForEvent('download');
+  await page.click(button);
+  const file = await download;
+  return { name: file.suggestedFilename(), bytes: readFileSync(await file.path()) };
+}
+
+test('a picture is saved', async () => {
+  await fresh();
+  const { name, bytes } = await saved('#picture');
+  assert.equal(name, 'thrum.png');
+  assert.equal(bytes.toString('latin1', 1, 4), 'PNG');
+  assert.equal(bytes.readUInt32BE(16), await page.evaluate(() => document.getElementById('view').width));
+  assert.ok(bytes.length > 3000, `${bytes.length} bytes`); // an empty one is smaller
+});
+
+test('a link carries the settings', async () => {
+  await fresh();
+  await page.evaluate(() => { window.thrum.set('damping', 1.5); window.thrum.set('colour', 'stress'); });
+  await page.click('#compare');
+  await page.click('#link');
+  const hash = await page.evaluate(() => window.location.hash);
+  await fresh();
+  await page.evaluate((to) => {
+    window.thrum.set('damping', 0);
+    window.thrum.set('colour', 'own');
+    window.history.replaceState(null, '', '#');
+    window.location.hash = to;
+  }, hash);
+  await page.waitForFunction(() => window.thrum.bodies().length === 3);
+  const { damping, colour } = await page.evaluate(() => window.thrum.settings());
+  assert.deepEqual([damping, colour], [1.5, 'stress']);
+
+  // an address that names nothing known changes nothing, and says so
+  await page.evaluate(() => { window.location.hash = '#integrator=none&colour=none&choice=9&dt=x'; });
+  await page.waitForFunction(() => /there is no|there are no/.test(document.getElementById('notice-text').textContent));
+  assert.equal((await page.evaluate(() => window.thrum.settings())).colour, 'stress');
+  await page.evaluate(() => { window.history.replaceState(null, '', '#'); window.thrum.set('colour', 'own'); });
+});
+
+test('dark where the system is, and whole on a phone on its side', async () => {
+  const paper = () => page.evaluate(() => window.getComputedStyle(document.body).backgroundColor);
+  const light = await paper();
+  await page.emulateMedia({ colorScheme: 'dark' });
+  assert.notEqual(await paper(), light);
+  await page.emulateMedia({ colorScheme: 'light' });
+  await page.setViewportSize({ width: 740, height: 340 });
+  const [header, energy] = await Promise.all(['header', '#energy'].map((at) =>
+    page.locator(at).boundingBox()));
+  assert.ok(header.y + header.height < energy.y);
+  assert.ok(energy.y + energy.height <= 340 && header.x + header.width <= 740);
+  await page.setViewportSize({ width: 760, height: 440 });
+});
+
 test('records a video', async () => {
   await fresh();
   await page.click('#pause');
   await page.click('#record');
   await page.waitForFunction(() => window.thrum.recorded() > 2000);
-  const download = page.waitForEvent('download');
-  await page.click('#record');
-  const file = await download;
-  assert.equal(file.suggestedFilename(), 'thrum.webm');
-  const video = readFileSync(await file.path());
+  const { name, bytes: video } = await saved('#record');
+  assert.equal(name, 'thrum.webm');
   assert.equal(video.readUInt32BE(0), 0x1a45dfa3); // how every WebM begins, RFC 8794
   assert.ok(video.length > 2000);
+});
+
+test('models and pages are opened in place of what was shown', async () => {
+  await page.setInputFiles('#files', join(folder, 'beam.npz'));
+  await page.waitForFunction(() => window.thrum.bodies()[0].name === 'beam.npz');
+
+  // as `thrum view` packs it, but for the order of the vertices
+  const { rank, vertex_count: vertices, arrays } = pack.models[0];
+  assert.equal(await page.evaluate(() => window.thrum.vertexCount(0)), vertices);
+  const held = await page.evaluate(() => window.thrum.fixed(0).filter((bits) => bits === 7).length);
+  assert.equal(held, arrays.fixed.filter((bits) => bits === 7).length);
+  assert.equal((await page.evaluate(() => window.thrum.report(0))).rank, rank);
+  await page.evaluate(() => { window.thrum.pause(true); window.thrum.set('gravity', 9.81); window.thrum.step(50); });
+  assert.ok(Math.hypot(...await page.evaluate(() => window.thrum.q(0))) > 1e-3);
+
+  // what cannot be shown is refused with what to do, and what is there stays
+  for (const [name, words] of [['bridge.veg', /thrum precompute bridge.veg -o bridge.npz/],
+    ['horse.obj', /thrum mesh horse.obj/], ['run.glb', /thrum view RUN/],
+    ['scene.json', /thrum view scene.json/], ['broken.npz', /^broken.npz: ./], ['a.html', /thrum view/]]) {
+    writeFileSync(join(folder, name), 'nothing of use');
+    await page.setInputFiles('#files', join(folder, name));
+    await page.waitForFunction((pattern) => new RegExp(pattern).test(
+      document.getElementById('notice-text').textContent), words.source);
+  }
+  assert.equal((await page.evaluate(() => window.thrum.bodies()))[0].name, 'beam.npz');
+
+  // a page of thrum view; the last file of packOf() is one
+  await page.setInputFiles('#files', join(folder, 'packed.html'));
+  await page.waitForFunction(() => document.querySelectorAll('#model option').length === 2);
 });
 
 test('after all that the console has nothing to complain of', () => {

@@ -1,0 +1,61 @@
+/* Model files that a person drops on the page. SPDX-License-Identifier: Apache-2.0 */
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "bridge.h"
+
+static void *opened; // the arrays of the file that was opened last
+
+static double address_of(const void *array) {
+  return (double)(uintptr_t)array;
+}
+
+static void tell_counts(const thrum_model *model) {
+  double *n = bridge_number;
+  n[0] = (double)model->rank;
+  n[1] = (double)model->vertex_count;
+  n[2] = (double)model->tet_count;
+  n[3] = (double)model->region_count;
+  n[4] = (double)model->c3_count;
+  n[5] = (double)model->c4_count;
+  n[6] = (double)model->point_count;
+  n[7] = (double)model->law_bytes;
+  n[8] = (double)thrum_model_masters(model);
+}
+
+static void tell_arrays(const thrum_model *model) {
+  const void *const arrays[] = {model->omega2,        model->c3,           model->c4,
+                                model->point_weights, model->point_moduli, model->point_gradients,
+                                model->point_law,     model->axis_mass,    model->vertices,
+                                model->basis,         model->fixed,        model->tets,
+                                model->rigid,         model->material};
+  for (size_t n = 0; n < sizeof arrays / sizeof *arrays; n++)
+    bridge_number[9 + n] = address_of(arrays[n]);
+}
+
+/* Reads a model file. numbers: rank, counts of vertices, tetrahedra, regions, c3, c4 and points,
+ * bytes of the law, masters; then the addresses of omega2, c3, c4, point_weights, point_moduli,
+ * point_gradients, point_law, axis_mass, vertices, basis, fixed, tets, rigid and material, 0 where
+ * the file has none. They hold until the next file. */
+int32_t EXPORT(bridge_open_model)(const void *file, int32_t size) {
+  size_t bytes;
+  const thrum_model *model;
+  THRUM_TRY(thrum_model_size(file, (size_t)size, &bytes, &bridge_error));
+  free(opened);
+  opened = bridge_alloc(bytes);
+  if (opened == NULL)
+    return thrum_error_set(&bridge_error, THRUM_OUT_OF_MEMORY, "the page has no memory left");
+  THRUM_TRY(thrum_model_init(opened, bytes, file, (size_t)size, &model, &bridge_error));
+
+  // what the page cannot show or step
+  if (model->tets == NULL || model->basis == NULL || model->axis_mass == NULL)
+    return thrum_error_set(
+        &bridge_error, THRUM_MISSING,
+        "the model has no mesh, no basis or no axis_mass, so it cannot be shown");
+  if (thrum_model_masters(model) > 0)
+    return thrum_error_set(&bridge_error, THRUM_UNSUPPORTED,
+                           "the page cannot step a model that was precomputed condensed");
+  tell_counts(model);
+  tell_arrays(model);
+  return THRUM_OK;
+}

@@ -1,0 +1,26 @@
+// The settings in the address of the page, behind its #, so that a link shows what one sees.
+// SPDX-License-Identifier: Apache-2.0
+
+const NUMBERS = ['dt', 'rank', 'gravity', 'damping', 'stiffness', 'pull'];
+const TEXTS = ['integrator', 'colour'];
+const FLAGS = ['edges', 'held', 'touches'];
+
+/** @param {object} settings @param {{choice: number, compared: boolean}} shown @returns {string} */
+export function hashOf(settings, { choice, compared }) {
+  const all = new URLSearchParams({ choice, compared: Number(compared) });
+  for (const name of [...NUMBERS, ...TEXTS, ...FLAGS]) all.set(name, settings[name]);
+  return `#${all}`;
+}
+
+/** What an address says; what it does not name, or names wrongly, is left out.
+ * @param {string} hash @returns {{choice?: number, compared?: boolean, settings: object}} */
+export function readHash(hash) {
+  const all = new URLSearchParams(hash.replace(/^#/, ''));
+  const settings = {};
+  for (const name of NUMBERS)
+    if (all.has(name) && Number.isFinite(Number(all.get(name)))) settings[name] = Number(all.get(name));
+  for (const name of TEXTS) if (all.has(name)) settings[name] = all.get(name);
+  for (const name of FLAGS) if (all.has(name)) settings[name] = all.get(name) === 'true';
+  return { settings, ...(all.has('choice') && { choice: Number(all.get('choice')) }),
+    ...(all.has('compared') && { compared: all.get('compared') === '1' }) };
+}
