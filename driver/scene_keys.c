@@ -275,6 +275,8 @@ static const config_option body_keys[] = {
                   CONFIG_ABOVE(0)),
     OPTION_FLAG("collide", "false: the body passes through other bodies", .fallback = "true",
                 AT(collide)),
+    OPTION_FLAG("self_contact", "the surface of the body touches itself too; makes its step slower",
+                .fallback = "false", AT(self_contact)),
 
     // the keys of the scene's own solver, each of which may be replaced
     OPTION_GROUP(solver_options, "in place of what the scene says", AT(settings.def)),

@@ -94,10 +94,14 @@ thrum_status scene_run_base_motions(scene_run *run, thrum_error *error);
 bool scene_run_collides(const scene_run *run);
 thrum_contact_pairs_def scene_run_collisions_def(const scene_run *run);
 
+/* Does a body touch others or itself, and does any? */
+bool scene_run_body_meets(const scene_run *run, const scene_body_run *body);
+bool scene_run_bodies_meet(const scene_run *run);
+
 /* Are there obstacles that are touched by their faces? */
 bool scene_run_has_solids(const scene_run *run);
 
-/* Do bodies touch each other, or obstacles by their faces? */
+/* Do bodies touch each other or themselves, or obstacles by their faces? */
 bool scene_run_touches(const scene_run *run);
 thrum_status scene_run_collisions(const scene_run *run);
 

@@ -188,8 +188,9 @@ static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def
     THRUM_TRY(find_touch(run, body, def, one));
 
   // contact and wind both need the surface of the mesh
-  const bool collides = scene_run_collides(run) && body->spec->collide && body->model->basis;
-  def->collides = body->spec->collide;
+  const bool collides = scene_run_body_meets(run, body) && body->model->basis;
+  def->collides = run->spec.collide && body->spec->collide;
+  def->self_contact = body->spec->self_contact;
   if (!touches)
     def->touch_count = 0;
   if (!touches && !collides && run->spec.wind.at.node == NULL)

@@ -38,7 +38,7 @@ static bool is_sought(const scene_body_run *body) {
 /* Whether fewer coordinates would have the body pass through others unasked, or through obstacles
  * with faces. */
 static bool would_pass(const scene_run *run, const scene_body_run *body) {
-  return (scene_run_collides(run) && body->spec->collide) || scene_run_has_solids(run);
+  return scene_run_body_meets(run, body) || scene_run_has_solids(run);
 }
 
 static const char passes[] =

@@ -66,7 +66,7 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
 
   // what wind, contact and links give and take is no drift, and not counted as work
   if (run->spec.obstacles.count > 0 || run->spec.wind.at.node != NULL ||
-      (scene_run_collides(run) && body->spec->collide) || scene_run_is_linked(run, n)) {
+      scene_run_body_meets(run, body) || scene_run_is_linked(run, n)) {
     run->run.bodies[n].figures.windows = (driver_drift){0};
     run->run.bodies[n].figures.uncounted = true;
   }
@@ -147,6 +147,7 @@ static cJSON *placement_json(const scene_run *run, const scene_body_run *body) {
   json_number(object, "density", spec->density);
   cJSON_AddBoolToObject(object, "free", spec->free);
   cJSON_AddBoolToObject(object, "coupled", spec->coupled);
+  cJSON_AddBoolToObject(object, "self_contact", spec->self_contact);
   return object;
 }
 

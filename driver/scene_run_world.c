@@ -88,12 +88,28 @@ bool scene_run_collides(const scene_run *run) {
   return run->spec.collide && run->spec.bodies.count > 1;
 }
 
+bool scene_run_body_meets(const scene_run *run, const scene_body_run *body) {
+  return (scene_run_collides(run) && body->spec->collide) || body->spec->self_contact;
+}
+
+/* Does a body touch itself? */
+static bool has_self_contact(const scene_run *run) {
+  bool any = false;
+  for (int64_t n = 0; n < run->spec.bodies.count && !any; n++)
+    any = scene_bodies(&run->spec)[n].self_contact;
+  return any;
+}
+
+bool scene_run_bodies_meet(const scene_run *run) {
+  return scene_run_collides(run) || has_self_contact(run);
+}
+
 bool scene_run_has_solids(const scene_run *run) {
   return scene_run_obstacle_index(run, true, 0) >= 0;
 }
 
 bool scene_run_touches(const scene_run *run) {
-  return scene_run_collides(run) || scene_run_has_solids(run);
+  return scene_run_bodies_meet(run) || scene_run_has_solids(run);
 }
 
 thrum_contact_pairs_def scene_run_collisions_def(const scene_run *run) {
@@ -111,7 +127,7 @@ thrum_contact_pairs_def scene_run_collisions_def(const scene_run *run) {
 }
 
 thrum_status scene_run_collisions(const scene_run *run) {
-  if (!run->spec.collide || !scene_run_touches(run))
+  if (!has_self_contact(run) && (!run->spec.collide || !scene_run_touches(run)))
     return THRUM_OK;
   const thrum_contact_pairs_def def = scene_run_collisions_def(run);
   thrum_error detail = {0};

@@ -178,6 +178,13 @@ static thrum_status check_body(const scene_spec *spec, const scene_body_spec *bo
       return config_record_refuse(&spec->file, at, of_apart[n], THRUM_BAD_VALUE,
                                   "is not of a body that is coupled, which steps all of its "
                                   "coordinates");
+
+  // nor do condensed bodies touch with their surface
+  for (int n = 0; n < 3 && body->self_contact; n++)
+    if (config_record_member(&spec->file, at, of_apart[n]) != NULL)
+      return config_record_refuse(&spec->file, at, of_apart[n], THRUM_BAD_VALUE,
+                                  "is not of a body with \"self_contact\", which steps all of its "
+                                  "coordinates");
   return THRUM_OK;
 }
 

@@ -57,6 +57,7 @@ typedef struct scene_body_spec {
   const char *touch;      /* "surface", "none", or a group */
   double touch_stiffness; /* [N/m^3]; 0: chosen */
   bool collide;           /* it touches other bodies, where the scene's bodies do */
+  bool self_contact;      /* it touches itself */
 } scene_body_spec;
 
 /* How bodies touch each other. */

@@ -28,9 +28,9 @@ void EXPORT(js_scene_free)(thrum_scene *scene) {
 int32_t EXPORT(js_scene_add_body)(thrum_scene *scene, const thrum_model *const *of,
                                   int32_t integrator, int32_t rank, int32_t condense,
                                   int32_t free_body, int32_t coupled, int32_t collides,
-                                  int32_t start_mode, const int32_t *triangles,
-                                  int32_t triangle_count, const int32_t *touch,
-                                  int32_t touch_count) {
+                                  int32_t self_contact, int32_t start_mode,
+                                  const int32_t *triangles, int32_t triangle_count,
+                                  const int32_t *touch, int32_t touch_count) {
   const double *n = js_numbers();
   thrum_scene_body_def def = thrum_default_scene_body_def();
   def.model = *of;
@@ -52,6 +52,7 @@ int32_t EXPORT(js_scene_add_body)(thrum_scene *scene, const thrum_model *const *
   def.free = free_body;
   def.coupled = coupled;
   def.collides = collides;
+  def.self_contact = self_contact;
   def.start_mode = start_mode;
   def.triangles = triangles;
   def.triangle_count = triangle_count;

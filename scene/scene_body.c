@@ -294,6 +294,7 @@ thrum_status thrum_scene_make(double dt, thrum_scene **scene, thrum_error *error
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a scene");
   made->dt = dt;
   made->workers = 1;
+  made->pairs.def = thrum_default_contact_pairs_def();
   *scene = made;
   return THRUM_OK;
 }

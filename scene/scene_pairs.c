@@ -21,6 +21,16 @@ thrum_status scene_triangles_keep(const thrum_scene_body_def *def, scene_body *b
                                   thrum_error *error) {
   const bool kept = def->triangle_count > 0 && def->model->material != NULL;
   body->collides = kept && def->collides != 0;
+  body->self_contact = def->self_contact != 0;
+  if (body->self_contact && (!kept || def->model->basis == NULL))
+    return thrum_error_set(
+        error, THRUM_MISSING,
+        "a body that touches itself needs triangles, and a model with a mesh and "
+        "a material");
+  if (body->self_contact && body->derived->condensed)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "a body that touches itself steps all of its coordinates: it cannot be "
+                           "condensed");
   if (!kept)
     return THRUM_OK;
   const size_t count = 3 * (size_t)def->triangle_count;
@@ -33,8 +43,8 @@ thrum_status scene_triangles_keep(const thrum_scene_body_def *def, scene_body *b
 }
 
 bool scene_collides(const thrum_scene *scene, const scene_body *body, const scene_model *derived) {
-  const bool others = scene->collides && body->collides;
-  return (others || scene->solid_count > 0) && body->triangle_count > 0 && !derived->condensed;
+  const bool bodies = (scene->collides && body->collides) || body->self_contact;
+  return (bodies || scene->solid_count > 0) && body->triangle_count > 0 && !derived->condensed;
 }
 
 /* The vertices of the triangles, ascending, as a model of their own; places (vertex_count) gets
@@ -131,6 +141,14 @@ void scene_skin_drop(thrum_scene *scene, scene_skin *skin) {
   free(skin);
 }
 
+/* Hands a skin to a body, ready for what the body does with it. */
+static thrum_status take(const scene_body *body, scene_skin *skin, scene_skin **taken) {
+  if (body->self_contact)
+    thrum_skin_prepare_own(skin->skin);
+  *taken = skin;
+  return THRUM_OK;
+}
+
 thrum_status scene_skin_take(thrum_scene *scene, const scene_body *body, const scene_model *derived,
                              scene_skin **taken, thrum_error *error) {
   const size_t bytes = 3 * (size_t)body->triangle_count * sizeof *body->triangles;
@@ -143,8 +161,7 @@ thrum_status scene_skin_take(thrum_scene *scene, const scene_body *body, const s
     if (skin->of == derived && skin->triangle_count == body->triangle_count &&
         memcmp(skin->triangles, body->triangles, bytes) == 0) {
       skin->users++;
-      *taken = skin;
-      return THRUM_OK;
+      return take(body, skin, taken);
     }
 
   scene_skin *skin = calloc(1, sizeof *skin);
@@ -160,8 +177,7 @@ thrum_status scene_skin_take(thrum_scene *scene, const scene_body *body, const s
   }
   skin->next = scene->skins;
   scene->skins = skin;
-  *taken = skin;
-  return THRUM_OK;
+  return take(body, skin, taken);
 }
 
 /* --- room ------------------------------------------------------------------------------------- */
@@ -241,7 +257,7 @@ thrum_status scene_pairs_room(thrum_scene *scene, const scene_body *extra,
                               const scene_skin *extra_skin, thrum_error *error) {
   scene_pairs *pairs = &scene->pairs;
   int64_t count = 0, vertices = 0, nodes = 0, rank = 1;
-  if (!scene->collides && scene->solid_count == 0 && scene->link_count == 0)
+  if (!scene->collides && scene->skins == NULL && scene->solid_count == 0 && scene->link_count == 0)
     return THRUM_OK;
 
   // what all solids and bodies need together, with the body that comes or changes
@@ -373,7 +389,8 @@ static void fill_member(const thrum_scene *scene, int32_t number, thrum_contact_
                                    .contact = body->touch->contact,
                                    .environment = pairs->environments + number,
                                    .skin = body->skin ? body->skin->skin : NULL,
-                                   .number = number};
+                                   .number = number,
+                                   .touches_itself = body->self_contact};
 }
 
 /* Where the interval of a body along x begins and ends; larger than what it may touch. */
@@ -485,12 +502,14 @@ void scene_pairs_find(thrum_scene *scene) {
   sort(pairs);
   join(scene);
 
-  // a body alone has no group, unless a solid is near or the world is linked to it
+  // a body alone has no group, unless it may touch itself, a solid is near, or the world is linked
+  // to it
   for (int32_t n = 0; n < scene->body_count; n++) {
     if (pairs->group[n] < 0)
       continue;
     const int32_t first = root(pairs->group, n);
-    if (first != n || is_near_solid(scene, n) || is_linked(scene, n))
+    const bool self = scene->bodies[n]->self_contact && scene->bodies[n]->skin != NULL;
+    if (first != n || self || is_near_solid(scene, n) || is_linked(scene, n))
       scene->bodies[n]->group = scene->bodies[first]->group = first;
   }
   for (int32_t n = 0; n < scene->body_count; n++)

@@ -189,6 +189,7 @@ typedef struct scene_body {
   scene_touch *touch;      /* NULL: nothing to touch and no pull */
   scene_touch *touch_next; /* while obstacles are added */
   bool collides;           /* it may touch other bodies, where the scene has them touch */
+  bool self_contact;       /* it may touch itself */
   int32_t *triangles;      /* triangle_count x 3, of a body that may; else NULL */
   int64_t triangle_count;
   scene_skin *skin;     /* NULL: it touches no body */

@@ -87,6 +87,7 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   def.triangles = of->triangles;
   def.triangle_count = of->triangle_count;
   def.collides = n[19] != 0.0;
+  def.self_contact = n[20] != 0.0;
   def.touch = of->touch;
   def.touch_count = of->touch_count;
 

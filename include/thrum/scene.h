@@ -146,6 +146,12 @@ typedef struct thrum_scene_body_def {
   /* 1: the body touches other bodies with its triangles, where thrum_scene_set_collisions has
    * bodies touch; 0: it passes through them. Default 1. */
   int32_t collides;
+
+  /* 1: the surface of the body touches itself too (docs/contact.md), as thick, rough and elastic as
+   * thrum_scene_set_collisions says, or by its defaults. It needs triangles and a model with a
+   * material, and all of its coordinates: THRUM_MISSING, THRUM_UNSUPPORTED with `condense`. Its
+   * step is slower by a search of its surface. Default 0. */
+  int32_t self_contact;
 } thrum_scene_body_def;
 
 /* A def with every default set; the model is NULL. Any thread. */
@@ -377,7 +383,8 @@ THRUM_API thrum_status thrum_scene_solid_get(const thrum_scene *scene, int32_t n
  * are there, whose def has `collides`, and those that are added. Counts of the def, such as its
  * member_max, are found by the scene; touch_max is for all bodies together. NULL: bodies pass
  * through each other, as before the first call. A later change, and a body that needs more room,
- * forget what touches now. Condensed bodies do not touch others. Fails as thrum_contact_pairs_size
+ * forget what touches now. Condensed bodies do not touch others. A body with
+ * `self_contact` touches itself whatever this is. Fails as thrum_contact_pairs_size
  * and thrum_skin_size. */
 THRUM_API thrum_status thrum_scene_set_collisions(thrum_scene *scene,
                                                   const thrum_contact_pairs_def *def,

@@ -215,6 +215,8 @@ export interface BodyOptions {
   touch?: Iterable<number> | 'all';
   /** Whether its triangles touch other bodies where Scene.setCollisions says so; default true. */
   collides?: boolean;
+  /** Its surface touches itself too; default false. It makes the step slower. */
+  selfContact?: boolean;
 }
 
 /** Contact between the bodies of a scene. */

@@ -7,7 +7,7 @@ const FORCE = 0;
 const ACCELERATION = 2;
 const BODY_OPTIONS = ['position', 'rotation', 'scale', 'stiffness', 'density', 'dampingAlpha',
   'dampingBeta', 'velocity', 'spin', 'integrator', 'rank', 'condense', 'free', 'coupled', 'startMode',
-  'startAmplitude', 'triangles', 'touch', 'collides'];
+  'startAmplitude', 'triangles', 'touch', 'collides', 'selfContact'];
 const COLLISION_OPTIONS = ['thickness', 'friction', 'restitution'];
 const DETAIL_OPTIONS = ['masters', 'beyond', 'still', 'jump'];
 const OBSTACLE_OPTIONS = ['shape', 'inside', 'centre', 'normal', 'radius', 'half', 'rotation',
@@ -53,7 +53,7 @@ export class Scene extends Resource {
       given.startAmplitude ?? 0];
     const number = this.#memory.lend([triangles, touch], (faces, points) => this.call(
       'js_scene_add_body', numbers, model.address, integrator, given.rank ?? 0, given.condense ?? 0,
-      given.free ? 1 : 0, given.coupled ? 1 : 0, given.collides ?? true ? 1 : 0, given.startMode ?? 0, faces, (triangles?.length ?? 0) / 3, points, touch?.length ?? 0));
+      given.free ? 1 : 0, given.coupled ? 1 : 0, given.collides ?? true ? 1 : 0, given.selfContact ? 1 : 0, given.startMode ?? 0, faces, (triangles?.length ?? 0) / 3, points, touch?.length ?? 0));
     // the scene reads the model until it is gone itself
     this.owned.lean(model.owned);
     const body = new Body(this.#memory, this, number, model);

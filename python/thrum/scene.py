@@ -21,7 +21,7 @@ from .state import Report, report_of, set_choice, state_def
 from .surface import Surface
 
 _NUMBERS = ("scale", "stiffness", "density", "start_amplitude", "touch_stiffness")
-_WHOLE = ("rank", "condense", "start_mode", "collides", "coupled")
+_WHOLE = ("rank", "condense", "start_mode", "collides", "self_contact", "coupled")
 _COLLISION_NUMBERS = ("thickness", "friction", "restitution", "tolerance")
 _COLLISION_COUNTS = ("touch_max", "sweeps_max")
 _VECTORS = {"position": 3, "rotation": 4, "colour": 3, "velocity": 3, "spin": 3}
@@ -335,8 +335,8 @@ class Scene:
         for wind and contact; touch: 0-based vertices that may touch obstacles, or "all" of the triangles. state: the
         other options of `State`. Further options, as in thrum_scene_body_def: position, rotation (quaternion
         w, x, y, z), scale, stiffness, density, rank, condense, colour, start_mode, start_amplitude, velocity, spin,
-        touch_stiffness, collides (False: it passes through other bodies, see set_collisions), coupled (True: rotation
-        and shape of a free body act on each other).
+        touch_stiffness, collides (False: it passes through other bodies, see set_collisions), self_contact (True: its
+        surface touches itself too), coupled (True: rotation and shape of a free body act on each other).
         """
         definition = ffi.new("thrum_scene_body_def *", lib.thrum_default_scene_body_def())
         handle = model._handle()

@@ -91,7 +91,10 @@ static bool next(const thrum_impact_rows *rows, cursor *at, place *found) {
     return true;
   }
 
-  // then those between bodies
+  // then those between bodies; no impulse on a body as a whole moves two of its places apart
+  while (rows->pairs != NULL && at->row < rows->pairs->row_count &&
+         thrum_pairs_is_own(rows->pairs->view.rows + at->row))
+    at->row++;
   if (rows->pairs == NULL || at->row >= rows->pairs->row_count)
     return false;
   *found = place_between(rows->pairs, at->row++);

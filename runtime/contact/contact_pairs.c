@@ -275,7 +275,8 @@ thrum_status thrum_contact_pairs_copy_check(const thrum_contact_pairs *pairs, co
            (const unsigned char *)copy + thrum_round_up(sizeof header) + (size_t)n * sizeof touch,
            sizeof touch);
     right = is_count(touch.towards, 1) && is_count(touch.key.kind, THRUM_PAIR_EDGES) &&
-            touch.key.bodies[0] >= 0 && touch.key.bodies[1] > touch.key.bodies[0] &&
+            touch.key.bodies[0] >= 0 &&
+            touch.key.bodies[1] >= touch.key.bodies[0] + (touch.key.kind == THRUM_PAIR_REVERSE) &&
             thrum_all_finite(touch.normal, 3) && thrum_all_finite(touch.friction, 3) &&
             thrum_all_finite(touch.position, 3) && thrum_all_finite(touch.slid, 3) &&
             isfinite(touch.force) && isfinite(touch.approach) && isfinite(touch.stored) &&

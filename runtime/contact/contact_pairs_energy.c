@@ -32,9 +32,19 @@ static void made_of(const thrum_pairs_run *run, const thrum_pair_row *pair, int 
 static void measure_row(const thrum_pairs_run *run, thrum_pair_row *pair) {
   thrum_contact_row *row = &pair->row;
   double moved[3], other[3];
+
+  // two places of one body
+  row->driven = 0.0;
+  if (thrum_pairs_is_own(pair)) {
+    const thrum_contact_run *body = run->view.runs + pair->members[0];
+    thrum_point_shape(body, thrum_pairs_basis(run, pair, 0), body->view.made, moved);
+    thrum_contact_row_measure(row, moved);
+    return;
+  }
+
+  // two bodies, or a solid that does work
   made_of(run, pair, 0, moved);
   made_of(run, pair, 1, other);
-  row->driven = 0.0;
   if (run->members[pair->members[0]].solid != NULL)
     row->driven = driven_by(row, 0, moved);
   if (run->members[pair->members[1]].solid != NULL)

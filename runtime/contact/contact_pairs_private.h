@@ -18,7 +18,8 @@
 #include "thrum/contact_pairs.h"
 
 /* Kind of a touch: what touches what. The first side is a vertex of the first or of the second
- * body, or an edge of the first. */
+ * body, or an edge of the first. A body that touches itself is both, by the first and the last
+ * kind. */
 typedef enum thrum_pair_kind {
   THRUM_PAIR_VERTEX = 0,  /* vertex of body a, triangle of body b */
   THRUM_PAIR_REVERSE = 1, /* vertex of body b, triangle of body a */
@@ -27,7 +28,7 @@ typedef enum thrum_pair_kind {
 
 /* Names a touch from step to step. */
 typedef struct thrum_pair_key {
-  int32_t bodies[2]; /* a < b */
+  int32_t bodies[2]; /* a < b, or a = b: a body that touches itself */
   int32_t kind, first, second;
 } thrum_pair_key;
 
@@ -61,7 +62,9 @@ typedef struct thrum_pair_candidate {
   int32_t pruned;   /* 1: another candidate of its vertex speaks for it */
 } thrum_pair_candidate;
 
-/* A row of the solve: the same law as that of an obstacle, with two bodies. */
+/* A row of the solve: the same law as that of an obstacle, with two bodies. Between two places of
+ * one body it has no lever, and the rows of U of its first side are the difference of those of both
+ * places: what moves or turns the body as a whole leaves their distance as it is. */
 typedef struct thrum_pair_row {
   thrum_contact_row row; /* its lever is that of the first side */
   thrum_pair_key key;
@@ -186,6 +189,7 @@ typedef struct thrum_pairs_run {
   bool moved; /* the search goes by displacements that were solved for, not those without contact */
   bool solved;          /* there are such */
   bool closing;         /* touches keep their forces: the links alone are solved for */
+  bool own;             /* the search is of a body with itself, in the axes that it turns with */
   bool again;           /* an attempt has failed: forces have to be more exact */
   double taken, driven; /* lost in impacts of this step, and done by solids in them [J] */
   double flow;          /* that went through them: impulses times speeds before [J] */
@@ -201,6 +205,11 @@ static inline thrum_row_list thrum_pairs_rows_of(const thrum_pairs_run *run) {
 /* A member that steps: a body, whose step has not failed. */
 static inline bool thrum_pairs_steps(const thrum_pairs_run *run, int64_t member) {
   return run->members[member].solid == NULL && run->members[member].status >= 0;
+}
+
+/* A row between two places of one body. */
+static inline bool thrum_pairs_is_own(const thrum_pair_row *row) {
+  return row->members[0] == row->members[1];
 }
 
 /* contact_pairs_solid.c: the run of a solid as it moves in the step; no force moves it. */
@@ -254,7 +263,8 @@ void thrum_pairs_refresh(thrum_pairs_run *run);
 /* contact_pairs_rows.c: as thrum_contact_release, for rows between bodies. */
 void thrum_pairs_release(thrum_pairs_run *run);
 
-/* contact_pairs_rows.c: the three rows of U of a side of a row. */
+/* contact_pairs_rows.c: the three rows of U of a side of a row; of one body with itself, their
+ * difference and their mean. */
 double *thrum_pairs_basis(const thrum_pairs_run *run, const thrum_pair_row *row, int side);
 
 /* contact_pairs_solve.c: solves all rows of the group with those of its members, and gathers their

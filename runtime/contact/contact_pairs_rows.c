@@ -50,10 +50,23 @@ static double fill_side(thrum_pairs_run *run, const thrum_pair_candidate *c, int
       basis[i] += weight * rows[i];
     for (int axis = 0; axis < 3; axis++)
       row->starts[side][axis] += weight * (place[axis] + place[6 + axis]);
-    row->row.gap += (side == 0 ? weight : -weight) * thrum_dot3(c->normal, place + 6);
+    if (!thrum_pairs_is_own(row))
+      row->row.gap += (side == 0 ? weight : -weight) * thrum_dot3(c->normal, place + 6);
     area += weight * view.areas[c->vertices[n]];
   }
   return area;
+}
+
+/* What two places of one body move against each other by, and their mean, in place of the rows of
+ * U of both. */
+static void fill_own(const thrum_pairs_run *run, const thrum_pair_row *row) {
+  double *first = thrum_pairs_basis(run, row, 0), *second = thrum_pairs_basis(run, row, 1);
+  const int64_t count = 3 * run->members[row->members[0]].skin->rank;
+  for (int64_t i = 0; i < count; i++) {
+    const double apart = first[i] - second[i];
+    second[i] += 0.5 * apart;
+    first[i] = apart;
+  }
 }
 
 /* The touch that a row goes on from: the same, or else one of the same vertex or edge that no other
@@ -131,15 +144,16 @@ static void arm_of(const thrum_pairs_run *run, const thrum_pair_row *row, int si
   double apart[3];
   thrum_subtract3(row->starts[1 - side], row->starts[side], apart);
   thrum_subtract3(row->starts[side], body->centre, arm);
-  if (sqrt(thrum_dot3(apart, apart)) > HALFWAY * row->thickness)
+  if (!thrum_pairs_is_own(row) && sqrt(thrum_dot3(apart, apart)) > HALFWAY * row->thickness)
     return;
   for (int axis = 0; axis < 3; axis++)
     arm[axis] += 0.5 * apart[axis];
 }
 
-/* The levers with which the rotations that are predicted displace the points exactly. */
+/* The levers with which the rotations that are predicted displace the points exactly. Two places of
+ * one body need that of the middle between them alone, which says where the force acts. */
 static void fill_levers(const thrum_pairs_run *run, thrum_pair_row *row) {
-  for (int side = 0; side < 2; side++) {
+  for (int side = thrum_pairs_is_own(row) ? 1 : 0; side < 2; side++) {
     const thrum_contact_run *body = run->view.runs + row->members[side];
     double arm[3];
     arm_of(run, row, side, arm);
@@ -152,6 +166,12 @@ static void fill_levers(const thrum_pairs_run *run, thrum_pair_row *row) {
 static void fill_response(const thrum_pairs_run *run, thrum_pair_row *row) {
   thrum_contact_row *of = &row->row;
   memset(of->response, 0, sizeof of->response);
+  if (thrum_pairs_is_own(row)) {
+    thrum_shape_response(run->view.runs + row->members[0], thrum_pairs_basis(run, row, 0),
+                         of->response);
+    thrum_contact_row_respond(of);
+    return;
+  }
 
   // the responses of both bodies add up: the force acts on one and against the other
   for (int side = 0; side < 2; side++) {
@@ -171,6 +191,12 @@ static void fill_motion(thrum_pairs_run *run, const thrum_pair_row *row, double 
                         double unloaded[3]) {
   memset(velocity, 0, 3 * sizeof *velocity);
   memset(unloaded, 0, 3 * sizeof *unloaded);
+  if (thrum_pairs_is_own(row)) {
+    const thrum_contact_run *body = run->view.runs + row->members[0];
+    thrum_point_shape(body, thrum_pairs_basis(run, row, 0), body->view.p, velocity);
+    thrum_point_shape(body, thrum_pairs_basis(run, row, 0), body->view.unloaded, unloaded);
+    return;
+  }
   for (int side = 0; side < 2; side++) {
     const thrum_contact_run *body = run->view.runs + row->members[side];
     const double *basis = thrum_pairs_basis(run, row, side), sign = side == 0 ? 1.0 : -1.0;
@@ -216,6 +242,8 @@ static bool fill_row(thrum_pairs_run *run, const thrum_pair_candidate *c, thrum_
   // how the two places move
   const double first = fill_side(run, c, 0, row), second = fill_side(run, c, 1, row);
   double velocity[3], unloaded[3];
+  if (thrum_pairs_is_own(row))
+    fill_own(run, row);
   fill_levers(run, row);
   fill_response(run, row);
   fill_motion(run, row, velocity, unloaded);

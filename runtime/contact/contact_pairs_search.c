@@ -11,6 +11,9 @@
  * was pressed in. Edges meet where both stand out towards the other body: those inside a flat face
  * add nothing to its vertices. On the rim of a triangle only the nearest counts.
  *
+ * A body is searched for touches with itself in the same way, by the displacements of its shape
+ * alone. Places that share a vertex, and those that are near at rest already, are left out.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
@@ -25,13 +28,16 @@
 #define NEAR 2.0       /* thicknesses within which two places meet as they are now */
 #define MARGIN 0.5     /* thicknesses by which a row may miss and is still made */
 #define STANDS_OUT 0.1 /* sine of the angle to its faces from which an edge counts */
+#define BEHIND 2.0     /* thicknesses up to which a vertex may lie behind a face that it touches */
+#define OWN_BEHIND 1.0 /* the same in one body, where it may be the far side of a thin wall */
 #define SHARP 0.3      /* the same of an edge that was pressed in */
 #define FLAT 0.01      /* angle between the faces of an edge up to which it is inside a flat one */
 #define ASKEW 0.05     /* sine of the angle between two edges from which they count */
+#define LEFT_OUT 2.0   /* thicknesses: what is nearer at rest does not touch in its own body */
 #define LEAF_KNOWN 2   /* of a node whose sphere and box are known; 1: its sphere */
 #define STACK 128      /* pairs of nodes that wait: twice the depth of two trees is enough */
 
-/* Two bodies that are searched. */
+/* Two bodies that are searched, or one with itself. */
 typedef struct search {
   thrum_pairs_run *run;
   int64_t members[2];
@@ -46,6 +52,10 @@ static void displacement(const thrum_pairs_run *run, const thrum_contact_run *bo
                          const double *rows, const double start[3], double out[3]) {
   const bool moved = run->moved || body->contact->pull_count > 0;
   double arm[3], lever[3];
+  if (run->own) {
+    thrum_point_shape(body, rows, moved ? body->view.moved : body->view.unloaded, out);
+    return;
+  }
   thrum_subtract3(start, body->centre, arm);
   thrum_point_mean_arm(moved ? body->turned : body->unloaded_turn, arm, lever);
   if (moved)
@@ -59,9 +69,12 @@ static void fill_way(const thrum_pairs_run *run, const thrum_contact_run *body, 
                      const double rest[3], double place[9]) {
   thrum_point_start(body, rows, rest, place);
   displacement(run, body, rows, place, place + 3);
-  thrum_point_shift(body, rows, rest, place, place + 6);
+  memset(place + 6, 0, 3 * sizeof *place);
+  if (run->own)
+    return;
 
   // from where it really is
+  thrum_point_shift(body, rows, rest, place, place + 6);
   for (int axis = 0; axis < 3; axis++) {
     place[axis] -= place[6 + axis];
     place[3 + axis] += place[6 + axis];
@@ -106,7 +119,8 @@ static const double *sphere_of(const search *s, int side, int32_t node) {
   const double *d = moved ? body->view.moved : body->view.unloaded;
   const double *turn = moved ? body->turned : body->unloaded_turn;
   double radius = view->nodes[node].radius;
-  radius += (sqrt(thrum_dot3(turn, turn)) + body->impact.turned) * radius;
+  if (!run->own)
+    radius += (sqrt(thrum_dot3(turn, turn)) + body->impact.turned) * radius;
   for (int64_t i = 0; i < r; i++)
     radius += spread[i] * (fabs(body->view.q[i]) + fabs(d[i]));
   sphere[6] = radius;
@@ -132,6 +146,29 @@ static bool are_near(const search *s, int32_t a, int32_t b) {
   for (int axis = 0; axis < 3; axis++)
     apart[axis] += time * way[axis];
   return thrum_dot3(apart, apart) <= reach * reach;
+}
+
+/* Are two nodes of one body, which may be the same, kept apart by how far their places were from
+ * each other at rest? No two have moved against each other by more than the middles of the nodes
+ * have, and what the spheres have grown by since. */
+static bool stay_apart(const search *s, int32_t a, int32_t b) {
+  if (!s->skins[0]->own_known)
+    return false;
+  const thrum_skin_view *view = &s->views[0];
+  const double *p = sphere_of(s, 0, a), *q = sphere_of(s, 1, b);
+
+  // how far the middles are from where they would be without deformation, and go in the step
+  double rest[3], turned[3], off[3], way[3];
+  thrum_subtract3(view->nodes[a].middle, view->nodes[b].middle, rest);
+  thrum_apply3(s->run->view.runs[s->members[0]].axes, rest, turned);
+  thrum_subtract3(p, q, off);
+  thrum_subtract3(off, turned, off);
+  thrum_subtract3(p + 3, q + 3, way);
+
+  const double moved = sqrt(thrum_dot3(off, off)) + sqrt(thrum_dot3(way, way));
+  const double grown = p[6] - view->nodes[a].radius + q[6] - view->nodes[b].radius;
+  const double gap = fmax(view->own_gaps[a], view->own_gaps[b]);
+  return gap - moved - grown > (1.0 + MARGIN) * s->thickness;
 }
 
 /* --- triangles -------------------------------------------------------------------------------- */
@@ -251,7 +288,8 @@ static bool face_normal(const search *s, const thrum_quad *quad, double time,
   if (nearest->inside || nearest->distance < 1e-3 * s->thickness) {
     memcpy(normal, face, sizeof face);
     *apart = outside;
-    return outside > (time > 0.0 ? 0.0 : -2.0 * s->thickness);
+    const double behind = s->run->own ? OWN_BEHIND : BEHIND;
+    return outside > (time > 0.0 ? 0.0 : -behind * s->thickness);
   }
 
   // beyond its rim the nearest point of the rim
@@ -325,6 +363,18 @@ static bool edge_normal(const search *s, const thrum_quad *quad, double time,
          *apart > (time > 0.0 ? 0.0 : -s->thickness);
 }
 
+/* Are two places of one body so near at rest that they do not count as touching? */
+static bool is_left_out(const search *s, thrum_quad_kind kind,
+                        const thrum_pair_candidate *candidate) {
+  static const double still[3] = {0.0, 0.0, 0.0};
+  thrum_quad rest;
+  for (int n = 0; n < 4; n++) {
+    rest.x[n] = s->views[0].rest + 3 * (int64_t)candidate->vertices[n];
+    rest.d[n] = still;
+  }
+  return thrum_quad_nearest(kind, &rest, 0.0).distance <= LEFT_OUT * s->thickness;
+}
+
 /* Two places of a vertex and a triangle or of two edges: a candidate where they may touch. */
 static void try_quad(search *s, thrum_quad_kind kind, thrum_quad *quad,
                      thrum_pair_candidate *candidate, const int32_t edges[2]) {
@@ -336,7 +386,7 @@ static void try_quad(search *s, thrum_quad_kind kind, thrum_quad *quad,
   // how far they move matters to what does not touch yet
   const double here = nearest.distance;
   const double motion = here > s->thickness ? thrum_quad_motion(kind, quad) : 0.0;
-  if (here > reach + motion)
+  if (here > reach + motion || (run->own && is_left_out(s, kind, candidate)))
     return;
 
   // what is near already meets as it is now, unless it moves far within the step
@@ -376,9 +426,11 @@ static void try_quad(search *s, thrum_quad_kind kind, thrum_quad *quad,
 static void try_vertex(search *s, int side, int32_t vertex, int32_t triangle) {
   const int other = 1 - side;
   const int32_t *corners = s->views[other].triangles[triangle].corners;
+  if (s->run->own && (vertex == corners[0] || vertex == corners[1] || vertex == corners[2]))
+    return;
   thrum_pair_candidate candidate = {
       .key = {{s->numbers[0], s->numbers[1]},
-              side == 0 ? THRUM_PAIR_VERTEX : THRUM_PAIR_REVERSE,
+              side == 0 || s->run->own ? THRUM_PAIR_VERTEX : THRUM_PAIR_REVERSE,
               vertex,
               triangle},
       .members = {(int32_t)s->members[side], (int32_t)s->members[other]},
@@ -393,9 +445,16 @@ static void try_vertex(search *s, int side, int32_t vertex, int32_t triangle) {
   try_quad(s, THRUM_VERTEX_TRIANGLE, &quad, &candidate, NULL);
 }
 
+static bool have_common_end(const thrum_skin_edge *a, const thrum_skin_edge *b) {
+  return a->ends[0] == b->ends[0] || a->ends[0] == b->ends[1] || a->ends[1] == b->ends[0] ||
+         a->ends[1] == b->ends[1];
+}
+
 static void try_edges(search *s, int32_t a, int32_t b) {
   const thrum_skin_edge *first = s->views[0].edges + a, *second = s->views[1].edges + b;
   const int32_t edges[2] = {a, b};
+  if (s->run->own && have_common_end(first, second))
+    return;
   thrum_pair_candidate candidate = {
       .key = {{s->numbers[0], s->numbers[1]}, THRUM_PAIR_EDGES, a, b},
       .members = {(int32_t)s->members[0], (int32_t)s->members[1]},
@@ -426,8 +485,13 @@ static void try_all_edges(search *s, const int32_t triangles[2],
       if (!(found[1]->tried & (8 << m)))
         continue;
       const thrum_pair_box other = box_of(others, 2);
-      if (overlap(&box, &other, reach))
-        try_edges(s, first->edges[n], second->edges[m]);
+      if (!overlap(&box, &other, reach))
+        continue;
+
+      // in one body the lower edge comes first, so that a touch has one key from step to step
+      const int32_t a = first->edges[n], b = second->edges[m];
+      const bool turn = s->run->own && b < a;
+      try_edges(s, turn ? b : a, turn ? a : b);
     }
   }
 }
@@ -475,8 +539,9 @@ static void try_vertices(search *s, int side, int32_t triangle, const thrum_pair
   }
 }
 
-/* The triangles of two leaves. */
+/* The triangles of two leaves, or of one with each other. */
 static void try_leaves(search *s, int32_t a, int32_t b) {
+  const bool same = s->run->own && a == b;
   const thrum_skin_node *p = s->views[0].nodes + a, *q = s->views[1].nodes + b;
   const thrum_pair_box *whole = box_of_leaf(s, 0, a), *other = box_of_leaf(s, 1, b);
   const double reach = (1.0 + MARGIN) * s->thickness;
@@ -485,7 +550,7 @@ static void try_leaves(search *s, int32_t a, int32_t b) {
 
   // the vertices of either side
   const thrum_pair_triangle *first = triangles_of(s, 0), *second = triangles_of(s, 1);
-  for (int32_t m = q->first; m < q->first + q->count; m++)
+  for (int32_t m = q->first; m < q->first + q->count && !same; m++)
     if (overlap(&second[m].box, whole, reach))
       try_vertices(s, 1, m, second + m, p, whole);
   for (int32_t n = p->first; n < p->first + p->count; n++) {
@@ -494,7 +559,8 @@ static void try_leaves(search *s, int32_t a, int32_t b) {
     try_vertices(s, 0, n, first + n, q, other);
 
     // edges where both triangles have some
-    for (int32_t m = q->first; m < q->first + q->count && first[n].tried > 7; m++) {
+    const int32_t from = same ? n + 1 : q->first;
+    for (int32_t m = from; m < q->first + q->count && first[n].tried > 7; m++) {
       const int32_t triangles[2] = {n, m};
       const thrum_pair_triangle *const found[2] = {first + n, second + m};
       if (second[m].tried > 7 && overlap(&first[n].box, &second[m].box, reach))
@@ -503,17 +569,34 @@ static void try_leaves(search *s, int32_t a, int32_t b) {
   }
 }
 
+/* Two nodes whose triangles are to be tried against each other. */
+typedef int32_t node_pair[2];
+
+/* Opens a node of one body that is to be tried against itself: each half with itself, and both with
+ * each other; returns how many pairs there are then. */
+static int open_own(const thrum_skin_node *node, node_pair *stack, int count) {
+  const int32_t halves[3][2] = {
+      {node->left, node->right}, {node->right, node->right}, {node->left, node->left}};
+  memcpy(stack + count, halves, sizeof halves);
+  return count + 3;
+}
+
 /* Descends both trees. */
 static void descend(search *s) {
-  int32_t stack[STACK][2];
+  node_pair stack[STACK];
   int count = 0;
   stack[count][0] = stack[count][1] = 0;
   count++;
   while (count > 0) {
     const int32_t a = stack[--count][0], b = stack[count][1];
     const thrum_skin_node *p = s->views[0].nodes + a, *q = s->views[1].nodes + b;
-    if (!are_near(s, a, b))
+    const bool same = s->run->own && a == b;
+    if ((!same && !are_near(s, a, b)) || (s->run->own && stay_apart(s, a, b)))
       continue;
+    if (same && p->left >= 0) {
+      count = open_own(p, stack, count);
+      continue;
+    }
     if (p->left < 0 && q->left < 0) {
       try_leaves(s, a, b);
       continue;
@@ -578,12 +661,47 @@ static void prune(thrum_pairs_run *run) {
   run->candidate_count = kept;
 }
 
-void thrum_pairs_search(thrum_pairs_run *run) {
-  run->candidate_count = 0;
+/* Two members to search, which may be one. */
+static search search_of(thrum_pairs_run *run, int64_t a, int64_t b) {
+  search s = {.run = run,
+              .members = {a, b},
+              .skins = {run->members[a].skin, run->members[b].skin},
+              .numbers = {run->members[a].number, run->members[b].number}};
+  s.views[0] = thrum_skin_view_of(s.skins[0]);
+  s.views[1] = thrum_skin_view_of(s.skins[1]);
+  s.thickness = thrum_pairs_thickness(run->pairs, s.skins[0], s.skins[1]);
+  return s;
+}
+
+static void forget_places(thrum_pairs_run *run) {
   memset(run->view.place_known, 0,
          (size_t)run->view.first_vertex[run->count] * sizeof *run->view.place_known);
   memset(run->view.sphere_known, 0,
          (size_t)run->view.first_node[run->count] * sizeof *run->view.sphere_known);
+}
+
+/* Searches the members that may touch themselves. */
+static void search_own(thrum_pairs_run *run) {
+  bool any = false;
+  for (int64_t n = 0; n < run->count; n++) {
+    if (!thrum_pairs_steps(run, n) || run->members[n].skin == NULL ||
+        !run->members[n].touches_itself)
+      continue;
+    any = run->own = true;
+    search s = search_of(run, n, n);
+    descend(&s);
+  }
+
+  // places for other bodies are by the motion of the body as a whole too
+  run->own = false;
+  if (any)
+    forget_places(run);
+}
+
+void thrum_pairs_search(thrum_pairs_run *run) {
+  run->candidate_count = 0;
+  forget_places(run);
+  search_own(run);
 
   // all pairs of members; spheres of whole bodies answer for most
   for (int64_t a = 0; a < run->count; a++)
@@ -593,13 +711,7 @@ void thrum_pairs_search(thrum_pairs_run *run) {
           thrum_links_join(run, a, b) ||
           (run->members[a].solid != NULL && run->members[b].solid != NULL))
         continue;
-      search s = {.run = run,
-                  .members = {a, b},
-                  .skins = {run->members[a].skin, run->members[b].skin},
-                  .numbers = {run->members[a].number, run->members[b].number}};
-      s.views[0] = thrum_skin_view_of(s.skins[0]);
-      s.views[1] = thrum_skin_view_of(s.skins[1]);
-      s.thickness = thrum_pairs_thickness(run->pairs, s.skins[0], s.skins[1]);
+      search s = search_of(run, a, b);
       descend(&s);
     }
   prune(run);

@@ -26,6 +26,10 @@ static void moved_of(const thrum_pairs_run *run, const thrum_pair_row *row, doub
   double other[3];
   const thrum_contact_run *a = run->view.runs + row->members[0];
   const thrum_contact_run *b = run->view.runs + row->members[1];
+  if (thrum_pairs_is_own(row)) {
+    thrum_point_shape(a, thrum_pairs_basis(run, row, 0), a->view.moved, out);
+    return;
+  }
   thrum_point_moved(a, thrum_pairs_basis(run, row, 0), row->row.lever, a->view.moved, out);
   thrum_point_moved(b, thrum_pairs_basis(run, row, 1), row->lever, b->view.moved, other);
   for (int axis = 0; axis < 3; axis++)
@@ -35,6 +39,10 @@ static void moved_of(const thrum_pairs_run *run, const thrum_pair_row *row, doub
 /* Adds what a force between the two points moves. */
 static void push(const thrum_pairs_run *run, const thrum_pair_row *row, const double force[3]) {
   const double back[3] = {-force[0], -force[1], -force[2]};
+  if (thrum_pairs_is_own(row)) {
+    thrum_shape_push(run->view.runs + row->members[0], thrum_pairs_basis(run, row, 0), force);
+    return;
+  }
   thrum_point_push(run->view.runs + row->members[0], thrum_pairs_basis(run, row, 0), row->row.lever,
                    force);
   thrum_point_push(run->view.runs + row->members[1], thrum_pairs_basis(run, row, 1), row->lever,
@@ -130,14 +138,36 @@ static double sweep(thrum_pairs_run *run) {
 /* Where the force of a row acts: halfway between its points, halfway through the step. */
 static void place(const thrum_pairs_run *run, thrum_pair_row *row) {
   double moved[2][3];
-  for (int side = 0; side < 2; side++) {
+  const int from = thrum_pairs_is_own(row) ? 1 : 0;
+  for (int side = from; side < 2; side++) {
     const thrum_contact_run *body = run->view.runs + row->members[side];
     thrum_point_moved(body, thrum_pairs_basis(run, row, side),
                       side == 0 ? row->row.lever : row->lever, body->view.moved, moved[side]);
   }
   for (int axis = 0; axis < 3; axis++)
     row->position[axis] = 0.5 * (row->starts[0][axis] + row->starts[1][axis]) +
-                          0.25 * (moved[0][axis] + moved[1][axis]);
+                          0.25 * (moved[from][axis] + moved[1][axis]);
+}
+
+/* Adds the force of a row to the loads and wrenches of its members. */
+static void load(const thrum_pairs_run *run, thrum_pair_row *row) {
+  double force[3];
+  thrum_contact_row_force(&row->row, force);
+  if (thrum_pairs_is_own(row)) {
+    thrum_shape_load(run->view.runs + row->members[0], thrum_pairs_basis(run, row, 0), force);
+    return;
+  }
+
+  // the lever arms are about the mean centre of mass over the step, as the solve has it
+  for (int side = 0; side < 2; side++) {
+    thrum_contact_run *body = run->view.runs + row->members[side];
+    double *lever = side == 0 ? row->row.lever : row->lever;
+    for (int axis = 0; axis < 3; axis++) {
+      lever[axis] = row->position[axis] - body->centre[axis] - 0.5 * body->moved[axis];
+      force[axis] = side == 0 ? force[axis] : -force[axis];
+    }
+    thrum_point_load(body, thrum_pairs_basis(run, row, side), lever, force);
+  }
 }
 
 /* Loads and wrenches of all members. */
@@ -148,21 +178,8 @@ static void gather(thrum_pairs_run *run) {
     if (run->members[n].status >= 0)
       thrum_contact_gather(run->view.runs + n);
 
-  // the lever arms are about the mean centre of mass over the step, as the solve has it
-  for (int64_t n = 0; n < run->row_count; n++) {
-    thrum_pair_row *row = run->view.rows + n;
-    double force[3];
-    thrum_contact_row_force(&row->row, force);
-    for (int side = 0; side < 2; side++) {
-      thrum_contact_run *body = run->view.runs + row->members[side];
-      double *lever = side == 0 ? row->row.lever : row->lever;
-      for (int axis = 0; axis < 3; axis++) {
-        lever[axis] = row->position[axis] - body->centre[axis] - 0.5 * body->moved[axis];
-        force[axis] = side == 0 ? force[axis] : -force[axis];
-      }
-      thrum_point_load(body, thrum_pairs_basis(run, row, side), lever, force);
-    }
-  }
+  for (int64_t n = 0; n < run->row_count; n++)
+    load(run, run->view.rows + n);
   thrum_links_gather(run);
 }
 

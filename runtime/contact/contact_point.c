@@ -123,14 +123,19 @@ double thrum_point_since(const double at[3], double seen[3]) {
   return sqrt(thrum_dot3(off, off));
 }
 
-void thrum_direction_push(thrum_contact_run *run, const double *rows, const double lever[3],
-                          const double force[3]) {
+void thrum_shape_push(thrum_contact_run *run, const double *rows, const double force[3]) {
   const int64_t rank = run->contact->rank;
-  double own[3], torque[3], turned[3];
+  double own[3];
   thrum_apply3_transposed(run->axes, force, own);
   for (int64_t i = 0; i < rank; i++)
     run->view.moved[i] += run->view.weights[i] * (rows[i] * own[0] + rows[rank + i] * own[1] +
                                                   rows[2 * rank + i] * own[2]);
+}
+
+void thrum_direction_push(thrum_contact_run *run, const double *rows, const double lever[3],
+                          const double force[3]) {
+  double torque[3], turned[3];
+  thrum_shape_push(run, rows, force);
 
   // zero weights are no zero angle where the torque is beyond the finite numbers
   if (!run->environment->rigid_frame)
@@ -148,13 +153,18 @@ void thrum_point_push(thrum_contact_run *run, const double *rows, const double l
     run->moved[axis] += run->mass_weight * force[axis];
 }
 
-void thrum_direction_load(thrum_contact_run *run, const double *rows, const double lever[3],
-                          const double force[3]) {
+void thrum_shape_load(thrum_contact_run *run, const double *rows, const double force[3]) {
   const int64_t rank = run->contact->rank;
-  double own[3], torque[3];
+  double own[3];
   thrum_apply3_transposed(run->axes, force, own);
   for (int64_t i = 0; i < rank; i++)
     run->view.load[i] += rows[i] * own[0] + rows[rank + i] * own[1] + rows[2 * rank + i] * own[2];
+}
+
+void thrum_direction_load(thrum_contact_run *run, const double *rows, const double lever[3],
+                          const double force[3]) {
+  double torque[3];
+  thrum_shape_load(run, rows, force);
   thrum_cross3(lever, force, torque);
   for (int axis = 0; axis < 3; axis++)
     run->torque[axis] += torque[axis];
@@ -181,8 +191,9 @@ static void add_rigid_frame(const thrum_contact_run *run, const double lever[3],
   }
 }
 
-void thrum_point_response(const thrum_contact_run *run, const double *rows, const double lever[3],
-                          double response[9]) {
+/* The response of the shape to a force on a point, and of its mean motion by `whole` [m/N]. */
+static void respond(const thrum_contact_run *run, const double *rows, double whole,
+                    double response[9]) {
   // the sum over the modes of weight times row times row, in the frame of the body
   const int64_t rank = run->contact->rank;
   double sum[9] = {0.0}, half[9];
@@ -199,10 +210,19 @@ void thrum_point_response(const thrum_contact_run *run, const double *rows, cons
   for (int a = 0; a < 3; a++)
     for (int b = 0; b < 3; b++) {
       const double *row = run->axes + 3 * a;
-      response[3 * a + b] = row[0] * half[b] + row[1] * half[3 + b] + row[2] * half[6 + b] +
-                            (a == b ? run->mass_weight : 0.0);
+      response[3 * a + b] =
+          row[0] * half[b] + row[1] * half[3 + b] + row[2] * half[6 + b] + (a == b ? whole : 0.0);
     }
+}
+
+void thrum_point_response(const thrum_contact_run *run, const double *rows, const double lever[3],
+                          double response[9]) {
+  respond(run, rows, run->mass_weight, response);
 
   // a free body answers by its translation and rotation too
   add_rigid_frame(run, lever, response);
+}
+
+void thrum_shape_response(const thrum_contact_run *run, const double *rows, double response[9]) {
+  respond(run, rows, 0.0, response);
 }

@@ -68,6 +68,12 @@ void thrum_direction_push(thrum_contact_run *run, const double *rows, const doub
 void thrum_direction_load(thrum_contact_run *run, const double *rows, const double lever[3],
                           const double force[3]);
 
+/* The same three of the shape alone, for rows that are the difference of two points of the body:
+ * what moves it as a whole moves both. Their displacement is thrum_point_shape. */
+void thrum_shape_response(const thrum_contact_run *run, const double *rows, double response[9]);
+void thrum_shape_push(thrum_contact_run *run, const double *rows, const double force[3]);
+void thrum_shape_load(thrum_contact_run *run, const double *rows, const double force[3]);
+
 /* Distance of a point from where it was seen last [m]; `seen` becomes `at`. */
 double thrum_point_since(const double at[3], double seen[3]);
 

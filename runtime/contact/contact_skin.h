@@ -39,8 +39,9 @@ struct thrum_skin {
   int64_t vertex_count, triangle_count, node_count;
   int64_t edge_count; /* in use; there is room for three a triangle */
   int64_t rank;
-  double diagonal; /* of the box at rest [m] */
-  double young;    /* largest Young's modulus of the model [Pa] */
+  int64_t own_known; /* 1: thrum_skin_prepare_own has filled own_gaps */
+  double diagonal;   /* of the box at rest [m] */
+  double young;      /* largest Young's modulus of the model [Pa] */
 };
 
 /* X(type, name, count) */
@@ -53,8 +54,9 @@ struct thrum_skin {
   X(thrum_skin_node, nodes, node_count)                                                            \
   X(double, node_rows, node_count * 3 * rank) /* mean of the rows of U */                          \
   X(double, spreads, node_count *rank)        /* largest difference from it, by column */          \
-  X(double, extents, rank)                    /* largest displacement under a unit of q */         \
-  X(int32_t, heads, vertex_count)             /* lists of edges while the skin is made */          \
+  X(double, own_gaps, node_count) /* least distance at rest to what shares no vertex [m] */        \
+  X(double, extents, rank)        /* largest displacement under a unit of q */                     \
+  X(int32_t, heads, vertex_count) /* lists of edges while the skin is made */                      \
   X(int32_t, nexts, triangle_count * 3)
 
 typedef struct thrum_skin_view {

@@ -291,6 +291,8 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
        "scene.json:1: bodies[0]: a free body needs a model that nothing holds"},
       {"{\"bodies\": [" BODY ",\n\"velocity\": [0,0,0]}]}",
        "scene.json:2: bodies[0].velocity: is of a body that is free"},
+      {"{\"bodies\": [" BODY ", \"self_contact\": true,\n\"condense\": 2}]}",
+       "scene.json:2: bodies[0].condense: is not of a body with \"self_contact\""},
       {"{\"bodies\": [" BODY "},\n{\"name\": \"a\", \"model\": \"beam.npz\"}]}",
        "scene.json:2: bodies[1].name: \"a\" is there twice"},
       {"{\"bodies\": [{\"model\": \"beam.npz\",\n\"name\": \"../x\"}]}",

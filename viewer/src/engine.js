@@ -166,7 +166,8 @@ export class Engine {
   #addBody(body, scene) {
     this.numbers.set([...body.position, ...body.rotation, body.scale, body.stiffness, body.density,
       body.damping ?? scene.damping, 0, ...(body.velocity ?? [0, 0, 0]),
-      ...(body.spin ?? [0, 0, 0]), body.condense ?? 0, body.collide === false ? 0 : 1]);
+      ...(body.spin ?? [0, 0, 0]), body.condense ?? 0, body.collide === false ? 0 : 1,
+      body.self_contact ? 1 : 0]);
     const integrator = INTEGRATORS[body.integrator ?? scene.integrator];
     const model = this.models[body.model];
     const start = [body.q, body.p].map((vector) => vector && padded(vector, 1, model.rank));

@@ -319,8 +319,8 @@ static void each_number_of_a_touch_of_a_copy_is_looked_at(void **context) {
            THRUM_BAD_VALUE);
   }
 
-  // bodies: numbers from 0 on, the first below the second
-  const int32_t bodies[3][2] = {{-1, 2}, {2, 2}, {3, 2}};
+  // bodies: numbers from 0 on, the first below the second, or twice the same, which has one order
+  const int32_t bodies[3][3] = {{-1, 2, 0}, {3, 2, 0}, {2, 2, THRUM_PAIR_REVERSE}};
   for (int n = 0; n < 3; n++)
     refuse(f, touch + offsetof(thrum_pair_touching, key.bodies), bodies[n], sizeof bodies[n],
            THRUM_BAD_VALUE);
