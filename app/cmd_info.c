@@ -15,6 +15,7 @@
 #include "driver/model_condense_to.h"
 #include "driver/model_meta.h"
 #include "driver/named_model.h"
+#include "driver/precompute_touch.h"
 #include "driver/shared_options.h"
 #include "driver/split_at.h"
 #include "io/json.h"
@@ -37,6 +38,7 @@ typedef struct info {
   cJSON *meta;         /* NULL when the model has none or it is no JSON object */
   thrum_state_def def; /* whose steps are meant */
   bool steps_named;    /* by --dt or --integrator */
+  bool touch_asked;
   split_counts split;
   thrum_stepped_mode *stepped; /* rank */
   double file_bytes;
@@ -44,8 +46,9 @@ typedef struct info {
   const load_spec *loads; /* load_count */
   thrum_load_share *shares;
   int64_t load_count;
-  double began; /* clock_seconds() */
-  double read;  /* the same, once the model was loaded */
+  touch_outcome touch; /* of the model as it is, where it was measured */
+  double began;        /* clock_seconds() */
+  double read;         /* the same, once the model was loaded */
 } info;
 
 typedef struct info_request {
@@ -54,6 +57,7 @@ typedef struct info_request {
   thrum_integrator integrator; /* -1: not given */
   load_spec loads[LOADS_MAX];
   int64_t load_count;
+  bool touch;
   bool json;
 } info_request;
 
@@ -69,10 +73,16 @@ static const config_option options[] = {
                   "time step of the split, and of a table of the frequencies as they are stepped",
                   CONFIG_AT(info_request, dt), CONFIG_ABOVE(0)),
     OPTION_INTEGRATOR(info_request, integrator),
+
     OPTION_LOAD(take_load, NULL,
                 "what of a load, as thrum simulate --load takes it, the basis does not show: of "
                 "the static answer (energy norm) and of the load itself (outside span(M U), mass "
                 "norm)"),
+    OPTION_FLAG("touch",
+                "measure by how much of what the mesh gives (linear) the model follows pulls all "
+                "over its surface; a model of thrum precompute --touch says it unasked",
+                CONFIG_AT(info_request, touch)),
+
     OPTION_JSON(info_request),
     OPTION_HELP,
     OPTION_END,
@@ -93,6 +103,7 @@ const config_command command_info = {
     .examples = "info beam.npz\n"
                 "info horse\n"
                 "info beam.npz --load 'constant:0,0,-1@tip'\n"
+                "info horse --touch\n"
                 "info horse --dt 0.003 --integrator energy\n"
                 "info beam.npz --dt 0.001 --json",
 };
@@ -100,6 +111,12 @@ const config_command command_info = {
 static double meta_number(const info *about, const char *object, const char *key) {
   const cJSON *item = model_meta_find(about->meta, object, key);
   return cJSON_IsNumber(item) ? item->valuedouble : NAN;
+}
+
+/* A share of a JSON object in per cent; NaN where it has none. */
+static double percent_of(const cJSON *object, const char *key) {
+  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+  return cJSON_IsNumber(item) ? 100 * item->valuedouble : NAN;
 }
 
 static bool is_single(const info *about) {
@@ -218,6 +235,12 @@ static void print_json(const info *about) {
     json_number(load, "static_share_outside", about->shares[n].statics);
     json_number(load, "load_share_outside", about->shares[n].load);
   }
+
+  const cJSON *touch = model_meta_find(about->meta, "touch", "after");
+  if (about->touch.judged)
+    touch_coverage_json(object, "touch", &about->touch.after, about->touch.at);
+  else if (cJSON_IsObject(touch))
+    cJSON_AddItemToObject(object, "touch", cJSON_Duplicate(touch, true));
 
   json_number(object, "model_bytes", about->file_bytes);
   json_number(object, "state_bytes", (double)about->split.state_bytes);
@@ -402,6 +425,26 @@ static void print_energy(const info *about) {
          about->steps->c3_count, about->steps->c4_count);
 }
 
+/* How pulls at the surface are followed: as measured now, or as precompute --touch found it. */
+static void print_touch(const info *about) {
+  if (about->touch.judged) {
+    print_label("touch");
+    touch_coverage_print(&about->touch.after, about->touch.at);
+    puts("");
+  }
+
+  // with touch modes the file says how it was without
+  const cJSON *before = model_meta_find(about->meta, "touch", "before");
+  const cJSON *after = model_meta_find(about->meta, "touch", "after");
+  if (!cJSON_IsObject(before) || !cJSON_IsObject(after))
+    return;
+  print_label("touch modes");
+  printf("%.0f: pulls are followed by %.0f %% at least, %.0f %% in the mean; without them by %.0f "
+         "and %.0f %%\n",
+         meta_number(about, "touch", "modes"), percent_of(after, "worst"),
+         percent_of(after, "mean"), percent_of(before, "worst"), percent_of(before, "mean"));
+}
+
 static void print_table(const info *about) {
   const thrum_model *model = about->model;
   print_label("model");
@@ -449,6 +492,7 @@ static void print_table(const info *about) {
              about->loads[n].text, 100 * about->shares[n].statics, 100 * about->shares[n].load);
   }
 
+  print_touch(about);
   print_label("memory");
   printf("model %.0f bytes, state %zu bytes\n", about->file_bytes, about->split.state_bytes);
 }
@@ -467,6 +511,18 @@ static thrum_status measure_loads(info *about, thrum_error *error) {
              thrum_load_share_measure(model, about->load_count, forces, about->shares, error));
   free(forces);
   return status;
+}
+
+/* Measures how the model follows pulls all over its surface. */
+static thrum_status measure_touch(info *about, thrum_error *error) {
+  thrum_touch *touch = NULL;
+  THRUM_TRY(thrum_touch_create(about->model, &touch, error));
+  thrum_touch_measure(touch, about->model, &about->touch.after);
+  thrum_touch_free(touch);
+  memcpy(about->touch.at, about->model->vertices + 3 * (int64_t)about->touch.after.vertex,
+         sizeof about->touch.at);
+  about->touch.judged = true;
+  return THRUM_OK;
 }
 
 /* Everything that is printed, or the reason why not. */
@@ -488,8 +544,10 @@ static thrum_status gather(info *about, thrum_error *error) {
                           error));
   THRUM_TRY(model_condense_to(model, 0, &about->steps_memory, &about->steps, error));
   THRUM_TRY(stepped_modes_at(about->steps, &about->def, about->stepped, error));
-  const thrum_status split = split_at(about->steps, about->def.dt, &about->split, error);
-  return split < 0 || about->load_count == 0 ? split : measure_loads(about, error);
+  THRUM_TRY(split_at(about->steps, about->def.dt, &about->split, error));
+  if (about->touch_asked)
+    THRUM_TRY(measure_touch(about, error));
+  return about->load_count == 0 ? THRUM_OK : measure_loads(about, error);
 }
 
 int cmd_info(int argc, char **argv) {
@@ -504,6 +562,7 @@ int cmd_info(int argc, char **argv) {
   info about = {.path = request.path,
                 .def = thrum_default_state_def(),
                 .steps_named = request.dt > 0 || request.integrator != (thrum_integrator)-1,
+                .touch_asked = request.touch,
                 .loads = request.loads,
                 .shares = shares,
                 .load_count = request.load_count,

@@ -13,6 +13,7 @@
 #include "driver/precompute_make.h"
 #include "driver/precompute_progress.h"
 #include "driver/precompute_report.h"
+#include "driver/precompute_touch.h"
 #include "driver/region_material.h"
 #include "driver/split_at.h"
 #include "io/npz.h"
@@ -153,10 +154,10 @@ static thrum_status condense(int64_t masters, thrum_model *model, void **memory,
   return THRUM_OK;
 }
 
-static thrum_status save_model(const precompute_request *request, const thrum_mesh *mesh,
-                               const thrum_precomputed *result, const train_outcome *training,
+static thrum_status save_model(const precompute_request *request, const precompute_outcome *outcome,
                                thrum_error *error) {
-  char *meta = precompute_meta(request, mesh, result, training);
+  const thrum_precomputed *result = outcome->result;
+  char *meta = precompute_meta(outcome);
   if (meta == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory for meta");
   // a shallow copy, so that meta stays ours
@@ -229,6 +230,17 @@ static bool is_lost(const precompute_request *request, const train_outcome *trai
   return training->missed;
 }
 
+/* Whether some visible place does not follow a pull as --touch wants. */
+static bool is_not_followed(const precompute_request *request, const touch_outcome *touch) {
+  if (touch->missed)
+    config_warn("a pull at vertex %lld (%.3g, %.3g, %.3g m) is followed by %.0f %% at rank %lld, "
+                "not by %.0f %%: raise --rank-max, or name the place that will be pulled by "
+                "--handles",
+                (long long)touch->after.vertex + 1, touch->at[0], touch->at[1], touch->at[2],
+                100 * touch->after.worst, (long long)request->rank_max, 100 * TOUCH_FOLLOWS);
+  return touch->missed;
+}
+
 static thrum_status read_imported_basis(const precompute_request *request,
                                         thrum_imported_basis *imported, thrum_error *error) {
   thrum_status status = THRUM_OK;
@@ -292,6 +304,9 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   if (status >= 0 && request->train_count + request->test_count > 0)
     status = precompute_train(request, mesh, fixed, &options, &progress, &outcome->training,
                               &result, error);
+  else if (status >= 0 && request->touch)
+    status = precompute_touch(request, mesh, fixed, &options, &progress, &outcome->touch, &result,
+                              error);
   else
     THRUM_THEN(status, thrum_precompute(mesh, fixed, &options, &result, error));
   thrum_imported_basis_free(&imported);
@@ -310,7 +325,7 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
 
   // the model first: the modes are an extra
   const double writing = clock_seconds();
-  THRUM_THEN(status, save_model(request, mesh, &result, &outcome->training, error));
+  THRUM_THEN(status, save_model(request, outcome, error));
   THRUM_THEN(status, save_modes(request, &result, error));
 
   // the caller shows the figures while the result is still there
@@ -318,7 +333,8 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
     const double now = clock_seconds();
     outcome->seconds_write = now - writing;
     outcome->seconds_total = now - outcome->began;
-    outcome->flagged = is_flagged(request, &result) || is_lost(request, &outcome->training);
+    outcome->flagged = is_flagged(request, &result) || is_lost(request, &outcome->training) ||
+                       is_not_followed(request, &outcome->touch);
     if (show != NULL)
       show(outcome);
   }

@@ -4,6 +4,7 @@
 #define THRUM_DRIVER_PRECOMPUTE_OUTCOME_H
 
 #include "driver/precompute_request.h"
+#include "driver/precompute_touch.h"
 #include "driver/precompute_train.h"
 #include "driver/split_at.h"
 
@@ -14,6 +15,7 @@ typedef struct precompute_outcome {
   const thrum_precomputed *result;
   int64_t fixed_count;    /* vertices with any component held */
   train_outcome training; /* of --train; freed with the result */
+  touch_outcome touch;    /* of --touch */
   bool flagged;
   double dt; /* of the split */
   split_counts split;

@@ -174,8 +174,20 @@ static void add_training(cJSON *object, const train_outcome *training) {
   }
 }
 
-char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
-                      const thrum_precomputed *result, const train_outcome *training) {
+/* How pulls at the surface are followed, with touch modes and without; nothing where not judged. */
+static void add_touch(cJSON *object, const touch_outcome *touch) {
+  if (!touch->judged)
+    return;
+  cJSON *item = cJSON_AddObjectToObject(object, "touch");
+  json_number(item, "modes", (double)touch->shapes);
+  touch_coverage_json(item, "before", &touch->before, NULL);
+  touch_coverage_json(item, "after", &touch->after, touch->at);
+}
+
+char *precompute_meta(const precompute_outcome *outcome) {
+  const precompute_request *request = outcome->request;
+  const thrum_mesh *mesh = outcome->mesh;
+  const thrum_precomputed *result = outcome->result;
   cJSON *meta = cJSON_CreateObject();
 
   // the program that made the model, because another build may round differently
@@ -208,9 +220,10 @@ char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
   add_cubature(meta, request, result);
   add_check(meta, result);
   add_import(meta, request, result);
-  add_training(meta, training);
+  add_training(meta, &outcome->training);
+  add_touch(meta, &outcome->touch);
   if (!request->reproducible)
-    precompute_add_stages(meta, result, request->options.cubature, training);
+    precompute_add_stages(meta, result, request->options.cubature, &outcome->training);
 
   char *text = json_text(meta);
   cJSON_Delete(meta);
@@ -251,6 +264,8 @@ static void add_seconds(cJSON *object, const precompute_outcome *outcome) {
   json_number(seconds, "mesh", outcome->seconds_mesh);
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
     json_number(seconds, names[stage], outcome->result->seconds[stage]);
+  if (outcome->touch.judged)
+    json_number(seconds, "touch", outcome->touch.seconds);
   json_number(seconds, "write", outcome->seconds_write);
   json_number(seconds, "total", outcome->seconds_total);
 }
@@ -320,6 +335,7 @@ void precompute_print_json(const precompute_outcome *outcome) {
   add_import(object, outcome->request, result);
 
   add_training(object, &outcome->training);
+  add_touch(object, &outcome->touch);
 
   // the cost
   json_number(object, "threads", outcome->request->options.threads);
@@ -386,6 +402,15 @@ static void print_training(const train_outcome *training) {
   }
 }
 
+static void print_touch(const touch_outcome *touch) {
+  if (!touch->judged)
+    return;
+  printf("%-18s", "touch");
+  touch_coverage_print(&touch->after, touch->at);
+  printf("; without touch modes by %.0f %% at least, %.0f %% in the mean; %.2f s\n",
+         100 * touch->before.worst, 100 * touch->before.mean, touch->seconds);
+}
+
 void precompute_print_table(const precompute_outcome *outcome) {
   const thrum_precomputed *result = outcome->result;
   warn_of_order(result);
@@ -413,7 +438,10 @@ void precompute_print_table(const precompute_outcome *outcome) {
            outcome->request->handle_count == 1 ? "" : "s");
   if (outcome->training.field_count > 0)
     printf(", %" PRId64 " of it trained", outcome->training.field_count);
+  if (outcome->touch.judged)
+    printf(", %" PRId64 " of it touch modes", outcome->touch.shapes);
   puts("");
+  print_touch(&outcome->touch);
   print_training(&outcome->training);
 
   // a free body keeps its rigid modes apart from the elastic ones

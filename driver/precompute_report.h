@@ -5,10 +5,9 @@
 
 #include "driver/precompute_outcome.h"
 
-/* The JSON text stored as meta, which the caller frees; NULL: no memory. request->reproducible
+/* The JSON text stored as meta, which the caller frees; NULL: no memory. The request's reproducible
  * leaves the times out. */
-char *precompute_meta(const precompute_request *request, const thrum_mesh *mesh,
-                      const thrum_precomputed *result, const train_outcome *training);
+char *precompute_meta(const precompute_outcome *outcome);
 
 /* The outcome on standard output. */
 void precompute_print_json(const precompute_outcome *outcome);

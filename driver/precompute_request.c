@@ -13,6 +13,10 @@
 #define MEGABYTES_MAX 1099511627776.0
 #define TRAIN_STEPS_MOST 1e7 /* of the full order */
 
+/* The most that a rank grows to, unless it is said. */
+#define ERROR_RANK_MAX 100
+#define TOUCH_RANK_MAX 40
+
 static thrum_status take_memory(const config_given *given, void *request) {
   int64_t megabytes = 0;
   THRUM_TRY(config_given_count(given, &megabytes));
@@ -121,6 +125,11 @@ static const config_option options[] = {
                 "y, z are represented exactly; they and their derivatives take six coordinates "
                 "beside those of --rank",
                 .repeats = true, .take = take_handle),
+    OPTION_FLAG("touch",
+                "add local response modes over the surface beside the rank, until a pull at any "
+                "visible place moves it by 80 % of what the mesh says (linear), or --rank-max is "
+                "reached, which is told with exit code 3",
+                AT(touch)),
 
     OPTION_FLAG("condense",
                 "write a condensed model: the linear modes are stepped, all other coordinates "
@@ -164,7 +173,8 @@ static const config_option options[] = {
                 "grow modes, derivatives and trained shapes until no load of training and test "
                 "errs by more than P per cent; exit code 3 where --rank-max does not allow it",
                 .take = take_error, .wants = "an error such as 5%"),
-    OPTION_COUNT("rank-max", "100", "of --error: the most that the rank may grow to", AT(rank_max),
+    OPTION_COUNT("rank-max", "100; 40 with --touch",
+                 "of --error and --touch: the most that the rank may grow to", AT(rank_max),
                  CONFIG_RANGE(2, THRUM_RANK_MAX)),
     OPTION_NUMBER("train-time", "s", "0.5", "of each of these runs", AT(train_time),
                   CONFIG_ABOVE(0)),
@@ -234,6 +244,7 @@ const config_command command_precompute = {
                 "precompute part.msh --fix clamp --modes 20 --rank 30 --dry-run\n"
                 "precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' --handles tip -o pull.npz\n"
                 "precompute horse --young 1e6 -o soft-horse.npz\n"
+                "precompute horse --touch -o horse.npz\n"
                 "precompute bridge --rank 30 --train square:0,0,-72000@load "
                 "--test gravity:3,0,-9.81 -o bridge.npz\n"
                 "precompute bridge --train square:0,0,-72000@load --test gravity:3,0,-9.81 "
@@ -271,7 +282,6 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   request->reading.scale = 1;
   request->train_time = 0.5;
   request->error = NAN;
-  request->rank_max = 100;
   request->train_dt = 0.003;
   request->material = (thrum_material){NAN, NAN, NAN};
   request->options = thrum_default_precompute_options();
@@ -289,6 +299,8 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
     return config_usage("precompute", "no output given: say -o NAME.npz");
   if (!isnan(request->error) && request->train_count == 0)
     return config_usage("precompute", "--error goes with --train");
+  if (request->rank_max == 0)
+    request->rank_max = request->touch ? TOUCH_RANK_MAX : ERROR_RANK_MAX;
   if (request->by_share && request->train_count == 0)
     return config_usage("precompute", "--by-share goes with --train");
 
@@ -306,6 +318,8 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
                         request->train_time, TRAIN_STEPS_MOST);
   if (request->train_count + request->test_count > 0 && request->import_basis)
     return config_usage("precompute", "--train and --test go without --import-basis");
+  if (request->touch && (request->train_count + request->test_count > 0 || request->import_basis))
+    return config_usage("precompute", "--touch goes without --train, --test and --import-basis");
   if (request->condense && request->import_basis)
     return config_usage("precompute",
                         "--condense needs linear modes, which --import-basis has not");

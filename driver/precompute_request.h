@@ -24,7 +24,8 @@ typedef struct precompute_request {
   int64_t train_count, test_count;
   bool by_share;     /* modes and derivatives are weighed by their share in the training */
   double error;      /* wanted under all of them; NaN: the rank is as it is given */
-  int64_t rank_max;  /* up to which it grows for that */
+  bool touch;        /* touch modes come beside the rank */
+  int64_t rank_max;  /* up to which it grows for that error or these modes; 0: the usual limit */
   double train_time; /* of each run [s] */
   double train_dt;   /* of the full order and of what is measured against it [s] */
   double train_damping[2];

@@ -21,7 +21,7 @@ _thrum() {
   'precompute --check') words='auto search inertia' ;;
   'precompute --solver') words='auto factor cg' ;;
   'precompute --law') words='stvk corotational neo-hookean' ;;
-  'precompute '*) words=' --output --fix --young --poisson --density --material --scale --unit --regions --order --modes --rank --mass --quadrature-order --precision --check --solver --handles --condense --law --cubature --cubature-error --cubature-points --cubature-range --train --test --by-share --error --rank-max --train-time --train-dt --train-damping --keep-runs --list-jobs --job --collect --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help' ;;
+  'precompute '*) words=' --output --fix --young --poisson --density --material --scale --unit --regions --order --modes --rank --mass --quadrature-order --precision --check --solver --handles --touch --condense --law --cubature --cubature-error --cubature-points --cubature-range --train --test --by-share --error --rank-max --train-time --train-dt --train-damping --keep-runs --list-jobs --job --collect --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help' ;;
   'mesh --tool') words='gmsh tetgen' ;;
   'mesh '*) words='--output --size --scale --order --tool --verbose --json --quiet --help' ;;
   'check '*) words='--scale --unit --regions --order --json --help' ;;
@@ -50,7 +50,7 @@ _thrum() {
   'tradeoff '*) words='--output --load --error --budget --fps --time --quick --fix --young --poisson --density --material --scale --unit --regions --order --test --ranks --rank-max --dts --tolerances --integrators --precisions --damping --full-dt --keep-runs --threads --json --quiet --help --list-jobs --job --collect' ;;
   'verify '*) words='--output --refinements --json --quiet --help --list-jobs --job --collect' ;;
   'info --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
-  'info '*) words='--dt --integrator --load --json --help' ;;
+  'info '*) words='--dt --integrator --load --touch --json --help' ;;
   'embed '*) words='--output --scale --json --quiet --help' ;;
   'export '*) words='--glb --fps --pc2 --mdd --model --obj --surface --vega-basis --float --vega-cubic --matrices --json --help' ;;
   'bench '*) words='--help' ;;

@@ -12,9 +12,8 @@
 #include <string.h>
 
 #include "platform/allocate.h"
-#include "platform/threads.h"
 #include "precompute/fem/rigid_modes.h"
-#include "precompute/model/model_fem.h"
+#include "precompute/model/model_statics.h"
 
 thrum_status thrum_load_fill(const thrum_model *model, const int32_t *vertices, int64_t count,
                              const double force[3], double *forces, thrum_error *error) {
@@ -54,54 +53,27 @@ thrum_status thrum_load_fill_gravity(const thrum_model *model, const double acce
 
 typedef struct meter {
   const thrum_model *model;
-  thrum_model_fem body;
-  thrum_factor *stiffness, *mass;
-  double *rigid, *dual;            /* n x 6 of a free body, else NULL */
+  thrum_model_statics statics;
+  thrum_factor *mass;
   double *f, *x, *rest, *work, *q; /* n each; q: rank */
 } meter;
 
 static void meter_free(meter *m) {
-  thrum_factor_free(m->stiffness);
   thrum_factor_free(m->mass);
-  thrum_model_fem_free(&m->body);
-  free(m->rigid);
-  free(m->dual);
+  thrum_model_statics_free(&m->statics);
   free(m->f);
-}
-
-static thrum_status factorise(meter *m, thrum_error *error) {
-  const thrum_fem *fem = &m->body.fem;
-  thrum_support_springs springs;
-  thrum_status status = THRUM_OK;
-
-  // a free body's stiffness is singular until six springs hold it
-  if (m->model->rigid) {
-    const int64_t count = THRUM_RIGID_COUNT * fem->free_count;
-    THRUM_TRY(thrum_reserve(&m->rigid, count, sizeof(double), "the rigid modes", error));
-    THRUM_TRY(thrum_reserve(&m->dual, count, sizeof(double), "the rigid modes", error));
-    THRUM_TRY(thrum_rigid_modes(fem, &m->body.mass, m->rigid, m->dual, error));
-    thrum_support_springs_add(fem, &m->body.stiffness, &springs);
-  }
-
-  status = thrum_factor_create(&m->body.stiffness, &m->stiffness, error);
-  if (m->rigid)
-    thrum_support_springs_remove(&springs, &m->body.stiffness);
-  if (status >= 0 && m->rigid)
-    thrum_factor_deflate(m->stiffness, THRUM_RIGID_COUNT, m->rigid, m->dual);
-
-  return status >= 0 ? thrum_factor_create(&m->body.mass, &m->mass, error) : status;
 }
 
 // the load on the free components, less what moves a free body as a whole; q = U^T f;
 // false when nothing is left of it
 static bool take_load(meter *m, const double *forces) {
-  const thrum_fem *fem = &m->body.fem;
+  const thrum_fem *fem = &m->statics.body.fem;
   const int64_t n = fem->free_count, r = m->model->rank;
   thrum_fem_gather(fem, forces, m->f);
   const double whole = cblas_dnrm2((int)n, m->f, 1);
-  for (int z = 0; m->rigid && z < THRUM_RIGID_COUNT; z++)
-    cblas_daxpy((int)n, -cblas_ddot((int)n, m->rigid + z * n, 1, m->f, 1), m->dual + z * n, 1, m->f,
-                1);
+  for (int z = 0; m->statics.rigid && z < THRUM_RIGID_COUNT; z++)
+    cblas_daxpy((int)n, -cblas_ddot((int)n, m->statics.rigid + z * n, 1, m->f, 1),
+                m->statics.dual + z * n, 1, m->f, 1);
   memset(m->q, 0, sizeof *m->q * (size_t)r);
   for (int64_t i = 0; i < n; i++)
     cblas_daxpy((int)r, m->f[i], m->model->basis + fem->component[i] * r, 1, m->q, 1);
@@ -111,8 +83,8 @@ static bool take_load(meter *m, const double *forces) {
 // rest = start - U (q * scale)
 static void subtract(const meter *m, const double *start, const double *scale, double *rest) {
   const int64_t r = m->model->rank;
-  for (int64_t i = 0; i < m->body.fem.free_count; i++) {
-    const double *row = m->model->basis + m->body.fem.component[i] * r;
+  for (int64_t i = 0; i < m->statics.body.fem.free_count; i++) {
+    const double *row = m->model->basis + m->statics.body.fem.component[i] * r;
     rest[i] = start[i];
     for (int64_t j = 0; j < r; j++)
       rest[i] -= row[j] * m->q[j] / (scale ? scale[j] : 1);
@@ -133,14 +105,16 @@ static thrum_status measure(meter *m, const double *forces, thrum_load_share *sh
   }
 
   // the static answer, and what of it the basis cannot show
-  THRUM_TRY(thrum_factor_solve(m->stiffness, m->f, 1, m->x, error));
+  THRUM_TRY(thrum_factor_solve(m->statics.factor, m->f, 1, m->x, error));
   subtract(m, m->x, m->model->omega2, m->rest);
-  share->statics = norm_in(m, &m->body.stiffness, m->rest) / norm_in(m, &m->body.stiffness, m->x);
+  share->statics = norm_in(m, &m->statics.body.stiffness, m->rest) /
+                   norm_in(m, &m->statics.body.stiffness, m->x);
 
   // |f| in the norm of M^-1 is |M^-1 f| in that of M
   THRUM_TRY(thrum_factor_solve(m->mass, m->f, 1, m->x, error));
   subtract(m, m->x, NULL, m->rest);
-  share->load = norm_in(m, &m->body.mass, m->rest) / norm_in(m, &m->body.mass, m->x);
+  share->load =
+      norm_in(m, &m->statics.body.mass, m->rest) / norm_in(m, &m->statics.body.mass, m->x);
   return THRUM_OK;
 }
 
@@ -150,14 +124,12 @@ thrum_status thrum_load_share_measure(const thrum_model *model, int64_t count, c
     return thrum_error_set(error, THRUM_MISSING, "the model has no basis to measure a load by");
 
   meter m = {.model = model};
-  thrum_status status = thrum_threads_ready(1, error);
-  THRUM_THEN(status, thrum_model_fem_create(model, &m.body, error));
-
-  const int64_t n = m.body.fem.free_count;
+  thrum_status status = thrum_model_statics_create(model, &m.statics, error);
+  const int64_t n = m.statics.body.fem.free_count;
 
   // one block for the vectors of all loads
   THRUM_THEN(status, thrum_reserve(&m.f, 4 * n + model->rank, sizeof *m.f, "the loads", error));
-  THRUM_THEN(status, factorise(&m, error));
+  THRUM_THEN(status, thrum_factor_create(&m.statics.body.mass, &m.mass, error));
   if (status >= 0) {
     m.x = m.f + n;
     m.rest = m.x + n;

@@ -145,6 +145,68 @@ static void frequencies_as_stepped_stand_beside_those_of_the_model(void **state)
 }
 
 /* A mode is explicit where h omega <= 1, that is f <= 1 / (2 pi h). */
+/* precompute --touch of the beam up to a rank; *code: the exit code. */
+static cJSON *touch_up_to(const char *rank, int *code) {
+  program_result run =
+      thrum_run(folder, "precompute", "beam:8x2x2@0.8x0.2x0.2", "--fix", "x<0.001", "--modes", "4",
+                "--rank", "8", "-o", "touch.npz", "--touch", "--rank-max", rank, "--json", NULL);
+  *code = run.exit_code;
+
+  // a model that misses its aim names the place and what to do
+  assert_true((strstr(run.err, "a pull at vertex") != NULL) == (*code == 3));
+  cJSON *object = json_line(run.out);
+  if (object == NULL)
+    fail_msg("%s", run.err);
+  program_result_free(&run);
+  return object;
+}
+
+static void touch_modes_are_counted_and_measured_again(void **state) {
+  (void)state;
+  int code = -1;
+  cJSON *object = touch_up_to("60", &code);
+  assert_int_equal(code, 0);
+
+  // they come beside the rank, and the worst place is followed as was promised
+  const cJSON *touch = cJSON_GetObjectItem(object, "touch");
+  const cJSON *before = cJSON_GetObjectItem(touch, "before");
+  const cJSON *after = cJSON_GetObjectItem(touch, "after");
+  assert_true(json_value(object, "rank") == 8 + json_value(touch, "modes"));
+  assert_true(json_value(before, "worst") < 0.8 && json_value(after, "worst") >= 0.8);
+
+  // without --touch the beam is as it was before, and the file's figures are those of its basis
+  cJSON *plain = info("beam.npz", "--touch", NULL), *stored = info("touch.npz", NULL, NULL);
+  cJSON *measured = info("touch.npz", "--touch", NULL);
+  const char *const keys[] = {"worst", "mean", "vertex", "places", "stiff_places"};
+  for (int k = 0; k < 5; k++) {
+    const double value = json_value(after, keys[k]);
+    assert_true(json_value(cJSON_GetObjectItem(stored, "touch"), keys[k]) == value);
+    assert_true(near(json_value(cJSON_GetObjectItem(measured, "touch"), keys[k]), value, 1e-9));
+  }
+  assert_true(near(json_value(cJSON_GetObjectItem(plain, "touch"), "worst"),
+                   json_value(before, "worst"), 1e-6));
+  cJSON_Delete(plain);
+  cJSON_Delete(stored);
+  cJSON_Delete(measured);
+  cJSON_Delete(object);
+}
+
+static void a_rank_too_low_for_touch_modes_is_flagged(void **state) {
+  (void)state;
+  int code = -1;
+  cJSON *object = touch_up_to("10", &code);
+  assert_int_equal(code, 3);
+  assert_true(json_value(object, "rank") == 10);
+  cJSON_Delete(object);
+
+  // no room at all is refused
+  program_result run = thrum_run(folder, "precompute", "beam.npz", "-o", "full.npz", "--modes", "4",
+                                 "--rank", "8", "--touch", "--rank-max", "8", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "raise --rank-max"));
+  program_result_free(&run);
+}
+
 static void split_follows_the_time_step(void **state) {
   (void)state;
   const double steps[] = {1e-5, 0.001, 0.003, 0.01, 0.1};
@@ -398,6 +460,8 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(beam_is_measured_exactly),
       cmocka_unit_test(info_agrees_with_precompute),
+      cmocka_unit_test(touch_modes_are_counted_and_measured_again),
+      cmocka_unit_test(a_rank_too_low_for_touch_modes_is_flagged),
       cmocka_unit_test(split_follows_the_time_step),
       cmocka_unit_test(frequencies_as_stepped_stand_beside_those_of_the_model),
       cmocka_unit_test(groups_and_memory_are_listed),

@@ -1,0 +1,116 @@
+/* Touch modes. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/precompute_touch.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "platform/allocate.h"
+#include "platform/clock.h"
+#include "platform/threads.h"
+
+/* What of the rank is left for touch modes beside the usual basis. */
+static thrum_status find_room(const precompute_request *request, int64_t usual, int64_t *room,
+                              thrum_error *error) {
+  *room = request->rank_max - usual;
+  if (*room > 0)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                         "--touch: rank %lld of the usual basis leaves nothing of %lld; raise "
+                         "--rank-max, or lower --rank",
+                         (long long)usual, (long long)request->rank_max);
+}
+
+/* The model with the shapes that `touch` finds; *base becomes it. */
+static thrum_status add_shapes(const precompute_request *request, const thrum_mesh *mesh,
+                               const uint8_t *fixed, const thrum_precompute_options *options,
+                               precompute_progress *progress, thrum_touch *touch,
+                               touch_outcome *outcome, thrum_precomputed *base,
+                               thrum_error *error) {
+  int64_t room = 0;
+  double *fields = NULL;
+  THRUM_TRY(find_room(request, base->model.rank, &room, error));
+  THRUM_TRY(thrum_reserve(&fields, 3 * mesh->vertex_count * room, sizeof *fields, "the touch modes",
+                          error));
+  config_progress_update(&progress->bar, "touch modes", 0.5);
+  thrum_status status =
+      thrum_touch_shapes(touch, &base->model, TOUCH_FOLLOWS, room, fields, &outcome->shapes, error);
+
+  // both together are the basis of the model
+  thrum_precompute_options both = *options;
+  thrum_precomputed made = {0};
+  both.trained = fields;
+  both.trained_count = outcome->shapes;
+  both.rank = base->model.rank + outcome->shapes;
+  if (status >= 0 && outcome->shapes > 0) {
+    progress->basis = "with touch modes, ";
+    status = thrum_precompute(mesh, fixed, &both, &made, error);
+  }
+  if (status >= 0 && outcome->shapes > 0) {
+    thrum_precomputed_free(base);
+    *base = made;
+  }
+  free(fields);
+  return status;
+}
+
+thrum_status precompute_touch(const precompute_request *request, const thrum_mesh *mesh,
+                              const uint8_t *fixed, const thrum_precompute_options *options,
+                              precompute_progress *progress, touch_outcome *outcome,
+                              thrum_precomputed *result, thrum_error *error) {
+  // the usual basis, and how it follows
+  const double began = clock_seconds();
+  thrum_precomputed made = {0};
+  thrum_touch *touch = NULL;
+  progress->basis = "usual basis, ";
+  THRUM_TRY(thrum_precompute(mesh, fixed, options, &made, error));
+  config_progress_update(&progress->bar, "answers to pulls", 0);
+  const thrum_threads before = thrum_threads_set(request->options.threads);
+  thrum_status status = thrum_touch_create(&made.model, &touch, error);
+  if (status >= 0)
+    thrum_touch_measure(touch, &made.model, &outcome->before);
+
+  // what it lacks
+  const bool follows = status >= 0 && outcome->before.worst >= TOUCH_FOLLOWS;
+  if (!follows)
+    THRUM_THEN(status,
+               add_shapes(request, mesh, fixed, options, progress, touch, outcome, &made, error));
+  if (status >= 0) {
+    thrum_touch_measure(touch, &made.model, &outcome->after);
+    memcpy(outcome->at, mesh->vertices + 3 * (int64_t)outcome->after.vertex, sizeof outcome->at);
+    outcome->judged = true;
+    outcome->missed = outcome->after.worst < TOUCH_FOLLOWS;
+    outcome->seconds = clock_seconds() - began;
+    for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
+      outcome->seconds -= made.seconds[stage];
+  }
+
+  thrum_threads_restore(before);
+  thrum_touch_free(touch);
+  if (status < 0)
+    thrum_precomputed_free(&made);
+  else
+    *result = made;
+  return status;
+}
+
+void touch_coverage_json(cJSON *object, const char *key, const thrum_touch_coverage *coverage,
+                         const double at[3]) {
+  cJSON *item = cJSON_AddObjectToObject(object, key);
+  json_number(item, "worst", coverage->worst);
+  json_number(item, "mean", coverage->mean);
+  if (at != NULL) {
+    json_number(item, "vertex", coverage->vertex + 1);
+    json_numbers(item, "at_m", at, 3);
+  }
+  json_number(item, "places", (double)coverage->places);
+  json_number(item, "stiff_places", (double)coverage->stiff);
+}
+
+void touch_coverage_print(const thrum_touch_coverage *coverage, const double at[3]) {
+  printf("pulls are followed by %.0f %% at least (vertex %" PRId32 ", at %.3g, %.3g, %.3g m), "
+         "%.0f %% in the mean of %" PRId64 " places",
+         100 * coverage->worst, coverage->vertex + 1, at[0], at[1], at[2], 100 * coverage->mean,
+         coverage->places);
+}

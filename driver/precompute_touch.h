@@ -1,0 +1,41 @@
+/* precompute --touch: a basis that also shows how the body answers pulls at its surface.
+ *
+ * The usual basis is made first; what it lacks of the static answers to pulls all over the surface
+ * then gives touch modes, which come beside its rank (precompute/model/touch.h).
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_PRECOMPUTE_TOUCH_H
+#define THRUM_DRIVER_PRECOMPUTE_TOUCH_H
+
+#include "driver/precompute_progress.h"
+#include "driver/precompute_request.h"
+#include "io/json.h"
+#include "precompute/model/touch.h"
+
+/* The share of the body's give by which a model with touch modes follows every visible place. */
+#define TOUCH_FOLLOWS 0.8
+
+/* The outcome; a zeroed one is of a model without touch modes. */
+typedef struct touch_outcome {
+  int64_t shapes;                     /* of the rank */
+  thrum_touch_coverage before, after; /* of the usual basis, and with them */
+  double at[3];                       /* where the worst place is afterwards [m] */
+  bool judged;                        /* the rest is filled */
+  bool missed;                        /* the share is not reached */
+  double seconds;                     /* beside the stages of the model with them */
+} touch_outcome;
+
+/* Makes the usual model of the options, its touch modes up to the request's rank_max, and the model
+ * with both. */
+thrum_status precompute_touch(const precompute_request *request, const thrum_mesh *mesh,
+                              const uint8_t *fixed, const thrum_precompute_options *options,
+                              precompute_progress *progress, touch_outcome *outcome,
+                              thrum_precomputed *result, thrum_error *error);
+
+/* Adds how a model follows pulls to a JSON object: worst, mean, the place of the worst, counts. */
+void touch_coverage_json(cJSON *object, const char *key, const thrum_touch_coverage *coverage,
+                         const double at[3]);
+
+/* Prints the same in words, without a new line at the end. */
+void touch_coverage_print(const thrum_touch_coverage *coverage, const double at[3]);
+
+#endif
