@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <strings.h>
 
 #include "app/cmd.h"
 #include "config/message.h"
@@ -132,6 +134,17 @@ static int check_files(const export_request *request) {
   return COMMAND_DONE;
 }
 
+/* Refuses a name that says glTF's text form, which nothing here writes. */
+static int check_form(const export_request *request) {
+  const char *dot = request->glb ? strrchr(request->glb, '.') : NULL;
+  if (dot == NULL || strcasecmp(dot, ".gltf") != 0)
+    return COMMAND_DONE;
+  return config_usage("export",
+                      "--glb writes the binary form of glTF: give '%s' a name that ends "
+                      "with .glb",
+                      request->glb);
+}
+
 static int read_options(int argc, char **argv, export_request *request) {
   int code =
       config_options_read_one(&command_export, "model", argc, argv, request, &request->model);
@@ -144,6 +157,9 @@ static int read_options(int argc, char **argv, export_request *request) {
   if (!motion && !of_model && !request->obj)
     return config_usage("export", "say what to write: --glb, --pc2, --mdd, --obj, --vega-basis, "
                                   "--vega-cubic or --matrices");
+  code = check_form(request);
+  if (code != COMMAND_DONE)
+    return code;
 
   // the bodies of a scene have surfaces and models of their own
   if (is_scene_folder(request->model)) {

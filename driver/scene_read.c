@@ -6,6 +6,7 @@
 
 #include "driver/run_entries.h"
 #include "driver/run_folder.h"
+#include "driver/scene_spec.h"
 #include "io/file.h"
 #include "platform/allocate.h"
 
@@ -34,6 +35,13 @@ static thrum_status read_bodies(const char *path, const char *file, recorded_sce
     const char *name = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(body, "name"));
     if (name == NULL)
       return thrum_error_set(error, THRUM_BAD_FORMAT, "%.300s: body %d has no name", file, n + 1);
+
+    // a run from elsewhere must not have any other folder read
+    if (!scene_spec_is_name(name))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "%.300s: the name of body %d is none of a folder in the run: it may "
+                             "have letters, digits, '-', '_' and '.'",
+                             file, n + 1);
 
     // each body has a folder of its own, as of a run of it alone
     char folder[RUN_PATH_MAX + 300];

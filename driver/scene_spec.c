@@ -38,10 +38,9 @@ bool scene_spec_is_named(const char *path) {
 
 /* --- names ------------------------------------------------------------------------------------ */
 
-/* A name that can be a folder or a column. */
-static bool is_name(const char *text) {
+bool scene_spec_is_name(const char *text) {
   static const char others[] = "-_.";
-  if (text[0] == '.' || text[0] == '-' || strlen(text) > NAME_MAX_BYTES)
+  if (text[0] == 0 || text[0] == '.' || text[0] == '-' || strlen(text) > NAME_MAX_BYTES)
     return false;
   for (; *text != 0; text++) {
     const bool letter = (*text >= 'a' && *text <= 'z') || (*text >= 'A' && *text <= 'Z');
@@ -53,7 +52,7 @@ static bool is_name(const char *text) {
 
 static thrum_status check_name(const config_file *file, const config_record *record,
                                const char *name, const char *other) {
-  if (!is_name(name))
+  if (!scene_spec_is_name(name))
     return config_record_refuse(
         file, record, "name", THRUM_BAD_VALUE,
         "wants letters, digits, '-', '_' and '.', at most %d, not \"%.80s\"", NAME_MAX_BYTES, name);

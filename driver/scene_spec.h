@@ -182,6 +182,10 @@ extern const config_option scene_keys[];
 /* Is this the name of a scene file? One that ends with .json and is no folder. */
 bool scene_spec_is_named(const char *path);
 
+/* Can this be the name of a body's folder or of a column? Letters, digits, '-', '_' and '.', so
+ * that it leads nowhere else. */
+bool scene_spec_is_name(const char *text);
+
 /* Reads the file at `path` (scene_read_text: these bytes, `name` in messages) and checks what can
  * be checked without models. `path` and `error` must stay as long as the spec. scene_spec_free
  * frees, whatever came back. */

@@ -355,6 +355,7 @@ static void options_and_files_that_do_not_go_together_are_refused(void **state) 
       {1, {"run", "--glb", "x.glb", "--model", "other.npz"}, "is not the model"},
       {1, {"run", "--glb", "x.glb", "--model", "none.npz"}, "none.npz"},
       {1, {"run", "--glb", "no/x.glb"}, "no/x.glb: cannot be created"},
+      {2, {"run", "--glb", "x.glTF"}, "ends with .glb"},
       {2, {"run", "--glb", "x.glb", "--fps", "-1"}, "--fps wants"},
       {2, {"run", "--glb", "x.glb", "--obj", "./x.glb"}, "name one file"},
   };

@@ -7,6 +7,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <sys/stat.h>
 
 #include <cmocka.h>
 
@@ -143,6 +144,22 @@ static void a_body_of_a_scene_has_the_run_of_it_alone(void **state) {
     run = thrum_run(folder, "export", "together", "--glb", inputs[n], NULL);
     assert_true(run.exit_code == 1 || run.exit_code == 2);
     assert_non_null(strstr(run.err, "write to another file"));
+    program_result_free(&run);
+  }
+
+  // a name in scene.json leads to no other folder
+  assert_int_equal(mkdir(in_folder("forged"), 0777), 0);
+  static const char *const names[] = {"../together/one", "/tmp", "..", ""};
+  for (int n = 0; n < 4; n++) {
+    char text[200];
+    snprintf(
+        text, sizeof text,
+        "{\"program\": \"thrum\", \"command\": \"simulate\", \"bodies\": [{\"name\": \"%s\"}]}",
+        names[n]);
+    assert_true(text_file_write(in_folder("forged/scene.json"), text));
+    run = thrum_run(folder, "export", "forged", "--glb", "forged.glb", NULL);
+    assert_int_equal(run.exit_code, 1);
+    assert_non_null(strstr(run.err, "none of a folder in the run"));
     program_result_free(&run);
   }
   run = thrum_run(folder, "export", "together", "--glb", "all.glb", "--obj", "one.obj", NULL);
