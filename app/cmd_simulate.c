@@ -1,13 +1,16 @@
 /* `thrum simulate`: reads the options and hands them to the run of a model or of a scene.
  * SPDX-License-Identifier: Apache-2.0 */
+#include "app/cmd_simulate.h"
+
 #include "app/cmd.h"
+#include "app/mpi_program.h"
 #include "config/message.h"
 #include "driver/scene_options.h"
 #include "driver/scene_spec.h"
 #include "driver/simulate_run.h"
 #include "platform/allocate.h"
 
-int cmd_simulate(int argc, char **argv) {
+int cmd_simulate_shared(int argc, char **argv, const thrum_full_shared *shared) {
   // there are no more loads and starts than arguments, and items of an options file
   const int64_t most = argc + CONFIG_FILE_ITEMS_MAX;
   thrum_error error = {0};
@@ -15,8 +18,11 @@ int cmd_simulate(int argc, char **argv) {
   simulate_request request = {.loads = thrum_scope_allocate(&scope, most, sizeof *request.loads),
                               .starts = thrum_scope_allocate(&scope, most, sizeof *request.starts),
                               .base_motions =
-                                  thrum_scope_allocate(&scope, most, sizeof *request.base_motions)};
+                                  thrum_scope_allocate(&scope, most, sizeof *request.base_motions),
+                              .shared = shared};
   int code = scope.status < 0 ? config_refuse(&error) : simulate_options_read(argc, argv, &request);
+  if (code == COMMAND_DONE && shared != NULL && !request.full)
+    code = mpi_program_wants_full("simulate");
 
   // a name that ends in .json is a scene, which has few options of its own
   const bool ready = code == COMMAND_DONE;
@@ -30,4 +36,8 @@ int cmd_simulate(int argc, char **argv) {
   thrum_scope_free(&scope);
   config_file_free(&request.file);
   return code;
+}
+
+int cmd_simulate(int argc, char **argv) {
+  return cmd_simulate_shared(argc, argv, NULL);
 }

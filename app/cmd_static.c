@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "app/cmd.h"
+#include "app/mpi_program.h"
 #include "config/message.h"
 #include "driver/model_truncate_to.h"
 #include "driver/static_full.h"
@@ -264,7 +265,7 @@ int cmd_static_shared(int argc, char **argv, const thrum_full_shared *shared) {
 
   int code = scope.status < 0 ? config_refuse(&error) : static_options_read(argc, argv, &request);
   if (code == COMMAND_DONE && shared != NULL && !request.full)
-    code = config_usage("static", "thrum-mpi is for the whole mesh: add --full");
+    code = mpi_program_wants_full("static");
   if (code == COMMAND_DONE)
     code = run_request(&request);
   thrum_scope_free(&scope);

@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "config/message.h"
 #include "io/paths.h"
 #include "platform/allocate.h"
 
@@ -31,6 +32,10 @@ static bool find_path(char path[PATH_LENGTH]) {
 static bool is_program(const char *path) {
   struct stat status;
   return stat(path, &status) == 0 && S_ISREG(status.st_mode) && access(path, X_OK) == 0;
+}
+
+int mpi_program_wants_full(const char *command) {
+  return config_usage(command, PROGRAM " is for the whole mesh: add --full");
 }
 
 bool mpi_program_exists(void) {

@@ -1,5 +1,6 @@
-/* Going on as `thrum-mpi`, which has PETSc's conjugate gradients (mpi/README.md), on one process.
- * It lies beside `thrum` where it was built, or where the environment variable THRUM_MPI says.
+/* What commands have to do with `thrum-mpi` (mpi/README.md): going on as that program, which has
+ * PETSc's conjugate gradients, on one process; and what it says to options of its own. It lies
+ * beside `thrum` where it was built, or where the environment variable THRUM_MPI says.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_APP_MPI_PROGRAM_H
 #define THRUM_APP_MPI_PROGRAM_H
@@ -7,6 +8,9 @@
 #include <stdbool.h>
 
 #include "thrum/status.h"
+
+/* The refusal of a command that several processes do for the whole mesh alone; COMMAND_USAGE. */
+int mpi_program_wants_full(const char *command);
 
 bool mpi_program_exists(void);
 

@@ -28,9 +28,10 @@ typedef struct simulate_request {
   bool full;                      /* the full order in place of the model */
   thrum_full_solver solver;
   thrum_full_quadrature quadrature;
-  thrum_law law;  /* of the full order, where */
-  bool law_given; /* and not the model's */
-  bool ground;    /* frames as seen from the ground, not from the base */
+  const thrum_full_shared *shared; /* processes that share its factor; NULL: this one alone */
+  thrum_law law;                   /* of the full order, where */
+  bool law_given;                  /* and not the model's */
+  bool ground;                     /* frames as seen from the ground, not from the base */
   int64_t start_count;
   start_spec *starts; /* the same */
   double spin[3];     /* of a free body at the start [degrees/s]; 0: its frame stays */

@@ -44,6 +44,7 @@ static thrum_full_def def_of(const simulate_request *request, const thrum_model 
     def.tolerance = request->def.tolerance;
   def.iterations_max = request->def.iterations_max;
   def.solver = request->solver;
+  def.shared = request->shared;
   def.quadrature = request->quadrature;
   def.law = law_of_run(request->law_given, request->law, model);
   def.plastic = request->def.plastic;

@@ -183,7 +183,7 @@ static thrum_status count_below(void *context, double shift, int64_t *count, thr
   PetscInt negative = 0;
   thrum_status status = shifted(s, shift, &matrix, error);
   PETSC_THEN(status, KSPCreate(s->comm, &ksp));
-  THRUM_THEN(status, inertia_factor_make(matrix, ksp, &pc, &factor, error));
+  THRUM_THEN(status, inertia_factor_make(matrix, ksp, INERTIA_PUT_OFF, &pc, &factor, error));
   THRUM_THEN(status, take_inertia(pc, factor, &negative, error));
   KSPDestroy(&ksp);
   MatDestroy(&matrix);

@@ -8,8 +8,14 @@
 
 #include "thrum/status.h"
 
+/* MUMPS's threshold of the pivots that it puts off, which make the factor larger than planned: its
+ * own; and none, for a matrix that is of use only where it proves positive definite. */
+#define INERTIA_PUT_OFF 0.01
+#define INERTIA_AS_THEY_COME 0.0
+
 /* Makes the factor of the matrix, whose numbers may have changed since, in the solver. What fails
  * inside of MUMPS is no failure here: the preconditioner tells it (PCGetFailedReason). */
-thrum_status inertia_factor_make(Mat matrix, KSP ksp, PC *pc, Mat *factor, thrum_error *error);
+thrum_status inertia_factor_make(Mat matrix, KSP ksp, double threshold, PC *pc, Mat *factor,
+                                 thrum_error *error);
 
 #endif

@@ -375,7 +375,7 @@ void shared_serve(MPI_Comm comm) {
     if (s.command.order == ORDER_END)
       return;
     if (s.command.order == ORDER_SYSTEM)
-      shared_system_serve(comm);
+      shared_systems_serve(comm);
     if (s.comm == MPI_COMM_NULL)
       continue;
 

@@ -1,4 +1,4 @@
-/* A system of equations with a shared factor, see shared_system.h. A process has an even share of
+/* Systems of equations with shared factors, see shared_system.h. A process has an even share of
  * the rows, the upper triangle of each: those are the columns of the lower triangle that rank 0
  * has, so that slices of its arrays are all that is sent. The factor is MUMPS's L D L^T (Amestoy et
  * al. 2001, doi:10.1137/S0895479899358194), whose negative pivots tell a matrix that is not
@@ -22,12 +22,15 @@ typedef enum action { ACTION_END, ACTION_PLAN, ACTION_COMPUTE, ACTION_SOLVE } ac
 
 typedef struct order {
   action action;
+  int number;   /* of the system */
   int64_t size; /* of the plan */
 } order;
 
 /* The system as one process has it. */
 typedef struct shared_system {
   MPI_Comm comm;
+  shared_systems *systems; /* of rank 0, */
+  int number;              /* and its place among them */
   int processes, rank;
   PetscInt own;        /* rows of this process, */
   int *counts, *first; /* of each, and where they begin */
@@ -170,7 +173,7 @@ static thrum_status compute(shared_system *s, const thrum_sparse *matrix, thrum_
   PETSC_TRY(MatAssemblyEnd(s->matrix, MAT_FINAL_ASSEMBLY));
   PC pc;
   Mat factor;
-  THRUM_TRY(inertia_factor_make(s->matrix, s->ksp, &pc, &factor, error));
+  THRUM_TRY(inertia_factor_make(s->matrix, s->ksp, INERTIA_AS_THEY_COME, &pc, &factor, error));
   return check_factor(pc, factor, error);
 }
 
@@ -190,24 +193,43 @@ static thrum_status solve(shared_system *s, const double *b, double *x, thrum_er
 /* --- rank 0 ----------------------------------------------------------------------------------- */
 
 static void say(const shared_system *s, action what, int64_t size) {
-  order told = {what, size};
+  order told = {what, s->number, size};
   agree_on_bytes(s->comm, &told, (int64_t)sizeof told);
 }
 
 static void lead_end(void *system) {
   shared_system *s = system;
   say(s, ACTION_END, 0);
+  s->systems->there[s->number] = false;
+  s->systems->count--;
   system_free(s);
   free(s);
 }
 
+// a system without a matrix in a place of its own; the others come with the first and stay
+static thrum_status lead_begin(shared_systems *systems, shared_system **system,
+                               thrum_error *error) {
+  if (systems->count == SHARED_SYSTEMS_MAX)
+    return thrum_error_set(error, THRUM_UNSUPPORTED, "no more than %d shared factors at a time",
+                           SHARED_SYSTEMS_MAX);
+  THRUM_TRY(thrum_reserve(system, 1, sizeof **system, "the equations", error));
+  shared_system *s = *system;
+  s->comm = systems->comm;
+  s->systems = systems;
+  while (systems->there[s->number])
+    s->number++;
+
+  if (systems->count == 0)
+    systems->call(s->comm);
+  systems->there[s->number] = true;
+  systems->count++;
+  return THRUM_OK;
+}
+
 static thrum_status lead_plan(void *context, const thrum_sparse *matrix, void **system,
                               thrum_error *error) {
-  const shared_systems *systems = context;
   shared_system *s = NULL;
-  THRUM_TRY(thrum_reserve(&s, 1, sizeof *s, "the equations", error));
-  s->comm = systems->comm;
-  systems->call(s->comm);
+  THRUM_TRY(lead_begin(context, &s, error));
   say(s, ACTION_PLAN, matrix->size);
   const thrum_status status = agree_on_status(s->comm, plan(s, matrix->size, matrix, error), error);
   if (status >= 0)
@@ -236,24 +258,35 @@ void shared_systems_begin(MPI_Comm comm, void (*call)(MPI_Comm comm), shared_sys
 
 /* --- the others ------------------------------------------------------------------------------- */
 
-void shared_system_serve(MPI_Comm comm) {
-  shared_system s = {.comm = comm};
-  for (;;) {
-    order told = {ACTION_END, 0};
-    thrum_error error = {0};
-    thrum_status status = THRUM_OK;
-    agree_on_bytes(comm, &told, (int64_t)sizeof told);
-    if (told.action == ACTION_END)
-      break;
+// what fails here rank 0 hears, and then it ends the system
+static void serve_order(shared_system *s, const order *told) {
+  thrum_error error = {0};
+  thrum_status status = THRUM_OK;
+  if (told->action == ACTION_PLAN)
+    status = plan(s, told->size, NULL, &error);
+  else if (told->action == ACTION_COMPUTE)
+    status = compute(s, NULL, &error);
+  else
+    status = solve(s, NULL, NULL, &error);
+  agree_on_status(s->comm, status, &error);
+}
 
-    // what fails here rank 0 hears, and then it ends the system
-    if (told.action == ACTION_PLAN)
-      status = plan(&s, told.size, NULL, &error);
-    else if (told.action == ACTION_COMPUTE)
-      status = compute(&s, NULL, &error);
-    else
-      status = solve(&s, NULL, NULL, &error);
-    agree_on_status(comm, status, &error);
-  }
-  system_free(&s);
+void shared_systems_serve(MPI_Comm comm) {
+  shared_system systems[SHARED_SYSTEMS_MAX] = {{0}};
+  int count = 0;
+  do {
+    order told = {.action = ACTION_END};
+    agree_on_bytes(comm, &told, (int64_t)sizeof told);
+    shared_system *s = &systems[told.number];
+    if (told.action == ACTION_END) {
+      system_free(s);
+      count--;
+      continue;
+    }
+
+    // a plan is where a system begins
+    s->comm = comm;
+    count += told.action == ACTION_PLAN;
+    serve_order(s, &told);
+  } while (count > 0);
 }

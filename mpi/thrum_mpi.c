@@ -1,11 +1,11 @@
-/* The `thrum-mpi` program: `thrum precompute` and `thrum static --full` by several processes,
- * started by mpirun.
- * SPDX-License-Identifier: Apache-2.0 */
+/* The `thrum-mpi` program: `thrum precompute`, and `thrum static` and `thrum simulate` with --full,
+ * by several processes, started by mpirun. SPDX-License-Identifier: Apache-2.0 */
 #include <slepceps.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "app/cmd_precompute.h"
+#include "app/cmd_simulate.h"
 #include "app/cmd_static.h"
 #include "app/program_guard.h"
 #include "config/message.h"
@@ -16,16 +16,23 @@
 static int print_help(FILE *stream) {
   fprintf(
       stream,
-      "thrum-mpi %s: thrum precompute and thrum static --full by several processes\n\n"
+      "thrum-mpi %s: thrum precompute, static --full and simulate --full by several processes\n\n"
       "usage: mpirun -n N thrum-mpi precompute MESH -o FILE [OPTIONS]\n"
-      "       mpirun -n N thrum-mpi static MODEL|MESH --full [OPTIONS]\n\n"
+      "       mpirun -n N thrum-mpi static MODEL|MESH --full [OPTIONS]\n"
+      "       mpirun -n N thrum-mpi simulate MODEL|MESH --full [OPTIONS]\n\n"
       "Takes the options of these commands and writes the same files. Process 0 reads and writes\n"
-      "them, so they are needed on its machine alone.\n\n"
+      "them, so they are needed on its machine alone.\n\n",
+      thrum_version());
+
+  // three commands that work as they stand
+  fputs(
       "examples:\n"
       "  mpirun -n 2 thrum-mpi precompute horse -o horse.npz\n"
-      "  mpirun -n 2 thrum-mpi static horse.npz --full --load constant:0,0,-20@load\n\n"
+      "  mpirun -n 2 thrum-mpi static horse.npz --full --load constant:0,0,-20@load\n"
+      "  mpirun -n 2 thrum-mpi simulate horse.npz --full --load impulse:0,0,-9@load --time 0.1 \\\n"
+      "    -o run\n\n"
       "exit codes: 0 done, 1 refused, 2 usage, 3 ran but flagged\n",
-      thrum_version());
+      stream);
   return COMMAND_DONE;
 }
 
@@ -39,14 +46,15 @@ static int lead_command(int argc, char **argv) {
   }
 
   // a command that runs here calls the others when it needs them
-  if (strcmp(argv[1], "static") == 0) {
-    shared_systems systems;
-    shared_systems_begin(PETSC_COMM_WORLD, shared_serve_system, &systems);
+  shared_systems systems;
+  shared_systems_begin(PETSC_COMM_WORLD, shared_serve_system, &systems);
+  if (strcmp(argv[1], "static") == 0)
     return cmd_static_shared(argc - 1, argv + 1, &systems.shared);
-  }
+  if (strcmp(argv[1], "simulate") == 0)
+    return cmd_simulate_shared(argc - 1, argv + 1, &systems.shared);
   if (strcmp(argv[1], "precompute") != 0)
-    return config_usage("", "thrum-mpi has the commands precompute and static, and not '%s'",
-                        argv[1]);
+    return config_usage(
+        "", "thrum-mpi has the commands precompute, static and simulate, and not '%s'", argv[1]);
 
   shared_lead lead;
   shared_lead_begin(PETSC_COMM_WORLD, &lead);

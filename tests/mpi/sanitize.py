@@ -19,7 +19,7 @@ from test_mpi import HELD, SMALL, run
 HERE = pathlib.Path(__file__).resolve().parent
 FOUND = 77  # exit code of a process in which something was found
 MODEL = ["-o", "model.npz", "-q"]
-STATIC = ["static", "beam:6x2x2@1x0.2x0.15", *HELD, "--full", "-q"]
+BLOCK = ["beam:6x2x2@1x0.2x0.15", *HELD, "--full", "-q"]
 COMMANDS = {  # processes, arguments, exit code
     "a factor": (2, ["precompute", *SMALL, *HELD, *MODEL], 0),
     "a free body": (2, ["precompute", *SMALL, *MODEL], 0),
@@ -33,8 +33,10 @@ COMMANDS = {  # processes, arguments, exit code
     "a rank that is too large": (2, ["precompute", *SMALL, *HELD, "--rank", "28", *MODEL], 1),
     "no room for a solver": (2, ["precompute", "beam:24x8x8@1x0.25x0.25", *HELD, "--modes", "1", "--rank", "1",
                                  "--memory", "60", *MODEL], 1),
-    "statics": (2, [*STATIC, "--load", "constant:0,0,-5@tip"], 0),
-    "statics past an indefinite tangent": (2, [*STATIC, "--move=-0.3,0,0.1@tip", "--law", "neo-hookean"], 0),
+    "statics": (2, ["static", *BLOCK, "--load", "constant:0,0,-5@tip"], 0),
+    "statics past an indefinite tangent": (2, ["static", *BLOCK, "--move=-0.3,0,0.1@tip", "--law", "neo-hookean"], 0),
+    "steps with two factors": (2, ["simulate", *BLOCK, "--integrator", "newmark", "--load", "impulse:0,0,-20@tip",
+                                   "--time", "0.006", "-o", "run"], 0),
 }
 
 

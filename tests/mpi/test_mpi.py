@@ -22,6 +22,7 @@ FREQUENCIES = 1e-9   # relative
 POLYNOMIAL = 1e-8    # of its norm
 ANGLES = 1e-6        # of the subspaces, as sines
 STATICS = 1e-8       # of the largest displacement
+STEPS = 1e-9         # of the norms of q and of its momenta at the end of a run
 SECONDS = 900        # that any run may take
 
 BEAM = ["beam", "--order", "1"]  # without middle nodes, so a sixth of the vertices
@@ -128,7 +129,7 @@ def check_refusals(programs, folder):
             (["precompute", *SMALL, "-o", model, "--rank", "28"], 1, "rank"),
             (["precompute", *SMALL, "-o", model, "--cubature"], 1, "--cubature"),
             (["precompute", *SMALL, "--no-such-option"], 2, "--no-such-option"),
-            (["simulate"], 2, "precompute")):
+            (["info"], 2, "precompute")):
         result = programs.together(2, arguments)
         demand(result.returncode == code, f"{arguments}: exit {result.returncode}, not {code}")
         demand(words in result.stderr, f"{arguments}: {result.stderr}")
@@ -231,6 +232,26 @@ def check_statics(programs, folder):
     return f"displacements {worst:.1e}"
 
 
+def check_steps(programs, folder):
+    """simulate --full comes to where one process does, with the same files, by one factor and by two at a time."""
+    block, worst = ["beam:6x2x2@1x0.2x0.15", *HELD, "--load", "impulse:0,0,-20@tip"], 0
+    for count, arguments in ((2, ["beam", "--load", "impulse:0,0,-100@tip"]),
+                             (2, ["horse", "--integrator", "newmark", "--load", "impulse:0,0,-10@load"]),
+                             (1, [*block, "--integrator", "midpoint"]), (4, [*block, "--integrator", "newmark"])):
+        runs = [os.path.join(folder, name) for name in ("alone", "together")]
+        command = ["simulate", *arguments, "--full", "--time", "0.006", "--json", "-q", "-o"]
+        results = [programs.alone([*command, runs[0]]), programs.together(count, [*command, runs[1]])]
+        demand([r.returncode for r in results] == [0, 0], f"{arguments}: {results[0].stderr} {results[1].stderr}")
+        told = [json.loads(r.stdout) for r in results]
+        demand(told[0]["files"] == told[1]["files"] and told[0].keys() == told[1].keys(), f"{arguments}: {told}")
+        one, other = (numpy.load(os.path.join(run, "end.npy")) for run in runs)
+        worst = max(worst, *(distance(other[n], one[n]) for n in range(2)))
+    demand(worst < STEPS, f"the ends differ by {worst:.1e}")
+    result = programs.together(2, ["simulate", "beam", "-o", runs[0]])
+    demand(result.returncode == 2 and "add --full" in result.stderr, result.stderr)
+    return f"ends {worst:.1e}"
+
+
 def check_control(programs, folder):
     """Without the multigrid conjugate gradients do not come to their end in the steps they have."""
     model = os.path.join(folder, "model.npz")
@@ -240,6 +261,24 @@ def check_control(programs, folder):
     demand("did not converge" in result.stderr, result.stderr)
     demand(not os.listdir(folder), "a model was written")
     return "no model without a preconditioner"
+
+
+def check_other_files(programs, folder):
+    """Process 0 alone reads and writes: what the folders of the others hold under the same names changes nothing."""
+    models, places = [], [os.path.join(folder, name) for name in ("first", "second")]
+    for place, vertices in zip(places, ("1:9", "1:7")):
+        os.mkdir(place)
+        with open(os.path.join(place, "held.txt"), "w", encoding="utf-8") as file:
+            file.write(vertices)
+    for second in places:
+        one = ["-n", "1", programs.thrum_mpi, "precompute", *SMALL, "--fix", "held.txt", "-o", "model.npz", "--reproducible", "-q"]
+        result = run([programs.mpirun, "--oversubscribe", "--wdir", places[0], *one, ":", "--wdir", second, *one])
+        demand(result.returncode == 0, result.stderr)
+        with open(os.path.join(places[0], "model.npz"), "rb") as file:
+            models.append(file.read())
+    demand(models[0] == models[1], "another model")
+    demand(os.listdir(places[1]) == ["held.txt"], f"written by the second process: {os.listdir(places[1])}")
+    return "the same bytes"
 
 
 def children(parent):
@@ -280,7 +319,7 @@ def main(arguments):
     programs, failed = Programs(*arguments[:3]), 0
     checks = {name: lambda p, f, c=case: check_case(p, f, *c) for name, case in CASES.items()}
     checks.update({"refusals": check_refusals, "one process": check_one_process, "memory": check_memory, "a dry run": check_dry_run,
-                   "statics": check_statics, "no preconditioner": check_control, "a killed process": check_killed})
+                   "statics": check_statics, "steps": check_steps, "no preconditioner": check_control, "other files": check_other_files, "a killed process": check_killed})
     for name in arguments[3:] or checks:
         with tempfile.TemporaryDirectory() as folder:
             try:
