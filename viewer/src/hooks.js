@@ -24,6 +24,7 @@ export function hooks(starting) {
       position: (body, vertex) => world.engine.position(body, vertex),
       pulls: () => [...world.pulls].map(([id, { body, vertex, target }]) =>
         ({ body, vertex, target, force: world.pullForce(id) })),
+      level: () => world.level,
       touches: () => Array.from(world.engine.touches()),
       scaleTop: () => { world.colour(); return world.top; },
       values: (body) => Array.from(world.bodies[body].values.values),

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 const NUMBERS = ['dt', 'rank', 'gravity', 'damping', 'stiffness', 'pull'];
-const TEXTS = ['integrator', 'colour'];
+const TEXTS = ['integrator', 'colour', 'quality'];
 const FLAGS = ['edges', 'held', 'touches'];
 
 /** @param {object} settings @param {{choice: number, compared: boolean}} shown @returns {string} */

@@ -5,6 +5,7 @@ import { GRADIENT, QUANTITIES } from './colours.js';
 import { quantityText } from './numbers.js';
 import { isComposed } from './scenes.js';
 import { drawSplit } from './plot.js';
+import { QUALITIES } from './quality.js';
 
 const find = (id) => document.getElementById(id);
 const power = (base) => ({ read: (x) => base ** x, write: (y) => Math.log(y) / Math.log(base) });
@@ -44,6 +45,8 @@ export class Panel {
       this.refresh(); // one that is refused is not shown
     });
     find('colour').addEventListener('change', () => actions.set('colour', find('colour').value));
+    fill(find('quality'), QUALITIES.map((name) => [name, name]));
+    find('quality').addEventListener('change', () => actions.set('quality', find('quality').value));
     find('scale').querySelector('i').style.background = GRADIENT;
     for (const name of MARKS)
       find(name).addEventListener('change', () => actions.set(name, find(name).checked));
@@ -80,6 +83,7 @@ export class Panel {
     const { settings, bodies, choice, compared, plays, recording } = this.world;
     find('model').value = choice;
     find('colour').value = settings.colour;
+    find('quality').value = settings.quality;
     for (const name of MARKS) find(name).checked = settings[name];
 
     // nothing acts on what was recorded
@@ -126,6 +130,7 @@ export class Panel {
     const text = (ms) => (ms < 1 ? `${(1e3 * ms).toFixed(0)} µs` : `${ms.toFixed(1)} ms`);
     for (const [name, meter] of Object.entries(meters))
       find(`time-${name}`).textContent = meter.count === 0 ? '' : text(meter.mean);
+    find('level').textContent = this.world.level;
   }
 }
 

@@ -25,31 +25,56 @@ export function aloneScene(pack, model) {
   };
 }
 
-/** Least and largest x of a body's model at rest, in its scale. */
-function widthOf(model, scale) {
-  const x = model.arrays.positions;
-  let least = Infinity;
-  let most = -Infinity;
-  for (let v = 0; v < x.length; v += 3) {
-    least = Math.min(least, x[v]);
-    most = Math.max(most, x[v]);
+/** How far a scene reaches along x: its bodies at rest, however they are turned, and its obstacles
+ * but for planes. @param {import('./pack.js').Pack} pack @param {object} scene */
+function widthOf(pack, scene) {
+  const ends = scene.bodies.flatMap(({ model, position: [x], scale }) => {
+    const { positions } = pack.models[model].arrays;
+    if (scene.bodies.length === 1) {
+      const along = positions.filter((_, n) => n % 3 === 0);
+      return [x + scale * along.reduce((a, b) => Math.min(a, b)), x + scale * along.reduce((a, b) => Math.max(a, b))];
+    }
+    let reach = 0;
+    for (let n = 0; n < positions.length; n += 3)
+      reach = Math.max(reach, Math.hypot(positions[n], positions[n + 1], positions[n + 2]));
+    return [x - scale * reach, x + scale * reach];
+  });
+  for (const obstacle of scene.obstacles.filter(isCopied)) {
+    const { centre: [x], radius = 0, size = [0, 0, 0], vertices = [] } = obstacle;
+    const reach = Math.max(radius, Math.hypot(...size) / 2, ...vertices.map(Math.abs));
+    ends.push(x - reach, x + reach);
   }
-  return scale * (most - least);
+  return Math.max(...ends) - Math.min(...ends);
 }
 
-/** The first body of a scene three times, each with its integrator; planes stay,
- * and the copies pass through each other.
+const isCopied = ({ kind }) => kind !== 'plane'; // a plane is everywhere
+
+/** An obstacle beside itself, with its path. */
+function shifted(obstacle, way) {
+  const [x, y, z] = obstacle.centre;
+  const places = obstacle.places?.map((value, n) => (n % 7 === 0 ? value + way : value));
+  return { ...obstacle, centre: [x + way, y, z], ...(places && { places }) };
+}
+
+/** A scene three times, side by side, each with its integrator. Planes are shared. Copies of
+ * several bodies are so far apart that they do not meet; the copies of one body pass through each other.
  * @param {import('./pack.js').Pack} pack @param {object} scene */
 export function comparedScene(pack, scene) {
-  const body = scene.bodies[0];
-  const way = SPACING * widthOf(pack.models[body.model], body.scale);
-  const [x, y, z] = body.position;
+  if (scene.obstacles.some(({ inside }) => inside))
+    throw new Error('bodies inside an obstacle cannot be compared: there is no room for three beside each other');
+  const way = SPACING * widthOf(pack, scene);
+  const whole = scene.bodies.length > 1;
+  const shifts = COMPARED.map((_, n) => (n - 1) * way);
   return {
     ...scene,
-    collisions: undefined,
-    obstacles: scene.obstacles.filter(({ kind }) => kind === 'plane'),
-    bodies: COMPARED.map(([integrator, colour], n) => ({
-      ...body, name: integrator, integrator, colour, position: [x + (n - 1) * way, y, z],
+    collisions: whole && scene.collisions
+      ? { ...scene.collisions, touches: COMPARED.length * scene.collisions.touches } : undefined,
+    obstacles: [...scene.obstacles.filter((obstacle) => !isCopied(obstacle)),
+      ...shifts.flatMap((shift) => scene.obstacles.filter(isCopied).map((obstacle) => shifted(obstacle, shift)))],
+    bodies: COMPARED.flatMap(([integrator, colour], n) => scene.bodies.map((body) => {
+      const [x, y, z] = body.position;
+      return { ...body, name: whole ? `${body.name} by ${integrator}` : integrator, integrator,
+        colour: whole ? body.colour : colour, position: [x + shifts[n], y, z] };
     })),
   };
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { drawsInSoftware } from './quality.js';
 
 const MARGIN = 1.35; // around the bodies: they move
 const UP = new THREE.Vector3(0, 0, 1);
@@ -9,8 +10,9 @@ const UP = new THREE.Vector3(0, 0, 1);
 export class Stage {
   /** @param {HTMLCanvasElement} canvas */
   constructor(canvas) {
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: !drawsInSoftware() });
     this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.pixel = new Uint8Array(4);
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.scene = new THREE.Scene();
@@ -130,6 +132,19 @@ export class Stage {
     this.version++;
   }
 
+  /** Draws as finely as a level says. @param {{ratio: number, shadows: boolean}} level */
+  refine({ ratio, shadows }) {
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, ratio));
+    this.sun.castShadow = shadows;
+    this.touch();
+  }
+
+  /** Waits until everything is drawn: a pixel that is read is there. */
+  finish() {
+    const gl = this.renderer.getContext();
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, this.pixel);
+  }
+
   draw() {
     this.renderer.render(this.scene, this.camera);
   }
@@ -158,7 +173,7 @@ export class Stage {
 /** A plane with lines every `cell` metres, facing along `normal`. */
 function ground(point, normal, size, colour) {
   const cell = 10 ** Math.round(Math.log10(size / 4));
-  const material = new THREE.MeshStandardMaterial({ roughness: 1 });
+  const material = new THREE.MeshLambertMaterial();
   material.color = colour;
   material.onBeforeCompile = (shader) => {
     shader.uniforms.cell = { value: cell };

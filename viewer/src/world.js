@@ -3,17 +3,18 @@
 import * as THREE from 'three';
 import { Body } from './body.js';
 import { QUANTITIES } from './colours.js';
+import { LEVELS, QUALITIES, QualityChooser } from './quality.js';
 import { Marks } from './marks.js';
 import { Recording } from './recording.js';
 import { coordinatesTexture } from './shader.js';
-import { aloneScene, comparedScene, isComposed } from './scenes.js';
+import { COMPARED, aloneScene, comparedScene, isComposed } from './scenes.js';
 
 /** What the panel changes while bodies move.
  * @typedef {{dt: number, integrator: string, rank: number, gravity: number, damping: number,
  *   stiffness: number, pull: number, colour: string, edges: boolean, held: boolean,
- *   touches: boolean}} Settings */
+ *   touches: boolean, quality: string}} Settings */
 
-export const SHOWN = ['colour', 'edges', 'held', 'touches']; // settings of the picture alone
+export const SHOWN = ['colour', 'edges', 'held', 'touches', 'quality']; // settings of the picture alone
 const TOUCH_COLOUR = 0xe07b00;
 
 export class World {
@@ -21,7 +22,8 @@ export class World {
    * @param {import('./stage.js').Stage} stage */
   constructor(pack, engine, stage) {
     Object.assign(this, { stage, bodies: [], pulls: new Map(), compared: false });
-    this.settings = { pull: 10, colour: 'own', edges: false, held: true, touches: true };
+    this.settings = { pull: 10, colour: 'own', edges: false, held: true, touches: true,
+      quality: 'auto' };
     this.marks = new Marks(stage.scene, TOUCH_COLOUR);
     this.adopt(pack, engine);
   }
@@ -59,11 +61,10 @@ export class World {
    * @param {boolean} compared three copies side by side, which keep the settings */
   show(choice, compared) {
     const fresh = choice !== this.choice || this.bodies.length === 0;
-    this.choice = choice;
-    this.compared = compared;
     const own = choice < 0 ? this.pack.scene : aloneScene(this.pack, choice);
+    const shown = compared ? comparedScene(this.pack, own) : own; // which may be refused
+    Object.assign(this, { choice, compared, shown });
     if (fresh) this.#settle(own);
-    this.shown = compared ? comparedScene(this.pack, own) : own;
     this.pulls.clear();
     if (this.plays) this.recording.seek(this.recording.begin);
     else this.engine.build(this.shown);
@@ -130,6 +131,7 @@ export class World {
       edges: () => this.bodies.forEach((body) => body.showEdges(value)),
       held: () => this.bodies.forEach((body) => body.showHeld(value)),
       touches: () => {},
+      quality: () => this.#setQuality(value),
     };
     changes[name]();
     this.stage.touch();
@@ -137,11 +139,17 @@ export class World {
     if (name === 'pull' || name === 'stiffness') this.#pullAgain();
   }
 
+  /** How many bodies each of the compared copies has, or all. */
+  get each() {
+    return this.compared ? this.bodies.length / COMPARED.length : this.bodies.length;
+  }
+
   /** Begins a pull at a vertex, of each copy where bodies are compared.
    * @param {number} id of the pointer @param {number} body @param {number} vertex
    * @param {number[]} target [m] */
   startPull(id, body, vertex, target) {
-    const copies = this.compared ? this.bodies.map((_, n) => n) : [body];
+    const { each } = this;
+    const copies = this.compared ? COMPARED.map((_, n) => n * each + (body % each)) : [body];
     // a body takes so many pulls and no more, and copies have as many: the first one may refuse
     const springs = copies.map((copy) => ({ copy, number: this.engine.startPull(copy, vertex,
       this.#beside(target, body, copy), this.settings.pull) }));
@@ -187,6 +195,22 @@ export class World {
     else this.engine.reset();
   }
 
+  #setQuality(name) {
+    if (!QUALITIES.includes(name)) throw new Error(`there is no quality '${name}'`);
+    if (name === 'auto') this.chooser ??= new QualityChooser();
+    this.#refine(name === 'auto' ? this.chooser.level : name);
+  }
+
+  #refine(level) {
+    if (level !== this.level) this.stage.refine(LEVELS[level]);
+    this.level = level;
+  }
+
+  /** Takes how long a whole drawing took [ms], and draws more or less finely where that is left to it. */
+  judge(time) {
+    if (this.settings.quality === 'auto') this.#refine(this.chooser.add(time));
+  }
+
   // the scale begins anew
   #forgetColours() {
     this.top = 0;
@@ -211,7 +235,7 @@ export class World {
     this.marks.show(may ? this.engine.touches() : new Float32Array(0));
   }
 
-  /** The force of a pull [N], of the first copy where bodies are compared. */
+  /** The force of a pull [N], of the copy by the first integrator where bodies are compared. */
   pullForce(id) {
     const [{ number }] = this.pulls.get(id).springs;
     return Math.hypot(...this.engine.pull(number).force);

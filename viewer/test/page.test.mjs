@@ -425,6 +425,22 @@ test('two bodies of a scene stay above its plane', async () => {
   for (let n = 2; n < touches.length; n += 3)
     assert.ok(Math.abs(touches[n] - floor) < 2e-3, `${touches[n]} m`);
   assert.equal(await own.textContent('#model option:checked'), 'the scene');
+
+  // three of the scene side by side, each with its own ball; a pull at one body is a pull at three
+  await own.click('#compare');
+  const bodies = await own.evaluate(() => window.thrum.bodies());
+  assert.equal(bodies.length, 6);
+  assert.deepEqual(bodies.slice(2, 4).map(({ position }) => position),
+    [[0, 0, 0], [0, 0.5, 0.1]]); // that of newmark stays where it was
+  assert.ok(bodies[4].position[0] > 1 && bodies[0].position[0] === -bodies[4].position[0]);
+  const shapes = await own.evaluate(() => {
+    window.thrum.step(100);
+    return [1, 3, 5].map((n) => window.thrum.q(n));
+  });
+  const size = Math.hypot(...shapes[0]);
+  assert.ok(size > 0);
+  for (const q of shapes)
+    assert.ok(Math.hypot(...q.map((x, i) => x - shapes[0][i])) < 0.1 * size);
   assert.deepEqual(own.complaints, []);
   await own.close();
 });
@@ -436,6 +452,17 @@ async function saved(button) {
   const file = await download;
   return { name: file.suggestedFilename(), bytes: readFileSync(await file.path()) };
 }
+
+test('the picture is drawn as finely as asked for', async () => {
+  await fresh();
+  const width = () => page.evaluate(() => document.getElementById('view').width);
+  await page.selectOption('#quality', 'full');
+  assert.equal(await width(), 760);
+  await page.selectOption('#quality', 'half');
+  assert.equal(await width(), 380);
+  await page.selectOption('#quality', 'auto');
+  assert.ok(['full', 'plain', 'half', 'coarse'].includes(await page.evaluate(() => window.thrum.level())));
+});
 
 test('a picture is saved', async () => {
   await fresh();
