@@ -517,7 +517,8 @@ static void what_is_struck_does_not_pass_what_it_meets(void **context) {
   // the gaps are half a thickness, which the struck block goes many times over in a step
   const double heights[3] = {0, 0.0635, 0.1685};
   for (int n = 0; n < 3; n++) {
-    thrum_scene_body_def def = def_of(n ? &f->block : &f->plate, n ? 0.1 : 0, 0, heights[n], n ? 10 : 1e3);
+    thrum_scene_body_def def =
+        def_of(n ? &f->block : &f->plate, n ? 0.1 : 0, 0, heights[n], n ? 10 : 1e3);
     def.scale = n ? 0.5 : 1;
     def.velocity[2] = n == 2 ? -20 : 0;
     add(f->scene, &def);
