@@ -12,6 +12,7 @@
 #include <cmocka.h>
 
 #include "io/file.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/simulate_support.h"
 #include "tests/support/test_folder.h"
 
@@ -637,8 +638,8 @@ static void check_account_adds_up(const cJSON *of) {
  * contact gives no energy but what moving obstacles bring. */
 static void what_touches_in_the_scenes_keeps_its_distance(void **state) {
   (void)state;
-  static const char *const scenes[] = {"collide", "shapes"};
-  for (size_t n = 0; n < sizeof scenes / sizeof scenes[0]; n++) {
+  static const char *const scenes[] = {"shapes", "collide"};
+  for (int n = 0; n < LENGTH_OF_RUN(2, 1); n++) {
     char path[300];
     snprintf(path, sizeof path, SCENES "/%s.json", scenes[n]);
     program_result run = thrum_run(folder, "simulate", path, "-o", scenes[n], "--threads", "2",

@@ -3,8 +3,9 @@
 # target needs are listed in its first comment, after "sources:", patterns included, and the
 # libraries beside libm and expat after "libraries:"; the sources of the mesh readers are the same
 # for all.
-#   build.sh SOURCE_FOLDER FOLDER CLANG [TARGETS] [sanitized | plain | covered]
-# "sanitized" stops at errors that the address and undefined-behaviour sanitizers see; "plain" has
+#   build.sh SOURCE_FOLDER FOLDER CLANG [TARGETS] [sanitized | brief | plain | covered]
+# "sanitized" stops at errors that the address and undefined-behaviour sanitizers see; "brief" does so
+# without optimisation, which for a few seconds of inputs takes longer than it saves; "plain" has
 # neither and is several times as fast, to find the inputs that reach something new; "covered" counts
 # which lines are reached instead.
 # SPDX-License-Identifier: Apache-2.0
@@ -23,7 +24,8 @@ followed=-fsanitize=fuzzer-no-link
 # are compiled with sanitizers, but not to be followed, which takes most of their time.
 plain=$flags
 case ${5:-sanitized} in
-sanitized)
+sanitized | brief)
+  [ "${5:-}" != brief ] || flags="$flags -O0"
   flags="$flags -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer" ;;
 # without a look at what is compared, which takes more than half of the time of a small input
 plain) flags="$flags -O2" plain=$flags followed=-fsanitize-coverage=inline-8bit-counters,pc-table ;;

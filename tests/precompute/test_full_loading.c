@@ -14,6 +14,7 @@
 #include "mesh/mesh.h"
 #include "mesh/midsides.h"
 #include "precompute/full/full.h"
+#include "tests/support/sanitized.h"
 #include "thrum/thrum.h"
 
 #define YOUNG 1e6
@@ -122,7 +123,9 @@ static void roll_up(const char *spec, bool sideways, double tolerance) {
 
 static void an_end_moment_rolls_a_cantilever_up(void **state) {
   (void)state;
-  roll_up("beam:40x1x1@1x0.02x0.02", false, 0.01);
+  // the sanitizers see the same in the other one
+  if (LENGTH_OF_RUN(true, false))
+    roll_up("beam:40x1x1@1x0.02x0.02", false, 0.01);
 
   // a square one that may leave its plane, whose mesh is not alike on both sides of that; past half
   // a ring the body without the moment is unstable

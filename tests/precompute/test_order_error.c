@@ -1,6 +1,7 @@
 /* How much too high the frequencies of linear tetrahedra are: the estimate against the same mesh
  * with ten nodes. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
+#include "tests/support/sanitized.h"
 
 /* The estimate over the true error lies between `least` and 1.02 for the first `count` modes. */
 static void check(const char *beam, const char *fix, int count, double least) {
@@ -31,6 +32,10 @@ static void estimate_is_a_little_below_the_error_and_tends_to_it(void **state) {
   (void)state;
   check("beam:10x1x1@1x0.1x0.1", "x<0.001", 3, 0.6);
   check("beam:20x2x2@1x0.1x0.1", "x<0.001", 4, 0.7);
+
+  // finer meshes are the same to the sanitizers
+  if (LENGTH_OF_RUN(false, true))
+    return;
   check("beam:40x4x4@1x0.1x0.1", "x<0.001", 5, 0.85);
   check("beam:48x5x5@1x0.1x0.1", "x<0.001", 5, 0.9);
 }

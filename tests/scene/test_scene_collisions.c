@@ -786,7 +786,7 @@ static void step_shared(fixture *f, int32_t workers, shared *came) {
 
   // they touch on the way, in several groups at once, or the test says nothing
   int64_t several = 0;
-  for (int k = 0; k < 150; k++) {
+  for (int k = 0; k < 40; k++) {
     MUST(thrum_scene_step(scene, &failure));
     several += look_at_touches(scene, came);
   }

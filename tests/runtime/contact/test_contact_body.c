@@ -3,6 +3,7 @@
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
+#include "tests/support/sanitized.h"
 
 #include "thrum/thrum.h"
 
@@ -105,9 +106,9 @@ static double run(fall *f, int64_t steps, double *gain) {
 
 static void a_beam_tips_over_and_rests_on_its_side(void **state) {
   (void)state;
-  static const double steps[] = {0.001, 0.003, 0.01};
+  static const double steps[] = {0.01, 0.003, 0.001};
 
-  for (int n = 0; n < 3; n++) {
+  for (int n = 0; n < LENGTH_OF_RUN(3, 2); n++) {
     // a damped beam falls for long enough to come to rest
     thrum_state_def def = thrum_default_state_def();
     def.dt = steps[n];

@@ -3,6 +3,7 @@
  * estimate or a leak between modes is found. SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/dynamics/spurious_work.h"
 #include "runtime/dynamics/state_layout.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/state_support.h"
 
 enum { RANK = 8, SLOW = 3 };
@@ -79,7 +80,7 @@ static void the_bands_have_the_energy_of_the_verified_solve(void **context) {
   make_model(&m);
 
   // the solve to 1e-12 verifies each correction
-  for (size_t n = 0; n < sizeof starts / sizeof starts[0]; n++) {
+  for (size_t n = 0; n < LENGTH_OF_RUN(sizeof starts / sizeof starts[0], 1); n++) {
     double high[2];
     for (int verified = 0; verified < 2; verified++) {
       const thrum_state_def def = make_def(verified ? 1e-12 : 0);

@@ -1,6 +1,7 @@
 /* Damping in the tangent form keeps the stability monitor and the account of the energy: what it
  * takes out or feeds in is counted, and so little of it that it takes nothing changes nothing of
  * what survives. SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/sanitized.h"
 #include "tests/support/state_support.h"
 
 enum { RANK = 6 };
@@ -30,7 +31,7 @@ static thrum_state *make_struck(const thrum_model *model, const thrum_state_def 
 /* Such a damping takes less than a millionth in all these steps. */
 static void next_to_no_tangent_damping_keeps_the_energy_as_none_does(void **context) {
   (void)context;
-  for (uint64_t seed = 21; seed < 24; seed++) {
+  for (uint64_t seed = 21; seed < LENGTH_OF_RUN(24, 22); seed++) {
     random_model m;
     random_model_make(&m, seed, RANK, 1.0, 12.0, 0.5);
     for (int tangent = 0; tangent < 2; tangent++) {
@@ -87,7 +88,7 @@ static void the_energy_integrator_loses_what_tangent_damping_takes(void **contex
  * damping: the energy of its position form ripples by up to 17 % in these violent kicks. */
 static void the_monitor_bounds_what_imexv_errs_by_under_tangent_damping(void **context) {
   (void)context;
-  for (uint64_t seed = 21; seed < 25; seed++) {
+  for (uint64_t seed = 21; seed < LENGTH_OF_RUN(25, 22); seed++) {
     random_model m;
     random_model_make(&m, seed, RANK, 1.0, 12.0, 0.5);
 
