@@ -10,7 +10,7 @@ Branches that no test took are sorted by what stands in their line:
   memory    an allocation that fails; tests/faults makes every n-th fail in turn, in samples
   pass on   a status of a call passed on to the caller, THRUM_TRY and the like: the failure of a
             callee, whose own test is where it arises
-  other     everything else: listed by file and line
+  other     everything else: listed by file and function
 
 usage: coverage.py BUILD [--list FILE] [--least FOLDER=PERCENT ...]
 
@@ -141,8 +141,9 @@ def main():
         with open(options.list, "w", encoding="utf-8") as file:
             for why in ("other", "pass on", "memory"):
                 file.write("# %s\n" % why)
-                for source, line in sorted({(k[0], k[2]) for k in missed[why]}):
-                    file.write("%s:%d: %s\n" % (source, line, texts[source][line].strip()))
+                # functions keep their names where lines move
+                for source, line, function in sorted({(k[0], k[2], k[1]) for k in missed[why]}):
+                    file.write("%s %s: %s\n" % (source, function, texts[source][line].strip()))
     wrong = [w for w in options.least if shares.get(w.split("=")[0], 0) < float(w.split("=")[1])]
     for want in wrong:
         print("less than asked: %s" % want, file=sys.stderr)
