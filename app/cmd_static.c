@@ -201,8 +201,7 @@ static void warn_flags(const static_answer *answer) {
     config_warn("the path led to a higher branch: another shape has %.6g J of energy in body and "
                 "load, this one %.6g J; go there in several runs with --from, or by another way",
                 answer->lower_energy, report->energy + report->load_energy);
-  if (!answer->request->full)
-    static_monitor_warn(answer);
+  static_monitor_warn(answer);
 }
 
 /* An equilibrium is sought in all coordinates, whose polynomial a condensed file has not. */

@@ -13,6 +13,7 @@
 #include "platform/clock.h"
 #include "platform/threads.h"
 #include "thrum/displacement.h"
+#include "thrum/monitor.h"
 
 #define DEGREE 0.017453292519943295 /* [rad] */
 #define KICK 0.3                    /* of the largest displacement */
@@ -216,6 +217,17 @@ static void fill_report(static_answer *answer, const thrum_full_equilibrium *fou
     thrum_full_project(s->body, s->field, q);
 }
 
+/* The warnings that a look at the whole mesh gives: StVK gives way under compression, and no
+ * material bears to be turned inside out. */
+static void look_stretch(static_answer *answer, const search *s, thrum_law law) {
+  static_belief *belief = &answer->belief;
+  belief->stretch = thrum_full_least_stretch(s->body);
+  if (belief->stretch < 0)
+    belief->warnings |= THRUM_WARNING_INVERTED;
+  else if (law == THRUM_LAW_STVK && belief->stretch < thrum_default_monitor_def().stretch_least)
+    belief->warnings |= THRUM_WARNING_COMPRESSED;
+}
+
 /* Is there a shape of less energy, so that the path led to a higher branch? The body is kicked
  * along its two lowest vibrations by a third of how far it is displaced. */
 static thrum_status look_lower(static_answer *answer, const thrum_full_equilibrium *found,
@@ -247,6 +259,7 @@ static thrum_status look_lower(static_answer *answer, const thrum_full_equilibri
 static thrum_status find(static_answer *answer, search *s, double *q, thrum_error *error) {
   const static_request *request = answer->request;
   const thrum_model *model = answer->model;
+  answer->belief = (static_belief){.reach = NAN, .stretch = NAN, .undone = NAN};
   thrum_full_equilibrium found;
   thrum_full_def def = thrum_default_full_def();
   def.tolerance = request->def.tolerance;
@@ -269,6 +282,9 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
   if (request->monitor && s->loading.moves != NULL && s->loading.follower_count == 0 &&
       found.stable && model->basis != NULL)
     THRUM_TRY(look_lower(answer, &found, s, error));
+
+  if (request->monitor)
+    look_stretch(answer, s, def.law);
 
   // the answer is read off the body at rest
   fill_report(answer, &found, s, q);

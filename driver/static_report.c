@@ -104,7 +104,7 @@ void static_report_json(const static_answer *answer) {
     json_numbers(object, "mode", answer->mode, answer->model->rank);
 
   // what of it is to be believed
-  cJSON *monitor = json_section(object, "monitor", !request->full && !isnan(answer->belief.reach));
+  cJSON *monitor = json_section(object, "monitor", !isnan(answer->belief.stretch));
   if (monitor != NULL) {
     json_number(monitor, "least_stretch", answer->belief.stretch);
     json_number(monitor, "reach", answer->belief.reach);
@@ -179,6 +179,9 @@ void static_report_table(const static_answer *answer) {
   if (answer->peak_vertex >= 0)
     printf("peak         %.6g m at vertex %" PRId64 "\n", answer->peak, answer->peak_vertex + 1);
 
+  if (request->full && !isnan(answer->belief.stretch))
+    printf("monitor      least stretch %.3f (warns below 0.577 with StVK)\n",
+           answer->belief.stretch);
   if (!request->full && !isnan(answer->belief.reach)) {
     printf("monitor      least stretch %.3f (warns below 0.577), reach %.2g (warns above 3)",
            answer->belief.stretch, answer->belief.reach);

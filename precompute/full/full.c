@@ -5,8 +5,11 @@
 #include <string.h>
 
 #include "platform/allocate.h"
+#include "precompute/fem/fem_tet.h"
 #include "precompute/full/full_private.h"
 #include "runtime/base/finite.h"
+#include "runtime/base/vec3.h"
+#include "runtime/material/principal.h"
 
 #define DEF_COOKIE UINT32_C(0x66756c6c)
 #define PARTS_MAX 64 /* of a step that cannot be solved at once */
@@ -351,6 +354,30 @@ thrum_full_energies thrum_full_energy(const thrum_full *full) {
   }
   found.total = found.kinetic + found.potential;
   return found;
+}
+
+/* The least principal stretch at a point; negative where it is turned inside out, as far as NaN. */
+static double stretch_of(const thrum_tet *tet) {
+  double gradient[3][3], green[3][3], grown[3], axes[3][3], cofactor[3];
+  memcpy(gradient, tet->displacement, sizeof gradient);
+  thrum_green_strain(gradient, green);
+  thrum_principal_stretches(green, grown, axes);
+  thrum_cross3(tet->deformation[0], tet->deformation[1], cofactor);
+  const double least = 1 + fmin(fmin(grown[0], grown[1]), grown[2]);
+  return thrum_dot3(cofactor, tet->deformation[2]) > 0 ? least : -least;
+}
+
+double thrum_full_least_stretch(const thrum_full *full) {
+  const thrum_fem *fem = &full->body.fem;
+  double least = INFINITY;
+  full_place(full, full->u, 0, NULL, full->place);
+  for (int64_t t = 0; t < fem->tet_count; t++)
+    for (int p = 0; p < fem->point_count; p++) {
+      thrum_tet tet;
+      thrum_tet_place(fem, t, p, full->place, &tet);
+      least = fmin(least, stretch_of(&tet));
+    }
+  return least;
 }
 
 thrum_full_report thrum_full_report_get(const thrum_full *full) {

@@ -146,6 +146,9 @@ thrum_status thrum_full_lower(thrum_full *full, const thrum_full_loading *loadin
 thrum_status thrum_full_undone(thrum_full *full, const double *forces, double *energy,
                                thrum_error *error);
 
+/* The least principal stretch of all points of quadrature; negative: one is turned inside out. */
+double thrum_full_least_stretch(const thrum_full *full);
+
 thrum_full_energies thrum_full_energy(const thrum_full *full);
 thrum_full_report thrum_full_report_get(const thrum_full *full);
 

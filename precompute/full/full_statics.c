@@ -289,15 +289,16 @@ thrum_status thrum_full_rest_under(thrum_full *full, const thrum_full_loading *l
                            "full order: nothing holds the body, so it has no equilibrium");
 
   // the state from which the search begins is kept for a failure
-  double *memory = thrum_allocate(3 * n + all, sizeof *memory, "the equilibrium", error);
+  double *memory = thrum_allocate(4 * n + all, sizeof *memory, "the equilibrium", error);
   if (!memory)
     return THRUM_OUT_OF_MEMORY;
   thrum_full_equilibrium made = {0};
   rest s = {.full = full, .loading = loading, .found = &made};
-  double *start = memory, *held = memory + 3 * n;
+  double *start = memory, *force = memory + 3 * n, *held = memory + 4 * n;
   s.before = start + n;
   s.kept = s.before + n;
   memcpy(start, full->u, (size_t)n * sizeof *start);
+  memcpy(force, full->f, (size_t)n * sizeof *force);
   memcpy(held, full->held, (size_t)all * sizeof *held);
 
   // the load grows in steps, each of which Newton's method solves
@@ -324,6 +325,7 @@ thrum_status thrum_full_rest_under(thrum_full *full, const thrum_full_loading *l
     *found = made;
   } else {
     memcpy(full->u, start, (size_t)n * sizeof *start);
+    memcpy(full->f, force, (size_t)n * sizeof *force);
     memcpy(full->held, held, (size_t)all * sizeof *held);
   }
 

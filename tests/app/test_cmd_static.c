@@ -293,6 +293,31 @@ static void a_basis_that_cannot_bend_so_far_is_warned_of(void **state) {
   }
 }
 
+/* StVK carries no more under such a compression, which the whole mesh tells as the reduced model.
+ */
+static void a_block_pressed_by_half_is_warned_of(void **state) {
+  (void)state;
+  program_result made = thrum_run(folder, "precompute", "beam:2x1x1@1x0.5x0.5", "--fix", "x<1e-9",
+                                  "--modes", "2", "-o", "block.npz", NULL);
+  assert_int_equal(made.exit_code, 0);
+  program_result_free(&made);
+  static const char *const laws[] = {"stvk", "neo-hookean"}, *const moves[] = {"-0.5,0,0@right",
+                                                                               "-0.1,0,0@right"};
+  for (int n = 0; n < 4; n++) {
+    char move[40];
+    snprintf(move, sizeof move, "--move=%s", moves[n / 2]);
+    program_result run = thrum_run(folder, "static", "block.npz", "--full", move, "--law",
+                                   laws[n % 2], "--json", NULL);
+    assert_true((strstr(run.err, "StVK gives way") != NULL) == (n == 0));
+    cJSON *object = json_line(run.out);
+    const double stretch =
+        json_value(cJSON_GetObjectItemCaseSensitive(object, "monitor"), "least_stretch");
+    assert_true(n < 2 ? stretch > 0 && stretch < 0.577 : stretch > 0.8 && stretch < 0.95);
+    cJSON_Delete(object);
+    program_result_free(&run);
+  }
+}
+
 /* A face that is turned by a right angle in one run coils the strip up; energy tells. */
 static void a_path_to_a_higher_branch_is_said(void **state) {
   (void)state;
@@ -418,6 +443,7 @@ int main(void) {
       cmocka_unit_test(a_group_is_brought_to_where_it_is_to_go),
       cmocka_unit_test(an_answer_goes_on_from_another),
       cmocka_unit_test(a_basis_that_cannot_bend_so_far_is_warned_of),
+      cmocka_unit_test(a_block_pressed_by_half_is_warned_of),
       cmocka_unit_test(a_path_to_a_higher_branch_is_said),
       cmocka_unit_test(a_square_column_is_followed_beyond_its_critical_load),
       cmocka_unit_test(buckling_is_flagged_with_its_load),

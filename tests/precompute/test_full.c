@@ -594,6 +594,37 @@ static void small_swings_have_the_linear_frequencies(void **state) {
   reduced_free(&r);
 }
 
+/* A search that fails leaves the load of the steps to come as it was, too. */
+static void a_failed_search_leaves_the_load(void **state) {
+  (void)state;
+  body b;
+  body_make(&b, "beam:2x1x1@1x0.2x0.2", true);
+  thrum_full_def def = thrum_default_full_def();
+  def.dt = 0.002;
+  double *forces = field_make(&b), *seen = field_make(&b), *alone = field_make(&b);
+  for (int n = 0; n < 2; n++) {
+    thrum_full *full = full_make(&b.model, NULL, &def);
+    memset(forces, 0, 3 * (size_t)b.mesh.vertex_count * sizeof *forces);
+    forces[3 * b.mesh.vertex_count - 1] = 2;
+    assert_int_equal(thrum_full_set_force(full, forces, NULL), THRUM_OK);
+
+    // forces that no body of this kind bears
+    thrum_full_equilibrium found;
+    forces[3 * b.mesh.vertex_count - 1] = 1e200;
+    if (n == 0)
+      assert_true(thrum_full_rest(full, forces, NULL, &found, NULL) < 0);
+    full_steps(full, 3);
+    thrum_full_get(full, n == 0 ? seen : alone, NULL);
+    thrum_full_free(full);
+  }
+  assert_true(largest(alone, NULL, 3 * b.mesh.vertex_count) > 0);
+  assert_memory_equal(seen, alone, 3 * (size_t)b.mesh.vertex_count * sizeof *seen);
+  free(forces);
+  free(seen);
+  free(alone);
+  body_free(&b);
+}
+
 /* The full-order equilibrium is no stiffer than the reduced one, and near to it. */
 static void reduced_and_full_equilibria_agree(void **state) {
   (void)state;
@@ -704,6 +735,7 @@ int main(void) {
       cmocka_unit_test(central_differences_refuse_an_unstable_step),
       cmocka_unit_test(small_swings_have_the_linear_frequencies),
       cmocka_unit_test(reduced_and_full_equilibria_agree),
+      cmocka_unit_test(a_failed_search_leaves_the_load),
       cmocka_unit_test(impossible_definitions_and_loads_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
