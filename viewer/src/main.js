@@ -31,6 +31,7 @@ const RECORDED = [
 ];
 
 const REPORT_EVERY = 30; // [ms]
+const LEAP = 0.25; // the most real time by which one frame moves a recorded run [s]
 const TIMED_EVERY = 4; // drawings of which one is timed to its end, and
 const SLOW_FRAME = 0.06; // all that follow a frame as long as this [s]
 
@@ -310,7 +311,7 @@ class App {
     const { meters, clock, world } = this;
     if (world.plays) {
       const { recording } = world;
-      recording.seek(recording.time + elapsed);
+      recording.seek(recording.time + Math.min(elapsed, LEAP * this.speed));
       if (recording.time === recording.end) this.pause(true);
       return;
     }
