@@ -181,6 +181,12 @@ test('bodies touch each other, and keep their momentum', () => {
   assert.throws(() => scene.setCollisions({ restitution: 2 }), ThrumError);
   scene.setCollisions(false);
   assert.equal(scene.collisions.touching, 0);
+
+  // a body that touches itself needs its triangles
+  scene.addBody(block, { free: true, triangles, selfContact: true, position: [0, 0, 9] });
+  scene.step();
+  assert.equal(scene.collisions.touching, 0);
+  assert.throws(() => scene.addBody(block, { free: true, selfContact: true }), /triangles/);
 });
 
 test('a body far from the eye steps fewer coordinates, and all again when it is near', () => {

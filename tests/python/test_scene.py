@@ -136,6 +136,14 @@ class Scenes(unittest.TestCase):
         with self.assertRaises(ValueError):
             other.set_collisions(restitution=2)
 
+        # a body that touches itself needs its triangles
+        other.add_body(model, "d", free=True, triangles=triangles, self_contact=True, position=(0, 0, 9 * height))
+        other.step()
+        self.assertEqual(other.collisions["steps"], 1)
+        self.assertEqual(other.collisions["touching"], 0)
+        with self.assertRaisesRegex(thrum.Error, "triangles"):
+            other.add_body(model, "e", free=True, self_contact=True)
+
     def test_ground_and_wind(self):
         scene = thrum.Scene()
         model = beam()
