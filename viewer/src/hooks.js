@@ -25,6 +25,7 @@ export function hooks(starting) {
       pulls: () => [...world.pulls].map(([id, { body, vertex, target }]) =>
         ({ body, vertex, target, force: world.pullForce(id) })),
       level: () => world.level,
+      heard: () => app.heard,
       touches: () => Array.from(world.engine.touches()),
       scaleTop: () => { world.colour(); return world.top; },
       values: (body) => Array.from(world.bodies[body].values.values),

@@ -14,6 +14,7 @@ import { pullWithPointers } from './pull.js';
 import { Recorder, save } from './record.js';
 import { COMPARED } from './scenes.js';
 import { Stage } from './stage.js';
+import { Striker, strikeWeights } from './strike.js';
 import { followTheme } from './theme.js';
 import { SHOWN, World } from './world.js';
 
@@ -49,7 +50,9 @@ class App {
       choose: (choice) => this.show(choice, world.compared),
       toggled: () => this.fit(),
     });
-    this.drawSprings = pullWithPointers(world, (action) => this.guard(action));
+    this.striker = new Striker();
+    this.drawSprings = pullWithPointers(world, (action) => this.guard(action),
+      (...strike) => this.guard(() => this.strike(...strike)));
     this.paused = false;
     this.drawn = 0;
     this.#wire();
@@ -169,6 +172,22 @@ class App {
   settle() {
     this.trouble = null;
     hideNotice();
+  }
+
+  /** Sounds a body that was struck, where sound is asked for. @param {number[]} direction in the world */
+  strike(body, vertex, direction) {
+    const { engine, bodies, settings, shown } = this.world;
+    if (!settings.sound) return;
+    const matrix = engine.matrix(body);
+    const inBody = [0, 4, 8].map((column) =>
+      direction.reduce((sum, n, axis) => sum + n * matrix[column + axis], 0));
+    const size = Math.hypot(...inBody);
+    const weights = strikeWeights(bodies[body].model, vertex, inBody.map((n) => n / size));
+    const frequencies = engine.frequencies(body);
+    const damping = shown.bodies.length > 1 ? shown.bodies[body].damping ?? 0 : settings.damping;
+    const faster = this.striker.play(frequencies, weights, damping);
+    this.heard = { frequencies, weights, faster };
+    find('heard').textContent = faster > 1 ? `linear modes, ${faster.toPrecision(2)} times as fast` : 'linear modes';
   }
 
   /** Shows what files hold in place of what was shown. @param {File[]} files */

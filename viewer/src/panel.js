@@ -45,6 +45,7 @@ export class Panel {
       this.refresh(); // one that is refused is not shown
     });
     find('colour').addEventListener('change', () => actions.set('colour', find('colour').value));
+    find('sound').addEventListener('change', () => actions.set('sound', find('sound').checked));
     fill(find('quality'), QUALITIES.map((name) => [name, name]));
     find('quality').addEventListener('change', () => actions.set('quality', find('quality').value));
     find('scale').querySelector('i').style.background = GRADIENT;
@@ -101,6 +102,7 @@ export class Panel {
       document.querySelector(`output[for=${name}]`).textContent = slider.text(settings[name]);
     }
     find('integrator').value = settings.integrator;
+    find('sound').checked = settings.sound;
     find('integrator').disabled = compared;
   }
 

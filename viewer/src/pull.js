@@ -5,12 +5,14 @@ import * as THREE from 'three';
 import { quantityText } from './numbers.js';
 
 const COLOUR = 0xc0281f;
+const TAP = 200; // a shorter pull is a strike [ms]
 const CONE = new THREE.ConeGeometry(0.35, 1);
 
 /** @param {import('./world.js').World} world
  * @param {(action: () => void) => void} guard says on the page what an action is refused for
+ * @param {(body: number, vertex: number, direction: number[]) => void} struck hears of a tap
  * @returns {() => void} what draws the springs in each frame */
-export function pullWithPointers(world, guard) {
+export function pullWithPointers(world, guard, struck) {
   const { stage } = world;
   const canvas = stage.renderer.domElement;
   /** @type {Map<number, {plane: THREE.Plane, line: THREE.Line, head: THREE.Mesh, label: HTMLElement}>} */
@@ -19,6 +21,7 @@ export function pullWithPointers(world, guard) {
   function release(event) {
     const pull = held.get(event.pointerId);
     if (!pull) return;
+    if (event.type === 'pointerup' && performance.now() - pull.since < TAP) pull.strike();
     stage.scene.remove(pull.line, pull.head);
     pull.line.geometry.dispose();
     pull.label.remove();
@@ -38,7 +41,8 @@ export function pullWithPointers(world, guard) {
     const facing = stage.camera.getWorldDirection(new THREE.Vector3());
     const plane = new THREE.Plane().setFromNormalAndCoplanarPoint(facing, at);
     held.set(event.pointerId, { plane, line: addLine(stage.scene), head: addHead(stage.scene),
-      label: addLabel() });
+      label: addLabel(), since: performance.now(),
+      strike: () => struck(pick.body, pick.vertex, facing.toArray()) });
     stage.controls.enabled = false;
     canvas.classList.add('pulling');
     canvas.setPointerCapture(event.pointerId);

@@ -12,7 +12,7 @@ import { COMPARED, aloneScene, comparedScene, isComposed } from './scenes.js';
 /** What the panel changes while bodies move.
  * @typedef {{dt: number, integrator: string, rank: number, gravity: number, damping: number,
  *   stiffness: number, pull: number, colour: string, edges: boolean, held: boolean,
- *   touches: boolean, quality: string}} Settings */
+ *   touches: boolean, quality: string, sound: boolean}} Settings */
 
 export const SHOWN = ['colour', 'edges', 'held', 'touches', 'quality']; // settings of the picture alone
 const TOUCH_COLOUR = 0xe07b00;
@@ -23,7 +23,7 @@ export class World {
   constructor(pack, engine, stage) {
     Object.assign(this, { stage, bodies: [], pulls: new Map(), compared: false });
     this.settings = { pull: 10, colour: 'own', edges: false, held: true, touches: true,
-      quality: 'auto' };
+      quality: 'auto', sound: false };
     this.marks = new Marks(stage.scene, TOUCH_COLOUR);
     this.adopt(pack, engine);
   }
@@ -131,6 +131,7 @@ export class World {
       edges: () => this.bodies.forEach((body) => body.showEdges(value)),
       held: () => this.bodies.forEach((body) => body.showHeld(value)),
       touches: () => {},
+      sound: () => {},
       quality: () => this.#setQuality(value),
     };
     changes[name]();

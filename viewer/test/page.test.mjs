@@ -342,6 +342,28 @@ test('a mouse drags the vertex under it towards the cursor, and lets go', async 
   await slide('pull', 1);
 });
 
+test('a short press strikes a body, which sounds where that is asked for', async () => {
+  await fresh();
+  const at = await reach(1);
+  const tap = () => page.evaluate(({ x, y }) => {
+    const send = (type) => document.getElementById('view').dispatchEvent(new PointerEvent(type,
+      { clientX: x, clientY: y, button: 0, pointerId: 1, bubbles: true }));
+    document.getElementById('view').setPointerCapture = () => {};
+    send('pointerdown');
+    send('pointerup');
+    delete document.getElementById('view').setPointerCapture;
+  }, at);
+  await tap();
+  assert.equal(await page.evaluate(() => window.thrum.heard()), undefined);
+  await page.check('#sound');
+  await tap();
+  const { faster, frequencies } = await page.evaluate(() => window.thrum.heard());
+  assert.ok(frequencies[0] < 20 && Math.abs(faster * frequencies[0] - 110) < 1e-9);
+  assert.match(await page.textContent('#heard'), /^linear modes, \d+ times as fast$/);
+  assert.equal(await page.evaluate(() => window.thrum.pulls().length), 0);
+  await page.uncheck('#sound');
+});
+
 test('a drag beside the body turns the view and pulls nothing', async () => {
   await fresh();
   const seen = () => page.evaluate(() => window.thrum.project(0, 0));
