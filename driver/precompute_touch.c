@@ -8,7 +8,6 @@
 
 #include "platform/allocate.h"
 #include "platform/clock.h"
-#include "platform/threads.h"
 
 /* What of the rank is left for touch modes beside the usual basis. */
 static thrum_status find_room(const precompute_request *request, int64_t usual, int64_t *room,
@@ -66,7 +65,6 @@ thrum_status precompute_touch(const precompute_request *request, const thrum_mes
   progress->basis = "usual basis, ";
   THRUM_TRY(thrum_precompute(mesh, fixed, options, &made, error));
   config_progress_update(&progress->bar, "answers to pulls", 0);
-  const thrum_threads before = thrum_threads_set(request->options.threads);
   thrum_status status = thrum_touch_create(&made.model, &touch, error);
   if (status >= 0)
     thrum_touch_measure(touch, &made.model, &outcome->before);
@@ -86,7 +84,6 @@ thrum_status precompute_touch(const precompute_request *request, const thrum_mes
       outcome->seconds -= made.seconds[stage];
   }
 
-  thrum_threads_restore(before);
   thrum_touch_free(touch);
   if (status < 0)
     thrum_precomputed_free(&made);

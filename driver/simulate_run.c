@@ -10,6 +10,7 @@
 #include "driver/model_condense_to.h"
 #include "driver/model_truncate_to.h"
 #include "driver/named_model.h"
+#include "driver/pull_warning.h"
 #include "driver/run.h"
 #include "driver/simulate_report.h"
 #include "io/file_hash.h"
@@ -77,8 +78,11 @@ static void warn_before(const single_run *single) {
   if (request->load_count == 0 && request->start_count == 0 && request->base_motion_count == 0 &&
       !simulate_spins(request))
     config_warn("no --load, no --base-motion, no --start and no --spin: the body stays at rest");
-  if (!request->full)
-    driver_stepper_reduced_warn(&single->run.stepper);
+  if (request->full)
+    return;
+  driver_stepper_reduced_warn(&single->run.stepper);
+  pull_warning_print(path_basename(request->model_path), single->model, request->loads,
+                     request->load_count);
 }
 
 /* run.json, which holds the seconds up to its own writing, and what is printed. */

@@ -10,7 +10,7 @@ SPDX-License-Identifier: Apache-2.0
 """
 import sys
 
-from load_errors import errors, recipe_of, write_table
+from load_errors import LOADS, errors, recipe_of, write_table
 from tables import MODELS
 
 
@@ -24,4 +24,4 @@ def rows(program, work):
 
 
 if __name__ == "__main__":
-    sys.exit(write_table(__doc__, "handles", ["model", "rank_asked", "handle", "rank"], rows))
+    sys.exit(write_table(__doc__, "handles", ["model", "rank_asked", "handle", "rank", *LOADS], rows))

@@ -34,19 +34,19 @@ def errors(program, work, model, rank, options, own="--test"):
     return made["rank"], ["" if error is None else f"{error:.4g}" for error in found]
 
 
-def write_table(usage, folder, columns, rows):
+def write_table(usage, folder, columns, rows, name="errors.csv"):
     """The script: PROGRAM WORK_FOLDER [OUTPUT.csv]. Writes rows(program, work) as they come; returns the exit code."""
     arguments = sys.argv[1:]
     if len(arguments) not in (2, 3):
         sys.stderr.write(usage)
         return 2
     program, work = str(pathlib.Path(arguments[0]).resolve()), pathlib.Path(arguments[1])
-    output = pathlib.Path(arguments[2]) if len(arguments) == 3 else RESULTS / folder / "errors.csv"
+    output = pathlib.Path(arguments[2]) if len(arguments) == 3 else RESULTS / folder / name
     work.mkdir(parents=True, exist_ok=True)
     output.parent.mkdir(parents=True, exist_ok=True)
     with open(output, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([*columns, *LOADS])
+        writer.writerow(columns)
         for row in rows(program, work):
             writer.writerow(row)
             file.flush()

@@ -438,6 +438,17 @@ def handles():
                  body)
 
 
+def touch():
+    """How pulls are followed without touch modes, up to rank 40 and up to rank 100."""
+    found = rows("touch", "coverage.csv")
+    body = []
+    for runs in zip(found[::3], found[1::3], found[2::3]):
+        cells = [f"rank {r['rank']}: {percent(float(r['worst']))}, {percent(float(r['mean']))}" for r in runs]
+        cells[1] += f", {float(runs[1]['us_per_step']) / float(runs[0]['us_per_step']):.2g}"
+        body.append([runs[0]["model"], *cells])
+    return table(["model", "without: worst, mean", "up to rank 40: worst, mean, times a step", "up to rank 100: worst, mean"], body)
+
+
 def training():
     """Errors of motion of bases without training, with it, and with weights by what the training shows."""
     found = {(r["model"], r["basis"]): r for r in rows("training", "errors.csv")}
@@ -467,7 +478,7 @@ def mujoco():
 
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, work_means, extremes, linear, tradeoff,
-                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles,
+                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles, touch,
                                            before_after, mujoco, model_errors, training)}
 
 

@@ -11,7 +11,7 @@ SPDX-License-Identifier: Apache-2.0
 """
 import sys
 
-from load_errors import errors, recipe_of, write_table
+from load_errors import LOADS, errors, recipe_of, write_table
 from tables import MODELS
 
 # a basis, the option that the own load is given by, and more options
@@ -27,4 +27,4 @@ def rows(program, work):
 
 
 if __name__ == "__main__":
-    sys.exit(write_table(__doc__, "training", ["model", "basis", "modes", "rank"], rows))
+    sys.exit(write_table(__doc__, "training", ["model", "basis", "modes", "rank", *LOADS], rows))

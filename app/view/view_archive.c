@@ -5,14 +5,17 @@
 #include "app/view/view_archive.h"
 
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "driver/pull_warning.h"
 #include "driver/render_mesh.h"
 #include "io/json.h"
 #include "mesh/model_quality.h"
+#include "precompute/model/touch.h"
 #include "thrum/thrum.h"
 
 #define MAGIC "THRUMPK1"
@@ -113,8 +116,35 @@ static void add_energy(data_section *data, cJSON *arrays, const thrum_model *mod
     memcpy(law, model->point_law, (size_t)model->law_bytes);
 }
 
+/* By how many per cent of what the mesh gives (linear) the model follows a pull at each vertex, for
+ * the page to say so where one pulls. Left out where it cannot be measured, or not while one waits.
+ */
+static void add_follows(data_section *data, cJSON *arrays, const thrum_model *model,
+                        const render_mesh *shown) {
+  if (model->tets == NULL || model->vertex_count > PULL_VERTICES_MOST)
+    return;
+  thrum_touch *touch = NULL;
+  thrum_touch_coverage coverage;
+  double *follows = NULL;
+  thrum_status status = thrum_touch_create(model, &touch, NULL);
+  THRUM_THEN(status,
+             thrum_reserve(&follows, shown->vertex_count, sizeof *follows, "the pulls", NULL));
+
+  // whole per cents are enough to be read
+  unsigned char *array =
+      status < 0 ? NULL : add_array(data, arrays, "follows", shown->vertex_count, "u1");
+  if (array != NULL) {
+    thrum_touch_measure(touch, model, &coverage);
+    thrum_touch_spread(touch, shown->positions, shown->vertex_count, follows);
+    for (int64_t v = 0; v < shown->vertex_count; v++)
+      array[v] = (unsigned char)(100 * fmin(1, fmax(0, follows[v])));
+  }
+  free(follows);
+  thrum_touch_free(touch);
+}
+
 static thrum_status add_model(data_section *data, cJSON *list, const view_archive_model *item,
-                              thrum_error *error) {
+                              bool pulled, thrum_error *error) {
   // what the viewer cannot show is refused
   const thrum_model *model = item->model;
   render_mesh shown = {0};
@@ -155,6 +185,8 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
   add_doubles(data, arrays, "axis_mass", model->axis_mass, 3 * model->rank);
   add_rigid(data, arrays, model);
   add_surface(data, arrays, &shown);
+  if (pulled)
+    add_follows(data, arrays, model, &shown);
   render_mesh_free(&shown);
   return THRUM_OK;
 }
@@ -216,7 +248,7 @@ thrum_status view_archive_pack(const view_archive_model *models, int64_t count, 
   cJSON *list = cJSON_AddArrayToObject(root, "models");
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < count && status >= 0; n++)
-    status = add_model(&data, list, &models[n], error);
+    status = add_model(&data, list, &models[n], motion.count == 0, error);
   cJSON *recording = motion.count > 0 ? cJSON_AddArrayToObject(root, "recording") : NULL;
   for (int64_t n = 0; n < motion.count && status >= 0; n++)
     add_motion(&data, recording, &motion.runs[n]);

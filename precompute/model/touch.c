@@ -17,6 +17,7 @@
 #include <string.h>
 
 #include "platform/allocate.h"
+#include "platform/threads.h"
 #include "precompute/model/model_statics.h"
 #include "precompute/model/touch_places.h"
 #include "runtime/base/vec3.h"
@@ -112,8 +113,12 @@ thrum_status thrum_touch_create(const thrum_model *model, thrum_touch **touch, t
     return thrum_error_set(error, THRUM_MISSING, "the model has no basis to follow a pull by");
   thrum_touch *made = NULL;
   THRUM_TRY(thrum_reserve(&made, 1, sizeof *made, "the places", error));
+
+  // blocks of few columns are slower on several threads
   thrum_status status = thrum_model_statics_create(model, &made->statics, error);
+  const thrum_threads before = thrum_threads_set(1);
   THRUM_THEN(status, fill_places(made, model, error));
+  thrum_threads_restore(before);
   if (status < 0)
     thrum_touch_free(made);
   else
@@ -175,8 +180,27 @@ static void remove_basis(thrum_touch *t, const thrum_model *model) {
 
 void thrum_touch_measure(thrum_touch *touch, const thrum_model *model,
                          thrum_touch_coverage *coverage) {
+  const thrum_threads before = thrum_threads_set(1);
   remove_basis(touch, model);
   judge(touch, coverage);
+  thrum_threads_restore(before);
+}
+
+void thrum_touch_spread(const thrum_touch *touch, const double *points, int64_t count,
+                        double *follows) {
+  const thrum_touch_places *p = &touch->places;
+  for (int64_t n = 0; n < count; n++) {
+    double nearest = INFINITY, between[3];
+    for (int64_t place = 0; place < p->count; place++) {
+      thrum_subtract3(points + 3 * n,
+                      touch->statics.body.fem.vertices + 3 * (int64_t)p->middle[place], between);
+      const double away = thrum_dot3(between, between);
+      if (away >= nearest)
+        continue;
+      nearest = away;
+      follows[n] = touch->follows[place];
+    }
+  }
 }
 
 /* --- choosing ----------------------------------------------------------------------------------
@@ -258,12 +282,14 @@ thrum_status thrum_touch_shapes(thrum_touch *touch, const thrum_model *model, do
   // one shape after the other, until the worst of all places is followed
   thrum_touch_coverage coverage;
   thrum_touch_measure(touch, model, &coverage);
+  const thrum_threads before = thrum_threads_set(1);
   *found = 0;
   while (status >= 0 && *found < most && coverage.worst < share && choose(touch, &c)) {
     status = take_shape(touch, &c, fields + *found * 3 * model->vertex_count, error);
     *found += status >= 0;
     judge(touch, &coverage);
   }
+  thrum_threads_restore(before);
   thrum_scope_free(&memory);
   return status;
 }

@@ -33,6 +33,12 @@ void thrum_touch_free(thrum_touch *touch); /* NULL is fine */
 void thrum_touch_measure(thrum_touch *touch, const thrum_model *model,
                          thrum_touch_coverage *coverage);
 
+/* The share by which each of `count` points on the surface (x 3, at rest) is followed: that of the
+ * nearest place, 1 for stiff ones. Of the last model that was measured. Cost: points times places.
+ */
+void thrum_touch_spread(const thrum_touch *touch, const double *points, int64_t count,
+                        double *follows);
+
 /* Shapes beside the basis of `model`, *found of them and at most `most`, with which it follows all
  * judged places by `share`: fields of 3 vertex_count, one after the other. They are made of the
  * answers at 480 places, and judged at 96 others as well; *found == most may be too few. */

@@ -191,6 +191,32 @@ static void touch_modes_are_counted_and_measured_again(void **state) {
   cJSON_Delete(object);
 }
 
+/* A run of a model with a pull at a vertex warns of it, or does not. */
+static void assert_warned(const char *model, const char *load, bool warned) {
+  program_result run =
+      thrum_run(folder, "simulate", model, "-o", "pulled", load, "--time", "0.006", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  assert_true((strstr(run.err, "of what the mesh gives") != NULL) == warned);
+  program_result_free(&run);
+}
+
+static void a_run_warns_of_a_pull_that_its_basis_cannot_follow(void **state) {
+  (void)state;
+  int code = -1;
+  cJSON *object = touch_up_to("60", &code);
+
+  // the worst place of the plain beam; the whole tip it follows well
+  cJSON *plain = info("beam.npz", "--touch", NULL);
+  char load[64];
+  snprintf(load, sizeof load, "--load=constant:0,0,-1@vertex=%.0f",
+           json_value(cJSON_GetObjectItem(plain, "touch"), "vertex"));
+  assert_warned("beam.npz", load, true);
+  assert_warned("beam.npz", "--load=constant:0,0,-1@tip", false);
+  cJSON_Delete(plain);
+  cJSON_Delete(object);
+}
+
 static void a_rank_too_low_for_touch_modes_is_flagged(void **state) {
   (void)state;
   int code = -1;
@@ -461,6 +487,7 @@ int main(void) {
       cmocka_unit_test(beam_is_measured_exactly),
       cmocka_unit_test(info_agrees_with_precompute),
       cmocka_unit_test(touch_modes_are_counted_and_measured_again),
+      cmocka_unit_test(a_run_warns_of_a_pull_that_its_basis_cannot_follow),
       cmocka_unit_test(a_rank_too_low_for_touch_modes_is_flagged),
       cmocka_unit_test(split_follows_the_time_step),
       cmocka_unit_test(frequencies_as_stepped_stand_beside_those_of_the_model),

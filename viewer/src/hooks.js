@@ -30,6 +30,8 @@ export function hooks(starting) {
       scaleTop: () => { world.colour(); return world.top; },
       values: (body) => Array.from(world.bodies[body].values.values),
       vertexCount: (body) => world.bodies[body].model.vertex_count,
+      /** Per cent at each vertex, as they are kept: what is put in is said. */
+      follows: (body) => world.bodies[body].model.arrays.follows,
       fixed: (body) => Array.from(world.bodies[body].model.arrays.fixed),
       matrix: (body) => Array.from(world.motion.matrix(body)),
       project: (body, vertex) => stage.project(world.engine.position(body, vertex)),

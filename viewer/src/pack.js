@@ -75,6 +75,7 @@ function check(model) {
     axis_mass: 3 * r, positions: 3 * vertices, basis: 3 * vertices * r, triangles: 3 * triangles,
     fixed: vertices,
     ...(arrays.tet && { tet: 12, tet_rigid: 72 }),
+    ...(arrays.follows && { follows: vertices }),
   };
   for (const [name, count] of Object.entries(counts))
     if (arrays[name]?.length !== count)

@@ -6,6 +6,7 @@ import { quantityText } from './numbers.js';
 
 const COLOUR = 0xc0281f;
 const TAP = 200; // a shorter pull is a strike [ms]
+const FOLLOWS = 80; // per cent below which the page says that the model cannot show a pull
 const CONE = new THREE.ConeGeometry(0.35, 1);
 
 /** @param {import('./world.js').World} world
@@ -29,6 +30,7 @@ export function pullWithPointers(world, guard, struck) {
     if (world.pulls.has(event.pointerId)) world.endPull(event.pointerId);
     stage.controls.enabled = held.size === 0;
     canvas.classList.toggle('pulling', held.size > 0);
+    if (held.size === 0) sayFollows(undefined);
   }
 
   function press(event) {
@@ -46,6 +48,7 @@ export function pullWithPointers(world, guard, struck) {
     stage.controls.enabled = false;
     canvas.classList.add('pulling');
     canvas.setPointerCapture(event.pointerId);
+    sayFollows(world.follows(pick.body, pick.vertex));
     guard(() => world.startPull(event.pointerId, pick.body, pick.vertex, at.toArray()));
     event.stopImmediatePropagation();
   }
@@ -87,6 +90,16 @@ export function pullWithPointers(world, guard, struck) {
       label.style.top = `${y - 12}px`;
     }
   };
+}
+
+/** Says in the place of the hint that the model cannot show the pull, and what to do.
+ * @param {number|undefined} follows per cent; undefined: nothing to say */
+function sayFollows(follows) {
+  const hint = document.getElementById('hint');
+  hint.hidden = !(follows < FOLLOWS);
+  if (!hint.hidden)
+    hint.textContent = `Here the model gives ${follows} % of what its mesh gives. `
+      + 'A model made with thrum precompute --touch follows better.';
 }
 
 /** The head of an arrow, of the same size on the page wherever it is. */

@@ -236,6 +236,12 @@ export class World {
     this.marks.show(may ? this.engine.touches() : new Float32Array(0));
   }
 
+  /** By how many per cent of what the mesh gives (linear) the model follows a pull at a vertex; undefined: not known.
+   * @param {number} body @param {number} vertex */
+  follows(body, vertex) {
+    return this.pack.models[this.shown.bodies[body].model].arrays.follows?.[vertex];
+  }
+
   /** The force of a pull [N], of the copy by the first integrator where bodies are compared. */
   pullForce(id) {
     const [{ number }] = this.pulls.get(id).springs;

@@ -321,8 +321,12 @@ test('a mouse drags the vertex under it towards the cursor, and lets go', async 
   await slide('pull', 2);
   const at = await reach(1);
   await page.mouse.move(at.x, at.y);
+
+  // a place that the model cannot show is told of while it is pulled
+  await page.evaluate((v) => { window.thrum.follows(0)[v] = 30; }, at.v);
   await page.mouse.down();
   assert.equal(await page.evaluate(() => window.thrum.pulls()[0].vertex), at.v);
+  assert.match(await page.locator('#hint').textContent(), /gives 30 % .* --touch/);
   const to = { x: at.x - 10, y: at.y - 60 };
   await page.mouse.move(to.x, to.y, { steps: 4 });
   const before = await gap(page, 0, to);
@@ -337,6 +341,7 @@ test('a mouse drags the vertex under it towards the cursor, and lets go', async 
   await page.mouse.up();
   assert.equal(await page.evaluate(() => window.thrum.pulls().length), 0);
   assert.equal(await page.locator('#forces span').count(), 0);
+  assert.ok(await page.locator('#hint').isHidden());
   await page.evaluate(() => window.thrum.step(2000));
   assert.ok(Math.hypot(...await page.evaluate(() => window.thrum.q(0))) < 1e-3);
   await slide('pull', 1);
