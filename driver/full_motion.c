@@ -134,6 +134,8 @@ thrum_status full_motion_run(const thrum_model *model, const full_motion_script 
   def.damping_alpha = script->damping_alpha;
   def.damping_beta = script->damping_beta;
   def.law = thrum_law_of_model(model);
+  if (script->yield > 0)
+    def.plastic.yield = script->yield;
 
   // one block for all fields
   const int64_t fields = script->base_motion_count > 0 ? 10 : 7;

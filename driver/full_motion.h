@@ -24,7 +24,8 @@ typedef struct full_motion_script {
   const double *held_by; /* 3 vertex_count: the body starts at the equilibrium under these [N], */
   const double *start;   /* and is displaced by these from there [m]; NULL: neither */
   double damping_alpha, damping_beta;
-  double time; /* [s] */
+  double time;  /* [s] */
+  double yield; /* beyond which the body flows at once; 0: it does not */
 } full_motion_script;
 
 /* Values and slopes at the two ends of a step to every sample time in it, index 0 to samples - 1 at

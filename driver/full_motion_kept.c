@@ -57,6 +57,8 @@ static uint64_t hash_rest(uint64_t hash, const thrum_model *model,
     hash = hash_numbers(hash_bytes(hash, "held", 4), script->held_by, all);
   if (script->start != NULL)
     hash = hash_numbers(hash_bytes(hash, "start", 5), script->start, all);
+  if (script->yield > 0)
+    hash = hash_numbers(hash_bytes(hash, "yield", 5), &script->yield, 1);
   return hash;
 }
 

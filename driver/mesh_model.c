@@ -108,6 +108,8 @@ static thrum_status kept_path(const char *text, const mesh_model_def *def,
   if (def->law != THRUM_LAW_STVK) {
     const char *law = thrum_law_name(def->law);
     hash = hash_bytes(hash, law, strlen(law) + 1);
+    if (def->yield > 0)
+      hash = hash_bytes(hash, &def->yield, sizeof def->yield);
   }
 
   // those of old runs make room
@@ -152,6 +154,8 @@ thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool q
   request.options.fit = true;
   request.options.law = def->law;
   request.options.cubature = def->law != THRUM_LAW_STVK;
+  if (def->yield > 0)
+    request.options.cubature_yield = def->yield;
   if (status >= 0 && !quiet)
     fprintf(
         stderr,

@@ -18,7 +18,8 @@ typedef struct mesh_model_def {
   thrum_material material;                         /* a field is NaN where the mesh's own stays */
   const char *materials[MESH_MODEL_MATERIALS_MAX]; /* texts of region_material.h */
   int64_t material_count;
-  thrum_law law; /* another than Saint Venant-Kirchhoff's is that of cubature points */
+  thrum_law law; /* another than Saint Venant-Kirchhoff's is that of cubature points, */
+  double yield;  /* which are trained on flow beyond it; 0: on none */
   thrum_mesh_read_options reading;
 } mesh_model_def;
 

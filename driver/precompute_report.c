@@ -108,6 +108,7 @@ static void add_cubature(cJSON *object, const precompute_request *request,
   json_number(cubature, "states", (double)figures->states);
   json_number(cubature, "test_states", (double)figures->test_states);
   json_number(cubature, "range", request->options.cubature_range);
+  json_number(cubature, "yield", request->options.cubature_yield);
   json_number(cubature, "error_wanted", request->options.cubature_error);
   json_number(cubature, "train_error", figures->train_error);
   json_number(cubature, "test_error", figures->test_error);

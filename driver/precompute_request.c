@@ -153,6 +153,11 @@ static const config_option options[] = {
     OPTION_NUMBER("cubature-range", NULL, "0.2",
                   "largest displacement of these states, as a share of the body's diagonal",
                   AT(options.cubature_range), GIVEN(cubature_given), CONFIG_ABOVE(0)),
+    OPTION_NUMBER(
+        "yield", NULL, "never",
+        "train the points on states that have flowed beyond this strain as well, for runs "
+        "with that --yield",
+        AT(options.cubature_yield), CONFIG_ABOVE(0)),
 
     OPTION_HEADING("training"),
     OPTION_TEXT("train", "CASE", NULL,
@@ -328,6 +333,9 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   if (request->options.law != THRUM_LAW_STVK && !request->options.cubature)
     return config_usage("precompute", "--law %s needs --cubature: a polynomial cannot hold it",
                         law_names[request->options.law]);
+  if (!isinf(request->options.cubature_yield) && request->options.law == THRUM_LAW_STVK)
+    return config_usage("precompute", "--yield needs --law corotational or neo-hookean, whose "
+                                      "points flow");
   if (request->cubature_given && !request->options.cubature)
     return config_usage("precompute", "--cubature-error, --cubature-points and --cubature-range go "
                                       "with --cubature");

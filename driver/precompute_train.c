@@ -23,6 +23,8 @@ static full_motion_script script_of(const precompute_request *request, const tra
   script.damping_alpha = request->train_damping[0];
   script.damping_beta = request->train_damping[1];
   script.time = request->train_time;
+  if (!isinf(request->options.cubature_yield))
+    script.yield = request->options.cubature_yield;
   return script;
 }
 
@@ -236,6 +238,7 @@ static thrum_status judge_run(const thrum_model *model, const thrum_model_fem *b
   def.dt = request->train_dt;
   def.damping_alpha = request->train_damping[0];
   def.damping_beta = request->train_damping[1];
+  def.plastic.yield = request->options.cubature_yield;
   def.frequency_matched = 0; // as the full order, so that the errors in time are the same
   double *directions = thrum_allocate((c->count + 1) * rank, sizeof *directions, "a load", error);
   thrum_status status = directions ? THRUM_OK : THRUM_OUT_OF_MEMORY;

@@ -1,6 +1,7 @@
 /* Loads the models of a scene file. SPDX-License-Identifier: Apache-2.0 */
 #include "driver/scene_file_models.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdlib.h>
@@ -8,6 +9,7 @@
 
 #include "driver/model_truncate_to.h"
 #include "io/file_hash.h"
+#include "mesh/formats/mesh_read.h"
 #include "platform/allocate.h"
 #include "thrum/thrum.h"
 
@@ -18,13 +20,16 @@ static bool same_texts(const config_texts *left, const config_texts *right) {
   return same;
 }
 
-/* Do two bodies name one model file? Materials that are not given are NaN, so bytes are compared.
+/* Do two bodies name one model file? Points of a mesh are trained on its yield. Materials that are
+ * not given are NaN, so bytes are compared.
  */
 static bool same_file(const scene_body_spec *left, const scene_body_spec *right) {
   return strcmp(left->model, right->model) == 0 && same_texts(&left->fix, &right->fix) &&
          memcmp(&left->material.material, &right->material.material,
                 sizeof left->material.material) == 0 &&
-         left->material.law == right->material.law;
+         left->material.law == right->material.law &&
+         (!thrum_mesh_is_named(left->model) ||
+          left->material.plastic.yield == right->material.plastic.yield);
 }
 
 static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *item) {
@@ -34,6 +39,8 @@ static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *
   def.free = body->free;
   def.material = body->material.material;
   def.law = body->material.law;
+  if (!isinf(body->material.plastic.yield))
+    def.yield = body->material.plastic.yield;
   for (int64_t n = 0; n < body->fix.count; n++)
     def.fixes[n] = body->fix.texts[n];
 

@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/options_check.h"
 
+#include <math.h>
+
 #include "precompute/basis/mode_check.h"
 #include "precompute/fem/constraints.h"
 #include "precompute/fem/quadrature.h"
@@ -93,6 +95,12 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
   if (options->law < THRUM_LAW_STVK || options->law > THRUM_LAW_NEO_HOOKEAN)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no law %d of a material",
                            (int)options->law);
+  if (!(options->cubature_yield > 0) ||
+      (options->cubature_yield < INFINITY && options->law == THRUM_LAW_STVK))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "a yield of %g is not that of points that flow: it is above 0, and the "
+                           "law is corotational or neo-hookean",
+                           options->cubature_yield);
   if (options->law != THRUM_LAW_STVK && !options->cubature)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the law %s needs cubature: a polynomial cannot hold it",

@@ -110,6 +110,10 @@ typedef struct thrum_precompute_options {
    * default 0.2. Larger: more points for the same error, and right for larger motion. */
   double cubature_range;
 
+  /* Yield strain of a body that flows, which points of another law are then trained on; > 0,
+   * default infinite: none. Smaller: more flows in the states of training. */
+  double cubature_yield;
+
   bool single; /* c3 and c4 in single precision; default false */
 
   /* BLAS threads; >= 1, default 1. Larger: a faster precompute on a machine that has the cores, and

@@ -6,6 +6,10 @@
  * manifold of modes and their derivatives, on which the body moves. In half of the states each of
  * them is off by a random factor, as it is when it vibrates.
  *
+ * For a body that flows, every second state has flowed, at once and from where nothing had, in
+ * another state: half of them in the next one that is drawn, the others in their own motion carried
+ * further. So points are judged by the force that holds a bent body.
+ *
  * Least squares. Row (s, i) is the internal force R_i of state s over |R_s|, in the norm of the
  * static response, sum R_i^2 / w_i^2; so every state counts alike, and |A x - b|^2 over the number
  * of states is the square of the relative rms error. Only A^T A is kept. Where there are more
@@ -25,6 +29,7 @@
 #include "precompute/fem/fem_tet.h"
 #include "precompute/polynomial/nonnegative.h"
 #include "runtime/base/vec3.h"
+#include "runtime/material/plastic_flow.h"
 
 #define TEST_STATES 40 /* to judge by */
 #define STATES (THRUM_CUBATURE_STATES - TEST_STATES)
@@ -41,6 +46,8 @@ typedef struct cubature {
   int64_t *candidate;  /* their points */
   double *gradient;    /* (ROWS count) x rank */
   double *q, *force;   /* rank a state: coordinates; nonlinear force over its norm, in the norm */
+  double *flowed;      /* rank a state: coordinates at which it has flowed; zeros: nowhere */
+  double *plastic;     /* points of the mesh x 9: what has flowed in the state at hand */
   double *scale;       /* a state: 1 / |R| */
   double *norm;        /* rank: 1 / w_i */
   double reach;        /* largest displacement of a state [m] */
@@ -94,10 +101,53 @@ static void follow(cubature *c, bool exactly, double *q) {
     q[h] -= 0.5 * reduced[h] * c->norm[h] * c->norm[h] * (exactly ? 1 : 1 + OFF * draw(c));
 }
 
-/* Draws state s, and takes its force. */
-static void make_state(cubature *c, int64_t s) {
+static bool flows(const cubature *c) {
+  return c->def->yield < INFINITY;
+}
+
+/* A point that has flowed at the gradient g as far as it does at once, from where nothing had;
+ * zeros within the yield. */
+static void flow_at(const cubature *c, double g[3][3], double plastic[3][3]) {
+  const thrum_plastic material = {c->def->yield, INFINITY, INFINITY};
+  double none[3][3] = {{0}};
+  if (!thrum_plastic_flow(&material, 1, g, none, 1, plastic))
+    memset(plastic, 0, sizeof none);
+}
+
+/* The body of state s, of which `body` is a copy, with what has flowed in it. */
+static const thrum_fem *flowed_body(cubature *c, int64_t s, thrum_fem *body) {
+  if (!flows(c))
+    return c->fem;
+  expand(c, c->flowed + s * c->rank, c->other_field);
+  for (int64_t point = 0; point < c->fem->tet_count * c->fem->point_count; point++) {
+    const int p = (int)(point % c->fem->point_count);
+    thrum_tet tet;
+    double plastic[3][3];
+    thrum_tet_place(c->fem, point / c->fem->point_count, p, c->other_field, &tet);
+    flow_at(c, tet.displacement, plastic);
+    memcpy(c->plastic + ROWS * point, plastic, sizeof plastic);
+  }
+  *body = *c->fem;
+  body->plastic = c->plastic;
+  return body;
+}
+
+/* Where every second state has flowed: further along its own motion, or in the one before. */
+static void choose_flow(cubature *c, int64_t s) {
   const int64_t r = c->rank;
-  double *q = c->q + s * r, *force = c->force + s * r;
+  double *flowed = c->flowed + s * r;
+  if (!flows(c) || s % 2 == 0)
+    return;
+  memcpy(flowed, c->q + (s % 4 == 1 ? s : s - 1) * r, (size_t)r * sizeof *flowed);
+  const double share = 0.5 + 0.5 * draw(c);
+  for (int64_t i = 0; i < r && s % 4 == 1; i++)
+    c->q[s * r + i] *= share;
+}
+
+/* Draws state s. */
+static void draw_state(cubature *c, int64_t s) {
+  const int64_t r = c->rank;
+  double *q = c->q + s * r;
   memset(q, 0, (size_t)r * sizeof *q);
   for (int64_t i = 0; i < c->def->masters; i++)
     q[i] = draw(c) * c->norm[i];
@@ -109,10 +159,20 @@ static void make_state(cubature *c, int64_t s) {
   for (int64_t i = 0; i < c->def->masters; i++)
     q[i] *= reach;
   follow(c, s % 2 == 0, q);
+  choose_flow(c, s);
+}
+
+/* Draws state s, and takes its force. */
+static void make_state(cubature *c, int64_t s) {
+  const int64_t r = c->rank;
+  double *q = c->q + s * r, *force = c->force + s * r;
+  draw_state(c, s);
 
   // the force of the whole body, and what of it is not linear
+  thrum_fem body;
+  const thrum_fem *with = flowed_body(c, s, &body);
   expand(c, q, c->field);
-  thrum_fem_energy(c->fem, c->field, c->force_field);
+  thrum_fem_energy(with, c->field, c->force_field);
   reduce(c, c->force_field, force);
   double size = 0;
   for (int64_t i = 0; i < r; i++)
@@ -157,31 +217,35 @@ static void quartic_stress(double lambda, double mu, double g[3][3], double p[3]
       p[c][d] = t[c][d] + g[c][0] * s[0][d] + g[c][1] * s[1][d] + g[c][2] * s[2][d];
 }
 
-/* The same of another law. */
-static void law_stress(thrum_law law, double lambda, double mu, double g[3][3], double p[3][3]) {
-  double strain[3][3], linear[3][3];
-  thrum_law_stress(law, lambda, mu, g, p);
-  for (int c = 0; c < 3; c++)
-    for (int d = 0; d < 3; d++)
-      strain[c][d] = (g[c][d] + g[d][c]) / 2;
+/* The same of another law, where the point has flowed at the gradient `before`. */
+static void law_stress(const cubature *c, double lambda, double mu, double before[3][3],
+                       double g[3][3], double p[3][3]) {
+  double strain[3][3], linear[3][3], plastic[3][3] = {{0}};
+  if (flows(c))
+    flow_at(c, before, plastic);
+  thrum_flowed_stress(c->fem->law, lambda, mu, g, plastic, p);
+  for (int a = 0; a < 3; a++)
+    for (int b = 0; b < 3; b++)
+      strain[a][b] = (g[a][b] + g[b][a]) / 2;
   thrum_stress(lambda, mu, strain, linear);
-  for (int c = 0; c < 3; c++)
-    for (int d = 0; d < 3; d++)
-      p[c][d] -= linear[c][d];
+  for (int a = 0; a < 3; a++)
+    for (int b = 0; b < 3; b++)
+      p[a][b] -= linear[a][b];
 }
 
 /* The force of one candidate in one state, weighted by its own volume, in the rows' scale. */
 static void candidate_row(const cubature *c, int64_t n, int64_t s, const double *gradient,
-                          double *row) {
+                          const double *before, double *row) {
   const int64_t point = c->candidate[n];
   const int32_t region = c->fem->tet_region[point / c->fem->point_count];
-  double g[3][3], p[3][3];
+  double g[3][3], flowed[3][3], p[3][3];
   memcpy(g, gradient, sizeof g);
+  memcpy(flowed, before, sizeof flowed);
   const double lambda = c->fem->lambda[region], mu = c->fem->mu[region];
   if (c->fem->law == THRUM_LAW_STVK)
     quartic_stress(lambda, mu, g, p);
   else
-    law_stress(c->fem->law, lambda, mu, g, p);
+    law_stress(c, lambda, mu, flowed, g, p);
   const double weight = c->fem->weight[point] * c->scale[s];
   const double *rows = c->gradient + ROWS * n * c->rank;
   memset(row, 0, (size_t)c->rank * sizeof *row);
@@ -194,19 +258,30 @@ static void candidate_row(const cubature *c, int64_t n, int64_t s, const double 
     row[i] *= c->norm[i];
 }
 
+/* G of all candidates in `count` states: (ROWS candidates) x count. */
+static void take_gradients(const cubature *c, const double *q, int64_t count, double *gradients) {
+  const int r = (int)c->rank;
+  cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasTrans, (int)(ROWS * c->count), (int)count, r, 1,
+              c->gradient, r, q, r, 0, gradients, (int)count);
+}
+
 /* Adds the rows of `count` states from `first` on to the products of a set. */
 static void add_states(cubature *c, int64_t first, int64_t count, int set, double *gradients,
                        double *rows) {
-  // G of all candidates in these states: (ROWS candidates) x count
   const int64_t r = c->rank, height = count * r;
-  cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasTrans, (int)(ROWS * c->count), (int)count, (int)r,
-              1, c->gradient, (int)r, c->q + first * r, (int)r, 0, gradients, (int)count);
+  double *before = flows(c) ? gradients + ROWS * c->count * CHUNK : gradients;
+  take_gradients(c, c->q + first * r, count, gradients);
+  if (flows(c))
+    take_gradients(c, c->flowed + first * r, count, before);
+
   for (int64_t n = 0; n < c->count; n++)
     for (int64_t s = 0; s < count; s++) {
-      double g[ROWS];
-      for (int k = 0; k < ROWS; k++)
+      double g[ROWS], flowed[ROWS];
+      for (int k = 0; k < ROWS; k++) {
         g[k] = gradients[(ROWS * n + k) * count + s];
-      candidate_row(c, n, first + s, g, rows + n * height + s * r);
+        flowed[k] = before[(ROWS * n + k) * count + s];
+      }
+      candidate_row(c, n, first + s, g, flowed, rows + n * height + s * r);
     }
 
   // A^T A, A^T b and b^T b
@@ -354,6 +429,8 @@ thrum_status thrum_cubature(const thrum_fem *fem, const thrum_cubature_def *def,
   c.gradient = NEED(ROWS * c.count * r);
   c.q = NEED((STATES + TEST_STATES) * r);
   c.force = NEED((STATES + TEST_STATES) * r);
+  c.flowed = NEED(flows(&c) ? (STATES + TEST_STATES) * r : 1);
+  c.plastic = NEED(flows(&c) ? ROWS * all : 1);
   c.scale = NEED(STATES + TEST_STATES);
   c.norm = NEED(r);
   c.field = NEED(3 * model->vertex_count);
@@ -363,7 +440,8 @@ thrum_status thrum_cubature(const thrum_fem *fem, const thrum_cubature_def *def,
     c.products[set] = NEED(c.count * c.count);
     c.projections[set] = NEED(c.count);
   }
-  double *gradients = NEED(ROWS * c.count * CHUNK), *rows = NEED(c.count * CHUNK * r);
+  double *gradients = NEED((flows(&c) ? 2 : 1) * ROWS * c.count * CHUNK),
+         *rows = NEED(c.count * CHUNK * r);
   int64_t *places = thrum_scope_allocate(&memory, c.count, sizeof *places), used = 0;
   double *x = NEED(c.count);
 #undef NEED

@@ -36,6 +36,10 @@ typedef struct thrum_cubature_def {
   /* Coordinates that are drawn at random, the lowest; the others follow them, roughly. 1 to the
    * rank. */
   int64_t masters;
+
+  /* Where points are to be right for a body that flows beyond this yield too; infinite: it is
+   * elastic. In every second state something has then flowed. */
+  double yield;
 } thrum_cubature_def;
 
 typedef struct thrum_cubature_figures {

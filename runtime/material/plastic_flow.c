@@ -67,6 +67,30 @@ bool thrum_plastic_flow(const thrum_plastic *material, double dt, double elastic
   return true;
 }
 
+void thrum_elastic_gradient(double gradient[3][3], double plastic[3][3], double elastic[3][3]) {
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++)
+      elastic[i][j] = gradient[i][j] + plastic[i][j] + gradient[i][0] * plastic[0][j] +
+                      gradient[i][1] * plastic[1][j] + gradient[i][2] * plastic[2][j];
+}
+
+void thrum_draw_back(double plastic[3][3], double matrix[3][3]) {
+  for (int i = 0; i < 3; i++) {
+    const double row[3] = {matrix[i][0], matrix[i][1], matrix[i][2]};
+    for (int j = 0; j < 3; j++)
+      matrix[i][j] += thrum_dot3(row, plastic[j]);
+  }
+}
+
+double thrum_flowed_stress(thrum_law law, double lambda, double mu, double gradient[3][3],
+                           double plastic[3][3], double stress[3][3]) {
+  double elastic[3][3];
+  thrum_elastic_gradient(gradient, plastic, elastic);
+  const double energy = thrum_law_stress(law, lambda, mu, elastic, stress);
+  thrum_draw_back(plastic, stress);
+  return energy;
+}
+
 double thrum_plastic_strain(double plastic[3][3]) {
   double grown[3], axes[3][3];
   stretches_of(plastic, grown, axes);

@@ -8,6 +8,7 @@
 
 #include <stdbool.h>
 
+#include "runtime/material/material_law.h"
 #include "thrum/state.h"
 
 /* Lets a point flow for the time dt [s]: flowed = F_p^-1 - 1 afterwards, from `plastic`, the same
@@ -30,6 +31,17 @@ typedef struct thrum_plastic_point {
  * never a negative one. False, and nothing changed, where nothing flows. */
 bool thrum_plastic_settle(const thrum_plastic_point *point, double elastic[3][3],
                           double plastic[3][3], double *taken);
+
+/* elastic = F_e - 1 of F = 1 + gradient and F_p^-1 = 1 + plastic. */
+void thrum_elastic_gradient(double gradient[3][3], double plastic[3][3], double elastic[3][3]);
+
+/* matrix = matrix (1 + plastic)^T: a derivative by F from one by F_e. */
+void thrum_draw_back(double plastic[3][3], double matrix[3][3]);
+
+/* thrum_law_stress of a point that has flowed: its energy, and the derivative by F with F_p held.
+ */
+double thrum_flowed_stress(thrum_law law, double lambda, double mu, double gradient[3][3],
+                           double plastic[3][3], double stress[3][3]);
 
 /* The norm of the logarithms of the principal stretches of F_p. */
 double thrum_plastic_strain(double plastic[3][3]);

@@ -23,6 +23,7 @@
 
 #include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
+#include "runtime/material/material_law.h"
 
 #define DEFECT_MOST 1e-6 /* of orthonormality, and of orthogonality to the rigid modes */
 
@@ -271,7 +272,7 @@ static thrum_status check(const thrum_model *model, int64_t rank, const thrum_mo
     return thrum_error_set(error, THRUM_MISSING,
                            "the inertia of a body's shape needs a model with a mesh that nothing "
                            "holds: precompute it without --fix");
-  if (model->point_law)
+  if (thrum_law_of_model(model) != THRUM_LAW_STVK)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "cubature points of another law than Saint Venant-Kirchhoff are not "
                            "coupled to the rotation of their body");

@@ -9,7 +9,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/vec3.h"
+#include "runtime/material/plastic_flow.h"
 
 /* The gradient of one lane times a factor. */
 static void take_gradient(const thrum_point_lanes *at, int64_t lane, double factor,
@@ -30,22 +30,6 @@ static double linear_stress(double lambda, double mu, double g[3][3], double str
   return 0.5 * twice;
 }
 
-void thrum_elastic_gradient(double gradient[3][3], double plastic[3][3], double elastic[3][3]) {
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++)
-      elastic[i][j] = gradient[i][j] + plastic[i][j] + gradient[i][0] * plastic[0][j] +
-                      gradient[i][1] * plastic[1][j] + gradient[i][2] * plastic[2][j];
-}
-
-/* matrix = matrix (1 + plastic)^T, the stress by F of one by F_e. */
-static void draw_back(double plastic[3][3], double matrix[3][3]) {
-  for (int i = 0; i < 3; i++) {
-    const double row[3] = {matrix[i][0], matrix[i][1], matrix[i][2]};
-    for (int j = 0; j < 3; j++)
-      matrix[i][j] += thrum_dot3(row, plastic[j]);
-  }
-}
-
 /* F_p^-1 - 1 of one lane; false where nothing has flowed. */
 static bool take_plastic(const thrum_point_lanes *at, int64_t lane, double plastic[3][3]) {
   if (at->plastic)
@@ -56,13 +40,10 @@ static bool take_plastic(const thrum_point_lanes *at, int64_t lane, double plast
 /* The energy and the stress of one lane by its law, at F = F_e F_p. */
 static double whole_stress(const thrum_point_lanes *at, int64_t lane, double g[3][3],
                            double stress[3][3]) {
-  double plastic[3][3], elastic[3][3];
+  double plastic[3][3];
   if (!take_plastic(at, lane, plastic))
     return thrum_law_stress(at->law, at->lambda[lane], at->mu[lane], g, stress);
-  thrum_elastic_gradient(g, plastic, elastic);
-  const double energy = thrum_law_stress(at->law, at->lambda[lane], at->mu[lane], elastic, stress);
-  draw_back(plastic, stress);
-  return energy;
+  return thrum_flowed_stress(at->law, at->lambda[lane], at->mu[lane], g, plastic, stress);
 }
 
 /* The tangent of one lane by its law: both of its indices of F_e are drawn back. */
@@ -77,7 +58,7 @@ static void whole_tangent(const thrum_point_lanes *at, int64_t lane, double g[3]
   thrum_law_tangent(at->law, at->lambda[lane], at->mu[lane], elastic, whole);
   for (int i = 0; i < 9; i++) {
     memcpy(matrix, whole[i], sizeof matrix);
-    draw_back(plastic, matrix);
+    thrum_draw_back(plastic, matrix);
     memcpy(whole[i], matrix, sizeof matrix);
   }
 
@@ -85,7 +66,7 @@ static void whole_tangent(const thrum_point_lanes *at, int64_t lane, double g[3]
   for (int j = 0; j < 9; j++) {
     for (int i = 0; i < 9; i++)
       matrix[i / 3][i % 3] = whole[i][j];
-    draw_back(plastic, matrix);
+    thrum_draw_back(plastic, matrix);
     for (int i = 0; i < 9; i++)
       whole[i][j] = matrix[i / 3][i % 3];
   }

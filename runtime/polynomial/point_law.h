@@ -19,9 +19,6 @@ typedef struct thrum_point_lanes {
   const double *plastic; /* F_p^-1 - 1 of each point, 9 numbers; NULL: nothing has flowed */
 } thrum_point_lanes;
 
-/* elastic = F_e - 1 of F = 1 + gradient and F_p^-1 = 1 + plastic. */
-void thrum_elastic_gradient(double gradient[3][3], double plastic[3][3], double elastic[3][3]);
-
 /* energy (8) and stress (72), where F_p is held, without their linear parts. */
 void thrum_point_law_stress(const thrum_point_lanes *at, double *energy, double *stress);
 

@@ -118,16 +118,24 @@ static void a_law_of_its_own_is_in_the_file_and_in_runs(void **state) {
 
 static void points_flow_and_their_account_closes(void **state) {
   (void)state;
-  program_result run = PRECOMPUTE("--cubature", "--cubature-error", "0.1", "--law", "corotational",
-                                  "--young", "1e6");
-  assert_int_equal(run.exit_code, 0);
+  program_result run = PRECOMPUTE("--cubature", "--cubature-error", "0.02", "--law", "corotational",
+                                  "--young", "1e6", "--yield", "0.02", "--train",
+                                  "square:0,0,-200@tip,until=0.1", "--train-time", "0.2", "--json");
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+
+  // the body ends where the unreduced mesh does
+  cJSON *object = json_line(run.out);
+  assert_true(number_of(cJSON_GetObjectItemCaseSensitive(object, "training"), "error") < 0.03);
+  assert_true(number_of(cJSON_GetObjectItemCaseSensitive(object, "cubature"), "yield") == 0.02);
+  cJSON_Delete(object);
   program_result_free(&run);
   run = thrum_run(folder, "simulate", "cub.npz", "--yield", "0.02", "--load",
                   "square:0,0,-200@tip,until=0.3", "--time", "0.4", "-q", "--json", "-o", "bent",
                   NULL);
   if (run.exit_code != 0)
     fail_msg("%s", run.err);
-  cJSON *object = json_line(run.out);
+  object = json_line(run.out);
   const cJSON *work = cJSON_GetObjectItemCaseSensitive(object, "work");
   const double load = number_of(work, "load_j"), taken = number_of(work, "plastic_j");
   assert_true(taken > 0.01 * load && taken == number_of(work, "dissipated_j"));
@@ -202,6 +210,8 @@ static void what_does_not_go_with_points_is_refused(void **state) {
   (void)state;
   static const char *const wrong[][3] = {
       {"--cubature-error", "0.01", "go with --cubature"},
+      {"--cubature", "--yield=0.02", "--yield needs --law"},
+      {"--law=corotational", "--yield=-1", "--yield"},
       {"--cubature", "--condense", "goes without --condense"},
       {"--cubature", "--cubature-error=0", "--cubature-error"},
       {"--cubature", "--cubature-points=0", "--cubature-points"},

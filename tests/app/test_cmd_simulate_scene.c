@@ -798,7 +798,7 @@ static void a_body_may_flow_and_says_what_it_lost(void **state) {
                            "\"law\": \"corotational\", \"yield\": 0.02}}]}",
                            "flows", 0);
 
-  // both are of one model; one of them loses to the flow what it gains less
+  // one of them loses to the flow
   const cJSON *bodies = cJSON_GetObjectItem(object, "bodies");
   const cJSON *elastic = cJSON_GetArrayItem(bodies, 0), *other = cJSON_GetArrayItem(bodies, 1);
   assert_true(json_value(elastic, "plastic_work_j") == 0);

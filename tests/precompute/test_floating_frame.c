@@ -520,6 +520,13 @@ static void what_cannot_be_coupled_is_refused(void **state) {
   other.law_bytes = sizeof law;
   assert_int_equal(thrum_inertia_create(&other, 0, NULL, &inertia, &error), THRUM_UNSUPPORTED);
 
+  // one that says by name what holds without a name
+  static const uint8_t usual[] = "stvk";
+  other.point_law = usual;
+  other.law_bytes = sizeof usual;
+  must(thrum_inertia_create(&other, 0, NULL, &inertia, &error), &error);
+  thrum_inertia_destroy(inertia);
+
   // another integrator, other coordinates
   const double none[3] = {0};
   thrum_state *explicit = NULL;
