@@ -303,6 +303,8 @@ static void a_block_pressed_by_half_is_warned_of(void **state) {
   program_result_free(&made);
   static const char *const laws[] = {"stvk", "neo-hookean"}, *const moves[] = {"-0.5,0,0@right",
                                                                                "-0.1,0,0@right"};
+
+  // each law, pressed by half and by a tenth
   for (int n = 0; n < 4; n++) {
     char move[40];
     snprintf(move, sizeof move, "--move=%s", moves[n / 2]);

@@ -602,6 +602,8 @@ static void a_failed_search_leaves_the_load(void **state) {
   thrum_full_def def = thrum_default_full_def();
   def.dt = 0.002;
   double *forces = field_make(&b), *seen = field_make(&b), *alone = field_make(&b);
+
+  // the first one searches before it steps, the second does not
   for (int n = 0; n < 2; n++) {
     thrum_full *full = full_make(&b.model, NULL, &def);
     memset(forces, 0, 3 * (size_t)b.mesh.vertex_count * sizeof *forces);

@@ -42,6 +42,8 @@ static inline int mesh_teardown(void **state) {
 static inline const char *mesh_write(const char *name, const char *data, size_t size) {
   char path[128];
   snprintf(path, sizeof path, "%s/%s", mesh_folder, name);
+  // some file systems wait for the disk where a file is cut to nothing and written again
+  unlink(path);
   FILE *file = fopen(path, "wb");
   assert_non_null(file);
   assert_int_equal(fwrite(data, 1, size, file), size);
