@@ -13,6 +13,10 @@
  * side, near the limit of stability, v is next to nothing: it is then next to undamped, and d D d
  * would count much that is never taken out.
  *
+ * The same befalls an explicit mode whose momentum is staggered where damping takes more than all
+ * of it in a step, h D > 2: each kick turns it round, with next to no v in the middle of the kick,
+ * which is what is damped. Its b is h v then.
+ *
  * T may be indefinite, so the tangent form may feed energy in: no sign is assumed here.
  * Cost: r operations; with the tangent form one product T v.
  *
@@ -23,6 +27,7 @@
 
 #include "runtime/dynamics/fox_goodwin.h"
 #include "runtime/dynamics/frequency_matching.h"
+#include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 /* One mode's a and b of the dissipation a D b / h. */
@@ -33,11 +38,15 @@ typedef struct factors {
 /* `own`: how many modes `energy` steps at their own frequency, or have fox-goodwin's own rule. */
 static factors factors_of(const thrum_model *model, const thrum_state *state,
                           const thrum_state_view *view, int32_t own, int32_t i) {
-  const double d = view->q_next[i] - view->q[i];
+  const double d = view->q_next[i] - view->q[i], h = state->def.dt;
+  if (i < thrum_staggered_modes(state) && h * thrum_rest_damping(model, state, i) > 2.0) {
+    const double kicked = 0.5 * h * (view->p[i] + view->p_next[i]);
+    return (factors){kicked, kicked};
+  }
   if (i >= own)
     return (factors){d, d};
   if (state->scheme == THRUM_SCHEME_FOX_GOODWIN) {
-    const double mean = 0.5 * state->def.dt * (view->p[i] + view->p_next[i]);
+    const double mean = 0.5 * h * (view->p[i] + view->p_next[i]);
     return (factors){mean, 2.0 * d - mean};
   }
   const double matched = thrum_matched_step_of(model, state, i).speed * d;
