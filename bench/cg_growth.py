@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""How many steps conjugate gradients take in thrum-mpi as a mesh gets finer (docs/scale.md).
+
+A block of 2 x 1 x 1 sides, held at one end, of 2 CELLS x CELLS x CELLS cells in six tetrahedra each: the first solves of its precompute
+are counted on one process, then it is stopped. A row is added to the table for each number of cells, so that large ones can
+be measured by themselves. `none` is the control, without the multigrid.
+
+usage: cg_growth.py THRUM_MPI TABLE.csv gamg|none SOLVES CELLS [CELLS ...]
+
+SPDX-License-Identifier: Apache-2.0
+"""
+import csv
+import os
+import pathlib
+import re
+import statistics
+import subprocess
+import sys
+import tempfile
+
+COLUMNS = ["cells", "free_components", "preconditioner", "solves", "steps_least", "steps_median", "steps_most", "peak_mb"]
+CONTROL_STEPS = 20000  # that a solve without the multigrid may take; thrum-mpi itself ends it after 250
+
+
+def peak_mb(process):
+    """The most memory that a process has held [2^20 bytes]."""
+    status = pathlib.Path(f"/proc/{process}/status").read_text(encoding="ascii")
+    return int(re.search(r"VmHWM:\s+(\d+)", status)[1]) / 1024
+
+
+def measure(program, preconditioner, solves, cells):
+    """A row of the table."""
+    options = "-thrum_ksp_converged_reason"
+    if preconditioner == "none":
+        options += f" -thrum_pc_type none -thrum_ksp_max_it {CONTROL_STEPS}"
+    block = f"beam:{2 * cells}x{cells}x{cells}@1x0.5x0.5"
+    with tempfile.TemporaryDirectory() as folder:
+        # its lines come one by one into a pipe, too
+        command = ["stdbuf", "-oL", program, "precompute", block, "--fix", "x<0.001", "--modes", "1", "--rank", "1",
+                   "--solver", "cg", "-q", "-o", os.path.join(folder, "model.npz")]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+                              env={**os.environ, "PETSC_OPTIONS": options, "OPENBLAS_NUM_THREADS": "1"}) as started:
+            steps = []
+            for line in started.stdout:
+                found = re.search(r"CONVERGED\w* iterations (\d+)", line)
+                steps += [int(found[1])] if found else []
+                if len(steps) == solves:
+                    break
+            peak = peak_mb(started.pid)
+            started.kill()
+    return [cells, 6 * cells * (cells + 1)**2, preconditioner, len(steps), min(steps), statistics.median_low(steps), max(steps),
+            f"{peak:.0f}"]
+
+
+def main(arguments):
+    if len(arguments) < 5 or arguments[2] not in ("gamg", "none"):
+        print(__doc__, file=sys.stderr)
+        return 2
+    program, table, preconditioner, solves = arguments[0], pathlib.Path(arguments[1]), arguments[2], int(arguments[3])
+    for cells in arguments[4:]:
+        row = measure(program, preconditioner, solves, int(cells))
+        new = not table.exists()
+        with table.open("a", encoding="ascii", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerows([COLUMNS, row] if new else [row])
+        print(*row, flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
