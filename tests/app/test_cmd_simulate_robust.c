@@ -95,7 +95,8 @@ static void a_violent_start_completes_with_its_energy(void **context) {
   static const char *const integrators[2] = {"imexv", "energy"};
   for (int n = 0; n < 2; n++) {
     int code = 0;
-    cJSON *object = run("", "mode:1,0.1", "cfl", integrators[n], "30", "on", &code);
+    cJSON *object =
+        run("", "mode:1,0.1", "cfl", integrators[n], LENGTH_OF_RUN("30", "6"), "on", &code);
     assert_int_equal(code, 0);
     assert_string_equal(text(object, "status"), "done");
     const double first = json_value(object, "energy_first_j");

@@ -171,7 +171,7 @@ static void a_batch_has_the_bits_of_its_states_alone(void **context) {
   static thrum_state_def (*const defs[])(int) = {
       plain, position, avx2, reference, energy, energy_avx2, newmark, midpoint, fox_goodwin};
   static const int parts[] = {1, 2, 5, 8, 9, STATES};
-  for (size_t r = 0; r < sizeof ranks / sizeof ranks[0]; r++)
+  for (size_t r = 0; r < LENGTH_OF_RUN(sizeof ranks / sizeof ranks[0], 4); r++)
     for (size_t d = 0; d < sizeof defs / sizeof defs[0]; d++) {
       random_model m;
       random_model_make(&m, 7 + r, ranks[r], 5, 300, 5.0);

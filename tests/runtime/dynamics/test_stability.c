@@ -202,7 +202,7 @@ static void a_drifting_run_of_either_form_switches_to_energy(void **context) {
  * was and stays, and the report says how much was corrected. */
 static void slow_drift_goes_back_through_the_momentum(void **context) {
   (void)context;
-  enum { PARTS = 20, PART = 10000, SEEN = 10 };
+  enum { PARTS = LENGTH_OF_RUN(20, 8), PART = 10000, SEEN = PARTS / 2 };
   random_model m;
   make_model(&m);
   double worst[2] = {0, 0};
