@@ -151,7 +151,12 @@ thrum_status scene_run_record_account(scene_run *run, int64_t step, double time,
 cJSON *scene_run_collisions_json(const scene_run *run);
 void scene_run_warn_of_depth(const scene_run *run);
 
-/* "done", or what flags the run: that of its bodies, else "surfaces_crossed". */
+/* Warns of the joint that was open the widest, beyond what links promise. */
+void scene_run_warn_of_joints(const scene_run *run);
+bool scene_run_joints_opened(const scene_run *run);
+
+/* "done", or what flags the run: that of its bodies, else "surfaces_crossed", else "joints_open".
+ */
 const char *scene_run_status(const scene_run *run);
 
 /* scene_run_detail.c: condenses the bodies that ask for an error or a budget, and sets the levels

@@ -137,7 +137,11 @@ static bool have_crossed(const scene_run *run) {
 
 const char *scene_run_status(const scene_run *run) {
   const char *status = driver_run_status(&run->run);
-  return strcmp(status, "done") == 0 && have_crossed(run) ? "surfaces_crossed" : status;
+  if (strcmp(status, "done") != 0)
+    return status;
+  return have_crossed(run)              ? "surfaces_crossed"
+         : scene_run_joints_opened(run) ? "joints_open"
+                                        : status;
 }
 
 void scene_run_warn_of_depth(const scene_run *run) {

@@ -5,9 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "config/message.h"
 #include "driver/scene_run.h"
 #include "io/json.h"
 #include "platform/allocate.h"
+
+#define OPEN_MOST 1e-8 /* of a joint [m]: beyond this it is told */
 
 /* The data that a link's def points to while it is added. */
 typedef struct link_parts {
@@ -117,6 +120,43 @@ thrum_status scene_run_links(scene_run *run, thrum_error *error) {
     free_parts(&parts);
   }
   return status;
+}
+
+/* The link whose joint was open the widest, and by how much. */
+static int32_t widest_joint(const scene_run *run, double *open) {
+  int32_t widest = 0;
+  *open = 0;
+  for (int32_t n = 0; n < thrum_scene_link_count(run->scene); n++) {
+    thrum_scene_link link;
+    if (thrum_scene_link_get(run->scene, n, &link, NULL) < 0 ||
+        !(link.report.largest_drift > *open))
+      continue;
+    *open = link.report.largest_drift;
+    widest = n;
+  }
+  return widest;
+}
+
+bool scene_run_joints_opened(const scene_run *run) {
+  double open;
+  widest_joint(run, &open);
+  return open > OPEN_MOST;
+}
+
+void scene_run_warn_of_joints(const scene_run *run) {
+  double open;
+  const int32_t widest = widest_joint(run, &open);
+  if (!(open > OPEN_MOST))
+    return;
+
+  // by its name, or by its place in the file
+  const char *name = scene_links(&run->spec)[widest].name;
+  char text[32];
+  snprintf(text, sizeof text, "links[%d]", (int)widest);
+  config_warn("the joint of link '%.100s' was open by %.2g m: a joint keeps closed to %g m where "
+              "bodies and the ends of links move little in a step; take a shorter dt, or a slower "
+              "path",
+              name != NULL ? name : text, open, OPEN_MOST);
 }
 
 bool scene_run_is_linked(const scene_run *run, int32_t number) {

@@ -694,6 +694,24 @@ static void a_scene_with_links_adds_up(void **state) {
   program_result_free(&run);
 }
 
+/* A stiff pendulum at a large step, whose joint cannot be closed: the run is flagged, and the
+ * warning names the link. */
+static void a_joint_that_stays_open_flags_the_run(void **state) {
+  (void)state;
+  put("scene.json", "{\"time\": 0.5, \"dt\": 0.05, \"bodies\": [\n"
+                    " {\"name\": \"bar\", \"model\": \"beam:4x1x1@0.4x0.1x0.1\", \"free\": true,\n"
+                    "  \"material\": {\"young\": 1e8, \"density\": 1000}}],\n"
+                    " \"gravity\": [0, 0, -9.81], \"links\": [{\"name\": \"pivot\", \"kind\": "
+                    "\"hinge\", \"axis\": [0, 1, 0], \"body\": \"bar\", \"place\": [0, 0, 0]}]}");
+  program_result run = thrum_run(folder, "simulate", "scene.json", "-o", "open", "--json", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.err, "the joint of link 'pivot' was open by"));
+  cJSON *object = json_line(run.out);
+  assert_string_equal(cJSON_GetObjectItem(object, "status")->valuestring, "joints_open");
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
 static void a_handle_follows_a_file_and_lets_go(void **state) {
   (void)state;
   put("hand.csv", "t,x,y,z\n0,7,7,7\n0.1,7,7.02,7.03\n1,7,7.02,7.03\n");
@@ -857,6 +875,7 @@ int main(void) {
       cmocka_unit_test(the_scenes_that_come_with_thrum_run),
       cmocka_unit_test(what_touches_in_the_scenes_keeps_its_distance),
       cmocka_unit_test(a_scene_with_links_adds_up),
+      cmocka_unit_test(a_joint_that_stays_open_flags_the_run),
       cmocka_unit_test(a_handle_follows_a_file_and_lets_go),
       cmocka_unit_test(surfaces_that_cross_flag_the_run),
       cmocka_unit_test(a_path_turns_as_far_as_its_angles_say),
