@@ -11,11 +11,11 @@
  * length costs a few passes over the mesh. */
 #define LOOK_AGAIN 1.2
 
-/* Numbers that a slave's step of free vibration takes: y(h) = C y + S (v + g y) and v(h) = C v - S
- * (g v + omega^2 y), where g is half of the rate at which velocities are damped. */
+/* Numbers that a coordinate's step of free vibration takes: y(h) = C y + S (v + g y) and v(h) = C v
+ * - S (g v + omega^2 y), where g is half of the rate at which velocities are damped. */
 enum { TURN_C, TURN_S, TURN_G, TURN };
 
-/* Numbers of each slave in `beside`. */
+/* Numbers of each coordinate in `beside`. */
 enum { BESIDE = 4 + TURN };
 
 thrum_status condensed_check_open(const thrum_model *model, condensed_check *check,
@@ -93,13 +93,15 @@ void condensed_check_start(condensed_check *check, const simulate_request *reque
     return;
   double *y = check->beside, *v = check->beside + THRUM_RANK_MAX;
 
-  // the slaves of the start, less those that its masters show
+  // the slaves of the start, less those that its masters show; these are not beside themselves
   thrum_condensed_shape(model, q, NULL, y);
+  memset(y, 0, (size_t)model->rank * sizeof *y);
   for (int64_t h = model->rank; h < shape->rank; h++)
     y[h] = q[h] - y[h];
   if (p == NULL)
     return;
   thrum_condensed_velocity(model, q, p, v);
+  memset(v, 0, (size_t)model->rank * sizeof *v);
   for (int64_t h = model->rank; h < shape->rank; h++)
     v[h] = p[h] - v[h];
 }
@@ -127,13 +129,20 @@ static void fill_turn(double omega2, double g, double h, double *turn) {
   turn[TURN_S] = 0.5 * (slow - fast) / bend;
 }
 
-/* How each slave vibrates freely over a step of h. */
+/* How each coordinate vibrates freely over a step of h. */
 static void fill_turns(condensed_check *check, const double *omega2, int64_t rank, double h) {
-  for (int64_t s = check->model->rank; s < rank; s++) {
+  for (int64_t s = 0; s < rank; s++) {
     const double g = 0.5 * (check->damping_alpha + check->damping_beta * omega2[s]);
     fill_turn(omega2[s], g, h, check->turns + TURN * s);
   }
   check->h = h;
+}
+
+/* Free vibration over a step: of a displacement and its velocity. */
+static void vibrate(const double *turn, double omega2, double *y, double *v) {
+  const double c = turn[TURN_C], d = turn[TURN_S], g = turn[TURN_G], away = *y;
+  *y = c * away + d * (*v + g * away);
+  *v = c * *v - d * (g * *v + omega2 * away);
 }
 
 /* Returns the square of the static displacement of the masters under a force that the run lacks in
@@ -169,12 +178,11 @@ static bool step_slaves(condensed_check *check, const double *load, const double
   bool touched = false;
   for (int64_t s = check->model->rank; s < shape->rank; s++) {
     double *y = check->beside + s, *v = y + THRUM_RANK_MAX;
-    const double *turn = check->turns + TURN * s, omega2 = shape->omega2[s], before = *y;
+    const double omega2 = shape->omega2[s], before = *y;
     const double answer = load ? load[s] / omega2 : 0;
     const double pressed = contact ? contact[s] / omega2 : 0, middle = answer + pressed;
-    const double away = *y - middle, c = turn[TURN_C], d = turn[TURN_S], g = turn[TURN_G];
-    const double moved = c * away + d * (*v + g * away);
-    *v = c * *v - d * (g * *v + omega2 * away);
+    double moved = before - middle;
+    vibrate(check->turns + TURN * s, omega2, &moved, v);
     *y = middle + moved;
 
     // the run shows the answer to the load alone
@@ -189,21 +197,42 @@ static bool step_slaves(condensed_check *check, const double *load, const double
   return touched;
 }
 
-/* Compares what impacts have given to the slaves with the energy of the masters, after a step of h
- * that ended at x. */
+/* The share of its velocities by which a body of this kinetic energy is too fast, or too slow, as
+ * it has kept `given` that was not its own; all of them at most. */
+static double velocity_kept(double given, double kinetic) {
+  if (given == 0)
+    return 0;
+  return fmin(1, fabs(1 - sqrt(fmax(0, 1 - given / kinetic))));
+}
+
+/* The masters keep what impacts give to the slaves, after a step of h that ended at x. They are
+ * too fast from the end of a contact on, and where that takes them vibrates as they do when they
+ * are free. While they touch, a part of what the slaves have is of the static answer and comes
+ * back. */
 static void look_at_impacts(condensed_check *check, bool touched, double h, const double *x) {
   const thrum_model *model = check->model;
   const double *omega2 = thrum_condensed_shape_model(model)->omega2;
-  double energy = 0;
+  double v[THRUM_RANK_MAX], kinetic = 0;
   for (int64_t i = 0; i < model->rank; i++) {
-    const double v = (x[i] - check->followed[i]) / h;
-    energy += 0.5 * (v * v + omega2[i] * x[i] * x[i]);
+    v[i] = (x[i] - check->followed[i]) / h;
+    kinetic += 0.5 * v[i] * v[i];
   }
-  check->energy_most = fmax(check->energy_most, energy);
 
-  // while they touch, a part of it is of the static answer and comes back
-  if (!touched)
-    check->absorbed = fmax(check->absorbed, check->struck);
+  // contact has ended in this step
+  double kept = 0;
+  if (check->touched && !touched) {
+    kept = velocity_kept(check->struck - check->struck_apart, kinetic);
+    check->struck_apart = check->struck;
+  }
+  check->touched = touched;
+
+  // they are where they were, and go on with another velocity
+  double *y = check->beside, *beside_v = y + THRUM_RANK_MAX;
+  for (int64_t i = 0; i < model->rank; i++) {
+    vibrate(check->turns + TURN * i, omega2[i], &y[i], &beside_v[i]);
+    beside_v[i] += kept * v[i];
+    check->aside += y[i] * y[i];
+  }
 }
 
 void condensed_check_vibrate(condensed_check *check, const double *load, const double *contact,
@@ -231,7 +260,7 @@ void condensed_check_vibrate(condensed_check *check, const double *load, const d
   // the first step has none before it to compare with
   if (check->follows && check->damped_at_rest)
     missing += lag_left_out(check, h, all);
-  if (check->follows && contact != NULL)
+  if (check->follows)
     look_at_impacts(check, touched, h, x);
   memcpy(check->followed, all, (size_t)known * sizeof *all);
   check->follows = true;
@@ -245,5 +274,5 @@ void condensed_check_report(const condensed_check *check, const thrum_model *mod
   figures->inertia_share = check->kinetic > 0 ? check->inertia / check->kinetic : 0;
   figures->energy_defect = check->energy > 0 ? check->defect : NAN;
   figures->vibration_share = check->shown > 0 ? sqrt(check->missing / check->shown) : 0;
-  figures->impact_share = check->absorbed > 0 ? check->absorbed / check->energy_most : 0;
+  figures->impact_share = check->aside > 0 ? sqrt(check->aside / (check->aside + check->shown)) : 0;
 }

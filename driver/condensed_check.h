@@ -7,7 +7,7 @@
  * on them and from where the body starts, is stepped beside the run: an axial load on a bar whose
  * masters bend it, a load near a slave's frequency, a start that the masters cannot show, an
  * impact. What an impact gives to their vibration, the masters of the run keep: they rebound with
- * it.
+ * it, and where that takes them is stepped too.
  *
  * Damped at rest, beta y' + y = Y(x), the slaves lag by beta. The run has the force -beta Omega^2
  * Y' of that, which is right while little changes in that time; how they would lag is stepped as
@@ -29,10 +29,10 @@ typedef struct condensed_check {
   double defect;           /* |V - V_c| / V_c there [1]; NaN: none was looked at */
   double kinetic, inertia; /* largest kinetic energy with the slaves', and of the slaves [J] */
 
-  /* slaves beside where they follow, and their velocities (THRUM_RANK_MAX each); owned. Sums over
-   * the steps of the squares of what the run does not show of them, and of all. */
+  /* Slaves beside where they follow, masters beside where impacts would have left them, and the
+   * velocities of both (THRUM_RANK_MAX each); owned. */
   double *beside;
-  double *turns; /* of each slave, how it vibrates in a step of `h`; of `beside` */
+  double *turns; /* how each coordinate vibrates in a step of `h`; of `beside` */
   double h;
   double damping_alpha, damping_beta;
   bool damped_at_rest;
@@ -43,11 +43,13 @@ typedef struct condensed_check {
   double *followed;
   bool follows; /* they are known */
 
-  /* Energies in the scale of the model [J]. */
-  double struck;      /* net work of contact on the slaves */
-  double absorbed;    /* the most of it at a time without touch */
-  double energy_most; /* largest energy of the masters */
-  double missing, shown;
+  double struck;       /* net work of contact on the slaves, in the scale of the model [J] */
+  double struck_apart; /* of it, what was there when contact ended last */
+  bool touched;        /* in the last step */
+
+  /* Sums over the steps of squares: of what the run does not show of the slaves, of what impacts
+   * would have moved the masters aside, and of all coordinates. */
+  double missing, aside, shown;
 } condensed_check;
 
 /* For a stepped model; one whose shape has no mesh is looked at for its inertia alone. */

@@ -211,7 +211,7 @@ void driver_run_warn(const driver_run *run) {
     if (figures->condensed_wrong)
       config_warn("%sthe condensed model %s %.2g %% of the kinetic energy, has %.2g %% of the "
                   "strain energy wrong where the body is bent most, and lacks vibration of %.2g %% "
-                  "of the motion, %.2g %% of the energy after impacts: do not trust this motion; "
+                  "of the motion, %.2g %% of which is off after impacts: do not trust this motion; "
                   "take another number of coordinates, or the model uncondensed",
                   who,
                   figures->request->def.integrator == THRUM_INTEGRATOR_MANIFOLD

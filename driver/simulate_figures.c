@@ -12,7 +12,7 @@
 #define GAIN_FLAG 0.5       /* share of the largest energy that came from nowhere: the same */
 #define INERTIA_FLAG 0.005  /* share of the kinetic energy left out by condensing: the same */
 #define DEFECT_FLAG 0.02    /* share of the strain energy that condensing has wrong: the same */
-#define IMPACT_FLAG 0.05    /* share of the energy that impacts would give to what follows: same */
+#define IMPACT_FLAG 0.05    /* share of the motion that impacts on what follows set off: the same */
 #define VIBRATION_FLAG 0.03 /* share of the motion that is vibration left out by it: the same */
 
 /* The larger of `steps` and the number of steps in `time`. */

@@ -37,7 +37,8 @@ typedef struct simulate_figures {
   double inertia_share; /* of the kinetic energy, largest over largest, that it leaves out [1] */
   double energy_defect; /* of the largest strain energy against the mesh [1]; NaN: not looked at */
   double vibration_share; /* rms of the slaves' vibration that is left out, over that of q [1] */
-  double impact_share;    /* energy that impacts give to the slaves, over that of the masters [1] */
+  double impact_share; /* rms of where what impacts give to the slaves takes the masters, over that
+                          and q [1] */
   double seconds_read, seconds_step, seconds_output, seconds_plot, seconds_total;
 } simulate_figures;
 

@@ -331,7 +331,7 @@ static void print_condensed(const simulate_figures *figures) {
     printf(", %.2g %% of the strain energy wrong", 100 * figures->energy_defect);
   printf(", %.2g %% of the motion is vibration left out", 100 * figures->vibration_share);
   if (figures->impact_share > 0)
-    printf(", %.2g %% of the energy after impacts", 100 * figures->impact_share);
+    printf(", %.2g %% of it is off after impacts", 100 * figures->impact_share);
   printf("\n");
 }
 
