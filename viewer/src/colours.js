@@ -9,6 +9,13 @@ export const QUANTITIES = {
   stress: { title: 'stress', unit: 'Pa' },
 };
 
+/** What the bodies of a pack may be coloured by: a stress needs the one material of each.
+ * @param {import('./pack.js').Pack} pack @returns {string[]} */
+export function quantitiesOf({ models }) {
+  const known = models.every(({ regions, poisson }) => regions === 1 && poisson !== undefined);
+  return Object.keys(QUANTITIES).filter((name) => name !== 'stress' || known);
+}
+
 /** From 0 to the top of the scale, red, green and blue as of sRGB. */
 const STOPS = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
 

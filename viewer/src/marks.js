@@ -12,7 +12,7 @@ export class Marks {
     this.places = new THREE.BufferAttribute(new Float32Array(3 * MARKS_MAX), 3);
     geometry.setAttribute('position', this.places);
     this.points = new THREE.Points(geometry,
-      new THREE.PointsMaterial({ color, size: 6, sizeAttenuation: false, depthTest: false }));
+      new THREE.PointsMaterial({ color, size: 4, sizeAttenuation: false, depthTest: false }));
     this.points.frustumCulled = false;
     this.points.renderOrder = 1;
     scene.add(this.points);

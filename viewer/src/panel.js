@@ -1,7 +1,7 @@
 // The controls: what each slider means, and what the page says about time and modes.
 // SPDX-License-Identifier: Apache-2.0
 import { INTEGRATOR_NAMES } from './engine.js';
-import { GRADIENT, QUANTITIES } from './colours.js';
+import { GRADIENT, QUANTITIES, quantitiesOf } from './colours.js';
 import { quantityText } from './numbers.js';
 import { isComposed } from './scenes.js';
 import { drawSplit } from './plot.js';
@@ -67,10 +67,7 @@ export class Panel {
     const whole = isComposed(pack) ? [[-1, recording ? 'the run' : 'the scene']] : [];
     fill(find('model'), [...whole, ...models]);
 
-    // a stress needs the one material of the body
-    const stress = pack.models.every(({ regions, poisson }) => regions === 1 && poisson !== undefined);
-    fill(find('colour'), Object.entries(QUANTITIES).filter(([name]) => name !== 'stress' || stress)
-      .map(([name, { title }]) => [name, title]));
+    fill(find('colour'), quantitiesOf(pack).map((name) => [name, QUANTITIES[name].title]));
   }
 
   /** Opens and closes the settings. */

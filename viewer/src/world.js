@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from 'three';
 import { Body } from './body.js';
-import { QUANTITIES } from './colours.js';
+import { quantitiesOf } from './colours.js';
 import { LEVELS, QUALITIES, QualityChooser } from './quality.js';
 import { Marks } from './marks.js';
 import { Recording } from './recording.js';
@@ -36,6 +36,7 @@ export class World {
     this.#clear();
     this.recording = pack.recording && new Recording(pack.recording, pack);
     this.choice = isComposed(pack) ? -1 : pack.scene.bodies[0].model;
+    if (!quantitiesOf(pack).includes(this.settings.colour)) this.settings.colour = 'own';
   }
 
   // without bodies, which belong to the pack
@@ -116,7 +117,8 @@ export class World {
 
   /** Changes one setting of all bodies. @param {keyof Settings} name */
   set(name, value) {
-    if (name === 'colour' && !(value in QUANTITIES)) throw new Error(`there are no colours of '${value}'`);
+    if (name === 'colour' && !quantitiesOf(this.pack).includes(value))
+      throw new Error(`there are no colours of '${value}' for these bodies`);
     const { engine } = this;
     const each = (change) => this.bodies.forEach((_, n) => change(n));
     const changes = {

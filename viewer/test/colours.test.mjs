@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { SurfaceValues } from '../src/colours.js';
+import { SurfaceValues, quantitiesOf } from '../src/colours.js';
 import { quantityText } from '../src/numbers.js';
 
 // a triangle in the plane through x and a direction at an angle to y, at rest; one mode each for
@@ -45,6 +45,12 @@ test('a body that turns has no stress, and displacements are in the lengths of t
   const most = values.read('displacement', Float32Array.of(1), 3, 1);
   const far = Math.max(...POSITIONS.map(([x, y]) => Math.hypot(x, y)));
   assert.ok(Math.abs(most / (3 * Math.SQRT2 * far) - 1) < 1e-6);
+});
+
+test('stress is offered where each body has one material', () => {
+  const one = { regions: 1, poisson: 0.3 };
+  assert.ok(quantitiesOf({ models: [one] }).includes('stress'));
+  assert.ok(!quantitiesOf({ models: [one, { regions: 2, poisson: 0.3 }] }).includes('stress'));
 });
 
 test('numbers have three digits and a prefix', () => {
