@@ -7,7 +7,7 @@ import unittest
 import weakref
 
 import numpy as np
-from support import beam
+from support import beam, model_file
 
 import thrum
 
@@ -52,6 +52,25 @@ class Stepping(unittest.TestCase):
         self.assertEqual(caught.exception.status, thrum.Status.NOT_FINITE)
         self.assertTrue(np.isfinite(state.q).all())
         self.assertLess(state.report.steps, 100000)
+
+    def test_plastic_flow(self):
+        with self.assertRaisesRegex(thrum.Unsupported, "cannot flow"):
+            beam().state(plastic_yield=0.1)
+        model = thrum.Model.load(model_file("points", "beam:3x1x1@0.3x0.1x0.1", fix="x<0.001", modes=3, rank=6,
+                                            young=1e5, cubature=True, cubature_error=0.1, law="corotational"))
+        state = model.state(plastic_yield=0.01, plastic_creep=50)
+        state.set(p=np.eye(6)[0])
+        before = state.energies.total
+        state.step(50)
+        self.assertGreater(state.report.plastic_work, 0)
+        self.assertAlmostEqual((state.energies.total + state.report.plastic_work) / before, 1.0, 12)
+
+        # a copy and a pickled one go on from what has flowed, and it can be taken back
+        for twin in (state.copy(), pickle.loads(pickle.dumps(state))):
+            self.assertEqual(twin.plastic_strain, state.plastic_strain)
+        self.assertGreater(state.plastic_strain, 0)
+        state.clear_plastic()
+        self.assertEqual(state.plastic_strain, 0)
 
     def test_refusals(self):
         model = beam()
