@@ -10,7 +10,8 @@
 #include "driver/simulate_run.h"
 #include "platform/allocate.h"
 
-int cmd_simulate_shared(int argc, char **argv, const thrum_full_shared *shared) {
+int cmd_simulate_shared(int argc, char **argv, const thrum_full_shared *shared,
+                        const thrum_precompute_shared *precompute) {
   // there are no more loads and starts than arguments, and items of an options file
   const int64_t most = argc + CONFIG_FILE_ITEMS_MAX;
   thrum_error error = {0};
@@ -23,6 +24,7 @@ int cmd_simulate_shared(int argc, char **argv, const thrum_full_shared *shared) 
   int code = scope.status < 0 ? config_refuse(&error) : simulate_options_read(argc, argv, &request);
   if (code == COMMAND_DONE && shared != NULL && !request.full)
     code = mpi_program_wants_full("simulate");
+  request.mesh_def.shared = precompute;
 
   // a name that ends in .json is a scene, which has few options of its own
   const bool ready = code == COMMAND_DONE;
@@ -39,5 +41,5 @@ int cmd_simulate_shared(int argc, char **argv, const thrum_full_shared *shared) 
 }
 
 int cmd_simulate(int argc, char **argv) {
-  return cmd_simulate_shared(argc, argv, NULL);
+  return cmd_simulate_shared(argc, argv, NULL, NULL);
 }

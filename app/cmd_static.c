@@ -251,7 +251,8 @@ static int run_request(const static_request *request) {
   return code;
 }
 
-int cmd_static_shared(int argc, char **argv, const thrum_full_shared *shared) {
+int cmd_static_shared(int argc, char **argv, const thrum_full_shared *shared,
+                      const thrum_precompute_shared *precompute) {
   static_request request = {.shared = shared};
   // no more loads and targets than arguments, and items of an options file
   thrum_error error = {0};
@@ -265,6 +266,7 @@ int cmd_static_shared(int argc, char **argv, const thrum_full_shared *shared) {
   int code = scope.status < 0 ? config_refuse(&error) : static_options_read(argc, argv, &request);
   if (code == COMMAND_DONE && shared != NULL && !request.full)
     code = mpi_program_wants_full("static");
+  request.mesh_def.shared = precompute;
   if (code == COMMAND_DONE)
     code = run_request(&request);
   thrum_scope_free(&scope);
@@ -273,5 +275,5 @@ int cmd_static_shared(int argc, char **argv, const thrum_full_shared *shared) {
 }
 
 int cmd_static(int argc, char **argv) {
-  return cmd_static_shared(argc, argv, NULL);
+  return cmd_static_shared(argc, argv, NULL, NULL);
 }

@@ -3,9 +3,11 @@
 #define THRUM_APP_CMD_STATIC_H
 
 #include "precompute/full/full_solver.h"
+#include "precompute/precompute.h"
 
-/* The command, the factor of whose full order the processes of `shared` have together; NULL: this
- * one alone. */
-int cmd_static_shared(int argc, char **argv, const thrum_full_shared *shared);
+/* The command, the factor of whose full order the processes of `shared` have together, and the
+ * model of whose mesh those of `precompute` make; NULL: this one alone. */
+int cmd_static_shared(int argc, char **argv, const thrum_full_shared *shared,
+                      const thrum_precompute_shared *precompute);
 
 #endif

@@ -154,6 +154,7 @@ thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool q
   request.options.fit = true;
   request.options.law = def->law;
   request.options.cubature = def->law != THRUM_LAW_STVK;
+  request.options.shared = request.options.cubature ? NULL : def->shared;
   if (def->yield > 0)
     request.options.cubature_yield = def->yield;
   if (status >= 0 && !quiet)

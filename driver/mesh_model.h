@@ -6,6 +6,7 @@
 #include "config/options.h"
 #include "driver/named_model.h"
 #include "mesh/formats/mesh_read.h"
+#include "precompute/precompute.h"
 
 #define MESH_MODEL_FIXES_MAX 32
 #define MESH_MODEL_MATERIALS_MAX 64
@@ -21,6 +22,7 @@ typedef struct mesh_model_def {
   thrum_law law; /* another than Saint Venant-Kirchhoff's is that of cubature points, */
   double yield;  /* which are trained on flow beyond it; 0: on none */
   thrum_mesh_read_options reading;
+  const thrum_precompute_shared *shared; /* processes that make the model; NULL: this one alone */
 } mesh_model_def;
 
 /* Nothing held, the mesh's own material, read as it is. */

@@ -46,18 +46,17 @@ static int lead_command(int argc, char **argv) {
   }
 
   // a command that runs here calls the others when it needs them
+  shared_lead lead;
   shared_systems systems;
+  shared_lead_begin(PETSC_COMM_WORLD, &lead);
   shared_systems_begin(PETSC_COMM_WORLD, shared_serve_system, &systems);
   if (strcmp(argv[1], "static") == 0)
-    return cmd_static_shared(argc - 1, argv + 1, &systems.shared);
+    return cmd_static_shared(argc - 1, argv + 1, &systems.shared, &lead.shared);
   if (strcmp(argv[1], "simulate") == 0)
-    return cmd_simulate_shared(argc - 1, argv + 1, &systems.shared);
+    return cmd_simulate_shared(argc - 1, argv + 1, &systems.shared, &lead.shared);
   if (strcmp(argv[1], "precompute") != 0)
     return config_usage(
         "", "thrum-mpi has the commands precompute, static and simulate, and not '%s'", argv[1]);
-
-  shared_lead lead;
-  shared_lead_begin(PETSC_COMM_WORLD, &lead);
   return cmd_precompute_shared(argc - 1, argv + 1, &lead.shared);
 }
 
