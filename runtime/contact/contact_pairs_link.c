@@ -358,8 +358,8 @@ static void fill_column(thrum_pairs_run *run, const thrum_link_run *link, const 
     *own = 1.0;
 }
 
-/* The response of all conditions to all, as its factors. */
-static void factor(thrum_pairs_run *run) {
+/* The response of all conditions to all, as its factors; false where it has none. */
+static bool factor(thrum_pairs_run *run) {
   run->link_rows = 0;
   for (int64_t n = 0; n < run->link_count; n++)
     run->link_rows += run->view.links[n].row_count;
@@ -373,8 +373,8 @@ static void factor(thrum_pairs_run *run) {
   for (int64_t n = 0; n < run->link_count; n++)
     for (int32_t k = 0; k < run->view.links[n].row_count; k++)
       fill_column(run, run->view.links + n, run->view.links[n].rows + k, column++);
-  if (!thrum_dense_factor(run->view.link_response, (int32_t)run->link_rows, run->view.link_pivots))
-    run->link_rows = 0;
+  return thrum_dense_factor(run->view.link_response, (int32_t)run->link_rows,
+                            run->view.link_pivots);
 }
 
 /* Does the link hold in this step: are both of its members in it? */
@@ -386,7 +386,7 @@ static bool holds(const thrum_pairs_run *run, const thrum_link_run *link) {
   return both;
 }
 
-void thrum_links_aim(thrum_pairs_run *run) {
+bool thrum_links_aim(thrum_pairs_run *run) {
   for (int64_t n = 0; n < run->link_count; n++) {
     thrum_link_run *link = run->view.links + n;
     link->row_count = 0;
@@ -398,7 +398,16 @@ void thrum_links_aim(thrum_pairs_run *run) {
         open_place(run, link, side, of);
     aim(run, link, false);
   }
-  factor(run);
+  return factor(run);
+}
+
+bool thrum_links_tie(const thrum_pairs_run *run, int64_t member) {
+  for (int64_t n = 0; n < run->link_count; n++)
+    for (int side = 0; side < 2; side++)
+      if (run->view.links[n].row_count > 0 && !is_solid(run, run->view.links + n, side) &&
+          run->view.links[n].link->sides[side].member == member)
+        return true;
+  return false;
 }
 
 /* --- the solve -------------------------------------------------------------------------------- */

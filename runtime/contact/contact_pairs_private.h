@@ -273,7 +273,11 @@ void thrum_pairs_solve(thrum_pairs_run *run);
 
 /* contact_pairs_link.c: links as their bodies begin the step, and are predicted to end it. */
 void thrum_links_open(thrum_pairs_run *run, thrum_link *links, int64_t count);
-void thrum_links_aim(thrum_pairs_run *run);
+
+/* False where the conditions of the links cannot be solved for; nothing may step then with the
+ * members that links tie. */
+bool thrum_links_aim(thrum_pairs_run *run);
+bool thrum_links_tie(const thrum_pairs_run *run, int64_t member);
 
 /* contact_pairs_link.c: does a joint hold the two members together? They do not touch then. */
 bool thrum_links_join(const thrum_pairs_run *run, int64_t a, int64_t b);

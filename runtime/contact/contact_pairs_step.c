@@ -342,9 +342,20 @@ static void find_with_impacts(thrum_pairs_run *run, thrum_status *first, thrum_e
   strike_all(run, &rows, first, error);
 }
 
+/* All members of links fail whose conditions cannot be solved for. */
+static void fail_linked(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
+  thrum_error detail = {0};
+  const thrum_status status =
+      thrum_error_set(&detail, THRUM_SINGULAR,
+                      "the links of a group of bodies cannot be solved for together: they ask for "
+                      "what no force brings about, or what they tie is too different in size");
+  for (int64_t n = 0; n < run->count; n++)
+    if (thrum_pairs_steps(run, n) && thrum_links_tie(run, n))
+      fail(run->members + n, status, &detail, first, error);
+}
+
 /* Finds what touches and solves, until no solve leads to new touches. */
 static void find_and_solve(thrum_pairs_run *run) {
-  thrum_links_aim(run);
   solve(run);
   for (int n = 1; n < SEARCHES_MAX && run->row_count > 0 && has_missed(run); n++) {
     run->moved = true;
@@ -484,6 +495,12 @@ static bool try_all(thrum_pairs_run *run, thrum_status *first, thrum_error *erro
   run->again = false;
   prepare_all(run, first, error);
   find_with_impacts(run, first, error);
+
+  // what links tie cannot go on without them
+  if (!thrum_links_aim(run)) {
+    fail_linked(run, first, error);
+    return false;
+  }
   find_and_solve(run);
   for (int attempt = ATTEMPT_FIRST;; attempt++) {
     if (attempt != ATTEMPT_FIRST)

@@ -95,7 +95,10 @@ thrum_status thrum_contact_apply(thrum_contact_run *run, thrum_error *error) {
   memcpy(run->contact->force, run->force, sizeof run->force);
   memcpy(run->contact->turned, run->turned, sizeof run->turned);
   memcpy(run->contact->torque, run->torque, sizeof run->torque);
-  return thrum_state_set_force(run->model, run->state, run->view.load, error);
+
+  // forces that are solved for may grow without end, which is no mistake of the caller's
+  const thrum_status status = thrum_state_set_force(run->model, run->state, run->view.load, error);
+  return status == THRUM_BAD_VALUE ? thrum_contact_beyond(error) : status;
 }
 
 thrum_status thrum_contact_advance(thrum_contact_run *run, thrum_error *error) {

@@ -712,6 +712,21 @@ static void a_joint_that_stays_open_flags_the_run(void **state) {
   program_result_free(&run);
 }
 
+/* Forces of a link that grow without end stop the run, and the line says what to do. */
+static void a_joint_that_no_step_can_follow_stops_the_run(void **state) {
+  (void)state;
+  put("scene.json", "{\"time\": 1, \"dt\": 0.1, \"bodies\": [\n"
+                    " {\"name\": \"bar\", \"model\": \"beam:4x1x1@0.4x0.1x0.1\", \"free\": true,\n"
+                    "  \"material\": {\"young\": 1e5, \"density\": 1000},\n"
+                    "  \"velocity\": [0, 0, 3], \"spin\": [0, 9, 3]}],\n"
+                    " \"gravity\": [0, 0, -9.81], \"links\": [{\"kind\": \"weld\", \"body\": "
+                    "\"bar\", \"place\": [0, 0, 0]}]}");
+  program_result run = thrum_run(folder, "simulate", "scene.json", "-o", "apart", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.err, "use a shorter step"));
+  program_result_free(&run);
+}
+
 static void a_handle_follows_a_file_and_lets_go(void **state) {
   (void)state;
   put("hand.csv", "t,x,y,z\n0,7,7,7\n0.1,7,7.02,7.03\n1,7,7.02,7.03\n");
@@ -876,6 +891,7 @@ int main(void) {
       cmocka_unit_test(what_touches_in_the_scenes_keeps_its_distance),
       cmocka_unit_test(a_scene_with_links_adds_up),
       cmocka_unit_test(a_joint_that_stays_open_flags_the_run),
+      cmocka_unit_test(a_joint_that_no_step_can_follow_stops_the_run),
       cmocka_unit_test(a_handle_follows_a_file_and_lets_go),
       cmocka_unit_test(surfaces_that_cross_flag_the_run),
       cmocka_unit_test(a_path_turns_as_far_as_its_angles_say),

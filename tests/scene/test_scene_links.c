@@ -2,6 +2,8 @@
  * changes the momentum of free bodies, and ends follow paths and let go.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include "scene/scene_private.h" // before names of the tests that it uses otherwise
+
 #include "tests/support/precompute_support.h"
 
 #include "runtime/base/vec3.h"
@@ -499,6 +501,29 @@ static void a_faint_spring_leaves_the_joints_beside_it(void **context) {
   }
 }
 
+/* Both bodies of a joint that cannot be solved for stop, and say so; the third goes on. */
+static void bodies_whose_links_cannot_be_solved_for_stop(void **context) {
+  fixture *f = *context;
+  restart(f);
+  for (int n = 0; n < 3; n++)
+    add_bar(f, 0.4 * n, 0, n, 1);
+  MUST(thrum_scene_set_gravity(f->scene, down, &failure));
+  thrum_scene_link_def def = link_of(THRUM_LINK_BALL, 0.4, 0.05, 0.5);
+  def.other = 1;
+  add_link(f->scene, &def);
+
+  // no link that can be added does this: the rows of one become those of a body without mass
+  f->scene->links[0].sides[0].rows[0] = 1e200;
+  assert_int_equal(thrum_scene_step(f->scene, &failure), THRUM_SINGULAR);
+  assert_non_null(strstr(failure.message, "cannot be solved for together"));
+  for (int n = 0; n < 3; n++) {
+    thrum_scene_body_info info;
+    MUST(thrum_scene_body(f->scene, n, &info, &failure));
+    assert_int_equal(info.status, n < 2 ? THRUM_SINGULAR : THRUM_OK);
+  }
+  steps(f->scene, 5);
+}
+
 static void what_cannot_be_linked_is_refused(void **context) {
   fixture *f = *context;
   static const double twice[] = {1, 1}, places[6] = {0};
@@ -576,6 +601,7 @@ int main(void) {
       TEST(bars_on_a_hinge_fall_on_a_floor),
       TEST(a_snapshot_and_a_reset_step_to_the_same_bits),
       TEST(a_body_that_cannot_step_lets_go_of_the_other),
+      TEST(bodies_whose_links_cannot_be_solved_for_stop),
       TEST(what_cannot_be_linked_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
