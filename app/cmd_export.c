@@ -100,10 +100,6 @@ const config_command command_export = {
                 "export bridge --matrices bridge",
 };
 
-static bool is_scene_folder(const char *path) {
-  return run_entries_marked(path, RUN_OF_SCENE);
-}
-
 /* Refuses files that would overwrite an input or each other. */
 static int check_files(const export_request *request) {
   const struct {

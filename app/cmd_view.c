@@ -14,8 +14,8 @@
 #include "app/view/viewer_page.h"
 #include "config/message.h"
 #include "config/options.h"
-#include "driver/run_entries.h"
 #include "driver/run_read.h"
+#include "driver/scene_read.h"
 #include "io/json.h"
 #include "io/paths.h"
 #include "mesh/formats/mesh_read.h"
@@ -76,7 +76,7 @@ const config_command command_view = {
 
 /* Is it the folder of a run, of a model or of a scene? */
 static bool is_run(const char *name) {
-  return is_run_folder(name) || run_entries_marked(name, RUN_OF_SCENE);
+  return is_run_folder(name) || is_scene_folder(name);
 }
 
 /* Refuses what is no model and no scene, and what would overwrite its own source. */
@@ -104,7 +104,7 @@ static int check_names(const view_request *request) {
 
   // a surface belongs to one model; in a scene each body names its own
   if (request->surface != NULL && (request->count != 1 || scene_spec_is_named(request->names[0]) ||
-                                   run_entries_marked(request->names[0], RUN_OF_SCENE)))
+                                   is_scene_folder(request->names[0])))
     return config_usage("view", "--surface goes with one model, or the run of one");
   if (request->fps != FPS_DEFAULT && !(request->count == 1 && is_run(request->names[0])))
     return config_usage("view", "--fps goes with the folder of a run");

@@ -3,6 +3,8 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
 
 #include "driver/run_entries.h"
 #include "driver/run_folder.h"
@@ -17,6 +19,16 @@ void recorded_scene_free(recorded_scene *scene) {
   free(scene->names);
   cJSON_Delete(scene->object);
   *scene = (recorded_scene){0};
+}
+
+bool is_scene_folder(const char *path) {
+  char file[RUN_PATH_MAX + 300];
+  struct stat status;
+  const size_t length = strlen(path);
+  if (length == 0 || length >= RUN_PATH_MAX)
+    return false;
+  snprintf(file, sizeof file, "%s/%s", path, SCENE_JSON);
+  return stat(file, &status) == 0 && S_ISREG(status.st_mode);
 }
 
 /* Names and runs of the bodies that scene.json lists. */

@@ -4,6 +4,7 @@
 #define THRUM_DRIVER_SCENE_READ_H
 
 #include <cjson/cJSON.h>
+#include <stdbool.h>
 
 #include "driver/run_read.h"
 
@@ -14,6 +15,9 @@ typedef struct recorded_scene {
   const char **names; /* count, of the bodies; they live in `object` */
   cJSON *object;      /* of scene.json */
 } recorded_scene;
+
+/* Is there a scene.json in the folder? What is wrong with it is said where it is read. */
+bool is_scene_folder(const char *path);
 
 /* Reads SCENE/scene.json and the run of each body that it lists. recorded_scene_free frees. */
 thrum_status recorded_scene_read(const char *path, recorded_scene *scene, thrum_error *error);
