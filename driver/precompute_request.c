@@ -126,9 +126,9 @@ static const config_option options[] = {
                 "beside those of --rank",
                 .repeats = true, .take = take_handle),
     OPTION_FLAG("touch",
-                "add local response modes over the surface beside the rank, until a pull at any "
-                "visible place moves it by 80 % of what the mesh says (linear), or --rank-max is "
-                "reached, which is told with exit code 3",
+                "add local response modes over the surface beside the rank, until pulls at any "
+                "visible place move it by 80 % of what the mesh says (linear, in the mean over "
+                "all directions), or --rank-max is reached, which is told with exit code 3",
                 AT(touch)),
 
     OPTION_FLAG("condense",
