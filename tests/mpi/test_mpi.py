@@ -239,7 +239,7 @@ def check_steps(programs, folder):
                              (2, ["horse", "--integrator", "newmark", "--load", "impulse:0,0,-10@load"]),
                              (1, [*block, "--integrator", "midpoint"]), (4, [*block, "--integrator", "newmark"])):
         runs = [os.path.join(folder, name) for name in ("alone", "together")]
-        command = ["simulate", *arguments, "--full", "--time", "0.006", "--json", "-q", "-o"]
+        command = ["simulate", *arguments, "--full", "--time", "0.003", "--json", "-q", "-o"]
         results = [programs.alone([*command, runs[0]]), programs.together(count, [*command, runs[1]])]
         demand([r.returncode for r in results] == [0, 0], f"{arguments}: {results[0].stderr} {results[1].stderr}")
         told = [json.loads(r.stdout) for r in results]
