@@ -216,7 +216,8 @@ typedef struct thrum_contact_environment {
  *   work on the body = driven + granted - stored - lost,    stored >= 0,
  *
  * and lost >= 0 after every thrum_contact_step up to rounding: obstacles at rest give back no more
- * than they took. */
+ * than they took. With an inertia, what impacts change of the energy that holds the velocity of the
+ * shape is in `lost` as well, and may be of either sign (docs/contact.md). */
 typedef struct thrum_contact_report {
   int64_t steps;    /* completed steps */
   int64_t redone;   /* attempts after the first of thrum_contact_step */
