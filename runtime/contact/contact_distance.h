@@ -28,7 +28,8 @@ thrum_nearest thrum_quad_nearest(thrum_quad_kind kind, const thrum_quad *quad, d
 double thrum_quad_motion(thrum_quad_kind kind, const thrum_quad *quad);
 
 /* The share of the step after which the two are within `reach` [m] of each other; 2 where they are
- * not in this step. */
+ * not in this step. Never later: advances are limited, so of two that graze at this distance it is
+ * a share before they are there, and a candidate more. */
 double thrum_quad_meets(thrum_quad_kind kind, const thrum_quad *quad, double reach);
 
 #endif
