@@ -75,7 +75,7 @@ thrum_status mpi_program_become(char *const *argv, thrum_error *error) {
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "conjugate gradients are those of " PROGRAM
                            ", and %.300s is no program: "
-                           "build it by ./run mpi, or leave --solver cg out",
+                           "build it by ./run mpi, name it by THRUM_MPI, or leave --solver cg out",
                            path);
 
   // the program, the command and its arguments, and the NULL behind them

@@ -256,10 +256,10 @@ thrum_status load_target_find(const thrum_model *model, const load_target *targe
   } else if (thrum_model_group(model, target->group, vertices, count, NULL) < 0) {
     char list[160];
     list_groups(model, list, sizeof list);
-    return thrum_error_set(error, THRUM_MISSING, "no group '%.60s'; %s%s", target->group,
-                           list[0] != 0 ? "the model's groups: "
-                                        : "the model has no groups: use vertex=N or all",
-                           list);
+    return thrum_error_set(
+        error, THRUM_MISSING, "no group '%.60s' (one vertex is vertex=N); %s%s", target->group,
+        list[0] != 0 ? "the model's groups: " : "the model has no groups: use vertex=N or all",
+        list);
   }
   return THRUM_OK;
 }

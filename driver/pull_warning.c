@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "config/message.h"
+#include "driver/model_meta.h"
 #include "driver/precompute_touch.h"
 #include "platform/allocate.h"
 #include "precompute/model/load_share.h"
@@ -25,6 +26,14 @@ static thrum_status measure(const thrum_model *model, const load_spec *loads, in
   return pulls > 0 ? thrum_load_share_measure(model, pulls, forces, shares, error) : THRUM_MISSING;
 }
 
+/* Was the model made with touch modes? They follow pulls in the mean over all directions. */
+static bool has_touch_modes(const thrum_model *model) {
+  cJSON *meta = model_meta_parse(model);
+  const bool found = model_meta_find(meta, NULL, "touch") != NULL;
+  cJSON_Delete(meta);
+  return found;
+}
+
 void pull_warning_print(const char *name, const thrum_model *model, const load_spec *loads,
                         int64_t count) {
   if (model->basis == NULL || model->tets == NULL || model->vertex_count > PULL_VERTICES_MOST)
@@ -38,6 +47,13 @@ void pull_warning_print(const char *name, const thrum_model *model, const load_s
   THRUM_THEN(status, thrum_reserve(&shares, count + 1, sizeof *shares, "the pulls", NULL));
   THRUM_THEN(status, measure(model, loads, count, forces, shares, NULL));
 
+  // touch modes are no advice for a model that has them
+  const char *const advice =
+      has_touch_modes(model)
+          ? "its touch modes follow pulls in the mean over all directions; add --handles for this "
+            "place"
+          : "make it with thrum precompute --touch, or with --handles for that place";
+
   const thrum_load_share *share = shares;
   for (int64_t n = 0; n < count && status >= 0; n++) {
     if (!is_pull(&loads[n]))
@@ -46,9 +62,8 @@ void pull_warning_print(const char *name, const thrum_model *model, const load_s
     share++;
     if (follows < TOUCH_FOLLOWS)
       config_warn("%.100s: this model moves by %.0f %% of what the mesh gives under '%.150s' "
-                  "(linear, at rest): make it with thrum precompute --touch, or with --handles for "
-                  "that place",
-                  name, 100 * follows, loads[n].text);
+                  "(linear, at rest): %s",
+                  name, 100 * follows, loads[n].text, advice);
   }
   free(shares);
   free(forces);

@@ -114,8 +114,8 @@ static thrum_status check_model(const char *path, const char *hash, const char *
   if (strcmp(text, hash) == 0)
     return THRUM_OK;
   return thrum_error_set(error, THRUM_BAD_VALUE,
-                         "%.150s is not the model that %.150s was made with: name that with "
-                         "--model FILE",
+                         "%.150s is not the model that %.150s was made with: put that one in its "
+                         "place; thrum export takes it by --model FILE as well",
                          path, folder);
 }
 

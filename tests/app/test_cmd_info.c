@@ -144,7 +144,6 @@ static void frequencies_as_stepped_stand_beside_those_of_the_model(void **state)
   program_result_free(&run);
 }
 
-/* A mode is explicit where h omega <= 1, that is f <= 1 / (2 pi h). */
 /* precompute --touch of the beam up to a rank; *code: the exit code. */
 static cJSON *touch_up_to(const char *rank, int *code) {
   program_result run =
@@ -191,13 +190,15 @@ static void touch_modes_are_counted_and_measured_again(void **state) {
   cJSON_Delete(object);
 }
 
-/* A run of a model with a pull at a vertex warns of it, or does not. */
-static void assert_warned(const char *model, const char *load, bool warned) {
+/* A run of a model with a pull warns of it and says what to do, or does not (NULL). */
+static void assert_warned(const char *model, const char *load, const char *advice) {
   program_result run =
       thrum_run(folder, "simulate", model, "-o", "pulled", load, "--time", "0.006", "-q", NULL);
   if (run.exit_code != 0)
     fail_msg("%s", run.err);
-  assert_true((strstr(run.err, "of what the mesh gives") != NULL) == warned);
+  assert_true((strstr(run.err, "of what the mesh gives") != NULL) == (advice != NULL));
+  if (advice != NULL)
+    assert_non_null(strstr(run.err, advice));
   program_result_free(&run);
 }
 
@@ -211,8 +212,8 @@ static void a_run_warns_of_a_pull_that_its_basis_cannot_follow(void **state) {
   char load[64];
   snprintf(load, sizeof load, "--load=constant:0,0,-1@vertex=%.0f",
            json_value(cJSON_GetObjectItem(plain, "touch"), "vertex"));
-  assert_warned("beam.npz", load, true);
-  assert_warned("beam.npz", "--load=constant:0,0,-1@tip", false);
+  assert_warned("beam.npz", load, "make it with thrum precompute --touch, or");
+  assert_warned("beam.npz", "--load=constant:0,0,-1@tip", NULL);
   cJSON_Delete(plain);
   cJSON_Delete(object);
 }
@@ -223,6 +224,13 @@ static void a_rank_too_low_for_touch_modes_is_flagged(void **state) {
   cJSON *object = touch_up_to("10", &code);
   assert_int_equal(code, 3);
   assert_true(json_value(object, "rank") == 10);
+
+  // a run that pulls there does not advise what the model has
+  char load[64];
+  const cJSON *touch = cJSON_GetObjectItem(object, "touch");
+  snprintf(load, sizeof load, "--load=constant:0,0,-1@vertex=%.0f",
+           json_value(cJSON_GetObjectItem(touch, "after"), "vertex"));
+  assert_warned("touch.npz", load, "add --handles for this place");
   cJSON_Delete(object);
 
   // no room at all is refused
@@ -233,6 +241,7 @@ static void a_rank_too_low_for_touch_modes_is_flagged(void **state) {
   program_result_free(&run);
 }
 
+/* A mode is explicit where h omega <= 1, that is f <= 1 / (2 pi h). */
 static void split_follows_the_time_step(void **state) {
   (void)state;
   const double steps[] = {1e-5, 0.001, 0.003, 0.01, 0.1};

@@ -119,6 +119,12 @@ export class World {
   set(name, value) {
     if (name === 'colour' && !quantitiesOf(this.pack).includes(value))
       throw new Error(`there are no colours of '${value}' for these bodies`);
+
+    // of a link that was made for another model: no body has more coordinates than its model
+    if (name === 'rank') {
+      const most = Math.max(...this.bodies.map(({ model }) => model.rank));
+      value = Math.min(Math.max(1, Math.round(value)), most);
+    }
     const { engine } = this;
     const each = (change) => this.bodies.forEach((_, n) => change(n));
     const changes = {
@@ -128,7 +134,9 @@ export class World {
       stiffness: () => each((n) => engine.setStiffness(n, value * this.shown.bodies[n].stiffness)),
       rank: () => each((n) => engine.setRank(n, Math.min(value, this.bodies[n].model.rank))),
       integrator: () => this.compared || each((n) => engine.setIntegrator(n, value)),
-      pull: () => {},
+      pull: () => {
+        if (!(value > 0)) throw new Error(`a pull is a spring of a stiffness above 0, not ${value}`);
+      },
       colour: () => this.#forgetColours(),
       edges: () => this.bodies.forEach((body) => body.showEdges(value)),
       held: () => this.bodies.forEach((body) => body.showHeld(value)),

@@ -521,6 +521,15 @@ test('a link carries the settings', async () => {
   await page.evaluate(() => { window.location.hash = '#integrator=none&colour=none&choice=9&dt=x'; });
   await page.waitForFunction(() => /there is no|there are no/.test(document.getElementById('notice-text').textContent));
   assert.equal((await page.evaluate(() => window.thrum.settings())).colour, 'stress');
+
+  // one of a model of a larger rank shows all coordinates of this one
+  const { pull } = await page.evaluate(() => window.thrum.settings());
+  await page.evaluate(() => { window.location.hash = '#rank=9999&pull=-10'; });
+  await page.waitForFunction(() => window.thrum.settings().rank !== 9999
+    && window.location.hash === '#rank=9999&pull=-10');
+  assert.equal(await page.evaluate(() => window.thrum.settings().rank),
+    await page.evaluate(() => Number(document.getElementById('rank').max)));
+  assert.equal((await page.evaluate(() => window.thrum.settings())).pull, pull);
   await page.evaluate(() => { window.history.replaceState(null, '', '#'); window.thrum.set('colour', 'own'); });
 });
 
