@@ -278,7 +278,7 @@ void scene_run_table(const scene_run *run) {
   // what bodies did to each other
   if (scene_run_touches(run)) {
     const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
-    printf("collisions   bodies touch each other in %" PRId64
+    printf("collisions   bodies touch each other or themselves in %" PRId64
            " place%s at the end, %g J lost, %.2g of the thickness at most\n",
            of.touching, of.touching == 1 ? "" : "s", of.lost, of.deepest_share);
   }
