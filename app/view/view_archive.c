@@ -130,6 +130,9 @@ static void add_follows(data_section *data, cJSON *arrays, const thrum_model *mo
   THRUM_THEN(status,
              thrum_reserve(&follows, shown->vertex_count, sizeof *follows, "the pulls", NULL));
 
+  // a page without them for lack of memory would be another page
+  data->failed = data->failed || status == THRUM_OUT_OF_MEMORY;
+
   // whole per cents are enough to be read
   unsigned char *array =
       status < 0 ? NULL : add_array(data, arrays, "follows", shown->vertex_count, "u1");
