@@ -390,7 +390,8 @@ static void fill_member(const thrum_scene *scene, int32_t number, thrum_contact_
                                    .environment = pairs->environments + number,
                                    .skin = body->skin ? body->skin->skin : NULL,
                                    .number = number,
-                                   .touches_itself = body->self_contact};
+                                   .touches_itself = body->self_contact,
+                                   .passes_bodies = !scene->collides || !body->collides};
 }
 
 /* Where the interval of a body along x begins and ends; larger than what it may touch. */

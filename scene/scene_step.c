@@ -185,10 +185,12 @@ static void chunk_task(void *of, int32_t index, int32_t worker) {
   // what came of each body's step
   for (int32_t n = 0; n < chunk->count; n++) {
     scene_body *body = scene->bodies[bodies[n]];
+    thrum_error *error = scene->side_error + bodies[n];
     thrum_status moved = THRUM_OK;
+    *error = chunk->error;
     if (statuses[n] >= 0 && body->free)
-      moved = scene_free_step(body, &body->wrench, scene->dt, &chunk->error);
-    statuses[n] = count_step(scene, body, moved < 0 ? moved : statuses[n], &chunk->error);
+      moved = scene_free_step(body, &body->wrench, scene->dt, error);
+    statuses[n] = count_step(scene, body, moved < 0 ? moved : statuses[n], error);
   }
 }
 
@@ -216,8 +218,8 @@ thrum_status thrum_scene_step(thrum_scene *scene, thrum_error *error) {
   for_all(scene, chunks, chunk_task);
   for (int32_t n = 0; n < chunks; n++)
     for (int32_t m = scene->chunks[n].from; m < scene->chunks[n].from + scene->chunks[n].count; m++)
-      note(scene->bodies[scene->side_body[m]], scene->side_status[m], &scene->chunks[n].error,
-           &status, error);
+      note(scene->bodies[scene->side_body[m]], scene->side_status[m],
+           scene->side_error + scene->side_body[m], &status, error);
   scene->steps++;
   scene_obstacles_move(scene);
   return status;

@@ -143,6 +143,7 @@ typedef struct thrum_contact_member {
   const thrum_contact_solid *solid; /* NULL: a body */
   int32_t number;         /* of the body, the same in all steps; ascending over the members */
   int32_t touches_itself; /* 1: its surface touches itself too; of a solid without effect */
+  int32_t passes_bodies;  /* 1: it touches solids, and itself, but no other body of the group */
   thrum_status status;    /* of its step, set by thrum_contact_pairs_step */
 } thrum_contact_member;
 

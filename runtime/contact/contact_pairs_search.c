@@ -698,18 +698,24 @@ static void search_own(thrum_pairs_run *run) {
     forget_places(run);
 }
 
+/* May two members of a group touch each other? */
+static bool may_touch(const thrum_contact_member *a, const thrum_contact_member *b) {
+  if (a->status < 0 || b->status < 0 || a->skin == NULL || b->skin == NULL)
+    return false;
+  if (a->solid != NULL || b->solid != NULL)
+    return a->solid == NULL || b->solid == NULL;
+  return !a->passes_bodies && !b->passes_bodies;
+}
+
 void thrum_pairs_search(thrum_pairs_run *run) {
   run->candidate_count = 0;
   forget_places(run);
   search_own(run);
 
-  // all pairs of members; spheres of whole bodies answer for most
+  // all pairs of members that may touch; spheres of whole bodies answer for most
   for (int64_t a = 0; a < run->count; a++)
     for (int64_t b = a + 1; b < run->count; b++) {
-      if (run->members[a].status < 0 || run->members[b].status < 0 ||
-          run->members[a].skin == NULL || run->members[b].skin == NULL ||
-          thrum_links_join(run, a, b) ||
-          (run->members[a].solid != NULL && run->members[b].solid != NULL))
+      if (!may_touch(run->members + a, run->members + b) || thrum_links_join(run, a, b))
         continue;
       search s = search_of(run, a, b);
       descend(&s);

@@ -230,6 +230,47 @@ static void a_body_that_touches_itself_and_another_keeps_momentum(void **context
   assert_close(after.total + report.lost, before.total, 1e-9);
 }
 
+/* Two horseshoes, of which one passes through other bodies, fly through each other on a faint
+ * spring, which has them step together. */
+static void what_passes_through_others_does_so_beside_its_own_touches(void **context) {
+  fixture *f = *context;
+  const thrum_contact_pairs_def def = thrum_default_contact_pairs_def();
+  MUST(thrum_scene_set_collisions(f->scene, &def, &failure));
+  for (int n = 0; n < 2; n++) {
+    double p[THRUM_RANK_MAX] = {0};
+    thrum_scene_body_def made = thrum_default_scene_body_def();
+    press(f, IMPULSE, p);
+    made.model = &f->made.model;
+    made.triangles = f->triangles;
+    made.triangle_count = f->triangle_count;
+    made.free = 1;
+    made.p = p;
+    made.position[2] = n == 0 ? 0 : 0.1;
+    made.velocity[2] = n == 0 ? 1 : -1;
+    made.collides = n;
+    made.self_contact = 1;
+    MUST(thrum_scene_add_body(f->scene, &made, NULL, &failure));
+  }
+  thrum_scene_link_def spring = thrum_default_scene_link_def();
+  spring.kind = THRUM_LINK_SPRING;
+  spring.other = 1;
+  spring.stiffness = 1e-6;
+  MUST(thrum_scene_add_link(f->scene, &spring, NULL, &failure));
+
+  // each touches itself alone
+  bool own = false;
+  for (int k = 0; k < 100; k++) {
+    MUST(thrum_scene_step(f->scene, &failure));
+    thrum_pair_touch touch;
+    for (int64_t n = 0; n < thrum_scene_collisions(f->scene).touching; n++) {
+      MUST(thrum_scene_collision(f->scene, n, &touch, &failure));
+      assert_int_equal(touch.bodies[0], touch.bodies[1]);
+      own = true;
+    }
+  }
+  assert_true(own);
+}
+
 /* Arms of 1.5 thicknesses that open and vibrate: what is so near at rest is no touch. */
 static void thin_arms_do_not_touch_themselves(void **context) {
   fixture *f = *context;
@@ -285,6 +326,7 @@ int main(void) {
       TEST(arms_that_meet_stay_apart),
       TEST(arms_pass_through_each_other_without_self_contact),
       TEST(a_body_that_touches_itself_and_another_keeps_momentum),
+      TEST(what_passes_through_others_does_so_beside_its_own_touches),
       TEST(thin_arms_do_not_touch_themselves),
       TEST(a_snapshot_amid_a_touch_steps_to_the_same_bits),
       TEST(what_cannot_touch_itself_is_refused),
