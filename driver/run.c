@@ -167,13 +167,20 @@ const char *driver_run_status(const driver_run *run) {
   return simulate_status_name(&all);
 }
 
-/* Energy that the run gained by itself: in its free motion, beside the work of its loads, or as its
- * steps saw it. */
+/* Energy that the run gained by itself: in its free motion, beside the work of its loads, out of
+ * plastic flow, or as its steps saw it. */
 static void warn_of_growth(const simulate_figures *figures, const char *who) {
   const int64_t grown_steps = figures->report.grown_steps;
 
-  // growth in free motion says most, then the gain beside the work, then single steps
-  if (figures->grew_freely) {
+  // what can be mended by another model comes first; then growth in free motion says most, then the
+  // gain beside the work, then single steps
+  if (figures->overdrawn) {
+    config_warn("%splastic flow took more than the body had: its strain energy fell to %.3g J; the "
+                "model's cubature points do not bear this flow: do not trust this motion; train "
+                "them on it (precompute --yield X --train LOAD) or take more "
+                "(--cubature-error)",
+                who, figures->potential_min);
+  } else if (figures->grew_freely) {
     double from = 0, to = 0;
     driver_drift_ends(&figures->windows, &from, &to);
     config_warn("%sthe energy grew from %.3g J to %.3g J, the mean of the last tenth of the run, "

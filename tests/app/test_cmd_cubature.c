@@ -116,6 +116,26 @@ static void a_law_of_its_own_is_in_the_file_and_in_runs(void **state) {
   program_result_free(&run);
 }
 
+static void a_flow_that_takes_more_than_there_is_is_flagged(void **state) {
+  (void)state;
+  program_result run = PRECOMPUTE("--cubature", "--cubature-error", "0.05", "--law", "neo-hookean",
+                                  "--young", "1e6");
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+
+  // the account closes, but what flowed took more than the load gave
+  run = thrum_run(folder, "simulate", "cub.npz", "--yield", "0.02", "--load",
+                  "square:0,0,-200@tip,until=0.3", "--time", "0.4", "-q", "--json", "-o", "drawn",
+                  NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.err, "plastic flow took more than the body had"));
+  cJSON *object = json_line(run.out);
+  assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "status")->valuestring,
+                      "energy_grew");
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
 static void points_flow_and_their_account_closes(void **state) {
   (void)state;
   program_result run = PRECOMPUTE("--cubature", "--cubature-error", "0.02", "--law", "corotational",
@@ -235,6 +255,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_model_of_points_says_its_error_and_runs),
       cmocka_unit_test(a_law_of_its_own_is_in_the_file_and_in_runs),
+      cmocka_unit_test(a_flow_that_takes_more_than_there_is_is_flagged),
       cmocka_unit_test(points_flow_and_their_account_closes),
       cmocka_unit_test(training_runs_and_their_errors_are_of_the_law),
       cmocka_unit_test(an_error_that_is_missed_is_flagged),
