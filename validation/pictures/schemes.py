@@ -84,8 +84,8 @@ def long_energy(path):
         curves.sort(key=lambda curve: "lw 5" not in curve[1])
         panels.append(panel(f"{model}, undamped, swinging by {100 * swing:g} % of its length",
                             ("simulated time [s]", "mean energy over 35 s / energy at the start"), curves,
-                            "set xrange [0:9000]\nset yrange [0:2.2]\nset key right top font ',9'\n"))
-    draw(path, (1260, 520), (1, 2), panels)
+                            "set xrange [0:9000]\nset yrange [0:2.2]\nset bmargin 8\nset key below Left reverse width -10 maxrows 5 font ',8'\n"))
+    draw(path, (1260, 620), (1, 2), panels)
 
 
 def energy_schemes(path):
