@@ -158,10 +158,20 @@ static thrum_status read_json(const char *folder, cJSON **object, const char **m
   return THRUM_OK;
 }
 
-static thrum_status read_q(const char *folder, recorded_run *run, thrum_error *error) {
+/* The coordinates, a row for each time; run.json, the object, says how many were recorded. */
+static thrum_status read_q(const char *folder, const cJSON *object, recorded_run *run,
+                           thrum_error *error) {
   path_text path;
   join(path, folder, "q.npy");
   THRUM_TRY(thrum_npy_read_f8(path, &run->q, &run->rows, &run->rank, error));
+
+  // a file with other columns is not the one that this run wrote
+  const cJSON *rank = cJSON_GetObjectItemCaseSensitive(object, "rank");
+  if (cJSON_IsNumber(rank) && rank->valuedouble != (double)run->rank)
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "%.200s has %" PRId64 " columns, but the run recorded %g coordinates: "
+                           "simulate again",
+                           path, run->rank, rank->valuedouble);
 
   // the rank of the model is at least that of the run, which may have stepped fewer coordinates
   if (run->rows < 1 || run->rank < 1 || run->rank > run->model->rank)
@@ -198,14 +208,14 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
   const cJSON *placement = cJSON_GetObjectItemCaseSensitive(object, "placement");
   const bool moves = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(placement, "free"));
   THRUM_THEN(status, run_placement_read(path, object, &read.place, error));
-  cJSON_Delete(object);
 
   // the series: coordinates, times and places
   if (status >= 0 && read.model->basis == NULL)
     status = thrum_error_set(error, THRUM_MISSING,
                              "the model has no basis, so nothing can be "
                              "shown");
-  THRUM_THEN(status, read_q(path, &read, error));
+  THRUM_THEN(status, read_q(path, object, &read, error));
+  cJSON_Delete(object);
   THRUM_THEN(status, read_energies(path, &read, error));
   path_text places;
   join(places, path, RUN_PLACEMENTS);

@@ -395,6 +395,26 @@ static void missing_inputs_and_wrong_options_are_refused(void **state) {
   assert_false(file_exists(in_folder("x.html")));
 }
 
+static void a_run_whose_coordinates_are_of_another_run_is_refused(void **state) {
+  (void)state;
+
+  // as many rows of fewer coordinates
+  const char *const names[] = {"all", "few"};
+  for (int n = 0; n < 2; n++) {
+    program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", names[n], "--time", "0.05",
+                                   "--rank", n == 0 ? "3" : "2", "-q", NULL);
+    assert_int_equal(run.exit_code, 0);
+    program_result_free(&run);
+  }
+  char theirs[160];
+  snprintf(theirs, sizeof theirs, "%s", in_folder("few/q.npy"));
+  assert_int_equal(rename(theirs, in_folder("all/q.npy")), 0);
+
+  expect_refusal(thrum_run(folder, "view", "all", "-o", "x.html", NULL), 1,
+                 "has 2 columns, but the run recorded 3");
+  assert_false(file_exists(in_folder("x.html")));
+}
+
 static void a_page_without_a_place_for_a_pack_is_refused(void **state) {
   (void)state;
   char page[160];
@@ -492,6 +512,7 @@ int main(void) {
       cmocka_unit_test(a_run_is_packed_with_its_rows),
       cmocka_unit_test(without_a_name_the_page_is_opened_where_there_is_a_display),
       cmocka_unit_test(missing_inputs_and_wrong_options_are_refused),
+      cmocka_unit_test(a_run_whose_coordinates_are_of_another_run_is_refused),
       cmocka_unit_test(a_page_without_a_place_for_a_pack_is_refused),
   };
   return cmocka_run_group_tests(tests, make_model, remove_model);
