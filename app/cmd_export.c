@@ -341,6 +341,7 @@ int cmd_export(int argc, char **argv) {
 
   thrum_error error = {0};
   export_files files = {0};
+  // what is exported goes by what the path names: a scene's run, a run or a model
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
   const thrum_status status =
       is_scene_folder(request.model) ? export_scene(&request, &files, &error)

@@ -74,6 +74,7 @@ static const config_option options[] = {
                   CONFIG_AT(info_request, dt), CONFIG_ABOVE(0)),
     OPTION_INTEGRATOR(info_request, integrator),
 
+    // how much of a load or of a pull the basis shows
     OPTION_LOAD(take_load, NULL,
                 "what of a load, as thrum simulate --load takes it, the basis does not show: of "
                 "the static answer (energy norm) and of the load itself (outside span(M U), mass "

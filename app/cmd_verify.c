@@ -258,6 +258,8 @@ int cmd_verify(int argc, char **argv) {
   verify_request request = {.refinements = REFINEMENTS};
   thrum_error error = {0};
   bool flagged = false;
+
+  // options that do not go together are refused before any work is done
   int code = config_options_read(&command_verify, argc, argv, &request);
   if (code == COMMAND_DONE && optind < argc)
     code = config_usage("verify", "'%s' is too much; the folder is -o DIR", argv[optind]);

@@ -118,7 +118,7 @@ extern const experiments_form experiments_matrix_form, experiments_long_form,
 const char *experiments_kind_name(experiments_kind kind);
 const experiments_form *experiments_kind_form(experiments_kind kind);
 
-/* What an experiment has found, and what of it is missing. */
+/* The results of an experiment, and the names of those that are missing. */
 typedef struct experiments_outcome {
   cJSON *rows[EXPERIMENTS_TABLES_MAX]; /* of the tables; deleted by experiments_publish */
   void (*write_list)(FILE *stream, const void *of);

@@ -14,7 +14,7 @@
 #include "platform/allocate.h"
 #include "precompute/build_info.h"
 
-/* What a request is cut along. */
+/* The axes along which a request is cut into jobs. */
 typedef enum axis {
   AXIS_END,
   AXIS_MODEL,
@@ -148,7 +148,7 @@ static experiments_request request_of(const experiments_request *request, int64_
 
 /* --- the jobs --------------------------------------------------------------------------------- */
 
-/* What the calls of the list share; models are loaded when a job needs them. */
+/* The calls of the list share this; models are loaded when a job needs them. */
 typedef struct sweep_jobs {
   const experiments_request *request;
   experiments_bodies *bodies;

@@ -1,5 +1,5 @@
-/* What contact between many bodies costs, for `thrum bench contact`. SPDX-License-Identifier:
- * Apache-2.0 */
+/* Measures the cost of contact between many bodies, for `thrum bench contact`.
+ * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_BENCH_MEASURE_CONTACT_H
 #define THRUM_BENCH_MEASURE_CONTACT_H
 

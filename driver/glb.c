@@ -194,6 +194,8 @@ static cJSON *material_of(const body *b) {
 /* One scene: below a node that turns Thrum's z up into glTF's y up, all bodies. */
 static void add_scene(glb *g) {
   static const double up[4] = {-0.70710678118654757, 0, 0, 0.70710678118654757}, zero = 0;
+
+  // the file's only scene has one root
   cJSON *asset = cJSON_AddObjectToObject(g->root, "asset");
   cJSON_AddStringToObject(asset, "version", "2.0");
   cJSON_AddStringToObject(asset, "generator", "thrum");
@@ -201,6 +203,7 @@ static void add_scene(glb *g) {
   cJSON *scene = json_add_row(cJSON_AddArrayToObject(g->root, "scenes"));
   json_numbers(scene, "nodes", &zero, 1);
 
+  // the root turns, and each body is a child of it with a mesh and a material of its own
   cJSON *nodes = cJSON_AddArrayToObject(g->root, "nodes");
   cJSON *meshes = cJSON_AddArrayToObject(g->root, "meshes");
   cJSON *materials = cJSON_AddArrayToObject(g->root, "materials");

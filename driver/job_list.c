@@ -54,7 +54,7 @@ int job_request_check(const job_request *request, const char *command) {
   return COMMAND_DONE;
 }
 
-/* What the command calls a job, as a file and a shell's comment take it. */
+/* The name of a job, as a file and a shell's comment take it. */
 static void plain_name_of(const job_list *list, int64_t job, char name[JOB_NAME_MAX]) {
   list->name(list->context, job, name);
   for (char *at = name; *at != 0; at++)

@@ -15,7 +15,7 @@
 
 #define JOB_NAME_MAX 128
 
-/* What a command is asked for; {0}: all of its work at once. */
+/* The part of its work that a command is asked for; {0}: all of it at once. */
 typedef struct job_request {
   bool list;
   int64_t number; /* from 1; 0: not one job */

@@ -12,7 +12,7 @@
 #include "io/json.h"
 #include "io/paths.h"
 
-/* What the calls of the list share; the model is needed for all but the names. */
+/* The calls of the list share this; the model is needed for all but the names. */
 typedef struct train_jobs {
   const precompute_request *request;
   const thrum_model *model;

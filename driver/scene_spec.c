@@ -284,7 +284,7 @@ static thrum_status check_link_key(const scene_spec *spec, const scene_link_spec
   return config_record_refuse(&spec->file, &link->at, key, THRUM_BAD_VALUE, "is of %s", only);
 }
 
-/* What a link ties, and where. */
+/* Reads which bodies a link ties, and where. */
 static thrum_status check_link_ends(const scene_spec *spec, const scene_link_spec *link) {
   const config_record *at = &link->at;
   THRUM_TRY(check_body_name(spec, at, "body", link->body));

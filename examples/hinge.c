@@ -35,11 +35,14 @@ static thrum_status join(thrum_scene *scene, thrum_link_kind kind, int32_t body,
 static thrum_status report(thrum_scene *scene, thrum_error *error) {
   thrum_scene_account account;
   thrum_scene_link first, second;
+
+  /* each call is made only where those before it succeeded */
   thrum_status status = thrum_scene_account_get(scene, &account, error);
   if (status >= 0)
     status = thrum_scene_link_get(scene, 0, &first, error);
   if (status >= 0)
     status = thrum_scene_link_get(scene, 1, &second, error);
+
   if (status >= 0)
     printf(
         "%.2f s: %.3f J of motion, %.0e J in all, %.0e J taken by the joints, which were open by "

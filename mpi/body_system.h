@@ -40,7 +40,7 @@ void body_system_free(body_system *system); /* leaves it empty */
 /* The functions of thrum_ranks that need no eigensolver; the context is the system. */
 thrum_ranks body_system_ranks(body_system *system);
 
-/* What either solver would take of these matrices of the part, without its times. */
+/* Memory that either solver would take for these matrices of the part, without times. */
 thrum_status body_system_estimate(body_system *system, const thrum_fem *fem,
                                   const thrum_sparse *stiffness, const thrum_sparse *mass,
                                   thrum_shared_estimate *estimate, thrum_error *error);

@@ -68,7 +68,7 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
                               const thrum_precompute_options *options, thrum_precomputed *result,
                               thrum_error *error);
 
-/* What one solver would take of several processes, by an estimate. */
+/* Estimated memory and time of one solver on several processes. */
 typedef struct thrum_shared_solver {
   double held, more, room; /* bytes of the process with least to spare: that it holds, that the
                               solver adds with modes and derivatives, and that it may still take */

@@ -29,7 +29,7 @@ typedef struct body_record {
   thrum_rigid_frame rigid_frame;
 } body_record;
 
-/* What steps change of a link. */
+/* The fields of a link that steps change. */
 typedef struct link_record {
   int64_t released, steps;
   thrum_link_report report;

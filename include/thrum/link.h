@@ -22,7 +22,7 @@
 extern "C" {
 #endif
 
-/* What a link asks of its two sides. */
+/* The condition that a link puts on its two sides. */
 typedef enum thrum_link_kind {
   THRUM_LINK_SPRING = 0, /* a spring and a damper between the two places */
   THRUM_LINK_BALL = 1,   /* the places stay together */
@@ -43,7 +43,8 @@ typedef struct thrum_link_side {
   const double *rows;
 } thrum_link_side;
 
-/* What a link did. The work of its forces on the bodies is driven - stored - lost. */
+/* The forces and the account of a link. The work of its forces on the bodies is driven - stored -
+ * lost. */
 typedef struct thrum_link_report {
   double force[3];      /* mean over the last step, on the place of the first side [N] */
   double torque[3];     /* the same about it, of hinges and welds [N m] */

@@ -426,7 +426,7 @@ typedef struct thrum_scene_link_def {
   /* Set by thrum_default_scene_link_def; THRUM_UNINITIALISED_DEF without it. */
   uint32_t cookie;
 
-  /* What it is; default a ball joint. */
+  /* The kind of the link; default a ball joint. */
   thrum_link_kind kind;
 
   /* Number of the body, and count 0-based vertices of it whose mean is the place; vertices NULL: of

@@ -72,7 +72,7 @@ typedef struct thrum_ranks {
   bool (*counts)(const void *context);
   thrum_status (*count_below)(void *context, double shift, int64_t *count, thrum_error *error);
 
-  /* What `prepare` chose. */
+  /* The solver that `prepare` chose. */
   thrum_solver_use (*solver_use)(const void *context);
 } thrum_ranks;
 

@@ -132,12 +132,15 @@ static thrum_status refresh(thrum_full *full, thrum_error *error) {
   const double of_mass = newmark ? 1 / (beta * h * h) : 2 / (h * h);
   const double of_damping = newmark ? full->def.newmark_gamma / (beta * h) : 1 / h;
   const double of_tangent = newmark ? 1 : 0.5;
+
+  // the tangent where the integrator evaluates the force: at the end, or in the middle of the step
   full_place(full, full->u, newmark ? 1 : 0.5, full->d, full->place_to);
   thrum_status status = full_assemble(full, full->place_to, of_tangent, of_mass, of_damping, error);
   THRUM_THEN(status, full_linear_prepare(&full->linear, error));
   if (status != THRUM_SINGULAR)
     return status;
 
+  // a matrix that is positive definite in its place
   full->positive = full->def.law != THRUM_LAW_STVK;
   const double *place = full->positive ? full->place_to : NULL;
   status = full_assemble(full, place, of_tangent, of_mass, of_damping, error);

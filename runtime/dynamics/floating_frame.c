@@ -405,7 +405,7 @@ static void turn(const motion *m, const thrum_placement *placement, const double
   memcpy(rigid_frame->internal, m->after.internal, sizeof rigid_frame->internal);
 }
 
-/* What a step is made of, and what comes of it. */
+/* The inputs of a step, and its results. */
 typedef struct coupled_step {
   const thrum_inertia *inertia;
   const thrum_placement *placement;

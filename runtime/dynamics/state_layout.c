@@ -20,6 +20,8 @@ static uint64_t round_up(uint64_t doubles) {
 static sizes sizes_of(const thrum_state *state) {
   const uint64_t vector = round_up((uint64_t)state->rank);
   const uint64_t inverse = round_up((uint64_t)state->kept_count);
+
+  // every array begins at a multiple of the alignment
   const sizes s = {
       .vector = vector,
       .past = THRUM_PAST_SOLVES * vector,

@@ -11,7 +11,7 @@
 #include "runtime/material/plastic_flow.h"
 #include "runtime/polynomial/points.h"
 
-/* What has flowed in a state, which is only read. */
+/* The plastic part of a state, which is only read. */
 static const double *plastic_of(const thrum_state *state) {
   return thrum_state_view_of((thrum_state *)(uintptr_t)state).plastic;
 }

@@ -23,14 +23,18 @@ static double steps_of(double time, double dt) {
 double thrum_load_mean(const thrum_load *load, int64_t step, double dt) {
   double from = steps_of(load->from, dt), until = steps_of(load->until, dt);
   double first = fmax(from, (double)step), last = fmin(until, (double)step + 1);
+
   // written so that NaN anywhere gives no load
   if (!(dt > 0) || !(last > first) || isnan(load->from) || isnan(load->until))
     return 0;
+
+  // of a constant and of a ramp the mean is known without an integral
   if (load->shape == THRUM_LOAD_CONSTANT)
     return last - first;
   if (load->shape == THRUM_LOAD_RAMP)
     return isfinite(until - from) ? (last - first) * (0.5 * (first + last) - from) / (until - from)
                                   : 0;
+
   // phases in turns from the start of the window; whole turns are dropped before pi comes in
   double turns = load->frequency * dt;
   double middle = fmod(turns * (0.5 * (first + last) - from), 1.0);

@@ -19,7 +19,7 @@
 #include "runtime/material/elementary.h"
 #include "runtime/material/material_law_private.h"
 
-/* What the energy and its derivatives are made of. */
+/* Quantities that the energy and its derivatives share. */
 typedef struct invariants {
   double shear, bulk;       /* m and l */
   double deformation[3][3]; /* F */

@@ -27,7 +27,7 @@
 
 #define DEFECT_MOST 1e-6 /* of orthonormality, and of orthogonality to the rigid modes */
 
-/* What the sums are made of. */
+/* The inputs of the sums. */
 typedef struct sums {
   const thrum_model *model;
   bool lumped;

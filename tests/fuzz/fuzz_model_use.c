@@ -254,7 +254,7 @@ static void add_another(thrum_scene *scene, const thrum_scene_body_def *first, i
   fuzz_check(thrum_scene_set_detail(scene, body, &detail, &error), &error);
 }
 
-/* What a scene says of all its bodies together. */
+/* The queries of a scene about all its bodies together. */
 static void look_at_all(thrum_scene *scene) {
   thrum_error error = {0};
   thrum_scene_overlap deepest;

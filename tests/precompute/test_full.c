@@ -366,6 +366,8 @@ static void a_corner_torn_away_is_stepped_by_shorter_steps(void **state) {
       assert_int_equal(thrum_full_step(full, &error), THRUM_OK);
       assert_true(error.status == THRUM_OK && error.message[0] == 0);
     }
+
+    // shorter steps were needed, and the energy is that of the start
     assert_true(thrum_full_report_get(full).substep_steps > 0);
     assert_true(fabs(thrum_full_energy(full).total - energy) <= 1e-8 * energy);
     thrum_full_free(full);

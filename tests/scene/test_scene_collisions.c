@@ -738,7 +738,7 @@ static void run_backwards(void *context, int32_t count, void (*task)(void *, int
     task(of, n, n % *workers);
 }
 
-/* What bodies that are shared among workers come to. */
+/* The state to which bodies come that are shared among workers. */
 typedef struct shared {
   double x[12][3]; /* a vertex of each body */
   thrum_contact_pairs_report report;

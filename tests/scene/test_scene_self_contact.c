@@ -204,6 +204,8 @@ static void a_body_that_touches_itself_and_another_keeps_momentum(void **context
   const thrum_contact_pairs_def def = thrum_default_contact_pairs_def();
   MUST(thrum_scene_set_collisions(f->scene, &def, &failure));
   throw(f, true, IMPULSE, p);
+
+  // the other body, at rest
   thrum_scene_body_def other = thrum_default_scene_body_def();
   other.model = &f->made.model;
   other.triangles = f->triangles;
@@ -211,6 +213,8 @@ static void a_body_that_touches_itself_and_another_keeps_momentum(void **context
   other.free = 1;
   other.position[0] = 0.13;
   MUST(thrum_scene_add_body(f->scene, &other, NULL, &failure));
+
+  // which touches there were
   const thrum_scene_account before = account_of(f->scene);
   bool own = false, both = false;
   for (int k = 0; k < 100; k++) {
@@ -222,6 +226,7 @@ static void a_body_that_touches_itself_and_another_keeps_momentum(void **context
       both = both || touch.bodies[0] != touch.bodies[1];
     }
   }
+
   const thrum_scene_account after = account_of(f->scene);
   const thrum_contact_pairs_report report = thrum_scene_collisions(f->scene);
   assert_true(own && both && report.deepest_share < 1);

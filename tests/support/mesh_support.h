@@ -42,12 +42,15 @@ static inline int mesh_teardown(void **state) {
 static inline const char *mesh_write(const char *name, const char *data, size_t size) {
   char path[128];
   snprintf(path, sizeof path, "%s/%s", mesh_folder, name);
+
   // some file systems wait for the disk where a file is cut to nothing and written again
   unlink(path);
   FILE *file = fopen(path, "wb");
   assert_non_null(file);
   assert_int_equal(fwrite(data, 1, size, file), size);
   assert_int_equal(fclose(file), 0);
+
+  // each name is listed once, for its removal at the end
   int i = 0;
   while (i < mesh_file_count && strcmp(mesh_files[i], path) != 0)
     i++;

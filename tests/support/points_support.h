@@ -69,7 +69,7 @@ static inline void both_free(both *made) {
   free(made->gradients);
 }
 
-/* What every pass gives. */
+/* The results of every pass. */
 typedef struct outcome {
   double energy, with_force, with_tangent, part, held, twice[2];
   double force[MOST], forces[2][MOST], product[MOST], force_part[MOST], product_part[MOST];

@@ -35,8 +35,8 @@ static thrum_status append(tradeoff_solution *s, const tradeoff_result *part, in
   return THRUM_OK;
 }
 
-/* What a part says beside its bases: a recipe that could not be made, and how far the full order is
- * from exact by this basis, which counts where it is the best. */
+/* Counts what a part says beside its bases: a recipe that could not be made, and how far the
+ * full order is from exact by this basis, which counts where it is the best. */
 static void count_part(tradeoff_solution *s, const tradeoff_result *part) {
   if (part->dropped > 0) {
     s->result.dropped += part->dropped;

@@ -59,7 +59,7 @@ static void linear_modes_move_as_in_closed_form(void **context) {
   random_model_free(&m);
 }
 
-/* What contact and damping ask of one mode is what the step does with all of them. */
+/* Contact and damping ask for the answer of one mode; it is that of a step of all of them. */
 static void one_mode_is_stepped_as_all_are_together(void **context) {
   (void)context;
   random_model m;

@@ -27,6 +27,8 @@ static void add_gap(gaps *g, double *array, int64_t used) {
 static void find_gaps(thrum_state *state, gaps *g) {
   const thrum_state_view view = thrum_state_view_of(state);
   g->count = 0;
+
+  // how much of each row of an array is padding; 0 where all of it is scratch
 #define LENGTH_vector state->rank
 #define LENGTH_past 0
 #define LENGTH_pairs 0

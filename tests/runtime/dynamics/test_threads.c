@@ -278,6 +278,8 @@ static void step_falls(falls *f, bool threads) {
   fall own[GROUPS];
   for (int n = 0; n < GROUPS; n++)
     thrum_contact_pairs_begin(f->rooms[n]);
+
+  // each group in a room of its own, or all in the first
   for (int n = 0; n < GROUPS; n++) {
     own[n] = (fall){.of = f, .group = n, .room = threads ? n : 0};
     if (threads)
@@ -285,6 +287,8 @@ static void step_falls(falls *f, bool threads) {
     else
       step_fall(own + n);
   }
+
+  // their outcomes come together
   for (int n = 0; n < GROUPS; n++) {
     if (threads)
       assert_int_equal(pthread_join(ids[n], NULL), 0);
@@ -324,7 +328,7 @@ static void groups_step_on_threads_to_the_bits_of_one(void **context) {
     free_falls(f + n);
 }
 
-/* What is no group, and a room of another def, are refused with nothing done. */
+/* A number that is no group, and a room of another def, are refused with nothing done. */
 static void a_group_beside_others_needs_a_room_of_the_same_def(void **context) {
   (void)context;
   static falls f;

@@ -83,6 +83,8 @@ static void assert_derivatives(const thrum_model *model, double *q, const outcom
   for (int64_t i = 0; i < model->rank; i++) {
     const double middle = q[i];
     double slope = 0, row[MOST] = {0}, force[MOST];
+
+    // differences of fourth order along coordinate i
     for (int k = -2; k <= 2; k++) {
       q[i] = middle + k * h;
       slope += weights[k + 2] / h * thrum_internal_force(model, q, force, work);
@@ -90,6 +92,7 @@ static void assert_derivatives(const thrum_model *model, double *q, const outcom
         row[j] += weights[k + 2] / h * force[j];
     }
     q[i] = middle;
+
     assert_true(fabs(slope - o->force[i]) <= 1e-8);
     assert_true(largest_difference(row, o->tangent + i * model->rank, model->rank) <= 1e-7);
   }
@@ -177,6 +180,7 @@ static void derivatives_at_rest_are_those_of_the_force(void **context) {
     both made;
     law_make(&made, laws[n], 5, RANK, 11);
     double *work = random_alloc((int64_t)thrum_work_count(&made.points), sizeof *work);
+
     for (int j = 0; j < RANK; j++) {
       // even parts of force and energy along one coordinate
       const double h = 1e-2;
@@ -186,6 +190,8 @@ static void derivatives_at_rest_are_those_of_the_force(void **context) {
         q[j] = k == 0 ? h : -h;
         energy += thrum_internal_force(&made.points, q, force[k], work);
       }
+
+      // which the cubic and quartic terms alone make
       const double quartic = (energy - made.points.omega2[j] * h * h) / (2 * h * h * h * h);
       assert_true(fabs(c4 - quartic) <= 1e-3 * fabs(quartic));
       for (int s = 0; s < RANK; s++)
