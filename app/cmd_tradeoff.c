@@ -16,6 +16,7 @@
 #include "config/progress.h"
 #include "driver/model_meta.h"
 #include "driver/named_model.h"
+#include "driver/shared_options.h"
 #include "driver/train_case.h"
 #include "io/folder.h"
 #include "io/json.h"
@@ -24,7 +25,9 @@
 /* All of one call. */
 typedef struct trade {
   const tradeoff_request *request;
-  const thrum_model *model;
+  const thrum_model *loaded; /* owned */
+  const thrum_model *model;  /* the same, or its body of another law */
+  thrum_model body;
   double *forces;
   thrum_load *courses;
   model_recipe recipe; /* of a model by name, with the texts of its tests */
@@ -90,11 +93,6 @@ static thrum_status fill_loads(trade *t, thrum_error *error) {
   const load_spec *loads;
   int64_t count;
   THRUM_TRY(default_load(t, &loads, &count, error));
-  if (t->model->point_law != NULL)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "%.200s is of %s material: tradeoff compares models of a polynomial, "
-                           "which cannot hold it; precompute --test measures the error",
-                           request->model_path, (const char *)t->model->point_law);
   if (t->model->tets == NULL || t->model->basis == NULL)
     return thrum_error_set(error, THRUM_MISSING,
                            "%.200s: a model without a mesh and a basis has "
@@ -169,6 +167,46 @@ static void find_modes(trade *t) {
   t->problem.modes = t->mode_count > 0 ? t->mode_count : (t->model->rank + 1) / 2;
 }
 
+/* Adds a recipe that is not there yet. */
+static void add_recipe(tradeoff_problem *p, const tradeoff_recipe *recipe) {
+  for (int64_t n = 0; n < p->recipe_count; n++) {
+    const tradeoff_recipe *other = &p->recipes[n];
+    if (other->modes == recipe->modes && other->rank == recipe->rank &&
+        other->single == recipe->single && other->cubature_error == recipe->cubature_error)
+      return;
+  }
+  p->recipes[p->recipe_count++] = *recipe;
+}
+
+/* The bases of one rank: by polynomials in double and in single precision, and by points. Rank 0 is
+ * the model's own basis as it is, and made anew with points. */
+static void add_rank(trade *t, int64_t rank) {
+  tradeoff_problem *p = &t->problem;
+  tradeoff_recipe basis = {.modes = (rank + 1) / 2, .rank = rank};
+  const bool own = rank == 0, points = t->model->point_count > 0;
+  if (own && t->model == t->loaded && (points || !p->points_alone)) {
+    add_recipe(p, &basis);
+    if (points)
+      return;
+  }
+  for (int single = 0; single < 2 && !p->points_alone && !own; single++) {
+    basis.single = single == 1;
+    if (t->request->precisions[single])
+      add_recipe(p, &basis);
+  }
+
+  // what the model's own basis was made of, or about so
+  basis.single = false;
+  if (own) {
+    basis.modes = p->modes;
+    basis.rank = t->model->rank;
+  }
+  tradeoff_recipe forms[TRADEOFF_POINTS_MAX];
+  const int64_t count = tradeoff_points(p, &basis, forms);
+  for (int64_t n = 0; n < count; n++)
+    add_recipe(p, &forms[n]);
+}
+
 static void fill_problem(trade *t) {
   const tradeoff_request *request = t->request;
   tradeoff_problem *p = &t->problem;
@@ -180,16 +218,13 @@ static void fill_problem(trade *t) {
   p->rank_max = request->rank_max;
   p->condense = request->condense;
 
-  // each rank twice: in double and in single precision
-  for (int64_t n = 0; n < 2 * request->rank_count; n++) {
-    const int64_t rank = (int64_t)request->ranks[n / 2];
-    // the model's own basis is as it is, and there once
-    const bool tried = rank == 0 ? n % 2 == 0 : request->precisions[n % 2];
-    if (!tried)
-      continue;
-    p->recipes[p->recipe_count++] =
-        (tradeoff_recipe){.modes = (rank + 1) / 2, .rank = rank, .single = n % 2 == 1};
-  }
+  // no polynomial holds another law
+  p->points_alone =
+      request->cubature == TRADEOFF_CUBATURE_ONLY || thrum_law_of_model(t->model) != THRUM_LAW_STVK;
+  p->cubature_count = request->cubature_count;
+  memcpy(p->cubature_errors, request->cubature_errors, sizeof p->cubature_errors);
+  for (int64_t n = 0; n < request->rank_count; n++)
+    add_rank(t, (int64_t)request->ranks[n]);
 
   p->dt_count = request->dt_count;
   memcpy(p->dts, request->dts, sizeof p->dts);
@@ -207,6 +242,7 @@ static void add_full(cJSON *object, const trade *t) {
   json_number(object, "time_s", t->request->time);
   cJSON *full = cJSON_AddObjectToObject(object, "full");
   json_number(full, "components", (double)t->result.free_count);
+  json_string(full, "law", thrum_law_name(thrum_law_of_model(t->model)));
   json_number(full, "dt", t->request->full_dt);
   json_number(full, "us_per_step", t->result.full_us_per_step);
   json_number(full, "cost_s_per_s", t->result.full_cost);
@@ -253,13 +289,29 @@ static void add_errors(cJSON *object, const char *key, const tradeoff_errors *er
   json_number(item, "energy", errors->energy);
 }
 
+/* Cubature points in place of the polynomial; null: none. What an own basis was asked for is null.
+ */
+static void add_points(cJSON *object, const tradeoff_basis *basis) {
+  if (basis->points == 0) {
+    cJSON_AddNullToObject(object, "cubature");
+    return;
+  }
+  const double wanted = basis->recipe.cubature_error;
+  cJSON *item = cJSON_AddObjectToObject(object, "cubature");
+  json_number(item, "points", (double)basis->points);
+  json_number(item, "error_wanted", wanted > 0 ? wanted : NAN);
+  json_number(item, "range", basis->cubature_range);
+  json_number(item, "force_error", basis->force_error);
+}
+
 static cJSON *run_json(const trade *t, const tradeoff_run *run) {
   const tradeoff_basis *basis = &t->result.bases[run->basis];
   cJSON *item = cJSON_CreateObject();
   const tradeoff_recipe *recipe = &basis->recipe;
   json_number(item, "modes", recipe->modes > 0 ? (double)recipe->modes : NAN);
   json_number(item, "rank", (double)basis->rank);
-  cJSON_AddStringToObject(item, "precision", recipe->single ? "single" : "double");
+  cJSON_AddStringToObject(item, "precision", tradeoff_precision(basis));
+  add_points(item, basis);
   cJSON_AddBoolToObject(item, "trained", recipe->trained);
   json_number(item, "masters", recipe->masters > 0 ? (double)recipe->masters : NAN);
   cJSON_AddStringToObject(item, "integrator", experiment_scheme_names[run->integrator]);
@@ -326,17 +378,20 @@ static void print_run(const trade *t, const tradeoff_run *run) {
   const tradeoff_basis *basis = &t->result.bases[run->basis];
   const tradeoff_recipe *recipe = &basis->recipe;
 
-  // a condensed basis steps some of its coordinates
-  char masters[16] = "";
+  // a condensed basis steps some of its coordinates; points have no coefficients
+  char masters[16] = "", energy[24];
   if (recipe->masters > 0)
     snprintf(masters, sizeof masters, "%d of ", (int)recipe->masters);
+  snprintf(energy, sizeof energy, "%s", recipe->single ? "single" : "double");
+  if (basis->points > 0)
+    snprintf(energy, sizeof energy, "%d pts", (int)basis->points);
   printf("%-8s %6s%3" PRId64
-         " %-7s %-6s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %% %8.3g %%\n",
+         " %-7s %-8s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %% %8.3g %%\n",
          experiment_scheme_names[run->integrator], masters, basis->rank,
          recipe->trained      ? "trained"
          : recipe->modes == 0 ? "own"
                               : "modes",
-         recipe->single ? "single" : "double", run->dt, run->tolerance, run->us_per_step, run->cost,
+         energy, run->dt, run->tolerance, run->us_per_step, run->cost,
          t->result.full_cost / run->cost, 100 * run->error.displacement,
          100 * basis->error.displacement, 100 * run->time_error.displacement,
          100 * run->frequency_error);
@@ -378,13 +433,15 @@ static void print_tests(const trade *t) {
 }
 
 static void print_table(const trade *t) {
-  printf("full order   %" PRId64 " components, %.3g ms a step of %g s, %.3g s for a second; in "
+  printf("full order   %" PRId64
+         " components of %s, %.3g ms a step of %g s, %.3g s for a second; in "
          "time off by %.2g %%\n",
-         t->result.free_count, 1e-3 * t->result.full_us_per_step, t->request->full_dt,
-         t->result.full_cost, 100 * t->result.full_error);
+         t->result.free_count, thrum_law_name(thrum_law_of_model(t->model)),
+         1e-3 * t->result.full_us_per_step, t->request->full_dt, t->result.full_cost,
+         100 * t->result.full_error);
 
   // a line for each run that no other beats in both cost and error
-  printf("%-8s %9s %-7s %-6s %8s %9s %9s %10s %8s %10s %10s %10s %10s\n", "method", "rank", "basis",
+  printf("%-8s %9s %-7s %-8s %8s %9s %9s %10s %8s %10s %10s %10s %10s\n", "method", "rank", "basis",
          "coeff.", "h [s]", "tol.", "us/step", "cost s/s", "faster", "error", "of basis", "in time",
          "frequency");
   for (int64_t n = 0; n < t->result.run_count; n++)
@@ -453,12 +510,37 @@ static void say_wanted(trade *t) {
            budget);
 }
 
+/* The body is of the law that was asked for, whatever the model's own basis answers by. */
+static thrum_status take_law(trade *t, thrum_error *error) {
+  const tradeoff_request *request = t->request;
+  const thrum_law own = thrum_law_of_model(t->loaded);
+  const thrum_law law = law_of_run(request->law_given, request->law, t->loaded);
+  t->model = t->loaded;
+  if (law != THRUM_LAW_STVK && request->cubature == TRADEOFF_CUBATURE_OFF)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%.200s is of %s material, which a polynomial cannot hold: leave out "
+                           "--cubature off",
+                           request->model_path, thrum_law_name(law));
+  if (law == own)
+    return THRUM_OK;
+
+  // a copy that borrows all arrays; its energy is not stepped
+  const char *name = law == THRUM_LAW_STVK ? NULL : thrum_law_name(law);
+  t->body = *t->loaded;
+  t->body.point_law = (const thrum_u1 *)name;
+  t->body.law_bytes = name != NULL ? (int64_t)strlen(name) + 1 : 0;
+  t->body.point_count = 0;
+  t->model = &t->body;
+  return THRUM_OK;
+}
+
 /* What is to be compared, from the request. */
 static thrum_status prepare(trade *t, thrum_error *error) {
   const tradeoff_request *request = t->request;
   THRUM_TRY(folder_make(request->output, error));
-  THRUM_TRY(mesh_model_load(request->model_path, &request->mesh_def, request->quiet, &t->model,
+  THRUM_TRY(mesh_model_load(request->model_path, &request->mesh_def, request->quiet, &t->loaded,
                             NULL, error));
+  THRUM_TRY(take_law(t, error));
   THRUM_TRY(model_recipe_find(request->model_path, &t->recipe, error));
   THRUM_TRY(fill_loads(t, error));
   THRUM_TRY(fill_tests(t, error));
@@ -534,7 +616,7 @@ int cmd_tradeoff(int argc, char **argv) {
       train_case_free(&t.test_cases[n]);
     free(t.forces);
     free(t.courses);
-    thrum_model_free(t.model);
+    thrum_model_free(t.loaded);
   }
 
   thrum_scope_free(&scope);

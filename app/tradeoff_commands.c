@@ -12,13 +12,22 @@
 #include "io/number_text.h"
 #include "io/shell_word.h"
 #include "mesh/formats/mesh_read.h"
+#include "runtime/material/material_law.h"
 
 static const tradeoff_run *run_of(const tradeoff_commands *c) {
   return &c->result->runs[c->result->chosen];
 }
 
+static const tradeoff_basis *basis_of(const tradeoff_commands *c) {
+  return &c->result->bases[run_of(c)->basis];
+}
+
 static const tradeoff_recipe *recipe_of(const tradeoff_commands *c) {
-  return &c->result->bases[run_of(c)->basis].recipe;
+  return &basis_of(c)->recipe;
+}
+
+static thrum_law law_of(const tradeoff_commands *c) {
+  return thrum_law_of_model(c->problem->model);
 }
 
 /* Whether a model file has to be made: not of an own basis that lies in a file. */
@@ -109,6 +118,13 @@ static void put_precompute(FILE *stream, const tradeoff_commands *c) {
   fprintf(stream, " --modes %lld --rank %lld", (long long)modes_of(c), (long long)rank_of(c));
   if (recipe->modes > 0 && recipe->single)
     fputs(" --precision single", stream);
+  if (law_of(c) != THRUM_LAW_STVK)
+    fprintf(stream, " --law %s", thrum_law_name(law_of(c)));
+  if (recipe->cubature_error > 0) {
+    fputs(" --cubature", stream);
+    put_number(stream, "--cubature-error", recipe->cubature_error);
+    put_number(stream, "--cubature-range", basis_of(c)->cubature_range);
+  }
   if (c->result->lumped)
     fputs(" --mass lumped", stream);
 
@@ -185,6 +201,13 @@ static cJSON *precompute_options(const tradeoff_commands *c) {
   json_number(object, "rank", (double)rank_of(c));
   cJSON_AddStringToObject(object, "precision",
                           recipe->modes > 0 && recipe->single ? "single" : "double");
+  if (law_of(c) != THRUM_LAW_STVK)
+    cJSON_AddStringToObject(object, "law", thrum_law_name(law_of(c)));
+  if (recipe->cubature_error > 0) {
+    cJSON_AddBoolToObject(object, "cubature", true);
+    json_number(object, "cubature-error", recipe->cubature_error);
+    json_number(object, "cubature-range", basis_of(c)->cubature_range);
+  }
   if (c->result->lumped)
     cJSON_AddStringToObject(object, "mass", "lumped");
 

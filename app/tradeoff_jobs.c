@@ -37,6 +37,10 @@ static const member basis_members[] = {COUNT(tradeoff_basis, recipe.modes),
                                        COUNT(tradeoff_basis, recipe.masters),
                                        FLAG(tradeoff_basis, recipe.single),
                                        FLAG(tradeoff_basis, recipe.trained),
+                                       NUMBER(tradeoff_basis, recipe.cubature_error),
+                                       COUNT(tradeoff_basis, points),
+                                       NUMBER(tradeoff_basis, cubature_range),
+                                       NUMBER(tradeoff_basis, force_error),
                                        COUNT(tradeoff_basis, rank),
                                        NUMBER(tradeoff_basis, error.displacement),
                                        NUMBER(tradeoff_basis, error.velocity),
@@ -148,14 +152,22 @@ static thrum_status read_part(const cJSON *result, tradeoff_result *part, thrum_
 static void name_job(void *context, int64_t job, char name[JOB_NAME_MAX]) {
   const tradeoff_jobs *jobs = context;
   const tradeoff_recipe *recipe = &jobs->recipes[job];
+  char form[40], modes[24] = "";
+  snprintf(form, sizeof form, "%s", recipe->single ? "-single" : "");
+  if (recipe->cubature_error > 0)
+    snprintf(form, sizeof form, "-cubature-%g", recipe->cubature_error);
+
+  // a basis that is not trained has half as many modes as its rank, but for the model's own
+  if (!recipe->trained && recipe->modes != (recipe->rank + 1) / 2)
+    snprintf(modes, sizeof modes, "%" PRId64 "-", recipe->modes);
   if (job >= jobs->recipe_count)
     snprintf(name, JOB_NAME_MAX, "test-%" PRId64, job - jobs->recipe_count + 1);
   else if (recipe->modes == 0)
     snprintf(name, JOB_NAME_MAX, "own");
   else
-    snprintf(name, JOB_NAME_MAX, "%s%s-%" PRId64 "%s",
+    snprintf(name, JOB_NAME_MAX, "%s%s-%s%" PRId64 "%s",
              job < jobs->problem->recipe_count ? "" : "search-",
-             recipe->trained ? "trained" : "modes", recipe->rank, recipe->single ? "-single" : "");
+             recipe->trained ? "trained" : "modes", modes, recipe->rank, form);
 }
 
 /* The body with what acts on it and how long: the name that its full order would be kept under. */
@@ -180,6 +192,8 @@ static thrum_status stamp_job(void *context, int64_t job, cJSON *stamp, thrum_er
   // what is wanted is not in it: the same runs serve any error and any budget
   THRUM_TRY(stamp_motion(problem, &problem->script, stamp, error));
   json_number(stamp, "modes", (double)jobs->recipes[job].modes);
+  if (jobs->recipes[job].cubature_error > 0)
+    json_number(stamp, "cubature_error", jobs->recipes[job].cubature_error);
   json_numbers(stamp, "dts", problem->dts, problem->dt_count);
   json_numbers(stamp, "tolerances", problem->tolerances, problem->tolerance_count);
   cJSON_AddBoolToObject(stamp, "condense", problem->condense);
@@ -250,7 +264,7 @@ thrum_status tradeoff_jobs_run(const tradeoff_request *request, tradeoff_problem
 
 static bool is_recipe(const tradeoff_recipe *a, const tradeoff_recipe *b) {
   return a->modes == b->modes && a->rank == b->rank && a->single == b->single &&
-         a->trained == b->trained;
+         a->trained == b->trained && a->cubature_error == b->cubature_error;
 }
 
 static thrum_status take_recipe(void *context, const tradeoff_recipe *recipe, tradeoff_result *part,

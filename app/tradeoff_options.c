@@ -10,7 +10,7 @@
 
 #define FPS_DEFAULT 60
 #define ERROR_DEFAULT 0.05
-#define RANK_MAX_DEFAULT 100
+#define RANK_MAX_DEFAULT 200
 
 static thrum_status take_load(const config_given *given, void *request) {
   tradeoff_request *r = request;
@@ -39,6 +39,7 @@ static thrum_status take_ranks(const config_given *given, void *request) {
 }
 
 static const char *const precisions[] = {"double", "single"};
+static const char *const cubatures[] = {"auto", "off", "only", NULL}; /* tradeoff_cubature */
 
 static thrum_status take_error(const config_given *given, void *request) {
   return error_option_take(given, &((tradeoff_request *)request)->error);
@@ -76,6 +77,9 @@ static const config_option options[] = {
         "settings, and no tests but those of --test; a small error that takes ranks of 60 and more "
         "takes minutes",
         AT(quick)),
+    OPTION_LAW("that of the model",
+               ": of the full order, and of the models, which are those of cubature points then",
+               AT(law), .given = offsetof(tradeoff_request, law_given)),
     OPTION_GROUP(mesh_options, "of a MESH", AT(mesh_def)),
 
     OPTION_TEXT("test", "CASE", "those of the model by name; with --quick none",
@@ -89,9 +93,9 @@ static const config_option options[] = {
                 "are tried, and without --rank-max neither condensed nor trained bases",
                 .take = take_ranks, CONFIG_RANGE(0, THRUM_RANK_MAX),
                 .wants = "0 or ranks from 2 with commas between"),
-    OPTION_COUNT("rank-max", "100",
+    OPTION_COUNT("rank-max", "200",
                  "where none of these does what is wanted, bases trained on the load are tried, up "
-                 "to this rank; 0: none",
+                 "to this rank, beyond 100 with cubature points alone; 0: none",
                  AT(rank_max), CONFIG_RANGE(0, 200)),
     OPTION_TEXT("dts", "LIST",
                 "0.001,0.002,0.003,0.005,0.01,0.016667; with --quick 0.003,0.01,0.016667",
@@ -107,6 +111,16 @@ static const config_option options[] = {
     OPTION_TEXT("precisions", "LIST", "double,single; with --quick double",
                 "of the coefficients of the bases that are made", AT(precisions),
                 .names = precisions, .wants = "double, single or double,single"),
+    OPTION_CHOICE("cubature", cubatures, "auto",
+                  "energies of the bases that are made: summed over cubature points too where that "
+                  "may be cheaper than the polynomial, from rank 29 on; off: polynomials alone; "
+                  "only: points alone",
+                  AT(cubature)),
+    OPTION_TEXT("cubature-errors", "LIST", "0.02,0.005",
+                "relative errors of the force at which there are enough points, as "
+                "--cubature-error of precompute; their range is how far the load moves the body",
+                AT(cubature_errors), COUNTED(cubature_count), CONFIG_RANGE(1e-6, 1),
+                .wants = "up to 4 numbers from 1e-6 to 1 with commas between"),
     OPTION_DAMPING(AT(damping)),
     OPTION_NUMBER("full-dt", "s", "0.001; with --quick 0.002", "time step of the full order",
                   AT(full_dt), CONFIG_ABOVE(0)),
@@ -129,9 +143,10 @@ const config_command command_tradeoff = {
     .usage = "MODEL|MESH -o DIR --load LOAD [--error P%|--budget T] [OPTIONS]",
     .about =
         "Steps a load with the full-order body of the model's mesh and with reduced models over "
-        "rank, precision, integrator, time step and tolerance; says what each costs and how far "
-        "it is off; and picks a setting. Where none is accurate enough, it goes on with bases "
-        "that are trained on the load. It prints the commands that make the model and run it. "
+        "rank, precision, integrator, time step and tolerance, by polynomials and, at higher "
+        "ranks, by cubature points; says what each costs and how far it is off; and picks a "
+        "setting. Where none is accurate enough, it goes on with bases that are trained on the "
+        "load. It prints the commands that make the model and run it. "
         "Writes to DIR: tradeoff.html, tradeoff.csv, commands.sh, and the setting as options "
         "files that thrum precompute and thrum simulate take.",
     .options = options,
@@ -141,6 +156,7 @@ const config_command command_tradeoff = {
         "tradeoff bridge -o trade --collect\n"
         "tradeoff beam.npz -o trade --load 'square:0,0,-40@tip' --budget 500us --threads 4\n"
         "tradeoff beam:12x3x3@1x0.1x0.1 -o trade --fix 'x<0.001' --load square:0,0,-9@tip\n"
+        "tradeoff beam -o trade --law neo-hookean --quick\n"
         "simulate trade/model.npz -o swing --options trade/simulate.json --load "
         "square:0,0,-33@load",
     .exits = "0 done, 1 refused, 2 usage, 3 done, but no setting does what was asked, or jobs are "
@@ -152,6 +168,31 @@ static void default_list(const double *values, int64_t count, double *list, int6
     return;
   memcpy(list, values, (size_t)count * sizeof *values);
   *list_count = count;
+}
+
+/* What goes with points; COMMAND_DONE, or what the command is to return. */
+static int read_cubature(tradeoff_request *r) {
+  static const double errors[] = {0.02, 0.005};
+  if (r->cubature == TRADEOFF_CUBATURE_OFF && r->cubature_count > 0)
+    return config_usage("tradeoff", "--cubature-errors is of cubature points, which --cubature off "
+                                    "leaves out");
+  if (r->cubature == TRADEOFF_CUBATURE_OFF && r->law_given && r->law != THRUM_LAW_STVK)
+    return config_usage("tradeoff",
+                        "--law %s needs cubature points, as a polynomial cannot hold "
+                        "it: leave out --cubature off",
+                        law_names[r->law]);
+  if (r->cubature == TRADEOFF_CUBATURE_OFF)
+    return COMMAND_DONE;
+  default_list(errors, 2, r->cubature_errors, &r->cubature_count);
+
+  // the fewest points first
+  for (int64_t n = 1; n < r->cubature_count; n++)
+    for (int64_t i = n; i > 0 && r->cubature_errors[i] > r->cubature_errors[i - 1]; i--) {
+      const double larger = r->cubature_errors[i];
+      r->cubature_errors[i] = r->cubature_errors[i - 1];
+      r->cubature_errors[i - 1] = larger;
+    }
+  return COMMAND_DONE;
 }
 
 int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
@@ -175,6 +216,8 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   if (code != COMMAND_DONE)
     return code;
   code = mesh_model_def_check("tradeoff", &r->mesh_def, thrum_mesh_is_named(r->model_path));
+  if (code == COMMAND_DONE)
+    code = read_cubature(r);
   if (code != COMMAND_DONE)
     return code;
 

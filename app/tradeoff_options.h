@@ -10,6 +10,13 @@
 #include "driver/mesh_model.h"
 #include "validation/tradeoff/tradeoff.h"
 
+/* Whether models of cubature points are tried beside those of polynomials. */
+typedef enum tradeoff_cubature {
+  TRADEOFF_CUBATURE_AUTO, /* where they may be cheaper; alone where no polynomial holds the law */
+  TRADEOFF_CUBATURE_OFF,
+  TRADEOFF_CUBATURE_ONLY
+} tradeoff_cubature;
+
 typedef struct tradeoff_request {
   const char *model_path;
   mesh_model_def mesh_def; /* where model_path is a mesh */
@@ -33,6 +40,11 @@ typedef struct tradeoff_request {
   double ranks[TRADEOFF_LIST_MAX], dts[TRADEOFF_LIST_MAX], tolerances[TRADEOFF_LIST_MAX];
   bool integrators[EXPERIMENT_SCHEME_COUNT];
   bool precisions[2]; /* which precisions are tried: double, single */
+  thrum_law law;      /* of the material, where it is given; else the model's */
+  bool law_given;
+  tradeoff_cubature cubature;
+  int64_t cubature_count; /* of errors of the force, falling; 0: the default */
+  double cubature_errors[TRADEOFF_POINTS_MAX];
   int64_t threads;
   job_request jobs;
   bool quick;

@@ -146,6 +146,12 @@ thrum_status precompute_train_base(const thrum_mesh *mesh, const uint8_t *fixed,
   // few modes have few derivatives
   first.rank = first.rank < most ? first.rank : most;
   first.keep_modes = false;
+
+  // its shapes alone are used: of this law the fewest coefficients are made sooner than points
+  if (first.cubature && first.law == THRUM_LAW_STVK) {
+    first.cubature = false;
+    first.condensed = true;
+  }
   if (first.rank >= rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--train: rank %lld leaves nothing beside %lld modes%s; raise --rank",

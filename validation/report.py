@@ -428,14 +428,22 @@ def linear(path, rows, about, plots):
           show(number(r["nonlinear_us"]))] for r in rows])
 
 
+def cubature_points(row):
+    """How many cubature points a model has in place of the polynomial; tables of before have no column of them."""
+    return int(row.get("points") or 0)
+
+
 def tradeoff_table(rows):
     def percent(row, key):
         return show(100 * number(row[key]), "{:.3g} %")
 
+    def energy(row):
+        return f"{cubature_points(row)} points" if cubature_points(row) else f"polynomial, {row['precision']}"
+
     return table(
-        [Cell("integrator", "l"), "modes", "rank", "precision", "h [s]", "tolerance", "µs a step", "cost [s/s]",
+        [Cell("integrator", "l"), "modes", "rank", "energy by", "h [s]", "tolerance", "µs a step", "cost [s/s]",
          "times faster than full", "displacement", "velocity", "energy", "of the basis", "in time", "frequency", "drift"],
-        [[scheme(r["integrator"]), r["modes"] if r["modes"] != "0" else "own", r["rank"], r["precision"], r["dt_s"],
+        [[scheme(r["integrator"]), r["modes"] if r["modes"] != "0" else "own", r["rank"], energy(r), r["dt_s"],
           r["tolerance"], show(number(r["us_per_step"])), show(number(r["cost_s_per_s"]), "{:.2e}"),
           show(number(r["speedup"]), "{:.0f}"),
           percent(r, "error_displacement") if r["stable"] == "1" else Cell("lost", "bad"),
@@ -446,8 +454,9 @@ def tradeoff_table(rows):
 
 def tradeoff(path, rows, about, plots):
     full = about["full"]
+    law = f", of {full['law']} material" if full.get("law", "stvk") != "stvk" else ""
     page = fill("<p>{}</p>\n", (
-        f"{about['time_s']:g} s of the load, {len(rows)} runs. Reference: the full order of the same mesh, "
+        f"{about['time_s']:g} s of the load, {len(rows)} runs. Reference: the full order of the same mesh{law}, "
         f"{full['components']:.0f} components, stepped by the energy-conserving integrator at {full['dt']:g} s; it takes "
         f"{1e-3 * full['us_per_step']:.3g} ms a step, {full['cost_s_per_s']:.3g} s for a second. Its own error in time is about "
         f"{show(100 * (full['error'] if full['error'] is not None else math.nan), '{:.2g}')} %, below which no error here means "
@@ -463,8 +472,10 @@ def tradeoff(path, rows, about, plots):
     points = lambda keep: [(number(r["cost_s_per_s"]), number(r["error_displacement"])) for r in rows
                            if r["stable"] == "1" and keep(r)]
     series = [("front", "#111111", "lines", points(lambda r: r["front"] == "1"))]
-    series += [(name, colour, "points pt 7 ps 0.5", points(lambda r: r["integrator"] == name))
-               for name, colour in COLOURS.items()]
+    series += [(name, colour, "points pt 7 ps 0.5",
+                points(lambda r: r["integrator"] == name and not cubature_points(r))) for name, colour in COLOURS.items()]
+    series += [(f"{name}, cubature points", colour, "points pt 4 ps 0.8",
+                points(lambda r: r["integrator"] == name and cubature_points(r))) for name, colour in COLOURS.items()]
     page += plots.add("error against cost", ("processor time for a second [s]", "displacement error"), (760, 420), series, "xy")
     return (page + "<h2>The front</h2>\n" + tradeoff_table([r for r in rows if r["front"] == "1"]) +
             "<h2>All runs</h2>\n" + tradeoff_table(rows))

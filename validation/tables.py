@@ -307,7 +307,8 @@ def calculix():
 def basis_of(item):
     """What a pick steps: rank, the coordinates that are stepped, and whether it is trained."""
     name = f"{item['masters']:.0f} of {item['rank']:.0f}" if item["masters"] else f"{item['rank']:.0f}"
-    return name + (", trained" if item["trained"] else "")
+    points = item.get("cubature")
+    return name + (", trained" if item["trained"] else "") + (f", {points['points']:.0f} points" if points else "")
 
 
 def tradeoff_picks():

@@ -18,7 +18,7 @@ from tables import MODELS, RESULTS, ROOT
 ERRORS = ["5", "2"]
 MODEL_FILES = ROOT / "models"
 KEPT = ("modes", "rank", "trained", "masters", "integrator", "dt", "cost_s_per_s", "times_faster_than_full", "error",
-        "projection_error", "cancels", "flag", "frequency_error")
+        "projection_error", "cancels", "flag", "frequency_error", "cubature")
 
 
 def run(program, work, model, error):

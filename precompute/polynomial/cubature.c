@@ -326,8 +326,7 @@ static double error_of(const cubature *c, int set, int64_t used, const int64_t *
   return sqrt(thrum_squares_of(&squares, used, places, x) / (set == 0 ? STATES : TEST_STATES));
 }
 
-/* The time of a force over that of the polynomial with as many coordinates. */
-static double cost_of(int64_t points, int64_t rank) {
+double thrum_cubature_cost(int64_t points, int64_t rank) {
   return THRUM_CUBATURE_POINT_COST * (double)(points * rank) /
          (double)(thrum_c3_count(rank) + thrum_c4_count(rank));
 }
@@ -363,7 +362,7 @@ static thrum_status choose_points(cubature *c, int64_t *places, double *x, int64
                                       .test_states = TEST_STATES,
                                       .train_error = error_of(c, 0, *used, places, x),
                                       .test_error = error_of(c, 1, *used, places, x),
-                                      .force_cost = cost_of(*used, c->rank)};
+                                      .force_cost = thrum_cubature_cost(*used, c->rank)};
   if (*used == 0)
     return thrum_error_set(error, THRUM_NOT_CONVERGED,
                            "no cubature point lowers the error of the force: the body has no "

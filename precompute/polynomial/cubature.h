@@ -21,6 +21,10 @@ enum { THRUM_CUBATURE_CANDIDATES = 4000, THRUM_CUBATURE_STATES = 280 };
  * coefficients while these lie in a cache: measured with AVX-512, 1.3 ns to 0.11 ns. */
 #define THRUM_CUBATURE_POINT_COST 12.0
 
+/* Points for each coordinate that bodies usually take, by which it is guessed whether points will
+ * pay before they are chosen: 3 to 6 on the bridge for an error of 2 % (docs/precompute.md). */
+#define THRUM_CUBATURE_POINTS_USUAL 4
+
 typedef struct thrum_cubature_def {
   /* Relative rms of the internal force at which points are enough, in states that were not trained
    * on; > 0. Smaller: more points. */
@@ -48,6 +52,10 @@ typedef struct thrum_cubature_figures {
   double force_cost; /* of a force, over that of the polynomial's, about: above 1 points do not pay;
                       * for a law that no polynomial holds it says nothing */
 } thrum_cubature_figures;
+
+/* The time of a force by so many points over that by the polynomial, about; 1 and above: points do
+ * not pay. */
+double thrum_cubature_cost(int64_t points, int64_t rank);
 
 /* Fills the arrays of the points of a model that has its basis and omega2; thrum_model_fill_free
  * frees them. The error that was asked for may

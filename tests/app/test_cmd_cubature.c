@@ -209,11 +209,23 @@ static void training_runs_and_their_errors_are_of_the_law(void **state) {
   }
   assert_true(errors[0] != errors[1]);
 
-  // what has polynomials alone says so
+  // tradeoff takes the model with its law, and no polynomial beside it
   program_result run =
-      thrum_run(folder, "tradeoff", "cub.npz", "--load", "square:0,0,-1@tip", "-o", "trade", NULL);
+      thrum_run(folder, "tradeoff", "cub.npz", "--load", "square:0,0,-60@tip", "-o", "trade",
+                "--time", "0.1", "--quick", "--ranks", "0", "--json", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  cJSON *object = json_line(run.out);
+  const cJSON *law = cJSON_GetObjectItem(cJSON_GetObjectItem(object, "full"), "law");
+  assert_string_equal(law->valuestring, "corotational");
+  assert_true(number_of(cJSON_GetObjectItem(object, "recommended"), "error") < 0.05);
+  cJSON_Delete(object);
+  program_result_free(&run);
+  run = thrum_run(folder, "tradeoff", "cub.npz", "--load", "square:0,0,-1@tip", "-o", "trade",
+                  "--cubature", "off", NULL);
   assert_int_equal(run.exit_code, 1);
-  assert_non_null(strstr(run.err, "cub.npz is of corotational material: tradeoff compares"));
+  assert_non_null(
+      strstr(run.err, "cub.npz is of corotational material, which a polynomial cannot"));
   program_result_free(&run);
 }
 

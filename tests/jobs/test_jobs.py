@@ -231,7 +231,7 @@ def settings_of_a_tradeoff_are_jobs(work):
     """The bases asked for, one that cannot be made, and those that the search goes on with."""
     command = ["tradeoff", "long.npz", "--load", "square:0,0,-1@tip", "--time", "0.1", "--full-dt", "0.005", "--dts",
                "0.005,0.01", "--tolerances", "1e-6", "--integrators", "energy,newmark", "--ranks", "0,6,200", "--rank-max",
-               "30", "--test", "gravity:0,3,-9.81", "--error", "0.01%", "-q"]
+               "30", "--test", "gravity:0,3,-9.81", "--error", "0.01%", "--cubature", "off", "-q"]
     work.thrum(*command, "-o", "trade_whole")
     lines = work.lines(*command, "-o", "trade")
     names = [line.split("# ")[1] for line in lines]
@@ -253,6 +253,25 @@ def settings_of_a_tradeoff_are_jobs(work):
     about, whole = work.about("trade"), work.about("trade_whole")
     assert about["full"]["error"] == whole["full"]["error"] and about["recommended_row"] == whole["recommended_row"]
     assert "is of other options" in work.thrum(*command, "-o", "trade", "--collect", "--time", "0.2", code=1).stderr
+
+
+def points_of_a_law_are_jobs(work):
+    """Another law than that of the model: points alone, of which the search goes on with more, as in one run."""
+    command = ["tradeoff", "long.npz", "--load", "square:0,0,-1@tip", "--time", "0.1", "--full-dt", "0.005", "--dts", "0.01",
+               "--tolerances", "1e-6", "--integrators", "energy", "--ranks", "0,6", "--rank-max", "20", "--law", "corotational",
+               "--cubature-errors", "0.05,0.1", "--error", "0.001%", "-q"]
+    whole = json.loads(work.thrum(*command, "-o", "law_whole", "--json", code=3).stdout)
+    assert [run["cubature"]["error_wanted"] for run in whole["runs"]] == [0.1, 0.05] * 3
+    both = [line.split("# ")[1] for line in work.lines(*command, "-o", "none", "--law", "stvk", "--ranks", "0,30")]
+    assert both[:5] == ["own", "modes-30", "modes-30-single", "modes-30-cubature-0.1", "modes-30-cubature-0.05"]
+    lines = work.lines(*command, "-o", "law")
+    assert [line.split("# ")[1].rsplit("-cubature-", 1)[1] for line in lines] == ["0.1", "0.05"] * 3
+    for line in lines:
+        work.line(line)
+    collected = json.loads(work.thrum(*command, "-o", "law", "--collect", "--json", code=3).stdout)
+    assert collected["status"] == "flagged" and collected["full"]["law"] == "corotational"
+    assert work.tables("law") == work.tables("law_whole")
+    assert "is of other options" in work.thrum(*command, "-o", "law", "--collect", "--law", "neo-hookean", code=1).stderr
 
 
 def scripts_for_clusters_run_the_lines(work):
@@ -279,6 +298,7 @@ CASES = {function.__name__: function for function in (
     jobs_make_the_tables_of_one_run, killed_jobs_run_again, a_report_that_lacks_jobs_says_so,
     results_of_another_sweep_are_refused, models_of_one_file_name_have_results_of_their_own,
     published_answers_are_computed_by_jobs, runs_of_a_training_are_jobs, settings_of_a_tradeoff_are_jobs,
+    points_of_a_law_are_jobs,
     scripts_for_clusters_run_the_lines)}
 
 

@@ -307,6 +307,58 @@ static void the_search_ends_at_the_first_basis_that_does_it(void **state) {
   trade_free(&t);
 }
 
+static void points_are_tried_from_the_rank_on_where_they_may_be_cheaper(void **state) {
+  (void)state;
+  tradeoff_problem problem = {.cubature_count = 2, .cubature_errors = {0.02, 0.005}};
+  tradeoff_recipe recipes[TRADEOFF_POINTS_MAX];
+
+  // four points a coordinate cost less than the coefficients from rank 29 on
+  for (int64_t rank = 2; rank <= THRUM_RANK_MAX; rank++) {
+    const tradeoff_recipe basis = {.modes = 5, .rank = rank, .trained = true};
+    const double points = 12.0 * 4 * (double)(rank * rank);
+    const bool pays = points < (double)(thrum_c3_count(rank) + thrum_c4_count(rank));
+    assert_int_equal(pays, rank >= 29);
+    problem.points_alone = false;
+    assert_int_equal(tradeoff_points(&problem, &basis, recipes), pays ? 2 : 0);
+
+    // where no polynomial is, of every rank
+    problem.points_alone = true;
+    assert_int_equal(tradeoff_points(&problem, &basis, recipes), 2);
+    assert_true(recipes[1].cubature_error == 0.005 && recipes[1].rank == rank &&
+                recipes[1].trained);
+  }
+}
+
+static void points_err_by_little_more_than_the_polynomial_of_their_basis(void **state) {
+  (void)state;
+  static trade t;
+  trade_make(&t, "beam:6x2x2@1x0.15x0.15", 5, 10, 60);
+  t.problem.dt_count = 1;
+  t.problem.condense = true;
+  t.problem.recipe_count = 3;
+  t.problem.recipes[1] = (tradeoff_recipe){.modes = 5, .rank = 10, .cubature_error = 0.05};
+  t.problem.recipes[2] = (tradeoff_recipe){.modes = 5, .rank = 10, .cubature_error = 0.001};
+  trade_solve(&t);
+
+  // the same basis, which is not condensed with points; their errors of motion are at most about
+  // twice those of the force
+  const tradeoff_basis *exact = &t.result.bases[0], *few = exact + 1, *many = exact + 2;
+  assert_int_equal(exact->points, 0);
+  assert_true(few->points > 0 && many->points > few->points);
+  assert_true(few->force_error <= 0.05 && many->force_error <= 0.001);
+  assert_true(few->projection == exact->projection && many->projection == exact->projection);
+  const double off_few = fabs(few->error.displacement - exact->error.displacement);
+  const double off_many = fabs(many->error.displacement - exact->error.displacement);
+  assert_true(off_many < off_few && off_few < 2 * 0.05 && off_many < 2 * 0.001);
+  for (int64_t b = 3; b < t.result.basis_count; b++)
+    assert_int_equal(t.result.bases[b].points, 0);
+
+  // they are trained as far as the load moves the body: here by more than a hundredth of it
+  assert_true(few->cubature_range == many->cubature_range);
+  assert_true(few->cubature_range > 0.01 && few->cubature_range < 1);
+  trade_free(&t);
+}
+
 static void condensed_bases_are_tried_with_their_linear_modes(void **state) {
   (void)state;
   static trade t;
@@ -452,6 +504,102 @@ static void the_printed_commands_make_what_was_recommended(void **state) {
   program_result_free(&run);
 }
 
+/* The model of the pick as its commands make it, tried again as it is: the error of the same run.
+ */
+static double error_again(const cJSON *recommended, const char *folder_of_it) {
+  char dt[40], tolerance[40], model[64];
+  snprintf(dt, sizeof dt, "%.17g", json_value(recommended, "dt"));
+  snprintf(tolerance, sizeof tolerance, "%.17g", json_value(recommended, "tolerance"));
+  snprintf(model, sizeof model, "%s/model.npz", folder_of_it);
+  program_result run =
+      thrum_run(folder, "tradeoff", model, "-o", "same", "--load", "square:0,0,-90@tip", "--quick",
+                "--time", "0.3", "--error", "100%", "--ranks", "0", "--dts", dt, "--tolerances",
+                tolerance, "--integrators",
+                cJSON_GetObjectItem(recommended, "integrator")->valuestring, "--json", "-q", NULL);
+  cJSON *same = json_line(run.out);
+  const cJSON *item = cJSON_GetArrayItem(cJSON_GetObjectItem(same, "runs"), 0);
+  assert_true(json_value(cJSON_GetObjectItem(item, "cubature"), "points") ==
+              json_value(cJSON_GetObjectItem(recommended, "cubature"), "points"));
+  const double error = json_value(item, "error");
+  cJSON_Delete(same);
+  program_result_free(&run);
+  return error;
+}
+
+static void the_printed_commands_make_models_of_points_of_every_law(void **state) {
+  (void)state;
+  static const char *const cases[][6] = {{"--cubature", "only", "--rank-max", "30"},
+                                         {"--law", "neo-hookean", "--rank-max", "30"},
+                                         {"--law", "corotational", "--rank-max", "0"}};
+  for (int n = 0; n < 3; n++) {
+    // bases of a polynomial are tried with none of these, as no polynomial holds another law
+    setenv("THRUM_COMMAND", "'" THRUM_PROGRAM "'", 1);
+    program_result run =
+        thrum_run(folder, "tradeoff", "beam.npz", "-o", "points", "--load", "square:0,0,-90@tip",
+                  "--quick", "--time", "0.3", "--error", n < 2 ? "0.5%" : "20%", "--ranks", "0,6",
+                  "--json", "-q", cases[n][0], cases[n][1], cases[n][2], cases[n][3], NULL);
+    unsetenv("THRUM_COMMAND");
+    if (run.exit_code != 0)
+      fail_msg("%s", run.err);
+    cJSON *object = json_line(run.out);
+    const cJSON *recommended = cJSON_GetObjectItem(object, "recommended"), *item;
+    cJSON_ArrayForEach(item, cJSON_GetObjectItem(object, "runs")) {
+      assert_true(json_value(cJSON_GetObjectItem(item, "cubature"), "points") > 0);
+    }
+    assert_string_equal(
+        cJSON_GetObjectItem(cJSON_GetObjectItem(object, "full"), "law")->valuestring,
+        n == 0 ? "stvk" : cases[n][1]);
+    if (n < 2)
+      assert_true(cJSON_IsTrue(cJSON_GetObjectItem(recommended, "trained")));
+    program_result_free(&run);
+
+    // the page says what they are
+    char *page = text_file_read(in_folder("points/tradeoff.html"));
+    assert_non_null(page);
+    assert_true(strstr(page, " points</td>") && strstr(page, "cubature points"));
+    assert_true(n == 0 || strstr(page, cases[n][1]));
+    free(page);
+
+    // as a shell takes the commands; the error of that model is the same
+    char shell[] = "/bin/sh", option[] = "-e", script[] = "points/commands.sh";
+    char *const words[] = {shell, option, script, NULL};
+    run = program_execute(folder, words);
+    if (run.exit_code != 0)
+      fail_msg("%s", run.err);
+    program_result_free(&run);
+    const double error = json_value(recommended, "error");
+    assert_true(fabs(error_again(recommended, "points") / error - 1) < 1e-6);
+    cJSON_Delete(object);
+  }
+}
+
+static void what_polynomials_cannot_hold_is_not_asked_of_them(void **state) {
+  (void)state;
+  static const struct {
+    int code;
+    const char *says, *arguments[4];
+  } cases[] = {
+      {2, "--law neo-hookean needs cubature points", {"--law", "neo-hookean", "--cubature", "off"}},
+      {2, "--law wants stvk", {"--law", "rubber"}},
+      {2, "--cubature wants auto, off or only", {"--cubature", "on"}},
+      {2,
+       "--cubature-errors is of cubature points",
+       {"--cubature", "off", "--cubature-errors=0.1"}},
+      {2, "--cubature-errors wants", {"--cubature-errors", "0"}},
+      {2, "--cubature-errors", {"--cubature-errors", "1e-2,2e-2,3e-2,4e-2,5e-2"}},
+  };
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    const char *const *a = cases[n].arguments;
+    program_result run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "none", "--load",
+                                   "square:0,0,-9@tip", a[0], a[1], a[2], a[3], NULL);
+    assert_int_equal(run.exit_code, cases[n].code);
+    if (!strstr(run.err, cases[n].says))
+      fail_msg("%s", run.err);
+    assert_true(line_count_is(run.err, 1));
+    program_result_free(&run);
+  }
+}
+
 static void single_precision_is_tried_beside_double(void **state) {
   (void)state;
   program_result run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "precise", "--load",
@@ -584,9 +732,13 @@ int main(void) {
       cmocka_unit_test(bases_that_the_mesh_does_not_have_are_dropped),
       cmocka_unit_test(the_choice_is_the_cheapest_or_the_most_accurate),
       cmocka_unit_test(the_search_ends_at_the_first_basis_that_does_it),
+      cmocka_unit_test(points_are_tried_from_the_rank_on_where_they_may_be_cheaper),
+      cmocka_unit_test(points_err_by_little_more_than_the_polynomial_of_their_basis),
       cmocka_unit_test(condensed_bases_are_tried_with_their_linear_modes),
       cmocka_unit_test(the_command_recommends_what_simulate_takes),
       cmocka_unit_test(the_printed_commands_make_what_was_recommended),
+      cmocka_unit_test(the_printed_commands_make_models_of_points_of_every_law),
+      cmocka_unit_test(what_polynomials_cannot_hold_is_not_asked_of_them),
       cmocka_unit_test(single_precision_is_tried_beside_double),
       cmocka_unit_test(a_mesh_is_traded_as_its_model_is),
       cmocka_unit_test(an_error_out_of_reach_and_missing_loads_are_said),

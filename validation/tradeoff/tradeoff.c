@@ -473,6 +473,10 @@ void tradeoff_free(tradeoff_result *result) {
   *result = (tradeoff_result){0};
 }
 
+const char *tradeoff_precision(const tradeoff_basis *basis) {
+  return basis->recipe.single || basis->points > 0 ? "single" : "double";
+}
+
 const char *tradeoff_flag(const tradeoff_run *run) {
   if (run->grew)
     return "energy_grew";

@@ -16,20 +16,25 @@
 #include "validation/experiments/scheme.h"
 
 #define TRADEOFF_LIST_MAX 16
-#define TRADEOFF_BASES_MAX 160
+#define TRADEOFF_BASES_MAX 256
+#define TRADEOFF_POINTS_MAX 4 /* errors of the force that points are chosen for */
 #define TRADEOFF_TESTS_MAX 16
 
-/* The coordinates that are stepped: a basis, and how many of them. */
+/* The coordinates that are stepped: a basis, how many of them, and what gives their energy. */
 typedef struct tradeoff_recipe {
   int64_t modes, rank; /* modes 0: the model's own basis, with its rank */
   bool single;         /* coefficients rounded to single precision; not of an own basis */
   bool trained;        /* half of the rank shows the motion under the loads (precompute --train) */
   int64_t masters;     /* coordinates that are stepped, the others following; 0: all are stepped */
+  /* Relative error of the force at which cubature points in place of the polynomial are enough
+   * (precompute --cubature-error); 0: the polynomial, or an own basis as it is. */
+  double cubature_error;
 } tradeoff_recipe;
 
 struct tradeoff_result;
 
-/* The settings to be compared. `model` needs a mesh, a basis and fixed vertices. */
+/* The settings to be compared. `model` needs a mesh, a basis and fixed vertices; its material is of
+ * its point_law, which need not be that of its coefficients where its own basis is in no recipe. */
 typedef struct tradeoff_problem {
   const thrum_model *model;
   full_motion_script script;
@@ -47,9 +52,14 @@ typedef struct tradeoff_problem {
 
   /* The wish: an error of the displacement, a cost [s/s]; NaN: no limit, one is a number.
    * Where no recipe does it and rank_max is above 0, trained bases of `modes` linear modes are
-   * tried, of higher and higher rank up to rank_max. */
+   * tried, of higher and higher rank up to rank_max: with polynomials, unless points are wanted
+   * alone, and with points for each of these errors of the force, where they may pay or are wanted
+   * alone. */
   double error, cost;
   int64_t modes, rank_max;
+  bool points_alone; /* no polynomials */
+  int64_t cubature_count;
+  double cubature_errors[TRADEOFF_POINTS_MAX];
   const double *mode_omega2; /* linear modes of the model's own basis [1/s^2]; NULL: not known */
   int64_t mode_count;
 
@@ -85,7 +95,10 @@ typedef struct tradeoff_errors {
 typedef struct tradeoff_basis {
   tradeoff_recipe recipe;
   int64_t rank;          /* as it was made */
-  tradeoff_errors error; /* of the basis */
+  int64_t points;        /* cubature points in place of the polynomial; 0: none */
+  double cubature_range; /* largest displacement that they are trained on, over the diagonal; */
+  double force_error;    /* relative rms of the force in other states; both NaN: not made here */
+  tradeoff_errors error; /* of the basis, with its points */
   double projection;     /* displacement that no motion in the basis can show; below every error */
   double tight_dt;
   double precompute_seconds; /* processor time; NaN: the model's own */
@@ -144,11 +157,20 @@ void tradeoff_free(tradeoff_result *result);
  * TRADEOFF_BASES_MAX; returns how many. */
 int64_t tradeoff_recipes(const tradeoff_problem *problem, tradeoff_recipe *recipes);
 
+/* A basis with cubature points in place of the polynomial for each error of the force, into
+ * `recipes`, which has room for TRADEOFF_POINTS_MAX; returns how many. None where the polynomial is
+ * tried too and a force by it is likely to be cheaper (thrum_cubature_cost). */
+int64_t tradeoff_points(const tradeoff_problem *problem, const tradeoff_recipe *basis,
+                        tradeoff_recipe *recipes);
+
 /* What one recipe gives: a result of its basis and the condensed ones of it alone, none of them
  * chosen. Or the full order of a test alone, which is kept where the problem says. */
 thrum_status tradeoff_solve_recipe(const tradeoff_problem *problem, const tradeoff_recipe *recipe,
                                    tradeoff_result *result, thrum_error *error);
 thrum_status tradeoff_solve_test(const tradeoff_problem *problem, int64_t test, thrum_error *error);
+
+/* Of the coefficients, "double" or "single"; gradients of points are single. */
+const char *tradeoff_precision(const tradeoff_basis *basis);
 
 /* The status that `thrum simulate` flags a run with; NULL: none. */
 const char *tradeoff_flag(const tradeoff_run *run);

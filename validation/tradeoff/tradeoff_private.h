@@ -29,6 +29,7 @@ typedef struct tradeoff_reference {
   double *mass_v; /* M v */
   double *u;      /* FULL_MOTION_SNAPSHOTS x 3 vertex_count where it is kept, else NULL */
   double u_square[TRADEOFF_SAMPLES], v_square[TRADEOFF_SAMPLES], energy[TRADEOFF_SAMPLES];
+  double reach; /* largest displacement of a vertex [m] */
   double us_per_step;
 } tradeoff_reference;
 

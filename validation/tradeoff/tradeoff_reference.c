@@ -28,6 +28,10 @@ static void take(void *context, int64_t index, const double *u, const double *v,
   const taker *t = context;
   tradeoff_reference *r = t->reference;
 
+  // how far cubature points are to be right
+  for (int64_t c = 0; c < t->all; c += 3)
+    r->reach = fmax(r->reach, sqrt(dot(u + c, u + c, 3)));
+
   // what bases are trained on, twice as often as errors are measured
   if (r->u != NULL)
     memcpy(r->u + index * t->all, u, (size_t)t->all * sizeof *u);

@@ -4,20 +4,50 @@
 #include <math.h>
 
 #include "precompute/estimate.h"
+#include "precompute/polynomial/cubature.h"
 #include "validation/tradeoff/tradeoff_private.h"
 
-#define NEAR 3.0          /* times the error asked for: an untrained basis so near may reach it */
-#define UNTRAINED_MOST 60 /* rank up to which those are tried */
-#define TRAINED_TIMES 2.5 /* a trained basis over an untrained one: made twice, and its shapes */
-#define ITERATIONS 3.0    /* of a step of the tight run over one of the fastest setting */
+#define NEAR 3.0            /* times the error asked for: an untrained basis so near may reach it */
+#define UNTRAINED_MOST 60   /* rank up to which those are tried */
+#define TRAINED_TIMES 2.5   /* a trained basis over an untrained one: made twice, and its shapes */
+#define ITERATIONS 3.0      /* of a step of the tight run over one of the fastest setting */
+#define POLYNOMIAL_MOST 100 /* rank up to which polynomials are tried */
+#define FAR_CHEAPER                                                                                \
+  0.33 /* cost of points over the polynomial, which is then tried where they fail */
 
-static const int64_t ranks[] = {20, 30, 45, 60, 80, 100};
+static const int64_t ranks[] = {20, 30, 45, 60, 80, 100, 140, 200};
 #define RANK_COUNT ((int64_t)(sizeof ranks / sizeof ranks[0]))
 
 /* The rank of this number can be tried: there is room beside the modes, and the limit allows it. */
 static bool is_open(const tradeoff_problem *problem, int64_t number) {
   return ranks[number] > problem->modes && ranks[number] <= problem->rank_max;
 }
+
+/* The cost of a force by as many points as bodies usually take, over that by the polynomial. */
+static double points_cost(int64_t rank) {
+  return thrum_cubature_cost(THRUM_CUBATURE_POINTS_USUAL * rank, rank);
+}
+
+int64_t tradeoff_points(const tradeoff_problem *problem, const tradeoff_recipe *basis,
+                        tradeoff_recipe *recipes) {
+  if (!problem->points_alone && !(points_cost(basis->rank) < 1))
+    return 0;
+  for (int64_t n = 0; n < problem->cubature_count; n++) {
+    recipes[n] = *basis;
+    recipes[n].cubature_error = problem->cubature_errors[n];
+  }
+  return problem->cubature_count;
+}
+
+/* A basis of the search with points, and with the polynomial; returns how many. */
+static int64_t forms_of(const tradeoff_problem *problem, const tradeoff_recipe *basis,
+                        tradeoff_recipe *forms) {
+  int64_t count = tradeoff_points(problem, basis, forms);
+  if (!problem->points_alone && basis->rank <= POLYNOMIAL_MOST)
+    forms[count++] = *basis;
+  return count;
+}
+#define FORMS_MAX (TRADEOFF_POINTS_MAX + 1)
 
 static tradeoff_recipe trained_recipe(const tradeoff_problem *problem, int64_t number) {
   return (tradeoff_recipe){.modes = problem->modes, .rank = ranks[number], .trained = true};
@@ -36,22 +66,25 @@ int64_t tradeoff_search_recipes(const tradeoff_problem *problem, tradeoff_recipe
   for (int64_t n = 0; n < RANK_COUNT && problem->rank_max > 0; n++) {
     if (!is_open(problem, n))
       continue;
-    recipes[count++] = trained_recipe(problem, n);
+    const tradeoff_recipe trained = trained_recipe(problem, n), higher = higher_recipe(n);
+    count += forms_of(problem, &trained, recipes + count);
     if (has_higher(n) && !isnan(problem->error))
-      recipes[count++] = higher_recipe(n);
+      count += forms_of(problem, &higher, recipes + count);
   }
   return count;
 }
 
-/* Processor time of a second of the cheapest run of the rank that is known best, for one step. */
+/* Processor time of a step by a polynomial, from the dearest run of the highest rank that is known;
+ * from one by points where no other is. */
 static double step_seconds(const tradeoff_solution *s, int64_t rank) {
   double known = 0, scale = 0;
   for (int64_t n = 0; n < s->result.run_count; n++) {
     const tradeoff_run *run = &s->result.runs[n];
     const tradeoff_basis *basis = &s->result.bases[run->basis];
+    const double by = basis->points > 0 ? points_cost(basis->rank) : 1;
     if (basis->recipe.masters == 0 && (double)basis->rank >= scale) {
       scale = (double)basis->rank;
-      known = fmax(known, 1e-6 * run->us_per_step);
+      known = fmax(known, 1e-6 * run->us_per_step / by);
     }
   }
 
@@ -59,13 +92,15 @@ static double step_seconds(const tradeoff_solution *s, int64_t rank) {
   return known * pow((double)rank / fmax(scale, 1), 4);
 }
 
-/* About how long a trained basis of this rank takes to make and to run [s]. */
-static double guess(const tradeoff_solution *s, int64_t rank) {
+/* About how long a basis of the search takes to make and to run [s]. */
+static double guess(const tradeoff_solution *s, const tradeoff_recipe *recipe) {
   const tradeoff_problem *problem = s->problem;
   thrum_precompute_options options = thrum_default_precompute_options();
   thrum_estimate estimate = {0};
-  options.modes = problem->modes;
-  options.rank = rank;
+  const bool points = recipe->cubature_error > 0;
+  options.modes = recipe->modes;
+  options.rank = recipe->rank;
+  options.cubature = points;
 
   // making it
   double seconds = 0, shortest = problem->full_dt, steps = 0;
@@ -79,8 +114,8 @@ static double guess(const tradeoff_solution *s, int64_t rank) {
     shortest = fmin(shortest, problem->dts[n]);
     steps += 3 * (double)problem->tolerance_count * problem->script.time / problem->dts[n];
   }
-  return seconds +
-         step_seconds(s, rank) * (steps + ITERATIONS * 8 * problem->script.time / shortest);
+  return seconds + step_seconds(s, recipe->rank) * (points ? points_cost(recipe->rank) : 1) *
+                       (steps + ITERATIONS * 8 * problem->script.time / shortest);
 }
 
 static bool is_met(const tradeoff_solution *s) {
@@ -155,31 +190,56 @@ static bool within_budget(const tradeoff_solution *s) {
   return false;
 }
 
+/* About how long all trained bases of the search take [s]. */
+static double guess_all(const tradeoff_solution *s) {
+  double seconds = 0;
+  for (int64_t n = 0; n < RANK_COUNT; n++) {
+    tradeoff_recipe forms[FORMS_MAX];
+    const tradeoff_recipe trained = trained_recipe(s->problem, n);
+    const int64_t count = is_open(s->problem, n) ? forms_of(s->problem, &trained, forms) : 0;
+    for (int64_t f = 0; f < count; f++)
+      seconds += guess(s, &forms[f]);
+  }
+  return seconds;
+}
+
+/* Whether a form of a basis is still wanted: until one does it, and a polynomial also then, where
+ * it may be the cheaper one. */
+static bool is_wanted(const tradeoff_solution *s, const tradeoff_recipe *form) {
+  return !is_met(s) || (!(form->cubature_error > 0) && !(points_cost(form->rank) < FAR_CHEAPER));
+}
+
+/* A basis of the search by points, of few to many, and by its polynomial. */
+static thrum_status try_forms(tradeoff_solution *s, const tradeoff_recipe *basis,
+                              thrum_error *error) {
+  tradeoff_recipe forms[FORMS_MAX];
+  const int64_t count = forms_of(s->problem, basis, forms);
+  for (int64_t f = 0; f < count; f++)
+    if (is_wanted(s, &forms[f]))
+      THRUM_TRY(go_on(s, &forms[f], error));
+  return THRUM_OK;
+}
+
 thrum_status tradeoff_search(tradeoff_solution *s, thrum_error *error) {
   const tradeoff_problem *problem = s->problem;
   if (problem->rank_max == 0 || is_met(s))
     return THRUM_OK;
 
   // how long it may take is said before it begins
-  double seconds = 0;
-  const bool runs = problem->take == NULL && problem->search_begins != NULL;
-  for (int64_t n = 0; n < RANK_COUNT && runs; n++)
-    if (is_open(problem, n))
-      seconds += guess(s, ranks[n]);
-  if (runs)
-    problem->search_begins(problem->progress_context, seconds);
+  if (problem->take == NULL && problem->search_begins != NULL)
+    problem->search_begins(problem->progress_context, guess_all(s));
 
   const double untrained = untrained_error(s);
   for (int64_t n = 0; n < RANK_COUNT && !is_met(s) && within_budget(s); n++) {
     if (!is_open(problem, n))
       continue;
     const tradeoff_recipe trained = trained_recipe(problem, n);
-    THRUM_TRY(go_on(s, &trained, error));
+    THRUM_TRY(try_forms(s, &trained, error));
 
     // more modes and derivatives alone, where those have come near already
     const tradeoff_recipe higher = higher_recipe(n);
     if (has_higher(n) && untrained <= NEAR * problem->error && !is_met(s))
-      THRUM_TRY(go_on(s, &higher, error));
+      THRUM_TRY(try_forms(s, &higher, error));
   }
   return THRUM_OK;
 }

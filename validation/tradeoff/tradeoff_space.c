@@ -7,12 +7,15 @@
 #include "driver/precompute_train.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
+#include "runtime/base/vec3.h"
+#include "runtime/material/material_law.h"
 #include "thrum/external_load.h"
 #include "thrum/polynomial.h"
 #include "validation/tradeoff/tradeoff_private.h"
 
 #define AGREES 1.02 /* a frequency of the basis over that of the linear mode it stands for */
 #define MASTERS_LEAST 3
+#define RANGE_LEAST 0.01 /* of cubature points: below it a body has little that is not linear */
 
 /* --- views ------------------------------------------------------------------------------------ */
 
@@ -57,9 +60,32 @@ void tradeoff_view_free(tradeoff_view *view) {
 
 /* --- bases ------------------------------------------------------------------------------------ */
 
+/* The range that points are trained on: how far the reference goes over the body's diagonal,
+ * rounded up to two digits, as it stands in commands. */
+static double range_of(const tradeoff_solution *s) {
+  const thrum_model *model = s->problem->model;
+  const double share =
+      s->reference.reach / thrum_box3_diagonal(model->vertices, model->vertex_count);
+  if (!(share > RANGE_LEAST))
+    return RANGE_LEAST;
+  const double digits = pow(10, 1 - floor(log10(share)));
+  return ceil(share * digits) / digits;
+}
+
+/* Cubature points as the recipe says. */
+static void ask_for_points(const tradeoff_solution *s, const tradeoff_recipe *recipe,
+                           tradeoff_basis *basis, thrum_precompute_options *options) {
+  if (!(recipe->cubature_error > 0))
+    return;
+  basis->cubature_range = range_of(s);
+  options->cubature = true;
+  options->cubature_error = recipe->cubature_error;
+  options->cubature_range = basis->cubature_range;
+}
+
 /* A model made from the mesh, half of it trained on the reference where the recipe says so. */
 static thrum_status precompute(const tradeoff_solution *s, const tradeoff_recipe *recipe,
-                               tradeoff_space *space, thrum_error *error) {
+                               tradeoff_space *space, tradeoff_basis *basis, thrum_error *error) {
   const thrum_mesh *mesh = &s->reference.body.mesh;
   const uint8_t *fixed = s->problem->model->fixed;
   thrum_precompute_options options = thrum_default_precompute_options();
@@ -67,6 +93,8 @@ static thrum_status precompute(const tradeoff_solution *s, const tradeoff_recipe
   options.rank = recipe->rank;
   options.single = recipe->single;
   options.mass = s->reference.body.kind;
+  options.law = thrum_law_of_model(s->problem->model);
+  ask_for_points(s, recipe, basis, &options);
 
   if (recipe->trained) {
     thrum_precomputed base = {0};
@@ -78,6 +106,8 @@ static thrum_status precompute(const tradeoff_solution *s, const tradeoff_recipe
       return status;
   }
   THRUM_TRY(thrum_precompute(mesh, fixed, &options, &space->made, error));
+  if (options.cubature)
+    basis->force_error = space->made.cubature.test_error;
 
   // its steps are timed, so it is packed as a model from a file is
   const size_t size = thrum_model_pack_size(&space->made.model);
@@ -93,7 +123,8 @@ static const tradeoff_space *uncondensed(const tradeoff_solution *s,
   for (int64_t b = 0; b < s->result.basis_count; b++) {
     const tradeoff_recipe *other = &s->result.bases[b].recipe;
     if (other->masters == 0 && other->modes == recipe->modes && other->single == recipe->single &&
-        other->trained == recipe->trained && (recipe->modes == 0 || other->rank == recipe->rank))
+        other->trained == recipe->trained && !(other->cubature_error > 0) &&
+        (recipe->modes == 0 || other->rank == recipe->rank))
       return &s->spaces[b];
   }
   return NULL;
@@ -101,13 +132,13 @@ static const tradeoff_space *uncondensed(const tradeoff_solution *s,
 
 /* Fills in what the recipe steps and shows. */
 static thrum_status fill(const tradeoff_solution *s, const tradeoff_recipe *recipe,
-                         tradeoff_space *space, thrum_error *error) {
+                         tradeoff_space *space, tradeoff_basis *basis, thrum_error *error) {
   // the coordinates that are left follow in a basis that is there already
   const tradeoff_space *whole = recipe->masters > 0 ? uncondensed(s, recipe) : NULL;
   if (whole != NULL) {
     space->shape = whole->shape;
   } else if (recipe->modes > 0) {
-    THRUM_TRY(precompute(s, recipe, space, error));
+    THRUM_TRY(precompute(s, recipe, space, basis, error));
     space->shape = &space->made.model;
   } else {
     space->shape = s->problem->model;
@@ -132,9 +163,10 @@ static thrum_status make_at(tradeoff_solution *s, const tradeoff_recipe *recipe,
                             tradeoff_basis *basis, thrum_error *error) {
   tradeoff_space *space = &s->spaces[b];
   *space = (tradeoff_space){0};
-  *basis = (tradeoff_basis){.recipe = *recipe, .precompute_seconds = NAN};
+  *basis = (tradeoff_basis){
+      .recipe = *recipe, .precompute_seconds = NAN, .cubature_range = NAN, .force_error = NAN};
   const double began = clock_thread_seconds();
-  thrum_status status = fill(s, recipe, space, error);
+  thrum_status status = fill(s, recipe, space, basis, error);
   if (recipe->modes > 0)
     basis->precompute_seconds = clock_thread_seconds() - began;
 
@@ -148,9 +180,10 @@ static thrum_status make_at(tradeoff_solution *s, const tradeoff_recipe *recipe,
   }
 
   basis->rank = space->shape->rank;
+  basis->points = space->shape->point_count;
   basis->projection = tradeoff_outside(&space->view, space->shape->rank);
   if (recipe->modes == 0)
-    basis->recipe.single = s->problem->model->packed_single != NULL;
+    basis->recipe.single = basis->points == 0 && s->problem->model->packed_single != NULL;
   return THRUM_OK;
 }
 
@@ -194,6 +227,9 @@ int64_t tradeoff_masters(const tradeoff_solution *s, int64_t b, int64_t masters[
   const double *linear = own ? s->problem->mode_omega2 : space->made.mode_omega2;
   const double *omega2 = space->shape->omega2;
   int64_t most = own ? s->problem->mode_count : s->result.bases[b].recipe.modes;
+  // what follows is found from coefficients, which points have none of
+  if (space->shape->point_count > 0)
+    return 0;
   if (most >= space->shape->rank)
     most = space->shape->rank - 1;
 
