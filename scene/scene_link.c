@@ -14,6 +14,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/base/finite.h"
 #include "runtime/base/intervals.h"
 #include "runtime/base/vec3.h"
 #include "scene/scene_private.h"
@@ -211,8 +212,8 @@ static thrum_status check_arm(const cloud *c, const double place[3], thrum_error
 /* Fills one side: the place, which is `place` in the world where that is known and becomes it where
  * it is not, and the three directions. near: by vertices near the place, in place of a list. */
 static thrum_status fill_side(cloud *c, const int32_t *vertices, int64_t count, bool near,
-                              double place[3], const double directions[9], scene_link_side *side,
-                              thrum_error *error) {
+                              double place[3], const double directions[9], double rest[12],
+                              double *rows, thrum_error *error) {
   const scene_body *body = c->body;
   const int64_t rank = body->derived->rank;
   double at[3], off[3];
@@ -238,26 +239,37 @@ static thrum_status fill_side(cloud *c, const int32_t *vertices, int64_t count, 
   centre_of(c, off);
   thrum_subtract3(at, off, off);
   add_direction(c, off);
-  sum_up(c, side->rest, side->rows);
+  sum_up(c, rest, rows);
   for (int n = 0; n < 3; n++) {
     double own[3];
     scene_to_body(&body->here, directions + 3 * n, own);
     memset(c->weights, 0, (size_t)size_of(c) * sizeof *c->weights);
     add_direction(c, own);
-    sum_up(c, side->rest + 3 * (n + 1), side->rows + 3 * (n + 1) * rank);
+    sum_up(c, rest + 3 * (n + 1), rows + 3 * (n + 1) * rank);
   }
   return THRUM_OK;
 }
 
-static thrum_status make_side(scene_body *body, const int32_t *vertices, int64_t count, bool near,
-                              double place[3], const double directions[9], scene_link_side *side,
+/* Room for the rows of a side, which belong to the link. */
+static thrum_status make_rows(const scene_body *body, scene_link *link, int side,
                               thrum_error *error) {
+  const size_t rank = (size_t)body->derived->rank;
+  link->rows[side] = calloc(12 * rank, sizeof *link->rows[side]);
+  if (link->rows[side] == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a link");
+  link->sides[side].rows = link->rows[side];
+  link->sides[side].rank = (int64_t)rank;
+  return THRUM_OK;
+}
+
+static thrum_status make_side(scene_body *body, const int32_t *vertices, int64_t count, bool near,
+                              double place[3], const double directions[9], scene_link *link,
+                              int side, thrum_error *error) {
   cloud c;
-  side->rows = calloc(12 * (size_t)body->derived->rank, sizeof *side->rows);
   thrum_status status = cloud_make(body, &c, error);
-  if (status >= 0 && side->rows == NULL)
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a link");
-  THRUM_THEN(status, fill_side(&c, vertices, count, near, place, directions, side, error));
+  THRUM_THEN(status, make_rows(body, link, side, error));
+  THRUM_THEN(status, fill_side(&c, vertices, count, near, place, directions, link->sides[side].rest,
+                               link->rows[side], error));
   cloud_free(&c);
   return status;
 }
@@ -302,19 +314,43 @@ static thrum_placement placement_at(const scene_link *link, double time) {
 
 /* --- adding ----------------------------------------------------------------------------------- */
 
-static thrum_status check_body(const thrum_scene *scene, int32_t number, const int32_t *vertices,
-                               int64_t count, scene_body **body, thrum_error *error) {
-  THRUM_TRY(scene_body_at(scene, number, body, error));
-  THRUM_TRY(scene_vertex_check(*body, 0, error));
+static thrum_status check_vertices(const scene_body *body, const int32_t *vertices, int64_t count,
+                                   thrum_error *error) {
+  THRUM_TRY(scene_vertex_check(body, 0, error));
   if (vertices != NULL && count < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "a link is given no vertices");
   for (int64_t n = 0; vertices != NULL && n < count; n++)
-    THRUM_TRY(scene_vertex_check(*body, vertices[n], error));
+    THRUM_TRY(scene_vertex_check(body, vertices[n], error));
+  return THRUM_OK;
+}
+
+/* A side that was made before, of a body that steps as many coordinates as it has columns. */
+static thrum_status check_side(const scene_body *body, const thrum_scene_link_side *side,
+                               thrum_error *error) {
+  if (side->rows == NULL)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "a link's ready side on body '%s' has no rows", body->name);
+  if (side->rank != body->derived->rank)
+    return thrum_error_set(error, THRUM_MODEL_MISMATCH,
+                           "a link's ready side has %lld coordinates, and body '%s' steps %lld",
+                           (long long)side->rank, body->name, (long long)body->derived->rank);
+  if (!thrum_all_finite(side->rest, 12) || !thrum_all_finite(side->rows, 12 * side->rank))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "a link's ready side on body '%s' is not finite",
+                           body->name);
+  return THRUM_OK;
+}
+
+/* The body of a side, by its vertices or by a ready side (NULL: none). */
+static thrum_status check_body(const thrum_scene *scene, int32_t number, const int32_t *vertices,
+                               int64_t count, const thrum_scene_link_side *side, scene_body **body,
+                               thrum_error *error) {
+  THRUM_TRY(scene_body_at(scene, number, body, error));
   if ((*body)->derived->condensed || (*body)->detail != NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "body '%s' is condensed or has a level of detail, and cannot be linked",
                            (*body)->name);
-  return THRUM_OK;
+  return side != NULL ? check_side(*body, side, error)
+                      : check_vertices(*body, vertices, count, error);
 }
 
 static bool is_amount(double value) {
@@ -388,6 +424,13 @@ static thrum_status check_def(const thrum_scene *scene, const thrum_scene_link_d
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "a place of a link is not within 1e30 m: set all three of its numbers, "
                            "or none");
+  if (def->sides != NULL &&
+      (isnan(def->place[0]) || (def->kind == THRUM_LINK_SPRING && isnan(def->other_place[0]))))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "a link with ready sides needs its place, and a spring its other place");
+  if (def->sides != NULL && def->other < 0 && !thrum_all_finite(def->sides[1].rest, 12))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "a link's ready side in the world is not finite");
   if (!isnormal(thrum_dot3(def->axis, def->axis)))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the axis of a link has no length");
   return check_path(def, error);
@@ -428,38 +471,63 @@ static thrum_status keep_path(const thrum_scene_link_def *def, scene_link *link,
 }
 
 static void free_link(scene_link *link) {
-  free(link->sides[0].rows);
-  free(link->sides[1].rows);
+  free(link->sides);
+  free(link->rows[0]);
+  free(link->rows[1]);
   free(link->times);
   free(link->path);
 }
 
-/* Both sides, as the bodies are now. */
-static thrum_status make_sides(const thrum_scene_link_def *def, scene_body *bodies[2],
-                               scene_link *link, thrum_error *error) {
+/* Both sides of the meshes, as the bodies are now; place and other become those of its ends. */
+static thrum_status weigh_sides(const thrum_scene_link_def *def, scene_body *bodies[2],
+                                double place[3], double other[3], scene_link *link,
+                                thrum_error *error) {
   const bool joint = def->kind != THRUM_LINK_SPRING;
-  double directions[9], place[3], other[3];
-  memcpy(place, def->place, sizeof place);
+  double directions[9];
   make_directions(def->axis, directions);
   THRUM_TRY(make_side(bodies[0], def->vertices, def->count,
-                      def->vertices == NULL && !isnan(place[0]), place, directions, link->sides,
+                      def->vertices == NULL && !isnan(place[0]), place, directions, link, 0,
                       error));
 
   // a joint is at one place, a spring has two
-  memcpy(other,
-         joint || (isnan(def->other_place[0]) && def->other_vertices == NULL) ? place
-                                                                              : def->other_place,
-         sizeof other);
+  if (joint || (isnan(other[0]) && def->other_vertices == NULL))
+    memcpy(other, place, 3 * sizeof *other);
   if (bodies[1] != NULL)
-    THRUM_TRY(make_side(bodies[1], def->other_vertices, def->other_count,
-                        def->other_vertices == NULL, other, directions, link->sides + 1, error));
-  else
-    memcpy(link->sides[1].rest + 3, directions, sizeof directions);
-  memcpy(link->end, other, sizeof other);
+    return make_side(bodies[1], def->other_vertices, def->other_count, def->other_vertices == NULL,
+                     other, directions, link, 1, error);
+  memcpy(link->sides[1].rest + 3, directions, sizeof directions);
+  return THRUM_OK;
+}
+
+/* Both sides as they were made before. */
+static thrum_status copy_sides(const thrum_scene_link_def *def, scene_body *bodies[2],
+                               scene_link *link, thrum_error *error) {
+  for (int n = 0; n < 2; n++) {
+    const thrum_scene_link_side *side = def->sides + n;
+    memcpy(link->sides[n].rest, side->rest, sizeof side->rest);
+    if (bodies[n] == NULL)
+      continue;
+    THRUM_TRY(make_rows(bodies[n], link, n, error));
+    memcpy(link->rows[n], side->rows, 12 * (size_t)side->rank * sizeof *side->rows);
+  }
+  return THRUM_OK;
+}
+
+/* Both sides, and what a spring is at its beginning. */
+static thrum_status make_sides(const thrum_scene_link_def *def, scene_body *bodies[2],
+                               scene_link *link, thrum_error *error) {
+  const bool joint = def->kind != THRUM_LINK_SPRING;
+  link->sides = calloc(2, sizeof *link->sides);
+  if (link->sides == NULL)
+    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a link");
+  memcpy(link->place, def->place, sizeof link->place);
+  memcpy(link->end, def->sides != NULL && joint ? def->place : def->other_place, sizeof link->end);
+  THRUM_TRY(def->sides != NULL ? copy_sides(def, bodies, link, error)
+                               : weigh_sides(def, bodies, link->place, link->end, link, error));
 
   // a spring may begin with energy
   double way[3];
-  thrum_subtract3(place, other, way);
+  thrum_subtract3(link->place, link->end, way);
   const double apart = sqrt(thrum_dot3(way, way));
   const double length = def->length >= 0 ? def->length : apart;
   link->tie.length = joint ? 0.0 : length;
@@ -481,10 +549,10 @@ thrum_status thrum_scene_add_link(thrum_scene *scene, const thrum_scene_link_def
                                   int32_t *number, thrum_error *error) {
   scene_body *bodies[2] = {NULL, NULL};
   THRUM_TRY(check_def(scene, def, error));
-  THRUM_TRY(check_body(scene, def->body, def->vertices, def->count, bodies, error));
+  THRUM_TRY(check_body(scene, def->body, def->vertices, def->count, def->sides, bodies, error));
   if (def->other >= 0)
-    THRUM_TRY(
-        check_body(scene, def->other, def->other_vertices, def->other_count, bodies + 1, error));
+    THRUM_TRY(check_body(scene, def->other, def->other_vertices, def->other_count,
+                         def->sides != NULL ? def->sides + 1 : NULL, bodies + 1, error));
   if (!scene_grow(&scene->links, scene->link_count + 1, sizeof *scene->links))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a link");
 
@@ -634,8 +702,32 @@ thrum_status thrum_scene_link_release(thrum_scene *scene, int32_t number, thrum_
   return THRUM_OK;
 }
 
+thrum_status thrum_scene_link_made(const thrum_scene *scene, int32_t number,
+                                   thrum_scene_link_def *def, thrum_error *error) {
+  scene_link *link = NULL;
+  THRUM_TRY(link_at(scene, number, &link, error));
+  thrum_scene_link_def made = thrum_default_scene_link_def();
+  made.kind = link->tie.kind;
+  made.body = link->body;
+  made.other = link->other;
+  made.sides = link->sides;
+  memcpy(made.place, link->place, sizeof made.place);
+  memcpy(made.other_place, link->end, sizeof made.other_place);
+
+  // as numbers, where the def left them to be found
+  made.stiffness = link->tie.stiffness;
+  made.damping = link->tie.damping;
+  made.length = link->tie.length;
+  made.path_times = link->times;
+  made.path_places = link->path;
+  made.path_count = link->path_count;
+  made.until = link->until;
+  *def = made;
+  return THRUM_OK;
+}
+
 /* Where the place of a side is now. */
-static thrum_status place_of(scene_body *body, const scene_link_side *side, double place[3],
+static thrum_status place_of(scene_body *body, const thrum_scene_link_side *side, double place[3],
                              thrum_error *error) {
   const int64_t rank = body->derived->rank;
   double at[3];

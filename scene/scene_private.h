@@ -65,17 +65,13 @@ typedef struct scene_solid {
   thrum_skin_bound bound; /* in the step to come */
 } scene_solid;
 
-/* A side of a link on a body: a place and three directions in the axes of the scaled body. */
-typedef struct scene_link_side {
-  double rest[12]; /* [m], and directions */
-  double *rows;    /* 4 x 3 x rank that is stepped; owned, NULL of the world */
-} scene_link_side;
-
 typedef struct scene_link {
-  int32_t body, other; /* other -1: the world */
-  scene_link_side sides[2];
-  double end[3];        /* of the world's side where its path begins [m] */
-  double *times, *path; /* path_count, path_count x 3 */
+  int32_t body, other;          /* other -1: the world */
+  thrum_scene_link_side *sides; /* 2; owned, so that they stay where they are */
+  double *rows[2];              /* those of the sides; owned, NULL of the world */
+  double place[3];              /* of the first side as it was added [m] */
+  double end[3];                /* of the second, the world's where its path begins [m] */
+  double *times, *path;         /* path_count, path_count x 3 */
   int64_t path_count;
   double until;  /* [s] */
   int64_t since; /* step before which it was added */

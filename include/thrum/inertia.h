@@ -31,8 +31,9 @@ typedef struct thrum_inertia thrum_inertia;
 
 /* Makes the inertia of a free body's model for its first `rank` coordinates (0: all), scaled as
  * thrum_model_scale does (NULL: not), with the mass matrix, consistent or lumped, for which the
- * basis is orthonormal. The caller owns it and passes it to thrum_inertia_destroy; the model may
- * go. THRUM_MISSING for a model without mesh, basis or rigid modes; THRUM_UNSUPPORTED for a
+ * basis is orthonormal, or from `inertia` of a model that has it. The caller owns it and passes it
+ * to thrum_inertia_destroy; the model may go. THRUM_MISSING for a model without mesh, basis or
+ * rigid modes, nor `inertia`, THRUM_NOT_FINITE for one that is not finite; THRUM_UNSUPPORTED for a
  * condensed model, for cubature points of another law than Saint Venant-Kirchhoff, and for a basis
  * that is not orthonormal for the mass or not orthogonal to the rigid modes (1e-6);
  * THRUM_INVALID_ARGUMENT, THRUM_OUT_OF_MEMORY. Time: r^2 numbers a vertex. */
@@ -45,6 +46,16 @@ THRUM_API void thrum_inertia_destroy(thrum_inertia *inertia);
 
 /* Coordinates that it is for; 0 for NULL. */
 THRUM_API int64_t thrum_inertia_rank(const thrum_inertia *inertia);
+
+/* Numbers that thrum_inertia_numbers writes for this many coordinates. */
+static inline int64_t thrum_inertia_number_count(int64_t rank) {
+  return 9 + 9 * rank * (rank + 1);
+}
+
+/* Writes the numbers that I and G are made of, which `inertia` of a model without its mesh points
+ * to: sum m X X^T (3 x 3) [kg m^2], with X from the centre of mass; sum m X U_i^T (rank x 3 x 3)
+ * [kg^1/2 m]; sum m U_j U_i^T (rank x rank x 3 x 3) [1]. Any thread. */
+THRUM_API void thrum_inertia_numbers(const thrum_inertia *inertia, double *numbers);
 
 /* I(q) about the centre of mass, in the mesh [kg m^2], symmetric; q: rank. `work` has room for
  * 9 rank doubles. */

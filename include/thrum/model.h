@@ -128,6 +128,10 @@ typedef struct thrum_model {
    * flowed (design 19); NULL: nothing has. Files hold none. A state that flows steps with a copy of
    * the model that has the state's own here. */
   const double *point_plastic;
+  /* 9 + 9 rank (rank + 1) numbers of thrum_inertia_numbers, from which thrum_inertia_create makes
+   * the inertia of a free body's shape in place of a mesh; NULL: of the mesh. Files hold none, and
+   * a truncated, scaled or condensed model has none. */
+  const double *inertia;
 } thrum_model;
 
 /* Number of cubic and of quartic monomials in `rank` coordinates. Any thread. */

@@ -420,6 +420,20 @@ typedef struct thrum_scene_overlap {
 THRUM_API thrum_status thrum_scene_find_overlap(thrum_scene *scene, thrum_scene_overlap *deepest,
                                                 thrum_error *error);
 
+/* A side of a link that was made before, which needs no mesh: thrum_scene_link_made gives it. */
+typedef struct thrum_scene_link_side {
+  /* 4 x 3, in the axes of the scaled body: the place at rest [m], and three directions at right
+   * angles [1]; of the world's side the directions alone are read, which are those of the world. */
+  double rest[12];
+
+  /* 4 x 3 x rank: the rows of the scaled body's U of the place [kg^-1/2] and of the directions
+   * [kg^-1/2 m^-1]; NULL: the world's side. */
+  const double *rows;
+
+  /* Coordinates that the body steps; 0 of the world's side. */
+  int64_t rank;
+} thrum_scene_link_side;
+
 /* How a link is made (thrum/link.h). Start from thrum_default_scene_link_def and set at least the
  * body. The arrays are only read by thrum_scene_add_link. */
 typedef struct thrum_scene_link_def {
@@ -471,6 +485,11 @@ typedef struct thrum_scene_link_def {
 
   /* Time at which it lets go [s]; larger: later. Default INFINITY: never. */
   double until;
+
+  /* Two sides that were made before, of a link of bodies that stood as they do now, with the same
+   * models, scales, densities and ranks; in place of vertices and axis, and of the meshes. `place`
+   * and, of a spring, `other_place` are then given. Default NULL: they are made of the meshes. */
+  const thrum_scene_link_side *sides;
 } thrum_scene_link_def;
 
 /* A def with every default set. Any thread. */
@@ -482,9 +501,17 @@ THRUM_API thrum_scene_link_def thrum_default_scene_link_def(void);
  * that it has; condensed bodies cannot be linked. After thrum_scene_reset links that were added
  * before the first step hold again, and no others.
  * THRUM_UNINITIALISED_DEF, THRUM_INVALID_ARGUMENT or THRUM_BAD_VALUE with the field, THRUM_MISSING
- * for a model without a basis. */
+ * for a model without a basis, THRUM_MODEL_MISMATCH for sides of other ranks than the bodies
+ * step. */
 THRUM_API thrum_status thrum_scene_add_link(thrum_scene *scene, const thrum_scene_link_def *def,
                                             int32_t *number, thrum_error *error);
+
+/* Link `number` as it was added, into *def, with its sides ready: thrum_scene_add_link makes it of
+ * that again, with the same bits, before the first step of a scene whose models may have no mesh.
+ * The scene owns the arrays of the def, which stay until something is added.
+ * THRUM_INVALID_ARGUMENT for a link that does not exist. */
+THRUM_API thrum_status thrum_scene_link_made(const thrum_scene *scene, int32_t number,
+                                             thrum_scene_link_def *def, thrum_error *error);
 
 /* Number of links. */
 THRUM_API int32_t thrum_scene_link_count(const thrum_scene *scene);

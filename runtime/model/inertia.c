@@ -21,6 +21,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "runtime/base/finite.h"
 #include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
 #include "runtime/material/material_law.h"
@@ -268,7 +269,8 @@ static thrum_status check(const thrum_model *model, int64_t rank, const thrum_mo
   if (by && !(isfinite(by->length) && by->length > 0 && isfinite(by->density) && by->density > 0))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "an inertia is scaled by factors that are finite and > 0");
-  if (!model->vertices || !model->tets || !model->basis || !model->material || !model->rigid)
+  if (!model->inertia &&
+      (!model->vertices || !model->tets || !model->basis || !model->material || !model->rigid))
     return thrum_error_set(error, THRUM_MISSING,
                            "the inertia of a body's shape needs a model with a mesh that nothing "
                            "holds: precompute it without --fix");
@@ -312,27 +314,54 @@ static thrum_status fill_by_either_mass(sums *s, thrum_inertia *inertia, thrum_e
                          defect);
 }
 
+static thrum_status no_memory(thrum_error *error) {
+  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the inertia of a body");
+}
+
+/* All numbers, of the mesh. */
+static thrum_status fill_by_mesh(const thrum_model *model, thrum_inertia *inertia,
+                                 thrum_error *error) {
+  const size_t vertices = (size_t)model->vertex_count;
+  sums s = {.model = model};
+  s.mass = malloc(vertices * (4 + 3 * (size_t)model->rank) * sizeof *s.mass);
+  if (!s.mass)
+    return no_memory(error);
+
+  // the products share one block
+  s.places = s.mass + vertices;
+  s.images = s.places + 3 * vertices;
+  const thrum_status status = fill_by_either_mass(&s, inertia, error);
+  free(s.mass);
+  return status;
+}
+
+/* The same, of the numbers that come with the model for all of its coordinates. */
+static thrum_status fill_by_numbers(const thrum_model *model, thrum_inertia *inertia,
+                                    thrum_error *error) {
+  const int64_t full = model->rank, r = inertia->rank;
+  if (!thrum_all_finite(model->inertia, thrum_inertia_number_count(full)))
+    return thrum_error_set(error, THRUM_NOT_FINITE, "the model's inertia is not finite");
+
+  // those of the first coordinates
+  const double *linear = model->inertia + 9, *pairs = linear + 9 * full;
+  memcpy(inertia->rest, model->inertia, sizeof inertia->rest);
+  memcpy(inertia->linear, linear, (size_t)(9 * r) * sizeof *linear);
+  for (int64_t j = 0; j < r; j++)
+    memcpy(inertia->pairs + 9 * r * j, pairs + 9 * full * j, (size_t)(9 * r) * sizeof *pairs);
+  for (int64_t n = 0; n < r * r; n++)
+    thrum_inertia_cross(inertia->pairs + 9 * n, inertia->crosses + 3 * n);
+  return THRUM_OK;
+}
+
 thrum_status thrum_inertia_create(const thrum_model *model, int64_t rank,
                                   const thrum_model_scaling *by, thrum_inertia **inertia,
                                   thrum_error *error) {
   THRUM_TRY(check(model, rank, by, inertia, error));
-  const size_t vertices = (size_t)model->vertex_count;
-  sums s = {.model = model};
-  s.mass = malloc(vertices * (4 + 3 * (size_t)model->rank) * sizeof *s.mass);
   thrum_inertia *made = make_room(rank > 0 ? rank : model->rank);
-  thrum_status status = THRUM_OK;
-  if (!s.mass || !made)
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY,
-                             "no memory for the inertia of a body of %lld vertices",
-                             (long long)model->vertex_count);
-
-  // the products share one block
-  if (status >= 0) {
-    s.places = s.mass + vertices;
-    s.images = s.places + 3 * vertices;
-    status = fill_by_either_mass(&s, made, error);
-  }
-  free(s.mass);
+  if (!made)
+    return no_memory(error);
+  const thrum_status status =
+      model->inertia ? fill_by_numbers(model, made, error) : fill_by_mesh(model, made, error);
   if (status < 0) {
     free(made);
     return status;
@@ -350,6 +379,13 @@ void thrum_inertia_destroy(thrum_inertia *inertia) {
 
 int64_t thrum_inertia_rank(const thrum_inertia *inertia) {
   return inertia ? inertia->rank : 0;
+}
+
+void thrum_inertia_numbers(const thrum_inertia *inertia, double *numbers) {
+  const size_t r = (size_t)inertia->rank;
+  memcpy(numbers, inertia->rest, sizeof inertia->rest);
+  memcpy(numbers + 9, inertia->linear, 9 * r * sizeof *numbers);
+  memcpy(numbers + 9 + 9 * r, inertia->pairs, 9 * r * r * sizeof *numbers);
 }
 
 void thrum_inertia_of_moments(const thrum_inertia *inertia, const double *q, const double *moments,

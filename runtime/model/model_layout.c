@@ -76,4 +76,5 @@ void thrum_layout_to_model(const thrum_layout *layout, thrum_model *model) {
   model->follow = model->follow_by_pair = NULL;
   model->follow_scale = 0.0;
   model->point_plastic = NULL;
+  model->inertia = NULL;
 }

@@ -137,6 +137,7 @@ thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_
   lower.point_gradients = p.gradients > 0 ? gradients : NULL;
   lower.axis_mass = model->axis_mass ? axis_mass : NULL;
   lower.basis = model->basis ? basis : NULL;
+  lower.inertia = NULL;
   THRUM_TRY(thrum_model_pack(&lower, at, size - (size_t)(at - (unsigned char *)memory), error));
   lower.identity = thrum_model_identity(&lower);
   memcpy(memory, &lower, sizeof lower);

@@ -258,6 +258,61 @@ static void a_snapshot_steps_to_the_same_bits(void **context) {
   free(kept);
 }
 
+/* The same model without its basis, with the numbers of its inertia, which the caller frees. */
+static thrum_model bare_of(const fixture *f, double **numbers) {
+  thrum_model bare = f->made.model;
+  thrum_inertia *inertia = NULL;
+  MUST(thrum_inertia_create(&f->made.model, 0, NULL, &inertia, &failure));
+  *numbers = malloc((size_t)thrum_inertia_number_count(bare.rank) * sizeof **numbers);
+  assert_non_null(*numbers);
+  thrum_inertia_numbers(inertia, *numbers);
+  thrum_inertia_destroy(inertia);
+  bare.basis = NULL;
+  bare.inertia = *numbers;
+  return bare;
+}
+
+static void a_body_without_a_basis_is_coupled_by_the_numbers_of_its_inertia(void **context) {
+  fixture *f = *context;
+  double *numbers = NULL, q[2][8], matrix[2][16];
+  const thrum_model bare = bare_of(f, &numbers);
+  thrum_scene_body_def def = def_of(f, 0);
+  def.triangles = NULL;
+  def.triangle_count = 0;
+
+  // all coordinates, then the first of a scaled body: two with the basis, two without
+  for (int n = 0; n < 4; n++) {
+    def.model = n % 2 ? &bare : &f->made.model;
+    def.rank = n < 2 ? 0 : 5;
+    def.scale = n < 2 ? 1 : 1.7;
+    def.density = n < 2 ? 1 : 0.6;
+    add(f, &def);
+  }
+  step(f, 200);
+  for (int32_t n = 0; n < 4; n++) {
+    MUST(thrum_scene_body_get(f->scene, n, q[n % 2], NULL, &failure));
+    thrum_scene_body_matrix(f->scene, n, matrix[n % 2]);
+    if (n % 2 == 0)
+      continue;
+    assert_memory_equal(q[1], q[0], (n < 2 ? 8 : 5) * sizeof(double));
+    assert_memory_equal(matrix[1], matrix[0], sizeof matrix[0]);
+  }
+
+  // a lower rank of the model has no such numbers, and what is not finite is refused
+  thrum_inertia *inertia = NULL;
+  size_t size;
+  const thrum_model *lower;
+  MUST(thrum_model_truncate_size(&bare, 4, &size, &failure));
+  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+  assert_non_null(memory);
+  MUST(thrum_model_truncate(memory, size, &bare, 4, &lower, &failure));
+  assert_null(lower->inertia);
+  numbers[20] = INFINITY;
+  assert_int_equal(thrum_inertia_create(&bare, 0, NULL, &inertia, &failure), THRUM_NOT_FINITE);
+  free(memory);
+  free(numbers);
+}
+
 static void what_cannot_be_coupled_is_refused(void **context) {
   fixture *f = *context;
   thrum_scene_body_def def = def_of(f, 0);
@@ -297,6 +352,7 @@ int main(void) {
       TEST(a_joint_between_coupled_bodies_keeps_its_place_momentum_and_energy),
       TEST(a_spinning_body_that_lands_gains_no_energy),
       TEST(a_snapshot_steps_to_the_same_bits),
+      TEST(a_body_without_a_basis_is_coupled_by_the_numbers_of_its_inertia),
       TEST(what_cannot_be_coupled_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

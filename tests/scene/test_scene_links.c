@@ -442,6 +442,99 @@ static void a_snapshot_and_a_reset_step_to_the_same_bits(void **context) {
   free(kept);
 }
 
+/* The crane, which a handle pushes as well, in a scene of models without a basis: its links are
+ * those that the scene of f made. */
+static thrum_scene *make_bare(const fixture *f, thrum_model bare[2]) {
+  const thrum_model *models[2] = {&f->held_bar.model, &f->free_bar.model};
+  thrum_scene *scene = NULL;
+  MUST(thrum_scene_make(0.002, &scene, &failure));
+  MUST(thrum_scene_set_gravity(scene, down, &failure));
+  for (int n = 0; n < 2; n++) {
+    bare[n] = *models[n];
+    bare[n].basis = NULL;
+    thrum_scene_body_def def = thrum_default_scene_body_def();
+    def.model = bare + n;
+    def.free = n;
+    def.position[0] = 0.4 * n;
+    MUST(thrum_scene_add_body(scene, &def, NULL, &failure));
+  }
+
+  // each link as it was made
+  for (int32_t n = 0; n < thrum_scene_link_count(f->scene); n++) {
+    thrum_scene_link_def made;
+    MUST(thrum_scene_link_made(f->scene, n, &made, &failure));
+    add_link(scene, &made);
+  }
+  return scene;
+}
+
+static void links_of_ready_sides_step_to_the_same_bits_without_a_basis(void **context) {
+  fixture *f = *context;
+  static const double times[] = {0.02, 0.1}, way[] = {0, 0, 0, 0, 0.02, -0.03};
+  thrum_model bare[2];
+  double q[2][10], p[2][10];
+  add_crane(f);
+  thrum_scene_link_def handle = link_of(THRUM_LINK_SPRING, 0.8, 0.1, 0.1);
+  handle.body = 1;
+  handle.stiffness = 500;
+  handle.path_times = times;
+  handle.path_places = way;
+  handle.path_count = 2;
+  handle.until = 0.15;
+  add_link(f->scene, &handle);
+  thrum_scene *again = make_bare(f, bare);
+
+  // from the energy in its springs on, over the time at which the handle lets go
+  assert_true(account_of(again).links == account_of(f->scene).links);
+  steps(f->scene, 100);
+  steps(again, 100);
+  for (int32_t n = 0; n < 2; n++) {
+    MUST(thrum_scene_body_get(f->scene, n, q[0], p[0], &failure));
+    MUST(thrum_scene_body_get(again, n, q[1], p[1], &failure));
+    assert_memory_equal(q[1], q[0], sizeof q[0]);
+    assert_memory_equal(p[1], p[0], sizeof p[0]);
+  }
+  for (int32_t n = 0; n < 3; n++) {
+    const thrum_scene_link first = link_at(f->scene, n), second = link_at(again, n);
+    assert_memory_equal(&second, &first, sizeof first);
+  }
+  assert_false(link_at(again, 2).holds);
+  thrum_scene_free(again);
+}
+
+static void ready_sides_that_do_not_fit_are_refused(void **context) {
+  fixture *f = *context;
+  add_crane(f);
+  thrum_scene_link_def made, wrong;
+  thrum_scene_link_side sides[2];
+  double rows[120];
+  MUST(thrum_scene_link_made(f->scene, 0, &made, &failure));
+  memcpy(sides, made.sides, sizeof sides);
+  memcpy(rows, sides[0].rows, sizeof rows);
+  assert_int_equal(thrum_scene_link_made(f->scene, 2, &wrong, &failure), THRUM_INVALID_ARGUMENT);
+
+  // no rows, those of another rank, what is not finite, no place
+  wrong = made;
+  wrong.sides = sides;
+  sides[1].rows = NULL;
+  assert_int_equal(thrum_scene_add_link(f->scene, &wrong, NULL, &failure), THRUM_INVALID_ARGUMENT);
+  sides[1].rows = made.sides[1].rows;
+  sides[0].rank = 9;
+  assert_int_equal(thrum_scene_add_link(f->scene, &wrong, NULL, &failure), THRUM_MODEL_MISMATCH);
+  sides[0].rank = 10;
+  sides[0].rows = rows;
+  rows[7] = NAN;
+  assert_int_equal(thrum_scene_add_link(f->scene, &wrong, NULL, &failure), THRUM_BAD_VALUE);
+  rows[7] = 0;
+  wrong.place[0] = wrong.place[1] = wrong.place[2] = NAN;
+  assert_int_equal(thrum_scene_add_link(f->scene, &wrong, NULL, &failure), THRUM_BAD_VALUE);
+  wrong = made;
+  wrong.kind = THRUM_LINK_SPRING;
+  wrong.other_place[0] = wrong.other_place[1] = wrong.other_place[2] = NAN;
+  assert_int_equal(thrum_scene_add_link(f->scene, &wrong, NULL, &failure), THRUM_BAD_VALUE);
+  assert_int_equal(thrum_scene_link_count(f->scene), 2);
+}
+
 static void a_body_that_cannot_step_lets_go_of_the_other(void **context) {
   fixture *f = *context;
   add_bar(f, 0, 0, 0, 1);
@@ -513,7 +606,7 @@ static void bodies_whose_links_cannot_be_solved_for_stop(void **context) {
   add_link(f->scene, &def);
 
   // no link that can be added does this: the rows of one become those of a body without mass
-  f->scene->links[0].sides[0].rows[0] = 1e200;
+  f->scene->links[0].rows[0][0] = 1e200;
   assert_int_equal(thrum_scene_step(f->scene, &failure), THRUM_SINGULAR);
   assert_non_null(strstr(failure.message, "cannot be solved for together"));
   for (int n = 0; n < 3; n++) {
@@ -600,6 +693,8 @@ int main(void) {
       // with all else
       TEST(bars_on_a_hinge_fall_on_a_floor),
       TEST(a_snapshot_and_a_reset_step_to_the_same_bits),
+      TEST(links_of_ready_sides_step_to_the_same_bits_without_a_basis),
+      TEST(ready_sides_that_do_not_fit_are_refused),
       TEST(a_body_that_cannot_step_lets_go_of_the_other),
       TEST(bodies_whose_links_cannot_be_solved_for_stop),
       TEST(what_cannot_be_linked_is_refused),
