@@ -23,7 +23,7 @@ from .batch import Batch
 from .equilibrium import Equilibrium
 from .model import Model
 from .monitor import Look, Monitor
-from .scene import Body, Load, Obstacle, Overlap, Pull, Scene, Touch
+from .scene import Body, Link, Load, Obstacle, Overlap, Pull, Scene, Touch
 from .state import Energies, Report, State
 from .stress import Stress, StressPoints
 from .surface import Surface
@@ -32,8 +32,8 @@ from .view import View, view
 __version__ = version()
 
 __all__ = [
-    "BadFile", "BadValue", "Batch", "Body", "Energies", "Equilibrium", "Error", "InvalidArgument", "Load", "Look",
-    "Missing", "Model", "ModelMismatch", "Monitor", "NotConverged", "Obstacle", "OutOfMemory", "Overlap",
+    "BadFile", "BadValue", "Batch", "Body", "Energies", "Equilibrium", "Error", "InvalidArgument", "Link", "Load",
+    "Look", "Missing", "Model", "ModelMismatch", "Monitor", "NotConverged", "Obstacle", "OutOfMemory", "Overlap",
     "ProgramFailed", "Pull", "Report", "Run", "Scene", "State", "Status", "Stress", "StressPoints", "Surface", "Touch",
     "Unsupported", "View",
     "integrators", "library_path", "precompute", "program", "run_program", "simulate", "static", "tradeoff",

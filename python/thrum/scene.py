@@ -26,6 +26,9 @@ _COLLISION_NUMBERS = ("thickness", "friction", "restitution", "tolerance")
 _COLLISION_COUNTS = ("touch_max", "sweeps_max")
 _VECTORS = {"position": 3, "rotation": 4, "colour": 3, "velocity": 3, "spin": 3}
 _SHAPES = {"plane": 0, "sphere": 1, "box": 2}
+_LINKS = {"spring": lib.THRUM_LINK_SPRING, "ball": lib.THRUM_LINK_BALL, "hinge": lib.THRUM_LINK_HINGE,
+          "weld": lib.THRUM_LINK_WELD}
+_LINK_REPORT = ("drift", "largest_drift", "stored", "lost", "driven")
 
 
 @dataclass
@@ -144,6 +147,76 @@ class Pull:
         point, force = np.empty(3), np.empty(3)
         self._scene._call(lib.thrum_scene_pull_get, self._number, _native.pointer(point), _native.pointer(force))
         return point, force
+
+
+class Link:
+    """A spring or joint between places of two bodies, or of a body and the world: `Scene.add_link` makes it.
+
+    Links are solved for with the bodies (docs/links.md): a joint does no work, a spring gives back what it took.
+    """
+
+    def __init__(self, scene: Scene, number: int) -> None:
+        self.scene = scene
+        self.number = number
+
+    def __repr__(self) -> str:
+        return f"<thrum.Link {self.number} {self.kind}>"
+
+    def _get(self) -> Any:
+        found = ffi.new("thrum_scene_link *")
+        self.scene._call(lib.thrum_scene_link_get, self.number, found)
+        return found
+
+    @property
+    def kind(self) -> str:
+        """"spring", "ball", "hinge" or "weld"."""
+        found = self._get().kind
+        return next(name for name, value in _LINKS.items() if value == found)
+
+    @property
+    def bodies(self) -> tuple[Body, Body | None]:
+        """What it ties; None: the world."""
+        first, second = self._get().bodies
+        return self.scene.bodies[first], self.scene.bodies[second] if second >= 0 else None
+
+    @property
+    def holds(self) -> bool:
+        """False: it has let go, as it does after a body of it has failed."""
+        return bool(self._get().holds)
+
+    @property
+    def length(self) -> float:
+        """Of a spring without force [m]."""
+        return float(self._get().length)
+
+    @property
+    def places(self) -> Array:
+        """Where its two ends are, 2 x 3 [m]."""
+        return np.array([list(place) for place in self._get().places])
+
+    @property
+    def force(self) -> Array:
+        """Mean force of the last step on the place of the first body [N]."""
+        return np.array(list(self._get().report.force))
+
+    @property
+    def torque(self) -> Array:
+        """Mean torque of the last step about it, of hinges and welds [N m]."""
+        return np.array(list(self._get().report.torque))
+
+    @property
+    def report(self) -> dict[str, float]:
+        """drift of a joint after the last step, largest_drift of all but its first two [m]; stored, lost, driven [J].
+
+        The work of its forces on the bodies is driven - stored - lost: energy in the spring now, what the damper or the
+        closing of the joint took, and what an end that follows a path has done.
+        """
+        found = self._get().report
+        return {name: getattr(found, name) for name in _LINK_REPORT}
+
+    def release(self) -> None:
+        """Lets it go from now on."""
+        self.scene._call(lib.thrum_scene_link_release, self.number)
 
 
 class Body:
@@ -297,6 +370,7 @@ class Scene:
         call(lib.thrum_scene_make, float(dt), place)
         self._scene: Any = ffi.gc(place[0], lib.thrum_scene_free)
         self.bodies: list[Body] = []
+        self.links: list[Link] = []
         if gravity is not None:
             self.gravity = gravity
 
@@ -405,6 +479,47 @@ class Scene:
     def set_obstacle(self, number: int, obstacle: Obstacle) -> None:
         """Changes an obstacle from now on."""
         self._call(lib.thrum_scene_set_obstacle, number, obstacle._fill())
+
+    def add_link(self, kind: str, body: Body, *, place: Any = None, vertices: Any = None, group: str | None = None,
+                 other: Body | None = None, other_place: Any = None, other_vertices: Any = None,
+                 other_group: str | None = None, axis: Any = (0.0, 0.0, 1.0), stiffness: float = 0.0,
+                 damping: float = 0.0, length: float | None = None, path_times: Any = None, path_places: Any = None,
+                 until: float = math.inf) -> Link:
+        """Links two bodies, or a body and the world, as they are now; see thrum_scene_link_def and docs/links.md.
+
+        kind: "spring", "ball", "hinge" or "weld". place [m], in the world now: of the body, weighed over its vertices
+        near it, or over `vertices` (0-based) or a `group` where they are given; without a place it is their mean, or that
+        of the whole body. other: the second body, or None for the world. A spring's other end is at other_place, else at the
+        mean of other_vertices or other_group, else at the place; a joint has one place. axis: of a hinge. Of a spring:
+        stiffness [N/m], damping [N s/m], and the length without force [m], its length now unless it is given. An end in
+        the world goes along path_places (k x 3) [m], of which it goes the differences from the first, at path_times (k)
+        [s]. until: when it lets go [s].
+        """
+        if kind not in _LINKS:
+            raise ValueError(f"kind: {kind!r} is none of {', '.join(_LINKS)}")
+        definition = ffi.new("thrum_scene_link_def *", lib.thrum_default_scene_link_def())
+        definition.kind = _LINKS[kind]
+        definition.body, definition.other = self._own(body), -1 if other is None else self._own(other)
+        kept: list[object] = [_set_vertices(definition, "", body, vertices, group),
+                              _set_vertices(definition, "other_", other, other_vertices, other_group)]
+        for name, value in (("place", place), ("other_place", other_place), ("axis", axis)):
+            if value is not None:
+                setattr(definition, name, _native.doubles(value, (3,), name).tolist())
+        definition.stiffness, definition.damping, definition.until = float(stiffness), float(damping), float(until)
+        if length is not None:
+            definition.length = _length(length)
+        kept += _set_path(definition, path_times, path_places)
+
+        number = ffi.new("int32_t *")
+        self._call(lib.thrum_scene_add_link, definition, number)
+        del kept
+        self.links.append(Link(self, number[0]))
+        return self.links[-1]
+
+    def _own(self, body: Body) -> int:
+        if body.scene is not self:
+            raise ValueError("a link is of bodies of its own scene")
+        return body.number
 
     def set_collisions(self, on: bool = True, **options: Any) -> None:
         """Makes all bodies with triangles touch each other from now on, or with on=False pass through each other.
@@ -533,6 +648,43 @@ class Scene:
 
 def _vector(value: Any, name: str) -> Any:
     return ffi.new("double[3]", _native.doubles(value, (3,), name).tolist())
+
+
+def _length(value: float) -> float:
+    # below 0 the C interface takes the length that the spring has now
+    if not float(value) >= 0:
+        raise ValueError(f"length: {value} is below 0")
+    return float(value)
+
+
+def _set_path(definition: Any, times: Any, places: Any) -> list[object]:
+    """Sets the path of a link's end; what it returns must live as long as the def is read."""
+    if (times is None) != (places is None):
+        raise ValueError("path_times and path_places come together")
+    if times is None:
+        return []
+    when = _native.doubles(times, (None,), "path_times")
+    where = _native.doubles(places, (len(when), 3), "path_places")
+    definition.path_times, definition.path_places = _native.pointer(when), _native.pointer(where)
+    definition.path_count = len(when)
+    return [when, where]
+
+
+def _set_vertices(definition: Any, prefix: str, body: Body | None, vertices: Any, group: str | None) -> object:
+    """Sets the vertices of a side of a link, which must live as long as the def is read."""
+    if vertices is not None and group is not None:
+        raise ValueError(f"{prefix}vertices or {prefix}group, not both")
+    if body is None:
+        if vertices is not None or group is not None:
+            raise ValueError(f"{prefix}vertices: the world has none")
+        return None
+    chosen = body.model.group(group) if group is not None else vertices
+    if chosen is None:
+        return None
+    points = _native.vertex_numbers(chosen, body.model.vertex_count, f"{prefix}vertices")
+    setattr(definition, f"{prefix}vertices", _native.pointer(points, "int32_t"))
+    setattr(definition, f"{prefix}count", points.size)
+    return points
 
 
 def _set_fields(definition: Any, options: dict[str, Any]) -> None:

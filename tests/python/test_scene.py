@@ -1,5 +1,6 @@
 """Scenes from Python. SPDX-License-Identifier: Apache-2.0"""
 import gc
+import math
 import unittest
 import weakref
 
@@ -143,6 +144,65 @@ class Scenes(unittest.TestCase):
         self.assertEqual(other.collisions["touching"], 0)
         with self.assertRaisesRegex(thrum.Error, "triangles"):
             other.add_body(model, "e", free=True, self_contact=True)
+
+    def test_joints_keep_bodies_together(self):
+        """Two blocks on a hinge fly as one: places stay together, momentum and energy stay."""
+        scene, model = thrum.Scene(dt=0.002), block()
+        first = scene.add_body(model, "first", free=True, velocity=(1, 0, 0))
+        second = scene.add_body(model, "second", free=True, position=(0.2, 0, 0), velocity=(1, 0, 0))
+        hinge = scene.add_link("hinge", first, place=(0.2, 0.1, 0), other=second, axis=(0, 1, 0))
+        first.add_load(thrum.Load(force=(0, 0, 30), vertices=[0], until=0.1))
+        scene.step(60)
+        before = scene.account
+        scene.step(200)
+        after = scene.account
+        self.assertEqual((hinge.kind, hinge.holds, hinge.bodies), ("hinge", True, (first, second)))
+        np.testing.assert_allclose(hinge.places[0], hinge.places[1], atol=1e-12)
+        self.assertGreater(np.linalg.norm(hinge.force), 0.0)
+        self.assertLess(hinge.report["largest_drift"], 1e-12)
+        np.testing.assert_allclose(after["momentum"], before["momentum"], atol=1e-11 * abs(before["momentum"]).max())
+        self.assertAlmostEqual(after["total"] / before["total"], 1.0, 9)
+
+        # let go they part
+        hinge.release()
+        scene.step(50)
+        self.assertFalse(hinge.holds)
+        self.assertGreater(np.linalg.norm(hinge.places[0] - hinge.places[1]), 1e-4)
+
+    def test_springs_and_handles(self):
+        """A spring bears a weight, a handle goes along its path and lets go at its time."""
+        scene, model = thrum.Scene(dt=0.002, gravity=(0, 0, -9.81)), block()
+        mass = 0.2 ** 3 * model.material[0, 2]
+        weight = scene.add_body(model, "weight", free=True, state={"damping_alpha": 5.0})
+        spring = scene.add_link("spring", weight, other_place=(0.1, 0, 1), stiffness=50 * mass, damping=10 * mass)
+        self.assertAlmostEqual(spring.length, 1.0, 12)
+        scene.step(3000)
+        self.assertAlmostEqual(spring.force[2], 9.81 * mass, delta=1e-6 * mass)
+        self.assertAlmostEqual(scene.account["links"], spring.report["stored"], 12)
+
+        held = thrum.Scene(dt=0.002)
+        arm = beam()
+        body = held.add_body(arm, "arm", state={"damping_alpha": 1.0})
+        handle = held.add_link("ball", body, group="tip", until=0.5, path_times=[0, 0.3],
+                               path_places=[(0, 0, 0), (0, 0, 0.05)])
+        start = arm.vertices[arm.group("tip")].mean(axis=0)
+        held.step(200)
+        np.testing.assert_allclose(handle.places[0], start + (0, 0, 0.05), atol=1e-9)
+        self.assertGreater(handle.report["driven"], 0.0)
+        held.step(200)
+        self.assertFalse(handle.holds)
+        self.assertEqual(handle.bodies, (body, None))
+
+    def test_links_that_are_refused(self):
+        scene, model = thrum.Scene(), block()
+        body = scene.add_body(model, free=True)
+        stranger = thrum.Scene().add_body(model, free=True)
+        for wrong in ({"kind": "rope"}, {"body": stranger}, {"vertices": [0], "group": "tip"}, {"vertices": [10 ** 6]},
+                      {"other_vertices": [0]}, {"path_times": [0.0]}, {"path_times": [0, 1], "path_places": [(0, 0, 0)]},
+                      {"length": -1}, {"other": body}, {"axis": (0, 0, 0)}, {"stiffness": math.nan}):
+            with self.subTest(wrong), self.assertRaises(ValueError):
+                scene.add_link(**{"kind": "spring", "body": body, **wrong})
+        self.assertEqual(scene.links, [])
 
     def test_ground_and_wind(self):
         scene = thrum.Scene()
