@@ -153,7 +153,68 @@ int32_t EXPORT(js_scene_overlap)(thrum_scene *scene) {
   return THRUM_OK;
 }
 
-/* numbers: kinetic, potential, gravity, contact, total, momentum 3, angular momentum 3. */
+/* numbers: place 3, other place 3, axis 3, stiffness, damping, length, until. NaN where a place is
+ * not given, other -1 for the world, the vertices NULL where there is no list. Returns the link's
+ * number. */
+int32_t EXPORT(js_scene_add_link)(thrum_scene *scene, int32_t kind, int32_t body, int32_t other,
+                                  const int32_t *vertices, int32_t count,
+                                  const int32_t *other_vertices, int32_t other_count,
+                                  const double *path_times, const double *path_places,
+                                  int32_t path_count) {
+  const double *n = js_numbers();
+  thrum_scene_link_def def = thrum_default_scene_link_def();
+  def.kind = (thrum_link_kind)kind;
+  def.body = body;
+  def.other = other;
+  def.vertices = vertices;
+  def.count = count;
+  def.other_vertices = other_vertices;
+  def.other_count = other_count;
+
+  // where it is, how stiff, and for how long
+  memcpy(def.place, n, sizeof def.place);
+  memcpy(def.other_place, n + 3, sizeof def.other_place);
+  memcpy(def.axis, n + 6, sizeof def.axis);
+  def.stiffness = n[9];
+  def.damping = n[10];
+  def.length = n[11];
+  def.until = n[12];
+  def.path_times = path_times;
+  def.path_places = path_places;
+  def.path_count = path_count;
+  int32_t number = 0;
+  THRUM_TRY(thrum_scene_add_link(scene, &def, &number, &failure));
+  return number;
+}
+
+/* numbers: kind, whether it holds, body, other body or -1, length, places 6, force 3, torque 3,
+ * drift, largest drift, energy stored, lost and driven. */
+int32_t EXPORT(js_link_get)(thrum_scene *scene, int32_t number) {
+  thrum_scene_link link;
+  THRUM_TRY(thrum_scene_link_get(scene, number, &link, &failure));
+  double *n = js_numbers();
+  n[0] = link.kind;
+  n[1] = link.holds;
+  n[2] = link.bodies[0];
+  n[3] = link.bodies[1];
+  n[4] = link.length;
+  memcpy(n + 5, link.places, sizeof link.places);
+  memcpy(n + 11, link.report.force, sizeof link.report.force);
+  memcpy(n + 14, link.report.torque, sizeof link.report.torque);
+  n[17] = link.report.drift;
+  n[18] = link.report.largest_drift;
+  n[19] = link.report.stored;
+  n[20] = link.report.lost;
+  n[21] = link.report.driven;
+  return THRUM_OK;
+}
+
+int32_t EXPORT(js_link_release)(thrum_scene *scene, int32_t number) {
+  return thrum_scene_link_release(scene, number, &failure);
+}
+
+/* numbers: kinetic, potential, gravity, contact, total, momentum 3, angular momentum 3, energy in
+ * the springs of links. */
 int32_t EXPORT(js_scene_account)(thrum_scene *scene) {
   thrum_scene_account account;
   THRUM_TRY(thrum_scene_account_get(scene, &account, &failure));
@@ -165,6 +226,7 @@ int32_t EXPORT(js_scene_account)(thrum_scene *scene) {
   n[4] = account.total;
   memcpy(n + 5, account.momentum, sizeof account.momentum);
   memcpy(n + 8, account.angular_momentum, sizeof account.angular_momentum);
+  n[11] = account.links;
   return THRUM_OK;
 }
 

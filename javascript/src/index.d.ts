@@ -267,11 +267,38 @@ export type LoadOptions = Place & {
   frequency?: number;
 };
 
+/** A spring or joint between places of two bodies, or of a body and the world. */
+export interface LinkOptions extends Place {
+  /** A joint keeps two places together; a hinge also the direction of its axis, a weld all directions. */
+  kind: 'spring' | 'ball' | 'hinge' | 'weld';
+  body: Body;
+  /** In the world now [m], weighed over the vertices near it, or over those given; default the mean of these, or of all. */
+  place?: Vector;
+  /** Default the world. */
+  other?: Body;
+  /** Of a spring, its other end [m]; default the mean of the other vertices, or else the place. A joint has one place. */
+  otherPlace?: Vector;
+  otherVertices?: Iterable<number>;
+  otherGroup?: string;
+  /** Of a hinge; default along z. */
+  axis?: Vector;
+  /** Of a spring [N/m], [N s/m], and its length without force [m]; default its length now. */
+  stiffness?: number;
+  damping?: number;
+  length?: number;
+  /** Of an end in the world: times [s], and places [m], three numbers each, of which it goes the differences from the first. */
+  pathTimes?: ArrayLike<number> & Iterable<number>;
+  pathPlaces?: ArrayLike<number> & Iterable<number>;
+  /** Time at which it lets go [s]; default never. */
+  until?: number;
+}
+
 /** Placed bodies in one world. */
 export class Scene implements Freed {
   private constructor();
   free(): void;
   readonly bodies: Body[];
+  readonly links: Link[];
   /** [s] */
   readonly time: number;
   addBody(model: Model, options?: BodyOptions): Body;
@@ -281,6 +308,8 @@ export class Scene implements Freed {
   /** Returns its number. */
   addObstacle(obstacle: ObstacleOptions): number;
   setObstacle(number: number, obstacle: ObstacleOptions): void;
+  /** Links two bodies, or a body and the world, as they are now. */
+  addLink(link: LinkOptions): Link;
   /** Makes bodies with triangles touch each other from now on; false: they pass through each other. Condensed ones do not touch. */
   setCollisions(options?: CollisionOptions | false): void;
   /** Contact between the bodies: touches, groups without it [1], distances [m], the sum of the forces [N], energies [J]. */
@@ -292,8 +321,8 @@ export class Scene implements Freed {
   findOverlap(): { body: Body; other?: Body; obstacle?: number; depth: number } | undefined;
   /** Energies [J], momentum [kg m/s] and angular momentum [kg m^2/s] of all bodies together. */
   readonly account: {
-    kinetic: number; potential: number; gravity: number; contact: number; total: number; momentum: number[];
-    angularMomentum: number[];
+    kinetic: number; potential: number; gravity: number; contact: number; links: number; total: number;
+    momentum: number[]; angularMomentum: number[];
   };
   /** Place that distances of bodies with a level of detail are from [m]. */
   setEye(place: Vector): void;
@@ -334,6 +363,29 @@ export class Body {
   addLoad(load: LoadOptions): void;
   /** A spring [N/m], [N s/m; below 0: critical] from a vertex to a target [m]. */
   pull(vertex: number, target: Vector, spring: { stiffness: number; damping?: number }): Pull;
+}
+
+/** A link as it is now. */
+export class Link {
+  private constructor();
+  readonly scene: Scene;
+  readonly number: number;
+  readonly kind: 'spring' | 'ball' | 'hinge' | 'weld';
+  /** false: it has let go, as it does after a body of it failed. */
+  readonly holds: boolean;
+  /** What it ties; the second undefined: the world. */
+  readonly bodies: [Body, Body | undefined];
+  /** Of a spring without force [m]. */
+  readonly length: number;
+  /** Where its two ends are [m]. */
+  readonly places: [number[], number[]];
+  /** Mean force of the last step on the place of the first body [N], and torque about it [N m]. */
+  readonly force: number[];
+  readonly torque: number[];
+  /** How far a joint is open, and was after any step but its first two [m]; energy stored in a spring now, lost and driven [J]. */
+  readonly report: { drift: number; largestDrift: number; stored: number; lost: number; driven: number };
+  /** Lets it go from now on. */
+  release(): void;
 }
 
 export class Pull {

@@ -3,6 +3,7 @@ import { Owned, Resource, ThrumError, doubles, steps, vertices } from './memory.
 import { integratorNumber, knownOptions } from './model.js';
 
 const SHAPES = { plane: 0, sphere: 1, box: 2 };
+const LINKS = ['spring', 'ball', 'hinge', 'weld']; // in the order of thrum_link_kind
 const FORCE = 0;
 const ACCELERATION = 2;
 const BODY_OPTIONS = ['position', 'rotation', 'scale', 'stiffness', 'density', 'dampingAlpha',
@@ -14,12 +15,16 @@ const OBSTACLE_OPTIONS = ['shape', 'inside', 'centre', 'normal', 'radius', 'half
   'velocity', 'friction', 'restitution', 'stiffness', 'damping'];
 const LOAD_OPTIONS = ['force', 'acceleration', 'vertices', 'vertex', 'group', 'start', 'until',
   'frequency'];
+const LINK_OPTIONS = ['kind', 'body', 'place', 'vertices', 'vertex', 'group', 'other', 'otherPlace',
+  'otherVertices', 'otherGroup', 'axis', 'stiffness', 'damping', 'length', 'pathTimes', 'pathPlaces', 'until'];
+const NOWHERE = [NaN, NaN, NaN];
 const ZERO = [0, 0, 0];
 const UPRIGHT = [1, 0, 0, 0];
 
 export class Scene extends Resource {
   #memory;
   #bodies = [];
+  #links = [];
 
   constructor(memory, { dt = 0.003, gravity } = {}) {
     const { calls } = memory;
@@ -104,6 +109,40 @@ export class Scene extends Resource {
     return this.call('js_scene_obstacle', numbers, number, shape, obstacle.inside ? 1 : 0);
   }
 
+  addLink(link) {
+    knownOptions(link, LINK_OPTIONS, 'a link');
+    const kind = LINKS.indexOf(link.kind);
+    if (kind < 0) throw new ThrumError(`'${link.kind}' is no link; there are ${LINKS.join(', ')}`, -1);
+    const [body, other] = [this.#own(link.body), link.other === undefined ? -1 : this.#own(link.other)];
+    if (link.length !== undefined && !(link.length >= 0))
+      throw new ThrumError(`length: ${link.length} is below 0`, -11);
+    const chosen = link.body.model.chosen(link);
+    const { otherVertices, otherGroup } = link;
+    if (other < 0 && (otherVertices ?? otherGroup) !== undefined)
+      throw new ThrumError('otherVertices: the world has none', -1);
+    const otherChosen = link.other?.model.chosen({ vertices: otherVertices, group: otherGroup });
+    const [times, places] = pathOf(link);
+    const numbers = [...doubles(link.place ?? NOWHERE, 3, 'place'), ...doubles(link.otherPlace ?? NOWHERE, 3, 'otherPlace'),
+      ...doubles(link.axis ?? [0, 0, 1], 3, 'axis'), link.stiffness ?? 0, link.damping ?? 0, link.length ?? -1,
+      link.until ?? Infinity];
+    const number = this.#memory.lend([chosen, otherChosen, times, places], (at, otherAt, timesAt, placesAt) =>
+      this.call('js_scene_add_link', numbers, kind, body, other, at, chosen?.length ?? 0, otherAt,
+        otherChosen?.length ?? 0, timesAt, placesAt, times?.length ?? 0));
+    const made = new Link(this, number);
+    this.#links.push(made);
+    return made;
+  }
+
+  /** The number of a body of this scene. */
+  #own(body) {
+    if (!(body instanceof Body) || body.scene !== this) throw new ThrumError('a link is of bodies of its own scene', -1);
+    return body.number;
+  }
+
+  get links() {
+    return [...this.#links];
+  }
+
   setCollisions(options = {}) {
     if (options === false) {
       this.call('js_scene_set_collisions', [0, 0, 0], 0);
@@ -130,10 +169,10 @@ export class Scene extends Resource {
 
   get account() {
     this.call('js_scene_account');
-    const found = this.results(11);
+    const found = this.results(12);
     const [kinetic, potential, gravity, contact, total] = found;
-    return { kinetic, potential, gravity, contact, total, momentum: found.slice(5, 8),
-      angularMomentum: found.slice(8) };
+    return { kinetic, potential, gravity, contact, links: found[11], total, momentum: found.slice(5, 8),
+      angularMomentum: found.slice(8, 11) };
   }
 
   setEye(place) {
@@ -269,6 +308,66 @@ export class Body {
     const number = this.scene.call('js_pull_start', [...doubles(target, 3, 'target'), stiffness, damping],
       this.number, vertex);
     return new Pull(this.scene, number);
+  }
+}
+
+/** The path of a link's end: times, and three numbers for each of them. */
+function pathOf({ pathTimes, pathPlaces }) {
+  if ((pathTimes === undefined) !== (pathPlaces === undefined))
+    throw new ThrumError('pathTimes and pathPlaces come together', -1);
+  if (pathTimes === undefined) return [undefined, undefined];
+  const times = Float64Array.from(pathTimes);
+  return [times, doubles(pathPlaces, 3 * times.length, 'pathPlaces')];
+}
+
+export class Link {
+  constructor(scene, number) {
+    this.scene = scene;
+    this.number = number;
+  }
+
+  #get() {
+    this.scene.call('js_link_get', undefined, this.number);
+    return this.scene.results(22);
+  }
+
+  get kind() {
+    return LINKS[this.#get()[0]];
+  }
+
+  get holds() {
+    return this.#get()[1] === 1;
+  }
+
+  get bodies() {
+    const [, , first, second] = this.#get();
+    return [this.scene.bodies[first], this.scene.bodies[second]];
+  }
+
+  get length() {
+    return this.#get()[4];
+  }
+
+  get places() {
+    const found = this.#get();
+    return [found.slice(5, 8), found.slice(8, 11)];
+  }
+
+  get force() {
+    return this.#get().slice(11, 14);
+  }
+
+  get torque() {
+    return this.#get().slice(14, 17);
+  }
+
+  get report() {
+    const [drift, largestDrift, stored, lost, driven] = this.#get().slice(17);
+    return { drift, largestDrift, stored, lost, driven };
+  }
+
+  release() {
+    this.scene.call('js_link_release', undefined, this.number);
   }
 }
 

@@ -1,6 +1,6 @@
 // Models, states, batches and scenes in WebAssembly. SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
 import { Status, ThrumError, load } from '../dist/inline.js';
@@ -187,6 +187,75 @@ test('bodies touch each other, and keep their momentum', () => {
   scene.step();
   assert.equal(scene.collisions.touching, 0);
   assert.throws(() => scene.addBody(block, { free: true, selfContact: true }), /triangles/);
+});
+
+test('joints keep bodies together, springs give back what they took, and links let go', () => {
+  const scene = engine.scene({ dt: 0.002 });
+  const first = scene.addBody(block, { free: true, velocity: [1, 0, 0] });
+  const second = scene.addBody(block, { free: true, position: [0.4, 0, 0], velocity: [0, 1, 0] });
+  const hinge = scene.addLink({ kind: 'hinge', body: first, place: [0.3, 0.1, 0], other: second, axis: [0, 1, 0] });
+  const spring = scene.addLink({ kind: 'spring', body: first, vertices: [0], other: second, otherVertices: [0],
+    stiffness: 5e3, damping: 3 });
+  assert.ok(Math.abs(spring.length - 0.4) < 1e-12);
+  scene.step(20);
+  const taken = () => scene.links.reduce((sum, { report }) => sum + report.lost - report.driven, 0);
+  const before = scene.account;
+  const balance = before.total + taken();
+  scene.step(200);
+  const after = scene.account;
+  assert.deepEqual([hinge.kind, hinge.holds, spring.kind], ['hinge', true, 'spring']);
+  assert.deepEqual(hinge.bodies, [first, second]);
+  assert.ok(hinge.report.largestDrift < 1e-12);
+  assert.ok(spring.report.lost > 0 && hinge.force.some((f) => f !== 0));
+  assert.ok(Math.abs(after.links - spring.report.stored) <= 1e-12 * (1 + after.links));
+  assert.ok(Math.abs(after.total + taken() - balance) <= 1e-9 * balance);
+  after.momentum.forEach((p, axis) => assert.ok(Math.abs(p - before.momentum[axis]) < 1e-9));
+  hinge.release();
+  scene.step(50);
+  assert.equal(hinge.holds, false);
+  const [one, other] = hinge.places;
+  assert.ok(Math.hypot(...one.map((x, axis) => x - other[axis])) > 1e-6);
+});
+
+test('a handle goes along its path and lets go at its time', () => {
+  const scene = engine.scene({ dt: 0.002 });
+  const body = scene.addBody(beam, { dampingAlpha: 1 });
+  const handle = scene.addLink({ kind: 'ball', body, group: 'tip', until: 0.5, pathTimes: [0, 0.3],
+    pathPlaces: [0, 0, 0, 0, 0, 0.05] });
+  const [[, , height]] = handle.places;
+  scene.step(200);
+  assert.ok(Math.abs(handle.places[0][2] - height - 0.05) < 1e-9);
+  assert.ok(handle.report.driven > 0);
+  assert.deepEqual(handle.bodies, [body, undefined]);
+  scene.step(200);
+  assert.equal(handle.holds, false);
+});
+
+test('a scene of links has the bits of the program', () => {
+  const bodies = [{ name: 'upper', model: 'block.npz', free: true }, { name: 'lower', model: 'block.npz', free: true, position: [0.2, 0, 0] }];
+  const links = [{ kind: 'hinge', body: 'upper', place: [0, 0.1, 0.1], axis: [0, 1, 0] },
+    { kind: 'ball', body: 'upper', place: [0.2, 0.1, 0.1], other: 'lower', until: 0.3 }];
+  writeFileSync(join(folder, 'linked.json'), JSON.stringify({ dt: 0.002, time: 0.5, gravity: [0, 0, -9.81],
+    bodies: bodies.map((body) => ({ ...body, collide: false })), links, outputs: { record_every: 1 } }));
+  thrum('simulate', 'linked.json', '-o', 'linked', '--quiet');
+  const scene = engine.scene({ dt: 0.002, gravity: [0, 0, -9.81] });
+  const [upper, lower] = bodies.map(({ position = [0, 0, 0] }) => scene.addBody(block, { free: true, position }));
+  scene.addLink({ ...links[0], body: upper });
+  scene.addLink({ ...links[1], body: upper, other: lower });
+  scene.step(250);
+  assert.deepEqual([...upper.q], lastRow(join(folder, 'linked/upper/q.npy'), 6));
+  assert.deepEqual([...lower.q], lastRow(join(folder, 'linked/lower/q.npy'), 6));
+});
+
+test('a link that cannot be is refused by name', () => {
+  const scene = engine.scene();
+  const body = scene.addBody(block, { free: true });
+  const stranger = engine.scene().addBody(block, { free: true });
+  const wrong = [{ kind: 'rope' }, { body: stranger }, { other: body }, { otherVertices: [0] }, { pathTimes: [0] },
+    { pathTimes: [0, 1], pathPlaces: [0, 0, 0] }, { length: -1 }, { axis: [0, 0, 0] }, { stiffness: NaN }, { spring: 3 }];
+  for (const change of wrong)
+    assert.throws(() => scene.addLink({ kind: 'spring', body, ...change }), ThrumError);
+  assert.deepEqual(scene.links, []);
 });
 
 test('a body far from the eye steps fewer coordinates, and all again when it is near', () => {
