@@ -54,8 +54,8 @@ int32_t EXPORT(bridge_begin)(double dt) {
 
 /* numbers: position 3, rotation 4 (w, x, y, z), scale, stiffness, density, alpha, beta, velocity 3,
  * spin 3, coordinates that are stepped while the others follow (0: none does), whether it touches
- * other bodies. rank 0: all. q, p: its start, of the model's rank, or NULL. Returns the body's
- * number, or a status below 0. */
+ * other bodies, whether it touches itself, whether rotation and shape are coupled. rank 0: all. q,
+ * p: its start, of the model's rank, or NULL. Returns the body's number, or a status below 0. */
 int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank, int32_t free_body,
                                 const double *q, const double *p) {
   const bridge_model *of = bridge_model_at(model);
@@ -88,6 +88,7 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
   def.triangle_count = of->triangle_count;
   def.collides = n[19] != 0.0;
   def.self_contact = n[20] != 0.0;
+  def.coupled = n[21] != 0.0;
   def.touch = of->touch;
   def.touch_count = of->touch_count;
 

@@ -33,6 +33,13 @@ void *bridge_alloc(size_t bytes);
 /* NULL for a number that names none. */
 const bridge_model *bridge_model_at(int32_t number);
 
+/* Takes a model as one of the page's. Returns its number, or a status below 0. */
+int32_t bridge_model_add(const bridge_model *made);
+
+/* bridge_file.c: the model that was opened last (NULL: none), and that its memory is to stay. */
+const thrum_model *bridge_opened_model(void);
+void bridge_keep_opened(void);
+
 /* bridge_effects.c: the motions of a scene that is gone. */
 void bridge_forget_motions(void);
 

@@ -4,7 +4,17 @@
 
 #include "bridge.h"
 
-static void *opened; // the arrays of the file that was opened last
+static void *opened;                    // the arrays of the file that was opened last
+static const thrum_model *opened_model; // in it; NULL: none
+
+const thrum_model *bridge_opened_model(void) {
+  return opened_model;
+}
+
+void bridge_keep_opened(void) {
+  opened = NULL;
+  opened_model = NULL;
+}
 
 static double address_of(const void *array) {
   return (double)(uintptr_t)array;
@@ -42,6 +52,7 @@ int32_t EXPORT(bridge_open_model)(const void *file, int32_t size) {
   const thrum_model *model;
   THRUM_TRY(thrum_model_size(file, (size_t)size, &bytes, &bridge_error));
   free(opened);
+  opened_model = NULL;
   opened = bridge_alloc(bytes);
   if (opened == NULL)
     return thrum_error_set(&bridge_error, THRUM_OUT_OF_MEMORY, "the page has no memory left");
@@ -55,6 +66,7 @@ int32_t EXPORT(bridge_open_model)(const void *file, int32_t size) {
   if (thrum_model_masters(model) > 0)
     return thrum_error_set(&bridge_error, THRUM_UNSUPPORTED,
                            "the page cannot step a model that was precomputed condensed");
+  opened_model = model;
   tell_counts(model);
   tell_arrays(model);
   return THRUM_OK;

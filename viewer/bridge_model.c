@@ -3,7 +3,6 @@
 #include "bridge.h"
 #include "thrum/polynomial.h"
 
-#include <math.h>
 #include <string.h>
 
 #define MODELS_MAX 64
@@ -13,6 +12,14 @@ static int32_t model_count;
 
 const bridge_model *bridge_model_at(int32_t number) {
   return number >= 0 && number < model_count ? &models[number] : NULL;
+}
+
+int32_t bridge_model_add(const bridge_model *made) {
+  if (model_count == MODELS_MAX)
+    return thrum_error_set(&bridge_error, THRUM_UNSUPPORTED, "a page has at most %d models",
+                           MODELS_MAX);
+  models[model_count] = *made;
+  return model_count++;
 }
 
 static thrum_status no_memory(void) {
@@ -49,8 +56,7 @@ static thrum_status make_surface(bridge_model *made) {
 
 // what a free body's mass and inertia are taken from: the mass from the first shift, the inertia
 // from the rigid modes at the corners
-static thrum_status make_rigid(bridge_model *made, double mass, const double *tet,
-                               const double *tet_rigid) {
+static thrum_status make_rigid(bridge_model *made, const double *tet, const double *tet_rigid) {
   thrum_model *model = &made->model;
   const int64_t first = model->vertex_count - CORNERS;
 
@@ -61,8 +67,8 @@ static thrum_status make_rigid(bridge_model *made, double mass, const double *te
   memset(rigid, 0, (size_t)model->vertex_count * 18 * sizeof *rigid);
   memcpy(rigid + 18 * first, tet_rigid, CORNERS * 18 * sizeof *rigid);
 
-  // a vertex that moves by 1/sqrt(m) under the first shift stands for the mass
-  rigid[0] = 1.0 / sqrt(mass);
+  // a vertex that moves by 1/sqrt(m) under the first shift, as all do, stands for the mass
+  rigid[0] = tet_rigid[0];
   memcpy((double *)model->vertices + 3 * first, tet, CORNERS * 3 * sizeof *tet);
   for (int32_t n = 0; n < CORNERS; n++)
     made->corners[n] = (int32_t)first + n;
@@ -99,16 +105,17 @@ static thrum_status make_mesh(bridge_model *made, const float *positions, const 
 /* Adds a model of arrays from bridge_alloc, which it keeps, `positions`, `basis` and the last two
  * apart; their shapes are those of the pack (docs/viewer.md). tet and tet_rigid are NULL for a
  * model that is held; c3 and c4 for one of cubature points, and those of points, point_count of
- * them, for any other, and point_law, ended by a 0, for Saint Venant-Kirchhoff material. numbers:
- * mass [kg], Young's modulus [Pa]. Returns its number, or a status below 0. */
+ * them, for any other, and point_law, ended by a 0, for Saint Venant-Kirchhoff material; inertia
+ * where no body couples rotation and shape. numbers: Young's modulus [Pa]. Returns its number, or a
+ * status below 0. */
 int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t triangle_count,
                                  int32_t point_count, const double *omega2, const double *c3,
                                  const double *c4, const double *point_weights,
                                  const double *point_moduli, const double *point_gradients,
                                  const uint8_t *point_law, const double *axis_mass,
-                                 const uint8_t *fixed, const int32_t *triangles,
-                                 const float *positions, const float *basis, const double *tet,
-                                 const double *tet_rigid) {
+                                 const double *inertia, const uint8_t *fixed,
+                                 const int32_t *triangles, const float *positions,
+                                 const float *basis, const double *tet, const double *tet_rigid) {
   if (model_count == MODELS_MAX)
     return thrum_error_set(&bridge_error, THRUM_UNSUPPORTED, "a page has at most %d models",
                            MODELS_MAX);
@@ -116,7 +123,7 @@ int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t tri
   // the model borrows the page's arrays
   bridge_model *made = &models[model_count];
   *made = (bridge_model){.triangles = triangles, .triangle_count = triangle_count};
-  made->material[0] = bridge_number[1];
+  made->material[0] = bridge_number[0];
   made->model =
       (thrum_model){.rank = rank,
                     .c3_count = c3 ? thrum_c3_count(rank) : 0,
@@ -132,12 +139,13 @@ int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t tri
                     .point_law = point_law,
                     .law_bytes = point_law ? (int64_t)strlen((const char *)point_law) + 1 : 0,
                     .axis_mass = axis_mass,
-                    .fixed = fixed};
+                    .fixed = fixed,
+                    .inertia = inertia};
 
   // what the runtime wants besides: a mesh, a pack, a surface, and what touches
   thrum_status status = make_mesh(made, positions, basis);
   if (status == THRUM_OK && tet != NULL)
-    status = make_rigid(made, bridge_number[0], tet, tet_rigid);
+    status = make_rigid(made, tet, tet_rigid);
   if (status == THRUM_OK)
     status = pack(&made->model);
   if (status == THRUM_OK)

@@ -116,6 +116,19 @@ static void add_energy(data_section *data, cJSON *arrays, const thrum_model *mod
     memcpy(law, model->point_law, (size_t)model->law_bytes);
 }
 
+/* The page makes the inertia of a coupled body's shape of these, for which it has too few of the
+ * mesh. */
+static thrum_status add_inertia(data_section *data, cJSON *arrays, const thrum_model *model,
+                                thrum_error *error) {
+  thrum_inertia *inertia = NULL;
+  THRUM_TRY(thrum_inertia_create(model, 0, NULL, &inertia, error));
+  double *array = add_array(data, arrays, "inertia", thrum_inertia_number_count(model->rank), "f8");
+  if (array != NULL)
+    thrum_inertia_numbers(inertia, array);
+  thrum_inertia_destroy(inertia);
+  return THRUM_OK;
+}
+
 /* By how many per cent of what the mesh gives (linear) the model follows a pull at each vertex, for
  * the page to say so where one pulls. Left out where it cannot be measured, or not while one waits.
  */
@@ -191,7 +204,7 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
   if (pulled)
     add_follows(data, arrays, model, &shown);
   render_mesh_free(&shown);
-  return THRUM_OK;
+  return item->coupled ? add_inertia(data, arrays, model, error) : THRUM_OK;
 }
 
 /* Numbers in single precision, which is enough to be looked at. */

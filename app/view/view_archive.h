@@ -14,6 +14,7 @@ typedef struct view_archive_model {
   const thrum_model *model; /* with a mesh and a basis */
   const char
       *surface; /* shown in place of the mesh's skin (driver/render_mesh.h); NULL: the skin */
+  bool coupled; /* rotation and shape of one of its bodies act on each other */
 } view_archive_model;
 
 /* The recorded motion of the bodies of a scene, in its order. */
@@ -61,8 +62,9 @@ thrum_status view_archive_of_run(const view_run_request *request, view_archive *
                                  thrum_error *error);
 
 /* view_archive_effects.c: what acts over time. Adds "q", "p" and "loads" of body n where it has
- * any; and "base_motion" and "wind" of all. */
+ * any; "base_motion" and "wind" of all; and the "links" between them. */
 void view_archive_add_loads(cJSON *body, const scene_run *run, int32_t n);
 void view_archive_add_air_and_ground(cJSON *scene, const scene_run *run);
+void view_archive_add_links(cJSON *scene, const scene_run *run);
 
 #endif

@@ -1,6 +1,6 @@
-/* Everything that acts on the bodies of an archive over time: starts, loads, base motion, wind.
- * Loads and starts are read off the scene that `thrum simulate` would step, so that the page has
- * the same numbers. SPDX-License-Identifier: Apache-2.0 */
+/* Everything that acts on the bodies of an archive over time: starts, loads, links, base motion,
+ * wind. Loads, links and starts are read off the scene that `thrum simulate` would step, so that
+ * the page has the same numbers. SPDX-License-Identifier: Apache-2.0 */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdint.h>
@@ -47,6 +47,49 @@ void view_archive_add_loads(cJSON *body, const scene_run *run, int32_t n) {
     json_numbers(object, "parts", load.parts, 9 * rank);
     json_numbers(object, "moments", load.moments, 9);
     json_numbers(object, "resultant", load.resultant, 3);
+  }
+}
+
+/* A side of a link on a body: what its place and directions are at rest, and their rows. */
+static void add_side(cJSON *object, const char *rest, const char *rows,
+                     const thrum_scene_link_side *side) {
+  json_numbers(object, rest, side->rest, 12);
+  if (side->rows != NULL)
+    json_numbers(object, rows, side->rows, 12 * side->rank);
+}
+
+static cJSON *link_of(const scene_link_spec *spec, const thrum_scene_link_def *made) {
+  cJSON *object = cJSON_CreateObject();
+  if (spec->name != NULL)
+    json_string(object, "name", spec->name);
+  cJSON_AddStringToObject(object, "kind", scene_link_names[made->kind]);
+  json_number(object, "body", made->body);
+  if (made->other >= 0)
+    json_number(object, "other", made->other);
+  json_numbers(object, "place", made->place, 3);
+  json_numbers(object, "other_place", made->other_place, 3);
+  add_side(object, "rest", "rows", &made->sides[0]);
+  add_side(object, "other_rest", "other_rows", &made->sides[1]);
+
+  // a joint has no spring, and most links have no path and no end
+  json_number(object, "stiffness", made->stiffness);
+  json_number(object, "damping", made->damping);
+  json_number(object, "length", made->length);
+  if (isfinite(made->until))
+    json_number(object, "until", made->until);
+  if (made->path_count == 0)
+    return object;
+  json_numbers(object, "times", made->path_times, made->path_count);
+  json_numbers(object, "places", made->path_places, 3 * made->path_count);
+  return object;
+}
+
+void view_archive_add_links(cJSON *scene, const scene_run *run) {
+  cJSON *links = cJSON_AddArrayToObject(scene, "links");
+  for (int32_t n = 0; n < thrum_scene_link_count(run->scene); n++) {
+    thrum_scene_link_def made;
+    if (thrum_scene_link_made(run->scene, n, &made, NULL) >= 0)
+      cJSON_AddItemToArray(links, link_of(&scene_links(&run->spec)[n], &made));
   }
 }
 

@@ -56,15 +56,15 @@ static void list_models(const scene_models *models, const scene_spec *spec, view
       ++*place;
     if (*place == list->count)
       view_archive_list_add(list, item->first->model, item->loaded)->surface = surface;
+    list->items[*place].coupled |= scene_bodies(spec)[body].coupled;
   }
 }
 
 /* Names what acts on bodies that the viewer knows nothing of. */
 static void warn_of_rest(const scene_spec *spec) {
-  bool beta = false, coupled = false, flows = false;
+  bool beta = false, flows = false;
   for (int64_t n = 0; n < spec->bodies.count; n++) {
     beta = beta || scene_bodies(spec)[n].settings.def.damping_beta > 0;
-    coupled = coupled || scene_bodies(spec)[n].coupled;
     flows = flows || isfinite(scene_bodies(spec)[n].material.plastic.yield);
   }
 
@@ -72,14 +72,8 @@ static void warn_of_rest(const scene_spec *spec) {
   if (flows)
     config_warn("%.200s: the viewer leaves out plastic flow: bodies are elastic there",
                 spec->file.name);
-  if (coupled)
-    config_warn("%.200s: the viewer leaves out what spin and shape do to each other",
-                spec->file.name);
   if (beta)
     config_warn("%.200s: the viewer leaves out damping that grows with stiffness", spec->file.name);
-  if (spec->links.count > 0)
-    config_warn("%.200s: the viewer leaves out links: bodies move there as if nothing tied them",
-                spec->file.name);
 }
 
 static thrum_status pack_run(const scene_run *run, view_archive *archive, thrum_error *error) {

@@ -82,6 +82,7 @@ static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
   cJSON_AddBoolToObject(body, "free", spec->free);
   cJSON_AddBoolToObject(body, "collide", run->spec.collide && spec->collide);
   cJSON_AddBoolToObject(body, "self_contact", spec->self_contact);
+  cJSON_AddBoolToObject(body, "coupled", spec->coupled);
   json_numbers(body, "velocity", spec->velocity, 3);
 
   // the scene file has degrees
@@ -192,6 +193,7 @@ cJSON *view_archive_scene_of_run(const scene_run *run, const int64_t *of_body) {
   cJSON *bodies = cJSON_AddArrayToObject(scene, "bodies");
   for (int32_t n = 0; n < spec->bodies.count; n++)
     cJSON_AddItemToArray(bodies, body_of_run(run, n, of_body[n]));
+  view_archive_add_links(scene, run);
   view_archive_add_air_and_ground(scene, run);
   if (scene_run_bodies_meet(run))
     cJSON_AddItemToObject(scene, "collisions", collisions_of_run(run));

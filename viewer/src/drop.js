@@ -3,6 +3,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { packOfModels, readModelFile } from './model_file.js';
 import { packOfPage, readPack } from './pack.js';
+import { packOfScene } from './scene_file.js';
 
 const MESHES = /\.(veg|msh|mesh|vtk|vtu|inp|node|ele)$/i;
 const SURFACES = /\.(obj|stl)$/i;
@@ -19,18 +20,22 @@ function reason(name) {
   if (/\.(glb|gltf)$/i.test(name))
     return `${name} says how something looks, and not what it is made of. A run is played by ` +
       'thrum view RUN; of a surface write an .obj or .stl, and begin with thrum mesh';
-  if (/\.json$/i.test(name))
-    return `${name}: a scene is put together by the program, with the models that it names: ` +
-      `thrum view ${name}`;
   return `${name} is no model (.npz) and no page of thrum view`;
 }
 
 /** What some files hold, as a pack. Throws what the page says of files that it cannot show.
- * @param {File[]} files @param {import('./engine.js').Engine} engine @returns {Promise<object>} */
-export async function packOfFiles(files, engine) {
-  const refused = files.find(({ name }) => !/\.(npz|html?)$/i.test(name));
+ * @param {File[]} files @param {import('./engine.js').Engine} engine without models
+ * @param {import('./pack.js').Pack} shown the page as it is @returns {Promise<object>} */
+export async function packOfFiles(files, engine, shown) {
+  const refused = files.find(({ name }) => !/\.(npz|html?|json)$/i.test(name));
   if (refused) throw new Error(reason(refused.name));
   const bytes = await Promise.all(files.map(async (file) => new Uint8Array(await file.arrayBuffer())));
+  const scene = files.findIndex(({ name }) => /\.json$/i.test(name));
+  if (scene >= 0) {
+    const beside = files.map(({ name }, n) => [name, bytes[n]]).filter((_, n) => n !== scene);
+    if (beside.some(([name]) => !/\.npz$/i.test(name))) throw new Error('one scene at a time, with models (.npz) beside it');
+    return packOfScene({ name: files[scene].name, bytes: bytes[scene] }, new Map(beside), shown, engine);
+  }
   const page = files.findIndex(({ name }) => !/\.npz$/i.test(name));
   if (page >= 0) {
     if (files.length > 1) throw new Error('one page at a time, and no models beside it');

@@ -6,6 +6,7 @@ export const INTEGRATORS = { imexv: 0, newmark: 1, verlet: 2, midpoint: 3, energ
 export const INTEGRATOR_NAMES = Object.keys(INTEGRATORS);
 const SCHEME_ENERGY = 2;
 const OBSTACLES = { plane: 0, sphere: 1, box: 2 };
+export const LINKS = { spring: 0, ball: 1, hinge: 2, weld: 3 };
 const COURSES = { constant: 0, sine: 1, ramp: 2 };
 const MESSAGE_BYTES = 400;
 const RANK_MAX = 512;
@@ -102,16 +103,66 @@ export class Engine {
   addModel(model) {
     // c3 and c4, or in their place those of cubature points
     const kept = ['omega2', 'c3', 'c4', 'point_weights', 'point_moduli', 'point_gradients',
-      'point_law', 'axis_mass', 'fixed', 'triangles'];
+      'point_law', 'axis_mass', 'inertia', 'fixed', 'triangles'];
     const copied = ['positions', 'basis', 'tet', 'tet_rigid']; // the last two of free bodies alone
     const at = [...kept, ...copied].map((name) => this.#copyIn(model.arrays[name]));
-    this.numbers.set([model.mass, model.young]);
+    this.numbers.set([model.young]);
     const number = this.check(this.wasm.bridge_add_model(
       model.rank, model.vertex_count, model.triangle_count,
       model.arrays.point_weights?.length ?? 0, ...at));
     for (const address of at.slice(kept.length)) this.wasm.bridge_free(address);
     this.models[number] = model;
     return number;
+  }
+
+  /** A model file with its whole mesh, which links and coupled bodies are made of; its bodies have no surface.
+   * @param {Uint8Array} bytes @returns {number} */
+  addWholeModel(bytes) {
+    const { counts, arrays } = this.openModel(bytes);
+    const number = this.check(this.wasm.bridge_keep_model());
+    this.models[number] = { rank: counts.rank, vertex_count: arrays.vertices.length / 3 };
+    return number;
+  }
+
+  /** @returns {number[]} */
+  allVertices(model) {
+    return Array.from({ length: this.models[model].vertex_count }, (_, v) => v);
+  }
+
+  /** Vertices of a group of a whole model. @param {string} name @returns {number[]} */
+  group(model, name) {
+    const text = this.#copyIn(new TextEncoder().encode(`${name}\0`));
+    const at = this.wasm.bridge_group(model, text);
+    this.wasm.bridge_free(text);
+    if (at === 0) throw new Error(this.message);
+    return Array.from(new Int32Array(this.wasm.memory.buffer, at, this.numbers[0]));
+  }
+
+  /** The numbers of a whole model's inertia. @returns {Float64Array} */
+  inertia(model) {
+    const { rank } = this.models[model];
+    const count = 9 + 9 * rank * (rank + 1);
+    const at = this.wasm.bridge_alloc(8 * count);
+    const status = this.wasm.bridge_inertia(model, at);
+    const numbers = new Float64Array(this.wasm.memory.buffer, at, count).slice();
+    this.wasm.bridge_free(at);
+    this.check(status);
+    return numbers;
+  }
+
+  /** Links bodies of whole models as they are now. @returns {object} what a link of the pack has of its meshes */
+  weighLink({ kind, body, other, vertices, other_vertices, place, other_place, axis, stiffness, length }) {
+    const nowhere = [NaN, NaN, NaN];
+    const lists = [vertices, other_vertices].map((of) => this.#copyIn(of && Int32Array.from(of)));
+    this.numbers.set([...(place ?? nowhere), ...(other_place ?? nowhere), ...(axis ?? [0, 0, 1]), stiffness, length ?? -1]);
+    const number = this.wasm.bridge_weigh_link(LINKS[kind], body, other ?? -1, lists[0], vertices?.length ?? 0,
+      lists[1], other_vertices?.length ?? 0);
+    for (const at of lists) this.wasm.bridge_free(at);
+    this.check(this.wasm.bridge_link_made(this.check(number)));
+    const made = Array.from(this.numbers.subarray(0, 33));
+    const rows = (side, of) => Array.from(new Float64Array(this.wasm.memory.buffer, made[31 + side], 12 * this.report(of).rank));
+    return { place: made.slice(0, 3), other_place: made.slice(3, 6), length: made[6], rest: made.slice(7, 19),
+      rows: rows(0, body), other_rest: made.slice(19, 31), ...(other !== undefined && { other_rows: rows(1, other) }) };
   }
 
   /** Builds a scene of the pack's form in place of the one before. */
@@ -132,6 +183,7 @@ export class Engine {
       this.numbers.set([...scene.wind.velocity, scene.wind.density, scene.wind.drag]);
       this.check(this.wasm.bridge_set_wind());
     }
+    this.links = (scene.links ?? []).map((link) => this.#addLink(link));
   }
 
   /** Calls with copies of arrays, which go afterwards. @param {(number[]|undefined)[]} arrays */
@@ -167,7 +219,7 @@ export class Engine {
     this.numbers.set([...body.position, ...body.rotation, body.scale, body.stiffness, body.density,
       body.damping ?? scene.damping, 0, ...(body.velocity ?? [0, 0, 0]),
       ...(body.spin ?? [0, 0, 0]), body.condense ?? 0, body.collide === false ? 0 : 1,
-      body.self_contact ? 1 : 0]);
+      body.self_contact ? 1 : 0, body.coupled ? 1 : 0]);
     const integrator = INTEGRATORS[body.integrator ?? scene.integrator];
     const model = this.models[body.model];
     const start = [body.q, body.p].map((vector) => vector && padded(vector, 1, model.rank));
@@ -175,6 +227,27 @@ export class Engine {
       body.rank ?? 0, body.free ? 1 : 0, q, p));
     this.bodies[number] = model;
     for (const load of body.loads ?? []) this.#addLoad(number, load);
+  }
+
+  /** A link of ready sides. @returns {number} */
+  #addLink(link) {
+    const { body, other, times, places } = link;
+    const rankOf = (rows) => (rows ? rows.length / 12 : 0);
+    this.numbers.set([...link.place, ...link.other_place, link.stiffness, link.damping, link.length,
+      link.until ?? Infinity, ...link.rest, ...link.other_rest]);
+    return this.#lend([link.rows, link.other_rows, times, places], (rows, otherRows, at, where) =>
+      this.wasm.bridge_add_link(LINKS[link.kind], body, other ?? -1, rankOf(link.rows), rows,
+        rankOf(link.other_rows), otherRows, times?.length ?? 0, at, where));
+  }
+
+  /** A link of the scene as it is now. @param {number} n
+   * @returns {{holds: boolean, places: number[], force: number[], drift: number, largestDrift: number,
+   *   stored: number}} its two places, six numbers [m], force [N], drifts [m], energy [J] */
+  link(n) {
+    this.check(this.wasm.bridge_link(this.links[n]));
+    const [holds, ...rest] = this.numbers.subarray(0, 13);
+    const [drift, largestDrift, stored] = rest.slice(9);
+    return { holds: holds === 1, places: rest.slice(0, 6), force: rest.slice(6, 9), drift, largestDrift, stored };
   }
 
   #addObstacle(obstacle) {

@@ -26,6 +26,8 @@ export function hooks(starting) {
         ({ body, vertex, target, force: world.pullForce(id) })),
       level: () => world.level,
       heard: () => app.heard,
+      links: () => world.links(),
+      shownLinks: () => world.linkMarks.counts,
       touches: () => Array.from(world.engine.touches()),
       scaleTop: () => { world.colour(); return world.top; },
       values: (body) => Array.from(world.bodies[body].values.values),

@@ -3,7 +3,7 @@
 
 const NUMBERS = ['dt', 'rank', 'gravity', 'damping', 'stiffness', 'pull'];
 const TEXTS = ['integrator', 'colour', 'quality'];
-const FLAGS = ['edges', 'held', 'touches'];
+const FLAGS = ['edges', 'held', 'touches', 'links'];
 
 /** @param {object} settings @param {{choice: number, compared: boolean}} shown @returns {string} */
 export function hashOf(settings, { choice, compared }) {

@@ -7,6 +7,7 @@ import { hooks } from './hooks.js';
 import { listenToKeys } from './keys.js';
 import { hashOf, readHash } from './link.js';
 import { hideNotice, showNotice } from './notice.js';
+import { quantityText } from './numbers.js';
 import { bytesOfElement, loadPack } from './pack.js';
 import { Panel } from './panel.js';
 import { EnergyPlot } from './plot.js';
@@ -169,6 +170,16 @@ class App {
       `${engine.report(n).integrator} is not stable at this time step`, this.waysOut());
   }
 
+  /** Says once of a run that a joint has come open, as it does where bodies move far in a step. */
+  warnOfJoints() {
+    if (this.opened || this.failed) return;
+    const joint = this.world.openJoint();
+    if (!joint) return;
+    this.opened = true;
+    showNotice(`The joint ${joint.name ?? `of kind ${joint.kind}`} was open by ${quantityText(joint.largestDrift, 'm')}: ` +
+      'bodies move too far in a step for it', this.waysOut());
+  }
+
   settle() {
     this.trouble = null;
     hideNotice();
@@ -194,7 +205,7 @@ class App {
   async open(files) {
     const { world } = this;
     const engine = await world.engine.another();
-    world.adopt(await packOfFiles(files, engine), engine);
+    world.adopt(await packOfFiles(files, engine, world.pack), engine);
     this.panel.listModels();
     this.show(world.choice, false);
   }
@@ -251,7 +262,7 @@ class App {
     const series = compared ? COMPARED.map(([name, colour]) => ({ name, colour })) : ENERGIES;
     this.plot.begin(plays ? RECORDED : series);
     if (plays) this.#plotRecording();
-    this.grown = this.failed = false;
+    this.grown = this.opened = this.failed = false;
     this.settle();
     this.clock.restart();
     this.meters.step = new Meter();
@@ -318,12 +329,15 @@ class App {
   energies() {
     const { engine, bodies, compared } = this.world;
     const each = bodies.map((_, n) => engine.energies(n));
+    const springs = this.world.links();
     const sum = (list, name) => list.reduce((all, energies) => all + energies[name], 0);
     if (compared) {
-      const of = (n) => each.slice(n * this.world.each, (n + 1) * this.world.each);
-      return COMPARED.map((_, n) => sum(of(n), 'total'));
+      const copies = COMPARED.length;
+      const of = (list, n) => list.slice(n * list.length / copies, (n + 1) * list.length / copies);
+      return COMPARED.map((_, n) => sum(of(each, n), 'total') + sum(of(springs, n), 'stored'));
     }
-    return ['total', 'kinetic', 'potential', 'gravity'].map((name) => sum(each, name));
+    const [total, ...parts] = ['total', 'kinetic', 'potential', 'gravity'].map((name) => sum(each, name));
+    return [total + sum(springs, 'stored'), ...parts];
   }
 
   advance(elapsed) {
@@ -413,6 +427,7 @@ class App {
     if (plays) find('scrub').value = motion.time;
     else this.panel.showSplit();
     this.warnOfGrowth();
+    this.warnOfJoints();
     const pace = clock.behind && !this.paused && !plays
       ? `, ${(this.speed * clock.pace).toFixed(2)} of real time` : '';
     const of = plays ? ` of ${motion.end.toFixed(2)}` : '';

@@ -76,6 +76,7 @@ function check(model) {
     fixed: vertices,
     ...(arrays.tet && { tet: 12, tet_rigid: 72 }),
     ...(arrays.follows && { follows: vertices }),
+    ...(arrays.inertia && { inertia: 9 + 9 * r * (r + 1) }),
   };
   for (const [name, count] of Object.entries(counts))
     if (arrays[name]?.length !== count)

@@ -11,8 +11,8 @@ const find = (id) => document.getElementById(id);
 const power = (base) => ({ read: (x) => base ** x, write: (y) => Math.log(y) / Math.log(base) });
 const plain = { read: (x) => x, write: (y) => y };
 
-/** What may be marked in the picture: edges of triangles, held vertices, touches. */
-const MARKS = ['edges', 'held', 'touches'];
+/** What may be marked in the picture: edges of triangles, held vertices, touches, links. */
+const MARKS = ['edges', 'held', 'touches', 'links'];
 
 /** Range of each slider, its scale, and how its value reads. */
 const SLIDERS = {

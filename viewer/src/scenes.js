@@ -9,7 +9,7 @@ const SPACING = 1.25; // of copies, in widths of the body
 /** Is the scene of the pack more than one body by itself? A recording is.
  * @param {import('./pack.js').Pack} pack */
 export function isComposed({ scene, recording }) {
-  return recording !== undefined || scene.bodies.length > 1 || scene.obstacles.length > 0;
+  return recording !== undefined || scene.bodies.length > 1 || scene.obstacles.length > 0 || scene.links?.length > 0;
 }
 
 /** One model by itself, under the pack's gravity, step and damping.
@@ -21,7 +21,7 @@ export function aloneScene(pack, model) {
     stiffness: 1, density: 1, colour: '#4a86c5', ...given,
   };
   return {
-    ...pack.scene, obstacles: [], collisions: undefined, bodies: [{ ...body, position: [0, 0, 0] }],
+    ...pack.scene, obstacles: [], collisions: undefined, links: [], bodies: [{ ...body, position: [0, 0, 0] }],
   };
 }
 
@@ -56,12 +56,22 @@ function shifted(obstacle, way) {
   return { ...obstacle, centre: [x + way, y, z], ...(places && { places }) };
 }
 
+/** A link beside itself, of the bodies of a copy. */
+function shiftedLink(link, way, bodies) {
+  const along = ([x, y, z]) => [x + way, y, z];
+  return { ...link, body: link.body + bodies, place: along(link.place), other_place: along(link.other_place),
+    ...(link.other !== undefined && { other: link.other + bodies }) };
+}
+
 /** A scene three times, side by side, each with its integrator. Planes are shared. Copies of
  * several bodies are so far apart that they do not meet; the copies of one body pass through each other.
  * @param {import('./pack.js').Pack} pack @param {object} scene */
 export function comparedScene(pack, scene) {
   if (scene.obstacles.some(({ inside }) => inside))
     throw new Error('bodies inside an obstacle cannot be compared: there is no room for three beside each other');
+  const coupled = scene.bodies.find((body) => body.coupled);
+  if (coupled)
+    throw new Error(`${coupled.name}: a body whose spin and shape are coupled is stepped by energy alone, so there is nothing to compare`);
   const way = SPACING * widthOf(pack, scene);
   const whole = scene.bodies.length > 1;
   const shifts = COMPARED.map((_, n) => (n - 1) * way);
@@ -71,6 +81,8 @@ export function comparedScene(pack, scene) {
       ? { ...scene.collisions, touches: COMPARED.length * scene.collisions.touches } : undefined,
     obstacles: [...scene.obstacles.filter((obstacle) => !isCopied(obstacle)),
       ...shifts.flatMap((shift) => scene.obstacles.filter(isCopied).map((obstacle) => shifted(obstacle, shift)))],
+    links: shifts.flatMap((shift, n) =>
+      (scene.links ?? []).map((link) => shiftedLink(link, shift, n * scene.bodies.length))),
     bodies: COMPARED.flatMap(([integrator, colour], n) => scene.bodies.map((body) => {
       const [x, y, z] = body.position;
       return { ...body, name: whole ? `${body.name} by ${integrator}` : integrator, integrator,

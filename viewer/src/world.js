@@ -3,6 +3,7 @@
 import * as THREE from 'three';
 import { Body } from './body.js';
 import { quantitiesOf } from './colours.js';
+import { LinkMarks, OPEN, stateOf } from './link_marks.js';
 import { LEVELS, QUALITIES, QualityChooser } from './quality.js';
 import { Marks } from './marks.js';
 import { Recording } from './recording.js';
@@ -12,9 +13,9 @@ import { COMPARED, aloneScene, comparedScene, isComposed } from './scenes.js';
 /** What the panel changes while bodies move.
  * @typedef {{dt: number, integrator: string, rank: number, gravity: number, damping: number,
  *   stiffness: number, pull: number, colour: string, edges: boolean, held: boolean,
- *   touches: boolean, quality: string, sound: boolean}} Settings */
+ *   touches: boolean, links: boolean, quality: string, sound: boolean}} Settings */
 
-export const SHOWN = ['colour', 'edges', 'held', 'touches', 'quality']; // settings of the picture alone
+export const SHOWN = ['colour', 'edges', 'held', 'touches', 'links', 'quality']; // settings of the picture alone
 const TOUCH_COLOUR = 0xe07b00;
 
 export class World {
@@ -22,9 +23,10 @@ export class World {
    * @param {import('./stage.js').Stage} stage */
   constructor(pack, engine, stage) {
     Object.assign(this, { stage, bodies: [], pulls: new Map(), compared: false });
-    this.settings = { pull: 10, colour: 'own', edges: false, held: true, touches: true,
+    this.settings = { pull: 10, colour: 'own', edges: false, held: true, touches: true, links: true,
       quality: 'auto', sound: false };
     this.marks = new Marks(stage.scene, TOUCH_COLOUR);
+    this.linkMarks = new LinkMarks(stage.scene);
     this.adopt(pack, engine);
   }
 
@@ -132,7 +134,7 @@ export class World {
       gravity: () => engine.setGravity(this.down.map((d) => d * value)),
       damping: () => each((n) => engine.setDamping(n, value)),
       stiffness: () => each((n) => engine.setStiffness(n, value * this.shown.bodies[n].stiffness)),
-      rank: () => each((n) => engine.setRank(n, Math.min(value, this.bodies[n].model.rank))),
+      rank: () => each((n) => this.#setRank(n, Math.min(value, this.bodies[n].model.rank))),
       integrator: () => this.compared || each((n) => engine.setIntegrator(n, value)),
       pull: () => {
         if (!(value > 0)) throw new Error(`a pull is a spring of a stiffness above 0, not ${value}`);
@@ -141,6 +143,7 @@ export class World {
       edges: () => this.bodies.forEach((body) => body.showEdges(value)),
       held: () => this.bodies.forEach((body) => body.showHeld(value)),
       touches: () => {},
+      links: () => {},
       sound: () => {},
       quality: () => this.#setQuality(value),
     };
@@ -148,6 +151,11 @@ export class World {
     this.stage.touch();
     this.settings[name] = value;
     if (name === 'pull' || name === 'stiffness') this.#pullAgain();
+  }
+
+  // bodies that are linked keep the number that they have, and the engine refuses another
+  #setRank(body, rank) {
+    if (rank !== this.engine.report(body).rank) this.engine.setRank(body, rank);
   }
 
   /** How many bodies each of the compared copies has, or all. */
@@ -239,11 +247,27 @@ export class World {
     bodies.forEach((body) => body.colourUpTo(this.top || Number.MIN_VALUE));
   }
 
-  /** Marks where bodies touch. */
+  /** Marks where bodies touch, and what ties them. */
   mark() {
     const { settings, plays, shown } = this;
     const may = settings.touches && !plays && (shown.obstacles.length > 0 || shown.collisions);
     this.marks.show(may ? this.engine.touches() : new Float32Array(0));
+    this.linkMarks.show(settings.links ? this.links() : []);
+  }
+
+  /** The links as they are now; a recording has none. */
+  links() {
+    if (this.plays) return [];
+    return (this.shown.links ?? []).map((link, n) => {
+      const now = this.engine.link(n);
+      return { name: link.name, kind: link.kind, state: stateOf(link, now), ...now };
+    });
+  }
+
+  /** The joint that was open the widest, where one was [m]. @returns {object|undefined} */
+  openJoint() {
+    return this.links().filter(({ kind, largestDrift }) => kind !== 'spring' && largestDrift > OPEN)
+      .sort((a, b) => b.largestDrift - a.largestDrift)[0];
   }
 
   /** By how many per cent of what the mesh gives (linear) the model follows a pull at a vertex; undefined: not known.

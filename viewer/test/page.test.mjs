@@ -472,6 +472,46 @@ test('two bodies of a scene stay above its plane', async () => {
   await own.close();
 });
 
+test('links are marked as what they are, and a joint that comes open is said', async () => {
+  const bar = { model: 'beam:4x2x2@0.4x0.1x0.1', free: true, collide: false };
+  writeFileSync(join(folder, 'hung.json'), JSON.stringify({
+    dt: 0.002, gravity: GRAVITY, bodies: [{ name: 'bar', ...bar }, { name: 'other', ...bar, position: [0, 1, 0] }],
+    links: [{ name: 'pivot', kind: 'hinge', body: 'bar', place: [0, 0.05, 0.05], axis: [0, 1, 0] },
+      { kind: 'spring', body: 'other', at: 'vertex=1', other_place: [0, 1, 0.5], stiffness: 400, until: 0.3 }],
+  }));
+  const own = await open(browser, standalone(packOf('hung.json')));
+  const states = () => own.evaluate(() => window.thrum.links().map(({ state }) => state));
+  const drawn = () => own.evaluate(() => window.thrum.shownLinks());
+  await own.evaluate(() => {
+    window.thrum.pause(true);
+    window.thrum.reset();
+    window.thrum.step(100);
+  });
+  assert.equal(await own.textContent('#model option:checked'), 'the scene');
+  assert.deepEqual(await states(), ['joint', 'spring']);
+  await own.waitForFunction(() => window.thrum.shownLinks().lines === 2);
+
+  // what has let go keeps its points and loses its line
+  await own.evaluate(() => window.thrum.step(100));
+  assert.deepEqual(await states(), ['joint', 'released']);
+  await own.waitForFunction(() => window.thrum.shownLinks().lines === 1);
+  assert.deepEqual(await drawn(), { points: 4, lines: 1 });
+  assert.equal(await own.evaluate(() => document.getElementById('notice').hidden), true);
+
+  // bodies that are linked keep their rank; where one moves too far in a step, its joint opens
+  await own.evaluate(() => window.thrum.set('rank', 3));
+  assert.match(await own.evaluate(() => window.thrum.trouble()), /linked/);
+  await own.evaluate(() => { window.thrum.set('dt', 0.05); window.thrum.step(20); });
+  await own.waitForFunction(() => /The joint pivot was open by/.test(document.getElementById('notice-text').textContent));
+  assert.equal((await states())[0], 'open');
+
+  // unless it is asked for nothing is marked
+  await own.click('#links');
+  await own.waitForFunction(() => window.thrum.shownLinks().points === 0);
+  assert.deepEqual(own.complaints, []);
+  await own.close();
+});
+
 /** What the browser saves when a button is pressed. */
 async function saved(button) {
   const download = page.waitForEvent('download');
@@ -583,6 +623,13 @@ test('models and pages are opened in place of what was shown', async () => {
       document.getElementById('notice-text').textContent), words.source);
   }
   assert.equal((await page.evaluate(() => window.thrum.bodies()))[0].name, 'opened.npz');
+
+  // a scene with the model that it names
+  writeFileSync(join(folder, 'small.json'), JSON.stringify({ gravity: GRAVITY, bodies: [{ name: 'left', model: 'opened.npz' },
+    { name: 'right', model: 'opened.npz', position: [0, 1, 0] }], links: [{ kind: 'ball', body: 'right', at: 'tip' }] }));
+  await page.setInputFiles('#files', [join(folder, 'small.json'), join(folder, 'opened.npz')]);
+  await page.waitForFunction(() => window.thrum.bodies()[1]?.name === 'right');
+  assert.deepEqual(await page.evaluate(() => window.thrum.links().map(({ state }) => state)), ['joint']);
 
   // a page of thrum view; the last file of packOf() is one
   await page.setInputFiles('#files', join(folder, 'packed.html'));

@@ -1,0 +1,152 @@
+// Links and coupled bodies on the page, of the surface alone: with the bits of thrum simulate, which has the mesh.
+// SPDX-License-Identifier: Apache-2.0
+import assert from 'node:assert/strict';
+import { spawnSync } from 'node:child_process';
+import { readFileSync, writeFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { test } from 'node:test';
+import { Engine } from '../src/engine.js';
+import { OPEN, stateOf } from '../src/link_marks.js';
+import { aloneScene, comparedScene, isComposed } from '../src/scenes.js';
+import { folder, packOf, thrum, wasmBytes } from './fixture.mjs';
+
+const BAR = { model: 'beam:4x2x2@0.4x0.1x0.1', free: true, collide: false };
+const HELD = { name: 'held', model: 'beam:6x2x2@0.6x0.1x0.1', fix: ['x<0.001'], position: [0, 1, 0.5] };
+const GRAVITY = [0, 0, -9.81];
+const LINKED = {
+  dt: 0.002, time: 0.6, gravity: GRAVITY, outputs: { record_every: 1 },
+  bodies: [{ name: 'upper', ...BAR }, { name: 'lower', ...BAR, position: [0.4, 0, 0], density: 0.7 },
+    { name: 'weight', ...BAR, position: [2, 0, 0], rotation: { axis: [1, 2, 3], angle: 40 }, rank: 8 }, HELD],
+  links: [
+    { name: 'pivot', kind: 'hinge', body: 'upper', place: [0, 0.05, 0.05], axis: [0, 1, 0] },
+    { name: 'elbow', kind: 'ball', body: 'upper', place: [0.4, 0.05, 0.05], other: 'lower', until: 0.4 },
+    { name: 'rope', kind: 'spring', body: 'weight', at: 'vertex=1', other_place: [2, 0, 1], stiffness: 400, damping: 4 },
+    { name: 'handle', kind: 'weld', body: 'held', at: 'tip', until: 0.5,
+      path: [{ time: 0.1, place: [0, 0, 0] }, { time: 0.4, place: [0, 0.02, 0.03] }] },
+  ],
+};
+const SPINNING = {
+  dt: 0.002, time: 0.4, outputs: { record_every: 1 },
+  bodies: [{ name: 'wheel', ...BAR, coupled: true, spin: [200, 3000, -700] },
+    { name: 'smaller', ...BAR, coupled: true, spin: [900, 100, 4000], position: [2, 0, 0], scale: 0.7, stiffness: 0.2, rank: 6 }],
+  links: [],
+};
+
+/** The last row of a .npy of doubles in C order. */
+function lastRow(path, columns) {
+  const bytes = readFileSync(path);
+  return Array.from({ length: columns },
+    (_, i) => bytes.readDoubleLE(bytes.length - 8 * (columns - i)));
+}
+
+/** The pack of a scene, and the engine some steps later. */
+async function stepped(pack, scene, steps) {
+  const engine = await Engine.load(wasmBytes());
+  pack.models.forEach((model) => engine.addModel(model));
+  engine.build(scene);
+  for (let i = 0; i < steps; i++) engine.step();
+  return engine;
+}
+
+/** Runs a scene in the program and in the page's engine. @returns {Promise<{pack: object, engine: Engine, report: object}>} */
+async function both(name, scene) {
+  writeFileSync(join(folder, `${name}.json`), JSON.stringify(scene));
+  thrum('simulate', `${name}.json`, '-o', name, '--quiet');
+  const pack = packOf(`${name}.json`);
+  const engine = await stepped(pack, pack.scene, Math.round(scene.time / scene.dt));
+  return { pack, engine, report: JSON.parse(readFileSync(join(folder, name, 'scene.json'), 'utf8')) };
+}
+
+/** q of a run is that of the model: U q_model scale = U' q with U' = U / sqrt(density scale^3). */
+const asModel = (q, { scale, density }) => q.map((x) => x / (Math.sqrt(density * scale ** 3) * scale));
+
+function assertBits(name, pack, engine) {
+  pack.scene.bodies.forEach((body, n) => {
+    const wanted = lastRow(join(folder, name, body.name, 'q.npy'), body.rank);
+    assert.ok(wanted.some((x) => x !== 0), `${body.name} moves`);
+    if (body.scale === 1 && body.density === 1) assert.deepEqual(engine.coordinates(n), wanted, body.name);
+    else
+      asModel(engine.coordinates(n), body).forEach((x, i) => // the factor rounds
+        assert.ok(Math.abs(x - wanted[i]) <= 4 * Number.EPSILON * Math.abs(wanted[i]), `${body.name}: ${x} ${wanted[i]}`));
+  });
+}
+
+test('links have the bits of the program, and what they did is what it reports', async () => {
+  const { pack, engine, report } = await both('linked', LINKED);
+  assertBits('linked', pack, engine);
+  report.links.forEach((wanted, n) => {
+    const link = engine.link(n);
+    assert.equal(link.holds, wanted.holds);
+    assert.deepEqual(link.places.slice(0, 3), wanted.place_m);
+    assert.deepEqual(link.force, wanted.force_n);
+    assert.equal(link.largestDrift, wanted.largest_drift_m);
+    assert.equal(link.stored, wanted.stored_j);
+  });
+  assert.deepEqual(report.links.map(({ holds }) => holds), [true, false, true, false]);
+
+  // and again after a reset
+  const before = pack.scene.bodies.map((_, n) => engine.coordinates(n));
+  engine.reset();
+  for (let i = 0; i < 300; i++) engine.step();
+  assert.deepEqual(pack.scene.bodies.map((_, n) => engine.coordinates(n)), before);
+});
+
+test('coupled bodies have the bits of the program, and stretch as they spin', async () => {
+  const { pack, engine } = await both('spinning', SPINNING);
+  assertBits('spinning', pack, engine);
+  for (const body of [0, 1]) assert.ok(engine.energies(body).potential > 0);
+
+  // without the coupling they turn as the body at rest would
+  const apart = { ...pack.scene, bodies: pack.scene.bodies.map((body) => ({ ...body, coupled: false })) };
+  assert.ok((await stepped(pack, apart, 200)).energies(0).potential === 0);
+  assert.throws(() => comparedScene(pack, pack.scene), /wheel.*energy alone/);
+});
+
+test('a joint between coupled bodies has the bits of the program', async () => {
+  const [wheel] = SPINNING.bodies;
+  const { pack, engine } = await both('joined', { ...SPINNING, time: 0.1,
+    bodies: [{ ...wheel, spin: [0, 200, 0] }, { ...wheel, name: 'other', position: [0.4, 0, 0], spin: [0, 0, 0] }],
+    links: [{ kind: 'ball', body: 'wheel', place: [0.4, 0.05, 0.05], other: 'other' }] });
+  assertBits('joined', pack, engine);
+  assert.ok(engine.link(0).largestDrift < 1e-9);
+});
+
+test('only models of coupled bodies carry the numbers of an inertia', () => {
+  writeFileSync(join(folder, 'plain.json'), JSON.stringify({ ...SPINNING,
+    bodies: SPINNING.bodies.map((body) => ({ ...body, coupled: false })) }));
+  assert.ok(packOf('spinning.json').models[0].arrays.inertia.length > 9);
+  assert.equal(packOf('plain.json').models[0].arrays.inertia, undefined);
+});
+
+test('thrum view warns of neither links nor coupled bodies', () => {
+  writeFileSync(join(folder, 'all.json'), JSON.stringify({ ...LINKED,
+    bodies: LINKED.bodies.map((body) => (body.free ? { ...body, coupled: true } : body)) }));
+  const { status, stderr } = spawnSync(process.env.THRUM_PROGRAM, ['view', 'all.json', '-o', 'all.html'], { cwd: folder, encoding: 'utf8' });
+  assert.equal(status, 0);
+  assert.doesNotMatch(stderr, /leaves out/);
+});
+
+test('copies that are compared have links of their own, and a model by itself has none', async () => {
+  const pack = packOf('linked.json');
+  assert.ok(isComposed(pack));
+  const three = comparedScene(pack, pack.scene);
+  assert.equal(three.links.length, 12);
+  const engine = await stepped(pack, three, 100);
+  const one = await stepped(pack, pack.scene, 100);
+  for (let n = 0; n < 4; n++) {
+    const wanted = one.coordinates(n); // energy, as the scene; places round elsewhere in the world
+    const size = Math.hypot(...wanted);
+    assert.ok(Math.hypot(...engine.coordinates(8 + n).map((x, i) => x - wanted[i])) <= 1e-9 * size);
+    const [copy, own] = [engine.link(8 + n), one.link(n)];
+    assert.ok(Math.abs(copy.places[2] - own.places[2]) < 1e-9);
+    assert.ok(copy.places[0] > own.places[0] + 1);
+  }
+  assert.equal((await stepped(pack, aloneScene(pack, 0), 10)).links.length, 0);
+});
+
+test('a link is shown as what it is', () => {
+  assert.equal(stateOf({ kind: 'spring' }, { holds: true, drift: 0.1 }), 'spring');
+  assert.equal(stateOf({ kind: 'ball' }, { holds: true, drift: OPEN }), 'joint');
+  assert.equal(stateOf({ kind: 'weld' }, { holds: true, drift: 2 * OPEN }), 'open');
+  assert.equal(stateOf({ kind: 'hinge' }, { holds: false, drift: 0 }), 'released');
+});
