@@ -299,6 +299,65 @@ static void a_scene_file_is_packed_with_its_models(void **state) {
 }
 
 /* A model shown by two surfaces is two models of the pack; files lie beside the scene file. */
+/* A bar whose spin and shape are coupled hangs on a hinge and is tied to a held beam until 0.5 s.
+ */
+#define LINKED                                                                                     \
+  "{\"bodies\": [{\"name\": \"held\", \"model\": \"beam.npz\", \"position\": [0, 3, 0]},"          \
+  " {\"name\": \"bar\", \"model\": \"beam:3x2x2@0.3x0.1x0.1\", \"free\": true, \"coupled\": true," \
+  "  \"position\": [1, 2, 3]}],"                                                                   \
+  " \"links\": [{\"name\": \"pin\", \"kind\": \"hinge\", \"body\": \"bar\", \"place\": [1, 2, 3]," \
+  "  \"axis\": [0, 2, 0]},"                                                                        \
+  " {\"kind\": \"spring\", \"body\": \"bar\", \"place\": [1.3, 2, 3], \"other\": \"held\", "       \
+  "\"until\": 0.5,"                                                                                \
+  "  \"stiffness\": 7}]}\n"
+
+static void links_and_coupled_bodies_are_packed_ready(void **state) {
+  (void)state;
+  static const double origin[3] = {0, 0, 0}, along[3] = {0, 1, 0};
+  assert_true(text_file_write(in_folder("linked.json"), LINKED));
+  program_result run = thrum_run(folder, "view", "linked.json", "-o", "linked.html", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_null(strstr(run.err, "leaves out"));
+  program_result_free(&run);
+
+  // in the axes of the bar its pin is at the origin, and its first direction along y
+  pack p = open_pack("linked.html");
+  const cJSON *scene = cJSON_GetObjectItem(p.json, "scene");
+  const cJSON *links = cJSON_GetObjectItem(scene, "links");
+  const int rank = (int)json_value(model_of(&p, 1), "rank");
+  assert_int_equal(cJSON_GetArraySize(links), 2);
+  assert_string_equal(item_of(links, 0, "kind")->valuestring, "hinge");
+  const cJSON *rest = item_of(links, 0, "rest");
+  assert_int_equal(cJSON_GetArraySize(rest), 12);
+  for (int axis = 0; axis < 3; axis++) {
+    assert_true(fabs(cJSON_GetArrayItem(rest, axis)->valuedouble - origin[axis]) < 1e-12);
+    assert_true(fabs(cJSON_GetArrayItem(rest, 3 + axis)->valuedouble - along[axis]) < 1e-12);
+  }
+  assert_int_equal(cJSON_GetArraySize(item_of(links, 0, "rows")), 12 * rank);
+  assert_false(cJSON_HasObjectItem(cJSON_GetArrayItem(links, 0), "other"));
+  assert_false(cJSON_HasObjectItem(cJSON_GetArrayItem(links, 0), "other_rows"));
+  assert_false(cJSON_HasObjectItem(cJSON_GetArrayItem(links, 0), "until"));
+
+  // the spring has two sides, and the length that it has at the start
+  assert_int_equal(cJSON_GetArraySize(item_of(links, 1, "other_rows")), 12 * (int)model->rank);
+  assert_true(item_of(links, 1, "other")->valuedouble == 0);
+  assert_true(item_of(links, 1, "until")->valuedouble == 0.5);
+  assert_true(item_of(links, 1, "stiffness")->valuedouble == 7);
+  assert_true(item_of(links, 1, "length")->valuedouble == 0);
+
+  // modes are orthonormal in the pairs of the inertia, which no other model has
+  const double *pairs =
+      (const double *)array(&p, 1, "inertia", 9 + 9 * rank * (rank + 1), "f8") + 9 + 9 * rank;
+  for (int j = 0; j < rank; j++)
+    for (int i = 0; i < rank; i++) {
+      const double *moment = pairs + 9 * (j * rank + i);
+      assert_true(fabs(moment[0] + moment[4] + moment[8] - (i == j)) < 1e-9);
+    }
+  assert_false(cJSON_HasObjectItem(cJSON_GetObjectItem(model_of(&p, 0), "arrays"), "inertia"));
+  assert_true(cJSON_IsTrue(item_of(cJSON_GetObjectItem(scene, "bodies"), 1, "coupled")));
+  close_pack(&p);
+}
+
 static void a_body_is_shown_by_its_own_surface(void **state) {
   (void)state;
   assert_int_equal(mkdir(in_folder("beside"), 0700), 0);
@@ -508,6 +567,7 @@ int main(void) {
       cmocka_unit_test(a_pack_shows_the_surface_of_the_mesh),
       cmocka_unit_test(several_models_share_a_pack),
       cmocka_unit_test(a_scene_file_is_packed_with_its_models),
+      cmocka_unit_test(links_and_coupled_bodies_are_packed_ready),
       cmocka_unit_test(a_body_is_shown_by_its_own_surface),
       cmocka_unit_test(a_run_is_packed_with_its_rows),
       cmocka_unit_test(without_a_name_the_page_is_opened_where_there_is_a_display),

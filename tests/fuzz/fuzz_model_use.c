@@ -218,6 +218,14 @@ static void add_link(thrum_scene *scene, int32_t body, int32_t other, fuzz_draw 
   def.path_times = times;
   def.path_places = places;
   def.path_count = def.other < 0 ? 2 : 0;
+  int32_t number = 0;
+  const thrum_status status = thrum_scene_add_link(scene, &def, &number, &error);
+  fuzz_check(status, &error);
+
+  // once more, of the sides that were made
+  if (status < 0 || draw_byte(draw) % 4 != 1)
+    return;
+  fuzz_check(thrum_scene_link_made(scene, number, &def, &error), &error);
   fuzz_check(thrum_scene_add_link(scene, &def, NULL, &error), &error);
 }
 

@@ -134,8 +134,8 @@ export class World {
       gravity: () => engine.setGravity(this.down.map((d) => d * value)),
       damping: () => each((n) => engine.setDamping(n, value)),
       stiffness: () => each((n) => engine.setStiffness(n, value * this.shown.bodies[n].stiffness)),
-      rank: () => each((n) => this.#setRank(n, Math.min(value, this.bodies[n].model.rank))),
-      integrator: () => this.compared || each((n) => engine.setIntegrator(n, value)),
+      rank: () => this.#loose(this.#tied()).forEach((n) => this.#setRank(n, Math.min(value, this.bodies[n].model.rank))),
+      integrator: () => this.compared || this.#loose(this.#coupled()).forEach((n) => engine.setIntegrator(n, value)),
       pull: () => {
         if (!(value > 0)) throw new Error(`a pull is a spring of a stiffness above 0, not ${value}`);
       },
@@ -153,9 +153,25 @@ export class World {
     if (name === 'pull' || name === 'stiffness') this.#pullAgain();
   }
 
-  // bodies that are linked keep the number that they have, and the engine refuses another
+  // a body that is linked takes no number, not even the one that it has
   #setRank(body, rank) {
     if (rank !== this.engine.report(body).rank) this.engine.setRank(body, rank);
+  }
+
+  // bodies that keep their rank, and those that keep their integrator
+  #tied() {
+    return new Set((this.shown.links ?? []).flatMap(({ body, other }) => [body, other]));
+  }
+
+  #coupled() {
+    return new Set([...this.shown.bodies.keys()].filter((n) => this.shown.bodies[n].coupled));
+  }
+
+  // the bodies that a change is for: those that may take it; where none may, all, for the engine says why not
+  #loose(bound) {
+    const all = [...this.bodies.keys()];
+    const loose = all.filter((n) => !bound.has(n));
+    return loose.length > 0 ? loose : all;
   }
 
   /** How many bodies each of the compared copies has, or all. */

@@ -475,7 +475,8 @@ test('two bodies of a scene stay above its plane', async () => {
 test('links are marked as what they are, and a joint that comes open is said', async () => {
   const bar = { model: 'beam:4x2x2@0.4x0.1x0.1', free: true, collide: false };
   writeFileSync(join(folder, 'hung.json'), JSON.stringify({
-    dt: 0.002, gravity: GRAVITY, bodies: [{ name: 'bar', ...bar }, { name: 'other', ...bar, position: [0, 1, 0] }],
+    dt: 0.002, gravity: GRAVITY, bodies: [{ name: 'bar', ...bar }, { name: 'other', ...bar, position: [0, 1, 0] },
+      { name: 'wheel', ...bar, coupled: true, position: [0, 2, 0] }],
     links: [{ name: 'pivot', kind: 'hinge', body: 'bar', place: [0, 0.05, 0.05], axis: [0, 1, 0] },
       { kind: 'spring', body: 'other', at: 'vertex=1', other_place: [0, 1, 0.5], stiffness: 400, until: 0.3 }],
   }));
@@ -498,9 +499,18 @@ test('links are marked as what they are, and a joint that comes open is said', a
   assert.deepEqual(await drawn(), { points: 4, lines: 1 });
   assert.equal(await own.evaluate(() => document.getElementById('notice').hidden), true);
 
-  // bodies that are linked keep their rank; where one moves too far in a step, its joint opens
-  await own.evaluate(() => window.thrum.set('rank', 3));
-  assert.match(await own.evaluate(() => window.thrum.trouble()), /linked/);
+  // bodies that are linked keep their rank, and those that are coupled their integrator
+  const report = (name) => own.evaluate((of) => [0, 1, 2].map((body) => window.thrum.report(body)[of]), name);
+  const [rank] = await report('rank');
+  await own.evaluate(() => { window.thrum.set('rank', 3); window.thrum.set('integrator', 'newmark'); });
+  assert.deepEqual(await report('rank'), [rank, rank, 3]);
+  assert.deepEqual(await report('integrator'), ['newmark', 'newmark', 'energy']);
+  assert.equal(await own.evaluate(() => window.thrum.trouble()), null);
+  await own.evaluate(() => window.thrum.set('integrator', 'energy'));
+  await own.click('#compare');
+  assert.match(await own.evaluate(() => window.thrum.trouble()), /wheel.*energy alone/);
+
+  // where one moves too far in a step, its joint opens
   await own.evaluate(() => { window.thrum.set('dt', 0.05); window.thrum.step(20); });
   await own.waitForFunction(() => /The joint pivot was open by/.test(document.getElementById('notice-text').textContent));
   assert.equal((await states())[0], 'open');
