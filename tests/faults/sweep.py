@@ -68,6 +68,7 @@ COMMANDS = {
     "tradeoff": "tradeoff m.npz -o OUT/trade --load square:0,0,-9@all --time 0.03 --ranks 0 --integrators newmark --dts 0.003 "
                 "--tolerances 1e-6 --full-dt 0.005 -q --json",
     "view": "view m.npz --no-open -o OUT/v.html -q --json",
+    "view_scene": "view scene.json --no-open -o OUT/v.html -q --json",
     "schema": "schema simulate",
     "help": "help --reference",
     "bench": "bench step m.npz --no-machine --batches 1 --steps 2 -q --json",
