@@ -2,8 +2,9 @@
 // usage: node docs/pictures/viewer.mjs hook hook.html docs/pictures/tutorial_viewer.png
 //        node docs/pictures/viewer.mjs pull horse.html docs/viewer_pull.png
 //        node docs/pictures/viewer.mjs compare heart.html docs/viewer_compare.png
-// The pages are what `thrum view` wrote of hook.npz (docs/tutorial.md, meshed by TetGen), of horse and
-// of heart; viewer/node_modules must be installed.
+//        node docs/pictures/viewer.mjs links links.html docs/viewer_links.png
+// The pages are what `thrum view` wrote of hook.npz (docs/tutorial.md, meshed by TetGen), of horse, of
+// heart and of examples/scenes/links.json; viewer/node_modules must be installed.
 // SPDX-License-Identifier: Apache-2.0
 import { resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
@@ -33,6 +34,14 @@ const PICTURES = {
         await drag(page, -2, 5, 1);
         await page.evaluate(() => window.thrum.step(100));
       }
+    },
+  },
+
+  // the bars swing, the handle holds the beam that it has bent
+  links: {
+    settings: { quality: 'full' },
+    async act(page) {
+      await page.evaluate(() => window.thrum.step(560));
     },
   },
 
