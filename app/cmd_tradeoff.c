@@ -179,14 +179,14 @@ static void add_recipe(tradeoff_problem *p, const tradeoff_recipe *recipe) {
 }
 
 /* The bases of one rank: by polynomials in double and in single precision, and by points. Rank 0 is
- * the model's own basis as it is, and made anew with points. */
+ * the model's own basis as it is, or made anew with points where no polynomial is tried. */
 static void add_rank(trade *t, int64_t rank) {
   tradeoff_problem *p = &t->problem;
   tradeoff_recipe basis = {.modes = (rank + 1) / 2, .rank = rank};
   const bool own = rank == 0, points = t->model->point_count > 0;
   if (own && t->model == t->loaded && (points || !p->points_alone)) {
     add_recipe(p, &basis);
-    if (points)
+    if (points || !p->points_alone)
       return;
   }
   for (int single = 0; single < 2 && !p->points_alone && !own; single++) {

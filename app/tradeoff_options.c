@@ -116,7 +116,7 @@ static const config_option options[] = {
                   "may be cheaper than the polynomial, from rank 29 on; off: polynomials alone; "
                   "only: points alone",
                   AT(cubature)),
-    OPTION_TEXT("cubature-errors", "LIST", "0.02,0.005",
+    OPTION_TEXT("cubature-errors", "LIST", "0.01,0.003",
                 "relative errors of the force at which there are enough points, as "
                 "--cubature-error of precompute; their range is how far the load moves the body",
                 AT(cubature_errors), COUNTED(cubature_count), CONFIG_RANGE(1e-6, 1),
@@ -172,7 +172,7 @@ static void default_list(const double *values, int64_t count, double *list, int6
 
 /* What goes with points; COMMAND_DONE, or what the command is to return. */
 static int read_cubature(tradeoff_request *r) {
-  static const double errors[] = {0.02, 0.005};
+  static const double errors[] = {0.01, 0.003};
   if (r->cubature == TRADEOFF_CUBATURE_OFF && r->cubature_count > 0)
     return config_usage("tradeoff", "--cubature-errors is of cubature points, which --cubature off "
                                     "leaves out");

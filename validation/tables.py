@@ -439,6 +439,15 @@ def handles():
                  body)
 
 
+def cubature():
+    """Points, and what they change of the motion, for each error of the force that was asked for."""
+    runs = {(r["model"], r["error_asked"]): r for r in rows("cubature", "errors.csv")}
+    errors = list(dict.fromkeys(error for _, error in runs))
+    body = [[model] + [f"{int(runs[model, error]['points']):,} points, {percent(float(runs[model, error]['motion_error']))}"
+                       for error in errors] for model in MODELS]
+    return table(["model"] + [f"{100 * float(error):g} % of the force" for error in errors], body)
+
+
 def touch():
     """How pulls are followed without touch modes, up to rank 40 and up to rank 100."""
     found = rows("touch", "coverage.csv")
@@ -479,7 +488,7 @@ def mujoco():
 
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, work_means, extremes, linear, tradeoff,
-                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles, touch,
+                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles, touch, cubature,
                                            before_after, mujoco, model_errors, training)}
 
 

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "tests/support/model_archive.h"
 #include "tests/support/test_folder.h"
 #include "thrum/thrum.h"
 
@@ -229,6 +230,122 @@ static void training_runs_and_their_errors_are_of_the_law(void **state) {
   program_result_free(&run);
 }
 
+/* The smallest model of points: one of them, of two coordinates, that may flow. */
+static archive one_point(void) {
+  static const int32_t format[2] = {3, 0};
+  static const double weight = 1e-3, moduli[2] = {1e6, 4e5};
+  double gradients[18];
+  for (int n = 0; n < 18; n++)
+    gradients[n] = 0.1 * (n % 5) - 0.2;
+  archive a = {.count = 0};
+  archive_add(&a, "format.npy", "<i4", "(2,)", format, sizeof format);
+  archive_add(&a, "omega2.npy", "<f8", "(2,)", sample_omega2, sizeof sample_omega2);
+  archive_add(&a, "point_weights.npy", "<f8", "(1,)", &weight, sizeof weight);
+  archive_add(&a, "point_moduli.npy", "<f8", "(2, 1)", moduli, sizeof moduli);
+  archive_add(&a, "point_gradients.npy", "<f8", "(9, 2)", gradients, sizeof gradients);
+  archive_add(&a, "point_law.npy", "|u1", "(13,)", "corotational", 13);
+  return a;
+}
+
+/* What simulate makes of the file. */
+static program_result step_archive(const archive *a) {
+  static unsigned char bytes[ARCHIVE_MAX];
+  const size_t size = archive_build(a, bytes);
+  FILE *file = fopen(in_folder("one.npz"), "wb");
+  assert_non_null(file);
+  assert_int_equal(fwrite(bytes, 1, size, file), size);
+  assert_int_equal(fclose(file), 0);
+  return thrum_run(folder, "simulate", "one.npz", "--time", "0.01", "-q", "-o", "one", NULL);
+}
+
+static void bad_points_of_a_file_are_refused_in_one_line(void **state) {
+  (void)state;
+  archive a = one_point();
+  program_result run = step_archive(&a);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  program_result_free(&run);
+
+  // a number out of its range, each in a file of its own
+  static const struct {
+    const char *array;
+    int entry;
+    double value;
+    const char *says;
+  } numbers[] = {
+      {"point_weights", 0, -1e-3, "weights are volumes and > 0"},
+      {"point_weights", 0, 0, "weights are volumes and > 0"},
+      {"point_weights", 0, NAN, "not finite"},
+      {"point_moduli", 1, -4e5, "mu > 0 and 3 lambda + 2 mu > 0 are needed"},
+      {"point_moduli", 0, -1e9, "mu > 0 and 3 lambda + 2 mu > 0 are needed"},
+      {"point_gradients", 17, INFINITY, "not finite"},
+  };
+  for (size_t n = 0; n < sizeof numbers / sizeof numbers[0]; n++) {
+    a = one_point();
+    archive_set_f8(&a, numbers[n].array, numbers[n].entry, numbers[n].value);
+    run = step_archive(&a);
+    assert_int_equal(run.exit_code, 1);
+    if (!strstr(run.err, numbers[n].says) || !strstr(run.err, numbers[n].array))
+      fail_msg("%s", run.err);
+    assert_true(line_count_is(run.err, 1));
+    program_result_free(&run);
+  }
+
+  // arrays that do not go together, and a law that there is none of
+  for (int n = 0; n < 4; n++) {
+    static const char *const says[] = {"come together", "point_rows", "polynomial cannot hold it",
+                                       "none of the names"};
+    a = one_point();
+    if (n == 0)
+      archive_remove(&a, "point_moduli");
+    if (n == 1)
+      archive_find(&a, "point_gradients")->shape = "(8, 2)";
+    if (n == 1)
+      archive_find(&a, "point_gradients")->size = 8 * 16;
+    if (n == 2) {
+      archive_remove(&a, "point_weights");
+      archive_remove(&a, "point_moduli");
+      archive_remove(&a, "point_gradients");
+    }
+    if (n == 3)
+      archive_find(&a, "point_law")->data[0] = 'k';
+    run = step_archive(&a);
+    assert_int_equal(run.exit_code, 1);
+    if (!strstr(run.err, says[n]))
+      fail_msg("%s", run.err);
+    assert_true(line_count_is(run.err, 1));
+    program_result_free(&run);
+  }
+}
+
+static void plastic_flow_out_of_its_range_is_refused_in_one_line(void **state) {
+  (void)state;
+  archive a = one_point();
+  program_result run = step_archive(&a);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  static const char *const cases[][3] = {
+      {"--yield=0", "--yield=0", "--yield wants a number above 0"},
+      {"--yield=-1", "--yield=-1", "--yield wants a number above 0"},
+      {"--yield=nan", "--yield=nan", "--yield wants a number above 0"},
+      {"--yield=inf", "--yield=inf", "--yield wants a number above 0"},
+      {"--yield=0.02", "--creep=0", "--creep wants a number above 0"},
+      {"--yield=0.02", "--creep=-1", "--creep wants a number above 0"},
+      {"--yield=0.02", "--largest-plastic-strain=0", "--largest-plastic-strain wants"},
+      {"--yield=0.02", "--largest-plastic-strain=-1", "--largest-plastic-strain wants"},
+      {"--largest-plastic-strain=1", "-q", "wants a --yield beyond which"},
+      {"--law=neo-hookean", "-q", "--law goes with --full"},
+  };
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    run = thrum_run(folder, "simulate", "one.npz", "-o", "none", cases[n][0], cases[n][1], NULL);
+    assert_int_equal(run.exit_code, 2);
+    if (!strstr(run.err, cases[n][2]))
+      fail_msg("%s", run.err);
+    assert_true(line_count_is(run.err, 1));
+    program_result_free(&run);
+  }
+}
+
 static void an_error_that_is_missed_is_flagged(void **state) {
   (void)state;
   program_result run = PRECOMPUTE("--cubature", "--cubature-points", "3");
@@ -270,6 +387,8 @@ int main(void) {
       cmocka_unit_test(a_flow_that_takes_more_than_there_is_is_flagged),
       cmocka_unit_test(points_flow_and_their_account_closes),
       cmocka_unit_test(training_runs_and_their_errors_are_of_the_law),
+      cmocka_unit_test(bad_points_of_a_file_are_refused_in_one_line),
+      cmocka_unit_test(plastic_flow_out_of_its_range_is_refused_in_one_line),
       cmocka_unit_test(an_error_that_is_missed_is_flagged),
       cmocka_unit_test(what_does_not_go_with_points_is_refused),
   };

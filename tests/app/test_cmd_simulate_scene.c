@@ -665,6 +665,34 @@ static void what_touches_in_the_scenes_keeps_its_distance(void **state) {
   }
 }
 
+/* The scene of every law has a quarter of its bodies of each, and of one of them what flows. */
+static void a_scene_has_bodies_of_every_law(void **state) {
+  (void)state;
+  static const char *const laws[] = {"stvk", "corotational", "neo-hookean"};
+  program_result run = thrum_run(folder, "simulate", SCENES "/laws.json", "-o", "laws", "--time",
+                                 "0.1", "--json", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  cJSON *object = json_line(run.out);
+  const cJSON *body = NULL;
+  int counts[3] = {0}, flowed = 0;
+  cJSON_ArrayForEach(body, cJSON_GetObjectItem(object, "bodies")) {
+    for (int law = 0; law < 3; law++)
+      counts[law] += strcmp(cJSON_GetObjectItem(body, "law")->valuestring, laws[law]) == 0;
+
+    // only bodies that may flow lose energy by it
+    const cJSON *work = cJSON_GetObjectItem(body, "plastic_work_j");
+    const bool flows = cJSON_IsNumber(work) && work->valuedouble > 0;
+    flowed += flows;
+    assert_true(!flows ||
+                strncmp(cJSON_GetObjectItem(body, "name")->valuestring, "plastic", 7) == 0);
+  }
+  assert_true(counts[0] == 25 && counts[1] == 50 && counts[2] == 25);
+  assert_true(flowed > 0 && flowed <= 25);
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
 /* Joints of the scene that comes with Thrum stay closed, and the account has what links took and
  * what their ends did. */
 static void a_scene_with_links_adds_up(void **state) {
@@ -888,6 +916,7 @@ int main(void) {
       cmocka_unit_test(a_body_that_cannot_be_stepped_ends_the_run_and_flags_it),
       cmocka_unit_test(the_schema_is_committed_and_every_key_is_documented),
       cmocka_unit_test(the_scenes_that_come_with_thrum_run),
+      cmocka_unit_test(a_scene_has_bodies_of_every_law),
       cmocka_unit_test(what_touches_in_the_scenes_keeps_its_distance),
       cmocka_unit_test(a_scene_with_links_adds_up),
       cmocka_unit_test(a_joint_that_stays_open_flags_the_run),

@@ -329,6 +329,118 @@ static void points_are_tried_from_the_rank_on_where_they_may_be_cheaper(void **s
   }
 }
 
+/* Bases whose error falls with the rank, and rises with that of their points; dear polynomials. */
+typedef struct made_up {
+  double weight; /* of the error of points */
+  int64_t most;  /* rank that loads and modes have shapes for; 0: any */
+  double luck; /* share of the error that runs of points are left with by a cancellation; 0: all */
+  char asked[512];
+} made_up;
+
+static thrum_status take_made_up(void *context, const tradeoff_recipe *recipe,
+                                 tradeoff_result *part, thrum_error *error) {
+  (void)error;
+  made_up *m = context;
+  const size_t used = strlen(m->asked);
+  snprintf(m->asked + used, sizeof m->asked - used, " %d:%g", (int)recipe->rank,
+           recipe->cubature_error);
+
+  // 1.2 over the rank: 2 % from rank 60 on
+  const bool points = recipe->cubature_error > 0;
+  const double rank = recipe->rank > 0 ? (double)recipe->rank : 4;
+  const double off = 1.2 / rank + m->weight * recipe->cubature_error;
+  *part = (tradeoff_result){.basis_count = 1, .run_count = 1};
+  part->bases = need(1, sizeof *part->bases);
+  part->runs = need(1, sizeof *part->runs);
+  part->bases[0] = (tradeoff_basis){.recipe = *recipe, .rank = (int64_t)rank, .points = points};
+  if (m->most > 0 && part->bases[0].rank > m->most)
+    part->bases[0].rank = m->most;
+  part->bases[0].error.displacement = off;
+  part->runs[0] = (tradeoff_run){.integrator = EXPERIMENT_SCHEME_ENERGY,
+                                 .stable = true,
+                                 .cost = points ? rank : 1e-3 * pow(rank, 4),
+                                 .error = {off, off, off}};
+  if (points && m->luck > 0) {
+    part->runs[0].cancels = true;
+    part->runs[0].error.displacement = m->luck * off;
+  }
+  return THRUM_OK;
+}
+
+static void points_are_tried_before_polynomials_that_are_far_dearer(void **state) {
+  (void)state;
+  static trade t;
+  static const struct {
+    double error, weight;
+    const char *asked;
+    bool points;
+  } cases[] = {
+      // the own basis is taken for itself, and for its condensed forms; below rank 60 the
+      // polynomial
+      // leads, and points follow where it is near enough
+      {0.042, 0.1, " 0:0 0:0 20:0 30:0 30:0.01", true},
+      {0.042, 0.5, " 0:0 0:0 20:0 30:0 30:0.01 30:0.003", true},
+      {0.042, 5, " 0:0 0:0 20:0 30:0 30:0.01 30:0.003", false},
+
+      // from there on points lead, and the polynomial follows where they do not do it
+      {0.022, 0.1, " 0:0 0:0 20:0 30:0 45:0 60:0.01", true},
+      {0.022, 0.5, " 0:0 0:0 20:0 30:0 45:0 60:0.01 60:0.003", true},
+      {0.022, 2, " 0:0 0:0 20:0 30:0 45:0 60:0.01 60:0.003 60:0 80:0.01 80:0.003", true},
+      {0.022, 5, " 0:0 0:0 20:0 30:0 45:0 60:0.01 60:0.003 60:0 80:0.01 80:0.003", false},
+  };
+  trade_make(&t, "beam:6x2x2@1x0.15x0.15", 3, 4, 60);
+  t.problem.take = take_made_up;
+  t.problem.modes = 3;
+  t.problem.rank_max = 200;
+  t.problem.cost = NAN;
+  t.problem.cubature_count = 2;
+  t.problem.cubature_errors[0] = 0.01;
+  t.problem.cubature_errors[1] = 0.003;
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    made_up context = {.weight = cases[n].weight};
+    t.problem.error = cases[n].error;
+    t.problem.take_context = &context;
+    trade_solve(&t);
+    if (strcmp(context.asked, cases[n].asked) != 0)
+      fail_msg("%d: %s", (int)n, context.asked);
+    const tradeoff_run *run = &t.result.runs[t.result.chosen];
+    assert_int_equal(t.result.bases[run->basis].points > 0, cases[n].points);
+    assert_true(run->error.displacement <= cases[n].error);
+    tradeoff_free(&t.result);
+  }
+
+  // runs of points that owe it to a cancellation do not end it: the polynomial does
+  made_up lucky = {.weight = 5, .luck = 0.1};
+  t.problem.error = 0.022;
+  t.problem.take_context = &lucky;
+  trade_solve(&t);
+  assert_string_equal(lucky.asked, cases[6].asked);
+  assert_int_equal(t.result.bases[t.result.runs[t.result.chosen].basis].points, 0);
+  tradeoff_free(&t.result);
+
+  // beyond rank 100 there are points alone, and without them nothing
+  made_up context = {.weight = 0.1};
+  t.problem.error = 0.009;
+  t.problem.take_context = &context;
+  trade_solve(&t);
+  assert_non_null(strstr(context.asked, " 100:0 140:0.01"));
+  assert_int_equal(t.result.bases[t.result.runs[t.result.chosen].basis].rank, 140);
+  tradeoff_free(&t.result);
+  context.asked[0] = 0;
+  t.problem.cubature_count = 0;
+  trade_solve(&t);
+  assert_int_equal(t.result.chosen, -1);
+  assert_string_equal(context.asked, " 0:0 0:0 20:0 30:0 45:0 60:0 80:0 100:0");
+  tradeoff_free(&t.result);
+
+  // where a higher rank gives no larger basis, the search ends
+  context.asked[0] = 0;
+  context.most = 40;
+  trade_solve(&t);
+  assert_string_equal(context.asked, " 0:0 0:0 20:0 30:0 45:0 60:0");
+  trade_free(&t);
+}
+
 static void points_err_by_little_more_than_the_polynomial_of_their_basis(void **state) {
   (void)state;
   static trade t;
@@ -733,6 +845,7 @@ int main(void) {
       cmocka_unit_test(the_choice_is_the_cheapest_or_the_most_accurate),
       cmocka_unit_test(the_search_ends_at_the_first_basis_that_does_it),
       cmocka_unit_test(points_are_tried_from_the_rank_on_where_they_may_be_cheaper),
+      cmocka_unit_test(points_are_tried_before_polynomials_that_are_far_dearer),
       cmocka_unit_test(points_err_by_little_more_than_the_polynomial_of_their_basis),
       cmocka_unit_test(condensed_bases_are_tried_with_their_linear_modes),
       cmocka_unit_test(the_command_recommends_what_simulate_takes),

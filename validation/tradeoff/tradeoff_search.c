@@ -39,10 +39,13 @@ int64_t tradeoff_points(const tradeoff_problem *problem, const tradeoff_recipe *
   return problem->cubature_count;
 }
 
-/* A basis of the search with points, and with the polynomial; returns how many. */
+/* A basis of the search with points, and with the polynomial; returns how many. Those that are not
+ * trained have points where no polynomials are: their polynomials alone take long enough to miss.
+ */
 static int64_t forms_of(const tradeoff_problem *problem, const tradeoff_recipe *basis,
                         tradeoff_recipe *forms) {
-  int64_t count = tradeoff_points(problem, basis, forms);
+  const bool points = basis->trained || problem->points_alone;
+  int64_t count = points ? tradeoff_points(problem, basis, forms) : 0;
   if (!problem->points_alone && basis->rank <= POLYNOMIAL_MOST)
     forms[count++] = *basis;
   return count;
@@ -190,6 +193,21 @@ static bool within_budget(const tradeoff_solution *s) {
   return false;
 }
 
+/* Whether the last trained basis is no larger than one of a lower rank: neither the loads nor the
+ * modes have more shapes. */
+static bool is_exhausted(const tradeoff_solution *s) {
+  const tradeoff_basis *last = &s->result.bases[s->result.basis_count - 1];
+  if (!last->recipe.trained || last->rank == last->recipe.rank)
+    return false;
+  for (int64_t b = 0; b < s->result.basis_count; b++) {
+    const tradeoff_basis *other = &s->result.bases[b];
+    if (other->recipe.trained && other->recipe.rank < last->recipe.rank &&
+        other->rank >= last->rank)
+      return true;
+  }
+  return false;
+}
+
 /* About how long all trained bases of the search take [s]. */
 static double guess_all(const tradeoff_solution *s) {
   double seconds = 0;
@@ -203,21 +221,65 @@ static double guess_all(const tradeoff_solution *s) {
   return seconds;
 }
 
-/* Whether a form of a basis is still wanted: until one does it, and a polynomial also then, where
- * it may be the cheaper one. */
-static bool is_wanted(const tradeoff_solution *s, const tradeoff_recipe *form) {
-  return !is_met(s) || (!(form->cubature_error > 0) && !(points_cost(form->rank) < FAR_CHEAPER));
+/* Whether a run of the bases from `first` on does what is wanted, and not by a cancellation alone.
+ * A budget alone asks for the most accurate, so that none does. */
+static bool does_it(const tradeoff_solution *s, int64_t first) {
+  const tradeoff_problem *problem = s->problem;
+  for (int64_t n = 0; n < s->result.run_count && !isnan(problem->error); n++) {
+    const tradeoff_run *run = &s->result.runs[n];
+    const double basis = s->result.bases[run->basis].error.displacement;
+    if (run->basis >= first && run->stable && !run->disproved &&
+        run->error.displacement <= problem->error && !(run->cost > problem->cost) &&
+        !(run->cancels && basis > problem->error))
+      return true;
+  }
+  return false;
 }
 
-/* A basis of the search by points, of few to many, and by its polynomial. */
+/* A basis with points, of few to many, until one does it. */
+static thrum_status try_points(tradeoff_solution *s, const tradeoff_recipe *forms, int64_t count,
+                               thrum_error *error) {
+  const int64_t first = s->result.basis_count;
+  for (int64_t f = 0; f < count && !does_it(s, first); f++)
+    THRUM_TRY(go_on(s, &forms[f], error));
+  return THRUM_OK;
+}
+
+/* A basis of the search by its polynomial and by points. The polynomial comes first where points
+ * are not far cheaper, and says whether they can do it, as they err by more. Else they come first,
+ * and it is tried where they fail. */
 static thrum_status try_forms(tradeoff_solution *s, const tradeoff_recipe *basis,
                               thrum_error *error) {
   tradeoff_recipe forms[FORMS_MAX];
-  const int64_t count = forms_of(s->problem, basis, forms);
-  for (int64_t f = 0; f < count; f++)
-    if (is_wanted(s, &forms[f]))
-      THRUM_TRY(go_on(s, &forms[f], error));
-  return THRUM_OK;
+  int64_t count = forms_of(s->problem, basis, forms);
+  const bool polynomial = count > 0 && !(forms[count - 1].cubature_error > 0);
+  const bool leads = polynomial && !(points_cost(basis->rank) < FAR_CHEAPER);
+  const int64_t first = s->result.basis_count;
+  if (leads)
+    THRUM_TRY(go_on(s, &forms[count - 1], error));
+  if (polynomial)
+    count--;
+
+  // a budget alone has no error to be missed
+  const bool misses = leads && s->result.basis_count > first &&
+                      s->result.bases[first].error.displacement > s->problem->error;
+  if (!misses)
+    THRUM_TRY(try_points(s, forms, count, error));
+  return polynomial && !leads && !is_met(s) ? go_on(s, &forms[count], error) : THRUM_OK;
+}
+
+/* Where a polynomial does it at a rank at which points are far cheaper, those of the next rank may
+ * do it for less. */
+static thrum_status try_beyond(tradeoff_solution *s, int64_t number, thrum_error *error) {
+  tradeoff_recipe forms[FORMS_MAX];
+  if (!is_met(s) || number >= RANK_COUNT || !is_open(s->problem, number))
+    return THRUM_OK;
+  const tradeoff_basis *chosen = &s->result.bases[s->result.runs[s->result.chosen].basis];
+  if (chosen->points > 0 || chosen->recipe.masters > 0 ||
+      !(points_cost(chosen->rank) < FAR_CHEAPER))
+    return THRUM_OK;
+  const tradeoff_recipe trained = trained_recipe(s->problem, number);
+  return try_points(s, forms, tradeoff_points(s->problem, &trained, forms), error);
 }
 
 thrum_status tradeoff_search(tradeoff_solution *s, thrum_error *error) {
@@ -230,7 +292,8 @@ thrum_status tradeoff_search(tradeoff_solution *s, thrum_error *error) {
     problem->search_begins(problem->progress_context, guess_all(s));
 
   const double untrained = untrained_error(s);
-  for (int64_t n = 0; n < RANK_COUNT && !is_met(s) && within_budget(s); n++) {
+  int64_t n = 0;
+  for (; n < RANK_COUNT && !is_met(s) && within_budget(s) && !is_exhausted(s); n++) {
     if (!is_open(problem, n))
       continue;
     const tradeoff_recipe trained = trained_recipe(problem, n);
@@ -241,5 +304,5 @@ thrum_status tradeoff_search(tradeoff_solution *s, thrum_error *error) {
     if (has_higher(n) && untrained <= NEAR * problem->error && !is_met(s))
       THRUM_TRY(try_forms(s, &higher, error));
   }
-  return THRUM_OK;
+  return try_beyond(s, n, error);
 }
