@@ -29,20 +29,28 @@ static bool on_triangle(const double p[3], const double a[3], const double b[3],
   thrum_subtract3(p, a, ap);
   thrum_subtract3(p, b, bp);
   thrum_subtract3(p, c, cp);
-  const double d1 = thrum_dot3(ab, ap), d2 = thrum_dot3(ac, ap);
-  const double d3 = thrum_dot3(ab, bp), d4 = thrum_dot3(ac, bp);
-  const double d5 = thrum_dot3(ab, cp), d6 = thrum_dot3(ac, cp);
-  const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
   weights[0] = weights[1] = weights[2] = 0.0;
 
-  // corners, then edges, then the inside
+  // corners
+  const double d1 = thrum_dot3(ab, ap), d2 = thrum_dot3(ac, ap);
   if (d1 <= 0.0 && d2 <= 0.0) {
     weights[0] = 1.0;
-  } else if (d3 >= 0.0 && d4 <= d3) {
+    return false;
+  }
+  const double d3 = thrum_dot3(ab, bp), d4 = thrum_dot3(ac, bp);
+  if (d3 >= 0.0 && d4 <= d3) {
     weights[1] = 1.0;
-  } else if (d6 >= 0.0 && d5 <= d6) {
+    return false;
+  }
+  const double d5 = thrum_dot3(ab, cp), d6 = thrum_dot3(ac, cp);
+  if (d6 >= 0.0 && d5 <= d6) {
     weights[2] = 1.0;
-  } else if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
+    return false;
+  }
+
+  // edges, then the inside
+  const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
+  if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
     weights[1] = d1 / (d1 - d3);
     weights[0] = 1.0 - weights[1];
   } else if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
@@ -92,10 +100,13 @@ static bool on_edges(const double p0[3], const double p1[3], const double q0[3],
 
 thrum_nearest thrum_quad_nearest(thrum_quad_kind kind, const thrum_quad *quad, double time) {
   thrum_nearest found = {{0}, {0}, 0.0, false};
-  double x[4][3];
-  for (int n = 0; n < 4; n++)
+  const double *x[4] = {quad->x[0], quad->x[1], quad->x[2], quad->x[3]};
+  double later[4][3];
+  for (int n = 0; n < 4 && time != 0.0; n++) {
     for (int axis = 0; axis < 3; axis++)
-      x[n][axis] = quad->x[n][axis] + time * quad->d[n][axis];
+      later[n][axis] = quad->x[n][axis] + time * quad->d[n][axis];
+    x[n] = later[n];
+  }
 
   // which points of the two sides are closest
   double *w = found.weights, signs[4] = {1.0, -1.0, -1.0, -1.0};

@@ -129,6 +129,9 @@ thrum_status thrum_contact_pairs_init(void *memory, size_t memory_size,
   memset(memory, 0, (size_t)header.kept_bytes);
   *pairs = memory;
   **pairs = header;
+
+  // but for what later steps find again
+  memset(thrum_pairs_view_of(*pairs).lists, 0, sizeof(thrum_pair_lists));
   return THRUM_OK;
 }
 

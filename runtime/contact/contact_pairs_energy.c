@@ -24,8 +24,8 @@ static double driven_by(const thrum_contact_row *row, int side, const double mov
 static void made_of(const thrum_pairs_run *run, const thrum_pair_row *pair, int side,
                     double moved[3]) {
   const thrum_contact_run *body = run->view.runs + pair->members[side];
-  thrum_point_moved(body, thrum_pairs_basis(run, pair, side),
-                    side == 0 ? pair->row.lever : pair->lever, body->view.made, moved);
+  thrum_point_moved(body, thrum_pairs_basis(pair, side), side == 0 ? pair->row.lever : pair->lever,
+                    body->view.made, moved);
 }
 
 /* Fills work, rubbed and the gap of a row; what they are of is one place against the other. */
@@ -37,7 +37,7 @@ static void measure_row(const thrum_pairs_run *run, thrum_pair_row *pair) {
   row->driven = 0.0;
   if (thrum_pairs_is_own(pair)) {
     const thrum_contact_run *body = run->view.runs + pair->members[0];
-    thrum_point_shape(body, thrum_pairs_basis(run, pair, 0), body->view.made, moved);
+    thrum_point_shape(body, thrum_pairs_basis(pair, 0), body->view.made, moved);
     thrum_contact_row_measure(row, moved);
     return;
   }
@@ -54,15 +54,20 @@ static void measure_row(const thrum_pairs_run *run, thrum_pair_row *pair) {
   thrum_contact_row_measure(row, moved);
 }
 
-/* Fills what the rows did in the steps that were made; returns their work on the bodies [J]. The
- * members' thrum_contact_measure comes before. */
-static double measure(thrum_pairs_run *run) {
+/* The work of the rows on the bodies in the steps that were made [J]. */
+static double work_of(const thrum_pairs_run *run) {
   double work = 0.0;
-  for (int64_t n = 0; n < run->row_count; n++) {
-    measure_row(run, run->view.rows + n);
+  for (int64_t n = 0; n < run->row_count; n++)
     work += run->view.rows[n].row.work + run->view.rows[n].row.rubbed;
-  }
   return work;
+}
+
+/* Fills what the rows did in the steps that were made; returns their work. The members'
+ * thrum_contact_measure comes before. */
+static double measure(thrum_pairs_run *run) {
+  for (int64_t n = 0; n < run->row_count; n++)
+    measure_row(run, run->view.rows + n);
+  return work_of(run);
 }
 
 bool thrum_pairs_allowed(thrum_pairs_run *run) {
@@ -151,7 +156,7 @@ void thrum_pairs_list_impacts(thrum_contact_pairs *pairs, const thrum_pair_touch
 void thrum_pairs_settle(thrum_pairs_run *run) {
   thrum_pairs_history *history = run->history;
   const thrum_row_list list = thrum_pairs_rows_of(run);
-  const double before = thrum_rows_stored(&list), work = measure(run);
+  const double before = thrum_rows_stored(&list), work = work_of(run);
   const double held = thrum_rows_keep_stored(&list);
   const double loss = history->budget + before - work - held;
   const double stored = thrum_rows_cover_loss(&list, held, loss);

@@ -4,7 +4,8 @@
  *
  * What persists from step to step are the touches, which lie in front; all else is scratch.
  *
- * A step goes through these files: contact_pairs_search.c finds the candidates,
+ * A step goes through these files: contact_pairs_search.c finds the candidates, by lists of
+ * contact_pairs_list.c that hold for several steps where bodies are slow,
  * contact_pairs_rows.c makes rows of them, contact_pairs_solve.c solves them with the rows of the
  * bodies' obstacles, contact_pairs_energy.c looks at what the step did; contact_pairs_step.c calls
  * them.
@@ -69,11 +70,13 @@ typedef struct thrum_pair_row {
   thrum_contact_row row; /* its lever is that of the first side */
   thrum_pair_key key;
   int32_t members[2];
-  int32_t known;       /* 1: it goes on from a touch of the last step */
-  double starts[2][3]; /* of the two points [m] */
-  double lever[3];     /* of the second side [m] */
-  double thickness;    /* [m] */
-  double position[3];  /* where the force acts [m] */
+  int32_t known;          /* 1: it goes on from a touch of the last step */
+  int32_t bears;          /* 1: it had a force when all rows were last solved */
+  const double *basis[2]; /* rows of U of the two points: of a vertex, or in row_basis */
+  double starts[2][3];    /* of the two points [m] */
+  double lever[3];        /* of the second side [m] */
+  double thickness;       /* [m] */
+  double position[3];     /* where the force acts [m] */
 } thrum_pair_row;
 
 /* One condition of a link, on one place or direction of either side: the displacements along
@@ -113,8 +116,36 @@ typedef struct thrum_pair_box {
 typedef struct thrum_pair_triangle {
   thrum_pair_box box;
   const double *places[3]; /* of its corners */
-  int32_t tried;           /* less the edges that are flat */
+  int32_t tried;           /* less the edges that are flat; -1: not known yet */
+  int32_t faces;           /* 1: `normal` is known, 0: it has no area, -1: not known yet */
+  double normal[3];        /* at the start of the step */
 } thrum_pair_triangle;
+
+/* Two places that may be near in this step and the next ones: what a key of theirs would say. */
+typedef struct thrum_pair_entry {
+  int32_t kind, first, second;
+} thrum_pair_entry;
+
+#define THRUM_PAIR_LISTS 256  /* that are kept: of so many pairs of members */
+#define THRUM_PAIR_ENTRIES 48 /* a touch, of all lists together */
+
+/* The places of two members that were near each other when it was made, within a wider reach than
+ * that of a search. As long as no place has moved by more than the difference, a search that looks
+ * at these alone finds the same as one that looks at all (contact_pairs_list.c). */
+typedef struct thrum_pair_list {
+  int32_t numbers[2];               /* of the members */
+  int32_t valid;                    /* 0: it is to be made again */
+  uint64_t seals[2];                /* of their skins */
+  double thickness;                 /* [m] */
+  double middles[2][3], axes[2][9]; /* of the members as it was made */
+  int64_t from, count, room;        /* of its entries */
+} thrum_pair_list;
+
+typedef struct thrum_pair_lists {
+  int64_t count, entry_count;
+  int64_t searches; /* since all lists were thrown away */
+  thrum_pair_list lists[THRUM_PAIR_LISTS];
+} thrum_pair_lists;
 
 /* What steps leave behind: touches, energies since init, and counters. */
 typedef struct thrum_pairs_history {
@@ -162,6 +193,10 @@ struct thrum_contact_pairs {
   X(thrum_pair_box, boxes, node_max) /* of leaves */                                               \
   X(int32_t, sphere_known, node_max)                                                               \
   X(thrum_pair_triangle, triangles, (node_max + member_max) * 2) /* at most two a node, and two */ \
+  X(int32_t, triangle_known, (node_max + member_max) * 2)                                          \
+  X(thrum_pair_lists, lists, 1)                                                                    \
+  X(double, list_q, rank_max * 2 * THRUM_PAIR_LISTS) /* of either member as a list was made */     \
+  X(thrum_pair_entry, entries, touch_max *THRUM_PAIR_ENTRIES)                                      \
   X(thrum_link_run, links, link_max)                                                               \
   X(double, link_basis, link_max * 24 * rank_max) /* rows of U of all places, as the body turns */ \
   X(double, link_response, link_max *link_max * 36) /* of all conditions to all, as its factors */ \
@@ -205,6 +240,13 @@ static inline thrum_row_list thrum_pairs_rows_of(const thrum_pairs_run *run) {
 /* A member that steps: a body, whose step has not failed. */
 static inline bool thrum_pairs_steps(const thrum_pairs_run *run, int64_t member) {
   return run->members[member].solid == NULL && run->members[member].status >= 0;
+}
+
+/* A row with a force. */
+static inline bool thrum_pairs_pushes(const thrum_pair_row *row) {
+  const double *friction = row->row.touch.friction;
+  return row->row.touch.force != 0.0 || friction[0] != 0.0 || friction[1] != 0.0 ||
+         friction[2] != 0.0;
 }
 
 /* A row between two places of one body. */
@@ -254,6 +296,25 @@ void thrum_pairs_search(thrum_pairs_run *run);
  * latter that leads to the start of its way after an impact (thrum_point_shift). */
 const double *thrum_pairs_place(thrum_pairs_run *run, int64_t member, int64_t vertex);
 
+/* contact_pairs_list.c: how far any vertex of a member moves in the step that is searched, at most
+ * [m]. */
+double thrum_pairs_way_bound(const thrum_pairs_run *run, int64_t member);
+
+/* contact_pairs_list.c: the list of two members that holds in this step, where places move by at
+ * most `way` against each other and `slack` is the difference of the reaches [m]; NULL: none. */
+thrum_pair_list *thrum_pairs_list_find(const thrum_pairs_run *run, int64_t a, int64_t b,
+                                       double thickness, double way, double slack);
+
+/* contact_pairs_list.c: a list to be made of two members as they are now; `full`: there was no room
+ * for one, and others have to go. NULL: there is no room. */
+thrum_pair_list *thrum_pairs_list_open(const thrum_pairs_run *run, int64_t a, int64_t b,
+                                       double thickness, bool full);
+
+/* contact_pairs_list.c: an entry more, false where there is no room; the list is made. */
+bool thrum_pairs_list_add(const thrum_pairs_run *run, thrum_pair_list *list, int32_t kind,
+                          int32_t first, int32_t second);
+void thrum_pairs_list_close(const thrum_pairs_run *run, thrum_pair_list *list);
+
 /* contact_pairs_rows.c: makes rows of the candidates that have none; returns how many. */
 int64_t thrum_pairs_add_rows(thrum_pairs_run *run);
 
@@ -263,9 +324,11 @@ void thrum_pairs_refresh(thrum_pairs_run *run);
 /* contact_pairs_rows.c: as thrum_contact_release, for rows between bodies. */
 void thrum_pairs_release(thrum_pairs_run *run);
 
-/* contact_pairs_rows.c: the three rows of U of a side of a row; of one body with itself, their
- * difference and their mean. */
-double *thrum_pairs_basis(const thrum_pairs_run *run, const thrum_pair_row *row, int side);
+/* The three rows of U of a side of a row; of one body with itself, their difference and their mean.
+ */
+static inline const double *thrum_pairs_basis(const thrum_pair_row *row, int side) {
+  return row->basis[side];
+}
 
 /* contact_pairs_solve.c: solves all rows of the group with those of its members, and gathers their
  * loads. */
@@ -314,7 +377,8 @@ int64_t thrum_pairs_beyond(const thrum_pairs_run *run);
 void thrum_pairs_list_impacts(thrum_contact_pairs *pairs, const thrum_pair_touching *impacts,
                               int64_t count);
 
-/* contact_pairs_energy.c: books the energy and keeps the touches for the next step. */
+/* contact_pairs_energy.c: books the energy and keeps the touches for the next step. After
+ * thrum_pairs_allowed. */
 void thrum_pairs_settle(thrum_pairs_run *run);
 
 #endif

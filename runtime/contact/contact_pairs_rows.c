@@ -22,14 +22,15 @@
 #define DEEPEST 0.5 /* of the thickness: springs push up to here whatever restitution says */
 #define HALFWAY 2.0 /* thicknesses within which two places meet halfway between them */
 
-double *thrum_pairs_basis(const thrum_pairs_run *run, const thrum_pair_row *row, int side) {
-  const int64_t index = row - run->view.rows;
-  return run->view.row_basis + (2 * index + side) * 3 * run->pairs->rank_max;
-}
-
 /* How many of the four points are on the first side. */
 static int first_side(const thrum_pair_candidate *c) {
   return c->key.kind == THRUM_PAIR_EDGES ? 2 : 1;
+}
+
+/* Room for the three rows of U of a side of a row. */
+static double *room_of(const thrum_pairs_run *run, const thrum_pair_row *row, int side) {
+  const int64_t index = row - run->view.rows;
+  return run->view.row_basis + (2 * index + side) * 3 * run->pairs->rank_max;
 }
 
 /* The point of one side: its rows of U, where its way starts, and the area that it stands for; the
@@ -40,14 +41,25 @@ static double fill_side(thrum_pairs_run *run, const thrum_pair_candidate *c, int
   const thrum_skin *skin = run->members[c->members[side]].skin;
   const thrum_skin_view view = thrum_skin_view_of(skin);
   const int64_t r = skin->rank;
-  double *basis = thrum_pairs_basis(run, row, side), area = 0.0;
-  memset(basis, 0, 3 * (size_t)r * sizeof *basis);
+  double *restrict basis = room_of(run, row, side), area = 0.0;
+  row->basis[side] = NULL;
   for (int n = from; n < to; n++) {
     const double weight = c->weights[n];
-    const double *rows = view.rows + 3 * (int64_t)c->vertices[n] * r;
+    if (weight == 0.0)
+      continue;
+    const double *restrict rows = view.rows + 3 * (int64_t)c->vertices[n] * r;
     const double *place = thrum_pairs_place(run, c->members[side], c->vertices[n]);
-    for (int64_t i = 0; i < 3 * r; i++)
-      basis[i] += weight * rows[i];
+    // a vertex has its own rows in the skin
+    if (row->basis[side] == NULL && weight == 1.0) {
+      row->basis[side] = rows;
+    } else if (row->basis[side] == NULL) {
+      for (int64_t i = 0; i < 3 * r; i++)
+        basis[i] = weight * rows[i];
+      row->basis[side] = basis;
+    } else {
+      for (int64_t i = 0; i < 3 * r; i++)
+        basis[i] += weight * rows[i];
+    }
     for (int axis = 0; axis < 3; axis++)
       row->starts[side][axis] += weight * (place[axis] + place[6 + axis]);
     if (!thrum_pairs_is_own(row))
@@ -59,14 +71,16 @@ static double fill_side(thrum_pairs_run *run, const thrum_pair_candidate *c, int
 
 /* What two places of one body move against each other by, and their mean, in place of the rows of
  * U of both. */
-static void fill_own(const thrum_pairs_run *run, const thrum_pair_row *row) {
-  double *first = thrum_pairs_basis(run, row, 0), *second = thrum_pairs_basis(run, row, 1);
+static void fill_own(const thrum_pairs_run *run, thrum_pair_row *row) {
   const int64_t count = 3 * run->members[row->members[0]].skin->rank;
+  double *apart = room_of(run, row, 0), *mean = room_of(run, row, 1);
   for (int64_t i = 0; i < count; i++) {
-    const double apart = first[i] - second[i];
-    second[i] += 0.5 * apart;
-    first[i] = apart;
+    const double first = row->basis[0][i], second = row->basis[1][i];
+    apart[i] = first - second;
+    mean[i] = second + 0.5 * apart[i];
   }
+  row->basis[0] = apart;
+  row->basis[1] = mean;
 }
 
 /* The touch that a row goes on from: the same, or else one of the same vertex or edge that no other
@@ -167,8 +181,7 @@ static void fill_response(const thrum_pairs_run *run, thrum_pair_row *row) {
   thrum_contact_row *of = &row->row;
   memset(of->response, 0, sizeof of->response);
   if (thrum_pairs_is_own(row)) {
-    thrum_shape_response(run->view.runs + row->members[0], thrum_pairs_basis(run, row, 0),
-                         of->response);
+    thrum_shape_response(run->view.runs + row->members[0], thrum_pairs_basis(row, 0), of->response);
     thrum_contact_row_respond(of);
     return;
   }
@@ -177,8 +190,8 @@ static void fill_response(const thrum_pairs_run *run, thrum_pair_row *row) {
   for (int side = 0; side < 2; side++) {
     const double *lever = side == 0 ? of->lever : row->lever;
     double response[9];
-    thrum_point_response(run->view.runs + row->members[side], thrum_pairs_basis(run, row, side),
-                         lever, response);
+    thrum_point_response(run->view.runs + row->members[side], thrum_pairs_basis(row, side), lever,
+                         response);
     for (int n = 0; n < 9; n++)
       of->response[n] += response[n];
   }
@@ -193,18 +206,17 @@ static void fill_motion(thrum_pairs_run *run, const thrum_pair_row *row, double 
   memset(unloaded, 0, 3 * sizeof *unloaded);
   if (thrum_pairs_is_own(row)) {
     const thrum_contact_run *body = run->view.runs + row->members[0];
-    thrum_point_shape(body, thrum_pairs_basis(run, row, 0), body->view.p, velocity);
-    thrum_point_shape(body, thrum_pairs_basis(run, row, 0), body->view.unloaded, unloaded);
+    thrum_point_shape(body, thrum_pairs_basis(row, 0), body->view.p, velocity);
+    thrum_point_shape(body, thrum_pairs_basis(row, 0), body->view.unloaded, unloaded);
     return;
   }
   for (int side = 0; side < 2; side++) {
     const thrum_contact_run *body = run->view.runs + row->members[side];
-    const double *basis = thrum_pairs_basis(run, row, side), sign = side == 0 ? 1.0 : -1.0;
+    const double *basis = thrum_pairs_basis(row, side), sign = side == 0 ? 1.0 : -1.0;
     double arm[3], lever[3], v[3], d[3];
     arm_of(run, row, side, arm);
     thrum_point_mean_arm(body->unloaded_turn, arm, lever);
-    thrum_point_velocity(body, basis, arm, v);
-    thrum_point_unloaded(body, basis, lever, d);
+    thrum_point_motion(body, basis, arm, lever, v, d);
     for (int axis = 0; axis < 3; axis++) {
       velocity[axis] += sign * v[axis];
       unloaded[axis] += sign * d[axis];

@@ -35,6 +35,8 @@
 #define ASKEW 0.05     /* sine of the angle between two edges from which they count */
 #define LEFT_OUT 2.0   /* thicknesses: what is nearer at rest does not touch in its own body */
 #define LEAF_KNOWN 2   /* of a node whose sphere and box are known; 1: its sphere */
+#define SLACK 0.5      /* thicknesses by which the reach of a list is wider */
+#define SLOW 0.5       /* of the slack: bodies that move further in a step have no list */
 #define STACK 128      /* pairs of nodes that wait: twice the depth of two trees is enough */
 
 /* Two bodies that are searched, or one with itself. */
@@ -45,32 +47,33 @@ typedef struct search {
   thrum_skin_view views[2];
   int32_t numbers[2];
   double thickness;
+  double reach;          /* within which boxes are near each other [m] */
+  bool wide;             /* nodes are near where boxes in them can be */
+  thrum_pair_list *list; /* what is near goes into it; NULL: it is tried */
+  bool full;             /* there was no room for it */
+  double way;            /* bound of how far two places move against each other [m] */
 } search;
-
-/* The displacement over the step of a point with these rows. */
-static void displacement(const thrum_pairs_run *run, const thrum_contact_run *body,
-                         const double *rows, const double start[3], double out[3]) {
-  const bool moved = run->moved || body->contact->pull_count > 0;
-  double arm[3], lever[3];
-  if (run->own) {
-    thrum_point_shape(body, rows, moved ? body->view.moved : body->view.unloaded, out);
-    return;
-  }
-  thrum_subtract3(start, body->centre, arm);
-  thrum_point_mean_arm(moved ? body->turned : body->unloaded_turn, arm, lever);
-  if (moved)
-    thrum_point_moved(body, rows, lever, body->view.moved, out);
-  else
-    thrum_point_unloaded(body, rows, lever, out);
-}
 
 /* Position, displacement and the shift in it of a point; place: nine numbers. */
 static void fill_way(const thrum_pairs_run *run, const thrum_contact_run *body, const double *rows,
                      const double rest[3], double place[9]) {
-  thrum_point_start(body, rows, rest, place);
-  displacement(run, body, rows, place, place + 3);
+  const bool moved = run->moved || body->contact->pull_count > 0;
+  thrum_point_way(body, rows, rest, moved ? body->view.moved : body->view.unloaded, place,
+                  place + 3);
   memset(place + 6, 0, 3 * sizeof *place);
   if (run->own)
+    return;
+
+  // by the body as a whole
+  const double *way = moved ? body->moved : body->unloaded;
+  const double *turn = moved ? body->turned : body->unloaded_turn;
+  double arm[3], lever[3], turned[3];
+  thrum_subtract3(place, body->centre, arm);
+  thrum_point_mean_arm(turn, arm, lever);
+  thrum_cross3(turn, lever, turned);
+  for (int axis = 0; axis < 3; axis++)
+    place[3 + axis] += way[axis] + turned[axis];
+  if (!body->impact.struck)
     return;
 
   // from where it really is
@@ -129,11 +132,22 @@ static const double *sphere_of(const search *s, int side, int32_t node) {
   return sphere;
 }
 
-/* Do two spheres come within the thickness of each other on their ways? */
+/* Can boxes in two spheres be near each other over the step? */
+static bool can_be_near(const search *s, const double p[8], const double q[8]) {
+  const double reach = p[6] + p[7] + q[6] + q[7] + s->reach;
+  bool near = true;
+  for (int axis = 0; axis < 3; axis++)
+    near = near && fabs(p[axis] - q[axis]) <= reach;
+  return near;
+}
+
+/* Do two spheres come within the reach of each other on their ways? */
 static bool are_near(const search *s, int32_t a, int32_t b) {
   const double *p = sphere_of(s, 0, a), *q = sphere_of(s, 1, b);
-  const double reach = p[6] + q[6] + (1.0 + MARGIN) * s->thickness;
+  const double reach = p[6] + q[6] + s->reach;
   double apart[3], way[3];
+  if (s->wide)
+    return can_be_near(s, p, q);
   thrum_subtract3(p, q, apart);
 
   // most are near at the start, or further than both can come
@@ -226,36 +240,54 @@ static int faces_of(const search *s, int side, int32_t edge, const double at[3],
 
 /* Does an edge lie inside a face that is flat at the start of the step? */
 static bool is_flat(const search *s, int side, int32_t edge) {
-  const int32_t *ends = s->views[side].edges[edge].ends;
-  const double *first = thrum_pairs_place(s->run, s->members[side], ends[0]);
-  const double *second = thrum_pairs_place(s->run, s->members[side], ends[1]);
-  double along[3], ways[2][3];
-  thrum_subtract3(second, first, along);
-  if (faces_of(s, side, edge, first, 0.0, along, ways) < 2)
+  const thrum_skin_edge *of = s->views[side].edges + edge;
+  if (of->opposite[0] < 0 || of->opposite[1] < 0)
     return false;
-  for (int axis = 0; axis < 3; axis++)
-    ways[0][axis] += ways[1][axis];
-  return thrum_dot3(ways[0], ways[0]) < FLAT * FLAT;
+  const double *first = thrum_pairs_place(s->run, s->members[side], of->ends[0]);
+  const double *second = thrum_pairs_place(s->run, s->members[side], of->ends[1]);
+  double along[3], across[2][3], squares[2];
+  thrum_subtract3(second, first, along);
+
+  // the normals of both faces, whose angle is that between these
+  for (int n = 0; n < 2; n++) {
+    double way[3];
+    thrum_subtract3(thrum_pairs_place(s->run, s->members[side], of->opposite[n]), first, way);
+    thrum_cross3(along, way, across[n]);
+    squares[n] = thrum_dot3(across[n], across[n]);
+  }
+  const double both = squares[0] * squares[1], cosine = -thrum_dot3(across[0], across[1]);
+
+  // |a + b| < FLAT of two unit vectors: their product is below -1 + FLAT^2/2
+  const double least = 1.0 - 0.5 * FLAT * FLAT;
+  return cosine > 0.0 && cosine * cosine > least * least * both;
 }
 
-/* The triangles of a member: those of leaves that are known have been found in this search. */
-static thrum_pair_triangle *triangles_of(const search *s, int side) {
+/* A triangle of a member, found once in a search. */
+static thrum_pair_triangle *triangle_of(const search *s, int side, int32_t triangle) {
   const int64_t member = s->members[side];
-  return s->run->view.triangles + 2 * (s->run->view.first_node[member] + member);
-}
-
-/* Finds a triangle of a member. */
-static void find_triangle(const search *s, int side, int32_t triangle, thrum_pair_triangle *found) {
+  const int64_t index = 2 * (s->run->view.first_node[member] + member) + triangle;
+  thrum_pair_triangle *found = s->run->view.triangles + index;
+  if (s->run->view.triangle_known[index])
+    return found;
   const thrum_skin_triangle *of = s->views[side].triangles + triangle;
   for (int n = 0; n < 3; n++)
-    found->places[n] = thrum_pairs_place(s->run, s->members[side], of->corners[n]);
+    found->places[n] = thrum_pairs_place(s->run, member, of->corners[n]);
   found->box = box_of(found->places, 3);
+  found->tried = found->faces = -1;
+  s->run->view.triangle_known[index] = 1;
+  return found;
+}
 
-  // edges in flat faces touch nothing that their ends do not
+/* What it tries: edges in flat faces touch nothing that their ends do not. */
+static int32_t tried_of(const search *s, int side, int32_t triangle, thrum_pair_triangle *found) {
+  const thrum_skin_triangle *of = s->views[side].triangles + triangle;
+  if (found->tried >= 0)
+    return found->tried;
   found->tried = of->tried;
   for (int n = 0; n < 3; n++)
     if ((of->tried & (8 << n)) && is_flat(s, side, of->edges[n]))
       found->tried &= ~(8 << n);
+  return found->tried;
 }
 
 /* --- two places ------------------------------------------------------------------------------- */
@@ -278,15 +310,23 @@ static bool normal_of(const thrum_quad *quad, double time, double normal[3]) {
 /* The normal on a triangle towards a vertex that lies outside, or inside by less than the
  * thickness; false where it does not. */
 static bool face_normal(const search *s, const thrum_quad *quad, double time,
-                        const thrum_nearest *nearest, double normal[3], double *apart) {
-  double face[3];
-  if (!normal_of(quad, time, face))
+                        const thrum_nearest *nearest, thrum_pair_triangle *triangle,
+                        double normal[3], double *apart) {
+  double later[3];
+  const double *face = time == 0.0 ? triangle->normal : later;
+  if (time != 0.0 && !normal_of(quad, time, later))
+    return false;
+
+  // its corners are the last three of the four
+  if (time == 0.0 && triangle->faces < 0)
+    triangle->faces = normal_of(quad, 0.0, triangle->normal);
+  if (time == 0.0 && !triangle->faces)
     return false;
   const double outside = thrum_dot3(face, nearest->apart);
 
   // over the triangle itself the face counts, which also holds for a vertex that was pressed in
   if (nearest->inside || nearest->distance < 1e-3 * s->thickness) {
-    memcpy(normal, face, sizeof face);
+    memcpy(normal, face, 3 * sizeof *face);
     *apart = outside;
     const double behind = s->run->own ? OWN_BEHIND : BEHIND;
     return outside > (time > 0.0 ? 0.0 : -behind * s->thickness);
@@ -375,9 +415,11 @@ static bool is_left_out(const search *s, thrum_quad_kind kind,
   return thrum_quad_nearest(kind, &rest, 0.0).distance <= LEFT_OUT * s->thickness;
 }
 
-/* Two places of a vertex and a triangle or of two edges: a candidate where they may touch. */
+/* Two places of a vertex and a triangle or of two edges: a candidate where they may touch. The
+ * other of `triangle` and `edges` is NULL. */
 static void try_quad(search *s, thrum_quad_kind kind, thrum_quad *quad,
-                     thrum_pair_candidate *candidate, const int32_t edges[2]) {
+                     thrum_pair_candidate *candidate, thrum_pair_triangle *triangle,
+                     const int32_t edges[2]) {
   thrum_pairs_run *run = s->run;
   const double reach = (1.0 + MARGIN) * s->thickness;
   thrum_nearest nearest = thrum_quad_nearest(kind, quad, 0.0);
@@ -385,7 +427,8 @@ static void try_quad(search *s, thrum_quad_kind kind, thrum_quad *quad,
 
   // how far they move matters to what does not touch yet
   const double here = nearest.distance;
-  const double motion = here > s->thickness ? thrum_quad_motion(kind, quad) : 0.0;
+  const bool near = here <= s->thickness || (here <= reach && s->way <= here);
+  const double motion = near ? 0.0 : thrum_quad_motion(kind, quad);
   if (here > reach + motion || (run->own && is_left_out(s, kind, candidate)))
     return;
 
@@ -399,7 +442,7 @@ static void try_quad(search *s, thrum_quad_kind kind, thrum_quad *quad,
 
   double apart = 0.0;
   if (!(kind == THRUM_VERTEX_TRIANGLE
-            ? face_normal(s, quad, time, &nearest, candidate->normal, &apart)
+            ? face_normal(s, quad, time, &nearest, triangle, candidate->normal, &apart)
             : edge_normal(s, quad, time, &nearest, edges, candidate->normal, &apart)))
     return;
 
@@ -442,7 +485,7 @@ static void try_vertex(search *s, int side, int32_t vertex, int32_t triangle) {
     quad.x[n] = thrum_pairs_place(s->run, candidate.members[n > 0], candidate.vertices[n]);
     quad.d[n] = quad.x[n] + 3;
   }
-  try_quad(s, THRUM_VERTEX_TRIANGLE, &quad, &candidate, NULL);
+  try_quad(s, THRUM_VERTEX_TRIANGLE, &quad, &candidate, triangle_of(s, other, triangle), NULL);
 }
 
 static bool have_common_end(const thrum_skin_edge *a, const thrum_skin_edge *b) {
@@ -464,29 +507,48 @@ static void try_edges(search *s, int32_t a, int32_t b) {
     quad.x[n] = thrum_pairs_place(s->run, candidate.members[n > 1], candidate.vertices[n]);
     quad.d[n] = quad.x[n] + 3;
   }
-  try_quad(s, THRUM_EDGE_EDGE, &quad, &candidate, edges);
+  try_quad(s, THRUM_EDGE_EDGE, &quad, &candidate, NULL, edges);
 }
 
-/* The edges of two triangles that may touch. */
+/* Notes two places in the list. */
+static void note(search *s, int32_t kind, int32_t first, int32_t second) {
+  if (!thrum_pairs_list_add(s->run, s->list, kind, first, second))
+    s->full = true;
+}
+
+/* What a triangle has to try: all of it for a list, as faces may bend while it holds. */
+static int32_t tries(const search *s, int side, int32_t triangle, thrum_pair_triangle *found) {
+  return s->list != NULL ? s->views[side].triangles[triangle].tried
+                         : tried_of(s, side, triangle, found);
+}
+
+/* Edge n of a triangle as a box. */
+static thrum_pair_box box_of_edge(const thrum_pair_triangle *found, int n) {
+  const double *const ends[2] = {found->places[n], found->places[(n + 1) % 3]};
+  return box_of(ends, 2);
+}
+
+/* The edges of two triangles that may touch, of those that these try. */
 static void try_all_edges(search *s, const int32_t triangles[2],
-                          const thrum_pair_triangle *const found[2]) {
+                          const thrum_pair_triangle *const found[2], const int32_t tried[2]) {
   const thrum_skin_triangle *first = s->views[0].triangles + triangles[0];
   const thrum_skin_triangle *second = s->views[1].triangles + triangles[1];
-  const double reach = (1.0 + MARGIN) * s->thickness;
 
   // each pair of edges is tried by one pair of triangles alone
   for (int n = 0; n < 3; n++) {
-    if (!(found[0]->tried & (8 << n)))
+    if (!(tried[0] & (8 << n)))
       continue;
-    const double *const ends[2] = {found[0]->places[n], found[0]->places[(n + 1) % 3]};
-    const thrum_pair_box box = box_of(ends, 2);
+    const thrum_pair_box box = box_of_edge(found[0], n);
     for (int m = 0; m < 3; m++) {
-      const double *const others[2] = {found[1]->places[m], found[1]->places[(m + 1) % 3]};
-      if (!(found[1]->tried & (8 << m)))
+      if (!(tried[1] & (8 << m)))
         continue;
-      const thrum_pair_box other = box_of(others, 2);
-      if (!overlap(&box, &other, reach))
+      const thrum_pair_box other = box_of_edge(found[1], m);
+      if (!overlap(&box, &other, s->reach))
         continue;
+      if (s->list != NULL) {
+        note(s, THRUM_PAIR_EDGES, 3 * triangles[0] + n, 3 * triangles[1] + m);
+        continue;
+      }
 
       // in one body the lower edge comes first, so that a touch has one key from step to step
       const int32_t a = first->edges[n], b = second->edges[m];
@@ -505,12 +567,9 @@ static const thrum_pair_box *box_of_leaf(const search *s, int side, int32_t node
     return box;
 
   // it holds the boxes of all its triangles
-  thrum_pair_triangle *found = triangles_of(s, side) + leaf->first;
-  for (int32_t n = 0; n < leaf->count; n++)
-    find_triangle(s, side, leaf->first + n, found + n);
-  *box = found->box;
+  *box = triangle_of(s, side, leaf->first)->box;
   for (int32_t n = 1; n < leaf->count; n++) {
-    const thrum_pair_box *of = &found[n].box;
+    const thrum_pair_box *of = &triangle_of(s, side, leaf->first + n)->box;
     for (int axis = 0; axis < 3; axis++) {
       box->least[axis] = of->least[axis] < box->least[axis] ? of->least[axis] : box->least[axis];
       box->most[axis] = of->most[axis] > box->most[axis] ? of->most[axis] : box->most[axis];
@@ -524,18 +583,23 @@ static const thrum_pair_box *box_of_leaf(const search *s, int side, int32_t node
  */
 static void try_vertices(search *s, int side, int32_t triangle, const thrum_pair_triangle *found,
                          const thrum_skin_node *leaf, const thrum_pair_box *whole) {
-  const double reach = (1.0 + MARGIN) * s->thickness;
-  const int32_t *corners = s->views[side].triangles[triangle].corners;
-  const thrum_pair_triangle *others = triangles_of(s, 1 - side);
+  const thrum_skin_triangle *of = s->views[side].triangles + triangle;
+  const thrum_pair_triangle *others = triangle_of(s, 1 - side, leaf->first);
   for (int n = 0; n < 3; n++) {
-    if (!(found->tried & (1 << n)))
+    if (!(of->tried & (1 << n)))
       continue;
     const thrum_pair_box box = box_of(found->places + n, 1);
-    if (!overlap(&box, whole, reach))
+    if (!overlap(&box, whole, s->reach))
       continue;
-    for (int32_t m = leaf->first; m < leaf->first + leaf->count; m++)
-      if (overlap(&box, &others[m].box, reach))
-        try_vertex(s, side, corners[n], m);
+    for (int32_t m = 0; m < leaf->count; m++) {
+      if (!overlap(&box, &others[m].box, s->reach))
+        continue;
+      if (s->list != NULL)
+        note(s, side == 0 ? THRUM_PAIR_VERTEX : THRUM_PAIR_REVERSE, of->corners[n],
+             leaf->first + m);
+      else
+        try_vertex(s, side, of->corners[n], leaf->first + m);
+    }
   }
 }
 
@@ -544,27 +608,27 @@ static void try_leaves(search *s, int32_t a, int32_t b) {
   const bool same = s->run->own && a == b;
   const thrum_skin_node *p = s->views[0].nodes + a, *q = s->views[1].nodes + b;
   const thrum_pair_box *whole = box_of_leaf(s, 0, a), *other = box_of_leaf(s, 1, b);
-  const double reach = (1.0 + MARGIN) * s->thickness;
-  if (!overlap(whole, other, reach))
+  if (!overlap(whole, other, s->reach))
     return;
 
   // the vertices of either side
-  const thrum_pair_triangle *first = triangles_of(s, 0), *second = triangles_of(s, 1);
-  for (int32_t m = q->first; m < q->first + q->count && !same; m++)
-    if (overlap(&second[m].box, whole, reach))
-      try_vertices(s, 1, m, second + m, p, whole);
-  for (int32_t n = p->first; n < p->first + p->count; n++) {
-    if (!overlap(&first[n].box, other, reach))
+  thrum_pair_triangle *first = triangle_of(s, 0, p->first), *second = triangle_of(s, 1, q->first);
+  for (int32_t m = 0; m < q->count && !same; m++)
+    if (overlap(&second[m].box, whole, s->reach))
+      try_vertices(s, 1, q->first + m, second + m, p, whole);
+  for (int32_t n = 0; n < p->count; n++) {
+    if (!overlap(&first[n].box, other, s->reach))
       continue;
-    try_vertices(s, 0, n, first + n, q, other);
+    try_vertices(s, 0, p->first + n, first + n, q, other);
 
     // edges where both triangles have some
-    const int32_t from = same ? n + 1 : q->first;
-    for (int32_t m = from; m < q->first + q->count && first[n].tried > 7; m++) {
-      const int32_t triangles[2] = {n, m};
+    int32_t tried[2] = {tries(s, 0, p->first + n, first + n), 0};
+    for (int32_t m = same ? n + 1 : 0; m < q->count && tried[0] > 7; m++) {
+      const int32_t triangles[2] = {p->first + n, q->first + m};
       const thrum_pair_triangle *const found[2] = {first + n, second + m};
-      if (second[m].tried > 7 && overlap(&first[n].box, &second[m].box, reach))
-        try_all_edges(s, triangles, found);
+      tried[1] = tries(s, 1, triangles[1], second + m);
+      if (tried[1] > 7 && overlap(&first[n].box, &second[m].box, s->reach))
+        try_all_edges(s, triangles, found, tried);
     }
   }
 }
@@ -612,6 +676,126 @@ static void descend(search *s) {
   }
 }
 
+/* --- lists ------------------------------------------------------------------------------------ */
+
+/* The place in the order of keys of what an entry names on a side. */
+static int32_t named_by(const search *s, const thrum_pair_entry *entry, int side) {
+  const int32_t named = side == 0 ? entry->first : entry->second;
+  return entry->kind == THRUM_PAIR_EDGES ? s->views[side].triangles[named / 3].edges[named % 3]
+                                         : named;
+}
+
+/* Does an entry come before another one in the order of keys? */
+static bool is_before(const search *s, const thrum_pair_entry *a, const thrum_pair_entry *b) {
+  if (a->kind != b->kind)
+    return a->kind < b->kind;
+  const int32_t first = named_by(s, a, 0), other = named_by(s, b, 0);
+  return first != other ? first < other : named_by(s, a, 1) < named_by(s, b, 1);
+}
+
+/* Sorts the entries of a list by what their keys will be (Shell 1959), so that candidates need not
+ * be. */
+static void sort_list(const search *s, const thrum_pair_list *list) {
+  thrum_pair_entry *entries = s->run->view.entries + list->from;
+  int64_t gap = 1;
+  while (gap < list->count / 9)
+    gap = 3 * gap + 1;
+  for (; gap > 0; gap /= 3)
+    for (int64_t n = gap; n < list->count; n++) {
+      const thrum_pair_entry moved = entries[n];
+      int64_t to = n;
+      for (; to >= gap && is_before(s, &moved, entries + to - gap); to -= gap)
+        entries[to] = entries[to - gap];
+      entries[to] = moved;
+    }
+}
+
+/* A list of two members, which have none that holds; NULL: there is no room for it. */
+static thrum_pair_list *make_list(search *s) {
+  for (int turn = 0; turn < 2; turn++) {
+    s->list = thrum_pairs_list_open(s->run, s->members[0], s->members[1], s->thickness, turn > 0);
+    s->full = s->list == NULL;
+    s->reach = (1.0 + MARGIN + SLACK) * s->thickness;
+    if (!s->full)
+      descend(s);
+    thrum_pair_list *made = s->list;
+    s->list = NULL;
+    s->reach = (1.0 + MARGIN) * s->thickness;
+    if (s->full)
+      continue;
+    thrum_pairs_list_close(s->run, made);
+    sort_list(s, made);
+    return made;
+  }
+  return NULL;
+}
+
+/* The edge of a side that an entry names; -1: it lies inside a flat face. */
+static int32_t edge_of(const search *s, int side, int32_t named, thrum_pair_triangle *found) {
+  const int n = named % 3;
+  return tried_of(s, side, named / 3, found) & (8 << n)
+             ? s->views[side].triangles[named / 3].edges[n]
+             : -1;
+}
+
+/* Two edges of a list. */
+static void try_listed_edges(search *s, const thrum_pair_entry *entry) {
+  thrum_pair_triangle *first = triangle_of(s, 0, entry->first / 3);
+  const int32_t a = edge_of(s, 0, entry->first, first);
+  if (a < 0)
+    return;
+  thrum_pair_triangle *second = triangle_of(s, 1, entry->second / 3);
+  const int32_t b = edge_of(s, 1, entry->second, second);
+  if (b < 0)
+    return;
+  const thrum_pair_box box = box_of_edge(first, entry->first % 3);
+  const thrum_pair_box other = box_of_edge(second, entry->second % 3);
+  if (overlap(&box, &other, s->reach))
+    try_edges(s, a, b);
+}
+
+/* What a list has. */
+static void try_list(search *s, const thrum_pair_list *list) {
+  const thrum_pair_entry *entries = s->run->view.entries + list->from;
+  for (int64_t n = 0; n < list->count; n++) {
+    const thrum_pair_entry *entry = entries + n;
+    if (entry->kind == THRUM_PAIR_EDGES) {
+      try_listed_edges(s, entry);
+      continue;
+    }
+    const int side = entry->kind == THRUM_PAIR_REVERSE;
+    const double *place = thrum_pairs_place(s->run, s->members[side], entry->first);
+    const thrum_pair_box box = box_of(&place, 1);
+    if (overlap(&box, &triangle_of(s, 1 - side, entry->second)->box, s->reach))
+      try_vertex(s, side, entry->first, entry->second);
+  }
+}
+
+/* Searches two members: slow ones by a list, from step to step. */
+static void search_two(search *s) {
+  const thrum_contact_run *a = s->run->view.runs + s->members[0];
+  const thrum_contact_run *b = s->run->view.runs + s->members[1];
+  const double slack = SLACK * s->thickness;
+  const double way =
+      thrum_pairs_way_bound(s->run, s->members[0]) + thrum_pairs_way_bound(s->run, s->members[1]);
+  s->wide = way <= SLOW * slack && !a->impact.struck && !b->impact.struck;
+  if (!s->wide) {
+    descend(s);
+    return;
+  }
+  s->way = way;
+
+  // what a list has is what a search finds
+  const thrum_pair_list *list =
+      thrum_pairs_list_find(s->run, s->members[0], s->members[1], s->thickness, way, slack);
+  if (list == NULL)
+    list = make_list(s);
+  if (list != NULL)
+    try_list(s, list);
+  else
+    descend(s);
+}
+
 /* --- pruning ---------------------------------------------------------------------------------- */
 
 /* Is the candidate one of a vertex whose other candidate speaks for it? */
@@ -623,12 +807,14 @@ static bool is_spoken_for(const thrum_pair_candidate *c, const thrum_pair_candid
     return false;
 
   // a rim counts where nothing is nearer that shares it
+  if (!by->inside && !(by->least < c->least) &&
+      !(by->least == c->least && by->key.second < c->key.second))
+    return false;
   bool shares = false;
   for (int n = 1; n < 4; n++)
     for (int m = 1; m < 4; m++)
       shares = shares || c->vertices[n] == by->vertices[m];
-  return shares && (by->inside || by->least < c->least ||
-                    (by->least == c->least && by->key.second < c->key.second));
+  return shares;
 }
 
 static bool is_same_vertex(const thrum_pair_key *a, const thrum_pair_key *b) {
@@ -670,6 +856,8 @@ static search search_of(thrum_pairs_run *run, int64_t a, int64_t b) {
   s.views[0] = thrum_skin_view_of(s.skins[0]);
   s.views[1] = thrum_skin_view_of(s.skins[1]);
   s.thickness = thrum_pairs_thickness(run->pairs, s.skins[0], s.skins[1]);
+  s.reach = (1.0 + MARGIN) * s.thickness;
+  s.way = INFINITY;
   return s;
 }
 
@@ -678,6 +866,9 @@ static void forget_places(thrum_pairs_run *run) {
          (size_t)run->view.first_vertex[run->count] * sizeof *run->view.place_known);
   memset(run->view.sphere_known, 0,
          (size_t)run->view.first_node[run->count] * sizeof *run->view.sphere_known);
+  memset(run->view.triangle_known, 0,
+         (size_t)(run->view.first_node[run->count] + run->count) * 2 *
+             sizeof *run->view.triangle_known);
 }
 
 /* Searches the members that may touch themselves. */
@@ -718,7 +909,7 @@ void thrum_pairs_search(thrum_pairs_run *run) {
       if (!may_touch(run->members + a, run->members + b) || thrum_links_join(run, a, b))
         continue;
       search s = search_of(run, a, b);
-      descend(&s);
+      search_two(&s);
     }
   prune(run);
 }

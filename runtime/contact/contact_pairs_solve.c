@@ -18,8 +18,9 @@
 #include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
 
-#define HARDER 6 /* times as many sweeps where a step is made again, or surfaces are deep */
-#define DEEP 0.3 /* thicknesses from which they are */
+#define HARDER 6    /* times as many sweeps where a step is made again, or surfaces are deep */
+#define DEEP 0.3    /* thicknesses from which they are */
+#define ALL_EVERY 3 /* sweeps over the rows that bear between two over all of them */
 
 /* Displacement of the first point of a row against its second. */
 static void moved_of(const thrum_pairs_run *run, const thrum_pair_row *row, double out[3]) {
@@ -27,11 +28,11 @@ static void moved_of(const thrum_pairs_run *run, const thrum_pair_row *row, doub
   const thrum_contact_run *a = run->view.runs + row->members[0];
   const thrum_contact_run *b = run->view.runs + row->members[1];
   if (thrum_pairs_is_own(row)) {
-    thrum_point_shape(a, thrum_pairs_basis(run, row, 0), a->view.moved, out);
+    thrum_point_shape(a, thrum_pairs_basis(row, 0), a->view.moved, out);
     return;
   }
-  thrum_point_moved(a, thrum_pairs_basis(run, row, 0), row->row.lever, a->view.moved, out);
-  thrum_point_moved(b, thrum_pairs_basis(run, row, 1), row->lever, b->view.moved, other);
+  thrum_point_moved(a, thrum_pairs_basis(row, 0), row->row.lever, a->view.moved, out);
+  thrum_point_moved(b, thrum_pairs_basis(row, 1), row->lever, b->view.moved, other);
   for (int axis = 0; axis < 3; axis++)
     out[axis] -= other[axis];
 }
@@ -40,13 +41,12 @@ static void moved_of(const thrum_pairs_run *run, const thrum_pair_row *row, doub
 static void push(const thrum_pairs_run *run, const thrum_pair_row *row, const double force[3]) {
   const double back[3] = {-force[0], -force[1], -force[2]};
   if (thrum_pairs_is_own(row)) {
-    thrum_shape_push(run->view.runs + row->members[0], thrum_pairs_basis(run, row, 0), force);
+    thrum_shape_push(run->view.runs + row->members[0], thrum_pairs_basis(row, 0), force);
     return;
   }
-  thrum_point_push(run->view.runs + row->members[0], thrum_pairs_basis(run, row, 0), row->row.lever,
+  thrum_point_push(run->view.runs + row->members[0], thrum_pairs_basis(row, 0), row->row.lever,
                    force);
-  thrum_point_push(run->view.runs + row->members[1], thrum_pairs_basis(run, row, 1), row->lever,
-                   back);
+  thrum_point_push(run->view.runs + row->members[1], thrum_pairs_basis(row, 1), row->lever, back);
 }
 
 /* Solves one row; returns by how much its points had moved against each other since the last sweep
@@ -123,13 +123,29 @@ static double begin_sweeps(thrum_pairs_run *run) {
   return largest;
 }
 
-static double sweep(thrum_pairs_run *run) {
+/* Solves a row with all others: it bears where it has a force, or had one. Returns by how much its
+ * points moved since the last sweep, of one that bears [m]. */
+static double solve_any(thrum_pairs_run *run, thrum_pair_row *pair) {
+  const bool had = thrum_pairs_pushes(pair);
+  const double off = solve_row(run, pair);
+  pair->bears = had || thrum_pairs_pushes(pair);
+  return pair->bears ? off : 0.0;
+}
+
+/* Solves all pulls, rows and links once, or of the rows between bodies those that bear alone;
+ * returns by how much what bears had moved since the last sweep [m]. */
+static double sweep(thrum_pairs_run *run, bool all) {
   double change = 0.0;
   for (int64_t n = 0; n < run->count; n++)
     if (run->members[n].status >= 0)
       change = fmax(change, thrum_contact_sweep(run->view.runs + n));
-  for (int64_t n = 0; n < run->row_count; n++)
-    change = fmax(change, solve_row(run, run->view.rows + n));
+  for (int64_t n = 0; n < run->row_count; n++) {
+    thrum_pair_row *row = run->view.rows + n;
+    if (all)
+      change = fmax(change, solve_any(run, row));
+    else if (row->bears)
+      change = fmax(change, solve_row(run, row));
+  }
 
   // links last, so that a sweep leaves them closed
   return fmax(change, thrum_links_solve(run));
@@ -141,8 +157,8 @@ static void place(const thrum_pairs_run *run, thrum_pair_row *row) {
   const int from = thrum_pairs_is_own(row) ? 1 : 0;
   for (int side = from; side < 2; side++) {
     const thrum_contact_run *body = run->view.runs + row->members[side];
-    thrum_point_moved(body, thrum_pairs_basis(run, row, side),
-                      side == 0 ? row->row.lever : row->lever, body->view.moved, moved[side]);
+    thrum_point_moved(body, thrum_pairs_basis(row, side), side == 0 ? row->row.lever : row->lever,
+                      body->view.moved, moved[side]);
   }
   for (int axis = 0; axis < 3; axis++)
     row->position[axis] = 0.5 * (row->starts[0][axis] + row->starts[1][axis]) +
@@ -154,7 +170,7 @@ static void load(const thrum_pairs_run *run, thrum_pair_row *row) {
   double force[3];
   thrum_contact_row_force(&row->row, force);
   if (thrum_pairs_is_own(row)) {
-    thrum_shape_load(run->view.runs + row->members[0], thrum_pairs_basis(run, row, 0), force);
+    thrum_shape_load(run->view.runs + row->members[0], thrum_pairs_basis(row, 0), force);
     return;
   }
 
@@ -166,7 +182,7 @@ static void load(const thrum_pairs_run *run, thrum_pair_row *row) {
       lever[axis] = row->position[axis] - body->centre[axis] - 0.5 * body->moved[axis];
       force[axis] = side == 0 ? force[axis] : -force[axis];
     }
-    thrum_point_load(body, thrum_pairs_basis(run, row, side), lever, force);
+    thrum_point_load(body, thrum_pairs_basis(row, side), lever, force);
   }
 }
 
@@ -195,11 +211,17 @@ void thrum_pairs_solve(thrum_pairs_run *run) {
   const thrum_contact_pairs *pairs = run->pairs;
   const double largest = begin_sweeps(run);
   const int64_t most = is_hard(run) ? HARDER * pairs->sweeps_max : pairs->sweeps_max;
-  for (int64_t n = 0; n < most; n++) {
+  bool all = true;
+  for (int64_t n = 0, since = 0; n < most; n++) {
     run->history->sweeps++;
-    const double change = run->closing ? thrum_links_solve(run) : sweep(run);
-    if (!(change > pairs->tolerance * largest))
+    const double change = run->closing ? thrum_links_solve(run) : sweep(run, all);
+    const bool settled = !(change > pairs->tolerance * largest);
+    if (settled && all)
       break;
+
+    // rows without a force are looked at now and then, and before the end
+    since = all ? 0 : since + 1;
+    all = run->closing || settled || since == ALL_EVERY || n + 2 == most;
   }
   gather(run);
 }

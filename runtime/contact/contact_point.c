@@ -9,23 +9,14 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/base/two_lanes.h"
 #include "runtime/contact/contact_point.h"
 #include "runtime/contact/contact_private.h"
-
-/* u = rows x, in the axes of the body */
-static void gather_own(const thrum_contact_run *run, const double *rows, const double *x,
-                       double u[3]) {
-  const int64_t rank = run->contact->rank;
-  memset(u, 0, 3 * sizeof *u);
-  for (int64_t i = 0; i < rank; i++)
-    for (int axis = 0; axis < 3; axis++)
-      u[axis] += rows[axis * rank + i] * x[i];
-}
 
 void thrum_point_shape(const thrum_contact_run *run, const double *rows, const double *x,
                        double out[3]) {
   double u[3];
-  gather_own(run, rows, x, u);
+  thrum_rows_times(run->contact->rank, rows, x, u);
   thrum_apply3(run->axes, u, out);
 }
 
@@ -48,13 +39,24 @@ void thrum_point_start(const thrum_contact_run *run, const double *rows, const d
     x[axis] += u[axis];
 }
 
+void thrum_point_way(const thrum_contact_run *run, const double *rows, const double rest[3],
+                     const double *d, double x[3], double out[3]) {
+  double u[3], turned[3], moved[3];
+  thrum_point_rest(run, rest, x);
+  thrum_rows_times_both(run->contact->rank, rows, run->view.q, d, u, moved);
+  thrum_apply3(run->axes, u, turned);
+  thrum_apply3(run->axes, moved, out);
+  for (int axis = 0; axis < 3; axis++)
+    x[axis] += turned[axis];
+}
+
 void thrum_point_shift(const thrum_contact_run *run, const double *rows, const double rest[3],
                        const double x[3], double shift[3]) {
   double u[3], at[3];
   memset(shift, 0, 3 * sizeof *shift);
   if (!run->impact.struck)
     return;
-  gather_own(run, rows, run->view.q, u);
+  thrum_rows_times(run->contact->rank, rows, run->view.q, u);
   for (int axis = 0; axis < 3; axis++)
     u[axis] += rest[axis];
   thrum_apply3(run->impact.axes, u, at);
@@ -104,6 +106,20 @@ void thrum_point_unloaded(const thrum_contact_run *run, const double *rows, cons
   add_whole(run->unloaded, run->unloaded_turn, lever, out);
 }
 
+void thrum_point_motion(const thrum_contact_run *run, const double *rows, const double arm[3],
+                        const double lever[3], double velocity[3], double out[3]) {
+  static const double zero[3] = {0.0, 0.0, 0.0};
+  const thrum_translation *translation = run->environment->translation;
+  double v[3], d[3];
+  thrum_rows_times_both(run->contact->rank, rows, run->view.p, run->view.unloaded, v, d);
+  thrum_apply3(run->axes, v, velocity);
+  thrum_apply3(run->axes, d, out);
+
+  // what moves the body as a whole
+  add_whole(translation ? translation->velocity : zero, run->spin, arm, velocity);
+  add_whole(run->unloaded, run->unloaded_turn, lever, out);
+}
+
 void thrum_point_moved(const thrum_contact_run *run, const double *rows, const double lever[3],
                        const double *d, double out[3]) {
   thrum_point_shape(run, rows, d, out);
@@ -124,12 +140,9 @@ double thrum_point_since(const double at[3], double seen[3]) {
 }
 
 void thrum_shape_push(thrum_contact_run *run, const double *rows, const double force[3]) {
-  const int64_t rank = run->contact->rank;
   double own[3];
   thrum_apply3_transposed(run->axes, force, own);
-  for (int64_t i = 0; i < rank; i++)
-    run->view.moved[i] += run->view.weights[i] * (rows[i] * own[0] + rows[rank + i] * own[1] +
-                                                  rows[2 * rank + i] * own[2]);
+  thrum_rows_push(run->contact->rank, rows, own, run->view.weights, run->view.moved);
 }
 
 void thrum_direction_push(thrum_contact_run *run, const double *rows, const double lever[3],
@@ -154,11 +167,9 @@ void thrum_point_push(thrum_contact_run *run, const double *rows, const double l
 }
 
 void thrum_shape_load(thrum_contact_run *run, const double *rows, const double force[3]) {
-  const int64_t rank = run->contact->rank;
   double own[3];
   thrum_apply3_transposed(run->axes, force, own);
-  for (int64_t i = 0; i < rank; i++)
-    run->view.load[i] += rows[i] * own[0] + rows[rank + i] * own[1] + rows[2 * rank + i] * own[2];
+  thrum_rows_push(run->contact->rank, rows, own, NULL, run->view.load);
 }
 
 void thrum_direction_load(thrum_contact_run *run, const double *rows, const double lever[3],
@@ -195,12 +206,8 @@ static void add_rigid_frame(const thrum_contact_run *run, const double lever[3],
 static void respond(const thrum_contact_run *run, const double *rows, double whole,
                     double response[9]) {
   // the sum over the modes of weight times row times row, in the frame of the body
-  const int64_t rank = run->contact->rank;
-  double sum[9] = {0.0}, half[9];
-  for (int64_t i = 0; i < rank; i++)
-    for (int a = 0; a < 3; a++)
-      for (int b = 0; b < 3; b++)
-        sum[3 * a + b] += run->view.weights[i] * (rows[a * rank + i] * rows[b * rank + i]);
+  double sum[9], half[9];
+  thrum_rows_square(run->contact->rank, rows, run->view.weights, sum);
 
   // turned into the world from both sides
   for (int a = 0; a < 3; a++)

@@ -21,6 +21,10 @@ void thrum_point_rest(const thrum_contact_run *run, const double rest[3], double
 void thrum_point_start(const thrum_contact_run *run, const double *rows, const double rest[3],
                        double x[3]);
 
+/* Both the position and what coordinates d (rank) make of the rows in the world. */
+void thrum_point_way(const thrum_contact_run *run, const double *rows, const double rest[3],
+                     const double *d, double x[3], double out[3]);
+
 /* From where the point really is at the start of the step to x, where its way starts [m]: 0 but for
  * a body that an impact of this step has struck. */
 void thrum_point_shift(const thrum_contact_run *run, const double *rows, const double rest[3],
@@ -41,6 +45,10 @@ void thrum_point_velocity(const thrum_contact_run *run, const double *rows, cons
 /* Displacement over the step without contact and pulls [m]. */
 void thrum_point_unloaded(const thrum_contact_run *run, const double *rows, const double lever[3],
                           double out[3]);
+
+/* Both of them at once. */
+void thrum_point_motion(const thrum_contact_run *run, const double *rows, const double arm[3],
+                        const double lever[3], double velocity[3], double out[3]);
 
 /* Displacement over the step where the coordinates change by d (rank) and the body as a whole moves
  * as predicted with contact and pulls [m]. */

@@ -285,6 +285,17 @@ static void fill_extents(const thrum_skin *skin, const thrum_skin_view *view) {
     }
 }
 
+/* A checksum of a block by its words (Fowler, Noll & Vo: FNV-1a). */
+static uint64_t seal_of(const void *memory, size_t size) {
+  uint64_t sum = UINT64_C(14695981039346656037), word;
+  for (size_t at = 0; at + sizeof word <= size; at += sizeof word) {
+    memcpy(&word, (const unsigned char *)memory + at, sizeof word);
+    sum = (sum ^ word) * UINT64_C(1099511628211);
+    sum ^= sum >> 32;
+  }
+  return sum;
+}
+
 thrum_status thrum_skin_init(void *memory, size_t memory_size, const thrum_model *model,
                              const int32_t *triangles, int64_t triangle_count, thrum_skin **made,
                              thrum_error *error) {
@@ -314,6 +325,7 @@ thrum_status thrum_skin_init(void *memory, size_t memory_size, const thrum_model
   make_node(skin, &view, 0, 0, triangle_count);
   fill_areas(skin, &view);
   fill_extents(skin, &view);
+  skin->seal = seal_of(memory, size);
   *made = skin;
   return THRUM_OK;
 }

@@ -40,6 +40,7 @@ struct thrum_skin {
   int64_t edge_count; /* in use; there is room for three a triangle */
   int64_t rank;
   int64_t own_known; /* 1: thrum_skin_prepare_own has filled own_gaps */
+  uint64_t seal;     /* tells it from other skins: a checksum of what init has made */
   double diagonal;   /* of the box at rest [m] */
   double young;      /* largest Young's modulus of the model [Pa] */
 };
