@@ -14,9 +14,8 @@ import { chromium } from '../../viewer/node_modules/playwright-core/index.mjs';
 const PICTURES = {
   // the tip is pulled down and to the side at once, and the body follows for a second
   hook: {
-    settings: { damping: 2 },
+    settings: { damping: 2, colour: 'displacement' },
     async act(page) {
-      await page.check('#tint');
       await press(page, [0.0604, 0, 0.0777]);
       await drag(page, 40, 90, 4);
       await page.evaluate(() => window.thrum.step(330));
@@ -25,9 +24,8 @@ const PICTURES = {
 
   // the nose is pulled down in steps, with a while between them
   pull: {
-    settings: { gravity: 9.81, damping: 0.5 },
+    settings: { gravity: 9.81, damping: 0.5, colour: 'displacement' },
     async act(page) {
-      await page.check('#tint');
       await page.evaluate(() => window.thrum.step(600));
       await press(page, [1.37, -0.08, 1.5]);
       for (let n = 0; n < 10; n++) {
