@@ -448,6 +448,25 @@ def cubature():
     return table(["model"] + [f"{100 * float(error):g} % of the force" for error in errors], body)
 
 
+def point_picks():
+    with open(RESULTS / "tradeoff_points" / "picks.json", encoding="utf-8") as file:
+        return json.load(file)
+
+
+def tradeoff_points():
+    """What is picked with polynomials alone and with points beside them; of another law with points alone."""
+    body = []
+    for item in point_picks():
+        tried = "points alone" if item["law"] != "stvk" else "polynomials alone" if item["tried"] == "off" else "both"
+        cells = ["-"] * 5
+        if "rank" in item:
+            cells = [basis_of(item), f"`{item['integrator']}`, {item['dt']:.3g} s", f"{100 * item['error']:.3g} %",
+                     f"{100 * item['basis_error']:.3g} %", f"{item['times_faster_than_full']:,.0f}"]
+        body.append([item["model"], item["law"], f"{100 * item['asked']:g} %", tried, *cells])
+    return table(["model", "law", "asked", "tried", "rank", "stepped by", "error", "of its basis",
+                  "times cheaper than the full order"], body)
+
+
 def touch():
     """How pulls are followed without touch modes, up to rank 40 and up to rank 100."""
     found = rows("touch", "coverage.csv")
@@ -488,7 +507,7 @@ def mujoco():
 
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, work_means, extremes, linear, tradeoff,
-                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles, touch, cubature,
+                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles, touch, cubature, tradeoff_points,
                                            before_after, mujoco, model_errors, training)}
 
 

@@ -12,7 +12,7 @@ python3 "$source/validation/pictures/models.py" "$program" "$work/models.png"
 python3 "$source/validation/pictures/schemes.py" "$work"
 python3 "$source/validation/pictures/orders.py" "$work"
 mv "$work/models.png" "$source/docs/models_under_load.png"
-for name in long_energy energy_schemes step_sizes work_impulse work_smooth tradeoff_fronts order_cost \
+for name in long_energy energy_schemes step_sizes work_impulse work_smooth tradeoff_fronts tradeoff_points order_cost \
   tradeoff_beam tradeoff_basket tradeoff_bridge tradeoff_horse tradeoff_tower tradeoff_heart; do
   mv "$work/$name.png" "$source/docs/$name.png"
 done

@@ -9,6 +9,7 @@ step_sizes.png       experiment 5.5 of the thesis: the first second, three time 
 work_impulse.png, work_smooth.png   error against processor time after the two starts
 tradeoff_fronts.png  error against cost of reduced models, before and after training and condensation
 tradeoff_MODEL.png   the same, one for each model, with the model as it comes
+tradeoff_points.png  error against cost of cubature points and of polynomials
 SPDX-License-Identifier: Apache-2.0
 """
 import pathlib
@@ -18,7 +19,7 @@ import sys
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(SOURCE))
 from report import COLOURS, groups, number, read  # noqa: E402
-from tables import MODELS, lost_time, picks, stood_in  # noqa: E402
+from tables import MODELS, lost_time, picks, point_picks, stood_in  # noqa: E402
 
 RESULTS = SOURCE / "results"
 STEP_COLOURS = {"0.001": "#111111", "0.005": "#1769aa", "0.01": "#d2691e"}
@@ -204,9 +205,38 @@ def tradeoff_fronts(path):
     draw(path, (1200, 700), (2, 3), panels, "margins 0.06, 0.83, 0.08, 0.95 spacing 0.055, 0.14")
 
 
+def tradeoff_points(path):
+    """A plot for each case: the fronts of polynomials, condensed or not, of the search without points, that of points of the other,
+    and what is picked. An error counts as no less than that of its basis, below which only a cancellation brings it."""
+    def fronts(item, tried, keep):
+        runs = [r for r in read(RESULTS / "tradeoff_points" / f"{item['model']}_{item['law']}_{tried}.csv")
+                if r["stable"] == "1" and r["disproved"] == "0" and keep(r)]
+        return front({**r, "error_displacement": max(number(r["error_displacement"]), number(r["basis_error"]))} for r in runs)
+
+    panels = []
+    mine = [item for item in point_picks() if item["tried"] == "auto"]
+    for item in mine:
+        keyed, full, stvk = item is mine[0], item["full"]["cost_s_per_s"], item["law"] == "stvk"
+        curves = [("polynomials" if keyed else None, "linespoints lw 1.6 pt 7 ps 0.4 lc rgb '#d2691e'",
+                   fronts(item, "off", lambda r: r["masters"] == "0") if stvk else []),
+                  ("condensed" if keyed else None, "linespoints lw 1 dt 2 pt 7 ps 0.4 lc rgb '#9aa0a6'",
+                   fronts(item, "off", lambda r: r["masters"] != "0") if stvk else []),
+                  ("cubature points" if keyed else None, "linespoints lw 1.6 pt 4 ps 0.7 lc rgb '#1769aa'",
+                   fronts(item, "auto", lambda r: r["points"] != "0")),
+                  ("picked" if keyed else None, "points pt 6 ps 2 lw 1.6 lc rgb '#b00020'",
+                   [(item["cost_s_per_s"], 100 * max(item["error"], item["basis_error"]))] if "error" in item else []),
+                  ("the full order" if keyed else None, "points pt 9 ps 1.4 lc rgb '#111111'",
+                   [(full, 100 * item["full"]["error"])])]
+        title = f"{item['model']}, {item['law']}, {100 * item['asked']:g} % asked"
+        panels.append(panel(title, ("processor time for a second [s]", "error, at least that of the basis [%]"), curves,
+                            "set logscale xy\nset format x '10^{%T}'\n" + f"set xrange [1e-4:{2 * full:.6g}]\nset yrange [0.03:150]\n"
+                            "set key at screen 0.995, screen 0.9 right top font ',9'\n"))
+    draw(path, (1200, 380), (1, len(panels)), panels, "margins 0.05, 0.86, 0.15, 0.9 spacing 0.05, 0.1")
+
+
 PICTURES = {"long_energy.png": long_energy, "energy_schemes.png": energy_schemes, "step_sizes.png": step_sizes,
             "work_impulse.png": work("impulse"), "work_smooth.png": work("smooth"),
-            "tradeoff_fronts.png": tradeoff_fronts,
+            "tradeoff_fronts.png": tradeoff_fronts, "tradeoff_points.png": tradeoff_points,
             **{f"tradeoff_{model}.png": tradeoff_before_after(model) for model in MODELS}}
 
 if __name__ == "__main__":
