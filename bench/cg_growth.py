@@ -2,7 +2,7 @@
 """How many steps conjugate gradients take in thrum-mpi as a mesh gets finer (docs/scale.md).
 
 A block of 2 x 1 x 1 sides, held at one end, of 2 CELLS x CELLS x CELLS cells in six tetrahedra each: the first solves of its precompute
-are counted on one process, then it is stopped. A row is added to the table for each number of cells, so that large ones can
+are counted on one process, with PETSc's own gradients to 1e-12 of the residual, then it is stopped. A row is added to the table for each number of cells, so that large ones can
 be measured by themselves. `none` is the control, without the multigrid.
 
 usage: cg_growth.py THRUM_MPI TABLE.csv gamg|none SOLVES CELLS [CELLS ...]
@@ -30,7 +30,8 @@ def peak_mb(process):
 
 def measure(program, preconditioner, solves, cells):
     """A row of the table."""
-    options = "-thrum_ksp_converged_reason"
+    # flexible gradients take the steps of plain ones, but are PETSc's own, which tell each solve
+    options = "-thrum_ksp_converged_reason -thrum_ksp_type " + ("fcg" if preconditioner == "gamg" else "cg")
     if preconditioner == "none":
         options += f" -thrum_pc_type none -thrum_ksp_max_it {CONTROL_STEPS}"
     block = f"beam:{2 * cells}x{cells}x{cells}@1x0.5x0.5"

@@ -241,6 +241,10 @@ static void add_solver(cJSON *object, const thrum_solver_use *use) {
     json_number(row, "factor_mb", use->factor_bytes / 1048576);
   json_number(row, "cg_mb", use->cg_bytes / 1048576);
   json_number(row, "room_mb", use->room / 1048576);
+  if (use->solves > 0) {
+    json_number(row, "solves", use->solves);
+    json_number(row, "steps", use->steps);
+  }
 }
 
 static void print_solver(const thrum_solver_use *use) {

@@ -12,9 +12,12 @@
 #include "mpi/petsc_status.h"
 #include "mpi/solver_choice.h"
 #include "platform/allocate.h"
+#include "precompute/options_check.h"
 
-#define CG_TOLERANCE 1e-12 /* of a residual; models then agree with those of a factor to 1e-8 */
-#define CG_STEPS_MAX 250   /* sound meshes take 30 to 75; without the multigrid they take more */
+#define CG_TOLERANCE 1e-12     /* of a residual; models then agree with those of a factor to 1e-8 */
+#define ENERGY_TOLERANCE 1e-11 /* of the error in the norm of K */
+#define ROUGH_TOLERANCE 1e-3   /* the same, where a method makes up for it */
+#define CG_STEPS_MAX 250 /* sound meshes take 30 to 75; without the multigrid they take more */
 
 // row of a component of the part
 static PetscInt row_of(const body_part *part, int64_t component) {
@@ -272,6 +275,31 @@ static thrum_status check_setup(const body_system *s, thrum_error *error) {
   return thrum_error_set(error, THRUM_SINGULAR, "the matrix is not positive definite");
 }
 
+// conjugate gradients for blocks take over what PETSc has set up, which then goes; what they do not
+// know, such as another preconditioner by an option of PETSc, PETSc itself solves with
+static thrum_status take_gradients(body_system *s, thrum_error *error) {
+  PC pc;
+  PetscBool usual, known;
+  PETSC_TRY(KSPGetPC(s->ksp, &pc));
+  PETSC_TRY(PetscObjectTypeCompare((PetscObject)s->ksp, KSPCG, &usual));
+  PETSC_TRY(PetscObjectTypeCompare((PetscObject)pc, PCGAMG, &known));
+  if (!usual || !known)
+    return THRUM_OK;
+  const thrum_status status = block_gradients_create(s->stiffness, pc, &s->gradients, error);
+  if (status == THRUM_UNSUPPORTED)
+    return THRUM_OK;
+  THRUM_TRY(status);
+
+  // the matrices stay where modes are counted
+  PETSC_TRY(KSPDestroy(&s->ksp));
+  PETSC_TRY(MatSetNearNullSpace(s->stiffness, NULL));
+  if (thrum_options_count_wanted(s->options->check, s->size))
+    return THRUM_OK;
+  PETSC_TRY(MatDestroy(&s->stiffness));
+  PETSC_TRY(MatDestroy(&s->mass));
+  return THRUM_OK;
+}
+
 static thrum_status prepare(void *context, const thrum_sparse *stiffness, const thrum_sparse *mass,
                             thrum_error *error) {
   body_system *s = context;
@@ -285,7 +313,7 @@ static thrum_status prepare(void *context, const thrum_sparse *stiffness, const 
   PETSC_TRY(KSPSetFromOptions(s->ksp));
   PETSC_TRY(KSPSetUp(s->ksp));
   THRUM_TRY(check_setup(s, error));
-  return count_nonzeros(s, error);
+  return s->use.solver == THRUM_SOLVER_CG ? take_gradients(s, error) : count_nonzeros(s, error);
 }
 
 thrum_status body_system_estimate(body_system *s, const thrum_fem *fem,
@@ -369,9 +397,53 @@ static thrum_status solve_block(body_system *s, const double *right, PetscInt co
   return status;
 }
 
-static thrum_status solve(void *context, const double *right, int64_t columns, double *solution,
-                          thrum_error *error) {
+// a few columns by conjugate gradients: rows of this process, where columns stand side by side
+static thrum_status solve_group(body_system *s, bool exact, const double *right, int columns,
+                                double *solution, thrum_error *error) {
+  double *rows;
+  const int64_t count = 3 * s->part->facts.own;
+  memset(s->block, 0, sizeof *s->block * (size_t)(count * BLOCK_COLUMNS));
+  for (int c = 0; c < columns; c++) {
+    THRUM_TRY(body_system_add(s, right + c * s->free_count, s->all, error));
+    PETSC_TRY(VecGetArray(s->all, &rows));
+    for (int64_t i = 0; i < count; i++)
+      s->block[i * BLOCK_COLUMNS + c] = rows[i];
+    PETSC_TRY(VecRestoreArray(s->all, &rows));
+  }
+
+  THRUM_TRY(block_gradients_solve(s->gradients, s->block,
+                                  exact ? ENERGY_TOLERANCE : ROUGH_TOLERANCE, error));
+  for (int c = 0; c < columns; c++) {
+    PETSC_TRY(VecGetArray(s->all, &rows));
+    for (int64_t i = 0; i < count; i++)
+      rows[i] = s->block[i * BLOCK_COLUMNS + c];
+    PETSC_TRY(VecRestoreArray(s->all, &rows));
+    THRUM_TRY(body_system_hand_out(s, s->all, solution + c * s->free_count, error));
+  }
+  return THRUM_OK;
+}
+
+static thrum_status solve_groups(body_system *s, bool exact, const double *right, int64_t columns,
+                                 double *solution, thrum_error *error) {
+  if (s->block == NULL)
+    s->block = thrum_allocate(3 * s->part->facts.own * BLOCK_COLUMNS, sizeof *s->block,
+                              "the solution", error);
+  if (s->block == NULL)
+    return THRUM_OUT_OF_MEMORY;
+  for (int64_t first = 0; first < columns; first += BLOCK_COLUMNS) {
+    const int64_t left = columns - first;
+    THRUM_TRY(solve_group(s, exact, right + first * s->free_count,
+                          (int)(left < BLOCK_COLUMNS ? left : BLOCK_COLUMNS),
+                          solution + first * s->free_count, error));
+  }
+  return THRUM_OK;
+}
+
+static thrum_status solve(void *context, bool exact, const double *right, int64_t columns,
+                          double *solution, thrum_error *error) {
   body_system *s = context;
+  if (s->gradients != NULL)
+    return solve_groups(s, exact, right, columns, solution, error);
   if (s->use.solver != THRUM_SOLVER_CG && columns > 1)
     return solve_block(s, right, (PetscInt)columns, solution, error);
   for (int64_t c = 0; c < columns; c++)
@@ -412,8 +484,20 @@ static double norm(void *context, const double *x) {
   return sqrt(square);
 }
 
+// block methods are for solves that are rough, and cheaper together
+static bool rough(const void *context) {
+  return ((const body_system *)context)->gradients != NULL;
+}
+
 static thrum_solver_use solver_use(const void *context) {
-  return ((const body_system *)context)->use;
+  const body_system *s = context;
+  thrum_solver_use use = s->use;
+  if (s->gradients != NULL) {
+    const block_gradients_counts counts = block_gradients_counted(s->gradients);
+    use.solves = counts.columns;
+    use.steps = counts.steps;
+  }
+  return use;
 }
 
 body_system body_system_begin(MPI_Comm comm, const body_part *part,
@@ -422,13 +506,22 @@ body_system body_system_begin(MPI_Comm comm, const body_part *part,
       .comm = comm, .part = part, .options = options, .size = part->facts.free_count};
 }
 
-void body_system_free(body_system *s) {
+static void release(void *context) {
+  body_system *s = context;
   KSPDestroy(&s->ksp);
+  block_gradients_free(s->gradients);
+  free(s->block);
+  MatDestroy(&s->mass);
+  MatDestroy(&s->stiffness);
+  s->gradients = NULL;
+  s->block = NULL;
+}
+
+void body_system_free(body_system *s) {
+  release(s);
   VecScatterDestroy(&s->spread);
   VecDestroy(&s->local);
   VecDestroy(&s->all);
-  MatDestroy(&s->mass);
-  MatDestroy(&s->stiffness);
   *s = (body_system){0};
 }
 
@@ -445,5 +538,7 @@ thrum_ranks body_system_ranks(body_system *s) {
                        .norm = norm,
                        .prepare = prepare,
                        .solve = solve,
+                       .rough = rough,
+                       .release = release,
                        .solver_use = solver_use};
 }

@@ -12,6 +12,7 @@
 
 #include <slepceps.h>
 
+#include "mpi/block_gradients.h"
 #include "mpi/body_part.h"
 #include "precompute/options/precompute_options.h"
 #include "precompute/precompute.h"
@@ -24,8 +25,10 @@ typedef struct body_system {
   int64_t size;         /* free components of the whole body, of the part: */
   int64_t free_count;
   const int32_t *component; /* free_count, of the part's fem */
-  Mat stiffness, mass;
-  KSP ksp;
+  Mat stiffness, mass;      /* NULL once conjugate gradients have taken what they need */
+  KSP ksp;                  /* NULL with conjugate gradients for blocks, which are: */
+  block_gradients *gradients;
+  double *block;       /* rows of this process x BLOCK_COLUMNS */
   Vec all, local;      /* rows of this process, and the free components of its part */
   VecScatter spread;   /* from local to all */
   double typical;      /* stiffness of a held component and of a spring */

@@ -14,6 +14,9 @@
 
 #define MARGIN 1.05         /* heap and buffers that are not counted one by one */
 #define MULTIGRID_SHARE 3.0 /* of the matrix: coarse matrices, interpolations, their products */
+#define BLOCKS_SHARE 1.4    /* of the matrix: what blocks keep of both, and PETSc's goes */
+#define BLOCK_BYTES 1600.0  /* of a component: columns that step together, and the heap */
+#define SPACE_BLOCKS 9.0    /* of as many columns as modes: the space that they come from */
 #define ENTRY_BYTES 12.0    /* a number and its column */
 #define MORE_PROCESSES 1.3  /* as parts share vertices, and fronts are not cut evenly */
 
@@ -22,6 +25,14 @@ static double column_bytes(const solver_choice *c) {
   const double shapes = (double)thrum_options_shapes(c->options);
   const double columns = shapes + shapes * (shapes + 1) / 2 + 6 * THRUM_SOLVE_BLOCK;
   return 8 * columns * (double)c->free_count;
+}
+
+// conjugate gradients: PETSc's multigrid while it is made, or what is kept of it with the columns
+static double gradients_bytes(const solver_choice *c, double entries) {
+  const double matrix = ENTRY_BYTES * entries, n = (double)c->free_count;
+  const double space = 8 * n * SPACE_BLOCKS * (double)(c->options->modes + 4);
+  const double later = BLOCK_BYTES * n + fmax(space, column_bytes(c)) - matrix;
+  return BLOCKS_SHARE * matrix + fmax(MULTIGRID_SHARE * matrix, later);
 }
 
 // bytes that this process may still take: the limit of one process, or its share of its machine
@@ -53,7 +64,7 @@ static thrum_status estimate_here(const solver_choice *c, thrum_solver_use *use,
   PETSC_TRY(MatGetInfo(c->stiffness, MAT_LOCAL, &entries));
   const double columns = column_bytes(c);
   use->room = room_here(c);
-  use->cg_bytes = MARGIN * (MULTIGRID_SHARE * ENTRY_BYTES * entries.nz_used + columns);
+  use->cg_bytes = MARGIN * gradients_bytes(c, entries.nz_used);
   if (c->factor == NULL)
     return THRUM_OK;
   THRUM_TRY(plan_factor(c, &use->factor_bytes, error));

@@ -22,8 +22,8 @@
                          */
 #define GRID_WIDTH 0.75 /* treewidth of a grid over the vertices of its smallest section */
 #define CG_ENTRY_BYTES 12.0  /* a number and its column */
-#define CG_STEPS 50.0        /* of a solve: 32 to 74 (docs/scale.md) */
-#define CG_PASSES 9.0        /* of a step over the matrix, the coarser grids included */
+#define CG_STEPS 40.0        /* of a solve: 30 to 70 (docs/scale.md) */
+#define CG_PASSES 0.7        /* of a step over the matrix for one of the columns that share it */
 #define CG_SETUP_PASSES 60.0 /* of the multigrid */
 #define PROBE_SIZE 384
 #define PROBE_LENGTH (4 << 20)
@@ -66,9 +66,10 @@ static double most_bytes(const thrum_fem *fem, double entries, const thrum_facto
   const double counting =
       thrum_options_counted(options, fem->free_count) ? COUNT_SHARE * factored + 16 * entries : 0;
 
-  // in single precision three arrays of a space of four blocks take the place of Lanczos vectors
+  // in single precision two arrays of a space of four blocks, and a block more, take the place of
+  // Lanczos vectors
   const bool single = thrum_factor_is_single(factor);
-  const double davidson = 12 * (k + 4) + k;
+  const double davidson = 9 * (k + 4) + k;
   const double most =
       single ? fmax(davidson, searching + 0.5 * block) : fmax(fmax(lanczos, refining), searching);
   const double modes = factored + fmax(8 * n * (k + most), 8 * n * k + counting);
@@ -253,16 +254,16 @@ void thrum_estimate_times_cg(const thrum_fem *fem, const thrum_precompute_option
     return;
 
   // every step reads the matrix some times, as the multigrid smooths before and after a coarser
-  // grid
+  // grid, for many columns at once
   const double k = (double)thrum_options_shapes(options), pairs = k * (k + 1) / 2;
   const double pass = CG_ENTRY_BYTES * entries / read;
   const double solve = CG_STEPS * CG_PASSES * pass;
 
-  // as many columns are solved as with a factor, one by one; the other stages are the same
+  // modes take many rough solves of few steps; the other stages are the same
   double *seconds = estimate->seconds;
   thrum_estimate_times(fem, options, estimate);
   seconds[THRUM_STAGE_factor] = CG_SETUP_PASSES * pass;
-  seconds[THRUM_STAGE_modes] = (4.5 * k + 44) * solve;
+  seconds[THRUM_STAGE_modes] = (7 * k + 55) * solve;
   seconds[THRUM_STAGE_derivatives] =
       pairs * (solve + 2.5e-8 * (double)(fem->tet_count * fem->point_count));
 }

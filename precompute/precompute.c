@@ -347,11 +347,17 @@ static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
   if (shapes > k)
     THRUM_THEN(status, part_candidates(p, error));
 
+  // how many steps the solves took is known now
+  if (p->ranks)
+    p->result.solver = p->ranks->solver_use(p->ranks->context);
+
   // the factor is the largest array of all, and it has served
   p->result.flops[THRUM_STAGE_derivatives] =
       thrum_factor_solve_flops(p->factor) - p->result.flops[THRUM_STAGE_modes];
   thrum_factor_free(p->factor);
   p->factor = NULL;
+  if (p->ranks)
+    p->ranks->release(p->ranks->context);
   thrum_sparse_free(&p->stiffness);
   return status;
 }

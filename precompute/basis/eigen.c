@@ -181,16 +181,18 @@ thrum_status thrum_eigen_lowest(const thrum_sparse *stiffness, const thrum_spars
                            (long long)count, (long long)own);
 
   // several processes have an eigensolver of their own, whose pairs are refined alike
-  if (ranks) {
+  if (ranks && !ranks->rough(ranks->context)) {
     const double *rigid = thrum_factor_deflated(factor) > 0 ? thrum_factor_vectors(factor) : NULL;
     THRUM_TRY(ranks->lowest(ranks->context, rigid, count, values, vectors, error));
     return thrum_eigen_refine(mass, factor, count, REFINEMENTS, values, vectors, error);
   }
 
-  // a factor in single precision is one to a method that makes up for it
-  if (thrum_factor_is_single(factor)) {
+  // rough solves are for a method that makes up for them
+  if (ranks || thrum_factor_is_single(factor)) {
     THRUM_TRY(
         thrum_eigen_lowest_block(stiffness, mass, factor, count, values, vectors, reporter, error));
+    if (ranks)
+      return THRUM_OK;
     thrum_eigen_canonicalise(n, count, values, 1e-10 * values[count - 1], vectors, 1, n);
     return THRUM_OK;
   }

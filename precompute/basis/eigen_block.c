@@ -25,10 +25,12 @@ typedef struct davidson {
   const thrum_sparse *stiffness, *mass;
   thrum_factor *factor;
   int64_t n, count, width; /* width: of a block */
+  int64_t most;            /* directions that there are, in all processes */
   int64_t room, dim;       /* columns of the space: at most, and now */
   int64_t active;          /* columns of the block: corrections of vectors that are not right yet */
   double *space;           /* n x room, M-orthonormal */
-  double *image, *weighed; /* n x room, K and M times the space */
+  double *image;           /* n x room, K times the space */
+  double *weighed;         /* n x width, M times a block */
   double *reduced;         /* room x room, space^T K space, upper triangle */
   double *vectors;         /* room x room, its eigenvectors */
   double *values;          /* room */
@@ -42,7 +44,7 @@ static thrum_status davidson_allocate(davidson *d, thrum_error *error) {
   d->memory = thrum_scope_begin("the modes", error);
   d->space = thrum_scope_allocate(&d->memory, d->n * d->room, sizeof(double));
   d->image = thrum_scope_allocate(&d->memory, d->n * d->room, sizeof(double));
-  d->weighed = thrum_scope_allocate(&d->memory, d->n * d->room, sizeof(double));
+  d->weighed = thrum_scope_allocate(&d->memory, d->n * d->width, sizeof(double));
   d->reduced = thrum_scope_allocate(&d->memory, d->room * d->room, sizeof(double));
   d->vectors = thrum_scope_allocate(&d->memory, d->room * d->room, sizeof(double));
   d->values = thrum_scope_allocate(&d->memory, d->room, sizeof(double));
@@ -66,37 +68,47 @@ static thrum_status start(davidson *d, thrum_error *error) {
   return thrum_factor_solve_roughly(d->factor, d->space, d->width, d->space, error);
 }
 
+// of a force and a displacement; the terms of all parts add up
+static double dot(const davidson *d, const double *force, const double *displacement) {
+  double product = cblas_ddot((int)d->n, force, 1, displacement, 1);
+  thrum_ranks_sum(d->mass->ranks, &product, 1);
+  return product;
+}
+
 // the block becomes orthogonal to the space
 static void project(davidson *d, double *block) {
   const int n = (int)d->n, dim = (int)d->dim, width = (int)d->active;
   if (dim == 0)
     return;
-  cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, dim, width, n, 1, d->weighed, n, block, n, 0,
-              d->gram, dim);
+  thrum_sparse_product(d->mass, block, d->active, d->weighed);
+  cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, dim, width, n, 1, d->space, n, d->weighed, n,
+              0, d->gram, dim);
+  thrum_ranks_sum(d->mass->ranks, d->gram, d->dim * d->active);
   cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, n, width, dim, -1, d->space, n, d->gram,
               dim, 1, block, n);
 }
 
 // the block becomes orthonormal, by a Cholesky factor of its Gram matrix, and M times it follows;
 // columns that depend on others leave it, and *kept says how many stay
-static void orthonormalise(davidson *d, double *block, double *weighed, double least,
-                           int64_t *kept) {
+static void orthonormalise(davidson *d, double *block, double least, int64_t *kept) {
   const int n = (int)d->n;
+  double *weighed = d->weighed;
   thrum_sparse_product(d->mass, block, *kept, weighed);
 
   // column by column of the factor, so that what depends on earlier columns is seen
   int64_t done = 0;
   for (int64_t c = 0; c < *kept; c++) {
     double *column = block + c * d->n, *image = weighed + c * d->n;
-    const double before = sqrt(fmax(cblas_ddot(n, column, 1, image, 1), 0));
+    const double before = sqrt(fmax(dot(d, column, image), 0));
     if (done > 0) {
       cblas_dgemv(CblasColMajor, CblasTrans, n, (int)done, 1, weighed, n, column, 1, 0, d->gram, 1);
+      thrum_ranks_sum(d->mass->ranks, d->gram, done);
       cblas_dgemv(CblasColMajor, CblasNoTrans, n, (int)done, -1, block, n, d->gram, 1, 1, column,
                   1);
       cblas_dgemv(CblasColMajor, CblasNoTrans, n, (int)done, -1, weighed, n, d->gram, 1, 1, image,
                   1);
     }
-    const double length = sqrt(fmax(cblas_ddot(n, column, 1, image, 1), 0));
+    const double length = sqrt(fmax(dot(d, column, image), 0));
     if (!(length > least * before))
       continue;
     for (int64_t i = 0; i < d->n; i++) {
@@ -110,20 +122,28 @@ static void orthonormalise(davidson *d, double *block, double *weighed, double l
 
 // takes the block behind the space into it; *grown: how many directions were new
 static void grow(davidson *d, int64_t *grown) {
-  double *block = d->space + d->dim * d->n, *weighed = d->weighed + d->dim * d->n;
+  double *block = d->space + d->dim * d->n;
+
+  // a space that is as large as that of the whole body has no more directions, but rounding
+  if (d->active > d->most - d->dim)
+    d->active = d->most - d->dim;
+  *grown = d->active;
+  if (d->active == 0)
+    return;
 
   // twice, as what is left of a correction is small beside it; the second time nothing is lost
-  *grown = d->active;
   project(d, block);
-  orthonormalise(d, block, weighed, 1e-10, grown);
+  orthonormalise(d, block, 1e-10, grown);
   project(d, block);
-  orthonormalise(d, block, weighed, 1e-3, grown);
+  orthonormalise(d, block, 1e-3, grown);
 
   // their images, and their part of the reduced stiffness
   thrum_sparse_product(d->stiffness, block, *grown, d->image + d->dim * d->n);
   const int all = (int)(d->dim + *grown), n = (int)d->n;
+  memset(d->reduced + d->dim * d->room, 0, sizeof(double) * (size_t)(*grown * d->room));
   cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, all, (int)*grown, n, 1, d->space, n,
               d->image + d->dim * d->n, n, 0, d->reduced + d->dim * d->room, (int)d->room);
+  thrum_ranks_sum(d->stiffness->ranks, d->reduced + d->dim * d->room, *grown * d->room);
   d->dim = all;
 }
 
@@ -153,7 +173,6 @@ static thrum_status shrink(davidson *d, int64_t kept, thrum_error *error) {
   THRUM_TRY(thrum_reserve(&rows, ROW_BLOCK * d->room, sizeof *rows, "the modes", error));
   turn(d, kept, rows, d->space);
   turn(d, kept, rows, d->image);
-  turn(d, kept, rows, d->weighed);
   free(rows);
 
   // where the reduced stiffness is diagonal
@@ -183,15 +202,16 @@ static thrum_status correct(davidson *d, double *worst, thrum_error *error) {
   const int active = (int)d->active;
   cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, n, active, dim, 1, d->image, n, d->gram,
               room, 0, residual, n);
-  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, n, active, dim, 1, d->weighed, n, d->gram,
+  cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, n, active, dim, 1, d->space, n, d->gram,
               room, 0, block, n);
+  thrum_sparse_product(d->mass, block, d->active, d->weighed);
   for (int64_t c = 0; c < d->active; c++)
-    cblas_daxpy(n, -d->values[d->which[c]], block + c * d->n, 1, residual + c * d->n, 1);
+    cblas_daxpy(n, -d->values[d->which[c]], d->weighed + c * d->n, 1, residual + c * d->n, 1);
 
   // r.t is the square of the error in the norm of K, where a vector has the square s
   THRUM_TRY(thrum_factor_solve_roughly(d->factor, residual, d->active, block, error));
   for (int64_t c = 0; c < d->active; c++) {
-    const double square = cblas_ddot(n, residual + c * d->n, 1, block + c * d->n, 1);
+    const double square = dot(d, residual + c * d->n, block + c * d->n);
     d->errors[d->which[c]] = sqrt(fmax(square, 0) / d->values[d->which[c]]);
   }
   *worst = 0;
@@ -231,12 +251,14 @@ thrum_status thrum_eigen_lowest_block(const thrum_sparse *stiffness, const thrum
                                       thrum_factor *factor, int64_t count, double *values,
                                       double *vectors, const thrum_reporter *reporter,
                                       thrum_error *error) {
+  const int64_t most = thrum_ranks_size(mass->ranks, mass->size) - thrum_factor_deflated(factor);
   davidson d = {.stiffness = stiffness,
                 .mass = mass,
                 .factor = factor,
                 .n = mass->size,
                 .count = count,
-                .width = count + SPARE};
+                .most = most,
+                .width = count + SPARE < most ? count + SPARE : most};
   d.room = BLOCKS * d.width;
 
   thrum_status status = davidson_allocate(&d, error);

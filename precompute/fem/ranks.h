@@ -32,7 +32,8 @@ typedef struct thrum_solver_use {
   thrum_solver solver;
   double nonzeros; /* of the factor of the whole body; 0: there is none */
   double factor_bytes, cg_bytes;
-  double room; /* bytes that this process may take */
+  double room;          /* bytes that this process may take */
+  double solves, steps; /* of conjugate gradients so far: right-hand sides, and steps in all */
 } thrum_solver_use;
 
 typedef struct thrum_ranks {
@@ -58,10 +59,15 @@ typedef struct thrum_ranks {
   thrum_status (*prepare)(void *context, const struct thrum_sparse *stiffness,
                           const struct thrum_sparse *mass, thrum_error *error);
 
-  /* solution = K^-1 right, as thrum_factor_solve: terms in, displacements out; `context` first. A
-   * free body is held by springs (rigid_modes.h). */
-  thrum_status (*solve)(void *context, const double *right, int64_t columns, double *solution,
-                        thrum_error *error);
+  /* solution = K^-1 right, as thrum_factor_solve or, not `exact`, as thrum_factor_solve_roughly:
+   * terms in, displacements out; `context` first. A free body is held by springs (rigid_modes.h).
+   */
+  thrum_status (*solve)(void *context, bool exact, const double *right, int64_t columns,
+                        double *solution, thrum_error *error);
+
+  /* Whether solves that are not exact are cheaper, and those of many columns cheaper together. The
+   * modes are then those of thrum_eigen_lowest_block, else of `lowest`. */
+  bool (*rough)(const void *context);
 
   /* The `count` lowest eigenpairs, as thrum_eigen_lowest but for signs and clusters; rigid: Z of
    * the part of a free body, or NULL. */
@@ -71,6 +77,9 @@ typedef struct thrum_ranks {
   /* Whether eigenvalues can be counted, and how many of K x = s M x lie below a shift. */
   bool (*counts)(const void *context);
   thrum_status (*count_below)(void *context, double shift, int64_t *count, thrum_error *error);
+
+  /* Gives back what only solves and counts need, once there will be no more of them. */
+  void (*release)(void *context);
 
   /* The solver that `prepare` chose. */
   thrum_solver_use (*solver_use)(const void *context);

@@ -251,7 +251,7 @@ static thrum_status solve(thrum_factor *factor, bool exact, const double *right,
   }
 
   if (factor->ranks) {
-    THRUM_TRY(factor->ranks->solve(factor->ranks->context, right, columns, solution, error));
+    THRUM_TRY(factor->ranks->solve(factor->ranks->context, exact, right, columns, solution, error));
     factor->solved += columns;
   } else if (!factor->single)
     THRUM_TRY(solve_double(factor, right, columns, solution, error));

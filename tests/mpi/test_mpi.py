@@ -38,7 +38,11 @@ CASES = {
     "ten-node tetrahedra, 2 processes": (2, SMALL + HELD + ["--order", "2"]),
     "lumped mass, condensed, 4 processes": (4, SMALL + HELD + ["--mass", "lumped", "--condense"]),
     "conjugate gradients, 2 processes": (2, SMALL + HELD + ["--solver", "cg"]),
+    "conjugate gradients, 1 process": (1, SMALL + HELD + ["--solver", "cg"]),
     "a free body by conjugate gradients": (2, SMALL + ["--solver", "cg"]),
+    "ten-node tetrahedra by conjugate gradients": (4, SMALL + HELD + ["--order", "2", "--solver", "cg"]),
+    "horse by conjugate gradients": (2, ["horse", "--solver", "cg"]),
+    "more processes than parts, by conjugate gradients": (4, ["beam:1x1x1@1x1x1", "--modes", "2", "--rank", "3", "--solver", "cg"] + HELD),
     "more processes than parts": (4, ["beam:1x1x1@1x1x1", "--modes", "2", "--rank", "3"] + HELD),
 }
 
@@ -252,6 +256,27 @@ def check_steps(programs, folder):
     return f"ends {worst:.1e}"
 
 
+def check_growth(programs, folder):
+    """The steps of a solve hardly grow with the mesh, and the solves of blocks are those that PETSc's own gradients find."""
+    model, steps = os.path.join(folder, "model.npz"), []
+    for cells in (5, 10):
+        block = [f"beam:{2 * cells}x{cells}x{cells}@2x1x1", *HELD, "--modes", "2", "--rank", "3", "--solver", "cg", "--json", "-q"]
+        result = programs.together(2, ["precompute", *block, "-o", model])
+        demand(result.returncode == 0, result.stderr)
+        use = json.loads(result.stdout)["solver"]
+        steps.append(use["steps"] / use["solves"])
+    demand(steps[1] < 1.3 * steps[0], f"{steps[0]:.3g} steps a solve, then {steps[1]:.3g}")
+
+    # with another preconditioner PETSc solves column by column, and says no steps
+    models = [os.path.join(folder, name) for name in ("blocks.npz", "columns.npz")]
+    for path, options in zip(models, ("", "-thrum_pc_type jacobi -thrum_ksp_max_it 20000")):
+        result = programs.together(2, ["precompute", *SMALL, *HELD, "--solver", "cg", "--json", "-q", "-o", path], PETSC_OPTIONS=options)
+        demand(result.returncode == 0, result.stderr)
+        demand(("steps" in json.loads(result.stdout)["solver"]) == (options == ""), result.stdout)
+    worst = compare(*models)
+    return "%.3g and %.3g steps a solve; frequencies %.1g, polynomial %.1g, angle %.1g" % (*steps, *worst)
+
+
 def check_control(programs, folder):
     """Without the multigrid conjugate gradients do not come to their end in the steps they have."""
     model = os.path.join(folder, "model.npz")
@@ -319,7 +344,7 @@ def main(arguments):
     programs, failed = Programs(*arguments[:3]), 0
     checks = {name: lambda p, f, c=case: check_case(p, f, *c) for name, case in CASES.items()}
     checks.update({"refusals": check_refusals, "one process": check_one_process, "memory": check_memory, "a dry run": check_dry_run,
-                   "statics": check_statics, "steps": check_steps, "no preconditioner": check_control, "other files": check_other_files, "a killed process": check_killed})
+                   "statics": check_statics, "steps": check_steps, "no preconditioner": check_control, "growth": check_growth, "other files": check_other_files, "a killed process": check_killed})
     for name in arguments[3:] or checks:
         with tempfile.TemporaryDirectory() as folder:
             try:
