@@ -147,6 +147,7 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
   figures->dissipated = info.dissipated;
   figures->plastic_work = info.plastic_work;
   figures->plastic_strain = info.plastic_strain;
+  figures->point_stiffness = info.point_stiffness;
   figures->peak *= info.scale;
   // a level of detail changes the number, and the figures are of the body as it is stepped near
   const condensed_check *check = &run->bodies[body].check;

@@ -37,7 +37,6 @@ void simulate_figures_begin(simulate_figures *figures) {
   const simulate_request *request = figures->request;
   figures->energy_min = INFINITY;
   figures->energy_max = -INFINITY;
-  figures->potential_min = INFINITY;
   figures->windows =
       driver_drift_plan(first_free_row(request), request->steps / request->record_every + 1,
                         DRIFT_PARTS, WINDOW_ROWS_MIN);
@@ -49,7 +48,6 @@ void simulate_figures_add(simulate_figures *figures, int64_t row, const thrum_en
   figures->last = *energies;
   figures->energy_min = fmin(figures->energy_min, energies->total);
   figures->energy_max = fmax(figures->energy_max, energies->total);
-  figures->potential_min = fmin(figures->potential_min, energies->potential);
   if (row >= 0)
     driver_drift_add(&figures->windows, row, energies->total);
 }
@@ -76,13 +74,7 @@ void simulate_figures_end(simulate_figures *figures) {
   figures->grew_freely = figures->growth > GROWTH_FLAG;
   figures->gained =
       !figures->uncounted && simulate_figures_balance(figures) > GAIN_FLAG * figures->energy_max;
-
-  // no material holds less than nothing, but points that are too few for a flow lose more by it
-  // than they had
-  figures->overdrawn =
-      figures->plastic_work > 0 && figures->potential_min < -GAIN_FLAG * figures->energy_max;
-  figures->energy_grew = figures->grew_freely || figures->gained || figures->overdrawn ||
-                         figures->report.grown_steps > 0;
+  figures->energy_grew = figures->grew_freely || figures->gained || figures->report.grown_steps > 0;
 
   // the integrator manifold steps the inertia of what follows, and leaves none out
   const double left_out = def->integrator == THRUM_INTEGRATOR_MANIFOLD ? 0 : figures->inertia_share;

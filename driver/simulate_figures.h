@@ -12,10 +12,9 @@ typedef struct simulate_figures {
   const thrum_model *model;
   uint64_t model_hash; /* 64-bit FNV-1a of the file's bytes */
   thrum_status status; /* THRUM_OK, or how the run ended */
-  bool energy_grew;    /* for at least one of the four reasons that follow */
+  bool energy_grew;    /* for at least one of the three reasons that follow */
   bool grew_freely;    /* its mean did in free motion */
-  bool gained;    /* much of it is no work of loads; its steps tell another: report.grown_steps */
-  bool overdrawn; /* plastic flow took much that its points did not hold: V is below zero */
+  bool gained; /* much of it is no work of loads; its steps tell the third: report.grown_steps */
   bool condensed_wrong; /* condensing left out more than the result can be believed with */
   bool uncounted;       /* something acts whose work is not counted */
   thrum_error stop;     /* why it ended early; empty message: it did not */
@@ -24,11 +23,11 @@ typedef struct simulate_figures {
   int64_t fallback_steps;
   thrum_energies first, last;
   double energy_min, energy_max;
-  double potential_min;        /* least strain energy [J] */
   double work_load, work_base; /* [J] */
   double dissipated;           /* [J]; NaN where it is not counted */
   double plastic_work;         /* of it, that plastic flow took [J] */
   double plastic_strain;       /* largest at the end */
+  double point_stiffness;      /* of points that may flow, over that of the body, the most */
   double spin[3];              /* of a body with --spin, at the end [degrees/s] */
   driver_drift windows;
   double drift;  /* NaN where it says nothing */

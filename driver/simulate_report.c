@@ -230,6 +230,8 @@ static void add_energies(cJSON *object, const simulate_figures *figures) {
     json_numbers(object, "spin_last_deg_s", figures->spin, 3);
   json_number(object, "drift", figures->drift);
   json_number(object, "plastic_strain", figures->plastic_strain);
+  json_number(object, "point_stiffness",
+              figures->point_stiffness > 0 ? figures->point_stiffness : NAN);
   json_number(object, "peak_displacement_m", figures->peak);
   json_number(object, "peak_vertex",
               figures->peak_vertex >= 0 ? (double)figures->peak_vertex + 1 : NAN);

@@ -196,6 +196,7 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
   figures->dissipated = figures->report.dissipated;
   figures->plastic_work = figures->report.plastic_work;
   figures->plastic_strain = thrum_state_plastic_strain(self->state);
+  figures->point_stiffness = thrum_state_point_stiffness(self->state);
   stepper_spin_now(&self->spin, figures->spin);
   if (self->shape != self->model)
     condensed_check_report(&self->check, self->model, figures);

@@ -158,6 +158,12 @@ thrum_status thrum_scene_set_condensed(thrum_scene *scene, int32_t number, int64
   THRUM_TRY(scene_body_at(scene, number, &body, error));
   THRUM_TRY(check_detail(body, error));
   THRUM_TRY(check_tied(body, error));
+  if (masters > 0 && body->self_contact)
+    return thrum_error_set(
+        error, THRUM_UNSUPPORTED,
+        "body '%s' touches itself, so it steps all of its coordinates: it cannot "
+        "be condensed",
+        body->name);
   return scene_condense(scene, number, masters, error);
 }
 

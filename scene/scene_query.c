@@ -106,6 +106,7 @@ thrum_status thrum_scene_body(const thrum_scene *scene, int32_t number, thrum_sc
       .dissipated = counts.dissipated,
       .plastic_work = counts.plastic_work,
       .plastic_strain = thrum_state_plastic_strain(body->state),
+      .point_stiffness = thrum_state_point_stiffness(body->state),
       .free = body->free,
       .mass = body->way.mass,
       .report = thrum_state_report_get(body->state),

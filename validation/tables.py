@@ -478,6 +478,16 @@ def touch():
     return table(["model", "without: worst, mean", "up to rank 40: worst, mean, times a step", "up to rank 100: worst, mean"], body)
 
 
+def plastic():
+    """The shapes in which a bent beam stays."""
+    body = []
+    for r in rows("plastic", "shapes.csv"):
+        options = "the same, `--cubature-error 0.02`" if r["model"] == "trained_fewer" else f"`{r['options']}`"
+        body.append([options, r["points"], f"{float(r['point_stiffness']):.3g}",
+                     percent(float(r["error_30"])), percent(float(r["error_80"]))])
+    return table(["model", "points", "their stiffness", "after 30 N", "after 80 N"], body)
+
+
 def training():
     """Errors of motion of bases without training, with it, and with weights by what the training shows."""
     found = {(r["model"], r["basis"]): r for r in rows("training", "errors.csv")}
@@ -508,6 +518,7 @@ def mujoco():
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, work_means, extremes, linear, tradeoff,
                                            tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles, touch, cubature, tradeoff_points,
+                                           plastic,
                                            before_after, mujoco, model_errors, training)}
 
 

@@ -124,9 +124,9 @@ typedef struct thrum_model {
   const struct thrum_model *shape;
   const double *follow, *follow_by_pair; /* the second has a row for each pair of masters */
   double follow_scale;
-  /* Rows F_p^-1 - 1, row-major, of the cubature points of a point_law: how far the material has
-   * flowed (design 19); NULL: nothing has. Files hold none. A state that flows steps with a copy of
-   * the model that has the state's own here. */
+  /* Rows F_p^-1 - 1, row-major, of the cubature points of a point_law that may flow, and behind
+   * them what (18.7) adds to V; NULL: it is elastic. Files hold none. A state that may flow steps
+   * with a copy of the model that has the state's own here. */
   const double *point_plastic;
   /* 9 + 9 rank (rank + 1) numbers of thrum_inertia_numbers, from which thrum_inertia_create makes
    * the inertia of a free body's shape in place of a mesh; NULL: of the mesh. Files hold none, and

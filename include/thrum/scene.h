@@ -623,7 +623,8 @@ THRUM_API thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t body, in
  * stepped again (0). Coordinates that are stepped again go on from where they followed, so the
  * shape does not jump; those that begin to follow jump to where they follow.
  * THRUM_INVALID_ARGUMENT beyond these numbers, and for both calls where the body has a level of
- * detail. */
+ * detail; THRUM_UNSUPPORTED where a body that touches itself would be condensed. A condensed body
+ * does not touch others. */
 THRUM_API thrum_status thrum_scene_set_condensed(thrum_scene *scene, int32_t body, int64_t masters,
                                                  thrum_error *error);
 
@@ -732,6 +733,7 @@ typedef struct thrum_scene_body_info {
                                          start [J] */
   double plastic_work;                /* of it, that plastic flow took [J] */
   double plastic_strain;              /* thrum_state_plastic_strain */
+  double point_stiffness;             /* thrum_state_point_stiffness */
   int32_t free;                       /* 1: it moves and rotates as a whole */
   double mass;                        /* mass of a free body [kg]; 0: held */
   thrum_contact_report contact;       /* zero for a body without contact and pulls */

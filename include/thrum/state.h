@@ -396,6 +396,13 @@ THRUM_API thrum_status thrum_state_take_plastic(thrum_state *state, const thrum_
  */
 THRUM_API double thrum_state_plastic_strain(const thrum_state *state);
 
+/* The stiffness of the cubature points of a state that may flow over that of the whole body at
+ * small strains, along the shape where that is most. Up to 1 a body that has not flowed is the
+ * elastic one; beyond, its points see such shapes shortened by the root of it (18.7), and points
+ * that are trained on the yield (precompute --yield), or more of them, are better. 0 for a state
+ * that cannot flow and for NULL. Any thread that only reads the state. */
+THRUM_API double thrum_state_point_stiffness(const thrum_state *state);
+
 /* Changes the time step [s] between two steps, as often as wanted (design 4). q and p of the
  * present time stay as they are, and so do the target energy, the energy balance, a switch to
  * another scheme, and what solves have learnt. The explicit modes are those for the longest step

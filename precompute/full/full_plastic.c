@@ -74,7 +74,7 @@ static double energy_at(const void *context, double plastic[3][3]) {
 static bool flow_at(thrum_full *full, double dt, int64_t t, int p) {
   const thrum_fem *fem = full_elastic(full);
   const mesh_point at = {full, t, p, full->plastic + 9 * (t * fem->point_count + p)};
-  const thrum_plastic_point point = {&full->def.plastic, dt, energy_at, &at};
+  const thrum_plastic_point point = {&full->def.plastic, dt, 1, energy_at, &at};
   double plastic[3][3];
   memcpy(plastic, at.plastic, sizeof plastic);
   thrum_tet tet;

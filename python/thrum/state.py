@@ -269,6 +269,12 @@ class State:
             return float(lib.thrum_state_plastic_strain(self._open()))
 
     @property
+    def point_stiffness(self) -> float:
+        """The largest stiffness of the points over that of the body; 0 where nothing can flow."""
+        with self._lock:
+            return float(lib.thrum_state_point_stiffness(self._open()))
+
+    @property
     def energies(self) -> Energies:
         """Energies of q and p [J]."""
         found = ffi.new("thrum_energies *")

@@ -18,16 +18,39 @@
 #include "runtime/dynamics/energy_correction.h"
 #include "runtime/material/plastic_flow.h"
 #include "runtime/polynomial/point_law.h"
+#include "runtime/polynomial/point_rest.h"
 #include "runtime/polynomial/polynomial_private.h"
+
+void thrum_point_flow_prepare(const thrum_model *model, thrum_state *state) {
+  if (!thrum_can_flow(&state->def))
+    return;
+
+  // an inverse that there is not yet lends its room
+  const thrum_state_view view = thrum_state_view_of(state);
+  thrum_rest_shares(model, view.shapes, view.shares, view.inverses);
+  thrum_rest_prepare(model, view.shapes, view.shares, view.plastic);
+  memset(view.inverses, 0, (size_t)state->kept_count * sizeof *view.inverses);
+}
+
+/* What the plastic strains of a state have released. */
+static void release(const thrum_model *model, thrum_state *state, const thrum_state_view *view) {
+  thrum_rest_release(model, view->shapes, view->shares, view->plastic);
+  state->release_due = 0;
+}
 
 const thrum_model *thrum_flowed_model(const thrum_model *model, thrum_state *state,
                                       thrum_model *copy) {
   if (!thrum_can_flow(&state->def))
     return model;
+  const thrum_state_view view = thrum_state_view_of(state);
+  if (state->release_due)
+    release(model, state, &view);
   *copy = *model;
-  copy->point_plastic = thrum_state_view_of(state).plastic;
+  copy->point_plastic = view.plastic;
   return copy;
 }
+
+enum { HALVINGS_MAX = 12 }; // of what flows in a step, until it takes energy
 
 /* A point at its gradient. */
 typedef struct cubature_point {
@@ -56,10 +79,14 @@ static cubature_point point_of(const thrum_model *model, const double *restricte
   return at;
 }
 
-/* Lets one point flow; whether it did. */
-static bool flow_at(const thrum_state *state, cubature_point *at, double *place, double *taken) {
-  const thrum_plastic_point point = {&state->def.plastic, state->def.dt, energy_at, at};
+/* Lets one point flow by a share of what the rule asks for, and leaves what had flowed in the lanes
+ * of its gradient; whether it did. */
+static bool flow_at(const thrum_state *state, cubature_point *at, double share, double *place,
+                    double *lanes, double *taken) {
+  const thrum_plastic_point point = {&state->def.plastic, state->def.dt, share, energy_at, at};
   double plastic[3][3], elastic[3][3], work = 0;
+  for (int c = 0; c < THRUM_POINT_ROWS; c++)
+    lanes[8 * c] = place[c];
   memcpy(plastic, place, sizeof plastic);
   thrum_elastic_gradient(at->gradient, plastic, elastic);
   if (!thrum_plastic_settle(&point, elastic, plastic, &work) || !isfinite(work) ||
@@ -70,26 +97,66 @@ static bool flow_at(const thrum_state *state, cubature_point *at, double *place,
   return true;
 }
 
+static double *lanes_of(double *restricted, int64_t p) {
+  return restricted + THRUM_POINT_BLOCK * (p / 8) + p % 8;
+}
+
+/* Lets all points flow by such a share; whether one did, and the strain energy that it took, which
+ * may be negative. */
+static bool flow_by(const thrum_model *flowed, thrum_state *state, const thrum_state_view *view,
+                    double share, double *taken) {
+  // with all coordinates held a restriction has the gradients of all points
+  double seen[THRUM_RANK_MAX];
+  thrum_points_see(flowed, view->q, seen);
+  thrum_polynomial_restrict(view->kernel, flowed, state->rank, seen, view->restricted, view->work);
+  bool any = false;
+  double sum = 0;
+  for (int64_t p = 0; p < flowed->point_count; p++) {
+    cubature_point at = point_of(flowed, view->restricted, p);
+    any = flow_at(state, &at, share, view->plastic + THRUM_POINT_ROWS * p,
+                  lanes_of(view->restricted, p), &sum) ||
+          any;
+  }
+  if (!any)
+    return false;
+  sum += thrum_released_energy(flowed, view->q);
+  release(flowed, state, view);
+  *taken = sum - thrum_released_energy(flowed, view->q);
+  return true;
+}
+
+/* Takes the last flow back. */
+static void flow_back(const thrum_model *flowed, thrum_state *state, const thrum_state_view *view) {
+  for (int64_t p = 0; p < flowed->point_count; p++)
+    for (int c = 0; c < THRUM_POINT_ROWS; c++)
+      view->plastic[THRUM_POINT_ROWS * p + c] = lanes_of(view->restricted, p)[8 * c];
+  release(flowed, state, view);
+}
+
 void thrum_forget_forces(thrum_state *state) {
   state->potential_step = -1;
   state->potential = state->potential_end = 0.0;
   state->carried = 0;
 }
 
-void thrum_point_flow(const thrum_model *flowed, thrum_state *state, const thrum_state_view *view) {
-  if (!thrum_can_flow(&state->def))
-    return;
-
-  // with all coordinates held a restriction has the gradients of all points
-  thrum_polynomial_restrict(view->kernel, flowed, state->rank, view->q, view->restricted,
-                            view->work);
-  double taken = 0.0;
-  bool any = false;
-  for (int64_t p = 0; p < flowed->point_count; p++) {
-    cubature_point at = point_of(flowed, view->restricted, p);
-    any = flow_at(state, &at, view->plastic + THRUM_POINT_ROWS * p, &taken) || any;
+/* Flows as far as lowers the strain energy, that of the stiffness without points too; whether
+ * anything has flowed, and what of the energy that took. */
+static bool flow_within(const thrum_model *flowed, thrum_state *state, const thrum_state_view *view,
+                        double *taken) {
+  double share = 1;
+  for (int k = 0; k < HALVINGS_MAX; k++, share *= 0.5) {
+    if (!flow_by(flowed, state, view, share, taken))
+      return false;
+    if (*taken >= 0 && isfinite(*taken))
+      return true;
+    flow_back(flowed, state, view);
   }
-  if (!any)
+  return false;
+}
+
+void thrum_point_flow(const thrum_model *flowed, thrum_state *state, const thrum_state_view *view) {
+  double taken = 0.0;
+  if (!thrum_can_flow(&state->def) || !flow_within(flowed, state, view, &taken))
     return;
   thrum_forget_forces(state);
   thrum_energy_correction_take(state, taken);

@@ -5,6 +5,9 @@
 
 #include "runtime/dynamics/state_layout.h"
 
+/* Finds what of a new state follows from its model, where it can flow. */
+void thrum_point_flow_prepare(const thrum_model *model, thrum_state *state);
+
 /* The model as a state that belongs to it sees it: `copy` with what has flowed in the state, where
  * it can flow, and the model itself otherwise. `copy` holds as long as model and state do. */
 const thrum_model *thrum_flowed_model(const thrum_model *model, thrum_state *state,

@@ -100,7 +100,9 @@ void thrum_state_plan(thrum_state *state, const thrum_model *model) {
                             : manifold            ? thrum_manifold_count(model)
                             : thrum_can_flow(def) ? thrum_restriction_count(model, r)
                                                   : 0;
-  state->plastic_count = thrum_can_flow(def) ? THRUM_POINT_ROWS * model->point_count : 0;
+  state->plastic_count = thrum_can_flow(def) ? thrum_points_plastic_count(model) : 0;
+  state->shares_count = thrum_can_flow(def) ? r : 0;
+  state->shapes_count = thrum_can_flow(def) ? r * r : 0;
 
   // tangent damping needs T of all modes, also where few or none are implicit
   state->kept_count = def->integrator == THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER ? 0 : n * n;
@@ -173,6 +175,7 @@ thrum_status thrum_state_init(void *memory, size_t memory_size, const thrum_mode
   memset(memory, 0, size);
   fill_header(memory, model, def);
   *state = memory;
+  thrum_point_flow_prepare(model, *state);
   return THRUM_OK;
 }
 

@@ -9,7 +9,8 @@
 
 /* Doubles of each kind of array, rounded up to whole alignments. */
 typedef struct sizes {
-  uint64_t vector, past, pairs, work, restricted, inverse, inverses, next, tangent, plastic;
+  uint64_t vector, past, pairs, work, restricted, inverse, inverses, next, tangent, plastic, shares,
+      shapes;
 } sizes;
 
 static uint64_t round_up(uint64_t doubles) {
@@ -33,6 +34,8 @@ static sizes sizes_of(const thrum_state *state) {
       .next = round_up((uint64_t)state->next_count),
       .tangent = round_up((uint64_t)state->tangent_count),
       .plastic = round_up((uint64_t)state->plastic_count),
+      .shares = round_up((uint64_t)state->shares_count),
+      .shapes = round_up((uint64_t)state->shapes_count),
   };
   return s;
 }
@@ -50,10 +53,19 @@ uint64_t thrum_state_layout_scratch(const thrum_state *state) {
   return doubles * sizeof(double);
 }
 
+static uint64_t fixed_bytes(const thrum_state *state) {
+  const sizes s = sizes_of(state);
+  uint64_t doubles = 0;
+#define X(name, size) doubles += s.size;
+  THRUM_STATE_FIXED(X)
+#undef X
+  return doubles * sizeof(double);
+}
+
 uint64_t thrum_state_layout_bytes(const thrum_state *state) {
   const uint64_t behind =
       state->def.borrows_scratch ? (uint64_t)THRUM_ALIGNMENT : thrum_state_layout_scratch(state);
-  return (uint64_t)thrum_state_kept_bytes(state) + behind;
+  return (uint64_t)thrum_state_kept_bytes(state) + behind + fixed_bytes(state);
 }
 
 /* The pointer to lent scratch is not one of the bytes that persist, so that snapshots and states of
@@ -98,6 +110,14 @@ void thrum_state_view_fill(thrum_state *state, thrum_state_view *view) {
   view->name = at;                                                                                 \
   at = at ? at + s.size : NULL;
   THRUM_STATE_SCRATCH(X)
+#undef X
+
+  // what follows from the model is last
+  at = (double *)(void *)((unsigned char *)state + state->bytes - fixed_bytes(state));
+#define X(name, size)                                                                              \
+  view->name = at;                                                                                 \
+  at += s.size;
+  THRUM_STATE_FIXED(X)
 #undef X
 
   // the inverses are a ring, and a newer one takes the place of the oldest

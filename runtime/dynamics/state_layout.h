@@ -25,7 +25,7 @@
 
 /* The version of the header and the arrays below; it is raised with each change of them, so that a
  * snapshot of another version is known. */
-#define THRUM_STATE_VERSION 16
+#define THRUM_STATE_VERSION 17
 
 /* --- the header ------------------------------------------------------------------------------- */
 
@@ -127,7 +127,9 @@ struct thrum_state {
   int64_t kept_count;        /* doubles in each of `inverses` */
   int64_t next_count;        /* doubles in `jacobian_next` */
   int64_t tangent_count;     /* doubles in `tangent` */
-  int64_t plastic_count;     /* doubles in `plastic`, 9 for each cubature point; 0: none flows */
+  int64_t plastic_count;     /* doubles in `plastic`; 0: none flows */
+  int64_t shares_count;      /* doubles in `shares`, */
+  int64_t shapes_count;      /* and in `shapes` */
   int64_t eager_end;         /* step up to which solves refresh their Jacobian at once */
   int64_t average_field_end; /* energy: step up to which it takes the average vector field */
   int64_t past_discrete;     /* energy: 1 where past_q, past_r are of the discrete gradient */
@@ -156,7 +158,7 @@ struct thrum_state {
   int32_t inverse_place; /* of the newest among `inverses` */
   int32_t carried;       /* energy: 1: the next step starts from q_corrected, p_corrected */
   int32_t jacobian_interval; /* energy: steps between two planned Jacobians, 0: none yet */
-  int32_t unused;            /* zero, so that there is no padding */
+  int32_t release_due;       /* 1: what the plastic strains have released is to be found again */
 };
 
 _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + sizeof(int32_t) &&
@@ -164,7 +166,7 @@ _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + si
                        offsetof(thrum_state_report, residual_last) + sizeof(double) &&
                    offsetof(thrum_state, report) ==
                        offsetof(thrum_state, def) + sizeof(thrum_state_def) &&
-                   sizeof(thrum_state) == offsetof(thrum_state, unused) + sizeof(int32_t),
+                   sizeof(thrum_state) == offsetof(thrum_state, release_due) + sizeof(int32_t),
                "there is padding in a state");
 
 /* --- the arrays ------------------------------------------------------------------------------- */
@@ -176,7 +178,8 @@ _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + si
   X(load, vector)           /* mean load of the steps to come, f_k */                              \
   X(load_before, vector)    /* of the step before, f_{k-1} */                                      \
   X(acceleration, vector)   /* Newmark: a, taken with load_before */                               \
-  X(plastic, plastic)       /* F_p^-1 - 1 of each cubature point, where the material may flow */   \
+  X(plastic, plastic)       /* F_p^-1 - 1 of each cubature point, where the material may flow, */  \
+                            /* and what was released by it (runtime/polynomial/points.h) */        \
   X(power_explicit, vector) /* iterate of the power iteration on the explicit modes now */         \
   X(power_whole, vector)    /* and on the explicit modes of the def */                             \
   X(q_before, vector)       /* q before the last step, for a step that is repeated */              \
@@ -188,6 +191,11 @@ _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + si
   X(q_corrected, vector) /* energy: start of the next step, where carried */                       \
   X(p_corrected, vector) /* and its p */                                                           \
   X(inverses, inverses)  /* of Jacobians, |I| x |I|, symmetric; order as inverse_place says */
+
+/* Arrays of a state that follow from its model, filled when the state is made. */
+#define THRUM_STATE_FIXED(X)                                                                       \
+  X(shares, shares) /* of the stiffness that the cubature points have, where they flow, */         \
+  X(shapes, shapes) /* and whose they are (runtime/dynamics/point_release.h) */
 
 /* Scratch: any content when a call begins. */
 #define THRUM_STATE_SCRATCH(X)                                                                     \
@@ -246,6 +254,7 @@ typedef struct thrum_state_view {
 #define X(name, size) double *name;
   THRUM_STATE_ARRAYS(X)
   THRUM_STATE_SCRATCH(X)
+  THRUM_STATE_FIXED(X)
 #undef X
   double *inverse[THRUM_INVERSES];   /* the newest first */
   double *kept_end;                  /* behind the last array that persists */

@@ -16,6 +16,12 @@ static const double *plastic_of(const thrum_state *state) {
   return thrum_state_view_of((thrum_state *)(uintptr_t)state).plastic;
 }
 
+/* Numbers of the plastic strains of all points; what was released by them lies behind. */
+static int64_t strains_of(const thrum_state *state) {
+  const int64_t rank = state->rank;
+  return state->plastic_count > 0 ? state->plastic_count - rank * rank - rank - 2 : 0;
+}
+
 /* Another material: its energy is another one at once, which the next step takes as its target. */
 static void forget_material(thrum_state *state) {
   thrum_forget_forces(state);
@@ -26,13 +32,13 @@ thrum_status thrum_state_take_plastic(thrum_state *state, const thrum_state *fro
                                       thrum_error *error) {
   if (!state || !from)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "one of the states is NULL");
-  if (state->plastic_count != from->plastic_count || state->plastic_count == 0)
-    return thrum_error_set(error, THRUM_MODEL_MISMATCH,
-                           "what has flowed at %lld cubature points cannot go on at %lld",
-                           (long long)(from->plastic_count / THRUM_POINT_ROWS),
-                           (long long)(state->plastic_count / THRUM_POINT_ROWS));
-  memmove(thrum_state_view_of(state).plastic, plastic_of(from),
-          (size_t)state->plastic_count * sizeof(double));
+  const int64_t points = strains_of(state);
+  if (points != strains_of(from) || points == 0)
+    return thrum_error_set(
+        error, THRUM_MODEL_MISMATCH, "what has flowed at %lld cubature points cannot go on at %lld",
+        (long long)(strains_of(from) / THRUM_POINT_ROWS), (long long)(points / THRUM_POINT_ROWS));
+  memmove(thrum_state_view_of(state).plastic, plastic_of(from), (size_t)points * sizeof(double));
+  state->release_due = 1;
   forget_material(state);
   return THRUM_OK;
 }
@@ -42,7 +48,8 @@ thrum_status thrum_state_clear_plastic(const thrum_model *model, thrum_state *st
   THRUM_TRY(thrum_state_check(model, state, error));
   if (!thrum_can_flow(&state->def))
     return THRUM_OK;
-  memset(thrum_state_view_of(state).plastic, 0, (size_t)state->plastic_count * sizeof(double));
+  memset(thrum_state_view_of(state).plastic, 0, (size_t)strains_of(state) * sizeof(double));
+  state->release_due = 1;
   forget_material(state);
   state->report.dissipated -= state->report.plastic_work;
   state->report.plastic_work = 0.0;
@@ -54,9 +61,19 @@ double thrum_state_plastic_strain(const thrum_state *state) {
     return 0.0;
   const double *at = plastic_of(state);
   double largest = 0.0, plastic[3][3];
-  for (int64_t n = 0; n < state->plastic_count; n += THRUM_POINT_ROWS) {
+  for (int64_t n = 0; n < strains_of(state); n += THRUM_POINT_ROWS) {
     memcpy(plastic, at + n, sizeof plastic);
     largest = fmax(largest, thrum_plastic_strain(plastic));
   }
+  return largest;
+}
+
+double thrum_state_point_stiffness(const thrum_state *state) {
+  if (!state || !thrum_can_flow(&state->def))
+    return 0.0;
+  const double *shares = thrum_state_view_of((thrum_state *)(uintptr_t)state).shares;
+  double largest = 0.0;
+  for (int32_t k = 0; k < state->rank; k++)
+    largest = fmax(largest, shares[k]);
   return largest;
 }

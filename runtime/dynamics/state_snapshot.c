@@ -69,7 +69,8 @@ static thrum_status check_sizes(const thrum_model *model, const thrum_state *sta
       header->restricted_count != planned.restricted_count ||
       header->kept_count != planned.kept_count || header->next_count != planned.next_count ||
       header->tangent_count != planned.tangent_count ||
-      header->plastic_count != planned.plastic_count)
+      header->plastic_count != planned.plastic_count ||
+      header->shares_count != planned.shares_count || header->shapes_count != planned.shapes_count)
     return refuse("size of an array", error);
   return THRUM_OK;
 }
@@ -151,8 +152,9 @@ static thrum_status check_counts(const thrum_state *header, thrum_error *error) 
       spurious->halvings > THRUM_HALVINGS_MOST || spurious->quiet < 0 ||
       spurious->quiet > THRUM_WAIT_MOST || spurious->wait < 0 || spurious->wait > THRUM_WAIT_MOST)
     return refuse("plan of the energy integrator", error);
-  if (header->unused != 0 || header->past_count < 0 || header->past_count > THRUM_PAST_SOLVES ||
-      header->inverse_place < 0 || header->inverse_place >= THRUM_INVERSES)
+  if ((header->release_due != 0 && header->release_due != 1) || header->past_count < 0 ||
+      header->past_count > THRUM_PAST_SOLVES || header->inverse_place < 0 ||
+      header->inverse_place >= THRUM_INVERSES)
     return refuse("place of a past solve", error);
   return THRUM_OK;
 }

@@ -122,7 +122,7 @@ static bool flow_within(const thrum_plastic_point *point, double elastic[3][3], 
 
 bool thrum_plastic_settle(const thrum_plastic_point *point, double elastic[3][3],
                           double plastic[3][3], double *taken) {
-  double flowed[3][3], energy = 0, share = 1;
+  double flowed[3][3], energy = 0, share = point->share;
 
   // less of it where the energy would rise
   for (int k = 0; k < HALVINGS_MAX; k++, share *= 0.5) {

@@ -20,7 +20,8 @@ bool thrum_plastic_flow(const thrum_plastic *material, double dt, double elastic
 /* A point that may flow. */
 typedef struct thrum_plastic_point {
   const thrum_plastic *material;
-  double dt; /* [s] */
+  double dt;    /* [s] */
+  double share; /* 1, or less of what the rule asks for */
   /* The strain energy of the point where F_p^-1 - 1 is `plastic` [J]. */
   double (*energy)(const void *context, double plastic[3][3]);
   const void *context;

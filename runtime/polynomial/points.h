@@ -52,6 +52,12 @@ static inline int64_t thrum_points_pack_count(const thrum_model *model) {
   return THRUM_POINT_BLOCK * thrum_point_blocks(model) * model->rank;
 }
 
+/* Numbers of model->point_plastic: the plastic strains, and behind them what runtime/polynomial/
+ * point_rest.h has of a model that may flow. */
+static inline int64_t thrum_points_plastic_count(const thrum_model *model) {
+  return THRUM_POINT_ROWS * model->point_count + model->rank + 2 + model->rank * model->rank;
+}
+
 /* Packed gradients of more bytes than this are single-precision ones where they can be: below,
  * widening them costs more than reading fewer bytes saves. Measured. */
 #define THRUM_POINTS_SINGLE_BYTES (3 << 19)

@@ -9,7 +9,7 @@
 #include "runtime/base/fp_contract.h"
 
 #include "runtime/polynomial/packed.h"
-#include "runtime/polynomial/points.h"
+#include "runtime/polynomial/point_rest.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 #include <string.h>
@@ -42,22 +42,27 @@ static const thrum_kernel *fit(const thrum_kernel *by, const thrum_model *model)
   return thrum_is_packed(model) ? by : &thrum_kernel_reference;
 }
 
-double thrum_strain_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,
-                              double *work) {
-  double quadratic = 0;
+/* The terms of degree 2, and, of a model that may flow, what was released of them (18.7). */
+static double quadratic_energy(const thrum_model *model, const double *q) {
+  double sum = 0;
   for (int64_t i = 0; i < model->rank; i++)
-    quadratic += 0.5 * model->omega2[i] * q[i] * q[i];
-  return quadratic + fit(by, model)->energy(model, q, work);
+    sum += 0.5 * model->omega2[i] * q[i] * q[i];
+  return model->point_plastic ? sum + thrum_released_energy(model, q) : sum;
 }
 
-/* The quadratic terms, and their gradient into `force`. */
-static double linear_force(const thrum_model *model, const double *q, double *force) {
-  double quadratic = 0;
-  for (int64_t i = 0; i < model->rank; i++) {
-    quadratic += 0.5 * model->omega2[i] * q[i] * q[i];
+/* Their gradient by the first n coordinates. */
+static void linear_force(const thrum_model *model, int64_t n, const double *q, double *force) {
+  for (int64_t i = 0; i < n; i++)
     force[i] = model->omega2[i] * q[i];
-  }
-  return quadratic;
+  for (int64_t i = 0; model->point_plastic && i < n; i++)
+    force[i] -= thrum_points_released(model)[i];
+}
+
+/* The same onto a force of the points alone, where they see displacements shortened. */
+static void add_linear_force(const thrum_model *model, const double *q, double *force) {
+  thrum_points_return(model, force);
+  for (int64_t i = 0; i < model->rank; i++)
+    force[i] += model->omega2[i] * q[i] - thrum_points_released(model)[i];
 }
 
 static void linear_tangent(const thrum_model *model, double *tangent) {
@@ -67,18 +72,57 @@ static void linear_tangent(const thrum_model *model, double *tangent) {
     tangent[i * n + i] = model->omega2[i];
 }
 
+static void add_linear_tangent(const thrum_model *model, double *tangent) {
+  const int64_t n = model->rank;
+  thrum_points_return_tangent(model, tangent);
+  for (int64_t i = 0; i < n; i++)
+    tangent[i * n + i] += model->omega2[i];
+}
+
+/* Where the points see q: there, or in `seen`. */
+static const double *place_of(const thrum_model *model, const double *q, double *seen) {
+  if (!thrum_points_shorten(model))
+    return q;
+  thrum_points_see(model, q, seen);
+  return seen;
+}
+
+double thrum_strain_energy_by(const thrum_kernel *by, const thrum_model *model, const double *q,
+                              double *work) {
+  double seen[THRUM_RANK_MAX];
+  return quadratic_energy(model, q) + fit(by, model)->energy(model, place_of(model, q, seen), work);
+}
+
 double thrum_internal_force_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                                double *force, double *work) {
-  const double quadratic = linear_force(model, q, force);
-  return quadratic + fit(by, model)->force(model, q, force, work);
+  const double quadratic = quadratic_energy(model, q);
+  if (!thrum_points_shorten(model)) {
+    linear_force(model, model->rank, q, force);
+    return quadratic + fit(by, model)->force(model, q, force, work);
+  }
+
+  // the points' own force first
+  double seen[THRUM_RANK_MAX];
+  memset(force, 0, (size_t)model->rank * sizeof *force);
+  const double value = fit(by, model)->force(model, place_of(model, q, seen), force, work);
+  add_linear_force(model, q, force);
+  return quadratic + value;
 }
 
 void thrum_internal_forces_by(const thrum_kernel *by, const thrum_model *model,
                               const double *const q[2], double *const force[2], double energy[2],
                               double *work) {
+  // where points see displacements shortened, one read would save little
+  if (thrum_points_shorten(model)) {
+    for (int k = 0; k < 2; k++)
+      energy[k] = thrum_internal_force_by(by, model, q[k], force[k], work);
+    return;
+  }
   double value[2];
-  for (int k = 0; k < 2; k++)
-    energy[k] = linear_force(model, q[k], force[k]);
+  for (int k = 0; k < 2; k++) {
+    energy[k] = quadratic_energy(model, q[k]);
+    linear_force(model, model->rank, q[k], force[k]);
+  }
   fit(by, model)->forces(model, q, force, value, work);
   for (int k = 0; k < 2; k++)
     energy[k] += value[k];
@@ -86,32 +130,62 @@ void thrum_internal_forces_by(const thrum_kernel *by, const thrum_model *model,
 
 void thrum_tangent_stiffness_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                                 double *tangent, double *work) {
-  linear_tangent(model, tangent);
-  fit(by, model)->tangent(model, q, NULL, tangent, work);
+  if (!thrum_points_shorten(model)) {
+    linear_tangent(model, tangent);
+    fit(by, model)->tangent(model, q, NULL, tangent, work);
+    return;
+  }
+  double seen[THRUM_RANK_MAX];
+  memset(tangent, 0, (size_t)(model->rank * model->rank) * sizeof *tangent);
+  fit(by, model)->tangent(model, place_of(model, q, seen), NULL, tangent, work);
+  add_linear_tangent(model, tangent);
 }
 
 double thrum_internal_force_tangent_by(const thrum_kernel *by, const thrum_model *model,
                                        const double *q, double *force, double *tangent,
                                        double *work) {
-  const double quadratic = linear_force(model, q, force);
-  linear_tangent(model, tangent);
-  return quadratic + fit(by, model)->tangent(model, q, force, tangent, work);
+  const double quadratic = quadratic_energy(model, q);
+  if (!thrum_points_shorten(model)) {
+    linear_force(model, model->rank, q, force);
+    linear_tangent(model, tangent);
+    return quadratic + fit(by, model)->tangent(model, q, force, tangent, work);
+  }
+
+  // the points' own first
+  double seen[THRUM_RANK_MAX];
+  const size_t vector = (size_t)model->rank * sizeof *force;
+  memset(force, 0, vector);
+  memset(tangent, 0, (size_t)model->rank * vector);
+  const double value =
+      fit(by, model)->tangent(model, place_of(model, q, seen), force, tangent, work);
+  add_linear_force(model, q, force);
+  add_linear_tangent(model, tangent);
+  return quadratic + value;
 }
 
 void thrum_tangent_product_by(const thrum_kernel *by, const thrum_model *model, const double *q,
                               const double *v, double *product, double *work) {
+  if (!thrum_points_shorten(model)) {
+    for (int64_t i = 0; i < model->rank; i++)
+      product[i] = model->omega2[i] * v[i];
+    fit(by, model)->tangent_vector(model, q, v, product, work);
+    return;
+  }
+  double seen[THRUM_RANK_MAX], moved[THRUM_RANK_MAX];
+  thrum_points_see(model, v, moved);
+  memset(product, 0, (size_t)model->rank * sizeof *product);
+  fit(by, model)->tangent_vector(model, place_of(model, q, seen), moved, product, work);
+  thrum_points_return(model, product);
   for (int64_t i = 0; i < model->rank; i++)
-    product[i] = model->omega2[i] * v[i];
-  fit(by, model)->tangent_vector(model, q, v, product, work);
+    product[i] += model->omega2[i] * v[i];
 }
 
+/* What is only a part is asked for by integrators that step no flow, and so of models that do not
+ * shorten. */
 double thrum_internal_force_part(const thrum_kernel *by, const thrum_model *model, int32_t split,
                                  const double *q, double *force, double *work) {
-  double quadratic = 0;
-  for (int64_t i = 0; i < model->rank; i++)
-    quadratic += 0.5 * model->omega2[i] * q[i] * q[i];
-  for (int64_t i = 0; i < split; i++)
-    force[i] = model->omega2[i] * q[i];
+  const double quadratic = quadratic_energy(model, q);
+  linear_force(model, split, q, force);
   return quadratic + fit(by, model)->force_part(model, split, q, force, work);
 }
 

@@ -69,6 +69,7 @@ class Stepping(unittest.TestCase):
         for twin in (state.copy(), pickle.loads(pickle.dumps(state))):
             self.assertEqual(twin.plastic_strain, state.plastic_strain)
         self.assertGreater(state.plastic_strain, 0)
+        self.assertGreater(state.point_stiffness, 0)
         state.clear_plastic()
         self.assertEqual(state.plastic_strain, 0)
 

@@ -322,6 +322,15 @@ static void what_cannot_touch_itself_is_refused(void **context) {
   def.condense = 4;
   assert_int_equal(thrum_scene_add_body(f->scene, &def, NULL, &failure), THRUM_UNSUPPORTED);
   assert_int_equal(thrum_scene_body_count(f->scene), 0);
+
+  // nor is it condensed later on, where one that does not touch itself is
+  for (int touches = 0; touches < 2; touches++) {
+    def.condense = 0;
+    def.self_contact = touches;
+    assert_int_equal(thrum_scene_add_body(f->scene, &def, NULL, &failure), THRUM_OK);
+    assert_int_equal(thrum_scene_set_condensed(f->scene, touches, 4, &failure),
+                     touches ? THRUM_UNSUPPORTED : THRUM_OK);
+  }
 }
 
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)

@@ -3,6 +3,8 @@
  * Apache-2.0 */
 #include "tests/support/points_support.h"
 
+#include "runtime/polynomial/point_rest.h"
+
 #include "thrum/batch.h"
 
 enum { RANK = 9, POINTS = 40 };
@@ -43,6 +45,7 @@ static void a_point_flows_by_the_closed_form(void **context) {
   both made;
   points_make(&made, 3, RANK, 1, 1);
   points_obey(&made, "corotational");
+  made.weights[0] *= 0.05; // it has less stiffness than the body, and sees all of a displacement
   for (int c = 0; c < 81; c++)
     made.gradients[c] = c % 10 == 0 ? 1 : 0;
 
@@ -102,6 +105,187 @@ static void kinetic_stored_and_plastic_energy_are_the_work_of_the_load(void **co
     state_free(state);
     both_free(&made);
   }
+}
+
+/* A body of few points, whose stiffness is far from that of its frequencies along all shapes. */
+static void few_make(both *made, uint64_t seed) {
+  static const char *const laws[] = {"corotational", "neo-hookean"};
+  points_make(made, seed, RANK, 1 + (int64_t)seed % 7, seed % 3 == 0 ? 1.5 : 0.4);
+  points_obey(made, laws[seed % 2]);
+  made->points.identity = thrum_model_identity(&made->points);
+}
+
+static void flow_takes_no_more_than_start_and_load_have_given(void **context) {
+  (void)context;
+  int flowed = 0, stiffer = 0;
+  for (uint64_t seed = 1; seed <= 24; seed++) {
+    both made;
+    few_make(&made, seed);
+    const thrum_state_def def = flow_def(seed % 5 == 0 ? 1e-3 : 0.05);
+    thrum_state *state = state_make(&made.points, &def);
+    random_state random = {seed ^ 31};
+    double load[RANK], q[2][RANK], p[RANK], work = 0;
+
+    // violent ones: the body is thrown, and pushed this way and that
+    random_vector(&random, RANK, 5, p);
+    state_put(&made.points, state, NULL, p);
+    const double start = state_energy(&made.points, state).total;
+    double most = start, moved = start;
+    state_read(&made.points, state, q[0], p);
+    for (int k = 0; k < 200; k++) {
+      if (k % 40 == 0) {
+        random_vector(&random, RANK, k < 160 ? 20 : 0, load);
+        state_push(&made.points, state, load);
+      }
+      state_steps(&made.points, state, 1);
+      state_read(&made.points, state, q[(k + 1) % 2], p);
+      double done = 0;
+      for (int i = 0; i < RANK; i++)
+        done += load[i] * (q[(k + 1) % 2][i] - q[k % 2][i]);
+      work += done;
+      moved += fabs(done);
+      most = fmax(most, start + work);
+
+      // no strain energy below zero, no work that was not there, and an account that closes
+      const thrum_energies now = state_energy(&made.points, state);
+      const double taken = thrum_state_report_get(state).plastic_work;
+      const double left = now.total + taken - start - work;
+      if (!(now.potential >= -1e-12 * moved && taken <= most + 1e-12 * moved &&
+            fabs(left) <= 1e-11 * moved))
+        fail_msg("body %d, step %d: V %g, taken %g, given %g, left %g", (int)seed, k, now.potential,
+                 taken, most, left);
+    }
+    flowed += thrum_state_report_get(state).plastic_work > 0.1 * most;
+    stiffer += thrum_state_point_stiffness(state) > 2;
+    state_free(state);
+    both_free(&made);
+  }
+  assert_true(flowed > 12 && stiffer > 6);
+}
+
+/* What lies in a state that has flowed so. */
+static double *flowed_array(const thrum_model *model, double size, random_state *random) {
+  const int64_t r = model->rank;
+  double *plastic = random_alloc(thrum_points_plastic_count(model), sizeof *plastic);
+  double *shapes = random_alloc(r * r, sizeof *shapes), *work = random_alloc(r * r, sizeof *work);
+  double shares[RANK];
+  random_vector(random, 9 * model->point_count, size, plastic);
+  thrum_rest_shares(model, shapes, shares, work);
+  thrum_rest_prepare(model, shapes, shares, plastic);
+  thrum_rest_release(model, shapes, shares, plastic);
+  free(shapes);
+  free(work);
+  return plastic;
+}
+
+static void no_plastic_strain_and_no_shape_make_strain_energy_negative(void **context) {
+  (void)context;
+  for (uint64_t seed = 1; seed <= 200; seed++) {
+    both made;
+    few_make(&made, seed);
+    random_state random = {seed ^ 5};
+    thrum_model model = made.points;
+    double *plastic = flowed_array(&model, pow(10, (double)(seed % 5) - 4), &random);
+    double *work = random_alloc((int64_t)thrum_work_count(&model), sizeof *work), q[RANK];
+    model.point_plastic = plastic;
+    for (int k = 0; k < 20; k++) {
+      random_vector(&random, RANK, pow(10, k % 6 - 4), q);
+      double size = 0;
+      for (int i = 0; i < RANK; i++)
+        size += model.omega2[i] * q[i] * q[i];
+      const double least = -1e-12 * (size + fabs(thrum_released_energy(&model, q)));
+      const double energy = thrum_strain_energy(&model, q, work);
+      if (!(energy >= least))
+        fail_msg("body %d, shape %d: %g below %g", (int)seed, k, energy, least);
+    }
+    free(work);
+    free(plastic);
+    both_free(&made);
+  }
+}
+
+static void the_force_of_what_was_released_is_the_slope_of_its_energy(void **context) {
+  (void)context;
+  for (uint64_t seed = 1; seed <= 6; seed++) {
+    both made;
+    few_make(&made, seed);
+    random_state random = {seed ^ 13};
+    thrum_model model = made.points;
+    double *plastic = flowed_array(&model, 0.1, &random);
+    double *work = random_alloc((int64_t)thrum_work_count(&model), sizeof *work);
+    model.point_plastic = plastic;
+    double q[RANK], v[RANK], force[2][RANK], product[RANK], tangent[RANK * RANK], energy[2];
+    random_vector(&random, RANK, 0.3, q);
+    random_vector(&random, RANK, 1, v);
+    thrum_tangent_product(&model, q, v, product, work);
+    thrum_tangent_stiffness(&model, q, tangent, work);
+
+    // along v, by central differences
+    const double h = 1e-5;
+    double slope = 0, force_size = 0, worst = 0;
+    for (int k = 0; k < 2; k++) {
+      double at[RANK];
+      for (int i = 0; i < RANK; i++)
+        at[i] = q[i] + (k ? h : -h) * v[i];
+      energy[k] = thrum_internal_force(&model, at, force[k], work);
+      assert_true(fabs(energy[k] - thrum_strain_energy(&model, at, work)) <=
+                  1e-12 * fabs(energy[k]));
+    }
+    for (int i = 0; i < RANK; i++) {
+      slope += 0.5 * (force[0][i] + force[1][i]) * v[i];
+      force_size += fabs(force[0][i] * v[i]);
+      double row = 0;
+      for (int j = 0; j < RANK; j++)
+        row += tangent[i * RANK + j] * v[j];
+      worst = fmax(worst, fabs(row - product[i]));
+      worst = fmax(worst, 1e-4 * fabs((force[1][i] - force[0][i]) / (2 * h) - product[i]));
+    }
+    assert_true(fabs((energy[1] - energy[0]) / (2 * h) - slope) <= 1e-6 * force_size);
+    assert_true(worst <= 1e-10 * force_size);
+    free(work);
+    free(plastic);
+    both_free(&made);
+  }
+}
+
+static void a_body_that_does_not_flow_yet_has_the_bits_of_the_elastic_one(void **context) {
+  (void)context;
+  both made;
+  points_make(&made, 6, RANK, POINTS, 0.05);
+  points_obey(&made, "corotational");
+  made.points.identity = thrum_model_identity(&made.points);
+  const thrum_state_def def = flow_def(100), rigid = flow_def(INFINITY);
+  thrum_state *state = thrown(&made, &def), *elastic = thrown(&made, &rigid);
+  const double stiffness = thrum_state_point_stiffness(state);
+  assert_true(stiffness > 0 && stiffness <= 1 && thrum_state_point_stiffness(elastic) == 0);
+  double q[2][RANK], p[2][RANK];
+  state_steps(&made.points, state, 50);
+  state_steps(&made.points, elastic, 50);
+  state_read(&made.points, state, q[0], p[0]);
+  state_read(&made.points, elastic, q[1], p[1]);
+  assert_memory_equal(q[0], q[1], sizeof q[0]);
+  assert_memory_equal(p[0], p[1], sizeof p[0]);
+  state_free(state);
+  state_free(elastic);
+  both_free(&made);
+}
+
+static void what_has_flowed_is_taken_over_with_what_it_released(void **context) {
+  (void)context;
+  both made;
+  flow_make(&made, "corotational", 6);
+  const thrum_state_def def = flow_def(0.1);
+  thrum_state *state = thrown(&made, &def), *other = state_make(&made.points, &def);
+  state_steps(&made.points, state, 30);
+  double q[RANK], p[RANK];
+  state_read(&made.points, state, q, p);
+  assert_int_equal(thrum_state_take_plastic(other, state, NULL), THRUM_OK);
+  state_put(&made.points, other, q, p);
+  assert_true(state_energy(&made.points, other).potential ==
+              state_energy(&made.points, state).potential);
+  state_free(other);
+  state_free(state);
+  both_free(&made);
 }
 
 static void a_body_that_has_flowed_stays_bent_until_it_is_cleared(void **context) {
@@ -264,6 +448,11 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_point_flows_by_the_closed_form),
       cmocka_unit_test(kinetic_stored_and_plastic_energy_are_the_work_of_the_load),
+      cmocka_unit_test(flow_takes_no_more_than_start_and_load_have_given),
+      cmocka_unit_test(no_plastic_strain_and_no_shape_make_strain_energy_negative),
+      cmocka_unit_test(the_force_of_what_was_released_is_the_slope_of_its_energy),
+      cmocka_unit_test(a_body_that_does_not_flow_yet_has_the_bits_of_the_elastic_one),
+      cmocka_unit_test(what_has_flowed_is_taken_over_with_what_it_released),
       cmocka_unit_test(a_body_that_has_flowed_stays_bent_until_it_is_cleared),
       cmocka_unit_test(a_copy_and_a_snapshot_go_on_with_the_same_bits),
       cmocka_unit_test(a_batch_flows_as_each_alone_and_within_its_workspace),

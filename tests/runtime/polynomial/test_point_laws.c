@@ -19,9 +19,11 @@ static void law_make(both *made, const char *law, uint64_t seed, int64_t rank, i
 /* Something has flowed at each point; returns the memory, for the caller to free. */
 static double *law_flow(both *made, uint64_t seed) {
   const int64_t count = 9 * made->points.point_count;
-  double *plastic = random_alloc(count, sizeof *plastic);
+  const int64_t all = thrum_points_plastic_count(&made->points);
+  double *plastic = random_alloc(all, sizeof *plastic);
   random_state random = {seed ^ 7};
   random_vector(&random, count, 0.1, plastic);
+  memset(plastic + count, 0, (size_t)(all - count) * sizeof *plastic);
   made->points.point_plastic = plastic;
   return plastic;
 }

@@ -1,0 +1,45 @@
+/* The stiffness that no cubature point stands for, of a body that may flow; private to the runtime,
+ * see point_rest.c. SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_RUNTIME_POLYNOMIAL_POINT_REST_H
+#define THRUM_RUNTIME_POLYNOMIAL_POINT_REST_H
+
+#include <stdbool.h>
+
+#include "runtime/polynomial/points.h"
+
+/* The stiffness K of the points beside that of the whole body, W = diag(omega^2): shares (rank) l
+ * and shapes (rank x rank, one a row) v with K v = l W v and v^T W v = 1. work: rank x rank. */
+void thrum_rest_shares(const thrum_model *model, double *shapes, double *shares, double *work);
+
+/* Fills what lies behind the plastic strains of `plastic` and never changes: the matrix X by which
+ * the points see a displacement shortened, q - X q. */
+void thrum_rest_prepare(const thrum_model *model, const double *shapes, const double *shares,
+                        double *plastic);
+
+/* Fills what lies there and follows from the plastic strains: the force that the rest has released
+ * at each coordinate, and the constant of V. */
+void thrum_rest_release(const thrum_model *model, const double *shapes, const double *shares,
+                        double *plastic);
+
+/* Both of a model that may flow: rank + 1 numbers; 1 and X (rank x rank), or 0 where nothing is
+ * shortened. */
+static inline const double *thrum_points_released(const thrum_model *model) {
+  return model->point_plastic + THRUM_POINT_ROWS * model->point_count;
+}
+static inline bool thrum_points_shorten(const thrum_model *model) {
+  return model->point_plastic && thrum_points_released(model)[model->rank + 1] != 0;
+}
+
+/* The terms of V that were released. */
+double thrum_released_energy(const thrum_model *model, const double *q);
+
+/* Where the points of a model that shortens see q: seen = q - X q. */
+void thrum_points_see(const thrum_model *model, const double *q, double *seen);
+
+/* What a force that they have there is at q, in place: force - X^T force, */
+void thrum_points_return(const thrum_model *model, double *force);
+
+/* and their tangent (both triangles): (1 - X)^T tangent (1 - X). */
+void thrum_points_return_tangent(const thrum_model *model, double *tangent);
+
+#endif
