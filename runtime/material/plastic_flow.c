@@ -19,7 +19,8 @@
 
 enum {
   HALVINGS_MAX = 12, // of what flows, until it takes energy
-  BOUND_MAX = 64     // the same until it stays within its bound, beyond which nothing is left
+  BOUND_MAX = 64,    // the same until it stays within its bound, beyond which nothing is left
+  STEP_MOST = 100    // logarithm of what flows in a step: more is beyond the range of numbers
 };
 
 static void stretches_of(double gradient[3][3], double grown[3], double axes[3][3]) {
@@ -52,8 +53,9 @@ bool thrum_plastic_flow(const thrum_plastic *material, double dt, double elastic
   const double size = sqrt(thrum_dot3(deviator, deviator));
   if (!(size > material->yield))
     return false;
-  const double rate =
+  const double asked =
       -thrum_exponential_growth(-material->creep * dt) * (1 - material->yield / size);
+  const double rate = fmin(asked, STEP_MOST / size);
 
   // what F_p^-1 is multiplied by, less 1
   double along[3], factor[3][3];

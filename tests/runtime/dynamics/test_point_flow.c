@@ -73,6 +73,30 @@ static void a_point_flows_by_the_closed_form(void **context) {
   both_free(&made);
 }
 
+static void a_point_flows_at_any_strain(void **context) {
+  (void)context;
+  static const char *const laws[] = {"corotational", "neo-hookean"};
+  for (int n = 0; n < 6; n++) {
+    both made;
+    points_make(&made, 3, RANK, 1, 1);
+    points_obey(&made, laws[n % 2]);
+    made.weights[0] *= 0.01;
+    for (int c = 0; c < 81; c++)
+      made.gradients[c] = c % 10 == 0 ? 1 : 0;
+    made.points.identity = thrum_model_identity(&made.points);
+    const double q[RANK] = {pow(1e10, n / 2), 0.1};
+    thrum_state_def def = flow_def(0.1);
+    def.dt = 1e-9;
+    thrum_state *state = state_make(&made.points, &def);
+    state_put(&made.points, state, q, NULL);
+    state_steps(&made.points, state, 1);
+    assert_true(thrum_state_plastic_strain(state) > 0.01);
+    assert_true(thrum_state_report_get(state).plastic_work > 0);
+    state_free(state);
+    both_free(&made);
+  }
+}
+
 static void kinetic_stored_and_plastic_energy_are_the_work_of_the_load(void **context) {
   (void)context;
   static const char *const laws[] = {"corotational", "neo-hookean"};
@@ -447,6 +471,7 @@ static void what_cannot_flow_is_refused(void **context) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_point_flows_by_the_closed_form),
+      cmocka_unit_test(a_point_flows_at_any_strain),
       cmocka_unit_test(kinetic_stored_and_plastic_energy_are_the_work_of_the_load),
       cmocka_unit_test(flow_takes_no_more_than_start_and_load_have_given),
       cmocka_unit_test(no_plastic_strain_and_no_shape_make_strain_energy_negative),
