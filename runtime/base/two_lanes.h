@@ -77,9 +77,14 @@ static inline double thrum_two_sum(thrum_two low, thrum_two high) {
   return both[0] + both[1];
 }
 
+/* Row `axis` of rows of n; those of a solid, which has no coordinates, are NULL. */
+static inline const double *thrum_rows_row(const double *rows, int64_t n, int axis) {
+  return n > 0 ? rows + axis * n : rows;
+}
+
 /* u = rows x, of three rows of n that follow each other. */
 static inline void thrum_rows_times(int64_t n, const double *rows, const double *x, double u[3]) {
-  const double *second = rows + n, *third = rows + 2 * n;
+  const double *second = thrum_rows_row(rows, n, 1), *third = thrum_rows_row(rows, n, 2);
   thrum_two sum[6];
   double rest[3] = {0.0, 0.0, 0.0};
   int64_t i = 0;
@@ -109,7 +114,7 @@ static inline void thrum_rows_times(int64_t n, const double *rows, const double 
 static inline void thrum_rows_times_both(int64_t n, const double *rows, const double *x,
                                          const double *y, double u[3], double v[3]) {
   for (int axis = 0; axis < 3; axis++) {
-    const double *row = rows + axis * n;
+    const double *row = thrum_rows_row(rows, n, axis);
     thrum_two sum[4];
     double rest[2] = {0.0, 0.0};
     int64_t i = 0;
@@ -136,7 +141,7 @@ static inline void thrum_rows_times_both(int64_t n, const double *rows, const do
 /* x_i += w_i (rows^T f)_i; w NULL: 1. */
 static inline void thrum_rows_push(int64_t n, const double *rows, const double f[3],
                                    const double *w, double *x) {
-  const double *second = rows + n, *third = rows + 2 * n;
+  const double *second = thrum_rows_row(rows, n, 1), *third = thrum_rows_row(rows, n, 2);
   const thrum_two f0 = thrum_two_all(f[0]), f1 = thrum_two_all(f[1]), f2 = thrum_two_all(f[2]);
   int64_t i = 0;
   for (; i + 2 <= n; i += 2) {
@@ -157,7 +162,7 @@ static inline void thrum_rows_push(int64_t n, const double *rows, const double f
 static inline void thrum_rows_square(int64_t n, const double *rows, const double *w,
                                      double out[9]) {
   static const int pairs[6][2] = {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}};
-  const double *second = rows + n, *third = rows + 2 * n;
+  const double *second = thrum_rows_row(rows, n, 1), *third = thrum_rows_row(rows, n, 2);
   thrum_two sum[6];
   double rest[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
   int64_t i = 0;
