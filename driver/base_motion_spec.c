@@ -81,7 +81,7 @@ thrum_status base_motion_parse(const char *text, base_motion_spec *base_motion,
 /* --- files ------------------------------------------------------------------------------------ */
 
 /* Whether the present line names columns, and whether those are of positions. */
-static thrum_status read_head(thrum_text *text, bool *names, bool *positions, thrum_error *error) {
+static thrum_status read_head(thrum_text *text, bool *names, bool *positions) {
   static const char *const known[2][3] = {{"ax", "ay", "az"}, {"x", "y", "z"}};
   thrum_word word;
   double number = 0;
@@ -105,35 +105,34 @@ static thrum_status read_head(thrum_text *text, bool *names, bool *positions, th
       fits[kind] = fits[kind] && more && thrum_text_equals(word, known[kind][n]);
   }
   if ((!fits[0] && !fits[1]) || thrum_text_more(text))
-    return thrum_text_fail(text, THRUM_BAD_FORMAT, error,
+    return thrum_text_fail(text, THRUM_BAD_FORMAT,
                            "the columns are named t,ax,ay,az (accelerations in m/s^2) or t,x,y,z "
                            "(positions in m)");
   *positions = fits[1];
   return THRUM_OK;
 }
 
-static thrum_status read_row(thrum_text *text, const double *before, double row[COLUMNS],
-                             thrum_error *error) {
+static thrum_status read_row(thrum_text *text, const double *before, double row[COLUMNS]) {
   static const char *const what[COLUMNS] = {"the time", "the x column", "the y column",
                                             "the z column"};
   thrum_status status = THRUM_OK;
   for (int n = 0; n < COLUMNS && status >= 0; n++)
-    status = thrum_text_number(text, what[n], &row[n], error);
-  THRUM_THEN(status, thrum_text_finish(text, "the z column", error));
+    status = thrum_text_number(text, what[n], &row[n]);
+  THRUM_THEN(status, thrum_text_finish(text, "the z column"));
 
   // times ascend, and the first is not before the run begins
   if (status >= 0 && before == NULL && row[0] < 0)
-    return thrum_text_fail(text, THRUM_BAD_VALUE, error, "the time %g s is before the run's start",
+    return thrum_text_fail(text, THRUM_BAD_VALUE, "the time %g s is before the run's start",
                            row[0]);
   if (status >= 0 && before != NULL && !(row[0] > before[0]))
-    return thrum_text_fail(text, THRUM_BAD_VALUE, error,
+    return thrum_text_fail(text, THRUM_BAD_VALUE,
                            "the time %g s is not later than the %g s before it", row[0], before[0]);
   return status;
 }
 
 typedef struct rows {
   double *values; /* count x 4 */
-  int64_t count, room;
+  int64_t count;
   bool positions;
 } rows;
 
@@ -142,7 +141,7 @@ static thrum_status read_rows(thrum_text *text, rows *all, thrum_error *error) {
   while (thrum_text_next_line(text)) {
     if (first) {
       first = false;
-      THRUM_TRY(read_head(text, &names, &all->positions, error));
+      THRUM_TRY(read_head(text, &names, &all->positions));
       if (names)
         continue;
     }
@@ -150,14 +149,14 @@ static thrum_status read_rows(thrum_text *text, rows *all, thrum_error *error) {
     // each row must be later than the one before it
     double row[COLUMNS];
     const double *before = all->count > 0 ? all->values + COLUMNS * (all->count - 1) : NULL;
-    THRUM_TRY(read_row(text, before, row, error));
-    if (thrum_mesh_append(&all->values, &all->count, &all->room, row, sizeof row, NULL) < 0)
+    THRUM_TRY(read_row(text, before, row));
+    if (thrum_mesh_append(&all->values, &all->count, row, sizeof row, NULL) < 0)
       return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", text->name);
   }
 
   // a single row says nothing about motion
   if (all->count < 2)
-    return thrum_text_fail(text, THRUM_BAD_FORMAT, error,
+    return thrum_text_fail(text, THRUM_BAD_FORMAT,
                            "a motion has two lines of four numbers or more: t,ax,ay,az");
   return THRUM_OK;
 }

@@ -35,13 +35,10 @@ thrum_status condensed_check_open(const thrum_model *model, condensed_check *che
   // the mesh, without its matrices
   thrum_status status = thrum_model_borrow_mesh(shape, &check->mesh, error);
   THRUM_THEN(status, thrum_fem_create(&check->mesh, shape->fixed, &check->fem, error));
-  if (status >= 0) {
-    check->q =
-        thrum_allocate(shape->rank, sizeof *check->q, "the check of a condensed model", error);
-    check->u = thrum_allocate(3 * shape->vertex_count, sizeof *check->u,
-                              "the check of a condensed model", error);
-    status = check->q && check->u ? status : THRUM_OUT_OF_MEMORY;
-  }
+  THRUM_THEN(status, thrum_reserve(&check->q, shape->rank, sizeof *check->q,
+                                   "the check of a condensed model", error));
+  THRUM_THEN(status, thrum_reserve(&check->u, 3 * shape->vertex_count, sizeof *check->u,
+                                   "the check of a condensed model", error));
   if (status < 0)
     condensed_check_close(check);
   return status;

@@ -167,8 +167,8 @@ thrum_status precompute_train_shapes(const thrum_model *base, const double *samp
   const int64_t count = rank - base->rank;
   thrum_model_fem body = {0};
   int64_t found = 0;
-  *fields = thrum_allocate(3 * base->vertex_count * count, sizeof **fields, "the training", error);
-  thrum_status status = *fields ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  thrum_status status =
+      thrum_reserve(fields, 3 * base->vertex_count * count, sizeof **fields, "the training", error);
   THRUM_THEN(status, thrum_model_fem_create(base, &body, error));
   THRUM_THEN(status, thrum_snapshot_shapes(base, &body, samples, runs, FULL_MOTION_SNAPSHOTS, count,
                                            *fields, &found, error));
@@ -246,8 +246,9 @@ static thrum_status judge_run(const thrum_model *model, const thrum_model_fem *b
   def.damping_beta = request->train_damping[1];
   def.plastic.yield = request->options.cubature_yield;
   def.frequency_matched = 0; // as the full order, so that the errors in time are the same
-  double *directions = thrum_allocate((c->count + 1) * rank, sizeof *directions, "a load", error);
-  thrum_status status = directions ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  double *directions = NULL;
+  thrum_status status =
+      thrum_reserve(&directions, (c->count + 1) * rank, sizeof *directions, "a load", error);
   THRUM_THEN(status, train_case_reduce(model, c, directions, error));
   THRUM_THEN(status, thrum_state_create(model, &def, &state, error));
   THRUM_THEN(status, full_motion_reduced_start(model, body, &script, from, error));
@@ -278,8 +279,9 @@ static thrum_status judge_all(const precompute_request *request, const thrum_mod
                               config_progress *bar, train_outcome *outcome, thrum_error *error) {
   thrum_model_fem body = {0};
   THRUM_TRY(thrum_model_fem_create(model, &body, error));
-  double *work = thrum_allocate(2 * body.fem.free_count, sizeof *work, "the training", error);
-  thrum_status status = work ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  double *work = NULL;
+  thrum_status status =
+      thrum_reserve(&work, 2 * body.fem.free_count, sizeof *work, "the training", error);
   for (int64_t n = 0; n < outcome->run_count && status >= 0; n++) {
     config_progress_update(bar, "errors under the loads", (double)n / (double)outcome->run_count);
     status = judge_run(model, &body, request, work, &outcome->runs[n], error);

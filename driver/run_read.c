@@ -80,12 +80,12 @@ static thrum_status read_energies(const char *folder, recorded_run *run, thrum_e
   // a time that does not ascend or a row too many means a damaged file
   while (status >= 0 && thrum_text_next_line(&text)) {
     double step = 0, time = 0, kinetic = 0, strain = 0;
-    status = thrum_text_number(&text, "the step", &step, error);
-    THRUM_THEN(status, thrum_text_number(&text, "the time", &time, error));
-    THRUM_THEN(status, thrum_text_number(&text, "the kinetic energy", &kinetic, error));
-    THRUM_THEN(status, thrum_text_number(&text, "the strain energy", &strain, error));
+    status = thrum_text_number(&text, "the step", &step);
+    THRUM_THEN(status, thrum_text_number(&text, "the time", &time));
+    THRUM_THEN(status, thrum_text_number(&text, "the kinetic energy", &kinetic));
+    THRUM_THEN(status, thrum_text_number(&text, "the strain energy", &strain));
     if (status >= 0 && (rows == run->rows || (rows > 0 && !(time > run->times[rows - 1]))))
-      status = thrum_text_fail(&text, THRUM_BAD_VALUE, error,
+      status = thrum_text_fail(&text, THRUM_BAD_VALUE,
                                "the times do not go with the %" PRId64 " rows of q.npy", run->rows);
     if (status < 0)
       break;

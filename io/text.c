@@ -48,6 +48,7 @@ thrum_status thrum_text_view(const char *name, const void *data, size_t size, ch
                        .start = first,
                        .end = first,
                        .at = first,
+                       .error = error,
                        .comment = comment,
                        .separator = separator};
   return THRUM_OK;
@@ -106,11 +107,10 @@ bool thrum_text_next_line(thrum_text *text) {
   return false;
 }
 
-thrum_status thrum_text_need_line(thrum_text *text, const char *what, thrum_error *error) {
+thrum_status thrum_text_need_line(thrum_text *text, const char *what) {
   if (thrum_text_next_line(text))
     return THRUM_OK;
-  return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "the file ends before %s; is it cut short?",
-                         what);
+  return thrum_text_fail(text, THRUM_BAD_FORMAT, "the file ends before %s; is it cut short?", what);
 }
 
 void thrum_text_rewind(thrum_text *text) {
@@ -127,9 +127,9 @@ bool thrum_text_more(thrum_text *text) {
   return text->at < text->end;
 }
 
-thrum_status thrum_text_need_word(thrum_text *text, const char *what, thrum_error *error) {
+thrum_status thrum_text_need_word(thrum_text *text, const char *what) {
   while (!thrum_text_more(text))
-    THRUM_TRY(thrum_text_need_line(text, what, error));
+    THRUM_TRY(thrum_text_need_line(text, what));
   return THRUM_OK;
 }
 
@@ -156,10 +156,9 @@ bool thrum_text_take(thrum_text *text, char character) {
   return true;
 }
 
-static thrum_status expected(const thrum_text *text, const char *what, thrum_word word,
-                             thrum_error *error) {
+static thrum_status expected(const thrum_text *text, const char *what, thrum_word word) {
   const char *hint = memchr(word.text, ',', word.length) ? " (the decimal mark is a point)" : "";
-  return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "expected %s, found '%s'%s", what,
+  return thrum_text_fail(text, THRUM_BAD_FORMAT, "expected %s, found '%s'%s", what,
                          thrum_text_excerpt(word).text, hint);
 }
 
@@ -172,80 +171,77 @@ static bool is_whole(thrum_word word) {
 }
 
 thrum_status thrum_text_integer(thrum_text *text, const char *what, int64_t low, int64_t high,
-                                int64_t *value, thrum_error *error) {
+                                int64_t *value) {
   thrum_word word = {"", 0};
   if (!thrum_text_word(text, &word))
-    return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "the line ends before %s", what);
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, "the line ends before %s", what);
   int64_t number = 0;
   size_t used = thrum_text_scan_integer(word.text, word.text + word.length, &number);
 
   // a number beyond 64 bits deserves another message than a word that is none
   if (used != word.length && is_whole(word))
-    return thrum_text_fail(text, THRUM_BAD_VALUE, error,
+    return thrum_text_fail(text, THRUM_BAD_VALUE,
                            "%s is %s, which is out of range; it may be %lld to %lld", what,
                            thrum_text_excerpt(word).text, (long long)low, (long long)high);
   if (used != word.length)
-    return expected(text, what, word, error);
+    return expected(text, what, word);
 
   if (number < low || number > high)
-    return thrum_text_fail(text, THRUM_BAD_VALUE, error,
+    return thrum_text_fail(text, THRUM_BAD_VALUE,
                            "%s is %lld, which is out of range; it may be %lld to %lld", what,
                            (long long)number, (long long)low, (long long)high);
   *value = number;
   return THRUM_OK;
 }
 
-thrum_status thrum_text_number(thrum_text *text, const char *what, double *value,
-                               thrum_error *error) {
+thrum_status thrum_text_number(thrum_text *text, const char *what, double *value) {
   thrum_word word = {"", 0};
   if (!thrum_text_word(text, &word))
-    return thrum_text_fail(text, THRUM_BAD_FORMAT, error, "the line ends before %s", what);
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, "the line ends before %s", what);
   double number = 0;
   size_t used = thrum_text_scan_number(word.text, word.text + word.length, &number);
   if (used != word.length)
-    return expected(text, what, word, error);
+    return expected(text, what, word);
   if (!isfinite(number))
-    return thrum_text_fail(text, THRUM_BAD_VALUE, error, "%s is '%s', which is not a finite number",
-                           what, thrum_text_excerpt(word).text);
+    return thrum_text_fail(text, THRUM_BAD_VALUE, "%s is '%s', which is not a finite number", what,
+                           thrum_text_excerpt(word).text);
   *value = number;
   return THRUM_OK;
 }
 
-thrum_status thrum_text_item(thrum_text *text, const char *what, int64_t i, int64_t *base,
-                             thrum_error *error) {
+thrum_status thrum_text_item(thrum_text *text, const char *what, int64_t i, int64_t *base) {
   int64_t number = 0;
   if (i == 0)
-    return thrum_text_integer(text, what, 0, 1, base, error);
+    return thrum_text_integer(text, what, 0, 1, base);
 
-  THRUM_TRY(thrum_text_integer(text, what, 0, INT64_MAX, &number, error));
+  THRUM_TRY(thrum_text_integer(text, what, 0, INT64_MAX, &number));
   if (number == i + *base)
     return THRUM_OK;
-  return thrum_text_fail(text, THRUM_BAD_FORMAT, error,
+  return thrum_text_fail(text, THRUM_BAD_FORMAT,
                          "%s is %lld where %lld comes next; number them one by one", what,
                          (long long)number, (long long)(i + *base));
 }
 
-thrum_status thrum_text_position(thrum_text *text, double position[3], thrum_error *error) {
+thrum_status thrum_text_position(thrum_text *text, double position[3]) {
   static const char *const axes[] = {"the x coordinate", "the y coordinate", "the z coordinate"};
   for (int c = 0; c < 3; c++)
-    THRUM_TRY(thrum_text_number(text, axes[c], &position[c], error));
+    THRUM_TRY(thrum_text_number(text, axes[c], &position[c]));
   return THRUM_OK;
 }
 
-thrum_status thrum_text_finish(thrum_text *text, const char *what, thrum_error *error) {
+thrum_status thrum_text_finish(thrum_text *text, const char *what) {
   thrum_word word = {"", 0};
   if (!thrum_text_word(text, &word))
     return THRUM_OK;
-  return thrum_text_fail(text, THRUM_BAD_FORMAT, error,
+  return thrum_text_fail(text, THRUM_BAD_FORMAT,
                          "unexpected '%s' after %s (is a decimal mark a comma?)",
                          thrum_text_excerpt(word).text, what);
 }
 
-thrum_status thrum_text_fail(const thrum_text *text, thrum_status status, thrum_error *error,
-                             const char *format, ...) {
-  if (!error)
+thrum_status thrum_text_fail(const thrum_text *text, thrum_status status, const char *format, ...) {
+  if (!text->error)
     return status;
-  char message[sizeof error->message];
+  char message[sizeof text->error->message];
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(message, sizeof message, format, arguments);
@@ -257,9 +253,9 @@ thrum_status thrum_text_fail(const thrum_text *text, thrum_status status, thrum_
   const char *name = length > PATH_SHOWN ? text->name + length - PATH_SHOWN : text->name;
 
   if (text->line > 0)
-    return thrum_error_set(error, status, "%s%s:%lld: %s", cut, name, (long long)text->line,
+    return thrum_error_set(text->error, status, "%s%s:%lld: %s", cut, name, (long long)text->line,
                            message);
-  return thrum_error_set(error, status, "%s%s: %s", cut, name, message);
+  return thrum_error_set(text->error, status, "%s%s: %s", cut, name, message);
 }
 
 bool thrum_text_equals(thrum_word word, const char *name) {

@@ -15,11 +15,12 @@
 #include "thrum/status.h"
 
 typedef struct thrum_text {
-  const char *name;  /* of the file, for messages; borrowed */
-  char *data;        /* the whole file, owned; NULL when the text is borrowed */
-  const char *next;  /* first byte past the present line */
-  const char *stop;  /* first byte past the text */
-  const char *start; /* present line, without blanks around it and without a comment */
+  const char *name;   /* of the file, for messages; borrowed */
+  thrum_error *error; /* where failures of the functions below go; NULL: nowhere */
+  char *data;         /* the whole file, owned; NULL when the text is borrowed */
+  const char *next;   /* first byte past the present line */
+  const char *stop;   /* first byte past the text */
+  const char *start;  /* present line, without blanks around it and without a comment */
   const char *end;
   const char *at; /* first unread byte of the present line */
   int64_t line;   /* 1-based number of the present line; 0 for a text without lines */
@@ -39,14 +40,14 @@ void thrum_text_close(thrum_text *text);
 /* Moves to the next line that is not blank; returns false at the end and keeps the line number. */
 bool thrum_text_next_line(thrum_text *text);
 /* The same where `what` must follow, and the file is cut short if it does not. */
-thrum_status thrum_text_need_line(thrum_text *text, const char *what, thrum_error *error);
+thrum_status thrum_text_need_line(thrum_text *text, const char *what);
 /* Reads the present line again from its start. */
 void thrum_text_rewind(thrum_text *text);
 
 /* Tells whether there is another word on the line, and skips the separators in front of it. */
 bool thrum_text_more(thrum_text *text);
 /* Goes on to the line with the next word, which must follow. */
-thrum_status thrum_text_need_word(thrum_text *text, const char *what, thrum_error *error);
+thrum_status thrum_text_need_word(thrum_text *text, const char *what);
 /* A word of the text, which must outlive it. */
 typedef struct thrum_word {
   const char *text; /* without a zero behind it */
@@ -63,25 +64,22 @@ bool thrum_text_take(thrum_text *text, char character);
 /* Reads the next word as a whole number within [low, high], or as a finite number; `what` names it
  * in the message, such as "the x coordinate". On failure *value is untouched. */
 thrum_status thrum_text_integer(thrum_text *text, const char *what, int64_t low, int64_t high,
-                                int64_t *value, thrum_error *error);
-thrum_status thrum_text_number(thrum_text *text, const char *what, double *value,
-                               thrum_error *error);
+                                int64_t *value);
+thrum_status thrum_text_number(thrum_text *text, const char *what, double *value);
 /* Reads the number in front of item `i` (0-based) of a list, which is numbered one by one: the
  * first number, 0 or 1, is *base. */
-thrum_status thrum_text_item(thrum_text *text, const char *what, int64_t i, int64_t *base,
-                             thrum_error *error);
+thrum_status thrum_text_item(thrum_text *text, const char *what, int64_t i, int64_t *base);
 /* The three coordinates of a point. */
-thrum_status thrum_text_position(thrum_text *text, double position[3], thrum_error *error);
+thrum_status thrum_text_position(thrum_text *text, double position[3]);
 /* Refuses anything left on the line after `what`. */
-thrum_status thrum_text_finish(thrum_text *text, const char *what, thrum_error *error);
+thrum_status thrum_text_finish(thrum_text *text, const char *what);
 
-/* Fills `error` with "file:line: message" and returns `status`. */
+/* Fills the error of the text with "file:line: message" and returns `status`. */
 #if defined(__GNUC__)
-__attribute__((format(printf, 4, 5)))
+__attribute__((format(printf, 3, 4)))
 #endif
 thrum_status
-thrum_text_fail(const thrum_text *text, thrum_status status, thrum_error *error, const char *format,
-                ...);
+thrum_text_fail(const thrum_text *text, thrum_status status, const char *format, ...);
 
 /* Tells whether the word equals `name`; capitals do not matter. */
 bool thrum_text_equals(thrum_word word, const char *name);

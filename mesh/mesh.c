@@ -48,14 +48,17 @@ thrum_status thrum_mesh_deliver(thrum_status status, thrum_mesh *read, thrum_mes
 }
 
 void thrum_mesh_add_note(thrum_mesh *mesh, const char *format, ...) {
-  if (thrum_mesh_grow(&mesh->notes, &mesh->note_capacity, mesh->note_count + 1, sizeof *mesh->notes,
-                      NULL) < 0)
+  if (thrum_mesh_grow(&mesh->notes, mesh->note_count, 1, sizeof *mesh->notes, NULL) < 0)
     return;
   thrum_mesh_note *note = &mesh->notes[mesh->note_count++];
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(note->text, sizeof note->text, format, arguments);
   va_end(arguments);
+}
+
+int64_t thrum_mesh_number(const thrum_mesh *mesh, int64_t v) {
+  return mesh->file_number ? mesh->file_number[v] : v + 1;
 }
 
 thrum_tet_text thrum_mesh_tet_text(const thrum_mesh *mesh, int64_t t) {

@@ -58,7 +58,7 @@ typedef struct thrum_mesh {
   int64_t *tet_number;   /* tet_count: the number of its element in the file; NULL: from 1 */
   int64_t cut_elements;  /* hexahedra, wedges and pyramids that were cut into tets */
   int64_t cornered_tets; /* tets of higher order that were read by their four corners */
-  int64_t note_count, note_capacity;
+  int64_t note_count;
   thrum_mesh_note *notes;
 } thrum_mesh;
 
@@ -76,6 +76,9 @@ void thrum_mesh_add_note(thrum_mesh *mesh, const char *format, ...);
 
 /* How messages call tet `t`: "tet 7", or "element 7" where elements were cut, by the number in the
  * file. */
+/* The number that the file gives to its vertex v, before any was dropped. */
+int64_t thrum_mesh_number(const thrum_mesh *mesh, int64_t v);
+
 typedef struct thrum_tet_text {
   char text[40];
 } thrum_tet_text;

@@ -27,12 +27,10 @@ thrum_status thrum_builder_vertex(thrum_mesh_builder *b, int64_t number, const d
 
   // three arrays of the same count, which the last one raises
   int64_t numbers = v, lines = v;
-  THRUM_TRY(thrum_mesh_append(&b->numbers, &numbers, &b->number_capacity, &number, sizeof number,
-                              b->error));
-  THRUM_TRY(thrum_mesh_append(&b->vertex_lines, &lines, &b->vertex_line_capacity, &line,
-                              sizeof line, b->error));
-  return thrum_mesh_append(&b->positions, &b->vertex_count, &b->position_capacity, position,
-                           3 * sizeof *position, b->error);
+  THRUM_TRY(thrum_mesh_append(&b->numbers, &numbers, &number, sizeof number, b->error));
+  THRUM_TRY(thrum_mesh_append(&b->vertex_lines, &lines, &line, sizeof line, b->error));
+  return thrum_mesh_append(&b->positions, &b->vertex_count, position, 3 * sizeof *position,
+                           b->error);
 }
 
 /* Adds a tet of an element with corners and, where it has ten nodes, middle nodes. */
@@ -47,16 +45,14 @@ static thrum_status add_tet(thrum_mesh_builder *b, const thrum_element *element,
 
   // a mesh of mixed orders is refused at the end, so its middle nodes no longer matter
   if (element->quadratic && b->odd_tet == 0) {
-    THRUM_TRY(
-        thrum_mesh_grow(&b->middles, &b->middle_capacity, t + 1, 6 * sizeof *b->middles, b->error));
+    THRUM_TRY(thrum_mesh_grow(&b->middles, t, 1, 6 * sizeof *b->middles, b->error));
     memcpy(b->middles + 6 * t, middles, 6 * sizeof *middles);
   }
 
-  THRUM_TRY(thrum_mesh_grow(&b->tets, &b->tet_capacity, t + 1, 4 * sizeof *b->tets, b->error));
-  THRUM_TRY(thrum_mesh_grow(&b->keys, &b->key_capacity, t + 1, sizeof *b->keys, b->error));
-  THRUM_TRY(thrum_mesh_grow(&b->lines, &b->line_capacity, t + 1, sizeof *b->lines, b->error));
-  THRUM_TRY(thrum_mesh_grow(&b->tet_numbers, &b->tet_number_capacity, t + 1, sizeof *b->tet_numbers,
-                            b->error));
+  THRUM_TRY(thrum_mesh_grow(&b->tets, t, 1, 4 * sizeof *b->tets, b->error));
+  THRUM_TRY(thrum_mesh_grow(&b->keys, t, 1, sizeof *b->keys, b->error));
+  THRUM_TRY(thrum_mesh_grow(&b->lines, t, 1, sizeof *b->lines, b->error));
+  THRUM_TRY(thrum_mesh_grow(&b->tet_numbers, t, 1, sizeof *b->tet_numbers, b->error));
   memcpy(b->tets + 4 * t, corners, 4 * sizeof *corners);
   b->keys[t] = element->key;
   b->lines[t] = element->line;
@@ -83,8 +79,7 @@ static thrum_status add_diagonal(thrum_mesh_builder *b, const thrum_element *ele
                                    .kind = (int8_t)element->kind,
                                    .face = (int8_t)thrum_solid_diagonal(element->kind, from, to)};
   *middle = -1 - b->diagonal_count;
-  return thrum_mesh_append(&b->diagonals, &b->diagonal_count, &b->diagonal_capacity, &diagonal,
-                           sizeof diagonal, b->error);
+  return thrum_mesh_append(&b->diagonals, &b->diagonal_count, &diagonal, sizeof diagonal, b->error);
 }
 
 /* Finds the middle nodes of a tet of an element: on edges of the element its own, on diagonals new
@@ -108,8 +103,7 @@ static thrum_status keep_nodes(thrum_mesh_builder *b, const thrum_element *eleme
   const thrum_solid_shape *shape = &thrum_solid_shapes[element->kind];
   const int count = shape->corners + shape->edges;
   *place = b->cut_node_count;
-  THRUM_TRY(thrum_mesh_grow(&b->cut_nodes, &b->cut_node_capacity, *place + count,
-                            sizeof *b->cut_nodes, b->error));
+  THRUM_TRY(thrum_mesh_grow(&b->cut_nodes, *place, count, sizeof *b->cut_nodes, b->error));
   memcpy(b->cut_nodes + *place, element->nodes, (size_t)count * sizeof *b->cut_nodes);
   b->cut_node_count += count;
   return THRUM_OK;
@@ -179,8 +173,7 @@ thrum_status thrum_builder_list(thrum_mesh_builder *b, const char *name, size_t 
                            THRUM_MESH_GROUPS_MAX);
 
   // the list is counted only once it has its name
-  THRUM_TRY(
-      thrum_mesh_grow(&b->lists, &b->list_capacity, b->list_count + 1, sizeof *b->lists, b->error));
+  THRUM_TRY(thrum_mesh_grow(&b->lists, b->list_count, 1, sizeof *b->lists, b->error));
   b->lists[b->list_count] = (thrum_named_list){0};
   THRUM_TRY(thrum_mesh_keep_text(name, length, &b->lists[b->list_count].name, b->error));
   *index = b->last_list = b->list_count++;
@@ -194,7 +187,7 @@ thrum_status thrum_builder_rename(thrum_mesh_builder *b, int64_t list, const cha
 
 thrum_status thrum_builder_add(thrum_mesh_builder *b, int64_t list, int64_t vertex) {
   thrum_named_list *l = &b->lists[list];
-  return thrum_mesh_append(&l->numbers, &l->count, &l->capacity, &vertex, sizeof vertex, b->error);
+  return thrum_mesh_append(&l->numbers, &l->count, &vertex, sizeof vertex, b->error);
 }
 
 thrum_status thrum_builder_mark(thrum_mesh_builder *b, const char *prefix, int64_t number,
@@ -471,12 +464,11 @@ static thrum_status take_tets(thrum_mesh_builder *b, const char *name, thrum_mes
 /* Keeps the first of repeated tets, with its key; the vertices of the others are in all of their
  * groups already. */
 static thrum_status join_repeats(thrum_mesh_builder *b, thrum_mesh *mesh) {
-  int64_t *earlier = thrum_mesh_tet_repeats(mesh), kept = 0;
-  if (!earlier)
-    return thrum_error_set(b->error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
+  int64_t *earlier = NULL, kept = 0;
+  const thrum_status status = thrum_mesh_tet_repeats(mesh, &earlier, b->error);
 
   // in place, so that what is kept stays in its order
-  for (int64_t t = 0; t < mesh->tet_count; t++) {
+  for (int64_t t = 0; t < mesh->tet_count && status >= 0; t++) {
     if (earlier[t] >= 0)
       continue;
     memmove(mesh->tets + 4 * kept, mesh->tets + 4 * t, 4 * sizeof *mesh->tets);
@@ -489,7 +481,7 @@ static thrum_status join_repeats(thrum_mesh_builder *b, thrum_mesh *mesh) {
   }
   mesh->tet_count = b->tet_count = kept;
   free(earlier);
-  return THRUM_OK;
+  return status;
 }
 
 static int compare_keys(const void *a, const void *b) {

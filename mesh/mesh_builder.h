@@ -28,19 +28,18 @@ typedef struct thrum_diagonal {
 
 typedef struct thrum_named_list {
   char *name; /* owned */
-  int64_t count, capacity;
+  int64_t count;
   int64_t *numbers; /* of vertices, any order, repeats allowed */
 } thrum_named_list;
 
 /* Zeroed to begin with; released by thrum_builder_free. Vertices and keys are the file's numbers
  * until thrum_builder_finish. */
 typedef struct thrum_mesh_builder {
-  int64_t vertex_count, position_capacity, number_capacity, vertex_line_capacity;
+  int64_t vertex_count;
   double *positions;     /* vertex_count x 3 */
   int64_t *numbers;      /* vertex_count */
   int64_t *vertex_lines; /* vertex_count: in the file, 0 unknown */
-  int64_t tet_count, tet_capacity, middle_capacity, key_capacity, line_capacity,
-      tet_number_capacity;
+  int64_t tet_count;
   int64_t *tets;        /* tet_count x 4 */
   int64_t *middles;     /* tet_count x 6 where the first tet has ten nodes; -1 - d: of diagonal d */
   int64_t odd_tet;      /* the first whose number of nodes is not that of tet 0; 0: none */
@@ -50,11 +49,11 @@ typedef struct thrum_mesh_builder {
   int64_t element_count;
   int64_t flat_number, flat_line; /* of the first element whose corners leave no volume; 0: none */
   int64_t cut_elements[THRUM_SOLID_KINDS], cut_tets; /* elements of each kind that were cut */
-  int64_t diagonal_count, diagonal_capacity;
+  int64_t diagonal_count;
   thrum_diagonal *diagonals;
-  int64_t cut_node_count, cut_node_capacity;
+  int64_t cut_node_count;
   int64_t *cut_nodes; /* the nodes of quadratic elements that were cut */
-  int64_t list_count, list_capacity;
+  int64_t list_count;
   thrum_named_list *lists;
   int64_t last_list;    /* found last */
   int64_t *region_keys; /* of each region, ascending; made by finish */

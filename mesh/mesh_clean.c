@@ -16,13 +16,10 @@
 #include "mesh/mesh_faces.h"
 #include "mesh/midsides.h"
 #include "mesh/tet_repeats.h"
+#include "platform/allocate.h"
 #include "runtime/base/vec3.h"
 
 static const double FLAT = 1e-12;
-
-static thrum_status no_memory(thrum_error *error) {
-  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
-}
 
 /* Where a message points: "file:line" of tet t as far as it is known. */
 typedef struct place {
@@ -41,11 +38,6 @@ static place tet_place(const thrum_mesh *mesh, const char *name, int64_t t) {
   return where;
 }
 
-/* Returns the number that the file gives to vertex v, before any was dropped. */
-static int64_t number_of(const thrum_mesh *mesh, int32_t v) {
-  return mesh->file_number ? mesh->file_number[v] : (int64_t)v + 1;
-}
-
 static thrum_status scale_vertices(thrum_mesh *mesh, const char *name, double scale,
                                    thrum_error *error) {
   if (!isfinite(scale) || scale <= 0)
@@ -56,7 +48,7 @@ static thrum_status scale_vertices(thrum_mesh *mesh, const char *name, double sc
     if (!isfinite(mesh->vertices[i]) || !isfinite(scale * mesh->vertices[i]))
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "%.200s: vertex %lld is not at a finite place (scale %g)", name,
-                             (long long)number_of(mesh, (int32_t)(i / 3)), scale);
+                             (long long)thrum_mesh_number(mesh, (int32_t)(i / 3)), scale);
     // adding 0 takes the sign off -0, so that equal meshes have equal bytes
     mesh->vertices[i] = scale * mesh->vertices[i] + 0.0;
   }
@@ -83,7 +75,7 @@ static thrum_status check_tet_vertices(const thrum_mesh *mesh, const char *name,
           return thrum_error_set(error, THRUM_BAD_VALUE,
                                  "%s: %s has vertex %lld twice; remove or mend it",
                                  tet_place(mesh, name, t).text, thrum_mesh_tet_text(mesh, t).text,
-                                 (long long)number_of(mesh, v[a]));
+                                 (long long)thrum_mesh_number(mesh, v[a]));
 
     if (mesh->tet_region[t] < 0 || mesh->tet_region[t] >= mesh->region_count)
       return thrum_error_set(error, THRUM_BAD_VALUE, "%s: %s is in no region",
@@ -117,14 +109,11 @@ static double tet_shape(const thrum_mesh *mesh, int64_t t, double *extent) {
 }
 
 static thrum_status check_repeats(const thrum_mesh *mesh, const char *name, thrum_error *error) {
-  int64_t *earlier = thrum_mesh_tet_repeats(mesh);
-  if (!earlier)
-    return no_memory(error);
-  int64_t t = 0;
-  while (t < mesh->tet_count && earlier[t] < 0)
+  int64_t *earlier = NULL, t = 0;
+  thrum_status status = thrum_mesh_tet_repeats(mesh, &earlier, error);
+  while (status >= 0 && t < mesh->tet_count && earlier[t] < 0)
     t++;
-  thrum_status status = THRUM_OK;
-  if (t < mesh->tet_count)
+  if (status >= 0 && t < mesh->tet_count)
     status =
         thrum_error_set(error, THRUM_BAD_VALUE, "%s: %s has the same vertices as %s; remove one",
                         tet_place(mesh, name, t).text, thrum_mesh_tet_text(mesh, t).text,
@@ -145,8 +134,8 @@ static thrum_status fix_winding(thrum_mesh *mesh, const char *name, thrum_error 
           error, THRUM_BAD_VALUE,
           "%s: %s (vertices %lld %lld %lld %lld) has no volume; remove or mend it",
           tet_place(mesh, name, t).text, thrum_mesh_tet_text(mesh, t).text,
-          (long long)number_of(mesh, v[0]), (long long)number_of(mesh, v[1]),
-          (long long)number_of(mesh, v[2]), (long long)number_of(mesh, v[3]));
+          (long long)thrum_mesh_number(mesh, v[0]), (long long)thrum_mesh_number(mesh, v[1]),
+          (long long)thrum_mesh_number(mesh, v[2]), (long long)thrum_mesh_number(mesh, v[3]));
 
     // far outside, products of lengths leave the range of doubles
     if (!(extent > 1e-30 && extent < 1e30))
@@ -240,9 +229,8 @@ static void renumber(thrum_mesh *mesh, const int32_t *map, int32_t kept) {
 }
 
 static thrum_status drop_vertices(thrum_mesh *mesh, thrum_error *error) {
-  int32_t *map = malloc((size_t)mesh->vertex_count * sizeof *map);
-  if (!map)
-    return no_memory(error);
+  int32_t *map = NULL;
+  THRUM_TRY(thrum_reserve(&map, mesh->vertex_count, sizeof *map, "the mesh", error));
 
   // vertices of tets, in their order
   for (int64_t v = 0; v < mesh->vertex_count; v++)

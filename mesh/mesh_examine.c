@@ -12,6 +12,7 @@
 #include "mesh/mesh_faces.h"
 #include "mesh/mesh_thickness.h"
 #include "mesh/model_quality.h"
+#include "mesh/point_hash.h"
 #include "mesh/surface_sides.h"
 #include "platform/allocate.h"
 #include "runtime/base/vec3.h"
@@ -55,42 +56,18 @@ static thrum_status count_pieces(const thrum_mesh *mesh, thrum_mesh_examined *e,
   return scope.status;
 }
 
-static uint64_t place_hash(const double *position) {
-  uint64_t hash = 0;
-  for (int c = 0; c < 3; c++) {
-    uint64_t bits;
-    memcpy(&bits, &position[c], sizeof bits);
-    hash = (hash ^ bits) * UINT64_C(0x9e3779b97f4a7c15);
-    hash ^= hash >> 29;
-  }
-  return hash;
-}
-
 static thrum_status count_coincident(const thrum_mesh *mesh, thrum_mesh_examined *e,
                                      thrum_error *error) {
-  // a hash table at most half full
-  uint64_t slots = 64;
-  while (slots < 2 * (uint64_t)mesh->vertex_count)
-    slots *= 2;
-  int32_t *table = NULL;
-  THRUM_TRY(thrum_reserve(&table, slots, sizeof *table, "the mesh", error));
-  for (uint64_t i = 0; i < slots; i++)
-    table[i] = -1;
-
-  // each vertex looks for one at its place
-  for (int64_t v = 0; v < mesh->vertex_count; v++) {
-    const double *position = mesh->vertices + 3 * v;
-    uint64_t slot = place_hash(position) >> 20 & (slots - 1);
-    while (table[slot] >= 0 &&
-           memcmp(mesh->vertices + 3 * (int64_t)table[slot], position, 3 * sizeof *position) != 0)
-      slot = (slot + 1) & (slots - 1);
-    e->coincident_vertices += table[slot] >= 0;
-    if (table[slot] < 0)
-      table[slot] = (int32_t)v;
+  thrum_point_hash places = {0};
+  thrum_status status = THRUM_OK;
+  for (int64_t v = 0; v < mesh->vertex_count && status >= 0; v++) {
+    int32_t first = 0;
+    status =
+        thrum_point_hash_find(&places, mesh->vertices, v, mesh->vertices + 3 * v, &first, error);
+    e->coincident_vertices += first != v;
   }
-
-  free(table);
-  return THRUM_OK;
+  thrum_point_hash_free(&places);
+  return status;
 }
 
 /* Sorted edges: how many there are, which join triangles, and which are hinges. */
@@ -161,7 +138,7 @@ static thrum_status examine_surface(const thrum_mesh *mesh, thrum_mesh_examined 
   thrum_mesh_faces faces = {0};
   int64_t tets[3];
   uint8_t *on_surface = NULL;
-  THRUM_TRY(thrum_reserve(&on_surface, (size_t)mesh->vertex_count + 1, 1, "the mesh", error));
+  THRUM_TRY(thrum_reserve(&on_surface, mesh->vertex_count, 1, "the mesh", error));
   thrum_status status = thrum_mesh_find_faces(mesh, &faces, tets, error);
   THRUM_THEN(status, measure_surface(mesh, &faces, on_surface, e, error));
   THRUM_THEN(status, thrum_mesh_cells_across(mesh, &faces, &e->cells_across, error));

@@ -11,7 +11,6 @@
 
 typedef struct face_table {
   thrum_mesh_faces found;
-  int64_t capacity;
   int32_t *slots; /* index of a face, -1 free; slot_count of them, a power of two */
   uint64_t slot_count;
 } face_table;
@@ -72,8 +71,7 @@ static thrum_status add_face(face_table *table, int32_t tet, const int32_t verti
   const thrum_mesh_face fresh = {
       .vertices = {v[0], v[1], v[2]}, .tet = tet, .other = -1, .even = even};
   table->slots[slot] = (int32_t)table->found.count;
-  return thrum_mesh_append(&table->found.faces, &table->found.count, &table->capacity, &fresh,
-                           sizeof fresh, error);
+  return thrum_mesh_append(&table->found.faces, &table->found.count, &fresh, sizeof fresh, error);
 }
 
 thrum_status thrum_mesh_find_faces(const thrum_mesh *mesh, thrum_mesh_faces *faces, int64_t tets[3],

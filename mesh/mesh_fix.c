@@ -5,13 +5,14 @@
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
 #include "io/text.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_fix.h"
+#include "mesh/mesh_groups.h"
+#include "platform/allocate.h"
 #include "runtime/base/quadratic_tet.h"
 
 enum { ALL_AXES = 7, TERMS_MAX = 32 };
@@ -117,16 +118,12 @@ static int64_t file_vertices(const thrum_mesh *mesh) {
   return mesh->file_vertex_count > 0 ? mesh->file_vertex_count : mesh->vertex_count;
 }
 
-static int64_t number_at(const thrum_mesh *mesh, int64_t position) {
-  return mesh->file_number ? mesh->file_number[position] : position + 1;
-}
-
 /* First position whose number is not below `number`. */
 static int64_t position_from(const thrum_mesh *mesh, int64_t number) {
   int64_t low = 0, high = file_vertices(mesh);
   while (low < high) {
     int64_t middle = low + (high - low) / 2;
-    if (number_at(mesh, middle) < number)
+    if (thrum_mesh_number(mesh, middle) < number)
       low = middle + 1;
     else
       high = middle;
@@ -137,23 +134,25 @@ static int64_t position_from(const thrum_mesh *mesh, int64_t number) {
 /* Marks the vertices that the file numbers first..last. Ones that cleaning dropped are passed over:
  * they are not part of the body. */
 static thrum_status mark_range(const thrum_mesh *mesh, const thrum_text *text, int64_t first,
-                               int64_t last, uint8_t *marks, thrum_error *error) {
+                               int64_t last, uint8_t *marks) {
   // both ends must be vertices of the file
   int64_t count = file_vertices(mesh);
   for (int end = 0; end < 2; end++) {
     int64_t number = end ? last : first, at = position_from(mesh, number);
-    if (at == count || number_at(mesh, at) != number)
-      return thrum_text_fail(text, THRUM_BAD_VALUE, error,
+    if (at == count || thrum_mesh_number(mesh, at) != number)
+      return thrum_text_fail(text, THRUM_BAD_VALUE,
                              "vertex %lld is not in the mesh, which has %lld, from %lld to %lld",
-                             (long long)number, (long long)count, (long long)number_at(mesh, 0),
-                             (long long)number_at(mesh, count - 1));
+                             (long long)number, (long long)count,
+                             (long long)thrum_mesh_number(mesh, 0),
+                             (long long)thrum_mesh_number(mesh, count - 1));
   }
 
   if (first > last)
-    return thrum_text_fail(text, THRUM_BAD_VALUE, error, "the range %lld:%lld runs backwards",
+    return thrum_text_fail(text, THRUM_BAD_VALUE, "the range %lld:%lld runs backwards",
                            (long long)first, (long long)last);
 
-  for (int64_t at = position_from(mesh, first); at < count && number_at(mesh, at) <= last; at++) {
+  for (int64_t at = position_from(mesh, first); at < count && thrum_mesh_number(mesh, at) <= last;
+       at++) {
     int64_t v = mesh->file_vertex ? mesh->file_vertex[at] : at;
     if (v >= 0)
       marks[v] = 1;
@@ -162,8 +161,7 @@ static thrum_status mark_range(const thrum_mesh *mesh, const thrum_text *text, i
 }
 
 /* A number or a range a:b, blanks around the colon allowed. */
-static thrum_status mark_entry(const thrum_mesh *mesh, thrum_text *text, uint8_t *marks,
-                               thrum_error *error) {
+static thrum_status mark_entry(const thrum_mesh *mesh, thrum_text *text, uint8_t *marks) {
   int64_t bounds[2] = {0, 0};
   const char *word = text->at;
 
@@ -177,7 +175,7 @@ static thrum_status mark_entry(const thrum_mesh *mesh, thrum_text *text, uint8_t
         text->at == text->end || is_blank(*text->at) || *text->at == ',' || *text->at == ':';
     if (used == 0 || !stops)
       return thrum_text_fail(
-          text, THRUM_BAD_FORMAT, error, "expected a vertex number or a range a:b, found '%s'",
+          text, THRUM_BAD_FORMAT, "expected a vertex number or a range a:b, found '%s'",
           thrum_text_excerpt((thrum_word){word, (size_t)(text->end - word)}).text);
 
     // without a colon it is a range of one
@@ -187,7 +185,7 @@ static thrum_status mark_entry(const thrum_mesh *mesh, thrum_text *text, uint8_t
     }
   }
 
-  return mark_range(mesh, text, bounds[0], bounds[1], marks, error);
+  return mark_range(mesh, text, bounds[0], bounds[1], marks);
 }
 
 /* A list has the numbers of a linear mesh: middle nodes that were made since between two of its
@@ -216,20 +214,13 @@ static thrum_status mark_file(const thrum_mesh *mesh, const char *path, uint8_t 
   *empty = true;
   while (status >= 0 && thrum_text_next_line(&text))
     while (status >= 0 && thrum_text_more(&text)) {
-      status = mark_entry(mesh, &text, marks, error);
+      status = mark_entry(mesh, &text, marks);
       *empty = false;
     }
   thrum_text_close(&text);
   if (status >= 0)
     mark_made_midsides(mesh, marks);
   return status;
-}
-
-static const thrum_group *find_group(const thrum_mesh *mesh, const char *name) {
-  for (int64_t g = 0; g < mesh->group_count; g++)
-    if (strcmp(mesh->groups[g].name, name) == 0)
-      return &mesh->groups[g];
-  return NULL;
 }
 
 /* "no such thing; the groups are a, b, ..." as far as the line has room. */
@@ -266,7 +257,7 @@ static thrum_status mark_name(const thrum_mesh *mesh, const char *name, uint8_t 
                               thrum_error *error) {
   if (is_file(name))
     return mark_file(mesh, name, marks, empty, error);
-  const thrum_group *group = find_group(mesh, name);
+  const thrum_group *group = thrum_mesh_find_group(mesh, name);
   if (!group)
     return unknown_name(mesh, name, error);
   for (int64_t i = 0; i < group->count; i++)
@@ -279,7 +270,7 @@ static thrum_status mark(const thrum_mesh *mesh, char *text, uint8_t *marks, uin
                          bool *empty, thrum_error *error) {
   bool predicate = strpbrk(text, "<>") != NULL;
   // a name that happens to end like components is still that name
-  if (!predicate && (is_file(text) || find_group(mesh, text))) {
+  if (!predicate && (is_file(text) || thrum_mesh_find_group(mesh, text))) {
     *axes = ALL_AXES;
     return mark_name(mesh, text, marks, empty, error);
   }
@@ -293,12 +284,12 @@ static thrum_status mark(const thrum_mesh *mesh, char *text, uint8_t *marks, uin
 
 /* A copy without blanks around it; other blanks and control characters become spaces, which keeps
  * messages on one line and terminals as they are. NULL when out of memory. */
-static char *copy_spec(const char *spec) {
+static char *copy_spec(const char *spec, thrum_scope *scope) {
   const char *stop = spec + strlen(spec);
   spec = skip_blanks(spec, stop);
   while (stop > spec && is_blank(stop[-1]))
     stop--;
-  char *text = calloc(1, (size_t)(stop - spec) + 1);
+  char *text = thrum_scope_allocate(scope, stop - spec + 1, 1);
   for (size_t i = 0; text && i < (size_t)(stop - spec); i++)
     text[i] = (unsigned char)spec[i] < ' ' || spec[i] == 0x7f ? ' ' : spec[i];
   return text;
@@ -325,17 +316,15 @@ static thrum_status mark_all(const thrum_mesh *mesh, char *text, uint8_t *marks,
 
 thrum_status thrum_mesh_fix(const thrum_mesh *mesh, const char *spec, uint8_t *fixed,
                             int64_t *count, thrum_error *error) {
-  char *text = copy_spec(spec);
-  uint8_t *marks = calloc((size_t)mesh->vertex_count + 1, 1);
+  thrum_scope scope = thrum_scope_begin("what is fixed", error);
+  char *text = copy_spec(spec, &scope);
+  uint8_t *marks = thrum_scope_allocate(&scope, mesh->vertex_count, 1);
   uint8_t axes = ALL_AXES;
-  thrum_status status = THRUM_OUT_OF_MEMORY;
   int64_t named = 0;
 
   // the marks of all parts of the spec
-  if (text && marks)
-    status = mark_all(mesh, text, marks, &axes, &named, error);
-  else
-    thrum_error_set(error, status, "not enough memory for what is fixed");
+  thrum_status status = scope.status;
+  THRUM_THEN(status, mark_all(mesh, text, marks, &axes, &named, error));
 
   // what was held before stays held
   if (status >= 0) {
@@ -344,7 +333,6 @@ thrum_status thrum_mesh_fix(const thrum_mesh *mesh, const char *spec, uint8_t *f
     *count = named;
   }
 
-  free(marks);
-  free(text);
+  thrum_scope_free(&scope);
   return status;
 }

@@ -8,7 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "io/text.h"
 #include "mesh/mesh_grow.h"
 #include "platform/allocate.h"
 
@@ -31,6 +30,18 @@ const char *thrum_mesh_name_fault(const char *name, size_t length) {
   return NULL;
 }
 
+thrum_status thrum_mesh_name_check(const thrum_text *text, thrum_word name) {
+  const char *fault = thrum_mesh_name_fault(name.text, name.length);
+  return fault ? thrum_text_fail(text, THRUM_BAD_FORMAT, "%s", fault) : THRUM_OK;
+}
+
+thrum_status thrum_mesh_append_few(const thrum_text *text, const char *what, void *array,
+                                   int64_t *count, const void *item, size_t size) {
+  if (*count == THRUM_MESH_GROUPS_MAX)
+    return thrum_text_fail(text, THRUM_UNSUPPORTED, "more than %d %s", THRUM_MESH_GROUPS_MAX, what);
+  return thrum_mesh_append(array, count, item, size, text->error);
+}
+
 static int compare_vertices(const void *a, const void *b) {
   int32_t x = *(const int32_t *)a, y = *(const int32_t *)b;
   return (x > y) - (x < y);
@@ -45,7 +56,7 @@ static int64_t sort_unique(int32_t *vertices, int64_t count) {
   return kept;
 }
 
-static thrum_group *find_group(thrum_mesh *mesh, const char *name) {
+thrum_group *thrum_mesh_find_group(const thrum_mesh *mesh, const char *name) {
   for (int64_t g = 0; g < mesh->group_count; g++)
     if (strcmp(mesh->groups[g].name, name) == 0)
       return &mesh->groups[g];
@@ -68,29 +79,30 @@ thrum_status thrum_mesh_add_group(thrum_mesh *mesh, const char *name, const int3
     return THRUM_OK;
 
   // a group of that name takes the vertices too
-  thrum_group *group = find_group(mesh, name);
-  if (group) {
-    int64_t capacity = group->count;
-    THRUM_TRY(thrum_mesh_grow(&group->vertices, &capacity, group->count + count, sizeof *vertices,
-                              error));
-    memcpy(group->vertices + group->count, vertices, (size_t)count * sizeof *vertices);
-    group->count = sort_unique(group->vertices, group->count + count);
-    return THRUM_OK;
+  thrum_group *group = thrum_mesh_find_group(mesh, name);
+  const int64_t before = group ? group->count : 0;
+  thrum_group made = {0};
+  if (!group && mesh->group_count == THRUM_MESH_GROUPS_MAX)
+    return thrum_error_set(error, THRUM_UNSUPPORTED, "more than %d groups", THRUM_MESH_GROUPS_MAX);
+  thrum_status status =
+      thrum_reserve(&made.vertices, before + count, sizeof *vertices, "the mesh", error);
+  if (status >= 0) {
+    if (before > 0)
+      memcpy(made.vertices, group->vertices, (size_t)before * sizeof *vertices);
+    memcpy(made.vertices + before, vertices, (size_t)count * sizeof *vertices);
+    made.count = sort_unique(made.vertices, before + count);
   }
 
-  // a new one gets a copy of name and vertices
-  if (mesh->group_count == THRUM_MESH_GROUPS_MAX)
-    return thrum_error_set(error, THRUM_UNSUPPORTED, "more than %d groups", THRUM_MESH_GROUPS_MAX);
-  thrum_group made = {0};
-  int64_t capacity = mesh->group_count;
-  thrum_status status = thrum_mesh_keep_text(name, strlen(name), &made.name, error);
-  THRUM_THEN(status, thrum_reserve(&made.vertices, count, sizeof *vertices, "the mesh", error));
-  if (status >= 0) {
-    memcpy(made.vertices, vertices, (size_t)count * sizeof *vertices);
-    made.count = sort_unique(made.vertices, count);
-    status =
-        thrum_mesh_append(&mesh->groups, &mesh->group_count, &capacity, &made, sizeof made, error);
+  // its list is another now, or it is a new one, with a copy of the name
+  if (status >= 0 && group) {
+    free(group->vertices);
+    group->vertices = made.vertices;
+    group->count = made.count;
+    return THRUM_OK;
   }
+  THRUM_THEN(status, thrum_mesh_keep_text(name, strlen(name), &made.name, error));
+  THRUM_THEN(status,
+             thrum_mesh_append(&mesh->groups, &mesh->group_count, &made, sizeof made, error));
   if (status < 0) {
     free(made.name);
     free(made.vertices);

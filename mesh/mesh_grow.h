@@ -9,14 +9,15 @@
 
 #include "thrum/status.h"
 
-/* Makes room for `needed` items of `size` bytes in the array at *array (a pointer to any object,
- * malloc'ed or NULL), doubling *capacity, so that memory follows what a file holds and not what it
- * claims. The array is as it was when there is no memory (or a size would overflow). */
-thrum_status thrum_mesh_grow(void *array, int64_t *capacity, int64_t needed, size_t size,
+/* Makes room for `more` items of `size` bytes behind the `count` ones of the array at *array (a
+ * pointer to any object), which this function alone has given its memory, or NULL with a count of
+ * 0. Room is doubled, so that memory follows what a file holds and not what it claims, and follows
+ * from the count. The array is as it was when there is no memory (or a size would overflow). */
+thrum_status thrum_mesh_grow(void *array, int64_t count, int64_t more, size_t size,
                              thrum_error *error);
 
 /* Appends the item of `size` bytes at `item` to such an array of *count items. */
-thrum_status thrum_mesh_append(void *array, int64_t *count, int64_t *capacity, const void *item,
-                               size_t size, thrum_error *error);
+thrum_status thrum_mesh_append(void *array, int64_t *count, const void *item, size_t size,
+                               thrum_error *error);
 
 #endif

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "platform/allocate.h"
 #include "runtime/base/vec3.h"
 
 #define CROSSED_MAX (3 * THRUM_THICKNESS_CELLS_MAX)
@@ -93,9 +94,8 @@ static int count_crossed(const thrum_mesh *mesh, const int32_t *neighbours,
 
 thrum_status thrum_mesh_cells_across(const thrum_mesh *mesh, const thrum_mesh_faces *faces,
                                      double *cells, thrum_error *error) {
-  int32_t *neighbours = malloc((4 * (size_t)mesh->tet_count + 1) * sizeof *neighbours);
-  if (!neighbours)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory to examine the mesh");
+  int32_t *neighbours = NULL;
+  THRUM_TRY(thrum_reserve(&neighbours, mesh->tet_count, 4 * sizeof *neighbours, "the mesh", error));
   for (int64_t i = 0; i < faces->count; i++) {
     const thrum_mesh_face *face = &faces->faces[i];
     set_neighbour(mesh, neighbours, face, face->tet, face->other);

@@ -230,17 +230,13 @@ void thrum_midsides_flip(int32_t *midsides) {
 /* --- checking -----------------------------------------------------------------------------------
  */
 
-/* Returns the number that the file gives to vertex v, before any was dropped. */
-static long long number_of(const thrum_mesh *mesh, int32_t v) {
-  return mesh->file_number ? (long long)mesh->file_number[v] : (long long)v + 1;
-}
-
 static thrum_status edge_fault(const thrum_mesh *mesh, int64_t t, int e, const char *what,
                                thrum_midside_fault *fault) {
   fault->tet = t;
   snprintf(fault->text, sizeof fault->text, "has vertex %lld between %lld and %lld, %s",
-           number_of(mesh, mesh->midsides[6 * t + e]), number_of(mesh, *corner_of(mesh, t, e, 0)),
-           number_of(mesh, *corner_of(mesh, t, e, 1)), what);
+           (long long)thrum_mesh_number(mesh, mesh->midsides[6 * t + e]),
+           (long long)thrum_mesh_number(mesh, *corner_of(mesh, t, e, 0)),
+           (long long)thrum_mesh_number(mesh, *corner_of(mesh, t, e, 1)), what);
   return THRUM_BAD_VALUE;
 }
 
@@ -321,7 +317,7 @@ static thrum_status check_shape(const thrum_mesh *mesh, int64_t t, const int32_t
     snprintf(fault->text, sizeof fault->text,
              "is turned inside out at vertex %lld: its middle nodes must lie "
              "between a quarter and three quarters of their edges, and not far beside them",
-             number_of(mesh, node[a]));
+             (long long)thrum_mesh_number(mesh, node[a]));
     return THRUM_BAD_VALUE;
   }
   return THRUM_OK;

@@ -246,12 +246,13 @@ static thrum_status refuse(const thrum_surface_mesh *surface, const thrum_surfac
   const double *x = surface->vertices + 3 * (int64_t)fault->edge[0];
   const double *y = surface->vertices + 3 * (int64_t)fault->edge[1];
   thrum_text text = {.name = path,
+                     .error = error,
                      .line = surface->binary ? 0 : surface->triangle_line[fault->triangle]};
   char facet[48] = "";
   if (surface->binary)
     snprintf(facet, sizeof facet, " in facet %lld",
              (long long)surface->triangle_line[fault->triangle]);
-  return thrum_text_fail(&text, THRUM_BAD_VALUE, error,
+  return thrum_text_fail(&text, THRUM_BAD_VALUE,
                          "%s: %lld, the first%s from (%.4g, %.4g, %.4g) to (%.4g, %.4g, %.4g)",
                          what, (long long)fault->count, facet, x[0], x[1], x[2], y[0], y[1], y[2]);
 }

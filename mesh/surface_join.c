@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "mesh/point_hash.h"
+#include "platform/allocate.h"
 
 /* Numbers the vertices anew in the order of their first use; new_number: -1 at first. */
 static thrum_status renumber(thrum_surface_mesh *surface, thrum_point_hash *places,
@@ -27,18 +28,17 @@ static thrum_status renumber(thrum_surface_mesh *surface, thrum_point_hash *plac
 }
 
 thrum_status thrum_surface_join(thrum_surface_mesh *surface, int64_t *joined, thrum_error *error) {
-  const size_t all = (size_t)surface->vertex_count;
+  const int64_t all = surface->vertex_count;
   thrum_point_hash places = {0};
-  int32_t *new_number = malloc((all + 1) * sizeof *new_number);
-  double *kept = malloc((3 * all + 1) * sizeof *kept);
+  int32_t *new_number = NULL;
+  double *kept = NULL;
   int64_t count = 0;
-  thrum_status status = THRUM_OK;
+  thrum_status status = thrum_reserve(&new_number, all, sizeof *new_number, "the surface", error);
+  THRUM_THEN(status, thrum_reserve(&kept, all, 3 * sizeof *kept, "the surface", error));
   *joined = 0;
 
-  if (new_number == NULL || kept == NULL) {
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
-  } else {
-    memset(new_number, 0xff, all * sizeof *new_number);
+  if (status >= 0) {
+    memset(new_number, 0xff, (size_t)all * sizeof *new_number);
     status = renumber(surface, &places, new_number, kept, &count, joined, error);
   }
 

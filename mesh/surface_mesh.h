@@ -24,12 +24,14 @@ typedef struct thrum_surface_mesh {
   int64_t merged;         /* corners of an .stl at just the place of an earlier one */
 } thrum_surface_mesh;
 
+/* Ends a reader: frees what it read after a failure, and hands it over otherwise. */
+thrum_status thrum_surface_mesh_deliver(thrum_status status, thrum_surface_mesh *read,
+                                        thrum_surface_mesh *surface);
 void thrum_surface_mesh_free(thrum_surface_mesh *surface); /* leaves it empty; empty is fine */
 
 /* For the readers: a surface that grows. */
 typedef struct thrum_surface_builder {
   thrum_surface_mesh made;
-  int64_t vertex_capacity, triangle_capacity, line_capacity;
   thrum_error *error;
 } thrum_surface_builder;
 thrum_status thrum_surface_add_vertex(thrum_surface_builder *b, const double position[3]);

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform/allocate.h"
+
 /* The vertices of a tet in ascending order. */
 static void sorted_tet(const int32_t *tet, int32_t sorted[4]) {
   memcpy(sorted, tet, 4 * sizeof *tet);
@@ -17,19 +19,14 @@ static void sorted_tet(const int32_t *tet, int32_t sorted[4]) {
     }
 }
 
-int64_t *thrum_mesh_tet_repeats(const thrum_mesh *mesh) {
+thrum_status thrum_mesh_tet_repeats(const thrum_mesh *mesh, int64_t **earlier, thrum_error *error) {
   uint64_t slots = 16;
   while (slots < 2 * (uint64_t)mesh->tet_count)
     slots *= 2;
 
-  int64_t *table = malloc(slots * sizeof *table);
-  int64_t *earlier = malloc(((size_t)mesh->tet_count + 1) * sizeof *earlier);
-  if (!table || !earlier) {
-    free(table);
-    free(earlier);
-    return NULL;
-  }
-
+  int64_t *table = NULL;
+  THRUM_TRY(thrum_reserve(earlier, mesh->tet_count, sizeof **earlier, "the mesh", error));
+  THRUM_TRY(thrum_reserve(&table, (int64_t)slots, sizeof *table, "the mesh", error));
   for (uint64_t i = 0; i < slots; i++)
     table[i] = -1;
 
@@ -41,20 +38,18 @@ int64_t *thrum_mesh_tet_repeats(const thrum_mesh *mesh) {
     for (int a = 0; a < 4; a++)
       hash = (hash ^ (uint32_t)key[a]) * UINT64_C(0x9e3779b97f4a7c15);
 
+    // the slot of these vertices, or a free one
     uint64_t slot = hash >> 20 & (slots - 1);
-    earlier[t] = -1;
     for (; table[slot] >= 0; slot = (slot + 1) & (slots - 1)) {
       sorted_tet(mesh->tets + 4 * table[slot], other);
-      if (memcmp(key, other, sizeof key) == 0) {
-        earlier[t] = table[slot];
+      if (memcmp(key, other, sizeof key) == 0)
         break;
-      }
     }
-
-    if (earlier[t] < 0)
+    (*earlier)[t] = table[slot];
+    if (table[slot] < 0)
       table[slot] = t;
   }
 
   free(table);
-  return earlier;
+  return THRUM_OK;
 }

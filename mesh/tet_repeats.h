@@ -6,8 +6,8 @@
 
 #include "mesh/mesh.h"
 
-/* For each tet the first one with the same four vertices before it, or -1: tet_count numbers,
- * malloc'ed; NULL when out of memory. */
-int64_t *thrum_mesh_tet_repeats(const thrum_mesh *mesh);
+/* For each tet the first one with the same four vertices before it, or -1: tet_count numbers in
+ * *earlier, which the caller frees, also on failure. */
+thrum_status thrum_mesh_tet_repeats(const thrum_mesh *mesh, int64_t **earlier, thrum_error *error);
 
 #endif

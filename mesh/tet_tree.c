@@ -23,6 +23,7 @@ typedef struct tree_node {
 } tree_node;
 
 struct thrum_tet_tree {
+  thrum_scope memory; /* of itself and its arrays */
   const double *vertices;
   const int32_t *tets;
   int32_t *order; /* tetrahedra, leaf by leaf */
@@ -33,9 +34,8 @@ struct thrum_tet_tree {
 void thrum_tet_tree_free(thrum_tet_tree *tree) {
   if (tree == NULL)
     return;
-  free(tree->order);
-  free(tree->nodes);
-  free(tree);
+  thrum_scope memory = tree->memory;
+  thrum_scope_free(&memory);
 }
 
 static const double *corner(const thrum_tet_tree *tree, int32_t tet, int c) {
@@ -153,29 +153,26 @@ thrum_status thrum_tet_tree_make(const double *vertices, const int32_t *tets, in
     return thrum_error_set(error, THRUM_UNSUPPORTED, "a tree of %lld tetrahedra",
                            (long long)tet_count);
 
-  thrum_tet_tree *made = NULL;
-  double *centres = NULL;
-  static const char what[] = "the search for tetrahedra";
-  THRUM_TRY(thrum_reserve(&made, 1, sizeof *made, what, error));
-
   // a leaf holds at least LEAF / 2 tetrahedra, when there are so many at all
   const int64_t leaves = tet_count / (LEAF / 2) + 1;
-  thrum_status status = thrum_reserve(&made->order, tet_count, sizeof *made->order, what, error);
-  THRUM_THEN(status, thrum_reserve(&made->nodes, 2 * leaves, sizeof *made->nodes, what, error));
-  THRUM_THEN(status, thrum_reserve(&centres, tet_count, 3 * sizeof *centres, what, error));
+  thrum_scope memory = thrum_scope_begin("the search for tetrahedra", error);
+  thrum_tet_tree *made = thrum_scope_allocate(&memory, 1, sizeof *made);
+  int32_t *order = thrum_scope_allocate(&memory, tet_count, sizeof *order);
+  tree_node *nodes = thrum_scope_allocate(&memory, 2 * leaves, sizeof *nodes);
+  double *centres = NULL;
+  thrum_status status = memory.status;
+  THRUM_THEN(status, thrum_reserve(&centres, tet_count, 3 * sizeof *centres, memory.what, error));
   if (status < 0) {
-    thrum_tet_tree_free(made);
+    thrum_scope_free(&memory);
     return status;
   }
-  made->vertices = vertices;
-  made->tets = tets;
-  find_centres(made, tet_count, centres);
 
   // the root holds all, and is split until leaves are small
   for (int64_t t = 0; t < tet_count; t++)
-    made->order[t] = (int32_t)t;
-  made->nodes[0] = (tree_node){.first = 0, .count = (int32_t)tet_count};
-  made->node_count = 1;
+    order[t] = (int32_t)t;
+  nodes[0] = (tree_node){.first = 0, .count = (int32_t)tet_count};
+  *made = (thrum_tet_tree){memory, vertices, tets, order, nodes, 1};
+  find_centres(made, tet_count, centres);
   split_all(made, centres);
   free(centres);
   *tree = made;

@@ -199,21 +199,15 @@ static void number_vertices(const thrum_fem *fem, const vertex_graph *graph, int
 
 static thrum_status cut_allocate(const thrum_fem *fem, int parts, body_cut *cut,
                                  thrum_error *error) {
-  const char *what = "the parts of the body";
   cut->parts = parts;
-  cut->owner = thrum_allocate(fem->vertex_count, sizeof *cut->owner, what, error);
-  cut->tet_part = thrum_allocate(fem->tet_count, sizeof *cut->tet_part, what, error);
-  cut->place = thrum_allocate(fem->vertex_count, sizeof *cut->place, what, error);
-  cut->inner = thrum_allocate(fem->vertex_count, sizeof *cut->inner, what, error);
-  cut->outer = thrum_allocate(fem->vertex_count, sizeof *cut->outer, what, error);
-  cut->own_count = thrum_allocate(parts, sizeof *cut->own_count, what, error);
-  const bool room =
-      cut->owner && cut->tet_part && cut->place && cut->inner && cut->outer && cut->own_count;
-  if (!room)
-    return THRUM_OUT_OF_MEMORY;
-  memset(cut->own_count, 0, sizeof *cut->own_count * (size_t)parts);
-  memset(cut->outer, 0, sizeof *cut->outer * (size_t)fem->vertex_count);
-  return THRUM_OK;
+  cut->memory = thrum_scope_begin("the parts of the body", error);
+  cut->owner = thrum_scope_allocate(&cut->memory, fem->vertex_count, sizeof *cut->owner);
+  cut->tet_part = thrum_scope_allocate(&cut->memory, fem->tet_count, sizeof *cut->tet_part);
+  cut->place = thrum_scope_allocate(&cut->memory, fem->vertex_count, sizeof *cut->place);
+  cut->inner = thrum_scope_allocate(&cut->memory, fem->vertex_count, sizeof *cut->inner);
+  cut->outer = thrum_scope_allocate(&cut->memory, fem->vertex_count, sizeof *cut->outer);
+  cut->own_count = thrum_scope_allocate(&cut->memory, parts, sizeof *cut->own_count);
+  return cut->memory.status;
 }
 
 thrum_status body_cut_make(MPI_Comm comm, const thrum_fem *fem, body_cut *cut, thrum_error *error) {
@@ -271,11 +265,6 @@ bool body_cut_is_full(const thrum_fem *fem, const body_cut *cut) {
 }
 
 void body_cut_free(body_cut *cut) {
-  free(cut->owner);
-  free(cut->tet_part);
-  free(cut->place);
-  free(cut->inner);
-  free(cut->outer);
-  free(cut->own_count);
+  thrum_scope_free(&cut->memory);
   *cut = (body_cut){0};
 }

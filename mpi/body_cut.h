@@ -8,6 +8,7 @@
 
 /* How a whole body is cut, in the process that has it. */
 typedef struct body_cut {
+  thrum_scope memory; /* of the arrays */
   int parts;
   int32_t *owner;     /* vertex_count: the part that owns each vertex, one of those that have it */
   int32_t *tet_part;  /* tet_count */

@@ -12,12 +12,7 @@ enum { TAG = 1 };
 
 void body_part_free(body_part *part) {
   thrum_mesh_free(&part->mesh);
-  free(part->fixed);
-  free(part->own);
-  free(part->vertex);
-  free(part->place);
-  free(part->inner);
-  free(part->outer);
+  thrum_scope_free(&part->memory);
   *part = (body_part){0};
 }
 
@@ -30,24 +25,22 @@ static thrum_status part_allocate(body_part *part, thrum_error *error) {
   mesh->tet_count = facts->tets;
   mesh->region_count = facts->regions;
   mesh->has_material = true;
-  mesh->vertices = thrum_allocate(3 * facts->vertices, sizeof(double), what, error);
-  mesh->tets = thrum_allocate(4 * facts->tets, sizeof(int32_t), what, error);
-  mesh->tet_region = thrum_allocate(facts->tets, sizeof(int32_t), what, error);
-  mesh->materials = thrum_allocate(facts->regions, sizeof *mesh->materials, what, error);
+  THRUM_TRY(thrum_reserve(&mesh->vertices, 3 * facts->vertices, sizeof(double), what, error));
+  THRUM_TRY(thrum_reserve(&mesh->tets, 4 * facts->tets, sizeof(int32_t), what, error));
+  THRUM_TRY(thrum_reserve(&mesh->tet_region, facts->tets, sizeof(int32_t), what, error));
+  THRUM_TRY(thrum_reserve(&mesh->materials, facts->regions, sizeof(thrum_material), what, error));
   if (facts->quadratic)
-    mesh->midsides = thrum_allocate(6 * facts->tets, sizeof(int32_t), what, error);
+    THRUM_TRY(thrum_reserve(&mesh->midsides, 6 * facts->tets, sizeof(int32_t), what, error));
 
   // what the part knows of its vertices
-  part->fixed = thrum_allocate(facts->vertices, 1, what, error);
-  part->own = thrum_allocate(facts->vertices, 1, what, error);
-  part->vertex = thrum_allocate(facts->vertices, sizeof(int32_t), what, error);
-  part->place = thrum_allocate(facts->vertices, sizeof(int32_t), what, error);
-  part->inner = thrum_allocate(facts->own, sizeof(int32_t), what, error);
-  part->outer = thrum_allocate(facts->own, sizeof(int32_t), what, error);
-  const bool room = mesh->vertices && mesh->tets && mesh->tet_region && mesh->materials &&
-                    (mesh->midsides || !facts->quadratic) && part->fixed && part->own &&
-                    part->vertex && part->place && part->inner && part->outer;
-  return room ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  part->memory = thrum_scope_begin(what, error);
+  part->fixed = thrum_scope_allocate(&part->memory, facts->vertices, 1);
+  part->own = thrum_scope_allocate(&part->memory, facts->vertices, 1);
+  part->vertex = thrum_scope_allocate(&part->memory, facts->vertices, sizeof(int32_t));
+  part->place = thrum_scope_allocate(&part->memory, facts->vertices, sizeof(int32_t));
+  part->inner = thrum_scope_allocate(&part->memory, facts->own, sizeof(int32_t));
+  part->outer = thrum_scope_allocate(&part->memory, facts->own, sizeof(int32_t));
+  return part->memory.status;
 }
 
 // local[v]: the number of vertex v in the part, or -1; sizes of the part
@@ -171,9 +164,9 @@ static thrum_status receive_part(MPI_Comm comm, body_part *part, thrum_error *er
 static thrum_status deal_parts(MPI_Comm comm, const thrum_mesh *mesh, const uint8_t *fixed,
                                const body_cut *cut, const part_facts *facts, body_part *own,
                                thrum_error *error) {
-  int32_t *local =
-      thrum_allocate(mesh->vertex_count, sizeof *local, "the parts of the body", error);
-  thrum_status status = local ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  int32_t *local = NULL;
+  thrum_status status =
+      thrum_reserve(&local, mesh->vertex_count, sizeof *local, "the parts of the body", error);
   for (int part = 1; part < cut->parts && status >= 0; part++) {
     body_part made = {0};
     status = make_part(mesh, fixed, cut, facts, part, local, &made, error);
@@ -223,9 +216,8 @@ thrum_status body_part_gather(MPI_Comm comm, const body_part *part, const body_c
   int64_t most = part->facts.own;
   for (int q = 0; rank == 0 && q < cut->parts; q++)
     most = cut->own_count[q] > most ? cut->own_count[q] : most;
-  double *packed = thrum_allocate(width * most, sizeof *packed, "the rows of a part", error);
-  if (!packed)
-    return THRUM_OUT_OF_MEMORY;
+  double *packed = NULL;
+  THRUM_TRY(thrum_reserve(&packed, width * most, sizeof *packed, "the rows of a part", error));
   pack_own(part, width, part_rows, packed);
 
   // rank 0 takes one part after the other

@@ -17,6 +17,7 @@ typedef struct part_facts {
 } part_facts;
 
 typedef struct body_part {
+  thrum_scope memory; /* of the arrays but the mesh's */
   part_facts facts;
   thrum_mesh mesh;        /* of the part */
   uint8_t *fixed;         /* a byte a vertex of the part, as all of these */

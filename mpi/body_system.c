@@ -31,9 +31,8 @@ static thrum_status make_matrix(const body_system *s, bool blocks, Mat *matrix,
                                 thrum_error *error) {
   const int64_t own = s->part->facts.own;
   const PetscInt rows = (PetscInt)(3 * own);
-  int32_t *inner = thrum_allocate(6 * own, sizeof *inner, "the equations", error);
-  if (!inner)
-    return THRUM_OUT_OF_MEMORY;
+  int32_t *inner = NULL;
+  THRUM_TRY(thrum_reserve(&inner, 6 * own, sizeof *inner, "the equations", error));
   for (int64_t r = 0; r < 3 * own; r++) {
     inner[r] = (blocks ? 3 : 1) * s->part->inner[r / 3];
     inner[3 * own + r] = (blocks ? 3 : 1) * s->part->outer[r / 3];
@@ -59,9 +58,8 @@ static thrum_status add_matrix(const body_system *s, const thrum_sparse *terms, 
     longest = terms->begin[j + 1] - terms->begin[j] > longest
                   ? terms->begin[j + 1] - terms->begin[j]
                   : longest;
-  PetscInt *rows = thrum_allocate(longest, sizeof *rows, "the equations", error);
-  if (!rows)
-    return THRUM_OUT_OF_MEMORY;
+  PetscInt *rows = NULL;
+  THRUM_TRY(thrum_reserve(&rows, longest, sizeof *rows, "the equations", error));
 
   // a column below and with the diagonal, then the row beside it
   int code = 0;
@@ -139,9 +137,8 @@ static thrum_status take(void *context, const thrum_fem *fem, thrum_error *error
   body_system *s = context;
   s->free_count = fem->free_count;
   s->component = fem->component;
-  PetscInt *rows = thrum_allocate(s->free_count, sizeof *rows, "the equations", error);
-  if (!rows)
-    return THRUM_OUT_OF_MEMORY;
+  PetscInt *rows = NULL;
+  THRUM_TRY(thrum_reserve(&rows, s->free_count, sizeof *rows, "the equations", error));
   for (int64_t f = 0; f < s->free_count; f++)
     rows[f] = row_of(s->part, s->component[f]);
 
@@ -369,8 +366,7 @@ static thrum_status solve_columns(body_system *s, const double *right, PetscInt 
     THRUM_TRY(body_system_add(s, right + c * s->free_count, column, error));
     PETSC_TRY(MatDenseRestoreColumnVecWrite(rights, c, &column));
   }
-  PETSC_TRY(MatAssemblyBegin(rights, MAT_FINAL_ASSEMBLY));
-  PETSC_TRY(MatAssemblyEnd(rights, MAT_FINAL_ASSEMBLY));
+  THRUM_TRY(close_matrix(rights, error));
 
   PETSC_TRY(KSPMatSolve(s->ksp, rights, answers));
   for (PetscInt c = 0; c < columns; c++) {

@@ -217,16 +217,12 @@ static thrum_status make_model(const session *s, const whole *w, thrum_model *mo
   THRUM_TRY(thrum_model_fill_mesh(w->mesh, w->fixed, s->result.model.rank, false, model, error));
   copy_reduced(&s->result.model, model);
   const int64_t rows = 3 * w->mesh->vertex_count;
-  if (s->result.model.rigid) {
-    double *rigid = thrum_allocate(THRUM_RIGID_COUNT * rows, sizeof *rigid, "the model", error);
-    model->rigid = rigid;
-    if (!rigid)
-      return THRUM_OUT_OF_MEMORY;
-  }
+  if (s->result.model.rigid)
+    THRUM_TRY(
+        thrum_reserve(&model->rigid, THRUM_RIGID_COUNT * rows, sizeof(double), "the model", error));
   if (!s->result.mode_vectors)
     return THRUM_OK;
-  *modes = thrum_allocate(s->result.mode_count * rows, sizeof **modes, "the modes", error);
-  return *modes ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  return thrum_reserve(modes, s->result.mode_count * rows, sizeof **modes, "the modes", error);
 }
 
 // how much too high the frequencies of linear tets are, as one process finds it
@@ -236,8 +232,9 @@ static thrum_status estimate_errors(const whole *w, const double *modes, thrum_p
   THRUM_TRY(thrum_fem_create(w->mesh, w->fixed, &fem, error));
   const int64_t count =
       result->mode_count < THRUM_ORDER_ERRORS_MAX ? result->mode_count : THRUM_ORDER_ERRORS_MAX;
-  double *shapes = thrum_allocate(count * fem.free_count, sizeof *shapes, "the modes", error);
-  thrum_status status = shapes ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  double *shapes = NULL;
+  thrum_status status =
+      thrum_reserve(&shapes, count * fem.free_count, sizeof *shapes, "the modes", error);
   for (int64_t i = 0; i < count && status >= 0; i++)
     thrum_fem_gather(&fem, modes + 3 * i * w->mesh->vertex_count, shapes + i * fem.free_count);
   THRUM_THEN(status, thrum_order_errors(w->mesh, &fem, count, shapes, result->mode_omega2,
@@ -269,12 +266,17 @@ static thrum_status finish(session *s, const whole *w, bool keep_modes, thrum_mo
   return THRUM_OK;
 }
 
+// the part of this process, which rank 0 deals out of the whole body
+static thrum_status take_part(session *s, const whole *w, thrum_error *error) {
+  const thrum_status status =
+      body_part_share(s->comm, w->mesh, w->fixed, &w->cut, &w->facts, &s->part, error);
+  return agree_on_status(s->comm, status, error);
+}
+
 // all that rank 0 does once the body is cut
 static thrum_status lead_session(session *s, whole *w, bool keep_modes, thrum_precomputed *result,
                                  thrum_error *error) {
-  thrum_status status =
-      body_part_share(s->comm, w->mesh, w->fixed, &w->cut, &w->facts, &s->part, error);
-  status = agree_on_status(s->comm, status, error);
+  thrum_status status = take_part(s, w, error);
   THRUM_THEN(status, run_part(s, error));
   if (status < 0)
     return status;
@@ -320,10 +322,7 @@ static thrum_status lead_estimate(void *context, const thrum_mesh *mesh, const u
   thrum_error told = {0};
   thrum_error *heard = error ? error : &told;
   thrum_status status = cut_body(leading->comm, &s, &w, heard);
-  if (status >= 0) {
-    status = body_part_share(s.comm, mesh, fixed, &w.cut, &w.facts, &s.part, heard);
-    status = agree_on_status(s.comm, status, heard);
-  }
+  THRUM_THEN(status, take_part(&s, &w, heard));
   THRUM_THEN(status, estimate_together(&s, estimate, heard));
   session_free(&s);
   body_cut_free(&w.cut);
@@ -354,8 +353,7 @@ static void serve_session(session *s) {
   thrum_status status = session_cut(s, NULL, &none, &again, &error);
   if (status < 0 || again)
     return;
-  status = body_part_share(s->comm, NULL, NULL, NULL, NULL, &s->part, &error);
-  status = agree_on_status(s->comm, status, &error);
+  status = take_part(s, &(whole){0}, &error);
   if (s->command.order == ORDER_ESTIMATE) {
     thrum_shared_estimate estimate = {0};
     THRUM_THEN(status, estimate_together(s, &estimate, &error));

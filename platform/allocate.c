@@ -14,18 +14,10 @@ static void *checked(void *memory, double size, const char *what, thrum_error *e
   return memory;
 }
 
-static bool fits(int64_t count, size_t size) {
-  return count >= 0 && (uint64_t)count <= SIZE_MAX / 2 / size;
-}
-
-void *thrum_allocate(int64_t count, size_t size, const char *what, thrum_error *error) {
-  return checked(fits(count, size) ? malloc((size_t)count * size + 1) : NULL,
-                 (double)count * (double)size, what, error);
-}
-
 thrum_status thrum_reserve(void *memory, int64_t count, size_t size, const char *what,
                            thrum_error *error) {
-  void *reserved = checked(fits(count, size) ? calloc((size_t)count * size + 1, 1) : NULL,
+  const bool fits = count >= 0 && (uint64_t)count <= SIZE_MAX / 2 / size;
+  void *reserved = checked(fits ? calloc((size_t)count * size + 1, 1) : NULL,
                            (double)count * (double)size, what, error);
   memcpy(memory, &reserved, sizeof reserved);
   return reserved ? THRUM_OK : THRUM_OUT_OF_MEMORY;
@@ -49,9 +41,8 @@ thrum_scope thrum_scope_begin(const char *what, thrum_error *error) {
 
 /* Keeps what was allocated, or nothing where there was no memory for it. */
 static void *keep(thrum_scope *scope, void *memory) {
-  thrum_scope_block *block =
-      memory ? thrum_allocate(1, sizeof *block, scope->what, scope->error) : NULL;
-  if (!block) {
+  thrum_scope_block *block = NULL;
+  if (!memory || thrum_reserve(&block, 1, sizeof *block, scope->what, scope->error) < 0) {
     free(memory);
     scope->status = THRUM_OUT_OF_MEMORY;
     return NULL;

@@ -6,12 +6,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* malloc of count x size bytes with the product checked; NULL sets the error. */
-void *thrum_allocate(int64_t count, size_t size, const char *what, thrum_error *error);
-
-/* The same memory, but zeroed, for *memory, which is a pointer to any object and becomes NULL where
- * there is no memory for it. `memory` is void *, so that the address of any such pointer will do.
- */
+/* Zeroed memory of count x size bytes, the product checked, for *memory, which is a pointer to any
+ * object and becomes NULL where there is no memory for it. `memory` is void *, so that the address
+ * of any such pointer will do. */
 thrum_status thrum_reserve(void *memory, int64_t count, size_t size, const char *what,
                            thrum_error *error);
 

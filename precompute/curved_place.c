@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform/allocate.h"
 #include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
 
@@ -16,6 +17,7 @@
 #define FAR 0.5      /* how negative l may be at all: beyond, a quadratic map runs away */
 
 struct thrum_curved_places {
+  thrum_scope memory; /* of itself and its arrays */
   const thrum_model *model;
   int64_t *begin; /* vertex_count + 1: where the tets around each vertex start in `around` */
   int32_t *around;
@@ -45,19 +47,21 @@ thrum_status thrum_curved_places_make(const thrum_model *model, thrum_curved_pla
     return THRUM_OK;
 
   // the tets around each corner, by counting sort
-  thrum_curved_places *made = calloc(1, sizeof *made);
-  if (!made || !(made->begin = calloc((size_t)model->vertex_count + 2, sizeof *made->begin)) ||
-      !(made->around = malloc(4 * (size_t)model->tet_count * sizeof *made->around))) {
-    thrum_curved_places_free(made);
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the surface");
+  thrum_scope memory = thrum_scope_begin("the surface", error);
+  thrum_curved_places *made = thrum_scope_allocate(&memory, 1, sizeof *made);
+  int64_t *begin = thrum_scope_allocate(&memory, model->vertex_count + 2, sizeof *begin);
+  int32_t *around = thrum_scope_allocate(&memory, 4 * model->tet_count, sizeof *around);
+  if (memory.status < 0) {
+    thrum_scope_free(&memory);
+    return memory.status;
   }
-  made->model = model;
   for (int64_t i = 0; i < 4 * model->tet_count; i++)
-    made->begin[model->tets[i] + 2]++;
+    begin[model->tets[i] + 2]++;
   for (int64_t v = 0; v < model->vertex_count; v++)
-    made->begin[v + 2] += made->begin[v + 1];
+    begin[v + 2] += begin[v + 1];
   for (int64_t i = 0; i < 4 * model->tet_count; i++)
-    made->around[made->begin[model->tets[i] + 1]++] = (int32_t)(i / 4);
+    around[begin[model->tets[i] + 1]++] = (int32_t)(i / 4);
+  *made = (thrum_curved_places){memory, model, begin, around};
   *places = made;
   return THRUM_OK;
 }
@@ -65,9 +69,8 @@ thrum_status thrum_curved_places_make(const thrum_model *model, thrum_curved_pla
 void thrum_curved_places_free(thrum_curved_places *places) {
   if (!places)
     return;
-  free(places->begin);
-  free(places->around);
-  free(places);
+  thrum_scope memory = places->memory;
+  thrum_scope_free(&memory);
 }
 
 // x(l), relative to node 0

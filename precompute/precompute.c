@@ -50,17 +50,15 @@ static void pipeline_free(pipeline *p) {
   free(p->candidates);
   p->candidates = NULL;
   free(p->rigid);
-  free(p->rigid_dual);
   free(p->change);
-  p->change = NULL;
-  p->rigid = p->rigid_dual = NULL;
+  p->change = p->rigid = NULL;
 }
 
 // Z and M Z of a free body
 static thrum_status find_rigid(pipeline *p, thrum_error *error) {
   const int64_t count = THRUM_RIGID_COUNT * p->fem.free_count;
-  THRUM_TRY(thrum_reserve(&p->rigid, count, sizeof(double), "the rigid modes", error));
-  THRUM_TRY(thrum_reserve(&p->rigid_dual, count, sizeof(double), "the rigid modes", error));
+  THRUM_TRY(thrum_reserve(&p->rigid, 2 * count, sizeof(double), "the rigid modes", error));
+  p->rigid_dual = p->rigid + count;
   THRUM_TRY(thrum_rigid_modes(&p->fem, &p->mass, p->rigid, p->rigid_dual, error));
   return thrum_rigid_residual(&p->stiffness, p->rigid, &p->result.rigid_residual, error);
 }

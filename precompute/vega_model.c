@@ -17,9 +17,7 @@
 #define AS_IT_IS 1e-11 /* as of an imported basis: up to this the file's bits stay */
 
 void thrum_vega_model_free(thrum_vega_model *made) {
-  free(made->omega2);
-  free(made->c3);
-  free(made->c4);
+  thrum_scope_free(&made->memory);
   *made = (thrum_vega_model){0};
 }
 
@@ -55,12 +53,12 @@ static thrum_status turn(const thrum_imported_basis *read, double *change, thrum
 static thrum_status fill(const char *path, thrum_imported_basis *read, thrum_vega_model *made,
                          thrum_error *error) {
   const int64_t r = read->rank, count3 = thrum_c3_count(r), count4 = thrum_c4_count(r);
-  static const char what[] = "the polynomial";
-  double *change = NULL;
-  thrum_status status = thrum_reserve(&change, r * r, sizeof *change, what, error);
-  THRUM_THEN(status, thrum_reserve(&made->omega2, r, sizeof *made->omega2, what, error));
-  THRUM_THEN(status, thrum_reserve(&made->c3, count3, sizeof *made->c3, what, error));
-  THRUM_THEN(status, thrum_reserve(&made->c4, count4, sizeof *made->c4, what, error));
+  made->memory = thrum_scope_begin("the polynomial", error);
+  double *change = thrum_scope_allocate(&made->memory, r * r, sizeof *change);
+  made->omega2 = thrum_scope_allocate(&made->memory, r, sizeof *made->omega2);
+  made->c3 = thrum_scope_allocate(&made->memory, count3, sizeof *made->c3);
+  made->c4 = thrum_scope_allocate(&made->memory, count4, sizeof *made->c4);
+  thrum_status status = made->memory.status;
 
   // a polynomial of Thrum's own comes back with its bits
   if (status >= 0 && is_diagonal(read)) {
@@ -71,7 +69,6 @@ static thrum_status fill(const char *path, thrum_imported_basis *read, thrum_veg
   } else if (status >= 0) {
     status = turn(read, change, made, error);
   }
-  free(change);
 
   // without stiffness a coordinate is a rigid motion, or the file is no polynomial of a body
   if (status >= 0 && !(made->omega2[0] > 0))

@@ -6,10 +6,12 @@
 
 #include <stdbool.h>
 
+#include "platform/allocate.h"
 #include "thrum/model.h"
 
 /* A model and the arrays that it points to. */
 typedef struct thrum_vega_model {
+  thrum_scope memory; /* of the arrays */
   thrum_model model;
   double *omega2, *c3, *c4; /* owned */
   double defect;            /* by how much components of the force disagree, relative */

@@ -96,34 +96,48 @@ thrum_status thrum_vega_basis_read(const char *path, thrum_imported_basis *impor
   return THRUM_OK;
 }
 
-// where q_a times the monomial `others` stands, and how often q_a occurs in it
-static int64_t raise(int64_t rank, int64_t a, const int64_t *others, int count, int *times,
-                     int *distinct) {
-  int64_t index[4] = {a, 0, 0, 0};
-  *times = *distinct = 1;
-  for (int n = 0; n < count; n++) {
-    *times += others[n] == a;
-    *distinct += others[n] != a && (n == 0 || others[n] != others[n - 1]);
+// a coefficient of the force: that of a component a under a monomial i <= j (<= k)
+typedef struct term {
+  int64_t rank, a, index[3];
+  int count;           // of indices
+  int64_t at;          // where the potential has the coefficient of q_a times the monomial
+  int times, distinct; // how often q_a occurs in that, and how many different indices it has
+} term;
+
+static void find_place(term *t) {
+  int64_t index[4] = {t->a, 0, 0, 0};
+  t->times = t->distinct = 1;
+  for (int n = 0; n < t->count; n++) {
+    const int64_t other = t->index[n];
+    t->times += other == t->a;
+    t->distinct += other != t->a && (n == 0 || other != t->index[n - 1]);
     int at = n + 1;
-    for (; at > 0 && index[at - 1] > others[n]; at--)
+    for (; at > 0 && index[at - 1] > other; at--)
       index[at] = index[at - 1];
-    index[at] = others[n];
+    index[at] = other;
   }
-  return count == 2 ? thrum_c3_index(rank, index[0], index[1], index[2])
-                    : thrum_c4_index(rank, index[0], index[1], index[2], index[3]);
+  t->at = t->count == 2 ? thrum_c3_index(t->rank, index[0], index[1], index[2])
+                        : thrum_c4_index(t->rank, index[0], index[1], index[2], index[3]);
 }
 
-// the next monomial i <= j (<= k) in lexicographic order; false after the last
-static bool next_monomial(int64_t rank, int64_t *index, int count) {
-  int at = count - 1;
-  while (at >= 0 && index[at] == rank - 1)
-    at--;
-  if (at < 0)
-    return false;
-  const int64_t value = index[at] + 1;
-  for (; at < count; at++)
-    index[at] = value;
-  return true;
+static term first_term(int64_t rank, int count) {
+  term t = {.rank = rank, .count = count};
+  find_place(&t);
+  return t;
+}
+
+// goes on in the order of the file, components outermost, monomials in lexicographic order; behind
+// the last one a is the rank
+static void next_term(term *t) {
+  int n = t->count - 1;
+  while (n >= 0 && t->index[n] == t->rank - 1)
+    n--;
+  const int64_t value = n < 0 ? 0 : t->index[n] + 1;
+  t->a += n < 0;
+  for (n = n < 0 ? 0 : n; n < t->count; n++)
+    t->index[n] = value;
+  if (t->a < t->rank)
+    find_place(t);
 }
 
 // the potential's coefficients of degree count + 1: the mean of what the components say. Where they
@@ -133,27 +147,17 @@ static void integrate(int64_t rank, int count, const double *force, double *coef
                       int64_t total, double *off) {
   // the base: a component that is not divided by 3, as thirds round
   const double *component = force;
-  for (int64_t a = 0; a < rank; a++) {
-    int64_t index[3] = {0, 0, 0};
-    do {
-      int times, distinct;
-      const int64_t at = raise(rank, a, index, count, &times, &distinct);
-      const double says = *component++ / times;
-      if (times != 3 || distinct == 1)
-        coefficients[at] = says;
-    } while (next_monomial(rank, index, count));
+  for (term t = first_term(rank, count); t.a < rank; next_term(&t)) {
+    const double says = *component++ / t.times;
+    if (t.times != 3 || t.distinct == 1)
+      coefficients[t.at] = says;
   }
 
   // the others add their differences from it, each its share
-  for (int64_t a = 0; a < rank; a++) {
-    int64_t index[3] = {0, 0, 0};
-    do {
-      int times, distinct;
-      const int64_t at = raise(rank, a, index, count, &times, &distinct);
-      const double says = *force++;
-      if (says != times * coefficients[at])
-        off[at] += (says / times - coefficients[at]) / distinct;
-    } while (next_monomial(rank, index, count));
+  for (term t = first_term(rank, count); t.a < rank; next_term(&t)) {
+    const double says = *force++;
+    if (says != t.times * coefficients[t.at])
+      off[t.at] += (says / t.times - coefficients[t.at]) / t.distinct;
   }
 
   for (int64_t at = 0; at < total; at++)
@@ -181,22 +185,17 @@ static thrum_status check_gradient(const char *path, int64_t rank, int count, co
     largest = fmax(largest, fabs(coefficients[n]));
 
   // each component of the force against the derivative of the potential
-  for (int64_t a = 0; a < rank; a++) {
-    int64_t index[3] = {0, 0, 0};
-    do {
-      int times, distinct;
-      const int64_t at = raise(rank, a, index, count, &times, &distinct);
-      const double off = fabs(*force++ / times - coefficients[at]);
-      if (off > TOLERANCE * largest)
-        return thrum_error_set(
-            error, THRUM_BAD_VALUE,
-            "%s: the force is not the gradient of an energy: component %lld, %s coefficient "
-            "(%lld, %lld%s) differs from the other components by %.2g of the largest",
-            path, (long long)a + 1, count == 2 ? "quadratic" : "cubic", (long long)index[0] + 1,
-            (long long)index[1] + 1, count == 2 ? "" : ", ...", off / largest);
-      if (off > 0)
-        *defect = fmax(*defect, off / largest);
-    } while (next_monomial(rank, index, count));
+  for (term t = first_term(rank, count); t.a < rank; next_term(&t)) {
+    const double off = fabs(*force++ / t.times - coefficients[t.at]);
+    if (off > TOLERANCE * largest)
+      return thrum_error_set(
+          error, THRUM_BAD_VALUE,
+          "%s: the force is not the gradient of an energy: component %lld, %s coefficient "
+          "(%lld, %lld%s) differs from the other components by %.2g of the largest",
+          path, (long long)t.a + 1, count == 2 ? "quadratic" : "cubic", (long long)t.index[0] + 1,
+          (long long)t.index[1] + 1, count == 2 ? "" : ", ...", off / largest);
+    if (off > 0)
+      *defect = fmax(*defect, off / largest);
   }
   return THRUM_OK;
 }
@@ -302,15 +301,12 @@ thrum_status thrum_vega_cubic_read(const char *path, thrum_imported_basis *impor
     return status;
   }
 
-  // the new polynomial replaces an earlier one
-  free(imported->linear);
-  free(imported->c3);
-  free(imported->c4);
-  imported->linear = made.linear;
-  imported->c3 = made.c3;
-  imported->c4 = made.c4;
-  imported->defect = made.defect;
-  imported->rank = r;
+  // the new polynomial replaces an earlier one, and the basis stays
+  made.rows = imported->rows;
+  made.basis = imported->basis;
+  imported->basis = NULL;
+  thrum_imported_basis_free(imported);
+  *imported = made;
   return THRUM_OK;
 }
 
@@ -351,14 +347,8 @@ thrum_status thrum_vega_basis_write(const char *path, const thrum_model *model, 
 
 // the force's components of degree `count`; returns the end
 static double *differentiate(int64_t rank, int count, const double *coefficients, double *force) {
-  for (int64_t a = 0; a < rank; a++) {
-    int64_t index[3] = {0, 0, 0};
-    do {
-      int times, distinct;
-      const int64_t at = raise(rank, a, index, count, &times, &distinct);
-      *force++ = times * coefficients[at];
-    } while (next_monomial(rank, index, count));
-  }
+  for (term t = first_term(rank, count); t.a < rank; next_term(&t))
+    *force++ = t.times * coefficients[t.at];
   return force;
 }
 

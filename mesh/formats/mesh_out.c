@@ -11,6 +11,7 @@
 
 #include "io/number_text.h"
 #include "mesh/mesh_groups.h"
+#include "platform/allocate.h"
 
 enum { TEXT_MAX = 1024 };
 
@@ -83,15 +84,43 @@ const char *thrum_write_region_name(thrum_mesh_written *w, int64_t region, const
   return text;
 }
 
+bool thrum_out_reserve(thrum_mesh_out *out, void *memory, int64_t count, size_t size) {
+  const thrum_status status = thrum_reserve(memory, count, size, "the output", out->error);
+  out->status = status < 0 ? status : out->status;
+  return status >= 0;
+}
+
+void thrum_write_mark_group(const thrum_mesh *mesh, int64_t group, uint8_t *marks) {
+  memset(marks, 0, (size_t)mesh->vertex_count);
+  for (int64_t i = 0; i < mesh->groups[group].count; i++)
+    marks[mesh->groups[group].vertices[i]] = 1;
+}
+
+void thrum_out_member(thrum_mesh_out *out, int64_t number, int *column) {
+  thrum_out_text(out, "%s%lld", *column == 0 ? "" : ", ", (long long)number);
+  *column = (*column + 1) % 10;
+  if (*column == 0)
+    thrum_out_text(out, "\n");
+}
+
+void thrum_out_end_members(thrum_mesh_out *out, int column) {
+  if (column > 0)
+    thrum_out_text(out, "\n");
+}
+
+void thrum_out_region_tets(thrum_mesh_out *out, const thrum_mesh *mesh, int64_t region) {
+  int column = 0;
+  for (int64_t t = 0; t < mesh->tet_count; t++)
+    if (mesh->tet_region[t] == region)
+      thrum_out_member(out, t + 1, &column);
+  thrum_out_end_members(out, column);
+}
+
 int32_t *thrum_write_marks(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
-  int32_t *marks = calloc((size_t)m->vertex_count + 1, sizeof *marks);
-  int32_t next = 1;
-
-  if (!marks) {
-    out->status = thrum_error_set(out->error, THRUM_OUT_OF_MEMORY, "not enough memory");
+  int32_t *marks = NULL, next = 1;
+  if (!thrum_out_reserve(out, &marks, m->vertex_count, sizeof *marks))
     return NULL;
-  }
 
   // a vertex has one mark, so a group that shares vertices with an earlier one is lost
   for (int64_t g = 0; g < m->group_count; g++) {

@@ -26,6 +26,7 @@ typedef struct thrum_mesh_out {
   thrum_file_writer file;
   thrum_status status;
   thrum_error *error;
+  bool binary; /* numbers are bytes, in formats that have both */
   size_t used;
   char buffer[1 << 14];
 } thrum_mesh_out;
@@ -59,6 +60,19 @@ const char *thrum_write_group_name(thrum_mesh_written *w, int64_t group, const c
                                    char text[256]);
 const char *thrum_write_region_name(thrum_mesh_written *w, int64_t region, const char *bad,
                                     char text[256]);
+
+/* Room for what a writer needs, zeroed, which the caller frees; where there is none, the output has
+ * failed. */
+bool thrum_out_reserve(thrum_mesh_out *out, void *memory, int64_t count, size_t size);
+
+/* Marks the vertices of a group with 1 among the vertex_count `marks`, and the others with 0. */
+void thrum_write_mark_group(const thrum_mesh *mesh, int64_t group, uint8_t *marks);
+
+/* Writes a number of a list, ten to a line; `column`: 0 at first. Then ends the list. */
+void thrum_out_member(thrum_mesh_out *out, int64_t number, int *column);
+void thrum_out_end_members(thrum_mesh_out *out, int column);
+/* Writes such a list of the tets of a region. */
+void thrum_out_region_tets(thrum_mesh_out *out, const thrum_mesh *mesh, int64_t region);
 
 /* Returns the number of each vertex's group, from 1, 0 for none, for formats that have one number
  * for each vertex. Groups that overlap earlier ones are lost, and groups that stand for regions

@@ -13,10 +13,6 @@
 #include "mesh/mesh_units.h"
 #include "mesh/midsides.h"
 
-static thrum_status no_memory(thrum_error *error) {
-  return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory for the mesh");
-}
-
 static const struct {
   const char *suffix;
   thrum_mesh_parser *parse;
@@ -42,26 +38,30 @@ static thrum_status read_file(const char *path, const char *regions, thrum_mesh_
   return status;
 }
 
+char *thrum_tetgen_name(const char *path, const char *suffix, thrum_scope *scope) {
+  const size_t stem = strlen(path) - (thrum_file_has_suffix(path, ".ele") ? 4 : 5);
+  char *name = thrum_scope_allocate(scope, (int64_t)(stem + strlen(suffix) + 1), 1);
+  if (name) {
+    memcpy(name, path, stem);
+    strcpy(name + stem, suffix);
+  }
+  return name;
+}
+
 /* TetGen's meshes are pairs of files; the path of either one names both. */
 static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error *error) {
-  const size_t length = strlen(path), stem = length - (thrum_file_has_suffix(path, ".ele") ? 4 : 5);
-  char *names[2] = {malloc(stem + 6), malloc(stem + 5)};
+  static const char *const suffixes[2] = {".node", ".ele"};
+  thrum_scope scope = thrum_scope_begin("the mesh", error);
+  const char *const names[2] = {thrum_tetgen_name(path, ".node", &scope),
+                                thrum_tetgen_name(path, ".ele", &scope)};
   void *data[2] = {NULL, NULL};
   size_t size[2] = {0, 0};
 
-  thrum_status status = THRUM_OK;
-  if (!names[0] || !names[1])
-    status = no_memory(error);
-
-  // both files have the given path with another suffix
-  for (int i = 0; i < 2 && status >= 0; i++) {
-    memcpy(names[i], path, stem);
-    strcpy(names[i] + stem, i == 0 ? ".node" : ".ele");
-
-    // the one that was given keeps its capitals
-    const bool given = thrum_file_has_suffix(path, i == 0 ? ".node" : ".ele");
-    status = thrum_file_read(given ? path : names[i], &data[i], &size[i], error);
-  }
+  // the one that was given keeps its capitals
+  thrum_status status = scope.status;
+  for (int i = 0; i < 2 && status >= 0; i++)
+    status = thrum_file_read(thrum_file_has_suffix(path, suffixes[i]) ? path : names[i], &data[i],
+                             &size[i], error);
 
   // the parser needs both texts at once, since tets name nodes
   const thrum_mesh_source nodes = {names[0], data[0], size[0], NULL};
@@ -69,10 +69,9 @@ static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error 
   THRUM_THEN(status, thrum_file_name_memory(
                          path, thrum_mesh_parse_tetgen(&nodes, &elements, mesh, error), error));
 
-  for (int i = 0; i < 2; i++) {
-    free(names[i]);
-    free(data[i]);
-  }
+  free(data[0]);
+  free(data[1]);
+  thrum_scope_free(&scope);
   return status;
 }
 

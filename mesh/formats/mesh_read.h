@@ -8,6 +8,7 @@
 #include <stddef.h>
 
 #include "mesh/mesh.h"
+#include "platform/allocate.h"
 
 /* Reads a mesh: the generator `beam:NXxNYxNZ@LXxLYxLZ[,split=5]`, or a file by its suffix: .veg
  * (Vega), .msh (Gmsh), .node or .ele (TetGen), .mesh (Medit), .vtk and .vtu (VTK), .inp (Abaqus).
@@ -61,6 +62,8 @@ typedef thrum_status thrum_mesh_parser(const thrum_mesh_source *source, thrum_me
                                        thrum_error *error);
 thrum_mesh_parser thrum_mesh_parse_veg, thrum_mesh_parse_msh, thrum_mesh_parse_medit,
     thrum_mesh_parse_vtk, thrum_mesh_parse_vtu, thrum_mesh_parse_abaqus;
+/* The name of one of TetGen's pair of files, of which `path` is one; NULL: no memory. */
+char *thrum_tetgen_name(const char *path, const char *suffix, thrum_scope *scope);
 /* Reads TetGen's pair of files. */
 thrum_status thrum_mesh_parse_tetgen(const thrum_mesh_source *nodes,
                                      const thrum_mesh_source *elements, thrum_mesh *mesh,

@@ -20,7 +20,7 @@
 #include "mesh/mesh_grow.h"
 #include "runtime/base/vec3.h"
 
-enum { SECTIONS_MAX = THRUM_MESH_GROUPS_MAX, PARAMETERS_MAX = 16 };
+enum { PARAMETERS_MAX = 16 };
 
 typedef struct inp_parameter {
   thrum_word key, value;
@@ -42,7 +42,7 @@ typedef struct inp_element {
 /* An element set holds elements by number. Its vertices become a group at the end. */
 typedef struct inp_set {
   thrum_word name;
-  int64_t count, capacity;
+  int64_t count;
   int64_t *elements;
 } inp_set;
 
@@ -75,22 +75,17 @@ typedef struct inp_reader {
   bool beside_body;      /* the present keyword is of the assembly and of no instance */
   inp_instance instance; /* the one that there is */
   int64_t modified_tets; /* elements of type C3D10M */
-  int64_t element_count, element_capacity;
+  int64_t element_count;
   inp_element *elements;
-  int64_t surface_node_count, surface_node_capacity;
+  int64_t surface_node_count;
   int64_t *surface_nodes;
-  int64_t set_count, set_capacity;
+  int64_t set_count;
   inp_set *sets;
-  int64_t material_count, material_capacity;
+  int64_t material_count;
   inp_material *materials;
-  int64_t section_count, section_capacity;
+  int64_t section_count;
   inp_section *sections;
-  thrum_error *error;
 } inp_reader;
-
-static thrum_status fail(inp_reader *r, const char *line) {
-  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "%s", line);
-}
 
 static bool same(thrum_word a, thrum_word b) {
   if (a.length != b.length)
@@ -176,30 +171,25 @@ static void read_keyword(inp_reader *r, inp_keyword *keyword) {
   r->text.at = r->text.end;
 }
 
-/* Returns the value of a parameter; its length is 0 when the parameter is not there. */
+/* Returns the value of a parameter, whose text is NULL when the parameter is not there. */
 static thrum_word parameter(const inp_keyword *keyword, const char *key) {
   for (int i = 0; i < keyword->count; i++)
     if (thrum_text_equals(keyword->parameters[i].key, key))
       return keyword->parameters[i].value;
-  return (thrum_word){"", 0};
+  return (thrum_word){NULL, 0};
 }
 
 static bool has_parameter(const inp_keyword *keyword, const char *key) {
-  for (int i = 0; i < keyword->count; i++)
-    if (thrum_text_equals(keyword->parameters[i].key, key))
-      return true;
-  return false;
+  return parameter(keyword, key).text != NULL;
 }
 
 static thrum_status integer(inp_reader *r, const char *what, int64_t low, int64_t *value) {
-  return thrum_text_integer(&r->text, what, low, INT64_MAX, value, r->error);
+  return thrum_text_integer(&r->text, what, low, INT64_MAX, value);
 }
 
 /* Finds the list of the builder that stands for a node set. */
 static thrum_status node_list(inp_reader *r, thrum_word name, int64_t *list) {
-  const char *fault = thrum_mesh_name_fault(name.text, name.length);
-  if (fault)
-    return fail(r, fault);
+  THRUM_TRY(thrum_mesh_name_check(&r->text, name));
   return thrum_builder_list(&r->builder, name.text, name.length, list);
 }
 
@@ -216,7 +206,7 @@ static thrum_status read_nodes(inp_reader *r, const inp_keyword *keyword) {
 
     // coordinates left out are 0
     for (int c = 0; c < 3 && thrum_text_more(&r->text); c++)
-      THRUM_TRY(thrum_text_number(&r->text, axes[c], &position[c], r->error));
+      THRUM_TRY(thrum_text_number(&r->text, axes[c], &position[c]));
     THRUM_TRY(thrum_builder_vertex(&r->builder, number, position, r->text.line));
     if (list >= 0)
       THRUM_TRY(thrum_builder_add(&r->builder, list, number));
@@ -224,42 +214,45 @@ static thrum_status read_nodes(inp_reader *r, const inp_keyword *keyword) {
   return THRUM_OK;
 }
 
+/* The index of the element set of that name, or set_count where there is none. */
+static int64_t set_index(const inp_reader *r, thrum_word name) {
+  int64_t s = 0;
+  while (s < r->set_count && !same(r->sets[s].name, name))
+    s++;
+  return s;
+}
+
 /* Finds the index of an element set, which is added when it is new. */
 static thrum_status find_set(inp_reader *r, thrum_word name, int64_t *index) {
-  for (*index = 0; *index < r->set_count; ++*index)
-    if (same(r->sets[*index].name, name))
-      return THRUM_OK;
+  *index = set_index(r, name);
+  if (*index < r->set_count)
+    return THRUM_OK;
 
   // a set becomes a group, so it needs a name that a group can have
-  const char *fault = thrum_mesh_name_fault(name.text, name.length);
-  if (fault)
-    return fail(r, fault);
-  if (r->set_count == THRUM_MESH_GROUPS_MAX)
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d element sets",
-                           THRUM_MESH_GROUPS_MAX);
-
+  THRUM_TRY(thrum_mesh_name_check(&r->text, name));
   const inp_set fresh = {.name = name};
-  return thrum_mesh_append(&r->sets, &r->set_count, &r->set_capacity, &fresh, sizeof fresh,
-                           r->error);
+  return thrum_mesh_append_few(&r->text, "element sets", &r->sets, &r->set_count, &fresh,
+                               sizeof fresh);
 }
 
 /* Refuses a set of a size that no sensible set reaches, since sets that name sets can double with
  * every line. */
 static thrum_status check_growth(inp_reader *r, int64_t count) {
   const int64_t most = 16 * (r->builder.vertex_count + r->element_count) + r->text_size;
-  return count <= most ? THRUM_OK : fail(r, "the set names far more than the file holds");
+  return count <= most ? THRUM_OK
+                       : thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
+                                         "the set names far more than the file holds");
 }
 
 static thrum_status add_to_set(inp_reader *r, int64_t index, int64_t element) {
   inp_set *set = &r->sets[index];
   THRUM_TRY(check_growth(r, set->count));
-  return thrum_mesh_append(&set->elements, &set->count, &set->capacity, &element, sizeof element,
-                           r->error);
+  return thrum_mesh_append(&set->elements, &set->count, &element, sizeof element, r->text.error);
 }
 
 static thrum_status add_element(inp_reader *r, inp_element element) {
-  return thrum_mesh_append(&r->elements, &r->element_count, &r->element_capacity, &element,
-                           sizeof element, r->error);
+  return thrum_mesh_append(&r->elements, &r->element_count, &element, sizeof element,
+                           r->text.error);
 }
 
 /* A solid by the beginning of its type; letters behind it, as in C3D8R, are kinds of integration.
@@ -303,11 +296,11 @@ static int inner_nodes(thrum_word type) {
  * it is named where a line of numbers is too long. */
 static thrum_status end_solid(inp_reader *r, int64_t line, int64_t number, int nodes) {
   if (r->text.line > line && thrum_text_more(&r->text))
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                            "element %lld, which begins on line %lld, has more than %d nodes with "
                            "this line: it lacks some, or a line between them is broken",
                            (long long)number, (long long)line, nodes);
-  return thrum_text_finish(&r->text, "the nodes", r->error);
+  return thrum_text_finish(&r->text, "the nodes");
 }
 
 /* Reads a solid's number and nodes, which may continue on further lines; `inner` more may follow on
@@ -319,7 +312,7 @@ static thrum_status read_solid(inp_reader *r, const inp_solid *solid, int inner,
 
   for (int n = 0; n < solid->nodes; n++) {
     if (!thrum_text_more(&r->text) && !data_line(r))
-      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                              "element %lld has too few nodes: %d, not %d", (long long)number, n,
                              solid->nodes);
     THRUM_TRY(integer(r, "a node of the element", 1, &nodes[n]));
@@ -354,8 +347,8 @@ static thrum_status read_surface(inp_reader *r, int64_t set) {
       continue;
 
     // a triangle or quadrilateral keeps its nodes, for the groups of its sets
-    THRUM_TRY(thrum_mesh_append(&r->surface_nodes, &r->surface_node_count,
-                                &r->surface_node_capacity, &node, sizeof node, r->error));
+    THRUM_TRY(thrum_mesh_append(&r->surface_nodes, &r->surface_node_count, &node, sizeof node,
+                                r->text.error));
     r->elements[r->element_count - 1].count++;
   }
   return set < 0 ? THRUM_OK : add_to_set(r, set, number);
@@ -368,7 +361,7 @@ static thrum_status read_elements(inp_reader *r, const inp_keyword *keyword) {
   const int64_t before = r->element_count;
   int64_t set = -1;
   if (unknown)
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
                            "elements of type %s are not supported; the body must be meshed with "
                            "C3D4, C3D10, C3D6, C3D8, C3D15 or C3D20",
                            thrum_text_excerpt(type).text);
@@ -399,7 +392,8 @@ static thrum_status read_range(inp_reader *r, int64_t set, add_member *add) {
   if (thrum_text_more(&r->text))
     THRUM_TRY(integer(r, "the step of a range", 1, &step));
   if ((last - first) / step >= r->builder.vertex_count + r->element_count)
-    return fail(r, "a range is longer than there are nodes and elements");
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
+                           "a range is longer than there are nodes and elements");
 
   // the range must not step past the largest integer
   for (int64_t n = first; n <= last; n += step) {
@@ -425,16 +419,13 @@ static thrum_status add_named(inp_reader *r, int64_t set, thrum_word name, add_m
   }
 
   // an element set takes over the elements of another element set
-  for (int64_t i = 0; add != add_node && i < r->set_count; i++) {
-    if (!same(r->sets[i].name, name) || i == set)
-      continue;
-    for (int64_t n = 0; n < r->sets[i].count; n++)
-      THRUM_TRY(add(r, set, r->sets[i].elements[n]));
+  const int64_t other = add == add_node ? r->set_count : set_index(r, name);
+  for (int64_t n = 0; other < r->set_count && other != set && n < r->sets[other].count; n++)
+    THRUM_TRY(add(r, set, r->sets[other].elements[n]));
+  if (other < r->set_count && other != set)
     return THRUM_OK;
-  }
 
-  return thrum_text_fail(&r->text, THRUM_MISSING, r->error,
-                         "the set names '%s', which is no set above it",
+  return thrum_text_fail(&r->text, THRUM_MISSING, "the set names '%s', which is no set above it",
                          thrum_text_excerpt(name).text);
 }
 
@@ -472,43 +463,48 @@ static thrum_status read_set(inp_reader *r, const inp_keyword *keyword, const ch
   const thrum_word name = parameter(keyword, key);
   int64_t set = 0;
   if (name.length == 0)
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "the set has no name: %s=NAME",
-                           key);
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "the set has no name: %s=NAME", key);
 
   // a set of nodes is a group; one of elements waits until all of them are known
   THRUM_TRY(add == add_node ? node_list(r, name, &set) : find_set(r, name, &set));
+  const bool ranges = has_parameter(keyword, "GENERATE");
   while (data_line(r)) {
-    if (has_parameter(keyword, "GENERATE") && r->beside_body)
-      continue;
-    if (has_parameter(keyword, "GENERATE")) {
+    if (ranges && !r->beside_body)
       THRUM_TRY(read_range(r, set, add));
-      continue;
-    }
-
-    while (thrum_text_more(&r->text))
+    while (!ranges && thrum_text_more(&r->text))
       THRUM_TRY(read_member(r, set, add));
   }
   return THRUM_OK;
 }
 
+static const inp_material *find_material(const inp_reader *r, thrum_word name) {
+  for (int64_t i = 0; i < r->material_count; i++)
+    if (same(r->materials[i].name, name))
+      return &r->materials[i];
+  return NULL;
+}
+
+static thrum_status read_node_set(inp_reader *r, const inp_keyword *keyword) {
+  return read_set(r, keyword, "NSET", add_node);
+}
+
+static thrum_status read_element_set(inp_reader *r, const inp_keyword *keyword) {
+  return read_set(r, keyword, "ELSET", add_to_set);
+}
+
 static thrum_status read_material(inp_reader *r, const inp_keyword *keyword) {
   const inp_material material = {.name = parameter(keyword, "NAME")};
-  if (r->material_count == SECTIONS_MAX)
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d materials",
-                           SECTIONS_MAX);
 
   // sections name materials, so their names must be unique
-  for (int64_t i = 0; i < r->material_count; i++)
-    if (same(r->materials[i].name, material.name))
-      return fail(r, "this material comes twice");
-
-  return thrum_mesh_append(&r->materials, &r->material_count, &r->material_capacity, &material,
-                           sizeof material, r->error);
+  if (find_material(r, material.name))
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "this material comes twice");
+  return thrum_mesh_append_few(&r->text, "materials", &r->materials, &r->material_count, &material,
+                               sizeof material);
 }
 
 /* Refuses a property that changes with temperature or a field: there is one stiffness of a body. */
 static thrum_status refuse_dependent(inp_reader *r, const inp_keyword *keyword) {
-  return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+  return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
                          "*%s changes with temperature or a field; leave the one line that is to "
                          "hold",
                          thrum_text_excerpt(keyword->name).text);
@@ -518,30 +514,30 @@ static thrum_status refuse_dependent(inp_reader *r, const inp_keyword *keyword) 
 static thrum_status read_property(inp_reader *r, const inp_keyword *keyword) {
   const bool elastic = thrum_text_equals(keyword->name, "ELASTIC");
   if (r->material_count == 0)
-    return fail(r, "a property comes before any *MATERIAL");
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "a property comes before any *MATERIAL");
 
   // anisotropic materials have constants that the solver does not know
   const thrum_word type = parameter(keyword, "TYPE");
   if (elastic && type.length > 0 && !thrum_text_equals(type, "ISOTROPIC") &&
       !thrum_text_equals(type, "ISO"))
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
                            "*ELASTIC of type %s is not supported, only ISOTROPIC",
                            thrum_text_excerpt(type).text);
 
   // the values belong to the last *MATERIAL
   inp_material *material = &r->materials[r->material_count - 1];
   if (!data_line(r))
-    return fail(r, "the file ends, or goes on, before the values of the material");
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
+                           "the file ends, or goes on, before the values of the material");
 
   // a temperature may stand behind the constants; with one line it changes nothing
   thrum_status status;
   if (elastic) {
-    status = thrum_text_number(&r->text, "Young's modulus", &material->values.young, r->error);
-    THRUM_THEN(status,
-               thrum_text_number(&r->text, "Poisson's ratio", &material->values.poisson, r->error));
+    status = thrum_text_number(&r->text, "Young's modulus", &material->values.young);
+    THRUM_THEN(status, thrum_text_number(&r->text, "Poisson's ratio", &material->values.poisson));
     material->has_elastic = true;
   } else {
-    status = thrum_text_number(&r->text, "the density", &material->values.density, r->error);
+    status = thrum_text_number(&r->text, "the density", &material->values.density);
     material->has_density = true;
   }
 
@@ -554,15 +550,12 @@ static thrum_status read_section(inp_reader *r, const inp_keyword *keyword) {
   const inp_section section = {parameter(keyword, "ELSET"), parameter(keyword, "MATERIAL"),
                                r->text.line};
   if (section.set.length == 0 || section.material.length == 0)
-    return fail(r, "*SOLID SECTION needs ELSET=SET and MATERIAL=NAME");
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
+                           "*SOLID SECTION needs ELSET=SET and MATERIAL=NAME");
 
   // the names are resolved at the end, since sets and materials may follow
-  if (r->section_count == SECTIONS_MAX)
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d sections",
-                           SECTIONS_MAX);
-
-  return thrum_mesh_append(&r->sections, &r->section_count, &r->section_capacity, &section,
-                           sizeof section, r->error);
+  return thrum_mesh_append_few(&r->text, "sections", &r->sections, &r->section_count, &section,
+                               sizeof section);
 }
 
 /* Reads where an instance is put: a line of its translation, and one of two points of an axis and
@@ -573,7 +566,7 @@ static thrum_status read_instance(inp_reader *r, const inp_keyword *keyword) {
   double values[7] = {0};
   if (++r->instance_count > 1)
     return thrum_text_fail(
-        &r->text, THRUM_UNSUPPORTED, r->error,
+        &r->text, THRUM_UNSUPPORTED,
         "'%s' is a second instance beside '%s': a mesh is one body, so save each instance as a "
         "file of its own",
         thrum_text_excerpt(name).text, thrum_text_excerpt(instance->name).text);
@@ -584,11 +577,11 @@ static thrum_status read_instance(inp_reader *r, const inp_keyword *keyword) {
   for (int line = 0; line < 2 && data_line(r); line++) {
     int count = 0;
     for (; count < (line == 0 ? 3 : 7) && thrum_text_more(&r->text); count++)
-      THRUM_TRY(thrum_text_number(&r->text, "a number of the instance's place", &values[count],
-                                  r->error));
-    THRUM_TRY(thrum_text_finish(&r->text, "the instance's place", r->error));
+      THRUM_TRY(thrum_text_number(&r->text, "a number of the instance's place", &values[count]));
+    THRUM_TRY(thrum_text_finish(&r->text, "the instance's place"));
     if (line == 1 && count < 7)
-      return fail(r, "a rotation is two points of its axis and an angle, seven numbers");
+      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
+                             "a rotation is two points of its axis and an angle, seven numbers");
     memcpy(line == 0 ? instance->move : instance->axis[0], values,
            (line == 0 ? 3 : 6) * sizeof *values);
   }
@@ -600,7 +593,8 @@ static thrum_status read_instance(inp_reader *r, const inp_keyword *keyword) {
 static thrum_status enter_or_leave(inp_reader *r, const inp_keyword *keyword) {
   const thrum_word name = keyword->name;
   if (thrum_text_equals(name, "PART") && ++r->part_count > 1)
-    return fail(r, "there are several parts; save each as a file of its own");
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
+                           "there are several parts; save each as a file of its own");
   if (thrum_text_equals(name, "ASSEMBLY") || thrum_text_equals(name, "END ASSEMBLY"))
     r->in_assembly = thrum_text_equals(name, "ASSEMBLY");
   if (thrum_text_equals(name, "END INSTANCE"))
@@ -608,36 +602,26 @@ static thrum_status enter_or_leave(inp_reader *r, const inp_keyword *keyword) {
   return thrum_text_equals(name, "INSTANCE") ? read_instance(r, keyword) : THRUM_OK;
 }
 
+static thrum_status refuse_include(inp_reader *r, const inp_keyword *keyword) {
+  (void)keyword; // an included file may hold anything, so it is not passed over silently
+  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
+                         "*INCLUDE is not read; put the included file in its place");
+}
+
 static thrum_status obey(inp_reader *r, const inp_keyword *keyword) {
-  const thrum_word name = keyword->name;
+  static const struct {
+    const char *name;
+    thrum_status (*read)(inp_reader *r, const inp_keyword *keyword);
+  } keywords[] = {
+      {"NODE", read_nodes},        {"ELEMENT", read_elements},      {"NSET", read_node_set},
+      {"ELSET", read_element_set}, {"MATERIAL", read_material},     {"ELASTIC", read_property},
+      {"DENSITY", read_property},  {"SOLID SECTION", read_section}, {"INCLUDE", refuse_include}};
 
   // nodes and elements of the assembly alone are reference points and the like
   r->beside_body = r->in_assembly && !r->in_instance && !has_parameter(keyword, "INSTANCE");
-  if (r->beside_body && (thrum_text_equals(name, "NODE") || thrum_text_equals(name, "ELEMENT")))
-    return THRUM_OK;
-
-  // the keywords that describe the body
-  if (thrum_text_equals(name, "NODE"))
-    return read_nodes(r, keyword);
-  if (thrum_text_equals(name, "ELEMENT"))
-    return read_elements(r, keyword);
-  if (thrum_text_equals(name, "NSET"))
-    return read_set(r, keyword, "NSET", add_node);
-  if (thrum_text_equals(name, "ELSET"))
-    return read_set(r, keyword, "ELSET", add_to_set);
-
-  // the keywords that describe its materials
-  if (thrum_text_equals(name, "MATERIAL"))
-    return read_material(r, keyword);
-  if (thrum_text_equals(name, "ELASTIC") || thrum_text_equals(name, "DENSITY"))
-    return read_property(r, keyword);
-  if (thrum_text_equals(name, "SOLID SECTION"))
-    return read_section(r, keyword);
-
-  // an included file may hold anything, so it is not passed over silently
-  if (thrum_text_equals(name, "INCLUDE"))
-    return fail(r, "*INCLUDE is not read; put the included file in its place");
-
+  for (size_t i = r->beside_body ? 2 : 0; i < sizeof keywords / sizeof *keywords; i++)
+    if (thrum_text_equals(keyword->name, keywords[i].name))
+      return keywords[i].read(r, keyword);
   return enter_or_leave(r, keyword);
 }
 
@@ -653,7 +637,7 @@ static thrum_status place_instance(inp_reader *r) {
   // an angle needs an axis
   const double length = sqrt(thrum_dot3(along, along));
   if (at->degrees != 0 && !(length > 0))
-    return thrum_error_set(r->error, THRUM_BAD_VALUE,
+    return thrum_error_set(r->text.error, THRUM_BAD_VALUE,
                            "%.200s: the instance turns about an axis between equal points",
                            r->text.name);
 
@@ -687,7 +671,7 @@ static thrum_status sort_elements(inp_reader *r) {
     qsort(r->elements, (size_t)r->element_count, sizeof *r->elements, compare_elements);
   for (int64_t i = 1; i < r->element_count; i++)
     if (r->elements[i - 1].number == r->elements[i].number)
-      return thrum_error_set(r->error, THRUM_BAD_FORMAT, "%.200s: element %lld comes twice",
+      return thrum_error_set(r->text.error, THRUM_BAD_FORMAT, "%.200s: element %lld comes twice",
                              r->text.name, (long long)r->elements[i].number);
   return THRUM_OK;
 }
@@ -700,7 +684,7 @@ static thrum_status find_member(inp_reader *r, const inp_set *set, int64_t numbe
   if (r->element_count > 0)
     found = bsearch(&key, r->elements, (size_t)r->element_count, sizeof key, compare_elements);
   if (!found)
-    return thrum_error_set(r->error, THRUM_BAD_VALUE,
+    return thrum_error_set(r->text.error, THRUM_BAD_VALUE,
                            "%.150s: set '%s' names element %lld, which is not in the file",
                            r->text.name, thrum_text_excerpt(set->name).text, (long long)number);
   *element = found;
@@ -749,17 +733,13 @@ static thrum_status set_groups(inp_reader *r) {
 static thrum_status apply_section(inp_reader *r, int64_t index) {
   const inp_section *section = &r->sections[index];
   const inp_element *element = NULL;
-  int64_t s = 0;
 
-  // the set may stand below the section, so it is searched only now
-  while (s < r->set_count && !same(r->sets[s].name, section->set))
-    s++;
-
-  // a section without its set would leave tets without material
+  // the set may stand below the section; without it tets would be left without material
+  const int64_t s = set_index(r, section->set);
   if (s == r->set_count)
-    return thrum_error_set(r->error, THRUM_MISSING, "%.150s:%lld: there is no element set '%s'",
-                           r->text.name, (long long)section->line,
-                           thrum_text_excerpt(section->set).text);
+    return thrum_error_set(r->text.error, THRUM_MISSING,
+                           "%.150s:%lld: there is no element set '%s'", r->text.name,
+                           (long long)section->line, thrum_text_excerpt(section->set).text);
 
   // the section is the region of its tets
   for (int64_t i = 0; i < r->sets[s].count; i++) {
@@ -768,13 +748,6 @@ static thrum_status apply_section(inp_reader *r, int64_t index) {
       r->builder.keys[t] = index;
   }
   return THRUM_OK;
-}
-
-static const inp_material *find_material(const inp_reader *r, thrum_word name) {
-  for (int64_t i = 0; i < r->material_count; i++)
-    if (same(r->materials[i].name, name))
-      return &r->materials[i];
-  return NULL;
 }
 
 /* Sets the material of each region. Files for statics often have no density: if no section has a
@@ -787,7 +760,7 @@ static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
   for (int64_t i = 0; i < mesh->region_count && r->section_count > 0; i++) {
     const int64_t key = r->builder.region_keys[i];
     if (key < 0)
-      return thrum_error_set(r->error, THRUM_MISSING,
+      return thrum_error_set(r->text.error, THRUM_MISSING,
                              "%.150s: some tets are in no *SOLID SECTION, so they have no material",
                              r->text.name);
 
@@ -795,12 +768,13 @@ static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
     const inp_section *section = &r->sections[key];
     const inp_material *material = find_material(r, section->material);
     if (!material)
-      return thrum_error_set(r->error, THRUM_MISSING, "%.150s:%lld: there is no material '%s'",
+      return thrum_error_set(r->text.error, THRUM_MISSING, "%.150s:%lld: there is no material '%s'",
                              r->text.name, (long long)section->line,
                              thrum_text_excerpt(section->material).text);
 
     // a region has the name of its set
-    THRUM_TRY(thrum_mesh_name_region(mesh, i, section->set.text, section->set.length, r->error));
+    THRUM_TRY(
+        thrum_mesh_name_region(mesh, i, section->set.text, section->set.length, r->text.error));
 
     // incomplete materials are an error only beside complete ones
     mesh->materials[i] = material->values;
@@ -813,7 +787,7 @@ static thrum_status region_materials(inp_reader *r, thrum_mesh *mesh) {
   // a mixture of complete and incomplete materials is a mistake in the file
   if (whole > 0 && partial)
     return thrum_error_set(
-        r->error, THRUM_MISSING, "%.150s:%lld: material '%s' needs both *ELASTIC and *DENSITY",
+        r->text.error, THRUM_MISSING, "%.150s:%lld: material '%s' needs both *ELASTIC and *DENSITY",
         r->text.name, (long long)partial->line, thrum_text_excerpt(partial->material).text);
 
   // without any complete material the mesh has none, so half-read values are cleared
@@ -828,7 +802,7 @@ static thrum_status read_all(inp_reader *r, thrum_mesh *mesh) {
     inp_keyword keyword;
     if (*r->text.start != '*')
       return thrum_text_fail(
-          &r->text, THRUM_BAD_FORMAT, r->error,
+          &r->text, THRUM_BAD_FORMAT,
           "expected a keyword such as *NODE, found '%s'; is it an Abaqus input file?",
           thrum_text_excerpt(thrum_text_line(&r->text)).text);
 
@@ -840,7 +814,7 @@ static thrum_status read_all(inp_reader *r, thrum_mesh *mesh) {
   }
 
   if (r->builder.vertex_count == 0 || r->builder.element_count == 0)
-    return thrum_text_fail(&r->text, THRUM_MISSING, r->error, "there is no %s; is the file whole?",
+    return thrum_text_fail(&r->text, THRUM_MISSING, "there is no %s; is the file whole?",
                            r->builder.vertex_count == 0 ? "*NODE" : "*ELEMENT of type C3D4");
 
   // sections and sets may name elements that came later
@@ -860,7 +834,7 @@ static thrum_status read_all(inp_reader *r, thrum_mesh *mesh) {
 
 thrum_status thrum_mesh_parse_abaqus(const thrum_mesh_source *source, thrum_mesh *mesh,
                                      thrum_error *error) {
-  inp_reader r = {.error = error, .text_size = (int64_t)source->size, .builder = {.error = error}};
+  inp_reader r = {.text_size = (int64_t)source->size, .builder = {.error = error}};
   thrum_mesh read = {0};
   thrum_status status =
       thrum_text_view(source->name, source->data, source->size, 0, ',', &r.text, error);

@@ -17,7 +17,6 @@ typedef struct medit_reader {
   thrum_text text;
   thrum_mesh_builder builder;
   bool seen[16]; /* the keywords that came, in the order of KINDS */
-  thrum_error *error;
 } medit_reader;
 
 /* A keyword whose records are `nodes` vertices and a reference. */
@@ -44,8 +43,8 @@ enum { KIND_COUNT = sizeof KINDS / sizeof *KINDS };
 
 static thrum_status integer(medit_reader *r, const char *what, int64_t low, int64_t high,
                             int64_t *value) {
-  THRUM_TRY(thrum_text_need_word(&r->text, what, r->error));
-  return thrum_text_integer(&r->text, what, low, high, value, r->error);
+  THRUM_TRY(thrum_text_need_word(&r->text, what));
+  return thrum_text_integer(&r->text, what, low, high, value);
 }
 
 /* Reads a reference, which is always a whole number. */
@@ -58,8 +57,8 @@ static thrum_status read_vertex(medit_reader *r, int64_t number) {
   double position[3] = {0};
   int64_t ref = 0;
   for (int c = 0; c < 3; c++) {
-    THRUM_TRY(thrum_text_need_word(&r->text, axes[c], r->error));
-    THRUM_TRY(thrum_text_number(&r->text, axes[c], &position[c], r->error));
+    THRUM_TRY(thrum_text_need_word(&r->text, axes[c]));
+    THRUM_TRY(thrum_text_number(&r->text, axes[c], &position[c]));
   }
   THRUM_TRY(reference(r, &ref));
   THRUM_TRY(thrum_builder_vertex(&r->builder, number, position, r->text.line));
@@ -91,7 +90,7 @@ static thrum_status read_kind(medit_reader *r, const medit_kind *kind) {
   // vertices are numbered by their order, and a second list of solids is a file joined wrongly
   bool *seen = &r->seen[kind - KINDS];
   if (*seen && (kind->nodes == 0 || !kind->list))
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "%s comes twice", kind->keyword);
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "%s comes twice", kind->keyword);
   *seen = true;
 
   for (int64_t i = 0; i < count; i++)
@@ -134,7 +133,7 @@ static thrum_status read_keyword(medit_reader *r, bool *more) {
   if (thrum_text_equals(word, "Dimension")) {
     THRUM_TRY(integer(r, "the dimension", 2, 3, &dimension));
     if (dimension != 3)
-      return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+      return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
                              "the mesh is flat; a body needs Dimension 3");
     return THRUM_OK;
   }
@@ -147,7 +146,7 @@ static thrum_status read_keyword(medit_reader *r, bool *more) {
   // numbers of unknown keywords are passed over, a number where a keyword belongs is not
   const char c = *word.text;
   if (!((c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z')))
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                            "expected a keyword such as Tetrahedra, found '%s'; is a count wrong?",
                            thrum_text_excerpt(word).text);
   skip_numbers(r);
@@ -161,11 +160,11 @@ static thrum_status read_header(medit_reader *r) {
 
   // the first word tells a Medit mesh from other files that end in .mesh
   if (word.length == 0)
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                            "there is no MeshVersionFormatted; is it a Medit mesh in ASCII?");
   if (!thrum_text_equals(word, "MeshVersionFormatted"))
     return thrum_text_fail(
-        &r->text, THRUM_BAD_FORMAT, r->error,
+        &r->text, THRUM_BAD_FORMAT,
         "expected MeshVersionFormatted, found '%s'; is it a Medit mesh in ASCII?",
         thrum_text_excerpt(word).text);
 
@@ -184,7 +183,7 @@ static thrum_status read_all(medit_reader *r, thrum_mesh *mesh) {
   for (int i = 0; i < KIND_COUNT; i++)
     solids = solids || (r->seen[i] && !KINDS[i].list);
   if (!r->seen[0] || !solids)
-    return thrum_text_fail(&r->text, THRUM_MISSING, r->error, "there are no %s; is the file whole?",
+    return thrum_text_fail(&r->text, THRUM_MISSING, "there are no %s; is the file whole?",
                            r->seen[0] ? "Tetrahedra" : "Vertices");
 
   THRUM_TRY(thrum_builder_finish(&r->builder, r->text.name, mesh));
@@ -194,7 +193,7 @@ static thrum_status read_all(medit_reader *r, thrum_mesh *mesh) {
 
 thrum_status thrum_mesh_parse_medit(const thrum_mesh_source *source, thrum_mesh *mesh,
                                     thrum_error *error) {
-  medit_reader r = {.error = error, .builder = {.error = error}};
+  medit_reader r = {.builder = {.error = error}};
   thrum_mesh read = {0};
   THRUM_TRY(thrum_text_view(source->name, source->data, source->size, '#', 0, &r.text, error));
   const thrum_status status = read_all(&r, &read);

@@ -20,13 +20,13 @@ static thrum_status read_format(msh_reader *r) {
   double version = 0;
   int64_t binary = 0, size = 8;
   THRUM_TRY(thrum_msh_text_line(r, "the version"));
-  THRUM_TRY(thrum_text_number(&r->text, "the version", &version, r->error));
-  THRUM_TRY(thrum_text_integer(&r->text, "the kind, 0 for ASCII", 0, INT64_MAX, &binary, r->error));
-  THRUM_TRY(thrum_text_integer(&r->text, "the size of numbers", 0, INT64_MAX, &size, r->error));
+  THRUM_TRY(thrum_text_number(&r->text, "the version", &version));
+  THRUM_TRY(thrum_text_integer(&r->text, "the kind, 0 for ASCII", 0, INT64_MAX, &binary));
+  THRUM_TRY(thrum_text_integer(&r->text, "the size of numbers", 0, INT64_MAX, &size));
 
   // other versions have other sections
   if (!(version >= 2 && version < 2.3) && version != 4.1)
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
                            "version %g is not read, only 2.2 and 4.1; convert it with: gmsh "
                            "FILE -save -format msh41 -o NEW.msh",
                            version);
@@ -36,7 +36,7 @@ static thrum_status read_format(msh_reader *r) {
 }
 
 static thrum_status cut_short(msh_reader *r, thrum_word name) {
-  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                          "the file ends before $End%s; is it cut short?",
                          thrum_text_excerpt(name).text);
 }
@@ -49,7 +49,7 @@ static thrum_status end_section(msh_reader *r, thrum_word name) {
   if (line.length == name.length + 4 && memcmp(line.text, "$End", 4) == 0 &&
       memcmp(line.text + 4, name.text, name.length) == 0)
     return THRUM_OK;
-  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                          "expected $End%s, found '%s'; is a count too small?",
                          thrum_text_excerpt(name).text, thrum_text_excerpt(line).text);
 }
@@ -74,18 +74,17 @@ static thrum_status skip_section(msh_reader *r, thrum_word name) {
 
 static thrum_status read_entities(msh_reader *r) {
   if (r->version != 4)
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                            "$Entities does not belong into a file of version 2");
   if (r->has_entities || r->has_elements)
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
-                           "$Entities comes twice or after $Elements");
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "$Entities comes twice or after $Elements");
   r->has_entities = true;
   return thrum_msh_entities(r);
 }
 
 static thrum_status read_any_nodes(msh_reader *r, bool parametric) {
   if (r->has_nodes)
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "$Nodes comes twice");
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "$Nodes comes twice");
   r->has_nodes = true;
   THRUM_TRY(thrum_msh_nodes(r, parametric));
   return thrum_builder_order(&r->builder, r->text.name);
@@ -101,8 +100,7 @@ static thrum_status read_parametric_nodes(msh_reader *r) {
 
 static thrum_status read_elements(msh_reader *r) {
   if (r->has_elements || !r->has_nodes)
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
-                           "$Elements comes twice or before $Nodes");
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "$Elements comes twice or before $Nodes");
   r->has_elements = true;
   return thrum_msh_elements(r);
 }
@@ -122,14 +120,14 @@ static thrum_status read_section(msh_reader *r) {
   const thrum_word line = thrum_text_line(&r->text);
   const bool format = thrum_text_equals(line, "$MeshFormat");
   if (*line.text != '$' || line.length < 2 || (format == (r->version != 0)))
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                            "expected %s, found '%s'; is it a Gmsh mesh of version 2.2 or 4.1?",
                            r->version ? "a section such as $Nodes" : "$MeshFormat",
                            thrum_text_excerpt(line).text);
 
   // the parts of a partitioned mesh repeat entities under other tags
   if (thrum_text_equals(line, "$PartitionedEntities"))
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
                            "partitioned meshes are not supported; save it unpartitioned");
 
   // sections that hold nothing of the mesh are passed over
@@ -148,7 +146,7 @@ static thrum_status read_all(msh_reader *r, thrum_mesh *mesh) {
 
   // a mesh needs both sections, whatever else the file has
   if ((!r->has_nodes || !r->has_elements))
-    return thrum_text_fail(&r->text, THRUM_MISSING, r->error,
+    return thrum_text_fail(&r->text, THRUM_MISSING,
                            "there is no $%s section; is it a Gmsh mesh, and is it whole?",
                            !r->version    ? "MeshFormat"
                            : r->has_nodes ? "Elements"
@@ -161,14 +159,14 @@ static thrum_status read_all(msh_reader *r, thrum_mesh *mesh) {
     if (key == MSH_NO_PHYSICAL)
       continue;
     const char *named = r->builder.lists[r->physicals[key].list].name;
-    THRUM_TRY(thrum_mesh_name_region(mesh, i, named, strlen(named), r->error));
+    THRUM_TRY(thrum_mesh_name_region(mesh, i, named, strlen(named), r->text.error));
   }
   return THRUM_OK;
 }
 
 thrum_status thrum_mesh_parse_msh(const thrum_mesh_source *source, thrum_mesh *mesh,
                                   thrum_error *error) {
-  msh_reader r = {.error = error, .builder = {.error = error, .joins_repeats = true}};
+  msh_reader r = {.builder = {.error = error, .joins_repeats = true}};
   thrum_mesh read = {0};
   THRUM_TRY(thrum_text_view(source->name, source->data, source->size, 0, 0, &r.text, error));
   const thrum_status status = read_all(&r, &read);

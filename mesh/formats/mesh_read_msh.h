@@ -30,15 +30,14 @@ typedef struct msh_reader {
   int version;         /* 2 or 4; 0 before $MeshFormat */
   bool binary, little; /* bytes, lowest first, in $Entities, $Nodes and $Elements */
   bool has_entities, has_nodes, has_elements;
-  int64_t physical_count, physical_capacity;
+  int64_t physical_count;
   msh_physical *physicals;
   int64_t last_physical; /* found last */
-  int64_t entity_count, entity_capacity;
+  int64_t entity_count;
   msh_entity *entities; /* by dimension and tag once read */
-  int64_t entity_physical_count, entity_physical_capacity;
+  int64_t entity_physical_count;
   int64_t *entity_physicals;
   thrum_mesh_builder builder; /* a tet's key is its first physical volume, or NO_PHYSICAL */
-  thrum_error *error;
 } msh_reader;
 
 /* Refuses binary data, which has no lines: the message names the line in front of it. */

@@ -20,7 +20,7 @@ thrum_status thrum_msh_find_physical(msh_reader *r, int dimension, int64_t tag, 
   }
 
   if (r->physical_count == THRUM_MESH_GROUPS_MAX)
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than %d physical groups",
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, "more than %d physical groups",
                            THRUM_MESH_GROUPS_MAX);
 
   // its vertices become a group, under this name unless the file has another
@@ -29,17 +29,16 @@ thrum_status thrum_msh_find_physical(msh_reader *r, int dimension, int64_t tag, 
   snprintf(name, sizeof name, "physical_%d_%lld", dimension, (long long)tag);
   THRUM_TRY(thrum_builder_list(&r->builder, name, strlen(name), &physical.list));
   *index = r->last_physical = r->physical_count;
-  return thrum_mesh_append(&r->physicals, &r->physical_count, &r->physical_capacity, &physical,
-                           sizeof physical, r->error);
+  return thrum_mesh_append(&r->physicals, &r->physical_count, &physical, sizeof physical,
+                           r->text.error);
 }
 
 /* Reads `dimension tag "name"`. */
 static thrum_status read_physical_name(msh_reader *r) {
   int64_t dimension = 0, tag = 0, index = 0;
   THRUM_TRY(thrum_msh_text_line(r, "the last physical name"));
-  THRUM_TRY(thrum_text_integer(&r->text, "the dimension", 0, 3, &dimension, r->error));
-  THRUM_TRY(
-      thrum_text_integer(&r->text, "the tag of the physical group", 1, INT64_MAX, &tag, r->error));
+  THRUM_TRY(thrum_text_integer(&r->text, "the dimension", 0, 3, &dimension));
+  THRUM_TRY(thrum_text_integer(&r->text, "the tag of the physical group", 1, INT64_MAX, &tag));
   THRUM_TRY(thrum_msh_find_physical(r, (int)dimension, tag, &index));
 
   // the name may hold blanks, so it is the rest of the line, usually in quotes
@@ -51,18 +50,16 @@ static thrum_status read_physical_name(msh_reader *r) {
   }
 
   // the name becomes the name of a vertex group
-  size_t length = (size_t)(end - start);
-  const char *fault = thrum_mesh_name_fault(start, length);
-  if (fault)
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "%s", fault);
+  const thrum_word name = {start, (size_t)(end - start)};
+  THRUM_TRY(thrum_mesh_name_check(&r->text, name));
 
   // two names for one group would make its name depend on their order
   if (r->physicals[index].named)
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                            "physical group %lld of dimension %d is named twice", (long long)tag,
                            (int)dimension);
   r->physicals[index].named = true;
-  return thrum_builder_rename(&r->builder, r->physicals[index].list, start, length);
+  return thrum_builder_rename(&r->builder, r->physicals[index].list, name.text, name.length);
 }
 
 thrum_status thrum_msh_physical_names(msh_reader *r) {
@@ -78,8 +75,8 @@ static thrum_status add_entity_physical(msh_reader *r, int dimension, int64_t ta
 
   // a negative tag only reverses the orientation
   THRUM_TRY(thrum_msh_find_physical(r, dimension, tag < 0 ? -tag : tag, &index));
-  return thrum_mesh_append(&r->entity_physicals, &r->entity_physical_count,
-                           &r->entity_physical_capacity, &index, sizeof index, r->error);
+  return thrum_mesh_append(&r->entity_physicals, &r->entity_physical_count, &index, sizeof index,
+                           r->text.error);
 }
 
 /* Reads `tag box physicals...`, where the box is three numbers for points and six for others. */
@@ -107,8 +104,7 @@ static thrum_status read_entity(msh_reader *r, int dimension) {
   for (int64_t i = 0; i < bounding; i++)
     THRUM_TRY(thrum_msh_whole(r, "a bounding entity", 4, INT64_MIN, INT64_MAX, &tag));
 
-  return thrum_mesh_append(&r->entities, &r->entity_count, &r->entity_capacity, &entity,
-                           sizeof entity, r->error);
+  return thrum_mesh_append(&r->entities, &r->entity_count, &entity, sizeof entity, r->text.error);
 }
 
 static int compare_entities(const void *a, const void *b) {

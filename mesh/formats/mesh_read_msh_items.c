@@ -21,7 +21,7 @@ static thrum_status block_header(msh_reader *r, int64_t *blocks, int64_t *items)
 static thrum_status check_items(msh_reader *r, const char *what, int64_t items, int64_t found) {
   if (items == found)
     return THRUM_OK;
-  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                          "the section says that it has %lld %s, but its blocks hold %lld",
                          (long long)items, what, (long long)found);
 }
@@ -41,7 +41,7 @@ static thrum_status read_position(msh_reader *r, bool parametric, int64_t parame
     THRUM_TRY(thrum_msh_real(r, "a parameter", &unused));
   if (r->binary || parametric)
     return THRUM_OK;
-  return thrum_text_finish(&r->text, "the three coordinates", r->error);
+  return thrum_text_finish(&r->text, "the three coordinates");
 }
 
 /* Reads the nodes of version 2; in $ParametricNodes parameters may follow the coordinates. */
@@ -150,11 +150,11 @@ static thrum_status check_type(msh_reader *r, int64_t type, int dimension) {
   // what lies below dimension 3 only marks groups
   if (!find_solid(type) && !(dimension >= 0 && dimension < 3)) {
     if (type >= 29 && type <= 31)
-      return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+      return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
                              "tetrahedra of order 3 and more (type %lld) are not supported; mesh "
                              "again with: gmsh -3 -order 2",
                              (long long)type);
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
                            "elements of type %lld are not supported; the body must be meshed with "
                            "solids of order 1 or 2, such as tetrahedra (type 4 or 11)",
                            (long long)type);
@@ -171,7 +171,7 @@ static thrum_status read_node(msh_reader *r, int size, int64_t *tag) {
   THRUM_TRY(thrum_msh_whole(r, "a node of the element", size, 1, INT64_MAX, tag));
   if (thrum_builder_find(&r->builder, *tag) >= 0)
     return THRUM_OK;
-  return thrum_text_fail(&r->text, THRUM_BAD_VALUE, r->error,
+  return thrum_text_fail(&r->text, THRUM_BAD_VALUE,
                          "the element names node %lld, which is not in $Nodes", (long long)*tag);
 }
 
@@ -212,7 +212,7 @@ static thrum_status read_element(msh_reader *r, int64_t type, int size, int64_t 
   if (!solid)
     return THRUM_OK;
   if (!r->binary)
-    THRUM_TRY(thrum_text_finish(&r->text, "the nodes of the element", r->error));
+    THRUM_TRY(thrum_text_finish(&r->text, "the nodes of the element"));
 
   // a solid in several physical volumes belongs to the region of the first
   return add_solid(r, solid, nodes, number, physical_count > 0 ? physicals[0] : MSH_NO_PHYSICAL);

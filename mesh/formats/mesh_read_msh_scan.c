@@ -6,14 +6,14 @@
 #include "mesh/formats/mesh_read_msh.h"
 
 thrum_status thrum_msh_bad_bytes(msh_reader *r, const char *what) {
-  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
-                         "in the binary data behind this line: %s", what);
+  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "in the binary data behind this line: %s",
+                         what);
 }
 
 thrum_status thrum_msh_text_line(msh_reader *r, const char *what) {
-  THRUM_TRY(thrum_text_need_line(&r->text, what, r->error));
+  THRUM_TRY(thrum_text_need_line(&r->text, what));
   if (*r->text.start == '$')
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected %s, found '%s'", what,
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "expected %s, found '%s'", what,
                            thrum_text_excerpt(thrum_text_line(&r->text)).text);
   return THRUM_OK;
 }
@@ -24,7 +24,7 @@ thrum_status thrum_msh_line(msh_reader *r, const char *what) {
 
 thrum_status thrum_msh_count(msh_reader *r, const char *what, int64_t *count) {
   THRUM_TRY(thrum_msh_text_line(r, what));
-  return thrum_text_integer(&r->text, what, 0, INT64_MAX, count, r->error);
+  return thrum_text_integer(&r->text, what, 0, INT64_MAX, count);
 }
 
 /* Takes the next `size` bytes as a number. */
@@ -43,7 +43,7 @@ thrum_status thrum_msh_whole(msh_reader *r, const char *what, int size, int64_t 
                              int64_t *value) {
   uint64_t bits = 0;
   if (!r->binary)
-    return thrum_text_integer(&r->text, what, low, high, value, r->error);
+    return thrum_text_integer(&r->text, what, low, high, value);
   THRUM_TRY(take_bits(r, size, &bits));
 
   // a count near 2^63 is damage, and sizes computed from it would overflow
@@ -54,7 +54,7 @@ thrum_status thrum_msh_whole(msh_reader *r, const char *what, int size, int64_t 
   const int64_t number =
       size == 4 && bits >> 31 ? (int64_t)bits - (INT64_C(1) << 32) : (int64_t)bits;
   if (number < low || number > high)
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                            "in the binary data behind this line: %s is %lld, which is out of range",
                            what, (long long)number);
   *value = number;
@@ -64,7 +64,7 @@ thrum_status thrum_msh_whole(msh_reader *r, const char *what, int size, int64_t 
 thrum_status thrum_msh_real(msh_reader *r, const char *what, double *value) {
   uint64_t bits = 0;
   if (!r->binary)
-    return thrum_text_number(&r->text, what, value, r->error);
+    return thrum_text_number(&r->text, what, value);
   THRUM_TRY(take_bits(r, 8, &bits));
   memcpy(value, &bits, sizeof *value);
   return isfinite(*value) ? THRUM_OK

@@ -28,7 +28,7 @@ typedef struct veg_material {
 
 typedef struct veg_set {
   thrum_word name;
-  int64_t count, capacity;
+  int64_t count;
   int64_t *elements; /* as in the file */
 } veg_set;
 
@@ -41,7 +41,7 @@ typedef struct veg_region {
 
 /* A text being read, or read already: names point into it until the end. */
 typedef struct veg_file {
-  char *path;
+  const char *path;
   thrum_text text;
   dev_t device;
   ino_t inode;
@@ -49,17 +49,18 @@ typedef struct veg_file {
 } veg_file;
 
 typedef struct veg_reader {
+  thrum_scope paths; /* of included files */
   veg_file files[INCLUDES_MAX];
   int file_count;
   int current; /* index of the file being read */
   bool again;  /* the present line was put back */
   bool has_vertices, has_elements;
   int64_t vertex_base, element_base;
-  int64_t material_count, material_capacity;
+  int64_t material_count;
   veg_material *materials;
-  int64_t set_count, set_capacity;
+  int64_t set_count;
   veg_set *sets;
-  int64_t region_count, region_capacity;
+  int64_t region_count;
   veg_region *regions;
   thrum_mesh_builder builder; /* numbers are the file's; a tet's key is its region */
   thrum_error *error;
@@ -70,7 +71,7 @@ static thrum_text *text_of(veg_reader *r) {
 }
 
 /* Notes which file the text just opened is, so that includes cannot go in a circle. */
-static void note_file(veg_reader *r, char *path, int parent) {
+static void note_file(veg_reader *r, const char *path, int parent) {
   veg_file *file = &r->files[r->file_count];
   file->path = path;
   file->parent = parent;
@@ -82,42 +83,30 @@ static void note_file(veg_reader *r, char *path, int parent) {
   r->current = r->file_count++;
 }
 
-/* Takes bytes in memory as the first file; `path`, owned from here on, is where they come from. */
-static thrum_status open_first(veg_reader *r, char *path, const void *data, size_t size) {
-  thrum_status status =
-      thrum_text_view(path, data, size, '#', ',', &r->files[r->file_count].text, r->error);
-  if (status < 0)
-    free(path);
-  else
-    note_file(r, path, -1);
-  return status;
-}
-
-/* Opens `path`, owned from here on, as an include of the present file. */
-static thrum_status open_file(veg_reader *r, char *path, int parent) {
-  thrum_status status = thrum_text_open(path, '#', ',', &r->files[r->file_count].text, r->error);
-  if (status < 0)
-    free(path);
-  else
-    note_file(r, path, parent);
-  return status;
+/* Opens the first file, whose bytes are in memory, or with `first` NULL an include of the present
+ * one; `path` stays. */
+static thrum_status open_file(veg_reader *r, const char *path, const thrum_mesh_source *first) {
+  thrum_text *text = &r->files[r->file_count].text;
+  THRUM_TRY(first ? thrum_text_view(path, first->data, first->size, '#', ',', text, r->error)
+                  : thrum_text_open(path, '#', ',', text, r->error));
+  note_file(r, path, first ? -1 : r->current);
+  return THRUM_OK;
 }
 
 static thrum_status check_cycle(veg_reader *r, const char *path) {
   struct stat about;
   if (stat(path, &about) != 0)
-    return thrum_text_fail(text_of(r), THRUM_IO, r->error, "cannot find the included file '%.150s'",
-                           path);
+    return thrum_text_fail(text_of(r), THRUM_IO, "cannot find the included file '%.150s'", path);
 
   // a file may be included several times, but not by itself through others
   int depth = 1;
   for (int i = r->current; i >= 0; i = r->files[i].parent, depth++)
     if (r->files[i].device == about.st_dev && r->files[i].inode == about.st_ino)
-      return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "*INCLUDE goes in a circle");
+      return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, "*INCLUDE goes in a circle");
 
   // the files stay open until the end, so their number is limited
   if (depth > DEPTH_MAX || r->file_count == INCLUDES_MAX)
-    return thrum_text_fail(text_of(r), THRUM_UNSUPPORTED, r->error,
+    return thrum_text_fail(text_of(r), THRUM_UNSUPPORTED,
                            "*INCLUDE goes deeper than %d files, or there are more than %d",
                            DEPTH_MAX, INCLUDES_MAX);
   return THRUM_OK;
@@ -175,16 +164,15 @@ static bool stays_in_folder(const veg_reader *r, const char *path) {
   return stays;
 }
 
-/* The path of an included file, owned by the caller: beside the including file, or absolute. */
-static char *included_path(const veg_reader *r, const char *name, size_t length) {
+/* The path of an included file: beside the including file, or absolute; NULL: no memory. */
+static char *included_path(veg_reader *r, const char *name, size_t length) {
   const char *from = r->files[r->current].path, *slash = strrchr(from, '/');
   const size_t folder = slash && name[0] != '/' ? (size_t)(slash - from) + 1 : 0;
-  char *path = malloc(folder + length + 1);
-  if (!path)
-    return NULL;
-  memcpy(path, from, folder);
-  memcpy(path + folder, name, length);
-  path[folder + length] = '\0';
+  char *path = thrum_scope_allocate(&r->paths, (int64_t)(folder + length + 1), 1);
+  if (path) {
+    memcpy(path, from, folder);
+    memcpy(path + folder, name, length);
+  }
   return path;
 }
 
@@ -194,28 +182,20 @@ static thrum_status include(veg_reader *r) {
   thrum_text_more(text);
   size_t length = (size_t)(text->end - text->at);
   if (length == 0)
-    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error, "*INCLUDE names no file");
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, "*INCLUDE names no file");
   if (memchr(text->at, 0, length))
-    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error, "*INCLUDE names no proper file");
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, "*INCLUDE names no proper file");
 
-  char *path = included_path(r, text->at, length);
-  if (!path)
-    return thrum_error_set(r->error, THRUM_OUT_OF_MEMORY, "not enough memory");
+  const char *path = included_path(r, text->at, length);
+  THRUM_TRY(r->paths.status);
 
   // a mesh from elsewhere must not have any file of the machine read, and its lines shown
-  if ((leaves_folder(text->at, length) || !stays_in_folder(r, path)) && !is_allowed(path)) {
-    free(path);
-    return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error,
+  if ((leaves_folder(text->at, length) || !stays_in_folder(r, path)) && !is_allowed(path))
+    return thrum_text_fail(text, THRUM_UNSUPPORTED,
                            "*INCLUDE leads out of the folder of this file: put the included file "
                            "beside it, or set THRUM_INCLUDES to the folder that it may come from");
-  }
-
-  thrum_status status = check_cycle(r, path);
-  if (status < 0) {
-    free(path);
-    return status;
-  }
-  return open_file(r, path, r->current);
+  THRUM_TRY(check_cycle(r, path));
+  return open_file(r, path, NULL);
 }
 
 /* Goes to the next line, through includes; *found is false at the end of the first file. */
@@ -259,11 +239,11 @@ static thrum_status body_line(veg_reader *r, const char *what) {
   THRUM_TRY(next_line(r, &found));
   thrum_text *text = text_of(r);
   if (!found)
-    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
-                           "the file ends before %s; is it cut short?", what);
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, "the file ends before %s; is it cut short?",
+                           what);
   if (*text->at == '*')
     return thrum_text_fail(
-        text, THRUM_BAD_FORMAT, r->error, "expected %s, found '%s'", what,
+        text, THRUM_BAD_FORMAT, "expected %s, found '%s'", what,
         thrum_text_excerpt((thrum_word){text->at, (size_t)(text->end - text->at)}).text);
   return THRUM_OK;
 }
@@ -276,10 +256,7 @@ static thrum_status rest_name(veg_reader *r, const char *end, thrum_word *name) 
   while (end > text->at && (end[-1] == ' ' || end[-1] == '\t'))
     end--;
   *name = (thrum_word){.text = text->at, .length = (size_t)(end - text->at)};
-  const char *fault = thrum_mesh_name_fault(name->text, name->length);
-  if (fault)
-    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error, "%s", fault);
-  return THRUM_OK;
+  return thrum_mesh_name_check(text, *name);
 }
 
 static bool same_name(thrum_word a, thrum_word b) {
@@ -290,20 +267,20 @@ static bool same_name(thrum_word a, thrum_word b) {
 static thrum_status header(veg_reader *r, const char *what, int64_t width, int64_t high,
                            int64_t *count, int64_t *extra) {
   thrum_text *text = text_of(r);
-  THRUM_TRY(thrum_text_integer(text, what, 1, high, count, r->error));
+  THRUM_TRY(thrum_text_integer(text, what, 1, high, count));
   int64_t given = width;
   if (thrum_text_more(text))
-    THRUM_TRY(thrum_text_integer(text, "numbers per line", width, width, &given, r->error));
+    THRUM_TRY(thrum_text_integer(text, "numbers per line", width, width, &given));
 
   // attributes and markers are columns behind the data
   *extra = 0;
   for (int i = 0; i < 2 && thrum_text_more(text); i++) {
     int64_t columns = 0;
-    THRUM_TRY(thrum_text_integer(text, "number of attributes", 0, 100, &columns, r->error));
+    THRUM_TRY(thrum_text_integer(text, "number of attributes", 0, 100, &columns));
     *extra += columns;
   }
 
-  return thrum_text_finish(text, "the sizes", r->error);
+  return thrum_text_finish(text, "the sizes");
 }
 
 static thrum_status finish_item(veg_reader *r, int64_t extra, const char *what) {
@@ -311,21 +288,21 @@ static thrum_status finish_item(veg_reader *r, int64_t extra, const char *what) 
   thrum_word word = {"", 0};
   for (int64_t i = 0; i < extra; i++)
     thrum_text_word(text, &word);
-  return text->at == text->end ? THRUM_OK : thrum_text_finish(text, what, r->error);
+  return text->at == text->end ? THRUM_OK : thrum_text_finish(text, what);
 }
 
 static thrum_status read_vertex(veg_reader *r, int64_t i, int64_t extra) {
   double position[3] = {0};
   THRUM_TRY(body_line(r, "the last vertex"));
-  THRUM_TRY(thrum_text_item(text_of(r), "a vertex number", i, &r->vertex_base, r->error));
-  THRUM_TRY(thrum_text_position(text_of(r), position, r->error));
+  THRUM_TRY(thrum_text_item(text_of(r), "a vertex number", i, &r->vertex_base));
+  THRUM_TRY(thrum_text_position(text_of(r), position));
   THRUM_TRY(finish_item(r, extra, "the three coordinates"));
   return thrum_builder_vertex(&r->builder, i + r->vertex_base, position, text_of(r)->line);
 }
 
 static thrum_status read_vertices(veg_reader *r) {
   if (r->has_vertices)
-    return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "*VERTICES comes twice");
+    return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, "*VERTICES comes twice");
   r->has_vertices = true;
 
   // sizes come before the list
@@ -343,14 +320,14 @@ static thrum_status read_vertices(veg_reader *r) {
 static thrum_status read_tet(veg_reader *r, int64_t i, int64_t extra) {
   THRUM_TRY(body_line(r, "the last element"));
   thrum_text *text = text_of(r);
-  THRUM_TRY(thrum_text_item(text, "an element number", i, &r->element_base, r->error));
+  THRUM_TRY(thrum_text_item(text, "an element number", i, &r->element_base));
 
   // without *VERTICES yet the range is unknown; the numbers are checked again at the end
   const int64_t first = r->has_vertices ? r->vertex_base : 0;
   const int64_t last = r->has_vertices ? r->builder.vertex_count - 1 + first : INT32_MAX;
   int64_t vertices[4] = {0};
   for (int a = 0; a < 4; a++)
-    THRUM_TRY(thrum_text_integer(text, "a vertex of the tet", first, last, &vertices[a], r->error));
+    THRUM_TRY(thrum_text_integer(text, "a vertex of the tet", first, last, &vertices[a]));
   THRUM_TRY(finish_item(r, extra, "the four vertices"));
 
   // a line number is useful only with the name of the main file
@@ -365,18 +342,17 @@ static thrum_status element_kind(veg_reader *r) {
 
   // Vega has meshes of cubes too, which deserve a message of their own
   if (thrum_text_equals(word, "CUBIC"))
-    return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error,
+    return thrum_text_fail(text, THRUM_UNSUPPORTED,
                            "CUBIC elements are not supported; cut the mesh into tetrahedra (TET)");
   if (!thrum_text_equals(word, "TET") && !thrum_text_equals(word, "TETS"))
-    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
-                           "expected the kind of elements, TET, found '%s'",
+    return thrum_text_fail(text, THRUM_BAD_FORMAT, "expected the kind of elements, TET, found '%s'",
                            thrum_text_excerpt(word).text);
-  return thrum_text_finish(text, "the kind of elements", r->error);
+  return thrum_text_finish(text, "the kind of elements");
 }
 
 static thrum_status read_elements(veg_reader *r) {
   if (r->has_elements)
-    return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "*ELEMENTS comes twice");
+    return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, "*ELEMENTS comes twice");
   r->has_elements = true;
 
   // the kind and the sizes come before the list
@@ -395,8 +371,7 @@ static thrum_status read_material(veg_reader *r) {
   THRUM_TRY(rest_name(r, text_of(r)->end, &material.name));
   for (int64_t i = 0; i < r->material_count; i++)
     if (same_name(r->materials[i].name, material.name))
-      THRUM_TRY(
-          thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "this material comes twice"));
+      THRUM_TRY(thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, "this material comes twice"));
   THRUM_TRY(body_line(r, "the material's line, ENU, density, E, nu"));
 
   // the other materials of Vega are nonlinear and have other constants
@@ -404,21 +379,18 @@ static thrum_status read_material(veg_reader *r) {
   thrum_word word = {"", 0};
   thrum_text_word(text, &word);
   if (!thrum_text_equals(word, "ENU"))
-    return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error,
+    return thrum_text_fail(text, THRUM_UNSUPPORTED,
                            "material '%s' is not supported; write ENU, density, E, nu",
                            thrum_text_excerpt(word).text);
 
-  THRUM_TRY(thrum_text_number(text, "the density", &material.values.density, r->error));
-  THRUM_TRY(thrum_text_number(text, "Young's modulus E", &material.values.young, r->error));
-  THRUM_TRY(thrum_text_number(text, "Poisson's ratio nu", &material.values.poisson, r->error));
-  THRUM_TRY(thrum_text_finish(text, "the material", r->error));
+  THRUM_TRY(thrum_text_number(text, "the density", &material.values.density));
+  THRUM_TRY(thrum_text_number(text, "Young's modulus E", &material.values.young));
+  THRUM_TRY(thrum_text_number(text, "Poisson's ratio nu", &material.values.poisson));
+  THRUM_TRY(thrum_text_finish(text, "the material"));
 
   // regions may name the material before or after this place
-  if (r->material_count == THRUM_MESH_GROUPS_MAX)
-    return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error, "more than %d materials",
-                           THRUM_MESH_GROUPS_MAX);
-  return thrum_mesh_append(&r->materials, &r->material_count, &r->material_capacity, &material,
-                           sizeof material, r->error);
+  return thrum_mesh_append_few(text, "materials", &r->materials, &r->material_count, &material,
+                               sizeof material);
 }
 
 /* Reads `set, material`; without a comma the two are words. */
@@ -434,18 +406,15 @@ static thrum_status read_region(veg_reader *r) {
       split = p;
 
   if (!split)
-    return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
+    return thrum_text_fail(text, THRUM_BAD_FORMAT,
                            "a region is a set and a material, as in allElements, BODY");
   THRUM_TRY(rest_name(r, split, &region.set));
   text->at = split + 1;
   THRUM_TRY(rest_name(r, text->end, &region.material));
 
   // the set and the material may follow, so their names are kept
-  if (r->region_count == THRUM_MESH_GROUPS_MAX)
-    return thrum_text_fail(text, THRUM_UNSUPPORTED, r->error, "more than %d regions",
-                           THRUM_MESH_GROUPS_MAX);
-  return thrum_mesh_append(&r->regions, &r->region_count, &r->region_capacity, &region,
-                           sizeof region, r->error);
+  return thrum_mesh_append_few(text, "regions", &r->regions, &r->region_count, &region,
+                               sizeof region);
 }
 
 /* Reads one line of a set, which is numbers of elements. */
@@ -455,9 +424,8 @@ static thrum_status read_set_line(veg_reader *r, veg_set *set) {
     // without *ELEMENTS yet the range is unknown; the numbers are checked again at the end
     int64_t last = r->has_elements ? r->builder.tet_count - 1 + r->element_base : INT32_MAX;
     int64_t first = r->has_elements ? r->element_base : 0, element = 0;
-    THRUM_TRY(thrum_text_integer(text, "an element of the set", first, last, &element, r->error));
-    THRUM_TRY(thrum_mesh_append(&set->elements, &set->count, &set->capacity, &element,
-                                sizeof element, r->error));
+    THRUM_TRY(thrum_text_integer(text, "an element of the set", first, last, &element));
+    THRUM_TRY(thrum_mesh_append(&set->elements, &set->count, &element, sizeof element, r->error));
   }
   return THRUM_OK;
 }
@@ -467,14 +435,11 @@ static thrum_status read_set(veg_reader *r) {
   THRUM_TRY(rest_name(r, text_of(r)->end, &fresh.name));
   for (int64_t i = 0; i < r->set_count; i++)
     if (same_name(r->sets[i].name, fresh.name))
-      return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, r->error, "this set comes twice");
+      return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, "this set comes twice");
 
   // a set becomes a group, so there are at most as many
-  if (r->set_count == THRUM_MESH_GROUPS_MAX)
-    return thrum_text_fail(text_of(r), THRUM_UNSUPPORTED, r->error, "more than %d sets",
-                           THRUM_MESH_GROUPS_MAX);
   THRUM_TRY(
-      thrum_mesh_append(&r->sets, &r->set_count, &r->set_capacity, &fresh, sizeof fresh, r->error));
+      thrum_mesh_append_few(text_of(r), "sets", &r->sets, &r->set_count, &fresh, sizeof fresh));
   veg_set *set = &r->sets[r->set_count - 1];
 
   // only a keyword or the end of the file ends a set
@@ -509,12 +474,11 @@ static thrum_status read_section(veg_reader *r) {
   // words behind a keyword that takes no name are a mistake in the file
   for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
     if (thrum_text_equals(word, sections[i].keyword)) {
-      THRUM_TRY(sections[i].named ? THRUM_OK
-                                  : thrum_text_finish(text, sections[i].keyword, r->error));
+      THRUM_TRY(sections[i].named ? THRUM_OK : thrum_text_finish(text, sections[i].keyword));
       return sections[i].read(r);
     }
 
-  return thrum_text_fail(text, THRUM_BAD_FORMAT, r->error,
+  return thrum_text_fail(text, THRUM_BAD_FORMAT,
                          "expected *VERTICES, *ELEMENTS, *MATERIAL, *REGION, *SET or *INCLUDE, "
                          "found '%s'",
                          thrum_text_excerpt(word).text);
@@ -551,7 +515,7 @@ static thrum_status apply_region(veg_reader *r, int64_t index) {
   veg_region *region = &r->regions[index];
   const veg_set *set;
   if (!find_set(r, region->set, &set))
-    return thrum_text_fail(&region->place, THRUM_MISSING, r->error,
+    return thrum_text_fail(&region->place, THRUM_MISSING,
                            "the region's set '%s' is not in the file",
                            thrum_text_excerpt(region->set).text);
 
@@ -560,7 +524,7 @@ static thrum_status apply_region(veg_reader *r, int64_t index) {
   while (material < r->material_count && !same_name(r->materials[material].name, region->material))
     material++;
   if (material == r->material_count)
-    return thrum_text_fail(&region->place, THRUM_MISSING, r->error,
+    return thrum_text_fail(&region->place, THRUM_MISSING,
                            "the region's material '%s' is not in the file",
                            thrum_text_excerpt(region->material).text);
 
@@ -649,31 +613,21 @@ static thrum_status read_all(veg_reader *r, const char *path, thrum_mesh *mesh) 
 
 thrum_status thrum_mesh_parse_veg(const thrum_mesh_source *source, thrum_mesh *mesh,
                                   thrum_error *error) {
-  veg_reader *r = calloc(1, sizeof *r);
-  char *copy = malloc(strlen(source->name) + 1);
-  if (!r || !copy) {
-    free(copy);
-    free(r);
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory");
-  }
+  veg_reader r = {
+      .paths = thrum_scope_begin("the mesh", error), .builder = {.error = error}, .error = error};
+  thrum_mesh read = {0};
+  thrum_status status = open_file(&r, source->name, source);
+  THRUM_THEN(status, read_all(&r, source->name, &read));
 
   // names point into the files, so these stay open until the mesh is made
-  thrum_mesh read = {0};
-  r->error = r->builder.error = error;
-  memcpy(copy, source->name, strlen(source->name) + 1);
-  thrum_status status = open_first(r, copy, source->data, source->size);
-  THRUM_THEN(status, read_all(r, source->name, &read));
-
-  for (int i = 0; i < r->file_count; i++) {
-    thrum_text_close(&r->files[i].text);
-    free(r->files[i].path);
-  }
-  for (int64_t s = 0; s < r->set_count; s++)
-    free(r->sets[s].elements);
-  free(r->sets);
-  free(r->regions);
-  free(r->materials);
-  thrum_builder_free(&r->builder);
-  free(r);
+  for (int i = 0; i < r.file_count; i++)
+    thrum_text_close(&r.files[i].text);
+  for (int64_t s = 0; s < r.set_count; s++)
+    free(r.sets[s].elements);
+  free(r.sets);
+  free(r.regions);
+  free(r.materials);
+  thrum_builder_free(&r.builder);
+  thrum_scope_free(&r.paths);
   return thrum_mesh_deliver(status, &read, mesh);
 }

@@ -21,15 +21,10 @@ typedef struct vtk_reader {
   thrum_cells_place place; /* of the attributes being read */
   int64_t tuples;          /* of the attributes being read */
   thrum_cells cells;
-  thrum_error *error;
 } vtk_reader;
 
-static thrum_status fail(vtk_reader *r, const char *line) {
-  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "%s", line);
-}
-
 static thrum_status integer(vtk_reader *r, const char *what, int64_t *value) {
-  return thrum_text_integer(&r->text, what, 0, INT64_MAX / 64, value, r->error);
+  return thrum_text_integer(&r->text, what, 0, INT64_MAX / 64, value);
 }
 
 /* Takes bytes that follow the present line. */
@@ -46,10 +41,10 @@ static const unsigned char *take_bytes(vtk_reader *r, int64_t count, int size) {
 static thrum_status ascii_values(vtk_reader *r, int64_t count, double *values) {
   for (int64_t i = 0; i < count; i++) {
     thrum_word word = {"", 0};
-    THRUM_TRY(thrum_text_need_word(&r->text, "the last number of an array", r->error));
+    THRUM_TRY(thrum_text_need_word(&r->text, "the last number of an array"));
     thrum_text_word(&r->text, &word);
     if (thrum_text_scan_number(word.text, word.text + word.length, &values[i]) != word.length)
-      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected a number, found '%s'",
+      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "expected a number, found '%s'",
                              thrum_text_excerpt(word).text);
   }
   return THRUM_OK;
@@ -61,10 +56,11 @@ static thrum_status read_values(vtk_reader *r, thrum_cells_type type, int64_t co
   // an array that the rest of the file cannot hold must not be allocated
   const int64_t left = r->text.stop - r->text.next;
   if (count > (r->binary ? left / type.size : left / 2 + 1))
-    return fail(r, "an array is longer than the file; is it cut short?");
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
+                           "an array is longer than the file; is it cut short?");
 
   double *read = NULL;
-  THRUM_TRY(thrum_reserve(&read, count + 1, sizeof *read, "an array", r->error));
+  THRUM_TRY(thrum_reserve(&read, count + 1, sizeof *read, "an array", r->text.error));
 
   // binary numbers begin behind the line, and text may use any line breaks
   thrum_status status = THRUM_OK;
@@ -112,7 +108,7 @@ static thrum_status take_array(vtk_reader *r, thrum_cells_place place, thrum_wor
   array.whole = type.whole;
   copy_name(name, array.name);
   THRUM_TRY(read_values(r, type, count, &array.values));
-  return thrum_cells_take(&r->cells, &array, r->error);
+  return thrum_cells_take(&r->cells, &array, r->text.error);
 }
 
 /* The same of an attribute, which has a row for each point or cell. */
@@ -120,7 +116,8 @@ static thrum_status take_tuples(vtk_reader *r, thrum_word name, thrum_cells_type
                                 int64_t columns) {
   // the product of tuples and columns must not overflow
   if (r->tuples > INT64_MAX / 64 / columns)
-    return fail(r, "an array is longer than the file; is it cut short?");
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
+                           "an array is longer than the file; is it cut short?");
   return take_array(r, r->place, name, type, columns, columns * r->tuples);
 }
 
@@ -129,8 +126,8 @@ static thrum_status read_type(vtk_reader *r, thrum_cells_type *type) {
   thrum_text_word(&r->text, &word);
   *type = thrum_cells_type_of(word);
   if (type->size == 0)
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
-                           "numbers of type '%s' are not read", thrum_text_excerpt(word).text);
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, "numbers of type '%s' are not read",
+                           thrum_text_excerpt(word).text);
   return THRUM_OK;
 }
 
@@ -138,7 +135,7 @@ static thrum_status read_points(vtk_reader *r) {
   thrum_cells_type type;
   THRUM_TRY(integer(r, "the number of points", &r->cells.point_count));
   if (r->cells.point_count > INT32_MAX)
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "more than 2^31 - 1 points");
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, "more than 2^31 - 1 points");
   THRUM_TRY(read_type(r, &type));
   return take_array(r, THRUM_CELLS_POINTS, thrum_word_of(""), type, 3, 3 * r->cells.point_count);
 }
@@ -146,50 +143,39 @@ static thrum_status read_points(vtk_reader *r) {
 /* Reads `length point point ...` of each cell into the connectivity and the ends of the cells. */
 static thrum_status read_old_cells(vtk_reader *r, int64_t count, int64_t size) {
   static const thrum_cells_type index = {4, true, true};
-  double *list = NULL, *ends = NULL, *points = NULL;
+  double *list = NULL, *ends = NULL;
 
   // each cell has at least its length, so a smaller size is damage
   if (size < count)
-    return fail(r, "CELLS has a size below its count");
-  thrum_status status = read_values(r, index, size, &list);
-  if (status < 0)
-    return status;
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "CELLS has a size below its count");
+  THRUM_TRY(read_values(r, index, size, &list));
+  thrum_status status = thrum_reserve(&ends, count, sizeof *ends, "an array", r->text.error);
 
-  // both arrays have room for the worst case of the sizes given
-  THRUM_THEN(status, thrum_reserve(&ends, count + 1, sizeof *ends, "an array", r->error));
-  THRUM_THEN(status, thrum_reserve(&points, size + 1, sizeof *points, "an array", r->error));
-
-  // the length of each cell becomes its end, as VTK's newer format has it
+  // in place, the length of each cell becomes its end, as VTK's newer format has it
   int64_t at = 0, kept = 0;
   for (int64_t c = 0; c < count && status >= 0; c++) {
     if (at >= size || !(list[at] >= 0 && list[at] <= (double)(size - at - 1))) {
-      status = fail(r, "CELLS has a cell that goes beyond the size given");
+      status = thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
+                               "CELLS has a cell that goes beyond the size given");
       break;
     }
     const int64_t length = (int64_t)list[at++];
-    memcpy(points + kept, list + at, (size_t)length * sizeof *points);
+    memmove(list + kept, list + at, (size_t)length * sizeof *list);
     at += length;
     kept += length;
     ends[c] = (double)kept;
   }
 
-  free(list);
-  if (status < 0) {
-    free(ends);
-    free(points);
-    return status;
-  }
-
   // the grid takes the arrays over, also when it fails
   const thrum_cells_array arrays[] = {
-      {.place = THRUM_CELLS_CONNECTIVITY, .whole = true, .count = kept, .values = points},
+      {.place = THRUM_CELLS_CONNECTIVITY, .whole = true, .count = kept, .values = list},
       {.place = THRUM_CELLS_OFFSETS, .whole = true, .count = count, .values = ends}};
-  status = thrum_cells_take(&r->cells, &arrays[0], r->error);
-  if (status < 0) {
-    free(ends);
-    return status;
-  }
-  return thrum_cells_take(&r->cells, &arrays[1], r->error);
+  for (int i = 0; i < 2; i++)
+    if (status >= 0)
+      status = thrum_cells_take(&r->cells, &arrays[i], r->text.error);
+    else
+      free(arrays[i].values);
+  return status;
 }
 
 /* Reads the cells of version 5, where the count is that of the offsets, one more than the cells. */
@@ -198,13 +184,13 @@ static thrum_status read_new_cells(vtk_reader *r, int64_t offsets, int64_t size)
   for (int i = 0; i < 2; i++) {
     thrum_word word = {"", 0};
     thrum_cells_type type;
-    THRUM_TRY(thrum_text_need_line(&r->text, names[i], r->error));
+    THRUM_TRY(thrum_text_need_line(&r->text, names[i]));
 
     // the order of the two arrays is fixed
     thrum_text_word(&r->text, &word);
     if (!thrum_text_equals(word, names[i]))
-      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected %s, found '%s'",
-                             names[i], thrum_text_excerpt(word).text);
+      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "expected %s, found '%s'", names[i],
+                             thrum_text_excerpt(word).text);
 
     THRUM_TRY(read_type(r, &type));
     THRUM_TRY(take_array(r, i == 0 ? THRUM_CELLS_OFFSETS : THRUM_CELLS_CONNECTIVITY,
@@ -241,7 +227,7 @@ static thrum_status read_scalars(vtk_reader *r) {
   thrum_text_word(&r->text, &name);
   THRUM_TRY(read_type(r, &type));
   if (thrum_text_more(&r->text))
-    THRUM_TRY(thrum_text_integer(&r->text, "the number of columns", 1, 9, &columns, r->error));
+    THRUM_TRY(thrum_text_integer(&r->text, "the number of columns", 1, 9, &columns));
 
   // the lookup table is optional, so another line is put back
   const thrum_text before = r->text;
@@ -274,15 +260,13 @@ static thrum_status read_field(vtk_reader *r) {
     int64_t columns = 0, tuples = 0;
     thrum_cells_type type;
     do {
-      THRUM_TRY(thrum_text_need_line(&r->text, "the last array", r->error));
+      THRUM_TRY(thrum_text_need_line(&r->text, "the last array"));
       thrum_text_word(&r->text, &name);
     } while (is_metadata(name));
 
     // attributes that are no group or region are read too, to get past them
-    THRUM_TRY(
-        thrum_text_integer(&r->text, "the number of columns", 0, 1000000, &columns, r->error));
-    THRUM_TRY(
-        thrum_text_integer(&r->text, "the number of tuples", 0, INT32_MAX, &tuples, r->error));
+    THRUM_TRY(thrum_text_integer(&r->text, "the number of columns", 0, 1000000, &columns));
+    THRUM_TRY(thrum_text_integer(&r->text, "the number of tuples", 0, INT32_MAX, &tuples));
     THRUM_TRY(read_type(r, &type));
     THRUM_TRY(take_array(r, r->place, name, type, columns, columns * tuples));
   }
@@ -298,40 +282,45 @@ static thrum_status read_vectors(vtk_reader *r, int64_t columns) {
   return take_tuples(r, name, type, columns);
 }
 
-static thrum_status read_data_header(vtk_reader *r, thrum_cells_place place) {
-  r->place = place;
+static thrum_status read_threes(vtk_reader *r) {
+  return read_vectors(r, 3);
+}
+
+static thrum_status read_tensors(vtk_reader *r) {
+  return read_vectors(r, 9);
+}
+
+/* Reads the head of the data on points or cells, where groups and regions may be found. */
+static thrum_status read_point_data(vtk_reader *r) {
+  r->place = THRUM_CELLS_POINT_DATA;
+  return integer(r, "the number of tuples", &r->tuples);
+}
+
+static thrum_status read_cell_data(vtk_reader *r) {
+  r->place = THRUM_CELLS_CELL_DATA;
   return integer(r, "the number of tuples", &r->tuples);
 }
 
 static thrum_status read_section(vtk_reader *r) {
+  static const struct {
+    const char *keyword;
+    thrum_status (*read)(vtk_reader *r);
+  } sections[] = {{"POINTS", read_points},         {"CELLS", read_cells},
+                  {"CELL_TYPES", read_cell_types}, {"POINT_DATA", read_point_data},
+                  {"CELL_DATA", read_cell_data},   {"FIELD", read_field},
+                  {"SCALARS", read_scalars},       {"VECTORS", read_threes},
+                  {"NORMALS", read_threes},        {"TENSORS", read_tensors}};
+
+  // the grid itself, and the data on its points and cells
   thrum_word word = {"", 0};
   thrum_text_word(&r->text, &word);
-
-  // the grid itself
-  if (thrum_text_equals(word, "POINTS"))
-    return read_points(r);
-  if (thrum_text_equals(word, "CELLS"))
-    return read_cells(r);
-  if (thrum_text_equals(word, "CELL_TYPES"))
-    return read_cell_types(r);
-
-  // the data on its points and cells, where groups and regions may be found
-  if (thrum_text_equals(word, "POINT_DATA"))
-    return read_data_header(r, THRUM_CELLS_POINT_DATA);
-  if (thrum_text_equals(word, "CELL_DATA"))
-    return read_data_header(r, THRUM_CELLS_CELL_DATA);
-  if (thrum_text_equals(word, "FIELD"))
-    return read_field(r);
-  if (thrum_text_equals(word, "SCALARS"))
-    return read_scalars(r);
-  if (thrum_text_equals(word, "VECTORS") || thrum_text_equals(word, "NORMALS"))
-    return read_vectors(r, 3);
-  if (thrum_text_equals(word, "TENSORS"))
-    return read_vectors(r, 9);
+  for (size_t i = 0; i < sizeof sections / sizeof *sections; i++)
+    if (thrum_text_equals(word, sections[i].keyword))
+      return sections[i].read(r);
 
   if (is_metadata(word))
     return THRUM_OK;
-  return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+  return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
                          "expected a section such as POINTS or CELLS, found '%s'",
                          thrum_text_excerpt(word).text);
 }
@@ -339,12 +328,13 @@ static thrum_status read_section(vtk_reader *r) {
 /* Reads the first four lines: the version, a title, ASCII or BINARY, the kind of the data set. */
 static thrum_status read_header(vtk_reader *r) {
   static const char start[] = "# vtk DataFile Version ";
-  THRUM_TRY(thrum_text_need_line(&r->text, "the version", r->error));
+  THRUM_TRY(thrum_text_need_line(&r->text, "the version"));
 
   // the first line is fixed, except for the version
   const size_t length = (size_t)(r->text.end - r->text.start);
   if (length < sizeof start || memcmp(r->text.start, start, sizeof start - 1) != 0)
-    return fail(r, "expected '# vtk DataFile Version'; is it a VTK legacy file?");
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
+                           "expected '# vtk DataFile Version'; is it a VTK legacy file?");
 
   // the cells are written in another way from version 5 on
   r->new_cells = length > sizeof start && r->text.start[sizeof start - 1] >= '5' &&
@@ -352,27 +342,27 @@ static thrum_status read_header(vtk_reader *r) {
 
   // an empty title is a blank line, which the scanner skips
   for (int i = 0; i < 2; i++) {
-    THRUM_TRY(thrum_text_need_line(&r->text, "ASCII or BINARY", r->error));
+    THRUM_TRY(thrum_text_need_line(&r->text, "ASCII or BINARY"));
     r->binary = thrum_text_equals(thrum_text_line(&r->text), "BINARY");
     if (r->binary || thrum_text_equals(thrum_text_line(&r->text), "ASCII"))
       break;
     if (i == 1)
-      return fail(r, "expected ASCII or BINARY");
+      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "expected ASCII or BINARY");
   }
 
-  THRUM_TRY(thrum_text_need_line(&r->text, "DATASET", r->error));
+  THRUM_TRY(thrum_text_need_line(&r->text, "DATASET"));
 
   // other kinds of data sets have no tetrahedra
   static const char kind[] = "DATASET UNSTRUCTURED_GRID";
   if (!thrum_text_equals(thrum_text_line(&r->text), kind))
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error, "expected %s, found '%s'", kind,
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, "expected %s, found '%s'", kind,
                            thrum_text_excerpt(thrum_text_line(&r->text)).text);
   return THRUM_OK;
 }
 
 thrum_status thrum_mesh_parse_vtk(const thrum_mesh_source *source, thrum_mesh *mesh,
                                   thrum_error *error) {
-  vtk_reader r = {.error = error, .place = THRUM_CELLS_OTHER};
+  vtk_reader r = {.place = THRUM_CELLS_OTHER};
   thrum_status status =
       thrum_text_view(source->name, source->data, source->size, 0, 0, &r.text, error);
   THRUM_THEN(status, read_header(&r));

@@ -45,9 +45,9 @@ typedef struct vtu_reader {
   vtu_array open;  /* the array whose element is open */
   bool collecting; /* its text goes to `text` */
   char *text;
-  int64_t text_size, text_capacity;
+  int64_t text_size;
   vtu_array *waiting; /* appended arrays, in the order of their elements */
-  int64_t waiting_count, waiting_capacity;
+  int64_t waiting_count;
   const char *appended; /* first byte behind the '_'; NULL: none */
   bool appended_base64;
   thrum_cells cells;
@@ -267,27 +267,19 @@ static thrum_status read_bytes(vtu_reader *r, vtu_array *a, const char *at, cons
   unsigned char *owned = NULL;
   uint64_t size = 0;
   thrum_status status = find_bytes(r, a, at, stop, &bytes, &size, &owned);
-  if (status < 0)
-    goto cleanup;
-
-  // every type becomes double
   a->array.count = (int64_t)(size / (uint64_t)a->type.size);
-  status = thrum_reserve(&a->array.values, a->array.count, sizeof *a->array.values, "an array",
-                         r->error);
-  if (status < 0)
-    goto cleanup;
+  THRUM_THEN(status,
+             thrum_reserve(&a->array.values, a->array.count, sizeof(double), "an array", r->error));
 
   // all types become double, which holds every index exactly
-  for (int64_t i = 0; i < a->array.count; i++)
+  for (int64_t i = 0; i < a->array.count && status >= 0; i++)
     a->array.values[i] = thrum_cells_number(a->type, bytes + i * a->type.size, r->little);
-
-cleanup:
   free(owned);
   return status;
 }
 
 static thrum_status read_numbers(vtu_reader *r, vtu_array *a, const char *at, const char *stop) {
-  int64_t capacity = 0, line = a->line;
+  int64_t line = a->line;
   for (const char *p = at; p < stop;) {
     if (is_space(*p)) {
       line += *p++ == '\n';
@@ -295,8 +287,7 @@ static thrum_status read_numbers(vtu_reader *r, vtu_array *a, const char *at, co
     }
 
     // memory follows the numbers that are there, not the count that the file claims
-    THRUM_TRY(
-        thrum_mesh_grow(&a->array.values, &capacity, a->array.count + 1, sizeof(double), r->error));
+    THRUM_TRY(thrum_mesh_grow(&a->array.values, a->array.count, 1, sizeof(double), r->error));
 
     // a word must be a number up to its end, so that damage is not read as two numbers
     const char *end = p;
@@ -357,8 +348,7 @@ static thrum_status begin_array(vtu_reader *r, const char **attributes) {
   if (attribute_is(attributes, "format", "appended")) {
     THRUM_TRY(attribute_integer(r, attributes, "offset", INT64_MAX, &a.offset));
     a.appended = true;
-    return thrum_mesh_append(&r->waiting, &r->waiting_count, &r->waiting_capacity, &a, sizeof a,
-                             r->error);
+    return thrum_mesh_append(&r->waiting, &r->waiting_count, &a, sizeof a, r->error);
   }
 
   // the text of the element holds the numbers, as words or in base64
@@ -483,7 +473,7 @@ static void XMLCALL take_text(void *reader, const char *text, int length) {
     return;
 
   // expat gives the text of an element in pieces
-  note(r, thrum_mesh_grow(&r->text, &r->text_capacity, r->text_size + length, 1, r->error));
+  note(r, thrum_mesh_grow(&r->text, r->text_size, length, 1, r->error));
   if (r->status < 0)
     return;
   memcpy(r->text + r->text_size, text, (size_t)length);

@@ -4,11 +4,12 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/mesh_write.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 #include "mesh/formats/file_suffix.h"
 #include "mesh/formats/mesh_out.h"
+#include "mesh/formats/mesh_read.h"
+#include "platform/allocate.h"
 
 /* Finds the group that has exactly the vertices of a region; returns -1 when there is none. */
 static int64_t find_region_group(const thrum_mesh *mesh, int64_t region, uint8_t *in_region) {
@@ -40,15 +41,13 @@ static int64_t find_region_group(const thrum_mesh *mesh, int64_t region, uint8_t
   return -1;
 }
 
-static thrum_status match_regions(thrum_mesh_written *w, thrum_error *error) {
+static thrum_status match_regions(thrum_mesh_written *w, thrum_scope *memory, thrum_error *error) {
   const thrum_mesh *m = w->mesh;
-  uint8_t *in_region = malloc((size_t)m->vertex_count + 1);
-  w->region_group = malloc(((size_t)m->region_count + 1) * sizeof *w->region_group);
-  w->group_region = malloc(((size_t)m->group_count + 1) * sizeof *w->group_region);
-
-  thrum_status status = THRUM_OK;
-  if (!in_region || !w->region_group || !w->group_region)
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory");
+  thrum_scope scope = thrum_scope_begin("the groups of regions", error);
+  uint8_t *in_region = thrum_scope_allocate(&scope, m->vertex_count, 1);
+  w->region_group = thrum_scope_allocate(memory, m->region_count, sizeof *w->region_group);
+  w->group_region = thrum_scope_allocate(memory, m->group_count, sizeof *w->group_region);
+  thrum_status status = scope.status < 0 ? scope.status : memory->status;
 
   // the group is written as the region, so that it is not written twice
   for (int64_t g = 0; g < m->group_count && status >= 0; g++)
@@ -64,16 +63,15 @@ static thrum_status match_regions(thrum_mesh_written *w, thrum_error *error) {
       w->group_region[g] = i;
   }
 
-  free(in_region);
+  thrum_scope_free(&scope);
   return status;
 }
 
 /* Writes one file up to its commit. */
 static thrum_status write_file(const char *path, thrum_mesh_writer *writer, thrum_mesh_written *w,
-                               thrum_mesh_out **result, thrum_error *error) {
-  thrum_mesh_out *out = calloc(1, sizeof *out);
-  if (!out)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory");
+                               thrum_scope *memory, thrum_mesh_out **result, thrum_error *error) {
+  thrum_mesh_out *out = thrum_scope_allocate(memory, 1, sizeof *out);
+  THRUM_TRY(memory->status);
 
   // the writer stops at the first failure, and the status is checked only here
   out->error = error;
@@ -90,49 +88,34 @@ static thrum_status write_file(const char *path, thrum_mesh_writer *writer, thru
 /* Writes one file, or TetGen's two, which are both complete before either takes its place. */
 static thrum_status write_files(const char *const *paths, thrum_mesh_writer *const *writers,
                                 int count, thrum_mesh_written *w, thrum_error *error) {
+  thrum_scope memory = thrum_scope_begin("the output", error);
   thrum_mesh_out *outs[2] = {NULL, NULL};
-  thrum_status status = match_regions(w, error);
+  thrum_status status = match_regions(w, &memory, error);
 
   // each step is done for both files, so that a failure before the last leaves both old files
   for (int i = 0; i < count && status >= 0; i++)
-    status = write_file(paths[i], writers[i], w, &outs[i], error);
+    status = write_file(paths[i], writers[i], w, &memory, &outs[i], error);
   for (int i = 0; i < count && status >= 0; i++)
     status = thrum_file_writer_finish(&outs[i]->file, error);
   for (int i = 0; i < count && status >= 0; i++)
     status = thrum_file_writer_commit(&outs[i]->file, error);
 
   // files that were not committed are removed
-  for (int i = 0; i < count; i++) {
+  for (int i = 0; i < count; i++)
     if (outs[i])
       thrum_file_writer_abandon(&outs[i]->file);
-    free(outs[i]);
-  }
-  free(w->region_group);
-  free(w->group_region);
+  thrum_scope_free(&memory);
   return status;
 }
 
 static thrum_status write_tetgen(const char *path, thrum_mesh_written *w, thrum_error *error) {
-  const size_t stem = strlen(path) - (thrum_file_has_suffix(path, ".ele") ? 4 : 5);
-  char *names[2] = {malloc(stem + 6), malloc(stem + 5)};
-  thrum_status status = THRUM_OUT_OF_MEMORY;
-
-  // both files have the given path with another suffix
-  if (names[0] && names[1]) {
-    for (int i = 0; i < 2; i++) {
-      memcpy(names[i], path, stem);
-      strcpy(names[i] + stem, i == 0 ? ".node" : ".ele");
-    }
-
-    const char *const paths[2] = {names[0], names[1]};
-    thrum_mesh_writer *const writers[2] = {thrum_mesh_write_node, thrum_mesh_write_ele};
-    status = write_files(paths, writers, 2, w, error);
-  } else {
-    thrum_error_set(error, status, "not enough memory");
-  }
-
-  free(names[0]);
-  free(names[1]);
+  thrum_mesh_writer *const writers[2] = {thrum_mesh_write_node, thrum_mesh_write_ele};
+  thrum_scope scope = thrum_scope_begin("the names of the files", error);
+  const char *const paths[2] = {thrum_tetgen_name(path, ".node", &scope),
+                                thrum_tetgen_name(path, ".ele", &scope)};
+  thrum_status status = scope.status;
+  THRUM_THEN(status, write_files(paths, writers, 2, w, error));
+  thrum_scope_free(&scope);
   return status;
 }
 

@@ -17,14 +17,6 @@ static void put_number(thrum_mesh_out *out, double value) {
   thrum_out_bytes(out, text, thrum_number_text_within(value, FIELD, text));
 }
 
-static void put_member(thrum_mesh_out *out, int64_t number, int64_t *column) {
-  thrum_out_text(out, "%s%lld", *column == 0 ? "" : ", ", (long long)number);
-  if (++*column == 10) {
-    thrum_out_text(out, "\n");
-    *column = 0;
-  }
-}
-
 static void put_material(thrum_mesh_out *out, const thrum_mesh *m, int64_t region,
                          const char *name) {
   const thrum_material *material = &m->materials[region];
@@ -48,16 +40,12 @@ static void put_material(thrum_mesh_out *out, const thrum_mesh *m, int64_t regio
 static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t region) {
   const thrum_mesh *m = w->mesh;
   char name[256] = "allElements";
-  int64_t column = 0;
 
   // one region without a name is allElements, which needs no set of its own
   if (m->region_count > 1 || w->region_group[region] >= 0) {
     thrum_write_region_name(w, region, BAD, name);
     thrum_out_text(out, "*ELSET, ELSET=\"%s\"\n", name);
-    for (int64_t t = 0; t < m->tet_count; t++)
-      if (m->tet_region[t] == region)
-        put_member(out, t + 1, &column);
-    thrum_out_text(out, "%s", column > 0 ? "\n" : "");
+    thrum_out_region_tets(out, m, region);
   }
 
   // several regions need sections even without materials
@@ -92,13 +80,13 @@ void thrum_mesh_write_abaqus(thrum_mesh_out *out, thrum_mesh_written *w) {
   // a group that stands for a region becomes the element set of the region
   for (int64_t g = 0; g < m->group_count; g++) {
     char name[256];
-    int64_t column = 0;
+    int column = 0;
     if (w->group_region[g] >= 0)
       continue;
     thrum_out_text(out, "*NSET, NSET=\"%s\"\n", thrum_write_group_name(w, g, BAD, name));
     for (int64_t i = 0; i < m->groups[g].count; i++)
-      put_member(out, m->groups[g].vertices[i] + 1LL, &column);
-    thrum_out_text(out, "%s", column > 0 ? "\n" : "");
+      thrum_out_member(out, m->groups[g].vertices[i] + 1LL, &column);
+    thrum_out_end_members(out, column);
   }
 
   for (int64_t i = 0; i < m->region_count; i++)

@@ -9,9 +9,9 @@
 enum { TYPE_POINT = 15, TYPE_TET = 4, TYPE_TET_10 = 11 };
 
 /* Writes a whole number as text with a blank behind, or as bytes, the lowest first. */
-static void put_whole(thrum_mesh_out *out, bool binary, uint64_t value, size_t size) {
+static void put_whole(thrum_mesh_out *out, uint64_t value, size_t size) {
   unsigned char bytes[8];
-  if (!binary) {
+  if (!out->binary) {
     thrum_out_text(out, "%llu ", (unsigned long long)value);
     return;
   }
@@ -20,21 +20,21 @@ static void put_whole(thrum_mesh_out *out, bool binary, uint64_t value, size_t s
   thrum_out_bytes(out, bytes, size);
 }
 
-static void put_real(thrum_mesh_out *out, bool binary, double value) {
+static void put_real(thrum_mesh_out *out, double value) {
   union {
     double value;
     uint64_t bits;
   } number = {value};
-  if (binary) {
-    put_whole(out, true, number.bits, 8);
+  if (out->binary) {
+    put_whole(out, number.bits, 8);
   } else {
     thrum_out_number(out, value);
     thrum_out_text(out, " ");
   }
 }
 
-static void end_line(thrum_mesh_out *out, bool binary) {
-  if (!binary)
+static void end_line(thrum_mesh_out *out) {
+  if (!out->binary)
     thrum_out_text(out, "\n");
 }
 
@@ -96,77 +96,75 @@ static int64_t point_count(const thrum_mesh_written *w, int64_t *groups) {
 }
 
 /* Writes one element of version 2.2; in binary it has a header of its own. */
-static void put_element_2(thrum_mesh_out *out, bool binary, int64_t number, int type,
-                          int64_t physical, int64_t entity, const int32_t *vertices) {
+static void put_element_2(thrum_mesh_out *out, int64_t number, int type, int64_t physical,
+                          int64_t entity, const int32_t *vertices) {
   const int nodes = type == TYPE_TET ? 4 : type == TYPE_TET_10 ? 10 : 1;
 
   // a header is the type, the number of elements and the number of tags
-  if (binary) {
-    put_whole(out, true, (uint64_t)type, 4);
-    put_whole(out, true, 1, 4);
-    put_whole(out, true, 2, 4);
+  if (out->binary) {
+    put_whole(out, (uint64_t)type, 4);
+    put_whole(out, 1, 4);
+    put_whole(out, 2, 4);
   }
 
-  put_whole(out, binary, (uint64_t)number, 4);
-  if (!binary)
+  put_whole(out, (uint64_t)number, 4);
+  if (!out->binary)
     thrum_out_text(out, "%d 2 ", type);
-  put_whole(out, binary, (uint64_t)physical, 4);
-  put_whole(out, binary, (uint64_t)entity, 4);
+  put_whole(out, (uint64_t)physical, 4);
+  put_whole(out, (uint64_t)entity, 4);
   for (int a = 0; a < nodes; a++)
-    put_whole(out, binary, (uint64_t)vertices[a] + 1, 4);
-  end_line(out, binary);
+    put_whole(out, (uint64_t)vertices[a] + 1, 4);
+  end_line(out);
 }
 
 static void put_body_2(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
-  const bool binary = w->options.binary;
   int64_t groups, number = 0;
 
   // nodes are numbered from 1 in the order of the mesh
   thrum_out_text(out, "$Nodes\n%lld\n", (long long)m->vertex_count);
   for (int64_t v = 0; v < m->vertex_count; v++) {
-    put_whole(out, binary, (uint64_t)v + 1, 4);
+    put_whole(out, (uint64_t)v + 1, 4);
     for (int c = 0; c < 3; c++)
-      put_real(out, binary, m->vertices[3 * v + c]);
-    end_line(out, binary);
+      put_real(out, m->vertices[3 * v + c]);
+    end_line(out);
   }
 
   // a physical group consists of elements, so each of its vertices is an element of one node
   const int64_t count = point_count(w, &groups) + m->tet_count;
-  thrum_out_text(out, "%s$EndNodes\n$Elements\n%lld\n", binary ? "\n" : "", (long long)count);
+  thrum_out_text(out, "%s$EndNodes\n$Elements\n%lld\n", out->binary ? "\n" : "", (long long)count);
   for (int64_t g = 0; g < m->group_count; g++)
     for (int64_t i = 0; i < m->groups[g].count && w->group_region[g] < 0; i++)
-      put_element_2(out, binary, ++number, TYPE_POINT, g + 1, g + 1, &m->groups[g].vertices[i]);
+      put_element_2(out, ++number, TYPE_POINT, g + 1, g + 1, &m->groups[g].vertices[i]);
   for (int64_t t = 0; t < m->tet_count; t++) {
     int32_t nodes[10];
     const int type = tet_nodes(m, t, nodes) == 10 ? TYPE_TET_10 : TYPE_TET;
-    put_element_2(out, binary, ++number, type, region_tag(w, m->tet_region[t]),
-                  m->tet_region[t] + 1LL, nodes);
+    put_element_2(out, ++number, type, region_tag(w, m->tet_region[t]), m->tet_region[t] + 1LL,
+                  nodes);
   }
 
-  thrum_out_text(out, "%s$EndElements\n", binary ? "\n" : "");
+  thrum_out_text(out, "%s$EndElements\n", out->binary ? "\n" : "");
 }
 
 /* Writes `tag box physicals` of the point of a group or the volume of a region. */
-static void put_entity(thrum_mesh_out *out, bool binary, int64_t tag, const double *box,
-                       int numbers, int64_t physical) {
-  put_whole(out, binary, (uint64_t)tag, 4);
+static void put_entity(thrum_mesh_out *out, int64_t tag, const double *box, int numbers,
+                       int64_t physical) {
+  put_whole(out, (uint64_t)tag, 4);
   for (int i = 0; i < numbers; i++)
-    put_real(out, binary, box[i]);
-  put_whole(out, binary, physical != 0, 8);
+    put_real(out, box[i]);
+  put_whole(out, physical != 0, 8);
   if (physical != 0)
-    put_whole(out, binary, (uint64_t)physical, 4);
+    put_whole(out, (uint64_t)physical, 4);
 
   // volumes would name their bounding surfaces, of which there are none
   if (numbers == 6)
-    put_whole(out, binary, 0, 8);
+    put_whole(out, 0, 8);
 
-  end_line(out, binary);
+  end_line(out);
 }
 
 static void put_entities(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
-  const bool binary = w->options.binary;
   int64_t groups;
   double box[6] = {0};
   point_count(w, &groups);
@@ -180,60 +178,59 @@ static void put_entities(thrum_mesh_out *out, thrum_mesh_written *w) {
 
   // there is a point for each group and a volume for each region, but no curves or surfaces
   thrum_out_text(out, "$Entities\n");
-  put_whole(out, binary, (uint64_t)groups, 8);
-  put_whole(out, binary, 0, 8);
-  put_whole(out, binary, 0, 8);
-  put_whole(out, binary, (uint64_t)m->region_count, 8);
-  end_line(out, binary);
+  put_whole(out, (uint64_t)groups, 8);
+  put_whole(out, 0, 8);
+  put_whole(out, 0, 8);
+  put_whole(out, (uint64_t)m->region_count, 8);
+  end_line(out);
 
   // a point entity needs a place, and the first vertex of its group is one
   for (int64_t g = 0; g < m->group_count; g++)
     if (w->group_region[g] < 0)
-      put_entity(out, binary, g + 1, m->vertices + 3 * (int64_t)m->groups[g].vertices[0], 3, g + 1);
+      put_entity(out, g + 1, m->vertices + 3 * (int64_t)m->groups[g].vertices[0], 3, g + 1);
   for (int64_t i = 0; i < m->region_count; i++)
-    put_entity(out, binary, i + 1, box, 6, region_tag(w, i));
+    put_entity(out, i + 1, box, 6, region_tag(w, i));
 
-  thrum_out_text(out, "%s$EndEntities\n", binary ? "\n" : "");
+  thrum_out_text(out, "%s$EndEntities\n", out->binary ? "\n" : "");
 }
 
-static void put_header_4(thrum_mesh_out *out, bool binary, int64_t blocks, int64_t items) {
-  put_whole(out, binary, (uint64_t)blocks, 8);
-  put_whole(out, binary, (uint64_t)items, 8);
-  put_whole(out, binary, 1, 8);
-  put_whole(out, binary, (uint64_t)items, 8);
-  end_line(out, binary);
+static void put_header_4(thrum_mesh_out *out, int64_t blocks, int64_t items) {
+  put_whole(out, (uint64_t)blocks, 8);
+  put_whole(out, (uint64_t)items, 8);
+  put_whole(out, 1, 8);
+  put_whole(out, (uint64_t)items, 8);
+  end_line(out);
 }
 
-static void put_block_4(thrum_mesh_out *out, bool binary, int dimension, int64_t entity, int type,
+static void put_block_4(thrum_mesh_out *out, int dimension, int64_t entity, int type,
                         int64_t count) {
-  put_whole(out, binary, (uint64_t)dimension, 4);
-  put_whole(out, binary, (uint64_t)entity, 4);
-  put_whole(out, binary, (uint64_t)type, 4);
-  put_whole(out, binary, (uint64_t)count, 8);
-  end_line(out, binary);
+  put_whole(out, (uint64_t)dimension, 4);
+  put_whole(out, (uint64_t)entity, 4);
+  put_whole(out, (uint64_t)type, 4);
+  put_whole(out, (uint64_t)count, 8);
+  end_line(out);
 }
 
 static void put_nodes_4(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
-  const bool binary = w->options.binary;
 
   // all nodes are in one block, which has all tags before all positions
   thrum_out_text(out, "$Nodes\n");
-  put_header_4(out, binary, 1, m->vertex_count);
-  put_block_4(out, binary, 3, 1, 0, m->vertex_count);
+  put_header_4(out, 1, m->vertex_count);
+  put_block_4(out, 3, 1, 0, m->vertex_count);
 
   for (int64_t v = 0; v < m->vertex_count; v++) {
-    put_whole(out, binary, (uint64_t)v + 1, 8);
-    end_line(out, binary);
+    put_whole(out, (uint64_t)v + 1, 8);
+    end_line(out);
   }
 
   for (int64_t v = 0; v < m->vertex_count; v++) {
     for (int c = 0; c < 3; c++)
-      put_real(out, binary, m->vertices[3 * v + c]);
-    end_line(out, binary);
+      put_real(out, m->vertices[3 * v + c]);
+    end_line(out);
   }
 
-  thrum_out_text(out, "%s$EndNodes\n", binary ? "\n" : "");
+  thrum_out_text(out, "%s$EndNodes\n", out->binary ? "\n" : "");
 }
 
 /* Returns the end of the run of tets that are in the region of tet t. */
@@ -246,7 +243,6 @@ static int64_t run_end(const thrum_mesh *m, int64_t t) {
 
 static void put_elements_4(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
-  const bool binary = w->options.binary;
   int64_t groups, number = 0, blocks = 0;
   const int64_t count = point_count(w, &groups) + m->tet_count;
 
@@ -255,45 +251,45 @@ static void put_elements_4(thrum_mesh_out *out, thrum_mesh_written *w) {
     blocks++;
 
   thrum_out_text(out, "$Elements\n");
-  put_header_4(out, binary, groups + blocks, count);
+  put_header_4(out, groups + blocks, count);
 
   // each vertex of a group is an element of one node
   for (int64_t g = 0; g < m->group_count; g++) {
     if (w->group_region[g] >= 0)
       continue;
-    put_block_4(out, binary, 0, g + 1, TYPE_POINT, m->groups[g].count);
+    put_block_4(out, 0, g + 1, TYPE_POINT, m->groups[g].count);
     for (int64_t i = 0; i < m->groups[g].count; i++) {
-      put_whole(out, binary, (uint64_t)++number, 8);
-      put_whole(out, binary, (uint64_t)m->groups[g].vertices[i] + 1, 8);
-      end_line(out, binary);
+      put_whole(out, (uint64_t)++number, 8);
+      put_whole(out, (uint64_t)m->groups[g].vertices[i] + 1, 8);
+      end_line(out);
     }
   }
 
   // a block has one region; a block for each run keeps the tets in their order
   for (int64_t t = 0; t < m->tet_count;) {
     const int64_t end = run_end(m, t);
-    put_block_4(out, binary, 3, m->tet_region[t] + 1LL, m->midsides ? TYPE_TET_10 : TYPE_TET,
-                end - t);
+    put_block_4(out, 3, m->tet_region[t] + 1LL, m->midsides ? TYPE_TET_10 : TYPE_TET, end - t);
     for (; t < end; t++) {
-      put_whole(out, binary, (uint64_t)++number, 8);
+      put_whole(out, (uint64_t)++number, 8);
       int32_t nodes[10];
       const int nodes_count = tet_nodes(m, t, nodes);
       for (int a = 0; a < nodes_count; a++)
-        put_whole(out, binary, (uint64_t)nodes[a] + 1, 8);
-      end_line(out, binary);
+        put_whole(out, (uint64_t)nodes[a] + 1, 8);
+      end_line(out);
     }
   }
 
-  thrum_out_text(out, "%s$EndElements\n", binary ? "\n" : "");
+  thrum_out_text(out, "%s$EndElements\n", out->binary ? "\n" : "");
 }
 
 void thrum_mesh_write_msh(thrum_mesh_out *out, thrum_mesh_written *w) {
-  const bool old = w->options.msh_version == 22, binary = w->options.binary;
-  thrum_out_text(out, "$MeshFormat\n%s %d 8\n", old ? "2.2" : "4.1", binary);
+  const bool old = w->options.msh_version == 22;
+  out->binary = w->options.binary;
+  thrum_out_text(out, "$MeshFormat\n%s %d 8\n", old ? "2.2" : "4.1", out->binary);
 
   // a number 1 tells readers the order of the bytes
-  if (binary) {
-    put_whole(out, true, 1, 4);
+  if (out->binary) {
+    put_whole(out, 1, 4);
     thrum_out_text(out, "\n");
   }
 

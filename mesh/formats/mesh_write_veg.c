@@ -4,20 +4,11 @@
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
-#include <string.h>
 
 #include "mesh/formats/mesh_out.h"
 #include "mesh/formats/mesh_write.h"
 
 static const char BAD[] = ",#*";
-
-static void put_element(thrum_mesh_out *out, int64_t tet, int64_t *column) {
-  thrum_out_text(out, "%s%lld", *column == 0 ? "" : ", ", (long long)tet + 1);
-  if (++*column == 10) {
-    thrum_out_text(out, "\n");
-    *column = 0;
-  }
-}
 
 static bool lies_in(const thrum_mesh *m, int64_t t, const uint8_t *mark) {
   const int32_t *v = m->tets + 4 * t;
@@ -27,15 +18,13 @@ static bool lies_in(const thrum_mesh *m, int64_t t, const uint8_t *mark) {
 /* Writes a group as the tets in it; returns false when they do not have all of its vertices. */
 static bool put_group(thrum_mesh_out *out, thrum_mesh_written *w, int64_t g, uint8_t *mark) {
   const thrum_mesh *m = w->mesh;
-  const thrum_group *group = &m->groups[g];
 
   // the vertices are marked, so that each tet is checked in constant time
-  memset(mark, 0, (size_t)m->vertex_count);
-  for (int64_t i = 0; i < group->count; i++)
-    mark[group->vertices[i]] = 1;
+  thrum_write_mark_group(m, g, mark);
 
   // a set holds elements, so only a group that tets cover can be written as one
-  int64_t covered = 0, column = 0;
+  int64_t covered = 0;
+  int column = 0;
   for (int64_t t = 0; t < m->tet_count; t++) {
     if (!lies_in(m, t, mark))
       continue;
@@ -46,15 +35,15 @@ static bool put_group(thrum_mesh_out *out, thrum_mesh_written *w, int64_t g, uin
     }
   }
 
-  if (covered < group->count)
+  if (covered < m->groups[g].count)
     return false;
 
   char name[256];
   thrum_out_text(out, "\n*SET %s\n", thrum_write_group_name(w, g, BAD, name));
   for (int64_t t = 0; t < m->tet_count; t++)
     if (lies_in(m, t, mark))
-      put_element(out, t, &column);
-  thrum_out_text(out, "%s", column > 0 ? "\n" : "");
+      thrum_out_member(out, t + 1, &column);
+  thrum_out_end_members(out, column);
   return true;
 }
 
@@ -63,16 +52,12 @@ static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t regio
   const thrum_mesh *m = w->mesh;
   const int64_t group = w->region_group[region];
   char name[256] = "allElements";
-  int64_t column = 0;
 
   // all tets together are the set allElements, which always exists
   if (m->region_count > 1 || group >= 0) {
     thrum_write_region_name(w, region, BAD, name);
     thrum_out_text(out, "\n*SET %s\n", name);
-    for (int64_t t = 0; t < m->tet_count; t++)
-      if (m->tet_region[t] == region)
-        put_element(out, t, &column);
-    thrum_out_text(out, "%s", column > 0 ? "\n" : "");
+    thrum_out_region_tets(out, m, region);
   }
 
   // a region of the file joins a set with a material, so it needs one
@@ -91,11 +76,9 @@ static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t regio
 
 void thrum_mesh_write_veg(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
-  uint8_t *mark = malloc((size_t)m->vertex_count + 1);
-  if (!mark) {
-    out->status = thrum_error_set(out->error, THRUM_OUT_OF_MEMORY, "not enough memory");
+  uint8_t *mark = NULL;
+  if (!thrum_out_reserve(out, &mark, m->vertex_count, 1))
     return;
-  }
 
   thrum_out_text(out, "*VERTICES\n%lld 3 0 0\n", (long long)m->vertex_count);
   for (int64_t v = 0; v < m->vertex_count; v++) {

@@ -20,34 +20,22 @@ typedef enum column_kind {
   COLUMN_DENSITY
 } column_kind;
 
-/* One array of the file: the number and size of its values, which are whole or floating. */
-typedef struct column {
-  column_kind kind;
-  int64_t group;
-  int64_t count;
+/* The name, the size and the type of the values of each: marks and regions are whole numbers of the
+ * smallest type that holds them. */
+static const struct {
+  const char *name;
   int size;
   bool whole;
+} KINDS[] = {[COLUMN_POINTS] = {"POINTS", 8, false},   [COLUMN_GROUP] = {"", 1, true},
+             [COLUMN_REGION] = {"region", 4, true},    [COLUMN_YOUNG] = {"young", 8, false},
+             [COLUMN_POISSON] = {"poisson", 8, false}, [COLUMN_DENSITY] = {"density", 8, false}};
+
+/* One array of the file. */
+typedef struct column {
+  column_kind kind;
+  int64_t count;       /* of values */
   const uint8_t *mark; /* of a group: vertex_count */
 } column;
-
-static column make_column(const thrum_mesh *m, column_kind kind, int64_t group) {
-  column c = {.kind = kind, .group = group, .count = m->tet_count, .size = 8};
-
-  // all other arrays have a value for each tet
-  if (kind == COLUMN_POINTS)
-    c.count = 3 * m->vertex_count;
-  if (kind == COLUMN_GROUP)
-    c.count = m->vertex_count;
-
-  // marks and regions are whole numbers of the smallest type that holds them
-  c.whole = kind != COLUMN_POINTS && kind != COLUMN_YOUNG && kind != COLUMN_POISSON &&
-            kind != COLUMN_DENSITY;
-  if (kind == COLUMN_GROUP)
-    c.size = 1;
-  if (kind == COLUMN_REGION)
-    c.size = 4;
-  return c;
-}
 
 static int64_t whole_value(const thrum_mesh *m, const column *c, int64_t i) {
   return c->kind == COLUMN_REGION ? m->tet_region[i] : c->mark[i];
@@ -73,6 +61,7 @@ static void put_bits(thrum_mesh_out *out, uint64_t bits, int size) {
 /* Writes all numbers of an array, as text or as bytes. */
 static void put_column(thrum_mesh_out *out, const thrum_mesh *m, const column *c, bool binary) {
   const int64_t per_line = c->kind == COLUMN_POINTS ? 3 : 10;
+  const bool whole = KINDS[c->kind].whole;
 
   for (int64_t i = 0; i < c->count; i++) {
     const char *after = i + 1 == c->count || i % per_line == per_line - 1 ? "\n" : " ";
@@ -80,10 +69,10 @@ static void put_column(thrum_mesh_out *out, const thrum_mesh *m, const column *c
     // whole and floating numbers go through their bits, so that the order of the bytes is fixed
     if (binary) {
       uint64_t bits;
-      const double value = c->whole ? 0 : real_value(m, c, i);
+      const double value = whole ? 0 : real_value(m, c, i);
       memcpy(&bits, &value, sizeof bits);
-      put_bits(out, c->whole ? (uint64_t)whole_value(m, c, i) : bits, c->size);
-    } else if (c->whole) {
+      put_bits(out, whole ? (uint64_t)whole_value(m, c, i) : bits, KINDS[c->kind].size);
+    } else if (whole) {
       thrum_out_text(out, "%lld%s", (long long)whole_value(m, c, i), after);
     } else {
       thrum_out_number(out, real_value(m, c, i));
@@ -96,21 +85,6 @@ static void put_column(thrum_mesh_out *out, const thrum_mesh *m, const column *c
     thrum_out_text(out, "\n");
 }
 
-static bool mark_group(thrum_mesh_out *out, const thrum_mesh *m, int64_t g, uint8_t **mark) {
-  if (!*mark)
-    *mark = malloc((size_t)m->vertex_count + 1);
-  if (!*mark) {
-    out->status = thrum_error_set(out->error, THRUM_OUT_OF_MEMORY, "not enough memory");
-    return false;
-  }
-
-  // one array serves all groups in turn
-  memset(*mark, 0, (size_t)m->vertex_count);
-  for (int64_t i = 0; i < m->groups[g].count; i++)
-    (*mark)[m->groups[g].vertices[i]] = 1;
-  return true;
-}
-
 /* Writes a name as a word; in legacy files bytes that a word cannot have become %XX. */
 static void put_word(thrum_mesh_out *out, const char *name) {
   for (; *name; name++) {
@@ -120,13 +94,6 @@ static void put_word(thrum_mesh_out *out, const char *name) {
     else
       thrum_out_text(out, "%%%02X", c);
   }
-}
-
-static const char *column_name(column_kind kind) {
-  return kind == COLUMN_REGION    ? "region"
-         : kind == COLUMN_YOUNG   ? "young"
-         : kind == COLUMN_POISSON ? "poisson"
-                                  : "density";
 }
 
 static void put_legacy_cells(thrum_mesh_out *out, const thrum_mesh *m, bool binary) {
@@ -158,7 +125,7 @@ static void put_legacy_cells(thrum_mesh_out *out, const thrum_mesh *m, bool bina
 void thrum_mesh_write_vtk(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
   const bool binary = w->options.binary;
-  const column points = make_column(m, COLUMN_POINTS, 0);
+  const column points = {COLUMN_POINTS, 3 * m->vertex_count, NULL};
 
   thrum_out_text(out,
                  "# vtk DataFile Version 3.0\nmesh written by thrum, in metres\n%s\n"
@@ -171,9 +138,9 @@ void thrum_mesh_write_vtk(thrum_mesh_out *out, thrum_mesh_written *w) {
   thrum_out_text(out, "%sCELL_DATA %lld\nFIELD FieldData %d\n", binary ? "\n" : "",
                  (long long)m->tet_count, m->has_material ? 4 : 1);
   for (int k = COLUMN_REGION; k <= (m->has_material ? COLUMN_DENSITY : COLUMN_REGION); k++) {
-    const column c = make_column(m, (column_kind)k, 0);
-    thrum_out_text(out, "%s 1 %lld %s\n", column_name(c.kind), (long long)c.count,
-                   c.whole ? "int" : "double");
+    const column c = {(column_kind)k, m->tet_count, NULL};
+    thrum_out_text(out, "%s 1 %lld %s\n", KINDS[k].name, (long long)c.count,
+                   KINDS[k].whole ? "int" : "double");
     put_column(out, m, &c, binary);
   }
 
@@ -182,9 +149,11 @@ void thrum_mesh_write_vtk(thrum_mesh_out *out, thrum_mesh_written *w) {
     thrum_out_text(out, "POINT_DATA %lld\nFIELD FieldData %lld\n", (long long)m->vertex_count,
                    (long long)m->group_count);
   uint8_t *mark = NULL;
-  for (int64_t g = 0; g < m->group_count && mark_group(out, m, g, &mark); g++) {
-    column c = make_column(m, COLUMN_GROUP, g);
-    c.mark = mark;
+  for (int64_t g = 0; g < m->group_count; g++) {
+    if (!mark && !thrum_out_reserve(out, &mark, m->vertex_count, 1))
+      return;
+    const column c = {COLUMN_GROUP, m->vertex_count, mark};
+    thrum_write_mark_group(m, g, mark);
     put_word(out, m->groups[g].name);
     thrum_out_text(out, " 1 %lld unsigned_char\n", (long long)c.count);
     put_column(out, m, &c, binary);

@@ -4,7 +4,6 @@
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
-#include <string.h>
 
 #include "io/vtu_grid.h"
 #include "mesh/formats/mesh_out.h"
@@ -23,12 +22,8 @@ static const void *make_values(void *context, int64_t index) {
   const thrum_mesh *m = made->mesh;
   if (index < m->group_count) {
     // marks of the group's vertices
-    const thrum_group *group = &m->groups[index];
-    unsigned char *marks = made->values;
-    memset(marks, 0, (size_t)m->vertex_count);
-    for (int64_t i = 0; i < group->count; i++)
-      marks[group->vertices[i]] = 1;
-    return marks;
+    thrum_write_mark_group(m, index, made->values);
+    return made->values;
   }
 
   // behind the groups stands `region`, which the mesh has, then the material
@@ -48,13 +43,11 @@ void thrum_mesh_write_vtu(thrum_mesh_out *out, thrum_mesh_written *w) {
   const thrum_mesh *m = w->mesh;
   made_values made = {.mesh = m};
   int64_t count = 0;
-  vtu_array *arrays = malloc((size_t)(m->group_count + CELL_ARRAYS) * sizeof *arrays);
-  made.values = malloc((size_t)m->vertex_count + (size_t)m->tet_count * sizeof(double));
-
-  if (arrays == NULL || made.values == NULL) {
-    out->status = thrum_error_set(out->error, THRUM_OUT_OF_MEMORY, "not enough memory");
+  const int64_t most = m->vertex_count + m->tet_count * (int64_t)sizeof(double);
+  vtu_array *arrays = NULL;
+  if (!thrum_out_reserve(out, &arrays, m->group_count + CELL_ARRAYS, sizeof *arrays) ||
+      !thrum_out_reserve(out, &made.values, most, 1))
     goto cleanup;
-  }
 
   // groups on the points, regions and materials on the cells
   for (int64_t g = 0; g < m->group_count; g++)

@@ -50,9 +50,5 @@ thrum_status thrum_surface_mesh_read(const char *path, double scale, thrum_surfa
 
   THRUM_THEN(status, scale_vertices(path, scale, &read, error));
 
-  if (status < 0)
-    thrum_surface_mesh_free(&read);
-  else
-    *surface = read;
-  return status;
+  return thrum_surface_mesh_deliver(status, &read, surface);
 }

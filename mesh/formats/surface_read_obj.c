@@ -18,8 +18,7 @@ typedef struct obj_reader {
   bool goes_on; /* the line ended in \ */
   bool pending; /* the present line is a statement that has not been read yet */
   int64_t *corners;
-  int64_t corner_count, corner_capacity;
-  thrum_error *error;
+  int64_t corner_count;
 } obj_reader;
 
 /* Statements that describe the look of a surface or name its parts. */
@@ -81,17 +80,17 @@ static thrum_status read_vertex(obj_reader *r) {
   // the coordinates may continue on the next line
   for (int c = 0; c < 3; c++) {
     more(r);
-    THRUM_TRY(r->pending ? thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+    THRUM_TRY(r->pending ? thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                                            "the vertex before this line ends before %s", axes[c])
-                         : thrum_text_number(&r->text, axes[c], &position[c], r->error));
+                         : thrum_text_number(&r->text, axes[c], &position[c]));
   }
 
   // some programs append a weight, a colour, or both
   for (int n = 0; n < 4 && more(r); n++)
-    THRUM_TRY(thrum_text_number(&r->text, "a weight or a colour", &unused, r->error));
+    THRUM_TRY(thrum_text_number(&r->text, "a weight or a colour", &unused));
 
   if (more(r))
-    THRUM_TRY(thrum_text_finish(&r->text, "the vertex", r->error));
+    THRUM_TRY(thrum_text_finish(&r->text, "the vertex"));
   return thrum_surface_add_vertex(&r->builder, position);
 }
 
@@ -121,7 +120,7 @@ static thrum_status read_corner(obj_reader *r, int64_t *corner) {
     good = *at++ == '/' && scan_index(&at, end, &index[n]);
 
   if (!good || at != end)
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                            "expected a corner such as 7, 7/1 or 7//2, counted from 1, found '%s'",
                            thrum_text_excerpt(word).text);
 
@@ -131,7 +130,7 @@ static thrum_status read_corner(obj_reader *r, int64_t *corner) {
 
   // a vertex may still follow, but none stands before the first
   if (vertex < 1 || vertex > INT32_MAX - 1)
-    return thrum_text_fail(&r->text, THRUM_BAD_VALUE, r->error,
+    return thrum_text_fail(&r->text, THRUM_BAD_VALUE,
                            "a corner names vertex %lld, and there are %lld up to here",
                            (long long)index[0], (long long)count);
 
@@ -144,14 +143,13 @@ static thrum_status read_face(obj_reader *r) {
 
   // a face has any number of corners
   for (r->corner_count = 0; more(r); r->corner_count++) {
-    THRUM_TRY(thrum_mesh_grow(&r->corners, &r->corner_capacity, r->corner_count + 1,
-                              sizeof *r->corners, r->error));
+    THRUM_TRY(thrum_mesh_grow(&r->corners, r->corner_count, 1, sizeof *r->corners, r->text.error));
     THRUM_TRY(read_corner(r, &r->corners[r->corner_count]));
   }
 
   // lines and points have statements of their own
   if (r->corner_count < 3)
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                            "the face%s has %lld corners; it needs three or more",
                            r->pending ? " before this line" : "", (long long)r->corner_count);
 
@@ -178,12 +176,12 @@ static thrum_status read_statement(obj_reader *r) {
 
   // statements of free-form surfaces are refused, since their triangles are not in the file
   if (is_among(word, curved, sizeof curved / sizeof *curved))
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, r->error,
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
                            "'%s' belongs to a free-form surface; export the surface as polygons",
                            thrum_text_excerpt(word).text);
   if (!is_among(word, passed_over, sizeof passed_over / sizeof *passed_over))
     return thrum_text_fail(
-        &r->text, THRUM_BAD_FORMAT, r->error,
+        &r->text, THRUM_BAD_FORMAT,
         "expected a statement such as v or f, found '%s'; is it a Wavefront .obj?",
         thrum_text_excerpt(word).text);
 
@@ -197,13 +195,13 @@ static thrum_status read_statement(obj_reader *r) {
 static thrum_status check_indices(obj_reader *r) {
   const thrum_surface_mesh *made = &r->builder.made;
   if (made->triangle_count == 0)
-    return thrum_text_fail(&r->text, THRUM_MISSING, r->error, "there are no faces (f) in the file");
+    return thrum_text_fail(&r->text, THRUM_MISSING, "there are no faces (f) in the file");
 
   for (int64_t n = 0; n < 3 * made->triangle_count; n++) {
     if (made->triangles[n] < made->vertex_count)
       continue;
     r->text.line = made->triangle_line[n / 3];
-    return thrum_text_fail(&r->text, THRUM_BAD_VALUE, r->error,
+    return thrum_text_fail(&r->text, THRUM_BAD_VALUE,
                            "a corner names vertex %lld, and the file has %lld",
                            (long long)made->triangles[n] + 1, (long long)made->vertex_count);
   }
@@ -212,16 +210,12 @@ static thrum_status check_indices(obj_reader *r) {
 
 thrum_status thrum_surface_parse_obj(const char *name, const void *data, size_t size,
                                      thrum_surface_mesh *surface, thrum_error *error) {
-  obj_reader r = {.error = error, .builder = {.error = error}};
+  obj_reader r = {.builder = {.error = error}};
   thrum_status status = thrum_text_view(name, data, size, '#', 0, &r.text, error);
   while (status >= 0 && next_statement(&r))
     status = read_statement(&r);
   THRUM_THEN(status, check_indices(&r));
 
   free(r.corners);
-  if (status < 0)
-    thrum_surface_mesh_free(&r.builder.made);
-  else
-    *surface = r.builder.made;
-  return status;
+  return thrum_surface_mesh_deliver(status, &r.builder.made, surface);
 }

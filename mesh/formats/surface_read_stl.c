@@ -19,14 +19,14 @@ typedef struct stl_reader {
   thrum_text text;
   thrum_surface_builder builder;
   thrum_point_hash places;
-  thrum_error *error;
 } stl_reader;
 
 /* Finds the vertex at a place; a new one is added when there is none yet. */
 static thrum_status find_vertex(stl_reader *r, const double position[3], int32_t *vertex) {
   thrum_surface_mesh *made = &r->builder.made;
   const int64_t count = made->vertex_count;
-  THRUM_TRY(thrum_point_hash_find(&r->places, made->vertices, count, position, vertex, r->error));
+  THRUM_TRY(
+      thrum_point_hash_find(&r->places, made->vertices, count, position, vertex, r->text.error));
   if (*vertex == count)
     return thrum_surface_add_vertex(&r->builder, position);
   made->merged++;
@@ -39,13 +39,13 @@ static thrum_status expect_word(stl_reader *r, const char *wanted) {
   // words may stand on any number of lines
   while (!thrum_text_more(&r->text))
     if (!thrum_text_next_line(&r->text))
-      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+      return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                              "the file ends before '%s'; is it cut short?", wanted);
 
   thrum_text_word(&r->text, &word);
   if (thrum_text_equals(word, wanted))
     return THRUM_OK;
-  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected '%s', found '%s'", wanted,
+  return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "expected '%s', found '%s'", wanted,
                          thrum_text_excerpt(word).text);
 }
 
@@ -65,8 +65,8 @@ static thrum_status read_facet(stl_reader *r) {
   // corners at the same place become one vertex
   for (int c = 0; c < 3; c++) {
     THRUM_TRY(expect_word(r, "vertex"));
-    THRUM_TRY(thrum_text_position(&r->text, position, r->error));
-    THRUM_TRY(thrum_text_finish(&r->text, "the vertex", r->error));
+    THRUM_TRY(thrum_text_position(&r->text, position));
+    THRUM_TRY(thrum_text_finish(&r->text, "the vertex"));
     THRUM_TRY(find_vertex(r, position, &corners[c]));
   }
 
@@ -92,7 +92,7 @@ static thrum_status read_text(stl_reader *r) {
     else if (inside && thrum_text_equals(word, "facet"))
       status = read_facet(r);
     else
-      status = thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error, "expected '%s', found '%s'",
+      status = thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "expected '%s', found '%s'",
                                inside ? "facet" : "solid", thrum_text_excerpt(word).text);
 
     if (status < 0)
@@ -101,7 +101,7 @@ static thrum_status read_text(stl_reader *r) {
 
   // facets after the cut would be missing without notice
   if (inside)
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                            "the file ends before 'endsolid'; is it cut short?");
   return THRUM_OK;
 }
@@ -125,7 +125,7 @@ static thrum_status read_binary(stl_reader *r, const unsigned char *data, uint32
         memcpy(&value, &bits, sizeof value);
         position[axis] = (double)value;
         if (!isfinite(position[axis]))
-          return thrum_text_fail(&r->text, THRUM_BAD_VALUE, r->error,
+          return thrum_text_fail(&r->text, THRUM_BAD_VALUE,
                                  "facet %lu has a corner that is not a finite number",
                                  (unsigned long)n + 1);
       }
@@ -158,10 +158,10 @@ static thrum_status read_stl(stl_reader *r, const unsigned char *data, size_t si
 
   // a file that is neither is probably cut short
   if (size < HEADER)
-    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, r->error,
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                            "neither 'solid' nor the 84 bytes that begin a binary .stl");
   return thrum_text_fail(
-      &r->text, THRUM_BAD_FORMAT, r->error,
+      &r->text, THRUM_BAD_FORMAT,
       "a binary .stl of %lu facets has %llu bytes, this file has %llu: is it cut "
       "short?",
       (unsigned long)count, (unsigned long long)binary, (unsigned long long)size);
@@ -169,16 +169,12 @@ static thrum_status read_stl(stl_reader *r, const unsigned char *data, size_t si
 
 thrum_status thrum_surface_parse_stl(const char *name, const void *data, size_t size,
                                      thrum_surface_mesh *surface, thrum_error *error) {
-  stl_reader r = {.error = error, .builder = {.error = error}};
+  stl_reader r = {.builder = {.error = error}};
   thrum_status status = thrum_text_view(name, data, size, 0, 0, &r.text, error);
   THRUM_THEN(status, read_stl(&r, data, size));
   if (status >= 0 && r.builder.made.triangle_count == 0)
-    status = thrum_text_fail(&r.text, THRUM_MISSING, error, "there are no facets in the file");
+    status = thrum_text_fail(&r.text, THRUM_MISSING, "there are no facets in the file");
 
   thrum_point_hash_free(&r.places);
-  if (status < 0)
-    thrum_surface_mesh_free(&r.builder.made);
-  else
-    *surface = r.builder.made;
-  return status;
+  return thrum_surface_mesh_deliver(status, &r.builder.made, surface);
 }

@@ -31,8 +31,8 @@ enum { POINTS_MAX = 27 };
 
 thrum_status thrum_cells_take(thrum_cells *cells, const thrum_cells_array *array,
                               thrum_error *error) {
-  const thrum_status status = thrum_mesh_append(&cells->arrays, &cells->array_count,
-                                                &cells->capacity, array, sizeof *array, error);
+  const thrum_status status =
+      thrum_mesh_append(&cells->arrays, &cells->array_count, array, sizeof *array, error);
   if (status < 0)
     free(array->values);
   return status;

@@ -32,7 +32,7 @@ typedef struct thrum_cells_array {
 /* The arrays of a grid. It begins zeroed, and thrum_cells_free releases it. */
 typedef struct thrum_cells {
   int64_t point_count, cell_count;
-  int64_t array_count, capacity;
+  int64_t array_count;
   thrum_cells_array *arrays;
 } thrum_cells;
 

@@ -81,8 +81,8 @@ thrum_status thrum_handle_responses(const thrum_fem *fem, const thrum_sparse *ma
                                     const thrum_handle *handles, double *responses, double *omega2,
                                     thrum_error *error) {
   const int64_t n = fem->free_count;
-  double *force = thrum_allocate(4 * n, sizeof *force, "the handles", error);
-  thrum_status status = force ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  double *force = NULL;
+  thrum_status status = thrum_reserve(&force, 4 * n, sizeof *force, "the handles", error);
   for (int64_t h = 0; h < count && status >= 0; h++) {
     double *x = responses + 3 * h * n;
     status = fill_forces(fem, &handles[h], force, error);

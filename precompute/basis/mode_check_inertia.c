@@ -8,7 +8,6 @@
 #if defined(THRUM_HAVE_MUMPS)
 
 #include <dmumps_c.h>
-#include <stdlib.h>
 
 #define USE_COMM_WORLD (-987654)
 enum { JOB_START = -1, JOB_END = -2, JOB_FACTOR = 4 };
@@ -18,20 +17,14 @@ typedef struct triplets {
   double *value;
 } triplets;
 
-static void triplets_free(triplets *t) {
-  free(t->row);
-  free(t->column);
-  free(t->value);
-}
-
 // both matrices have one pattern, except that a lumped mass has its diagonal alone
 static thrum_status triplets_make(const thrum_sparse *stiffness, const thrum_sparse *mass,
-                                  double shift, triplets *t, thrum_error *error) {
+                                  double shift, triplets *t, thrum_scope *memory) {
   const int64_t entries = stiffness->begin[stiffness->size];
-  if (!(t->row = thrum_allocate(entries, sizeof *t->row, "the inertia count", error)) ||
-      !(t->column = thrum_allocate(entries, sizeof *t->column, "the inertia count", error)) ||
-      !(t->value = thrum_allocate(entries, sizeof *t->value, "the inertia count", error)))
-    return THRUM_OUT_OF_MEMORY;
+  t->row = thrum_scope_allocate(memory, entries, sizeof *t->row);
+  t->column = thrum_scope_allocate(memory, entries, sizeof *t->column);
+  t->value = thrum_scope_allocate(memory, entries, sizeof *t->value);
+  THRUM_TRY(memory->status);
 
   // K - shift M in MUMPS's coordinates, which count from 1
   for (int64_t j = 0; j < stiffness->size; j++) {
@@ -64,7 +57,8 @@ bool thrum_inertia_available(void) {
 thrum_status thrum_inertia_count(const thrum_sparse *stiffness, const thrum_sparse *mass,
                                  double shift, int64_t *count, thrum_error *error) {
   triplets t = {0};
-  thrum_status status = triplets_make(stiffness, mass, shift, &t, error);
+  thrum_scope memory = thrum_scope_begin("the inertia count", error);
+  thrum_status status = triplets_make(stiffness, mass, shift, &t, &memory);
 
   // a fresh instance of MUMPS for symmetric indefinite matrices
   if (status >= 0) {
@@ -95,7 +89,7 @@ thrum_status thrum_inertia_count(const thrum_sparse *stiffness, const thrum_spar
     dmumps_c(&mumps);
   }
 
-  triplets_free(&t);
+  thrum_scope_free(&memory);
   return status;
 }
 

@@ -116,9 +116,9 @@ static thrum_status ritz(search *s, int64_t columns, thrum_error *error) {
 // vector, which is rougher than what Lanczos gives, and comes no faster than the next ones are away
 static thrum_status refine(const search *s, int64_t all, double *values, double *vectors,
                            thrum_error *error) {
-  double *residuals =
-      thrum_allocate(s->count, sizeof *residuals, "the residuals of the modes", error);
-  thrum_status status = residuals == NULL ? THRUM_OUT_OF_MEMORY : THRUM_OK;
+  double *residuals = NULL;
+  thrum_status status =
+      thrum_reserve(&residuals, s->count, sizeof *residuals, "the residuals of the modes", error);
 
   double worst = INFINITY;
   for (int look = 0; look < LOOKS_MAX && worst > RESIDUAL && status >= 0; look++) {

@@ -99,9 +99,10 @@ thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, 
                                        double tolerance, int64_t *rank, double *work,
                                        thrum_error *error) {
   const int64_t n = mass->size;
-  double *gram = thrum_allocate(count * (count + 1), sizeof *gram, "the basis", error);
-  int32_t *order = thrum_allocate(count, sizeof *order, "the basis", error);
-  thrum_status status = gram && order ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  thrum_scope memory = thrum_scope_begin("the basis", error);
+  double *gram = thrum_scope_allocate(&memory, count * (count + 1), sizeof *gram);
+  int32_t *order = thrum_scope_allocate(&memory, count, sizeof *order);
+  thrum_status status = memory.status;
 
   // rounds, as the columns picked in one may be all that is accurate
   int64_t done = 0;
@@ -126,8 +127,7 @@ thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, 
     done += picked;
   }
 
-  free(gram);
-  free(order);
+  thrum_scope_free(&memory);
   if (status >= 0)
     *rank = done;
   return status;

@@ -53,26 +53,24 @@ static thrum_status check_materials(const thrum_mesh *mesh, thrum_error *error) 
 
 static thrum_status allocate(const thrum_mesh *mesh, thrum_fem *fem, thrum_error *error) {
   const int64_t vertices = mesh->vertex_count, tets = mesh->tet_count;
-  const char *what = "the finite elements";
   // a component must fit an int32, as it does in the model file
   if (vertices < 4 || tets < 1 || vertices > INT32_MAX / 3 || tets > INT32_MAX / fem->node_count)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "a mesh of %lld vertices and %lld tets is out of range",
                            (long long)vertices, (long long)tets);
 
-  if (!(fem->dof = thrum_allocate(3 * vertices, sizeof *fem->dof, what, error)) ||
-      !(fem->component = thrum_allocate(3 * vertices, sizeof *fem->component, what, error)) ||
-      !(fem->gradient =
-            thrum_allocate(9 * tets * fem->point_count, sizeof *fem->gradient, what, error)) ||
-      !(fem->weight = thrum_allocate(tets * fem->point_count, sizeof *fem->weight, what, error)) ||
-      !(fem->volume = thrum_allocate(tets, sizeof *fem->volume, what, error)) ||
-      !(fem->lambda = thrum_allocate(mesh->region_count, sizeof(double), what, error)) ||
-      !(fem->mu = thrum_allocate(mesh->region_count, sizeof(double), what, error)) ||
-      !(fem->density = thrum_allocate(mesh->region_count, sizeof(double), what, error)) ||
-      !(fem->incident_begin = thrum_allocate(vertices + 2, sizeof(int64_t), what, error)) ||
-      !(fem->incident = thrum_allocate(fem->node_count * tets, sizeof(int64_t), what, error)))
-    return THRUM_OUT_OF_MEMORY;
-  return THRUM_OK;
+  thrum_scope *memory = &fem->memory;
+  fem->dof = thrum_scope_allocate(memory, 3 * vertices, sizeof *fem->dof);
+  fem->component = thrum_scope_allocate(memory, 3 * vertices, sizeof *fem->component);
+  fem->gradient = thrum_scope_allocate(memory, 9 * tets * fem->point_count, sizeof(double));
+  fem->weight = thrum_scope_allocate(memory, tets * fem->point_count, sizeof(double));
+  fem->volume = thrum_scope_allocate(memory, tets, sizeof(double));
+  fem->lambda = thrum_scope_allocate(memory, mesh->region_count, sizeof(double));
+  fem->mu = thrum_scope_allocate(memory, mesh->region_count, sizeof(double));
+  fem->density = thrum_scope_allocate(memory, mesh->region_count, sizeof(double));
+  fem->incident_begin = thrum_scope_allocate(memory, vertices + 2, sizeof(int64_t));
+  fem->incident = thrum_scope_allocate(memory, fem->node_count * tets, sizeof(int64_t));
+  return memory->status;
 }
 
 // a mesh made by hand may hold any index
@@ -163,13 +161,12 @@ static void list_incident(thrum_fem *fem) {
 }
 
 // corners and middle nodes of ten-node tets in one array
-static thrum_status join_nodes(const thrum_mesh *mesh, thrum_fem *fem, thrum_error *error) {
-  int32_t *joined = thrum_allocate(10 * mesh->tet_count, sizeof *joined, "the nodes", error);
-  if (!joined)
-    return THRUM_OUT_OF_MEMORY;
+static thrum_status join_nodes(const thrum_mesh *mesh, thrum_fem *fem) {
+  int32_t *joined = thrum_scope_allocate(&fem->memory, 10 * mesh->tet_count, sizeof *joined);
+  fem->nodes = joined;
+  THRUM_TRY(fem->memory.status);
   for (int64_t t = 0; t < mesh->tet_count; t++)
     thrum_mesh_nodes(mesh, t, joined + 10 * t);
-  fem->nodes = fem->joined_nodes = joined;
   return THRUM_OK;
 }
 
@@ -187,9 +184,8 @@ static thrum_status choose_rule(thrum_fem *fem, int order, thrum_error *error) {
   // the slopes at the points are the same for all
   fem->usual_order = curved ? 5 : 4;
   THRUM_TRY(thrum_quadrature(order, curved, &fem->rule, &fem->point_count, error));
-  fem->slopes = thrum_allocate(fem->point_count, sizeof *fem->slopes, "the shape functions", error);
-  if (!fem->slopes)
-    return THRUM_OUT_OF_MEMORY;
+  fem->slopes = thrum_scope_allocate(&fem->memory, fem->point_count, sizeof *fem->slopes);
+  THRUM_TRY(fem->memory.status);
   for (int p = 0; p < fem->point_count; p++)
     thrum_quadratic_slopes(fem->rule[p].place, fem->slopes[p]);
   return THRUM_OK;
@@ -199,7 +195,7 @@ static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, int order
                          thrum_error *error) {
   thrum_status status = THRUM_OK;
   if (mesh->midsides) {
-    THRUM_TRY(join_nodes(mesh, fem, error));
+    THRUM_TRY(join_nodes(mesh, fem));
     THRUM_TRY(choose_rule(fem, order, error));
   }
   status = allocate(mesh, fem, error);
@@ -234,7 +230,8 @@ thrum_status thrum_fem_create_of_order(const thrum_mesh *mesh, const uint8_t *fi
   THRUM_TRY(check_materials(mesh, error));
 
   // the mesh's arrays are borrowed
-  thrum_fem made = {.vertex_count = mesh->vertex_count,
+  thrum_fem made = {.memory = thrum_scope_begin("the finite elements", error),
+                    .vertex_count = mesh->vertex_count,
                     .tet_count = mesh->tet_count,
                     .region_count = mesh->region_count,
                     .vertices = mesh->vertices,
@@ -258,19 +255,8 @@ thrum_status thrum_fem_create(const thrum_mesh *mesh, const uint8_t *fixed, thru
 }
 
 void thrum_fem_free(thrum_fem *fem) {
-  free(fem->dof);
-  free(fem->component);
-  free(fem->gradient);
-  free(fem->weight);
-  free(fem->volume);
-  free(fem->joined_nodes);
   free(fem->rule);
-  free(fem->slopes);
-  free(fem->lambda);
-  free(fem->mu);
-  free(fem->density);
-  free(fem->incident_begin);
-  free(fem->incident);
+  thrum_scope_free(&fem->memory);
   *fem = (thrum_fem){0};
 }
 

@@ -12,6 +12,7 @@
 #define THRUM_PRECOMPUTE_FEM_FEM_H
 
 #include "mesh/mesh.h"
+#include "platform/allocate.h"
 #include "precompute/fem/ranks.h"
 #include "precompute/fem/sparse.h"
 #include "precompute/options/precompute_options.h"
@@ -21,18 +22,18 @@
 enum { THRUM_FEM_NODES_MAX = THRUM_QUADRATIC_NODES };
 
 typedef struct thrum_fem {
+  thrum_scope memory; /* of the arrays that are not the mesh's */
   int64_t vertex_count;
   int64_t tet_count;
   int64_t free_count; /* n, components that may move */
   int64_t region_count;
-  int node_count;              /* of a tet: 4 or 10 */
-  int point_count;             /* of a tet: 1, or those of the rule */
-  const double *vertices;      /* the mesh's, vertex_count x 3 [m] */
-  const int32_t *nodes;        /* tet_count x node_count, corners first */
-  int32_t *joined_nodes;       /* the array behind `nodes` of ten-node tets; NULL: the mesh's */
-  const int32_t *tet_region;   /* the mesh's, tet_count */
-  thrum_quadratic_point *rule; /* point_count; NULL: linear tets */
-  int usual_order;             /* of the rule where none is asked for */
+  int node_count;            /* of a tet: 4 or 10 */
+  int point_count;           /* of a tet: 1, or those of the rule */
+  const double *vertices;    /* the mesh's, vertex_count x 3 [m] */
+  const int32_t *nodes;      /* tet_count x node_count, corners first; of linear tets the mesh's */
+  const int32_t *tet_region; /* the mesh's, tet_count */
+  thrum_quadratic_point *rule;              /* point_count; NULL: linear tets */
+  int usual_order;                          /* of the rule where none is asked for */
   double (*slopes)[THRUM_FEM_NODES_MAX][3]; /* point_count, of the shape functions; NULL: linear */
   int32_t *dof;             /* vertex_count x 3: index among the free components, -1 held */
   int32_t *component;       /* free_count: 3 v + axis of each free component */

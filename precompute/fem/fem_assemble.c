@@ -310,9 +310,8 @@ static void couple_vertex(const thrum_fem *fem, thrum_mass kind, int64_t v, doub
 thrum_status thrum_fem_mass(const thrum_fem *fem, thrum_mass kind, const thrum_sparse *pattern,
                             thrum_sparse *mass, thrum_error *error) {
   const int64_t n = fem->free_count;
-  double *couple = thrum_allocate(fem->vertex_count, sizeof *couple, "the assembly", error);
-  if (!couple)
-    return THRUM_OUT_OF_MEMORY;
+  double *couple = NULL;
+  THRUM_TRY(thrum_reserve(&couple, fem->vertex_count, sizeof *couple, "the assembly", error));
 
   // count first, then fill
   thrum_sparse made = {.size = n};

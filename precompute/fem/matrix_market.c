@@ -33,10 +33,7 @@ thrum_status thrum_matrix_market_write(const char *path, const thrum_sparse *mat
       status = thrum_file_writer_put(&writer, line, (size_t)length, error);
     }
 
-  if (status >= 0)
-    return thrum_file_writer_commit(&writer, error);
-  thrum_file_writer_abandon(&writer);
-  return status;
+  return thrum_file_writer_end(&writer, status, error);
 }
 
 thrum_status thrum_rows_write(const char *path, const thrum_fem *fem, thrum_error *error) {
@@ -49,8 +46,5 @@ thrum_status thrum_rows_write(const char *path, const thrum_fem *fem, thrum_erro
         snprintf(line, sizeof line, "%d %c\n", component / 3 + 1, "xyz"[component % 3]);
     status = thrum_file_writer_put(&writer, line, (size_t)length, error);
   }
-  if (status >= 0)
-    return thrum_file_writer_commit(&writer, error);
-  thrum_file_writer_abandon(&writer);
-  return status;
+  return thrum_file_writer_end(&writer, status, error);
 }

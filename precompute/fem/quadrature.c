@@ -116,9 +116,8 @@ thrum_status thrum_quadrature(int order, bool curved, thrum_quadratic_point **po
     table = thrum_quadratic_rule(order == 0 ? curved : order == 5, count);
 
   const int n = order / 2 + 1, most = table ? *count : order == 6 ? 24 : n * n * n;
-  thrum_quadratic_point *made = thrum_allocate(most, sizeof *made, "the quadrature rule", error);
-  if (!made)
-    return THRUM_OUT_OF_MEMORY;
+  thrum_quadratic_point *made = NULL;
+  THRUM_TRY(thrum_reserve(&made, most, sizeof *made, "the quadrature rule", error));
 
   thrum_status status = THRUM_OK;
   *count = table ? most : 0;

@@ -97,11 +97,12 @@ thrum_status thrum_refined_solve(const thrum_sparse *matrix, thrum_single_factor
                                  const double *right, int64_t columns, double *solution,
                                  int64_t *solved, thrum_error *error) {
   const int64_t n = matrix->size, most = columns < BLOCK ? columns : BLOCK;
+  thrum_scope memory = thrum_scope_begin("the solution", error);
   refinement s = {.n = n};
-  s.residual = thrum_allocate(n * most, sizeof *s.residual, "the solution", error);
-  s.correction = thrum_allocate(n * most, sizeof *s.correction, "the solution", error);
-  s.direction = thrum_allocate(n * most, sizeof *s.direction, "the solution", error);
-  thrum_status status = s.residual && s.correction && s.direction ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+  s.residual = thrum_scope_allocate(&memory, n * most, sizeof *s.residual);
+  s.correction = thrum_scope_allocate(&memory, n * most, sizeof *s.correction);
+  s.direction = thrum_scope_allocate(&memory, n * most, sizeof *s.direction);
+  thrum_status status = memory.status;
 
   for (int64_t first = 0; first < columns && status >= 0; first += BLOCK) {
     s.columns = columns - first < BLOCK ? columns - first : BLOCK;
@@ -109,8 +110,6 @@ thrum_status thrum_refined_solve(const thrum_sparse *matrix, thrum_single_factor
     status = solve_block(matrix, factor, &s, solution + first * n, solved, error);
   }
 
-  free(s.residual);
-  free(s.correction);
-  free(s.direction);
+  thrum_scope_free(&memory);
   return status;
 }

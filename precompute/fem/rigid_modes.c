@@ -37,9 +37,8 @@ static void fill_motions(const thrum_fem *fem, const double centre[3], double si
 static thrum_status find_centre(const thrum_fem *fem, double centre[3], double *size,
                                 thrum_error *error) {
   // the mass of each vertex
-  double *mass = thrum_allocate(fem->vertex_count, sizeof *mass, "the rigid modes", error);
-  if (!mass)
-    return THRUM_OUT_OF_MEMORY;
+  double *mass = NULL;
+  THRUM_TRY(thrum_reserve(&mass, fem->vertex_count, sizeof *mass, "the rigid modes", error));
   thrum_fem_vertex_mass(fem, THRUM_MASS_CONSISTENT, mass);
 
   // their mean place, and behind it the mass
@@ -92,9 +91,8 @@ thrum_status thrum_rigid_modes(const thrum_fem *fem, const thrum_sparse *mass, d
 thrum_status thrum_rigid_residual(const thrum_sparse *stiffness, const double *modes,
                                   double *residual, thrum_error *error) {
   const int64_t n = stiffness->size;
-  double *work = thrum_allocate(n, sizeof *work, "the rigid modes", error);
-  if (!work)
-    return THRUM_OUT_OF_MEMORY;
+  double *work = NULL;
+  THRUM_TRY(thrum_reserve(&work, n, sizeof *work, "the rigid modes", error));
   const double norm = thrum_sparse_norm(stiffness, work);
   thrum_status status = THRUM_OK;
   *residual = 0;

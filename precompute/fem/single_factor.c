@@ -38,6 +38,7 @@ typedef struct supernode {
 } supernode;
 
 struct thrum_single_factor {
+  thrum_scope memory; /* of the arrays but those of a solve */
   int64_t size, count, panel_count;
   const int64_t *order;
   supernode *nodes; /* count */
@@ -87,19 +88,18 @@ static float *cut(const supernode *node, float *value) {
 }
 
 // all supernodes with their panels, and what they need
-static thrum_status cut_panels(const thrum_supernodes *pattern, thrum_single_factor *f,
-                               thrum_error *error) {
+static thrum_status cut_panels(const thrum_supernodes *pattern, thrum_single_factor *f) {
   f->count = pattern->count;
   for (int64_t s = 0; s < f->count; s++)
     f->panel_count += panels_of(pattern->first[s + 1] - pattern->first[s]);
 
   const int64_t entries = thrum_single_factor_entries(pattern);
-  if (!(f->nodes = thrum_allocate(f->count, sizeof *f->nodes, "the factor", error)) ||
-      !(f->panels = thrum_allocate(f->panel_count, sizeof *f->panels, "the factor", error)) ||
-      !(f->owner = thrum_allocate(f->size, sizeof *f->owner, "the factor", error)) ||
-      !(f->scale = thrum_allocate(f->size, sizeof *f->scale, "the factor", error)) ||
-      !(f->value = thrum_allocate(entries, sizeof *f->value, "the factor", error)))
-    return THRUM_OUT_OF_MEMORY;
+  f->nodes = thrum_scope_allocate(&f->memory, f->count, sizeof *f->nodes);
+  f->panels = thrum_scope_allocate(&f->memory, f->panel_count, sizeof *f->panels);
+  f->owner = thrum_scope_allocate(&f->memory, f->size, sizeof *f->owner);
+  f->scale = thrum_scope_allocate(&f->memory, f->size, sizeof *f->scale);
+  f->value = thrum_scope_allocate(&f->memory, entries, sizeof *f->value);
+  THRUM_TRY(f->memory.status);
 
   float *value = f->value;
   panel *next = f->panels;
@@ -122,23 +122,15 @@ static thrum_status cut_panels(const thrum_supernodes *pattern, thrum_single_fac
   return THRUM_OK;
 }
 
-static void permuted_free(permuted *p) {
-  free(p->begin);
-  free(p->row);
-  free(p->value);
-}
-
 // S A S in the order of L, by counting
 static thrum_status permute(const thrum_sparse *matrix, thrum_single_factor *f, permuted *p,
-                            thrum_error *error) {
+                            thrum_scope *memory) {
   const int64_t n = f->size, entries = matrix->begin[n];
-  int32_t *place = thrum_allocate(n, sizeof *place, "the factor", error);
-  if (!place || !(p->begin = thrum_allocate(n + 2, sizeof *p->begin, "the factor", error)) ||
-      !(p->row = thrum_allocate(entries, sizeof *p->row, "the factor", error)) ||
-      !(p->value = thrum_allocate(entries, sizeof *p->value, "the factor", error))) {
-    free(place);
-    return THRUM_OUT_OF_MEMORY;
-  }
+  int32_t *place = thrum_scope_allocate(memory, n, sizeof *place);
+  p->begin = thrum_scope_allocate(memory, n + 2, sizeof *p->begin);
+  p->row = thrum_scope_allocate(memory, entries, sizeof *p->row);
+  p->value = thrum_scope_allocate(memory, entries, sizeof *p->value);
+  THRUM_TRY(memory->status);
 
   // where each row of A stands in L, and the scale of its diagonal
   thrum_status status = THRUM_OK;
@@ -147,11 +139,11 @@ static thrum_status permute(const thrum_sparse *matrix, thrum_single_factor *f, 
     place[f->order[i]] = (int32_t)i;
     f->scale[i] = (float)(1 / sqrt(diagonal));
     if (!(diagonal > 0) || !isfinite(f->scale[i]) || !(f->scale[i] > 0))
-      status = thrum_error_set(error, THRUM_SINGULAR, "the matrix is not positive definite");
+      status =
+          thrum_error_set(memory->error, THRUM_SINGULAR, "the matrix is not positive definite");
   }
 
   // an entry goes to the column that comes first in L: count, then fill
-  memset(p->begin, 0, sizeof *p->begin * (size_t)(n + 2));
   for (int pass = 0; pass < 2 && status >= 0; pass++) {
     for (int64_t j = 0; j < n; j++)
       for (int64_t e = matrix->begin[j]; e < matrix->begin[j + 1]; e++) {
@@ -169,7 +161,6 @@ static thrum_status permute(const thrum_sparse *matrix, thrum_single_factor *f, 
       p->begin[j + 2] += p->begin[j + 1];
   }
 
-  free(place);
   return status;
 }
 
@@ -326,7 +317,7 @@ static thrum_status compute(const thrum_sparse *matrix, thrum_single_factor *f,
                    .update =
                        thrum_scope_allocate(&memory, f->height_max * REACH, sizeof *c.update)};
   thrum_status status = memory.status;
-  THRUM_THEN(status, permute(matrix, f, &a, error));
+  THRUM_THEN(status, permute(matrix, f, &a, &memory));
 
   // supernodes in order
   for (int64_t s = 0; s < f->count && status >= 0; s++)
@@ -334,20 +325,19 @@ static thrum_status compute(const thrum_sparse *matrix, thrum_single_factor *f,
   for (int64_t s = 0; s < f->count && status >= 0; s++)
     status = compute_supernode(f, &a, s, &c, error);
 
-  permuted_free(&a);
   thrum_scope_free(&memory);
   return status;
 }
 
 thrum_status thrum_single_factor_create(const thrum_supernodes *pattern, const thrum_sparse *matrix,
                                         thrum_single_factor **factor, thrum_error *error) {
-  thrum_single_factor *made = calloc(1, sizeof *made);
-  if (!made)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a sparse factor");
+  thrum_single_factor *made = NULL;
+  THRUM_TRY(thrum_reserve(&made, 1, sizeof *made, "a sparse factor", error));
+  made->memory = thrum_scope_begin("the factor", error);
   made->size = pattern->size;
   made->order = pattern->order;
 
-  thrum_status status = cut_panels(pattern, made, error);
+  thrum_status status = cut_panels(pattern, made);
   THRUM_THEN(status, compute(matrix, made, error));
   if (status >= 0)
     *factor = made;
@@ -363,10 +353,10 @@ static thrum_status reserve(thrum_single_factor *f, int64_t columns, thrum_error
   free(f->work);
   free(f->update);
   f->work_columns = 0;
-  f->work = thrum_allocate(f->size * columns, sizeof *f->work, "the solution", error);
-  f->update = thrum_allocate(f->height_max * columns, sizeof *f->update, "the solution", error);
-  if (!f->work || !f->update)
-    return THRUM_OUT_OF_MEMORY;
+  f->update = NULL;
+  THRUM_TRY(thrum_reserve(&f->work, f->size * columns, sizeof *f->work, "the solution", error));
+  THRUM_TRY(
+      thrum_reserve(&f->update, f->height_max * columns, sizeof *f->update, "the solution", error));
   f->work_columns = columns;
   return THRUM_OK;
 }
@@ -446,11 +436,7 @@ thrum_status thrum_single_factor_solve(thrum_single_factor *f, const double *rig
 void thrum_single_factor_free(thrum_single_factor *factor) {
   if (!factor)
     return;
-  free(factor->nodes);
-  free(factor->panels);
-  free(factor->owner);
-  free(factor->scale);
-  free(factor->value);
+  thrum_scope_free(&factor->memory);
   free(factor->work);
   free(factor->update);
   free(factor);

@@ -13,6 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform/allocate.h"
 #include "platform/threads.h"
 #include "precompute/fem/refined_solve.h"
 #include "precompute/fem/single_factor.h"
@@ -79,9 +80,8 @@ static cholmod_sparse view(const thrum_sparse *matrix) {
 // CHOLMOD does not look at what METIS returns, which may be no order where METIS ran out of memory
 static thrum_status check_order(const cholmod_factor *factor, thrum_error *error) {
   const int64_t *order = factor->Perm;
-  bool *seen = calloc(factor->n + 1, sizeof *seen);
-  if (!seen)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a sparse factor");
+  bool *seen = NULL;
+  THRUM_TRY(thrum_reserve(&seen, (int64_t)factor->n, sizeof *seen, "a sparse factor", error));
   bool whole = order != NULL;
   for (size_t i = 0; whole && i < factor->n; i++) {
     whole = order[i] >= 0 && (size_t)order[i] < factor->n && !seen[order[i]];
@@ -98,9 +98,8 @@ thrum_status thrum_factor_plan(const thrum_sparse *matrix, thrum_factor **factor
                                thrum_error *error) {
   THRUM_TRY(thrum_threads_ready(1, error));
 
-  thrum_factor *made = calloc(1, sizeof *made);
-  if (!made)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a sparse factor");
+  thrum_factor *made = NULL;
+  THRUM_TRY(thrum_reserve(&made, 1, sizeof *made, "a sparse factor", error));
 
   // a supernodal Cholesky factor in the order of METIS alone, so that every run has the same
   cholmod_common *common = &made->common;
@@ -172,9 +171,8 @@ thrum_status thrum_factor_create(const thrum_sparse *matrix, thrum_factor **fact
 
 thrum_status thrum_factor_share(const thrum_ranks *ranks, int64_t size, thrum_factor **factor,
                                 thrum_error *error) {
-  thrum_factor *made = calloc(1, sizeof *made);
-  if (!made)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a sparse factor");
+  thrum_factor *made = NULL;
+  THRUM_TRY(thrum_reserve(&made, 1, sizeof *made, "a sparse factor", error));
   cholmod_l_start(&made->common);
   made->ranks = ranks;
   made->size = size;

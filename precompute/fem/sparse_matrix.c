@@ -5,22 +5,22 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform/allocate.h"
+
 #define PRODUCT_COLUMNS 8 /* side by side: a line of the cache */
 
 thrum_status thrum_sparse_create(int64_t size, int64_t entries, thrum_sparse *matrix,
                                  thrum_error *error) {
   thrum_sparse made = {.size = size};
-  made.begin = calloc((size_t)size + 1, sizeof *made.begin);
-  made.row = calloc((size_t)entries + 1, sizeof *made.row);
-  made.value = calloc((size_t)entries + 1, sizeof *made.value);
-  if (!made.begin || !made.row || !made.value) {
+  const char *what = "a sparse matrix";
+  thrum_status status = thrum_reserve(&made.begin, size + 1, sizeof *made.begin, what, error);
+  THRUM_THEN(status, thrum_reserve(&made.row, entries + 1, sizeof *made.row, what, error));
+  THRUM_THEN(status, thrum_reserve(&made.value, entries + 1, sizeof *made.value, what, error));
+  if (status >= 0)
+    *matrix = made;
+  else
     thrum_sparse_free(&made);
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY,
-                           "no memory for a sparse matrix of %lld rows and %lld entries",
-                           (long long)size, (long long)entries);
-  }
-  *matrix = made;
-  return THRUM_OK;
+  return status;
 }
 
 void thrum_sparse_free(thrum_sparse *matrix) {

@@ -65,50 +65,29 @@ static thrum_status check_def(const thrum_full_def *def, thrum_error *error) {
   return wrong ? thrum_error_set(error, THRUM_INVALID_ARGUMENT, "full order: %s", wrong) : THRUM_OK;
 }
 
-static thrum_status allocate(thrum_full *full, thrum_error *error) {
+/* The vectors and fields of the lists in the header. */
+static thrum_status allocate(thrum_full *full) {
   const int64_t n = full->body.fem.free_count, all = 3 * full->body.fem.vertex_count;
-  int64_t vectors = 0, fields = 0;
-#define X(name) vectors++;
+#define X(name) full->name = thrum_scope_allocate(&full->memory, n, sizeof(double));
   FULL_VECTORS(X)
 #undef X
-#define X(name) fields++;
+#define X(name) full->name = thrum_scope_allocate(&full->memory, all, sizeof(double));
   FULL_FIELDS(X)
 #undef X
-
-  // one block for all of them, from the lists in the header
-  const int64_t count = vectors * n + fields * all;
-  full->memory = thrum_allocate(count, sizeof *full->memory, "the full-order body", error);
-  if (!full->memory)
-    return THRUM_OUT_OF_MEMORY;
-  memset(full->memory, 0, (size_t)count * sizeof *full->memory);
-
-  double *at = full->memory;
-#define X(name)                                                                                    \
-  full->name = at;                                                                                 \
-  at += n;
-  FULL_VECTORS(X)
-#undef X
-#define X(name)                                                                                    \
-  full->name = at;                                                                                 \
-  at += all;
-  FULL_FIELDS(X)
-#undef X
-  return THRUM_OK;
+  return full->memory.status;
 }
 
 /* Values of their own on the pattern of the stiffness; where the mass lies in it. */
-static thrum_status share_pattern(thrum_full *full, thrum_error *error) {
+static thrum_status share_pattern(thrum_full *full) {
   const thrum_sparse *stiffness = &full->body.stiffness, *mass = &full->body.mass;
   const int64_t entries = stiffness->begin[stiffness->size];
 
   // tangent and system borrow the pattern and own their values
   full->tangent = full->system = *stiffness;
-  full->tangent.value = thrum_allocate(entries, sizeof(double), "the full-order body", error);
-  full->system.value = thrum_allocate(entries, sizeof(double), "the full-order body", error);
-  full->mass_slot =
-      thrum_allocate(mass->begin[mass->size], sizeof *full->mass_slot, "the mass", error);
-  if (!full->tangent.value || !full->system.value || !full->mass_slot)
-    return THRUM_OUT_OF_MEMORY;
+  full->tangent.value = thrum_scope_allocate(&full->memory, entries, sizeof(double));
+  full->system.value = thrum_scope_allocate(&full->memory, entries, sizeof(double));
+  full->mass_slot = thrum_scope_allocate(&full->memory, mass->begin[mass->size], sizeof(int64_t));
+  THRUM_TRY(full->memory.status);
 
   memcpy(full->tangent.value, stiffness->value, (size_t)entries * sizeof(double));
   memcpy(full->system.value, stiffness->value, (size_t)entries * sizeof(double));
@@ -128,9 +107,8 @@ static thrum_status share_pattern(thrum_full *full, thrum_error *error) {
 /* The model's body with more of it held. */
 static thrum_status hold(thrum_full *full, const uint8_t *held, thrum_error *error) {
   const int64_t vertices = full->model->vertex_count;
-  full->fixed = thrum_allocate(vertices, 1, "the full-order body", error);
-  if (!full->fixed)
-    return THRUM_OUT_OF_MEMORY;
+  full->fixed = thrum_scope_allocate(&full->memory, vertices, 1);
+  THRUM_TRY(full->memory.status);
   for (int64_t v = 0; v < vertices; v++)
     full->fixed[v] = (uint8_t)(full->model->fixed[v] | (held ? held[v] : 0));
   thrum_model seen = *full->model;
@@ -149,9 +127,9 @@ static thrum_status hold(thrum_full *full, const uint8_t *held, thrum_error *err
 static thrum_status fill(thrum_full *full, const uint8_t *held, thrum_error *error) {
   const thrum_full_def *def = &full->def;
   THRUM_TRY(hold(full, held, error));
-  THRUM_TRY(allocate(full, error));
-  THRUM_TRY(share_pattern(full, error));
-  THRUM_TRY(full_plastic_make(full, error));
+  THRUM_TRY(allocate(full));
+  THRUM_TRY(share_pattern(full));
+  THRUM_TRY(full_plastic_make(full));
   THRUM_TRY(full_linear_make(def->solver, def->shared, def->solver_tolerance, &full->system,
                              &full->linear, error));
 
@@ -175,9 +153,9 @@ thrum_status thrum_full_create(const thrum_model *model, const uint8_t *held,
     return thrum_error_set(error, THRUM_MISSING, "full order: the model has no mesh to go back to");
 
   // the body is at rest and unloaded
-  thrum_full *made = calloc(1, sizeof *made);
-  if (!made)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the full-order body");
+  thrum_full *made = NULL;
+  THRUM_TRY(thrum_reserve(&made, 1, sizeof *made, "the full-order body", error));
+  made->memory = thrum_scope_begin("the full-order body", error);
   made->def = *def;
   made->model = model;
   made->fresh = true;
@@ -197,14 +175,9 @@ void thrum_full_free(thrum_full *full) {
     return;
   full_linear_free(&full->linear);
   full_linear_free(&full->mass);
-  full_plastic_free(full);
   thrum_model_fem_free(&full->body);
   thrum_fem_free(&full->four);
-  free(full->fixed);
-  free(full->tangent.value);
-  free(full->system.value);
-  free(full->mass_slot);
-  free(full->memory);
+  thrum_scope_free(&full->memory);
   free(full);
 }
 
@@ -319,10 +292,8 @@ thrum_status thrum_full_step(thrum_full *full, thrum_error *error) {
 
   // a step that does not converge is tried again in 2, 4, ... shorter ones
   if (status == THRUM_NOT_CONVERGED) {
-    double *start = thrum_allocate(3 * n, sizeof *start, "shorter steps", error);
-    if (!start)
-      return THRUM_OUT_OF_MEMORY;
-
+    double *start = NULL;
+    THRUM_TRY(thrum_reserve(&start, 3 * n, sizeof *start, "shorter steps", error));
     memcpy(start, full->u, (size_t)n * sizeof *start);
     memcpy(start + n, full->v, (size_t)n * sizeof *start);
     memcpy(start + 2 * n, full->a, (size_t)n * sizeof *start);

@@ -22,14 +22,14 @@ thrum_status full_follower_solver_make(thrum_full *full, const thrum_full_loadin
   const int64_t count = 3 * loading->follower_count;
   full_follower_solver made = {.count = count};
   THRUM_TRY(full_followers_make(loading, full->body.fem.vertices, &made.followers, error));
-  made.memory = thrum_allocate((2 * count + DIRECTIONS + 2) * n + 2 * all, sizeof *made.memory,
-                               "loads that turn", error);
-  if (made.memory == NULL) {
+  const thrum_status status =
+      thrum_reserve(&made.memory, (2 * count + DIRECTIONS + 2) * n + 2 * all, sizeof *made.memory,
+                    "loads that turn", error);
+  if (status >= 0)
+    *solver = made;
+  else
     full_followers_free(&made.followers);
-    return THRUM_OUT_OF_MEMORY;
-  }
-  *solver = made;
-  return THRUM_OK;
+  return status;
 }
 
 void full_follower_solver_free(full_follower_solver *solver) {

@@ -29,8 +29,8 @@ thrum_status full_linear_make(thrum_full_solver solver, const thrum_full_shared 
   } else if (factored) {
     status = thrum_factor_plan(matrix, &made.factor, error);
   } else {
-    made.work = thrum_allocate(4 * matrix->size, sizeof *made.work, "the linear solver", error);
-    status = made.work ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+    status =
+        thrum_reserve(&made.work, 4 * matrix->size, sizeof *made.work, "the linear solver", error);
   }
   if (status >= 0)
     *linear = made;

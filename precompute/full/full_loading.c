@@ -174,9 +174,7 @@ thrum_status full_followers_make(const thrum_full_loading *loading, const double
 
   // the forces of all followers in one block
   full_followers made = {.loading = loading, .rest = rest};
-  made.at_rest = thrum_allocate(3 * count + 1, sizeof *made.at_rest, "the loads", error);
-  if (made.at_rest == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve(&made.at_rest, 3 * count, sizeof *made.at_rest, "the loads", error));
   double *at = made.at_rest;
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < loading->follower_count && status >= 0; n++) {

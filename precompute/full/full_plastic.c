@@ -17,22 +17,17 @@ static int64_t point_count(const thrum_full *full) {
   return fem->tet_count * fem->point_count;
 }
 
-thrum_status full_plastic_make(thrum_full *full, thrum_error *error) {
+thrum_status full_plastic_make(thrum_full *full) {
   if (isinf(full->def.plastic.yield))
     return THRUM_OK;
   const int64_t count = 9 * point_count(full);
-  THRUM_TRY(thrum_reserve(&full->plastic, count, sizeof *full->plastic, "plastic flow", error));
-  THRUM_TRY(
-      thrum_reserve(&full->plastic_kept, count, sizeof *full->plastic_kept, "plastic flow", error));
+  full->plastic = thrum_scope_allocate(&full->memory, count, sizeof(double));
+  full->plastic_kept = thrum_scope_allocate(&full->memory, count, sizeof(double));
+  THRUM_TRY(full->memory.status);
 
   // the elements see it; nothing has flowed yet
   full->body.fem.plastic = full->four.plastic = full->plastic;
   return THRUM_OK;
-}
-
-void full_plastic_free(thrum_full *full) {
-  free(full->plastic);
-  free(full->plastic_kept);
 }
 
 void full_plastic_keep(thrum_full *full) {

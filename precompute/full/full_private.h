@@ -3,6 +3,7 @@
 #ifndef THRUM_PRECOMPUTE_FULL_FULL_PRIVATE_H
 #define THRUM_PRECOMPUTE_FULL_FULL_PRIVATE_H
 
+#include "platform/allocate.h"
 #include "precompute/full/full.h"
 #include "precompute/full/full_linear_solve.h"
 #include "precompute/model/model_fem.h"
@@ -30,7 +31,7 @@
   X(forces)
 
 struct thrum_full {
-
+  thrum_scope memory; /* of all arrays below */
   thrum_full_def def;
   const thrum_model *model;
   thrum_model_fem body; /* stiffness: at rest; mass: the model's */
@@ -48,11 +49,10 @@ struct thrum_full {
   double plastic_work, plastic_work_kept; /* [J], and the same */
   bool positive; /* the tangents of other laws are made positive semidefinite */
 
-  /* The state of the run; the vectors lie in one block. */
+  /* The state of the run. */
   bool fresh; /* the load or the state was set: accelerations are to be taken anew */
   int64_t steps, iterations, substep_steps;
   double dt_stable;
-  double *memory;
 #define X(name) double *name;
   FULL_VECTORS(X)
   FULL_FIELDS(X)
@@ -94,8 +94,7 @@ thrum_status full_follower_solve(thrum_full *full, const full_follower_solver *s
                                  double factor, thrum_error *error);
 
 /* Memory for plastic flow, where the def has any. */
-thrum_status full_plastic_make(thrum_full *full, thrum_error *error);
-void full_plastic_free(thrum_full *full);
+thrum_status full_plastic_make(thrum_full *full);
 
 /* The flow of a time dt at the present displacement. */
 void full_plastic_flow(thrum_full *full, double dt);

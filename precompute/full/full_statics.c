@@ -251,11 +251,9 @@ static thrum_status begin_at(rest *s, thrum_error *error) {
   thrum_full *full = s->full;
   const thrum_fem *fem = &full->body.fem;
   const int64_t n = fem->free_count, all = 3 * fem->vertex_count;
-  double *from = thrum_allocate(all + n, sizeof *from, "the start", error);
-  if (!from)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve(&s->from, all + n, sizeof *s->from, "the start", error));
+  double *from = s->from;
   full_place(full, full->u, 0, NULL, from);
-  s->from = from;
 
   // turned groups count from here, at rest too
   bool displaced = false;
@@ -289,9 +287,8 @@ thrum_status thrum_full_rest_under(thrum_full *full, const thrum_full_loading *l
                            "full order: nothing holds the body, so it has no equilibrium");
 
   // the state from which the search begins is kept for a failure
-  double *memory = thrum_allocate(4 * n + all, sizeof *memory, "the equilibrium", error);
-  if (!memory)
-    return THRUM_OUT_OF_MEMORY;
+  double *memory = NULL;
+  THRUM_TRY(thrum_reserve(&memory, 4 * n + all, sizeof *memory, "the equilibrium", error));
   thrum_full_equilibrium made = {0};
   rest s = {.full = full, .loading = loading, .found = &made};
   double *start = memory, *force = memory + 3 * n, *held = memory + 4 * n;
@@ -363,9 +360,8 @@ thrum_status thrum_full_lower(thrum_full *full, const thrum_full_loading *loadin
                               thrum_error *error) {
   const thrum_fem *fem = &full->body.fem;
   const int64_t n = fem->free_count, all = 3 * fem->vertex_count;
-  double *memory = thrum_allocate(n + all, sizeof *memory, "the equilibrium", error);
-  if (!memory)
-    return THRUM_OUT_OF_MEMORY;
+  double *memory = NULL;
+  THRUM_TRY(thrum_reserve(&memory, n + all, sizeof *memory, "the equilibrium", error));
   thrum_full_equilibrium made = {0};
   rest s = {.full = full, .loading = loading, .found = &made};
   double *start = memory, *held = memory + n, best = INFINITY;

@@ -97,20 +97,17 @@ thrum_status thrum_single_precision_round(const thrum_model *model, double *wors
   const int64_t r = model->rank, work_count = (int64_t)thrum_work_count(model);
   const size_t packed_size = thrum_model_pack_size(model);
   thrum_model packed = *model;
-  void *pack_memory = thrum_allocate_aligned(packed_size, "the samples of precision", error);
-  if (!pack_memory)
-    return THRUM_OUT_OF_MEMORY;
+  thrum_scope memory = thrum_scope_begin("the samples of precision", error);
+  void *pack_memory = thrum_scope_allocate_aligned(&memory, packed_size);
+  double *q = thrum_scope_allocate(&memory, (2 * SAMPLES + 2) * r + work_count, sizeof *q);
+  if (memory.status < 0) {
+    thrum_scope_free(&memory);
+    return memory.status;
+  }
   thrum_model_pack(&packed, pack_memory, packed_size, NULL);
 
-  double *memory = thrum_allocate((2 * SAMPLES + 2) * r + work_count, sizeof *memory,
-                                  "the samples of precision", error);
-  if (!memory) {
-    free(pack_memory);
-    return THRUM_OUT_OF_MEMORY;
-  }
-
   // forces of sample points before the coefficients are rounded
-  double *q = memory, *before = q + SAMPLES * r, *at = before + SAMPLES * r, *force = at + r;
+  double *before = q + SAMPLES * r, *at = before + SAMPLES * r, *force = at + r;
   double *work = force + r;
   uint64_t seed = 17;
   for (int s = 0; s < SAMPLES; s++) {
@@ -132,7 +129,6 @@ thrum_status thrum_single_precision_round(const thrum_model *model, double *wors
     *worst = fmax(*worst, size > 0.0 ? norm(r, force) / size : 0.0);
   }
 
-  free(pack_memory);
-  free(memory);
+  thrum_scope_free(&memory);
   return THRUM_OK;
 }

@@ -122,15 +122,12 @@ thrum_status thrum_traction_fill(const thrum_model *model, const int32_t *vertic
   // the model's mesh as the functions of meshes take it
   thrum_mesh mesh = {0};
   thrum_mesh_faces faces = {0};
-  thrum_status status = thrum_model_borrow_mesh(model, &mesh, error);
-  if (status < 0)
-    return status;
+  uint8_t *chosen = NULL;
+  THRUM_TRY(thrum_model_borrow_mesh(model, &mesh, error));
 
   // which vertices bear the traction, and the triangles of the surface
-  uint8_t *chosen = thrum_allocate(mesh.vertex_count, 1, "the surface", error);
-  if (chosen == NULL) {
-    status = THRUM_OUT_OF_MEMORY;
-  } else {
+  thrum_status status = thrum_reserve(&chosen, mesh.vertex_count, 1, "the surface", error);
+  if (status >= 0) {
     int64_t tets[3];
     for (int64_t v = 0; v < mesh.vertex_count; v++)
       chosen[v] = vertices == NULL;

@@ -100,20 +100,17 @@ thrum_status thrum_polynomial_change_basis(int64_t rank, const double *change, c
   // the work needs forms over pairs of coordinates
   const int64_t pairs = rank * (rank + 1) / 2;
   change_work t = {.rank = rank, .pairs = pairs, .change = change};
-  thrum_status status = THRUM_OUT_OF_MEMORY;
+  thrum_scope memory = thrum_scope_begin("the changed polynomial", error);
+  t.pair = thrum_scope_allocate(&memory, pairs * pairs, sizeof(double));
+  t.form = thrum_scope_allocate(&memory, pairs * pairs, sizeof(double));
+  t.result = thrum_scope_allocate(&memory, pairs * pairs, sizeof(double));
 
   // the products of the change, pair by pair, serve both degrees
-  if ((t.pair = thrum_allocate(pairs * pairs, sizeof(double), "the changed polynomial", error)) &&
-      (t.form = thrum_allocate(pairs * pairs, sizeof(double), "the changed polynomial", error)) &&
-      (t.result = thrum_allocate(pairs * pairs, sizeof(double), "the changed polynomial", error))) {
+  if (memory.status >= 0) {
     fill_pairs(&t);
     change_cubic(&t, c3, changed3);
     change_quartic(&t, c4, changed4);
-    status = THRUM_OK;
   }
-
-  free(t.pair);
-  free(t.form);
-  free(t.result);
-  return status;
+  thrum_scope_free(&memory);
+  return memory.status;
 }

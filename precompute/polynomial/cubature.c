@@ -387,16 +387,16 @@ static thrum_status choose_points(cubature *c, int64_t *places, double *x, int64
 
 thrum_status thrum_cubature_fill(const thrum_fem *fem, int64_t count, const int64_t *places,
                                  const double *weights, thrum_model *model, thrum_error *error) {
-  double *weight = thrum_allocate(count, sizeof *weight, "the cubature", error);
+  double *weight = NULL, *moduli = NULL, *gradients = NULL;
+  const int64_t numbers = ROWS * count * model->rank;
+  thrum_status status = thrum_reserve(&weight, count, sizeof(double), "the cubature", error);
+  THRUM_THEN(status, thrum_reserve(&moduli, 2 * count, sizeof(double), "the cubature", error));
+  THRUM_THEN(status, thrum_reserve(&gradients, numbers, sizeof(double), "the cubature", error));
   model->point_weights = weight;
-  double *moduli = thrum_allocate(2 * count, sizeof *moduli, "the cubature", error);
   model->point_moduli = moduli;
-  double *gradients =
-      thrum_allocate(ROWS * count * model->rank, sizeof *gradients, "the cubature", error);
   model->point_gradients = gradients;
   model->point_count = count;
-  if (!weight || !moduli || !gradients)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(status);
 
   for (int64_t p = 0; p < count; p++) {
     const int32_t region = fem->tet_region[places[p] / fem->point_count];

@@ -331,44 +331,35 @@ static void add_mixed(const double *others, int64_t rank, int64_t squared, doubl
         c3[thrum_c3_index(rank, i, j, h)] += *others++;
 }
 
-// A^T A with the products of the first `squared` vectors, which the caller frees; others as in
-// accumulate
-static double *make_gram(const thrum_fem *fem, int64_t rank, const double *basis, int64_t squared,
-                         double *others, const thrum_reporter *reporter, thrum_status *status,
-                         thrum_error *error) {
-  panel p;
-  double *gram = NULL;
+// *gram = A^T A with the products of the first `squared` vectors, which the caller frees; others as
+// in accumulate
+static thrum_status make_gram(const thrum_fem *fem, int64_t rank, const double *basis,
+                              int64_t squared, double *others, const thrum_reporter *reporter,
+                              double **gram, thrum_error *error) {
+  panel p = {0};
   const int64_t columns = columns_of(rank, squared);
-  *status = THRUM_OUT_OF_MEMORY;
 
   // an index of the Gram matrix must fit what BLAS counts with
-  if (columns <= INT32_MAX / 2)
-    gram = thrum_allocate(columns * columns, sizeof *gram, "the Gram matrix of strains", error);
-  if (!gram)
-    return NULL;
-
-  *status = panel_create(fem, rank, basis, squared, &p, error);
-
-  THRUM_THEN(*status, accumulate(&p, gram, others, reporter, error));
+  if (columns > INT32_MAX / 2)
+    return THRUM_OUT_OF_MEMORY;
+  thrum_status status =
+      thrum_reserve(gram, columns * columns, sizeof **gram, "the Gram matrix of strains", error);
+  THRUM_THEN(status, panel_create(fem, rank, basis, squared, &p, error));
+  THRUM_THEN(status, accumulate(&p, *gram, others, reporter, error));
   thrum_scope_free(&p.memory);
-  if (*status >= 0)
-    return gram;
-  free(gram);
-  return NULL;
+  return status;
 }
 
 thrum_status thrum_polynomial_reduce(const thrum_fem *fem, int64_t rank, int64_t squared,
                                      const double *basis, double *linear, double *c3, double *c4,
                                      const thrum_reporter *reporter, thrum_error *error) {
-  double *others = NULL;
-  if (squared < rank) {
+  double *others = NULL, *gram = NULL;
+  if (squared < rank)
     THRUM_TRY(thrum_reserve(&others, (rank - squared) * pairs_of(squared), sizeof *others,
                             "the polynomial", error));
-  }
 
-  thrum_status status;
-  double *gram = make_gram(fem, rank, basis, squared, others, reporter, &status, error);
-  if (gram != NULL) {
+  const thrum_status status = make_gram(fem, rank, basis, squared, others, reporter, &gram, error);
+  if (status >= 0) {
     copy_linear(gram, columns_of(rank, squared), rank, linear);
     symmetrise(gram, rank, squared, c3, c4);
     if (others != NULL)
@@ -386,12 +377,12 @@ thrum_status thrum_polynomial_reduce(const thrum_fem *fem, int64_t rank, int64_t
 
 thrum_status thrum_reduced_stiffness(const thrum_fem *fem, int64_t rank, const double *basis,
                                      double *linear, thrum_error *error) {
-  thrum_status status;
-  double *gram = make_gram(fem, rank, basis, 0, NULL, NULL, &status, error);
-  if (!gram)
-    return status;
-  copy_linear(gram, rank, rank, linear);
-  thrum_ranks_sum(fem->ranks, linear, rank * rank);
+  double *gram = NULL;
+  const thrum_status status = make_gram(fem, rank, basis, 0, NULL, NULL, &gram, error);
+  if (status >= 0) {
+    copy_linear(gram, rank, rank, linear);
+    thrum_ranks_sum(fem->ranks, linear, rank * rank);
+  }
   free(gram);
-  return THRUM_OK;
+  return status;
 }

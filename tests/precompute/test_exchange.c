@@ -375,7 +375,7 @@ static void matrix_market_holds_every_digit(void **state) {
     int64_t sizes[3];
     assert_true(thrum_text_next_line(&text));
     for (int n = 0; n < 3; n++)
-      assert_int_equal(thrum_text_integer(&text, "size", 0, 1000000, &sizes[n], NULL), THRUM_OK);
+      assert_int_equal(thrum_text_integer(&text, "size", 0, 1000000, &sizes[n]), THRUM_OK);
     assert_int_equal(sizes[0], m->size);
     assert_int_equal(sizes[1], m->size);
     assert_int_equal(sizes[2], m->begin[m->size]);
@@ -386,9 +386,9 @@ static void matrix_market_holds_every_digit(void **state) {
         int64_t at[2];
         double value;
         assert_true(thrum_text_next_line(&text));
-        assert_int_equal(thrum_text_integer(&text, "row", 1, m->size, &at[0], NULL), THRUM_OK);
-        assert_int_equal(thrum_text_integer(&text, "column", 1, m->size, &at[1], NULL), THRUM_OK);
-        assert_int_equal(thrum_text_number(&text, "value", &value, NULL), THRUM_OK);
+        assert_int_equal(thrum_text_integer(&text, "row", 1, m->size, &at[0]), THRUM_OK);
+        assert_int_equal(thrum_text_integer(&text, "column", 1, m->size, &at[1]), THRUM_OK);
+        assert_int_equal(thrum_text_number(&text, "value", &value), THRUM_OK);
         assert_true(at[0] == m->row[n] + 1 && at[1] == column + 1 && value == m->value[n]);
       }
     assert_false(thrum_text_next_line(&text));

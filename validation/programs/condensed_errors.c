@@ -30,8 +30,10 @@ static thrum_status run(const thrum_model *model, thrum_integrator integrator, i
   thrum_state *state = NULL;
   THRUM_TRY(thrum_state_create(model, &def, &state, error));
   double x[THRUM_RANK_MAX] = {0}, v[THRUM_RANK_MAX] = {momentum};
-  double *work = thrum_allocate(thrum_work_count(model), sizeof *work, "an energy", error);
-  thrum_status status = work ? thrum_state_set(model, state, NULL, v, error) : THRUM_OUT_OF_MEMORY;
+  double *work = NULL;
+  thrum_status status =
+      thrum_reserve(&work, (int64_t)thrum_work_count(model), sizeof *work, "an energy", error);
+  THRUM_THEN(status, thrum_state_set(model, state, NULL, v, error));
 
   // every step of the coarse run is recorded with all coordinates
   for (int64_t n = 0; n < out->steps && status >= 0; n++) {
@@ -114,9 +116,8 @@ int main(int argc, char **argv) {
   thrum_status status = THRUM_OK;
   for (int n = 0; n < 2; n++) {
     motions[n] = (motion){.steps = llround(atof(argv[2]) / STEP), .rank = whole->rank};
-    motions[n].q =
-        thrum_allocate(motions[n].steps * whole->rank, sizeof(double), "a motion", &error);
-    status = motions[n].q ? status : THRUM_OUT_OF_MEMORY;
+    THRUM_THEN(status, thrum_reserve(&motions[n].q, motions[n].steps * whole->rank, sizeof(double),
+                                     "a motion", &error));
   }
 
   // the name of the body is that of its file
