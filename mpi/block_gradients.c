@@ -35,18 +35,15 @@ static thrum_status make(Mat matrix, PC grids, block_gradients *s, thrum_error *
   PETSC_TRY(PetscObjectGetComm((PetscObject)matrix, &s->comm));
   PETSC_TRY(MatGetLocalSize(matrix, &rows, NULL));
   s->rows = rows / 3;
-  s->scale = thrum_allocate(rows, sizeof *s->scale, "the solver", error);
-  if (s->scale == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve(&s->scale, rows, sizeof *s->scale, "the solver", error));
   THRUM_TRY(block_rows_scale(matrix, s->scale, error));
   return multigrid_create(grids, s->scale, &s->grids, error);
 }
 
 thrum_status block_gradients_create(Mat matrix, PC grids, block_gradients **made,
                                     thrum_error *error) {
-  block_gradients *s = calloc(1, sizeof *s);
-  if (s == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the solver");
+  block_gradients *s = NULL;
+  THRUM_TRY(thrum_reserve(&s, 1, sizeof *s, "the solver", error));
   thrum_status status = make(matrix, grids, s, error);
   THRUM_THEN(status, block_rows_take(matrix, s->scale, s->scale, false, &s->matrix, error));
   if (status >= 0)
@@ -77,11 +74,8 @@ static thrum_status reserve(block_gradients *s, thrum_error *error) {
   const int64_t count = s->rows * BLOCK_NUMBERS;
   double **const vectors[] = {&s->residual, &s->direction, &s->image};
   for (int n = 0; n < 3; n++)
-    if (*vectors[n] == NULL) {
-      *vectors[n] = thrum_allocate(count, sizeof(double), "the solution", error);
-      if (*vectors[n] == NULL)
-        return THRUM_OUT_OF_MEMORY;
-    }
+    if (*vectors[n] == NULL)
+      THRUM_TRY(thrum_reserve(vectors[n], count, sizeof(double), "the solution", error));
   return THRUM_OK;
 }
 

@@ -180,20 +180,11 @@ static void fill_blocks(const two_parts *p, block_rows *m, const int32_t *ghost_
 // room for the blocks, once they are counted
 static thrum_status reserve_blocks(block_rows *m, bool single, thrum_error *error) {
   const int64_t blocks = m->begin[m->rows];
-  const int64_t size = single ? (int64_t)sizeof(float) : (int64_t)sizeof(double);
-  m->column = thrum_allocate(blocks, sizeof *m->column, "the solver", error);
-  m->ghost = thrum_allocate(m->ghosts * BLOCK_NUMBERS, size, "the solver", error);
-  if (single)
-    m->single = thrum_allocate(9 * blocks, sizeof(float), "the solver", error);
-  else
-    m->value = thrum_allocate(9 * blocks, sizeof(double), "the solver", error);
-  if (!m->column || !m->ghost || (!m->single && !m->value))
-    return THRUM_OUT_OF_MEMORY;
-  if (single)
-    memset(m->single, 0, sizeof(float) * 9 * (size_t)blocks);
-  else
-    memset(m->value, 0, sizeof(double) * 9 * (size_t)blocks);
-  return THRUM_OK;
+  const size_t size = single ? sizeof(float) : sizeof(double);
+  THRUM_TRY(thrum_reserve(&m->column, blocks, sizeof *m->column, "the solver", error));
+  THRUM_TRY(thrum_reserve(&m->ghost, m->ghosts * BLOCK_NUMBERS, size, "the solver", error));
+  return single ? thrum_reserve(&m->single, 9 * blocks, size, "the solver", error)
+                : thrum_reserve(&m->value, 9 * blocks, size, "the solver", error);
 }
 
 static thrum_status take_parts(Mat matrix, const two_parts *p, const double *row_scale,
@@ -212,10 +203,8 @@ static thrum_status take_parts(Mat matrix, const two_parts *p, const double *row
   // the scale of the columns of others
   double *ghost_scale = thrum_scope_allocate(&memory, 3 * m->ghosts, sizeof *ghost_scale);
   int64_t *last = thrum_scope_allocate(&memory, m->columns + m->ghosts, sizeof *last);
-  m->begin = thrum_allocate(m->rows + 1, sizeof *m->begin, "the solver", error);
   THRUM_THEN(status, memory.status);
-  if (m->begin == NULL)
-    status = THRUM_OUT_OF_MEMORY;
+  THRUM_THEN(status, thrum_reserve(&m->begin, m->rows + 1, sizeof *m->begin, "the solver", error));
   MPI_Datatype three;
   MPI_Type_contiguous(3, MPI_DOUBLE, &three);
   MPI_Type_commit(&three);

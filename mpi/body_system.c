@@ -422,10 +422,8 @@ static thrum_status solve_group(body_system *s, bool exact, const double *right,
 static thrum_status solve_groups(body_system *s, bool exact, const double *right, int64_t columns,
                                  double *solution, thrum_error *error) {
   if (s->block == NULL)
-    s->block = thrum_allocate(3 * s->part->facts.own * BLOCK_COLUMNS, sizeof *s->block,
-                              "the solution", error);
-  if (s->block == NULL)
-    return THRUM_OUT_OF_MEMORY;
+    THRUM_TRY(thrum_reserve(&s->block, 3 * s->part->facts.own * BLOCK_COLUMNS, sizeof *s->block,
+                            "the solution", error));
   for (int64_t first = 0; first < columns; first += BLOCK_COLUMNS) {
     const int64_t left = columns - first;
     THRUM_TRY(solve_group(s, exact, right + first * s->free_count,

@@ -57,11 +57,8 @@ static Mat matrix_of(PC grids, PetscInt at, thrum_status *status, thrum_error *e
 static thrum_status make_vectors(level *l, thrum_error *error) {
   const int64_t count = l->rows * BLOCK_NUMBERS;
   float **const vectors[] = {&l->right, &l->solution, &l->direction, &l->other};
-  for (int n = 0; n < 4; n++) {
-    *vectors[n] = thrum_allocate(count, sizeof(float), "the multigrid", error);
-    if (*vectors[n] == NULL)
-      return THRUM_OUT_OF_MEMORY;
-  }
+  for (int n = 0; n < 4; n++)
+    THRUM_TRY(thrum_reserve(vectors[n], count, sizeof(float), "the multigrid", error));
   return THRUM_OK;
 }
 
@@ -71,9 +68,7 @@ static thrum_status make_level(Mat matrix, const double *scale, level *l, thrum_
   if (rows % 3 != 0)
     return thrum_error_set(error, THRUM_UNSUPPORTED, "rows do not come in threes");
   l->rows = rows / 3;
-  l->scale = thrum_allocate(rows, sizeof *l->scale, "the multigrid", error);
-  if (l->scale == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve(&l->scale, rows, sizeof *l->scale, "the multigrid", error));
   if (scale != NULL)
     memcpy(l->scale, scale, sizeof *scale * (size_t)rows);
   else
@@ -84,9 +79,8 @@ static thrum_status make_level(Mat matrix, const double *scale, level *l, thrum_
 // ways between a level and the next coarser one: P scaled, and its transpose
 static thrum_status make_ways(Mat interpolation, level *fine, level *coarse, thrum_error *error) {
   // in the scaled unknowns D^1/2 x, P becomes D_fine^1/2 P D_coarse^-1/2
-  double *up = thrum_allocate(3 * fine->rows, sizeof *up, "the multigrid", error);
-  if (up == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  double *up = NULL;
+  THRUM_TRY(thrum_reserve(&up, 3 * fine->rows, sizeof *up, "the multigrid", error));
   for (int64_t i = 0; i < 3 * fine->rows; i++)
     up[i] = fine->scale[i] > 0 ? 1 / fine->scale[i] : 0;
 
