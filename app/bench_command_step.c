@@ -1,14 +1,16 @@
 /* `thrum bench step`. SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "app/bench_command.h"
 #include "app/bench_speed.h"
 #include "config/message.h"
+#include "driver/model_condense_to.h"
 #include "io/json.h"
 
-static thrum_status run(const bench_request *request, const thrum_model *model, cJSON *rows,
-                        thrum_error *error) {
+static thrum_status measure(const bench_request *request, const thrum_model *model, cJSON *rows,
+                            thrum_error *error) {
   // the measurement, with the options of the command
   bench_step step = request->step;
   step.def.kernel = request->kernel;
@@ -55,6 +57,17 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   json_string(row, "level", level);
   json_string(row, "kernel", thrum_kernel_name(thrum_kernel_chosen(request->kernel)));
   return THRUM_OK;
+}
+
+/* Of a condensed file what is stepped is measured. */
+static thrum_status run(const bench_request *request, const thrum_model *model, cJSON *rows,
+                        thrum_error *error) {
+  const thrum_model *stepped = NULL;
+  void *memory = NULL;
+  thrum_status status = model_condense_to(model, 0, &memory, &stepped, error);
+  THRUM_THEN(status, measure(request, stepped, rows, error));
+  free(memory);
+  return status;
 }
 
 int bench_step_command(int argc, char **argv) {

@@ -268,6 +268,7 @@ void condensed_check_vibrate(condensed_check *check, const double *load, const d
 void condensed_check_report(const condensed_check *check, const thrum_model *model,
                             simulate_figures *figures) {
   figures->masters = model->rank;
+  figures->follows_loads = model->follow == NULL;
   figures->inertia_share = check->kinetic > 0 ? check->inertia / check->kinetic : 0;
   figures->energy_defect = check->energy > 0 ? check->defect : NAN;
   figures->vibration_share = check->shown > 0 ? sqrt(check->missing / check->shown) : 0;

@@ -160,8 +160,9 @@ static thrum_status save_model(const precompute_request *request, const precompu
   char *meta = precompute_meta(outcome);
   if (meta == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory for meta");
-  // a shallow copy, so that meta stays ours
-  thrum_model model = result->model;
+  // a shallow copy, so that meta stays ours; with what follows, where touch modes do
+  const thrum_touch_followers *followers = &outcome->touch.followers;
+  thrum_model model = followers->count > 0 ? followers->model : result->model;
   model.meta = (const uint8_t *)meta;
   model.meta_bytes = (int64_t)strlen(meta);
   void *memory = NULL;
@@ -314,6 +315,7 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
   config_progress_end(&progress.bar, status >= 0);
   if (status < 0) {
     precompute_train_free(&outcome->training);
+    precompute_touch_free(&outcome->touch);
     thrum_precomputed_free(&result);
     return status;
   }
@@ -341,6 +343,7 @@ static thrum_status make_model(const precompute_request *request, const thrum_me
 
   thrum_precomputed_free(&result);
   precompute_train_free(&outcome->training);
+  precompute_touch_free(&outcome->touch);
   outcome->result = NULL;
   return status;
 }

@@ -181,6 +181,7 @@ static void add_touch(cJSON *object, const touch_outcome *touch) {
     return;
   cJSON *item = cJSON_AddObjectToObject(object, "touch");
   json_number(item, "modes", (double)touch->shapes);
+  cJSON_AddBoolToObject(item, "follow", touch->followers.count > 0);
   touch_coverage_json(item, "before", &touch->before, NULL);
   touch_coverage_json(item, "after", &touch->after, touch->at);
 }
@@ -443,7 +444,9 @@ void precompute_print_table(const precompute_outcome *outcome) {
            outcome->request->handle_count == 1 ? "" : "s");
   if (outcome->training.field_count > 0)
     printf(", %" PRId64 " of it trained", outcome->training.field_count);
-  if (outcome->touch.judged)
+  if (outcome->touch.followers.count > 0)
+    printf(", which is stepped; %" PRId64 " touch modes follow", outcome->touch.shapes);
+  else if (outcome->touch.judged)
     printf(", %" PRId64 " of it touch modes", outcome->touch.shapes);
   puts("");
   print_touch(&outcome->touch);

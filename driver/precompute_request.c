@@ -14,8 +14,8 @@
 #define TRAIN_STEPS_MOST 1e7 /* of the full order */
 
 /* The most that a rank grows to, unless it is said. */
-#define ERROR_RANK_MAX 100
-#define TOUCH_RANK_MAX 40
+#define RANK_MAX 100
+#define TOUCH_STEPPED_RANK_MAX 40 /* beyond it a step costs too much */
 
 static thrum_status take_memory(const config_given *given, void *request) {
   int64_t megabytes = 0;
@@ -128,8 +128,14 @@ static const config_option options[] = {
     OPTION_FLAG("touch",
                 "add local response modes over the surface beside the rank, until pulls at any "
                 "visible place move it by 80 % of what the mesh says (linear, in the mean over "
-                "all directions), or --rank-max is reached, which is told with exit code 3",
+                "all directions), or --rank-max is reached, which is told with exit code 3; they "
+                "follow at rest what acts on the body and are not stepped, so a step costs what "
+                "it costs without them",
                 AT(touch)),
+    OPTION_FLAG("touch-stepped",
+                "--touch, with modes that are stepped: they vibrate and touch as the others do, "
+                "and a step costs the fourth power of the rank",
+                AT(touch_stepped)),
 
     OPTION_FLAG("condense",
                 "write a condensed model: the linear modes are stepped, all other coordinates "
@@ -178,9 +184,9 @@ static const config_option options[] = {
                 "grow modes, derivatives and trained shapes until no load of training and test "
                 "errs by more than P per cent; exit code 3 where --rank-max does not allow it",
                 .take = take_error, .wants = "an error such as 5%"),
-    OPTION_COUNT("rank-max", "100; 40 with --touch",
-                 "of --error and --touch: the most that the rank may grow to", AT(rank_max),
-                 CONFIG_RANGE(2, THRUM_RANK_MAX)),
+    OPTION_COUNT("rank-max", "100; 40 with --touch-stepped",
+                 "of --error and --touch: the most that the rank may grow to, with what follows",
+                 AT(rank_max), CONFIG_RANGE(2, THRUM_RANK_MAX)),
     OPTION_NUMBER("train-time", "s", "0.5", "of each of these runs", AT(train_time),
                   CONFIG_ABOVE(0)),
     OPTION_NUMBER("train-dt", "s", "0.003", "time step of these runs", AT(train_dt),
@@ -305,7 +311,8 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   if (!isnan(request->error) && request->train_count == 0)
     return config_usage("precompute", "--error goes with --train");
   if (request->rank_max == 0)
-    request->rank_max = request->touch ? TOUCH_RANK_MAX : ERROR_RANK_MAX;
+    request->rank_max =
+        request->touch_stepped && !request->condense ? TOUCH_STEPPED_RANK_MAX : RANK_MAX;
   if (request->by_share && request->train_count == 0)
     return config_usage("precompute", "--by-share goes with --train");
 
@@ -323,6 +330,7 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
                         request->train_time, TRAIN_STEPS_MOST);
   if (request->train_count + request->test_count > 0 && request->import_basis)
     return config_usage("precompute", "--train and --test go without --import-basis");
+  request->touch = request->touch || request->touch_stepped;
   if (request->touch && (request->train_count + request->test_count > 0 || request->import_basis))
     return config_usage("precompute", "--touch goes without --train, --test and --import-basis");
   if (request->condense && request->import_basis)

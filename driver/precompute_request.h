@@ -22,12 +22,13 @@ typedef struct precompute_request {
   int64_t handle_count;
   const char **train, **tests; /* texts of loads: of the training, and to test it; as handles */
   int64_t train_count, test_count;
-  bool by_share;     /* modes and derivatives are weighed by their share in the training */
-  double error;      /* wanted under all of them; NaN: the rank is as it is given */
-  bool touch;        /* touch modes come beside the rank */
-  int64_t rank_max;  /* up to which it grows for that error or these modes; 0: the usual limit */
-  double train_time; /* of each run [s] */
-  double train_dt;   /* of the full order and of what is measured against it [s] */
+  bool by_share;      /* modes and derivatives are weighed by their share in the training */
+  double error;       /* wanted under all of them; NaN: the rank is as it is given */
+  bool touch;         /* touch modes come beside the rank, */
+  bool touch_stepped; /* and are stepped as what is of the rank */
+  int64_t rank_max;   /* up to which it grows for that error or these modes; 0: the usual limit */
+  double train_time;  /* of each run [s] */
+  double train_dt;    /* of the full order and of what is measured against it [s] */
   double train_damping[2];
   const char *keep_runs; /* folder of full-order runs; NULL: none are kept */
   job_request jobs;      /* of a training: one for each of these runs */

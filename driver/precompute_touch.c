@@ -21,7 +21,30 @@ static thrum_status find_room(const precompute_request *request, int64_t usual, 
                          (long long)usual, (long long)request->rank_max);
 }
 
-/* The model with the shapes that `touch` finds; *base becomes it. */
+/* Do the touch modes follow? Else they are stepped: points have no polynomial of some coordinates,
+ * and what is condensed to its linear modes has them among what follows. */
+static bool follow(const precompute_request *request) {
+  return !request->touch_stepped && !request->condense && !request->options.cubature;
+}
+
+/* The model with the shapes in its basis; *base becomes it. */
+static thrum_status step_shapes(const thrum_mesh *mesh, const uint8_t *fixed,
+                                const thrum_precompute_options *options,
+                                precompute_progress *progress, const double *fields, int64_t count,
+                                thrum_precomputed *base, thrum_error *error) {
+  thrum_precompute_options both = *options;
+  thrum_precomputed made = {0};
+  both.trained = fields;
+  both.trained_count = count;
+  both.rank = base->model.rank + count;
+  progress->basis = "with touch modes, ";
+  THRUM_TRY(thrum_precompute(mesh, fixed, &both, &made, error));
+  thrum_precomputed_free(base);
+  *base = made;
+  return THRUM_OK;
+}
+
+/* The shapes that `touch` finds beside *base, which follow it or become a part of it. */
 static thrum_status add_shapes(const precompute_request *request, const thrum_mesh *mesh,
                                const uint8_t *fixed, const thrum_precompute_options *options,
                                precompute_progress *progress, thrum_touch *touch,
@@ -36,20 +59,12 @@ static thrum_status add_shapes(const precompute_request *request, const thrum_me
   thrum_status status =
       thrum_touch_shapes(touch, &base->model, TOUCH_FOLLOWS, room, fields, &outcome->shapes, error);
 
-  // both together are the basis of the model
-  thrum_precompute_options both = *options;
-  thrum_precomputed made = {0};
-  both.trained = fields;
-  both.trained_count = outcome->shapes;
-  both.rank = base->model.rank + outcome->shapes;
-  if (status >= 0 && outcome->shapes > 0) {
-    progress->basis = "with touch modes, ";
-    status = thrum_precompute(mesh, fixed, &both, &made, error);
-  }
-  if (status >= 0 && outcome->shapes > 0) {
-    thrum_precomputed_free(base);
-    *base = made;
-  }
+  if (outcome->shapes > 0 && follow(request))
+    THRUM_THEN(status, thrum_touch_follow(touch, &base->model, fields, outcome->shapes,
+                                          &outcome->followers, error));
+  else if (outcome->shapes > 0)
+    THRUM_THEN(status,
+               step_shapes(mesh, fixed, options, progress, fields, outcome->shapes, base, error));
   free(fields);
   return status;
 }
@@ -75,7 +90,8 @@ thrum_status precompute_touch(const precompute_request *request, const thrum_mes
     THRUM_THEN(status,
                add_shapes(request, mesh, fixed, options, progress, touch, outcome, &made, error));
   if (status >= 0) {
-    thrum_touch_measure(touch, &made.model, &outcome->after);
+    const bool beside = outcome->followers.count > 0;
+    thrum_touch_measure(touch, beside ? &outcome->followers.model : &made.model, &outcome->after);
     memcpy(outcome->at, mesh->vertices + 3 * (int64_t)outcome->after.vertex, sizeof outcome->at);
     outcome->judged = true;
     outcome->missed = outcome->after.worst < TOUCH_FOLLOWS;
@@ -85,11 +101,17 @@ thrum_status precompute_touch(const precompute_request *request, const thrum_mes
   }
 
   thrum_touch_free(touch);
-  if (status < 0)
+  if (status < 0) {
+    precompute_touch_free(outcome);
     thrum_precomputed_free(&made);
-  else
+  } else {
     *result = made;
+  }
   return status;
+}
+
+void precompute_touch_free(touch_outcome *outcome) {
+  thrum_touch_followers_free(&outcome->followers);
 }
 
 void touch_coverage_json(cJSON *object, const char *key, const thrum_touch_coverage *coverage,

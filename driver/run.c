@@ -222,7 +222,12 @@ void driver_run_warn(const driver_run *run) {
                   figures->full.free_count > 0 ? "to be taken as several shorter ones"
                                                : "a fallback beyond quasi-Newton");
     warn_of_growth(figures, who);
-    if (figures->condensed_wrong)
+    if (figures->condensed_wrong && figures->follows_loads)
+      config_warn("%swhat follows at rest, touch modes, would vibrate by %.2g %% of the motion, "
+                  "%.2g %% of which is off after impacts: that is not shown; pull more slowly, or "
+                  "step them (thrum precompute --touch-stepped)",
+                  who, 100 * figures->vibration_share, 100 * figures->impact_share);
+    else if (figures->condensed_wrong)
       config_warn("%sthe condensed model %s %.2g %% of the kinetic energy, has %.2g %% of the "
                   "strain energy wrong where the body is bent most, and lacks vibration of %.2g %% "
                   "of the motion, %.2g %% of which is off after impacts: do not trust this motion; "

@@ -35,6 +35,7 @@ typedef struct simulate_figures {
   double peak;   /* largest displacement of the recorded states [m]; NaN without a basis */
   int64_t peak_vertex;
   int64_t masters;      /* of a condensed model; 0: the model is not condensed */
+  bool follows_loads;   /* loads alone move what follows, as touch modes do */
   double inertia_share; /* of the kinetic energy, largest over largest, that it leaves out [1] */
   double energy_defect; /* of the largest strain energy against the mesh [1]; NaN: not looked at */
   double vibration_share; /* rms of the slaves' vibration that is left out, over that of q [1] */

@@ -11,7 +11,7 @@
 #include "thrum/displacement.h"
 
 #define BODY_COOKIE UINT32_C(0x7468626f)
-#define BODY_VECTORS 9
+#define BODY_VECTORS 10
 
 thrum_scene_body_def thrum_default_scene_body_def(void) {
   return (thrum_scene_body_def){
@@ -146,9 +146,9 @@ static thrum_status make_vectors(scene_body *body, thrum_error *error) {
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a body of rank %zu", r);
 
   // the vectors share one block
-  double **const each[BODY_VECTORS] = {&body->start_q, &body->start_p,  &body->force,
-                                       &body->inertia, &body->before,   &body->q,
-                                       &body->p,       &body->answered, &body->middle};
+  double **const each[BODY_VECTORS] = {
+      &body->start_q, &body->start_p, &body->force,    &body->inertia, &body->before,
+      &body->q,       &body->p,       &body->answered, &body->pulled,  &body->middle};
   for (size_t n = 0; n < BODY_VECTORS; n++)
     *each[n] = body->vectors + n * r;
 

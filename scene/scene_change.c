@@ -68,6 +68,7 @@ static thrum_status rebuild_as(thrum_scene *scene, scene_body *body, const thrum
   body->def = *def;
   memcpy(body->before, body->q, (size_t)rank * sizeof *body->q);
   memcpy(body->middle, body->q, (size_t)rank * sizeof *body->q);
+  memset(body->pulled, 0, (size_t)body->model->rank * sizeof *body->pulled);
   if (derived->condensed)
     body->q_known = body->p_known = false;
   scene->revision++;
@@ -230,6 +231,7 @@ static thrum_status restart(thrum_scene *scene, scene_body *body, thrum_error *e
   memcpy(body->before, body->start_q, (size_t)model->rank * sizeof *body->before);
   memcpy(body->middle, body->start_q, (size_t)model->rank * sizeof *body->middle);
   memset(body->answered, 0, (size_t)body->model->rank * sizeof *body->answered);
+  memset(body->pulled, 0, (size_t)body->model->rank * sizeof *body->pulled);
 
   if (status < 0)
     return status;

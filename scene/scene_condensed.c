@@ -6,6 +6,10 @@
  * takes the body as it follows at the start of the step: rest positions and rows of U' such that
  * X' + J x is where the points are, with J = U'_x + U'_y dy/dx.
  *
+ * What follows also answers a spring that pulls the body. The compliance of the point by the slaves
+ * alone is in series with the spring (thrum_pull), so the masters feel one that is no stiffer than
+ * without them, and the slaves are shown by their answer to its force.
+ *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
@@ -15,6 +19,7 @@
 #include <string.h>
 
 #include "runtime/base/finite.h"
+#include "runtime/base/vec3.h"
 #include "thrum/condensed_model.h"
 
 double scene_stiffening(const scene_body *body) {
@@ -41,7 +46,8 @@ thrum_status scene_condensed_read(scene_body *body, bool p, thrum_error *error) 
   const double scale = scene_stiffening(body);
   thrum_condensed_shape(stepped, x, NULL, body->q);
   for (int64_t h = masters; h < shape->rank; h++)
-    body->q[h] = body->g * body->q[h] + body->answered[h] / (scale * shape->omega2[h]);
+    body->q[h] = body->g * body->q[h] + body->answered[h] / (scale * shape->omega2[h]) +
+                 body->pulled[h] / (scale * shape->omega2[h]);
 
   THRUM_TRY(check_slaves(body, body->q, error));
 
@@ -81,6 +87,8 @@ thrum_status scene_condensed_load(const scene_body *body, bool base, thrum_error
   if (!is_load_finite(body))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the load holds a number that is not finite");
   memcpy(body->answered, body->force, (size_t)body->model->rank * sizeof *body->answered);
+  if (body->touch == NULL)
+    memset(body->pulled, 0, (size_t)body->model->rank * sizeof *body->pulled);
   reduce(body, body->force);
   if (base)
     reduce(body, body->inertia);
@@ -113,11 +121,13 @@ thrum_status scene_condensed_touch(scene_body *body, thrum_error *error) {
   const thrum_model *shape = body->model;
   const int64_t masters = body->derived->rank, all = shape->rank;
 
-  // y' less its linear part: what the rows at x would show twice
+  // y' less its linear part, which the rows at x would show twice, and less its answer to pulls:
+  // their springs have that in their stiffness
   double offset[THRUM_RANK_MAX];
+  const double scale = scene_stiffening(body);
   for (int64_t h = masters; h < all; h++) {
     const double *slope = body->slopes + (h - masters) * masters;
-    offset[h] = body->q[h];
+    offset[h] = body->q[h] - body->pulled[h] / (scale * shape->omega2[h]);
     for (int64_t i = 0; i < masters; i++)
       offset[h] -= slope[i] * body->q[i];
   }
@@ -142,4 +152,19 @@ thrum_status scene_condensed_touch(scene_body *body, thrum_error *error) {
     }
   }
   return THRUM_OK;
+}
+
+void scene_condensed_pull(const scene_body *body, int64_t vertex, thrum_pull *pull) {
+  const thrum_model *shape = body->model;
+  const int64_t masters = body->derived->rank, all = shape->rank;
+  const double scale = scene_stiffening(body);
+  const double *rows = shape->basis + 3 * vertex * all;
+  memset(pull->give, 0, sizeof pull->give);
+  for (int64_t h = masters; h < all; h++) {
+    const double u[3] = {body->k * rows[h], body->k * rows[all + h], body->k * rows[2 * all + h]};
+    double way[3];
+    scene_to_world(&body->here, u, way);
+    for (int n = 0; n < 9; n++)
+      pull->give[n] += way[n / 3] * way[n % 3] / (scale * shape->omega2[h]);
+  }
 }

@@ -159,6 +159,8 @@ static int64_t list_pulls(const scene_body *body, thrum_pull pulls[THRUM_SCENE_P
                            .stiffness = pull->stiffness,
                            .damping = pull->damping};
     memcpy(listed->target, pull->target, sizeof listed->target);
+    if (body->derived->condensed)
+      scene_condensed_pull(body, pull->vertex, listed);
   }
   return count;
 }
@@ -186,20 +188,22 @@ bool scene_steps_alone(const scene_body *body) {
 }
 
 thrum_status scene_touch_step(const thrum_scene *scene, scene_body *body, thrum_error *error) {
+  // a condensed body's points as its coordinates follow now
+  if (body->derived->condensed)
+    THRUM_TRY(scene_condensed_touch(body, error));
+
   // where the body is and what acts on it in this step
   thrum_pull pulls[THRUM_SCENE_PULLS];
   thrum_contact_environment environment;
   scene_environment(scene, body, pulls, &environment);
-
-  // a condensed body's points as its coordinates follow now
-  if (body->derived->condensed)
-    THRUM_TRY(scene_condensed_touch(body, error));
 
   // the contact takes the step of the body; a free one has moved as a whole
   const thrum_status status = thrum_contact_step(&body->touch->model, body->state,
                                                  body->touch->contact, &environment, error);
   if (status >= 0 && body->free)
     scene_free_place(body);
+  if (status >= 0 && body->derived->condensed)
+    scene_condensed_answer_pulls(body);
   return status;
 }
 
@@ -215,6 +219,22 @@ static void add_point_force(const scene_body *body, int64_t place, const double 
       load[i] += body->k * in_body[axis] * rows[axis * shape->rank + i];
 }
 
+/* Adds what the pulls of the last step are on the coordinates of the body. */
+static void add_pull_forces(const scene_body *body, double *load) {
+  int64_t count = 0;
+  for (int n = 0; n < THRUM_SCENE_PULLS; n++) {
+    double force[3];
+    if (body->pulls[n].used &&
+        thrum_contact_pull_force(body->touch->contact, count++, force, NULL) >= 0)
+      add_point_force(body, body->touch->count - THRUM_SCENE_PULLS + n, force, load);
+  }
+}
+
+void scene_condensed_answer_pulls(scene_body *body) {
+  memset(body->pulled, 0, (size_t)body->model->rank * sizeof *body->pulled);
+  add_pull_forces(body, body->pulled);
+}
+
 thrum_status thrum_scene_body_contact_load(const thrum_scene *scene, int32_t number, double *load,
                                            thrum_error *error) {
   scene_body *body = NULL;
@@ -227,13 +247,7 @@ thrum_status thrum_scene_body_contact_load(const thrum_scene *scene, int32_t num
   thrum_touch touch;
   for (int64_t n = 0; thrum_contact_touch(body->touch->contact, n, &touch, NULL) >= 0; n++)
     add_point_force(body, touch.vertex, touch.force, load);
-  int64_t count = 0;
-  for (int n = 0; n < THRUM_SCENE_PULLS; n++) {
-    double force[3];
-    if (body->pulls[n].used &&
-        thrum_contact_pull_force(body->touch->contact, count++, force, NULL) >= 0)
-      add_point_force(body, body->touch->count - THRUM_SCENE_PULLS + n, force, load);
-  }
+  add_pull_forces(body, load);
 
   // from the scaled body's coordinates q', q = g q', to those of the model, in the model's own time
   for (int64_t i = 0; i < body->model->rank; i++)

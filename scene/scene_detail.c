@@ -230,7 +230,7 @@ static void follow(const thrum_scene *scene, scene_body *body, const scene_model
   const double scale = to->by.stiffness / (to->by.length * to->by.length * to->by.density);
   thrum_condensed_shape(to->model, q, NULL, shape);
   for (int64_t h = to->rank; h < all; h++)
-    shape[h] = body->g * shape[h] + load[h] / (scale * body->model->omega2[h]);
+    shape[h] = body->g * shape[h] + (load[h] + body->pulled[h]) / (scale * body->model->omega2[h]);
 }
 
 /* Fills distance and speed of the report; whether the body is to step the fewer coordinates. The

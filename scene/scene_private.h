@@ -157,6 +157,7 @@ typedef struct scene_body {
   double *vectors;    /* of all that follow, each r long */
   double *start_q, *start_p, *force, *inertia, *before, *q, *p;
   double *answered;      /* of a condensed body: the load that its slaves answer to, */
+  double *pulled;        /* that of the pulls of the last step, which they answer to as well, */
   double *middle;        /* masters in the middle of the step to come, extrapolated, */
   double *slopes;        /* and slaves x masters, how they follow; room for any number of masters */
   bool q_known, p_known; /* q, p are those of the present step */
@@ -304,8 +305,14 @@ thrum_status scene_condensed_load(const scene_body *body, bool base, thrum_error
 /* body->middle from the masters before and after the last step. */
 void scene_condensed_extrapolate(const scene_body *body);
 
-/* The points that touch as they follow now. */
+/* The points that touch as they follow now, pulls apart. */
 thrum_status scene_condensed_touch(scene_body *body, thrum_error *error);
+
+/* The body's slaves answer to the pulls of the step that was made. */
+void scene_condensed_answer_pulls(scene_body *body);
+
+/* pull->give: how far the slaves of a condensed body give way at a vertex. */
+void scene_condensed_pull(const scene_body *body, int64_t vertex, thrum_pull *pull);
 
 /* scene_detail.c: bodies that are stepped with fewer coordinates while they are far or still. */
 

@@ -39,9 +39,10 @@ static size_t contact_bytes(const scene_body *body) {
   return body->touch != NULL ? thrum_contact_bytes(body->touch->contact) : 0;
 }
 
-/* Numbers of a condensed body alone: where its masters go, and what its slaves answer to. */
+/* Numbers of a condensed body alone: where its masters go, and what its slaves answer to, loads and
+ * pulls. */
 static size_t condensed_count(const scene_body *body) {
-  return body->derived->condensed ? (size_t)(body->derived->rank + body->model->rank) : 0;
+  return body->derived->condensed ? (size_t)(body->derived->rank + 2 * body->model->rank) : 0;
 }
 
 /* A body with a level of detail keeps what updates have seen, and the coordinates at the last. */
@@ -101,6 +102,7 @@ thrum_status thrum_scene_snapshot(const thrum_scene *scene, void *memory, size_t
     if (body->derived->condensed) {
       put(&at, body->middle, (size_t)body->derived->rank * sizeof *body->middle);
       put(&at, body->answered, (size_t)body->model->rank * sizeof *body->answered);
+      put(&at, body->pulled, (size_t)body->model->rank * sizeof *body->pulled);
     }
     if (body->detail != NULL) {
       put(&at, &body->detail->seen, sizeof body->detail->seen);
@@ -253,6 +255,7 @@ static void take_body(scene_body *body, const unsigned char **at) {
   if (body->derived->condensed) {
     take(at, body->middle, (size_t)body->derived->rank * sizeof *body->middle);
     take(at, body->answered, (size_t)body->model->rank * sizeof *body->answered);
+    take(at, body->pulled, (size_t)body->model->rank * sizeof *body->pulled);
   }
   if (body->detail != NULL) {
     take(at, &body->detail->seen, sizeof body->detail->seen);

@@ -468,14 +468,28 @@ def tradeoff_points():
 
 
 def touch():
-    """How pulls are followed without touch modes, up to rank 40 and up to rank 100."""
-    found = rows("touch", "coverage.csv")
+    """How pulls are followed without touch modes, with modes that follow, and with modes that are stepped."""
+    found = {(r["model"], r["kind"]): r for r in rows("touch", "coverage.csv")}
     body = []
-    for runs in zip(found[::3], found[1::3], found[2::3]):
-        cells = [f"rank {r['rank']}: {percent(float(r['worst']))}, {percent(float(r['mean']))}" for r in runs]
-        cells[1] += f", {float(runs[1]['us_per_step']) / float(runs[0]['us_per_step']):.2g}"
-        body.append([runs[0]["model"], *cells])
-    return table(["model", "without: worst, mean", "up to rank 40: worst, mean, times a step", "up to rank 100: worst, mean"], body)
+    for model in MODELS:
+        runs = [found[model, kind] for kind in ("usual", "follows", "stepped-40", "stepped-100")]
+        usual = float(runs[0]["us_per_step"])
+        cells = [f"{r['stepped']}: {percent(float(r['worst']))}, {percent(float(r['mean']))}"
+                 + ("" if r is runs[0] else f", {float(r['us_per_step']) / usual:.2g}") for r in runs]
+        body.append([model, *cells])
+    return table(["model", "without: stepped, worst, mean", "`--touch`: the same, times a step", "stepped, up to rank 40",
+                  "stepped, up to rank 100"], body)
+
+
+def touch_pulls():
+    """Errors of the motion under a pull, of the place and of the body, as it rises."""
+    found = {(r["model"], r["touch_modes"]): r for r in rows("touch", "pulls.csv")}
+    body = []
+    for model in MODELS:
+        runs = [found[model, kind] for kind in ("usual", "follows")]
+        cells = [", ".join(percent(float(r[key])) for r in runs) for key in ("rising_place", "rising_body", "free_place", "free_body")]
+        body.append([f"{model}, {runs[1]['stepped']} of {runs[1]['rank']}", *cells, percent(float(runs[1]["vibration_share"]))])
+    return table(["model, stepped", "place, while the force rises", "body, the same", "place, let go", "body, let go", "vibration share"], body)
 
 
 def plastic():
@@ -517,7 +531,7 @@ def mujoco():
 
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, work_means, extremes, linear, tradeoff,
-                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles, touch, cubature, tradeoff_points,
+                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles, touch, touch_pulls, cubature, tradeoff_points,
                                            plastic,
                                            before_after, mujoco, model_errors, training)}
 

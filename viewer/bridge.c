@@ -80,7 +80,7 @@ int32_t EXPORT(bridge_add_body)(int32_t model, int32_t integrator, int32_t rank,
 
   // the rest comes as arguments, or from the model
   def.condense = (int64_t)n[18];
-  def.rank = def.condense > 0 ? 0 : rank;
+  def.rank = def.condense > 0 || thrum_model_masters(&of->model) > 0 ? 0 : rank;
   def.q = q;
   def.p = p;
   def.free = free_body;
@@ -313,6 +313,14 @@ static double compliance(int32_t body, int32_t vertex, const thrum_scene_body_in
     for (int axis = 0; axis < 3; axis++) {
       double u = rows[axis * model->rank + i];
       sum += k2 * u * u / info->stepped->omega2[i];
+    }
+
+  // what follows gives way as well
+  const double scale = info->stiffness / (info->density * info->scale * info->scale);
+  for (int64_t i = info->rank; info->condensed && i < model->rank; i++)
+    for (int axis = 0; axis < 3; axis++) {
+      double u = rows[axis * model->rank + i];
+      sum += k2 * u * u / (scale * model->omega2[i]);
     }
   return sum;
 }

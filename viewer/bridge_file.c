@@ -38,15 +38,16 @@ static void tell_arrays(const thrum_model *model) {
                                 model->point_weights, model->point_moduli, model->point_gradients,
                                 model->point_law,     model->axis_mass,    model->vertices,
                                 model->basis,         model->fixed,        model->tets,
-                                model->rigid,         model->material};
+                                model->rigid,         model->material,     model->slave_map,
+                                model->condensed_c3,  model->condensed_c4};
   for (size_t n = 0; n < sizeof arrays / sizeof *arrays; n++)
     bridge_number[9 + n] = address_of(arrays[n]);
 }
 
 /* Reads a model file. numbers: rank, counts of vertices, tetrahedra, regions, c3, c4 and points,
  * bytes of the law, masters; then the addresses of omega2, c3, c4, point_weights, point_moduli,
- * point_gradients, point_law, axis_mass, vertices, basis, fixed, tets, rigid and material, 0 where
- * the file has none. They hold until the next file. */
+ * point_gradients, point_law, axis_mass, vertices, basis, fixed, tets, rigid, material, slave_map,
+ * condensed_c3 and condensed_c4, 0 where the file has none. They hold until the next file. */
 int32_t EXPORT(bridge_open_model)(const void *file, int32_t size) {
   size_t bytes;
   const thrum_model *model;
@@ -63,9 +64,6 @@ int32_t EXPORT(bridge_open_model)(const void *file, int32_t size) {
     return thrum_error_set(
         &bridge_error, THRUM_MISSING,
         "the model has no mesh, no basis or no axis_mass, so it cannot be shown");
-  if (thrum_model_masters(model) > 0)
-    return thrum_error_set(&bridge_error, THRUM_UNSUPPORTED,
-                           "the page cannot step a model that was precomputed condensed");
   opened_model = model;
   tell_counts(model);
   tell_arrays(model);

@@ -102,20 +102,38 @@ static thrum_status make_mesh(bridge_model *made, const float *positions, const 
   return model->vertices != NULL && model->basis != NULL ? THRUM_OK : no_memory();
 }
 
+/* Makes a model of the coefficients of its first `masters` coordinates one whose others follow. */
+static bool take_slaves(thrum_model *model, int64_t masters, const double *slave_map) {
+  if (masters >= model->rank || slave_map == NULL || model->c3 == NULL || model->c4 == NULL)
+    return false;
+  model->slave_map = slave_map;
+  model->slave_count = model->rank - masters;
+  model->slave_pairs = masters * (masters + 1) / 2;
+  model->condensed_c3 = model->c3;
+  model->condensed_c3_count = thrum_c3_count(masters);
+  model->condensed_c4 = model->c4;
+  model->condensed_c4_count = thrum_c4_count(masters);
+  model->c3 = model->c4 = NULL;
+  model->c3_count = model->c4_count = 0;
+  return true;
+}
+
 /* Adds a model of arrays from bridge_alloc, which it keeps, `positions`, `basis` and the last two
  * apart; their shapes are those of the pack (docs/viewer.md). tet and tet_rigid are NULL for a
  * model that is held; c3 and c4 for one of cubature points, and those of points, point_count of
  * them, for any other, and point_law, ended by a 0, for Saint Venant-Kirchhoff material; inertia
- * where no body couples rotation and shape. numbers: Young's modulus [Pa]. Returns its number, or a
- * status below 0. */
+ * where no body couples rotation and shape. masters: 0; or the first coordinates, whose c3 and c4
+ * these are, and which the others follow by slave_map (thrum/condensed_model.h). numbers: Young's
+ * modulus [Pa]. Returns its number, or a status below 0. */
 int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t triangle_count,
-                                 int32_t point_count, const double *omega2, const double *c3,
-                                 const double *c4, const double *point_weights,
-                                 const double *point_moduli, const double *point_gradients,
-                                 const uint8_t *point_law, const double *axis_mass,
-                                 const double *inertia, const uint8_t *fixed,
-                                 const int32_t *triangles, const float *positions,
-                                 const float *basis, const double *tet, const double *tet_rigid) {
+                                 int32_t point_count, int32_t masters, const double *omega2,
+                                 const double *c3, const double *c4, const double *slave_map,
+                                 const double *point_weights, const double *point_moduli,
+                                 const double *point_gradients, const uint8_t *point_law,
+                                 const double *axis_mass, const double *inertia,
+                                 const uint8_t *fixed, const int32_t *triangles,
+                                 const float *positions, const float *basis, const double *tet,
+                                 const double *tet_rigid) {
   if (model_count == MODELS_MAX)
     return thrum_error_set(&bridge_error, THRUM_UNSUPPORTED, "a page has at most %d models",
                            MODELS_MAX);
@@ -142,11 +160,17 @@ int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t tri
                     .fixed = fixed,
                     .inertia = inertia};
 
+  // what follows has no coefficients of its own
+  if (masters > 0 && !take_slaves(&made->model, masters, slave_map))
+    return thrum_error_set(&bridge_error, THRUM_INVALID_ARGUMENT,
+                           "%d of %d coordinates cannot be followed by the others", (int)masters,
+                           (int)rank);
+
   // what the runtime wants besides: a mesh, a pack, a surface, and what touches
   thrum_status status = make_mesh(made, positions, basis);
   if (status == THRUM_OK && tet != NULL)
     status = make_rigid(made, tet, tet_rigid);
-  if (status == THRUM_OK)
+  if (status == THRUM_OK && masters == 0)
     status = pack(&made->model);
   if (status == THRUM_OK)
     status = make_surface(made);

@@ -98,9 +98,17 @@ static void add_rigid(data_section *data, cJSON *arrays, const thrum_model *mode
   add_doubles(data, arrays, "tet_rigid", modes, 72);
 }
 
-/* Adds the arrays of the strain energy: coefficients, or cubature points. */
+/* Adds the arrays of the strain energy: coefficients, of what is stepped alone where the others
+ * follow, or cubature points. */
 static void add_energy(data_section *data, cJSON *arrays, const thrum_model *model) {
   const int64_t points = model->point_count;
+  if (thrum_model_masters(model) > 0) {
+    add_doubles(data, arrays, "slave_map", model->slave_map,
+                model->slave_count * model->slave_pairs);
+    add_doubles(data, arrays, "condensed_c3", model->condensed_c3, model->condensed_c3_count);
+    add_doubles(data, arrays, "condensed_c4", model->condensed_c4, model->condensed_c4_count);
+    return;
+  }
   if (points == 0) {
     add_doubles(data, arrays, "c3", model->c3, model->c3_count);
     add_doubles(data, arrays, "c4", model->c4, model->c4_count);
@@ -174,12 +182,6 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
                            "%.200s: the model has no axis_mass, so gravity cannot act on it",
                            item->name);
 
-  if (thrum_model_masters(model) > 0)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "%.200s: the page cannot step a model that was precomputed condensed "
-                           "yet: show an uncondensed one, which a scene may condense",
-                           item->name);
-
   // its mass and the surface that is shown
   THRUM_TRY(thrum_quality_measure(model, &quality, error));
   THRUM_TRY(render_mesh_make(model, item->surface, &shown, error));
@@ -189,6 +191,8 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
   json_string(object, "name", item->name);
   json_string(object, "title", item->title);
   json_number(object, "rank", (double)model->rank);
+  if (thrum_model_masters(model) > 0)
+    json_number(object, "masters", (double)thrum_model_masters(model));
   json_number(object, "vertex_count", (double)shown.vertex_count);
   json_number(object, "triangle_count", (double)shown.triangle_count);
   json_number(object, "mass", quality.mass);

@@ -36,7 +36,8 @@ cJSON *view_archive_scene_of_models(const view_archive_model *models) {
   json_number(body, "scale", 1);
   json_number(body, "stiffness", 1);
   json_number(body, "density", 1);
-  json_number(body, "rank", (double)models[0].model->rank);
+  const int64_t masters = thrum_model_masters(models[0].model);
+  json_number(body, "rank", (double)(masters > 0 ? masters : models[0].model->rank));
   cJSON_AddStringToObject(body, "colour", COLOUR);
   cJSON_AddBoolToObject(body, "free", false);
   cJSON_AddItemToArray(cJSON_AddArrayToObject(scene, "bodies"), body);
@@ -75,7 +76,8 @@ static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
   json_number(body, "stiffness", spec->stiffness);
   json_number(body, "density", spec->density);
   // as it is stepped: "error" and "budget" have found the number
-  const int64_t masters = run->bodies[n].request.condense;
+  const int64_t asked = run->bodies[n].request.condense;
+  const int64_t masters = asked > 0 ? asked : thrum_model_masters(run->bodies[n].model);
   json_number(body, "rank", (double)(masters > 0 ? masters : run->bodies[n].model->rank));
   json_number(body, "condense", (double)masters);
   add_colour(body, spec->colour);

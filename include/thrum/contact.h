@@ -140,6 +140,11 @@ typedef struct thrum_pull {
    * that displaces the point by the diagonal of the body's box at rest, and twice the force on the
    * translation. */
   double force_max;
+
+  /* How far what is not stepped gives way where the pull acts, at rest and in the world [m/N]: 3 x
+   * 3, symmetric, finite, none of the diagonal below 0; it is in series with the spring. Larger:
+   * the spring pulls the steps less. Zeros: all that moves is stepped. */
+  double give[9];
 } thrum_pull;
 
 /* How a contact is made. Start from thrum_default_contact_def and change fields. The arrays are

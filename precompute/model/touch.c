@@ -135,6 +135,10 @@ void thrum_touch_free(thrum_touch *touch) {
   free(touch);
 }
 
+const thrum_model_statics *thrum_touch_statics(const thrum_touch *touch) {
+  return &touch->statics;
+}
+
 /* --- judging -----------------------------------------------------------------------------------
  */
 

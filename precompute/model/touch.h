@@ -29,6 +29,9 @@ typedef struct thrum_touch_coverage {
 thrum_status thrum_touch_create(const thrum_model *model, thrum_touch **touch, thrum_error *error);
 void thrum_touch_free(thrum_touch *touch); /* NULL is fine */
 
+/* The body behind the places, and its factor. */
+const struct thrum_model_statics *thrum_touch_statics(const thrum_touch *touch);
+
 /* How a model of the same mesh and held vertices follows pulls at the places. */
 void thrum_touch_measure(thrum_touch *touch, const thrum_model *model,
                          thrum_touch_coverage *coverage);

@@ -18,6 +18,11 @@ static thrum_status check_pull(const thrum_model *model, const thrum_pull *pull,
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "pull %lld: a weight, its target or velocity is not finite",
                            (long long)index);
+  if (!thrum_all_finite(pull->give, 9) ||
+      !(pull->give[0] >= 0.0 && pull->give[4] >= 0.0 && pull->give[8] >= 0.0))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "pull %lld: give must be finite, and its diagonal not below 0",
+                           (long long)index);
 
   // written so that NaN is refused as well
   if (!(pull->stiffness >= 0.0 && pull->stiffness <= THRUM_CONTACT_STIFFNESS_MAX) ||

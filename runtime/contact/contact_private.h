@@ -135,6 +135,7 @@ typedef struct thrum_pull_row {
   double response[9]; /* G */
   double rate;        /* K: force per displacement [N/m] */
   double bias[3];     /* force without displacement [N] */
+  double series[9];   /* 1 + k C with what is not stepped [1] */
   double most;        /* force is no larger [N] */
   double seen[3];     /* as in a row [m] */
 } thrum_pull_row;

@@ -6,7 +6,9 @@
  *   F = -k (e + dx/2) - b k (3/2 dx - h/2 v) - c dx/h = bias - rate dx:
  *
  * the midpoint rule for a spring that the step resolves, and F = -k (e' + h/2 v') for a stiff one,
- * which is at rest on its target after two steps. Solved by a 3 x 3 system for each pull.
+ * which is at rest on its target after two steps. Where what is not stepped gives way by C, the
+ * offset has C F as well, so (1 + k C) F is that law, of the spring in series with C; b and the
+ * critical damping are of k / (1 + k tr(C)/3). Solved by a 3 x 3 system for each pull.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
@@ -39,12 +41,15 @@ static double *mix_rows(const thrum_contact_run *run, const thrum_pull *pull, in
 static void fill_law(const thrum_contact_run *run, const thrum_pull *pull, thrum_pull_row *row) {
   const double h = run->dt, k = pull->stiffness;
   const double response = (row->response[0] + row->response[4] + row->response[8]) / 3.0;
-  const double stiff = 0.5 * k * response, blend = stiff / (1.0 + stiff);
+  const double series = 1.0 + k * (pull->give[0] + pull->give[4] + pull->give[8]) / 3.0;
+  const double stiff = 0.5 * (k / series) * response, blend = stiff / (1.0 + stiff);
   const double mass = response > 0.0 ? 0.5 * h * h / response : 0.0;
-  const double damping = pull->damping >= 0.0 ? pull->damping : 2.0 * sqrt(k * mass);
+  const double damping = pull->damping >= 0.0 ? pull->damping : 2.0 * sqrt(k * series * mass);
   row->rate = 0.5 * k + 1.5 * blend * k + damping / h;
   for (int axis = 0; axis < 3; axis++)
     row->bias[axis] = -k * row->offset[axis] + 0.5 * blend * k * h * row->velocity[axis];
+  for (int n = 0; n < 9; n++)
+    row->series[n] = k * pull->give[n] + (n % 4 == 0 ? 1.0 : 0.0);
 }
 
 /* The largest force of a pull. A force that displaces the point by more than the body's size shows
@@ -53,9 +58,9 @@ static double most_of(const thrum_contact_run *run, const thrum_pull *pull, cons
   if (pull->force_max > 0.0)
     return pull->force_max;
 
-  // static compliance of the point, over the modes that resist
+  // static compliance of the point, over the modes that resist, and of what is not stepped
   const int64_t rank = run->contact->rank;
-  double compliance = 0.0;
+  double compliance = pull->give[0] + pull->give[4] + pull->give[8];
   for (int64_t i = 0; i < rank; i++) {
     const double u[3] = {rows[i], rows[rank + i], rows[2 * rank + i]};
     if (run->model->omega2[i] > 0.0)
@@ -116,10 +121,10 @@ double thrum_contact_pull_solve(thrum_contact_run *run, int64_t index) {
   for (int axis = 0; axis < 3; axis++)
     at[axis] = row->bias[axis] - row->rate * (at[axis] - row->drift[axis] - own[axis]);
 
-  // (1 + rate G) force = bias - rate x displacement
+  // (1 + k C + rate G) force = bias - rate x displacement
   double matrix[9];
   for (int n = 0; n < 9; n++)
-    matrix[n] = row->rate * row->response[n] + (n % 4 == 0 ? 1.0 : 0.0);
+    matrix[n] = row->rate * row->response[n] + row->series[n];
   if (!thrum_solve3(matrix, at, force))
     return off;
 

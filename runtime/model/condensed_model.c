@@ -159,6 +159,14 @@ static void fill_follow(const thrum_model *model, const source *from, const uint
   }
 }
 
+/* Does anything follow the masters? Slaves that answer to loads alone (touch modes) have no row. */
+static bool follows_masters(const double *follow, size_t count) {
+  for (size_t n = 0; n < count; n++)
+    if (follow[n] != 0)
+      return true;
+  return false;
+}
+
 static void transpose(const double *from, int64_t rows, int64_t columns, double *to) {
   for (int64_t i = 0; i < rows; i++)
     for (int64_t j = 0; j < columns; j++)
@@ -264,8 +272,8 @@ thrum_status thrum_model_condense(void *memory, size_t memory_size, const thrum_
   stepped.omega2 = omega2;
   stepped.c3 = c3;
   stepped.c4 = c4;
-  stepped.follow = follow;
-  stepped.follow_by_pair = by_pair;
+  stepped.follow = follows_masters(follow, p.follow) ? follow : NULL;
+  stepped.follow_by_pair = stepped.follow ? by_pair : NULL;
   stepped.follow_scale = 1.0;
   THRUM_TRY(thrum_model_pack(&stepped, at, size - (size_t)(at - (unsigned char *)memory), error));
   stepped.identity = thrum_model_identity(&stepped);
@@ -294,7 +302,7 @@ void thrum_condensed_shape(const thrum_model *model, const double *x, const doub
   for (int64_t s = 0; s < slaves; s++) {
     // the pairs of one i share a factor
     double sum = load ? load[masters + s] / model->shape->omega2[masters + s] : 0;
-    for (int64_t i = 0; i < masters; i++) {
+    for (int64_t i = 0; row && i < masters; i++) {
       double part = 0;
       for (int64_t j = i; j < masters; j++)
         part += *row++ * x[j];
@@ -319,7 +327,7 @@ void thrum_condensed_velocity(const thrum_model *model, const double *x, const d
   const double *row = model->follow;
   memcpy(p, v, (size_t)masters * sizeof *p);
   for (int64_t s = 0; s < slaves; s++)
-    p[masters + s] = slave_speed(&row, masters, x, v);
+    p[masters + s] = row ? slave_speed(&row, masters, x, v) : 0;
 }
 
 void thrum_condensed_load(const thrum_model *model, const double *x, const double *load,
@@ -327,7 +335,7 @@ void thrum_condensed_load(const thrum_model *model, const double *x, const doubl
   const int64_t masters = model->rank, slaves = slaves_of(model);
   const double *row = model->follow;
   memcpy(reduced, load, (size_t)masters * sizeof *reduced);
-  for (int64_t s = 0; s < slaves; s++) {
+  for (int64_t s = 0; row && s < slaves; s++) {
     const double force = load[masters + s];
     for (int64_t i = 0; i < masters; i++)
       for (int64_t j = i; j < masters; j++, row++) {
@@ -344,7 +352,7 @@ double thrum_condensed_inertia_share(const thrum_model *model, const double *x, 
   double whole = 0, left_out = 0;
   for (int64_t i = 0; i < masters; i++)
     whole += v[i] * v[i];
-  for (int64_t s = 0; s < slaves; s++) {
+  for (int64_t s = 0; row && s < slaves; s++) {
     const double speed = slave_speed(&row, masters, x, v);
     left_out += speed * speed;
   }

@@ -289,8 +289,11 @@ static thrum_status check_omega2(const thrum_layout *layout, thrum_error *error)
   const unsigned char *omega2 = layout->data[THRUM_ARRAY_omega2];
   if (get_f8(omega2, 0) < 0.0)
     return thrum_error_set(error, THRUM_BAD_VALUE, "array 'omega2' holds a negative value");
+
+  // what is stepped, and what follows it, each by itself
+  const int64_t slaves = HAS(layout, slave_map) ? SIZE(layout, slave_count) : 0;
   for (int64_t i = 1; i < SIZE(layout, rank); i++)
-    if (get_f8(omega2, i) < get_f8(omega2, i - 1))
+    if (i != SIZE(layout, rank) - slaves && get_f8(omega2, i) < get_f8(omega2, i - 1))
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "array 'omega2' is not in ascending order (entry %" PRId64 ")", i);
   return THRUM_OK;

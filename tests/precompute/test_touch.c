@@ -3,7 +3,8 @@
 #include "tests/support/precompute_support.h"
 
 #include "precompute/model/load_share.h"
-#include "precompute/model/touch.h"
+#include "precompute/model/touch_follow.h"
+#include "thrum/condensed_model.h"
 
 static thrum_precomputed make_model(const body *b, int64_t modes, int64_t rank,
                                     const double *trained, int64_t count) {
@@ -128,6 +129,75 @@ static void touch_modes_let_every_place_of_a_free_body_follow(void **state) {
   check_modes(NULL, 0.6);
 }
 
+/* Touch modes that follow beside the usual model: the model with them, stepped, and what it shows
+ * of a static pull. */
+static void check_followers(const char *fix, double share) {
+  body b = body_make("beam:8x2x2@1x0.2x0.2", fix);
+  thrum_precomputed usual = make_model(&b, 4, 6, NULL, 0);
+  thrum_touch *touch = make_touch(&usual.model);
+  int64_t found = 0;
+  double *fields = need((size_t)(40 * 3 * b.mesh.vertex_count), sizeof *fields);
+  assert_int_equal(thrum_touch_shapes(touch, &usual.model, share, 40, fields, &found, NULL),
+                   THRUM_OK);
+  thrum_touch_followers followers = {0};
+  assert_int_equal(thrum_touch_follow(touch, &usual.model, fields, found, &followers, NULL),
+                   THRUM_OK);
+
+  // they follow as touch modes that are stepped do, place for place
+  thrum_precomputed with = make_model(&b, 4, 6, fields, found);
+  thrum_touch_coverage stepped, coverage;
+  thrum_touch_measure(touch, &with.model, &stepped);
+  thrum_touch_measure(touch, &followers.model, &coverage);
+  assert_true(followers.model.rank == with.model.rank && coverage.worst >= share);
+  assert_true(fabs(coverage.worst - stepped.worst) < 1e-9);
+  assert_true(fabs(coverage.mean - stepped.mean) < 1e-9);
+
+  // what is stepped of it is the usual model, bit for bit
+  const thrum_model *steps = NULL;
+  size_t size = 0;
+  assert_int_equal(thrum_model_condense_size(&followers.model, 6, &size, NULL), THRUM_OK);
+  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+  assert_int_equal(thrum_model_condense(memory, size, &followers.model, 6, &steps, NULL), THRUM_OK);
+  assert_memory_equal(steps->omega2, usual.model.omega2, 6 * sizeof(double));
+  assert_memory_equal(steps->c3, usual.model.c3, (size_t)usual.model.c3_count * sizeof(double));
+  assert_memory_equal(steps->c4, usual.model.c4, (size_t)usual.model.c4_count * sizeof(double));
+
+  // a static pull moves the model with followers as the uncondensed one, by U W^-1 U^T f of each
+  const int64_t rank = with.model.rank, place = 3 * coverage.vertex;
+  for (int axis = 0; axis < 3; axis++) {
+    double load[THRUM_RANK_MAX], x[6], q[THRUM_RANK_MAX], moves = 0, same = 0;
+    for (int64_t i = 0; i < rank; i++)
+      load[i] = followers.model.basis[(place + axis) * rank + i];
+    for (int64_t i = 0; i < 6; i++)
+      x[i] = load[i] / steps->omega2[i];
+    thrum_condensed_shape(steps, x, load, q);
+    for (int64_t i = 0; i < rank; i++) {
+      const double u = with.model.basis[(place + axis) * rank + i];
+      moves += followers.model.basis[(place + axis) * rank + i] * q[i];
+      same += u * u / with.model.omega2[i];
+    }
+    assert_true(fabs(moves - same) < 1e-9 * same);
+  }
+
+  free(memory);
+  thrum_touch_followers_free(&followers);
+  free(fields);
+  thrum_touch_free(touch);
+  thrum_precomputed_free(&with);
+  thrum_precomputed_free(&usual);
+  body_free(&b);
+}
+
+static void touch_modes_that_follow_a_held_body_give_its_static_answer(void **state) {
+  (void)state;
+  check_followers("x<0.001", 0.8);
+}
+
+static void touch_modes_that_follow_a_free_body_give_its_static_answer(void **state) {
+  (void)state;
+  check_followers(NULL, 0.6);
+}
+
 static void a_body_that_is_held_all_over_has_no_place(void **state) {
   (void)state;
   body b = body_make("beam:2x2x2@1x1x1", "x<0.001");
@@ -159,6 +229,8 @@ int main(void) {
       cmocka_unit_test(the_worst_place_is_followed_as_the_share_of_its_loads_says),
       cmocka_unit_test(touch_modes_let_every_place_of_a_held_body_follow),
       cmocka_unit_test(touch_modes_let_every_place_of_a_free_body_follow),
+      cmocka_unit_test(touch_modes_that_follow_a_held_body_give_its_static_answer),
+      cmocka_unit_test(touch_modes_that_follow_a_free_body_give_its_static_answer),
       cmocka_unit_test(a_body_that_is_held_all_over_has_no_place),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -326,6 +326,162 @@ static void what_cannot_be_condensed_is_refused(void **context) {
   random_model_free(&m);
 }
 
+/* A model whose slaves answer to loads alone, as touch modes do: the polynomial of its masters, and
+ * a map of zeros. */
+typedef struct follower_model {
+  random_model m;
+  thrum_model model;
+  void *truncated;
+  double map[(RANK - MASTERS) * MASTERS * (MASTERS + 1) / 2];
+} follower_model;
+
+static const thrum_model *make_followers(follower_model *f) {
+  const thrum_model *low = NULL;
+  size_t size = 0;
+  make_model(&f->m);
+  MUST(thrum_model_truncate_size(&f->m.model, MASTERS, &size, &failure));
+  f->truncated = aligned_alloc(64, (size + 63) / 64 * 64);
+  assert_non_null(f->truncated);
+  MUST(thrum_model_truncate(f->truncated, size, &f->m.model, MASTERS, &low, &failure));
+  memset(f->map, 0, sizeof f->map);
+  f->model = f->m.model;
+  f->model.slave_map = f->map;
+  f->model.slave_count = RANK - MASTERS;
+  f->model.slave_pairs = MASTERS * (MASTERS + 1) / 2;
+  f->model.condensed_c3 = low->c3;
+  f->model.condensed_c3_count = low->c3_count;
+  f->model.condensed_c4 = low->c4;
+  f->model.condensed_c4_count = low->c4_count;
+  f->model.c3 = f->model.c4 = NULL;
+  f->model.c3_count = f->model.c4_count = 0;
+  return low;
+}
+
+static void free_followers(follower_model *f) {
+  free(f->truncated);
+  random_model_free(&f->m);
+}
+
+static void slaves_that_answer_to_loads_alone_leave_the_masters_their_bits(void **context) {
+  (void)context;
+  follower_model f;
+  make_followers(&f);
+  const double gravity[3] = {3, -2, 1};
+  thrum_scene_body_def def = def_of(&f.m);
+  def.model = &f.model;
+  def.condense = 0;
+  thrum_scene *with = scene_of(&def, 0.003, gravity);
+  def.model = &f.m.model;
+  def.rank = MASTERS;
+  thrum_scene *without = scene_of(&def, 0.003, gravity);
+  steps(with, STEPS);
+  steps(without, STEPS);
+
+  // what is stepped has the same bits, and what follows is at rest under its load
+  double q[RANK], p[RANK], x[RANK], v[RANK], load[RANK] = {0};
+  MUST(thrum_scene_body_get(with, 0, q, p, &failure));
+  MUST(thrum_scene_body_get(without, 0, x, v, &failure));
+  assert_memory_equal(q, x, MASTERS * sizeof *q);
+  assert_memory_equal(p, v, MASTERS * sizeof *p);
+  MUST(thrum_load_add_gravity(&f.m.model, gravity, load, &failure));
+  for (int h = MASTERS; h < RANK; h++) {
+    const double rest = load[h] / f.m.model.omega2[h];
+    assert_true(fabs(q[h] - rest) <= 1e-14 * fabs(rest) && p[h] == 0);
+  }
+
+  thrum_scene_free(with);
+  thrum_scene_free(without);
+  free_followers(&f);
+}
+
+enum { PULLED = 4 };
+
+/* Where the target of the pull is, from the vertex at rest. */
+static const double away[3] = {2e-4, -1e-4, 3e-4};
+
+static thrum_scene *pull_followers(const follower_model *f, double damping, double stiffness,
+                                   double target[3]) {
+  thrum_scene_body_def def = def_of(&f->m);
+  def.model = &f->model;
+  def.condense = 0;
+  def.q = def.p = NULL;
+  def.state.damping_alpha = damping;
+  thrum_scene *scene = scene_of(&def, 0.003, NULL);
+  for (int axis = 0; axis < 3; axis++)
+    target[axis] = f->m.vertices[3 * PULLED + axis] + away[axis];
+  MUST(thrum_scene_pull_start(scene, 0, PULLED, target, stiffness, 0, NULL, &failure));
+  return scene;
+}
+
+/* What is shown under a spring is the answer of all coordinates to its force, and the spring has
+ * the force of the way that is left: whether it is soft or stiffer than the body. */
+static void what_follows_answers_a_pull_at_rest(void **context) {
+  (void)context;
+  follower_model f;
+  make_followers(&f);
+  for (double stiffness = 0.1; stiffness < 1e5; stiffness *= 100) {
+    double target[3], at[3], force[3];
+    thrum_scene *scene = pull_followers(&f, 6, stiffness, target);
+    steps(scene, 4000);
+    MUST(thrum_scene_pull_get(scene, 0, at, force, &failure));
+
+    // u = sum over all coordinates of U (U^T f) / w^2, which a small pull obeys
+    const double *rows = f.m.model.basis + 3 * PULLED * RANK;
+    double u[3] = {0}, size = 0, strength = 0;
+    for (int i = 0; i < RANK; i++) {
+      double answer = 0;
+      for (int axis = 0; axis < 3; axis++)
+        answer += rows[axis * RANK + i] * force[axis] / f.m.model.omega2[i];
+      for (int axis = 0; axis < 3; axis++)
+        u[axis] += rows[axis * RANK + i] * answer;
+    }
+    for (int axis = 0; axis < 3; axis++) {
+      size += fabs(u[axis]);
+      strength += fabs(force[axis]);
+    }
+    assert_true(size > 0 && strength > 0);
+    for (int axis = 0; axis < 3; axis++) {
+      assert_true(fabs(at[axis] - f.m.vertices[3 * PULLED + axis] - u[axis]) <= 0.01 * size);
+      assert_true(fabs(stiffness * (target[axis] - at[axis]) - force[axis]) <= 0.01 * strength);
+    }
+    thrum_scene_free(scene);
+  }
+  free_followers(&f);
+}
+
+/* What a pull does on the masters is their energy; what it does on what follows comes back. */
+static void the_energy_of_a_pull_is_accounted_for(void **context) {
+  (void)context;
+  follower_model f;
+  double target[3];
+  make_followers(&f);
+  thrum_scene *scene = pull_followers(&f, 0, 1e4, target);
+  for (int k = 0; k < STEPS; k++) {
+    thrum_scene_energies now;
+    thrum_scene_body_info info;
+    MUST(thrum_scene_step(scene, &failure));
+    MUST(thrum_scene_body_energies(scene, 0, &now, &failure));
+    MUST(thrum_scene_body(scene, 0, &info, &failure));
+    const double energy = now.kinetic + now.potential;
+    assert_true(fabs(energy - info.contact.pulled) <= 1e-9 * (energy + 1e-12));
+  }
+
+  // let go, the body keeps it, and nothing follows any more
+  double q[RANK];
+  thrum_scene_energies before, after;
+  MUST(thrum_scene_pull_end(scene, 0, &failure));
+  MUST(thrum_scene_body_energies(scene, 0, &before, &failure));
+  steps(scene, STEPS);
+  MUST(thrum_scene_body_energies(scene, 0, &after, &failure));
+  MUST(thrum_scene_body_get(scene, 0, q, NULL, &failure));
+  assert_true(fabs(after.kinetic + after.potential - before.kinetic - before.potential) <=
+              1e-9 * (before.kinetic + before.potential));
+  for (int h = MASTERS; h < RANK; h++)
+    assert_true(q[h] == 0);
+  thrum_scene_free(scene);
+  free_followers(&f);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_condensed_body_has_the_bits_of_its_model_alone_and_shows_its_slaves),
@@ -337,6 +493,9 @@ int main(void) {
       cmocka_unit_test(a_body_is_condensed_and_stepped_whole_again_between_two_steps),
       cmocka_unit_test(a_load_beyond_numbers_leaves_the_shape_as_it_was),
       cmocka_unit_test(what_cannot_be_condensed_is_refused),
+      cmocka_unit_test(slaves_that_answer_to_loads_alone_leave_the_masters_their_bits),
+      cmocka_unit_test(what_follows_answers_a_pull_at_rest),
+      cmocka_unit_test(the_energy_of_a_pull_is_accounted_for),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,9 +1,10 @@
 // A model file as a model of the page: what `thrum view` makes of one, for a file that is dropped.
 // SPDX-License-Identifier: Apache-2.0
+import { mostStepped } from './pack.js';
 import { outerTriangles } from '../../javascript/src/outer_triangles.js';
 
 const KEPT = ['omega2', 'c3', 'c4', 'point_weights', 'point_moduli', 'point_gradients', 'point_law',
-  'axis_mass'];
+  'axis_mass', 'slave_map', 'condensed_c3', 'condensed_c4'];
 
 /** The inertia of a body that nothing holds: corners of its first tetrahedron, and the rigid modes
  * there. */
@@ -25,13 +26,14 @@ const shownRows = (array, width, vertices, Type) => {
  * @param {string} name of the file @returns {import('./pack.js').Model} */
 export function readModelFile(engine, bytes, name) {
   const { counts, arrays: all } = engine.openModel(bytes);
-  const { rank, regions } = counts;
+  const { rank, regions, masters } = counts;
   const triangles = outerTriangles(all.tets);
   const vertices = [...new Set(triangles)].sort((a, b) => a - b);
   const place = new Map(vertices.map((v, n) => [v, n]));
   const arrays = Object.fromEntries(KEPT.filter((key) => all[key]).map((key) => [key, all[key]]));
   return {
     name, title: name.replace(/\.npz$/, ''), rank, regions,
+    ...(masters > 0 && { masters }),
     vertex_count: vertices.length, triangle_count: triangles.length / 3,
     // the first rigid mode is a shift by one over the root of the mass
     mass: all.rigid ? 1 / all.rigid[0] ** 2 : 0, young: all.material[0], poisson: all.material[1],
@@ -54,6 +56,6 @@ export function packOfModels(models) {
     models,
     scene: { dt: 0.003, integrator: 'energy', gravity: [0, 0, 0], damping: 0, obstacles: [],
       bodies: [{ name: first.name, model: 0, position: [0, 0, 0], rotation: [1, 0, 0, 0], scale: 1,
-        stiffness: 1, density: 1, rank: first.rank, colour: '#4a86c5', free: false }] },
+        stiffness: 1, density: 1, rank: mostStepped(first), colour: '#4a86c5', free: false }] },
   };
 }

@@ -6,6 +6,7 @@
  * @property {string} name
  * @property {string} title
  * @property {number} rank
+ * @property {number} [masters] the first coordinates, which are stepped, where the others follow
  * @property {number} vertex_count shown vertices
  * @property {number} triangle_count
  * @property {number} mass [kg]
@@ -60,18 +61,31 @@ function arrayAt(data, start, [offset, count, type]) {
   return new Type(data, start + offset, count);
 }
 
+/** The most coordinates of a model that can be stepped. @param {Model} model */
+export const mostStepped = (model) => model.masters || model.rank;
+
+const cubicCount = (r) => (r * (r + 1) * (r + 2)) / 6;
+const quarticCount = (r) => (cubicCount(r) * (r + 3)) / 4;
+
+/** Entries of the energy's arrays. @param {Model} model */
+function energyCounts({ rank: r, masters: k, arrays }) {
+  const points = arrays.point_weights?.length;
+  if (k) return { slave_map: ((r - k) * k * (k + 1)) / 2, condensed_c3: cubicCount(k), condensed_c4: quarticCount(k) };
+  return points ? { point_moduli: 2 * points, point_gradients: 9 * points * r }
+    : { c3: cubicCount(r), c4: quarticCount(r) };
+}
+
 /** Laws of materials at cubature points, as in a model file: each name is ended by one 0. */
 const LAWS = ['stvk\0', 'corotational\0', 'neo-hookean\0'];
 
 /** Refuses arrays that do not fit together. @param {Model} model */
 function check(model) {
   const { rank: r, vertex_count: vertices, triangle_count: triangles, arrays } = model;
-  const points = arrays.point_weights?.length;
+  if (model.masters && !(model.masters < r))
+    throw new Error(`model '${model.name}': nothing follows ${model.masters} of ${r} coordinates`);
   const counts = {
     omega2: r,
-    ...(points
-      ? { point_moduli: 2 * points, point_gradients: 9 * points * r }
-      : { c3: (r * (r + 1) * (r + 2)) / 6, c4: (r * (r + 1) * (r + 2) * (r + 3)) / 24 }),
+    ...energyCounts(model),
     axis_mass: 3 * r, positions: 3 * vertices, basis: 3 * vertices * r, triangles: 3 * triangles,
     fixed: vertices,
     ...(arrays.tet && { tet: 12, tet_rigid: 72 }),

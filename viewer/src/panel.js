@@ -5,6 +5,7 @@ import { GRADIENT, QUANTITIES, quantitiesOf } from './colours.js';
 import { quantityText } from './numbers.js';
 import { isComposed } from './scenes.js';
 import { drawSplit } from './plot.js';
+import { mostStepped } from './pack.js';
 import { QUALITIES } from './quality.js';
 
 const find = (id) => document.getElementById(id);
@@ -93,7 +94,7 @@ export class Panel {
       Object.assign(find('scrub'), { min: recording.begin, max: recording.end });
       return;
     }
-    find('rank').max = Math.max(...bodies.map(({ model }) => model.rank));
+    find('rank').max = Math.max(...bodies.map(({ model }) => mostStepped(model)));
     for (const [name, slider] of Object.entries(SLIDERS)) {
       find(name).value = slider.write(settings[name]);
       document.querySelector(`output[for=${name}]`).textContent = slider.text(settings[name]);

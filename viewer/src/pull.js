@@ -48,7 +48,7 @@ export function pullWithPointers(world, guard, struck) {
     stage.controls.enabled = false;
     canvas.classList.add('pulling');
     canvas.setPointerCapture(event.pointerId);
-    sayFollows(world.follows(pick.body, pick.vertex));
+    sayFollows(world.follows(pick.body, pick.vertex), world.hasFollowers(pick.body));
     guard(() => world.startPull(event.pointerId, pick.body, pick.vertex, at.toArray()));
     event.stopImmediatePropagation();
   }
@@ -93,13 +93,15 @@ export function pullWithPointers(world, guard, struck) {
 }
 
 /** Says in the place of the hint that the model cannot show the pull, and what to do.
- * @param {number|undefined} follows per cent; undefined: nothing to say */
-function sayFollows(follows) {
+ * @param {number|undefined} follows per cent; undefined: nothing to say
+ * @param {boolean} [followers] shapes that are not stepped follow pulls already */
+function sayFollows(follows, followers) {
   const hint = document.getElementById('hint');
   hint.hidden = !(follows < FOLLOWS);
   if (!hint.hidden)
     hint.textContent = `Here the model gives ${follows} % of what its mesh gives. `
-      + 'A model made with thrum precompute --touch follows better.';
+      + (followers ? 'Name this place with --handles of thrum precompute to have it follow better.'
+        : 'A model made with thrum precompute --touch follows better.');
 }
 
 /** The head of an arrow, of the same size on the page wherever it is. */

@@ -6,6 +6,7 @@ import { quantitiesOf } from './colours.js';
 import { LinkMarks, OPEN, stateOf } from './link_marks.js';
 import { LEVELS, QUALITIES, QualityChooser } from './quality.js';
 import { Marks } from './marks.js';
+import { mostStepped } from './pack.js';
 import { Recording } from './recording.js';
 import { coordinatesTexture } from './shader.js';
 import { COMPARED, aloneScene, comparedScene, isComposed } from './scenes.js';
@@ -83,7 +84,7 @@ export class World {
     Object.assign(this.settings, {
       dt: scene.dt, integrator: first.integrator ?? scene.integrator, gravity: length,
       damping: first.damping ?? scene.damping, stiffness: 1,
-      rank: first.rank || this.pack.models[first.model].rank,
+      rank: first.rank || mostStepped(this.pack.models[first.model]),
     });
   }
 
@@ -124,7 +125,7 @@ export class World {
 
     // of a link that was made for another model: no body has more coordinates than its model
     if (name === 'rank') {
-      const most = Math.max(...this.bodies.map(({ model }) => model.rank));
+      const most = Math.max(...this.bodies.map(({ model }) => mostStepped(model)));
       value = Math.min(Math.max(1, Math.round(value)), most);
     }
     const { engine } = this;
@@ -134,7 +135,7 @@ export class World {
       gravity: () => engine.setGravity(this.down.map((d) => d * value)),
       damping: () => each((n) => engine.setDamping(n, value)),
       stiffness: () => each((n) => engine.setStiffness(n, value * this.shown.bodies[n].stiffness)),
-      rank: () => this.#loose(this.#tied()).forEach((n) => this.#setRank(n, Math.min(value, this.bodies[n].model.rank))),
+      rank: () => this.#loose(this.#tied()).forEach((n) => this.#setRank(n, Math.min(value, mostStepped(this.bodies[n].model)))),
       integrator: () => this.compared || this.#loose(this.#coupled()).forEach((n) => engine.setIntegrator(n, value)),
       pull: () => {
         if (!(value > 0)) throw new Error(`a pull is a spring of a stiffness above 0, not ${value}`);
@@ -290,6 +291,11 @@ export class World {
    * @param {number} body @param {number} vertex */
   follows(body, vertex) {
     return this.pack.models[this.shown.bodies[body].model].arrays.follows?.[vertex];
+  }
+
+  /** Has the model shapes that follow and are not stepped? @param {number} body */
+  hasFollowers(body) {
+    return this.pack.models[this.shown.bodies[body].model].masters > 0;
   }
 
   /** The force of a pull [N], of the copy by the first integrator where bodies are compared. */

@@ -58,6 +58,35 @@ for (const law of ['stvk', 'corotational', 'neo-hookean'])
     assert.deepEqual(engine.coordinates(0), lastRow(join(folder, law, 'q.npy'), 9));
   });
 
+test('touch modes follow a pull; what is stepped beside them has the bits of the native library', async () => {
+  thrum('precompute', 'beam:8x2x2@1x0.2x0.2', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
+    '--touch', '-o', 'touch.npz', '--quiet');
+  thrum('simulate', 'touch.npz', '-o', 'touch', '--integrator', 'energy', '--damping', '0',
+    '--load', `gravity:${GRAVITY}`, '--dt', '0.003', '--time', '0.3', '--quiet');
+  const touched = packOf('touch.npz');
+  const [model] = touched.models;
+  assert.equal(model.masters, 9);
+  const engine = await Engine.load(wasmBytes());
+  engine.addModel(model);
+  engine.build({ ...touched.scene, gravity: GRAVITY, dt: 0.003, integrator: 'energy', damping: 0 });
+  for (let i = 0; i < 100; i++) engine.step();
+  assert.deepEqual(engine.coordinates(0), lastRow(join(folder, 'touch', 'q.npy'), model.rank).slice(0, 9));
+
+  // nothing follows where nothing acts, and a pull is followed until it ends
+  const following = () => Math.max(...Array.from(engine.shape(0).slice(9), Math.abs));
+  engine.build({ ...touched.scene, gravity: [0, 0, 0], dt: 0.003 });
+  engine.step();
+  assert.equal(following(), 0);
+  const vertex = model.arrays.fixed.findIndex((held) => held === 0);
+  const [x, y, z] = engine.position(0, vertex);
+  const pull = engine.startPull(0, vertex, [x, y, z + 0.01], 10);
+  engine.step();
+  assert.ok(following() > 0);
+  engine.endPull(pull);
+  engine.step();
+  assert.equal(following(), 0);
+});
+
 test('energy keeps the total to 1e-9 over 1000 steps without damping', async () => {
   const engine = await run({ integrator: 'energy', damping: 0 }, 0);
   let swing = 0;
