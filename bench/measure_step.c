@@ -6,6 +6,7 @@
 
 #include "bench/measure.h"
 #include "platform/clock.h"
+#include "thrum/condensed_model.h"
 #include "thrum/displacement.h"
 
 #define WARM_STEPS 1024 /* until monitors and Jacobians have found their rhythm */
@@ -41,13 +42,14 @@ thrum_status bench_step_choose_dt(const thrum_model *model, bench_step *bench, t
  * bends as it likes, where a displaced mode would be stretched. */
 thrum_status bench_step_start(const thrum_model *model, const bench_step *bench, thrum_state *state,
                               thrum_error *error) {
-  double *p = calloc(2 * (size_t)model->rank, sizeof *p);
+  const thrum_model *shape = thrum_condensed_shape_model(model);
+  double *p = calloc((size_t)(model->rank + shape->rank), sizeof *p);
   if (!p)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a start");
   double *extents = p + model->rank;
   thrum_status status = THRUM_MISSING;
-  if (model->basis)
-    status = thrum_basis_extents(model, extents, error);
+  if (shape->basis)
+    status = thrum_basis_extents(shape, extents, error);
   else
     thrum_error_set(error, status, "the model has no basis to measure a swing in metres by");
   if (status >= 0) {
