@@ -2,9 +2,9 @@
  *
  * The shapes T are K-orthogonal to the basis U, so that a load f moves T y by y = W_T^-1 T^T f and
  * leaves the answer of U as it is: the static correction of mode superposition by residual
- * attachment modes (D. J. Rixen 2004, doi:10.1016/j.cam.2003.12.014). The model is a condensed one (thrum/condensed_model.h): its
- * masters are the coordinates of U with their own polynomial, and nothing but loads moves the
- * slaves. Cost: one product with K and one with M for each shape.
+ * attachment modes (D. J. Rixen 2004, doi:10.1016/j.cam.2003.12.014). The model is a condensed one
+ * (thrum/condensed_model.h): its masters are the coordinates of U with their own polynomial, and
+ * nothing but loads moves the slaves. Cost: one product with K and one with M for each shape.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_MODEL_TOUCH_FOLLOW_H
 #define THRUM_PRECOMPUTE_MODEL_TOUCH_FOLLOW_H
