@@ -2,7 +2,6 @@
  * start from the same snapshots and take turns, so that each finds the machine as the other does.
  * Times are the processor's: a pass over the bodies is long, and others may run meanwhile.
  * SPDX-License-Identifier: Apache-2.0 */
-#include <stdlib.h>
 #include <string.h>
 
 #include "bench/measure.h"

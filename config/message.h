@@ -11,11 +11,23 @@
 enum command_exit { COMMAND_DONE = 0, COMMAND_REFUSED = 1, COMMAND_USAGE = 2, COMMAND_FLAGGED = 3 };
 enum { COMMAND_HELPED = -1 }; /* no exit code: a command has printed its help and is done */
 
+/* Returns from the caller with the code of a step of its command that is not COMMAND_DONE. */
+#define CONFIG_TRY(call)                                                                           \
+  do {                                                                                             \
+    const int try_code_ = (call);                                                                  \
+    if (try_code_ != COMMAND_DONE)                                                                 \
+      return try_code_;                                                                            \
+  } while (0)
+
 /* Prints "thrum: <message>" on standard error and returns COMMAND_REFUSED. */
 int config_refuse(const thrum_error *error);
 
 /* The exit code at the end of a command: refused with that line, flagged, or done. */
 int config_end(thrum_status status, bool flagged, const thrum_error *error);
+
+/* Passes a status on; what the error of a failure says then follows these words and ": ". */
+__attribute__((format(printf, 3, 4))) thrum_status
+config_error_in(thrum_error *error, thrum_status status, const char *format, ...);
 
 /* Control characters of what was typed, line ends too, into '?': a message is one line. */
 void config_one_line(char *text);

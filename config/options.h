@@ -105,7 +105,7 @@ typedef struct config_option {
   size_t field, size;   /* place and size of the field in the request or record */
   size_t given;         /* place of a bool that becomes true, not 0; 0: none */
   size_t counted;     /* place of an int64_t, not 0: the length of a list of numbers; 0: no list */
-  int64_t set;        /* CONFIG_FLAG: what the field becomes; 0: 1 */
+  int64_t set;        /* CONFIG_FLAG: what the field becomes; 0: 1; or what `take` makes of it */
   double least, most; /* range, unlimited while both are 0; INFINITY may stand for most */
   bool above, below;  /* least itself, most itself is not in it */
   bool repeats;       /* each time adds one */
@@ -146,51 +146,32 @@ typedef struct config_command {
   { .kind = CONFIG_HEADING, .about = text }
 #define OPTION_GROUP(table, text, ...)                                                             \
   { .kind = CONFIG_GROUP, .keys = table, .about = text, __VA_ARGS__ }
+#define OPTION_ROW(n, of_kind, otherwise, text, ...)                                               \
+  { .name = n, .kind = of_kind, .fallback = otherwise, .about = text, __VA_ARGS__ }
 #define OPTION_FLAG(n, text, ...)                                                                  \
   { .name = n, .kind = CONFIG_FLAG, .about = text, __VA_ARGS__ }
 #define OPTION_SWITCH(n, otherwise, text, ...)                                                     \
-  { .name = n, .kind = CONFIG_SWITCH, .fallback = otherwise, .about = text, __VA_ARGS__ }
+  OPTION_ROW(n, CONFIG_SWITCH, otherwise, text, __VA_ARGS__)
 #define OPTION_NUMBER(n, of_unit, otherwise, text, ...)                                            \
-  {                                                                                                \
-    .name = n, .kind = CONFIG_NUMBER, .unit = of_unit, .fallback = otherwise, .about = text,       \
-    __VA_ARGS__                                                                                    \
-  }
+  OPTION_ROW(n, CONFIG_NUMBER, otherwise, text, .unit = of_unit, __VA_ARGS__)
 #define OPTION_COUNT(n, otherwise, text, ...)                                                      \
-  { .name = n, .kind = CONFIG_COUNT, .fallback = otherwise, .about = text, __VA_ARGS__ }
+  OPTION_ROW(n, CONFIG_COUNT, otherwise, text, __VA_ARGS__)
 #define OPTION_PAIR(n, otherwise, text, ...)                                                       \
-  { .name = n, .kind = CONFIG_PAIR, .fallback = otherwise, .about = text, __VA_ARGS__ }
+  OPTION_ROW(n, CONFIG_PAIR, otherwise, text, __VA_ARGS__)
 #define OPTION_VECTOR(n, of_unit, otherwise, text, ...)                                            \
-  {                                                                                                \
-    .name = n, .kind = CONFIG_VECTOR, .unit = of_unit, .fallback = otherwise, .about = text,       \
-    __VA_ARGS__                                                                                    \
-  }
+  OPTION_ROW(n, CONFIG_VECTOR, otherwise, text, .unit = of_unit, __VA_ARGS__)
 #define OPTION_CHOICE(n, of_names, otherwise, text, ...)                                           \
-  {                                                                                                \
-    .name = n, .kind = CONFIG_CHOICE, .names = of_names, .fallback = otherwise, .about = text,     \
-    __VA_ARGS__                                                                                    \
-  }
+  OPTION_ROW(n, CONFIG_CHOICE, otherwise, text, .names = of_names, __VA_ARGS__)
 #define OPTION_WORD(n, stands_for, otherwise, text, ...)                                           \
-  {                                                                                                \
-    .name = n, .kind = CONFIG_WORD, .value = stands_for, .fallback = otherwise, .about = text,     \
-    __VA_ARGS__                                                                                    \
-  }
+  OPTION_ROW(n, CONFIG_WORD, otherwise, text, .value = stands_for, __VA_ARGS__)
 #define OPTION_TEXT(n, stands_for, otherwise, text, ...)                                           \
-  {                                                                                                \
-    .name = n, .kind = CONFIG_TEXT, .value = stands_for, .fallback = otherwise, .about = text,     \
-    __VA_ARGS__                                                                                    \
-  }
+  OPTION_ROW(n, CONFIG_TEXT, otherwise, text, .value = stands_for, __VA_ARGS__)
 #define OPTION_TEXTS(n, otherwise, text, ...)                                                      \
-  { .name = n, .kind = CONFIG_TEXTS, .fallback = otherwise, .about = text, __VA_ARGS__ }
+  OPTION_ROW(n, CONFIG_TEXTS, otherwise, text, __VA_ARGS__)
 #define OPTION_OBJECT(n, table, otherwise, text, ...)                                              \
-  {                                                                                                \
-    .name = n, .kind = CONFIG_OBJECT, .keys = table, .fallback = otherwise, .about = text,         \
-    __VA_ARGS__                                                                                    \
-  }
+  OPTION_ROW(n, CONFIG_OBJECT, otherwise, text, .keys = table, __VA_ARGS__)
 #define OPTION_LIST(n, table, type, otherwise, text, ...)                                          \
-  {                                                                                                \
-    .name = n, .kind = CONFIG_LIST, .keys = table, .item_size = sizeof(type),                      \
-    .fallback = otherwise, .about = text, __VA_ARGS__                                              \
-  }
+  OPTION_ROW(n, CONFIG_LIST, otherwise, text, .keys = table, .item_size = sizeof(type), __VA_ARGS__)
 
 /* The rows that most commands have at the end of their tables. */
 #define OPTION_FILE(type)                                                                          \

@@ -96,9 +96,7 @@ static int read_file(const config_command *command, const given_list *list, void
 }
 
 static int apply(const config_command *command, const given_list *list, void *request) {
-  const int code = list->file >= 0 ? read_file(command, list, request) : COMMAND_DONE;
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(list->file >= 0 ? read_file(command, list, request) : COMMAND_DONE);
 
   // options of the command line come after the file, and so over it
   for (int n = 0; n < list->count; n++) {
@@ -142,9 +140,7 @@ int config_options_read(const config_command *command, int argc, char **argv, vo
 
 int config_options_read_one(const config_command *command, const char *what, int argc, char **argv,
                             void *request, const char **value) {
-  const int code = config_options_read(command, argc, argv, request);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(config_options_read(command, argc, argv, request));
   if (optind >= argc)
     return *value != NULL ? COMMAND_DONE : config_usage(command->name, "no %s given", what);
   if (optind + 1 < argc)

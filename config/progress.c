@@ -60,6 +60,11 @@ void config_progress_update(config_progress *progress, const char *label, double
   }
 }
 
+bool config_progress_show(void *context, const char *stage, double fraction) {
+  config_progress_update(context, stage, fraction);
+  return true;
+}
+
 void config_progress_end(config_progress *progress, bool done) {
   if (progress->quiet || !progress->open)
     return;

@@ -16,6 +16,8 @@ typedef struct config_progress {
 } config_progress;
 config_progress config_progress_make(bool quiet);
 void config_progress_update(config_progress *progress, const char *label, double fraction);
+/* The same as a call of long work, whose context is the config_progress; true: go on. */
+bool config_progress_show(void *context, const char *stage, double fraction);
 /* Ends the stage, which says that it was done only if it was. */
 void config_progress_end(config_progress *progress, bool done);
 

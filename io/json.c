@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "io/file.h"
 #include "io/number_text.h"
 #include "io/text.h"
 #include "thrum/thrum.h"
@@ -49,6 +50,10 @@ void json_number(cJSON *object, const char *key, double value) {
 double json_number_of(const cJSON *object, const char *key) {
   const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
   return cJSON_IsRaw(item) ? strtod(item->valuestring, NULL) : NAN;
+}
+
+const char *json_text_of(const cJSON *object, const char *key) {
+  return cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(object, key));
 }
 
 void json_numbers(cJSON *object, const char *key, const double *values, int64_t count) {
@@ -152,4 +157,13 @@ void json_print(cJSON *object) {
     puts(text);
   free(text);
   cJSON_Delete(object);
+}
+
+thrum_status json_file_read(const char *path, cJSON **object, thrum_error *error) {
+  void *text = NULL;
+  size_t size = 0;
+  THRUM_TRY(thrum_file_read(path, &text, &size, error));
+  *object = cJSON_ParseWithLength(text, size);
+  free(text);
+  return THRUM_OK;
 }

@@ -7,6 +7,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "thrum/status.h"
+
 /* From now on failures of cJSON's allocations are noted: cJSON leaves out what it has no memory
  * for, so after a failure json_text returns NULL, and the program must not end as if it were done.
  * A setting of the process, for programs; before any other use of cJSON. */
@@ -18,6 +20,8 @@ bool json_memory_failed(void);
 void json_number(cJSON *object, const char *key, double value);
 /* Such a number of an object; NaN where it is null or is not there. */
 double json_number_of(const cJSON *object, const char *key);
+/* Such a text; NULL where there is none. */
+const char *json_text_of(const cJSON *object, const char *key);
 /* Makes the item of a number, for an array. */
 cJSON *json_number_item(double value);
 /* Adds an array of numbers, the same way. */
@@ -43,6 +47,9 @@ void json_print(cJSON *object);
 /* Returns the compact text of an object with all digits, for files and metadata; the caller frees
  * it. NULL without memory for the text, or where some was missing for any object before. */
 char *json_text(const cJSON *object);
+
+/* Reads a file as JSON into *object, which the caller deletes; NULL where it is no JSON. */
+thrum_status json_file_read(const char *path, cJSON **object, thrum_error *error);
 
 /* Reads what json_text wrote, with its numbers as json_number adds them: the text of what comes
  * back is that text. The caller deletes it; NULL where it is no JSON, or without memory. */

@@ -28,6 +28,12 @@ void *thrum_allocate_aligned(size_t size, const char *what, thrum_error *error) 
                  error);
 }
 
+thrum_status thrum_reserve_aligned(void **memory, size_t size, const char *what,
+                                   thrum_error *error) {
+  *memory = thrum_allocate_aligned(size, what, error);
+  return *memory ? THRUM_OK : THRUM_OUT_OF_MEMORY;
+}
+
 /* One allocation of a scope. The memory is a block of its own, so that a sanitizer
  * still finds what writes past its end, and large memory keeps its alignment. */
 typedef struct thrum_scope_block {

@@ -16,6 +16,10 @@ thrum_status thrum_reserve(void *memory, int64_t count, size_t size, const char 
  * free() frees. */
 void *thrum_allocate_aligned(size_t size, const char *what, thrum_error *error);
 
+/* The same for *memory, as thrum_reserve has it, but not zeroed. */
+thrum_status thrum_reserve_aligned(void **memory, size_t size, const char *what,
+                                   thrum_error *error);
+
 /* Memory that is given back together: what a function takes while it works, or what an object owns.
  * After one allocation has failed, `status` says so and the others give NULL, so that one check
  * serves for several. */

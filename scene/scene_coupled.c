@@ -2,9 +2,6 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include <string.h>
-
-#include "runtime/base/finite.h"
 #include "scene/scene_private.h"
 #include "thrum/external_load.h"
 

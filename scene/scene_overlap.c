@@ -5,7 +5,6 @@
 #include "scene/scene_private.h"
 
 #include <stdlib.h>
-#include <string.h>
 
 /* A body's vertices in the world, as far as they may touch. */
 typedef struct outline {
