@@ -32,10 +32,8 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   cJSON *row = json_add_row(rows);
   json_number(row, "rank", (double)model->rank);
   json_number(row, "bodies", (double)batch.bodies);
-  json_number(row, "us_per_step", batch.together.minimum);
-  json_number(row, "us_per_step_median", batch.together.median);
-  json_number(row, "us_per_step_alone", batch.alone.minimum);
-  json_number(row, "us_per_step_alone_median", batch.alone.median);
+  bench_row_time(row, "us_per_step", &batch.together);
+  bench_row_time(row, "us_per_step_alone", &batch.alone);
   json_number(row, "h", batch.step.dt);
   json_number(row, "implicit_modes", batch.implicit_modes);
   json_number(row, "mean_iterations", batch.iterations);
@@ -50,6 +48,6 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
 int bench_batch_command(int argc, char **argv) {
   static const char *const curves[] = {"us_per_step", "us_per_step_alone", NULL};
   bench_request request;
-  const int code = bench_options_read(&command_bench_batch, argc, argv, &request);
-  return code != COMMAND_DONE ? code : bench_each_model(&request, run, curves);
+  CONFIG_TRY(bench_options_read(&command_bench_batch, argc, argv, &request));
+  return bench_each_model(&request, run, curves);
 }

@@ -4,13 +4,13 @@
 #include <stdio.h>
 
 #include "app/bench_command.h"
+#include "app/bench_speed.h"
 #include "bench/measure_contact.h"
 #include "bench/measured_model.h"
 #include "config/message.h"
 #include "config/options.h"
 #include "driver/display_surface.h"
 #include "io/json.h"
-#include "platform/allocate.h"
 #include "platform/thread_team.h"
 #include "precompute/build_info.h"
 
@@ -66,12 +66,8 @@ static void print_json(const request *asked) {
   json_number(object, "h", bench->dt);
 
   // each scene by its minimum and its median
-  for (int n = 0; n < BENCH_CONTACT_SCENES; n++) {
-    char median[40];
-    snprintf(median, sizeof median, "%s_median", keys[n]);
-    json_number(object, keys[n], bench->time[n].minimum);
-    json_number(object, median, bench->time[n].median);
-  }
+  for (int n = 0; n < BENCH_CONTACT_SCENES; n++)
+    bench_row_time(object, keys[n], &bench->time[n]);
   json_number(object, "touches", bench->touches);
   json_number(object, "sweeps", bench->sweeps);
   json_print(object);
@@ -109,9 +105,7 @@ static thrum_status measure(request *asked, const thrum_model *model, thrum_erro
 int bench_contact_command(int argc, char **argv) {
   request asked = {
       .bench = {.bodies = 100, .pairs = 10, .dt = 0.002, .steps = 100}, .rank = 20, .threads = 1};
-  const int code = config_options_read(&command_bench_contact, argc, argv, &asked);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(config_options_read(&command_bench_contact, argc, argv, &asked));
   if (optind + 1 < argc)
     return config_usage("bench contact", "'%s' is not expected", argv[optind + 1]);
 

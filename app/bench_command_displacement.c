@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "app/bench_command.h"
+#include "app/bench_speed.h"
 #include "bench/measure.h"
 #include "config/message.h"
 #include "config/options.h"
@@ -51,16 +52,11 @@ static void print_json(const bench_displacement *bench) {
   json_number(object, "repetitions", (double)bench->repetitions);
 
   // each way by its minimum and its median
-  json_number(object, "dgemv_us", bench->dgemv.minimum);
-  json_number(object, "dgemv_us_median", bench->dgemv.median);
-  json_number(object, "dgemv_columns_us", bench->dgemv_columns.minimum);
-  json_number(object, "dgemv_columns_us_median", bench->dgemv_columns.median);
-  json_number(object, "double_us", bench->plain.minimum);
-  json_number(object, "double_us_median", bench->plain.median);
-  json_number(object, "surface_us", bench->surface.minimum);
-  json_number(object, "surface_us_median", bench->surface.median);
-  json_number(object, "normals_us", bench->normals.minimum);
-  json_number(object, "normals_us_median", bench->normals.median);
+  bench_row_time(object, "dgemv_us", &bench->dgemv);
+  bench_row_time(object, "dgemv_columns_us", &bench->dgemv_columns);
+  bench_row_time(object, "double_us", &bench->plain);
+  bench_row_time(object, "surface_us", &bench->surface);
+  bench_row_time(object, "normals_us", &bench->normals);
 
   json_number(object, "ratio", bench->ratio);
   json_number(object, "ratio_columns", bench->ratio_columns);
@@ -96,9 +92,7 @@ static void print_table(const bench_displacement *bench) {
 
 int bench_displacement_command(int argc, char **argv) {
   request asked = {.bench = {.vertices = 19796, .rank = 30, .repetitions = 200}};
-  const int code = config_options_read(&command_bench_displacement, argc, argv, &asked);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(config_options_read(&command_bench_displacement, argc, argv, &asked));
   if (optind < argc)
     return config_usage("bench displacement", "'%s' is not expected", argv[optind]);
   thrum_error error = {THRUM_OK, ""};

@@ -53,10 +53,7 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
   for (int pass = 0; pass < THRUM_PASS_COUNT; pass++) {
     if (!request->json)
       print_pass(request, &bench, pass, model);
-    char median[80];
-    snprintf(median, sizeof median, "%s_median", passes[pass].key);
-    json_number(row, passes[pass].key, bench.time[pass].minimum);
-    json_number(row, median, bench.time[pass].median);
+    bench_row_time(row, passes[pass].key, &bench.time[pass]);
     bench_row_bandwidth(request, row, passes[pass].name, bench.time[pass].minimum,
                         bench_coefficient_bytes(model) * bench.coefficients[pass],
                         bench.operations[pass]);
@@ -69,6 +66,6 @@ int bench_kernels_command(int argc, char **argv) {
       "us_energy",   "us_force",       "us_tangent", "us_tangent_vector",
       "us_restrict", "force_bound_us", NULL};
   bench_request request;
-  const int code = bench_options_read(&command_bench_kernels, argc, argv, &request);
-  return code != COMMAND_DONE ? code : bench_each_model(&request, run, curves);
+  CONFIG_TRY(bench_options_read(&command_bench_kernels, argc, argv, &request));
+  return bench_each_model(&request, run, curves);
 }

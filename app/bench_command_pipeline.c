@@ -10,6 +10,7 @@
 #include "bench/measure_pipeline.h"
 #include "config/message.h"
 #include "config/options.h"
+#include "driver/precompute_progress.h"
 #include "io/json.h"
 #include "precompute/build_info.h"
 
@@ -27,11 +28,9 @@ typedef struct sweep {
   bool json;
 } sweep;
 
-static const char *const stage_names[] = {
-#define X(name, text) #name,
-    THRUM_STAGE_LIST(X)
-#undef X
-};
+static const char *stage_name(int stage) {
+  return precompute_stage_label_of((thrum_stage)stage, false).name;
+}
 
 static thrum_status take_tets(const config_given *given, void *request) {
   sweep *asked = request;
@@ -78,9 +77,7 @@ const config_command command_bench_precompute = {
 
 static int read_options(int argc, char **argv, sweep *asked) {
   static const int64_t usual[] = {1000, 3000, 10000, 30000, 100000};
-  const int code = config_options_read(&command_bench_precompute, argc, argv, asked);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(config_options_read(&command_bench_precompute, argc, argv, asked));
   if (optind < argc)
     return config_usage("bench precompute", "'%s' is not expected", argv[optind]);
   if (asked->over_rank && asked->size_count > 1)
@@ -154,10 +151,10 @@ static cJSON *run_json(const bench_pipeline *run) {
   cJSON *wall = cJSON_AddObjectToObject(row, "seconds");
   cJSON *rates = cJSON_AddObjectToObject(row, "gflops");
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++) {
-    json_number(cpu, stage_names[stage], run->cpu_seconds[stage]);
-    json_number(wall, stage_names[stage], run->seconds[stage]);
+    json_number(cpu, stage_name(stage), run->cpu_seconds[stage]);
+    json_number(wall, stage_name(stage), run->seconds[stage]);
     if (run->flops[stage] > 0)
-      json_number(rates, stage_names[stage], 1e-9 * run->flops[stage] / run->cpu_seconds[stage]);
+      json_number(rates, stage_name(stage), 1e-9 * run->flops[stage] / run->cpu_seconds[stage]);
   }
 
   json_number(cpu, "total", run->cpu_total);
@@ -183,7 +180,7 @@ static void print_json(const sweep *asked) {
   cJSON *exponents = cJSON_AddObjectToObject(object, "exponents");
   for (int column = 0; column < THRUM_STAGE_COUNT + 2; column++)
     json_number(exponents,
-                column < THRUM_STAGE_COUNT    ? stage_names[column]
+                column < THRUM_STAGE_COUNT    ? stage_name(column)
                 : column == THRUM_STAGE_COUNT ? "total"
                                               : "peak_mb",
                 exponent_of(asked, column, upper_half(asked)));
@@ -196,7 +193,7 @@ static void print_table(const sweep *asked) {
   printf("%s, %s, OpenBLAS core %s\n\n%8s %5s", bench_processor(), thrum_build_compiler(),
          thrum_build_blas_core(), "tets", "rank");
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
-    printf(" %11s", stage_names[stage]);
+    printf(" %11s", stage_name(stage));
   printf(" %9s %9s %8s %8s\n", "total", "wall", "MB", "/DSYRK");
 
   // one line for each run
@@ -226,9 +223,7 @@ static void print_table(const sweep *asked) {
 
 int bench_precompute_command(int argc, char **argv) {
   sweep asked = {.modes = 20, .rank = 30, .tets = 10000, .threads = 1};
-  const int code = read_options(argc, argv, &asked);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(read_options(argc, argv, &asked));
   thrum_error error = {THRUM_OK, ""};
   if (run_all(&asked, &error) < 0)
     return config_refuse(&error);

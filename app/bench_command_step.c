@@ -6,7 +6,7 @@
 #include "app/bench_command.h"
 #include "app/bench_speed.h"
 #include "config/message.h"
-#include "driver/model_condense_to.h"
+#include "driver/model_cut.h"
 #include "io/json.h"
 
 static thrum_status measure(const bench_request *request, const thrum_model *model, cJSON *rows,
@@ -42,8 +42,7 @@ static thrum_status measure(const bench_request *request, const thrum_model *mod
   // the same as JSON
   cJSON *row = json_add_row(rows);
   json_number(row, "rank", (double)model->rank);
-  json_number(row, "us_per_step", step.time.minimum);
-  json_number(row, "us_per_step_median", step.time.median);
+  bench_row_time(row, "us_per_step", &step.time);
   json_number(row, "h", step.dt);
   json_number(row, "implicit_modes", step.implicit_modes);
   json_number(row, "mean_iterations", step.iterations);
@@ -73,6 +72,6 @@ static thrum_status run(const bench_request *request, const thrum_model *model, 
 int bench_step_command(int argc, char **argv) {
   static const char *const curves[] = {"us_per_step", "us_per_step_median", "bound_us", NULL};
   bench_request request;
-  const int code = bench_options_read(&command_bench_step, argc, argv, &request);
-  return code != COMMAND_DONE ? code : bench_each_model(&request, run, curves);
+  CONFIG_TRY(bench_options_read(&command_bench_step, argc, argv, &request));
+  return bench_each_model(&request, run, curves);
 }

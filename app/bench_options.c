@@ -153,9 +153,7 @@ int bench_options_read(const config_command *about, int argc, char **argv, bench
   }
 
   // a model has its own rank, and --implicit sets the time step
-  const int code = config_options_read(about, argc, argv, request);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(config_options_read(about, argc, argv, request));
   if (optind + 1 < argc)
     return config_usage(command, "one MODEL at most, not also '%s'", argv[optind + 1]);
   if (optind < argc)

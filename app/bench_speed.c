@@ -17,6 +17,13 @@
 #include "io/json_table.h"
 #include "platform/interrupt.h"
 
+void bench_row_time(cJSON *row, const char *key, const bench_time *time) {
+  char median[80];
+  snprintf(median, sizeof median, "%s_median", key);
+  json_number(row, key, time->minimum);
+  json_number(row, median, time->median);
+}
+
 void bench_row_bandwidth(const bench_request *request, cJSON *row, const char *key, double us,
                          double bytes, double operations) {
   char name[80];

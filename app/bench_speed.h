@@ -12,7 +12,8 @@ typedef thrum_status bench_run(const bench_request *request, const thrum_model *
                                thrum_error *error);
 int bench_each_model(bench_request *request, bench_run *run, const char *const *curves);
 
-/* A row as JSON: shared figures. */
+/* Parts of a row as JSON: a time, KEY and KEY_median; and figures that measurements share. */
+void bench_row_time(cJSON *row, const char *key, const bench_time *time);
 void bench_row_bandwidth(const bench_request *request, cJSON *row, const char *key, double us,
                          double bytes, double operations);
 

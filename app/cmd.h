@@ -4,6 +4,8 @@
 #define THRUM_APP_CMD_H
 
 #include "config/options.h"
+#include "precompute/full/full_solver.h"
+#include "precompute/precompute.h"
 
 /* X(name), in the order in which they are listed; a further command is one line here. */
 // clang-format off
@@ -30,5 +32,13 @@
   int cmd_##name(int argc, char **argv);
 COMMAND_LIST(X)
 #undef X
+
+/* Those of `thrum-mpi`. The factor of the full order is one that the processes of `shared` have
+ * together, and those of `precompute` make the model of a mesh; NULL: this process alone. */
+int cmd_precompute_shared(int argc, char **argv, const thrum_precompute_shared *precompute);
+int cmd_simulate_shared(int argc, char **argv, const thrum_full_shared *shared,
+                        const thrum_precompute_shared *precompute);
+int cmd_static_shared(int argc, char **argv, const thrum_full_shared *shared,
+                      const thrum_precompute_shared *precompute);
 
 #endif

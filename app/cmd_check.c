@@ -58,10 +58,8 @@ static thrum_status read_mesh(const check_request *request, thrum_mesh *mesh, th
 
 int cmd_check(int argc, char **argv) {
   check_request request = {.reading = {.scale = 1}};
-  const int code =
-      config_options_read_one(&command_check, "mesh", argc, argv, &request, &request.mesh_name);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(
+      config_options_read_one(&command_check, "mesh", argc, argv, &request, &request.mesh_name));
 
   // refused: the mesh cannot be read; flagged: it can, but has defects
   thrum_error error = {0};

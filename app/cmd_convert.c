@@ -61,9 +61,7 @@ const config_command command_convert = {
 };
 
 static int read_options(int argc, char **argv, convert_request *request) {
-  const int code = config_options_read(&command_convert, argc, argv, request);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(config_options_read(&command_convert, argc, argv, request));
   if (argc - optind != 2)
     return config_usage("convert", "give the mesh to read and the mesh to write, IN OUT");
   request->input = argv[optind];
@@ -147,8 +145,6 @@ static int convert(const convert_request *request) {
 
 int cmd_convert(int argc, char **argv) {
   convert_request request = {.reading = {.scale = 1}};
-  const int code = read_options(argc, argv, &request);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(read_options(argc, argv, &request));
   return convert(&request);
 }

@@ -50,9 +50,7 @@ const config_command command_embed = {
 };
 
 static int read_options(int argc, char **argv, embed_request *request) {
-  const int code = config_options_read(&command_embed, argc, argv, request);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(config_options_read(&command_embed, argc, argv, request));
   if (argc - optind != 2)
     return config_usage("embed", "give the model and the surface, MODEL SURFACE");
   request->model = argv[optind];
@@ -100,9 +98,7 @@ static void print_json(const embed_request *request, const thrum_embed *embed, b
 
 int cmd_embed(int argc, char **argv) {
   embed_request request = {.scale = 1};
-  const int code = read_options(argc, argv, &request);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(read_options(argc, argv, &request));
 
   thrum_error error = {0};
   thrum_embed embed = {0};

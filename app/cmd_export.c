@@ -142,10 +142,8 @@ static int check_form(const export_request *request) {
 }
 
 static int read_options(int argc, char **argv, export_request *request) {
-  int code =
-      config_options_read_one(&command_export, "model", argc, argv, request, &request->model);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(
+      config_options_read_one(&command_export, "model", argc, argv, request, &request->model));
 
   // what is written decides what must be read
   const bool motion = request->glb || request->pc2 || request->mdd;
@@ -153,9 +151,7 @@ static int read_options(int argc, char **argv, export_request *request) {
   if (!motion && !of_model && !request->obj)
     return config_usage("export", "say what to write: --glb, --pc2, --mdd, --obj, --vega-basis, "
                                   "--vega-cubic or --matrices");
-  code = check_form(request);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(check_form(request));
 
   // the bodies of a scene have surfaces and models of their own
   if (is_scene_folder(request->model)) {
@@ -335,9 +331,7 @@ static void print_files(const export_request *request, const export_files *files
 
 int cmd_export(int argc, char **argv) {
   export_request request = {.fps = FPS_DEFAULT};
-  const int code = read_options(argc, argv, &request);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(read_options(argc, argv, &request));
 
   thrum_error error = {0};
   export_files files = {0};

@@ -3,6 +3,7 @@
  * made by hand has none. SPDX-License-Identifier: Apache-2.0 */
 #include <inttypes.h>
 #include <math.h>
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,7 +13,7 @@
 #include "app/info_surface.h"
 #include "config/message.h"
 #include "config/options.h"
-#include "driver/model_condense_to.h"
+#include "driver/model_cut.h"
 #include "driver/model_meta.h"
 #include "driver/named_model.h"
 #include "driver/precompute_touch.h"
@@ -264,6 +265,16 @@ static void print_label(const char *label) {
   printf("%-18s", label);
 }
 
+/* The label, and what stands behind it. */
+__attribute__((format(printf, 2, 3))) static void print_line(const char *label, const char *format,
+                                                             ...) {
+  va_list arguments;
+  print_label(label);
+  va_start(arguments, format);
+  vprintf(format, arguments);
+  va_end(arguments);
+}
+
 /* Prints the n-th of `count` frequencies, a few in each line and the label before the first. */
 static void print_frequency(const char *label, double hertz, int64_t n, int64_t count) {
   if (n % FREQUENCIES_A_LINE == 0)
@@ -289,15 +300,12 @@ static void print_linear_frequencies(const info *about) {
 /* Each mode beside the frequency that a step gives it, and what a second leaves of its amplitude
  * where that is not all. */
 static void print_stepped(const info *about) {
-  print_label("as stepped");
-  printf("by %s at dt = %g s, at rest and without damping\n",
-         thrum_integrator_name(about->def.integrator), about->def.dt);
-  print_label("");
-  puts("mode      f [Hz]   stepped [Hz]    error   amplitude after 1 s");
+  print_line("as stepped", "by %s at dt = %g s, at rest and without damping\n",
+             thrum_integrator_name(about->def.integrator), about->def.dt);
+  print_line("", "mode      f [Hz]   stepped [Hz]    error   amplitude after 1 s\n");
   for (int64_t i = 0; i < about->steps->rank; i++) {
     const thrum_stepped_mode *mode = &about->stepped[i];
-    print_label("");
-    printf("%4" PRId64 "  %10.5g", i + 1, mode->hertz);
+    print_line("", "%4" PRId64 "  %10.5g", i + 1, mode->hertz);
     if (isnan(mode->stepped_hertz)) {
       puts("      beyond the limit of stability");
       continue;
@@ -328,19 +336,17 @@ static void print_mesh(const info *about) {
          about->model->region_count == 1 ? "" : "s");
   for (int64_t m = 0; m < about->model->region_count && m < NAMES_SHOWN; m++) {
     const double *material = about->model->material + 3 * m;
-    print_label("material");
-    printf("E = %g Pa, nu = %g, rho = %g kg/m^3\n", material[0], material[1], material[2]);
+    print_line("material", "E = %g Pa, nu = %g, rho = %g kg/m^3\n", material[0], material[1],
+               material[2]);
   }
 
   // measures of the whole body and of its worst element
-  print_label("body");
-  printf("%.6g kg, %.6g m^3\n", quality->mass, quality->volume);
-  print_label("box");
-  printf("[%g, %g] x [%g, %g] x [%g, %g] m\n", quality->box_min[0], quality->box_max[0],
-         quality->box_min[1], quality->box_max[1], quality->box_min[2], quality->box_max[2]);
-  print_label("element quality");
-  printf("mean ratio %.3f at least (tetrahedron %" PRId64 "), %.3f on average; 1 is regular\n",
-         quality->ratio_min, quality->worst_tet + 1, quality->ratio_mean);
+  print_line("body", "%.6g kg, %.6g m^3\n", quality->mass, quality->volume);
+  print_line("box", "[%g, %g] x [%g, %g] x [%g, %g] m\n", quality->box_min[0], quality->box_max[0],
+             quality->box_min[1], quality->box_max[1], quality->box_min[2], quality->box_max[2]);
+  print_line("element quality",
+             "mean ratio %.3f at least (tetrahedron %" PRId64 "), %.3f on average; 1 is regular\n",
+             quality->ratio_min, quality->worst_tet + 1, quality->ratio_mean);
 }
 
 static void print_groups(const thrum_model *model) {
@@ -364,22 +370,21 @@ static void print_check(const info *about) {
   const cJSON *complete = cJSON_GetObjectItemCaseSensitive(check, "complete");
   if (!cJSON_IsString(method) || !cJSON_IsBool(complete))
     return;
-  print_label("none missed");
-  printf("%s by %s, next mode at %.5g Hz\n", cJSON_IsTrue(complete) ? "yes" : "NO",
-         strcmp(method->valuestring, "inertia") == 0 ? "inertia count" : "search",
-         meta_number(about, "mode_check", "next_hz"));
+  print_line("none missed", "%s by %s, next mode at %.5g Hz\n",
+             cJSON_IsTrue(complete) ? "yes" : "NO",
+             strcmp(method->valuestring, "inertia") == 0 ? "inertia count" : "search",
+             meta_number(about, "mode_check", "next_hz"));
 }
 
 /* Where the basis comes from when not from modes alone: from a file, or with handles. */
 static void print_origin(const info *about) {
   const cJSON *basis = model_meta_find(about->meta, "import", "basis");
   if (cJSON_IsString(basis)) {
-    print_label("imported");
-    printf("from %s, |U^T M U - 1| was %.1e, %s\n", basis->valuestring,
-           meta_number(about, "import", "orthonormality"),
-           cJSON_IsTrue(model_meta_find(about->meta, "import", "basis_changed"))
-               ? "its basis was changed"
-               : "taken as it is");
+    print_line("imported", "from %s, |U^T M U - 1| was %.1e, %s\n", basis->valuestring,
+               meta_number(about, "import", "orthonormality"),
+               cJSON_IsTrue(model_meta_find(about->meta, "import", "basis_changed"))
+                   ? "its basis was changed"
+                   : "taken as it is");
   }
 
   // handles are separated by commas on one line
@@ -408,22 +413,21 @@ static void print_residuals(const info *about) {
 static void print_energy(const info *about) {
   const thrum_model *model = about->model;
   if (model->point_count > 0) {
-    print_label("cubature");
-    printf("rank %" PRId64 ", %" PRId64
-           " points in place of the polynomial, force wrong by %.2g %% "
-           "(rms)\n",
-           model->rank, model->point_count, 100 * meta_number(about, "cubature", "test_error"));
+    print_line("cubature",
+               "rank %" PRId64 ", %" PRId64
+               " points in place of the polynomial, force wrong by %.2g %% "
+               "(rms)\n",
+               model->rank, model->point_count, 100 * meta_number(about, "cubature", "test_error"));
 
     // no law but the usual one is named in the file
     if (model->point_law) {
-      print_label("law");
-      printf("%s\n", (const char *)model->point_law);
+      print_line("law", "%s\n", (const char *)model->point_law);
     }
     return;
   }
-  print_label("polynomial");
-  printf("rank %" PRId64 ", %" PRId64 " cubic and %" PRId64 " quartic coefficients\n", model->rank,
-         about->steps->c3_count, about->steps->c4_count);
+  print_line("polynomial",
+             "rank %" PRId64 ", %" PRId64 " cubic and %" PRId64 " quartic coefficients\n",
+             model->rank, about->steps->c3_count, about->steps->c4_count);
 }
 
 /* How pulls at the surface are followed: as measured now, or as precompute --touch found it. */
@@ -439,34 +443,32 @@ static void print_touch(const info *about) {
   const cJSON *after = model_meta_find(about->meta, "touch", "after");
   if (!cJSON_IsObject(before) || !cJSON_IsObject(after))
     return;
-  print_label("touch modes");
-  printf("%.0f: pulls are followed by %.0f %% at least, %.0f %% in the mean; without them by %.0f "
-         "and %.0f %%\n",
-         meta_number(about, "touch", "modes"), percent_of(after, "worst"),
-         percent_of(after, "mean"), percent_of(before, "worst"), percent_of(before, "mean"));
+  print_line(
+      "touch modes",
+      "%.0f: pulls are followed by %.0f %% at least, %.0f %% in the mean; without them by %.0f "
+      "and %.0f %%\n",
+      meta_number(about, "touch", "modes"), percent_of(after, "worst"), percent_of(after, "mean"),
+      percent_of(before, "worst"), percent_of(before, "mean"));
 }
 
 static void print_table(const info *about) {
   const thrum_model *model = about->model;
-  print_label("model");
-  printf("%s, format %d.%d\n", about->path, model->format[0], model->format[1]);
+  print_line("model", "%s, format %d.%d\n", about->path, model->format[0], model->format[1]);
   print_mesh(about);
   print_groups(model);
 
   print_energy(about);
   if (about->steps != model) {
-    print_label("condensed");
-    printf("%" PRId64 " coordinates are stepped, the others follow at rest\n", about->steps->rank);
+    print_line("condensed", "%" PRId64 " coordinates are stepped, the others follow at rest\n",
+               about->steps->rank);
   }
   if (is_single(about)) {
-    print_label("precision");
-    printf("single, force wrong by %.1e of itself at most, of 16 samples\n",
-           meta_number(about, "residuals", "single_precision"));
+    print_line("precision", "single, force wrong by %.1e of itself at most, of 16 samples\n",
+               meta_number(about, "residuals", "single_precision"));
   }
 
   if (model->rigid != NULL) {
-    print_label("free body");
-    puts("elastic part alone; 6 rigid modes kept apart in the array 'rigid'");
+    print_line("free body", "elastic part alone; 6 rigid modes kept apart in the array 'rigid'\n");
   }
 
   // where the basis comes from, and its frequencies
@@ -474,9 +476,8 @@ static void print_table(const info *about) {
   print_linear_frequencies(about);
   for (int64_t n = 0; n < model->rank; n++)
     print_frequency("basis", about->hertz[n], n, model->rank);
-  print_label("split");
-  printf("%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n", about->split.explicit_modes,
-         about->split.implicit_modes, about->def.dt);
+  print_line("split", "%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n",
+             about->split.explicit_modes, about->split.implicit_modes, about->def.dt);
   if (about->steps_named)
     print_stepped(about);
 
@@ -494,8 +495,8 @@ static void print_table(const info *about) {
   }
 
   print_touch(about);
-  print_label("memory");
-  printf("model %.0f bytes, state %zu bytes\n", about->file_bytes, about->split.state_bytes);
+  print_line("memory", "model %.0f bytes, state %zu bytes\n", about->file_bytes,
+             about->split.state_bytes);
 }
 
 /* Measures the share of each load that the basis lacks. */
@@ -553,10 +554,7 @@ static thrum_status gather(info *about, thrum_error *error) {
 
 int cmd_info(int argc, char **argv) {
   info_request request = {.integrator = (thrum_integrator)-1};
-  const int code =
-      config_options_read_one(&command_info, "model", argc, argv, &request, &request.path);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(config_options_read_one(&command_info, "model", argc, argv, &request, &request.path));
 
   thrum_error error = {0};
   thrum_load_share shares[LOADS_MAX];

@@ -85,10 +85,8 @@ const config_command command_mesh = {
 };
 
 static int read_options(int argc, char **argv, mesh_request *request) {
-  int code =
-      config_options_read_one(&command_mesh, "surface", argc, argv, request, &request->surface);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(
+      config_options_read_one(&command_mesh, "surface", argc, argv, request, &request->surface));
   if (request->output == NULL)
     return config_usage("mesh", "say where to write the mesh: -o MESH");
   if (!thrum_mesh_is_named(request->output) || strncmp(request->output, "beam:", 5) == 0)
@@ -230,9 +228,7 @@ static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thru
 
 int cmd_mesh(int argc, char **argv) {
   mesh_request request = {.scale = 1, .tool = MESH_TOOL_NONE};
-  const int code = read_options(argc, argv, &request);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(read_options(argc, argv, &request));
 
   // a mesh with defects is written and flagged
   thrum_error error = {0};

@@ -1,7 +1,5 @@
 /* `thrum precompute`: from a tetrahedral mesh to a model file. The work is done in precompute/;
  * here it is asked for and shown. SPDX-License-Identifier: Apache-2.0 */
-#include "app/cmd_precompute.h"
-
 #include "app/cmd.h"
 #include "app/mpi_program.h"
 #include "config/message.h"

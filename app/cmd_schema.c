@@ -43,9 +43,7 @@ static bool reads_files(const config_command *command) {
 int cmd_schema(int argc, char **argv) {
   const char *name = NULL, *names[COMMANDS_MAX] = {"scene"};
   int count = 1;
-  const int code = config_options_read_one(&command_schema, "command", argc, argv, NULL, &name);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(config_options_read_one(&command_schema, "command", argc, argv, NULL, &name));
 
   // a scene, or the options file of a command
   if (strcmp(name, "scene") == 0)

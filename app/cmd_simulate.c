@@ -1,7 +1,5 @@
 /* `thrum simulate`: reads the options and hands them to the run of a model or of a scene.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "app/cmd_simulate.h"
-
 #include "app/cmd.h"
 #include "app/mpi_program.h"
 #include "config/message.h"

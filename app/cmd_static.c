@@ -1,8 +1,6 @@
 /* `thrum static`: where a body comes to rest under a load. The search is the runtime's
  * (thrum/equilibrium.h); here it is asked for, shown and written.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "app/cmd_static.h"
-
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,7 +9,7 @@
 #include "app/cmd.h"
 #include "app/mpi_program.h"
 #include "config/message.h"
-#include "driver/model_truncate_to.h"
+#include "driver/model_cut.h"
 #include "driver/static_full.h"
 #include "driver/static_monitor.h"
 #include "driver/static_solve.h"
@@ -43,10 +41,9 @@ static thrum_status displaced(const thrum_model *model, const load_target *targe
   const int32_t *vertices = NULL;
   int64_t count = 0;
   int32_t one = 0;
-  thrum_error detail = {0};
-  thrum_status status = load_target_find(model, target, &vertices, &count, &one, &detail);
-  THRUM_THEN(status, thrum_displacement_mean(model, vertices, count, q, mean, &detail));
-  return status < 0 ? thrum_error_set(error, status, "--at: %s", detail.message) : status;
+  thrum_status status = load_target_find(model, target, &vertices, &count, &one, error);
+  THRUM_THEN(status, thrum_displacement_mean(model, vertices, count, q, mean, error));
+  return config_error_in(error, status, "--at");
 }
 
 static void put_point(void *context, const thrum_equilibrium_point *point) {
@@ -95,9 +92,8 @@ static thrum_status write_q(const static_answer *answer, thrum_error *error) {
 /* The frame for ParaView and the field of displacements, whichever is wanted. */
 static thrum_status write_fields(const static_answer *answer, thrum_error *error) {
   const thrum_model *model = answer->model;
-  double *field = malloc((size_t)model->vertex_count * 3 * sizeof *field + 1);
-  if (field == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the frame");
+  double *field = NULL;
+  THRUM_TRY(thrum_reserve(&field, 3 * model->vertex_count, sizeof *field, "the frame", error));
   thrum_status status = thrum_displacement(model, answer->q, 0, model->vertex_count, field, error);
   if (answer->request->frame != NULL)
     THRUM_THEN(status, vtu_write_whole(answer->request->frame, model, field, error));

@@ -48,12 +48,6 @@ typedef struct trade {
   char own_text[128];
 } trade;
 
-static bool show(void *context, const char *stage, double fraction) {
-  config_progress *progress = context;
-  config_progress_update(progress, stage, fraction);
-  return true;
-}
-
 /* Says before it begins that a search may take long. */
 static void announce(void *context, double seconds) {
   config_progress *progress = context;
@@ -232,7 +226,7 @@ static void fill_problem(trade *t) {
   memcpy(p->tolerances, request->tolerances, sizeof p->tolerances);
   memcpy(p->integrators, request->integrators, sizeof p->integrators);
   p->threads = (int)request->threads;
-  p->progress = show;
+  p->progress = config_progress_show;
   p->search_begins = announce;
   p->progress_context = &t->progress;
 }

@@ -78,7 +78,7 @@ static void add_row(void *context, const published_row *row) {
 }
 
 static const char *text_of(const cJSON *row, const char *key) {
-  const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(row, key));
+  const char *text = json_text_of(row, key);
   return text != NULL ? text : "";
 }
 
@@ -106,12 +106,10 @@ static thrum_status solve(const verify_request *request, int64_t n, cJSON *rows,
   const published_entry *problem = &published_problems[n];
   row_sink to = {rows, false};
   const published_sink sink = {add_row, &to, (int)request->refinements};
-  thrum_error detail = {0};
-  thrum_status status = problem->solve(&sink, &detail);
+  thrum_status status = problem->solve(&sink, error);
   if (status >= 0 && to.lost)
-    status = thrum_error_set(&detail, THRUM_NOT_FINITE, "an answer could not be computed");
-  return status >= 0 ? THRUM_OK
-                     : thrum_error_set(error, status, "%s: %s", problem->text, detail.message);
+    status = thrum_error_set(error, THRUM_NOT_FINITE, "an answer could not be computed");
+  return config_error_in(error, status, "%s", problem->text);
 }
 
 static thrum_status solve_all(const verify_request *request, cJSON *rows, thrum_error *error) {
@@ -260,15 +258,12 @@ int cmd_verify(int argc, char **argv) {
   bool flagged = false;
 
   // options that do not go together are refused before any work is done
-  int code = config_options_read(&command_verify, argc, argv, &request);
-  if (code == COMMAND_DONE && optind < argc)
-    code = config_usage("verify", "'%s' is too much; the folder is -o DIR", argv[optind]);
-  else if (code == COMMAND_DONE && (request.output == NULL || request.output[0] == 0))
-    code = config_usage("verify", "where to? name a folder with -o DIR");
-  else if (code == COMMAND_DONE)
-    code = job_request_check(&request.jobs, "verify");
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(config_options_read(&command_verify, argc, argv, &request));
+  if (optind < argc)
+    return config_usage("verify", "'%s' is too much; the folder is -o DIR", argv[optind]);
+  if (request.output == NULL || request.output[0] == 0)
+    return config_usage("verify", "where to? name a folder with -o DIR");
+  CONFIG_TRY(job_request_check(&request.jobs, "verify"));
 
   thrum_interrupt_clean("\nthrum: stopped; the folder holds whole files only\n");
   const thrum_status status = run_request(&request, argv, &flagged, &error);

@@ -125,9 +125,7 @@ static int check_names(const view_request *request) {
 }
 
 static int read_options(int argc, char **argv, view_request *request) {
-  int code = config_options_read(&command_view, argc, argv, request);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(config_options_read(&command_view, argc, argv, request));
   if (argc - optind > VIEW_MODELS_MAX)
     return config_usage("view", "at most %d models at a time", VIEW_MODELS_MAX);
   while (optind < argc)
@@ -137,12 +135,11 @@ static int read_options(int argc, char **argv, view_request *request) {
   request->opens = request->output == NULL && !request->no_open;
   if (request->output == NULL)
     request->output = DEFAULT_OUTPUT;
-  code = check_names(request);
-  if (code != COMMAND_DONE || request->count > 0)
-    return code;
+  CONFIG_TRY(check_names(request));
 
   // without a name, all models that come with Thrum
-  for (int n = 0; n < MODEL_NAME_COUNT; n++)
+  const int64_t all = request->count == 0 ? MODEL_NAME_COUNT : 0;
+  for (int n = 0; n < all; n++)
     request->names[request->count++] = model_names[n];
   return COMMAND_DONE;
 }
@@ -240,9 +237,7 @@ static thrum_status show_page(const view_request *request, thrum_error *error) {
 
 int cmd_view(int argc, char **argv) {
   view_request request = {.fps = FPS_DEFAULT};
-  const int code = read_options(argc, argv, &request);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(read_options(argc, argv, &request));
   thrum_error error = {0};
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
   return show_page(&request, &error) < 0 ? config_refuse(&error) : COMMAND_DONE;

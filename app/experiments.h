@@ -72,9 +72,13 @@ thrum_status experiments_body_load(const experiments_request *request, int64_t n
 
 void experiments_bodies_free(experiments_bodies *bodies);
 
-/* The experiment that the request asks for. *flagged: a run was lost that should not be. */
-thrum_status experiments_run(const experiments_request *request, const experiments_bodies *bodies,
-                             bool *flagged, thrum_error *error);
+/* An experiment with the bodies. *flagged: a run was lost that should not be. */
+typedef thrum_status experiments_runner(const experiments_request *request,
+                                        const experiments_bodies *bodies, bool *flagged,
+                                        thrum_error *error);
+
+/* The experiment that the request asks for. */
+experiments_runner experiments_run;
 
 /* One of its jobs, the list of them, or the report of their results; *flagged: also where jobs are
  * missing. argv is that of the command. */
@@ -83,19 +87,8 @@ thrum_status experiments_jobs(const experiments_request *request, char *const *a
 
 /* The kinds. The matrix is that of --step-sizes too, and the sweep that of --work-precision and
  * --variable. */
-thrum_status experiments_matrix(const experiments_request *request,
-                                const experiments_bodies *bodies, bool *flagged,
-                                thrum_error *error);
-thrum_status experiments_long(const experiments_request *request, const experiments_bodies *bodies,
-                              bool *flagged, thrum_error *error);
-thrum_status experiments_sweep(const experiments_request *request, const experiments_bodies *bodies,
-                               bool *flagged, thrum_error *error);
-thrum_status experiments_linear(const experiments_request *request,
-                                const experiments_bodies *bodies, bool *flagged,
-                                thrum_error *error);
-thrum_status experiments_extremes(const experiments_request *request,
-                                  const experiments_bodies *bodies, bool *flagged,
-                                  thrum_error *error);
+experiments_runner experiments_matrix, experiments_long, experiments_sweep, experiments_linear,
+    experiments_extremes;
 
 /* One table of a kind: TABLE.csv, a list of the JSON object, and what is printed. */
 typedef struct experiments_table {

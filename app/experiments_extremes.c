@@ -28,11 +28,6 @@ static const json_column unit_columns[] = {
 const experiments_form experiments_extremes_form = {
     {{"extremes", "runs", columns}, {"units", "units", unit_columns}}, NULL, NULL};
 
-static bool show(void *context, const char *stage, double fraction) {
-  config_progress_update(context, stage, fraction);
-  return true;
-}
-
 thrum_status experiments_extremes(const experiments_request *request,
                                   const experiments_bodies *bodies, bool *flagged,
                                   thrum_error *error) {
@@ -43,7 +38,7 @@ thrum_status experiments_extremes(const experiments_request *request,
   experiment_extremes extremes = {
       .steps = request->steps,
       .threads = (int)request->threads,
-      .progress = show,
+      .progress = config_progress_show,
       .progress_context = &progress,
   };
   memcpy(extremes.subjects, request->subjects, sizeof extremes.subjects);

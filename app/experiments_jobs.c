@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "app/experiments.h"
-#include "config/message.h"
 #include "io/file_hash.h"
 #include "io/json.h"
 #include "io/paths.h"

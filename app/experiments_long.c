@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "app/experiments.h"
-#include "app/results.h"
 #include "config/message.h"
 #include "config/progress.h"
 #include "io/file.h"

@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "app/experiments.h"
-#include "app/results.h"
 #include "config/progress.h"
 #include "validation/experiments/tables.h"
 

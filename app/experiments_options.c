@@ -15,10 +15,9 @@
 static thrum_status take_models(const config_given *given, void *request) {
   experiments_request *r = request;
   free(r->list);
-  r->list = malloc(strlen(given->text) + 1);
+  r->list = strdup(given->text);
   if (r->list == NULL)
     return thrum_error_set(given->error, THRUM_OUT_OF_MEMORY, "out of memory");
-  memcpy(r->list, given->text, strlen(given->text) + 1);
   r->model_count = 0;
 
   // names between commas, none of them empty
@@ -188,8 +187,6 @@ int experiments_options_read(int argc, char **argv, experiments_request *request
     request->schemes[n] = true;
   for (int n = 0; n < EXPERIMENT_SUBJECT_COUNT; n++)
     request->subjects[n] = true;
-  const int code = config_options_read(&command_experiments, argc, argv, request);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(config_options_read(&command_experiments, argc, argv, request));
   return finish(argc, argv, request);
 }

@@ -1,6 +1,5 @@
 /* The `thrum` program: finds the subcommand and hands over to it.
  * SPDX-License-Identifier: Apache-2.0 */
-#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -244,9 +244,8 @@ thrum_status mesh_tool_run(const mesh_tool_job *job, const thrum_surface_mesh *s
   temp_folder_end end = {0};
   thrum_error reason = {0};
   bool made = false;
-  thrum_status status = temp_folder_open(&temp, error);
-  if (status < 0)
-    return status;
+  thrum_status status = THRUM_OK;
+  THRUM_TRY(temp_folder_open(&temp, error));
 
   // HXT breaks down at sizes below the surface's, so with a size Delaunay is tried at once
   if (job->tool == MESH_TOOL_GMSH && !(job->size > 0))

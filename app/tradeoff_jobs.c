@@ -5,7 +5,6 @@
 #include <math.h>
 #include <stddef.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "driver/full_motion_kept.h"
@@ -115,7 +114,7 @@ static void write_part(const tradeoff_result *part, cJSON *result) {
 }
 
 static experiment_scheme scheme_of(const cJSON *run) {
-  const char *name = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(run, "integrator"));
+  const char *name = json_text_of(run, "integrator");
   int scheme = 0;
   while (name != NULL && scheme < EXPERIMENT_SCHEME_COUNT - 1 &&
          strcmp(name, experiment_scheme_names[scheme]) != 0)
@@ -126,7 +125,7 @@ static experiment_scheme scheme_of(const cJSON *run) {
 static thrum_status read_part(const cJSON *result, tradeoff_result *part, thrum_error *error) {
   const cJSON *bases = cJSON_GetObjectItemCaseSensitive(result, "bases"), *item;
   const cJSON *runs = cJSON_GetObjectItemCaseSensitive(result, "runs");
-  const char *reason = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(result, "reason"));
+  const char *reason = json_text_of(result, "reason");
   *part = (tradeoff_result){.full_error = json_number_of(result, "full_error")};
   THRUM_TRY(thrum_reserve(&part->bases, cJSON_GetArraySize(bases) + 1, sizeof *part->bases,
                           "the bases", error));

@@ -212,14 +212,9 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
   r->integrators[EXPERIMENT_SCHEME_ENERGY] = true;
 
   // the first wrong option ends the command with its own exit code
-  int code = config_options_read_one(&command_tradeoff, "model", argc, argv, r, &r->model_path);
-  if (code != COMMAND_DONE)
-    return code;
-  code = mesh_model_def_check("tradeoff", &r->mesh_def, thrum_mesh_is_named(r->model_path));
-  if (code == COMMAND_DONE)
-    code = read_cubature(r);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(config_options_read_one(&command_tradeoff, "model", argc, argv, r, &r->model_path));
+  CONFIG_TRY(mesh_model_def_check("tradeoff", &r->mesh_def, thrum_mesh_is_named(r->model_path)));
+  CONFIG_TRY(read_cubature(r));
 
   // what no default can stand for, and what two options decide together
   if (r->output == NULL || r->output[0] == 0)

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "config/message.h"
 #include "config/parse.h"
 #include "io/text.h"
 #include "mesh/mesh_grow.h"
@@ -187,11 +188,8 @@ static thrum_status make_motion(const rows *all, base_motion_spec *base_motion,
   // the check knows numbers alone, so the file's name is put before its text
   base_motion->memory = memory;
   base_motion->motion = (thrum_base_motion){n, times, a, v, x};
-  thrum_error detail = {0};
-  const thrum_status status = thrum_base_motion_check(&base_motion->motion, &detail);
-  return status < 0
-             ? thrum_error_set(error, status, "%.200s: %s", base_motion->text, detail.message)
-             : status;
+  return config_error_in(error, thrum_base_motion_check(&base_motion->motion, error), "%.200s",
+                         base_motion->text);
 }
 
 thrum_status base_motion_read(base_motion_spec *base_motion, thrum_error *error) {

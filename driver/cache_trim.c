@@ -38,10 +38,9 @@ static bool list_add(file_list *list, const char *name, const struct stat *statu
     list->files = more;
     list->room = room;
   }
-  char *copy = malloc(strlen(name) + 1);
+  char *copy = strdup(name);
   if (copy == NULL)
     return false;
-  strcpy(copy, name);
   list->files[list->count++] = (cached_file){copy, status->st_size, status->st_mtime};
   return true;
 }

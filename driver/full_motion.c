@@ -165,9 +165,8 @@ static thrum_status reduced_rest(const thrum_model *model, const double *forces,
   size_t size = 0;
   THRUM_TRY(thrum_load_add_field(model, forces, load, error));
   THRUM_TRY(thrum_equilibrium_size(model, &size, error));
-  void *workspace = thrum_allocate_aligned(size, "an equilibrium", error);
-  if (workspace == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  void *workspace = NULL;
+  THRUM_TRY(thrum_reserve_aligned(&workspace, size, "an equilibrium", error));
   const thrum_status status =
       thrum_equilibrium(model, &def, load, q, NULL, workspace, size, NULL, NULL, &report, error);
   free(workspace);

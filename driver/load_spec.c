@@ -12,7 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "config/message.h"
 #include "config/parse.h"
+#include "platform/allocate.h"
 #include "precompute/model/load_share.h"
 #include "precompute/model/traction.h"
 #include "thrum/thrum.h"
@@ -267,9 +269,8 @@ thrum_status load_target_find(const thrum_model *model, const load_target *targe
 static thrum_status reduce_traction(const thrum_model *model, const int32_t *vertices,
                                     int64_t count, const double traction[3], double *reduced,
                                     thrum_error *error) {
-  double *forces = calloc(3 * (size_t)model->vertex_count, sizeof *forces);
-  if (forces == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
+  double *forces = NULL;
+  THRUM_TRY(thrum_reserve(&forces, 3 * model->vertex_count, sizeof *forces, "the surface", error));
   thrum_status status = thrum_traction_fill(model, vertices, count, traction, forces, NULL, error);
   THRUM_THEN(status, thrum_load_add_field(model, forces, reduced, error));
   free(forces);
@@ -295,18 +296,13 @@ static thrum_status reduce_target(const thrum_model *model, const load_spec *loa
 
 thrum_status load_spec_reduce(const thrum_model *model, const load_spec *load, double *reduced,
                               thrum_error *error) {
-  thrum_error detail = {0};
-  thrum_status status = THRUM_OK;
   memset(reduced, 0, (size_t)model->rank * sizeof *reduced);
 
   // gravity needs the whole mass matrix, every other load its target
-  if (load->gravity)
-    status = thrum_load_add_gravity(model, load->vector, reduced, &detail);
-  else
-    status = reduce_target(model, load, reduced, &detail);
-  if (status < 0)
-    return thrum_error_set(error, status, "--load '%.100s': %s", load->text, detail.message);
-  return THRUM_OK;
+  const thrum_status status = load->gravity
+                                  ? thrum_load_add_gravity(model, load->vector, reduced, error)
+                                  : reduce_target(model, load, reduced, error);
+  return config_error_in(error, status, "--load '%.100s'", load->text);
 }
 
 thrum_status load_spec_fill(const thrum_model *model, const load_spec *load, double *forces,

@@ -5,7 +5,6 @@
 #include "config/message.h"
 #include "mesh/mesh_examine.h"
 #include "mesh/mesh_flags.h"
-#include "thrum/thrum.h"
 
 /* The first frequencies of beams of ten nodes, 5 and 33 times as long as thick, are off from the
  * limit of 1/2 by 2e-5 and 1e-3 at 0.4999999, 2e-5 and 3e-2 at 0.49999999. */

@@ -18,6 +18,7 @@
 #include "driver/precompute_make.h"
 #include "io/file.h"
 #include "io/file_hash.h"
+#include "io/json.h"
 #include "io/paths.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/surface_read.h"
@@ -182,17 +183,12 @@ static const char *take_recipe(const cJSON *object, const char *folder, model_re
 static thrum_status read_recipe(const char *folder, model_recipe *recipe, thrum_error *error) {
   char path[NAMED_MODEL_PATH_MAX + MODEL_RECIPE_TEXT_MAX];
   snprintf(path, sizeof path, "%s/%s.json", folder, recipe->name);
-  void *text = NULL;
-  size_t size = 0;
-
-  // the file is parsed from memory, without a copy of its texts
-  THRUM_TRY(thrum_file_read(path, &text, &size, error));
+  cJSON *object = NULL;
+  THRUM_TRY(json_file_read(path, &object, error));
 
   // the first fault names the file; the texts are copied, so the object can go
-  cJSON *object = cJSON_ParseWithLength(text, size);
   const char *wrong = object == NULL ? "it is no JSON" : take_recipe(object, folder, recipe);
   cJSON_Delete(object);
-  free(text);
   if (wrong != NULL)
     return thrum_error_set(error, THRUM_BAD_FORMAT, "%.250s: %s", path, wrong);
   return THRUM_OK;

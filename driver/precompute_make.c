@@ -1,14 +1,13 @@
 /* The pipeline behind `thrum precompute` and behind models that are asked for by name: from a
  * mesh's name to the written model file. SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "config/message.h"
 #include "driver/mesh_of_model.h"
 #include "driver/mesh_warnings.h"
-#include "driver/model_condense_to.h"
+#include "driver/model_cut.h"
 #include "driver/precompute_dry.h"
 #include "driver/precompute_make.h"
 #include "driver/precompute_progress.h"
@@ -24,6 +23,7 @@
 #include "mesh/mesh_fix.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/model_quality.h"
+#include "platform/allocate.h"
 #include "platform/clock.h"
 #include "precompute/basis/handles.h"
 #include "precompute/estimate.h"
@@ -107,10 +107,8 @@ static thrum_status name_line(const precompute_request *request, const char *key
                               thrum_error *error) {
   if (request->lines_file == NULL || n >= CONFIG_FILE_ITEMS_MAX || lines[n] == 0)
     return status;
-  char told[sizeof error->message];
-  snprintf(told, sizeof told, "%s", error->message);
-  return thrum_error_set(error, status, "%.100s:%lld: %s: %.250s", request->lines_file,
-                         (long long)lines[n], key, told);
+  return config_error_in(error, status, "%.100s:%lld: %s", request->lines_file, (long long)lines[n],
+                         key);
 }
 
 /* Marks what the --fix options name in `fixed`, beside what it marks already, and counts the
@@ -256,9 +254,8 @@ static thrum_status save_modes(const precompute_request *request, const thrum_pr
                                thrum_error *error) {
   if (!request->export_modes)
     return THRUM_OK;
-  double *hertz = malloc((size_t)result->mode_count * sizeof *hertz);
-  if (hertz == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "out of memory");
+  double *hertz = NULL;
+  THRUM_TRY(thrum_reserve(&hertz, result->mode_count, sizeof *hertz, "the frequencies", error));
   thrum_frequencies(result->mode_omega2, result->mode_count, hertz);
   const thrum_status status =
       vtu_write_modes(request->export_modes, &result->model, result->mode_count, hertz,
@@ -267,52 +264,32 @@ static thrum_status save_modes(const precompute_request *request, const thrum_pr
   return status;
 }
 
-static precompute_progress begin_progress(const precompute_request *request) {
-  return (precompute_progress){
-      .bar = config_progress_make(request->quiet),
-      .basis = "",
-      .cubature = request->options.cubature,
-  };
-}
-
 /* One run of a training, which is kept; no model is written. */
-static thrum_status make_run(const precompute_request *request, const thrum_mesh *mesh,
-                             const uint8_t *fixed, thrum_error *error) {
-  precompute_progress progress = begin_progress(request);
-  thrum_precompute_options options = request->options;
-  options.progress = precompute_progress_show;
-  options.progress_context = &progress;
-  const thrum_status status =
-      precompute_train_job(request, mesh, fixed, &options, &progress, error);
-  config_progress_end(&progress.bar, status >= 0);
+static thrum_status make_run(const precompute_task *task, thrum_error *error) {
+  const thrum_status status = precompute_train_job(task, error);
+  config_progress_end(&task->progress->bar, status >= 0);
   return status;
 }
 
 /* From the fixed mesh to the written file and the printed result. */
-static thrum_status make_model(const precompute_request *request, const thrum_mesh *mesh,
-                               const uint8_t *fixed, precompute_show *show,
+static thrum_status make_model(precompute_task *task, precompute_show *show,
                                precompute_outcome *outcome, thrum_error *error) {
-  precompute_progress progress = begin_progress(request);
-  thrum_precompute_options options = request->options;
-  options.progress = precompute_progress_show;
-  options.progress_context = &progress;
+  const precompute_request *request = task->request;
 
   // an imported basis takes the place of modes and derivatives
   thrum_precomputed result = {0};
   thrum_imported_basis imported = {0};
   thrum_status status = read_imported_basis(request, &imported, error);
-  options.imported = request->import_basis ? &imported : NULL;
+  task->options.imported = request->import_basis ? &imported : NULL;
   if (status >= 0 && request->train_count + request->test_count > 0)
-    status = precompute_train(request, mesh, fixed, &options, &progress, &outcome->training,
-                              &result, error);
+    status = precompute_train(task, &outcome->training, &result, error);
   else if (status >= 0 && request->touch)
-    status = precompute_touch(request, mesh, fixed, &options, &progress, &outcome->touch, &result,
-                              error);
+    status = precompute_touch(task, &outcome->touch, &result, error);
   else
-    THRUM_THEN(status, thrum_precompute(mesh, fixed, &options, &result, error));
+    THRUM_THEN(status, thrum_precompute(task->mesh, task->fixed, &task->options, &result, error));
   thrum_imported_basis_free(&imported);
 
-  config_progress_end(&progress.bar, status >= 0);
+  config_progress_end(&task->progress->bar, status >= 0);
   if (status < 0) {
     precompute_train_free(&outcome->training);
     precompute_touch_free(&outcome->touch);
@@ -393,10 +370,7 @@ static thrum_status read_mesh(const precompute_request *request, thrum_mesh *mes
   }
 
   THRUM_TRY(thrum_mesh_read_with(request->mesh_name, &request->reading, mesh, error));
-  *fixed = calloc((size_t)mesh->vertex_count, 1);
-  return *fixed != NULL ? THRUM_OK
-                        : thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld vertices",
-                                          (long long)mesh->vertex_count);
+  return thrum_reserve(fixed, mesh->vertex_count, 1, "what is held of the mesh", error);
 }
 
 thrum_status precompute_make(const precompute_request *request, precompute_show *show,
@@ -418,7 +392,8 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
 
   // the request is completed in a copy, the caller's stays as it was given
   mesh_warnings_print(&mesh, path_basename(request->mesh_name));
-  thrum_handle *handles = calloc((size_t)request->handle_count + 1, sizeof *handles);
+  thrum_handle *handles = NULL;
+  status = thrum_reserve(&handles, request->handle_count, sizeof *handles, "the handles", error);
   precompute_request found = *request;
   found.options.handles = handles;
   found.options.handle_count = request->handle_count;
@@ -431,22 +406,24 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   precompute_outcome outcome = {.request = &found, .mesh = &mesh, .began = began};
 
   // what the options say about the mesh: material, fixed vertices, handles
-  if (handles == NULL) {
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %lld vertices",
-                             (long long)mesh.vertex_count);
-  }
   THRUM_THEN(status, apply_material(request, &mesh, error));
   THRUM_THEN(status, fix_vertices(request, &mesh, fixed, &outcome.fixed_count, error));
   THRUM_THEN(status, find_handles(request, &mesh, handles, error));
 
   // a dry run stops at the estimate
   outcome.seconds_mesh = clock_seconds() - began;
+  precompute_progress progress = {.bar = config_progress_make(request->quiet),
+                                  .basis = "",
+                                  .cubature = request->options.cubature};
+  precompute_task task = {&found, &mesh, fixed, found.options, &progress};
+  task.options.progress = precompute_progress_show;
+  task.options.progress_context = &progress;
   if (status >= 0 && request->dry_run)
     status = estimate_model(&found, fixed, &outcome, error);
   else if (status >= 0 && request->jobs.number > 0)
-    status = make_run(&found, &mesh, fixed, error);
+    status = make_run(&task, error);
   else if (status >= 0)
-    status = make_model(&found, &mesh, fixed, show, &outcome, error);
+    status = make_model(&task, show, &outcome, error);
 
   free(fixed);
   free(handles);

@@ -4,7 +4,7 @@
 #define THRUM_DRIVER_PRECOMPUTE_PROGRESS_H
 
 #include "config/progress.h"
-#include "precompute/options/precompute_options.h"
+#include "driver/precompute_request.h"
 
 typedef struct precompute_stage_label {
   const char *name; /* for machines */
@@ -21,6 +21,15 @@ typedef struct precompute_progress {
   const char *basis;
   bool cubature;
 } precompute_progress;
+
+/* A basis in the making: what is asked for, the mesh and what of it is held, and who is told. */
+typedef struct precompute_task {
+  const precompute_request *request;
+  const thrum_mesh *mesh;
+  const uint8_t *fixed;             /* vertex_count */
+  thrum_precompute_options options; /* of the request, with a progress that shows on the bar */
+  precompute_progress *progress;
+} precompute_task;
 
 /* Shows a stage on the bar of `context`, a precompute_progress: progress of
  * thrum_precompute_options. Always true. */

@@ -6,7 +6,6 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "config/message.h"
@@ -261,15 +260,11 @@ static void print_solver(const thrum_solver_use *use) {
 }
 
 static void add_seconds(cJSON *object, const precompute_outcome *outcome) {
-  static const char *const names[] = {
-#define X(name, text) #name,
-      THRUM_STAGE_LIST(X)
-#undef X
-  };
   cJSON *seconds = cJSON_AddObjectToObject(object, "seconds");
   json_number(seconds, "mesh", outcome->seconds_mesh);
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
-    json_number(seconds, names[stage], outcome->result->seconds[stage]);
+    json_number(seconds, precompute_stage_label_of((thrum_stage)stage, false).name,
+                outcome->result->seconds[stage]);
   if (outcome->touch.judged)
     json_number(seconds, "touch", outcome->touch.seconds);
   json_number(seconds, "write", outcome->seconds_write);

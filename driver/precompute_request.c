@@ -296,15 +296,11 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   request->train_dt = 0.003;
   request->material = (thrum_material){NAN, NAN, NAN};
   request->options = thrum_default_precompute_options();
-  int code = config_options_read_one(&command_precompute, "mesh", argc, argv, request,
-                                     &request->mesh_name);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(config_options_read_one(&command_precompute, "mesh", argc, argv, request,
+                                     &request->mesh_name));
 
   // some options need others or exclude them
-  code = check_jobs(request);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(check_jobs(request));
   if (request->output == NULL && !request->dry_run && !request->jobs.list &&
       request->jobs.number == 0)
     return config_usage("precompute", "no output given: say -o NAME.npz");

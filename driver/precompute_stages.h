@@ -6,7 +6,6 @@
 
 #include "driver/precompute_train.h"
 #include "precompute/precompute.h"
-#include "thrum/thrum.h"
 
 /* Adds `stages`: for each its seconds, cpu_seconds, peak_mb (of the process until its end) and
  * gflops, a rate, null where the work is not counted; and the training, where there was one. */

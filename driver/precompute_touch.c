@@ -28,58 +28,51 @@ static bool follow(const precompute_request *request) {
 }
 
 /* The model with the shapes in its basis; *base becomes it. */
-static thrum_status step_shapes(const thrum_mesh *mesh, const uint8_t *fixed,
-                                const thrum_precompute_options *options,
-                                precompute_progress *progress, const double *fields, int64_t count,
+static thrum_status step_shapes(const precompute_task *task, const double *fields, int64_t count,
                                 thrum_precomputed *base, thrum_error *error) {
-  thrum_precompute_options both = *options;
+  thrum_precompute_options both = task->options;
   thrum_precomputed made = {0};
   both.trained = fields;
   both.trained_count = count;
   both.rank = base->model.rank + count;
-  progress->basis = "with touch modes, ";
-  THRUM_TRY(thrum_precompute(mesh, fixed, &both, &made, error));
+  task->progress->basis = "with touch modes, ";
+  THRUM_TRY(thrum_precompute(task->mesh, task->fixed, &both, &made, error));
   thrum_precomputed_free(base);
   *base = made;
   return THRUM_OK;
 }
 
 /* The shapes that `touch` finds beside *base, which follow it or become a part of it. */
-static thrum_status add_shapes(const precompute_request *request, const thrum_mesh *mesh,
-                               const uint8_t *fixed, const thrum_precompute_options *options,
-                               precompute_progress *progress, thrum_touch *touch,
+static thrum_status add_shapes(const precompute_task *task, thrum_touch *touch,
                                touch_outcome *outcome, thrum_precomputed *base,
                                thrum_error *error) {
   int64_t room = 0;
   double *fields = NULL;
-  THRUM_TRY(find_room(request, base->model.rank, &room, error));
-  THRUM_TRY(thrum_reserve(&fields, 3 * mesh->vertex_count * room, sizeof *fields, "the touch modes",
-                          error));
-  config_progress_update(&progress->bar, "touch modes", 0.5);
+  THRUM_TRY(find_room(task->request, base->model.rank, &room, error));
+  THRUM_TRY(thrum_reserve(&fields, 3 * task->mesh->vertex_count * room, sizeof *fields,
+                          "the touch modes", error));
+  config_progress_update(&task->progress->bar, "touch modes", 0.5);
   thrum_status status =
       thrum_touch_shapes(touch, &base->model, TOUCH_FOLLOWS, room, fields, &outcome->shapes, error);
 
-  if (outcome->shapes > 0 && follow(request))
+  if (outcome->shapes > 0 && follow(task->request))
     THRUM_THEN(status, thrum_touch_follow(touch, &base->model, fields, outcome->shapes,
                                           &outcome->followers, error));
   else if (outcome->shapes > 0)
-    THRUM_THEN(status,
-               step_shapes(mesh, fixed, options, progress, fields, outcome->shapes, base, error));
+    THRUM_THEN(status, step_shapes(task, fields, outcome->shapes, base, error));
   free(fields);
   return status;
 }
 
-thrum_status precompute_touch(const precompute_request *request, const thrum_mesh *mesh,
-                              const uint8_t *fixed, const thrum_precompute_options *options,
-                              precompute_progress *progress, touch_outcome *outcome,
+thrum_status precompute_touch(const precompute_task *task, touch_outcome *outcome,
                               thrum_precomputed *result, thrum_error *error) {
   // the usual basis, and how it follows
   const double began = clock_seconds();
   thrum_precomputed made = {0};
   thrum_touch *touch = NULL;
-  progress->basis = "usual basis, ";
-  THRUM_TRY(thrum_precompute(mesh, fixed, options, &made, error));
-  config_progress_update(&progress->bar, "answers to pulls", 0);
+  task->progress->basis = "usual basis, ";
+  THRUM_TRY(thrum_precompute(task->mesh, task->fixed, &task->options, &made, error));
+  config_progress_update(&task->progress->bar, "answers to pulls", 0);
   thrum_status status = thrum_touch_create(&made.model, &touch, error);
   if (status >= 0)
     thrum_touch_measure(touch, &made.model, &outcome->before);
@@ -87,12 +80,12 @@ thrum_status precompute_touch(const precompute_request *request, const thrum_mes
   // what it lacks
   const bool follows = status >= 0 && outcome->before.worst >= TOUCH_FOLLOWS;
   if (!follows)
-    THRUM_THEN(status,
-               add_shapes(request, mesh, fixed, options, progress, touch, outcome, &made, error));
+    THRUM_THEN(status, add_shapes(task, touch, outcome, &made, error));
   if (status >= 0) {
     const bool beside = outcome->followers.count > 0;
     thrum_touch_measure(touch, beside ? &outcome->followers.model : &made.model, &outcome->after);
-    memcpy(outcome->at, mesh->vertices + 3 * (int64_t)outcome->after.vertex, sizeof outcome->at);
+    memcpy(outcome->at, task->mesh->vertices + 3 * (int64_t)outcome->after.vertex,
+           sizeof outcome->at);
     outcome->judged = true;
     outcome->missed = outcome->after.worst < TOUCH_FOLLOWS;
     outcome->seconds = clock_seconds() - began;

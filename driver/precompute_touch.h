@@ -9,7 +9,6 @@
 #define THRUM_DRIVER_PRECOMPUTE_TOUCH_H
 
 #include "driver/precompute_progress.h"
-#include "driver/precompute_request.h"
 #include "io/json.h"
 #include "precompute/model/touch_follow.h"
 
@@ -30,9 +29,7 @@ typedef struct touch_outcome {
 /* Makes the usual model of the options and its touch modes up to the request's rank_max: *result is
  * the usual model, and outcome->followers has what follows it; or *result has both. On failure
  * neither is to be freed. */
-thrum_status precompute_touch(const precompute_request *request, const thrum_mesh *mesh,
-                              const uint8_t *fixed, const thrum_precompute_options *options,
-                              precompute_progress *progress, touch_outcome *outcome,
+thrum_status precompute_touch(const precompute_task *task, touch_outcome *outcome,
                               thrum_precomputed *result, thrum_error *error);
 
 void precompute_touch_free(touch_outcome *outcome); /* a zeroed one is fine */

@@ -348,17 +348,18 @@ static void add_shares(const double *q, int64_t k, double size, double *shares) 
 }
 
 /* The shares of modes and derivatives in the runs of the training, which the caller frees. */
-static thrum_status find_shares(const thrum_mesh *mesh, const uint8_t *fixed,
+static thrum_status find_shares(const precompute_task *task,
                                 const thrum_precompute_options *options,
                                 const train_outcome *outcome, double **shares, thrum_error *error) {
-  const int64_t k = options->modes, all = 3 * mesh->vertex_count, each = FULL_MOTION_SNAPSHOTS;
+  const int64_t k = options->modes, each = FULL_MOTION_SNAPSHOTS;
+  const int64_t all = 3 * task->mesh->vertex_count;
   thrum_precompute_options asked = *options;
   thrum_precomputed made = {0};
   thrum_model_fem body = {0};
   asked.rank = k;
   asked.handle_count = 0;
   asked.keep_modes = true;
-  THRUM_TRY(thrum_precompute(mesh, fixed, &asked, &made, error));
+  THRUM_TRY(thrum_precompute(task->mesh, task->fixed, &asked, &made, error));
   thrum_status status = thrum_model_fem_create(&made.model, &body, error);
 
   // modes on the free components, room for one field, and the coordinates of one run
@@ -392,74 +393,74 @@ typedef struct trial {
   int64_t modes, usual, rank; /* usual 0: half of the rank */
 } trial;
 
+static thrum_status check_held(const thrum_precomputed *made, const char *option,
+                               thrum_error *error) {
+  if (made->rigid_count == 0)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_UNSUPPORTED,
+                         "%s: nothing is held, and a free body moves away as a whole", option);
+}
+
 /* The usual part of a trial. Before anything is run, the memory of the limit must hold the model
  * and the training beside it. */
-static thrum_status make_base(const precompute_request *request, const thrum_mesh *mesh,
-                              const uint8_t *fixed, const thrum_precompute_options *asked,
+static thrum_status make_base(const precompute_task *task, const thrum_precompute_options *asked,
                               int64_t usual, bool begins, thrum_precomputed *base,
                               thrum_error *error) {
   thrum_precompute_options first = *asked;
   thrum_error detail = {0};
+  const double bytes = precompute_train_bytes(task->request, task->mesh->vertex_count);
   if (begins && first.memory_limit > 0)
-    first.memory_limit -= precompute_train_bytes(request, mesh->vertex_count);
+    first.memory_limit -= bytes;
   if (begins)
-    THRUM_TRY(check_memory(request, mesh->vertex_count, error));
-  const thrum_status status = precompute_train_base(mesh, fixed, &first, usual, base, &detail);
+    THRUM_TRY(check_memory(task->request, task->mesh->vertex_count, error));
+  const thrum_status status =
+      precompute_train_base(task->mesh, task->fixed, &first, usual, base, &detail);
   if (status < 0)
     return begins && status == THRUM_OUT_OF_MEMORY
                ? thrum_error_set(error, status, "beside the %.0f MB of --train: %.300s",
-                                 precompute_train_bytes(request, mesh->vertex_count) / 1048576,
-                                 detail.message)
+                                 bytes / 1048576, detail.message)
                : thrum_error_set(error, status, "%s", detail.message);
-  return base->rigid_count == 0
-             ? THRUM_OK
-             : thrum_error_set(error, THRUM_UNSUPPORTED,
-                               "--train: nothing is held, and a free body moves away as a whole");
+  return check_held(base, "--train", error);
 }
 
 /* The usual model, of which a body that is held alone can be tested. */
-static thrum_status make_usual(const precompute_request *request, const thrum_mesh *mesh,
-                               const uint8_t *fixed, const thrum_precompute_options *options,
-                               thrum_precomputed *result, thrum_error *error) {
-  THRUM_TRY(check_memory(request, mesh->vertex_count, error));
-  THRUM_TRY(thrum_precompute(mesh, fixed, options, result, error));
-  return result->rigid_count == 0
-             ? THRUM_OK
-             : thrum_error_set(error, THRUM_UNSUPPORTED,
-                               "--test: nothing is held, and a free body moves away as a whole");
+static thrum_status make_usual(const precompute_task *task, thrum_precomputed *result,
+                               thrum_error *error) {
+  THRUM_TRY(check_memory(task->request, task->mesh->vertex_count, error));
+  THRUM_TRY(thrum_precompute(task->mesh, task->fixed, &task->options, result, error));
+  return check_held(result, "--test", error);
 }
 
-thrum_status precompute_train_first(const precompute_request *request, const thrum_mesh *mesh,
-                                    const uint8_t *fixed, const thrum_precompute_options *options,
-                                    thrum_precomputed *made, thrum_error *error) {
-  return request->train_count > 0 ? make_base(request, mesh, fixed, options, 0, true, made, error)
-                                  : make_usual(request, mesh, fixed, options, made, error);
+thrum_status precompute_train_first(const precompute_task *task, thrum_precomputed *made,
+                                    thrum_error *error) {
+  return task->request->train_count > 0 ? make_base(task, &task->options, 0, true, made, error)
+                                        : make_usual(task, made, error);
 }
 
 /* The model of a trial with its errors; the full order is run where it was not before. */
-static thrum_status make_trial(const precompute_request *request, const thrum_mesh *mesh,
-                               const uint8_t *fixed, const thrum_precompute_options *options,
-                               const trial *t, precompute_progress *progress,
-                               train_outcome *outcome, thrum_precomputed *result,
-                               thrum_error *error) {
-  thrum_precompute_options asked = *options;
+static thrum_status make_trial(const precompute_task *task, const trial *t, train_outcome *outcome,
+                               thrum_precomputed *result, thrum_error *error) {
+  const precompute_request *request = task->request;
+  precompute_progress *progress = task->progress;
+  thrum_precompute_options asked = task->options;
   thrum_precomputed base = {0};
   asked.modes = t->modes;
   asked.rank = t->rank;
 
   const bool begins = outcome->samples == NULL;
   progress->basis = "untrained: ";
-  thrum_status status = make_base(request, mesh, fixed, &asked, t->usual, begins, &base, error);
+  thrum_status status = make_base(task, &asked, t->usual, begins, &base, error);
   if (begins)
     THRUM_THEN(status, run_all(request, &base.model, &progress->bar, outcome, error));
 
   // modes and derivatives by what they do in the training, now that it is known
   double *shares = NULL;
   if (request->by_share) {
-    THRUM_THEN(status, find_shares(mesh, fixed, &asked, outcome, &shares, error));
+    THRUM_THEN(status, find_shares(task, &asked, outcome, &shares, error));
     asked.shares = shares;
     thrum_precomputed_free(&base);
-    THRUM_THEN(status, precompute_train_base(mesh, fixed, &asked, t->usual, &base, error));
+    THRUM_THEN(status,
+               precompute_train_base(task->mesh, task->fixed, &asked, t->usual, &base, error));
   }
 
   // the runs of the training come first among the samples
@@ -470,20 +471,19 @@ static thrum_status make_trial(const precompute_request *request, const thrum_me
   outcome->field_count = asked.trained_count;
   thrum_precomputed_free(&base);
   progress->basis = "trained: ";
-  THRUM_THEN(status, thrum_precompute(mesh, fixed, &asked, result, error));
+  THRUM_THEN(status, thrum_precompute(task->mesh, task->fixed, &asked, result, error));
   THRUM_THEN(status, judge_all(request, &result->model, &progress->bar, outcome, error));
   free(shares);
   return status;
 }
 
 /* The usual model, under the tests. */
-static thrum_status make_untrained(const precompute_request *request, const thrum_mesh *mesh,
-                                   const uint8_t *fixed, const thrum_precompute_options *options,
-                                   precompute_progress *progress, train_outcome *outcome,
+static thrum_status make_untrained(const precompute_task *task, train_outcome *outcome,
                                    thrum_precomputed *result, thrum_error *error) {
-  THRUM_TRY(make_usual(request, mesh, fixed, options, result, error));
-  THRUM_TRY(run_all(request, &result->model, &progress->bar, outcome, error));
-  return judge_all(request, &result->model, &progress->bar, outcome, error);
+  config_progress *bar = &task->progress->bar;
+  THRUM_TRY(make_usual(task, result, error));
+  THRUM_TRY(run_all(task->request, &result->model, bar, outcome, error));
+  return judge_all(task->request, &result->model, bar, outcome, error);
 }
 
 /* The larger of both errors; infinite where a run is lost. */
@@ -562,20 +562,18 @@ static void keep(best *b, thrum_precomputed *found, const train_outcome *outcome
 }
 
 /* One trial, and where an error is wanted more of them until one has it. */
-static thrum_status make_trials(const precompute_request *request, const thrum_mesh *mesh,
-                                const uint8_t *fixed, const thrum_precompute_options *options,
-                                precompute_progress *progress, train_outcome *outcome, best *b,
+static thrum_status make_trials(const precompute_task *task, train_outcome *outcome, best *b,
                                 thrum_error *error) {
+  const precompute_request *request = task->request;
   const bool wanted = !isnan(request->error);
-  trial t = {.modes = options->modes, .rank = thrum_options_complete(options).rank};
+  trial t = {.modes = task->options.modes, .rank = thrum_options_complete(&task->options).rank};
   for (bool first = true;; first = false) {
     thrum_precomputed found = {0};
     thrum_error detail = {0};
-    const thrum_status status =
-        outcome->train_count > 0
-            ? make_trial(request, mesh, fixed, options, &t, progress, outcome, &found, &detail)
-            : make_untrained(request, mesh, fixed, options, progress, outcome, &found, &detail);
-    config_progress_end(&progress->bar, status >= 0);
+    const thrum_status status = outcome->train_count > 0
+                                    ? make_trial(task, &t, outcome, &found, &detail)
+                                    : make_untrained(task, outcome, &found, &detail);
+    config_progress_end(&task->progress->bar, status >= 0);
 
     // where the mesh has no more modes, what was there before counts
     if (status < 0) {
@@ -595,22 +593,20 @@ static thrum_status make_trials(const precompute_request *request, const thrum_m
   }
 }
 
-thrum_status precompute_train(const precompute_request *request, const thrum_mesh *mesh,
-                              const uint8_t *fixed, const thrum_precompute_options *options,
-                              precompute_progress *progress, train_outcome *outcome,
+thrum_status precompute_train(const precompute_task *task, train_outcome *outcome,
                               thrum_precomputed *result, thrum_error *error) {
   const double began = clock_seconds(), worked = clock_process_seconds();
   best b = {.worst = INFINITY};
-  thrum_status status = precompute_train_list(request, outcome, error);
+  thrum_status status = precompute_train_list(task->request, outcome, error);
   THRUM_THEN(status, thrum_reserve(&b.errors, (size_t)outcome->run_count + 1, sizeof *b.errors,
                                    "the training", error));
-  THRUM_THEN(status, make_trials(request, mesh, fixed, options, progress, outcome, &b, error));
+  THRUM_THEN(status, make_trials(task, outcome, &b, error));
 
   // the outcome is that of the model that is kept
   for (int64_t n = 0; n < outcome->run_count && status >= 0; n++)
     outcome->runs[n].error = b.errors[n];
   outcome->field_count = b.field_count;
-  outcome->missed = status >= 0 && b.worst > request->error;
+  outcome->missed = status >= 0 && b.worst > task->request->error;
 
   // what it took beside the stages of that model
   outcome->seconds = clock_seconds() - began;

@@ -8,9 +8,7 @@
 #define THRUM_DRIVER_PRECOMPUTE_TRAIN_H
 
 #include "driver/precompute_progress.h"
-#include "driver/precompute_request.h"
 #include "driver/train_case.h"
-#include "precompute/precompute.h"
 
 /* One case, its full-order run, and the error of the model in it. */
 typedef struct train_run {
@@ -37,11 +35,9 @@ typedef struct train_outcome {
 /* Runs the full order of the mesh in all cases of the request, makes a basis that shows what it
  * does, and steps it in all of them; with no training the basis is the usual one, and only judged.
  * Where the request has an error, modes, derivatives and shapes grow until no load errs by more, up
- * to its rank_max; the best is kept. options: those of the request; progress: theirs, which shows
- * the runs as well. precompute_train_free frees the outcome, whatever came back. */
-thrum_status precompute_train(const precompute_request *request, const thrum_mesh *mesh,
-                              const uint8_t *fixed, const thrum_precompute_options *options,
-                              precompute_progress *progress, train_outcome *outcome,
+ * to its rank_max; the best is kept. The progress of the task shows the runs as well.
+ * precompute_train_free frees the outcome, whatever came back. */
+thrum_status precompute_train(const precompute_task *task, train_outcome *outcome,
                               thrum_precomputed *result, thrum_error *error);
 
 /* The same in parts, for samples that are there already: the model of the usual part of the basis
@@ -61,9 +57,8 @@ thrum_status precompute_train_shapes(const thrum_model *base, const double *samp
  * nowhere. */
 thrum_status precompute_train_list(const precompute_request *request, train_outcome *outcome,
                                    thrum_error *error);
-thrum_status precompute_train_first(const precompute_request *request, const thrum_mesh *mesh,
-                                    const uint8_t *fixed, const thrum_precompute_options *options,
-                                    thrum_precomputed *made, thrum_error *error);
+thrum_status precompute_train_first(const precompute_task *task, thrum_precomputed *made,
+                                    thrum_error *error);
 thrum_status train_run_fill(const precompute_request *request, const thrum_model *model,
                             train_run *run, full_motion_script *script, thrum_error *error);
 thrum_status train_run_make(const precompute_request *request, const thrum_model *model,
@@ -72,9 +67,7 @@ thrum_status train_run_make(const precompute_request *request, const thrum_model
 /* Prints the jobs of a training, or does one of them. argv is that of the command. */
 thrum_status precompute_train_print(const precompute_request *request, char *const *argv,
                                     thrum_error *error);
-thrum_status precompute_train_job(const precompute_request *request, const thrum_mesh *mesh,
-                                  const uint8_t *fixed, const thrum_precompute_options *options,
-                                  precompute_progress *progress, thrum_error *error);
+thrum_status precompute_train_job(const precompute_task *task, thrum_error *error);
 /* Refuses a training that lacks runs, and names their jobs. */
 thrum_status precompute_train_complete(const precompute_request *request, const thrum_model *model,
                                        train_outcome *outcome, thrum_error *error);

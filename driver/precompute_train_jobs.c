@@ -87,14 +87,13 @@ thrum_status precompute_train_print(const precompute_request *request, char *con
   return job_list_print(&list, argv, error);
 }
 
-thrum_status precompute_train_job(const precompute_request *request, const thrum_mesh *mesh,
-                                  const uint8_t *fixed, const thrum_precompute_options *options,
-                                  precompute_progress *progress, thrum_error *error) {
+thrum_status precompute_train_job(const precompute_task *task, thrum_error *error) {
+  const precompute_request *request = task->request;
   train_outcome outcome = {0};
   thrum_precomputed made = {0};
   thrum_status status = precompute_train_list(request, &outcome, error);
-  THRUM_THEN(status, precompute_train_first(request, mesh, fixed, options, &made, error));
-  train_jobs all = {request, &made.model, &progress->bar, &outcome};
+  THRUM_THEN(status, precompute_train_first(task, &made, error));
+  train_jobs all = {request, &made.model, &task->progress->bar, &outcome};
   const job_list list = list_of(&all);
   THRUM_THEN(status, job_list_run(&list, request->jobs.number, request->json, error));
   thrum_precomputed_free(&made);

@@ -7,6 +7,7 @@
 
 #include "io/text.h"
 #include "mesh/mesh_groups.h"
+#include "platform/allocate.h"
 
 /* As the ranges of --young and --density. */
 static const double LEAST = 1e-30, MOST = 1e30;
@@ -93,9 +94,8 @@ static thrum_status apply(const char *text, thrum_mesh *mesh, bool *named, thrum
 
 thrum_status region_materials_apply(const char *const *texts, int64_t count, thrum_mesh *mesh,
                                     int64_t *lacking, thrum_error *error) {
-  bool *named = calloc((size_t)mesh->region_count + 1, sizeof *named);
-  if (!named)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "not enough memory");
+  bool *named = NULL;
+  THRUM_TRY(thrum_reserve(&named, mesh->region_count, sizeof *named, "the materials", error));
   thrum_status status = THRUM_OK;
   for (int64_t n = 0; n < count && status >= 0; n++)
     status = apply(texts[n], mesh, named, error);

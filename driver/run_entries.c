@@ -5,14 +5,13 @@
 #include <cjson/cJSON.h>
 #include <dirent.h>
 #include <errno.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "io/file.h"
+#include "io/json.h"
 
 #define PATH_SIZE 1536
 
@@ -68,31 +67,32 @@ static thrum_status read_mark(const char *folder, const char *name, cJSON **obje
                               thrum_error *error) {
   path_text path;
   struct stat status;
-  void *text = NULL;
-  size_t size = 0;
   *object = NULL;
   THRUM_TRY(join(path, folder, name, error));
-  if (lstat(path, &status) != 0)
-    return THRUM_OK;
-  THRUM_TRY(thrum_file_read(path, &text, &size, error));
-  *object = cJSON_ParseWithLength(text, size);
-  free(text);
-  return THRUM_OK;
+  return lstat(path, &status) == 0 ? json_file_read(path, object, error) : THRUM_OK;
 }
 
 /* The program and the command in the mark say that a run of ours is there. */
 static bool is_ours(const cJSON *object) {
-  const cJSON *program = cJSON_GetObjectItemCaseSensitive(object, "program");
-  const cJSON *command = cJSON_GetObjectItemCaseSensitive(object, "command");
-  return cJSON_IsString(program) && strcmp(program->valuestring, "thrum") == 0 &&
-         cJSON_IsString(command) && strcmp(command->valuestring, "simulate") == 0;
+  const char *program = json_text_of(object, "program"), *command = json_text_of(object, "command");
+  return program != NULL && strcmp(program, "thrum") == 0 && command != NULL &&
+         strcmp(command, "simulate") == 0;
+}
+
+static const char *mark_of(run_kind kind) {
+  return kind == RUN_OF_SCENE ? SCENE_JSON : RUN_JSON;
+}
+
+bool run_entries_finished(const char *path, run_kind kind) {
+  path_text file;
+  struct stat status;
+  return path[0] != 0 && join(file, path, mark_of(kind), NULL) >= 0 && stat(file, &status) == 0 &&
+         S_ISREG(status.st_mode);
 }
 
 bool run_entries_marked(const char *path, run_kind kind) {
   cJSON *object = NULL;
-  const bool marked =
-      read_mark(path, kind == RUN_OF_SCENE ? SCENE_JSON : RUN_JSON, &object, NULL) >= 0 &&
-      is_ours(object);
+  const bool marked = read_mark(path, mark_of(kind), &object, NULL) >= 0 && is_ours(object);
   cJSON_Delete(object);
   return marked;
 }
@@ -127,7 +127,7 @@ thrum_status run_entries_replaceable(const char *path, run_kind kind, thrum_erro
     return THRUM_OK;
 
   // a mark that cannot be read is not the same as none
-  THRUM_TRY(read_mark(path, kind == RUN_OF_SCENE ? SCENE_JSON : RUN_JSON, &object, error));
+  THRUM_TRY(read_mark(path, mark_of(kind), &object, error));
   ours = is_ours(object);
   cJSON_Delete(object);
   return ours ? THRUM_OK
@@ -144,7 +144,7 @@ static bool is_body(const cJSON *scene, const char *name) {
   if (scene == NULL)
     return true;
   cJSON_ArrayForEach(item, bodies) {
-    const char *body = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(item, "name"));
+    const char *body = json_text_of(item, "name");
     if (body != NULL && strcmp(body, name) == 0)
       return true;
   }
@@ -223,11 +223,6 @@ static void undo_moves(const walk *walking) {
     rename(walking->moves[n - 1].to, walking->moves[n - 1].from);
 }
 
-static char *copy_of(const char *text) {
-  char *copy = malloc(strlen(text) + 1);
-  return copy != NULL ? strcpy(copy, text) : NULL;
-}
-
 static thrum_status keep_users(walk *walking, const char *from, const char *folder, const char *to,
                                thrum_error *error) {
   struct stat status;
@@ -243,7 +238,7 @@ static thrum_status keep_users(walk *walking, const char *from, const char *fold
   if (grown == NULL)
     return no_memory(error);
   walking->moves = grown;
-  const move next = {copy_of(from), copy_of(to)};
+  const move next = {strdup(from), strdup(to)};
   const int reason = next.from == NULL || next.to == NULL ? ENOMEM
                      : rename(from, to) != 0              ? errno
                                                           : 0;

@@ -8,7 +8,6 @@
 #define THRUM_DRIVER_RUN_ENTRIES_H
 
 #include <stdbool.h>
-#include <stddef.h>
 
 #include "thrum/status.h"
 
@@ -27,6 +26,9 @@ typedef enum run_kind {
   RUN_OF_BODY, /* of one model; its mark is RUN_JSON */
   RUN_OF_SCENE /* its mark is SCENE_JSON */
 } run_kind;
+
+/* Whether the folder has the mark of a run of this kind, whoever wrote it. */
+bool run_entries_finished(const char *path, run_kind kind);
 
 /* Whether the mark in the folder says that a run of this kind is there. */
 bool run_entries_marked(const char *path, run_kind kind);

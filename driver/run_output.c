@@ -11,13 +11,12 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include "driver/energy_plot.h"
 #include "driver/run_placement.h"
-#include "io/file.h"
 #include "io/json.h"
 #include "io/npy_file.h"
+#include "platform/allocate.h"
 #include "thrum/thrum.h"
 
 #define NPY_HEADER_MAX 192
@@ -39,9 +38,8 @@ static thrum_status open_frames(run_output *output, thrum_error *error) {
   }
 
   // room for the displacements of one frame, then the folder and the list of frames
-  output->displacement = malloc((size_t)model->vertex_count * 3 * sizeof *output->displacement);
-  if (output->displacement == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the frames");
+  THRUM_TRY(thrum_reserve(&output->displacement, 3 * model->vertex_count,
+                          sizeof *output->displacement, "the frames", error));
   snprintf(path, sizeof path, "%s/" RUN_FRAMES, output->folder.work);
   if (mkdir(path, 0777) != 0)
     return run_folder_write_failed(&output->folder, RUN_FRAMES, error);

@@ -14,8 +14,8 @@
 #include "driver/named_model.h"
 #include "driver/run_entries.h"
 #include "driver/run_folder.h"
-#include "io/file.h"
 #include "io/file_hash.h"
+#include "io/json.h"
 #include "io/npy_file.h"
 #include "io/paths.h"
 #include "io/text.h"
@@ -30,13 +30,7 @@ static void join(path_text path, const char *folder, const char *name) {
 }
 
 bool is_run_folder(const char *path) {
-  path_text file;
-  struct stat status;
-  const size_t length = strlen(path);
-  if (length == 0 || length >= RUN_PATH_MAX)
-    return false;
-  join(file, path, RUN_JSON);
-  return stat(file, &status) == 0 && S_ISREG(status.st_mode);
+  return run_entries_finished(path, RUN_OF_BODY);
 }
 
 void recorded_run_free(recorded_run *run) {
@@ -65,12 +59,10 @@ static thrum_status read_energies(const char *folder, recorded_run *run, thrum_e
   path_text path;
   thrum_text text = {0};
   join(path, folder, "energy.csv");
-  thrum_status status = thrum_text_open(path, 0, ',', &text, error);
-  if (status < 0)
-    return status;
+  THRUM_TRY(thrum_text_open(path, 0, ',', &text, error));
 
   // the times belong to the rows of q, which are counted already
-  THRUM_THEN(status, thrum_reserve(&run->times, run->rows, sizeof *run->times, path, error));
+  thrum_status status = thrum_reserve(&run->times, run->rows, sizeof *run->times, path, error);
   THRUM_THEN(status,
              thrum_reserve(&run->energies, 2 * run->rows, sizeof *run->energies, path, error));
   int64_t rows = 0;
@@ -144,14 +136,10 @@ static thrum_status load_model(const char *folder, const char *name, const char 
 static thrum_status read_json(const char *folder, cJSON **object, const char **model,
                               const char **hash, thrum_error *error) {
   path_text path;
-  void *text = NULL;
-  size_t size = 0;
   join(path, folder, RUN_JSON);
-  THRUM_TRY(thrum_file_read(path, &text, &size, error));
-  *object = cJSON_ParseWithLength(text, size);
-  free(text);
-  *model = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(*object, "model"));
-  *hash = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(*object, "model_hash"));
+  THRUM_TRY(json_file_read(path, object, error));
+  *model = json_text_of(*object, "model");
+  *hash = json_text_of(*object, "model_hash");
   if (*model == NULL || *hash == NULL)
     return thrum_error_set(error, THRUM_BAD_FORMAT,
                            "%.300s: not the run.json of a `thrum simulate`", path);
@@ -200,8 +188,7 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
     status = load_model(path, model != NULL ? model : named, hash, model != NULL, &read, error);
 
   // "imexv, switched to energy after 24 steps"
-  const char *stepped_by =
-      cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(object, "stepped_by"));
+  const char *stepped_by = json_text_of(object, "stepped_by");
   snprintf(read.stepped_by, sizeof read.stepped_by, "%s", stepped_by != NULL ? stepped_by : "");
 
   // a body of a scene may be placed, and may move as a whole

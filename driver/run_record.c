@@ -1,7 +1,6 @@
 /* The recorder of a run: rows, frames and the end of every body.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
-#include <stdlib.h>
 
 #include "driver/run.h"
 #include "platform/allocate.h"

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "driver/model_truncate_to.h"
+#include "driver/model_cut.h"
 #include "io/file_hash.h"
 #include "mesh/formats/mesh_read.h"
 #include "platform/allocate.h"

@@ -48,6 +48,6 @@ int scene_run_command(int argc, char **argv) {
                         "'%s' is of a run of one model: write it into the scene file, whose keys "
                         "`thrum schema scene` lists",
                         other);
-  const int code = config_options_read_one(&command, "scene", argc, argv, &request, &request.path);
-  return code == COMMAND_DONE ? scene_run_request(&request) : code;
+  CONFIG_TRY(config_options_read_one(&command, "scene", argc, argv, &request, &request.path));
+  return scene_run_request(&request);
 }

@@ -3,13 +3,11 @@
 
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <sys/stat.h>
 
 #include "driver/run_entries.h"
 #include "driver/run_folder.h"
 #include "driver/scene_spec.h"
-#include "io/file.h"
+#include "io/json.h"
 #include "platform/allocate.h"
 
 void recorded_scene_free(recorded_scene *scene) {
@@ -22,13 +20,7 @@ void recorded_scene_free(recorded_scene *scene) {
 }
 
 bool is_scene_folder(const char *path) {
-  char file[RUN_PATH_MAX + 300];
-  struct stat status;
-  const size_t length = strlen(path);
-  if (length == 0 || length >= RUN_PATH_MAX)
-    return false;
-  snprintf(file, sizeof file, "%s/%s", path, SCENE_JSON);
-  return stat(file, &status) == 0 && S_ISREG(status.st_mode);
+  return run_entries_finished(path, RUN_OF_SCENE);
 }
 
 /* Names and runs of the bodies that scene.json lists. */
@@ -44,7 +36,7 @@ static thrum_status read_bodies(const char *path, const char *file, recorded_sce
 
   for (int n = 0; n < count; n++) {
     const cJSON *body = cJSON_GetArrayItem(bodies, n);
-    const char *name = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(body, "name"));
+    const char *name = json_text_of(body, "name");
     if (name == NULL)
       return thrum_error_set(error, THRUM_BAD_FORMAT, "%.300s: body %d has no name", file, n + 1);
 
@@ -67,13 +59,9 @@ static thrum_status read_bodies(const char *path, const char *file, recorded_sce
 
 thrum_status recorded_scene_read(const char *path, recorded_scene *scene, thrum_error *error) {
   char file[RUN_PATH_MAX + 300];
-  void *text = NULL;
-  size_t size = 0;
+  recorded_scene read = {0};
   snprintf(file, sizeof file, "%.*s/%s", RUN_PATH_MAX, path, SCENE_JSON);
-  THRUM_TRY(thrum_file_read(file, &text, &size, error));
-
-  recorded_scene read = {.object = cJSON_ParseWithLength(text, size)};
-  free(text);
+  THRUM_TRY(json_file_read(file, &read.object, error));
   const thrum_status status = read_bodies(path, file, &read, error);
   if (status < 0)
     recorded_scene_free(&read);

@@ -83,10 +83,10 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error);
 thrum_status scene_run_read(scene_run *run, thrum_error *error);
 void scene_run_close(scene_run *run);
 
-/* scene_run_refuse.c: a message of the engine about one key of a record, or about the record (key
- * NULL). */
-thrum_status scene_run_refuse(const scene_run *run, const config_record *at, const char *key,
-                              thrum_status status, const thrum_error *detail);
+/* scene_run_refuse.c: passes a status of the engine on; a failure becomes a message about one key
+ * of a record, or about the record (key NULL). */
+thrum_status scene_run_pass(const scene_run *run, const config_record *at, const char *key,
+                            thrum_status status, const thrum_error *detail);
 thrum_status scene_run_no_memory(thrum_error *error);
 
 /* scene_run_world.c: what acts on all bodies, before they are added (base motions) and after. */

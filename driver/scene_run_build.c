@@ -120,8 +120,7 @@ static thrum_status make_start(scene_run *run, scene_body_run *body, double *q, 
   THRUM_THEN(status,
              start_specs_make(scaled, request->starts, request->start_count, q, p, &detail));
   free(memory);
-  return status < 0 ? scene_run_refuse(run, &body->spec->settings.at, "start", status, &detail)
-                    : THRUM_OK;
+  return scene_run_pass(run, &body->spec->settings.at, "start", status, &detail);
 }
 
 /* --- bodies ----------------------------------------------------------------------------------- */
@@ -170,8 +169,7 @@ static thrum_status find_touch(const scene_run *run, const scene_body_run *body,
   thrum_status status = load_target_parse(body->spec->touch, "touch", &target, &detail);
   THRUM_THEN(status,
              load_target_find(body->model, &target, &def->touch, &def->touch_count, one, &detail));
-  return status < 0 ? scene_run_refuse(run, &body->spec->settings.at, "touch", status, &detail)
-                    : THRUM_OK;
+  return scene_run_pass(run, &body->spec->settings.at, "touch", status, &detail);
 }
 
 /* The surface where there is wind, and what may touch where there are obstacles. */
@@ -197,8 +195,7 @@ static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def
     return THRUM_OK;
 
   const thrum_status status = scene_models_skin(&run->models, n, &skinned, &detail);
-  if (status < 0)
-    return scene_run_refuse(run, &body->spec->settings.at, "model", status, &detail);
+  THRUM_TRY(scene_run_pass(run, &body->spec->settings.at, "model", status, &detail));
 
   // by default all vertices of the surface may touch
   def->triangles = skinned->corners;
@@ -263,7 +260,7 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   THRUM_TRY(make_start(run, body, body->start, body->start + rank));
   THRUM_TRY(name_surface(run, n, def, &body->touched));
   const thrum_status status = thrum_scene_add_body(run->scene, def, NULL, &detail);
-  return status < 0 ? scene_run_refuse(run, &spec->settings.at, NULL, status, &detail) : THRUM_OK;
+  return scene_run_pass(run, &spec->settings.at, NULL, status, &detail);
 }
 
 static thrum_status make_bodies(scene_run *run, thrum_error *error) {
@@ -315,8 +312,8 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
   // what acts on all bodies comes before the bodies
   run->run.stepper = scene_run_stepper(run);
   THRUM_TRY(scene_run_base_motions(run, error));
-  if (thrum_scene_set_gravity(run->scene, spec->gravity, &detail) < 0)
-    return scene_run_refuse(run, &spec->settings.at, "gravity", detail.status, &detail);
+  const thrum_status status = thrum_scene_set_gravity(run->scene, spec->gravity, &detail);
+  THRUM_TRY(scene_run_pass(run, &spec->settings.at, "gravity", status, &detail));
 
   // wind, obstacles and probes refer to the bodies
   THRUM_TRY(make_bodies(run, error));

@@ -68,20 +68,18 @@ void scene_run_warn_of_passing(const scene_run *run) {
 
 /* Both go without what they find. */
 static thrum_status check(const scene_run *run, const scene_body_run *body) {
+  const char *key = body->spec->error > 0 ? "error" : "budget";
   thrum_error detail = {0};
   if (would_pass(run, body)) {
     thrum_error_set(&detail, THRUM_INVALID_ARGUMENT, "%s", passes);
-    return scene_run_refuse(run, &body->spec->settings.at,
-                            body->spec->error > 0 ? "error" : "budget", THRUM_INVALID_ARGUMENT,
-                            &detail);
+    return scene_run_pass(run, &body->spec->settings.at, key, detail.status, &detail);
   }
   if (body->spec->rank == 0 && body->spec->condense == 0 && thrum_model_masters(body->model) == 0)
     return THRUM_OK;
   thrum_error_set(&detail, THRUM_INVALID_ARGUMENT,
                   "it finds how many coordinates are stepped, so leave out rank and condense, and "
                   "take a model that was not precomputed condensed");
-  return scene_run_refuse(run, &body->spec->settings.at, body->spec->error > 0 ? "error" : "budget",
-                          THRUM_INVALID_ARGUMENT, &detail);
+  return scene_run_pass(run, &body->spec->settings.at, key, detail.status, &detail);
 }
 
 static double cost_of(const scene_body_run *body, int64_t masters) {
@@ -358,14 +356,14 @@ static thrum_status set_details(scene_run *run) {
     if (!(spec->beyond > 0) && !(spec->still > 0)) {
       thrum_error_set(&detail, THRUM_INVALID_ARGUMENT,
                       "it says neither \"beyond\" nor \"still\", so it would never act");
-      return scene_run_refuse(run, &spec->at, NULL, THRUM_INVALID_ARGUMENT, &detail);
+      return scene_run_pass(run, &spec->at, NULL, THRUM_INVALID_ARGUMENT, &detail);
     }
 
     thrum_scene_body_info info;
     thrum_scene_body(run->scene, n, &info, NULL);
     if (would_pass(run, &run->bodies[n]) && !info.condensed) {
       thrum_error_set(&detail, THRUM_INVALID_ARGUMENT, "%s", passes);
-      return scene_run_refuse(run, &spec->at, NULL, THRUM_INVALID_ARGUMENT, &detail);
+      return scene_run_pass(run, &spec->at, NULL, THRUM_INVALID_ARGUMENT, &detail);
     }
 
     // a body that steps no more than that already has nothing to leave out
@@ -373,8 +371,7 @@ static thrum_status set_details(scene_run *run) {
       continue;
     const thrum_scene_detail level = {spec->condense, spec->beyond, spec->still, spec->jump};
     const thrum_status status = thrum_scene_set_detail(run->scene, n, &level, &detail);
-    if (status < 0)
-      return scene_run_refuse(run, &spec->at, NULL, status, &detail);
+    THRUM_TRY(scene_run_pass(run, &spec->at, NULL, status, &detail));
     run->has_detail = true;
   }
   return THRUM_OK;

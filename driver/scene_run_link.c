@@ -38,7 +38,7 @@ static thrum_status find_side(const scene_run *run, const scene_link_spec *spec,
   thrum_status status = load_target_parse(text, key, &target, &detail);
   THRUM_THEN(status,
              load_target_find(run->bodies[*number].model, &target, vertices, count, one, &detail));
-  return status < 0 ? scene_run_refuse(run, &spec->at, key, status, &detail) : THRUM_OK;
+  return scene_run_pass(run, &spec->at, key, status, &detail);
 }
 
 /* The path of the file, or of the waypoints. */
@@ -49,8 +49,7 @@ static thrum_status read_path(const scene_run *run, const scene_link_spec *spec,
   if (spec->path != NULL) {
     thrum_status status = base_motion_parse(spec->path, &parts->motion, &detail);
     THRUM_THEN(status, base_motion_read(&parts->motion, &detail));
-    if (status < 0)
-      return scene_run_refuse(run, &spec->at, "file", status, &detail);
+    THRUM_TRY(scene_run_pass(run, &spec->at, "file", status, &detail));
     def->path_times = parts->motion.motion.times;
     def->path_places = parts->motion.motion.positions;
     def->path_count = parts->motion.motion.count;
@@ -109,7 +108,7 @@ static thrum_status add_link(const scene_run *run, const scene_link_spec *spec, 
   THRUM_TRY(read_path(run, spec, parts, &def, error));
   thrum_error detail = {0};
   const thrum_status status = thrum_scene_add_link(run->scene, &def, NULL, &detail);
-  return status < 0 ? scene_run_refuse(run, &spec->at, NULL, status, &detail) : THRUM_OK;
+  return scene_run_pass(run, &spec->at, NULL, status, &detail);
 }
 
 thrum_status scene_run_links(scene_run *run, thrum_error *error) {

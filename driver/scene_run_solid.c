@@ -64,8 +64,7 @@ static thrum_status read_surface(const scene_run *run, const scene_obstacle_spec
   thrum_error detail = {0};
   const thrum_status status =
       thrum_surface_mesh_read(spec->path, spec->scale, &parts->surface, &detail);
-  if (status < 0)
-    return scene_run_refuse(run, &spec->at, "file", status, &detail);
+  THRUM_TRY(scene_run_pass(run, &spec->at, "file", status, &detail));
   def->vertices = parts->surface.vertices;
   def->vertex_count = parts->surface.vertex_count;
   def->triangles = parts->surface.triangles;
@@ -187,8 +186,7 @@ thrum_status scene_run_add_solid(const scene_run *run, const scene_obstacle_spec
   THRUM_THEN(status, read_path(run, spec, &parts, &def, run->spec.file.error));
   if (status >= 0) {
     status = thrum_scene_add_solid(scene, &def, NULL, &detail);
-    if (status < 0)
-      status = scene_run_refuse(run, &spec->at, NULL, status, &detail);
+    status = scene_run_pass(run, &spec->at, NULL, status, &detail);
   }
   free_parts(&parts);
   return status;

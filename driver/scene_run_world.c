@@ -78,8 +78,7 @@ thrum_status scene_run_obstacles(const scene_run *run, thrum_scene *scene) {
     }
     place_obstacle(spec, &obstacle);
     const thrum_status status = thrum_scene_add_obstacle(scene, &obstacle, NULL, &detail);
-    if (status < 0)
-      return scene_run_refuse(run, &spec->at, NULL, status, &detail);
+    THRUM_TRY(scene_run_pass(run, &spec->at, NULL, status, &detail));
   }
   return THRUM_OK;
 }
@@ -132,8 +131,7 @@ thrum_status scene_run_collisions(const scene_run *run) {
   const thrum_contact_pairs_def def = scene_run_collisions_def(run);
   thrum_error detail = {0};
   const thrum_status status = thrum_scene_set_collisions(run->scene, &def, &detail);
-  return status < 0 ? scene_run_refuse(run, &run->spec.settings.at, "collide", status, &detail)
-                    : THRUM_OK;
+  return scene_run_pass(run, &run->spec.settings.at, "collide", status, &detail);
 }
 
 thrum_status scene_run_check_start(const scene_run *run, thrum_error *error) {
@@ -166,7 +164,7 @@ thrum_status scene_run_wind(const scene_run *run, thrum_scene *scene) {
     return THRUM_OK;
   const thrum_status status =
       thrum_scene_set_wind(scene, wind->velocity, wind->density, wind->drag, &detail);
-  return status < 0 ? scene_run_refuse(run, &wind->at, NULL, status, &detail) : THRUM_OK;
+  return scene_run_pass(run, &wind->at, NULL, status, &detail);
 }
 
 thrum_status scene_run_probes(scene_run *run) {
@@ -187,8 +185,7 @@ thrum_status scene_run_probes(scene_run *run) {
     THRUM_THEN(status,
                thrum_scene_add_probe(run->scene, probe->name, body, vertices, count, &detail));
 
-    if (status < 0)
-      return scene_run_refuse(run, &probe->at, "at", status, &detail);
+    THRUM_TRY(scene_run_pass(run, &probe->at, "at", status, &detail));
   }
   return THRUM_OK;
 }

@@ -69,12 +69,10 @@ static thrum_status give_name(const scene_spec *spec, const char *kind, int64_t 
   if (*name != NULL)
     return THRUM_OK;
   snprintf(text, sizeof text, "%s%lld", kind, (long long)index + 1);
-  *kept = malloc(strlen(text) + 1);
+  *name = *kept = strdup(text);
   if (*kept == NULL)
     return thrum_error_set(spec->file.error, THRUM_OUT_OF_MEMORY, "%.150s: out of memory",
                            spec->file.name);
-  memcpy(*kept, text, strlen(text) + 1);
-  *name = *kept;
   return THRUM_OK;
 }
 

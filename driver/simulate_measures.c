@@ -21,15 +21,11 @@ static thrum_status open_stress_points(const thrum_model *model, simulate_measur
                                        thrum_error *error) {
   const thrum_stress_points_def def = {NULL, 0};
   size_t size = 0;
-  thrum_error detail = {0};
-  thrum_status status = thrum_stress_points_size(model, &def, &size, &detail);
-  if (status < 0)
-    return thrum_error_set(error, status, "--stress: %s", detail.message);
+  THRUM_TRY(
+      config_error_in(error, thrum_stress_points_size(model, &def, &size, error), "--stress"));
 
   // one point in each tetrahedron
-  m->stress_points_memory = thrum_allocate_aligned(size, "stresses", error);
-  if (m->stress_points_memory == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve_aligned(&m->stress_points_memory, size, "stresses", error));
   THRUM_TRY(thrum_stress_points_init(m->stress_points_memory, size, model, &def, &m->stress_points,
                                      error));
 
@@ -46,9 +42,7 @@ static thrum_status open_monitor(const thrum_model *model, simulate_measures *m,
   def.load_share_most = LOAD_SHARE_MOST;
   size_t size = 0;
   THRUM_TRY(thrum_monitor_size(model, &def, &size, error));
-  m->monitor_memory = thrum_allocate_aligned(size, "the monitor", error);
-  if (m->monitor_memory == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve_aligned(&m->monitor_memory, size, "the monitor", error));
 
   // a law that does not give way is warned of where it is inverted
   m->warns_below = thrum_law_of_model(model) == THRUM_LAW_STVK ? def.stretch_least : 0;

@@ -264,12 +264,11 @@ static int finish(simulate_request *request) {
   if (request->steps == 0)
     return config_usage("simulate", "--time %g at --dt %g is more than %g steps", request->time,
                         request->def.dt, SIMULATE_STEPS_MAX);
-  const int found =
-      mesh_model_full_check("simulate", request->model_path, &request->mesh_def, request->full);
-
-  const int spins = found == COMMAND_DONE ? check_spin(request) : found;
-  const int full = spins == COMMAND_DONE ? check_full(request) : spins;
-  return full == COMMAND_DONE ? check_plastic(request) : full;
+  CONFIG_TRY(
+      mesh_model_full_check("simulate", request->model_path, &request->mesh_def, request->full));
+  CONFIG_TRY(check_spin(request));
+  CONFIG_TRY(check_full(request));
+  return check_plastic(request);
 }
 
 int simulate_options_read(int argc, char **argv, simulate_request *request) {
@@ -279,9 +278,9 @@ int simulate_options_read(int argc, char **argv, simulate_request *request) {
   request->record_every = 1;
   request->threads = 1;
   request->monitor = true;
-  const int code = config_options_read_one(&command_simulate, "model", argc, argv, request,
-                                           &request->model_path);
-  return code == COMMAND_DONE ? finish(request) : code;
+  CONFIG_TRY(config_options_read_one(&command_simulate, "model", argc, argv, request,
+                                     &request->model_path));
+  return finish(request);
 }
 
 int64_t simulate_frame_step(const simulate_request *request, int64_t index) {

@@ -17,7 +17,7 @@ typedef struct simulate_request {
   double time;          /* to simulate [s] */
   int64_t steps;        /* the same in steps */
   int64_t rank;         /* coordinates to step, the lowest; 0: all */
-  int64_t condense;     /* the same where the others follow at rest; 0: see model_condense_to */
+  int64_t condense;     /* the same where the others follow at rest; 0: see model_cut.h */
   int64_t record_every; /* steps between rows of energy.csv and q.npy */
   double frames_rate;   /* frames a second of simulated time; 0: see frames_every */
   int64_t frames_every; /* steps between frames; 0 with rate 0: no frames */

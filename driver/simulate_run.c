@@ -7,8 +7,7 @@
 #include <string.h>
 
 #include "config/message.h"
-#include "driver/model_condense_to.h"
-#include "driver/model_truncate_to.h"
+#include "driver/model_cut.h"
 #include "driver/named_model.h"
 #include "driver/pull_warning.h"
 #include "driver/run.h"

@@ -4,6 +4,7 @@
 #include "driver/start_spec.h"
 
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -11,6 +12,7 @@
 #include "config/parse.h"
 #include "driver/static_solve.h"
 #include "io/npy_file.h"
+#include "platform/allocate.h"
 #include "runtime/base/finite.h"
 #include "thrum/thrum.h"
 
@@ -48,21 +50,14 @@ thrum_status start_spec_parse(const char *text, start_spec *start, thrum_error *
     const char *comma = strchr(number, ',');
     char digits[24];
     const size_t length = comma != NULL ? (size_t)(comma - number) : sizeof digits;
-    if (length >= sizeof digits) {
-      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                             "--start '%.200s': it is mode:NUMBER,METRES, such as mode:1,0.02",
-                             text);
-    }
 
     // the mode's number is copied: the parser wants a text that ends
-    memcpy(digits, number, length);
-    digits[length] = 0;
+    snprintf(digits, sizeof digits, "%.*s", length < sizeof digits ? (int)length : 0, number);
     if (!config_parse_integer(digits, &parsed.mode) || parsed.mode < 1 ||
-        !config_parse_number(comma + 1, &parsed.amplitude)) {
+        !config_parse_number(comma + 1, &parsed.amplitude))
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "--start '%.200s': it is mode:NUMBER,METRES, such as mode:1,0.02",
                              text);
-    }
   } else if (text[0] == 0) {
     return thrum_error_set(
         error, THRUM_INVALID_ARGUMENT,
@@ -78,9 +73,8 @@ static thrum_status add_file(const thrum_model *model, const char *path, double 
   double *values = NULL;
   int64_t rows = 0, columns = 0;
   const int64_t rank = model->rank;
-  thrum_status status = thrum_npy_read_f8(path, &values, &rows, &columns, error);
-  if (status < 0)
-    return status;
+  thrum_status status = THRUM_OK;
+  THRUM_TRY(thrum_npy_read_f8(path, &values, &rows, &columns, error));
 
   // a plain vector has no columns: read it as one row
   if (columns == 0) {
@@ -112,19 +106,15 @@ static thrum_status add_one(const thrum_model *model, const start_spec *start, d
                             thrum_error *error) {
   if (start->kind == START_FILE)
     return add_file(model, start->path, q, p, error);
-  thrum_error detail = {0};
-  const thrum_status status = thrum_mode_add(model, start->mode - 1, start->amplitude, q, &detail);
-  if (status < 0)
-    return thrum_error_set(error, status, "--start '%.100s': %s", start->text, detail.message);
-  return THRUM_OK;
+  const thrum_status status = thrum_mode_add(model, start->mode - 1, start->amplitude, q, error);
+  return config_error_in(error, status, "--start '%.100s'", start->text);
 }
 
 /* q = the equilibrium under the loads of all static: starts. */
 static thrum_status add_static(const thrum_model *model, const start_spec *starts, int64_t count,
                                double *q, thrum_error *error) {
-  load_spec *loads = calloc((size_t)count + 1, sizeof *loads);
-  if (loads == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the starts");
+  load_spec *loads = NULL;
+  THRUM_TRY(thrum_reserve(&loads, count, sizeof *loads, "the starts", error));
 
   // equilibria of a nonlinear body do not add up, so their loads act together
   int64_t used = 0;

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "config/message.h"
 #include "driver/shared_options.h"
 #include "io/npy_file.h"
 #include "io/vtu.h"
@@ -85,18 +86,15 @@ static void add_follower(const static_request *request, const static_move *move,
 
 static thrum_status take_moves(const static_request *request, const thrum_model *model, search *s,
                                thrum_error *error) {
-  static const char *const names[] = {"move", "rotate", "follow", "moment"};
   for (int64_t n = 0; n < request->move_count; n++) {
     const static_move *move = &request->moves[n];
     const int32_t *vertices = NULL;
     int64_t count = 0;
 
-    thrum_error detail = {0};
     const thrum_status status =
-        load_target_find(model, &move->target, &vertices, &count, &s->single[n], &detail);
-    if (status < 0)
-      return thrum_error_set(error, status, "--%s '%.100s': %s", names[move->kind], move->text,
-                             detail.message);
+        load_target_find(model, &move->target, &vertices, &count, &s->single[n], error);
+    THRUM_TRY(
+        config_error_in(error, status, "--%s '%.100s'", static_move_names[move->kind], move->text));
 
     // a moved or turned vertex is held in all three directions at its new place
     if (move->kind <= STATIC_ROTATE)
@@ -147,14 +145,12 @@ static thrum_status add_loads(const static_request *request, const thrum_model *
     const load_spec *load = &request->loads[n];
 
     // gravity is integrated over the body, other loads are already fields
-    thrum_error detail = {0};
     if (load->gravity) {
       thrum_full_add_gravity(s->body, load->vector, s->forces);
       continue;
     }
-    const thrum_status status = load_spec_fill(model, load, s->forces, &detail);
-    if (status < 0)
-      return thrum_error_set(error, status, "--load '%.100s': %s", load->text, detail.message);
+    THRUM_TRY(config_error_in(error, load_spec_fill(model, load, s->forces, error),
+                              "--load '%.100s'", load->text));
   }
 
   // moves grow with the same factor as the loads
@@ -174,11 +170,9 @@ static thrum_status look(static_answer *answer, const search *s, thrum_error *er
     const int32_t *vertices = NULL;
     int64_t count = 0;
     int32_t one = 0;
-    thrum_error detail = {0};
     const thrum_status status =
-        load_target_find(answer->model, &request->targets[n], &vertices, &count, &one, &detail);
-    if (status < 0)
-      return thrum_error_set(error, status, "--at: %s", detail.message);
+        load_target_find(answer->model, &request->targets[n], &vertices, &count, &one, error);
+    THRUM_TRY(config_error_in(error, status, "--at"));
     thrum_full_mean(s->body, vertices, count, answer->displaced[n]);
   }
 

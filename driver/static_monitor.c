@@ -25,9 +25,8 @@ static thrum_status look_runtime(const thrum_model *model, const double *q, stat
   size_t size = 0;
   thrum_monitor_clear(&record);
   THRUM_TRY(thrum_monitor_size(model, &def, &size, error));
-  void *memory = thrum_allocate_aligned(size, "the monitor", error);
-  if (memory == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  void *memory = NULL;
+  THRUM_TRY(thrum_reserve_aligned(&memory, size, "the monitor", error));
 
   thrum_status status = thrum_monitor_init(memory, size, model, &def, &monitor, error);
   THRUM_THEN(status, thrum_monitor_look(monitor, q, &record, error));

@@ -23,20 +23,16 @@ static thrum_status take_at(const config_given *given, void *request) {
   return THRUM_OK;
 }
 
-static const struct {
-  const char *option, *wants;
-} move_kinds[] = {
-    [STATIC_MOVE] = {"--move", "metres that a group is brought to"},
-    [STATIC_ROTATE] = {"--rotate", "an axis times the degrees that a group is turned by"},
-    [STATIC_FOLLOW] = {"--follow", "newtons that turn with a group"},
-    [STATIC_MOMENT] = {"--moment", "newton metres that turn with a group"},
-};
+const char *const static_move_names[STATIC_MOVE_KINDS] = {"move", "rotate", "follow", "moment"};
+static const char *const move_wants[STATIC_MOVE_KINDS] = {
+    "metres that a group is brought to", "an axis times the degrees that a group is turned by",
+    "newtons that turn with a group", "newton metres that turn with a group"};
 
 /* X,Y,Z@TARGET */
 static thrum_status parse_move(const char *text, static_move_kind kind, static_move *move,
                                thrum_error *error) {
   static_move parsed = {.kind = kind, .text = text};
-  const char *option = move_kinds[kind].option;
+  const char *option = static_move_names[kind];
   char vector[128], said[LOAD_TEXT_MAX];
   const char *at = strchr(text, '@');
   const size_t length = at != NULL ? (size_t)(at - text) : sizeof vector;
@@ -47,16 +43,18 @@ static thrum_status parse_move(const char *text, static_move_kind kind, static_m
 
   // the target is named as those of loads are
   if (length >= sizeof vector || !config_parse_vector3(vector, parsed.by))
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%s '%.200s': it is X,Y,Z@TARGET, %s",
-                           option, text, move_kinds[kind].wants);
-  snprintf(said, sizeof said, "%s '%.200s'", option, text);
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "--%s '%.200s': it is X,Y,Z@TARGET, %s",
+                           option, text, move_wants[kind]);
+  snprintf(said, sizeof said, "--%s '%.200s'", option, text);
   THRUM_TRY(load_target_parse(at + 1, said, &parsed.target, error));
   *move = parsed;
   return THRUM_OK;
 }
 
-static thrum_status take_kind(const config_given *given, static_move_kind kind, void *request) {
+/* The row says which kind it is. */
+static thrum_status take_move(const config_given *given, void *request) {
   static_request *r = request;
+  const static_move_kind kind = (static_move_kind)given->option->set;
   thrum_error error = {0};
   if (parse_move(given->text, kind, &r->moves[r->move_count], &error) < 0)
     return config_given_refuse(given, "%s", error.message);
@@ -64,24 +62,9 @@ static thrum_status take_kind(const config_given *given, static_move_kind kind, 
   return THRUM_OK;
 }
 
-static thrum_status take_move(const config_given *given, void *request) {
-  return take_kind(given, STATIC_MOVE, request);
-}
-
-static thrum_status take_rotate(const config_given *given, void *request) {
-  return take_kind(given, STATIC_ROTATE, request);
-}
-
-static thrum_status take_follow(const config_given *given, void *request) {
-  return take_kind(given, STATIC_FOLLOW, request);
-}
-
-static thrum_status take_moment(const config_given *given, void *request) {
-  return take_kind(given, STATIC_MOMENT, request);
-}
-
 #define AT(member) CONFIG_AT(static_request, member)
 #define WRITTEN(member) .path = CONFIG_PATH_ALWAYS, AT(member)
+#define MOVED(kind) .take = take_move, .set = kind
 
 static const config_option options[] = {
     OPTION_TEXT("model", "MODEL", NULL, "the model", .argument = true, .path = CONFIG_PATH_NAMED,
@@ -119,17 +102,17 @@ static const config_option options[] = {
     OPTION_GROUP(mesh_options, "", AT(mesh_def)),
     OPTION_TEXT("move", "X,Y,Z@TARGET", NULL,
                 "bring a group, vertex=N or all to this displacement and hold it there",
-                .unit = "m", .repeats = true, .take = take_move),
+                .unit = "m", .repeats = true, MOVED(STATIC_MOVE)),
     OPTION_TEXT(
         "rotate", "X,Y,Z@TARGET", NULL,
         "turn a group as a rigid whole about the mean of its vertices, by axis times angle, "
         "and hold it there; the mean stays, or goes where --move says",
-        .unit = "degrees", .repeats = true, .take = take_rotate),
+        .unit = "degrees", .repeats = true, MOVED(STATIC_ROTATE)),
     OPTION_TEXT("moment", "X,Y,Z@TARGET", NULL, "a moment on a group that turns with it",
-                .unit = "N m", .repeats = true, .take = take_moment),
+                .unit = "N m", .repeats = true, MOVED(STATIC_MOMENT)),
     OPTION_TEXT("follow", "X,Y,Z@TARGET", NULL,
                 "a force on a group, shared equally, that turns with it", .unit = "N",
-                .repeats = true, .take = take_follow),
+                .repeats = true, MOVED(STATIC_FOLLOW)),
     OPTION_CHOICE("linear-solver", full_solver_names, "cholesky",
                   "how its linear systems are solved; cg is conjugate gradients", AT(solver)),
     OPTION_CHOICE("quadrature", full_quadrature_names, "exact",
@@ -216,18 +199,15 @@ int static_options_read(int argc, char **argv, static_request *request) {
   request->def = thrum_default_equilibrium_def();
   request->mesh_def = mesh_model_def_default();
   request->monitor = true;
-  int code =
-      config_options_read_one(&command_static, "model", argc, argv, request, &request->model_path);
-  if (code != COMMAND_DONE)
-    return code;
-  code = mesh_model_full_check("static", request->model_path, &request->mesh_def, request->full);
-  if (code != COMMAND_DONE)
-    return code;
+  CONFIG_TRY(
+      config_options_read_one(&command_static, "model", argc, argv, request, &request->model_path));
+  CONFIG_TRY(
+      mesh_model_full_check("static", request->model_path, &request->mesh_def, request->full));
 
   // some options belong to the full order, others to reduced models
   if (request->move_count > 0 && !request->full)
-    return config_usage("static", "%s goes with --full: a model's basis %s",
-                        move_kinds[request->moves[0].kind].option,
+    return config_usage("static", "--%s goes with --full: a model's basis %s",
+                        static_move_names[request->moves[0].kind],
                         request->moves[0].kind <= STATIC_ROTATE
                             ? "holds still what is held"
                             : "does not know how a group turns");

@@ -14,6 +14,11 @@ typedef enum static_move_kind {
   STATIC_MOMENT  /* a moment that turns with it [N m] */
 } static_move_kind;
 
+enum { STATIC_MOVE_KINDS = STATIC_MOMENT + 1 };
+
+/* Their options, without dashes. */
+extern const char *const static_move_names[STATIC_MOVE_KINDS];
+
 /* A motion, force or moment of a target, which only the full order takes. */
 typedef struct static_move {
   static_move_kind kind;

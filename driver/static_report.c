@@ -30,18 +30,14 @@ const char *static_status_name(const static_answer *answer) {
 static void add_asked(cJSON *object, const static_request *request) {
   cJSON *loads = cJSON_AddArrayToObject(object, "load");
   for (int64_t n = 0; n < request->load_count; n++)
-    cJSON_AddItemToArray(loads, cJSON_CreateString(request->loads[n].text));
+    json_add_string(loads, request->loads[n].text);
 
   // all kinds are there, so that a reader need not ask which
-  static const char *const kinds[] = {[STATIC_MOVE] = "move",
-                                      [STATIC_ROTATE] = "rotate",
-                                      [STATIC_FOLLOW] = "follow",
-                                      [STATIC_MOMENT] = "moment"};
-  cJSON *lists[sizeof kinds / sizeof *kinds];
-  for (size_t kind = 0; kind < sizeof kinds / sizeof *kinds; kind++)
-    lists[kind] = cJSON_AddArrayToObject(object, kinds[kind]);
+  cJSON *lists[STATIC_MOVE_KINDS];
+  for (int kind = 0; kind < STATIC_MOVE_KINDS; kind++)
+    lists[kind] = cJSON_AddArrayToObject(object, static_move_names[kind]);
   for (int64_t n = 0; n < request->move_count; n++)
-    cJSON_AddItemToArray(lists[request->moves[n].kind], cJSON_CreateString(request->moves[n].text));
+    json_add_string(lists[request->moves[n].kind], request->moves[n].text);
 }
 
 static void add_displacements(cJSON *object, const static_answer *answer) {

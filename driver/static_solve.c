@@ -41,12 +41,10 @@ thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def 
                           thrum_equilibrium_report *report, thrum_error *error) {
   size_t size = 0;
   double one[THRUM_RANK_MAX], sum[THRUM_RANK_MAX] = {0};
-  thrum_error detail = {0};
   THRUM_TRY(thrum_equilibrium_size(model, &size, error));
   THRUM_TRY(add_loads(model, loads, count, one, sum, error));
-  void *workspace = thrum_allocate_aligned(size, "an equilibrium", error);
-  if (workspace == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  void *workspace = NULL;
+  THRUM_TRY(thrum_reserve_aligned(&workspace, size, "an equilibrium", error));
 
   // a load that nothing answers is a mistake more often than not
   warn_idle(model, said, sum);
@@ -62,12 +60,11 @@ thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def 
     continued.factor = 1;
   }
 
-  const thrum_status status =
-      thrum_equilibrium(model, &continued, sum, q, mode, workspace, size, progress->report,
-                        progress->context, report, &detail);
+  const thrum_status status = thrum_equilibrium(model, &continued, sum, q, mode, workspace, size,
+                                                progress->report, progress->context, report, error);
 
   free(workspace);
-  return status < 0 ? thrum_error_set(error, status, "%.200s: %s", said, detail.message) : status;
+  return config_error_in(error, status, "%.200s", said);
 }
 
 double static_hertz(double omega2) {

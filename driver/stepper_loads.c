@@ -3,14 +3,16 @@
 
 #include <stdlib.h>
 
+#include "platform/allocate.h"
+
 thrum_status stepper_loads_open(const simulate_request *request, int64_t size, stepper_loads *loads,
                                 thrum_error *error) {
   const size_t entries = (size_t)size, count = (size_t)request->load_count;
   *loads = (stepper_loads){.request = request, .size = size};
-  loads->memory = calloc((4 + count) * entries, sizeof *loads->memory);
-  loads->courses = calloc(count + 1, sizeof *loads->courses);
-  if (loads->memory == NULL || loads->courses == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a run of this model");
+  THRUM_TRY(thrum_reserve(&loads->memory, (int64_t)((4 + count) * entries), sizeof *loads->memory,
+                          "a run of this model", error));
+  THRUM_TRY(thrum_reserve(&loads->courses, request->load_count, sizeof *loads->courses,
+                          "a run of this model", error));
 
   // one allocation holds all vectors
   loads->force = loads->memory;

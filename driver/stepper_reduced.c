@@ -36,12 +36,10 @@ static thrum_status reduce_loads(reduced_stepper *self, thrum_error *error) {
 
   // a model without axis_mass cannot be moved by its base: say so before anything is written
   for (int64_t n = 0; n < request->base_motion_count; n++) {
-    thrum_error detail = {0};
     const thrum_status status =
-        thrum_base_motion_load(self->shape, still, self->loads.inertia, &detail);
-    if (status < 0)
-      return thrum_error_set(error, status, "--base-motion '%.100s': %s",
-                             request->base_motions[n].text, detail.message);
+        thrum_base_motion_load(self->shape, still, self->loads.inertia, error);
+    THRUM_TRY(
+        config_error_in(error, status, "--base-motion '%.100s'", request->base_motions[n].text));
   }
   return THRUM_OK;
 }
@@ -76,10 +74,8 @@ static thrum_status set_start(reduced_stepper *self, thrum_error *error) {
                            detail.message);
 
   // the state refuses a start that no step could continue
-  status = thrum_state_set(self->model, self->state, q, p, &detail);
-  if (status < 0)
-    return thrum_error_set(error, status, "%s: %s", request->start_count > 0 ? "--start" : "--dt",
-                           detail.message);
+  status = thrum_state_set(self->model, self->state, q, p, error);
+  THRUM_TRY(config_error_in(error, status, request->start_count > 0 ? "--start" : "--dt"));
   THRUM_TRY(stepper_spin_open(request, self->model, q, p, &self->spin, error));
   condensed_check_start(&self->check, request, q, p);
   condensed_check_damp(&self->check, def, 1);

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "config/message.h"
 #include "platform/allocate.h"
 
 #define DEGREE 0.017453292519943295 /* [rad] */
@@ -14,15 +15,13 @@ thrum_status stepper_spin_open(const simulate_request *request, const thrum_mode
                                thrum_error *error) {
   if (!simulate_spins(request))
     return THRUM_OK;
-  thrum_error detail = {0};
-  thrum_status status = thrum_inertia_create(model, 0, NULL, &spin->inertia, &detail);
-  THRUM_THEN(status, thrum_rigid_frame_of(model, &spin->frame, &detail));
+  thrum_status status = thrum_inertia_create(model, 0, NULL, &spin->inertia, error);
+  THRUM_THEN(status, thrum_rigid_frame_of(model, &spin->frame, error));
   THRUM_THEN(status, thrum_reserve(&spin->work, thrum_floating_frame_work_count(spin->inertia),
-                                   sizeof *spin->work, "a body that spins", &detail));
+                                   sizeof *spin->work, "a body that spins", error));
   THRUM_THEN(status,
-             thrum_floating_frame_settle(spin->inertia, q, p, &spin->frame, spin->work, &detail));
-  if (status < 0)
-    return thrum_error_set(error, status, "--spin: %s", detail.message);
+             thrum_floating_frame_settle(spin->inertia, q, p, &spin->frame, spin->work, error));
+  THRUM_TRY(config_error_in(error, status, "--spin"));
 
   // from degrees
   double rates[3];

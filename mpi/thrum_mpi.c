@@ -4,9 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "app/cmd_precompute.h"
-#include "app/cmd_simulate.h"
-#include "app/cmd_static.h"
+#include "app/cmd.h"
 #include "app/program_guard.h"
 #include "config/message.h"
 #include "mpi/shared_precompute.h"

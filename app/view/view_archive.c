@@ -33,13 +33,17 @@ static size_t aligned(size_t size) {
   return (size + 7) / 8 * 8;
 }
 
+/* The bytes of an element: of "f8", 8. */
+static size_t width_of(const char *kind) {
+  return (size_t)(kind[1] - '0');
+}
+
 /* Room for an array of `count` elements, zeroed, noted in `arrays` as [offset, count, kind]; NULL:
  * out of memory. It moves when the next one is added. */
 static void *add_array(data_section *data, cJSON *arrays, const char *name, int64_t count,
                        const char *kind) {
   // room for the array, doubled so that many arrays move it seldom
-  const size_t width = (size_t)(kind[1] - '0');
-  const size_t size = data->size + aligned((size_t)count * width);
+  const size_t size = data->size + aligned((size_t)count * width_of(kind));
   if (size > data->room) {
     const size_t room = 2 * size;
     unsigned char *grown = realloc(data->bytes, room);
@@ -61,27 +65,33 @@ static void *add_array(data_section *data, cJSON *arrays, const char *name, int6
   return array;
 }
 
+/* The values as they are. */
+static void add_copy(data_section *data, cJSON *arrays, const char *name, const void *values,
+                     int64_t count, const char *kind) {
+  void *array = add_array(data, arrays, name, count, kind);
+  if (array != NULL && count > 0)
+    memcpy(array, values, (size_t)count * width_of(kind));
+}
+
 static void add_doubles(data_section *data, cJSON *arrays, const char *name, const double *values,
                         int64_t count) {
-  double *array = add_array(data, arrays, name, count, "f8");
-  if (array != NULL)
-    memcpy(array, values, (size_t)count * sizeof *array);
+  add_copy(data, arrays, name, values, count, "f8");
+}
+
+/* Numbers in single precision, which is enough to be looked at. */
+static void add_floats(data_section *data, cJSON *arrays, const char *name, const double *values,
+                       int64_t count) {
+  float *array = add_array(data, arrays, name, count, "f4");
+  for (int64_t n = 0; n < count && array != NULL; n++)
+    array[n] = (float)values[n];
 }
 
 static void add_surface(data_section *data, cJSON *arrays, const render_mesh *shown) {
   const int64_t rows = 3 * shown->vertex_count;
-  float *positions = add_array(data, arrays, "positions", rows, "f4");
-  for (int64_t n = 0; n < rows && positions != NULL; n++)
-    positions[n] = (float)shown->positions[n];
-  float *basis = add_array(data, arrays, "basis", rows * shown->rank, "f4");
-  if (basis != NULL)
-    memcpy(basis, shown->basis, (size_t)(rows * shown->rank) * sizeof *basis);
-  int32_t *triangles = add_array(data, arrays, "triangles", 3 * shown->triangle_count, "i4");
-  if (triangles != NULL)
-    memcpy(triangles, shown->triangles, (size_t)shown->triangle_count * 3 * sizeof *triangles);
-  unsigned char *fixed = add_array(data, arrays, "fixed", shown->vertex_count, "u1");
-  if (fixed != NULL)
-    memcpy(fixed, shown->fixed, (size_t)shown->vertex_count);
+  add_floats(data, arrays, "positions", shown->positions, rows);
+  add_copy(data, arrays, "basis", shown->basis, rows * shown->rank, "f4");
+  add_copy(data, arrays, "triangles", shown->triangles, 3 * shown->triangle_count, "i4");
+  add_copy(data, arrays, "fixed", shown->fixed, shown->vertex_count, "u1");
 }
 
 /* These give the inertia of a free body: the corners of its first tetrahedron, and the
@@ -117,11 +127,8 @@ static void add_energy(data_section *data, cJSON *arrays, const thrum_model *mod
   add_doubles(data, arrays, "point_weights", model->point_weights, points);
   add_doubles(data, arrays, "point_moduli", model->point_moduli, 2 * points);
   add_doubles(data, arrays, "point_gradients", model->point_gradients, 9 * points * model->rank);
-  unsigned char *law = model->point_law == NULL
-                           ? NULL
-                           : add_array(data, arrays, "point_law", model->law_bytes, "u1");
-  if (law != NULL)
-    memcpy(law, model->point_law, (size_t)model->law_bytes);
+  if (model->point_law != NULL)
+    add_copy(data, arrays, "point_law", model->point_law, model->law_bytes, "u1");
 }
 
 /* The page makes the inertia of a coupled body's shape of these, for which it has too few of the
@@ -209,14 +216,6 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
     add_follows(data, arrays, model, &shown);
   render_mesh_free(&shown);
   return item->coupled ? add_inertia(data, arrays, model, error) : THRUM_OK;
-}
-
-/* Numbers in single precision, which is enough to be looked at. */
-static void add_floats(data_section *data, cJSON *arrays, const char *name, const double *values,
-                       int64_t count) {
-  float *array = add_array(data, arrays, name, count, "f4");
-  for (int64_t n = 0; n < count && array != NULL; n++)
-    array[n] = (float)values[n];
 }
 
 /* The recorded motion of one body. */

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -13,7 +12,6 @@
 #include "config/message.h"
 #include "driver/named_model.h"
 #include "driver/scene_run.h"
-#include "io/paths.h"
 #include "platform/allocate.h"
 #include "thrum/thrum.h"
 

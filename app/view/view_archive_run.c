@@ -9,10 +9,9 @@
 #include "app/view/view_archive.h"
 #include "app/view/view_archive_list.h"
 #include "config/message.h"
-#include "driver/run_entries.h"
 #include "driver/run_folder.h"
 #include "driver/scene_read.h"
-#include "io/paths.h"
+#include "io/json.h"
 #include "platform/allocate.h"
 
 /* Each model file once, in the order of the bodies; of_body: its place for each body. */
@@ -75,7 +74,7 @@ static thrum_status pack_run(const view_run_request *request, view_archive *arch
  * file that is gone or has become another is named, and the run is shown without them. */
 static bool read_obstacles(const recorded_scene *scene, scene_run *run, bool quiet) {
   const cJSON *listed = cJSON_GetObjectItemCaseSensitive(scene->object, "obstacles");
-  const char *path = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(scene->object, "scene"));
+  const char *path = json_text_of(scene->object, "scene");
   if (cJSON_GetArraySize(listed) == 0 || path == NULL)
     return false;
 
@@ -106,7 +105,7 @@ static thrum_status pack_recorded(const recorded_scene *scene, bool quiet, view_
   // models by their names in the scene file; their files may be in a cache
   for (int64_t n = 0; n < scene->count && status >= 0; n++) {
     const cJSON *body = cJSON_GetArrayItem(bodies, (int)n);
-    const char *model = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(body, "model"));
+    const char *model = json_text_of(body, "model");
     models[n] = model != NULL ? model : scene->runs[n].model_path;
   }
   if (status >= 0) {

@@ -23,21 +23,29 @@ static cJSON *empty_scene(void) {
   return scene;
 }
 
-cJSON *view_archive_scene_of_models(const view_archive_model *models) {
+/* A body at a place, of its model's own material. */
+static cJSON *body_at(const char *name, int64_t number, int64_t rank, const run_placement *place) {
   static const double none[3] = {0}, unturned[4] = {1, 0, 0, 0};
-  cJSON *scene = empty_scene(), *body = cJSON_CreateObject();
+  cJSON *body = cJSON_CreateObject();
+  json_string(body, "name", name);
+  json_number(body, "model", (double)number);
+  json_numbers(body, "position", place->placed ? place->position : none, 3);
+  json_numbers(body, "rotation", place->placed ? place->rotation : unturned, 4);
+  json_number(body, "scale", place->placed ? place->scale : 1);
+  json_number(body, "stiffness", 1);
+  json_number(body, "density", 1);
+  json_number(body, "rank", (double)rank);
+  return body;
+}
+
+cJSON *view_archive_scene_of_models(const view_archive_model *models) {
+  const run_placement nowhere = {.placed = false};
+  cJSON *scene = empty_scene();
   cJSON_AddArrayToObject(scene, "obstacles");
 
   // one body, which the page exchanges for another model
-  json_string(body, "name", models[0].name);
-  json_number(body, "model", 0);
-  json_numbers(body, "position", none, 3);
-  json_numbers(body, "rotation", unturned, 4);
-  json_number(body, "scale", 1);
-  json_number(body, "stiffness", 1);
-  json_number(body, "density", 1);
   const int64_t masters = thrum_model_masters(models[0].model);
-  json_number(body, "rank", (double)(masters > 0 ? masters : models[0].model->rank));
+  cJSON *body = body_at(models[0].name, 0, masters > 0 ? masters : models[0].model->rank, &nowhere);
   cJSON_AddStringToObject(body, "colour", COLOUR);
   cJSON_AddBoolToObject(body, "free", false);
   cJSON_AddItemToArray(cJSON_AddArrayToObject(scene, "bodies"), body);
@@ -204,17 +212,8 @@ cJSON *view_archive_scene_of_run(const scene_run *run, const int64_t *of_body) {
 
 /* A body as its run placed it; it is not stepped, so it has no integrator of its own. */
 static cJSON *body_of_motion(const recorded_run *run, const char *name, int64_t model) {
-  static const double none[3] = {0}, unturned[4] = {1, 0, 0, 0};
   const run_placement *place = &run->place;
-  cJSON *body = cJSON_CreateObject();
-  json_string(body, "name", name);
-  json_number(body, "model", (double)model);
-  json_numbers(body, "position", place->placed ? place->position : none, 3);
-  json_numbers(body, "rotation", place->placed ? place->rotation : unturned, 4);
-  json_number(body, "scale", place->placed ? place->scale : 1);
-  json_number(body, "stiffness", 1);
-  json_number(body, "density", 1);
-  json_number(body, "rank", (double)run->model->rank);
+  cJSON *body = body_at(name, model, run->model->rank, place);
   cJSON_AddBoolToObject(body, "free", run->places != NULL);
 
   // a run of one model has no colour of its own

@@ -87,9 +87,8 @@ static thrum_status make_mesh(const experiment_extreme *extreme, thrum_mesh *mes
                               thrum_error *error) {
   if (extreme->shape == EXPERIMENT_SHAPE_TET)
     return make_tet(extreme, mesh, error);
-  thrum_status status = make_beam(extreme, mesh, error);
-  if (status < 0)
-    return status;
+  thrum_status status = THRUM_OK;
+  THRUM_TRY(make_beam(extreme, mesh, error));
   if (extreme->shape == EXPERIMENT_SHAPE_SQUARE) {
     mirror(mesh, extreme->cells, 1);
     mirror(mesh, extreme->cells, 2);

@@ -162,17 +162,11 @@ static thrum_status run_case(const experiment_long_case *run, experiment_long_re
   return THRUM_OK;
 }
 
-static int64_t scheme_count(const experiment_long *runs) {
-  int64_t count = 0;
-  for (int i = 0; i < EXPERIMENT_SCHEME_COUNT; i++)
-    count += runs->schemes[i];
-  return count;
-}
-
 /* The impulse of one body and amplitude, for those of its schemes that are not done. */
 static thrum_status find_impulse(void *context, int64_t index, thrum_error *error) {
   experiment_long *runs = context;
-  const int64_t width = scheme_count(runs), first = index * width;
+  const int64_t width = experiment_flag_count(runs->schemes, EXPERIMENT_SCHEME_COUNT);
+  const int64_t first = index * width;
   experiment_long_case *cases = runs->cases + first;
   bool needed = false;
   for (int64_t n = 0; n < width; n++)

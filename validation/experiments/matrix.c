@@ -52,13 +52,6 @@ typedef struct matrix_work {
   double progress_begin, progress_share; /* of the present stage */
 } matrix_work;
 
-static int64_t count_true(const bool *flags, int count) {
-  int64_t number = 0;
-  for (int n = 0; n < count; n++)
-    number += flags[n];
-  return number;
-}
-
 /* Index of the n-th flag that is set. */
 static int nth_true(const bool *flags, int64_t n) {
   int index = 0;
@@ -68,9 +61,9 @@ static int nth_true(const bool *flags, int64_t n) {
 }
 
 int64_t experiment_matrix_count(const experiment_matrix *matrix) {
-  return matrix->body_count * count_true(matrix->loads, EXPERIMENT_LOAD_COUNT) *
+  return matrix->body_count * experiment_flag_count(matrix->loads, EXPERIMENT_LOAD_COUNT) *
          matrix->damping_count * matrix->dt_count *
-         count_true(matrix->schemes, EXPERIMENT_SCHEME_COUNT);
+         experiment_flag_count(matrix->schemes, EXPERIMENT_SCHEME_COUNT);
 }
 
 /* A row of the present moment. */
@@ -244,8 +237,8 @@ static thrum_status find_force(void *context, int64_t index, thrum_error *error)
 static thrum_status run_group(void *context, int64_t index, thrum_error *error) {
   matrix_work *work = context;
   const experiment_matrix *matrix = work->matrix;
-  const int64_t loads = count_true(matrix->loads, EXPERIMENT_LOAD_COUNT);
-  const int64_t schemes = count_true(matrix->schemes, EXPERIMENT_SCHEME_COUNT);
+  const int64_t loads = experiment_flag_count(matrix->loads, EXPERIMENT_LOAD_COUNT);
+  const int64_t schemes = experiment_flag_count(matrix->schemes, EXPERIMENT_SCHEME_COUNT);
   const int64_t width = matrix->dt_count * schemes;
   const int64_t body = index / matrix->damping_count / loads;
   const int load = nth_true(matrix->loads, index / matrix->damping_count % loads);
@@ -277,7 +270,7 @@ static bool pass_progress(void *context, double fraction) {
 thrum_status experiment_matrix_run(const experiment_matrix *matrix, experiment_run *runs,
                                    thrum_error *error) {
   const int64_t count = experiment_matrix_count(matrix);
-  const int64_t schemes = count_true(matrix->schemes, EXPERIMENT_SCHEME_COUNT);
+  const int64_t schemes = experiment_flag_count(matrix->schemes, EXPERIMENT_SCHEME_COUNT);
   memset(runs, 0, (size_t)count * sizeof *runs);
   matrix_work work = {.matrix = matrix, .runs = runs, .progress_share = 0.5};
 

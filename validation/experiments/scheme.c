@@ -35,3 +35,10 @@ thrum_state_def experiment_scheme_def(experiment_scheme scheme, double dt) {
 bool experiment_scheme_keeps(experiment_scheme scheme) {
   return rows[scheme].keeps;
 }
+
+int64_t experiment_flag_count(const bool *flags, int count) {
+  int64_t number = 0;
+  for (int n = 0; n < count; n++)
+    number += flags[n];
+  return number;
+}

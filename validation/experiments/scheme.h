@@ -39,6 +39,9 @@ extern const char *const experiment_scheme_names[EXPERIMENT_SCHEME_COUNT];
 /* The def of a state that this scheme steps, with the defaults otherwise. */
 thrum_state_def experiment_scheme_def(experiment_scheme scheme, double dt);
 
+/* How many of the flags are set: of schemes, loads or starts that are asked for. */
+int64_t experiment_flag_count(const bool *flags, int count);
+
 /* Whether a run of it that is lost is a fault of the program. */
 bool experiment_scheme_keeps(experiment_scheme scheme);
 

@@ -46,13 +46,17 @@ static int64_t draw(uint64_t *state, const experiment_dt *dt) {
   return dt->shortest + (int64_t)((*state >> 33) % (uint64_t)(dt->longest - dt->shortest + 1));
 }
 
+/* On failure no state is left. */
 static thrum_status begin(const experiment_sweep_case *run, sweep_course *at, double *energy,
                           thrum_error *error) {
   const thrum_state_def def =
       experiment_scheme_def(run->scheme, (double)run->dt.longest * EXPERIMENT_SWEEP_TICK);
   *at = (sweep_course){.drawn = 1};
-  THRUM_TRY(thrum_state_create(run->body->model, &def, &at->state, error));
-  return experiment_kick(run->body, run->impulse, at->state, energy, error);
+  thrum_status status = thrum_state_create(run->body->model, &def, &at->state, error);
+  THRUM_THEN(status, experiment_kick(run->body, run->impulse, at->state, energy, error));
+  if (status < 0)
+    thrum_state_destroy(at->state);
+  return status;
 }
 
 static thrum_status step(const experiment_sweep_case *run, sweep_course *at, thrum_error *error) {
@@ -89,11 +93,8 @@ static thrum_status run_energy(const experiment_sweep_case *run, int64_t ticks, 
                                experiment_sweep_result *made, thrum_error *error) {
   const int64_t all = ticks / run->dt.longest, stride = all > looks ? all / looks : 1;
   sweep_course at;
-  thrum_status status = begin(run, &at, &made->energy, error);
-  if (status < 0) {
-    thrum_state_destroy(at.state);
-    return status;
-  }
+  thrum_status status = THRUM_OK;
+  THRUM_TRY(begin(run, &at, &made->energy, error));
 
   // only the steps are timed, not the looks between them
   double seconds = 0, late_sum = 0;
@@ -130,11 +131,8 @@ static thrum_status run_error(const experiment_sweep_case *run, experiment_sweep
   experiment_deviation sums = {0, 0};
   double q[THRUM_RANK_MAX];
   sweep_course at;
-  thrum_status status = begin(run, &at, &made->energy, error);
-  if (status < 0) {
-    thrum_state_destroy(at.state);
-    return status;
-  }
+  thrum_status status = THRUM_OK;
+  THRUM_TRY(begin(run, &at, &made->energy, error));
 
   // the last step may lead past the end
   while (status >= 0 && at.ticks < reference->count) {
@@ -200,10 +198,8 @@ static thrum_status make_reference(void *context, int64_t index, thrum_error *er
 }
 
 static thrum_status allocate(experiment_sweep *sweep, thrum_error *error) {
-  int64_t starts = 0;
-  for (int n = 0; n < EXPERIMENT_START_COUNT; n++)
-    starts += sweep->starts[n];
-  sweep->start_count = sweep->body_count * starts;
+  sweep->start_count =
+      sweep->body_count * experiment_flag_count(sweep->starts, EXPERIMENT_START_COUNT);
   sweep->count = 0;
 
   // room for all schemes, whether asked for or not

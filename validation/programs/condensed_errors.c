@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "driver/condensed_check.h"
-#include "driver/model_condense_to.h"
+#include "driver/model_cut.h"
 #include "platform/allocate.h"
 
 #define STEP 0.003 /* [s] */

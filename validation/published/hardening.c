@@ -58,67 +58,49 @@ static thrum_status measure(const thrum_model *model, double amplitude, double *
   return status < 0 ? status : THRUM_OK;
 }
 
-/* Ten nodes: the stiffnesses of one mesh. */
-static thrum_status stiffness_rows(const published_sink *sink, int cells, thrum_error *error) {
-  const double linear = STIFFNESS * pow(THICKNESS, 3) / 12, width = THICKNESS / cells;
+/* The stiffnesses of one mesh, and of linear tetrahedra the frequencies at two amplitudes. */
+static thrum_status hardening_rows(const published_sink *sink, int cells, int order,
+                                   thrum_error *error) {
+  const double linear = STIFFNESS * pow(THICKNESS, 3) / 12; // per unit of width, E = 1
+  const double width = THICKNESS / cells;
+  const bool ten = order == 2;
   published_body body = {
-      .fix = {"x<1e-9", "x>0.999999", "y>-1e9:y"}, .material = {1, 0, 1}, .order = 2};
+      .fix = {"x<1e-9", "x>0.999999", "y>-1e9:y"}, .material = {1, 0, 1}, .order = order};
   snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@1x%.9gx%.9g", 50 * cells, cells, width,
            THICKNESS);
   thrum_precomputed made = {0};
   THRUM_TRY(published_precompute(&body, 1, 2, false, &made, error));
+  const thrum_model *model = &made.model;
 
   // in units of the displacement in the middle and of the width
-  const double middle = middle_of(&made.model);
-  published_add(sink, "hardening", "linear stiffness, ten nodes, N/m", body.mesh, cells, linear,
-                made.model.omega2[0] / (middle * middle) / width);
-  published_add(sink, "hardening", "cubic stiffness, ten nodes, N/m^3", body.mesh, cells,
-                HARDENING * linear / (THICKNESS * THICKNESS),
-                condensed(&made.model) / pow(middle, 4) / width);
+  const double middle = middle_of(model);
+  published_add(sink, "hardening",
+                ten ? "linear stiffness, ten nodes, N/m" : "linear stiffness, N/m", body.mesh,
+                cells, linear, model->omega2[0] / (middle * middle) / width);
+  published_add(sink, "hardening",
+                ten ? "cubic stiffness, ten nodes, N/m^3" : "cubic stiffness, N/m^3", body.mesh,
+                cells, HARDENING * linear / (THICKNESS * THICKNESS),
+                condensed(model) / pow(middle, 4) / width);
+
+  thrum_status status = THRUM_OK;
+  for (int half = 1; half <= 2 && status >= 0 && !ten; half++) {
+    const double ratio = 0.5 * half; // a/h
+    double omega = 0;
+    status = measure(model, ratio * THICKNESS / middle, &omega, error);
+    published_add(sink, "hardening",
+                  half == 1 ? "frequency ratio at a = h/2" : "frequency ratio at a = h", body.mesh,
+                  cells, published_duffing(HARDENING * ratio * ratio),
+                  omega / sqrt(model->omega2[0]));
+  }
   thrum_precomputed_free(&made);
-  return THRUM_OK;
+  return status;
 }
 
 thrum_status published_hardening(const published_sink *sink, thrum_error *error) {
-  const double linear = STIFFNESS * pow(THICKNESS, 3) / 12; // per unit of width, E = 1
-
-  // each level halves the cells
-  for (int level = 0; level <= sink->level + (sink->level > 0 ? 2 : 1); level++) {
-    const int cells = 1 << level;
-    published_body body = {.fix = {"x<1e-9", "x>0.999999", "y>-1e9:y"}, .material = {1, 0, 1}};
-    snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@1x%.9gx%.9g", 50 * cells, cells,
-             THICKNESS / cells, THICKNESS);
-
-    thrum_precomputed made = {0};
-    thrum_status status = published_precompute(&body, 1, 2, false, &made, error);
-    if (status < 0)
-      return status;
-    const thrum_model *model = &made.model;
-    const double middle = middle_of(model), width = THICKNESS / cells;
-
-    // in units of the displacement in the middle and of the width
-    const double k1 = model->omega2[0] / (middle * middle) / width;
-    const double k3 = condensed(model) / pow(middle, 4) / width;
-    published_add(sink, "hardening", "linear stiffness, N/m", body.mesh, cells, linear, k1);
-    published_add(sink, "hardening", "cubic stiffness, N/m^3", body.mesh, cells,
-                  HARDENING * linear / (THICKNESS * THICKNESS), k3);
-
-    for (int half = 1; half <= 2 && status >= 0; half++) {
-      const double ratio = 0.5 * half; // a/h
-      double omega = 0;
-      status = measure(model, ratio * THICKNESS / middle, &omega, error);
-      published_add(sink, "hardening",
-                    half == 1 ? "frequency ratio at a = h/2" : "frequency ratio at a = h",
-                    body.mesh, cells, published_duffing(HARDENING * ratio * ratio),
-                    omega / sqrt(model->omega2[0]));
-    }
-    thrum_precomputed_free(&made);
-    if (status < 0)
-      return status;
-  }
-
-  // ten nodes need fewer cells
+  // each level halves the cells; ten nodes need fewer
+  for (int level = 0; level <= sink->level + (sink->level > 0 ? 2 : 1); level++)
+    THRUM_TRY(hardening_rows(sink, 1 << level, 0, error));
   for (int level = 0; level <= (sink->level > 1 ? sink->level : 1); level++)
-    THRUM_TRY(stiffness_rows(sink, 1 << level, error));
+    THRUM_TRY(hardening_rows(sink, 1 << level, 2, error));
   return THRUM_OK;
 }

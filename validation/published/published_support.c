@@ -6,6 +6,7 @@
 
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_fix.h"
+#include "platform/allocate.h"
 #include "runtime/base/vec3.h"
 #include "thrum/polynomial.h"
 #include "validation/published/published.h"
@@ -16,12 +17,9 @@
 thrum_status published_precompute(const published_body *body, int64_t modes, int64_t rank,
                                   bool keep_modes, thrum_precomputed *result, thrum_error *error) {
   thrum_mesh mesh = {0};
-  thrum_status status = thrum_mesh_read_order(body->mesh, 1, body->order, &mesh, error);
-  if (status < 0)
-    return status;
-  uint8_t *fixed = calloc((size_t)mesh.vertex_count, 1);
-  if (fixed == NULL)
-    status = thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %s", body->mesh);
+  uint8_t *fixed = NULL;
+  THRUM_TRY(thrum_mesh_read_order(body->mesh, 1, body->order, &mesh, error));
+  thrum_status status = thrum_reserve(&fixed, mesh.vertex_count, 1, body->mesh, error);
 
   // what is held is named in the mesh as it is generated
   for (int n = 0; n < 4 && body->fix[n] != NULL && status >= 0; n++) {

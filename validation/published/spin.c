@@ -10,6 +10,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "platform/allocate.h"
 #include "validation/published/published.h"
 
 #define YOUNG 1e6
@@ -42,9 +43,8 @@ static thrum_status take_off(const published_body *body, int64_t modes, int64_t 
   THRUM_TRY(thrum_rigid_frame_of(model, &f->frame, error));
 
   const size_t count = thrum_floating_frame_work_count(f->inertia), r = (size_t)model->rank;
-  f->work = calloc(count + 2 * r, sizeof *f->work);
-  if (f->work == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a body that spins");
+  THRUM_TRY(thrum_reserve(&f->work, (int64_t)(count + 2 * r), sizeof *f->work, "a body that spins",
+                          error));
   f->q = f->work + count;
   f->p = f->q + r;
   return THRUM_OK;

@@ -23,14 +23,11 @@ static thrum_status rest(const thrum_model *model, const double *load, double *q
   size_t size = 0;
   const thrum_equilibrium_def def = thrum_default_equilibrium_def();
   thrum_equilibrium_report report;
-  thrum_status status = thrum_equilibrium_size(model, &size, error);
-  if (status < 0)
-    return status;
-  void *workspace = thrum_allocate_aligned(size, "an equilibrium", error);
-  if (workspace == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_equilibrium_size(model, &size, error));
+  void *workspace = NULL;
+  THRUM_TRY(thrum_reserve_aligned(&workspace, size, "an equilibrium", error));
   memset(q, 0, (size_t)model->rank * sizeof *q);
-  status =
+  const thrum_status status =
       thrum_equilibrium(model, &def, load, q, NULL, workspace, size, NULL, NULL, &report, error);
   free(workspace);
   if (status >= 0 && critical != NULL)
@@ -53,14 +50,13 @@ static thrum_status face_force(const thrum_model *model, int axis, double *reduc
 static thrum_status full_tip(const thrum_model *model, bool gravity, double load, double *tip,
                              thrum_error *error) {
   const thrum_full_def def = thrum_default_full_def();
-  const size_t components = 3 * (size_t)model->vertex_count;
+  const int64_t components = 3 * model->vertex_count;
   const int32_t *vertices;
   int64_t count;
   thrum_full *full = NULL;
   thrum_full_equilibrium found;
-  double *forces = calloc(2 * components, sizeof *forces), *u = forces;
-  if (forces == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the full order");
+  double *forces = NULL;
+  THRUM_TRY(thrum_reserve(&forces, 2 * components, sizeof *forces, "the full order", error));
 
   // the load is shared by the vertices of the face, or it is the weight
   thrum_status status = thrum_model_group(model, "right", &vertices, &count, error);
@@ -73,7 +69,7 @@ static thrum_status full_tip(const thrum_model *model, bool gravity, double load
 
   // the mean over that face is what the beam theory speaks of
   if (status >= 0) {
-    u += components;
+    double *u = forces + components;
     thrum_full_get(full, u, NULL);
     *tip = 0;
     for (int64_t n = 0; n < count; n++)
@@ -154,9 +150,8 @@ thrum_status published_elastica(const published_sink *sink, thrum_error *error) 
              SLENDER / cells, SLENDER);
 
     thrum_precomputed made = {0};
-    thrum_status status = published_precompute(&body, 6, 20, false, &made, error);
-    if (status < 0)
-      return status;
+    thrum_status status = THRUM_OK;
+    THRUM_TRY(published_precompute(&body, 6, 20, false, &made, error));
 
     // once with the stiffness of the theory, and once with the bending stiffness of the mesh
     for (int scaled = 0; scaled < 2 && status >= 0; scaled++)
@@ -182,8 +177,7 @@ thrum_status published_elastica(const published_sink *sink, thrum_error *error) 
     }
 
     thrum_precomputed_free(&made);
-    if (status < 0)
-      return status;
+    THRUM_TRY(status);
   }
 
   // ten nodes need fewer cells

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "platform/allocate.h"
 #include "precompute/full/full.h"
 #include "validation/published/published.h"
 
@@ -28,9 +29,9 @@ static void note(double ratio, double *furthest) {
 
 static thrum_status throw(const thrum_model *model, thrum_full *full, thrum_error *error) {
   const int64_t count = model->vertex_count;
-  double *u = calloc(6 * (size_t)count, sizeof *u), *v = u != NULL ? u + 3 * count : NULL;
-  if (u == NULL)
-    return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory to throw a body");
+  double *u = NULL;
+  THRUM_TRY(thrum_reserve(&u, 6 * count, sizeof *u, "a body that is thrown", error));
+  double *v = u + 3 * count;
 
   // a stretch and a bend, and a velocity that moves, turns and bends the body
   for (int64_t n = 0; n < count; n++) {
@@ -89,9 +90,8 @@ thrum_status published_tumble(const published_sink *sink, thrum_error *error) {
 
   published_body body = {.mesh = "beam:5x1x1@1x0.2x0.2", .material = {1e4, 0.3, 1000}};
   thrum_precomputed made = {0};
-  thrum_status status = published_precompute(&body, 2, 2, false, &made, error);
-  if (status < 0)
-    return status;
+  thrum_status status = THRUM_OK;
+  THRUM_TRY(published_precompute(&body, 2, 2, false, &made, error));
 
   // the same throw for both schemes
   for (int n = 0; n < 2 && status >= 0; n++) {

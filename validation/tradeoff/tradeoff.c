@@ -2,7 +2,6 @@
  * chosen of them. SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "driver/drift.h"
 #include "driver/split_at.h"

@@ -1,6 +1,5 @@
 /* A trade-off from recipes that were run elsewhere: their bases and runs are put together in the
  * order that one process has them in. SPDX-License-Identifier: Apache-2.0 */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "driver/model_condense_to.h"
+#include "driver/model_cut.h"
 #include "driver/precompute_train.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
@@ -111,9 +111,7 @@ static thrum_status precompute(const tradeoff_solution *s, const tradeoff_recipe
 
   // its steps are timed, so it is packed as a model from a file is
   const size_t size = thrum_model_pack_size(&space->made.model);
-  space->packed = thrum_allocate_aligned(size, "a basis", error);
-  if (space->packed == NULL)
-    return THRUM_OUT_OF_MEMORY;
+  THRUM_TRY(thrum_reserve_aligned(&space->packed, size, "a basis", error));
   return thrum_model_pack(&space->made.model, space->packed, size, error);
 }
 

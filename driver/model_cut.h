@@ -1,10 +1,15 @@
-/* --condense: what is stepped of a model that is condensed when it is read.
+/* --rank and --condense: a model cut down, or condensed, when it is read.
  * SPDX-License-Identifier: Apache-2.0 */
-#ifndef THRUM_DRIVER_MODEL_CONDENSE_TO_H
-#define THRUM_DRIVER_MODEL_CONDENSE_TO_H
+#ifndef THRUM_DRIVER_MODEL_CUT_H
+#define THRUM_DRIVER_MODEL_CUT_H
 
 #include "thrum/model.h"
 #include <stdint.h>
+
+/* `loaded` cut down to its lowest `rank` coordinates (0: all of them) in *memory, which the caller
+ * frees; the loaded model must stay. */
+thrum_status model_truncate_to(const thrum_model *loaded, int64_t rank, void **memory,
+                               const thrum_model **model, thrum_error *error);
 
 /* The stepped model of `loaded` with its lowest `masters` coordinates (thrum/condensed_model.h) in
  * *memory, which the caller frees; 0: all masters of a model that was precomputed condensed, and
