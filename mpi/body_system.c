@@ -12,6 +12,7 @@
 #include "mpi/petsc_status.h"
 #include "mpi/solver_choice.h"
 #include "platform/allocate.h"
+#include "platform/memory_return.h"
 #include "precompute/options_check.h"
 
 #define CG_TOLERANCE 1e-12     /* of a residual; models then agree with those of a factor to 1e-8 */
@@ -290,10 +291,11 @@ static thrum_status take_gradients(body_system *s, thrum_error *error) {
   // the matrices stay where modes are counted
   PETSC_TRY(KSPDestroy(&s->ksp));
   PETSC_TRY(MatSetNearNullSpace(s->stiffness, NULL));
-  if (thrum_options_count_wanted(s->options->check, s->size))
-    return THRUM_OK;
-  PETSC_TRY(MatDestroy(&s->stiffness));
-  PETSC_TRY(MatDestroy(&s->mass));
+  if (!thrum_options_count_wanted(s->options->check, s->size)) {
+    PETSC_TRY(MatDestroy(&s->stiffness));
+    PETSC_TRY(MatDestroy(&s->mass));
+  }
+  memory_return();
   return THRUM_OK;
 }
 
@@ -509,6 +511,7 @@ static void release(void *context) {
   MatDestroy(&s->stiffness);
   s->gradients = NULL;
   s->block = NULL;
+  memory_return();
 }
 
 void body_system_free(body_system *s) {

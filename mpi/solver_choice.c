@@ -15,16 +15,16 @@
 #define MARGIN 1.05         /* heap and buffers that are not counted one by one */
 #define MULTIGRID_SHARE 3.0 /* of the matrix: coarse matrices, interpolations, their products */
 #define BLOCKS_SHARE 1.4    /* of the matrix: what blocks keep of both, and PETSc's goes */
-#define BLOCK_BYTES 1600.0  /* of a component: columns that step together, and the heap */
-#define SPACE_BLOCKS 9.0    /* of as many columns as modes: the space that they come from */
-#define ENTRY_BYTES 12.0    /* a number and its column */
-#define MORE_PROCESSES 1.3  /* as parts share vertices, and fronts are not cut evenly */
+#define BLOCK_BYTES 1000.0  /* of a component: columns that step together */
+#define SPACE_BLOCKS                                                                               \
+  10.0                   /* of as many columns as modes: these, and the space that they come from */
+#define ENTRY_BYTES 12.0 /* a number and its column */
+#define MORE_PROCESSES 1.3 /* as parts share vertices, and fronts are not cut evenly */
 
-// modes, derivatives and the blocks that are solved together: any solver has them beside it
+// modes and derivatives, which any solver has beside it
 static double column_bytes(const solver_choice *c) {
   const double shapes = (double)thrum_options_shapes(c->options);
-  const double columns = shapes + shapes * (shapes + 1) / 2 + 6 * THRUM_SOLVE_BLOCK;
-  return 8 * columns * (double)c->free_count;
+  return 8 * (shapes + shapes * (shapes + 1) / 2) * (double)c->free_count;
 }
 
 // conjugate gradients: PETSc's multigrid while it is made, or what is kept of it with the columns
@@ -62,7 +62,9 @@ static thrum_status estimate_here(const solver_choice *c, thrum_solver_use *use,
                                   thrum_error *error) {
   MatInfo entries;
   PETSC_TRY(MatGetInfo(c->stiffness, MAT_LOCAL, &entries));
-  const double columns = column_bytes(c);
+
+  // the factor takes blocks that are columns of PETSc's, too
+  const double columns = column_bytes(c) + 8.0 * 6 * THRUM_SOLVE_BLOCK * (double)c->free_count;
   use->room = room_here(c);
   use->cg_bytes = MARGIN * gradients_bytes(c, entries.nz_used);
   if (c->factor == NULL)

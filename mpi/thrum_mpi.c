@@ -9,6 +9,7 @@
 #include "config/message.h"
 #include "mpi/shared_precompute.h"
 #include "mpi/shared_system.h"
+#include "platform/memory_return.h"
 #include "thrum/thrum.h"
 
 static int print_help(FILE *stream) {
@@ -82,6 +83,7 @@ int main(int argc, char **argv) {
   }
   PetscPushErrorHandler(PetscIgnoreErrorHandler, NULL);
   PetscPopSignalHandler();
+  memory_return_begin();
   const int code = run(argc, argv);
   SlepcFinalize();
   return program_guard_end(code);

@@ -78,7 +78,7 @@ static double most_bytes(const thrum_fem *fem, double entries, const thrum_facto
   const double derivatives = factored + 8 * n * (candidates + (single ? 4.5 : 2) * block);
 
   // the factor and K are gone by then
-  const double basis = 8 * n * (2 * candidates + block + r) + 24 * vertices * r - 16 * entries;
+  const double basis = 8 * n * (candidates + block + r) + 24 * vertices * r - 16 * entries;
 
   // the polynomial needs the basis, its products of columns and its coefficients
   const double polynomial = 24 * vertices * r + reduced_bytes(fem, options, columns) - 16 * entries;

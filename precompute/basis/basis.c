@@ -3,7 +3,7 @@
  * James 2005, doi:10.1145/1073204.1073300; a makes the basis independent of the unit of length.
  * The singular value decomposition in the mass inner product goes through an accurate mass-QR, so
  * small singular values are right as well. Then U is turned so that U^T K U is diagonal.
- * O(n candidates^2), and a copy of the candidates.
+ * O(n candidates^2); the candidates become the Q of the mass-QR in their place.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/basis/basis.h"
@@ -30,6 +30,7 @@ typedef struct pca {
   const thrum_sparse *mass;
   int64_t n, modes, count, rank; /* count: candidates */
   int64_t wide;                  /* the larger of candidates and whole rank */
+  double length;                 /* a of the file comment */
   const double *responses;       /* response_count columns, and the derivatives that have one of */
   int64_t response_count;        /* them; of the rank before what is trained */
   const double *omega2;          /* modes, then responses */
@@ -37,7 +38,9 @@ typedef struct pca {
   int64_t trained_count;
   const double *shares; /* count, or NULL */
   double *weight;       /* count */
-  double *q;            /* n x wide */
+  double *q;            /* n x count: the candidates of unit norm, then orthonormal */
+  int32_t *which;       /* count: the candidate of each column of R */
+  double *columns;      /* n x (whole rank + response_count), of the basis */
   double *work;         /* n x THRUM_SOLVE_BLOCK */
   double *small;        /* wide x wide */
   double *left;         /* count x count */
@@ -48,7 +51,7 @@ typedef struct pca {
 static thrum_status pca_allocate(pca *p, thrum_error *error) {
   p->memory = thrum_scope_begin("the basis", error);
   p->weight = thrum_scope_allocate(&p->memory, p->count, sizeof(double));
-  p->q = thrum_scope_allocate(&p->memory, p->n * p->wide, sizeof(double));
+  p->which = thrum_scope_allocate(&p->memory, p->count, sizeof *p->which);
   p->work = thrum_scope_allocate(&p->memory, p->n * THRUM_SOLVE_BLOCK, sizeof(double));
   p->small = thrum_scope_allocate(&p->memory, p->wide * p->wide, sizeof(double));
   p->left = thrum_scope_allocate(&p->memory, p->count * p->count, sizeof(double));
@@ -85,8 +88,8 @@ static double length_factor(const thrum_fem *fem, const double *first_mode) {
   return 0.1 * box_diagonal(fem) / largest;
 }
 
-static void set_weights(pca *p, const double *omega2, const double *candidates) {
-  const double a = length_factor(p->fem, candidates);
+static void set_weights(pca *p, const double *omega2) {
+  const double a = p->length;
   int64_t next = p->modes;
   for (int64_t i = 0; i < p->modes; i++) {
     p->weight[i] = omega2[0] / omega2[i];
@@ -95,8 +98,8 @@ static void set_weights(pca *p, const double *omega2, const double *candidates) 
   }
 }
 
-// q = candidates of unit mass norm; derivatives that vanish against the others become zero
-static void normalise(pca *p, const double *candidates) {
+// candidates of unit mass norm; derivatives that vanish against the others become zero
+static void normalise(pca *p) {
   const int64_t n = p->n;
 
   // lengths in the norm of M, and the largest of a derivative
@@ -104,7 +107,7 @@ static void normalise(pca *p, const double *candidates) {
 
   for (int64_t c = 0; c < p->count; c++) {
     double square;
-    thrum_mass_gram(p->mass, candidates + c * n, 1, candidates + c * n, 1, &square, p->work);
+    thrum_mass_gram(p->mass, p->q + c * n, 1, p->q + c * n, 1, &square, p->work);
     p->values[c] = sqrt(square);
     if (c >= p->modes)
       largest = fmax(largest, p->values[c]);
@@ -115,7 +118,7 @@ static void normalise(pca *p, const double *candidates) {
         !(p->values[c] > 0) || (c >= p->modes && !(p->values[c] > 1e-12 * largest));
     const double factor = vanishes ? 0 : 1 / p->values[c];
     for (int64_t i = 0; i < n; i++)
-      p->q[c * n + i] = factor * candidates[c * n + i];
+      p->q[c * n + i] *= factor;
   }
 }
 
@@ -137,11 +140,14 @@ static thrum_status left_vectors(pca *p, char how, int64_t rows, int64_t count, 
                              "the singular values of the basis did not converge", error);
 }
 
-// left singular vectors of the weighted candidates, in the coordinates of q
-static thrum_status decompose(pca *p, const double *candidates, int64_t span, thrum_error *error) {
-  thrum_mass_gram(p->mass, p->q, span, candidates, p->count, p->small, p->work);
-  for (int64_t c = 0; c < p->count; c++)
-    cblas_dscal((int)span, p->weight[c], p->small + c * span, 1);
+// left singular vectors of the weighted candidates, in the coordinates of q; R is in p->left, and
+// the norms that normalise took away in p->values
+static thrum_status decompose(pca *p, int64_t span, thrum_error *error) {
+  for (int64_t c = 0; c < p->count; c++) {
+    const double weight = p->weight[p->which[c]] * p->values[p->which[c]];
+    for (int64_t i = 0; i < span; i++)
+      p->small[c * span + i] = weight * p->left[c * p->count + i];
+  }
   return left_vectors(p, 'S', span, p->count, p->small, p->left, error);
 }
 
@@ -157,8 +163,8 @@ static double orthonormality_of(const pca *p, const double *basis) {
   const int64_t n = p->n, rank = p->rank;
   for (int64_t i = 0; i < rank; i++)
     for (int64_t f = 0; f < n; f++)
-      p->q[i * n + f] = basis[p->fem->component[f] * rank + i];
-  thrum_mass_gram(p->mass, p->q, rank, p->q, rank, p->small, p->work);
+      p->columns[i * n + f] = basis[p->fem->component[f] * rank + i];
+  thrum_mass_gram(p->mass, p->columns, rank, p->columns, rank, p->small, p->work);
   double worst = 0;
   for (int64_t i = 0; i < rank; i++)
     for (int64_t j = 0; j < rank; j++)
@@ -249,8 +255,8 @@ static void weigh_response_derivatives(const pca *p, double a, double *columns) 
 
 // appends to `done` orthonormal columns the `count` directions that the derivatives of the
 // responses show most of beside them, by the method of snapshots; *found of them are there
-static thrum_status append_response_derivatives(pca *p, const double *candidates, int64_t done,
-                                                int64_t count, double *columns, int64_t *found,
+static thrum_status append_response_derivatives(pca *p, int64_t done, int64_t count,
+                                                double *columns, int64_t *found,
                                                 thrum_error *error) {
   const int64_t h = p->response_count, pairs = h * p->modes + h * (h + 1) / 2;
   const int n = (int)p->n, wide = (int)pairs;
@@ -262,7 +268,7 @@ static thrum_status append_response_derivatives(pca *p, const double *candidates
   // the weighted derivatives less what the columns show of them
   if (status >= 0) {
     memcpy(rest, p->responses + h * p->n, sizeof *rest * (size_t)(p->n * pairs));
-    weigh_response_derivatives(p, length_factor(p->fem, candidates), rest);
+    weigh_response_derivatives(p, p->length, rest);
     for (int pass = 0; pass < 2; pass++)
       thrum_mass_project(p->mass, columns, done, rest, pairs, gram, p->work);
     thrum_mass_gram(p->mass, rest, pairs, rest, pairs, gram, p->work);
@@ -288,8 +294,8 @@ static thrum_status append_response_derivatives(pca *p, const double *candidates
 // the first vectors of the decomposition, all responses behind them, and what `more` of the
 // responses' derivatives add, `wanted` orthonormal columns together; what is among the first
 // already makes room for more of these
-static thrum_status fill_columns(pca *p, const double *candidates, int64_t span, int64_t more,
-                                 int64_t wanted, double *columns, thrum_error *error) {
+static thrum_status fill_columns(pca *p, int64_t span, int64_t more, int64_t wanted,
+                                 double *columns, thrum_error *error) {
   const int n = (int)p->n;
   for (int64_t first = p->rank; first <= span && first <= wanted; first++) {
     int64_t found = first, added = 0;
@@ -301,7 +307,7 @@ static thrum_status fill_columns(pca *p, const double *candidates, int64_t span,
                                         &found, p->work, error));
     const int64_t left = wanted - found < more ? wanted - found : more;
     if (left > 0)
-      THRUM_TRY(append_response_derivatives(p, candidates, found, left, columns, &added, error));
+      THRUM_TRY(append_response_derivatives(p, found, left, columns, &added, error));
     THRUM_TRY(thrum_mass_orthonormalise(p->mass, found + added, columns, TOLERANCE, &found, p->work,
                                         error));
     if (found >= wanted)
@@ -313,17 +319,18 @@ static thrum_status fill_columns(pca *p, const double *candidates, int64_t span,
                          (long long)wanted);
 }
 
-static thrum_status build(pca *p, const double *omega2, const double *candidates, double *basis,
+static thrum_status build(pca *p, const double *omega2, double *basis,
                           const thrum_reporter *reporter, thrum_error *error) {
   int64_t span = 0;
 
   // an M-orthonormal basis of the weighted candidates
-  set_weights(p, omega2, candidates);
-  normalise(p, candidates);
+  p->length = length_factor(p->fem, p->q);
+  set_weights(p, omega2);
+  normalise(p);
   if (p->shares != NULL)
     set_share_weights(p);
-  thrum_status status =
-      thrum_mass_orthonormalise(p->mass, p->count, p->q, TOLERANCE, &span, p->work, error);
+  thrum_status status = thrum_mass_factor(p->mass, p->count, p->q, TOLERANCE, &span, p->left,
+                                          p->which, p->work, error);
   THRUM_THEN(status, thrum_report(reporter, 0.5, error));
 
   // responses, and as many of their derivatives, come beside modes and derivatives, which are
@@ -345,17 +352,18 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
                              "rank %lld is more than the candidates span: they have rank %lld; "
                              "lower --rank or raise --modes",
                              (long long)p->rank, (long long)span);
-  THRUM_THEN(status, decompose(p, candidates, span, error));
+  THRUM_THEN(status, decompose(p, span, error));
   if (status < 0)
     return status;
 
   // the columns of the basis, on the free components and then on all
   const int64_t total = rank + p->trained_count;
-  double *columns = NULL;
-  THRUM_TRY(thrum_reserve(&columns, p->n * (total + p->response_count), sizeof *columns,
-                          "the basis", error));
+  double *columns =
+      thrum_scope_allocate(&p->memory, p->n * (total + p->response_count), sizeof *columns);
+  THRUM_TRY(p->memory.status);
+  p->columns = columns;
   if (responses > 0)
-    status = fill_columns(p, candidates, span, beside - responses, rank, columns, error);
+    status = fill_columns(p, span, beside - responses, rank, columns, error);
   else
     cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, (int)p->n, (int)p->rank, (int)span, 1,
                 p->q, (int)p->n, p->left, (int)span, 0, columns, (int)p->n);
@@ -364,7 +372,6 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
     THRUM_THEN(status, append_trained(p, columns, error));
   p->rank = total;
   scatter_rows(p->fem, columns, p->rank, basis);
-  free(columns);
   if (status < 0)
     return status;
 
@@ -374,7 +381,7 @@ static thrum_status build(pca *p, const double *omega2, const double *candidates
 }
 
 thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t k,
-                         const double *omega2, const double *candidates, const double *shares,
+                         const double *omega2, double *candidates, const double *shares,
                          const double *responses, int64_t response_count, int64_t rank,
                          const double *trained, int64_t trained_count, double *basis,
                          double *orthonormality, const thrum_reporter *reporter,
@@ -386,6 +393,7 @@ thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t
            .responses = responses,
            .response_count = response_count,
            .omega2 = omega2,
+           .q = candidates,
            .count = k + k * (k + 1) / 2,
            .rank = rank - trained_count,
            .shares = shares,
@@ -397,7 +405,7 @@ thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t
                            "rank %lld does not go with %lld trained shapes and %lld modes",
                            (long long)rank, (long long)trained_count, (long long)k);
   thrum_status status = pca_allocate(&p, error);
-  THRUM_THEN(status, build(&p, omega2, candidates, basis, reporter, error));
+  THRUM_THEN(status, build(&p, omega2, basis, reporter, error));
   if (status >= 0)
     *orthonormality = orthonormality_of(&p, basis);
   thrum_scope_free(&p.memory);

@@ -10,6 +10,7 @@
 #include <cblas.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "platform/allocate.h"
 #include "precompute/fem/lapack_status.h"
@@ -68,10 +69,25 @@ static void swap_columns(double *x, int64_t n, int64_t a, int64_t b) {
     cblas_dswap((int)n, x + a * n, 1, x + b * n, 1);
 }
 
-// brings the picked columns of x to its front
-static void bring_front(double *x, int64_t n, int64_t picked, int32_t *order, int64_t count) {
+/* How the columns that were given are made of the orthonormal ones; NULL members: not asked for. */
+typedef struct triangle {
+  int64_t count;   /* of columns, and of rows */
+  double *entries; /* count x count, column-major */
+  int32_t *which;  /* count: the column that was given of each column here */
+} triangle;
+
+// brings the picked columns of x, behind `done` others, to its front
+static void bring_front(double *x, int64_t n, int64_t done, int64_t picked, int32_t *order,
+                        int64_t count, const triangle *r) {
   for (int64_t i = 0; i < picked; i++) {
-    swap_columns(x, n, i, order[i] - 1);
+    const int64_t from = order[i] - 1;
+    swap_columns(x, n, i, from);
+    if (r->entries != NULL) {
+      const int32_t turned = r->which[done + i];
+      r->which[done + i] = r->which[done + from];
+      r->which[done + from] = turned;
+      swap_columns(r->entries, r->count, done + i, done + from);
+    }
     // what stood at i stands now where the picked one was
     for (int64_t j = i + 1; j < count; j++)
       if (order[j] - 1 == i)
@@ -79,25 +95,44 @@ static void bring_front(double *x, int64_t n, int64_t picked, int32_t *order, in
   }
 }
 
+// what a projection took from `count` columns behind `done` orthonormal ones
+static void note_projection(const triangle *r, int64_t done, int64_t count, const double *gram) {
+  for (int64_t c = 0; c < count && r->entries != NULL; c++)
+    cblas_daxpy((int)done, 1, gram + c * done, 1, r->entries + (done + c) * r->count, 1);
+}
+
 // Cholesky-QR of `picked` columns x behind `done` orthonormal ones, twice
 static thrum_status factor_front(const thrum_sparse *mass, double *q, int64_t done, int64_t picked,
-                                 double *gram, double *work, thrum_error *error) {
-  const int n = (int)mass->size, p = (int)picked;
+                                 const triangle *r, double *gram, double *work,
+                                 thrum_error *error) {
+  const int n = (int)mass->size, p = (int)picked, all = (int)r->count;
   double *x = q + done * mass->size;
+  double *above = r->entries ? r->entries + done * r->count : NULL;
+  double *block = r->entries ? above + done : NULL;
+  for (int64_t c = 0; c < picked && block != NULL; c++)
+    block[c * r->count + c] = 1;
+
+  // the columns were x = x' block + q above; x' becomes y R + q gram
   for (int pass = 0; pass < 2; pass++) {
     thrum_mass_project(mass, q, done, x, picked, gram, work);
+    if (block != NULL && done > 0)
+      cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, (int)done, p, p, 1, gram, (int)done,
+                  block, all, 1, above, all);
     thrum_mass_gram(mass, x, picked, x, picked, gram, work);
     THRUM_TRY(thrum_lapack_status(LAPACKE_dpotrf(LAPACK_COL_MAJOR, 'U', p, gram, p), THRUM_SINGULAR,
                                   "the basis could not be orthonormalised", error));
     cblas_dtrsm(CblasColMajor, CblasRight, CblasUpper, CblasNoTrans, CblasNonUnit, n, p, 1, gram, p,
                 x, n);
+    if (block != NULL)
+      cblas_dtrmm(CblasColMajor, CblasLeft, CblasUpper, CblasNoTrans, CblasNonUnit, p, p, 1, gram,
+                  p, block, all);
   }
   return THRUM_OK;
 }
 
-thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, double *x,
-                                       double tolerance, int64_t *rank, double *work,
-                                       thrum_error *error) {
+static thrum_status orthonormalise(const thrum_sparse *mass, int64_t count, double *x,
+                                   double tolerance, int64_t *rank, const triangle *r, double *work,
+                                   thrum_error *error) {
   const int64_t n = mass->size;
   thrum_scope memory = thrum_scope_begin("the basis", error);
   double *gram = thrum_scope_allocate(&memory, count * (count + 1), sizeof *gram);
@@ -111,8 +146,10 @@ thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, 
     const int64_t left = count - done;
 
     // orthogonal to the columns that are done; twice, as once leaves rounding
-    thrum_mass_project(mass, x, done, rest, left, gram, work);
-    thrum_mass_project(mass, x, done, rest, left, gram, work);
+    for (int pass = 0; pass < 2 && done > 0; pass++) {
+      thrum_mass_project(mass, x, done, rest, left, gram, work);
+      note_projection(r, done, left, gram);
+    }
 
     // pivots of the Gram matrix say which columns are independent enough
     thrum_mass_gram(mass, rest, left, rest, left, gram, work);
@@ -122,8 +159,8 @@ thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, 
       break;
 
     // those come to the front and become orthonormal by a Cholesky factor
-    bring_front(rest, n, picked, order, left);
-    status = factor_front(mass, x, done, picked, gram, work, error);
+    bring_front(rest, n, done, picked, order, left, r);
+    status = factor_front(mass, x, done, picked, r, gram, work, error);
     done += picked;
   }
 
@@ -131,4 +168,21 @@ thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, 
   if (status >= 0)
     *rank = done;
   return status;
+}
+
+thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, double *x,
+                                       double tolerance, int64_t *rank, double *work,
+                                       thrum_error *error) {
+  const triangle none = {0};
+  return orthonormalise(mass, count, x, tolerance, rank, &none, work, error);
+}
+
+thrum_status thrum_mass_factor(const thrum_sparse *mass, int64_t count, double *x, double tolerance,
+                               int64_t *rank, double *entries, int32_t *which, double *work,
+                               thrum_error *error) {
+  const triangle r = {count, entries, which};
+  memset(entries, 0, sizeof *entries * (size_t)(count * count));
+  for (int64_t c = 0; c < count; c++)
+    which[c] = (int32_t)c;
+  return orthonormalise(mass, count, x, tolerance, rank, &r, work, error);
 }

@@ -8,6 +8,7 @@
 #include "mesh/model_quality.h"
 #include "precompute/basis/eigen.h"
 #include "precompute/basis/modal_derivatives.h"
+#include "precompute/basis/orthonormal.h"
 
 enum { MODES = 4, CANDIDATES = MODES + MODES * (MODES + 1) / 2, RANK = 7 };
 
@@ -116,6 +117,66 @@ static void basis_spans_the_dominant_weighted_candidates(void **state) {
   body_free(&b);
 }
 
+/* Q and R of a mass-QR give back the columns, also those that depend on others or nearly do. */
+static void columns_are_the_orthonormal_ones_times_their_triangle(void **state) {
+  (void)state;
+  enum { COLUMNS = 8, SPAN = 6 };
+  body b = body_make("beam:6x2x2@1x0.2x0.15", "x<0.001");
+  thrum_fem fem = body_fem(&b);
+  thrum_sparse k, m;
+  assert_int_equal(thrum_fem_pattern(&fem, &k, NULL), THRUM_OK);
+  assert_int_equal(thrum_fem_mass(&fem, THRUM_MASS_CONSISTENT, &k, &m, NULL), THRUM_OK);
+  const int64_t n = fem.free_count;
+  double *x = need((size_t)(n * COLUMNS), sizeof *x), *given = need((size_t)(n * COLUMNS), 8);
+  double *work = need((size_t)(n * THRUM_SOLVE_BLOCK), sizeof *work), *image = need((size_t)n, 8);
+
+  // columns 1, 3 and 5 differ from the one before by 1e-2, 1e-4 and 1e-6; 6 is a sum, 7 is zero
+  static const double apart[SPAN] = {1, 1e-2, 1, 1e-4, 1, 1e-6};
+  for (int c = 0; c < SPAN; c++)
+    for (int64_t i = 0; i < n; i++)
+      x[c * n + i] = (c % 2 == 1 ? x[(c - 1) * n + i] : 0) +
+                     apart[c] * sin(7.3 * c + (1.7 * c + 1) * (double)i);
+  for (int64_t i = 0; i < n; i++)
+    x[6 * n + i] = x[i] + x[4 * n + i];
+  for (int c = 0; c < COLUMNS - 1; c++) {
+    thrum_sparse_product(&m, x + c * n, 1, image);
+    const double length = sqrt(dot_of(x + c * n, image, n));
+    for (int64_t i = 0; i < n; i++)
+      x[c * n + i] /= length;
+  }
+  memcpy(given, x, sizeof *x * (size_t)(n * COLUMNS));
+
+  double entries[COLUMNS * COLUMNS];
+  int32_t which[COLUMNS];
+  int64_t rank = 0;
+  assert_int_equal(thrum_mass_factor(&m, COLUMNS, x, 1e-8, &rank, entries, which, work, NULL),
+                   THRUM_OK);
+  assert_int_equal(rank, SPAN);
+
+  // orthonormal, and every column is what the triangle says
+  for (int c = 0; c < SPAN; c++) {
+    thrum_sparse_product(&m, x + c * n, 1, image);
+    for (int d = 0; d < SPAN; d++)
+      assert_true(fabs(dot_of(x + d * n, image, n) - (c == d)) < 1e-13);
+  }
+  for (int c = 0; c < COLUMNS; c++)
+    for (int64_t i = 0; i < n; i++) {
+      double sum = 0;
+      for (int d = 0; d < SPAN; d++)
+        sum += x[d * n + i] * entries[d + c * COLUMNS];
+      assert_true(fabs(sum - given[which[c] * n + i]) < 1e-12);
+    }
+
+  free(x);
+  free(given);
+  free(work);
+  free(image);
+  thrum_sparse_free(&k);
+  thrum_sparse_free(&m);
+  thrum_fem_free(&fem);
+  body_free(&b);
+}
+
 static void a_mode_that_the_basis_lacks_is_named(void **state) {
   (void)state;
   static const double modes[6] = {1, 4, 9, 16, 25, 36};
@@ -132,6 +193,7 @@ static void a_mode_that_the_basis_lacks_is_named(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(basis_spans_the_dominant_weighted_candidates),
+      cmocka_unit_test(columns_are_the_orthonormal_ones_times_their_triangle),
       cmocka_unit_test(a_mode_that_the_basis_lacks_is_named),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
