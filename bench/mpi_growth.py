@@ -9,7 +9,8 @@ ten times a second.
 usage: mpi_growth.py run MPIRUN THRUM_MPI TABLE.csv SOLVER PROCESSES CELLS [CELLS ...]
        mpi_growth.py laws TABLE.csv SOLVER PROCESSES COMPONENTS [COMPONENTS ...]
 
-The second prints the power laws that the rows follow, by least squares of logarithms, and what they say for other numbers of components.
+The second prints the laws that the rows follow, and what they say for other numbers of components: powers by least squares of
+logarithms, and for memory, which the libraries have a part of, straight lines by least squares, where it prints bytes a component.
 
 SPDX-License-Identifier: Apache-2.0
 """
@@ -84,11 +85,21 @@ def fit(points):
     return math.exp(mean[1] - slope * mean[0]), slope
 
 
+def fit_line(points):
+    """Value at size 0, and slope."""
+    mean = [sum(column) / len(points) for column in zip(*points)]
+    slope = sum((x - mean[0]) * (y - mean[1]) for x, y in points) / sum((x - mean[0])**2 for x, _ in points)
+    return mean[1] - slope * mean[0], slope
+
+
 def laws(table, solver, processes, sizes):
     with open(table, encoding="ascii") as file:
         rows = [row for row in csv.DictReader(file) if row["solver"] == solver and row["processes"] == processes]
-    print("quantity", "exponent", *sizes)
-    for name in [*STAGES, "cpu", "peak_mb", "all_mb", "steps"]:
+    print("quantity", "exponent_or_bytes", *sizes)
+    for name in ["peak_mb", "all_mb"]:
+        start, slope = fit_line([(float(row["free_components"]), float(row[name])) for row in rows])
+        print(name, f"{slope * BYTES:.0f}", *(f"{start + slope * float(size):.4g}" for size in sizes))
+    for name in [*STAGES, "cpu", "steps"]:
         factor, exponent = fit([(float(row["free_components"]), float(row[name])) for row in rows])
         print(name, f"{exponent:.2f}", *(f"{factor * float(size)**exponent:.4g}" for size in sizes))
 
