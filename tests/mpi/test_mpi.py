@@ -289,21 +289,28 @@ def check_control(programs, folder):
 
 
 def check_other_files(programs, folder):
-    """Process 0 alone reads and writes: what the folders of the others hold under the same names changes nothing."""
+    """Process 0 alone reads and writes: what the folders of the others hold under the same names changes nothing.
+
+    MUMPS adds in the order in which messages arrive, so two runs agree to the promised tolerances and not to the bit."""
     models, places = [], [os.path.join(folder, name) for name in ("first", "second")]
     for place, vertices in zip(places, ("1:9", "1:7")):
         os.mkdir(place)
         with open(os.path.join(place, "held.txt"), "w", encoding="utf-8") as file:
             file.write(vertices)
-    for second in places:
+
+    # process 0 and the other one in these folders; the last pair is to differ
+    for name, pair in (("same", (0, 0)), ("other", (0, 1)), ("control", (1, 1))):
         one = ["-n", "1", programs.thrum_mpi, "precompute", *SMALL, "--fix", "held.txt", "-o", "model.npz", "--reproducible", "-q"]
-        result = run([programs.mpirun, "--oversubscribe", "--wdir", places[0], *one, ":", "--wdir", second, *one])
+        result = run([programs.mpirun, "--oversubscribe", "--wdir", places[pair[0]], *one, ":", "--wdir", places[pair[1]], *one])
         demand(result.returncode == 0, result.stderr)
-        with open(os.path.join(places[0], "model.npz"), "rb") as file:
-            models.append(file.read())
-    demand(models[0] == models[1], "another model")
-    demand(os.listdir(places[1]) == ["held.txt"], f"written by the second process: {os.listdir(places[1])}")
-    return "the same bytes"
+        models.append(os.path.join(folder, f"{name}.npz"))
+        os.rename(os.path.join(places[pair[0]], "model.npz"), models[-1])
+        demand(os.listdir(places[1]) == ["held.txt"], f"written by the second process: {os.listdir(places[1])}")
+
+    worst = compare(models[1], models[0])[0]
+    hertz = [numpy.array(read(path)[1]["frequencies_hz"]) for path in models]
+    demand(numpy.max(numpy.abs(hertz[2] / hertz[0] - 1)) > 1e-3, "the files do not matter in this test")
+    return f"the same model, frequencies to {worst:.2g}"
 
 
 def children(parent):
