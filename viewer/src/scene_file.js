@@ -98,7 +98,9 @@ function findModels(bodies, files, shown, engine) {
 }
 
 function bodyOf(given, n, models, of, scene, collide) {
-  const { rank } = models[of[n]];
+  const { rank, masters } = models[of[n]];
+  if (masters && given.rank !== undefined && given.rank !== rank)
+    throw new Error(`"rank": coordinates of ${given.model} follow others and cannot be left out; give "condense" of 1 to ${masters}`);
   return { name: given.name ?? `body${n + 1}`, model: of[n], position: given.position ?? [0, 0, 0],
     rotation: quaternionOf(given.rotation), scale: given.scale ?? 1, stiffness: given.stiffness ?? 1,
     density: given.density ?? 1, rank: given.condense ?? given.rank ?? rank, condense: given.condense ?? 0,
@@ -180,7 +182,9 @@ export async function packOfScene({ name, bytes }, files, shown, engine) {
     const without = coupled.find((model) => !found[model]);
     if (without !== undefined)
       throw new Error(`the page has only the surface of "${models[without].name}", whose spin and shape are coupled: drop its model with it`);
-    whole.build({ ...scene, collisions: undefined, obstacles: [], wind: undefined });
+    // bodies of whole meshes have no surface, and need none
+    const bodies = scene.bodies.map((body) => ({ ...body, self_contact: false }));
+    whole.build({ ...scene, bodies, collisions: undefined, obstacles: [], wind: undefined });
     scene.links = linksOf(file.links ?? [], scene, found, whole);
     return { scene, models: models.map((model, n) => (coupled.includes(n)
       ? { ...model, arrays: { ...model.arrays, inertia: whole.inertia(n) } } : model)) };

@@ -94,6 +94,19 @@ test('bodies of a scene that is dropped touch each other and obstacles', async (
   assert.deepEqual(scene.wind, { velocity: [1, 0, 0], density: 1.2, drag: 1 });
 });
 
+test('a body of a scene that is dropped may touch itself', async () => {
+  const pack = await dropped({ bodies: [{ model: 'bar.npz', free: true, self_contact: true }] });
+  assert.deepEqual([pack.scene.bodies[0].self_contact, pack.scene.collisions.touches], [true, 1024]);
+  await stepped(pack, 2);
+});
+
+test('the coordinates that follow in a file stay where it is dropped with a scene', async () => {
+  thrum('precompute', 'beam:4x2x2@0.4x0.1x0.1', '--modes', '4', '--rank', '8', '--condense', '-o', 'few.npz', '--quiet');
+  const engine = await stepped(await dropped({ bodies: [{ model: 'few.npz', free: true, condense: 3 }] }, ['few.npz']), 1);
+  assert.equal(engine.report(0).rank, 3);
+  await assert.rejects(dropped({ bodies: [{ model: 'few.npz', free: true, rank: 3 }] }, ['few.npz']), /"rank": .*"condense" of 1 to 4/);
+});
+
 test('what the page cannot make of a scene is refused with the command', async () => {
   const [arm, bar] = SCENE.bodies;
   for (const [scene, words, beside] of [
