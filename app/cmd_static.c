@@ -208,7 +208,8 @@ static thrum_status check_whole(const static_request *request, const thrum_model
     return THRUM_OK;
   return thrum_error_set(error, THRUM_MISSING,
                          "%.200s: the model was precomputed condensed to %lld of %lld coordinates, "
-                         "which static cannot take: precompute it without --condense",
+                         "which static cannot take: precompute it without --condense, and "
+                         "with --touch-stepped in place of --touch",
                          request->model_path, (long long)masters, (long long)model->rank);
 }
 

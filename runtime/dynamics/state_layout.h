@@ -195,7 +195,7 @@ _Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + si
 /* Arrays of a state that follow from its model, filled when the state is made. */
 #define THRUM_STATE_FIXED(X)                                                                       \
   X(shares, shares) /* of the stiffness that the cubature points have, where they flow, */         \
-  X(shapes, shapes) /* and whose they are (runtime/dynamics/point_release.h) */
+  X(shapes, shapes) /* and whose they are (runtime/polynomial/point_rest.h) */
 
 /* Scratch: any content when a call begins. */
 #define THRUM_STATE_SCRATCH(X)                                                                     \

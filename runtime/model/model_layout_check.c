@@ -292,10 +292,14 @@ static thrum_status check_omega2(const thrum_layout *layout, thrum_error *error)
 
   // what is stepped, and what follows it, each by itself
   const int64_t slaves = HAS(layout, slave_map) ? SIZE(layout, slave_count) : 0;
-  for (int64_t i = 1; i < SIZE(layout, rank); i++)
-    if (i != SIZE(layout, rank) - slaves && get_f8(omega2, i) < get_f8(omega2, i - 1))
+  for (int64_t i = 1; i < SIZE(layout, rank); i++) {
+    const bool first = i == SIZE(layout, rank) - slaves;
+    if (first && get_f8(omega2, i) < 0.0)
+      return thrum_error_set(error, THRUM_BAD_VALUE, "array 'omega2' holds a negative value");
+    if (!first && get_f8(omega2, i) < get_f8(omega2, i - 1))
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "array 'omega2' is not in ascending order (entry %" PRId64 ")", i);
+  }
   return THRUM_OK;
 }
 

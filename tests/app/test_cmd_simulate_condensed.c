@@ -187,6 +187,11 @@ static void a_file_that_was_precomputed_condensed_is_stepped_alike(void **state)
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "small.npz: the model was precomputed condensed to 6 of 15"));
   program_result_free(&run);
+  run = thrum_run(folder, "tradeoff", "small.npz", "-o", "no", "--load", "gravity:0,0,-1", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "condensed to 6 of 15 coordinates, which tradeoff cannot take"));
+  assert_null(strstr(run.err, "full order"));
+  program_result_free(&run);
   run = thrum_run(folder, "simulate", "small.npz", "-o", "no", "--rank", "3", NULL);
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "give --condense 1 to 6"));

@@ -213,6 +213,13 @@ static void arrays_of_a_condensed_model_that_do_not_fit_are_refused(void **conte
   assert_int_equal(thrum_model_check(&bad, &error), THRUM_BAD_SHAPE);
   assert_non_null(strstr(error.message, "slave_map"));
   bad = as_precomputed(&m, stepped);
+  double omega2[RANK];
+  memcpy(omega2, m.model.omega2, sizeof omega2);
+  omega2[6] = -1; // what follows ascends by itself
+  bad.omega2 = omega2;
+  assert_int_equal(thrum_model_check(&bad, &error), THRUM_BAD_VALUE);
+  assert_non_null(strstr(error.message, "negative"));
+  bad = as_precomputed(&m, stepped);
   bad.slave_count = RANK;
   assert_int_equal(thrum_model_check(&bad, &error), THRUM_BAD_SHAPE);
   bad = m.model;
