@@ -785,6 +785,10 @@ static void search_two(search *s) {
   }
   s->way = way;
 
+  // there are far more pairs that are apart than lists
+  if (!are_near(s, 0, 0))
+    return;
+
   // what a list has is what a search finds
   const thrum_pair_list *list =
       thrum_pairs_list_find(s->run, s->members[0], s->members[1], s->thickness, way, slack);
