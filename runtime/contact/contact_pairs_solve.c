@@ -123,18 +123,21 @@ static double begin_sweeps(thrum_pairs_run *run) {
   return largest;
 }
 
-/* Solves a row with all others: it bears where it has a force, or had one. Returns by how much its
- * points moved since the last sweep, of one that bears [m]. */
-static double solve_any(thrum_pairs_run *run, thrum_pair_row *pair) {
+/* Solves a row of a sweep over all: it bears where it has a force, or had one; *begins becomes true
+ * where it had none and has one. Returns by how much its points moved since it was solved last [m].
+ */
+static double solve_any(thrum_pairs_run *run, thrum_pair_row *pair, bool *begins) {
   const bool had = thrum_pairs_pushes(pair);
   const double off = solve_row(run, pair);
   pair->bears = had || thrum_pairs_pushes(pair);
-  return pair->bears ? off : 0.0;
+  *begins = *begins || (pair->bears && !had);
+  return off;
 }
 
 /* Solves all pulls, rows and links once, or of the rows between bodies those that bear alone;
- * returns by how much what bears had moved since the last sweep [m]. */
-static double sweep(thrum_pairs_run *run, bool all) {
+ * returns by how much what it solved had moved since the last time [m]. *begins: does a row bear
+ * that did not? */
+static double sweep(thrum_pairs_run *run, bool all, bool *begins) {
   double change = 0.0;
   for (int64_t n = 0; n < run->count; n++)
     if (run->members[n].status >= 0)
@@ -142,7 +145,7 @@ static double sweep(thrum_pairs_run *run, bool all) {
   for (int64_t n = 0; n < run->row_count; n++) {
     thrum_pair_row *row = run->view.rows + n;
     if (all)
-      change = fmax(change, solve_any(run, row));
+      change = fmax(change, solve_any(run, row, begins));
     else if (row->bears)
       change = fmax(change, solve_row(run, row));
   }
@@ -214,14 +217,16 @@ void thrum_pairs_solve(thrum_pairs_run *run) {
   bool all = true;
   for (int64_t n = 0, since = 0; n < most; n++) {
     run->history->sweeps++;
-    const double change = run->closing ? thrum_links_solve(run) : sweep(run, all);
+    bool begins = false;
+    const double change = run->closing ? thrum_links_solve(run) : sweep(run, all, &begins);
     const bool settled = !(change > pairs->tolerance * largest);
     if (settled && all)
       break;
 
-    // rows without a force are looked at now and then, and before the end
+    // rows without a force are left out while the same rows bear: which do so is found first, by
+    // sweeps over all, as what is solved without a row that has to bear is no step towards the end
     since = all ? 0 : since + 1;
-    all = run->closing || settled || since == ALL_EVERY || n + 2 == most;
+    all = run->closing || begins || settled || since == ALL_EVERY || n + 2 == most;
   }
   gather(run);
 }

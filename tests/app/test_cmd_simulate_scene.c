@@ -665,6 +665,34 @@ static void what_touches_in_the_scenes_keeps_its_distance(void **state) {
   }
 }
 
+/* A plate that lands on a pole rocks and lies still. It is struck while it rocks alone: where rows
+ * are left out of the sweeps that have to bear, it is thrown up time and again, some 75 times in
+ * place of 20 in the mean of these starts. */
+static void a_plate_on_a_pole_is_not_thrown_up_again(void **state) {
+  (void)state;
+  double struck = 0;
+  for (int n = 0; n < 5; n++) {
+    char text[700];
+    snprintf(text, sizeof text,
+             "{\"time\": 0.7, \"dt\": 0.002, \"gravity\": [0, 0, -9.81], \"damping\": 1,\n"
+             "\"bodies\": [{\"name\": \"plate\", \"model\": \"beam:6x6x1@0.6x0.6x0.03\",\n"
+             "\"material\": {\"young\": 1e7}, \"free\": true, \"position\": [%.6f, 0, 0.47]}],\n"
+             "\"obstacles\": [{\"name\": \"pole\", \"shape\": \"cylinder\", \"radius\": 0.08,\n"
+             "\"height\": 0.4, \"centre\": [0, 0, 0.2], \"restitution\": 0.2}]}",
+             -0.3 + 1e-6 * n);
+    cJSON *object = simulate(text, "pole", 0);
+    const cJSON *of = cJSON_GetObjectItem(object, "collisions");
+    assert_true(json_value(of, "touching") > 0);
+    assert_true(json_value(of, "deepest_of_thickness") < 1);
+    struck += json_value(of, "impacts");
+    cJSON_Delete(object);
+  }
+
+  // the starts differ by a millionth of a metre: single runs do not say much
+  print_message("%.1f impacts in the mean\n", struck / 5);
+  assert_true(struck > 0 && struck < 5 * 40);
+}
+
 /* The scene of every law has a quarter of its bodies of each, and of one of them what flows. */
 static void a_scene_has_bodies_of_every_law(void **state) {
   (void)state;
@@ -918,6 +946,7 @@ int main(void) {
       cmocka_unit_test(the_scenes_that_come_with_thrum_run),
       cmocka_unit_test(a_scene_has_bodies_of_every_law),
       cmocka_unit_test(what_touches_in_the_scenes_keeps_its_distance),
+      cmocka_unit_test(a_plate_on_a_pole_is_not_thrown_up_again),
       cmocka_unit_test(a_scene_with_links_adds_up),
       cmocka_unit_test(a_joint_that_stays_open_flags_the_run),
       cmocka_unit_test(a_joint_that_no_step_can_follow_stops_the_run),
