@@ -731,14 +731,28 @@ static void a_snapshot_of_bodies_that_touch_steps_to_the_same_bits(void **contex
 }
 
 /* A block that slides slowly over a plate, turns and rocks: a list of what is near holds for some
- * of its steps. */
-static thrum_scene *slide(const fixture *f) {
+ * of its steps. `lift`: a solid that rises and turns on its path takes the place of the plate. */
+static thrum_scene *slide(const fixture *f, bool lift) {
+  static const double times[2] = {0.05, 0.25};
+  static const double places[14] = {0, 0, -0.0125, 1, 0, 0, 0, 0.01, 0, -0.005, 1, 0.05, 0, 0.1};
   thrum_scene *scene = NULL;
   MUST(thrum_scene_make(0.002, &scene, &failure));
   MUST(thrum_scene_set_gravity(scene, down, &failure));
   collide(scene, 0.05, 0.5);
-  thrum_scene_body_def plate = def_of(&f->plate, 0, 0, 0, 1);
+  if (lift) {
+    thrum_scene_solid_def floor = thrum_default_scene_solid_def();
+    floor.shape = THRUM_SOLID_BOX;
+    for (int axis = 0; axis < 3; axis++)
+      floor.half[axis] = axis < 2 ? 0.3 : 0.0125;
+    floor.path_times = times;
+    floor.path_places = places;
+    floor.path_count = 2;
+    MUST(thrum_scene_add_solid(scene, &floor, NULL, &failure));
+  }
+  thrum_scene_body_def plate = def_of(&f->plate, 0, 0, lift ? -0.5 : 0, 1);
   thrum_scene_body_def block = def_of(&f->block, 0.15, 0.2, 0.0225, 1);
+  if (lift)
+    block.position[0] = block.position[1] = -0.1;
   plate.free = 0;
   block.velocity[0] = 0.1;
   block.spin[2] = 0.3;
@@ -750,9 +764,8 @@ static thrum_scene *slide(const fixture *f) {
 
 /* Lists of what is near are no part of a scene: one that has none, as it has just been restored,
  * finds the same touches as one that goes on with those of the steps before. */
-static void lists_change_no_bit(void **context) {
-  const fixture *f = *context;
-  thrum_scene *on = slide(f), *restored = slide(f);
+static void check_lists_change_no_bit(const fixture *f, bool lift) {
+  thrum_scene *on = slide(f, lift), *restored = slide(f, lift);
   const size_t size = thrum_scene_snapshot_size(on);
   void *kept = need(size, 1);
   int64_t touched = 0;
@@ -770,7 +783,7 @@ static void lists_change_no_bit(void **context) {
       continue;
     MUST(thrum_scene_snapshot(restored, kept, size, &failure));
     thrum_scene_free(restored);
-    restored = slide(f);
+    restored = slide(f, lift);
     MUST(thrum_scene_restore(restored, kept, size, &failure));
   }
 
@@ -782,6 +795,11 @@ static void lists_change_no_bit(void **context) {
   thrum_scene_free(on);
   thrum_scene_free(restored);
   free(kept);
+}
+
+static void lists_change_no_bit(void **context) {
+  check_lists_change_no_bit(*context, false);
+  check_lists_change_no_bit(*context, true);
 }
 
 /* Runs tasks backwards over the workers, as threads might. */
