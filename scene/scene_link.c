@@ -428,7 +428,7 @@ static thrum_status check_def(const thrum_scene *scene, const thrum_scene_link_d
       (isnan(def->place[0]) || (def->kind == THRUM_LINK_SPRING && isnan(def->other_place[0]))))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "a link with ready sides needs its place, and a spring its other place");
-  if (def->sides != NULL && def->other < 0 && !thrum_all_finite(def->sides[1].rest, 12))
+  if (def->sides != NULL && def->other < 0 && !thrum_all_finite(def->sides[1].rest + 3, 9))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "a link's ready side in the world is not finite");
   if (!isnormal(thrum_dot3(def->axis, def->axis)))

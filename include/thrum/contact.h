@@ -142,8 +142,8 @@ typedef struct thrum_pull {
   double force_max;
 
   /* How far what is not stepped gives way where the pull acts, at rest and in the world [m/N]: 3 x
-   * 3, symmetric, finite, none of the diagonal below 0; it is in series with the spring. Larger:
-   * the spring pulls the steps less. Zeros: all that moves is stepped. */
+   * 3, symmetric, entries up to 1e30, no eigenvalue negative; it is in series with the spring.
+   * Larger: the spring pulls the steps less. Zeros: all that moves is stepped. */
   double give[9];
 } thrum_pull;
 

@@ -1,9 +1,37 @@
 /* Says what is wrong with what is around a body (thrum/contact.h).
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
+#include <stdbool.h>
 
 #include "runtime/base/finite.h"
 #include "runtime/contact/contact_private.h"
+
+/* Whether a give has entries of a size that stays finite, is symmetric and answers no force against
+ * itself: no eigenvalue is negative beyond rounding, as no principal minor is. */
+static bool is_give(const double give[9]) {
+  double most = 0.0;
+  for (int i = 0; i < 9; i++) {
+    if (!(fabs(give[i]) <= THRUM_CONTACT_STIFFNESS_MAX))
+      return false;
+    most = fmax(most, fabs(give[i]));
+  }
+  const double near = 1e-12 * most;
+
+  // minors of one and two rows, which bound what is beside the diagonal
+  for (int i = 0; i < 3; i++) {
+    const int j = (i + 1) % 3;
+    const double across = give[3 * i + j];
+    if (!(give[4 * i] >= 0.0) || !(fabs(across - give[3 * j + i]) <= near) ||
+        !(across * across <= give[4 * i] * give[4 * j] + near * most))
+      return false;
+  }
+
+  // and of all three
+  const double determinant = give[0] * (give[4] * give[8] - give[5] * give[7]) -
+                             give[1] * (give[3] * give[8] - give[5] * give[6]) +
+                             give[2] * (give[3] * give[7] - give[4] * give[6]);
+  return determinant >= -near * most * most;
+}
 
 static thrum_status check_pull(const thrum_model *model, const thrum_pull *pull, int64_t index,
                                thrum_error *error) {
@@ -18,11 +46,12 @@ static thrum_status check_pull(const thrum_model *model, const thrum_pull *pull,
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "pull %lld: a weight, its target or velocity is not finite",
                            (long long)index);
-  if (!thrum_all_finite(pull->give, 9) ||
-      !(pull->give[0] >= 0.0 && pull->give[4] >= 0.0 && pull->give[8] >= 0.0))
-    return thrum_error_set(error, THRUM_BAD_VALUE,
-                           "pull %lld: give must be finite, and its diagonal not below 0",
-                           (long long)index);
+  if (!is_give(pull->give))
+    return thrum_error_set(
+        error, THRUM_BAD_VALUE,
+        "pull %lld: give must be symmetric, of entries up to 1e30, and without a "
+        "negative eigenvalue",
+        (long long)index);
 
   // written so that NaN is refused as well
   if (!(pull->stiffness >= 0.0 && pull->stiffness <= THRUM_CONTACT_STIFFNESS_MAX) ||

@@ -8,8 +8,10 @@
  *
  *   d_a + w_a + d_b + w_b <= slack.                                                          (1)
  *
- * So what is found does not depend on whether there is a list, nor on when it was made; lists are
- * scratch, which no snapshot holds. Of what is not in a list nothing is evaluated.
+ * So what is found does not depend on whether there is a list, nor on when it was made, unless
+ * there are more places than room for touches (`dropped` says so): which are left out is then a
+ * matter of their order. Lists are scratch, which no snapshot holds. Of what is not in a list
+ * nothing is evaluated.
  * Cost: 5 r a pair of members and look.
  *
  * SPDX-License-Identifier: Apache-2.0 */

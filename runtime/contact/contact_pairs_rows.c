@@ -49,14 +49,14 @@ static double fill_side(thrum_pairs_run *run, const thrum_pair_candidate *c, int
       continue;
     const double *restrict rows = view.rows + 3 * (int64_t)c->vertices[n] * r;
     const double *place = thrum_pairs_place(run, c->members[side], c->vertices[n]);
-    // a vertex has its own rows in the skin
+    // a vertex has its own rows in the skin, to which weights of rounding beside it add nothing
     if (row->basis[side] == NULL && weight == 1.0) {
       row->basis[side] = rows;
     } else if (row->basis[side] == NULL) {
       for (int64_t i = 0; i < 3 * r; i++)
         basis[i] = weight * rows[i];
       row->basis[side] = basis;
-    } else {
+    } else if (row->basis[side] == basis) {
       for (int64_t i = 0; i < 3 * r; i++)
         basis[i] += weight * rows[i];
     }

@@ -1,5 +1,6 @@
 // The pack: one scene and the models it needs, as docs/viewer.md lays it out.
 // SPDX-License-Identifier: Apache-2.0
+import { LINKS } from './engine.js';
 
 /**
  * @typedef {object} Model
@@ -111,6 +112,18 @@ function checkRows({ rank, arrays }, count) {
       throw new Error(`the recording: array '${name}' has not ${entries} entries`);
 }
 
+/** Refuses a link whose kind is not known or whose numbers do not go together. @param {object} link
+ * @param {number} n of it */
+function checkLink(link, n) {
+  const { kind, times = [], places = [], rows, other_rows: otherRows } = link;
+  if (!Object.hasOwn(LINKS, kind)) throw new Error(`link ${n + 1}: '${kind}' is no kind of link`);
+  const counts = { place: 3, other_place: 3, rest: 12, other_rest: 12 };
+  for (const [name, count] of Object.entries(counts))
+    if (link[name]?.length !== count) throw new Error(`link ${n + 1}: '${name}' has not ${count} numbers`);
+  if (places.length !== 3 * times.length || [rows, otherRows].some((list) => list && list.length % 12 !== 0))
+    throw new Error(`link ${n + 1}: its path has three numbers a time, and its rows twelve a coordinate`);
+}
+
 /** @param {Uint8Array} bytes @returns {Pack} */
 export function readPack(bytes) {
   const data = new Uint8Array(bytes).buffer; // a copy, aligned whatever it was cut from
@@ -130,6 +143,7 @@ export function readPack(bytes) {
   });
   const models = header.models.map(withArrays);
   models.forEach(check);
+  header.scene.links?.forEach(checkLink);
   const recording = header.recording?.map(withArrays);
   recording?.forEach((rows) => checkRows(rows, recording[0].arrays.times.length));
   return { scene: header.scene, models, recording };

@@ -167,6 +167,14 @@ test('a pack that is cut off, of another format or none is refused', () => {
   const other = Buffer.from(bytes);
   other.write('"format":2', bytes.indexOf('"format":1'));
   assert.throws(() => readPack(other), /format 2/);
+  const link = { kind: 'ball', body: 0, place: [0, 0, 0], other_place: [0, 0, 0], rest: Array(12).fill(0),
+    other_rest: Array(12).fill(0), rows: [] };
+  const linked = (change) => writePack({ ...pack, scene: { ...pack.scene, links: [{ ...link, ...change }] } });
+  readPack(linked({}));
+  assert.throws(() => readPack(linked({ kind: 'rope' })), /'rope' is no kind/);
+  assert.throws(() => readPack(linked({ rest: [1, 2] })), /'rest' has not 12/);
+  assert.throws(() => readPack(linked({ times: [0, 1], places: [0, 0, 0] })), /three numbers a time/);
+  assert.throws(() => readPack(linked({ rows: [1] })), /twelve a coordinate/);
   const [model] = pack.models;
   const broken = (change) => writePack({ ...pack, models: [{ ...model, ...change }] });
   assert.throws(() => readPack(broken({ rank: 8 })), /'omega2' has not 8/);

@@ -340,6 +340,18 @@ static void every_number_around_a_body_is_checked(void **state) {
   refuse_number(&r, &pull.damping, NAN, "pull 0");
   refuse_number(&r, &pull.force_max, -1, "pull 0");
   refuse_number(&r, &pull.force_max, 1.1e30, "pull 0");
+
+  // what gives way at a pull is symmetric, and answers no force against itself
+  refuse_numbers(&r, pull.give, 9, "pull 0: give");
+  refuse_number(&r, pull.give + 4, -1, "pull 0: give");
+  refuse_number(&r, pull.give, 1.1e30, "pull 0: give");
+  refuse_number(&r, pull.give + 1, 1e-3, "pull 0: give");
+  pull.give[1] = pull.give[3] = 1;
+  expect_refused(&r, THRUM_BAD_VALUE, "pull 0: give");
+  pull.give[0] = pull.give[4] = pull.give[8] = 1;
+  pull.give[2] = pull.give[6] = pull.give[5] = pull.give[7] = -1;
+  expect_refused(&r, THRUM_BAD_VALUE, "pull 0: give");
+  memset(pull.give, 0, sizeof pull.give);
   for (int corner = 0; corner < 3; corner++) {
     pull.vertices[corner] = -1;
     expect_refused(&r, THRUM_INVALID_ARGUMENT, "pull 0: vertex -1");
