@@ -93,7 +93,7 @@ COMMANDS.update({
 })
 
 # the share of a command's allocations in which it reads its mesh, after the first few, which are the program's own
-READS_MESH = {"convert": (0.05, 0.5), "convert_back": (0.05, 0.5)}
+READS_MESH = {"convert": (0.05, 0.5), "convert_back": (0.05, 0.43)}
 
 # kinds of access to files that fail, and what the kernel then says (tests/faults/file_fault.c)
 FILE_FAULTS = {"open": "Too many open files", "read": "Input/output error", "write": "Input/output error",
