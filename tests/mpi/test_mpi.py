@@ -265,7 +265,7 @@ def check_growth(programs, folder):
         demand(result.returncode == 0, result.stderr)
         use = json.loads(result.stdout)["solver"]
         steps.append(use["steps"] / use["solves"])
-    demand(steps[1] < 1.3 * steps[0], f"{steps[0]:.3g} steps a solve, then {steps[1]:.3g}")
+    demand(steps[1] < 1.5 * steps[0], f"{steps[0]:.3g} steps a solve, then {steps[1]:.3g}")
 
     # with another preconditioner PETSc solves column by column, and says no steps
     models = [os.path.join(folder, name) for name in ("blocks.npz", "columns.npz")]
