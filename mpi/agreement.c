@@ -34,6 +34,14 @@ void agree_on_bytes(MPI_Comm comm, void *bytes, int64_t size) {
   wait_for(&request, 0);
 }
 
+void agree_on_sums(MPI_Comm comm, double *numbers, int64_t count) {
+  int rank;
+  MPI_Comm_rank(comm, &rank);
+  MPI_Reduce(rank == 0 ? MPI_IN_PLACE : numbers, rank == 0 ? numbers : NULL, (int)count, MPI_DOUBLE,
+             MPI_SUM, 0, comm);
+  MPI_Bcast(numbers, (int)count, MPI_DOUBLE, 0, comm);
+}
+
 thrum_status agree_on_status(MPI_Comm comm, thrum_status status, thrum_error *error) {
   int rank;
   MPI_Comm_rank(comm, &rank);

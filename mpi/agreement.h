@@ -16,4 +16,8 @@ thrum_status agree_on_status(MPI_Comm comm, thrum_status status, thrum_error *er
 /* Hands `size` bytes from rank 0 to all; those who wait sleep, as it may take long. */
 void agree_on_bytes(MPI_Comm comm, void *bytes, int64_t size);
 
+/* Sums each of `count` numbers over all processes. One adds up and tells, so that all have the same
+ * bits, which MPI_Allreduce does not promise. */
+void agree_on_sums(MPI_Comm comm, double *numbers, int64_t count);
+
 #endif

@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "mpi/agreement.h"
 #include "mpi/multigrid.h"
 #include "mpi/petsc_status.h"
 #include "platform/allocate.h"
@@ -79,15 +80,6 @@ static thrum_status reserve(block_gradients *s, thrum_error *error) {
   return THRUM_OK;
 }
 
-// sums over all processes, which all get the same bits of
-static void add_up(const block_gradients *s, double *sums, int count) {
-  int rank;
-  MPI_Comm_rank(s->comm, &rank);
-  MPI_Reduce(rank == 0 ? MPI_IN_PLACE : sums, rank == 0 ? sums : NULL, count, MPI_DOUBLE, MPI_SUM,
-             0, s->comm);
-  MPI_Bcast(sums, count, MPI_DOUBLE, 0, s->comm);
-}
-
 // the residual is the right-hand side, scaled, and of unit length in each column
 static void begin(block_gradients *s, double *columns, numbers length) {
   numbers square = {0};
@@ -98,7 +90,7 @@ static void begin(block_gradients *s, double *columns, numbers length) {
       square[c] += s->residual[at] * s->residual[at];
       s->direction[at] = columns[at] = 0;
     }
-  add_up(s, square, BLOCK_COLUMNS);
+  agree_on_sums(s->comm, square, BLOCK_COLUMNS);
 
   // a column that is zero stays zero
   numbers inverse;
@@ -125,7 +117,7 @@ static thrum_status precondition(block_gradients *s, const float **z, numbers en
   for (int64_t i = 0; i < count; i += BLOCK_COLUMNS)
     for (int c = 0; c < BLOCK_COLUMNS; c++)
       sum[c] += s->residual[i + c] * (double)(*z)[i + c];
-  add_up(s, sum, BLOCK_COLUMNS);
+  agree_on_sums(s->comm, sum, BLOCK_COLUMNS);
   memcpy(energy, sum, sizeof sum);
   return THRUM_OK;
 }
@@ -142,7 +134,7 @@ static thrum_status turn(block_gradients *s, const float *z, const numbers share
   for (int64_t i = 0; i < count; i += BLOCK_COLUMNS)
     for (int c = 0; c < BLOCK_COLUMNS; c++)
       sum[c] += s->direction[i + c] * s->image[i + c];
-  add_up(s, sum, BLOCK_COLUMNS);
+  agree_on_sums(s->comm, sum, BLOCK_COLUMNS);
   memcpy(curvature, sum, sizeof sum);
   return THRUM_OK;
 }

@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "mpi/agreement.h"
 #include "mpi/petsc_status.h"
 #include "mpi/solver_choice.h"
 #include "platform/allocate.h"
@@ -449,14 +450,9 @@ static thrum_status solve(void *context, bool exact, const double *right, int64_
 
 /* --- sums ------------------------------------------------------------------------------------- */
 
-// rank 0 sums and tells, so that all have the same bits
 static void sum(void *context, double *numbers, int64_t count) {
   const body_system *s = context;
-  int rank;
-  MPI_Comm_rank(s->comm, &rank);
-  MPI_Reduce(rank == 0 ? MPI_IN_PLACE : numbers, rank == 0 ? numbers : NULL, (int)count, MPI_DOUBLE,
-             MPI_SUM, 0, s->comm);
-  MPI_Bcast(numbers, (int)count, MPI_DOUBLE, 0, s->comm);
+  agree_on_sums(s->comm, numbers, count);
 }
 
 static void largest(void *context, double *numbers, int64_t count) {

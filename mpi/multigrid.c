@@ -14,6 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "mpi/agreement.h"
 #include "mpi/petsc_status.h"
 #include "platform/allocate.h"
 
@@ -153,13 +154,7 @@ static thrum_status find_most(const multigrid *m, level *l, thrum_error *error) 
       square[0][i % BLOCK_COLUMNS] += before * before;
       square[1][i % BLOCK_COLUMNS] += after * after;
     }
-
-    // one process adds up, so that all have the same bits
-    int rank;
-    MPI_Comm_rank(m->comm, &rank);
-    MPI_Reduce(rank == 0 ? MPI_IN_PLACE : square, rank == 0 ? square : NULL, 2 * BLOCK_COLUMNS,
-               MPI_DOUBLE, MPI_SUM, 0, m->comm);
-    MPI_Bcast(square, 2 * BLOCK_COLUMNS, MPI_DOUBLE, 0, m->comm);
+    agree_on_sums(m->comm, square[0], 2 * BLOCK_COLUMNS);
 
     // the fastest column counts, and all go on with unit length
     l->most = 0;
