@@ -4,9 +4,8 @@ import assert from 'node:assert/strict';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
-import { Engine } from '../src/engine.js';
 import { aloneScene, comparedScene } from '../src/scenes.js';
-import { folder, packOf, thrum, wasmBytes } from './fixture.mjs';
+import { folder, lastRow, packOf, stepped, thrum } from './fixture.mjs';
 
 const TIME = 0.9;
 const EXAMPLES = new URL('../../examples/scenes/', import.meta.url);
@@ -17,22 +16,6 @@ before(() => {
   thrum('precompute', 'beam:4x2x2@1x0.2x0.2', '--modes', '4', '--rank', '6', '-o', 'free.npz',
     '--quiet');
 });
-
-/** The last row of a .npy of doubles in C order. */
-function lastRow(path, columns) {
-  const bytes = readFileSync(path);
-  return Array.from({ length: columns },
-    (_, i) => bytes.readDoubleLE(bytes.length - 8 * (columns - i)));
-}
-
-/** The engine with a scene, some steps later. */
-async function stepped(pack, scene, steps) {
-  const engine = await Engine.load(wasmBytes());
-  pack.models.forEach((model) => engine.addModel(model));
-  engine.build(scene);
-  for (let i = 0; i < steps; i++) engine.step();
-  return engine;
-}
 
 const largest = (vector) => Math.max(...vector.map(Math.abs));
 

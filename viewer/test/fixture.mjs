@@ -8,6 +8,7 @@ import { tmpdir } from 'node:os';
 import { dirname, join } from 'node:path';
 import { pathToFileURL } from 'node:url';
 import { chromium } from 'playwright-core';
+import { Engine } from '../src/engine.js';
 import { readPack } from '../src/pack.js';
 import { writePack } from './pack_write.mjs';
 
@@ -33,6 +34,21 @@ export function packOf(...models) {
   const html = readFileSync(join(folder, 'packed.html'), 'utf8');
   const [, text] = /id="thrum-pack"[^>]*>([^<]*)</.exec(html);
   return readPack(Buffer.from(text, 'base64'));
+}
+
+/** The last row of a .npy of doubles in C order. @param {string} path @param {number} columns */
+export function lastRow(path, columns) {
+  const bytes = readFileSync(path);
+  return Array.from({ length: columns }, (_, i) => bytes.readDoubleLE(bytes.length - 8 * (columns - i)));
+}
+
+/** An engine with the models of a pack and a scene of them, some steps later. */
+export async function stepped(pack, scene, steps) {
+  const engine = await Engine.load(wasmBytes());
+  pack.models.forEach((model) => engine.addModel(model));
+  engine.build(scene);
+  for (let i = 0; i < steps; i++) engine.step();
+  return engine;
 }
 
 /** A page with the pack inside. @returns {string} its address on the disk */

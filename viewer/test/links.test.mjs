@@ -5,10 +5,9 @@ import { spawnSync } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
-import { Engine } from '../src/engine.js';
 import { OPEN, stateOf } from '../src/link_marks.js';
 import { aloneScene, comparedScene, isComposed } from '../src/scenes.js';
-import { folder, packOf, thrum, wasmBytes } from './fixture.mjs';
+import { folder, lastRow, packOf, stepped, thrum } from './fixture.mjs';
 
 const BAR = { model: 'beam:4x2x2@0.4x0.1x0.1', free: true, collide: false };
 const HELD = { name: 'held', model: 'beam:6x2x2@0.6x0.1x0.1', fix: ['x<0.001'], position: [0, 1, 0.5] };
@@ -31,22 +30,6 @@ const SPINNING = {
     { name: 'smaller', ...BAR, coupled: true, spin: [900, 100, 4000], position: [2, 0, 0], scale: 0.7, stiffness: 0.2, rank: 6 }],
   links: [],
 };
-
-/** The last row of a .npy of doubles in C order. */
-function lastRow(path, columns) {
-  const bytes = readFileSync(path);
-  return Array.from({ length: columns },
-    (_, i) => bytes.readDoubleLE(bytes.length - 8 * (columns - i)));
-}
-
-/** The pack of a scene, and the engine some steps later. */
-async function stepped(pack, scene, steps) {
-  const engine = await Engine.load(wasmBytes());
-  pack.models.forEach((model) => engine.addModel(model));
-  engine.build(scene);
-  for (let i = 0; i < steps; i++) engine.step();
-  return engine;
-}
 
 /** Runs a scene in the program and in the page's engine. @returns {Promise<{pack: object, engine: Engine, report: object}>} */
 async function both(name, scene) {

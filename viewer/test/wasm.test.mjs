@@ -1,13 +1,12 @@
 // The engine without a browser: the same bits as the native library, and the pack's own checks.
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
 import { gzipSync } from 'node:zlib';
 import { Engine } from '../src/engine.js';
 import { bytesOfElement, readPack } from '../src/pack.js';
-import { folder, packOf, thrum, wasmBytes } from './fixture.mjs';
+import { folder, lastRow, packOf, thrum, wasmBytes } from './fixture.mjs';
 import { writePack } from './pack_write.mjs';
 
 const STEPS = 1000;
@@ -19,13 +18,6 @@ before(() => {
     '-o', 'beam.npz', '--quiet');
   pack = packOf('beam.npz');
 });
-
-/** The last row of a .npy of doubles in C order. */
-function lastRow(path, columns) {
-  const bytes = readFileSync(path);
-  return Array.from({ length: columns },
-    (_, i) => bytes.readDoubleLE(bytes.length - 8 * (columns - i)));
-}
 
 /** The engine with one body of the pack after `steps` steps. */
 async function run(change, steps) {
