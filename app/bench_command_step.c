@@ -58,7 +58,7 @@ static thrum_status measure(const bench_request *request, const thrum_model *mod
   return THRUM_OK;
 }
 
-/* Of a condensed file what is stepped is measured. */
+/* Measures what is stepped of a condensed file. */
 static thrum_status run(const bench_request *request, const thrum_model *model, cJSON *rows,
                         thrum_error *error) {
   const thrum_model *stepped = NULL;

@@ -33,8 +33,8 @@
 COMMAND_LIST(X)
 #undef X
 
-/* Those of `thrum-mpi`. The factor of the full order is one that the processes of `shared` have
- * together, and those of `precompute` make the model of a mesh; NULL: this process alone. */
+/* The commands of `thrum-mpi`. The factor of the full order is one that the processes of `shared`
+ * have together, and those of `precompute` make the model of a mesh; NULL: this process alone. */
 int cmd_precompute_shared(int argc, char **argv, const thrum_precompute_shared *precompute);
 int cmd_simulate_shared(int argc, char **argv, const thrum_full_shared *shared,
                         const thrum_precompute_shared *precompute);

@@ -170,7 +170,8 @@ static void default_list(const double *values, int64_t count, double *list, int6
   *list_count = count;
 }
 
-/* What goes with points; COMMAND_DONE, or what the command is to return. */
+/* Checks the options of cubature points, and fills in their errors. Returns COMMAND_DONE, or the
+ * exit code of a refusal. */
 static int read_cubature(tradeoff_request *r) {
   static const double errors[] = {0.01, 0.003};
   if (r->cubature == TRADEOFF_CUBATURE_OFF && r->cubature_count > 0)

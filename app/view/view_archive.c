@@ -112,6 +112,8 @@ static void add_rigid(data_section *data, cJSON *arrays, const thrum_model *mode
  * follow, or cubature points. */
 static void add_energy(data_section *data, cJSON *arrays, const thrum_model *model) {
   const int64_t points = model->point_count;
+
+  // a model whose others follow has the polynomial of what is stepped
   if (thrum_model_masters(model) > 0) {
     add_doubles(data, arrays, "slave_map", model->slave_map,
                 model->slave_count * model->slave_pairs);
@@ -119,11 +121,13 @@ static void add_energy(data_section *data, cJSON *arrays, const thrum_model *mod
     add_doubles(data, arrays, "condensed_c4", model->condensed_c4, model->condensed_c4_count);
     return;
   }
+
   if (points == 0) {
     add_doubles(data, arrays, "c3", model->c3, model->c3_count);
     add_doubles(data, arrays, "c4", model->c4, model->c4_count);
     return;
   }
+
   add_doubles(data, arrays, "point_weights", model->point_weights, points);
   add_doubles(data, arrays, "point_moduli", model->point_moduli, 2 * points);
   add_doubles(data, arrays, "point_gradients", model->point_gradients, 9 * points * model->rank);

@@ -93,6 +93,7 @@ static thrum_status cut_panels(const thrum_supernodes *pattern, thrum_single_fac
   for (int64_t s = 0; s < f->count; s++)
     f->panel_count += panels_of(pattern->first[s + 1] - pattern->first[s]);
 
+  // the panels of all supernodes follow each other in one array
   const int64_t entries = thrum_single_factor_entries(pattern);
   f->nodes = thrum_scope_allocate(&f->memory, f->count, sizeof *f->nodes);
   f->panels = thrum_scope_allocate(&f->memory, f->panel_count, sizeof *f->panels);
@@ -101,6 +102,7 @@ static thrum_status cut_panels(const thrum_supernodes *pattern, thrum_single_fac
   f->value = thrum_scope_allocate(&f->memory, entries, sizeof *f->value);
   THRUM_TRY(f->memory.status);
 
+  // each supernode takes its panels and values from what is left, and owns its columns
   float *value = f->value;
   panel *next = f->panels;
   for (int64_t s = 0; s < f->count; s++) {

@@ -66,6 +66,7 @@ static thrum_status fill_compliance(thrum_touch *t, thrum_error *error) {
   double *block = NULL;
   THRUM_TRY(thrum_reserve(&block, n * THRUM_SOLVE_BLOCK, sizeof *block, "the answers", error));
 
+  // C_ij is what force j moves the place of force i by
   thrum_status status = THRUM_OK;
   for (int64_t first = 0; first < t->forces && status >= 0; first += THRUM_SOLVE_BLOCK) {
     const int64_t left = t->forces - first;
@@ -94,6 +95,8 @@ static thrum_status fill_places(thrum_touch *t, const thrum_model *model, thrum_
   const double radius = PATCH * thrum_box3_diagonal(model->vertices, model->vertex_count);
   THRUM_TRY(thrum_touch_places_create(&t->statics.body.mesh, &t->statics.body.fem, PLACES + JUDGES,
                                       radius, &t->places, error));
+
+  // three unit forces a place; the matrices are of all pairs of them
   t->forces = 3 * t->places.count;
   t->memory = thrum_scope_begin("the places", error);
   t->compliance = thrum_scope_allocate(&t->memory, t->forces * t->forces, sizeof *t->compliance);

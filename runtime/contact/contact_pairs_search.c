@@ -278,7 +278,8 @@ static thrum_pair_triangle *triangle_of(const search *s, int side, int32_t trian
   return found;
 }
 
-/* What it tries: edges in flat faces touch nothing that their ends do not. */
+/* The corners and edges that a triangle tries: an edge in a flat face touches nothing that its ends
+ * do not. */
 static int32_t tried_of(const search *s, int side, int32_t triangle, thrum_pair_triangle *found) {
   const thrum_skin_triangle *of = s->views[side].triangles + triangle;
   if (found->tried >= 0)
@@ -516,7 +517,7 @@ static void note(search *s, int32_t kind, int32_t first, int32_t second) {
     s->full = true;
 }
 
-/* What a triangle has to try: all of it for a list, as faces may bend while it holds. */
+/* The same in a search; all of them where a list is made, as faces may bend while it holds. */
 static int32_t tries(const search *s, int side, int32_t triangle, thrum_pair_triangle *found) {
   return s->list != NULL ? s->views[side].triangles[triangle].tried
                          : tried_of(s, side, triangle, found);
@@ -712,9 +713,12 @@ static void sort_list(const search *s, const thrum_pair_list *list) {
 
 /* A list of two members, which have none that holds; NULL: there is no room for it. */
 static thrum_pair_list *make_list(search *s) {
+  // where there is no room the lists of others are given up for it, once
   for (int turn = 0; turn < 2; turn++) {
     s->list = thrum_pairs_list_open(s->run, s->members[0], s->members[1], s->thickness, turn > 0);
     s->full = s->list == NULL;
+
+    // a descent within the wider reach fills the list in place of trying what it finds
     s->reach = (1.0 + MARGIN + SLACK) * s->thickness;
     if (!s->full)
       descend(s);
@@ -723,6 +727,7 @@ static thrum_pair_list *make_list(search *s) {
     s->reach = (1.0 + MARGIN) * s->thickness;
     if (s->full)
       continue;
+
     thrum_pairs_list_close(s->run, made);
     sort_list(s, made);
     return made;
@@ -754,7 +759,7 @@ static void try_listed_edges(search *s, const thrum_pair_entry *entry) {
     try_edges(s, a, b);
 }
 
-/* What a list has. */
+/* Tries the places in a list. */
 static void try_list(search *s, const thrum_pair_list *list) {
   const thrum_pair_entry *entries = s->run->view.entries + list->from;
   for (int64_t n = 0; n < list->count; n++) {

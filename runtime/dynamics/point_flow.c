@@ -32,7 +32,7 @@ void thrum_point_flow_prepare(const thrum_model *model, thrum_state *state) {
   memset(view.inverses, 0, (size_t)state->kept_count * sizeof *view.inverses);
 }
 
-/* What the plastic strains of a state have released. */
+/* Makes the part of the energy that the plastic strains of a state have released. */
 static void release(const thrum_model *model, thrum_state *state, const thrum_state_view *view) {
   thrum_rest_release(model, view->shapes, view->shares, view->plastic);
   state->release_due = 0;

@@ -36,10 +36,10 @@ double thrum_released_energy(const thrum_model *model, const double *q);
 /* Where the points of a model that shortens see q: seen = q - X q. */
 void thrum_points_see(const thrum_model *model, const double *q, double *seen);
 
-/* What a force that they have there is at q, in place: force - X^T force, */
+/* Takes a force of the points from the shape that they see to q, in place: force - X^T force. */
 void thrum_points_return(const thrum_model *model, double *force);
 
-/* and their tangent (both triangles): (1 - X)^T tangent (1 - X). */
+/* Takes a tangent of theirs (both triangles) there, in place: (1 - X)^T tangent (1 - X). */
 void thrum_points_return_tangent(const thrum_model *model, double *tangent);
 
 #endif

@@ -180,8 +180,7 @@ void thrum_tangent_product_by(const thrum_kernel *by, const thrum_model *model, 
     product[i] += model->omega2[i] * v[i];
 }
 
-/* What is only a part is asked for by integrators that step no flow, and so of models that do not
- * shorten. */
+/* Integrators that ask for a part step no flow, so the points of the model see the whole of q. */
 double thrum_internal_force_part(const thrum_kernel *by, const thrum_model *model, int32_t split,
                                  const double *q, double *force, double *work) {
   const double quadratic = quadratic_energy(model, q);

@@ -286,7 +286,7 @@ static archive one_point(void) {
   return a;
 }
 
-/* What simulate makes of the file. */
+/* Steps the model of an archive by simulate. */
 static program_result step_archive(const archive *a) {
   static unsigned char bytes[ARCHIVE_MAX];
   const size_t size = archive_build(a, bytes);
@@ -359,10 +359,13 @@ static void bad_points_of_a_file_are_refused_in_one_line(void **state) {
 
 static void plastic_flow_out_of_its_range_is_refused_in_one_line(void **state) {
   (void)state;
+
+  // a model that is stepped without these options
   archive a = one_point();
   program_result run = step_archive(&a);
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
+
   static const char *const cases[][3] = {
       {"--yield=0", "--yield=0", "--yield wants a number above 0"},
       {"--yield=-1", "--yield=-1", "--yield wants a number above 0"},
@@ -375,6 +378,7 @@ static void plastic_flow_out_of_its_range_is_refused_in_one_line(void **state) {
       {"--largest-plastic-strain=1", "-q", "wants a --yield beyond which"},
       {"--law=neo-hookean", "-q", "--law goes with --full"},
   };
+
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     run = thrum_run(folder, "simulate", "one.npz", "-o", "none", cases[n][0], cases[n][1], NULL);
     assert_int_equal(run.exit_code, 2);

@@ -739,6 +739,8 @@ static thrum_scene *slide(const fixture *f, bool lift) {
   MUST(thrum_scene_make(0.002, &scene, &failure));
   MUST(thrum_scene_set_gravity(scene, down, &failure));
   collide(scene, 0.05, 0.5);
+
+  // the solid on its path
   if (lift) {
     thrum_scene_solid_def floor = thrum_default_scene_solid_def();
     floor.shape = THRUM_SOLID_BOX;
@@ -749,6 +751,8 @@ static thrum_scene *slide(const fixture *f, bool lift) {
     floor.path_count = 2;
     MUST(thrum_scene_add_solid(scene, &floor, NULL, &failure));
   }
+
+  // the plate, out of the way where it is not needed, and the block
   thrum_scene_body_def plate = def_of(&f->plate, 0, 0, lift ? -0.5 : 0, 1);
   thrum_scene_body_def block = def_of(&f->block, 0.15, 0.2, 0.0225, 1);
   if (lift)

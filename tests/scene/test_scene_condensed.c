@@ -343,6 +343,8 @@ static const thrum_model *make_followers(follower_model *f) {
   f->truncated = aligned_alloc(64, (size + 63) / 64 * 64);
   assert_non_null(f->truncated);
   MUST(thrum_model_truncate(f->truncated, size, &f->m.model, MASTERS, &low, &failure));
+
+  // its polynomial is what is stepped; the others follow none of its coordinates
   memset(f->map, 0, sizeof f->map);
   f->model = f->m.model;
   f->model.slave_map = f->map;
@@ -449,7 +451,7 @@ static void what_follows_answers_a_pull_at_rest(void **context) {
   free_followers(&f);
 }
 
-/* What a pull does on the masters is their energy; what it does on what follows comes back. */
+/* The work of a pull on the masters becomes their energy; its work on what follows comes back. */
 static void the_energy_of_a_pull_is_accounted_for(void **context) {
   (void)context;
   follower_model f;

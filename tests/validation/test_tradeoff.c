@@ -623,11 +623,14 @@ static double error_again(const cJSON *recommended, const char *folder_of_it) {
   snprintf(dt, sizeof dt, "%.17g", json_value(recommended, "dt"));
   snprintf(tolerance, sizeof tolerance, "%.17g", json_value(recommended, "tolerance"));
   snprintf(model, sizeof model, "%s/model.npz", folder_of_it);
+
+  // the search is left with this model, this step and this integrator
   program_result run =
       thrum_run(folder, "tradeoff", model, "-o", "same", "--load", "square:0,0,-90@tip", "--quick",
                 "--time", "0.3", "--error", "100%", "--ranks", "0", "--dts", dt, "--tolerances",
                 tolerance, "--integrators",
                 cJSON_GetObjectItem(recommended, "integrator")->valuestring, "--json", "-q", NULL);
+
   cJSON *same = json_line(run.out);
   const cJSON *item = cJSON_GetArrayItem(cJSON_GetObjectItem(same, "runs"), 0);
   assert_true(json_value(cJSON_GetObjectItem(item, "cubature"), "points") ==
@@ -700,6 +703,8 @@ static void what_polynomials_cannot_hold_is_not_asked_of_them(void **state) {
       {2, "--cubature-errors wants", {"--cubature-errors", "0"}},
       {2, "--cubature-errors", {"--cubature-errors", "1e-2,2e-2,3e-2,4e-2,5e-2"}},
   };
+
+  // each is refused in one line that names the option
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     const char *const *a = cases[n].arguments;
     program_result run = thrum_run(folder, "tradeoff", "beam.npz", "-o", "none", "--load",

@@ -398,10 +398,13 @@ static thrum_status solve(tradeoff_solution *s, thrum_error *error) {
 static thrum_status begin(tradeoff_solution *s, bool keep, thrum_error *error) {
   const tradeoff_problem *problem = s->problem;
   static const int64_t most = TRADEOFF_BASES_MAX;
+
+  // what cannot be compared is refused before the dear part
   if (problem->model->rigid != NULL)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "nothing of the model is held: a free body moves as a whole, which its "
                            "coordinates cannot");
+
   THRUM_TRY(
       tradeoff_reference_make(problem, &problem->script, "full order", keep, &s->reference, error));
   THRUM_TRY(thrum_reserve(&s->spaces, most, sizeof *s->spaces, "the bases", error));

@@ -169,7 +169,7 @@ thrum_status tradeoff_solve_recipe(const tradeoff_problem *problem, const tradeo
                                    tradeoff_result *result, thrum_error *error);
 thrum_status tradeoff_solve_test(const tradeoff_problem *problem, int64_t test, thrum_error *error);
 
-/* Of the coefficients, "double" or "single"; gradients of points are single. */
+/* How coefficients are stored, "double" or "single"; gradients of points are single. */
 const char *tradeoff_precision(const tradeoff_basis *basis);
 
 /* The status that `thrum simulate` flags a run with; NULL: none. */

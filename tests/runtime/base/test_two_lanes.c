@@ -67,6 +67,8 @@ static void a_push_is_that_of_each_coordinate(void **context) {
     fill(x, n);
     memcpy(pushed, x, sizeof x);
     memcpy(loaded, x, sizeof x);
+
+    // each coordinate by itself, to the bit
     thrum_rows_push(n, rows, f, w, pushed);
     thrum_rows_push(n, rows, f, NULL, loaded);
     for (int i = 0; i < n; i++) {
@@ -85,6 +87,8 @@ static void a_square_is_symmetric_and_that_of_its_rows(void **context) {
     for (int i = 0; i < n; i++)
       w[i] = fabs(next());
     thrum_rows_square(n, rows, w, square);
+
+    // by plain sums, to the rounding of their terms
     for (int a = 0; a < 3; a++)
       for (int b = 0; b < 3; b++) {
         double sum = 0.0, size = 0.0;

@@ -77,6 +77,7 @@ static void a_point_flows_at_any_strain(void **context) {
   (void)context;
   static const char *const laws[] = {"corotational", "neo-hookean"};
   for (int n = 0; n < 6; n++) {
+    // the first coordinate moves the one point by q times the identity
     both made;
     points_make(&made, 3, RANK, 1, 1);
     points_obey(&made, laws[n % 2]);
@@ -84,6 +85,8 @@ static void a_point_flows_at_any_strain(void **context) {
     for (int c = 0; c < 81; c++)
       made.gradients[c] = c % 10 == 0 ? 1 : 0;
     made.points.identity = thrum_model_identity(&made.points);
+
+    // a strain of 1 to 1e20, and a step so short that nothing else happens
     const double q[RANK] = {pow(1e10, n / 2), 0.1};
     thrum_state_def def = flow_def(0.1);
     def.dt = 1e-9;
@@ -187,7 +190,7 @@ static void flow_takes_no_more_than_start_and_load_have_given(void **context) {
   assert_true(flowed > 12 && stiffer > 6);
 }
 
-/* What lies in a state that has flowed so. */
+/* Plastic strains of this size as a state has them. */
 static double *flowed_array(const thrum_model *model, double size, random_state *random) {
   const int64_t r = model->rank;
   double *plastic = random_alloc(thrum_points_plastic_count(model), sizeof *plastic);
@@ -212,6 +215,8 @@ static void no_plastic_strain_and_no_shape_make_strain_energy_negative(void **co
     double *plastic = flowed_array(&model, pow(10, (double)(seed % 5) - 4), &random);
     double *work = random_alloc((int64_t)thrum_work_count(&model), sizeof *work), q[RANK];
     model.point_plastic = plastic;
+
+    // small and large shapes; rounding is that of the terms which cancel
     for (int k = 0; k < 20; k++) {
       random_vector(&random, RANK, pow(10, k % 6 - 4), q);
       double size = 0;
@@ -222,6 +227,7 @@ static void no_plastic_strain_and_no_shape_make_strain_energy_negative(void **co
       if (!(energy >= least))
         fail_msg("body %d, shape %d: %g below %g", (int)seed, k, energy, least);
     }
+
     free(work);
     free(plastic);
     both_free(&made);
@@ -282,6 +288,8 @@ static void a_body_that_does_not_flow_yet_has_the_bits_of_the_elastic_one(void *
   thrum_state *state = thrown(&made, &def), *elastic = thrown(&made, &rigid);
   const double stiffness = thrum_state_point_stiffness(state);
   assert_true(stiffness > 0 && stiffness <= 1 && thrum_state_point_stiffness(elastic) == 0);
+
+  // the yield is never reached
   double q[2][RANK], p[2][RANK];
   state_steps(&made.points, state, 50);
   state_steps(&made.points, elastic, 50);
@@ -393,6 +401,8 @@ static void assert_batch(both *made, const thrum_state_def *def) {
   assert_int_equal(thrum_batch_size(&made->points, &size, NULL), THRUM_OK);
   unsigned char *workspace = aligned_alloc(64, size + 4096);
   memset(workspace, 0xa5, size + 4096);
+
+  // the same bits, and nothing written behind the workspace
   thrum_state *alone = thrown(made, def), *together = thrown(made, def);
   for (int k = 0; k < 10; k++) {
     state_steps(&made->points, alone, 1);
