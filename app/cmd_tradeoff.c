@@ -180,9 +180,10 @@ static void add_rank(trade *t, int64_t rank) {
   const bool own = rank == 0, points = t->model->point_count > 0;
   if (own && t->model == t->loaded && (points || !p->points_alone)) {
     add_recipe(p, &basis);
-    if (points || !p->points_alone)
-      return;
+    return;
   }
+
+  // each polynomial by the precisions that were asked for
   for (int single = 0; single < 2 && !p->points_alone && !own; single++) {
     basis.single = single == 1;
     if (t->request->precisions[single])
