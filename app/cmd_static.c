@@ -200,19 +200,6 @@ static void warn_flags(const static_answer *answer) {
   static_monitor_warn(answer);
 }
 
-/* An equilibrium is sought in all coordinates, whose polynomial a condensed file has not. */
-static thrum_status check_whole(const static_request *request, const thrum_model *model,
-                                thrum_error *error) {
-  const int64_t masters = thrum_model_masters(model);
-  if (masters == 0)
-    return THRUM_OK;
-  return thrum_error_set(error, THRUM_MISSING,
-                         "%.200s: the model was precomputed condensed to %lld of %lld coordinates, "
-                         "which static cannot take: precompute it without --condense, and "
-                         "with --touch-stepped in place of --touch",
-                         request->model_path, (long long)masters, (long long)model->rank);
-}
-
 static int run_request(const static_request *request) {
   thrum_error error = {0};
   const thrum_model *loaded = NULL;
@@ -222,7 +209,12 @@ static int run_request(const static_request *request) {
 
   thrum_status status = mesh_model_load(request->model_path, &request->mesh_def, request->quiet,
                                         &loaded, NULL, &error);
-  THRUM_THEN(status, check_whole(request, loaded, &error));
+
+  // an equilibrium is sought in all coordinates
+  THRUM_THEN(status,
+             model_check_whole(loaded, request->model_path, "static",
+                               "without --condense, and with --touch-stepped in place of --touch",
+                               &error));
   THRUM_THEN(status, model_truncate_to(loaded, request->rank, &lower, &answer.model, &error));
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
 

@@ -14,6 +14,7 @@
 #include "app/tradeoff_options.h"
 #include "config/message.h"
 #include "config/progress.h"
+#include "driver/model_cut.h"
 #include "driver/model_meta.h"
 #include "driver/named_model.h"
 #include "driver/shared_options.h"
@@ -529,25 +530,16 @@ static thrum_status take_law(trade *t, thrum_error *error) {
   return THRUM_OK;
 }
 
-/* Bases are compared by the polynomial of all their coordinates, which a condensed file has not. */
-static thrum_status check_whole(const trade *t, thrum_error *error) {
-  const int64_t masters = thrum_model_masters(t->loaded);
-  if (masters == 0)
-    return THRUM_OK;
-  return thrum_error_set(error, THRUM_MISSING,
-                         "%.200s: the model was precomputed condensed to %" PRId64 " of %" PRId64
-                         " coordinates, which tradeoff cannot take: precompute it without "
-                         "--condense and --touch",
-                         t->request->model_path, masters, t->loaded->rank);
-}
-
 /* What is to be compared, from the request. */
 static thrum_status prepare(trade *t, thrum_error *error) {
   const tradeoff_request *request = t->request;
   THRUM_TRY(folder_make(request->output, error));
   THRUM_TRY(mesh_model_load(request->model_path, &request->mesh_def, request->quiet, &t->loaded,
                             NULL, error));
-  THRUM_TRY(check_whole(t, error));
+
+  // bases are compared in all their coordinates
+  THRUM_TRY(model_check_whole(t->loaded, request->model_path, "tradeoff",
+                              "without --condense and --touch", error));
   THRUM_TRY(take_law(t, error));
   THRUM_TRY(model_recipe_find(request->model_path, &t->recipe, error));
   THRUM_TRY(fill_loads(t, error));

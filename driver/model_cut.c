@@ -23,6 +23,17 @@ thrum_status model_truncate_to(const thrum_model *loaded, int64_t rank, void **m
   return thrum_model_truncate(*memory, size, loaded, rank, model, error);
 }
 
+thrum_status model_check_whole(const thrum_model *model, const char *path, const char *command,
+                               const char *remedy, thrum_error *error) {
+  const int64_t masters = thrum_model_masters(model);
+  if (masters == 0)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_MISSING,
+                         "%.200s: the model was precomputed condensed to %lld of %lld coordinates, "
+                         "which %s cannot take: precompute it %s",
+                         path, (long long)masters, (long long)model->rank, command, remedy);
+}
+
 thrum_status model_condense_to(const thrum_model *loaded, int64_t masters, void **memory,
                                const thrum_model **stepped, thrum_error *error) {
   const int64_t count = masters > 0 ? masters : thrum_model_masters(loaded);

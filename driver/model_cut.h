@@ -11,6 +11,11 @@
 thrum_status model_truncate_to(const thrum_model *loaded, int64_t rank, void **memory,
                                const thrum_model **model, thrum_error *error);
 
+/* Refuses a model that was precomputed condensed, which has no polynomial of all its coordinates,
+ * where `command` needs that. `remedy`: how to precompute it instead. */
+thrum_status model_check_whole(const thrum_model *model, const char *path, const char *command,
+                               const char *remedy, thrum_error *error);
+
 /* The stepped model of `loaded` with its lowest `masters` coordinates (thrum/condensed_model.h) in
  * *memory, which the caller frees; 0: all masters of a model that was precomputed condensed, and
  * `loaded` itself of any other. The loaded model must stay. */
