@@ -69,6 +69,12 @@ static bool on_triangle(const double p[3], const double a[3], const double b[3],
   return false;
 }
 
+bool thrum_triangle_is_over(const double p[3], const double a[3], const double b[3],
+                            const double c[3]) {
+  double weights[3];
+  return on_triangle(p, a, b, c, weights);
+}
+
 static double clamp(double x) {
   return fmin(fmax(x, 0.0), 1.0);
 }

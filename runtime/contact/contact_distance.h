@@ -32,4 +32,8 @@ double thrum_quad_motion(thrum_quad_kind kind, const thrum_quad *quad);
  * a share before they are there, and a candidate more. */
 double thrum_quad_meets(thrum_quad_kind kind, const thrum_quad *quad, double reach);
 
+/* Is the point of a triangle that is closest to p inside it, on no edge and at no corner? */
+bool thrum_triangle_is_over(const double p[3], const double a[3], const double b[3],
+                            const double c[3]);
+
 #endif

@@ -608,9 +608,14 @@ static void pass_all(const thrum_impact_rows *rows, double time) {
 bool thrum_contact_strike(const thrum_impact_rows *rows) {
   double fastest;
   open_bodies(rows);
-  const double first = mark_strikes(rows, &fastest), time = rows->early ? 0.0 : first;
+  double first = mark_strikes(rows, &fastest);
   if (!(first < INFINITY))
     return false;
+
+  // what has no row yet may bear
+  if (rows->pairs != NULL && thrum_pairs_wake(rows->pairs, true) > 0)
+    first = mark_strikes(rows, &fastest);
+  const double time = rows->early ? 0.0 : first;
 
   // to the time of the impact, where velocities and inertia are looked at again
   mark_bearing(rows, time, fastest);

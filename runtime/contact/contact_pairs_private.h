@@ -6,9 +6,9 @@
  *
  * A step goes through these files: contact_pairs_search.c finds the candidates, by lists of
  * contact_pairs_list.c that hold for several steps where bodies are slow,
- * contact_pairs_rows.c makes rows of them, contact_pairs_solve.c solves them with the rows of the
- * bodies' obstacles, contact_pairs_energy.c looks at what the step did; contact_pairs_step.c calls
- * them.
+ * contact_pairs_rows.c makes rows of them but for those that contact_pairs_idle.c has wait,
+ * contact_pairs_solve.c solves them with the rows of the bodies' obstacles, contact_pairs_energy.c
+ * looks at what the step did; contact_pairs_step.c calls them.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_CONTACT_CONTACT_PAIRS_PRIVATE_H
@@ -61,6 +61,7 @@ typedef struct thrum_pair_candidate {
   double least;     /* least distance in the step, or that at the start [m] */
   int32_t inside;   /* 1: the closest point is not on a rim */
   int32_t pruned;   /* 1: another candidate of its vertex speaks for it */
+  int32_t slow;     /* 1: its bodies move by little in the step, as those that have lists do */
 } thrum_pair_candidate;
 
 /* A row of the solve: the same law as that of an obstacle, with two bodies. Between two places of
@@ -178,6 +179,7 @@ struct thrum_contact_pairs {
   X(thrum_pair_sorted, sorting, touch_max * 4) /* room for that */                                 \
   X(int32_t, taken, touch_max)                 /* 1: a row goes on from this touch before */       \
   X(thrum_pair_candidate, candidates, touch_max * 2)                                               \
+  X(int32_t, idle, touch_max * 2) /* candidates that have no row yet */                            \
   X(thrum_pair_row, rows, touch_max)                                                               \
   X(double, row_basis, touch_max * 6 * rank_max) /* three rows of U of either side */              \
   X(thrum_contact_run, runs, member_max)                                                           \
@@ -189,6 +191,8 @@ struct thrum_contact_pairs {
   X(int64_t, first_node, member_max + 1)                                                           \
   X(double, places, vertex_max * 9) /* of vertices: position, displacement, shift in it [m] */     \
   X(int32_t, place_known, vertex_max)                                                              \
+  X(double, shape_ways, vertex_max * 3) /* of vertices: displacement of the shape as solved [m] */ \
+  X(int32_t, shape_way_known, vertex_max)                                                          \
   X(double, spheres, node_max * 8)   /* of nodes: middle, displacement, radius, its length [m] */  \
   X(thrum_pair_box, boxes, node_max) /* of leaves */                                               \
   X(int32_t, sphere_known, node_max)                                                               \
@@ -220,6 +224,7 @@ typedef struct thrum_pairs_run {
   int64_t count;
   thrum_pairs_view view;
   int64_t candidate_count, row_count;
+  int64_t idle_count;            /* candidates that wait without a row */
   int64_t link_count, link_rows; /* links, and their conditions that hold */
   bool moved; /* the search goes by displacements that were solved for, not those without contact */
   bool solved;          /* there are such */
@@ -315,8 +320,25 @@ bool thrum_pairs_list_add(const thrum_pairs_run *run, thrum_pair_list *list, int
                           int32_t first, int32_t second);
 void thrum_pairs_list_close(const thrum_pairs_run *run, thrum_pair_list *list);
 
-/* contact_pairs_rows.c: makes rows of the candidates that have none; returns how many. */
+/* contact_pairs_rows.c: makes rows of the candidates that have none and need not wait; returns how
+ * many. */
 int64_t thrum_pairs_add_rows(thrum_pairs_run *run);
+
+/* contact_pairs_rows.c: makes rows of the candidates that wait and close as the bodies are moved
+ * now, or of all that wait; returns how many. */
+int64_t thrum_pairs_wake(thrum_pairs_run *run, bool all);
+
+/* contact_pairs_rows.c: the place in view.before of the first touch that does not come before a
+ * key. */
+int64_t thrum_pairs_find_before(const thrum_pairs_run *run, const thrum_pair_key *key);
+
+/* contact_pairs_idle.c: may a candidate wait without a row? thickness: between its places [m]. */
+bool thrum_pairs_is_idle(thrum_pairs_run *run, const thrum_pair_candidate *c, double thickness);
+
+/* contact_pairs_idle.c: is the gap of a candidate below 0 at the end of the step, as the bodies are
+ * moved since thrum_pairs_look_again? */
+bool thrum_pairs_closes(thrum_pairs_run *run, const thrum_pair_candidate *c, double thickness);
+void thrum_pairs_look_again(thrum_pairs_run *run);
 
 /* contact_pairs_rows.c: the levers and responses of all rows for the rotations predicted now. */
 void thrum_pairs_refresh(thrum_pairs_run *run);

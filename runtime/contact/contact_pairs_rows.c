@@ -83,6 +83,18 @@ static void fill_own(const thrum_pairs_run *run, thrum_pair_row *row) {
   row->basis[1] = mean;
 }
 
+int64_t thrum_pairs_find_before(const thrum_pairs_run *run, const thrum_pair_key *key) {
+  int64_t from = 0, to = run->history->before_count;
+  while (from < to) {
+    const int64_t middle = from + (to - from) / 2;
+    if (thrum_pair_compare(&run->view.before[middle].key, key) < 0)
+      from = middle + 1;
+    else
+      to = middle;
+  }
+  return from;
+}
+
 /* The touch that a row goes on from: the same, or else one of the same vertex or edge that no other
  * row goes on from; NULL where there is none. */
 static const thrum_pair_touching *touch_before(const thrum_pairs_run *run,
@@ -91,16 +103,8 @@ static const thrum_pair_touching *touch_before(const thrum_pairs_run *run,
   thrum_pair_key key = row->key;
   if (!exact)
     key.second = -1;
-  int64_t from = 0, to = run->history->before_count;
-  while (from < to) {
-    const int64_t middle = from + (to - from) / 2;
-    if (thrum_pair_compare(&run->view.before[middle].key, &key) < 0)
-      from = middle + 1;
-    else
-      to = middle;
-  }
-
-  for (; from < run->history->before_count; from++) {
+  for (int64_t from = thrum_pairs_find_before(run, &key); from < run->history->before_count;
+       from++) {
     const thrum_pair_touching *touch = run->view.before + from;
     key.second = touch->key.second;
     if (thrum_pair_compare(&touch->key, &key) != 0)
@@ -308,21 +312,17 @@ static bool has_row(const thrum_pairs_run *run, int64_t count, const thrum_pair_
   return false;
 }
 
-int64_t thrum_pairs_add_rows(thrum_pairs_run *run) {
-  const int64_t had = run->row_count;
-  for (int64_t n = 0; n < run->candidate_count; n++) {
-    const thrum_pair_candidate *c = run->view.candidates + run->view.order[n];
-    if (had > 0 && has_row(run, had, c))
-      continue;
-
-    // touch_max is the caller's limit: the report counts what it leaves out
-    if (run->row_count == run->pairs->touch_max) {
-      run->history->dropped++;
-      continue;
-    }
+/* Makes the row of a candidate. touch_max is the caller's limit: the report counts what it leaves
+ * out. */
+static void add_row(thrum_pairs_run *run, const thrum_pair_candidate *c) {
+  if (run->row_count == run->pairs->touch_max)
+    run->history->dropped++;
+  else
     run->row_count += fill_row(run, c, run->view.rows + run->row_count);
-  }
+}
 
+/* What rows from `had` on start from; returns how many there are. */
+static int64_t begin_rows(thrum_pairs_run *run, int64_t had) {
   // what was there before goes on, first where it was, then where it has slid to
   for (int pass = 0; pass < 2; pass++)
     for (int64_t n = had; n < run->row_count; n++)
@@ -331,6 +331,47 @@ int64_t thrum_pairs_add_rows(thrum_pairs_run *run) {
     stiffen(run, run->view.rows + n);
   raise_ceilings(run);
   return run->row_count - had;
+}
+
+/* The thickness between the places of a candidate [m]. */
+static double thickness_of(const thrum_pairs_run *run, const thrum_pair_candidate *c) {
+  return thrum_pairs_thickness(run->pairs, run->members[c->members[0]].skin,
+                               run->members[c->members[1]].skin);
+}
+
+int64_t thrum_pairs_add_rows(thrum_pairs_run *run) {
+  const int64_t had = run->row_count;
+  run->idle_count = 0;
+  for (int64_t n = 0; n < run->candidate_count; n++) {
+    const int32_t index = run->view.order[n];
+    const thrum_pair_candidate *c = run->view.candidates + index;
+    if (had > 0 && has_row(run, had, c))
+      continue;
+    if (thrum_pairs_is_idle(run, c, thickness_of(run, c)))
+      run->view.idle[run->idle_count++] = index;
+    else
+      add_row(run, c);
+  }
+  return begin_rows(run, had);
+}
+
+int64_t thrum_pairs_wake(thrum_pairs_run *run, bool all) {
+  const int64_t had = run->row_count, waited = run->idle_count;
+  if (waited == 0)
+    return 0;
+
+  // each that has to, in the order of their keys
+  run->idle_count = 0;
+  thrum_pairs_look_again(run);
+  for (int64_t n = 0; n < waited; n++) {
+    const int32_t index = run->view.idle[n];
+    const thrum_pair_candidate *c = run->view.candidates + index;
+    if (all || thrum_pairs_closes(run, c, thickness_of(run, c)))
+      add_row(run, c);
+    else
+      run->view.idle[run->idle_count++] = index;
+  }
+  return run->row_count > had ? begin_rows(run, had) : 0;
 }
 
 void thrum_pairs_release(thrum_pairs_run *run) {

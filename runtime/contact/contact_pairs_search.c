@@ -37,6 +37,7 @@
 #define LEAF_KNOWN 2   /* of a node whose sphere and box are known; 1: its sphere */
 #define SLACK 0.5      /* thicknesses by which the reach of a list is wider */
 #define SLOW 0.5       /* of the slack: bodies that move further in a step have no list */
+#define RING_MAX 32    /* triangles near a vertex, of which more are all tried */
 #define STACK 128      /* pairs of nodes that wait: twice the depth of two trees is enough */
 
 /* Two bodies that are searched, or one with itself. */
@@ -462,6 +463,7 @@ static void try_quad(search *s, thrum_quad_kind kind, thrum_quad *quad,
   }
   memcpy(candidate->weights, nearest.weights, sizeof candidate->weights);
   candidate->inside = nearest.inside;
+  candidate->slow = s->way < INFINITY;
   candidate->least = fabs(apart);
   run->view.candidates[run->candidate_count++] = *candidate;
 }
@@ -743,36 +745,121 @@ static int32_t edge_of(const search *s, int side, int32_t named, thrum_pair_tria
              : -1;
 }
 
-/* Two edges of a list. */
-static void try_listed_edges(search *s, const thrum_pair_entry *entry) {
+/* The entries from `entry` on, of `count`, that name the same place on the first side; their
+ * number.
+ */
+static int64_t same_first(const thrum_pair_entry *entry, int64_t count) {
+  int64_t n = 1;
+  while (n < count && entry[n].first == entry->first && entry[n].kind == entry->kind)
+    n++;
+  return n;
+}
+
+/* The edges of a list that are near one edge. */
+static void try_listed_edges(search *s, const thrum_pair_entry *entry, int64_t count) {
   thrum_pair_triangle *first = triangle_of(s, 0, entry->first / 3);
   const int32_t a = edge_of(s, 0, entry->first, first);
   if (a < 0)
     return;
-  thrum_pair_triangle *second = triangle_of(s, 1, entry->second / 3);
-  const int32_t b = edge_of(s, 1, entry->second, second);
-  if (b < 0)
-    return;
   const thrum_pair_box box = box_of_edge(first, entry->first % 3);
-  const thrum_pair_box other = box_of_edge(second, entry->second % 3);
-  if (overlap(&box, &other, s->reach))
-    try_edges(s, a, b);
+  for (int64_t n = 0; n < count; n++) {
+    thrum_pair_triangle *second = triangle_of(s, 1, entry[n].second / 3);
+    const int32_t b = edge_of(s, 1, entry[n].second, second);
+    if (b < 0)
+      continue;
+    const thrum_pair_box other = box_of_edge(second, entry[n].second % 3);
+    if (overlap(&box, &other, s->reach))
+      try_edges(s, a, b);
+  }
+}
+
+/* A vertex of a list and the triangles near it. */
+typedef struct ring {
+  const thrum_pair_entry *entries; /* one a triangle */
+  int64_t count, from;             /* from: the first candidate of the vertex */
+  thrum_pair_box box;
+} ring;
+
+static int side_of(const thrum_pair_entry *entry) {
+  return entry->kind == THRUM_PAIR_REVERSE;
+}
+
+/* Do the corners of a triangle have one in common with those of a candidate of the ring so far? */
+static bool shares_corner(const search *s, const ring *r, int32_t triangle, int64_t to) {
+  const int32_t *corners = s->views[1 - side_of(r->entries)].triangles[triangle].corners;
+  bool shares = false;
+  for (int64_t n = r->from; n < to; n++)
+    for (int m = 1; m < 4; m++) {
+      const int32_t other = s->run->view.candidates[n].vertices[m];
+      shares = shares || other == corners[0] || other == corners[1] || other == corners[2];
+    }
+  return shares;
+}
+
+/* Tries the triangles that the vertex is over, and of the others those alone that have no corner in
+ * common with one that it touches: all others would be on a rim, for which such a one speaks
+ * (is_spoken_for). False where one of them might have spoken for another one; then all have to be
+ * tried. */
+static bool try_over(search *s, const ring *r) {
+  thrum_pairs_run *run = s->run;
+  const int side = side_of(r->entries);
+  const double *at = thrum_pairs_place(run, s->members[side], r->entries->first);
+  int32_t rims[RING_MAX];
+  int count = 0;
+
+  // over which triangles the vertex is
+  for (int64_t n = 0; n < r->count; n++) {
+    const thrum_pair_triangle *found = triangle_of(s, 1 - side, r->entries[n].second);
+    if (!overlap(&r->box, &found->box, s->reach))
+      continue;
+    const double *const *x = found->places;
+    if (thrum_triangle_is_over(at, x[0], x[1], x[2]))
+      try_vertex(s, side, r->entries->first, r->entries[n].second);
+    else
+      rims[count++] = r->entries[n].second;
+  }
+
+  // one behind a face may be spoken for by any other
+  const int64_t over = run->candidate_count;
+  bool sure = over > r->from;
+  for (int64_t n = r->from; n < over; n++)
+    sure = sure && run->view.candidates[n].apart >= 0.0;
+  for (int n = 0; n < count && sure; n++)
+    if (!shares_corner(s, r, rims[n], over)) {
+      try_vertex(s, side, r->entries->first, rims[n]);
+      sure = run->candidate_count == over;
+    }
+  return sure;
+}
+
+/* The triangles of a list that are near one vertex. */
+static void try_listed_vertex(search *s, const thrum_pair_entry *entries, int64_t count) {
+  thrum_pairs_run *run = s->run;
+  const int side = side_of(entries);
+  const double *place = thrum_pairs_place(run, s->members[side], entries->first);
+  const ring r = {
+      .entries = entries, .count = count, .from = run->candidate_count, .box = box_of(&place, 1)};
+  const int64_t dropped = run->history->dropped;
+  if (count > 1 && count <= RING_MAX && try_over(s, &r))
+    return;
+
+  // all of them
+  run->candidate_count = r.from;
+  run->history->dropped = dropped;
+  for (int64_t n = 0; n < count; n++)
+    if (overlap(&r.box, &triangle_of(s, 1 - side, entries[n].second)->box, s->reach))
+      try_vertex(s, side, entries->first, entries[n].second);
 }
 
 /* Tries the places in a list. */
 static void try_list(search *s, const thrum_pair_list *list) {
   const thrum_pair_entry *entries = s->run->view.entries + list->from;
-  for (int64_t n = 0; n < list->count; n++) {
-    const thrum_pair_entry *entry = entries + n;
-    if (entry->kind == THRUM_PAIR_EDGES) {
-      try_listed_edges(s, entry);
-      continue;
-    }
-    const int side = entry->kind == THRUM_PAIR_REVERSE;
-    const double *place = thrum_pairs_place(s->run, s->members[side], entry->first);
-    const thrum_pair_box box = box_of(&place, 1);
-    if (overlap(&box, &triangle_of(s, 1 - side, entry->second)->box, s->reach))
-      try_vertex(s, side, entry->first, entry->second);
+  for (int64_t n = 0, count; n < list->count; n += count) {
+    count = same_first(entries + n, list->count - n);
+    if (entries[n].kind == THRUM_PAIR_EDGES)
+      try_listed_edges(s, entries + n, count);
+    else
+      try_listed_vertex(s, entries + n, count);
   }
 }
 

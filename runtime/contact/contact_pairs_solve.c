@@ -115,6 +115,12 @@ static double begin_sweeps(thrum_pairs_run *run) {
   if (run->closing)
     return largest;
 
+  // what waited and closes under these forces has none itself yet
+  for (int64_t n = run->row_count - thrum_pairs_wake(run, false); n < run->row_count; n++) {
+    const thrum_contact_row *row = &run->view.rows[n].row;
+    largest = fmax(largest, row->unloaded_length + fabs(row->gap));
+  }
+
   // touches that begin: a guess as if those of two bodies were one spring saves sweeps
   for (int64_t n = 0; n < run->count; n++)
     if (run->members[n].status >= 0)

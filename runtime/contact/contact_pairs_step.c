@@ -23,6 +23,7 @@
 #define CLOSINGS_MAX 12 /* steps to close the links of one */
 #define NARROW 1e-10    /* the same, up to which corrections go on whatever the last one did */
 #define CLOSING 0.5     /* share that a correction leaves at most; else the steps are not exact */
+#define WAKES_MAX 3     /* solves after which all candidates that wait have rows */
 #define MISSED 0.25 /* thicknesses by which a solve may move a body further before a new search */
 
 /* The first attempt, shifted ones, one without release, one without contact (contact_step.c). */
@@ -285,7 +286,7 @@ static double turned_since(const thrum_pairs_run *run, double (*before)[3]) {
 }
 
 /* Solves until the levers are those of the rotations that come out. */
-static void solve(thrum_pairs_run *run) {
+static void solve_rows(thrum_pairs_run *run) {
   for (int64_t n = 0; n < run->count; n++)
     memcpy(run->view.turns[n],
            run->solved ? run->view.runs[n].turned : run->view.runs[n].unloaded_turn,
@@ -300,6 +301,13 @@ static void solve(thrum_pairs_run *run) {
     if (n + 1 < TURNS_MAX)
       thrum_pairs_refresh(run);
   }
+}
+
+/* The same, until no candidate closes that has no row: at last all have one. */
+static void solve(thrum_pairs_run *run) {
+  solve_rows(run);
+  for (int n = 1; !run->closing && thrum_pairs_wake(run, n == WAKES_MAX) > 0; n++)
+    solve_rows(run);
 }
 
 /* Finds what touches as the bodies go without contact. */
@@ -439,6 +447,7 @@ static bool is_allowed(thrum_pairs_run *run) {
 static void again(thrum_pairs_run *run, int attempt) {
   run->history->redone++;
   run->again = true;
+  thrum_pairs_wake(run, true);
 
   // each body goes back, and its own touches ask for as much less as the pairs do
   for (int64_t n = 0; n < run->count; n++) {

@@ -141,10 +141,36 @@ static void two_that_approach_meet_at_their_reach_and_not_before(void **context)
   assert_true(met > DRAWS / 40 && met < DRAWS / 2 && close > 0.9 * met);
 }
 
+static void a_vertex_is_over_a_triangle_whose_closest_point_is_inside(void **unused) {
+  (void)unused;
+  random_state random = {5};
+  int over = 0;
+  for (int n = 0; n < DRAWS; n++) {
+    const points p = points_make(&random);
+    const thrum_quad quad = quad_of(&p);
+    const thrum_nearest nearest = thrum_quad_nearest(THRUM_VERTEX_TRIANGLE, &quad, 0);
+    const bool is = thrum_triangle_is_over(p.x[0], p.x[1], p.x[2], p.x[3]);
+    assert_int_equal(is, nearest.inside);
+    over += is;
+
+    // and so is one that is right above a point of it, but for one over a corner
+    double above[3], normal[3], e[3], f[3];
+    thrum_subtract3(p.x[2], p.x[1], e);
+    thrum_subtract3(p.x[3], p.x[1], f);
+    thrum_cross3(e, f, normal);
+    for (int axis = 0; axis < 3; axis++)
+      above[axis] = p.x[1][axis] + 0.25 * e[axis] + 0.25 * f[axis] + 3 * normal[axis];
+    assert_true(thrum_triangle_is_over(above, p.x[1], p.x[2], p.x[3]));
+    assert_false(thrum_triangle_is_over(p.x[1], p.x[1], p.x[2], p.x[3]));
+  }
+  assert_true(over > DRAWS / 50 && over < DRAWS / 2);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(no_points_of_the_two_sides_are_nearer),
       cmocka_unit_test(a_time_of_the_step_is_the_place_there),
+      cmocka_unit_test(a_vertex_is_over_a_triangle_whose_closest_point_is_inside),
       cmocka_unit_test(two_that_approach_meet_at_their_reach_and_not_before),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
