@@ -530,7 +530,7 @@ static thrum_status take_law(trade *t, thrum_error *error) {
   return THRUM_OK;
 }
 
-/* What is to be compared, from the request. */
+/* Sets up what is to be compared, from the request. */
 static thrum_status prepare(trade *t, thrum_error *error) {
   const tradeoff_request *request = t->request;
   THRUM_TRY(folder_make(request->output, error));

@@ -97,7 +97,7 @@ typedef struct experiments_table {
   const json_column *columns; /* NULL: not printed */
 } experiments_table;
 
-/* What a kind writes: its tables, and a long list that is written as it is, such as curves. */
+/* The files of a kind: its tables, and a long list that is written as it is, such as curves. */
 #define EXPERIMENTS_TABLES_MAX 2
 typedef struct experiments_form {
   experiments_table tables[EXPERIMENTS_TABLES_MAX];

@@ -9,7 +9,7 @@
 #include "platform/allocate.h"
 #include "platform/clock.h"
 
-/* What of the rank is left for touch modes beside the usual basis. */
+/* Finds how much of the rank is left for touch modes beside the usual basis. */
 static thrum_status find_room(const precompute_request *request, int64_t usual, int64_t *room,
                               thrum_error *error) {
   *room = request->rank_max - usual;

@@ -15,7 +15,7 @@ static bool is_pull(const load_spec *load) {
   return !load->gravity && !load->traction && !load->target.all;
 }
 
-/* What is missing of the answer to every pull, in their order. */
+/* Measures what is missing of the answer to every pull, in their order. */
 static thrum_status measure(const thrum_model *model, const load_spec *loads, int64_t count,
                             double *forces, thrum_load_share *shares, thrum_error *error) {
   int64_t pulls = 0;

@@ -193,6 +193,8 @@ int32_t EXPORT(js_link_get)(thrum_scene *scene, int32_t number) {
   thrum_scene_link link;
   THRUM_TRY(thrum_scene_link_get(scene, number, &link, &failure));
   double *n = js_numbers();
+
+  // in the order that the comment above gives, from which the package reads them
   n[0] = link.kind;
   n[1] = link.holds;
   n[2] = link.bodies[0];

@@ -523,6 +523,8 @@ thrum_ranks body_system_ranks(body_system *s) {
                        .vertex = s->part->vertex,
                        .own = s->part->own,
                        .free_body = s->part->facts.free_body,
+
+                       // functions of this file, which get the system as their context
                        .context = s,
                        .take = take,
                        .sum = sum,

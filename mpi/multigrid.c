@@ -220,6 +220,8 @@ thrum_status multigrid_create(PC grids, const double *scale, multigrid **made, t
 void multigrid_free(multigrid *m) {
   if (m == NULL)
     return;
+
+  // levels that were not made are zero, and all of this takes NULL
   for (int n = 0; n < m->levels; n++) {
     level *l = &m->level[n];
     block_rows_free(&l->matrix);

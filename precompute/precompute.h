@@ -91,7 +91,7 @@ typedef struct thrum_precompute_shared {
   thrum_status (*precompute)(void *context, const thrum_mesh *mesh, const uint8_t *fixed,
                              const thrum_precompute_options *options, thrum_precomputed *result,
                              thrum_error *error);
-  /* What that would take with either solver; makes nothing. */
+  /* Estimates what that would take with either solver; makes nothing. */
   thrum_status (*estimate)(void *context, const thrum_mesh *mesh, const uint8_t *fixed,
                            const thrum_precompute_options *options, thrum_shared_estimate *estimate,
                            thrum_error *error);

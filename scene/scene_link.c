@@ -75,8 +75,8 @@ static bool invert(const double matrix[9], double inverse[9]) {
   return true;
 }
 
-/* What a vertex weighs by the square of its distance, in that of the reach: nearly exp(-square), by
- * operations whose bits are the same everywhere. */
+/* The weight of a vertex by the square of its distance, in that of the reach: nearly exp(-square),
+ * by operations whose bits are the same everywhere. */
 static double fall_off(double square) {
   const double share = 1.0 / (1.0 + 0.125 * square), fourth = (share * share) * (share * share);
   return fourth * fourth;

@@ -202,7 +202,7 @@ THRUM_API thrum_status thrum_contact_pairs_step(thrum_contact_pairs *pairs,
                                                 thrum_contact_member *members, int64_t count,
                                                 thrum_error *error);
 
-/* What the step of a group did, of groups that step beside each other. */
+/* Tells what the step of a group did, of groups that step beside each other. */
 typedef struct thrum_contact_group {
   const thrum_contact_pairs *room;   /* that holds its touches; NULL: it did not step */
   int64_t first_touch, first_struck; /* of those in the room */

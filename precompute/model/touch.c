@@ -145,7 +145,7 @@ const thrum_model_statics *thrum_touch_statics(const thrum_touch *touch) {
 /* --- judging -----------------------------------------------------------------------------------
  */
 
-/* What each place is followed by, from R. */
+/* Finds from R how well each place is followed. */
 static void judge(thrum_touch *t, thrum_touch_coverage *coverage) {
   double softest = 0;
   for (int64_t place = 0; place < t->places.count; place++)

@@ -31,7 +31,7 @@
 
 #define HALVINGS 4 /* of the friction of an impact that would add energy, before it has none */
 
-/* What a solve asks for. */
+/* The law that a solve of an impact follows. */
 typedef struct means {
   double friction; /* share of each row's coefficient */
   bool bounces;    /* with the rows' restitution */

@@ -33,7 +33,7 @@ typedef struct thrum_pair_key {
   int32_t kind, first, second;
 } thrum_pair_key;
 
-/* What is being sorted: its key as two numbers in the same order, and where it is. */
+/* An entry that is sorted: its key as two numbers in the same order, and where it is. */
 typedef struct thrum_pair_sorted {
   uint64_t bodies, places;
   int32_t at;
@@ -148,7 +148,7 @@ typedef struct thrum_pair_lists {
   thrum_pair_list lists[THRUM_PAIR_LISTS];
 } thrum_pair_lists;
 
-/* What steps leave behind: touches, energies since init, and counters. */
+/* Steps leave this behind: touches, energies since init, and counters. */
 typedef struct thrum_pairs_history {
   int64_t touch_count;  /* of the step that was made last, or is being made */
   int64_t before_count; /* of the step before it */

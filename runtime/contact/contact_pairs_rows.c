@@ -69,8 +69,8 @@ static double fill_side(thrum_pairs_run *run, const thrum_pair_candidate *c, int
   return area;
 }
 
-/* What two places of one body move against each other by, and their mean, in place of the rows of
- * U of both. */
+/* Puts into the row how two places of one body move against each other, and their mean, in place of
+ * the rows of U of both. */
 static void fill_own(const thrum_pairs_run *run, thrum_pair_row *row) {
   const int64_t count = 3 * run->members[row->members[0]].skin->rank;
   double *apart = room_of(run, row, 0), *mean = room_of(run, row, 1);

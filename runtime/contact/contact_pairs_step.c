@@ -102,7 +102,7 @@ int32_t thrum_contact_pairs_near(const thrum_skin_bound *a, const thrum_skin_bou
 
 /* --- opening ---------------------------------------------------------------------------------- */
 
-/* What a member without a skin has none of. */
+/* Counts the vertices of the skin; a member without a skin has none. */
 static int64_t vertices_of(const thrum_contact_member *member) {
   return member->skin ? member->skin->vertex_count : 0;
 }
@@ -571,7 +571,7 @@ thrum_status thrum_contact_pairs_step(thrum_contact_pairs *pairs, thrum_contact_
 
 /* --- groups that step at once ----------------------------------------------------------------- */
 
-/* What a group did, from its history, which began with `began`. */
+/* Reports what a group did, from its history, which began with `began`. */
 static void fill_group(const thrum_pairs_run *run, const thrum_pairs_history *began,
                        thrum_contact_group *group) {
   const thrum_pairs_history *did = run->history;

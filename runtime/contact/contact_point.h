@@ -10,7 +10,7 @@
 /* The rows of U of point `point` of the contact. */
 const double *thrum_point_rows(const thrum_contact_run *run, int64_t point);
 
-/* What coordinates x (rank) make of the rows of a point, in the world: axes rows x. */
+/* Displaces a point by coordinates x (rank), in the world: axes rows x. */
 void thrum_point_shape(const thrum_contact_run *run, const double *rows, const double *x,
                        double out[3]);
 

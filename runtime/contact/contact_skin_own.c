@@ -90,6 +90,8 @@ static double gap_of_leaf(const thrum_skin_view *view, const thrum_skin_node *le
   int32_t stack[STACK];
   int count = 0;
   stack[count++] = 0;
+
+  // a ball that is no nearer than the gap so far holds nothing nearer
   while (count > 0) {
     const thrum_skin_node *node = view->nodes + stack[--count];
     double apart[3];

@@ -49,6 +49,8 @@ const thrum_array_list thrum_embedding_list = {array_table,
 static thrum_status check_version(const unsigned char *format, thrum_error *error) {
   int32_t version[2];
   memcpy(version, format, sizeof version);
+
+  // a later minor version adds arrays, which this program leaves alone
   if (version[0] != THRUM_EMBEDDING_FORMAT_MAJOR)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "array 'surface_format' says version %" PRId32 ".%" PRId32

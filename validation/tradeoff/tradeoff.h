@@ -163,7 +163,7 @@ int64_t tradeoff_recipes(const tradeoff_problem *problem, tradeoff_recipe *recip
 int64_t tradeoff_points(const tradeoff_problem *problem, const tradeoff_recipe *basis,
                         tradeoff_recipe *recipes);
 
-/* What one recipe gives: a result of its basis and the condensed ones of it alone, none of them
+/* Solves one recipe: a result of its basis and the condensed ones of it alone, none of them
  * chosen. Or the full order of a test alone, which is kept where the problem says. */
 thrum_status tradeoff_solve_recipe(const tradeoff_problem *problem, const tradeoff_recipe *recipe,
                                    tradeoff_result *result, thrum_error *error);

@@ -309,6 +309,8 @@ static void what_has_flowed_is_taken_over_with_what_it_released(void **context) 
   const thrum_state_def def = flow_def(0.1);
   thrum_state *state = thrown(&made, &def), *other = state_make(&made.points, &def);
   state_steps(&made.points, state, 30);
+
+  // with the same coordinates and the same flow, both have the same energy
   double q[RANK], p[RANK];
   state_read(&made.points, state, q, p);
   assert_int_equal(thrum_state_take_plastic(other, state, NULL), THRUM_OK);
