@@ -158,7 +158,8 @@ static const config_option options[] = {
                  GIVEN(cubature_given), CONFIG_RANGE(1, COUNT_MAX)),
     OPTION_NUMBER("cubature-range", NULL, "0.2",
                   "largest displacement of these states, as a share of the body's diagonal",
-                  AT(options.cubature_range), GIVEN(cubature_given), CONFIG_ABOVE(0)),
+                  AT(options.cubature_range), GIVEN(cubature_given), .least = 0, .most = 10,
+                  .above = true),
     OPTION_NUMBER(
         "yield", NULL, "never",
         "train the points on states that have flowed beyond this strain as well, for runs "

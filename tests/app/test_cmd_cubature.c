@@ -408,6 +408,7 @@ static void what_does_not_go_with_points_is_refused(void **state) {
       {"--cubature", "--cubature-error=0", "--cubature-error"},
       {"--cubature", "--cubature-points=0", "--cubature-points"},
       {"--cubature", "--cubature-range=-1", "--cubature-range"},
+      {"--cubature", "--cubature-range=1e30", "--cubature-range"},
       {"--cubature", "--precision=single", "--precision single"},
       {"--law", "neo-hookean", "a polynomial cannot hold it"},
       {"--law", "rubber", "--law"},
