@@ -24,6 +24,8 @@
 #include "runtime/contact/contact_law.h"
 #include "runtime/contact/contact_private.h"
 
+#define ROUNDING 1e-9 /* of a force, within which a bound of it counts as reached */
+
 /* The root of a x^2 + b x - c = 0 that is not below 0, for a > 0 and c >= 0. */
 static double positive_root(double a, double b, double c) {
   const double root = sqrt(b * b + 4.0 * a * c);
@@ -66,6 +68,30 @@ double thrum_contact_normal(const thrum_contact_row *row, double gap_free, doubl
   const double most = (row->ceiling - gap_free) / along;
   force = fmin(force, fmax(most, 0.0));
   return isfinite(force) ? force : 0.0;
+}
+
+double thrum_contact_normal_rate(const thrum_contact_row *row, double gap_free, double stored,
+                                 double force) {
+  const double g = row->gap, k = row->stiffness, c = row->damping, along = row->along;
+  const double reached = gap_free + along * force, rises = reached - g;
+  if (!(force > 0.0))
+    return 0.0;
+
+  // at its ceiling the gap stays, whatever the force is
+  if (force * (1.0 + ROUNDING) >= (row->ceiling - gap_free) / along)
+    return 1.0 / along;
+
+  // how the force of the law that counts falls with the gap, then with what the force gives way by
+  double rate;
+  if (rises > 0.0 && force * rises * (1.0 + ROUNDING) >= stored)
+    rate = force / rises;
+  else if (g > 0.0)
+    rate = c - k * reached * (g - 0.5 * reached) / (rises * rises);
+  else if (reached <= 0.0)
+    rate = 0.5 * k + c;
+  else
+    rate = (force - c * g) / rises;
+  return rate / (1.0 + along * rate);
 }
 
 void thrum_contact_friction(const thrum_contact_row *row, double normal, const double unloaded[3],

@@ -11,6 +11,10 @@
  * and whose spring holds `stored` [J]. */
 double thrum_contact_normal(const thrum_contact_row *row, double gap_free, double stored);
 
+/* By how much that force, which is given, falls as `gap_free` rises [N/m]; not below 0. */
+double thrum_contact_normal_rate(const thrum_contact_row *row, double gap_free, double stored,
+                                 double force);
+
 /* Friction [N] of a row with this normal force [N], whose displacement across the normal would be
  * `displacement` [m] without it. */
 void thrum_contact_friction(const thrum_contact_row *row, double normal,

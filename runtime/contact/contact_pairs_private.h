@@ -106,6 +106,23 @@ typedef struct thrum_link_run {
   double work[2];                           /* of the forces on either side in the step made [J] */
 } thrum_link_run;
 
+/* Rows that are solved for at once (contact_pairs_newton.c). */
+#define THRUM_NEWTON_ROWS 1024   /* at most */
+#define THRUM_NEWTON_COLUMNS 128 /* coordinates of both bodies, at most */
+#define THRUM_NEWTON_LEAST(a, b) ((a) < (b) ? (a) : (b))
+#define THRUM_NEWTON_WIDTH(rank) THRUM_NEWTON_LEAST(2 * (rank) + 12, THRUM_NEWTON_COLUMNS)
+
+typedef struct thrum_newton_row {
+  int64_t row;        /* of the step */
+  double *ways;       /* displacement under scaled ones of both bodies: three rows, in the world */
+  double at[3];       /* displacement [m] */
+  double way[3];      /* under a step of the iteration [m] */
+  double force;       /* along the normal, that the row goes on from [N] */
+  double friction[3]; /* the same across it [N] */
+  double most;        /* bound of friction [N] */
+  double rate[9]; /* by which the force falls with the displacement, as it is in the sum [N/m] */
+} thrum_newton_row;
+
 typedef double thrum_turn[3];
 
 /* A box along the axes of the world that holds points over the step [m]. */
@@ -182,6 +199,10 @@ struct thrum_contact_pairs {
   X(int32_t, idle, touch_max * 2) /* candidates that have no row yet */                            \
   X(thrum_pair_row, rows, touch_max)                                                               \
   X(double, row_basis, touch_max * 6 * rank_max) /* three rows of U of either side */              \
+  X(thrum_newton_row, newton_rows, THRUM_NEWTON_LEAST(touch_max, THRUM_NEWTON_ROWS))               \
+  X(double, newton_ways,                                                                           \
+    THRUM_NEWTON_LEAST(touch_max, THRUM_NEWTON_ROWS) * 3 * THRUM_NEWTON_WIDTH(rank_max))           \
+  X(double, newton_room, (2 * THRUM_NEWTON_WIDTH(rank_max) + 7) * THRUM_NEWTON_WIDTH(rank_max))    \
   X(thrum_contact_run, runs, member_max)                                                           \
   X(thrum_contact, contacts, member_max) /* as the step began; of solids, without rows */          \
   X(thrum_contact_environment, environments, member_max) /* of solids */                           \
@@ -257,6 +278,12 @@ static inline bool thrum_pairs_pushes(const thrum_pair_row *row) {
 /* A row between two places of one body. */
 static inline bool thrum_pairs_is_own(const thrum_pair_row *row) {
   return row->members[0] == row->members[1];
+}
+
+/* A row between two members, either way round. */
+static inline bool thrum_pairs_joins(const thrum_pair_row *row, int64_t a, int64_t b) {
+  return (row->members[0] == a && row->members[1] == b) ||
+         (row->members[0] == b && row->members[1] == a);
 }
 
 /* contact_pairs_solid.c: the run of a solid as it moves in the step; no force moves it. */
@@ -355,6 +382,12 @@ static inline const double *thrum_pairs_basis(const thrum_pair_row *row, int sid
 /* contact_pairs_solve.c: solves all rows of the group with those of its members, and gathers their
  * loads. */
 void thrum_pairs_solve(thrum_pairs_run *run);
+
+/* contact_pairs_newton.c: solves all rows between two members, of which there are no more than
+ * THRUM_NEWTON_ROWS, at once, to within a tolerance [m], with the forces of all others as they are.
+ * Returns the steps that it took beyond one within the tolerance; -1: the tolerance was not met, or
+ * it could not, and nothing has changed. */
+int thrum_pairs_newton(thrum_pairs_run *run, int64_t a, int64_t b, double tolerance);
 
 /* contact_pairs_link.c: links as their bodies begin the step, and are predicted to end it. */
 void thrum_links_open(thrum_pairs_run *run, thrum_link *links, int64_t count);

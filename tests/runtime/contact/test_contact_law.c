@@ -120,11 +120,37 @@ static void friction_stops_what_it_can_and_never_drives(void **context) {
   assert_true(stopped > DRAWS / 20 && stopped < DRAWS);
 }
 
+static void the_rate_of_a_force_is_how_it_falls_with_the_gap(void **context) {
+  (void)context;
+  random_state random = {35};
+  const double h = 1e-6;
+  int falls = 0;
+  for (int n = 0; n < DRAWS; n++) {
+    thrum_contact_row row = row_make(&random);
+    const double stored = random_index(&random, 2) ? fabs(random_uniform(&random)) : INFINITY;
+    const double gap_free = row.gap + 2 * random_uniform(&random);
+    if (random_index(&random, 3) == 0)
+      row.ceiling = row.gap + random_uniform(&random);
+
+    // one of the two where the law has a corner, so it lies between differences to either side
+    const double force = thrum_contact_normal(&row, gap_free, stored);
+    const double before = (thrum_contact_normal(&row, gap_free - h, stored) - force) / h;
+    const double after = (force - thrum_contact_normal(&row, gap_free + h, stored)) / h;
+    const double rate = thrum_contact_normal_rate(&row, gap_free, stored, force);
+    assert_true(rate >= fmin(before, after) - 1e-4 * (1 + fabs(before) + fabs(after)));
+    assert_true(rate <= fmax(before, after) + 1e-4 * (1 + fabs(before) + fabs(after)));
+    assert_true(rate >= 0 && rate * row.along <= 1 + 1e-12);
+    falls += rate > 0;
+  }
+  assert_true(falls > DRAWS / 4 && falls < DRAWS);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_spring_pushes_by_its_discrete_gradient),
       cmocka_unit_test(no_spring_gives_back_more_than_it_holds_or_pushes_beyond_its_ceiling),
       cmocka_unit_test(friction_stops_what_it_can_and_never_drives),
+      cmocka_unit_test(the_rate_of_a_force_is_how_it_falls_with_the_gap),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
