@@ -109,6 +109,9 @@ static void add_cubature(cJSON *object, const precompute_request *request,
   json_number(cubature, "range", request->options.cubature_range);
   json_number(cubature, "yield", request->options.cubature_yield);
   json_number(cubature, "error_wanted", request->options.cubature_error);
+  json_number(cubature, "refine", (double)request->options.cubature_refine);
+  if (request->options.cubature_refine > 0)
+    json_number(cubature, "chosen_error", figures->chosen_error);
   json_number(cubature, "train_error", figures->train_error);
   json_number(cubature, "test_error", figures->test_error);
   if (request->options.law == THRUM_LAW_STVK)
@@ -477,6 +480,9 @@ void precompute_print_table(const precompute_outcome *outcome) {
            "cubature", result->cubature.points, result->cubature.candidates,
            100 * result->cubature.train_error, result->cubature.states,
            100 * result->cubature.test_error, result->cubature.test_states);
+    if (outcome->request->options.cubature_refine > 0)
+      printf("%-18slearned: points of the mesh alone would be wrong by %.2g %% in these others\n",
+             "gradients", 100 * result->cubature.chosen_error);
     if (outcome->request->options.law != THRUM_LAW_STVK)
       printf("%-18s%s, by which the points alone answer\n", "law",
              thrum_law_name(outcome->request->options.law));

@@ -15,6 +15,7 @@
 #include "platform/threads.h"
 #include "precompute/options_check.h"
 #include "precompute/polynomial/cubature.h"
+#include "precompute/polynomial/cubature_refine.h"
 
 #define MARGIN 1.05 /* heap and library buffers that are not counted one by one */
 #define COUNT_SHARE                                                                                \
@@ -189,6 +190,17 @@ static void probe(int threads, double *flops, double *bytes) {
   free(data);
 }
 
+/* Gradients that are learned, of as many points as are usual: the forces of states, and in each
+ * step a stress, a tangent and five products for each of its states. */
+static double refine_seconds(const thrum_precompute_options *options, double state, double gemm) {
+  const double r = (double)options->rank, steps = (double)options->cubature_refine;
+  const double count = fmin((double)options->cubature_points, THRUM_CUBATURE_POINTS_USUAL * r);
+  if (!(steps > 0))
+    return 0;
+  return THRUM_REFINE_STATES * count * state +
+         steps * THRUM_REFINE_BATCH * count * (1.5e-7 + 90 * r / (0.5 * gemm));
+}
+
 /* The last stage: one DSYRK of products of columns; or, for cubature, the forces of states, each in
  * three passes over the points and six over the basis, and one DSYRK of candidates. */
 static double reduced_seconds(const thrum_precompute_options *options, double points, double n,
@@ -197,8 +209,9 @@ static double reduced_seconds(const thrum_precompute_options *options, double po
     return 6 * points * columns * columns / (0.9 * gemm);
   const double r = (double)options->rank, states = THRUM_CUBATURE_STATES;
   const double candidates = fmin(points, THRUM_CUBATURE_CANDIDATES);
-  return states * (3e-7 * points + 6e-10 * 6 * n * r) +
-         states * r * candidates * candidates / (0.8 * gemm);
+  const double state = 3e-7 * points + 6e-10 * 6 * n * r;
+  return states * state + states * r * candidates * candidates / (0.8 * gemm) +
+         refine_seconds(options, state, gemm);
 }
 
 void thrum_estimate_times(const thrum_fem *fem, const thrum_precompute_options *options,

@@ -105,6 +105,13 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the law %s needs cubature: a polynomial cannot hold it",
                            thrum_law_name(options->law));
+  if (options->cubature_refine < 0 ||
+      (options->cubature_refine > 0 && (!options->cubature || options->law != THRUM_LAW_STVK)))
+    return thrum_error_set(
+        error, THRUM_INVALID_ARGUMENT,
+        "points are refined in %lld steps, which must be 0 or more, and 0 without "
+        "cubature and for another law than stvk",
+        (long long)options->cubature_refine);
   if (options->cubature && options->single)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "single precision is of the coefficients of a polynomial, which "

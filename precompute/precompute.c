@@ -401,7 +401,8 @@ static thrum_status make_points(pipeline *p, const thrum_reporter *reporter, thr
                                   .most = p->options.cubature_points,
                                   .range = p->options.cubature_range,
                                   .masters = k > 0 && k < r ? k : (r + 1) / 2,
-                                  .yield = p->options.cubature_yield};
+                                  .yield = p->options.cubature_yield,
+                                  .refine = p->options.cubature_refine};
   thrum_model *model = &p->result.model;
   THRUM_TRY(thrum_cubature(&p->fem, &def, model, &p->result.cubature, reporter, error));
   THRUM_TRY(thrum_model_fill_law(p->fem.law, model, error));

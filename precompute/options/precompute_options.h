@@ -96,7 +96,7 @@ typedef struct thrum_precompute_options {
    * polynomial of degree 4 cannot hold it. */
   thrum_law law;
 
-  /* V from cubature points in place of the polynomial; default false. The next three are of it. */
+  /* V from cubature points in place of the polynomial; default false. The next five are of it. */
   bool cubature;
 
   /* Relative rms of the internal force at which points are enough; > 0, default 0.001. Smaller:
@@ -109,6 +109,11 @@ typedef struct thrum_precompute_options {
   /* Largest displacement that points are trained on, as a share of the body's diagonal; > 0,
    * default 0.2. Larger: more points for the same error, and right for larger motion. */
   double cubature_range;
+
+  /* Steps in which the gradients of the points are learned; >= 0, default 0: they are those of the
+   * mesh; 10000 are usual. Larger: fewer points for the same error, and a longer precompute. Saint
+   * Venant-Kirchhoff material alone. */
+  int64_t cubature_refine;
 
   /* Yield strain of a body that flows, which points of another law are then trained on; > 0,
    * default infinite: none. Smaller: more flows in the states of training. */

@@ -15,7 +15,8 @@
  * of states is the square of the relative rms error. Only A^T A is kept. Where there are more
  * points than CANDIDATES, that many are drawn.
  *
- * Cost: three evaluations of the full-order force a state, and rows x candidates^2.
+ * Cost: three evaluations of the full-order force a state, and rows x candidates^2. States to
+ * refine on take one each, and two for each pair of coordinates that are drawn.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/polynomial/cubature.h"
@@ -27,7 +28,9 @@
 
 #include "platform/allocate.h"
 #include "precompute/fem/fem_tet.h"
+#include "precompute/polynomial/cubature_refine.h"
 #include "precompute/polynomial/nonnegative.h"
+#include "precompute/polynomial/quartic_stress.h"
 #include "runtime/base/vec3.h"
 #include "runtime/material/plastic_flow.h"
 
@@ -37,6 +40,9 @@
 #define ROWS 9        /* components of a gradient */
 #define SMALLEST 0.05 /* amplitude of a state, of the largest */
 #define OFF 0.5       /* by which followers are off, in half of the states */
+#define GAIN 5.0      /* by which refining is expected to lower the error */
+#define CHOSEN 0.2    /* of the time at which points are chosen, where they are then refined, */
+#define MADE 0.4      /* and at which the states to refine on are made */
 
 typedef struct cubature {
   const thrum_fem *fem;
@@ -50,10 +56,14 @@ typedef struct cubature {
   double *plastic;     /* points of the mesh x 9: what has flowed in the state at hand */
   double *scale;       /* a state: 1 / |R| */
   double *norm;        /* rank: 1 / w_i */
+  double *quadratic;   /* rank for each pair j <= i of the drawn ones: the even part of the force in
+                        * q_i q_j of the units below; NULL: it is evaluated */
+  double *unit;        /* one for each coordinate that is drawn */
   double reach;        /* largest displacement of a state [m] */
   double *field, *force_field, *other_field; /* 3 vertex_count */
   double *products[2], *projections[2], target[2];
   uint64_t random;
+  double share; /* of the time, in which points are chosen: 1, or less where they are refined */
   const thrum_reporter *reporter;
 } cubature;
 
@@ -85,20 +95,37 @@ static double largest(const cubature *c) {
   return sqrt(most);
 }
 
-/* Adds to q what the coordinates from k on do while the others are at q. */
-static void follow(cubature *c, bool exactly, double *q) {
-  const int64_t k = c->def->masters, rows = 3 * c->model->vertex_count;
-  double reduced[THRUM_RANK_MAX];
-
-  // the even part of the force at +-u
+/* The even part of the force at U q, reduced: what is quadratic in q, of Saint Venant-Kirchhoff
+ * material. */
+static void even_force(const cubature *c, const double *q, double *reduced) {
+  const int rows = (int)(3 * c->model->vertex_count);
   expand(c, q, c->field);
   thrum_fem_energy(c->fem, c->field, c->force_field);
-  cblas_dscal((int)rows, -1, c->field, 1);
+  cblas_dscal(rows, -1, c->field, 1);
   thrum_fem_energy(c->fem, c->field, c->other_field);
-  cblas_daxpy((int)rows, 1, c->other_field, 1, c->force_field, 1);
+  cblas_daxpy(rows, 1, c->other_field, 1, c->force_field, 1);
   reduce(c, c->force_field, reduced);
-  for (int64_t h = k; h < c->rank; h++)
-    q[h] -= 0.5 * reduced[h] * c->norm[h] * c->norm[h] * (exactly ? 1 : 1 + OFF * draw(c));
+  cblas_dscal((int)c->rank, 0.5, reduced, 1);
+}
+
+/* The same from its coefficients, where there are some. */
+static void quadratic_force(const cubature *c, const double *q, double *reduced) {
+  const double *row = c->quadratic;
+  memset(reduced, 0, (size_t)c->rank * sizeof *reduced);
+  for (int64_t i = 0; i < c->def->masters; i++)
+    for (int64_t j = 0; j <= i; j++, row += c->rank)
+      cblas_daxpy((int)c->rank, q[i] / c->unit[i] * q[j] / c->unit[j], row, 1, reduced, 1);
+}
+
+/* Adds to q what the coordinates from k on do while the others are at q. */
+static void follow(cubature *c, bool exactly, double *q) {
+  double reduced[THRUM_RANK_MAX];
+  if (c->quadratic)
+    quadratic_force(c, q, reduced);
+  else
+    even_force(c, q, reduced);
+  for (int64_t h = c->def->masters; h < c->rank; h++)
+    q[h] -= reduced[h] * c->norm[h] * c->norm[h] * (exactly ? 1 : 1 + OFF * draw(c));
 }
 
 static bool flows(const cubature *c) {
@@ -202,22 +229,8 @@ static void point_gradients(const thrum_fem *fem, const thrum_model *model, int6
     }
 }
 
-/* Nonlinear part of the first Piola-Kirchhoff stress at G, of Saint Venant-Kirchhoff material. */
-static void quartic_stress(double lambda, double mu, double g[3][3], double p[3][3]) {
-  double quadratic[3][3], strain[3][3], t[3][3], s[3][3];
-  for (int c = 0; c < 3; c++)
-    for (int d = 0; d < 3; d++) {
-      quadratic[c][d] = (g[0][c] * g[0][d] + g[1][c] * g[1][d] + g[2][c] * g[2][d]) / 2;
-      strain[c][d] = (g[c][d] + g[d][c]) / 2 + quadratic[c][d];
-    }
-  thrum_stress(lambda, mu, quadratic, t);
-  thrum_stress(lambda, mu, strain, s);
-  for (int c = 0; c < 3; c++)
-    for (int d = 0; d < 3; d++)
-      p[c][d] = t[c][d] + g[c][0] * s[0][d] + g[c][1] * s[1][d] + g[c][2] * s[2][d];
-}
-
-/* The same of another law, where the point has flowed at the gradient `before`. */
+/* Stress without its linear part of another law, where the point has flowed at the gradient
+ * `before`. */
 static void law_stress(const cubature *c, double lambda, double mu, double before[3][3],
                        double g[3][3], double p[3][3]) {
   double strain[3][3], linear[3][3], plastic[3][3] = {{0}};
@@ -243,7 +256,7 @@ static void candidate_row(const cubature *c, int64_t n, int64_t s, const double 
   memcpy(flowed, before, sizeof flowed);
   const double lambda = c->fem->lambda[region], mu = c->fem->mu[region];
   if (c->fem->law == THRUM_LAW_STVK)
-    quartic_stress(lambda, mu, g, p);
+    thrum_quartic_stress(lambda, mu, g, p);
   else
     law_stress(c, lambda, mu, flowed, g, p);
   const double weight = c->fem->weight[point] * c->scale[s];
@@ -304,11 +317,13 @@ static void mirror(cubature *c) {
 static thrum_status make_squares(cubature *c, double *gradients, double *rows, thrum_error *error) {
   for (int64_t s = 0; s < STATES + TEST_STATES; s++) {
     make_state(c, s);
-    THRUM_TRY(thrum_report(c->reporter, 0.4 * (double)s / (STATES + TEST_STATES), error));
+    THRUM_TRY(
+        thrum_report(c->reporter, 0.4 * c->share * (double)s / (STATES + TEST_STATES), error));
   }
   for (int64_t s = 0; s < STATES + TEST_STATES; s += CHUNK) {
     add_states(c, s, CHUNK, s < STATES ? 0 : 1, gradients, rows);
-    THRUM_TRY(thrum_report(c->reporter, 0.4 + 0.5 * (double)s / (STATES + TEST_STATES), error));
+    THRUM_TRY(thrum_report(c->reporter, c->share * (0.4 + 0.5 * (double)s / (STATES + TEST_STATES)),
+                           error));
   }
   mirror(c);
   return THRUM_OK;
@@ -336,7 +351,7 @@ static bool enough(void *context, int64_t used, const int64_t *places, const dou
   // many points are judged now and then, as that takes the square of their number
   if (used % (1 + used / 50) != 0)
     return false;
-  return error_of(c, 1, used, places, x) <= c->def->error;
+  return error_of(c, 1, used, places, x) <= c->def->error * (c->def->refine > 0 ? GAIN : 1);
 }
 
 /* Chooses candidates among all points, without repeats, in ascending order. */
@@ -408,6 +423,116 @@ thrum_status thrum_cubature_fill(const thrum_fem *fem, int64_t count, const int6
   return THRUM_OK;
 }
 
+/* Coordinates of `count` states in the norm. */
+static void scale_states(const cubature *c, int64_t count, double *q) {
+  for (int64_t s = 0; s < count; s++)
+    for (int64_t i = 0; i < c->rank; i++)
+      q[s * c->rank + i] /= c->norm[i];
+}
+
+/* Columns of the gradients times 1 / w_i, or back. */
+static void scale_gradients(const cubature *c, bool back, int64_t rows, double *gradients) {
+  for (int64_t n = 0; n < rows; n++)
+    for (int64_t i = 0; i < c->rank; i++)
+      gradients[n * c->rank + i] *= back ? 1 / c->norm[i] : c->norm[i];
+}
+
+/* Coefficients of the even part of the force, which spare two of three forces of each state to
+ * come; of units in which a coordinate moves the body as far as states do. */
+static thrum_status take_quadratic(cubature *c, double *quadratic, double *unit,
+                                   thrum_error *error) {
+  const int64_t k = c->def->masters, r = c->rank;
+  double q[THRUM_RANK_MAX] = {0};
+  for (int64_t i = 0; i < k; i++) {
+    q[i] = 1;
+    expand(c, q, c->field);
+    unit[i] = c->reach / largest(c);
+    q[i] = 0;
+  }
+
+  // squares, and then products, which are what a sum has beside the squares
+#define ROW(i, j) (quadratic + ((i) * ((i) + 1) / 2 + (j)) * r)
+  for (int64_t i = 0; i < k; i++) {
+    q[i] = unit[i];
+    even_force(c, q, ROW(i, i));
+    q[i] = 0;
+  }
+  for (int64_t i = 0; i < k; i++) {
+    for (int64_t j = 0; j < i; j++) {
+      q[i] = unit[i];
+      q[j] = unit[j];
+      even_force(c, q, ROW(i, j));
+      cblas_daxpy((int)r, -1, ROW(i, i), 1, ROW(i, j), 1);
+      cblas_daxpy((int)r, -1, ROW(j, j), 1, ROW(i, j), 1);
+      q[i] = q[j] = 0;
+    }
+    THRUM_TRY(thrum_report(c->reporter, CHOSEN, error));
+  }
+#undef ROW
+  c->quadratic = quadratic;
+  c->unit = unit;
+  return THRUM_OK;
+}
+
+/* Makes `count` more states in place of those before. */
+static thrum_status make_more(cubature *c, int64_t count, thrum_error *error) {
+  for (int64_t s = 0; s < count; s++) {
+    make_state(c, s);
+    const double part = (double)s / (double)count;
+    THRUM_TRY(thrum_report(c->reporter, CHOSEN + (MADE - CHOSEN) * part, error));
+  }
+  scale_states(c, count, c->q);
+  return THRUM_OK;
+}
+
+/* Learns the gradients of the model's points in new states; errors are then those in these, and in
+ * the states that the points were judged by. */
+static thrum_status refine(cubature *c, thrum_model *model, thrum_cubature_figures *figures,
+                           thrum_error *error) {
+  const int64_t n = model->point_count, r = c->rank, k = c->def->masters,
+                batch = THRUM_REFINE_BATCH;
+  const int64_t count = (THRUM_REFINE_STATES * n + batch - 1) / batch * batch;
+  // an array that thrum_cubature_fill has made; const is for readers of the model
+  double *gradients = (double *)(uintptr_t)model->point_gradients;
+  thrum_free_points points = {.count = n, .rank = r, .gradients = gradients};
+
+  // the states to judge by stay, others take the place of the rest
+  scale_states(c, TEST_STATES, c->q + STATES * r);
+  const thrum_force_samples judge = {.count = TEST_STATES,
+                                     .rank = r,
+                                     .q = c->q + STATES * r,
+                                     .force = c->force + STATES * r,
+                                     .scale = c->scale + STATES};
+  thrum_scope memory = thrum_scope_begin("the cubature", error);
+#define NEED(count) thrum_scope_allocate(&memory, (count), sizeof(double))
+  c->q = NEED(count * r);
+  c->force = NEED(count * r);
+  c->scale = NEED(count);
+  double *moduli = NEED(2 * n), *work = NEED(thrum_refine_work(&points, batch));
+  double *quadratic = NEED(k * (k + 1) / 2 * r), *unit = NEED(k);
+#undef NEED
+  points.lambda = moduli;
+  points.mu = moduli + n;
+  for (int64_t p = 0; p < 2 * n && memory.status == THRUM_OK; p++)
+    moduli[p] = model->point_moduli[p] * model->point_weights[p % n];
+
+  thrum_status status = memory.status;
+  THRUM_THEN(status, take_quadratic(c, quadratic, unit, error));
+  THRUM_THEN(status, make_more(c, count, error));
+  if (status >= 0) {
+    const thrum_force_samples samples = {count, r, c->q, c->force, c->scale};
+    scale_gradients(c, false, ROWS * n, gradients);
+    figures->chosen_error = figures->test_error;
+    status = thrum_cubature_refine(&samples, c->def->refine, &points, c->reporter, MADE, error);
+    figures->states = count;
+    figures->train_error = thrum_refine_error(&points, &samples, work);
+    figures->test_error = thrum_refine_error(&points, &judge, work);
+    scale_gradients(c, true, ROWS * n, gradients);
+  }
+  thrum_scope_free(&memory);
+  return status;
+}
+
 thrum_status thrum_cubature(const thrum_fem *fem, const thrum_cubature_def *def, thrum_model *model,
                             thrum_cubature_figures *figures, const thrum_reporter *reporter,
                             thrum_error *error) {
@@ -419,6 +544,7 @@ thrum_status thrum_cubature(const thrum_fem *fem, const thrum_cubature_def *def,
                 .reach = def->range * thrum_box3_diagonal(model->vertices, model->vertex_count),
                 .count = all < THRUM_CUBATURE_CANDIDATES ? all : THRUM_CUBATURE_CANDIDATES,
                 .random = 1,
+                .share = def->refine > 0 ? CHOSEN : 1,
                 .reporter = reporter};
 
   // candidates and states, the rows of a chunk, and the products of both sets
@@ -458,6 +584,8 @@ thrum_status thrum_cubature(const thrum_fem *fem, const thrum_cubature_def *def,
   THRUM_THEN(status, make_squares(&c, gradients, rows, error));
   THRUM_THEN(status, choose_points(&c, places, x, &used, figures, error));
   THRUM_THEN(status, thrum_cubature_fill(fem, used, places, x, model, error));
+  if (status >= 0 && def->refine > 0)
+    status = refine(&c, model, figures, error);
   thrum_scope_free(&memory);
   return status;
 }

@@ -44,11 +44,17 @@ typedef struct thrum_cubature_def {
   /* Where points are to be right for a body that flows beyond this yield too; infinite: it is
    * elastic. In every second state something has then flowed. */
   double yield;
+
+  /* Steps in which the gradients of the chosen points are learned, of Saint Venant-Kirchhoff
+   * material alone (precompute/polynomial/cubature_refine.h); 0: none. Otherwise points are chosen
+   * for a multiple of the error. */
+  int64_t refine;
 } thrum_cubature_def;
 
 typedef struct thrum_cubature_figures {
   int64_t points, candidates, states, test_states;
   double train_error, test_error; /* relative rms of the internal force */
+  double chosen_error;            /* test_error before points were refined; 0: they were not */
   double force_cost; /* of a force, over that of the polynomial's, about: above 1 points do not pay;
                       * for a law that no polynomial holds it says nothing */
 } thrum_cubature_figures;

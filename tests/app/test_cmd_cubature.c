@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include <cmocka.h>
 
@@ -85,6 +86,40 @@ static void a_model_of_points_says_its_error_and_runs(void **state) {
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "has cubature points and no polynomial to export"));
   program_result_free(&run);
+}
+
+/* The error of the force of 12 points that are refined in so many steps; a run of them by `energy`
+ * conserves the energy whatever their gradients are. */
+static double error_of_refined(const char *steps) {
+  program_result run = PRECOMPUTE("--cubature", "--cubature-error", "1e-9", "--cubature-points",
+                                  "12", "--cubature-refine", steps, "--json");
+  assert_int_equal(run.exit_code, 3);
+  cJSON *object = json_line(run.out);
+  const cJSON *cubature = cJSON_GetObjectItemCaseSensitive(object, "cubature");
+  assert_true(number_of(cubature, "points") == 12 && number_of(cubature, "refine") == atof(steps));
+  const double error = number_of(cubature, "test_error");
+  cJSON_Delete(object);
+  program_result_free(&run);
+
+  // the work of a load that ends is what the body has from then on
+  run = thrum_run(folder, "simulate", "cub.npz", "--load", "square:0,0,-20@tip,until=0.1", "--time",
+                  "1", "-q", "--json", "-o", "run", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s%s", run.out, run.err);
+  object = json_line(run.out);
+  const cJSON *work = cJSON_GetObjectItemCaseSensitive(object, "work");
+  assert_true(number_of(work, "load_j") > 0);
+  assert_true(fabs(number_of(work, "balance_j")) <= 1e-12 * number_of(work, "load_j"));
+  cJSON_Delete(object);
+  program_result_free(&run);
+  return error;
+}
+
+static void refined_points_are_nearer_and_keep_the_energy(void **state) {
+  (void)state;
+  const double chosen = error_of_refined("0"), refined = error_of_refined("1000");
+  if (!(refined < 0.5 * chosen))
+    fail_msg("%g of %g", refined, chosen);
 }
 
 static void a_law_of_its_own_is_in_the_file_and_in_runs(void **state) {
@@ -402,6 +437,8 @@ static void what_does_not_go_with_points_is_refused(void **state) {
   (void)state;
   static const char *const wrong[][3] = {
       {"--cubature-error", "0.01", "go with --cubature"},
+      {"--cubature-refine", "100", "go with --cubature"},
+      {"--cubature", "--cubature-refine=-1", "--cubature-refine"},
       {"--cubature", "--yield=0.02", "--yield needs --law"},
       {"--law=corotational", "--yield=-1", "--yield"},
       {"--cubature", "--condense", "goes without --condense"},
@@ -427,6 +464,7 @@ static void what_does_not_go_with_points_is_refused(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_model_of_points_says_its_error_and_runs),
+      cmocka_unit_test(refined_points_are_nearer_and_keep_the_energy),
       cmocka_unit_test(a_law_of_its_own_is_in_the_file_and_in_runs),
       cmocka_unit_test(few_points_flow_no_more_than_the_load_gives),
       cmocka_unit_test(points_flow_and_their_account_closes),
