@@ -175,7 +175,7 @@ static entry_kind file_kind(folder_kind folder, const char *name) {
     return ENTRY_MARK;
   if (folder == FOLDER_SCENE)
     return is_named(name, SCENE_PROBES) || is_named(name, SCENE_ACCOUNT) ||
-                   is_named(name, SCENE_JSON)
+                   is_named(name, SCENE_LINKS) || is_named(name, SCENE_JSON)
                ? ENTRY_FILE
                : ENTRY_USERS;
 

@@ -21,6 +21,9 @@
 #define SCENE_JSON "scene.json"
 #define SCENE_PROBES "probes.csv"
 #define SCENE_ACCOUNT "account.csv"
+// rows x links x SCENE_LINK_COLUMNS: 1 while it holds or 0, how far it is open, and its two places
+#define SCENE_LINKS "links.npy"
+#define SCENE_LINK_COLUMNS 8
 
 typedef enum run_kind {
   RUN_OF_BODY, /* of one model; its mark is RUN_JSON */

@@ -29,6 +29,27 @@ static bool put_npy_header(FILE *file, int64_t rows, int64_t columns, size_t *si
   return fwrite(header, 1, *size, file) == *size;
 }
 
+FILE *run_series_open(const run_folder *folder, const char *name, int64_t columns) {
+  size_t size = 0;
+  FILE *series = run_folder_create(folder, name);
+
+  // the header is written for no rows now, which keeps its place
+  if (series != NULL && !put_npy_header(series, 0, columns, &size)) {
+    fclose(series);
+    series = NULL;
+  }
+  return series;
+}
+
+bool run_series_close(FILE **series, int64_t rows, int64_t columns) {
+  size_t before = 0, after = 0;
+  unsigned char header[NPY_HEADER_MAX];
+  before = thrum_npy_header_f8(header, 0, columns);
+  const bool done = fseek(*series, 0, SEEK_SET) == 0 &&
+                    put_npy_header(*series, rows, columns, &after) && before == after;
+  return run_folder_close_file(series) && done;
+}
+
 static thrum_status open_frames(run_output *output, thrum_error *error) {
   const thrum_model *model = output->model;
   path_text path;
@@ -50,7 +71,6 @@ static thrum_status open_frames(run_output *output, thrum_error *error) {
 thrum_status run_output_open(const char *path, const thrum_model *model, bool frames, bool inside,
                              run_output *output, thrum_error *error) {
   run_output opened = {.model = model};
-  size_t size = 0;
   thrum_status status = THRUM_OK;
   if (inside)
     THRUM_TRY(run_folder_open_inside(path, &opened.folder, error));
@@ -58,11 +78,9 @@ thrum_status run_output_open(const char *path, const thrum_model *model, bool fr
     THRUM_TRY(run_folder_open(path, RUN_OF_BODY, &opened.folder, error));
   errno = 0;
   opened.energy = run_folder_create(&opened.folder, "energy.csv");
-  opened.q = run_folder_create(&opened.folder, "q.npy");
-  // the header is written for no rows now, which keeps its place
+  opened.q = run_series_open(&opened.folder, "q.npy", model->rank);
   if (opened.energy == NULL || opened.q == NULL ||
-      fputs("step,time_s,kinetic_j,potential_j,total_j,high_j\n", opened.energy) < 0 ||
-      !put_npy_header(opened.q, 0, model->rank, &size))
+      fputs("step,time_s,kinetic_j,potential_j,total_j,high_j\n", opened.energy) < 0)
     status = run_folder_write_failed(&opened.folder, "energy.csv or q.npy", error);
 
   if (status >= 0 && frames)
@@ -89,12 +107,10 @@ thrum_status run_output_record(run_output *output, int64_t step, double time, co
 }
 
 thrum_status run_output_open_places(run_output *output, thrum_error *error) {
-  size_t size = 0;
   errno = 0;
-  output->places = run_folder_create(&output->folder, RUN_PLACEMENTS);
-  if (output->places == NULL || !put_npy_header(output->places, 0, RUN_PLACEMENT_COLUMNS, &size))
-    return run_folder_write_failed(&output->folder, RUN_PLACEMENTS, error);
-  return THRUM_OK;
+  output->places = run_series_open(&output->folder, RUN_PLACEMENTS, RUN_PLACEMENT_COLUMNS);
+  return output->places != NULL ? THRUM_OK
+                                : run_folder_write_failed(&output->folder, RUN_PLACEMENTS, error);
 }
 
 thrum_status run_output_place(run_output *output, const double matrix[16], thrum_error *error) {
@@ -122,16 +138,6 @@ thrum_status run_output_frame(run_output *output, double time, const double base
   return status;
 }
 
-/* Puts the counted rows into the header of a series and closes it. */
-static bool finish_series(FILE **series, int64_t rows, int64_t columns) {
-  size_t before = 0, after = 0;
-  unsigned char header[NPY_HEADER_MAX];
-  before = thrum_npy_header_f8(header, 0, columns);
-  const bool done = fseek(*series, 0, SEEK_SET) == 0 &&
-                    put_npy_header(*series, rows, columns, &after) && before == after;
-  return run_folder_close_file(series) && done;
-}
-
 static bool write_end(const run_output *output, const double *q, const double *p) {
   size_t size = 0;
   const size_t rank = (size_t)output->model->rank;
@@ -151,10 +157,10 @@ thrum_status run_output_end(run_output *output, const double *q, const double *p
     return run_folder_write_failed(&output->folder, "energy.csv", error);
 
   // the headers of the series get the number of rows
-  if (!finish_series(&output->q, output->rows, output->model->rank))
+  if (!run_series_close(&output->q, output->rows, output->model->rank))
     return run_folder_write_failed(&output->folder, "q.npy", error);
   output->moved = output->places != NULL;
-  if (output->moved && !finish_series(&output->places, output->rows, RUN_PLACEMENT_COLUMNS))
+  if (output->moved && !run_series_close(&output->places, output->rows, RUN_PLACEMENT_COLUMNS))
     return run_folder_write_failed(&output->folder, RUN_PLACEMENTS, error);
 
   // what the run can be continued from

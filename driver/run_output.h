@@ -3,6 +3,7 @@
 #define THRUM_DRIVER_RUN_OUTPUT_H
 
 #include <cjson/cJSON.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 
@@ -24,6 +25,12 @@ typedef struct run_output {
   bool end;         /* end.npy is written */
   const char *plot; /* the plot's file name once drawn; NULL: none */
 } run_output;
+
+/* Opens a series of rows in the folder, an array of doubles whose number of rows is not known yet;
+ * and puts the number into its header and closes it, whatever comes of it. NULL, or false, and
+ * errno where that fails. */
+FILE *run_series_open(const run_folder *folder, const char *name, int64_t columns);
+bool run_series_close(FILE **series, int64_t rows, int64_t columns);
 
 /* Makes the work folder and opens the series; frames need a model with a mesh and a basis.
  * `inside`: the body is part of a scene, and `path` is in the scene's work folder. On failure

@@ -216,14 +216,16 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
   return status;
 }
 
+bool recorded_run_keeps(const recorded_run *run, int64_t n, int64_t kept, double rate) {
+  return n + 1 >= run->rows || run->times[n] >= run->times[0] + (double)kept / rate * (1 - 1e-9);
+}
+
 void recorded_run_thin(recorded_run *run, double rate) {
   if (!(rate > 0))
     return;
   int64_t kept = 0;
   for (int64_t n = 0; n < run->rows; n++) {
-    // the first row at or past the next moment
-    const bool due = run->times[n] >= run->times[0] + (double)kept / rate * (1 - 1e-9);
-    if (!due && n + 1 < run->rows)
+    if (!recorded_run_keeps(run, n, kept, rate))
       continue;
 
     // kept rows move to the front of each series

@@ -34,6 +34,10 @@ void recorded_run_free(recorded_run *run);
 /* Was the run in the folder read from this file? Nothing may be written there. */
 bool recorded_run_holds(const char *folder, const recorded_run *run, const char *path);
 
+/* Is row n kept where `kept` rows before it are: is it the first at or past the next moment, or the
+ * last of all? */
+bool recorded_run_keeps(const recorded_run *run, int64_t n, int64_t kept, double rate);
+
 /* Keeps the rows that are nearest to `rate` a second, none twice, and the last; 0: all. */
 void recorded_run_thin(recorded_run *run, double rate);
 

@@ -1,13 +1,17 @@
 /* Reads the folder of a finished run of a scene back. SPDX-License-Identifier: Apache-2.0 */
 #include "driver/scene_read.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
 
 #include "driver/run_entries.h"
 #include "driver/run_folder.h"
 #include "driver/scene_spec.h"
 #include "io/json.h"
+#include "io/npy_file.h"
 #include "platform/allocate.h"
 
 void recorded_scene_free(recorded_scene *scene) {
@@ -15,6 +19,7 @@ void recorded_scene_free(recorded_scene *scene) {
     recorded_run_free(&scene->runs[n]);
   free(scene->runs);
   free(scene->names);
+  free(scene->links);
   cJSON_Delete(scene->object);
   *scene = (recorded_scene){0};
 }
@@ -57,12 +62,50 @@ static thrum_status read_bodies(const char *path, const char *file, recorded_sce
   return THRUM_OK;
 }
 
+/* Of each row the links that scene.json lists; runs before 0.2.0 have none. */
+static thrum_status read_links(const char *path, recorded_scene *scene, thrum_error *error) {
+  const cJSON *listed = cJSON_GetObjectItemCaseSensitive(scene->object, "links");
+  const int64_t count = cJSON_GetArraySize(listed);
+  char file[RUN_PATH_MAX + 300];
+  snprintf(file, sizeof file, "%.*s/%s", RUN_PATH_MAX, path, SCENE_LINKS);
+  if (count == 0 || access(file, F_OK) != 0)
+    return THRUM_OK;
+  int64_t rows = 0, columns = 0;
+  THRUM_TRY(thrum_npy_read_f8(file, &scene->links, &rows, &columns, error));
+
+  // one row for each of the bodies', and numbers only
+  bool good = rows == scene->runs[0].rows && columns == SCENE_LINK_COLUMNS * count;
+  for (int64_t n = 0; good && n < rows * columns; n++)
+    good = isfinite(scene->links[n]);
+  if (!good)
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "%.300s: not %d numbers for each link and row of the bodies", file,
+                           SCENE_LINK_COLUMNS);
+  scene->link_count = count;
+  return THRUM_OK;
+}
+
+void recorded_scene_thin(recorded_scene *scene, double rate) {
+  const int64_t width = SCENE_LINK_COLUMNS * scene->link_count;
+  if (!(rate > 0))
+    return;
+
+  // rows of links are kept where those of the first body are
+  for (int64_t n = 0, kept = 0; n < scene->runs[0].rows && width > 0; n++)
+    if (recorded_run_keeps(&scene->runs[0], n, kept, rate))
+      memmove(scene->links + width * kept++, scene->links + width * n,
+              (size_t)width * sizeof *scene->links);
+  for (int64_t n = 0; n < scene->count; n++)
+    recorded_run_thin(&scene->runs[n], rate);
+}
+
 thrum_status recorded_scene_read(const char *path, recorded_scene *scene, thrum_error *error) {
   char file[RUN_PATH_MAX + 300];
   recorded_scene read = {0};
   snprintf(file, sizeof file, "%.*s/%s", RUN_PATH_MAX, path, SCENE_JSON);
   THRUM_TRY(json_file_read(file, &read.object, error));
-  const thrum_status status = read_bodies(path, file, &read, error);
+  thrum_status status = read_bodies(path, file, &read, error);
+  THRUM_THEN(status, read_links(path, &read, error));
   if (status < 0)
     recorded_scene_free(&read);
   else

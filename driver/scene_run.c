@@ -89,6 +89,8 @@ void scene_run_close(scene_run *run) {
     fclose(run->probes);
   if (run->account != NULL)
     fclose(run->account);
+  if (run->links != NULL)
+    fclose(run->links);
   for (int64_t n = 0; run->bodies != NULL && n < run->spec.bodies.count; n++) {
     free(run->bodies[n].request.loads);
     free(run->bodies[n].request.starts);

@@ -72,6 +72,8 @@ typedef struct scene_run {
   FILE *probes;
   bool has_detail;           /* a body has a level of detail */
   FILE *account;             /* where bodies touch each other */
+  FILE *links;               /* where there are links */
+  int64_t link_rows;         /* in that */
   thrum_scene_account first; /* at the start */
   double seconds_read, seconds_find, seconds_output, seconds_total;
 } scene_run;
@@ -121,9 +123,12 @@ thrum_status scene_run_add_base_motion(const base_motion_spec *base_motion, thru
                                        thrum_error *error);
 thrum_status scene_run_probes(scene_run *run);
 
-/* scene_run_link.c: ties what the file links; then what its links did, for scene.json, and printed
- * as lines of the table. */
+/* scene_run_link.c: ties what the file links; opens links.npy, adds a row to it and ends it; then
+ * what its links did, for scene.json, and printed as lines of the table. */
 thrum_status scene_run_links(scene_run *run, thrum_error *error);
+thrum_status scene_run_open_links(scene_run *run, thrum_error *error);
+thrum_status scene_run_record_links(scene_run *run, thrum_error *error);
+thrum_status scene_run_end_links(scene_run *run, thrum_error *error);
 bool scene_run_is_linked(const scene_run *run, int32_t number);
 cJSON *scene_run_links_json(const scene_run *run);
 void scene_run_print_links(const scene_run *run);

@@ -1,5 +1,6 @@
 /* Links of a scene file: what they tie, the paths of their ends, and what they did.
  * SPDX-License-Identifier: Apache-2.0 */
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -119,6 +120,40 @@ thrum_status scene_run_links(scene_run *run, thrum_error *error) {
     free_parts(&parts);
   }
   return status;
+}
+
+thrum_status scene_run_open_links(scene_run *run, thrum_error *error) {
+  const int32_t count = thrum_scene_link_count(run->scene);
+  if (count == 0)
+    return THRUM_OK;
+  errno = 0;
+  run->links = run_series_open(&run->folder, SCENE_LINKS, SCENE_LINK_COLUMNS * (int64_t)count);
+  return run->links != NULL ? THRUM_OK : run_folder_write_failed(&run->folder, SCENE_LINKS, error);
+}
+
+thrum_status scene_run_record_links(scene_run *run, thrum_error *error) {
+  const int32_t count = thrum_scene_link_count(run->scene);
+  bool done = true;
+  errno = 0;
+  for (int32_t n = 0; n < count && run->links != NULL; n++) {
+    thrum_scene_link link;
+    THRUM_TRY(thrum_scene_link_get(run->scene, n, &link, error));
+
+    // the columns that run_entries.h lists
+    double row[SCENE_LINK_COLUMNS] = {link.holds, link.report.drift};
+    memcpy(row + 2, link.places, sizeof link.places);
+    done = done && fwrite(row, sizeof row, 1, run->links) == 1;
+  }
+  run->link_rows++;
+  return done ? THRUM_OK : run_folder_write_failed(&run->folder, SCENE_LINKS, error);
+}
+
+thrum_status scene_run_end_links(scene_run *run, thrum_error *error) {
+  const int64_t columns = SCENE_LINK_COLUMNS * (int64_t)thrum_scene_link_count(run->scene);
+  errno = 0;
+  return run->links == NULL || run_series_close(&run->links, run->link_rows, columns)
+             ? THRUM_OK
+             : run_folder_write_failed(&run->folder, SCENE_LINKS, error);
 }
 
 /* The link whose joint was open the widest, and by how much. */

@@ -289,7 +289,8 @@ void scene_run_table(const scene_run *run) {
   }
   scene_run_print_links(run);
   printf("status       %s\n", scene_run_status(run));
-  printf("files        %s/" SCENE_JSON "%s%s, and a run in each of its folders\n",
+  printf("files        %s/" SCENE_JSON "%s%s%s, and a run in each of its folders\n",
          run->request->output, thrum_scene_probe_count(run->scene) > 0 ? ", " SCENE_PROBES : "",
-         scene_run_has_account(run) ? ", " SCENE_ACCOUNT : "");
+         scene_run_has_account(run) ? ", " SCENE_ACCOUNT : "",
+         thrum_scene_link_count(run->scene) > 0 ? ", " SCENE_LINKS : "");
 }

@@ -235,6 +235,26 @@ static void add_motion(data_section *data, cJSON *list, const recorded_run *run)
     add_floats(data, arrays, "places", run->places, run->rows * RUN_PLACEMENT_COLUMNS);
 }
 
+/* Which links there were, by their kinds and names, and what each was in each row. */
+static void add_links(data_section *data, cJSON *root, const recorded_scene *scene) {
+  if (scene == NULL || scene->link_count == 0)
+    return;
+  cJSON *object = cJSON_AddObjectToObject(root, "recorded_links");
+  cJSON *list = cJSON_AddArrayToObject(object, "links");
+  const cJSON *link;
+  cJSON_ArrayForEach(link, cJSON_GetObjectItemCaseSensitive(scene->object, "links")) {
+    const char *name = json_text_of(link, "name"), *kind = json_text_of(link, "kind");
+    cJSON *row = json_add_row(list);
+    json_string(row, "kind", kind != NULL ? kind : "");
+    if (name != NULL)
+      json_string(row, "name", name);
+  }
+
+  // doubles, as how far a joint is open may be below what single precision tells of a place
+  add_doubles(data, cJSON_AddObjectToObject(object, "arrays"), "links", scene->links,
+              scene->runs[0].rows * scene->link_count * SCENE_LINK_COLUMNS);
+}
+
 /* Head, JSON padded with spaces, data. */
 static thrum_status join(const cJSON *root, const data_section *data, view_archive *archive,
                          thrum_error *error) {
@@ -275,6 +295,7 @@ thrum_status view_archive_pack(const view_archive_model *models, int64_t count, 
   cJSON *recording = motion.count > 0 ? cJSON_AddArrayToObject(root, "recording") : NULL;
   for (int64_t n = 0; n < motion.count && status >= 0; n++)
     add_motion(&data, recording, &motion.runs[n]);
+  add_links(&data, root, motion.scene);
   THRUM_THEN(status, join(root, &data, archive, error));
   cJSON_Delete(root);
   free(data.bytes);

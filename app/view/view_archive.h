@@ -6,7 +6,7 @@
 #include <cjson/cJSON.h>
 #include <stdbool.h>
 
-#include "driver/run_read.h"
+#include "driver/scene_read.h"
 #include "driver/scene_run.h"
 
 typedef struct view_archive_model {
@@ -19,8 +19,9 @@ typedef struct view_archive_model {
 
 /* The recorded motion of the bodies of a scene, in its order. */
 typedef struct view_archive_motion {
-  const recorded_run *runs; /* count */
-  int64_t count;            /* 0: bodies are stepped, and nothing was recorded */
+  const recorded_run *runs;    /* count */
+  int64_t count;               /* 0: bodies are stepped, and nothing was recorded */
+  const recorded_scene *scene; /* that has the runs, for its links; NULL: of a body alone */
 } view_archive_motion;
 
 typedef struct view_archive {

@@ -62,7 +62,7 @@ static thrum_status pack_run(const view_run_request *request, view_archive *arch
   recorded_run run = {0};
   THRUM_TRY(recorded_run_read(request->path, NULL, &run, error));
   recorded_run_thin(&run, request->fps);
-  const view_archive_motion motion = {&run, 1};
+  const view_archive_motion motion = {&run, 1, NULL};
   const char *const names[] = {run.model_path};
   thrum_status status = spare(request->output, request->path, &run, error);
   THRUM_THEN(status, pack_motion(motion, names, names, request->surface, NULL, archive, error));
@@ -95,7 +95,7 @@ static bool read_obstacles(const recorded_scene *scene, scene_run *run, bool qui
 
 static thrum_status pack_recorded(const recorded_scene *scene, bool quiet, view_archive *archive,
                                   thrum_error *error) {
-  const view_archive_motion motion = {scene->runs, scene->count};
+  const view_archive_motion motion = {scene->runs, scene->count, scene};
   const cJSON *bodies = cJSON_GetObjectItemCaseSensitive(scene->object, "bodies");
   const char **models = NULL;
   scene_run *obstacles = NULL;
@@ -132,8 +132,8 @@ thrum_status view_archive_of_run(const view_run_request *request, view_archive *
     char folder[RUN_PATH_MAX + 300];
     snprintf(folder, sizeof folder, "%.*s/%.250s", RUN_PATH_MAX, request->path, scene.names[n]);
     status = spare(request->output, folder, &scene.runs[n], error);
-    recorded_run_thin(&scene.runs[n], request->fps);
   }
+  recorded_scene_thin(&scene, request->fps);
   THRUM_THEN(status, pack_recorded(&scene, request->quiet, archive, error));
   recorded_scene_free(&scene);
   return status;

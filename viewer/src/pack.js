@@ -14,8 +14,11 @@ import { LINKS } from './engine.js';
  * @property {Object<string, ArrayBufferView>} arrays
  */
 
-/** `recording`: of a finished run, one for each body of the scene.
- * @typedef {{scene: object, models: Model[], recording?: object[]}} Pack */
+/** `recording`: of a finished run, one for each body of the scene; `recordedLinks`: what ties them, row by row.
+ * @typedef {{scene: object, models: Model[], recording?: object[], recordedLinks?: object}} Pack */
+
+/** Numbers of a recorded link in a row: 1 while it holds or 0, how far it is open [m], and its two places [m]. */
+export const LINK_NUMBERS = 8;
 
 const MAGIC = 'THRUMPK1';
 const HEADER_BYTES = 16;
@@ -124,6 +127,15 @@ function checkLink(link, n) {
     throw new Error(`link ${n + 1}: its path has three numbers a time, and its rows twelve a coordinate`);
 }
 
+/** Refuses recorded links of unknown kinds, or whose rows are not those of the recording.
+ * @param {{links: object[], arrays: object}} recorded @param {number} count of rows */
+function checkRecordedLinks({ links, arrays }, count) {
+  const wrong = links.find(({ kind }) => !Object.hasOwn(LINKS, kind));
+  if (wrong) throw new Error(`the recording: '${wrong.kind}' is no kind of link`);
+  if (arrays.links?.length !== count * links.length * LINK_NUMBERS)
+    throw new Error(`the recording: array 'links' has not ${count * links.length * LINK_NUMBERS} entries`);
+}
+
 /** @param {Uint8Array} bytes @returns {Pack} */
 export function readPack(bytes) {
   const data = new Uint8Array(bytes).buffer; // a copy, aligned whatever it was cut from
@@ -146,7 +158,9 @@ export function readPack(bytes) {
   header.scene.links?.forEach(checkLink);
   const recording = header.recording?.map(withArrays);
   recording?.forEach((rows) => checkRows(rows, recording[0].arrays.times.length));
-  return { scene: header.scene, models, recording };
+  const recordedLinks = header.recorded_links && withArrays(header.recorded_links);
+  if (recordedLinks) checkRecordedLinks(recordedLinks, recording?.[0]?.arrays.times.length ?? 0);
+  return { scene: header.scene, models, recording, recordedLinks };
 }
 
 /** The pack in the page, or the one served beside it. @returns {Promise<Pack>} */

@@ -2,6 +2,7 @@
 // and its last. It answers what the page asks the engine of bodies that are stepped.
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from 'three';
+import { LINK_NUMBERS } from './pack.js';
 
 const PLACE = 7; // numbers of a place: position, rotation w, x, y, z
 
@@ -25,6 +26,7 @@ export class Recording {
   constructor(rows, pack) {
     this.rows = rows;
     this.scene = pack.scene;
+    this.recordedLinks = pack.recordedLinks;
     this.times = rows[0].arrays.times;
     this.shapes = pack.scene.bodies.map(({ model }) => new Float32Array(pack.models[model].rank));
     this.seek(this.begin);
@@ -74,6 +76,20 @@ export class Recording {
     const [w, x, y, z] = place.slice(3);
     return new THREE.Matrix4().compose(new THREE.Vector3(...place),
       new THREE.Quaternion(x, y, z, w).normalize(), new THREE.Vector3(scale, scale, scale)).elements;
+  }
+
+  /** The links as they were in the row at or before now, and between rows where their places went.
+   * @returns {{kind: string, name?: string, holds: boolean, drift: number, largestDrift: number, places: number[]}[]} */
+  links() {
+    const { links = [], arrays } = this.recordedLinks ?? {};
+    const { row, next, share } = rowAt(this.times, this.time);
+    return links.map((link, n) => {
+      const at = (which) => arrays.links.subarray(LINK_NUMBERS * (which * links.length + n)).subarray(0, LINK_NUMBERS);
+      const [holds, drift, ...from] = at(row);
+      const to = at(next).subarray(2);
+      const places = from.map((x, i) => (1 - share) * x + share * to[i]);
+      return { ...link, holds: holds > 0, drift, largestDrift: drift, places };
+    });
   }
 
   /** Of the body by itself; the run's rows have no energy of gravity. */

@@ -272,9 +272,9 @@ export class World {
     this.linkMarks.show(settings.links ? this.links() : []);
   }
 
-  /** The links as they are now; a recording has none. */
+  /** The links as they are now. */
   links() {
-    if (this.plays) return [];
+    if (this.plays) return this.recording.links().map((link) => ({ ...link, state: stateOf(link, link) }));
     return (this.shown.links ?? []).map((link, n) => {
       const now = this.engine.link(n);
       return { name: link.name, kind: link.kind, state: stateOf(link, now), ...now };

@@ -6,6 +6,8 @@ import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
 import { OPEN, stateOf } from '../src/link_marks.js';
+import { LINK_NUMBERS } from '../src/pack.js';
+import { Recording } from '../src/recording.js';
 import { aloneScene, comparedScene, isComposed } from '../src/scenes.js';
 import { folder, lastRow, packOf, stepped, thrum } from './fixture.mjs';
 
@@ -99,6 +101,40 @@ test('only models of coupled bodies carry the numbers of an inertia', () => {
     bodies: SPINNING.bodies.map((body) => ({ ...body, coupled: false })) }));
   assert.ok(packOf('spinning.json').models[0].arrays.inertia.length > 9);
   assert.equal(packOf('plain.json').models[0].arrays.inertia, undefined);
+});
+
+test('the recording of a run has its links in each of its rows, and their places between them', () => {
+  const columns = LINK_NUMBERS * LINKED.links.length;
+  writeFileSync(join(folder, 'tied.json'), JSON.stringify(LINKED));
+  thrum('simulate', 'tied.json', '-o', 'tied', '--quiet');
+  const report = JSON.parse(readFileSync(join(folder, 'tied', 'scene.json'), 'utf8'));
+  const pack = packOf('tied');
+  const recording = new Recording(pack.recording, pack);
+  const flat = () => recording.links().flatMap(({ holds, drift, places }) => [Number(holds), drift, ...places]);
+
+  // the file has a row for each step and one before them, of which the page shows 60 a second
+  const bytes = readFileSync(join(folder, 'tied', 'links.npy'));
+  const first = bytes.length - 8 * columns * (1 + Math.round(LINKED.time / LINKED.dt));
+  assert.ok(recording.times.length < 40);
+  for (const time of recording.times) {
+    recording.seek(time);
+    const row = first + 8 * columns * Math.round(time / LINKED.dt);
+    assert.deepEqual(flat(), Array.from({ length: columns }, (_, i) => bytes.readDoubleLE(row + 8 * i)));
+  }
+  assert.deepEqual(recording.links().map(({ name, kind, holds, places }) => [name, kind, holds, ...places]),
+    report.links.map((link) => [link.name, link.kind, link.holds, ...link.place_m, ...link.other_place_m]));
+
+  // halfway between two rows a place is halfway
+  const [t, u] = recording.times.slice(3);
+  const [from, middle, to] = [t, (t + u) / 2, u].map((time) => { recording.seek(time); return recording.links()[2].places; });
+  middle.forEach((x, i) => assert.ok(Math.abs(x - (from[i] + to[i]) / 2) < 1e-12));
+  assert.notDeepEqual(from, to);
+
+  // a file of other rows is refused
+  writeFileSync(join(folder, 'tied', 'links.npy'), bytes.subarray(0, bytes.length - 8));
+  const { status, stderr } = spawnSync(process.env.THRUM_PROGRAM, ['view', 'tied', '-o', 'tied.html'], { cwd: folder, encoding: 'utf8' });
+  assert.notEqual(status, 0);
+  assert.match(stderr, /links\.npy/);
 });
 
 test('thrum view warns of neither links nor coupled bodies', () => {
