@@ -190,6 +190,18 @@ static void add_groups(cJSON *object, const thrum_model *model) {
   }
 }
 
+/* Adds the laws and yields of the regions, where they have their own. */
+static void add_laws(cJSON *object, const thrum_model *model) {
+  if (model->law_count == 0)
+    return;
+  cJSON *laws = cJSON_AddArrayToObject(object, "region_laws");
+  for (int64_t m = 0; m < model->law_count; m++) {
+    cJSON *law = json_add_row(laws);
+    cJSON_AddStringToObject(law, "law", thrum_law_name(thrum_law_of_region(model, m)));
+    json_number(law, "yield", thrum_law_yield(model, m, INFINITY));
+  }
+}
+
 static void print_json(const info *about) {
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "status", "done");
@@ -202,8 +214,9 @@ static void print_json(const info *about) {
   json_number(object, "quartic_coefficients", (double)about->steps->c4_count);
   if (about->model->point_count > 0)
     json_number(object, "cubature_points", (double)about->model->point_count);
-  if (about->model->point_law)
-    cJSON_AddStringToObject(object, "law", (const char *)about->model->point_law);
+  if (thrum_law_of_model(about->model) != THRUM_LAW_STVK)
+    cJSON_AddStringToObject(object, "law", thrum_law_name(thrum_law_of_model(about->model)));
+  add_laws(object, about->model);
 
   add_mesh(object, about);
   add_frequencies(object, about);
@@ -321,6 +334,16 @@ static void print_stepped(const info *about) {
   }
 }
 
+/* Ends a line about the material of a region: its law and its yield. */
+static void print_region_law(const thrum_model *model, int64_t region) {
+  const double yield = thrum_law_yield(model, region, INFINITY);
+  if (model->region_law)
+    printf(", %s", thrum_law_name(thrum_law_of_region(model, region)));
+  if (model->region_law && !isinf(yield))
+    printf(", flows beyond a strain of %g", yield);
+  puts("");
+}
+
 static void print_mesh(const info *about) {
   const thrum_quality *quality = &about->quality;
   print_label("mesh");
@@ -336,8 +359,9 @@ static void print_mesh(const info *about) {
          about->model->region_count == 1 ? "" : "s");
   for (int64_t m = 0; m < about->model->region_count && m < NAMES_SHOWN; m++) {
     const double *material = about->model->material + 3 * m;
-    print_line("material", "E = %g Pa, nu = %g, rho = %g kg/m^3\n", material[0], material[1],
+    print_line("material", "E = %g Pa, nu = %g, rho = %g kg/m^3", material[0], material[1],
                material[2]);
+    print_region_law(about->model, m);
   }
 
   // measures of the whole body and of its worst element
@@ -419,10 +443,9 @@ static void print_energy(const info *about) {
                "(rms)\n",
                model->rank, model->point_count, 100 * meta_number(about, "cubature", "test_error"));
 
-    // no law but the usual one is named in the file
-    if (model->point_law) {
-      print_line("law", "%s\n", (const char *)model->point_law);
-    }
+    // no law but the usual one is named
+    if (thrum_law_of_model(model) != THRUM_LAW_STVK)
+      print_line("law", "%s\n", thrum_law_name(thrum_law_of_model(model)));
     return;
   }
   print_line("polynomial",

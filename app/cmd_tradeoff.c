@@ -512,17 +512,27 @@ static thrum_status take_law(trade *t, thrum_error *error) {
   const thrum_law own = thrum_law_of_model(t->loaded);
   const thrum_law law = law_of_run(request->law_given, request->law, t->loaded);
   t->model = t->loaded;
+  if (law == THRUM_LAW_BY_REGION && thrum_law_has_yield(t->loaded))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "%.200s has a region that flows, and elastic bodies are compared: leave "
+                           "its yield out, or take the whole body to one --law",
+                           request->model_path);
   if (law != THRUM_LAW_STVK && request->cubature == TRADEOFF_CUBATURE_OFF)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%.200s is of %s material, which a polynomial cannot hold: leave out "
                            "--cubature off",
-                           request->model_path, thrum_law_name(law));
+                           request->model_path,
+                           law == THRUM_LAW_BY_REGION ? "several laws'" : thrum_law_name(law));
   if (law == own)
     return THRUM_OK;
 
   // a copy that borrows all arrays; its energy is not stepped
   const char *name = law == THRUM_LAW_STVK ? NULL : thrum_law_name(law);
   t->body = *t->loaded;
+  t->body.point_region = NULL;
+  t->body.region_law = NULL;
+  t->body.region_yield = NULL;
+  t->body.law_count = 0;
   t->body.point_law = (const thrum_u1 *)name;
   t->body.law_bytes = name != NULL ? (int64_t)strlen(name) + 1 : 0;
   t->body.point_count = 0;

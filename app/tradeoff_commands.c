@@ -118,7 +118,8 @@ static void put_precompute(FILE *stream, const tradeoff_commands *c) {
   fprintf(stream, " --modes %lld --rank %lld", (long long)modes_of(c), (long long)rank_of(c));
   if (recipe->modes > 0 && recipe->single)
     fputs(" --precision single", stream);
-  if (law_of(c) != THRUM_LAW_STVK)
+  // laws of regions come with the mesh, or with the model that it is taken from
+  if (law_of(c) != THRUM_LAW_STVK && law_of(c) != THRUM_LAW_BY_REGION)
     fprintf(stream, " --law %s", thrum_law_name(law_of(c)));
   if (recipe->cubature_error > 0) {
     fputs(" --cubature", stream);
@@ -201,7 +202,7 @@ static cJSON *precompute_options(const tradeoff_commands *c) {
   json_number(object, "rank", (double)rank_of(c));
   cJSON_AddStringToObject(object, "precision",
                           recipe->modes > 0 && recipe->single ? "single" : "double");
-  if (law_of(c) != THRUM_LAW_STVK)
+  if (law_of(c) != THRUM_LAW_STVK && law_of(c) != THRUM_LAW_BY_REGION)
     cJSON_AddStringToObject(object, "law", thrum_law_name(law_of(c)));
   if (recipe->cubature_error > 0) {
     cJSON_AddBoolToObject(object, "cubature", true);

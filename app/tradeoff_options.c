@@ -214,7 +214,8 @@ int tradeoff_options_read(int argc, char **argv, tradeoff_request *r) {
 
   // the first wrong option ends the command with its own exit code
   CONFIG_TRY(config_options_read_one(&command_tradeoff, "model", argc, argv, r, &r->model_path));
-  CONFIG_TRY(mesh_model_def_check("tradeoff", &r->mesh_def, thrum_mesh_is_named(r->model_path)));
+  CONFIG_TRY(mesh_model_def_check("tradeoff", &r->mesh_def, thrum_mesh_is_named(r->model_path),
+                                  r->law_given));
   CONFIG_TRY(read_cubature(r));
 
   // what no default can stand for, and what two options decide together

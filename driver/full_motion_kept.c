@@ -35,6 +35,10 @@ static uint64_t hash_body(const thrum_model *model, int mass) {
     hash = hash_bytes(hash, model->fixed, vertices);
   if (model->point_law)
     hash = hash_bytes(hash, model->point_law, (size_t)model->law_bytes);
+  if (model->region_law)
+    hash = hash_bytes(hash, model->region_law, (size_t)model->law_count);
+  if (model->region_yield)
+    hash = hash_numbers(hash, model->region_yield, model->law_count);
   return hash_bytes(hash, &mass, sizeof mass);
 }
 

@@ -49,13 +49,17 @@ const config_option mesh_options[] = {
     OPTION_END,
 };
 
-int mesh_model_def_check(const char *command, const mesh_model_def *def, bool mesh) {
+int mesh_model_def_check(const char *command, const mesh_model_def *def, bool mesh,
+                         bool law_given) {
   const thrum_material *material = &def->material;
   const thrum_mesh_read_options *reading = &def->reading;
   const bool given = def->fix_count > 0 || def->material_count > 0 || !isnan(material->young) ||
                      !isnan(material->poisson) || !isnan(material->density) ||
                      reading->scale != 1 || reading->order != 0 || reading->unit ||
                      reading->regions;
+  if (law_given && region_materials_have_laws(def->materials, def->material_count))
+    return config_usage(command, "--law is that of the whole body, and --material gives a region "
+                                 "one of its own: leave one out");
   if (!given || mesh)
     return COMMAND_DONE;
   return config_usage(command, "--fix, --young, --poisson, --density, --material, --scale, --unit, "
@@ -63,7 +67,7 @@ int mesh_model_def_check(const char *command, const mesh_model_def *def, bool me
 }
 
 int mesh_model_full_check(const char *command, const char *path, const mesh_model_def *def,
-                          bool full) {
+                          bool full, bool law_given) {
   const bool mesh = thrum_mesh_is_named(path);
   if (mesh && !full)
     return config_usage(
@@ -71,7 +75,7 @@ int mesh_model_full_check(const char *command, const char *path, const mesh_mode
         "%.200s is a mesh: make a model of it with thrum precompute, or take it whole "
         "with --full",
         path);
-  return mesh_model_def_check(command, def, mesh);
+  return mesh_model_def_check(command, def, mesh, law_given);
 }
 
 /* One file for each mesh and what is asked of it, so that runs of others keep theirs. */
@@ -153,7 +157,8 @@ thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool q
   file->path = file->cached;
   request.options.fit = true;
   request.options.law = def->law;
-  request.options.cubature = def->law != THRUM_LAW_STVK;
+  request.options.cubature = def->law != THRUM_LAW_STVK ||
+                             region_materials_need_points(def->materials, def->material_count);
   request.options.shared = request.options.cubature ? NULL : def->shared;
   if (def->yield > 0)
     request.options.cubature_yield = def->yield;

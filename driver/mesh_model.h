@@ -31,13 +31,13 @@ mesh_model_def mesh_model_def_default(void);
 /* Options of a mesh_model_def, for the group of a table. */
 extern const config_option mesh_options[];
 
-/* COMMAND_DONE, or COMMAND_USAGE after a line where options of a mesh come without one; `mesh`: the
- * path is taken as a mesh. */
-int mesh_model_def_check(const char *command, const mesh_model_def *def, bool mesh);
+/* COMMAND_DONE, or COMMAND_USAGE after a line where options of a mesh come without one, or a law of
+ * the whole body, law_given, beside those of regions; `mesh`: the path is taken as a mesh. */
+int mesh_model_def_check(const char *command, const mesh_model_def *def, bool mesh, bool law_given);
 
 /* The same for a command that takes a mesh with --full only. */
 int mesh_model_full_check(const char *command, const char *path, const mesh_model_def *def,
-                          bool full);
+                          bool full, bool law_given);
 
 /* Loads the model of the mesh at `text`: made with precompute's defaults, in the cache of models
  * and anew each time, since a mesh may be of several files that change. Where `text` is no mesh,

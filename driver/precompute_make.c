@@ -64,9 +64,24 @@ static thrum_status check_condensed(const precompute_request *request, thrum_err
                          (long long)complete.rank, (long long)complete.modes);
 }
 
+/* Laws that regions were given need points as that of the whole body does. */
+static thrum_status check_laws(const precompute_request *request, thrum_error *error) {
+  const thrum_precompute_options *options = &request->options;
+  if (options->law != THRUM_LAW_STVK && !options->cubature)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%.200s: laws of its regions other than stvk need --cubature: a "
+                           "polynomial cannot hold them",
+                           request->mesh_name);
+  if (options->law == THRUM_LAW_STVK && !isinf(options->cubature_yield))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--yield needs --law corotational or neo-hookean, or a region of one, "
+                           "whose points flow");
+  return THRUM_OK;
+}
+
 /* The options' material replaces the mesh's own, in every region and then in those that are named.
  */
-static thrum_status apply_material(const precompute_request *request, thrum_mesh *mesh,
+static thrum_status apply_material(precompute_request *request, thrum_mesh *mesh,
                                    thrum_error *error) {
   const thrum_material *wanted = &request->material;
   const bool whole = !isnan(wanted->young) && !isnan(wanted->poisson) && !isnan(wanted->density);
@@ -80,9 +95,16 @@ static thrum_status apply_material(const precompute_request *request, thrum_mesh
     if (!isnan(wanted->density))
       mesh->materials[m].density = wanted->density;
   }
+
+  // a law that is asked for is that of all regions without one of their own, of a model's mesh too
+  if (request->law_given) {
+    free(mesh->laws);
+    mesh->laws = NULL;
+  }
   int64_t lacking = -1;
-  THRUM_TRY(
-      region_materials_apply(request->materials, request->material_count, mesh, &lacking, error));
+  THRUM_TRY(region_materials_apply(request->materials, request->material_count, mesh,
+                                   &request->options.law, &lacking, error));
+  THRUM_TRY(check_laws(request, error));
 
   if (!mesh->has_material && !whole && lacking >= 0) {
     if (request->material_count > 0)
@@ -406,7 +428,7 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   precompute_outcome outcome = {.request = &found, .mesh = &mesh, .began = began};
 
   // what the options say about the mesh: material, fixed vertices, handles
-  THRUM_THEN(status, apply_material(request, &mesh, error));
+  THRUM_THEN(status, apply_material(&found, &mesh, error));
   THRUM_THEN(status, fix_vertices(request, &mesh, fixed, &outcome.fixed_count, error));
   THRUM_THEN(status, find_handles(request, &mesh, handles, error));
 

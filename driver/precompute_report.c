@@ -56,6 +56,10 @@ static void add_materials(cJSON *meta, const thrum_mesh *mesh) {
     json_number(material, "young_pa", mesh->materials[m].young);
     json_number(material, "poisson", mesh->materials[m].poisson);
     json_number(material, "density_kg_m3", mesh->materials[m].density);
+    if (mesh->laws)
+      cJSON_AddStringToObject(material, "law", thrum_law_name(mesh->laws[m].law));
+    if (mesh->laws && mesh->laws[m].yield > 0)
+      json_number(material, "yield", mesh->laws[m].yield);
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include "config/message.h"
 #include "config/options.h"
+#include "driver/mesh_of_model.h"
 #include "driver/precompute_request.h"
 #include "driver/region_material.h"
 #include "driver/shared_options.h"
@@ -144,7 +145,7 @@ static const config_option options[] = {
 
     OPTION_HEADING("points in place of the polynomial"),
     OPTION_LAW("stvk", "; these two need --cubature, as a polynomial cannot hold them",
-               AT(options.law)),
+               AT(options.law), GIVEN(law_given)),
     OPTION_FLAG("cubature",
                 "sum the energy over a few points of the mesh, whose weights are chosen by random "
                 "states: a step costs as much as points times rank, where the exact polynomial "
@@ -344,7 +345,9 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
   if (request->options.law != THRUM_LAW_STVK && !request->options.cubature)
     return config_usage("precompute", "--law %s needs --cubature: a polynomial cannot hold it",
                         law_names[request->options.law]);
-  if (!isinf(request->options.cubature_yield) && request->options.law == THRUM_LAW_STVK)
+  if (!isinf(request->options.cubature_yield) && request->options.law == THRUM_LAW_STVK &&
+      !region_materials_need_points(request->materials, request->material_count) &&
+      !mesh_of_model_is_named(request->mesh_name))
     return config_usage("precompute", "--yield needs --law corotational or neo-hookean, whose "
                                       "points flow");
   if ((request->cubature_given || request->options.cubature_refine > 0) &&

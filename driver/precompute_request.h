@@ -41,6 +41,7 @@ typedef struct precompute_request {
   const char *export_modes; /* a .vtu file for the linear modes; NULL: none */
   bool modes_given;         /* the options' modes and rank are the user's, not the defaults */
   bool rank_given;
+  bool law_given;
   bool cubature_given; /* one of the options that go with cubature */
   bool dry_run;        /* say what it would take, and no more */
   bool elsewhere;      /* where the factor does not fit, thrum-mpi goes on: refuse, print nothing */

@@ -62,8 +62,9 @@ thrum_law law_of_run(bool given, thrum_law law, const thrum_model *model);
 
 #define OPTION_MATERIAL(taken)                                                                     \
   OPTION_TEXT("material", "REGION:E,NU,RHO", NULL,                                                 \
-              "what one region of the mesh is made of, in Pa and kg/m^3; thrum check names the "   \
-              "regions",                                                                           \
+              "what one region of the mesh is made of, in Pa and kg/m^3, behind it or in its "     \
+              "place LAW or LAW,YIELD, a law as of --law and the strain beyond which it flows; "   \
+              "thrum check names the regions",                                                     \
               .repeats = true, .take = taken)
 
 /* The forms of LOAD, for the notes of commands. */

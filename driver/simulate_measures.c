@@ -24,6 +24,11 @@ static thrum_status open_stress_points(const thrum_model *model, simulate_measur
   THRUM_TRY(
       config_error_in(error, thrum_stress_points_size(model, &def, &size, error), "--stress"));
 
+  if (thrum_law_has_yield(model))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "--stress is of a material that does not flow, and a region of this "
+                           "model does");
+
   // one point in each tetrahedron
   THRUM_TRY(thrum_reserve_aligned(&m->stress_points_memory, size, "stresses", error));
   THRUM_TRY(thrum_stress_points_init(m->stress_points_memory, size, model, &def, &m->stress_points,
@@ -45,7 +50,7 @@ static thrum_status open_monitor(const thrum_model *model, simulate_measures *m,
   THRUM_TRY(thrum_reserve_aligned(&m->monitor_memory, size, "the monitor", error));
 
   // a law that does not give way is warned of where it is inverted
-  m->warns_below = thrum_law_of_model(model) == THRUM_LAW_STVK ? def.stretch_least : 0;
+  m->warns_below = thrum_law_gives_way(model, thrum_law_of_model(model)) ? def.stretch_least : 0;
   return thrum_monitor_init(m->monitor_memory, size, model, &def, &m->monitor, error);
 }
 

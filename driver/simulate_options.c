@@ -264,8 +264,8 @@ static int finish(simulate_request *request) {
   if (request->steps == 0)
     return config_usage("simulate", "--time %g at --dt %g is more than %g steps", request->time,
                         request->def.dt, SIMULATE_STEPS_MAX);
-  CONFIG_TRY(
-      mesh_model_full_check("simulate", request->model_path, &request->mesh_def, request->full));
+  CONFIG_TRY(mesh_model_full_check("simulate", request->model_path, &request->mesh_def,
+                                   request->full, request->law_given));
   CONFIG_TRY(check_spin(request));
   CONFIG_TRY(check_full(request));
   return check_plastic(request);

@@ -350,8 +350,13 @@ static void print_work(const simulate_figures *figures) {
 static void print_material(const simulate_figures *figures) {
   const simulate_request *request = figures->request;
   const thrum_law law = law_of_run(request->law_given, request->law, figures->model);
+  const bool own = law == THRUM_LAW_BY_REGION && thrum_law_has_yield(figures->model);
   printf("material     %s", thrum_law_name(law));
-  if (isinf(request->def.plastic.yield))
+  if (own)
+    printf(", flows beyond the yields of regions: %.6g J taken by the flow, plastic strain up to "
+           "%.3g\n",
+           figures->plastic_work, figures->plastic_strain);
+  else if (isinf(request->def.plastic.yield))
     puts(", which does not flow");
   else
     printf(", flows beyond a strain of %g: %.6g J taken by the flow, plastic strain up to %.3g\n",
@@ -374,7 +379,7 @@ void simulate_report_table(const simulate_figures *figures, const run_output *ou
   }
   puts("");
 
-  if (request->full || !isinf(request->def.plastic.yield))
+  if (request->full || !isinf(request->def.plastic.yield) || thrum_law_has_yield(figures->model))
     print_material(figures);
   if (figures->masters > 0)
     print_condensed(figures);

@@ -213,13 +213,16 @@ static void fill_report(static_answer *answer, const thrum_full_equilibrium *fou
 
 /* The warnings that a look at the whole mesh gives: StVK gives way under compression, and no
  * material bears to be turned inside out. */
-static void look_stretch(static_answer *answer, const search *s, thrum_law law) {
+static void look_stretch(static_answer *answer, const search *s) {
   static_belief *belief = &answer->belief;
-  belief->stretch = thrum_full_least_stretch(s->body);
+  belief->stretch = thrum_full_least_stretch(s->body, false);
   if (belief->stretch < 0)
     belief->warnings |= THRUM_WARNING_INVERTED;
-  else if (law == THRUM_LAW_STVK && belief->stretch < thrum_default_monitor_def().stretch_least)
-    belief->warnings |= THRUM_WARNING_COMPRESSED;
+  const double weak = thrum_full_least_stretch(s->body, true);
+  if (belief->stretch < 0 || !(weak < thrum_default_monitor_def().stretch_least))
+    return;
+  belief->warnings |= THRUM_WARNING_COMPRESSED;
+  belief->stretch = weak;
 }
 
 /* Is there a shape of less energy, so that the path led to a higher branch? The body is kicked
@@ -278,7 +281,7 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
     THRUM_TRY(look_lower(answer, &found, s, error));
 
   if (request->monitor)
-    look_stretch(answer, s, def.law);
+    look_stretch(answer, s);
 
   // the answer is read off the body at rest
   fill_report(answer, &found, s, q);

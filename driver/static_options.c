@@ -201,8 +201,8 @@ int static_options_read(int argc, char **argv, static_request *request) {
   request->monitor = true;
   CONFIG_TRY(
       config_options_read_one(&command_static, "model", argc, argv, request, &request->model_path));
-  CONFIG_TRY(
-      mesh_model_full_check("static", request->model_path, &request->mesh_def, request->full));
+  CONFIG_TRY(mesh_model_full_check("static", request->model_path, &request->mesh_def, request->full,
+                                   request->law_given));
 
   // some options belong to the full order, others to reduced models
   if (request->move_count > 0 && !request->full)

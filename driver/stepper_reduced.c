@@ -70,7 +70,9 @@ static thrum_status set_start(reduced_stepper *self, thrum_error *error) {
                            (long long)self->model->rank);
   thrum_status status = thrum_state_create(self->model, def, &self->state, &detail);
   if (status < 0)
-    return thrum_error_set(error, status, "%s%s", status == THRUM_UNSUPPORTED ? "--yield: " : "",
+    return thrum_error_set(error, status, "%s%s",
+                           status == THRUM_UNSUPPORTED && isfinite(def->plastic.yield) ? "--yield: "
+                                                                                       : "",
                            detail.message);
 
   // the state refuses a start that no step could continue

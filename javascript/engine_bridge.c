@@ -120,7 +120,7 @@ void EXPORT(js_model_free)(js_model *model) {
 }
 
 /* numbers: rank, coordinates that show it, masters, vertices, tetrahedra, regions, groups, bytes of
- * their names, vertices of all groups, bytes of meta. */
+ * their names, vertices of all groups, bytes of meta, laws of regions, bytes of the one law. */
 void EXPORT(js_model_sizes)(const js_model *of) {
   const thrum_model *shape = thrum_condensed_shape_model(of->model);
   numbers[0] = (double)of->model->rank;
@@ -133,16 +133,18 @@ void EXPORT(js_model_sizes)(const js_model *of) {
   numbers[7] = (double)shape->group_name_bytes;
   numbers[8] = (double)shape->group_vertex_count;
   numbers[9] = (double)shape->meta_bytes;
+  numbers[10] = (double)shape->law_count;
+  numbers[11] = (double)shape->law_bytes;
 }
 
 /* Array `which` of a model, NULL where it has none: omega2, vertices, tets, fixed, material, basis,
- * group names, ends, vertices, meta. */
+ * group names, ends, vertices, meta, laws of regions, the name of the one law. */
 const void *EXPORT(js_model_array)(const js_model *of, int32_t which) {
   const thrum_model *shape = thrum_condensed_shape_model(of->model);
   const void *const arrays[] = {of->model->omega2,  shape->vertices,   shape->tets,
                                 shape->fixed,       shape->material,   shape->basis,
                                 shape->group_names, shape->group_ends, shape->group_vertices,
-                                shape->meta};
+                                shape->meta,        shape->region_law, shape->point_law};
   return which >= 0 && which < (int32_t)(sizeof arrays / sizeof *arrays) ? arrays[which] : NULL;
 }
 

@@ -26,6 +26,7 @@ void thrum_mesh_free(thrum_mesh *mesh) {
   free(mesh->midsides);
   free(mesh->tet_region);
   free(mesh->materials);
+  free(mesh->laws);
   for (int64_t i = 0; i < mesh->region_count && mesh->region_names; i++)
     free(mesh->region_names[i]);
   free(mesh->region_names);

@@ -13,6 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "runtime/material/material_law.h"
 #include "thrum/status.h"
 
 typedef struct thrum_material {
@@ -20,6 +21,12 @@ typedef struct thrum_material {
   double poisson; /* nu */
   double density; /* rho [kg/m^3] */
 } thrum_material;
+
+/* The law of a region, and the elastic strain beyond which it flows; 0: it has none of its own. */
+typedef struct thrum_region_law {
+  thrum_law law; /* not THRUM_LAW_BY_REGION */
+  double yield;
+} thrum_region_law;
 
 typedef struct thrum_group {
   char *name;
@@ -43,6 +50,7 @@ typedef struct thrum_mesh {
   int32_t *tet_region;   /* tet_count, 0-based */
   int64_t region_count;
   thrum_material *materials; /* region_count */
+  thrum_region_law *laws;    /* region_count; NULL: one law, which is not the mesh's to say */
   char **region_names;       /* region_count, NULL where the file has none; NULL: it has none */
   bool has_material;         /* the file (or generator) said what it is made of; else all zero */
   int64_t group_count;

@@ -92,7 +92,7 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
         error, THRUM_INVALID_ARGUMENT,
         "cubature: an error of %g, %lld points and a range of %g; all must be > 0",
         options->cubature_error, (long long)options->cubature_points, options->cubature_range);
-  if (options->law < THRUM_LAW_STVK || options->law > THRUM_LAW_NEO_HOOKEAN)
+  if (options->law < THRUM_LAW_STVK || options->law > THRUM_LAW_BY_REGION)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no law %d of a material",
                            (int)options->law);
   if (!(options->cubature_yield > 0) ||

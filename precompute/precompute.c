@@ -405,7 +405,7 @@ static thrum_status make_points(pipeline *p, const thrum_reporter *reporter, thr
                                   .refine = p->options.cubature_refine};
   thrum_model *model = &p->result.model;
   THRUM_TRY(thrum_cubature(&p->fem, &def, model, &p->result.cubature, reporter, error));
-  THRUM_TRY(thrum_model_fill_law(p->fem.law, model, error));
+  THRUM_TRY(thrum_model_fill_law(&p->fem, model, error));
 
   // as a large model is packed: that changes the force by far less than any choice of points
   thrum_single_round(thrum_model_writable(model->point_gradients),
@@ -517,6 +517,9 @@ thrum_status thrum_precompute(const thrum_mesh *mesh, const uint8_t *fixed,
   if (!mesh->has_material)
     return thrum_error_set(error, THRUM_MISSING,
                            "the mesh says no material: give --young, --poisson and --density");
+
+  if (p.options.law == THRUM_LAW_BY_REGION && !mesh->laws)
+    return thrum_error_set(error, THRUM_MISSING, "the regions of the mesh have no laws");
 
   // several processes take over where there are any
   const thrum_precompute_shared *shared = options->shared;

@@ -28,7 +28,7 @@ static thrum_status rebuild_as(thrum_scene *scene, scene_body *body, const thrum
   thrum_rigid_frame frame = body->rigid_frame;
   thrum_status status =
       scene_state_make(scene, derived->model, def, body->q, body->p, &state, error);
-  if (isfinite(def->plastic.yield))
+  if (isfinite(def->plastic.yield) || thrum_state_plastic_strain(body->state) > 0)
     THRUM_THEN(status, thrum_state_take_plastic(state, body->state, error));
   if (body->inertia_work != NULL) {
     THRUM_THEN(status, scene_coupled_fit(body, derived, def, error));

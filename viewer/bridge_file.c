@@ -31,23 +31,26 @@ static void tell_counts(const thrum_model *model) {
   n[6] = (double)model->point_count;
   n[7] = (double)model->law_bytes;
   n[8] = (double)thrum_model_masters(model);
+  n[9] = (double)model->law_count;
 }
 
 static void tell_arrays(const thrum_model *model) {
   const void *const arrays[] = {model->omega2,        model->c3,           model->c4,
                                 model->point_weights, model->point_moduli, model->point_gradients,
-                                model->point_law,     model->axis_mass,    model->vertices,
-                                model->basis,         model->fixed,        model->tets,
-                                model->rigid,         model->material,     model->slave_map,
-                                model->condensed_c3,  model->condensed_c4};
+                                model->point_law,     model->point_region, model->region_law,
+                                model->axis_mass,     model->vertices,     model->basis,
+                                model->fixed,         model->tets,         model->rigid,
+                                model->material,      model->slave_map,    model->condensed_c3,
+                                model->condensed_c4};
   for (size_t n = 0; n < sizeof arrays / sizeof *arrays; n++)
-    bridge_number[9 + n] = address_of(arrays[n]);
+    bridge_number[10 + n] = address_of(arrays[n]);
 }
 
 /* Reads a model file. numbers: rank, counts of vertices, tetrahedra, regions, c3, c4 and points,
- * bytes of the law, masters; then the addresses of omega2, c3, c4, point_weights, point_moduli,
- * point_gradients, point_law, axis_mass, vertices, basis, fixed, tets, rigid, material, slave_map,
- * condensed_c3 and condensed_c4, 0 where the file has none. They hold until the next file. */
+ * bytes of the law, masters, laws of regions; then the addresses of omega2, c3, c4, point_weights,
+ * point_moduli, point_gradients, point_law, point_region, region_law, axis_mass, vertices, basis,
+ * fixed, tets, rigid, material, slave_map, condensed_c3 and condensed_c4, 0 where the file has
+ * none. They hold until the next file. Bodies are elastic on the page, so yields are left out. */
 int32_t EXPORT(bridge_open_model)(const void *file, int32_t size) {
   size_t bytes;
   const thrum_model *model;
@@ -58,6 +61,8 @@ int32_t EXPORT(bridge_open_model)(const void *file, int32_t size) {
   if (opened == NULL)
     return thrum_error_set(&bridge_error, THRUM_OUT_OF_MEMORY, "the page has no memory left");
   THRUM_TRY(thrum_model_init(opened, bytes, file, (size_t)size, &model, &bridge_error));
+
+  ((thrum_model *)(uintptr_t)model)->region_yield = NULL;
 
   // what the page cannot show or step
   if (model->tets == NULL || model->basis == NULL || model->axis_mass == NULL)

@@ -121,19 +121,21 @@ static bool take_slaves(thrum_model *model, int64_t masters, const double *slave
 /* Adds a model of arrays from bridge_alloc, which it keeps, `positions`, `basis` and the last two
  * apart; their shapes are those of the pack (docs/viewer.md). tet and tet_rigid are NULL for a
  * model that is held; c3 and c4 for one of cubature points, and those of points, point_count of
- * them, for any other, and point_law, ended by a 0, for Saint Venant-Kirchhoff material; inertia
+ * them, for any other, and point_law, ended by a 0, for Saint Venant-Kirchhoff material;
+ * point_region and region_law, law_count of them, where regions have no laws of their own; inertia
  * where no body couples rotation and shape. masters: 0; or the first coordinates, whose c3 and c4
  * these are, and which the others follow by slave_map (thrum/condensed_model.h). numbers: Young's
  * modulus [Pa]. Returns its number, or a status below 0. */
 int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t triangle_count,
-                                 int32_t point_count, int32_t masters, const double *omega2,
-                                 const double *c3, const double *c4, const double *slave_map,
-                                 const double *point_weights, const double *point_moduli,
-                                 const double *point_gradients, const uint8_t *point_law,
-                                 const double *axis_mass, const double *inertia,
-                                 const uint8_t *fixed, const int32_t *triangles,
-                                 const float *positions, const float *basis, const double *tet,
-                                 const double *tet_rigid) {
+                                 int32_t point_count, int32_t law_count, int32_t masters,
+                                 const double *omega2, const double *c3, const double *c4,
+                                 const double *slave_map, const double *point_weights,
+                                 const double *point_moduli, const double *point_gradients,
+                                 const uint8_t *point_law, const int32_t *point_region,
+                                 const uint8_t *region_law, const double *axis_mass,
+                                 const double *inertia, const uint8_t *fixed,
+                                 const int32_t *triangles, const float *positions,
+                                 const float *basis, const double *tet, const double *tet_rigid) {
   if (model_count == MODELS_MAX)
     return thrum_error_set(&bridge_error, THRUM_UNSUPPORTED, "a page has at most %d models",
                            MODELS_MAX);
@@ -156,6 +158,9 @@ int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t tri
                     .point_gradients = point_gradients,
                     .point_law = point_law,
                     .law_bytes = point_law ? (int64_t)strlen((const char *)point_law) + 1 : 0,
+                    .law_count = law_count,
+                    .point_region = point_region,
+                    .region_law = region_law,
                     .axis_mass = axis_mass,
                     .fixed = fixed,
                     .inertia = inertia};

@@ -11,11 +11,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "config/message.h"
 #include "driver/pull_warning.h"
 #include "driver/render_mesh.h"
 #include "io/json.h"
 #include "mesh/model_quality.h"
 #include "precompute/model/touch.h"
+#include "runtime/material/material_law.h"
 #include "thrum/thrum.h"
 
 #define MAGIC "THRUMPK1"
@@ -133,6 +135,10 @@ static void add_energy(data_section *data, cJSON *arrays, const thrum_model *mod
   add_doubles(data, arrays, "point_gradients", model->point_gradients, 9 * points * model->rank);
   if (model->point_law != NULL)
     add_copy(data, arrays, "point_law", model->point_law, model->law_bytes, "u1");
+  if (model->region_law != NULL) {
+    add_copy(data, arrays, "point_region", model->point_region, points, "i4");
+    add_copy(data, arrays, "region_law", model->region_law, model->law_count, "u1");
+  }
 }
 
 /* The page makes the inertia of a coupled body's shape of these, for which it has too few of the
@@ -192,6 +198,9 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
     return thrum_error_set(error, THRUM_MISSING,
                            "%.200s: the model has no axis_mass, so gravity cannot act on it",
                            item->name);
+
+  if (thrum_law_has_yield(model))
+    config_warn("%.200s: the viewer leaves out plastic flow: bodies are elastic there", item->name);
 
   // its mass and the surface that is shown
   THRUM_TRY(thrum_quality_measure(model, &quality, error));

@@ -33,6 +33,9 @@ extern "C" {
  * `midsides`. */
 #define THRUM_MODEL_FORMAT_MAJOR_LAW 3
 #define THRUM_MODEL_FORMAT_MINOR_LAW 0
+/* Versions 4 are those of a model with `region_law`, likewise. */
+#define THRUM_MODEL_FORMAT_MAJOR_REGIONS 4
+#define THRUM_MODEL_FORMAT_MINOR_REGIONS 0
 /* Added to the minor version of another model with cubature points. */
 #define THRUM_MODEL_FORMAT_MINOR_POINTS 1
 #define THRUM_RANK_MAX 512 /* far above the 334 that a file below 4 GiB can hold */
@@ -54,7 +57,8 @@ extern "C" {
   X(condensed_c3_count, "cubic coefficients of the masters")                                       \
   X(condensed_c4_count, "quartic coefficients of the masters")                                     \
   X(point_count, "cubature points in place of the polynomial; 0: none")                            \
-  X(law_bytes, "bytes of the name of the law at these points, ended by one 0")
+  X(law_bytes, "bytes of the name of the law at these points, ended by one 0")                     \
+  X(law_count, "regions, where each has a law of its own; 0: all points have one")
 
 /* The arrays, in file order. X(type, name, rows, columns, presence, meaning):
  * type f8 | i4 | u1; rows and columns are a size's name or a literal (columns 1: a plain vector);
@@ -62,9 +66,9 @@ extern "C" {
  * vertices, tets, tet_region, material, fixed come together, basis, rigid and midsides only with
  * vertices, the three group arrays together; c3 and c4 together, or in their place slave_map,
  * condensed_c3 and condensed_c4: thrum/condensed_model.h; or the three arrays of cubature points,
- * from which V is summed: thrum/polynomial.h, and with which alone a point_law goes). With midsides
- * the tetrahedra have ten nodes: those of a row of tets, its corners, then the middle nodes of the
- * edges 01, 12, 20, 03, 13, 23. */
+ * from which V is summed: thrum/polynomial.h, and with which alone a point_law goes, or in its
+ * place point_region and region_law). With midsides the tetrahedra have ten nodes: those of a row
+ * of tets, its corners, then the middle nodes of the edges 01, 12, 20, 03, 13, 23. */
 #define THRUM_MODEL_ARRAYS(X)                                                                      \
   X(i4, format, 2, 1, REQUIRED, "version of the format: major, minor")                             \
   X(u1, meta, meta_bytes, 1, OPTIONAL, "UTF-8 JSON about the model; the runtime never reads it")   \
@@ -94,7 +98,12 @@ extern "C" {
     "rows 9 p + 3 a + b: du_a/dX_b of each coordinate at point p [1/(m kg^1/2)]")                  \
   X(u1, point_law, law_bytes, 1, OPTIONAL,                                                         \
     "law of the material at the points, corotational or neo-hookean; absent: Saint "               \
-    "Venant-Kirchhoff's")
+    "Venant-Kirchhoff's, or those of the regions")                                                 \
+  X(i4, point_region, point_count, 1, OPTIONAL, "0-based region of each point, of several laws")   \
+  X(u1, region_law, law_count, 1, OPTIONAL,                                                        \
+    "law of each region: 0 Saint Venant-Kirchhoff's, 1 corotational, 2 neo-hookean")               \
+  X(f8, region_yield, law_count, 1, OPTIONAL,                                                      \
+    "elastic strain beyond which a region flows, > 0; 0: it has none of its own")
 /* basis_rows is 3 * vertex_count, point_rows 9 * point_count */
 
 typedef double thrum_f8;
@@ -124,7 +133,7 @@ typedef struct thrum_model {
   const struct thrum_model *shape;
   const double *follow, *follow_by_pair; /* the second has a row for each pair of masters */
   double follow_scale;
-  /* Rows F_p^-1 - 1, row-major, of the cubature points of a point_law that may flow, and behind
+  /* Rows F_p^-1 - 1, row-major, of the cubature points of a law that may flow, and behind
    * them what (18.7) adds to V; NULL: it is elastic. Files hold none. A state that may flow steps
    * with a copy of the model that has the state's own here. */
   const double *point_plastic;

@@ -66,7 +66,8 @@ typedef struct thrum_monitor_def {
 
   /* Principal stretch below which COMPRESSED is raised [1]; >= 0, default 1/sqrt(3). Larger: the
    * warning comes at a smaller compression. A model with a point_law has 0 in its place, as no
-   * other law gives way. */
+   * other law gives way; of regions with laws of their own those of Saint Venant-Kirchhoff's
+   * material are looked at. */
   double stretch_least;
 
   /* Reach above which REACH is raised, in tenths of the body's diagonal; >= 0, default 3. Larger:

@@ -226,7 +226,9 @@ typedef struct thrum_state_def {
   double tolerance;
 
   /* Plastic flow at the cubature points of a model with a point_law, by the integrator energy; a
-   * finite yield of any other model or integrator is refused. Default none. The plastic strain of
+   * finite yield of any other model or integrator is refused. Default none. Of regions with laws of
+   * their own those of Saint Venant-Kirchhoff's material do not flow, and those that have a
+   * region_yield flow beyond that whatever the yield here. The plastic strain of
    * each point is part of the state. A step costs a pass over the points more, and one in which
    * something flows an evaluation of the force. */
   thrum_plastic plastic;

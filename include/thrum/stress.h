@@ -5,9 +5,9 @@
  * is a quadratic polynomial of q, evaluated exactly up to rounding: the stresses belong to the same
  * body that the model steps. In a ten-node tetrahedron G depends on the place, and G(q) is that at
  * its centre. The second Piola-Kirchhoff stress is S = lambda tr(E) 1 + 2 mu E, or that of the
- * model's point_law, whose quotient by J is not finite where J = 0; with F = 1 + G and J = det F
- * the Cauchy stress, force over deformed area, is sigma = F S F^T / J, from which von Mises'
- * equivalent stress is taken.
+ * model's point_law or of the region's, whose quotient by J is not finite where J = 0; with F = 1 +
+ * G and J = det F the Cauchy stress, force over deformed area, is sigma = F S F^T / J, from which
+ * von Mises' equivalent stress is taken.
  *
  * Memory: a set of stress points is planned (thrum_stress_points_size), then laid into the caller's
  * memory (thrum_stress_points_init); afterwards it needs the model no longer. No function here

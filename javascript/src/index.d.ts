@@ -76,6 +76,8 @@ export class Model implements Freed {
   readonly fixed: Uint8Array | undefined;
   /** Young's modulus [Pa], Poisson's ratio, density [kg/m^3], for each region. */
   readonly material: Float64Array | undefined;
+  /** The law of each region: stvk, corotational or neo-hookean; one where they are not told apart. */
+  readonly laws: string[];
   /** U [kg^-1/2], 3 n rows of `shown` numbers. */
   readonly basis: Float64Array | undefined;
   /** Named groups of 0-based vertices. */

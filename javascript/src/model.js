@@ -3,7 +3,8 @@ import { outerTriangles } from './outer_triangles.js';
 import { Memory, Owned, Resource, ThrumError, doubles, steps, vertices } from './memory.js';
 
 const ARRAYS = { omega2: 0, vertices: 1, tets: 2, fixed: 3, material: 4, basis: 5, groupNames: 6,
-  groupEnds: 7, groupVertices: 8, meta: 9 };
+  groupEnds: 7, groupVertices: 8, meta: 9, regionLaw: 10, pointLaw: 11 };
+const LAWS = ['stvk', 'corotational', 'neo-hookean'];
 const STATE_OPTIONS = ['integrator', 'dt', 'dampingAlpha', 'dampingBeta', 'tolerance', 'splitSafety',
   'adaptive', 'fallback'];
 
@@ -33,8 +34,8 @@ export class Model extends Resource {
     this.#memory = memory;
     memory.calls.js_model_sizes(this.address);
     const [rank, shown, masters, vertexCount, tetCount, regionCount, groupCount, nameBytes,
-      groupVertexCount, metaBytes] = memory.numbers;
-    this.#sizes = { regionCount, groupCount, nameBytes, groupVertexCount, metaBytes };
+      groupVertexCount, metaBytes, lawCount, lawBytes] = memory.numbers;
+    this.#sizes = { regionCount, groupCount, nameBytes, groupVertexCount, metaBytes, lawCount, lawBytes };
     Object.assign(this, { rank, shown, masters, vertexCount, tetCount });
   }
 
@@ -75,6 +76,15 @@ export class Model extends Resource {
 
   get material() {
     return this.#array('material', Float64Array, 3 * this.#sizes.regionCount);
+  }
+
+  get laws() {
+    const { regionCount, lawCount, lawBytes } = this.#sizes;
+    const own = this.#array('regionLaw', Uint8Array, lawCount);
+    if (own) return Array.from(own, (law) => LAWS[law]);
+    const named = this.#array('pointLaw', Uint8Array, lawBytes);
+    const law = named ? new TextDecoder().decode(named.subarray(0, lawBytes - 1)) : LAWS[0];
+    return new Array(Math.max(regionCount, 1)).fill(law);
   }
 
   get basis() {

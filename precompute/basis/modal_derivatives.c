@@ -85,14 +85,15 @@ static void add_point(const thrum_fem *fem, int64_t t, int p, const int32_t *pai
                       tet_forces *forces) {
   const int32_t region = fem->tet_region[t];
   const double weight = fem->weight[t * fem->point_count + p];
-  const thrum_law_cubic law = thrum_law_cubic_of(fem->law, fem->lambda[region], fem->mu[region]);
+  const thrum_law name = thrum_fem_law(fem, region);
+  const thrum_law_cubic law = thrum_law_cubic_of(name, fem->lambda[region], fem->mu[region]);
 
   // each pair's second derivative of the stress acts on the nodes through the shape gradients
   for (int64_t b = 0; b < width; b++) {
     double total[3][3];
     second_stress(fem->lambda[region], fem->mu[region], &modes[pairs[2 * b]],
                   &modes[pairs[2 * b + 1]], total);
-    if (fem->law != THRUM_LAW_STVK)
+    if (name != THRUM_LAW_STVK)
       add_law(&law, modes[pairs[2 * b]].gradient, modes[pairs[2 * b + 1]].gradient, total);
     for (int a = 0; a < fem->node_count; a++)
       for (int c = 0; c < 3; c++)
@@ -219,7 +220,8 @@ static void add_quadratic_tet(const thrum_fem *fem, int64_t t, const int32_t *pa
   const int32_t *node = fem->nodes + THRUM_QUADRATIC_NODES * t;
   const int64_t n = fem->free_count;
   const double lambda = fem->lambda[fem->tet_region[t]], mu = fem->mu[fem->tet_region[t]];
-  const thrum_law_cubic law = thrum_law_cubic_of(fem->law, lambda, mu);
+  const thrum_law name = thrum_fem_law(fem, fem->tet_region[t]);
+  const thrum_law_cubic law = thrum_law_cubic_of(name, lambda, mu);
 
   // the displacements of the modes at the nodes
   for (int64_t i = pairs[0]; i < count; i++)
@@ -237,7 +239,7 @@ static void add_quadratic_tet(const thrum_fem *fem, int64_t t, const int32_t *pa
       take_mode(lambda, mu, g, &local[i]);
     for (int64_t b = 0; b < width; b++)
       pair_stress(lambda, mu, &local[pairs[2 * b]], &local[pairs[2 * b + 1]], g->total[b]);
-    for (int64_t b = 0; b < width && fem->law != THRUM_LAW_STVK; b++)
+    for (int64_t b = 0; b < width && name != THRUM_LAW_STVK; b++)
       add_law_group(&law, &local[pairs[2 * b]], &local[pairs[2 * b + 1]], g->total[b]);
     cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasTrans, 3 * (int)width, THRUM_QUADRATIC_NODES,
                 3 * GROUP, 1, g->total[0][0][0], 3 * GROUP, g->weighted[0][0], 3 * GROUP, first > 0,

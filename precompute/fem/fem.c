@@ -225,6 +225,20 @@ static thrum_status fill(const thrum_mesh *mesh, const uint8_t *fixed, int order
   return THRUM_OK;
 }
 
+double thrum_fem_yield(const thrum_fem *fem, int64_t region, double yield) {
+  if (fem->law != THRUM_LAW_BY_REGION)
+    return yield;
+  const thrum_region_law *own = &fem->laws[region];
+  return own->law == THRUM_LAW_STVK ? INFINITY : own->yield > 0 ? own->yield : yield;
+}
+
+bool thrum_fem_has_yield(const thrum_fem *fem) {
+  for (int64_t i = 0; fem->law == THRUM_LAW_BY_REGION && i < fem->region_count; i++)
+    if (fem->laws[i].yield > 0)
+      return true;
+  return false;
+}
+
 thrum_status thrum_fem_create_of_order(const thrum_mesh *mesh, const uint8_t *fixed, int order,
                                        thrum_fem *fem, thrum_error *error) {
   THRUM_TRY(check_materials(mesh, error));
@@ -238,7 +252,8 @@ thrum_status thrum_fem_create_of_order(const thrum_mesh *mesh, const uint8_t *fi
                     .node_count = mesh->midsides ? 10 : 4,
                     .point_count = 1,
                     .nodes = mesh->tets,
-                    .tet_region = mesh->tet_region};
+                    .tet_region = mesh->tet_region,
+                    .laws = mesh->laws};
 
   // a body that failed half way leaves nothing
   thrum_status status = fill(mesh, fixed, order, &made, error);

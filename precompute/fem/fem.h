@@ -35,14 +35,15 @@ typedef struct thrum_fem {
   thrum_quadratic_point *rule;              /* point_count; NULL: linear tets */
   int usual_order;                          /* of the rule where none is asked for */
   double (*slopes)[THRUM_FEM_NODES_MAX][3]; /* point_count, of the shape functions; NULL: linear */
-  int32_t *dof;             /* vertex_count x 3: index among the free components, -1 held */
-  int32_t *component;       /* free_count: 3 v + axis of each free component */
-  double *gradient;         /* tet_count x point_count x 9: gradients of the barycentric
-                               coordinates 1, 2, 3 [1/m], in a linear tet its shape functions */
-  double *weight;           /* tet_count x point_count: of the points [m^3] */
-  double *volume;           /* tet_count, the sum of the weights [m^3] */
-  double *lambda, *mu;      /* region_count, Lame's constants [Pa] */
-  thrum_law law;            /* of all regions; Saint Venant-Kirchhoff as it is made */
+  int32_t *dof;                 /* vertex_count x 3: index among the free components, -1 held */
+  int32_t *component;           /* free_count: 3 v + axis of each free component */
+  double *gradient;             /* tet_count x point_count x 9: gradients of the barycentric
+                                   coordinates 1, 2, 3 [1/m], in a linear tet its shape functions */
+  double *weight;               /* tet_count x point_count: of the points [m^3] */
+  double *volume;               /* tet_count, the sum of the weights [m^3] */
+  double *lambda, *mu;          /* region_count, Lame's constants [Pa] */
+  thrum_law law;                /* of all regions; Saint Venant-Kirchhoff as it is made */
+  const thrum_region_law *laws; /* the mesh's, region_count, where the law is that by region */
   const double *plastic;    /* tet_count x point_count x 9: F_p^-1 - 1 of plastic flow, borrowed;
                                NULL, as it is made: none */
   double *density;          /* region_count [kg/m^3] */
@@ -63,6 +64,15 @@ thrum_status thrum_fem_create_of_order(const thrum_mesh *mesh, const uint8_t *fi
                                        thrum_fem *fem, thrum_error *error);
 void thrum_fem_free(thrum_fem *fem); /* leaves it empty; an empty (zeroed) one is fine */
 
+/* The law of a region. */
+static inline thrum_law thrum_fem_law(const thrum_fem *fem, int64_t region) {
+  return fem->law == THRUM_LAW_BY_REGION ? fem->laws[region].law : fem->law;
+}
+
+/* As thrum_law_yield, and thrum_law_has_yield. */
+double thrum_fem_yield(const thrum_fem *fem, int64_t region, double yield);
+bool thrum_fem_has_yield(const thrum_fem *fem);
+
 /* Gradients of the node_count shape functions of tet `t` at its point `p`, node 0 first [1/m]. */
 void thrum_fem_shape_gradients(const thrum_fem *fem, int64_t t, int p,
                                double gradients[THRUM_FEM_NODES_MAX][3]);
@@ -74,8 +84,7 @@ thrum_status thrum_fem_pattern(const thrum_fem *fem, thrum_sparse *stiffness, th
 thrum_status thrum_fem_stiffness(const thrum_fem *fem, const double *u, thrum_sparse *stiffness,
                                  thrum_error *error);
 
-/* The same of a law other than Saint Venant-Kirchhoff's, where the tangent of each point is made
- * positive semidefinite. `u` is not NULL. */
+/* The same where the tangent of each point is made positive semidefinite. `u` is not NULL. */
 void thrum_fem_stiffness_positive(const thrum_fem *fem, const double *u, thrum_sparse *stiffness);
 
 /* The mass matrix; it borrows nothing from the pattern it is built from. Ten-node tets are lumped

@@ -127,7 +127,7 @@ static void add_block(const thrum_tet *tet, const point_terms *terms, int a, int
                                     tet->mu * fb[c] * fa[d] + shear * terms->ff[c][d]);
 }
 
-// the blocks of all pairs of nodes at a point of another law, in the order of add_tet
+// the blocks of all pairs of nodes at a point by its law's own tangent, in the order of add_tet
 static void add_law_blocks(thrum_tet *tet, bool positive, const int32_t *node, int nodes,
                            double blocks[][3][3]) {
   double tangent[9][9], beside[9][3];
@@ -206,7 +206,7 @@ static void add_tet(const thrum_fem *fem, int64_t t, const double *u, bool posit
     thrum_tet tet;
     point_terms terms;
     thrum_tet_deform(fem, t, p, u, &tet);
-    if (tet.law != THRUM_LAW_STVK) {
+    if (tet.law != THRUM_LAW_STVK || positive) {
       add_law_blocks(&tet, positive, node, nodes, blocks);
       continue;
     }

@@ -42,7 +42,7 @@ void thrum_tet_place(const thrum_fem *fem, int64_t t, int p, const double *u, th
   tet->weight = fem->weight[t * fem->point_count + p];
   tet->lambda = fem->lambda[region];
   tet->mu = fem->mu[region];
-  tet->law = u ? fem->law : THRUM_LAW_STVK;
+  tet->law = u ? thrum_fem_law(fem, region) : THRUM_LAW_STVK;
   thrum_fem_shape_gradients(fem, t, p, tet->gradient);
 
   // with F_p in place of the shape at rest: F_e = sum of x_a (F_p^-T g_a)^T

@@ -57,7 +57,7 @@ static thrum_status check_def(const thrum_full_def *def, thrum_error *error) {
     wrong = "iterations_max must be 1 or more";
   else if (def->scheme == THRUM_FULL_CENTRAL && def->damping_beta > 0)
     wrong = "central differences take no damping of the stiffness";
-  else if (def->law < THRUM_LAW_STVK || def->law > THRUM_LAW_NEO_HOOKEAN)
+  else if (def->law < THRUM_LAW_STVK || def->law > THRUM_LAW_BY_REGION)
     wrong = "there is no such law of the material";
   else if (!(def->plastic.yield > 0) || !(def->plastic.creep > 0) || !(def->plastic.largest > 0))
     wrong = "yield, creep and largest plastic strain must be above 0";
@@ -151,6 +151,9 @@ thrum_status thrum_full_create(const thrum_model *model, const uint8_t *held,
   THRUM_TRY(check_def(def, error));
   if (!model->vertices)
     return thrum_error_set(error, THRUM_MISSING, "full order: the model has no mesh to go back to");
+  if (def->law == THRUM_LAW_BY_REGION && !model->region_law)
+    return thrum_error_set(error, THRUM_MISSING,
+                           "full order: the regions of this model have no laws of their own");
 
   // the body is at rest and unloaded
   thrum_full *made = NULL;
@@ -338,7 +341,7 @@ static double stretch_of(const thrum_tet *tet) {
   return thrum_dot3(cofactor, tet->deformation[2]) > 0 ? least : -least;
 }
 
-double thrum_full_least_stretch(const thrum_full *full) {
+double thrum_full_least_stretch(const thrum_full *full, bool gives_way) {
   const thrum_fem *fem = &full->body.fem;
   double least = INFINITY;
   full_place(full, full->u, 0, NULL, full->place);
@@ -346,7 +349,8 @@ double thrum_full_least_stretch(const thrum_full *full) {
     for (int p = 0; p < fem->point_count; p++) {
       thrum_tet tet;
       thrum_tet_place(fem, t, p, full->place, &tet);
-      least = fmin(least, stretch_of(&tet));
+      if (!gives_way || tet.law == THRUM_LAW_STVK)
+        least = fmin(least, stretch_of(&tet));
     }
   return least;
 }

@@ -56,12 +56,14 @@ typedef struct thrum_full_def {
    * cheaper, and stiffness at large strains is then not exact; masses always are. */
   thrum_full_quadrature quadrature;
 
-  /* The law of the material in all of the body; default Saint Venant-Kirchhoff, that of models. The
-   * moduli are the model's, as of small strains. */
+  /* The law of the material in all of the body, or THRUM_LAW_BY_REGION: the model's laws of its
+   * regions, with their yields; default Saint Venant-Kirchhoff. The moduli are the model's, as of
+   * small strains. */
   thrum_law law;
 
   /* Plastic flow, in steps alone: equilibria keep what has flowed. Default none: the yield, the
-   * creep and the largest strain are infinite. */
+   * creep and the largest strain are infinite. By region, the yield is that of regions that have
+   * none of their own, and Saint Venant-Kirchhoff material does not flow. */
   thrum_plastic plastic;
 
   /* Residual at which conjugate gradients end, relative; > 0, default 1e-10. Larger: fewer of their
@@ -146,8 +148,9 @@ thrum_status thrum_full_lower(thrum_full *full, const thrum_full_loading *loadin
 thrum_status thrum_full_undone(thrum_full *full, const double *forces, double *energy,
                                thrum_error *error);
 
-/* The least principal stretch of all points of quadrature; negative: one is turned inside out. */
-double thrum_full_least_stretch(const thrum_full *full);
+/* The least principal stretch of all points of quadrature, or of those whose law gives way under
+ * compression; negative: one is turned inside out. Infinite where there is none. */
+double thrum_full_least_stretch(const thrum_full *full, bool gives_way);
 
 thrum_full_energies thrum_full_energy(const thrum_full *full);
 thrum_full_report thrum_full_report_get(const thrum_full *full);

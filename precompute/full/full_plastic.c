@@ -18,7 +18,7 @@ static int64_t point_count(const thrum_full *full) {
 }
 
 thrum_status full_plastic_make(thrum_full *full) {
-  if (isinf(full->def.plastic.yield))
+  if (isinf(full->def.plastic.yield) && !thrum_fem_has_yield(full_elastic(full)))
     return THRUM_OK;
   const int64_t count = 9 * point_count(full);
   full->plastic = thrum_scope_allocate(&full->memory, count, sizeof(double));
@@ -69,7 +69,9 @@ static double energy_at(const void *context, double plastic[3][3]) {
 static bool flow_at(thrum_full *full, double dt, int64_t t, int p) {
   const thrum_fem *fem = full_elastic(full);
   const mesh_point at = {full, t, p, full->plastic + 9 * (t * fem->point_count + p)};
-  const thrum_plastic_point point = {&full->def.plastic, dt, 1, energy_at, &at};
+  thrum_plastic material = full->def.plastic;
+  material.yield = thrum_fem_yield(fem, fem->tet_region[t], material.yield);
+  const thrum_plastic_point point = {&material, dt, 1, energy_at, &at};
   double plastic[3][3];
   memcpy(plastic, at.plastic, sizeof plastic);
   thrum_tet tet;

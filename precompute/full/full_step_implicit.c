@@ -44,7 +44,7 @@ static void add_mean_forces(thrum_full *full, int64_t t, int p) {
   thrum_tet from, to;
 
   // other laws take both ends at once
-  if (fem->law == THRUM_LAW_STVK) {
+  if (thrum_fem_law(fem, fem->tet_region[t]) == THRUM_LAW_STVK) {
     thrum_tet_deform(fem, t, p, full->place, &from);
     thrum_tet_deform(fem, t, p, full->place_to, &to);
     average(&from, &to);

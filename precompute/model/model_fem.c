@@ -24,12 +24,21 @@ thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
   mesh->midsides = thrum_model_writable(model->midsides);
   mesh->tet_region = thrum_model_writable(model->tet_region);
 
-  // only the materials are of another form, so they are copied
+  // only materials and laws are of another form, so they are copied
   THRUM_TRY(thrum_reserve(&mesh->materials, mesh->region_count, sizeof *mesh->materials,
                           "the materials", error));
+  if (model->region_law &&
+      thrum_reserve(&mesh->laws, mesh->region_count, sizeof *mesh->laws, "the laws", error) < 0) {
+    free(mesh->materials);
+    mesh->materials = NULL;
+    return THRUM_OUT_OF_MEMORY;
+  }
   for (int64_t i = 0; i < mesh->region_count; i++)
     mesh->materials[i] = (thrum_material){model->material[3 * i], model->material[3 * i + 1],
                                           model->material[3 * i + 2]};
+  for (int64_t i = 0; mesh->laws && i < mesh->region_count; i++)
+    mesh->laws[i] = (thrum_region_law){thrum_law_of_region(model, i),
+                                       model->region_yield ? model->region_yield[i] : 0};
 
   mesh->has_material = true;
   return THRUM_OK;
@@ -117,5 +126,6 @@ void thrum_model_fem_free(thrum_model_fem *body) {
   thrum_sparse_free(&body->stiffness);
   thrum_sparse_free(&body->mass);
   free(body->mesh.materials);
+  free(body->mesh.laws);
   *body = (thrum_model_fem){0};
 }

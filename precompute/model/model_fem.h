@@ -7,13 +7,14 @@
 #include "thrum/model.h"
 
 typedef struct thrum_model_fem {
-  thrum_mesh mesh; /* borrows the model's arrays; materials are its own */
+  thrum_mesh mesh; /* borrows the model's arrays; materials and laws are its own */
   thrum_fem fem;
   thrum_sparse stiffness, mass; /* on the free components */
   thrum_mass kind; /* the mass in which the model's basis is orthonormal; consistent without one */
 } thrum_model_fem;
 
-/* The model's mesh: its arrays are the model's, but for `materials`, which the caller frees alone.
+/* The model's mesh: its arrays are the model's, but for `materials` and `laws`, which the caller
+ * frees alone.
  * THRUM_MISSING when the model has no mesh. */
 thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
                                      thrum_error *error);

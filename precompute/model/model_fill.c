@@ -113,10 +113,36 @@ thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed,
   return fill_groups(mesh, model, error);
 }
 
-thrum_status thrum_model_fill_law(thrum_law law, thrum_model *model, thrum_error *error) {
+/* Fills the laws of the regions, and their yields where one has any. */
+static thrum_status fill_laws(const thrum_fem *fem, thrum_model *model, thrum_error *error) {
+  uint8_t *laws = NULL;
+  double *yields = NULL;
+  THRUM_TRY(thrum_reserve(&laws, fem->region_count, 1, "the model", error));
+  model->region_law = laws;
+  model->law_count = fem->region_count;
+  if (thrum_fem_has_yield(fem))
+    THRUM_TRY(thrum_reserve(&yields, fem->region_count, sizeof *yields, "the model", error));
+  model->region_yield = yields;
+
+  // a region without a yield of its own has 0
+  for (int64_t i = 0; i < fem->region_count; i++) {
+    laws[i] = (uint8_t)fem->laws[i].law;
+    if (yields)
+      yields[i] = fem->laws[i].yield;
+  }
+  return THRUM_OK;
+}
+
+thrum_status thrum_model_fill_law(const thrum_fem *fem, thrum_model *model, thrum_error *error) {
+  const thrum_law law = fem->law;
   if (law == THRUM_LAW_STVK)
     return THRUM_OK;
   int32_t *format = thrum_model_writable(model->format);
+  if (law == THRUM_LAW_BY_REGION) {
+    format[0] = THRUM_MODEL_FORMAT_MAJOR_REGIONS;
+    format[1] = THRUM_MODEL_FORMAT_MINOR_REGIONS;
+    return fill_laws(fem, model, error);
+  }
   format[0] = THRUM_MODEL_FORMAT_MAJOR_LAW;
   format[1] = THRUM_MODEL_FORMAT_MINOR_LAW;
   const char *name = thrum_law_name(law);

@@ -12,9 +12,9 @@
 thrum_status thrum_model_fill_mesh(const thrum_mesh *mesh, const uint8_t *fixed, int64_t rank,
                                    bool points, thrum_model *model, thrum_error *error);
 
-/* Adds the law of the cubature points, and the version of the format that goes with it; nothing for
- * Saint Venant-Kirchhoff material. */
-thrum_status thrum_model_fill_law(thrum_law law, thrum_model *model, thrum_error *error);
+/* Adds the law of the cubature points, or those of the regions with their yields, and the version
+ * of the format that goes with it; nothing for Saint Venant-Kirchhoff material. */
+thrum_status thrum_model_fill_law(const thrum_fem *fem, thrum_model *model, thrum_error *error);
 
 /* axis_mass = U^T M 1 from the model's basis. 1 is taken on all vertices, held ones included: a
  * body force acts through the whole mass of the elements around a free vertex. */

@@ -150,5 +150,6 @@ thrum_status thrum_traction_fill(const thrum_model *model, const int32_t *vertic
   free(chosen);
   free(faces.faces);
   free(mesh.materials);
+  free(mesh.laws);
   return status;
 }

@@ -92,8 +92,8 @@ typedef struct thrum_precompute_options {
   /* How it is checked that no mode was missed; default THRUM_CHECK_AUTO. */
   thrum_check check;
 
-  /* The law of the material; default THRUM_LAW_STVK. Another law needs cubature, as a
-   * polynomial of degree 4 cannot hold it. */
+  /* The law of the material, or THRUM_LAW_BY_REGION: the laws of the mesh; default THRUM_LAW_STVK.
+   * Another law needs cubature, as a polynomial of degree 4 cannot hold it. */
   thrum_law law;
 
   /* V from cubature points in place of the polynomial; default false. The next five are of it. */
@@ -116,7 +116,8 @@ typedef struct thrum_precompute_options {
   int64_t cubature_refine;
 
   /* Yield strain of a body that flows, which points of another law are then trained on; > 0,
-   * default infinite: none. Smaller: more flows in the states of training. */
+   * default infinite: none, but for regions that have yields of their own. Smaller: more flows in
+   * the states of training. */
   double cubature_yield;
 
   bool single; /* c3 and c4 in single precision; default false */

@@ -64,6 +64,7 @@ typedef struct cubature {
   double *products[2], *projections[2], target[2];
   uint64_t random;
   double share; /* of the time, in which points are chosen: 1, or less where they are refined */
+  bool flows;   /* some region does, beyond a yield */
   const thrum_reporter *reporter;
 } cubature;
 
@@ -128,14 +129,11 @@ static void follow(cubature *c, bool exactly, double *q) {
     q[h] -= reduced[h] * c->norm[h] * c->norm[h] * (exactly ? 1 : 1 + OFF * draw(c));
 }
 
-static bool flows(const cubature *c) {
-  return c->def->yield < INFINITY;
-}
-
-/* A point that has flowed at the gradient g as far as it does at once, from where nothing had;
- * zeros within the yield. */
-static void flow_at(const cubature *c, double g[3][3], double plastic[3][3]) {
-  const thrum_plastic material = {c->def->yield, INFINITY, INFINITY};
+/* A point of a region that has flowed at the gradient g as far as it does at once, from where
+ * nothing had; zeros within the yield. */
+static void flow_at(const cubature *c, int32_t region, double g[3][3], double plastic[3][3]) {
+  const double yield = thrum_fem_yield(c->fem, region, c->def->yield);
+  const thrum_plastic material = {yield, INFINITY, INFINITY};
   double none[3][3] = {{0}};
   if (!thrum_plastic_flow(&material, 1, g, none, 1, plastic))
     memset(plastic, 0, sizeof none);
@@ -143,15 +141,15 @@ static void flow_at(const cubature *c, double g[3][3], double plastic[3][3]) {
 
 /* The body of state s, of which `body` is a copy, with what has flowed in it. */
 static const thrum_fem *flowed_body(cubature *c, int64_t s, thrum_fem *body) {
-  if (!flows(c))
+  if (!c->flows)
     return c->fem;
   expand(c, c->flowed + s * c->rank, c->other_field);
   for (int64_t point = 0; point < c->fem->tet_count * c->fem->point_count; point++) {
-    const int p = (int)(point % c->fem->point_count);
+    const int64_t t = point / c->fem->point_count;
     thrum_tet tet;
     double plastic[3][3];
-    thrum_tet_place(c->fem, point / c->fem->point_count, p, c->other_field, &tet);
-    flow_at(c, tet.displacement, plastic);
+    thrum_tet_place(c->fem, t, (int)(point % c->fem->point_count), c->other_field, &tet);
+    flow_at(c, c->fem->tet_region[t], tet.displacement, plastic);
     memcpy(c->plastic + ROWS * point, plastic, sizeof plastic);
   }
   *body = *c->fem;
@@ -163,7 +161,7 @@ static const thrum_fem *flowed_body(cubature *c, int64_t s, thrum_fem *body) {
 static void choose_flow(cubature *c, int64_t s) {
   const int64_t r = c->rank;
   double *flowed = c->flowed + s * r;
-  if (!flows(c) || s % 2 == 0)
+  if (!c->flows || s % 2 == 0)
     return;
   memcpy(flowed, c->q + (s % 4 == 1 ? s : s - 1) * r, (size_t)r * sizeof *flowed);
   const double share = 0.5 + 0.5 * draw(c);
@@ -231,12 +229,13 @@ static void point_gradients(const thrum_fem *fem, const thrum_model *model, int6
 
 /* Stress without its linear part of another law, where the point has flowed at the gradient
  * `before`. */
-static void law_stress(const cubature *c, double lambda, double mu, double before[3][3],
-                       double g[3][3], double p[3][3]) {
+static void law_stress(const cubature *c, int32_t region, double before[3][3], double g[3][3],
+                       double p[3][3]) {
+  const double lambda = c->fem->lambda[region], mu = c->fem->mu[region];
   double strain[3][3], linear[3][3], plastic[3][3] = {{0}};
-  if (flows(c))
-    flow_at(c, before, plastic);
-  thrum_flowed_stress(c->fem->law, lambda, mu, g, plastic, p);
+  if (c->flows)
+    flow_at(c, region, before, plastic);
+  thrum_flowed_stress(thrum_fem_law(c->fem, region), lambda, mu, g, plastic, p);
   for (int a = 0; a < 3; a++)
     for (int b = 0; b < 3; b++)
       strain[a][b] = (g[a][b] + g[b][a]) / 2;
@@ -254,11 +253,10 @@ static void candidate_row(const cubature *c, int64_t n, int64_t s, const double 
   double g[3][3], flowed[3][3], p[3][3];
   memcpy(g, gradient, sizeof g);
   memcpy(flowed, before, sizeof flowed);
-  const double lambda = c->fem->lambda[region], mu = c->fem->mu[region];
-  if (c->fem->law == THRUM_LAW_STVK)
-    thrum_quartic_stress(lambda, mu, g, p);
+  if (thrum_fem_law(c->fem, region) == THRUM_LAW_STVK)
+    thrum_quartic_stress(c->fem->lambda[region], c->fem->mu[region], g, p);
   else
-    law_stress(c, lambda, mu, flowed, g, p);
+    law_stress(c, region, flowed, g, p);
   const double weight = c->fem->weight[point] * c->scale[s];
   const double *rows = c->gradient + ROWS * n * c->rank;
   memset(row, 0, (size_t)c->rank * sizeof *row);
@@ -282,9 +280,9 @@ static void take_gradients(const cubature *c, const double *q, int64_t count, do
 static void add_states(cubature *c, int64_t first, int64_t count, int set, double *gradients,
                        double *rows) {
   const int64_t r = c->rank, height = count * r;
-  double *before = flows(c) ? gradients + ROWS * c->count * CHUNK : gradients;
+  double *before = c->flows ? gradients + ROWS * c->count * CHUNK : gradients;
   take_gradients(c, c->q + first * r, count, gradients);
-  if (flows(c))
+  if (c->flows)
     take_gradients(c, c->flowed + first * r, count, before);
 
   for (int64_t n = 0; n < c->count; n++)
@@ -365,7 +363,15 @@ static void choose_candidates(cubature *c) {
     }
 }
 
-/* Points by the least squares, in ascending order, with their volumes. */
+/* Does point p of the mesh come after q? By their laws first, so that the blocks in which points
+ * are evaluated have one law each, but for those in which it changes. */
+static bool comes_after(const thrum_fem *fem, int64_t p, int64_t q) {
+  const thrum_law of_p = thrum_fem_law(fem, fem->tet_region[p / fem->point_count]);
+  const thrum_law of_q = thrum_fem_law(fem, fem->tet_region[q / fem->point_count]);
+  return of_p == of_q ? p > q : of_p > of_q;
+}
+
+/* Points by the least squares, in their order, with their volumes. */
 static thrum_status choose_points(cubature *c, int64_t *places, double *x, int64_t *used,
                                   thrum_cubature_figures *figures, thrum_error *error) {
   const int64_t most = c->def->most < c->count ? c->def->most : c->count;
@@ -383,13 +389,13 @@ static thrum_status choose_points(cubature *c, int64_t *places, double *x, int64
                            "no cubature point lowers the error of the force: the body has no "
                            "nonlinear part to speak of within the range of its states");
 
-  // points in their order in the mesh
+  // points in their order in the mesh, law by law
   for (int64_t k = 0; k < *used; k++) {
     x[k] *= c->fem->weight[c->candidate[places[k]]];
     places[k] = c->candidate[places[k]];
   }
   for (int64_t k = 1; k < *used; k++)
-    for (int64_t i = k; i > 0 && places[i - 1] > places[i]; i--) {
+    for (int64_t i = k; i > 0 && comes_after(c->fem, places[i - 1], places[i]); i--) {
       const int64_t place = places[i];
       const double weight = x[i];
       places[i] = places[i - 1];
@@ -403,10 +409,14 @@ static thrum_status choose_points(cubature *c, int64_t *places, double *x, int64
 thrum_status thrum_cubature_fill(const thrum_fem *fem, int64_t count, const int64_t *places,
                                  const double *weights, thrum_model *model, thrum_error *error) {
   double *weight = NULL, *moduli = NULL, *gradients = NULL;
+  int32_t *regions = NULL;
   const int64_t numbers = ROWS * count * model->rank;
   thrum_status status = thrum_reserve(&weight, count, sizeof(double), "the cubature", error);
   THRUM_THEN(status, thrum_reserve(&moduli, 2 * count, sizeof(double), "the cubature", error));
   THRUM_THEN(status, thrum_reserve(&gradients, numbers, sizeof(double), "the cubature", error));
+  if (fem->law == THRUM_LAW_BY_REGION)
+    THRUM_THEN(status, thrum_reserve(&regions, count, sizeof *regions, "the cubature", error));
+  model->point_region = regions;
   model->point_weights = weight;
   model->point_moduli = moduli;
   model->point_gradients = gradients;
@@ -416,6 +426,8 @@ thrum_status thrum_cubature_fill(const thrum_fem *fem, int64_t count, const int6
   for (int64_t p = 0; p < count; p++) {
     const int32_t region = fem->tet_region[places[p] / fem->point_count];
     weight[p] = weights[p];
+    if (regions)
+      regions[p] = region;
     moduli[p] = fem->lambda[region];
     moduli[count + p] = fem->mu[region];
     point_gradients(fem, model, places[p], gradients + ROWS * p * model->rank);
@@ -545,6 +557,7 @@ thrum_status thrum_cubature(const thrum_fem *fem, const thrum_cubature_def *def,
                 .count = all < THRUM_CUBATURE_CANDIDATES ? all : THRUM_CUBATURE_CANDIDATES,
                 .random = 1,
                 .share = def->refine > 0 ? CHOSEN : 1,
+                .flows = def->yield < INFINITY || thrum_fem_has_yield(fem),
                 .reporter = reporter};
 
   // candidates and states, the rows of a chunk, and the products of both sets
@@ -554,8 +567,8 @@ thrum_status thrum_cubature(const thrum_fem *fem, const thrum_cubature_def *def,
   c.gradient = NEED(ROWS * c.count * r);
   c.q = NEED((STATES + TEST_STATES) * r);
   c.force = NEED((STATES + TEST_STATES) * r);
-  c.flowed = NEED(flows(&c) ? (STATES + TEST_STATES) * r : 1);
-  c.plastic = NEED(flows(&c) ? ROWS * all : 1);
+  c.flowed = NEED(c.flows ? (STATES + TEST_STATES) * r : 1);
+  c.plastic = NEED(c.flows ? ROWS * all : 1);
   c.scale = NEED(STATES + TEST_STATES);
   c.norm = NEED(r);
   c.field = NEED(3 * model->vertex_count);
@@ -565,7 +578,7 @@ thrum_status thrum_cubature(const thrum_fem *fem, const thrum_cubature_def *def,
     c.products[set] = NEED(c.count * c.count);
     c.projections[set] = NEED(c.count);
   }
-  double *gradients = NEED((flows(&c) ? 2 : 1) * ROWS * c.count * CHUNK),
+  double *gradients = NEED((c.flows ? 2 : 1) * ROWS * c.count * CHUNK),
          *rows = NEED(c.count * CHUNK * r);
   int64_t *places = thrum_scope_allocate(&memory, c.count, sizeof *places), used = 0;
   double *x = NEED(c.count);

@@ -42,7 +42,8 @@ typedef struct thrum_cubature_def {
   int64_t masters;
 
   /* Where points are to be right for a body that flows beyond this yield too; infinite: it is
-   * elastic. In every second state something has then flowed. */
+   * elastic, but for regions that have yields of their own. In every second state something has
+   * then flowed. */
   double yield;
 
   /* Steps in which the gradients of the chosen points are learned, of Saint Venant-Kirchhoff

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 Path = Union[str, "os.PathLike[str]"]
 
+_LAWS = ("stvk", "corotational", "neo-hookean")  # in the order of their numbers in a model file
+
 
 class _Handle:
     """A model in the library's memory with all that it points into: freed when nobody refers to it any more."""
@@ -204,6 +206,16 @@ class Model:
         """Young's modulus [Pa], Poisson's ratio, density [kg/m^3], one row a region; a view."""
         values: Array | None = self._view(self._shape, "material", (int(self._shape.region_count), 3))
         return values
+
+    @property
+    def laws(self) -> list[str]:
+        """The law of each region: stvk, corotational or neo-hookean; one where they are not told apart."""
+        count = int(self._shape.law_count)
+        if count > 0:
+            return [_LAWS[self._shape.region_law[region]] for region in range(count)]
+        named = self._shape.point_law
+        law = ffi.string(ffi.cast("const char *", named)).decode() if named != ffi.NULL else _LAWS[0]
+        return [law] * max(int(self._shape.region_count), 1)
 
     @property
     def basis(self) -> Array | None:

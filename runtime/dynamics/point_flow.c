@@ -22,7 +22,7 @@
 #include "runtime/polynomial/polynomial_private.h"
 
 void thrum_point_flow_prepare(const thrum_model *model, thrum_state *state) {
-  if (!thrum_can_flow(&state->def))
+  if (!thrum_can_flow(state))
     return;
 
   // an inverse that there is not yet lends its room
@@ -40,7 +40,7 @@ static void release(const thrum_model *model, thrum_state *state, const thrum_st
 
 const thrum_model *thrum_flowed_model(const thrum_model *model, thrum_state *state,
                                       thrum_model *copy) {
-  if (!thrum_can_flow(&state->def))
+  if (!thrum_can_flow(state))
     return model;
   const thrum_state_view view = thrum_state_view_of(state);
   if (state->release_due)
@@ -55,6 +55,7 @@ enum { HALVINGS_MAX = 12 }; // of what flows in a step, until it takes energy
 /* A point at its gradient. */
 typedef struct cubature_point {
   thrum_law law;
+  thrum_plastic material;
   double lambda, mu; /* times its weight [J] */
   double gradient[3][3];
 } cubature_point;
@@ -68,11 +69,15 @@ static double energy_at(const void *context, double plastic[3][3]) {
 }
 
 /* Point p with its gradient out of a restriction that holds all coordinates. */
-static cubature_point point_of(const thrum_model *model, const double *restricted, int64_t p) {
+static cubature_point point_of(const thrum_model *model, const thrum_plastic *material,
+                               const double *restricted, int64_t p) {
   const double weight = model->point_weights[p];
-  cubature_point at = {.law = thrum_law_of_model(model),
+  const int64_t region = model->point_region ? model->point_region[p] : 0;
+  cubature_point at = {.law = thrum_law_of_region(model, region),
+                       .material = *material,
                        .lambda = weight * model->point_moduli[p],
                        .mu = weight * model->point_moduli[model->point_count + p]};
+  at.material.yield = thrum_law_yield(model, region, material->yield);
   const double *lanes = restricted + THRUM_POINT_BLOCK * (p / 8) + p % 8;
   for (int c = 0; c < THRUM_POINT_ROWS; c++)
     at.gradient[c / 3][c % 3] = lanes[8 * c];
@@ -83,7 +88,7 @@ static cubature_point point_of(const thrum_model *model, const double *restricte
  * of its gradient; whether it did. */
 static bool flow_at(const thrum_state *state, cubature_point *at, double share, double *place,
                     double *lanes, double *taken) {
-  const thrum_plastic_point point = {&state->def.plastic, state->def.dt, share, energy_at, at};
+  const thrum_plastic_point point = {&at->material, state->def.dt, share, energy_at, at};
   double plastic[3][3], elastic[3][3], work = 0;
   for (int c = 0; c < THRUM_POINT_ROWS; c++)
     lanes[8 * c] = place[c];
@@ -112,7 +117,7 @@ static bool flow_by(const thrum_model *flowed, thrum_state *state, const thrum_s
   bool any = false;
   double sum = 0;
   for (int64_t p = 0; p < flowed->point_count; p++) {
-    cubature_point at = point_of(flowed, view->restricted, p);
+    cubature_point at = point_of(flowed, &state->def.plastic, view->restricted, p);
     any = flow_at(state, &at, share, view->plastic + THRUM_POINT_ROWS * p,
                   lanes_of(view->restricted, p), &sum) ||
           any;
@@ -156,7 +161,7 @@ static bool flow_within(const thrum_model *flowed, thrum_state *state, const thr
 
 void thrum_point_flow(const thrum_model *flowed, thrum_state *state, const thrum_state_view *view) {
   double taken = 0.0;
-  if (!thrum_can_flow(&state->def) || !flow_within(flowed, state, view, &taken))
+  if (!thrum_can_flow(state) || !flow_within(flowed, state, view, &taken))
     return;
   thrum_forget_forces(state);
   thrum_energy_correction_take(state, taken);

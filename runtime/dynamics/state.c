@@ -91,18 +91,19 @@ void thrum_state_plan(thrum_state *state, const thrum_model *model) {
   const int64_t r = model->rank, n = implicit_max(model, def);
   const bool tangent = thrum_tangent_damped(state);
   const bool manifold = def->integrator == THRUM_INTEGRATOR_MANIFOLD;
+  const bool flows = def->plastic.yield < INFINITY || thrum_law_has_yield(model);
 
   state->work_count = thrum_step_work_count(model);
   // midpoint and Newmark evaluate the whole model; imexv restricts it to fewer than r modes,
   // a manifold has its slopes there, and what may flow the gradients of its points
   state->restricted_count = def->integrator == THRUM_INTEGRATOR_IMEXV
                                 ? thrum_restriction_count(model, n < r ? n : r - 1)
-                            : manifold            ? thrum_manifold_count(model)
-                            : thrum_can_flow(def) ? thrum_restriction_count(model, r)
-                                                  : 0;
-  state->plastic_count = thrum_can_flow(def) ? thrum_points_plastic_count(model) : 0;
-  state->shares_count = thrum_can_flow(def) ? r : 0;
-  state->shapes_count = thrum_can_flow(def) ? r * r : 0;
+                            : manifold ? thrum_manifold_count(model)
+                            : flows    ? thrum_restriction_count(model, r)
+                                       : 0;
+  state->plastic_count = flows ? thrum_points_plastic_count(model) : 0;
+  state->shares_count = flows ? r : 0;
+  state->shapes_count = flows ? r * r : 0;
 
   // tangent damping needs T of all modes, also where few or none are implicit
   state->kept_count = def->integrator == THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER ? 0 : n * n;

@@ -117,6 +117,14 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
   return THRUM_OK;
 }
 
+/* Whether the law of some point is one that flows. */
+static bool can_flow(const thrum_model *model) {
+  for (int64_t i = 0; i < model->law_count; i++)
+    if (model->region_law[i] != THRUM_LAW_STVK)
+      return true;
+  return !model->region_law && thrum_law_of_model(model) != THRUM_LAW_STVK;
+}
+
 /* Flow is there where the points answer by a law of F, and for the integrator whose step is elastic
  * and ends at q and p of one time. */
 static thrum_status check_plastic(const thrum_model *model, const thrum_state_def *def,
@@ -128,15 +136,21 @@ static thrum_status check_plastic(const thrum_model *model, const thrum_state_de
     return refuse(error, "plastic.creep", plastic->creep, "> 0 [1/s]; infinite: at once");
   if (!(plastic->largest > 0.0))
     return refuse(error, "plastic.largest", plastic->largest, "> 0; infinite: no bound");
-  if (!thrum_can_flow(def))
+  const bool own = thrum_law_has_yield(model);
+  if (!own && plastic->yield == INFINITY)
     return THRUM_OK;
 
   // what flows
-  if (thrum_law_of_model(model) == THRUM_LAW_STVK)
+  if (!own && !can_flow(model))
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "plastic.yield of the state's def is %g, and this model cannot flow: "
                            "cubature points of the law corotational or neo-hookean do",
                            plastic->yield);
+  if (own && def->integrator != THRUM_INTEGRATOR_ENERGY)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "a region of this model has a yield of its own, and the integrator %s "
+                           "does not step plastic flow: energy does",
+                           thrum_integrator_name(def->integrator));
   if (def->integrator != THRUM_INTEGRATOR_ENERGY)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "plastic.yield of the state's def is %g, and the integrator %s does not "

@@ -308,9 +308,9 @@ static inline bool thrum_adapts(thrum_integrator integrator) {
   return integrator == THRUM_INTEGRATOR_IMEXV || integrator == THRUM_INTEGRATOR_FOX_GOODWIN;
 }
 
-/* True for a def whose material may flow. */
-static inline bool thrum_can_flow(const thrum_state_def *def) {
-  return def->plastic.yield < INFINITY;
+/* True for a state whose material may flow: by the yield of its def, or by those of the regions. */
+static inline bool thrum_can_flow(const thrum_state *state) {
+  return state->plastic_count > 0;
 }
 
 /* True for an imexv with its stability monitor. */

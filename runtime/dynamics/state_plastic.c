@@ -46,7 +46,7 @@ thrum_status thrum_state_take_plastic(thrum_state *state, const thrum_state *fro
 thrum_status thrum_state_clear_plastic(const thrum_model *model, thrum_state *state,
                                        thrum_error *error) {
   THRUM_TRY(thrum_state_check(model, state, error));
-  if (!thrum_can_flow(&state->def))
+  if (!thrum_can_flow(state))
     return THRUM_OK;
   memset(thrum_state_view_of(state).plastic, 0, (size_t)strains_of(state) * sizeof(double));
   state->release_due = 1;
@@ -57,7 +57,7 @@ thrum_status thrum_state_clear_plastic(const thrum_model *model, thrum_state *st
 }
 
 double thrum_state_plastic_strain(const thrum_state *state) {
-  if (!state || !thrum_can_flow(&state->def))
+  if (!state || !thrum_can_flow(state))
     return 0.0;
   const double *at = plastic_of(state);
   double largest = 0.0, plastic[3][3];
@@ -69,7 +69,7 @@ double thrum_state_plastic_strain(const thrum_state *state) {
 }
 
 double thrum_state_point_stiffness(const thrum_state *state) {
-  if (!state || !thrum_can_flow(&state->def))
+  if (!state || !thrum_can_flow(state))
     return 0.0;
   const double *shares = thrum_state_view_of((thrum_state *)(uintptr_t)state).shares;
   double largest = 0.0;

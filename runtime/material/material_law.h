@@ -24,23 +24,39 @@ typedef enum thrum_law {
 #define X(name, value, text) THRUM_LAW_##name = value,
   THRUM_LAW_LIST(X)
 #undef X
+      THRUM_LAW_BY_REGION =
+          3 /* no law of its own: each region of the body has one of those above */
 } thrum_law;
 
 /* The law called `name`, of `length` characters, into *law; false where there is none. */
 bool thrum_law_find(const char *name, size_t length, thrum_law *law);
 
-/* Its name. */
+/* Its name; of THRUM_LAW_BY_REGION what people may read. */
 const char *thrum_law_name(thrum_law law);
 
 /* The law of a model's material: that of its cubature points, whose name was checked. */
 thrum_law thrum_law_of_model(const thrum_model *model);
 
+/* The same of one region of it, never THRUM_LAW_BY_REGION. */
+thrum_law thrum_law_of_region(const thrum_model *model, int64_t region);
+
+/* Whether `law`, or that of a region where it is THRUM_LAW_BY_REGION, is Saint Venant-Kirchhoff's,
+ * which gives way under compression. */
+bool thrum_law_gives_way(const thrum_model *model, thrum_law law);
+
+/* The strain beyond which region `region` flows, where `yield` is that of regions that have none of
+ * their own; infinite for Saint Venant-Kirchhoff material among other laws. */
+double thrum_law_yield(const thrum_model *model, int64_t region, double yield);
+
+/* Whether a region has a yield of its own. */
+bool thrum_law_has_yield(const thrum_model *model);
+
 /* The energy density at `gradient` [J/m^3], which is zero at rest, and the first Piola-Kirchhoff
- * stress P = d density / dF there [Pa]. Not of THRUM_LAW_STVK, which precompute/fem evaluates. */
+ * stress P = d density / dF there [Pa]. */
 double thrum_law_stress(thrum_law law, double lambda, double mu, double gradient[3][3],
                         double stress[3][3]);
 
-/* tangent[3 i + j][3 k + l] = dP_ij / dF_kl [Pa], symmetric. Not of THRUM_LAW_STVK. */
+/* tangent[3 i + j][3 k + l] = dP_ij / dF_kl [Pa], symmetric. */
 void thrum_law_tangent(thrum_law law, double lambda, double mu, double gradient[3][3],
                        double tangent[9][9]);
 

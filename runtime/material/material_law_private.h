@@ -5,6 +5,11 @@
 
 #include "runtime/material/material_law.h"
 
+double material_law_stvk_stress(double lambda, double mu, double gradient[3][3],
+                                double stress[3][3]);
+void material_law_stvk_tangent(double lambda, double mu, double gradient[3][3],
+                               double tangent[9][9]);
+
 double material_law_corotational_stress(double lambda, double mu, double gradient[3][3],
                                         double stress[3][3]);
 void material_law_corotational_tangent(double lambda, double mu, double gradient[3][3],

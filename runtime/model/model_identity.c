@@ -26,6 +26,17 @@ static uint64_t mix_all(uint64_t hash, const double *values, int64_t count) {
   return hash;
 }
 
+/* Mixes the law and the yield at each point in. */
+static uint64_t mix_regions(uint64_t hash, const thrum_model *model) {
+  for (int64_t p = 0; p < model->point_count; p++) {
+    const int32_t region = model->point_region[p];
+    const double yield = thrum_law_yield(model, region, 0);
+    hash = mix(hash, model->region_law[region]);
+    hash = mix_all(hash, &yield, 1);
+  }
+  return hash;
+}
+
 uint64_t thrum_model_identity(const thrum_model *model) {
   if (!model || !thrum_has_energy(model))
     return 0;
@@ -38,6 +49,7 @@ uint64_t thrum_model_identity(const thrum_model *model) {
         mix_all(hash, model->point_gradients, THRUM_POINT_ROWS * model->point_count * model->rank);
     const thrum_law law = thrum_law_of_model(model);
     hash = law == THRUM_LAW_STVK ? hash : mix(hash, (uint64_t)law);
+    hash = law == THRUM_LAW_BY_REGION ? mix_regions(hash, model) : hash;
   } else {
     hash = mix_all(hash, model->c3, model->c3_count);
     hash = mix_all(hash, model->c4, model->c4_count);

@@ -44,11 +44,11 @@ static thrum_status check_together(const thrum_layout *layout, const int *arrays
 static thrum_status check_version(const thrum_layout *layout, thrum_error *error) {
   int32_t major = get_i4(layout->data[THRUM_ARRAY_format], 0);
   int32_t minor = get_i4(layout->data[THRUM_ARRAY_format], 1);
-  if (major < THRUM_MODEL_FORMAT_MAJOR || major > THRUM_MODEL_FORMAT_MAJOR_LAW)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "array 'format' says version %" PRId32 ".%" PRId32
-                           ", this program reads versions %d to %d",
-                           major, minor, THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MAJOR_LAW);
+  if (major < THRUM_MODEL_FORMAT_MAJOR || major > THRUM_MODEL_FORMAT_MAJOR_REGIONS)
+    return thrum_error_set(
+        error, THRUM_UNSUPPORTED,
+        "array 'format' says version %" PRId32 ".%" PRId32 ", this program reads versions %d to %d",
+        major, minor, THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MAJOR_REGIONS);
   if (minor < 0)
     return thrum_error_set(error, THRUM_BAD_VALUE, "array 'format' holds a negative version");
 
@@ -65,6 +65,32 @@ static thrum_status check_version(const thrum_layout *layout, thrum_error *error
                            "array 'format' says version %" PRId32 ".%" PRId32
                            "; a model with 'point_law' has version %d",
                            major, minor, THRUM_MODEL_FORMAT_MAJOR_LAW);
+  if (HAS(layout, region_law) && major < THRUM_MODEL_FORMAT_MAJOR_REGIONS)
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "array 'format' says version %" PRId32 ".%" PRId32
+                           "; a model with 'region_law' has version %d",
+                           major, minor, THRUM_MODEL_FORMAT_MAJOR_REGIONS);
+  return THRUM_OK;
+}
+
+// the laws of the regions, and the region of each point
+static thrum_status check_regions(const thrum_layout *layout, thrum_error *error) {
+  static const int regions[] = {THRUM_ARRAY_region_law, THRUM_ARRAY_point_region};
+  THRUM_TRY(check_together(layout, regions, 2, "point_region and region_law come together", error));
+  if (HAS(layout, region_yield) && !HAS(layout, region_law))
+    return thrum_error_set(error, THRUM_MISSING,
+                           "array 'region_law' is missing: 'region_yield' is that of regions with "
+                           "laws of their own");
+
+  // one law or several, and those of points
+  if (HAS(layout, region_law) && HAS(layout, point_law))
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "array 'point_law' does not go with region_law: a model has one law, or "
+                           "one for each region");
+  if (HAS(layout, region_law) && !HAS(layout, point_weights))
+    return thrum_error_set(error, THRUM_MISSING,
+                           "array 'point_weights' is missing: 'region_law' has the laws of "
+                           "cubature points, as a polynomial cannot hold them");
   return THRUM_OK;
 }
 
@@ -83,6 +109,7 @@ static thrum_status check_polynomial(const thrum_layout *layout, thrum_error *er
     return thrum_error_set(error, THRUM_MISSING,
                            "array 'point_weights' is missing: 'point_law' is that of cubature "
                            "points, as a polynomial cannot hold it");
+  THRUM_TRY(check_regions(layout, error));
   if (HAS(layout, slave_map) && HAS(layout, point_weights))
     return thrum_error_set(
         error, THRUM_BAD_SHAPE,
@@ -254,6 +281,18 @@ static thrum_status check_mesh_sizes(const thrum_layout *layout, thrum_error *er
   if (!HAS(layout, point_law) && SIZE(layout, law_bytes) != 0)
     return thrum_error_set(error, THRUM_BAD_SHAPE,
                            "array 'point_law' is absent, yet law_bytes is not 0");
+
+  // with a mesh the regions are those of its materials
+  const int64_t laws = SIZE(layout, law_count), regions = SIZE(layout, region_count);
+  if (HAS(layout, region_law) ? laws < 1 || laws > INT32_MAX : laws != 0)
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "array 'region_law' %s %" PRId64 " laws; there is one for each region",
+                           HAS(layout, region_law) ? "has" : "is absent, yet there are", laws);
+  if (HAS(layout, region_law) && HAS(layout, material) && laws != regions)
+    return thrum_error_set(error, THRUM_BAD_SHAPE,
+                           "array 'region_law' has %" PRId64 " laws, and 'material' %" PRId64
+                           " regions",
+                           laws, regions);
   return THRUM_OK;
 }
 
@@ -342,6 +381,33 @@ static thrum_status check_law(const thrum_layout *layout, thrum_error *error) {
   return thrum_error_set(error, THRUM_BAD_VALUE,
                          "array 'point_law' holds none of the names stvk, corotational and "
                          "neo-hookean, ended by one 0");
+}
+
+// laws that are known, of regions that there are, and yields where there is flow
+static thrum_status check_region_laws(const thrum_layout *layout, thrum_error *error) {
+  const unsigned char *laws = layout->data[THRUM_ARRAY_region_law];
+  const int64_t count = SIZE(layout, law_count);
+  for (int64_t i = 0; i < count; i++)
+    if (laws[i] >= THRUM_LAW_BY_REGION)
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'region_law' holds %u (entry %" PRId64 "); 0, 1 and 2 are laws",
+                             (unsigned)laws[i], i);
+
+  // a yield is a strain
+  for (int64_t i = 0; HAS(layout, region_yield) && i < count; i++) {
+    const double yield = get_f8(layout->data[THRUM_ARRAY_region_yield], i);
+    if (!(yield >= 0))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'region_yield' holds %g (entry %" PRId64
+                             "); yields are above 0, or 0 for none",
+                             yield, i);
+    if (yield > 0 && laws[i] == THRUM_LAW_STVK)
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'region_yield' holds %g (entry %" PRId64
+                             ") for a region of the law 0, stvk, which does not flow",
+                             yield, i);
+  }
+  return check_indices(layout, THRUM_ARRAY_point_region, count, error);
 }
 
 // volumes that points stand for, and moduli of a material that resists every strain
@@ -470,6 +536,8 @@ thrum_status thrum_layout_check_values(const thrum_layout *layout, thrum_error *
     status = check_points(layout, error);
   if (status == THRUM_OK && HAS(layout, point_law))
     status = check_law(layout, error);
+  if (status == THRUM_OK && HAS(layout, region_law))
+    status = check_region_laws(layout, error);
   if (status == THRUM_OK && HAS(layout, vertices))
     status = check_mesh(layout, error);
   if (status == THRUM_OK && HAS(layout, group_ends))

@@ -106,9 +106,9 @@ static void add_forces(const thrum_model *model, int64_t b, const v8_matrix *p, 
  * that of V of degree 4. */
 static v8_matrix terms_of(const thrum_model *model, thrum_law law, int64_t b, const v8_matrix *g,
                           double *quartic) {
-  const int64_t left = model->point_count - 8 * b;
-  point_state at = {.g = *g, .m = point_moduli(model, b), .law = law, .count = left < 8 ? left : 8};
-  if (law != THRUM_LAW_STVK) {
+  point_state at = {.g = *g, .m = point_moduli(model, b), .law = thrum_block_law(model, law, b)};
+  point_prepare(model, b, &at);
+  if (at.law != THRUM_LAW_STVK) {
     double gradient[THRUM_POINT_BLOCK], stress[THRUM_POINT_BLOCK], energy[8];
     const thrum_point_lanes lanes = point_lanes(&at, gradient);
     thrum_point_law_terms(&lanes, energy, stress);

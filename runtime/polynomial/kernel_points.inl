@@ -179,13 +179,26 @@ typedef struct point_state {
   v8_moduli m;
   thrum_law law;
   int64_t count;         /* of points in the lanes, */
+  const int32_t *region; /* theirs where they have several laws, */
+  const uint8_t *laws;   /* those of the regions, */
   const double *plastic; /* and what has flowed at them; NULL: nothing */
 } point_state;
 
-/* Gradients and moduli in lanes, for a law that is evaluated point by point. */
+/* Prepares what points of another law or of several ones have at block b. */
+INLINE void point_prepare(const thrum_model *model, int64_t b, point_state *at) {
+  const int64_t left = model->point_count - 8 * b;
+  at->count = left < 8 ? left : 8;
+  if (at->law != THRUM_LAW_BY_REGION)
+    return;
+  at->region = model->point_region + 8 * b;
+  at->laws = model->region_law;
+}
+
+/* Gradients and moduli in lanes, for laws that are evaluated point by point. */
 PASS thrum_point_lanes point_lanes(const point_state *at, double *gradient) {
-  thrum_point_lanes lanes = {
-      .count = at->count, .law = at->law, .gradient = gradient, .plastic = at->plastic};
+  thrum_point_lanes lanes = {.count = at->count, .gradient = gradient, .plastic = at->plastic};
+  for (int64_t k = 0; k < at->count; k++)
+    lanes.law[k] = at->region ? (thrum_law)at->laws[at->region[k]] : at->law;
   for (int c = 0; c < THRUM_POINT_ROWS; c++)
     v8_store(gradient + 8 * c, at->g.at[c]);
   v8_store(lanes.lambda, at->m.lambda);
@@ -203,13 +216,12 @@ PASS void point_obey(point_state *at) {
   at->energy = v8_load(energy);
 }
 
-/* Block b at the gradient g. */
+/* Block b of a model of this law at the gradient g. */
 INLINE point_state point_strain(const thrum_model *model, thrum_law law, int64_t b,
                                 const v8_matrix *g) {
-  point_state at = {.g = *g, .m = point_moduli(model, b), .law = law};
-  if (law != THRUM_LAW_STVK) {
-    const int64_t left = model->point_count - 8 * b;
-    at.count = left < 8 ? left : 8;
+  point_state at = {.g = *g, .m = point_moduli(model, b), .law = thrum_block_law(model, law, b)};
+  if (at.law != THRUM_LAW_STVK) {
+    point_prepare(model, b, &at);
     at.plastic = model->point_plastic ? model->point_plastic + THRUM_POINT_BLOCK * b : NULL;
     point_obey(&at);
     return at;

@@ -42,8 +42,8 @@ static double whole_stress(const thrum_point_lanes *at, int64_t lane, double g[3
                            double stress[3][3]) {
   double plastic[3][3];
   if (!take_plastic(at, lane, plastic))
-    return thrum_law_stress(at->law, at->lambda[lane], at->mu[lane], g, stress);
-  return thrum_flowed_stress(at->law, at->lambda[lane], at->mu[lane], g, plastic, stress);
+    return thrum_law_stress(at->law[lane], at->lambda[lane], at->mu[lane], g, stress);
+  return thrum_flowed_stress(at->law[lane], at->lambda[lane], at->mu[lane], g, plastic, stress);
 }
 
 /* The tangent of one lane by its law: both of its indices of F_e are drawn back. */
@@ -51,11 +51,11 @@ static void whole_tangent(const thrum_point_lanes *at, int64_t lane, double g[3]
                           double whole[9][9]) {
   double plastic[3][3], elastic[3][3], matrix[3][3];
   if (!take_plastic(at, lane, plastic)) {
-    thrum_law_tangent(at->law, at->lambda[lane], at->mu[lane], g, whole);
+    thrum_law_tangent(at->law[lane], at->lambda[lane], at->mu[lane], g, whole);
     return;
   }
   thrum_elastic_gradient(g, plastic, elastic);
-  thrum_law_tangent(at->law, at->lambda[lane], at->mu[lane], elastic, whole);
+  thrum_law_tangent(at->law[lane], at->lambda[lane], at->mu[lane], elastic, whole);
   for (int i = 0; i < 9; i++) {
     memcpy(matrix, whole[i], sizeof matrix);
     thrum_draw_back(plastic, matrix);
@@ -119,7 +119,7 @@ void thrum_point_law_terms(const thrum_point_lanes *at, double *energy, double *
     const double h2 = SHARE * SHARE / square;
     for (int sign = -1; sign <= 1; sign += 2) {
       take_gradient(at, k, sign * sqrt(h2), g);
-      energy[k] += thrum_law_stress(at->law, at->lambda[k], at->mu[k], g, whole) / (2 * h2 * h2);
+      energy[k] += thrum_law_stress(at->law[k], at->lambda[k], at->mu[k], g, whole) / (2 * h2 * h2);
       energy[k] -= linear_stress(at->lambda[k], at->mu[k], g, linear) / (2 * h2 * h2);
       for (int c = 0; c < 9; c++)
         stress[8 * c + k] += (whole[c / 3][c % 3] - linear[c / 3][c % 3]) / (2 * h2);

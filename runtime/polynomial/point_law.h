@@ -1,6 +1,7 @@
-/* Laws other than Saint Venant-Kirchhoff's at eight cubature points, one in each lane, less the law
- * of small strains, whose energy is that of the whole body (runtime/polynomial/points.h). Plain C
- * for all kernels, which so have the same bits. Private to runtime/.
+/* Laws other than Saint Venant-Kirchhoff's, or several, at eight cubature points, one in each lane,
+ * less the law of small strains, whose energy is that of the whole body
+ * (runtime/polynomial/points.h). Plain C for all kernels, which so have the same bits. Private to
+ * runtime/.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_POLYNOMIAL_POINT_LAW_H
@@ -13,7 +14,7 @@
 /* Eight points: component c of lane k is entry 8 c + k of a gradient (72 numbers) or stress. */
 typedef struct thrum_point_lanes {
   int64_t count; /* of points in these lanes, the first; the others give zeros */
-  thrum_law law;
+  thrum_law law[8];
   double lambda[8], mu[8]; /* times the weights of the points [J] */
   const double *gradient;
   const double *plastic; /* F_p^-1 - 1 of each point, 9 numbers; NULL: nothing has flowed */

@@ -14,7 +14,8 @@
  * Where the material of another law has flowed, F = F_e F_p, psi is that of F_e with F_p held:
  * model->point_plastic (design 19).
  *
- * Points are taken in blocks of 8, one in each lane. Packed, the nine components of coordinate i at
+ * Points of several laws are each of that of their region (thrum_block_law). Points are taken in
+ * blocks of 8, one in each lane. Packed, the nine components of coordinate i at
  * the points of block b are nine vectors from 72 (b rank + i) on, zero behind the last point: so G
  * at eight points, the forces and a tangent are each one stream of whole cache lines, and no sum
  * runs across lanes until the end. Gradients all of which are single-precision numbers are packed
@@ -27,6 +28,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "runtime/material/material_law.h"
 #include "runtime/polynomial/kernel_private.h"
 #include "thrum/model.h"
 
@@ -43,6 +45,20 @@ static inline bool thrum_has_energy(const thrum_model *model) {
 
 static inline int64_t thrum_point_blocks(const thrum_model *model) {
   return (model->point_count + 7) / 8;
+}
+
+/* The law of block b of a model of this law, or THRUM_LAW_BY_REGION where its points have several.
+ */
+static inline thrum_law thrum_block_law(const thrum_model *model, thrum_law law, int64_t b) {
+  const int64_t first = 8 * b,
+                end = first + 8 < model->point_count ? first + 8 : model->point_count;
+  if (law != THRUM_LAW_BY_REGION)
+    return law;
+  const int32_t *region = model->point_region;
+  for (int64_t p = first + 1; p < end; p++)
+    if (model->region_law[region[p]] != model->region_law[region[first]])
+      return law;
+  return (thrum_law)model->region_law[region[first]];
 }
 
 /* Numbers of one coordinate in a block, and of all blocks. */

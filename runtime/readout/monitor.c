@@ -34,6 +34,7 @@ struct thrum_monitor {
   int64_t vertex_count;
   int64_t sampled_tet_count;
   double unit;               /* unit of reach [m] */
+  bool mixed;                /* regions have laws of their own */
   size_t tips, mass, points; /* offsets */
 };
 
@@ -215,8 +216,9 @@ thrum_status thrum_monitor_init(void *memory, size_t memory_size, const thrum_mo
   // the header is written last: a failure leaves no monitor behind
   fill_tips(model, (void *)(bytes + made.tips));
   fill_mass(model, (void *)(bytes + made.mass));
-  if (thrum_law_of_model(model) != THRUM_LAW_STVK)
+  if (!thrum_law_gives_way(model, thrum_law_of_model(model)))
     made.def.stretch_least = 0; // no other law gives way
+  made.mixed = thrum_law_of_model(model) == THRUM_LAW_BY_REGION;
   made.unit = SAMPLED * thrum_box3_diagonal(model->vertices, model->vertex_count);
   memcpy(memory, &made, sizeof made);
   *monitor = memory;
@@ -231,12 +233,16 @@ static thrum_status check(const thrum_monitor *monitor, const thrum_monitor_reco
   return THRUM_OK;
 }
 
-/* The least principal stretch of the sampled tets, and the place of the one that has it. */
-static double least_stretch(const thrum_monitor *monitor, const double *q, int64_t *place) {
+/* The least principal stretch of the sampled tets, or of those whose law gives way, and the place
+ * of the one that has it. */
+static double least_stretch(const thrum_monitor *monitor, const double *q, bool gives_way,
+                            int64_t *place) {
   const thrum_stress_points *stress_points = at(monitor, monitor->points);
   double least = INFINITY;
   for (int64_t n = 0; n < monitor->sampled_tet_count; n++) {
     double g[3][3], strain[6];
+    if (gives_way && thrum_stress_points_law(stress_points, n) != THRUM_LAW_STVK)
+      continue;
     thrum_stress_points_strain(stress_points, n, q, g, strain);
     const double ratio = thrum_tet_volume_ratio(g);
 
@@ -280,8 +286,9 @@ thrum_status thrum_monitor_look(const thrum_monitor *monitor, const double *q,
       return thrum_error_set(error, THRUM_BAD_VALUE, "entry %lld of q is not finite", (long long)i);
 
   // the look itself
-  int64_t place = 0;
-  record->stretch = least_stretch(monitor, q, &place);
+  int64_t place = 0, other = 0;
+  record->stretch = least_stretch(monitor, q, false, &place);
+  const double weak = monitor->mixed ? least_stretch(monitor, q, true, &other) : record->stretch;
   record->reach = reach_of(monitor, q);
   record->looks++;
 
@@ -297,7 +304,7 @@ thrum_status thrum_monitor_look(const thrum_monitor *monitor, const double *q,
   // the bit of the load stays: this look says nothing about it
   const thrum_monitor_def *def = &monitor->def;
   record->warnings_now = (record->warnings_now & THRUM_WARNING_LOAD) |
-                         (record->stretch < def->stretch_least ? THRUM_WARNING_COMPRESSED : 0) |
+                         (weak < def->stretch_least ? THRUM_WARNING_COMPRESSED : 0) |
                          (record->stretch < 0 ? THRUM_WARNING_INVERTED : 0) |
                          (record->reach > def->reach_most ? THRUM_WARNING_REACH : 0);
   record->warnings |= record->warnings_now;

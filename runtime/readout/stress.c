@@ -135,6 +135,7 @@ static thrum_status fill_tet(const thrum_model *model, const thrum_stress_points
   data->lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
   data->mu = young / (2 * (1 + poisson));
   data->tet = (int32_t)tet;
+  data->law = thrum_law_of_region(model, model->tet_region[tet]);
 
   // chosen tetrahedra have rows of their own, in which the parts of a corner are added up
   data->parts = 1;
@@ -181,7 +182,7 @@ thrum_status thrum_stress_points_init(void *memory, size_t memory_size, const th
   memset(memory, 0, size);
   const int64_t count = count_of(model, def);
   const thrum_stress_points header = {STRESS_POINTS_MAGIC, model->rank, count,
-                                      places_of(model, def), thrum_law_of_model(model)};
+                                      places_of(model, def)};
   thrum_stress_point_tet *tets = (void *)((unsigned char *)memory + tets_offset());
   for (int64_t n = 0; n < count; n++) {
     THRUM_TRY(fill_tet(model, def, n, tets + n, error));
@@ -248,6 +249,10 @@ void thrum_stress_points_strain(const thrum_stress_points *stress_points, int64_
   thrum_tet_green(gradient, strain);
 }
 
+thrum_law thrum_stress_points_law(const thrum_stress_points *stress_points, int64_t n) {
+  return data_of(stress_points)[n].law;
+}
+
 static void copy(const double from[6], double *to, int64_t n) {
   if (to)
     memcpy(to + 6 * n, from, 6 * sizeof *from);
@@ -255,11 +260,11 @@ static void copy(const double from[6], double *to, int64_t n) {
 
 /* S of another law than Saint Venant-Kirchhoff's: F^-1 P, whose quotient is NaN or infinite where
  * the tetrahedron is flat. */
-static void law_second_piola(thrum_law law, const thrum_stress_point_tet *data, double g[3][3],
-                             double ratio, double stress[6]) {
+static void law_second_piola(const thrum_stress_point_tet *data, double g[3][3], double ratio,
+                             double stress[6]) {
   static const int row[6] = {0, 1, 2, 0, 1, 0}, column[6] = {0, 1, 2, 1, 2, 2};
   double first[3][3], f[3][3], cofactor[3][3];
-  thrum_law_stress(law, data->lambda, data->mu, g, first);
+  thrum_law_stress(data->law, data->lambda, data->mu, g, first);
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++)
       f[i][j] = g[i][j] + (i == j ? 1 : 0);
@@ -276,8 +281,8 @@ static void law_second_piola(thrum_law law, const thrum_stress_point_tet *data, 
 }
 
 /* Writes the requested quantities of tetrahedron n, with the displacements u of its corners. */
-static void read_tet(thrum_law law, const thrum_stress_point_tet *data, const double u[12],
-                     int64_t n, const thrum_stress_points_output *output) {
+static void read_tet(const thrum_stress_point_tet *data, const double u[12], int64_t n,
+                     const thrum_stress_points_output *output) {
   // the strain, which exists for any deformation
   double g[3][3], strain[6], stress[6];
   double cauchy[6] = {NAN, NAN, NAN, NAN, NAN, NAN};
@@ -293,10 +298,10 @@ static void read_tet(thrum_law law, const thrum_stress_point_tet *data, const do
   // the stresses take longer, so only those that are asked for are made
   if (!output->second_piola && !output->cauchy && !output->von_mises)
     return;
-  if (law == THRUM_LAW_STVK)
+  if (data->law == THRUM_LAW_STVK)
     thrum_tet_second_piola(data->lambda, data->mu, strain, stress);
   else
-    law_second_piola(law, data, g, ratio, stress);
+    law_second_piola(data, g, ratio, stress);
   copy(stress, output->second_piola, n);
 
   // an inverted tetrahedron has no Cauchy stress
@@ -330,7 +335,7 @@ thrum_status thrum_stress_points_read(const thrum_stress_points *stress_points, 
   for (int64_t n = 0; n < stress_points->count; n++) {
     double u[12];
     gather(stress_points, tets + n, q, work, u);
-    read_tet(stress_points->law, tets + n, u, n, output);
+    read_tet(tets + n, u, n, output);
   }
   return THRUM_OK;
 }

@@ -24,6 +24,7 @@ typedef struct thrum_stress_point_tet {
   int32_t place[4][3]; /* places of the rows of U that make up the motion of each corner */
   int32_t tet;
   int32_t parts; /* how many these are: 1, or 3 */
+  thrum_law law; /* of its region */
 } thrum_stress_point_tet;
 
 /* The header; behind it, each at a multiple of 64: tets (count), rows (3 places x rank). */
@@ -32,8 +33,10 @@ struct thrum_stress_points {
   int64_t rank;
   int64_t count;
   int64_t places; /* vertices whose rows of U are kept */
-  thrum_law law;
 };
+
+/* The law at stress point n. */
+thrum_law thrum_stress_points_law(const thrum_stress_points *stress_points, int64_t n);
 
 /* G of stress points n at q, and its Green strain. */
 void thrum_stress_points_strain(const thrum_stress_points *stress_points, int64_t n,

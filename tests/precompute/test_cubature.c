@@ -88,14 +88,23 @@ static void all_points_of_another_law_give_the_force_of_the_body(void **state) {
   thrum_precompute_options options = options_of(4, RANK);
   options.cubature = true;
   options.cubature_error = 0.1;
-  for (int law = THRUM_LAW_COROTATIONAL; law <= THRUM_LAW_NEO_HOOKEAN; law++) {
+  for (int law = THRUM_LAW_COROTATIONAL; law <= THRUM_LAW_BY_REGION; law++) {
     thrum_precomputed made = {0};
     options.law = (thrum_law)law;
+    if (law == THRUM_LAW_BY_REGION)
+      body_divide(&b, 1);
     if (thrum_precompute(&b.mesh, b.fixed, &options, &made, &error) < 0)
       fail_msg("%s", error.message);
     assert_int_equal(thrum_model_check(&made.model, &error), THRUM_OK);
-    assert_string_equal((const char *)made.model.point_law, thrum_law_name((thrum_law)law));
-    assert_int_equal(made.model.format[0], THRUM_MODEL_FORMAT_MAJOR_LAW);
+    assert_true(thrum_law_of_model(&made.model) == (thrum_law)law);
+    assert_int_equal(made.model.format[0], law == THRUM_LAW_BY_REGION
+                                               ? THRUM_MODEL_FORMAT_MAJOR_REGIONS
+                                               : THRUM_MODEL_FORMAT_MAJOR_LAW);
+
+    // points of one law stand together
+    for (int64_t p = 1; p < made.model.point_count && law == THRUM_LAW_BY_REGION; p++)
+      assert_true(made.model.region_law[made.model.point_region[p]] >=
+                  made.model.region_law[made.model.point_region[p - 1]]);
     assert_true(made.cubature.test_error <= 0.1);
 
     // every point of every element in the place of those that were chosen
@@ -127,6 +136,7 @@ static void all_points_of_another_law_give_the_force_of_the_body(void **state) {
     // the points belong to this test, the rest to the result
     thrum_model own = {.point_weights = points.point_weights,
                        .point_moduli = points.point_moduli,
+                       .point_region = points.point_region,
                        .point_gradients = points.point_gradients};
     thrum_model_fill_free(&own);
     thrum_precomputed_free(&made);

@@ -22,7 +22,7 @@ static const double tau = 6.28318530717958647693;
 typedef struct body {
   thrum_mesh mesh;
   uint8_t *fixed;
-  double material[3];
+  double material[9];
   thrum_model model;
 } body;
 
@@ -52,10 +52,26 @@ static void body_make(body *b, const char *spec, bool clamped) {
                            .fixed = b->fixed};
 }
 
+/* Regions along x of as many laws, one after the other, of a beam of length 1. */
+static void body_divide(body *b, int count, const uint8_t *laws) {
+  for (int c = 3; c < 3 * count; c++)
+    b->material[c] = b->material[c % 3];
+  for (int64_t t = 0; t < b->mesh.tet_count; t++) {
+    double x = 0;
+    for (int a = 0; a < 4; a++)
+      x += b->mesh.vertices[3 * (int64_t)b->mesh.tets[4 * t + a]] / 4;
+    b->mesh.tet_region[t] = (int32_t)(count * x);
+  }
+  b->model.region_count = b->model.law_count = count;
+  b->model.region_law = laws;
+}
+
 static void body_free(body *b) {
   thrum_mesh_free(&b->mesh);
   free(b->fixed);
 }
+
+static const uint8_t three_laws[] = {THRUM_LAW_STVK, THRUM_LAW_COROTATIONAL, THRUM_LAW_NEO_HOOKEAN};
 
 static thrum_full *full_make(const thrum_model *model, const uint8_t *held,
                              const thrum_full_def *def) {
@@ -200,6 +216,8 @@ static void a_tumbling_body_keeps_energy_and_both_momenta(void **state) {
   tumble(&b, THRUM_LAW_STVK, 300);
   tumble(&b, THRUM_LAW_COROTATIONAL, 100);
   tumble(&b, THRUM_LAW_NEO_HOOKEAN, 100);
+  body_divide(&b, 3, three_laws);
+  tumble(&b, THRUM_LAW_BY_REGION, 100);
   body_free(&b);
 }
 
@@ -240,6 +258,111 @@ static void a_corotational_bar_pressed_flat_is_as_wide_as_its_law_says(void **st
   body_free(&b);
 }
 
+/* P along x and the energy density at a stretch s where the cross section stays as it is. */
+static double confined_stress(thrum_law law, double lambda, double mu, double s, double *energy) {
+  const double whole = lambda + 2 * mu;
+  if (law == THRUM_LAW_STVK) {
+    *energy = whole * (s * s - 1) * (s * s - 1) / 8;
+    return whole * s * (s * s - 1) / 2;
+  }
+  if (law == THRUM_LAW_COROTATIONAL) {
+    *energy = whole * (s - 1) * (s - 1) / 2;
+    return whole * (s - 1);
+  }
+  const double m = 4.0 / 3 * mu, l = lambda + 5.0 / 6 * mu, a = 1 + 0.75 * m / l;
+  *energy = m / 2 * (s * s - 1) - m / 2 * log((s * s + 3) / 4) +
+            l / 2 * ((s - a) * (s - a) - (1 - a) * (1 - a));
+  return m * (1 - 1 / (s * s + 3)) * s + l * (s - a);
+}
+
+/* The stretch at which a law bears the stress. */
+static double confined_stretch(thrum_law law, double lambda, double mu, double stress) {
+  double low = 0.7, high = 3, unused;
+  for (int k = 0; k < 100; k++) {
+    const double middle = 0.5 * (low + high);
+    *(confined_stress(law, lambda, mu, middle, &unused) < stress ? &low : &high) = middle;
+  }
+  return low;
+}
+
+/* A bar whose far end is moved as far as its regions, of these laws and equally long, are stretched
+ * by one stress: each region is stretched as its law says. Sides are held where they would move. */
+static void pull_in_series(double poisson, bool sides_held, int count, const uint8_t *laws) {
+  body b;
+  body_make(&b, "beam:6x2x2@1x0.4x0.4", false);
+  b.material[1] = poisson;
+  body_divide(&b, count, laws);
+  const double young = b.material[0], mu = young / (2 * (1 + poisson)),
+               lambda = young * poisson / ((1 + poisson) * (1 - 2 * poisson));
+  double stretch[3], energy = 0, length = 0;
+
+  // one stress in all regions, and what each is stretched by and stores under it
+  for (int i = 0; i < count; i++) {
+    double density;
+    stretch[i] = confined_stretch((thrum_law)laws[i], lambda, mu, 0.4 * young);
+    confined_stress((thrum_law)laws[i], lambda, mu, stretch[i], &density);
+    energy += 0.16 / count * density;
+    length += stretch[i] / count;
+  }
+
+  // the far end is moved as far as that
+  uint8_t *held = calloc((size_t)b.mesh.vertex_count, 1);
+  double *moves = field_make(&b), *u = field_make(&b), *none = field_make(&b);
+  for (int64_t v = 0; v < b.mesh.vertex_count; v++) {
+    const double *x = b.mesh.vertices + 3 * v;
+    const bool y = sides_held || x[1] < -0.2 + 1e-9, z = sides_held || x[2] < -0.2 + 1e-9;
+    held[v] = (uint8_t)((x[0] < 1e-9 || x[0] > 1 - 1e-9 ? 1 : 0) | (y ? 2 : 0) | (z ? 4 : 0));
+    moves[3 * v] = x[0] > 1 - 1e-9 ? length - 1 : 0;
+  }
+
+  // every vertex lies where the stretches have it
+  thrum_full_def def = thrum_default_full_def();
+  def.law = THRUM_LAW_BY_REGION;
+  thrum_full *full = full_make(&b.model, held, &def);
+  thrum_full_equilibrium found;
+  assert_int_equal(thrum_full_rest(full, none, moves, &found, NULL), THRUM_OK);
+  thrum_full_get(full, u, NULL);
+  for (int64_t v = 0; v < b.mesh.vertex_count; v++) {
+    double expected = -b.mesh.vertices[3 * v];
+    for (int i = 0; i < count; i++)
+      expected +=
+          stretch[i] * fmin(fmax(b.mesh.vertices[3 * v] - i / (double)count, 0), 1.0 / count);
+    assert_true(fabs(u[3 * v] - expected) <= 1e-10 && fabs(u[3 * v + 1]) <= 1e-10);
+  }
+  assert_true(fabs(found.energy - energy) <= 1e-9 * energy);
+
+  thrum_full_free(full);
+  free(held);
+  free(moves);
+  free(u);
+  free(none);
+  body_free(&b);
+}
+
+static void regions_in_series_are_stretched_as_their_laws_say(void **state) {
+  (void)state;
+  // in uniaxial tension, of materials that do not become narrower
+  pull_in_series(0, false, 2, three_laws);
+
+  // with their sides held, of all laws
+  pull_in_series(0.3, true, 2, three_laws + 1);
+  pull_in_series(0.3, true, 3, three_laws);
+}
+
+static void a_body_without_laws_of_its_regions_is_not_stepped_by_them(void **state) {
+  (void)state;
+  body b;
+  body_make(&b, "beam:3x1x1@1x0.4x0.4", true);
+  thrum_full_def def = thrum_default_full_def();
+  thrum_full *full = NULL;
+  thrum_error error;
+  def.law = THRUM_LAW_BY_REGION;
+  assert_int_equal(thrum_full_create(&b.model, NULL, &def, &full, &error), THRUM_MISSING);
+  assert_non_null(strstr(error.message, "the regions of this model have no laws of their own"));
+  assert_null(full);
+  body_free(&b);
+}
+
 /* All vertices that are free are moved by up to a cell, which turns tetrahedra inside out. */
 static void a_body_turned_inside_out_comes_back_to_rest(void **state) {
   (void)state;
@@ -247,7 +370,9 @@ static void a_body_turned_inside_out_comes_back_to_rest(void **state) {
   body_make(&b, "beam:3x2x2@1x0.4x0.4", true);
   double *u = field_make(&b), *none = field_make(&b);
 
-  for (int law = THRUM_LAW_COROTATIONAL; law <= THRUM_LAW_NEO_HOOKEAN; law++) {
+  const uint8_t mixed[] = {THRUM_LAW_NEO_HOOKEAN, THRUM_LAW_COROTATIONAL};
+  body_divide(&b, 2, mixed);
+  for (int law = THRUM_LAW_COROTATIONAL; law <= THRUM_LAW_BY_REGION; law++) {
     thrum_full_def def = thrum_default_full_def();
     def.law = (thrum_law)law;
     thrum_full *full = full_make(&b.model, NULL, &def);
@@ -331,6 +456,16 @@ static void a_body_bent_beyond_its_yield_stays_bent_and_its_account_closes(void 
     const double bound = bend(&b, (thrum_law)law, (thrum_plastic){0.02, INFINITY, 0.03}, 40, u);
     assert_true(soft > 0.05 && slow > 0.01 && slow < 0.9 * soft && bound < 0.9 * soft);
   }
+
+  // of regions those with a yield flow, beyond their own or the body's
+  static const uint8_t two[] = {THRUM_LAW_COROTATIONAL, THRUM_LAW_STVK};
+  static const double own[] = {0.02, 0};
+  const thrum_plastic bend_all = {0.02, INFINITY, INFINITY}, stiff = {2, INFINITY, INFINITY};
+  body_divide(&b, 2, two);
+  const double by_body = bend(&b, THRUM_LAW_BY_REGION, bend_all, 40, u);
+  assert_true(by_body > 0.05 && bend(&b, THRUM_LAW_BY_REGION, none, 10, u) <= 1e-9);
+  b.model.region_yield = own;
+  assert_true(bend(&b, THRUM_LAW_BY_REGION, stiff, 40, elastic) == by_body);
 
   // a bound far below what a step would flow is reached all the same
   const thrum_plastic narrow = {0.02, INFINITY, 1e-9};
@@ -728,6 +863,8 @@ int main(void) {
       cmocka_unit_test(a_uniform_deformation_is_met_exactly),
       cmocka_unit_test(a_tumbling_body_keeps_energy_and_both_momenta),
       cmocka_unit_test(a_corotational_bar_pressed_flat_is_as_wide_as_its_law_says),
+      cmocka_unit_test(regions_in_series_are_stretched_as_their_laws_say),
+      cmocka_unit_test(a_body_without_laws_of_its_regions_is_not_stepped_by_them),
       cmocka_unit_test(a_body_turned_inside_out_comes_back_to_rest),
       cmocka_unit_test(a_body_bent_beyond_its_yield_stays_bent_and_its_account_closes),
 

@@ -13,8 +13,8 @@
 #include "tests/support/precompute_support.h"
 
 static const double LAMBDA = 1.5, MU = 0.8;
-static const thrum_law laws[] = {THRUM_LAW_COROTATIONAL, THRUM_LAW_NEO_HOOKEAN};
-enum { LAW_COUNT = 2 };
+static const thrum_law laws[] = {THRUM_LAW_STVK, THRUM_LAW_COROTATIONAL, THRUM_LAW_NEO_HOOKEAN};
+enum { LAW_COUNT = 3 };
 
 static void random_gradient(double size, double g[3][3]) {
   for (int i = 0; i < 9; i++)
@@ -330,6 +330,12 @@ static void the_stiffness_is_the_derivative_of_the_force(void **state) {
     check_stiffness(&linear, laws[n]);
     check_stiffness(&quadratic, laws[n]);
   }
+
+  // also where regions have laws of their own
+  body_divide(&linear, 1);
+  body_divide(&quadratic, 1);
+  check_stiffness(&linear, THRUM_LAW_BY_REGION);
+  check_stiffness(&quadratic, THRUM_LAW_BY_REGION);
   body_free(&linear);
   body_free(&quadratic);
 }

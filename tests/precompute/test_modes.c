@@ -247,6 +247,12 @@ static void derivatives_balance_the_second_derivative_of_the_force(void **state)
     check_derivatives(&b, (thrum_law)law, 3, 1e-3, 1e-4);
     check_derivatives(&quadratic, (thrum_law)law, 3, 1e-3, 1e-4);
   }
+
+  // each region has its own
+  body_divide(&b, 1);
+  body_divide(&quadratic, 1);
+  check_derivatives(&b, THRUM_LAW_BY_REGION, 3, 1e-3, 1e-4);
+  check_derivatives(&quadratic, THRUM_LAW_BY_REGION, 3, 1e-3, 1e-4);
   body_free(&b);
   body_free(&quadratic);
 }

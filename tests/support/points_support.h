@@ -62,6 +62,26 @@ static inline void points_obey(both *made, const char *law) {
   assert_int_equal(thrum_model_check(&made->points, NULL), THRUM_OK);
 }
 
+/* Three laws, one for each of three regions; blocks of eight points have one or all of them. */
+enum { REGION_POINTS = 128 };
+static inline void points_obey_regions(both *made, const uint8_t laws[3]) {
+  static const int32_t format[2] = {THRUM_MODEL_FORMAT_MAJOR_REGIONS,
+                                    THRUM_MODEL_FORMAT_MINOR_REGIONS};
+  static int32_t regions[REGION_POINTS];
+  for (int p = 0; p < REGION_POINTS; p++)
+    regions[p] = p / 8 % 2 == 0 ? p % 3 : p / 16 % 3;
+
+  // in the place of one law
+  made->points.format = format;
+  made->points.point_law = NULL;
+  made->points.law_bytes = 0;
+  made->points.point_region = regions;
+  made->points.region_law = laws;
+  made->points.law_count = 3;
+  assert_true(made->points.point_count <= REGION_POINTS);
+  assert_int_equal(thrum_model_check(&made->points, NULL), THRUM_OK);
+}
+
 static inline void both_free(both *made) {
   random_model_free(&made->m);
   free(made->weights);

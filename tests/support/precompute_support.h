@@ -78,6 +78,30 @@ static inline body body_quadratic(const char *name, const char *fix, double corn
   return made;
 }
 
+/* Three regions along x, from 0 to `length`, each of another law and stiffness. */
+static inline void body_divide(body *b, double length) {
+  thrum_mesh *mesh = &b->mesh;
+  const thrum_material first = mesh->materials[0];
+  free(mesh->materials);
+  free(mesh->laws);
+  mesh->region_count = 3;
+  mesh->materials = need(3, sizeof *mesh->materials);
+  mesh->laws = need(3, sizeof *mesh->laws);
+  for (int i = 0; i < 3; i++) {
+    mesh->materials[i] = first;
+    mesh->materials[i].young *= 1 + 0.5 * i;
+    mesh->laws[i] = (thrum_region_law){.law = (thrum_law)i};
+  }
+
+  // each tetrahedron is of the third of the length that its middle is in
+  for (int64_t t = 0; t < mesh->tet_count; t++) {
+    double x = 0;
+    for (int a = 0; a < 4; a++)
+      x += mesh->vertices[3 * (int64_t)mesh->tets[4 * t + a]] / 4;
+    mesh->tet_region[t] = x < length / 3 ? 0 : x < 2 * length / 3 ? 1 : 2;
+  }
+}
+
 static inline body body_beam1k(void) {
   return body_make(THRUM_TEST_DATA "/beam1k.veg", THRUM_TEST_DATA "/beam1k.bou");
 }

@@ -90,16 +90,17 @@ export class Engine {
     const status = this.wasm.bridge_open_model(file, bytes.length);
     this.wasm.bridge_free(file);
     this.check(status);
-    const [rank, vertices, tets, regions, c3, c4, points, law, masters] = this.numbers;
+    const [rank, vertices, tets, regions, c3, c4, points, law, masters, laws] = this.numbers;
     const lengths = { omega2: rank, c3, c4, point_weights: points, point_moduli: 2 * points,
-      point_gradients: 9 * points * rank, point_law: law, axis_mass: 3 * rank,
-      vertices: 3 * vertices, basis: 3 * vertices * rank, fixed: vertices, tets: 4 * tets,
+      point_gradients: 9 * points * rank, point_law: law, point_region: points, region_law: laws,
+      axis_mass: 3 * rank, vertices: 3 * vertices, basis: 3 * vertices * rank, fixed: vertices, tets: 4 * tets,
       rigid: 18 * vertices, material: 3 * regions,
       ...slaveLengths(rank, masters) };
-    const types = { point_law: Uint8Array, fixed: Uint8Array, tets: Int32Array };
+    const types = { point_law: Uint8Array, point_region: Int32Array, region_law: Uint8Array,
+      fixed: Uint8Array, tets: Int32Array };
     const arrays = {};
     Object.entries(lengths).forEach(([name, length], n) => {
-      const at = this.numbers[9 + n];
+      const at = this.numbers[10 + n];
       if (at !== 0) arrays[name] = new (types[name] ?? Float64Array)(this.wasm.memory.buffer, at, length).slice();
     });
     return { counts: { rank, regions, masters }, arrays };
@@ -111,13 +112,13 @@ export class Engine {
     const masters = model.masters ?? 0;
     const kept = ['omega2', ...(masters > 0 ? ['condensed_c3', 'condensed_c4'] : ['c3', 'c4']),
       'slave_map', 'point_weights', 'point_moduli', 'point_gradients',
-      'point_law', 'axis_mass', 'inertia', 'fixed', 'triangles'];
+      'point_law', 'point_region', 'region_law', 'axis_mass', 'inertia', 'fixed', 'triangles'];
     const copied = ['positions', 'basis', 'tet', 'tet_rigid']; // the last two of free bodies alone
     const at = [...kept, ...copied].map((name) => this.#copyIn(model.arrays[name]));
     this.numbers.set([model.young]);
     const number = this.check(this.wasm.bridge_add_model(
       model.rank, model.vertex_count, model.triangle_count,
-      model.arrays.point_weights?.length ?? 0, masters, ...at));
+      model.arrays.point_weights?.length ?? 0, model.arrays.region_law?.length ?? 0, masters, ...at));
     for (const address of at.slice(kept.length)) this.wasm.bridge_free(address);
     this.models[number] = model;
     return number;

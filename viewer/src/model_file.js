@@ -4,7 +4,7 @@ import { mostStepped } from './pack.js';
 import { outerTriangles } from '../../javascript/src/outer_triangles.js';
 
 const KEPT = ['omega2', 'c3', 'c4', 'point_weights', 'point_moduli', 'point_gradients', 'point_law',
-  'axis_mass', 'slave_map', 'condensed_c3', 'condensed_c4'];
+  'point_region', 'region_law', 'axis_mass', 'slave_map', 'condensed_c3', 'condensed_c4'];
 
 /** The inertia of a body that nothing holds: corners of its first tetrahedron, and the rigid modes
  * there. */

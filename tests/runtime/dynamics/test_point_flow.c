@@ -3,6 +3,7 @@
  * Apache-2.0 */
 #include "tests/support/points_support.h"
 
+#include "runtime/dynamics/state_layout.h"
 #include "runtime/polynomial/point_rest.h"
 
 #include "thrum/batch.h"
@@ -132,6 +133,75 @@ static void kinetic_stored_and_plastic_energy_are_the_work_of_the_load(void **co
     state_free(state);
     both_free(&made);
   }
+}
+
+/* Regions of several laws, the second with a yield of its own where it says so. */
+static void regions_make(both *made, uint64_t seed, bool own) {
+  static const uint8_t laws[] = {THRUM_LAW_STVK, THRUM_LAW_COROTATIONAL, THRUM_LAW_NEO_HOOKEAN};
+  static const double yields[] = {0, 0.1, 0};
+  points_make(made, seed, RANK, POINTS, 0.2);
+  points_obey_regions(made, laws);
+  made->points.region_yield = own ? yields : NULL;
+  made->points.identity = thrum_model_identity(&made->points);
+}
+
+/* Has something flowed in this region? */
+static bool has_flowed(const both *made, const thrum_state *state, int32_t region) {
+  const double *plastic = thrum_state_view_of((thrum_state *)(uintptr_t)state).plastic;
+  for (int64_t n = 0; n < 9 * POINTS; n++)
+    if (made->points.point_region[n / 9] == region && plastic[n] != 0)
+      return true;
+  return false;
+}
+
+static void regions_flow_beyond_their_own_yield_or_that_of_the_state(void **context) {
+  (void)context;
+  // by the state's yield, by the second region's, and by both
+  for (int n = 0; n < 3; n++) {
+    both made;
+    regions_make(&made, 6, n > 0);
+    const thrum_state_def def = flow_def(n == 1 ? INFINITY : 0.1);
+    thrum_state *state = thrown(&made, &def);
+    const double start = state_energy(&made.points, state).total;
+    for (int k = 0; k < 200; k++) {
+      state_steps(&made.points, state, 1);
+      const double taken = thrum_state_report_get(state).plastic_work;
+      assert_true(fabs(state_energy(&made.points, state).total + taken - start) <= 1e-12 * start);
+    }
+    assert_true(thrum_state_report_get(state).plastic_work > 0.001 * start);
+    assert_false(has_flowed(&made, state, 0));
+    assert_true(has_flowed(&made, state, 1));
+    assert_true(has_flowed(&made, state, 2) == (n != 1));
+
+    // a state that started from a copy of it goes on as it does
+    thrum_state *copy = state_make(&made.points, &def);
+    assert_int_equal(thrum_state_take_plastic(copy, state, NULL), THRUM_OK);
+    assert_true(thrum_state_plastic_strain(copy) == thrum_state_plastic_strain(state));
+    state_free(copy);
+    state_free(state);
+    both_free(&made);
+  }
+}
+
+static void a_yield_of_a_region_is_stepped_by_energy_alone(void **context) {
+  (void)context;
+  both made;
+  thrum_error error;
+  size_t size;
+  regions_make(&made, 6, true);
+  thrum_state_def def = flow_def(INFINITY);
+  def.integrator = THRUM_INTEGRATOR_NEWMARK;
+  assert_int_equal(thrum_state_size(&made.points, &def, &size, &error), THRUM_UNSUPPORTED);
+  assert_non_null(strstr(error.message, "a region of this model has a yield of its own"));
+
+  // nor does a state flow whose regions are all of Saint Venant-Kirchhoff's law
+  static const uint8_t none[3] = {0};
+  made.points.region_yield = NULL;
+  made.points.region_law = none;
+  def = flow_def(0.1);
+  assert_int_equal(thrum_state_size(&made.points, &def, &size, &error), THRUM_UNSUPPORTED);
+  assert_non_null(strstr(error.message, "this model cannot flow"));
+  both_free(&made);
 }
 
 /* A body of few points, whose stiffness is far from that of its frequencies along all shapes. */
@@ -485,6 +555,8 @@ int main(void) {
       cmocka_unit_test(a_point_flows_by_the_closed_form),
       cmocka_unit_test(a_point_flows_at_any_strain),
       cmocka_unit_test(kinetic_stored_and_plastic_energy_are_the_work_of_the_load),
+      cmocka_unit_test(regions_flow_beyond_their_own_yield_or_that_of_the_state),
+      cmocka_unit_test(a_yield_of_a_region_is_stepped_by_energy_alone),
       cmocka_unit_test(flow_takes_no_more_than_start_and_load_have_given),
       cmocka_unit_test(no_plastic_strain_and_no_shape_make_strain_energy_negative),
       cmocka_unit_test(the_force_of_what_was_released_is_the_slope_of_its_energy),

@@ -1,18 +1,24 @@
-/* Tests of cubature points that answer by another law than Saint Venant-Kirchhoff's: closed forms
- * of one point, derivatives of the energy, the same bits from every kernel, and every integrator.
+/* Tests of cubature points that answer by another law than Saint Venant-Kirchhoff's, or by that of
+ * their region: closed forms of one point, derivatives of the energy, the same bits from every
+ * kernel, and every integrator.
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/points_support.h"
 
 #include "runtime/polynomial/kernel_points.h"
 #include "tests/support/closed_forms.h"
 
-static const char *const laws[] = {"corotational", "neo-hookean"};
-enum { LAW_COUNT = 2, RANK = 9 };
+static const char *const laws[] = {"corotational", "neo-hookean", "by region"};
+static const uint8_t region_laws[] = {THRUM_LAW_STVK, THRUM_LAW_COROTATIONAL,
+                                      THRUM_LAW_NEO_HOOKEAN};
+enum { LAW_COUNT = 3, RANK = 9 };
 
 /* A model whose gradients are so large that q of order 1 deforms by half of itself, or so. */
 static void law_make(both *made, const char *law, uint64_t seed, int64_t rank, int64_t count) {
   points_make(made, seed, rank, count, 0.2);
-  points_obey(made, law);
+  if (strcmp(law, "by region") == 0)
+    points_obey_regions(made, region_laws);
+  else
+    points_obey(made, law);
   made->points.identity = thrum_model_identity(&made->points);
 }
 
@@ -147,7 +153,7 @@ static void every_kernel_gives_the_same_bits(void **context) {
     both made;
     const int64_t rank = ranks[n / LAW_COUNT];
     law_make(&made, laws[n % LAW_COUNT], (uint64_t)n, rank, 1 + 5 * n);
-    double *plastic = n % 4 >= LAW_COUNT ? law_flow(&made, (uint64_t)n) : NULL;
+    double *plastic = n % (2 * LAW_COUNT) >= LAW_COUNT ? law_flow(&made, (uint64_t)n) : NULL;
     const int32_t split = (int32_t)(rank / 2);
 
     // what plain C says is what all others must say
@@ -295,11 +301,10 @@ static void the_average_vector_field_keeps_it_at_standstills_too(void **context)
   }
 }
 
-static void lower_ranks_and_scales_keep_the_law(void **context) {
-  (void)context;
+static void check_lower_and_scaled(const char *law) {
   enum { LOWER = 5 };
   both made;
-  law_make(&made, "corotational", 7, RANK, 11);
+  law_make(&made, law, 7, RANK, 11);
   random_state random = {3};
   double q[RANK], force[2][RANK],
       *work = random_alloc((int64_t)thrum_work_count(&made.points), sizeof *work);
@@ -333,8 +338,81 @@ static void lower_ranks_and_scales_keep_the_law(void **context) {
 
   // a model that differs in its law alone is another one
   const uint64_t identity = thrum_model_identity(&made.points);
-  points_obey(&made, "neo-hookean");
+  const uint8_t others[] = {THRUM_LAW_STVK, THRUM_LAW_NEO_HOOKEAN, THRUM_LAW_NEO_HOOKEAN};
+  points_obey_regions(&made, others);
   assert_true(thrum_model_identity(&made.points) != identity);
+  both_free(&made);
+}
+
+static void lower_ranks_and_scales_keep_the_law(void **context) {
+  (void)context;
+  for (int n = 0; n < LAW_COUNT; n++)
+    check_lower_and_scaled(laws[n]);
+}
+
+static void regions_of_one_law_have_the_bits_of_a_body_of_that_law(void **context) {
+  (void)context;
+  outcome *found = random_alloc(1, sizeof *found), *expected = random_alloc(1, sizeof *expected);
+  for (uint8_t law = THRUM_LAW_STVK; law < THRUM_LAW_BY_REGION; law++) {
+    both made;
+    const uint8_t same[] = {law, law, law};
+    law_make(&made, thrum_law_name((thrum_law)law), law, RANK, 35);
+    random_state random = {law};
+    double q[RANK], v[RANK];
+    random_vector(&random, RANK, 1, q);
+    random_vector(&random, RANK, 1, v);
+    evaluate(&thrum_kernel_reference, &made.points, 4, q, v, expected);
+    points_obey_regions(&made, same);
+    evaluate(&thrum_kernel_reference, &made.points, 4, q, v, found);
+    assert_memory_equal(found, expected, sizeof *found);
+    both_free(&made);
+  }
+  free(found);
+  free(expected);
+}
+
+static void the_energy_of_regions_is_the_sum_of_theirs(void **context) {
+  (void)context;
+  both made;
+  law_make(&made, "by region", 12, RANK, 41);
+  const thrum_model mixed = made.points;
+  double q[RANK], quadratic = 0, *work = random_alloc((int64_t)thrum_work_count(&mixed), 8);
+  random_state random = {12};
+  random_vector(&random, RANK, 1, q);
+  for (int i = 0; i < RANK; i++)
+    quadratic += 0.5 * mixed.omega2[i] * q[i] * q[i];
+
+  // a body of one law that has the points of one region alone
+  double sum = quadratic, all = thrum_strain_energy(&mixed, q, work);
+  for (int region = 0; region < 3; region++) {
+    double volumes[41], moduli[82], *gradients = random_alloc(9 * 41 * RANK, sizeof *gradients);
+    int64_t count = 0;
+    for (int64_t p = 0; p < 41; p++)
+      count += mixed.point_region[p] == region;
+    for (int64_t p = 0, n = 0; p < 41; p++) {
+      if (mixed.point_region[p] != region)
+        continue;
+      volumes[n] = mixed.point_weights[p];
+      moduli[n] = mixed.point_moduli[p];
+      moduli[count + n] = mixed.point_moduli[41 + p];
+      memcpy(gradients + 9 * n * RANK, mixed.point_gradients + 9 * p * RANK,
+             9 * RANK * sizeof *gradients);
+      n++;
+    }
+    both part = made;
+    part.points.point_region = NULL;
+    part.points.region_law = NULL;
+    part.points.law_count = 0;
+    part.points.point_count = count;
+    part.points.point_weights = volumes;
+    part.points.point_moduli = moduli;
+    part.points.point_gradients = gradients;
+    points_obey(&part, thrum_law_name((thrum_law)region_laws[region]));
+    sum += thrum_strain_energy(&part.points, q, work) - quadratic;
+    free(gradients);
+  }
+  assert_true(fabs(sum - all) <= 1e-12 * all);
+  free(work);
   both_free(&made);
 }
 
@@ -373,6 +451,62 @@ static void a_law_that_is_unknown_or_has_no_points_is_refused(void **context) {
   both_free(&made);
 }
 
+static void laws_of_regions_that_cannot_be_are_refused(void **context) {
+  (void)context;
+  both made;
+  law_make(&made, "by region", 4, 3, 5);
+  static const uint8_t unknown[] = {0, 1, 3};
+  static const double yields[] = {0, 0.02, 0}, negative[] = {0, -1, 0}, stiff[] = {0.02, 0, 0};
+  static const int32_t outside[] = {0, 1, 2, 3, 0}, below[] = {0, 1, 2, 0, -1};
+  thrum_model bad = made.points;
+  bad.region_law = unknown;
+  assert_refused(&bad, THRUM_BAD_VALUE,
+                 "array 'region_law' holds 3 (entry 2); 0, 1 and 2 are laws");
+  bad = made.points;
+  bad.point_region = outside;
+  assert_refused(&bad, THRUM_BAD_VALUE, "array 'point_region' holds the index 3");
+  bad.point_region = below;
+  assert_refused(&bad, THRUM_BAD_VALUE, "array 'point_region' holds the index -1");
+  bad.point_region = NULL;
+  assert_refused(&bad, THRUM_MISSING, "point_region and region_law come together");
+
+  // yields are those of laws that flow
+  bad = made.points;
+  bad.region_yield = yields;
+  assert_int_equal(thrum_model_check(&bad, NULL), THRUM_OK);
+  bad.region_yield = negative;
+  assert_refused(&bad, THRUM_BAD_VALUE, "array 'region_yield' holds -1 (entry 1)");
+  bad.region_yield = stiff;
+  assert_refused(&bad, THRUM_BAD_VALUE, "for a region of the law 0, stvk, which does not flow");
+  bad.region_law = NULL;
+  bad.point_region = NULL;
+  assert_refused(&bad, THRUM_MISSING, "array 'region_law' is missing");
+
+  // one law or several, of points, in a version whose readers know of it
+  bad = made.points;
+  bad.point_law = (const uint8_t *)"stvk";
+  bad.law_bytes = 5;
+  assert_refused(&bad, THRUM_BAD_SHAPE, "'point_law' does not go with region_law");
+  bad = made.points;
+  bad.law_count = 0;
+  assert_refused(&bad, THRUM_BAD_SHAPE, "array 'region_law' has 0 laws");
+  bad.region_law = NULL;
+  bad.point_region = NULL;
+  bad.law_count = 3;
+  assert_refused(&bad, THRUM_BAD_SHAPE, "'region_law' is absent, yet there are 3 laws");
+  bad = made.m.model;
+  bad.format = made.points.format;
+  bad.point_region = made.points.point_region;
+  bad.region_law = made.points.region_law;
+  bad.law_count = 3;
+  assert_refused(&bad, THRUM_MISSING, "a polynomial cannot hold them");
+  static const int32_t format[2] = {3, 0};
+  bad = made.points;
+  bad.format = format;
+  assert_refused(&bad, THRUM_BAD_VALUE, "a model with 'region_law' has version 4");
+  both_free(&made);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(tension_and_shear_of_a_point_are_the_closed_forms),
@@ -383,7 +517,10 @@ int main(void) {
       cmocka_unit_test(the_energy_integrator_keeps_the_energy_to_rounding),
       cmocka_unit_test(the_average_vector_field_keeps_it_at_standstills_too),
       cmocka_unit_test(lower_ranks_and_scales_keep_the_law),
+      cmocka_unit_test(regions_of_one_law_have_the_bits_of_a_body_of_that_law),
+      cmocka_unit_test(the_energy_of_regions_is_the_sum_of_theirs),
       cmocka_unit_test(a_law_that_is_unknown_or_has_no_points_is_refused),
+      cmocka_unit_test(laws_of_regions_that_cannot_be_are_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

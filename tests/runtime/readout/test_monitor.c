@@ -99,6 +99,35 @@ static void another_law_does_not_give_way(void **state) {
   linear_fields_free(&fields);
 }
 
+static void of_several_laws_the_regions_that_give_way_are_looked_at(void **state) {
+  (void)state;
+  linear_fields fields;
+  linear_fields_make(&fields, "beam:2x2x2@1x1x1", 1e6, 0.3);
+  int32_t regions[48] = {0};
+  assert_true(fields.model.tet_count <= 48);
+  const uint8_t laws[2][2] = {{THRUM_LAW_NEO_HOOKEAN, THRUM_LAW_STVK},
+                              {THRUM_LAW_NEO_HOOKEAN, THRUM_LAW_COROTATIONAL}};
+  const double squeezed[FIELDS] = {-0.67}, inverted[FIELDS] = {-1.1};
+  fields.model.tet_region = regions;
+  fields.model.law_count = 2;
+
+  // no tetrahedron of Saint Venant-Kirchhoff material, one, and a region of it that is not there
+  for (int n = 0; n < 3; n++) {
+    const thrum_monitor_def def = thrum_default_monitor_def();
+    fields.model.region_law = laws[n == 2];
+    regions[3] = n == 1;
+    static const double material[] = {1e6, 0.3, 1000, 1e6, 0.3, 1000};
+    fields.model.material = material;
+    fields.model.region_count = 2;
+    const thrum_monitor *monitor = monitor_make(&fields.model, &def);
+    const bool warned = look(monitor, squeezed).warnings & THRUM_WARNING_COMPRESSED;
+    assert_true(warned == (n == 1));
+    assert_true(look(monitor, inverted).warnings & THRUM_WARNING_INVERTED);
+    monitor_free(monitor);
+  }
+  linear_fields_free(&fields);
+}
+
 static void a_record_keeps_what_was_and_says_what_is(void **state) {
   (void)state;
   linear_fields fields;
@@ -454,6 +483,7 @@ int main(void) {
       cmocka_unit_test(compression_warns_exactly_below_its_threshold),
       cmocka_unit_test(reach_warns_exactly_above_its_threshold),
       cmocka_unit_test(another_law_does_not_give_way),
+      cmocka_unit_test(of_several_laws_the_regions_that_give_way_are_looked_at),
       cmocka_unit_test(a_record_keeps_what_was_and_says_what_is),
       cmocka_unit_test(given_sampled_tets_are_the_ones_monitored),
       cmocka_unit_test(chosen_sampled_tets_see_the_worst_of_a_bent_beam),

@@ -82,6 +82,35 @@ static void the_stress_of_another_law_is_its_closed_form(void **state) {
   linear_fields_free(&fields);
 }
 
+static void the_stress_of_each_region_is_that_of_its_law(void **state) {
+  (void)state;
+  linear_fields fields;
+  linear_fields_make(&fields, "beam:2x2x2@1x0.5x0.5", YOUNG, 0.4);
+  static readings r;
+  static const uint8_t laws[] = {THRUM_LAW_STVK, THRUM_LAW_COROTATIONAL, THRUM_LAW_NEO_HOOKEAN};
+  const double material[] = {YOUNG, 0.4, 1000, YOUNG, 0.4, 1000, YOUNG, 0.4, 1000};
+  const double lambda = YOUNG * 0.4 / (1.4 * 0.2), mu = YOUNG / 2.8, k = 0.3;
+  int32_t regions[64];
+  assert_true(fields.model.tet_count <= 64);
+  for (int t = 0; t < 64; t++)
+    regions[t] = t % 3;
+  fields.model.tet_region = regions;
+  fields.model.material = material;
+  fields.model.region_count = fields.model.law_count = 3;
+  fields.model.region_law = laws;
+  const thrum_stress_points *stress_points = stress_points_make(&fields.model, NULL, 0);
+
+  // in simple shear sigma = P F^T has sigma_xy = P_xy
+  const double q[FIELDS] = {0, k};
+  read_all(stress_points, q, &r);
+  for (int64_t n = 0; n < thrum_stress_points_count(stress_points); n++) {
+    const shear_stress shear = shear_form((thrum_law)laws[n % 3], lambda, mu, k);
+    assert_within(r.cauchy[6 * n + 3], shear.xy, 1e-10 * YOUNG);
+  }
+  stress_points_free(stress_points);
+  linear_fields_free(&fields);
+}
+
 static void the_compressive_force_peaks_at_stretch_one_over_root_three(void **state) {
   (void)state;
 
@@ -426,6 +455,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_bar_in_uniaxial_stretch_has_the_stress_of_the_closed_form),
       cmocka_unit_test(the_stress_of_another_law_is_its_closed_form),
+      cmocka_unit_test(the_stress_of_each_region_is_that_of_its_law),
       cmocka_unit_test(the_compressive_force_peaks_at_stretch_one_over_root_three),
       cmocka_unit_test(a_rotation_strains_nothing_and_turns_the_cauchy_stress),
       cmocka_unit_test(a_linear_displacement_gives_every_tetrahedron_the_same_tensors),
