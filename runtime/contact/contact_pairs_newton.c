@@ -481,12 +481,11 @@ static void take(const newton *of, double share) {
       of->rows[k].at[axis] += share * of->rows[k].way[axis];
 }
 
-int thrum_pairs_newton(thrum_pairs_run *run, int64_t a, int64_t b, double tolerance) {
-  newton of = {.run = run, .members = {a, b}};
-  int steps = 0;
+bool thrum_pairs_newton(thrum_pairs_run *run, const int32_t members[2], double tolerance) {
+  newton of = {.run = run, .members = {members[0], members[1]}};
   bool fresh = true, settled = false;
   if (!find_columns(&of))
-    return -1;
+    return false;
   lay_out(&of);
   take_up(&of);
 
@@ -494,19 +493,18 @@ int thrum_pairs_newton(thrum_pairs_run *run, int64_t a, int64_t b, double tolera
   for (int n = 0; n < ITERATIONS_MAX && !settled; n++) {
     linearise(&of);
     if (!solve_step(&of))
-      return -1;
+      return false;
     const double most = fill_ways_on(&of), share = search(&of);
     take(&of, share);
 
     // it settles where rows that have just gone on from their forces move no more
     settled = fresh && share == 1.0 && most <= tolerance;
     fresh = share == 1.0;
-    steps += !settled;
     for (int64_t k = 0; k < of.count && fresh && !settled; k++) {
       double force[3];
       respond(&of, of.rows + k, of.rows[k].at, force, NULL);
       go_on_from(&of, of.rows + k, force);
     }
   }
-  return give_back(&of) && settled ? steps : -1;
+  return give_back(&of) && settled;
 }

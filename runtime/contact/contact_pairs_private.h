@@ -384,10 +384,9 @@ static inline const double *thrum_pairs_basis(const thrum_pair_row *row, int sid
 void thrum_pairs_solve(thrum_pairs_run *run);
 
 /* contact_pairs_newton.c: solves all rows between two members, of which there are no more than
- * THRUM_NEWTON_ROWS, at once, to within a tolerance [m], with the forces of all others as they are.
- * Returns the steps that it took beyond one within the tolerance; -1: the tolerance was not met, or
- * it could not, and nothing has changed. */
-int thrum_pairs_newton(thrum_pairs_run *run, int64_t a, int64_t b, double tolerance);
+ * THRUM_NEWTON_ROWS, at once, to within a tolerance [m], with the forces of all others as they are;
+ * false where it is not met. Where it cannot nothing changes. */
+bool thrum_pairs_newton(thrum_pairs_run *run, const int32_t members[2], double tolerance);
 
 /* contact_pairs_link.c: links as their bodies begin the step, and are predicted to end it. */
 void thrum_links_open(thrum_pairs_run *run, thrum_link *links, int64_t count);

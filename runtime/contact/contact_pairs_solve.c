@@ -6,8 +6,8 @@
  * over: with c the mean centre of mass over the step and P the point, the torque on each body is
  * (P - c) x F, and momentum and angular momentum of all bodies together change by rounding only.
  *
- * Two bodies that touch in many places are solved for at once where sweeps do not settle
- * (contact_pairs_newton.c); sweeps after it give each row its law exactly.
+ * Two bodies that touch in many places, and nothing else, are solved for at once where sweeps do
+ * not settle (contact_pairs_newton.c); sweeps after it give each row its law exactly.
  *
  * Cost: 24 r a row and sweep.
  *
@@ -23,10 +23,10 @@
 
 #define HARDER 6     /* times as many sweeps where a step is made again, or surfaces are deep */
 #define DEEP 0.3     /* thicknesses from which they are */
-#define EARLY 4      /* sweeps before rows of two bodies are solved at once */
+#define EARLY 16     /* sweeps before rows of two bodies are solved at once */
 #define ROUND 3      /* sweeps after each time that they are */
 #define ROUNDS_MAX 6 /* times that they are in a solve */
-#define MANY 24      /* such rows with a force */
+#define MANY 24      /* rows with a force from which they are */
 #define EXACT 10.0   /* times the tolerance of a sweep that they are solved to */
 #define ALL_EVERY 3  /* sweeps over the rows that bear between two over all of them */
 
@@ -170,58 +170,25 @@ static double sweep(thrum_pairs_run *run, bool all, bool *begins) {
   return fmax(change, thrum_links_solve(run));
 }
 
-/* --- rows of two bodies at once --------------------------------------------------------------- */
-
-/* Is a row the first of its two members, and have these so many rows with a force that they are
- * solved at once? *count: of all their rows. */
-static bool leads_many(const thrum_pairs_run *run, int64_t index, int64_t *count) {
-  const thrum_pair_row *row = run->view.rows + index;
+/* Are all rows of the group between two members, which nothing else pushes or pulls, and have so
+ * many a force that they are solved at once? */
+static bool are_many(const thrum_pairs_run *run) {
+  const thrum_pair_row *first = run->view.rows;
+  bool alone = run->link_count == 0 && run->row_count <= THRUM_NEWTON_ROWS;
   int64_t bearing = 0;
-  *count = 0;
-
-  // rows of two members mostly follow each other
-  if (thrum_pairs_is_own(row) ||
-      (index > 0 && thrum_pairs_joins(row - 1, row->members[0], row->members[1])))
-    return false;
-  for (int64_t n = 0; n < run->row_count; n++) {
-    const thrum_pair_row *other = run->view.rows + n;
-    if (!thrum_pairs_joins(other, row->members[0], row->members[1]))
-      continue;
-    if (n < index)
-      return false;
-    ++*count;
-    bearing += thrum_pairs_pushes(other);
+  for (int64_t n = 0; n < run->row_count && alone; n++) {
+    const thrum_pair_row *row = first + n;
+    alone =
+        !thrum_pairs_is_own(row) && thrum_pairs_joins(row, first->members[0], first->members[1]);
+    bearing += thrum_pairs_pushes(row);
   }
-  return bearing >= MANY && *count <= THRUM_NEWTON_ROWS;
-}
 
-/* Is there nothing in the group but these rows of two members? */
-static bool is_alone(const thrum_pairs_run *run, int64_t count) {
-  bool alone = count == run->row_count && run->link_count == 0;
+  // their own obstacles and pulls
   for (int64_t n = 0; n < run->count && alone; n++) {
     const thrum_contact *contact = run->view.runs[n].contact;
     alone = run->members[n].status < 0 || (contact->row_count == 0 && contact->pull_count == 0);
   }
-  return alone;
-}
-
-/* Solves the rows of any two members that have many, at once; false where there are no such.
- * *still: are all such rows solved now, with the forces of all others as they are? */
-static bool solve_at_once(thrum_pairs_run *run, double tolerance, bool *still) {
-  bool any = false;
-  *still = true;
-  for (int64_t n = 0; n < run->row_count; n++) {
-    const thrum_pair_row *row = run->view.rows + n;
-    int64_t count;
-    if (!leads_many(run, n, &count))
-      continue;
-
-    // what settles without a step has not been moved by others since it was solved last
-    any = true;
-    const int steps = thrum_pairs_newton(run, row->members[0], row->members[1], tolerance);
-    *still = *still && steps >= 0 && (steps == 0 || is_alone(run, count));
-  }
-  return any;
+  return alone && bearing >= MANY;
 }
 
 /* Where the force of a row acts: halfway between its points, halfway through the step. */
@@ -280,7 +247,7 @@ static bool is_hard(const thrum_pairs_run *run) {
   return hard;
 }
 
-/* Are the rows of two bodies solved at once before sweep n? */
+/* Are rows of two bodies solved at once before sweep n? */
 static bool begins_round(int64_t n) {
   return n >= EARLY && (n - EARLY) % ROUND == 0;
 }
@@ -293,8 +260,10 @@ void thrum_pairs_solve(thrum_pairs_run *run) {
   for (int64_t n = 0, since = 0; n < most; n++) {
     run->history->sweeps++;
     bool begins = false;
-    if (many && begins_round(n))
-      many = n < EARLY + ROUNDS_MAX * ROUND && solve_at_once(run, EXACT * tolerance, &still);
+    if (many && begins_round(n)) {
+      many = n < EARLY + ROUNDS_MAX * ROUND && are_many(run);
+      still = many && thrum_pairs_newton(run, run->view.rows->members, EXACT * tolerance);
+    }
     const double change = run->closing ? thrum_links_solve(run) : sweep(run, all, &begins);
     const bool settled = !(change > tolerance);
 
