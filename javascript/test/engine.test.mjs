@@ -34,6 +34,7 @@ test('a model says what is in it', () => {
   assert.equal(beam.vertices.length, 3 * beam.vertexCount);
   assert.equal(beam.basis.length, 3 * beam.vertexCount * RANK);
   assert.deepEqual([...beam.material], [5e6, 0.4, 1000]);
+  assert.deepEqual(beam.laws, ['stvk']);
   assert.ok(beam.groups.tip.length > 0);
   assert.equal(beam.meta.tool, 'thrum');
   // the first bending frequency of the program's own table, to what the basis changes in it

@@ -1,6 +1,8 @@
 """Models from Python. SPDX-License-Identifier: Apache-2.0"""
 import copy
+import os
 import pickle
+import tempfile
 import types
 import unittest
 import warnings
@@ -19,11 +21,21 @@ class Loading(unittest.TestCase):
         self.assertEqual(model.tets.shape, (model.tet_count, 4))
         self.assertEqual(model.basis.shape, (243, 12))
         self.assertEqual(model.material.tolist(), [[5e6, 0.4, 1000.0]])
+        self.assertEqual(model.laws, ["stvk"])
         self.assertEqual(model.meta["tool"], "thrum")
         self.assertIn("tip", model.groups)
         # held vertices have zero rows
         held = np.flatnonzero(model.fixed)
         self.assertEqual(np.abs(model.basis.reshape(81, 3, 12)[held]).max(), 0.0)
+
+    def test_regions_have_laws_of_their_own(self):
+        arrays = {"format": np.array([4, 0], "<i4"), "omega2": np.ones(1), "point_weights": np.ones(3),
+                  "point_moduli": np.ones((2, 3)), "point_gradients": np.ones((27, 1)),
+                  "point_region": np.array([0, 1, 1], "<i4"), "region_law": np.array([0, 2], "u1")}
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "regions.npz")
+            np.savez(path, **arrays)
+            self.assertEqual(thrum.Model.load(path).laws, ["stvk", "neo-hookean"])
 
     def test_views_are_read_only_and_not_copied(self):
         model = beam()

@@ -1,6 +1,7 @@
 // The engine without a browser: the same bits as the native library, and the pack's own checks.
 // SPDX-License-Identifier: Apache-2.0
 import assert from 'node:assert/strict';
+import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
 import { gzipSync } from 'node:zlib';
@@ -49,6 +50,31 @@ for (const law of ['stvk', 'corotational', 'neo-hookean'])
     for (let i = 0; i < 100; i++) engine.step();
     assert.deepEqual(engine.coordinates(0), lastRow(join(folder, law, 'q.npy'), 9));
   });
+
+test('regions of several laws have the bits of the native library', async () => {
+  thrum('convert', 'beam:8x2x2@1x0.2x0.2', 'one.mesh');
+  const [head, tets] = readFileSync(join(folder, 'one.mesh'), 'utf8').split('Tetrahedra\n');
+  const rows = tets.split('\n');
+  const count = Number(rows[0]);
+  const divided = rows.map((row, n) => (n > 0 && n <= count
+    ? row.trim().split(/\s+/).slice(0, 4).concat(n % 3 + 1).join(' ') : row));
+  writeFileSync(join(folder, 'parts.mesh'), `${head}Tetrahedra\n${divided.join('\n')}`);
+
+  // one region of each law
+  const laws = ['1:stvk', '2:corotational', '3:neo-hookean'].flatMap((text) => ['--material', text]);
+  thrum('precompute', 'parts.mesh', '--fix', 'x<0.001', '--modes', '5', '--rank', '9', '--young', '5e6',
+    '--poisson', '0.4', '--density', '1000', '--cubature', '--cubature-error', '0.05', ...laws,
+    '-o', 'parts.npz', '--quiet');
+  thrum('simulate', 'parts.npz', '-o', 'parts', '--integrator', 'energy', '--damping', '0',
+    '--load', `gravity:${GRAVITY}`, '--dt', '0.003', '--time', '0.3', '--quiet');
+  const points = packOf('parts.npz');
+  assert.deepEqual([...points.models[0].arrays.region_law], [0, 1, 2]);
+  const engine = await Engine.load(wasmBytes());
+  points.models.forEach((model) => engine.addModel(model));
+  engine.build({ ...points.scene, gravity: GRAVITY, dt: 0.003, integrator: 'energy', damping: 0 });
+  for (let i = 0; i < 100; i++) engine.step();
+  assert.deepEqual(engine.coordinates(0), lastRow(join(folder, 'parts', 'q.npy'), 9));
+});
 
 test('touch modes follow a pull; what is stepped beside them has the bits of the native library', async () => {
   thrum('precompute', 'beam:8x2x2@1x0.2x0.2', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
