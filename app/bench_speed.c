@@ -87,7 +87,7 @@ static void plot(const bench_request *request, const char *name, const char *con
       write_script(request, path, name, curves) && gnuplot_run(request->folder, script);
   unlink(path);
   if (!drawn)
-    config_warn("no plot: gnuplot is missing or failed");
+    config_warn("no plot: gnuplot is missing or failed, or THRUM_GNUPLOT is empty");
 }
 
 static thrum_status write_files(const bench_request *request, const cJSON *rows,

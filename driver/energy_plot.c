@@ -10,6 +10,7 @@
 #include <inttypes.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -75,7 +76,11 @@ static bool write_script(const char *path, const char *terminal, const char *out
 }
 
 bool gnuplot_run(const char *folder, const char *script) {
-  char *const argv[] = {"gnuplot", "-d", (char *)(uintptr_t)script, NULL};
+  const char *named = getenv("THRUM_GNUPLOT");
+  if (named != NULL && named[0] == 0)
+    return false;
+  char *const argv[] = {(char *)(uintptr_t)(named != NULL ? named : "gnuplot"), "-d",
+                        (char *)(uintptr_t)script, NULL};
   return program_run(argv, &(program_place){.folder = folder});
 }
 

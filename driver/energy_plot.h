@@ -6,8 +6,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Runs gnuplot on `script`, a file's name in `folder`, silent and there; true when it ended well.
- */
+/* Runs gnuplot, or what THRUM_GNUPLOT names, on `script`, a file's name in `folder`, silent and
+ * there; true when it ended well, false also where the variable is empty. */
 bool gnuplot_run(const char *folder, const char *script);
 
 /* Draws `folder`/energy.csv (`rows` rows of data) into `folder`/energy.png, or energy.svg with a

@@ -111,6 +111,7 @@ static void the_table_is_printed_once(void **state) {
   (void)state;
   char folder[64];
   test_folder_make(folder);
+  unsetenv("THRUM_GNUPLOT");
   program_result result = thrum_run(folder, "bench", "step", "--rank", "4", "--no-machine",
                                     "--batches", "2", "--steps", "5", "-q", "-o", "bench", NULL);
   assert_int_equal(result.exit_code, 0);

@@ -577,6 +577,11 @@ static void a_plot_is_drawn_exactly_where_gnuplot_is_installed(void **state) {
   char *argv[] = {program, option, command, NULL};
   program_result found = program_execute(NULL, argv);
 
+  // the tests' own variable says that none is drawn
+  assert_int_equal(setenv("THRUM_GNUPLOT", "", 1), 0);
+  cJSON_Delete(SIMULATE("beam.npz", "--time", "0.3", "--start", "mode:1,0.01"));
+  assert_false(file_exists(in_folder("run/energy.png")));
+  unsetenv("THRUM_GNUPLOT");
   cJSON_Delete(SIMULATE("beam.npz", "--time", "0.3", "--start", "mode:1,0.01"));
 
   char *image = text_file_read(in_folder("run/energy.png"));
@@ -603,6 +608,7 @@ static void a_plot_is_drawn_exactly_where_gnuplot_is_installed(void **state) {
   setenv("PATH", saved, 1);
   free(saved);
   unlink(in_folder("gnuplot"));
+  setenv("THRUM_GNUPLOT", "", 1);
 }
 
 static void a_step_that_fails_is_told_once(void **state) {
