@@ -190,14 +190,14 @@ static void probe(int threads, double *flops, double *bytes) {
   free(data);
 }
 
-/* Gradients that are learned, of as many points as are usual: the forces of states, and in each
- * step a stress, a tangent and five products for each of its states. */
+/* Gradients that are learned, of half as many points as are usual: one of the three forces of each
+ * state, and in each step a stress, a tangent and five products for each of its states. */
 static double refine_seconds(const thrum_precompute_options *options, double state, double gemm) {
   const double r = (double)options->rank, steps = (double)options->cubature_refine;
-  const double count = fmin((double)options->cubature_points, THRUM_CUBATURE_POINTS_USUAL * r);
+  const double count = fmin((double)options->cubature_points, THRUM_CUBATURE_POINTS_USUAL * r / 2);
   if (!(steps > 0))
     return 0;
-  return THRUM_REFINE_STATES * count * state +
+  return THRUM_REFINE_STATES * count * state / 3 +
          steps * THRUM_REFINE_BATCH * count * (1.5e-7 + 90 * r / (0.5 * gemm));
 }
 

@@ -448,6 +448,18 @@ def cubature():
     return table(["model"] + [f"{100 * float(error):g} % of the force" for error in errors], body)
 
 
+def cubature_refined():
+    """Force and motion by as many points of the mesh and by ones with learned gradients."""
+    runs = {(r["model"], int(r["points"]), r["steps"] != "0"): r for r in rows("cubature", "refined.csv")}
+    counts = sorted({count for _, count, _ in runs})
+
+    def cell(model, count, key):
+        return " → ".join(percent(float(runs[model, count, refined][key])) for refined in (False, True))
+
+    body = [[model] + [cell(model, count, key) for key in ("force_error", "motion_error") for count in counts] for model in MODELS]
+    return table(["model"] + [f"{what}, {count} points" for what in ("force", "motion") for count in counts], body)
+
+
 def point_picks():
     with open(RESULTS / "tradeoff_points" / "picks.json", encoding="utf-8") as file:
         return json.load(file)
@@ -531,7 +543,7 @@ def mujoco():
 
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, work_means, extremes, linear, tradeoff,
-                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles, touch, touch_pulls, cubature, tradeoff_points,
+                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles, touch, touch_pulls, cubature, cubature_refined, tradeoff_points,
                                            plastic,
                                            before_after, mujoco, model_errors, training)}
 
