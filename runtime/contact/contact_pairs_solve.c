@@ -124,7 +124,8 @@ static double begin_sweeps(thrum_pairs_run *run) {
     return largest;
 
   // what waited and closes under these forces has none itself yet
-  for (int64_t n = run->row_count - thrum_pairs_wake(run, false); n < run->row_count; n++) {
+  const int64_t woken = thrum_pairs_wake(run, false);
+  for (int64_t n = run->row_count - woken; n < run->row_count; n++) {
     const thrum_contact_row *row = &run->view.rows[n].row;
     largest = fmax(largest, row->unloaded_length + fabs(row->gap));
   }
