@@ -107,11 +107,10 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
                            thrum_law_name(options->law));
   if (options->cubature_refine < 0 ||
       (options->cubature_refine > 0 && (!options->cubature || options->law != THRUM_LAW_STVK)))
-    return thrum_error_set(
-        error, THRUM_INVALID_ARGUMENT,
-        "points are refined in %lld steps, which must be 0 or more, and 0 without "
-        "cubature and for another law than stvk",
-        (long long)options->cubature_refine);
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "cubature points are refined in %lld steps: that wants 0 or more, "
+                           "cubature, and the law stvk in every region",
+                           (long long)options->cubature_refine);
   if (options->cubature && options->single)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "single precision is of the coefficients of a polynomial, which "
