@@ -50,9 +50,8 @@ done
 
 if command -v aarch64-linux-gnu-gcc >/dev/null 2>&1; then
   echo "-- wheel for aarch64"
-  # no program runs it, so it need not be fast at all
   (cd "$work/sdist" && rm -rf build &&
-    CMAKE_ARGS="-DCMAKE_C_FLAGS_RELEASE=-O0 -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=aarch64 -DCMAKE_C_COMPILER=aarch64-linux-gnu-gcc" \
+    CMAKE_ARGS="$CMAKE_ARGS -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=aarch64 -DCMAKE_C_COMPILER=aarch64-linux-gnu-gcc" \
       hook build_wheel "$work/out")
   ls "$work"/out/thrum-*-py3-none-manylinux_2_17_aarch64.whl
 fi
