@@ -499,7 +499,7 @@ static void print_table(const info *about) {
   print_linear_frequencies(about);
   for (int64_t n = 0; n < model->rank; n++)
     print_frequency("basis", about->hertz[n], n, model->rank);
-  print_line("split", "%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n",
+  print_line("split", "%" PRId64 " explicit, %" PRId64 " implicit by imexv at dt = %g s\n",
              about->split.explicit_modes, about->split.implicit_modes, about->def.dt);
   if (about->steps_named)
     print_stepped(about);

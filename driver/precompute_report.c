@@ -469,7 +469,7 @@ void precompute_print_table(const precompute_outcome *outcome) {
 
   // what the model is good for: its split and its residuals
   print_frequencies("basis", result->model.omega2, result->model.rank);
-  printf("%-18s%" PRId64 " explicit, %" PRId64 " implicit at dt = %g s\n", "split",
+  printf("%-18s%" PRId64 " explicit, %" PRId64 " implicit by imexv at dt = %g s\n", "split",
          outcome->split.explicit_modes, outcome->split.implicit_modes, outcome->dt);
   printf("%-18smodes %.1e, orthonormality %.1e, diagonality %.1e\n", "residuals", worst,
          result->basis_orthonormality, result->basis_diagonality);

@@ -327,6 +327,11 @@ static thrum_status check_link(const scene_spec *spec, const scene_link_spec *li
   THRUM_TRY(check_link_key(spec, link, "other_at", !world, "another body"));
   THRUM_TRY(check_link_key(spec, link, "path", world, "a link with the world"));
   THRUM_TRY(check_link_key(spec, link, "file", world, "a link with the world"));
+
+  // a spring that never pulls is one whose stiffness was forgotten
+  if (spring && link->stiffness == 0 && link->damping == 0)
+    return config_record_refuse(&spec->file, &link->at, NULL, THRUM_MISSING,
+                                "a spring needs \"stiffness\" or \"damping\"");
   return check_link_path(spec, link);
 }
 

@@ -38,8 +38,9 @@ thrum_law law_of_run(bool given, thrum_law law, const thrum_model *model);
 #define OPTION_INTEGRATOR(type, member)                                                            \
   OPTION_CHOICE(                                                                                   \
       "integrator", integrator_names, "energy",                                                    \
-      "what steps a body; the last three are there to be compared with: backward Euler, the same " \
-      "with a single Newton iteration (Baraff and Witkin), and Runge-Kutta of order 4",            \
+      "what steps a body; three are there to be compared with: backward Euler, semi-implicit "     \
+      "Euler, which is the same with a single Newton iteration (Baraff and Witkin), and "          \
+      "Runge-Kutta of order 4",                                                                    \
       CONFIG_AT(type, member))
 #define OPTION_FRAMES(taken)                                                                       \
   OPTION_WORD("frames", "FPS", "none",                                                             \

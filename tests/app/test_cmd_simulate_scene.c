@@ -358,6 +358,9 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
        "\"stiffness\": 3}]}",
        "scene.json:3: links[0].stiffness: is of a spring"},
       {"{\"bodies\": [" BODY
+       "}],\n\"links\": [{\"kind\": \"spring\", \"body\": \"a\", \"at\": \"tip\"}]}",
+       "scene.json:2: links[0]: a spring needs \"stiffness\" or \"damping\""},
+      {"{\"bodies\": [" BODY
        "}],\n\"links\": [{\"kind\": \"ball\", \"body\": \"a\",\n\"at\": \"tap\"}]}",
        "scene.json:3: links[0].at: no group 'tap'"},
       {"{\"bodies\": [" BODY
