@@ -8,8 +8,10 @@ import { fileURLToPath } from 'node:url';
 
 const root = dirname(dirname(fileURLToPath(import.meta.url)));
 
-/** Where the step of a polynomial model spends its time. The laws of materials at cubature points are small instead. */
-const FAST = ['runtime/polynomial', 'runtime/linear_algebra'];
+/** Where the step of a model spends its time: the passes of this architecture over coefficients and points, and solves.
+ * The laws of materials at cubature points, and what is done once for a model, are small instead. */
+const FAST = ['runtime/polynomial/kernel_wasm.c', 'runtime/polynomial/kernel_points.c', 'runtime/polynomial/batch_kernel.c',
+  'runtime/polynomial/polynomial.c', 'runtime/linear_algebra'];
 
 /** Folders that hold no C of ours. */
 const OTHER = ['node_modules', 'src', 'test', 'dist', 'examples'];

@@ -127,8 +127,8 @@ static int32_t add_model(fuzz_draw *draw, kept *list, int32_t *rank, int32_t *ve
   bridge_number[1] = draw_above(draw, 64);
   // a model of a polynomial, without points of a cubature
   const int32_t number =
-      bridge_add_model(r, v, t, 0, 0, omega2, c3, c4, NULL, NULL, NULL, NULL, NULL, axis_mass, NULL,
-                       fixed, triangles, positions, basis, tet, tet_rigid);
+      bridge_add_model(r, v, t, 0, 0, 0, omega2, c3, c4, NULL, NULL, NULL, NULL, NULL, NULL, NULL,
+                       axis_mass, NULL, fixed, triangles, positions, basis, tet, tet_rigid);
   free(positions);
   free(basis);
   free(tet);
