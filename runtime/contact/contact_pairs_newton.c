@@ -252,6 +252,13 @@ static void linearise(const newton *of) {
   }
 }
 
+static double dot(const double *a, const double *b, int64_t count) {
+  double sum = 0.0;
+  for (int64_t i = 0; i < count; i++)
+    sum += a[i] * b[i];
+  return sum;
+}
+
 /* Solves for the step; false where the matrix has no factor. */
 static bool solve_step(const newton *of) {
   const int64_t m = of->m;
@@ -290,7 +297,9 @@ static bool solve_step(const newton *of) {
       sum -= row[q] * step[q];
     step[k] = sum / row[k];
   }
-  return true;
+
+  // one number that is none spreads over all of them
+  return isfinite(dot(step, step, m));
 }
 
 /* How far the rows go in a whole step; returns the largest [m]. */
@@ -302,13 +311,6 @@ static double fill_ways_on(const newton *of) {
     most = fmax(most, thrum_dot3(at->way, at->way));
   }
   return sqrt(most);
-}
-
-static double dot(const double *a, const double *b, int64_t count) {
-  double sum = 0.0;
-  for (int64_t i = 0; i < count; i++)
-    sum += a[i] * b[i];
-  return sum;
 }
 
 /* The slope of the function at a share of the step. */

@@ -10,7 +10,8 @@
  * io/paths.c mesh/formats/mesh_read.c mesh/mesh_units.c precompute/full/full.c
  * precompute/options/precompute_options.c platform/interrupt.c runtime/base/status.c
  * runtime/loads/*.c runtime/dynamics/state_def.c runtime/dynamics/state_names.c
- * runtime/statics/equilibrium.c runtime/polynomial/kernel.c SPDX-License-Identifier: Apache-2.0 */
+ * runtime/statics/equilibrium.c runtime/polynomial/kernel.c runtime/material/material_law.c
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "config/message.h"
 #include "driver/precompute_request.h"
 #include "driver/simulate_options.h"

@@ -93,7 +93,7 @@ function check(model) {
     axis_mass: 3 * r, positions: 3 * vertices, basis: 3 * vertices * r, triangles: 3 * triangles,
     fixed: vertices,
     ...(arrays.tet && { tet: 12, tet_rigid: 72 }),
-    ...(arrays.region_law && { point_region: arrays.point_weights?.length }),
+    ...(arrays.region_law && { point_region: arrays.point_weights?.length ?? 0 }),
     ...(arrays.follows && { follows: vertices }),
     ...(arrays.inertia && { inertia: 9 + 9 * r * (r + 1) }),
   };
@@ -102,6 +102,9 @@ function check(model) {
       throw new Error(`model '${model.name}': array '${name}' has not ${count} entries`);
   if (arrays.point_law && !LAWS.includes(String.fromCharCode(...arrays.point_law)))
     throw new Error(`model '${model.name}': array 'point_law' names no law that is known`);
+  for (const [name, Type] of [['point_region', Int32Array], ['region_law', Uint8Array]])
+    if (arrays[name] && !(arrays[name] instanceof Type))
+      throw new Error(`model '${model.name}': array '${name}' is of another type`);
   if (arrays.region_law?.some((law) => law >= LAWS.length))
     throw new Error(`model '${model.name}': array 'region_law' names no law that is known`);
   if (arrays.point_region?.some((region) => !(region >= 0 && region < (arrays.region_law?.length ?? 0))))
