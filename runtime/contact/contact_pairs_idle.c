@@ -82,6 +82,8 @@ bool thrum_pairs_closes(thrum_pairs_run *run, const thrum_pair_candidate *c, dou
 static bool may_strike(thrum_pairs_run *run, const thrum_pair_candidate *c) {
   double middle[3], speed = 0.0, way = 0.0;
   middle_of(run, c, middle);
+
+  // along the normal, how fast the places part and how far the step has them part
   for (int side = 0; side < 2; side++) {
     const thrum_contact_run *body = run->view.runs + c->members[side];
     const thrum_translation *translation = body->environment->translation;

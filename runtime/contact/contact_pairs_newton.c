@@ -43,13 +43,15 @@
 typedef struct newton {
   const thrum_pairs_run *run;
   int64_t members[2];
-  int64_t columns[2]; /* of either body */
+  int64_t columns[2];      /* of either body */
+  double turn_roots[2][9]; /* of the weights of their rotations */
   int64_t m, count;
   thrum_newton_row *rows;
   double *matrix, *factor; /* m x m: sum, and its Cholesky factor, upper triangles by rows */
   double *z, *began;       /* scaled displacements, and those at the start */
   double *gradient, *step;
   double *pushed; /* 3 x m */
+  double *roots;  /* m: of the weights of the shapes' coordinates */
 } newton;
 
 /* --- rows ------------------------------------------------------------------------------------- */
@@ -75,9 +77,13 @@ static int64_t columns_of(const thrum_contact_run *body) {
   return body->contact->rank + (body->mass_weight > 0.0 ? 3 : 0) + (turns(body) ? 3 : 0);
 }
 
-/* Where the columns of a side of a row are. */
-static int64_t first_column(const newton *of, const thrum_pair_row *row, int side) {
-  return row->members[side] == of->members[0] ? 0 : of->columns[0];
+/* Which of the two bodies a side of a row is, and where its columns are. */
+static int body_of(const newton *of, const thrum_pair_row *row, int side) {
+  return row->members[side] != of->members[0];
+}
+
+static int64_t first_column(const newton *of, int body) {
+  return body == 0 ? 0 : of->columns[0];
 }
 
 /* The columns of one side of a row: three rows of m. */
@@ -86,14 +92,16 @@ static void fill_side(const newton *of, const thrum_pair_row *row, int side, dou
   const double *basis = thrum_pairs_basis(row, side), sign = side == 0 ? 1.0 : -1.0;
   const double *lever = side == 0 ? row->row.lever : row->lever;
   const int64_t r = body->contact->rank, m = of->m;
-  double *restrict out = ways + first_column(of, row, side);
+  const int which = body_of(of, row, side);
+  double *restrict out = ways + first_column(of, which);
+  const double *roots = of->roots + first_column(of, which);
 
   // the shape, turned into the world
   for (int axis = 0; axis < 3; axis++) {
     const double *axes = body->axes + 3 * axis;
     for (int64_t i = 0; i < r; i++)
       out[axis * m + i] =
-          sign * sqrt(body->view.weights[i]) *
+          sign * roots[i] *
           (axes[0] * basis[i] + axes[1] * basis[r + i] + axes[2] * basis[2 * r + i]);
   }
 
@@ -105,8 +113,7 @@ static void fill_side(const newton *of, const thrum_pair_row *row, int side, dou
   at += body->mass_weight > 0.0 ? 3 : 0;
   if (!turns(body))
     return;
-  double root[9];
-  root_of(body->turn_weight, root);
+  const double *root = of->turn_roots[which];
   for (int k = 0; k < 3; k++) {
     const double turn[3] = {root[k], root[3 + k], root[6 + k]};
     double moved[3];
@@ -363,12 +370,11 @@ static double search(const newton *of) {
 static bool find_columns(newton *of) {
   for (int side = 0; side < 2; side++) {
     const thrum_contact_run *body = of->run->view.runs + of->members[side];
-    double root[9];
     of->columns[side] = columns_of(body);
     for (int64_t i = 0; i < body->contact->rank; i++)
       if (!(body->view.weights[i] >= 0.0))
         return false;
-    if (turns(body) && !root_of(body->turn_weight, root))
+    if (turns(body) && !root_of(body->turn_weight, of->turn_roots[side]))
       return false;
   }
   of->m = of->columns[0] + of->columns[1];
@@ -387,6 +393,12 @@ static void lay_out(newton *of) {
   of->gradient = of->began + m;
   of->step = of->gradient + m;
   of->pushed = of->step + m;
+  of->roots = of->pushed + 3 * m;
+  for (int which = 0; which < 2; which++) {
+    const thrum_contact_run *body = of->run->view.runs + of->members[which];
+    for (int64_t i = 0; i < body->contact->rank; i++)
+      of->roots[first_column(of, which) + i] = sqrt(body->view.weights[i]);
+  }
 
   // no force yet
   memset(of->matrix, 0, (size_t)(m * m) * sizeof *of->matrix);
@@ -424,19 +436,18 @@ static void take_up(newton *of) {
 /* Moves a body by what the forces have become more than they were. */
 static void move(const newton *of, int side) {
   thrum_contact_run *body = of->run->view.runs + of->members[side];
-  const double *end = of->z + (side == 0 ? 0 : of->columns[0]);
-  const double *start = of->began + (side == 0 ? 0 : of->columns[0]);
-  double root[9];
+  const int64_t first = first_column(of, side);
+  const double *end = of->z + first, *start = of->began + first;
+  const double *roots = of->roots + first, *root = of->turn_roots[side];
 
   // its shape, then the body as a whole
   int64_t at = body->contact->rank;
   for (int64_t i = 0; i < at; i++)
-    body->view.moved[i] += sqrt(body->view.weights[i]) * (end[i] - start[i]);
+    body->view.moved[i] += roots[i] * (end[i] - start[i]);
   for (int axis = 0; axis < 3 && body->mass_weight > 0.0; axis++, at++)
     body->moved[axis] += sqrt(body->mass_weight) * (end[at] - start[at]);
   if (!turns(body))
     return;
-  root_of(body->turn_weight, root);
   for (int axis = 0; axis < 3; axis++)
     for (int k = 0; k < 3; k++)
       body->turned[axis] += root[3 * axis + k] * (end[at + k] - start[at + k]);

@@ -202,7 +202,7 @@ struct thrum_contact_pairs {
   X(thrum_newton_row, newton_rows, THRUM_NEWTON_LEAST(touch_max, THRUM_NEWTON_ROWS))               \
   X(double, newton_ways,                                                                           \
     THRUM_NEWTON_LEAST(touch_max, THRUM_NEWTON_ROWS) * 3 * THRUM_NEWTON_WIDTH(rank_max))           \
-  X(double, newton_room, (2 * THRUM_NEWTON_WIDTH(rank_max) + 7) * THRUM_NEWTON_WIDTH(rank_max))    \
+  X(double, newton_room, (2 * THRUM_NEWTON_WIDTH(rank_max) + 8) * THRUM_NEWTON_WIDTH(rank_max))    \
   X(thrum_contact_run, runs, member_max)                                                           \
   X(thrum_contact, contacts, member_max) /* as the step began; of solids, without rows */          \
   X(thrum_contact_environment, environments, member_max) /* of solids */                           \
