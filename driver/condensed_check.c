@@ -46,8 +46,7 @@ thrum_status condensed_check_open(const thrum_model *model, condensed_check *che
 
 void condensed_check_close(condensed_check *check) {
   thrum_fem_free(&check->fem);
-  free(check->mesh.materials);
-  free(check->mesh.laws);
+  thrum_model_return_mesh(&check->mesh);
   free(check->q);
   free(check->u);
   free(check->beside);

@@ -9,6 +9,12 @@
 #include "precompute/fem/quadrature.h"
 #include "precompute/model/model_fill.h"
 
+void thrum_model_return_mesh(thrum_mesh *mesh) {
+  free(mesh->materials);
+  free(mesh->laws);
+  *mesh = (thrum_mesh){0};
+}
+
 thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
                                      thrum_error *error) {
   if (model->vertices == NULL)
@@ -29,8 +35,7 @@ thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
                           "the materials", error));
   if (model->region_law &&
       thrum_reserve(&mesh->laws, mesh->region_count, sizeof *mesh->laws, "the laws", error) < 0) {
-    free(mesh->materials);
-    mesh->materials = NULL;
+    thrum_model_return_mesh(mesh);
     return THRUM_OUT_OF_MEMORY;
   }
   for (int64_t i = 0; i < mesh->region_count; i++)
@@ -125,7 +130,6 @@ void thrum_model_fem_free(thrum_model_fem *body) {
   thrum_fem_free(&body->fem);
   thrum_sparse_free(&body->stiffness);
   thrum_sparse_free(&body->mass);
-  free(body->mesh.materials);
-  free(body->mesh.laws);
+  thrum_model_return_mesh(&body->mesh);
   *body = (thrum_model_fem){0};
 }

@@ -13,11 +13,11 @@ typedef struct thrum_model_fem {
   thrum_mass kind; /* the mass in which the model's basis is orthonormal; consistent without one */
 } thrum_model_fem;
 
-/* The model's mesh: its arrays are the model's, but for `materials` and `laws`, which the caller
- * frees alone.
- * THRUM_MISSING when the model has no mesh. */
+/* The model's mesh: its arrays are the model's, but for `materials` and `laws`, which
+ * thrum_model_return_mesh frees alone. THRUM_MISSING when the model has no mesh. */
 thrum_status thrum_model_borrow_mesh(const thrum_model *model, thrum_mesh *mesh,
                                      thrum_error *error);
+void thrum_model_return_mesh(thrum_mesh *mesh); /* leaves it empty */
 
 /* With the order of quadrature that the metadata of the model names. THRUM_MISSING when the model
  * has no mesh. The model must stay while the body is used. */

@@ -149,7 +149,6 @@ thrum_status thrum_traction_fill(const thrum_model *model, const int32_t *vertic
 
   free(chosen);
   free(faces.faces);
-  free(mesh.materials);
-  free(mesh.laws);
+  thrum_model_return_mesh(&mesh);
   return status;
 }
