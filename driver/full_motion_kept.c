@@ -33,6 +33,8 @@ static uint64_t hash_body(const thrum_model *model, int mass) {
   hash = hash_numbers(hash, model->material, 3 * model->region_count);
   if (model->fixed != NULL)
     hash = hash_bytes(hash, model->fixed, vertices);
+
+  // one law of all, or those of the regions
   if (model->point_law)
     hash = hash_bytes(hash, model->point_law, (size_t)model->law_bytes);
   if (model->region_law)

@@ -101,7 +101,7 @@ static thrum_status unknown_region(const thrum_mesh *mesh, const region_material
                          list);
 }
 
-/* What the texts have said of a region so far. */
+/* A region as the texts so far have it. */
 typedef struct region_given {
   bool named, moduli;
   thrum_region_law law;

@@ -62,7 +62,7 @@ static thrum_status read_bodies(const char *path, const char *file, recorded_sce
   return THRUM_OK;
 }
 
-/* Of each row the links that scene.json lists; runs before 0.2.0 have none. */
+/* Reads the links that scene.json lists, row by row; runs before 0.2.0 have none. */
 static thrum_status read_links(const char *path, recorded_scene *scene, thrum_error *error) {
   const cJSON *listed = cJSON_GetObjectItemCaseSensitive(scene->object, "links");
   const int64_t count = cJSON_GetArraySize(listed);

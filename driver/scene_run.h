@@ -73,7 +73,6 @@ typedef struct scene_run {
   bool has_detail;           /* a body has a level of detail */
   FILE *account;             /* where bodies touch each other */
   FILE *links;               /* where there are links */
-  int64_t link_rows;         /* in that */
   thrum_scene_account first; /* at the start */
   double seconds_read, seconds_find, seconds_output, seconds_total;
 } scene_run;

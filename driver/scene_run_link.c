@@ -144,14 +144,13 @@ thrum_status scene_run_record_links(scene_run *run, thrum_error *error) {
     memcpy(row + 2, link.places, sizeof link.places);
     done = done && fwrite(row, sizeof row, 1, run->links) == 1;
   }
-  run->link_rows++;
   return done ? THRUM_OK : run_folder_write_failed(&run->folder, SCENE_LINKS, error);
 }
 
 thrum_status scene_run_end_links(scene_run *run, thrum_error *error) {
   const int64_t columns = SCENE_LINK_COLUMNS * (int64_t)thrum_scene_link_count(run->scene);
   errno = 0;
-  return run->links == NULL || run_series_close(&run->links, run->link_rows, columns)
+  return run->links == NULL || run_series_close(&run->links, run->run.rows, columns)
              ? THRUM_OK
              : run_folder_write_failed(&run->folder, SCENE_LINKS, error);
 }
