@@ -141,6 +141,8 @@ static double error_of(const thrum_model *model, const thrum_model *exact) {
       q[i] = 0.15 * ((double)(random >> 11) / 4503599627370496.0 - 1) *
              sqrt(exact->omega2[0] / exact->omega2[i]);
     }
+
+    // both forces at this state, by the norm of the static response
     thrum_internal_force(model, q, force[0], work);
     thrum_internal_force(exact, q, force[1], work);
     double size = 0, difference = 0;

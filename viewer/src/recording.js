@@ -84,7 +84,8 @@ export class Recording {
     const { links = [], arrays } = this.recordedLinks ?? {};
     const { row, next, share } = rowAt(this.times, this.time);
     return links.map((link, n) => {
-      const at = (which) => arrays.links.subarray(LINK_NUMBERS * (which * links.length + n)).subarray(0, LINK_NUMBERS);
+      const first = (which) => LINK_NUMBERS * (which * links.length + n);
+      const at = (which) => arrays.links.subarray(first(which), first(which) + LINK_NUMBERS);
       const [holds, drift, ...from] = at(row);
       const to = at(next).subarray(2);
       const places = from.map((x, i) => (1 - share) * x + share * to[i]);

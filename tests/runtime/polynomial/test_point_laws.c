@@ -361,6 +361,8 @@ static void regions_of_one_law_have_the_bits_of_a_body_of_that_law(void **contex
     double q[RANK], v[RANK];
     random_vector(&random, RANK, 1, q);
     random_vector(&random, RANK, 1, v);
+
+    // the law of the whole body first, then the same as that of each region
     evaluate(&thrum_kernel_reference, &made.points, 4, q, v, expected);
     points_obey_regions(&made, same);
     evaluate(&thrum_kernel_reference, &made.points, 4, q, v, found);
