@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 
 #include "app/cmd.h"
+#include "app/info_run.h"
 #include "app/info_surface.h"
 #include "config/message.h"
 #include "config/options.h"
@@ -17,6 +18,8 @@
 #include "driver/model_meta.h"
 #include "driver/named_model.h"
 #include "driver/precompute_touch.h"
+#include "driver/run_read.h"
+#include "driver/scene_read.h"
 #include "driver/shared_options.h"
 #include "driver/split_at.h"
 #include "io/json.h"
@@ -92,22 +95,26 @@ static const config_option options[] = {
 
 const config_command command_info = {
     .name = "info",
-    .summary = "say what a model file holds",
+    .summary = "say what a model file or a run holds",
     .usage = "MODEL [OPTIONS]",
     .about =
         "Says what a model file holds: sizes, mass, volume, element quality, bounding box, "
         "frequencies, the split into explicit and implicit modes, residuals, memory, groups; with "
         "--dt or --integrator also the frequency of each mode as it is stepped. Of a surface that "
-        "thrum embed wrote it says what that holds.\n\n"
-        "MODEL is a model file, or a name (beam, basket, bridge, horse, tower, heart) of a model "
-        "that is precomputed once and cached.",
+        "thrum embed wrote it says what that holds, and of the folder of a run what was stepped, "
+        "how "
+        "and how long, how it ended and what plays it.\n\n"
+        "MODEL is a model file, the folder of a run, or a name (beam, basket, bridge, horse, "
+        "tower, "
+        "heart) of a model that is precomputed once and cached.",
     .options = options,
     .examples = "info beam.npz\n"
                 "info horse\n"
                 "info beam.npz --load 'constant:0,0,-1@tip'\n"
                 "info horse --touch\n"
                 "info horse --dt 0.003 --integrator energy\n"
-                "info beam.npz --dt 0.001 --json",
+                "info beam.npz --dt 0.001 --json\n"
+                "info run",
 };
 
 static double meta_number(const info *about, const char *object, const char *key) {
@@ -575,9 +582,34 @@ static thrum_status gather(info *about, thrum_error *error) {
   return about->load_count == 0 ? THRUM_OK : measure_loads(about, error);
 }
 
+/* Is it a folder, and not the name of a model, which may have a run beside it? */
+static bool is_folder(const char *path) {
+  struct stat status;
+  model_recipe recipe = {0};
+  return stat(path, &status) == 0 && S_ISDIR(status.st_mode) &&
+         (model_recipe_find(path, &recipe, NULL) < 0 || !recipe.found);
+}
+
+/* Says what the run in a folder is; other folders are refused. */
+static int say_run(const info_request *request) {
+  thrum_error error = {0};
+  if (!is_run_folder(request->path) && !is_scene_folder(request->path))
+    return config_usage("info",
+                        "%s is a folder without a finished run: name one that thrum simulate "
+                        "wrote, or a model file",
+                        request->path);
+  if (request->dt > 0 || request->integrator != (thrum_integrator)-1 || request->load_count > 0 ||
+      request->touch)
+    return config_usage("info", "%s is the folder of a run: all options but --json go with a model",
+                        request->path);
+  return info_run(request->path, request->json, &error) < 0 ? config_refuse(&error) : COMMAND_DONE;
+}
+
 int cmd_info(int argc, char **argv) {
   info_request request = {.integrator = (thrum_integrator)-1};
   CONFIG_TRY(config_options_read_one(&command_info, "model", argc, argv, &request, &request.path));
+  if (is_folder(request.path))
+    return say_run(&request);
 
   thrum_error error = {0};
   thrum_load_share shares[LOADS_MAX];

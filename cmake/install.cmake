@@ -11,7 +11,7 @@ install(DIRECTORY include/thrum DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} FILES_MA
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(DIRECTORY examples/ DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples
   FILES_MATCHING PATTERN "*.[ch]" PATTERN "CMakeLists.txt" PATTERN "bytes.cmake" PATTERN "*.cs" PATTERN "*.py" PATTERN "*.ipynb"
-  PATTERN "*.stl" PATTERN "scenes" EXCLUDE)
+  PATTERN "*.stl" PATTERN "jobs/*.sh" PATTERN "scenes" EXCLUDE)
 install(EXPORT thrumTargets NAMESPACE thrum:: DESTINATION ${THRUM_CMAKE_DIR})
 
 configure_package_config_file(cmake/thrumConfig.cmake.in ${CMAKE_CURRENT_BINARY_DIR}/thrumConfig.cmake
@@ -34,11 +34,13 @@ else()
   set(THRUM_PC_LIBDIR "\${prefix}/${CMAKE_INSTALL_LIBDIR}")
   set(THRUM_PC_INCLUDEDIR "\${prefix}/${CMAKE_INSTALL_INCLUDEDIR}")
 endif()
-# a static library cannot name what it needs itself
+# a static library cannot name what it needs itself; a shared one can, and says it for --static alone
 if(BUILD_SHARED_LIBS)
   set(THRUM_PC_LIBS "")
+  set(THRUM_PC_LIBS_PRIVATE " -lm")
 else()
   set(THRUM_PC_LIBS " -lm")
+  set(THRUM_PC_LIBS_PRIVATE "")
 endif()
 foreach(name thrum thrum-scene)
   configure_file(cmake/${name}.pc.in ${CMAKE_CURRENT_BINARY_DIR}/${name}.pc @ONLY)

@@ -22,10 +22,10 @@
 #include "platform/allocate.h"
 #include "thrum/thrum.h"
 
-typedef char path_text[RUN_PATH_MAX + 300];
+#define FOLDERS_UP 32 /* above a run, in which files that it names are looked for */
 
-static void join(path_text path, const char *folder, const char *name) {
-  snprintf(path, sizeof(path_text), "%s%s%.250s", folder,
+static void join(recorded_path path, const char *folder, const char *name) {
+  snprintf(path, sizeof(recorded_path), "%s%s%.250s", folder,
            folder[strlen(folder) - 1] == '/' ? "" : "/", name);
 }
 
@@ -46,7 +46,7 @@ void recorded_run_free(recorded_run *run) {
 bool recorded_run_holds(const char *folder, const recorded_run *run, const char *path) {
   static const char *const names[] = {RUN_JSON, "energy.csv", "q.npy", RUN_PLACEMENTS};
   for (size_t n = 0; n < sizeof names / sizeof *names; n++) {
-    path_text file;
+    recorded_path file;
     join(file, folder, names[n]);
     if (path_same_file(path, file))
       return true;
@@ -56,7 +56,7 @@ bool recorded_run_holds(const char *folder, const recorded_run *run, const char 
 
 /* The times and energies of energy.csv, one for each row of q. */
 static thrum_status read_energies(const char *folder, recorded_run *run, thrum_error *error) {
-  path_text path;
+  recorded_path path;
   thrum_text text = {0};
   join(path, folder, "energy.csv");
   THRUM_TRY(thrum_text_open(path, 0, ',', &text, error));
@@ -111,19 +111,48 @@ static thrum_status check_model(const char *path, const char *hash, const char *
                          path, folder);
 }
 
-/* The run's model: as named, from here; or beside the run's folder. */
+/* Is it there, and no folder? */
+static bool is_file(const char *path) {
+  struct stat info;
+  return stat(path, &info) == 0 && !S_ISDIR(info.st_mode);
+}
+
+/* Two paths of one folder. */
+static bool same_folder(const char *left, const char *right) {
+  struct stat one, other;
+  return stat(left, &one) != 0 || stat(right, &other) != 0 ||
+         (one.st_dev == other.st_dev && one.st_ino == other.st_ino);
+}
+
+const char *recorded_run_find(const char *folder, const char *name, recorded_path path) {
+  if (is_file(name))
+    return name;
+
+  // the run was made in one of the folders above its own, where its path is a relative one
+  recorded_path above, next;
+  snprintf(above, sizeof above, "%s", folder);
+  for (int up = 0; up <= FOLDERS_UP && name[0] != '/'; up++) {
+    const int length = snprintf(path, sizeof(recorded_path), "%s/%s", above, name);
+    if (length < (int)sizeof(recorded_path) && is_file(path))
+      return path;
+    if (snprintf(next, sizeof next, "%s/..", above) >= (int)sizeof next || same_folder(above, next))
+      break;
+    memcpy(above, next, sizeof above);
+  }
+
+  // or it was moved together with what it names
+  const int length = snprintf(path, sizeof(recorded_path), "%s/../%s", folder, path_basename(name));
+  return length < (int)sizeof(recorded_path) && is_file(path) ? path : name;
+}
+
+/* The run's model, as given or as named by the run. */
 static thrum_status load_model(const char *folder, const char *name, const char *hash, bool given,
                                recorded_run *run, thrum_error *error) {
-  path_text beside;
+  recorded_path path;
   named_model_file file;
-
-  // the model beside the run's folder counts where none is here
-  join(beside, folder, "..");
-  const size_t length = strlen(beside);
-  snprintf(beside + length, sizeof beside - length, "/%.250s", path_basename(name));
-  struct stat info;
-  const bool here = given || stat(name, &info) == 0 || stat(beside, &info) != 0;
-  THRUM_TRY(named_model_load(here ? name : beside, true, &run->model, &file, error));
+  if (!given)
+    name = recorded_run_find(folder, name, path);
+  THRUM_TRY(named_model_load(name, true, &run->model, &file, error));
   run->model_path = strdup(file.path);
   if (run->model_path == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", file.path);
@@ -135,7 +164,7 @@ static thrum_status load_model(const char *folder, const char *name, const char 
 /* The texts of run.json that matter here; the object is the caller's to delete. */
 static thrum_status read_json(const char *folder, cJSON **object, const char **model,
                               const char **hash, thrum_error *error) {
-  path_text path;
+  recorded_path path;
   join(path, folder, RUN_JSON);
   THRUM_TRY(json_file_read(path, object, error));
   *model = json_text_of(*object, "model");
@@ -149,7 +178,7 @@ static thrum_status read_json(const char *folder, cJSON **object, const char **m
 /* The coordinates, a row for each time; run.json, the object, says how many were recorded. */
 static thrum_status read_q(const char *folder, const cJSON *object, recorded_run *run,
                            thrum_error *error) {
-  path_text path;
+  recorded_path path;
   join(path, folder, "q.npy");
   THRUM_TRY(thrum_npy_read_f8(path, &run->q, &run->rows, &run->rank, error));
 
@@ -204,7 +233,7 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
   THRUM_THEN(status, read_q(path, object, &read, error));
   cJSON_Delete(object);
   THRUM_THEN(status, read_energies(path, &read, error));
-  path_text places;
+  recorded_path places;
   join(places, path, RUN_PLACEMENTS);
   if (status >= 0 && moves)
     status = run_placements_read(places, read.rows, &read.places, error);

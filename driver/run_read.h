@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 
+#include "driver/run_folder.h"
 #include "driver/run_placement.h"
 #include "thrum/thrum.h"
 
@@ -24,9 +25,17 @@ typedef struct recorded_run {
 /* Is there a run.json in the folder? */
 bool is_run_folder(const char *path);
 
+/* A path with a file in RUN or beside it. */
+typedef char recorded_path[RUN_PATH_MAX + 300];
+
+/* Finds a file that the run in `folder` was made of, perhaps by a command in another folder than
+ * this one: under its name from here, else from RUN or one of the folders above it, else beside
+ * RUN. Returns `path`, or `name` where it is there from here or nowhere. */
+const char *recorded_run_find(const char *folder, const char *name, recorded_path path);
+
 /* Reads RUN/run.json, energy.csv (times), q.npy and the model: `model` when it is not NULL, else
- * the one that run.json names, from here or from beside RUN. Refuses a model whose bytes are not
- * those that the run was made with. recorded_run_free frees, the model too. */
+ * the one that run.json names (recorded_run_find). Refuses a model whose bytes are not those that
+ * the run was made with. recorded_run_free frees, the model too. */
 thrum_status recorded_run_read(const char *path, const char *model, recorded_run *run,
                                thrum_error *error);
 void recorded_run_free(recorded_run *run);

@@ -72,13 +72,16 @@ static thrum_status pack_run(const view_run_request *request, view_archive *arch
 
 /* The obstacles of the scene file that a run was made of, which the run's folder does not hold. A
  * file that is gone or has become another is named, and the run is shown without them. */
-static bool read_obstacles(const recorded_scene *scene, scene_run *run, bool quiet) {
+static bool read_obstacles(const char *folder, const recorded_scene *scene, scene_run *run,
+                           bool quiet) {
   const cJSON *listed = cJSON_GetObjectItemCaseSensitive(scene->object, "obstacles");
   const char *path = json_text_of(scene->object, "scene");
   if (cJSON_GetArraySize(listed) == 0 || path == NULL)
     return false;
 
   // the scene without its bodies
+  recorded_path found;
+  path = recorded_run_find(folder, path, found);
   thrum_error error = {0};
   run->request = &(scene_request){.path = path, .output = "", .quiet = true};
   thrum_status status = scene_run_read(run, &error);
@@ -93,8 +96,8 @@ static bool read_obstacles(const recorded_scene *scene, scene_run *run, bool qui
   return status >= 0;
 }
 
-static thrum_status pack_recorded(const recorded_scene *scene, bool quiet, view_archive *archive,
-                                  thrum_error *error) {
+static thrum_status pack_recorded(const char *folder, const recorded_scene *scene, bool quiet,
+                                  view_archive *archive, thrum_error *error) {
   const view_archive_motion motion = {scene->runs, scene->count, scene};
   const cJSON *bodies = cJSON_GetObjectItemCaseSensitive(scene->object, "bodies");
   const char **models = NULL;
@@ -109,7 +112,7 @@ static thrum_status pack_recorded(const recorded_scene *scene, bool quiet, view_
     models[n] = model != NULL ? model : scene->runs[n].model_path;
   }
   if (status >= 0) {
-    const bool found = read_obstacles(scene, obstacles, quiet);
+    const bool found = read_obstacles(folder, scene, obstacles, quiet);
     status =
         pack_motion(motion, models, scene->names, NULL, found ? obstacles : NULL, archive, error);
     scene_run_close(obstacles);
@@ -134,7 +137,7 @@ thrum_status view_archive_of_run(const view_run_request *request, view_archive *
     status = spare(request->output, folder, &scene.runs[n], error);
   }
   recorded_scene_thin(&scene, request->fps);
-  THRUM_THEN(status, pack_recorded(&scene, request->quiet, archive, error));
+  THRUM_THEN(status, pack_recorded(request->path, &scene, request->quiet, archive, error));
   recorded_scene_free(&scene);
   return status;
 }

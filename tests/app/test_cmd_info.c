@@ -414,7 +414,7 @@ static void a_file_that_is_no_model_is_refused_in_one_line(void **state) {
   assert_true(text_file_write(path, "these are words, and long enough to hold an end record\n"));
   assert_exit(1, "words.npz", "words.npz", NULL, NULL);
   assert_exit(1, "missing.npz", "missing.npz", NULL, NULL);
-  assert_exit(1, "", ".", "--json", NULL);
+  assert_exit(2, "a folder", ".", "--json", NULL);
 
   // half of a good file
   snprintf(path, sizeof path, "%s/beam.npz", folder);
@@ -437,6 +437,86 @@ static void wrong_usage_exits_with_2(void **state) {
   assert_exit(2, "--dt", "beam.npz", "--dt", "0");
   assert_exit(2, "--dt", "beam.npz", "--dt", "fast");
   assert_exit(2, "unknown option", "beam.npz", "--melt", NULL);
+}
+
+/* Runs `thrum` in the folder, which must end with this exit code and no message; its output. */
+static char *output_of(const char *command, const char *path, const char *option) {
+  program_result run = thrum_run(folder, command, path, option, NULL);
+  if (run.exit_code != 0 || run.err[0] != 0)
+    fail_msg("exit %d, %s", run.exit_code, run.err);
+  char *out = strdup(run.out);
+  program_result_free(&run);
+  assert_non_null(out);
+  return out;
+}
+
+static void expect_done(program_result run) {
+  if (run.exit_code != 0)
+    print_error("%s", run.err);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+}
+
+static void the_folder_of_a_run_is_said(void **state) {
+  (void)state;
+  expect_done(thrum_run(folder, "simulate", "beam.npz", "-o", "kick", "-q", "--time", "0.03",
+                        "--dt", "0.003", "--integrator", "newmark", "--load", "constant:0,0,-1@tip",
+                        NULL));
+  char *out = output_of("info", "kick", NULL);
+  assert_non_null(strstr(out, "kick, a run of a model that thrum simulate recorded\n"));
+  assert_non_null(strstr(out, "beam.npz\n"));
+  assert_non_null(strstr(out, "newmark, rank 8\n"));
+  assert_non_null(strstr(out, "10 of 0.003 s, together 0.03 s\n"));
+  assert_non_null(strstr(out, "constant:0,0,-1@tip\n"));
+  assert_non_null(strstr(out, "thrum view kick, which plays it\n"));
+  free(out);
+
+  // the same for programs
+  cJSON *object = info("kick", NULL, NULL);
+  assert_string_equal(cJSON_GetObjectItem(object, "of")->valuestring, "model");
+  assert_string_equal(cJSON_GetObjectItem(object, "run_status")->valuestring, "done");
+  assert_string_equal(cJSON_GetObjectItem(object, "integrator")->valuestring, "newmark");
+  assert_true(json_value(object, "dt") == 0.003 && json_value(object, "steps") == 10);
+  assert_true(near(json_value(object, "simulated_s"), 0.03, 1e-12));
+  cJSON_Delete(object);
+
+  // options are for models
+  assert_exit(2, "the folder of a run", "kick", "--dt", "0.001");
+}
+
+static void the_folder_of_a_scene_is_said(void **state) {
+  (void)state;
+  char path[160];
+  snprintf(path, sizeof path, "%s/two.json", folder);
+  assert_true(text_file_write(path, "{\"title\": \"Two beams\", \"dt\": 0.01, \"time\": 0.1,"
+                                    " \"bodies\": [{\"name\": \"a\", \"model\": \"beam.npz\"},"
+                                    " {\"name\": \"b\", \"model\": \"beam.npz\","
+                                    " \"position\": [0, 2, 0]}]}\n"));
+  expect_done(thrum_run(folder, "simulate", "two.json", "-o", "pair", "-q", NULL));
+  char *out = output_of("info", "pair", NULL);
+  assert_non_null(strstr(out, "pair, a run of a scene that thrum simulate recorded\n"));
+  assert_non_null(strstr(out, "two.json\n"));
+  assert_non_null(strstr(out, "Two beams\n"));
+  assert_non_null(strstr(out, "b: beam.npz, rank 8, by energy: done\n"));
+  assert_non_null(strstr(out, "10 of 0.01 s, together 0.1 s\n"));
+  free(out);
+
+  // the run of a body in it is one of a model
+  cJSON *object = info("pair", NULL, NULL);
+  assert_string_equal(cJSON_GetObjectItem(object, "of")->valuestring, "scene");
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(object, "bodies")), 2);
+  cJSON_Delete(object);
+  out = output_of("info", "pair/b", NULL);
+  assert_non_null(strstr(out, "two.json\n"));
+  free(out);
+
+  // a folder without a run is none, and neither is one with the file of another program
+  snprintf(path, sizeof path, "%s/other", folder);
+  assert_int_equal(mkdir(path, 0700), 0);
+  assert_exit(2, "a folder without a finished run", "other", NULL, NULL);
+  snprintf(path, sizeof path, "%s/other/run.json", folder);
+  assert_true(text_file_write(path, "{\"command\": \"sing\"}\n"));
+  assert_exit(1, "not the report of a run", "other", NULL, NULL);
 }
 
 static void a_full_disk_is_not_success(void **state) {
@@ -518,6 +598,8 @@ int main(void) {
       // what is refused, and what cannot be printed
       cmocka_unit_test(a_file_that_is_no_model_is_refused_in_one_line),
       cmocka_unit_test(wrong_usage_exits_with_2),
+      cmocka_unit_test(the_folder_of_a_run_is_said),
+      cmocka_unit_test(the_folder_of_a_scene_is_said),
       cmocka_unit_test(a_full_disk_is_not_success),
 
       // the element quality that it reports

@@ -419,6 +419,30 @@ static void a_run_is_packed_with_its_rows(void **state) {
   close_pack(&p);
 }
 
+/* Names in the run's folder are those of the command that made it, which was called in `folder`. */
+static void a_run_is_shown_from_any_folder(void **state) {
+  (void)state;
+  assert_int_equal(mkdir(in_folder("runs"), 0700), 0);
+  assert_int_equal(mkdir(in_folder("runs/far"), 0700), 0);
+  assert_int_equal(mkdir(in_folder("elsewhere"), 0700), 0);
+  program_result run =
+      thrum_run(folder, "simulate", "fall.json", "-o", "runs/far/fall", "-q", NULL);
+  program_result_free(&run);
+
+  // the model and the scene file with its obstacle are found above the run
+  char elsewhere[160];
+  snprintf(elsewhere, sizeof elsewhere, "%s", in_folder("elsewhere"));
+  run = thrum_run(elsewhere, "view", "../runs/far/fall", "-o", "../far.html", NULL);
+  if (run.exit_code != 0 || run.err[0] != 0)
+    fail_msg("%s", run.err);
+  program_result_free(&run);
+  pack p = open_pack("far.html");
+  const cJSON *scene = cJSON_GetObjectItem(p.json, "scene");
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(scene, "bodies")), 2);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(scene, "obstacles")), 1);
+  close_pack(&p);
+}
+
 static void expect_refusal(program_result run, int code, const char *words) {
   if (run.exit_code != code || strstr(run.err, words) == NULL || !line_count_is(run.err, 1))
     fail_msg("exit %d, %s", run.exit_code, run.err);
@@ -570,6 +594,9 @@ int main(void) {
       cmocka_unit_test(links_and_coupled_bodies_are_packed_ready),
       cmocka_unit_test(a_body_is_shown_by_its_own_surface),
       cmocka_unit_test(a_run_is_packed_with_its_rows),
+      cmocka_unit_test(a_run_is_shown_from_any_folder),
+
+      // the browser, and what is refused
       cmocka_unit_test(without_a_name_the_page_is_opened_where_there_is_a_display),
       cmocka_unit_test(missing_inputs_and_wrong_options_are_refused),
       cmocka_unit_test(a_run_whose_coordinates_are_of_another_run_is_refused),

@@ -31,8 +31,15 @@ consume() {
     $(PKG_CONFIG_PATH=$(dirname "$pc") pkg-config --cflags --libs thrum-scene) -o "$prefix-scene"
   LD_LIBRARY_PATH=$libdir "$prefix-scene"
 
+  # libm is named once, also to who links statically
+  for package in thrum thrum-scene; do
+    test "$(PKG_CONFIG_PATH=$(dirname "$pc") pkg-config --static --libs $package | tr ' ' '\n' | grep -cx -- -lm)" = 1
+  done
+
   echo "-- licence and examples: $prefix"
   test -f "$prefix/share/doc/thrum/LICENSE"
+  test -f "$prefix/share/doc/thrum/examples/jobs/slurm_array.sh"
+  test -z "$(find "$prefix" -type d -empty)"
   compile_examples "$prefix" "$(dirname "$pc")"
 }
 
@@ -76,5 +83,7 @@ cmake -G Ninja -S "$source" -B "$work/alone" -DTHRUM_BUILD_PRECOMPUTE=OFF \
   -DCMAKE_C_COMPILER="$compiler" -DCMAKE_DISABLE_FIND_PACKAGE_PkgConfig=ON
 ninja -C "$work/alone" -t targets all >"$work/targets"
 grep -q '^libthrum_scene' "$work/targets"
-! grep -q '^libthrum_mesh' "$work/targets"
+if grep -q '^libthrum_mesh' "$work/targets"; then
+  exit 1
+fi
 echo "-- installed library works"
