@@ -701,7 +701,7 @@ static void a_scene_has_bodies_of_every_law(void **state) {
   (void)state;
   static const char *const laws[] = {"stvk", "corotational", "neo-hookean"};
   program_result run = thrum_run(folder, "simulate", SCENES "/laws.json", "-o", "laws", "--time",
-                                 "0.1", "--json", "-q", NULL);
+                                 LENGTH_OF_RUN("0.1", "0.06"), "--json", "-q", NULL);
   if (run.exit_code != 0)
     fail_msg("%s", run.err);
   cJSON *object = json_line(run.out);

@@ -1,6 +1,7 @@
 #!/bin/sh
 # The source distribution holds all that it needs, the wheels made from it name the oldest system they run on,
-# and an installed wheel passes the tests without the source tree or a compiler. SPDX-License-Identifier: Apache-2.0
+# and an installed wheel passes the tests without the source tree or a compiler. That for aarch64 is built and run for a
+# release (packaging/wheel_aarch64.sh). SPDX-License-Identifier: Apache-2.0
 # usage: test_wheel.sh SOURCE PYTHON PROGRAM
 set -eu
 source=$1 python=$2 program=$3
@@ -47,11 +48,3 @@ for name in model state scene program; do
   (cd "$work" && PYTHONPATH="$work/installed:$work/tests" THRUM_PROGRAM="$program" PYTHONWARNINGS=error::ResourceWarning \
     "$python" "tests/test_$name.py" 2>"$work/log") || { cat "$work/log"; exit 1; }
 done
-
-if command -v aarch64-linux-gnu-gcc >/dev/null 2>&1; then
-  echo "-- wheel for aarch64"
-  (cd "$work/sdist" && rm -rf build &&
-    CMAKE_ARGS="$CMAKE_ARGS -DCMAKE_SYSTEM_NAME=Linux -DCMAKE_SYSTEM_PROCESSOR=aarch64 -DCMAKE_C_COMPILER=aarch64-linux-gnu-gcc" \
-      hook build_wheel "$work/out")
-  ls "$work"/out/thrum-*-py3-none-manylinux_2_17_aarch64.whl
-fi

@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "tests/support/precompute_support.h"
+#include "tests/support/sanitized.h"
 #include "tests/support/test_folder.h"
 #include "validation/tradeoff/tradeoff.h"
 
@@ -646,7 +647,9 @@ static void the_printed_commands_make_models_of_points_of_every_law(void **state
   static const char *const cases[][6] = {{"--cubature", "only", "--rank-max", "30"},
                                          {"--law", "neo-hookean", "--rank-max", "30"},
                                          {"--law", "corotational", "--rank-max", "0"}};
-  for (int n = 0; n < 3; n++) {
+
+  // under the sanitizers one law stands for the others, whose points they see elsewhere
+  for (int n = LENGTH_OF_RUN(0, 1); n < LENGTH_OF_RUN(3, 2); n++) {
     // bases of a polynomial are tried with none of these, as no polynomial holds another law
     setenv("THRUM_COMMAND", "'" THRUM_PROGRAM "'", 1);
     program_result run =
