@@ -30,6 +30,12 @@ static thrum_law law_of(const tradeoff_commands *c) {
   return thrum_law_of_model(c->problem->model);
 }
 
+/* Whether precompute must be told the law. Laws of regions come with the mesh, or with the model
+ * that it is taken from; so one that was asked for in their place is named, stvk too. */
+static bool names_law(const tradeoff_commands *c) {
+  return law_of(c) != THRUM_LAW_BY_REGION && (law_of(c) != THRUM_LAW_STVK || c->request->law_given);
+}
+
 /* Whether a model file has to be made: not of an own basis that lies in a file. */
 static bool is_made(const tradeoff_commands *c) {
   return recipe_of(c)->modes > 0 || thrum_mesh_is_named(c->request->model_path);
@@ -118,8 +124,7 @@ static void put_precompute(FILE *stream, const tradeoff_commands *c) {
   fprintf(stream, " --modes %lld --rank %lld", (long long)modes_of(c), (long long)rank_of(c));
   if (recipe->modes > 0 && recipe->single)
     fputs(" --precision single", stream);
-  // laws of regions come with the mesh, or with the model that it is taken from
-  if (law_of(c) != THRUM_LAW_STVK && law_of(c) != THRUM_LAW_BY_REGION)
+  if (names_law(c))
     fprintf(stream, " --law %s", thrum_law_name(law_of(c)));
   if (recipe->cubature_error > 0) {
     fputs(" --cubature", stream);
@@ -202,7 +207,7 @@ static cJSON *precompute_options(const tradeoff_commands *c) {
   json_number(object, "rank", (double)rank_of(c));
   cJSON_AddStringToObject(object, "precision",
                           recipe->modes > 0 && recipe->single ? "single" : "double");
-  if (law_of(c) != THRUM_LAW_STVK && law_of(c) != THRUM_LAW_BY_REGION)
+  if (names_law(c))
     cJSON_AddStringToObject(object, "law", thrum_law_name(law_of(c)));
   if (recipe->cubature_error > 0) {
     cJSON_AddBoolToObject(object, "cubature", true);

@@ -29,6 +29,17 @@
 #define PROBE_SIZE 384
 #define PROBE_LENGTH (4 << 20)
 
+/* The learning of gradients holds states with their forces and the coefficients by which they are
+ * drawn, what it remembers of steps, and three scratches of a batch, of which one is in single
+ * precision. There are as many points as may be. */
+static double refine_bytes(const thrum_precompute_options *options, double points, double r) {
+  const double n = fmin(points, (double)options->cubature_points), k = (double)options->modes;
+  const double states = 2 * THRUM_REFINE_STATES * n * r + k * (k + 1) / 2 * r;
+  const double steps = (9 + 5 * 4.5) * n * r + 2 * r * r;
+  const double batch = 2.5 * THRUM_REFINE_BATCH * (27 * n + r);
+  return options->cubature_refine > 0 ? 8 * (states + steps + batch) : 0;
+}
+
 // what the last stage holds: products of columns, or products of cubature points and their
 // gradients
 static double reduced_bytes(const thrum_fem *fem, const thrum_precompute_options *options,
@@ -38,7 +49,8 @@ static double reduced_bytes(const thrum_fem *fem, const thrum_precompute_options
     return 8 * columns * (columns + 800);
   const double points =
       fmin((double)(fem->tet_count * fem->point_count), THRUM_CUBATURE_CANDIDATES);
-  return 8 * points * (2 * points + 18 * r) + 72 * (double)fem->vertex_count;
+  return 8 * points * (2 * points + 18 * r) + 72 * (double)fem->vertex_count +
+         refine_bytes(options, points, r);
 }
 
 // c3 and c4, or the gradients of points
@@ -191,14 +203,16 @@ static void probe(int threads, double *flops, double *bytes) {
 }
 
 /* Gradients that are learned, of half as many points as are usual: one of the three forces of each
- * state, and in each step a stress, a tangent and five products for each of its states. */
+ * state, and in each step, in single precision, a stress, a tangent and five products for each of
+ * its states, and three products of the gradients and a square matrix. */
 static double refine_seconds(const thrum_precompute_options *options, double state, double gemm) {
   const double r = (double)options->rank, steps = (double)options->cubature_refine;
   const double count = fmin((double)options->cubature_points, THRUM_CUBATURE_POINTS_USUAL * r / 2);
   if (!(steps > 0))
     return 0;
   return THRUM_REFINE_STATES * count * state / 3 +
-         steps * THRUM_REFINE_BATCH * count * (1.5e-7 + 90 * r / (0.5 * gemm));
+         steps * count *
+             (THRUM_REFINE_BATCH * (4e-8 + 90 * r / (1.2 * gemm)) + 54 * r * r / (1.2 * gemm));
 }
 
 /* The last stage: one DSYRK of products of columns; or, for cubature, the forces of states, each in

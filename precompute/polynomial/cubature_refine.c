@@ -4,8 +4,10 @@
  * mean over states. Its derivative by G_p is P_p e^T + (dP_p along G_p e) q^T, as dP is symmetric:
  * products of matrices throughout, five of states x 9 points x rank.
  *
- * Steps are those of Adam, with a rate that falls to zero as half a cosine. Batches follow each
- * other in the order of the states, which are random, so that the same input gives the same points.
+ * Steps are those of turned_adam.h along the slopes of refine_slope.h, in single precision, with a
+ * rate that falls to zero as half a cosine. Errors are judged in double precision. Batches follow
+ * each other in the order of the states, which are random, so that the same input gives the same
+ * points.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/polynomial/cubature_refine.h"
@@ -16,13 +18,13 @@
 
 #include "platform/allocate.h"
 #include "precompute/polynomial/quartic_stress.h"
+#include "precompute/polynomial/refine_slope.h"
+#include "precompute/polynomial/turned_adam.h"
 
-#define ROWS 9             /* components of a gradient */
-#define RATE 1e-3          /* of the first step, over the rms of the gradients */
-#define MEAN_DECAY 0.9     /* of the mean of slopes */
-#define SQUARE_DECAY 0.999 /* of the mean of their squares */
-#define LEAST 1e-8         /* slope below which nothing moves, over the rms of the first */
-#define REPORTS 200        /* of progress */
+#define ROWS 9      /* components of a gradient */
+#define RATE 3e-3   /* of the first step, over the rms of the gradients */
+#define LEAST 1e-8f /* slope below which nothing moves, over the rms of the first */
+#define REPORTS 200 /* of progress */
 #define PI 3.14159265358979323846
 
 int64_t thrum_refine_work(const thrum_free_points *points, int64_t states) {
@@ -109,71 +111,117 @@ double thrum_refine_error(const thrum_free_points *points, const thrum_force_sam
   return sqrt(sum / (double)samples->count);
 }
 
+/* Points, a batch of states and all that a descent needs, as single-precision numbers in units in
+ * which the gradients have the rms 1 and the largest modulus is 1. */
+typedef struct light {
+  int64_t count, rank;
+  double length, modulus; /* of the units */
+  float *lambda, *mu, *gradients, *q, *force, *scale, *slope, *work;
+  thrum_turned_adam adam;
+} light;
+
 static double rms(int64_t count, const double *x) {
   return cblas_dnrm2((int)count, x, 1) / sqrt((double)count);
 }
 
-/* What Adam remembers of the steps before. */
-typedef struct adam {
-  int64_t count;
-  double rate, least;
-  double *slope, *mean, *square; /* count */
-  double kept_mean, kept_square; /* MEAN_DECAY and SQUARE_DECAY to the number of the step */
-} adam;
+/* Row c n + p of the light gradients is row 9 p + c of the points. */
+static double *row_of(const thrum_free_points *points, int64_t row) {
+  const int64_t n = points->count;
+  return points->gradients + (ROWS * (row % n) + row / n) * points->rank;
+}
 
-/* One step, of which `share` of the rate is taken. */
-static void adam_step(adam *a, double share, double *x) {
-  a->kept_mean *= MEAN_DECAY;
-  a->kept_square *= SQUARE_DECAY;
-  const double rate = a->rate * share / (1 - a->kept_mean), whole = 1 / (1 - a->kept_square);
-  for (int64_t i = 0; i < a->count; i++) {
-    a->mean[i] += (1 - MEAN_DECAY) * (a->slope[i] - a->mean[i]);
-    a->square[i] += (1 - SQUARE_DECAY) * (a->slope[i] * a->slope[i] - a->square[i]);
-    x[i] -= rate * a->mean[i] / (sqrt(a->square[i] * whole) + a->least);
+static light light_begin(const thrum_free_points *points, thrum_scope *memory) {
+  const int64_t n = points->count, r = points->rank, states = THRUM_REFINE_BATCH;
+  light of = {.count = n, .rank = r, .length = rms(ROWS * n * r, points->gradients)};
+
+  // all arrays
+#define NEED(count) thrum_scope_allocate(memory, (count), sizeof(float))
+  of.lambda = NEED(n);
+  of.mu = NEED(n);
+  of.gradients = NEED(ROWS * n * r);
+  of.slope = NEED(ROWS * n * r);
+  of.q = NEED(states * r);
+  of.force = NEED(states * r);
+  of.scale = NEED(states);
+  of.work = NEED(thrum_refine_slope_work(n, r, states));
+#undef NEED
+  of.adam = thrum_turned_adam_begin(n, r, (float)RATE, memory);
+  if (memory->status < 0)
+    return of;
+
+  // moduli and gradients in their units
+  for (int64_t p = 0; p < n; p++)
+    of.modulus = fmax(of.modulus, fmax(fabs(points->lambda[p]), points->mu[p]));
+  for (int64_t p = 0; p < n; p++) {
+    of.lambda[p] = (float)(points->lambda[p] / of.modulus);
+    of.mu[p] = (float)(points->mu[p] / of.modulus);
   }
+  for (int64_t row = 0; row < ROWS * n; row++)
+    for (int64_t i = 0; i < r; i++)
+      of.gradients[row * r + i] = (float)(row_of(points, row)[i] / of.length);
+  return of;
+}
+
+/* The slope in the batch from state `first` on. */
+static void light_slope(light *of, const thrum_force_samples *samples, int64_t first) {
+  const int64_t r = of->rank;
+  for (int64_t s = 0; s < THRUM_REFINE_BATCH; s++) {
+    of->scale[s] = (float)(samples->scale[first + s] * of->length * of->modulus);
+    for (int64_t i = 0; i < r; i++) {
+      of->q[s * r + i] = (float)(samples->q[(first + s) * r + i] * of->length);
+      of->force[s * r + i] = (float)samples->force[(first + s) * r + i];
+    }
+  }
+  const thrum_single_points points = {of->count, r, of->lambda, of->mu, of->gradients};
+  const thrum_single_samples batch = {THRUM_REFINE_BATCH, of->q, of->force, of->scale};
+  thrum_refine_slope(&points, &batch, of->slope, of->work);
 }
 
 /* All steps. */
-static thrum_status descend(const thrum_force_samples *samples, int64_t steps, adam *a,
-                            thrum_free_points *points, double *work, const thrum_reporter *reporter,
-                            double begin, thrum_error *error) {
+static thrum_status descend(const thrum_force_samples *samples, int64_t steps, light *of,
+                            const thrum_reporter *reporter, double begin, thrum_error *error) {
   const int64_t batches = samples->count / THRUM_REFINE_BATCH, pause = 1 + steps / REPORTS;
-  a->rate = RATE * rms(a->count, points->gradients);
-  a->kept_mean = a->kept_square = 1;
+  const int64_t numbers = ROWS * of->count * of->rank;
   for (int64_t n = 0; n < steps; n++) {
     const double part = (double)n / (double)steps;
-    thrum_refine_objective(points, samples, n % batches * THRUM_REFINE_BATCH, THRUM_REFINE_BATCH,
-                           a->slope, work);
+    light_slope(of, samples, n % batches * THRUM_REFINE_BATCH);
     if (n == 0)
-      a->least = LEAST * rms(a->count, a->slope);
-    if (!(a->least > 0))
+      of->adam.least = LEAST * cblas_snrm2((int)numbers, of->slope, 1) / sqrtf((float)numbers);
+    if (!(of->adam.least > 0))
       return THRUM_OK;
-    adam_step(a, 0.5 * (1 + cos(PI * part)), points->gradients);
+    THRUM_TRY(thrum_turned_adam_step(&of->adam, of->slope, 0.5 * (1 + cos(PI * part)),
+                                     of->gradients, error));
     if (n % pause == 0)
       THRUM_TRY(thrum_report(reporter, begin + (1 - begin) * part, error));
   }
   return THRUM_OK;
 }
 
+/* The light gradients back into the points. */
+static void put_back(const light *of, thrum_free_points *points) {
+  for (int64_t row = 0; row < ROWS * of->count; row++)
+    for (int64_t i = 0; i < of->rank; i++)
+      row_of(points, row)[i] = of->gradients[row * of->rank + i] * of->length;
+}
+
 thrum_status thrum_cubature_refine(const thrum_force_samples *samples, int64_t steps,
                                    thrum_free_points *points, const thrum_reporter *reporter,
                                    double begin, thrum_error *error) {
   thrum_scope memory = thrum_scope_begin("the cubature", error);
-  adam a = {.count = ROWS * points->count * points->rank};
-#define NEED(count) thrum_scope_allocate(&memory, (count), sizeof(double))
-  a.slope = NEED(a.count);
-  a.mean = NEED(a.count);
-  a.square = NEED(a.count);
-  double *before = NEED(a.count), *work = NEED(thrum_refine_work(points, THRUM_REFINE_BATCH));
-#undef NEED
+  const int64_t numbers = ROWS * points->count * points->rank;
+  const size_t bytes = (size_t)numbers * sizeof(double);
+  double *before = thrum_scope_allocate(&memory, numbers, sizeof(double));
+  double *work =
+      thrum_scope_allocate(&memory, thrum_refine_work(points, THRUM_REFINE_BATCH), sizeof(double));
+  light of = light_begin(points, &memory);
   thrum_status status = memory.status;
 
   // what gains nothing is taken back
   if (status >= 0) {
-    const size_t bytes = (size_t)a.count * sizeof *before;
     memcpy(before, points->gradients, bytes);
     const double at_first = thrum_refine_error(points, samples, work);
-    status = descend(samples, steps, &a, points, work, reporter, begin, error);
+    status = descend(samples, steps, &of, reporter, begin, error);
+    put_back(&of, points);
     if (status < 0 || !(thrum_refine_error(points, samples, work) < at_first))
       memcpy(points->gradients, before, bytes);
   }

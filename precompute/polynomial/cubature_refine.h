@@ -3,8 +3,8 @@
  * The points that the least squares choose are those of the mesh. What a model needs of a point is
  * its weight, its moduli and the gradient of each coordinate there, and V stays an energy of the
  * same form, with positive weights and an exact linear part, whatever these gradients are. So they
- * are moved to where the forces in states of training are best, by the method of Adam (Kingma & Ba
- * 2015, arXiv:1412.6980).
+ * are moved to where the forces in states of training are best
+ * (precompute/polynomial/turned_adam.h).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_POLYNOMIAL_CUBATURE_REFINE_H

@@ -149,6 +149,27 @@ static void regions_of_one_law_are_the_file_of_that_law(void **state) {
   assert_true(figure(thrum_run(folder, "info", "kept.npz", "--json", NULL), "format_major") == 1);
 }
 
+static void tradeoff_says_how_a_model_of_one_law_is_made_of_a_mesh_of_several(void **state) {
+  (void)state;
+  assert_done(thrum_run(folder, "precompute", BODY, MODEL, MIXED, "-q", "-o", "mixed.npz", NULL));
+  program_result run =
+      thrum_run(folder, "tradeoff", "mixed.npz", "--law", "stvk", "--quick", "--ranks", "8",
+                "--load", "square:0,0,-10@vertices_2", "--time", "0.1", "--cubature", "off", "-o",
+                "trade", "--error", "90%", "--json", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+
+  // precompute would take the laws of the regions from the file
+  cJSON *object = json_line(run.out);
+  const cJSON *commands = cJSON_GetObjectItemCaseSensitive(object, "commands");
+  const cJSON *made = cJSON_GetObjectItemCaseSensitive(commands, "precompute");
+  assert_true(cJSON_IsString(made));
+  if (!strstr(made->valuestring, " --law stvk"))
+    fail_msg("%s", made->valuestring);
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
 static void a_region_with_a_yield_flows_and_the_account_closes(void **state) {
   (void)state;
   assert_done(thrum_run(folder, "precompute", BODY, MODEL, "--material", "1:corotational,0.02",
@@ -236,6 +257,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_model_of_two_laws_moves_and_rests_as_the_mesh_does),
       cmocka_unit_test(regions_of_one_law_are_the_file_of_that_law),
+      cmocka_unit_test(tradeoff_says_how_a_model_of_one_law_is_made_of_a_mesh_of_several),
       cmocka_unit_test(a_region_with_a_yield_flows_and_the_account_closes),
       cmocka_unit_test(laws_of_regions_that_cannot_be_are_refused_in_one_line),
   };

@@ -45,6 +45,30 @@ static void the_estimate_is_near_what_the_run_takes(void **state) {
   program_result_free(&wet);
 }
 
+/* A figure of a run of the beam with as many points as may be, after `steps` of learning. */
+static double cubature_figure(const char *steps, const char *how, const char *name) {
+  program_result run =
+      thrum_run(folder, "precompute", "beam:12x3x3@1x0.2x0.2", "--fix", "left", "--modes", "8",
+                "--rank", "40", "--cubature", "--cubature-error", "1e-9", "--cubature-points",
+                "300", "--cubature-refine", steps, "--json", how, "-o", "points.npz", NULL);
+  if (run.exit_code != 0 && run.exit_code != 3)
+    fail_msg("%s", run.err);
+  cJSON *object = json_line(run.out);
+  const double figure = json_value(object, name);
+  cJSON_Delete(object);
+  program_result_free(&run);
+  return figure;
+}
+
+static void learned_gradients_take_the_memory_that_is_said(void **state) {
+  (void)state;
+  const double said = cubature_figure("1", "--dry-run", "memory_mb") -
+                      cubature_figure("0", "--dry-run", "memory_mb");
+  const double took = cubature_figure("1", "-q", "peak_mb") - cubature_figure("0", "-q", "peak_mb");
+  print_message("memory of learning said %.1f MB, taken %.1f MB\n", said, took);
+  assert_true(said > 20 && said / took > 0.6 && said / took < 1.6);
+}
+
 static void a_given_basis_is_estimated_too(void **state) {
   (void)state;
 
@@ -300,6 +324,7 @@ static void a_grid_that_cannot_fit_is_refused_before_it_is_made(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_estimate_is_near_what_the_run_takes),
+      cmocka_unit_test(learned_gradients_take_the_memory_that_is_said),
       cmocka_unit_test(a_given_basis_is_estimated_too),
       cmocka_unit_test(a_condensed_model_is_estimated_to_take_less),
       cmocka_unit_test(a_dry_run_writes_nothing_and_says_when_it_would_not_fit),
