@@ -37,6 +37,7 @@ export function hooks(starting) {
       fixed: (body) => Array.from(world.bodies[body].model.arrays.fixed),
       matrix: (body) => Array.from(world.motion.matrix(body)),
       project: (body, vertex) => stage.project(world.engine.position(body, vertex)),
+      projectPlace: (point) => stage.project(point),
       pick(x, y) {
         const { origin, direction } = stage.ray(x, y);
         return world.engine.pick(origin.toArray(), direction.toArray());

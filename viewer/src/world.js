@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from 'three';
 import { Body } from './body.js';
+import { boundsOfMotion, boundsOfObstacle, boundsOfSwings } from './bounds.js';
 import { quantitiesOf } from './colours.js';
 import { LinkMarks, OPEN, stateOf } from './link_marks.js';
 import { LEVELS, QUALITIES, QualityChooser } from './quality.js';
@@ -105,17 +106,32 @@ export class World {
     const rows = this.stage.renderer.capabilities.maxTextureSize;
     this.bodies = this.shown.bodies.map((from, n) =>
       new Body(models[n], from, n, this.coordinates, rows));
-    const bounds = new THREE.Box3();
-    this.bodies.forEach(({ mesh }, n) => {
+    const boxes = this.bodies.map(({ mesh }, n) => {
       this.stage.scene.add(mesh);
-      const place = new THREE.Matrix4().fromArray(this.motion.matrix(n));
-      bounds.union(mesh.geometry.boundingBox.clone().applyMatrix4(place));
+      return mesh.geometry.boundingBox.clone().applyMatrix4(new THREE.Matrix4().fromArray(this.motion.matrix(n)));
     });
+    const bounds = boxes.reduce((all, box) => all.union(box), new THREE.Box3());
     for (const obstacle of this.shown.obstacles) bounds.union(boundsOfObstacle(obstacle));
     const height = bounds.max.z - bounds.min.z;
     const below = this.bodies.every((body) => body.stands) ? 0.002 * height : 2 * height;
     this.stage.furnish(this.shown.obstacles, bounds, bounds.min.z - below);
-    this.stage.look(bounds);
+    this.stage.look(this.#withMotion(boxes, bounds));
+  }
+
+  // the bounds of all that stands, wider by where bodies will be
+  #withMotion(boxes, bounds) {
+    const wider = (all, box) => all.union(box);
+    if (this.plays)
+      return boxes.map((_, n) => boundsOfMotion(this.recording, n, this.bodies[n].mesh.geometry.boundingBox, bounds))
+        .reduce(wider, bounds.clone());
+    const joints = (this.shown.links ?? []).flatMap(({ kind, body, other, rest }, n) => {
+      if (kind === 'spring') return [];
+      const turn = new THREE.Matrix4().fromArray(this.motion.matrix(body));
+      const axis = kind === 'hinge' ? new THREE.Vector3().fromArray(rest, 3).transformDirection(turn) : undefined;
+      return [{ kind, body, other, place: new THREE.Vector3(...this.engine.link(n).places.slice(0, 3)), axis }];
+    });
+    const bodies = this.shown.bodies.map(({ free }, n) => ({ free, box: boxes[n] }));
+    return boundsOfSwings(bodies, joints, new THREE.Vector3(...this.shown.gravity)).reduce(wider, bounds.clone());
   }
 
   /** Changes one setting of all bodies. @param {keyof Settings} name */
@@ -336,18 +352,4 @@ export class World {
     this.stage.renderer.initTexture(this.coordinates);
     this.place();
   }
-}
-
-/** Of a thing to be seen whole; empty for planes and for rooms. @param {object} obstacle */
-function boundsOfObstacle({ kind, centre, rotation, radius, size, inside, vertices }) {
-  if (kind === 'plane' || inside) return new THREE.Box3();
-  if (kind === 'solid') {
-    const [w, x, y, z] = rotation ?? [1, 0, 0, 0];
-    const place = new THREE.Matrix4().compose(new THREE.Vector3(...centre),
-      new THREE.Quaternion(x, y, z, w), new THREE.Vector3(1, 1, 1));
-    return new THREE.Box3().setFromArray(vertices).applyMatrix4(place);
-  }
-  const extent = kind === 'sphere' ? [2 * radius, 2 * radius, 2 * radius] : size;
-  return new THREE.Box3().setFromCenterAndSize(new THREE.Vector3(...centre),
-    new THREE.Vector3(...extent));
 }

@@ -5,6 +5,8 @@ import { spawnSync } from 'node:child_process';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { test } from 'node:test';
+import * as THREE from 'three';
+import { boundsOfMotion, boundsOfSwings } from '../src/bounds.js';
 import { OPEN, stateOf } from '../src/link_marks.js';
 import { LINK_NUMBERS } from '../src/pack.js';
 import { Recording } from '../src/recording.js';
@@ -168,4 +170,38 @@ test('a link is shown as what it is', () => {
   assert.equal(stateOf({ kind: 'ball' }, { holds: true, drift: OPEN }), 'joint');
   assert.equal(stateOf({ kind: 'weld' }, { holds: true, drift: 2 * OPEN }), 'open');
   assert.equal(stateOf({ kind: 'hinge' }, { holds: false, drift: 0 }), 'released');
+});
+
+const box = (...numbers) => new THREE.Box3(new THREE.Vector3(...numbers.slice(0, 3)), new THREE.Vector3(...numbers.slice(3)));
+const assertBox = (found, ...wanted) => [...found.min.toArray(), ...found.max.toArray()]
+  .forEach((x, n) => assert.ok(Math.abs(x - wanted[n]) < 1e-12, `${JSON.stringify(found)}, not ${wanted}`));
+
+test('what hangs on a joint has room to swing, over the length of what hangs on it', () => {
+  const upper = { box: box(0, 0, 1, 1, 0, 1), free: true };
+  const lower = { box: box(1, 0, 1, 3, 0, 1), free: true };
+  const held = { box: box(9, 0, 2, 10, 0, 2), free: false };
+  const pivot = { kind: 'hinge', body: 0, place: new THREE.Vector3(0, 0, 1), axis: new THREE.Vector3(0, 1, 0) };
+  const elbow = { kind: 'ball', body: 0, other: 1, place: new THREE.Vector3(1, 0, 1) };
+  const down = new THREE.Vector3(0, 0, -9.81);
+
+  // across the axis alone, and no higher than the beam that is held
+  const rooms = boundsOfSwings([upper, lower, held], [pivot, elbow], down);
+  assertBox(rooms[0], -1, 0, 0, 1, 0, 2);
+  assertBox(rooms[1], -3, 0, -2, 3, 0, 2);
+  assertBox(rooms[2], 9, 0, 2, 10, 0, 2);
+
+  // held at its other end too, it leaves neither place farther than the bars are long
+  const end = { kind: 'ball', body: 1, other: 2, place: new THREE.Vector3(3, 0, 1) };
+  assertBox(boundsOfSwings([upper, lower, held], [pivot, elbow, end], down)[0], 0, 0, 0, 1, 0, 2);
+  assertBox(boundsOfSwings([upper, lower, held], [{ ...pivot, kind: 'weld' }, elbow], down)[1], 1, 0, 1, 3, 0, 1);
+  assertBox(boundsOfSwings([upper], [{ ...pivot, axis: undefined }], new THREE.Vector3())[0], -1, -1, 0, 1, 1, 2);
+});
+
+test('what moves in a run has room for its way, unless it falls out of the world', () => {
+  const recording = { begin: 0, end: 2, time: 0.5, seek(time) { this.time = time; },
+    matrix(body) { return new THREE.Matrix4().makeTranslation(body === 0 ? this.time : 0, 0, body === 0 ? 0 : -1000 * this.time).elements; } };
+  const own = box(0, 0, 0, 1, 1, 1);
+  assertBox(boundsOfMotion(recording, 0, own, box(0, 0, 0, 4, 1, 1)), 0, 0, 0, 3, 1, 1);
+  assertBox(boundsOfMotion(recording, 1, own, box(0, 0, 0, 4, 1, 1)), 0, 0, -4, 1, 1, 1);
+  assert.equal(recording.time, 0.5);
 });

@@ -118,3 +118,36 @@ test('a finished run is played, with its obstacles, at any moment of it', async 
   assert.deepEqual(page.complaints, []);
   await page.close();
 });
+
+const LINKS = new URL('../../examples/scenes/links.json', import.meta.url).pathname;
+
+test('what swings on joints stays in the picture, stepped and played', async () => {
+  thrum('simulate', LINKS, '-o', 'swung', '--quiet');
+  for (const [shown, plays] of [[LINKS, false], ['swung', true]]) {
+    thrum('view', shown, '-o', 'swung.html', '--quiet');
+    const page = await open(browser, pathToFileURL(join(folder, 'swung.html')).href);
+    const outside = await page.evaluate((recorded) => {
+      const { thrum: page } = window;
+      page.pause(true);
+      if (!recorded) page.reset();
+      const { width, height } = document.getElementById('view').getBoundingClientRect();
+      let worst = -Infinity;
+      for (let time = 0.05; time < 2; time += 0.05) { // then the lower bar falls
+        if (recorded) page.seek(time);
+        else page.step(25);
+        for (const body of [0, 1]) // bars of 0.4 x 0.1 x 0.1
+          for (let corner = 0; corner < 8; corner++) {
+            const at = [0.4 * (corner & 1), 0.05 * ((corner & 2) - 1), 0.05 * ((corner & 4) / 2 - 1)];
+            const m = page.matrix(body);
+            const { x, y } = page.projectPlace([0, 1, 2].map((axis) =>
+              m[axis] * at[0] + m[4 + axis] * at[1] + m[8 + axis] * at[2] + m[12 + axis]));
+            worst = Math.max(worst, -x, x - width, -y, y - height);
+          }
+      }
+      return worst;
+    }, plays);
+    assert.ok(outside < 0, `${shown}: ${outside} px outside`);
+    assert.deepEqual(page.complaints, []);
+    await page.close();
+  }
+});
