@@ -354,9 +354,9 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
       !request->options.cubature)
     return config_usage("precompute", "--cubature-error, --cubature-points, --cubature-range and "
                                       "--cubature-refine go with --cubature");
-  if (request->options.cubature_refine > 0 && request->options.law != THRUM_LAW_STVK)
-    return config_usage("precompute", "--cubature-refine goes with --law stvk alone, not with %s",
-                        law_names[request->options.law]);
+  if (request->options.cubature_refine > 0 && !isinf(request->options.cubature_yield))
+    return config_usage("precompute", "--cubature-refine goes without --yield: what flows is the "
+                                      "strain of a place, which learned points do not have");
   if (request->options.cubature &&
       (request->condense || request->options.single || request->import_cubic))
     return config_usage("precompute", "--cubature has no polynomial: it goes without --condense, "

@@ -106,10 +106,10 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
                            "the law %s needs cubature: a polynomial cannot hold it",
                            thrum_law_name(options->law));
   if (options->cubature_refine < 0 ||
-      (options->cubature_refine > 0 && (!options->cubature || options->law != THRUM_LAW_STVK)))
+      (options->cubature_refine > 0 && (!options->cubature || options->cubature_yield < INFINITY)))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "cubature points are refined in %lld steps: that wants 0 or more, "
-                           "cubature, and the law stvk in every region",
+                           "cubature, and no yield",
                            (long long)options->cubature_refine);
   if (options->cubature && options->single)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -155,6 +155,10 @@ thrum_status thrum_options_check_body(thrum_precompute_options *options, const t
                            "components: lower --modes and "
                            "--rank",
                            (long long)k, (long long)r, (long long)n);
+  if (options->cubature_refine > 0 && thrum_fem_has_yield(fem))
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "cubature points are not refined where a region has a yield: what flows "
+                           "is the strain of a place, which learned points do not have");
 
   return THRUM_OK;
 }

@@ -111,8 +111,8 @@ typedef struct thrum_precompute_options {
   double cubature_range;
 
   /* Steps in which the gradients of the points are learned; >= 0, default 0: they are those of the
-   * mesh; 10000 are usual. Larger: fewer points for the same error, and a longer precompute. Saint
-   * Venant-Kirchhoff material alone. */
+   * mesh; 10000 are usual. Larger: fewer points for the same error, and a longer precompute. Not of
+   * points that flow. */
   int64_t cubature_refine;
 
   /* Yield strain of a body that flows, which points of another law are then trained on; > 0,

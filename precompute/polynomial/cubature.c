@@ -16,7 +16,8 @@
  * points than CANDIDATES, that many are drawn.
  *
  * Cost: three evaluations of the full-order force a state, and rows x candidates^2. States to
- * refine on take one each, and two for each pair of coordinates that are drawn.
+ * refine on take one each, and two for each pair of coordinates that are drawn, but of another law
+ * than Saint Venant-Kirchhoff's three each.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/polynomial/cubature.h"
@@ -521,6 +522,7 @@ static thrum_status refine(cubature *c, thrum_model *model, thrum_cubature_figur
   c->force = NEED(count * r);
   c->scale = NEED(count);
   double *moduli = NEED(2 * n), *work = NEED(thrum_refine_work(&points, batch));
+  thrum_law *laws = thrum_scope_allocate(&memory, n, sizeof *laws);
   double *quadratic = NEED(k * (k + 1) / 2 * r), *unit = NEED(k);
 #undef NEED
   points.lambda = moduli;
@@ -528,8 +530,14 @@ static thrum_status refine(cubature *c, thrum_model *model, thrum_cubature_figur
   for (int64_t p = 0; p < 2 * n && memory.status == THRUM_OK; p++)
     moduli[p] = model->point_moduli[p] * model->point_weights[p % n];
 
+  // of another law the even part of the force is not quadratic
   thrum_status status = memory.status;
-  THRUM_THEN(status, take_quadratic(c, quadratic, unit, error));
+  if (status >= 0 && c->fem->law == THRUM_LAW_STVK)
+    status = take_quadratic(c, quadratic, unit, error);
+  for (int64_t p = 0; p < n && status >= 0 && c->fem->law != THRUM_LAW_STVK; p++) {
+    laws[p] = thrum_fem_law(c->fem, model->point_region ? model->point_region[p] : 0);
+    points.laws = laws;
+  }
   THRUM_THEN(status, make_more(c, count, error));
   if (status >= 0) {
     const thrum_force_samples samples = {count, r, c->q, c->force, c->scale};

@@ -46,9 +46,9 @@ typedef struct thrum_cubature_def {
    * then flowed. */
   double yield;
 
-  /* Steps in which the gradients of the chosen points are learned, of Saint Venant-Kirchhoff
-   * material alone (precompute/polynomial/cubature_refine.h); 0: none. Otherwise points are chosen
-   * for a multiple of the error. */
+  /* Steps in which the gradients of the chosen points are learned
+   * (precompute/polynomial/cubature_refine.h), of a body that does not flow; 0: none. Otherwise
+   * points are chosen for a multiple of the error. */
   int64_t refine;
 } thrum_cubature_def;
 

@@ -39,6 +39,10 @@ static void along_gradients(const thrum_free_points *points, int64_t states, con
               points->gradients, r, 0, product, n);
 }
 
+static thrum_law law_of(const thrum_free_points *points, int64_t p) {
+  return points->laws ? points->laws[p] : THRUM_LAW_STVK;
+}
+
 /* The stress at each point of each state. */
 static void take_stresses(const thrum_free_points *points, int64_t states, const double *gradient,
                           double *stress) {
@@ -46,7 +50,7 @@ static void take_stresses(const thrum_free_points *points, int64_t states, const
     const int64_t p = n % points->count;
     double g[3][3], at[3][3];
     memcpy(g, gradient + ROWS * n, sizeof g);
-    thrum_quartic_stress(points->lambda[p], points->mu[p], g, at);
+    thrum_nonlinear_stress(law_of(points, p), points->lambda[p], points->mu[p], g, at);
     memcpy(stress + ROWS * n, at, sizeof at);
   }
 }
@@ -59,7 +63,7 @@ static void take_tangents(const thrum_free_points *points, int64_t states, const
     double g[3][3], d[3][3], change[3][3];
     memcpy(g, gradient + ROWS * n, sizeof g);
     memcpy(d, along + ROWS * n, sizeof d);
-    thrum_quartic_tangent(points->lambda[p], points->mu[p], g, d, change);
+    thrum_nonlinear_tangent(law_of(points, p), points->lambda[p], points->mu[p], g, d, change);
     memcpy(along + ROWS * n, change, sizeof change);
   }
 }
@@ -115,6 +119,7 @@ double thrum_refine_error(const thrum_free_points *points, const thrum_force_sam
  * which the gradients have the rms 1 and the largest modulus is 1. */
 typedef struct light {
   int64_t count, rank;
+  const thrum_law *laws;  /* borrowed; NULL: as of the points */
   double length, modulus; /* of the units */
   float *lambda, *mu, *gradients, *q, *force, *scale, *slope, *work;
   thrum_turned_adam adam;
@@ -132,7 +137,8 @@ static double *row_of(const thrum_free_points *points, int64_t row) {
 
 static light light_begin(const thrum_free_points *points, thrum_scope *memory) {
   const int64_t n = points->count, r = points->rank, states = THRUM_REFINE_BATCH;
-  light of = {.count = n, .rank = r, .length = rms(ROWS * n * r, points->gradients)};
+  light of = {
+      .count = n, .rank = r, .laws = points->laws, .length = rms(ROWS * n * r, points->gradients)};
 
   // all arrays
 #define NEED(count) thrum_scope_allocate(memory, (count), sizeof(float))
@@ -172,7 +178,7 @@ static void light_slope(light *of, const thrum_force_samples *samples, int64_t f
       of->force[s * r + i] = (float)samples->force[(first + s) * r + i];
     }
   }
-  const thrum_single_points points = {of->count, r, of->lambda, of->mu, of->gradients};
+  const thrum_single_points points = {of->count, r, of->laws, of->lambda, of->mu, of->gradients};
   const thrum_single_samples batch = {THRUM_REFINE_BATCH, of->q, of->force, of->scale};
   thrum_refine_slope(&points, &batch, of->slope, of->work);
 }

@@ -11,6 +11,7 @@
 #define THRUM_PRECOMPUTE_POLYNOMIAL_CUBATURE_REFINE_H
 
 #include "precompute/options/stage.h"
+#include "runtime/material/material_law.h"
 
 /* States of a step, and states to refine on for each point: eight forces for each number that is
  * learned. */
@@ -30,6 +31,7 @@ typedef struct thrum_free_points {
   int64_t count, rank;
   const double *lambda, *mu; /* count: Lame's constants times the weights */
   double *gradients;         /* 9 count x rank: row 9 p + 3 a + b is du_a/dX_b at point p */
+  const thrum_law *laws;     /* count; NULL: all Saint Venant-Kirchhoff's */
 } thrum_free_points;
 
 /* Numbers of the scratch of an objective of `states` states. */

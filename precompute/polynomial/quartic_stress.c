@@ -49,3 +49,43 @@ void thrum_quartic_tangent(double lambda, double mu, double g[3][3], double d[3]
     for (int b = 0; b < 3; b++)
       dp[a][b] = dt[a][b] + product(d, s, a, b) + product(g, ds, a, b);
 }
+
+/* p -= C:sym g. */
+static void take_linear_off(double lambda, double mu, double g[3][3], double p[3][3]) {
+  double strain[3][3], stress[3][3];
+  for (int a = 0; a < 3; a++)
+    for (int b = 0; b < 3; b++)
+      strain[a][b] = (g[a][b] + g[b][a]) / 2;
+  thrum_stress(lambda, mu, strain, stress);
+  for (int a = 0; a < 3; a++)
+    for (int b = 0; b < 3; b++)
+      p[a][b] -= stress[a][b];
+}
+
+void thrum_nonlinear_stress(thrum_law law, double lambda, double mu, double g[3][3],
+                            double p[3][3]) {
+  if (law == THRUM_LAW_STVK) {
+    thrum_quartic_stress(lambda, mu, g, p);
+    return;
+  }
+  thrum_law_stress(law, lambda, mu, g, p);
+  take_linear_off(lambda, mu, g, p);
+}
+
+void thrum_nonlinear_tangent(thrum_law law, double lambda, double mu, double g[3][3],
+                             double d[3][3], double dp[3][3]) {
+  if (law == THRUM_LAW_STVK) {
+    thrum_quartic_tangent(lambda, mu, g, d, dp);
+    return;
+  }
+
+  // A:d
+  double tangent[9][9];
+  thrum_law_tangent(law, lambda, mu, g, tangent);
+  for (int i = 0; i < 9; i++) {
+    dp[i / 3][i % 3] = 0;
+    for (int j = 0; j < 9; j++)
+      dp[i / 3][i % 3] += tangent[i][j] * d[j / 3][j % 3];
+  }
+  take_linear_off(lambda, mu, d, dp);
+}

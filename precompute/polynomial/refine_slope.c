@@ -1,8 +1,8 @@
 /* Slope of the error of the force in single precision, see refine_slope.h.
  *
  * The same as thrum_refine_objective, whose comment has the mathematics. Points lie side by side,
- * so that the compiler makes vectors of the loops over them. Symmetric matrices are xx, yy, zz, xy,
- * yz, zx.
+ * so that the compiler makes vectors of the loops over them; but points of another law are taken
+ * one by one, in double precision. Symmetric matrices are xx, yy, zz, xy, yz, zx.
  *
  * Cost: five products of states x 9 points x rank, and 400 operations for each state and point.
  *
@@ -10,6 +10,9 @@
 #include "precompute/polynomial/refine_slope.h"
 
 #include <cblas.h>
+#include <stddef.h>
+
+#include "precompute/polynomial/quartic_stress.h"
 
 #define ROWS 9 /* components of a gradient */
 
@@ -76,10 +79,48 @@ static inline void stresses_of(float lambda, float twice_mu, const float g[9], f
   stress_of(lambda, twice_mu, e, s);
 }
 
+/* Component c of point p of one state, n points side by side, and back. */
+static void take_matrix(const float *from, int64_t n, int64_t p, double m[3][3]) {
+  for (int c = 0; c < ROWS; c++)
+    m[c / 3][c % 3] = from[c * n + p];
+}
+
+static void put_matrix(double m[3][3], int64_t n, int64_t p, float *to) {
+  for (int c = 0; c < ROWS; c++)
+    to[c * n + p] = (float)m[c / 3][c % 3];
+}
+
+/* The stresses of one state where points have laws. */
+static void obey_stresses(const thrum_single_points *points, const float *gradient, float *stress) {
+  const int64_t n = points->count;
+  for (int64_t p = 0; p < n; p++) {
+    double g[3][3], at[3][3];
+    take_matrix(gradient, n, p, g);
+    thrum_nonlinear_stress(points->laws[p], points->lambda[p], points->mu[p], g, at);
+    put_matrix(at, n, p, stress);
+  }
+}
+
+/* The same of the changes along what stands in `along`. */
+static void obey_tangents(const thrum_single_points *points, const float *gradient, float *along) {
+  const int64_t n = points->count;
+  for (int64_t p = 0; p < n; p++) {
+    double g[3][3], d[3][3], change[3][3];
+    take_matrix(gradient, n, p, g);
+    take_matrix(along, n, p, d);
+    thrum_nonlinear_tangent(points->laws[p], points->lambda[p], points->mu[p], g, d, change);
+    put_matrix(change, n, p, along);
+  }
+}
+
 /* The stresses (18.3) of one state. */
 static void take_stresses(const thrum_single_points *points, const float *restrict gradient,
                           float *restrict stress) {
   const int64_t n = points->count;
+  if (points->laws) {
+    obey_stresses(points, gradient, stress);
+    return;
+  }
   for (int64_t p = 0; p < n; p++) {
     const float lambda = points->lambda[p], twice_mu = 2 * points->mu[p];
     float g[ROWS], t[6], s[6], at[ROWS];
@@ -97,6 +138,10 @@ static void take_stresses(const thrum_single_points *points, const float *restri
 static void take_tangents(const thrum_single_points *points, const float *restrict gradient,
                           float *restrict along) {
   const int64_t n = points->count;
+  if (points->laws) {
+    obey_tangents(points, gradient, along);
+    return;
+  }
   for (int64_t p = 0; p < n; p++) {
     const float lambda = points->lambda[p], twice_mu = 2 * points->mu[p];
     float g[ROWS], d[ROWS], t[6], s[6], dn[6], de[6], dt[6], ds[6], at[ROWS];

@@ -11,9 +11,12 @@
 
 #include <stdint.h>
 
+#include "runtime/material/material_law.h"
+
 /* Points side by side: component c of the gradient at point p is row c count + p. */
 typedef struct thrum_single_points {
   int64_t count, rank;
+  const thrum_law *laws;    /* count; NULL: all Saint Venant-Kirchhoff's */
   const float *lambda, *mu; /* count: Lame's constants times the weights */
   const float *gradients;   /* 9 count x rank */
 } thrum_single_points;

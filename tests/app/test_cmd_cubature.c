@@ -88,11 +88,11 @@ static void a_model_of_points_says_its_error_and_runs(void **state) {
   program_result_free(&run);
 }
 
-/* The error of the force of 12 points that are refined in so many steps; a run of them by `energy`
- * conserves the energy whatever their gradients are. */
-static double error_of_refined(const char *steps) {
+/* The error of the force of 12 points of a law that are refined in so many steps; a run of them by
+ * `energy` conserves the energy whatever their gradients are. */
+static double error_of_refined(const char *law, const char *steps) {
   program_result run = PRECOMPUTE("--cubature", "--cubature-error", "1e-9", "--cubature-points",
-                                  "12", "--cubature-refine", steps, "--json");
+                                  "12", "--cubature-refine", steps, "--law", law, "--json");
   assert_int_equal(run.exit_code, 3);
   cJSON *object = json_line(run.out);
   const cJSON *cubature = cJSON_GetObjectItemCaseSensitive(object, "cubature");
@@ -117,9 +117,13 @@ static double error_of_refined(const char *steps) {
 
 static void refined_points_are_nearer_and_keep_the_energy(void **state) {
   (void)state;
-  const double chosen = error_of_refined("0"), refined = error_of_refined("1000");
-  if (!(refined < 0.5 * chosen))
-    fail_msg("%g of %g", refined, chosen);
+  static const char *const laws[] = {"stvk", "corotational", "neo-hookean"};
+  for (int n = 0; n < 3; n++) {
+    const double chosen = error_of_refined(laws[n], "0"),
+                 refined = error_of_refined(laws[n], "500");
+    if (!(refined < 0.5 * chosen))
+      fail_msg("%s: %g of %g", laws[n], refined, chosen);
+  }
 }
 
 static void a_law_of_its_own_is_in_the_file_and_in_runs(void **state) {
@@ -450,6 +454,13 @@ static void what_does_not_go_with_points_is_refused(void **state) {
       {"--law", "neo-hookean", "a polynomial cannot hold it"},
       {"--law", "rubber", "--law"},
   };
+
+  // learned points have no place, and so no strain that flows
+  program_result flows = PRECOMPUTE("--cubature", "--law", "corotational", "--yield", "0.02",
+                                    "--cubature-refine", "9");
+  assert_int_equal(flows.exit_code, 2);
+  assert_non_null(strstr(flows.err, "--cubature-refine goes without --yield"));
+  program_result_free(&flows);
 
   // the message names what is wrong
   for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {

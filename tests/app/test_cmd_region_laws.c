@@ -192,6 +192,14 @@ static void a_region_with_a_yield_flows_and_the_account_closes(void **state) {
   }
   assert_true(fabs(taken[0] / taken[1] - 1) < 0.2);
 
+  // learned points have no place at which something flows
+  program_result learned =
+      thrum_run(folder, "precompute", BODY, MODEL, "--material", "1:corotational,0.02",
+                "--material", "2:stvk", "--cubature-refine", "9", "-o", "none.npz", NULL);
+  assert_true(learned.exit_code != 0 && learned.exit_code != 3);
+  assert_non_null(strstr(learned.err, "not refined where a region has a yield"));
+  program_result_free(&learned);
+
   // what a yield does not go with
   static const struct {
     const char *command, *arguments[2], *says;

@@ -7,6 +7,7 @@
 
 #include "precompute/polynomial/cubature_refine.h"
 #include "precompute/polynomial/quartic_stress.h"
+#include "precompute/polynomial/refine_slope.h"
 #include "thrum/polynomial.h"
 
 enum { RANK = 5, POINTS = 4, SAMPLES = 4 * THRUM_REFINE_BATCH, NUMBERS = 9 * POINTS * RANK };
@@ -15,15 +16,20 @@ enum { RANK = 5, POINTS = 4, SAMPLES = 4 * THRUM_REFINE_BATCH, NUMBERS = 9 * POI
 typedef struct problem {
   double lambda[POINTS], mu[POINTS], gradients[NUMBERS];
   double q[SAMPLES * RANK], force[SAMPLES * RANK], scale[SAMPLES];
+  thrum_law laws[POINTS];
   thrum_free_points points;
   thrum_force_samples samples;
   double *work;
 } problem;
 
-/* Moduli, gradients and states at random; forces are those of these points. */
-static problem *problem_make(void) {
+/* Moduli, gradients and states at random; forces are those of these points, which are of all laws
+ * or, where they are not `mixed`, of Saint Venant-Kirchhoff material. */
+static problem *problem_make_of(bool mixed) {
   problem *made = need(1, sizeof *made);
-  made->points = (thrum_free_points){POINTS, RANK, made->lambda, made->mu, made->gradients};
+  for (int p = 0; p < POINTS; p++)
+    made->laws[p] = mixed ? (thrum_law)(p % 3) : THRUM_LAW_STVK;
+  made->points = (thrum_free_points){
+      POINTS, RANK, made->lambda, made->mu, made->gradients, mixed ? made->laws : NULL};
   made->samples = (thrum_force_samples){SAMPLES, RANK, made->q, made->force, made->scale};
   made->work = need((size_t)thrum_refine_work(&made->points, THRUM_REFINE_BATCH), sizeof(double));
   for (int p = 0; p < POINTS; p++) {
@@ -44,7 +50,7 @@ static problem *problem_make(void) {
       for (int c = 0; c < 9; c++)
         for (int i = 0; i < RANK; i++)
           g[c / 3][c % 3] += rows[c * RANK + i] * made->q[s * RANK + i];
-      thrum_quartic_stress(made->lambda[p], made->mu[p], g, stress);
+      thrum_nonlinear_stress(made->laws[p], made->lambda[p], made->mu[p], g, stress);
       for (int c = 0; c < 9; c++)
         for (int i = 0; i < RANK; i++)
           force[i] += stress[c / 3][c % 3] * rows[c * RANK + i];
@@ -56,6 +62,10 @@ static problem *problem_make(void) {
       made->force[s * RANK + i] = force[i] * made->scale[s];
   }
   return made;
+}
+
+static problem *problem_make(void) {
+  return problem_make_of(false);
 }
 
 static void problem_free(problem *p) {
@@ -73,9 +83,7 @@ static double objective(problem *p, double *slope) {
                                 slope, p->work);
 }
 
-static void the_slope_is_that_of_differences(void **state) {
-  (void)state;
-  problem *p = problem_make();
+static void check_slope(problem *p) {
   double slope[NUMBERS], direction[NUMBERS], at[NUMBERS], value[2], along = 0;
   move_gradients(p, 0.2);
   memcpy(at, p->gradients, sizeof at);
@@ -102,9 +110,54 @@ static void the_slope_is_that_of_differences(void **state) {
   problem_free(p);
 }
 
-static void points_find_back_to_those_that_made_the_forces(void **state) {
+static void the_slope_is_that_of_differences(void **state) {
   (void)state;
-  problem *p = problem_make();
+  for (int mixed = 0; mixed < 2; mixed++)
+    check_slope(problem_make_of(mixed == 1));
+}
+
+/* The slope in single precision, of which steps are made: component c of point p is its row
+ * c POINTS + p. */
+static void the_slope_in_single_precision_is_the_same(void **state) {
+  (void)state;
+  static float gradients[NUMBERS], q[SAMPLES * RANK], force[SAMPLES * RANK], slope[NUMBERS];
+  float lambda[POINTS], mu[POINTS], scale[SAMPLES];
+  for (int mixed = 0; mixed < 2; mixed++) {
+    problem *p = problem_make_of(mixed == 1);
+    double exact[NUMBERS], size = 0, off = 0;
+    move_gradients(p, 0.2);
+    thrum_refine_objective(&p->points, &p->samples, 0, THRUM_REFINE_BATCH, exact, p->work);
+
+    // the same points side by side
+    for (int n = 0; n < POINTS; n++) {
+      lambda[n] = (float)p->lambda[n];
+      mu[n] = (float)p->mu[n];
+      for (int c = 0; c < 9; c++)
+        for (int i = 0; i < RANK; i++)
+          gradients[(c * POINTS + n) * RANK + i] = (float)p->gradients[(9 * n + c) * RANK + i];
+    }
+    for (int n = 0; n < THRUM_REFINE_BATCH * RANK; n++) {
+      scale[n / RANK] = (float)p->scale[n / RANK];
+      q[n] = (float)p->q[n];
+      force[n] = (float)p->force[n];
+    }
+    const thrum_single_points points = {POINTS, RANK, p->points.laws, lambda, mu, gradients};
+    const thrum_single_samples samples = {THRUM_REFINE_BATCH, q, force, scale};
+    float *work = need((size_t)thrum_refine_slope_work(POINTS, RANK, samples.count), sizeof *work);
+    thrum_refine_slope(&points, &samples, slope, work);
+
+    for (int n = 0; n < NUMBERS; n++) {
+      const int row = n / RANK, at = (row % 9 * POINTS + row / 9) * RANK + n % RANK;
+      off += pow((double)slope[at] - exact[n], 2);
+      size += exact[n] * exact[n];
+    }
+    assert_true(size > 0 && off < 1e-10 * size);
+    free(work);
+    problem_free(p);
+  }
+}
+
+static void find_back(problem *p) {
   move_gradients(p, 0.03);
   const double before = thrum_refine_error(&p->points, &p->samples, p->work);
   thrum_error error = {0};
@@ -114,6 +167,12 @@ static void points_find_back_to_those_that_made_the_forces(void **state) {
   if (!(after < 0.1 * before))
     fail_msg("%g of %g", after, before);
   problem_free(p);
+}
+
+static void points_find_back_to_those_that_made_the_forces(void **state) {
+  (void)state;
+  for (int mixed = 0; mixed < 2; mixed++)
+    find_back(problem_make_of(mixed == 1));
 }
 
 static void what_is_exact_keeps_its_bits(void **state) {
@@ -204,25 +263,25 @@ static void refined_points_are_right_where_those_of_the_mesh_are_not(void **stat
   body_free(&b);
 }
 
-static void refining_goes_with_points_of_its_law_alone(void **state) {
+static void refining_goes_with_points_that_do_not_flow(void **state) {
   (void)state;
   body b = body_make("beam:4x1x1@1x0.2x0.2", "x<0.001");
   thrum_precompute_options options = thrum_default_precompute_options();
   options.modes = 3;
   options.rank = 6;
 
-  // steps without points, of another law, and fewer than none
+  // steps without points, of points that flow, and fewer than none
   static const struct {
     bool cubature;
-    thrum_law law;
+    double yield;
     int64_t steps;
-  } wrong[] = {
-      {false, THRUM_LAW_STVK, 10}, {true, THRUM_LAW_NEO_HOOKEAN, 10}, {true, THRUM_LAW_STVK, -1}};
+  } wrong[] = {{false, INFINITY, 10}, {true, 0.02, 10}, {true, INFINITY, -1}};
   for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
     thrum_error error = {0};
     thrum_precomputed made = {0};
     options.cubature = wrong[n].cubature;
-    options.law = wrong[n].law;
+    options.law = wrong[n].yield < INFINITY ? THRUM_LAW_COROTATIONAL : THRUM_LAW_STVK;
+    options.cubature_yield = wrong[n].yield;
     options.cubature_refine = wrong[n].steps;
     assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &made, &error),
                      THRUM_INVALID_ARGUMENT);
@@ -234,10 +293,11 @@ static void refining_goes_with_points_of_its_law_alone(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_slope_is_that_of_differences),
+      cmocka_unit_test(the_slope_in_single_precision_is_the_same),
       cmocka_unit_test(points_find_back_to_those_that_made_the_forces),
       cmocka_unit_test(what_is_exact_keeps_its_bits),
       cmocka_unit_test(refined_points_are_right_where_those_of_the_mesh_are_not),
-      cmocka_unit_test(refining_goes_with_points_of_its_law_alone),
+      cmocka_unit_test(refining_goes_with_points_that_do_not_flow),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
