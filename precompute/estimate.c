@@ -13,6 +13,7 @@
 #include "platform/clock.h"
 #include "platform/memory_limit.h"
 #include "platform/threads.h"
+#include "precompute/basis/orthonormal.h"
 #include "precompute/options_check.h"
 #include "precompute/polynomial/cubature.h"
 #include "precompute/polynomial/cubature_refine.h"
@@ -73,7 +74,8 @@ static double most_bytes(const thrum_fem *fem, double entries, const thrum_facto
   const double factor_stage = factored + thrum_factor_work_bytes(factor) + 16 * entries;
 
   // the modes: the factor, the shapes, and the largest of what Lanczos, refinement and search add
-  const double lanczos = 2 * k + 15, refining = k + 2 * block, searching = 4 * block;
+  const double lanczos = 2 * k + 15, refining = k + 2 * block,
+               searching = 3 * block + THRUM_GRAM_WORK;
 
   // modes are counted when the work arrays of the search are gone
   const double counting =
@@ -82,16 +84,16 @@ static double most_bytes(const thrum_fem *fem, double entries, const thrum_facto
   // in single precision two arrays of a space of four blocks, and a block more, take the place of
   // Lanczos vectors
   const bool single = thrum_factor_is_single(factor);
-  const double davidson = 9 * (k + 4) + k;
-  const double most =
-      single ? fmax(davidson, searching + 0.5 * block) : fmax(fmax(lanczos, refining), searching);
+  const double davidson = 9 * (k + 4) + k + THRUM_PRODUCT_WORK;
+  const double most = single ? fmax(davidson, searching) : fmax(fmax(lanczos, refining), searching);
   const double modes = factored + fmax(8 * n * (k + most), 8 * n * k + counting);
 
   // the derivatives stand beside the modes and the factor; refined solves have three blocks more
   const double derivatives = factored + 8 * n * (candidates + (single ? 4.5 : 2) * block);
 
   // the factor and K are gone by then
-  const double basis = 8 * n * (candidates + block + r) + 24 * vertices * r - 16 * entries;
+  const double basis =
+      8 * n * (candidates + THRUM_GRAM_WORK + r) + 24 * vertices * r - 16 * entries;
 
   // the polynomial needs the basis, its products of columns and its coefficients
   const double polynomial = 24 * vertices * r + reduced_bytes(fem, options, columns) - 16 * entries;
@@ -108,7 +110,7 @@ static double most_bytes_given(const thrum_fem *fem, double entries,
                                const thrum_precompute_options *options) {
   const double n = (double)fem->free_count, vertices = (double)fem->vertex_count;
   const double r = (double)options->imported->rank, columns = r + r * (r + 1) / 2;
-  const double basis = 48 * vertices * r + 8 * n * (2 * r + THRUM_SOLVE_BLOCK);
+  const double basis = 48 * vertices * r + 8 * n * (2 * r + THRUM_GRAM_WORK);
   const double polynomial = options->imported->linear
                                 ? 24 * columns * columns
                                 : reduced_bytes(fem, options, columns) - 16 * entries;

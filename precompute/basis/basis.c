@@ -41,7 +41,7 @@ typedef struct pca {
   double *q;            /* n x count: the candidates of unit norm, then orthonormal */
   int32_t *which;       /* count: the candidate of each column of R */
   double *columns;      /* n x (whole rank + response_count), of the basis */
-  double *work;         /* n x THRUM_SOLVE_BLOCK */
+  double *work;         /* n x THRUM_GRAM_WORK */
   double *small;        /* wide x wide */
   double *left;         /* count x count */
   double *values;       /* 2 wide */
@@ -52,7 +52,7 @@ static thrum_status pca_allocate(pca *p, thrum_error *error) {
   p->memory = thrum_scope_begin("the basis", error);
   p->weight = thrum_scope_allocate(&p->memory, p->count, sizeof(double));
   p->which = thrum_scope_allocate(&p->memory, p->count, sizeof *p->which);
-  p->work = thrum_scope_allocate(&p->memory, p->n * THRUM_SOLVE_BLOCK, sizeof(double));
+  p->work = thrum_scope_allocate(&p->memory, p->n * THRUM_GRAM_WORK, sizeof(double));
   p->small = thrum_scope_allocate(&p->memory, p->wide * p->wide, sizeof(double));
   p->left = thrum_scope_allocate(&p->memory, p->count * p->count, sizeof(double));
   p->values = thrum_scope_allocate(&p->memory, 2 * p->wide, sizeof(double));

@@ -31,6 +31,7 @@ typedef struct davidson {
   double *space;           /* n x room, M-orthonormal */
   double *image;           /* n x room, K times the space */
   double *weighed;         /* n x width, M times a block */
+  double *products;        /* n x THRUM_PRODUCT_WORK */
   double *reduced;         /* room x room, space^T K space, upper triangle */
   double *vectors;         /* room x room, its eigenvectors */
   double *values;          /* room */
@@ -45,6 +46,7 @@ static thrum_status davidson_allocate(davidson *d, thrum_error *error) {
   d->space = thrum_scope_allocate(&d->memory, d->n * d->room, sizeof(double));
   d->image = thrum_scope_allocate(&d->memory, d->n * d->room, sizeof(double));
   d->weighed = thrum_scope_allocate(&d->memory, d->n * d->width, sizeof(double));
+  d->products = thrum_scope_allocate(&d->memory, d->n * THRUM_PRODUCT_WORK, sizeof(double));
   d->reduced = thrum_scope_allocate(&d->memory, d->room * d->room, sizeof(double));
   d->vectors = thrum_scope_allocate(&d->memory, d->room * d->room, sizeof(double));
   d->values = thrum_scope_allocate(&d->memory, d->room, sizeof(double));
@@ -64,7 +66,7 @@ static thrum_status start(davidson *d, thrum_error *error) {
   for (int64_t c = 0; c < d->width; c++)
     d->errors[c] = INFINITY;
   d->active = d->width;
-  thrum_sparse_product(d->mass, d->image, d->width, d->space);
+  thrum_sparse_product_in(d->mass, d->image, d->width, d->space, d->products);
   return thrum_factor_solve_roughly(d->factor, d->space, d->width, d->space, error);
 }
 
@@ -80,7 +82,7 @@ static void project(davidson *d, double *block) {
   const int n = (int)d->n, dim = (int)d->dim, width = (int)d->active;
   if (dim == 0)
     return;
-  thrum_sparse_product(d->mass, block, d->active, d->weighed);
+  thrum_sparse_product_in(d->mass, block, d->active, d->weighed, d->products);
   cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, dim, width, n, 1, d->space, n, d->weighed, n,
               0, d->gram, dim);
   thrum_ranks_sum(d->mass->ranks, d->gram, d->dim * d->active);
@@ -93,7 +95,7 @@ static void project(davidson *d, double *block) {
 static void orthonormalise(davidson *d, double *block, double least, int64_t *kept) {
   const int n = (int)d->n;
   double *weighed = d->weighed;
-  thrum_sparse_product(d->mass, block, *kept, weighed);
+  thrum_sparse_product_in(d->mass, block, *kept, weighed, d->products);
 
   // column by column of the factor, so that what depends on earlier columns is seen
   int64_t done = 0;
@@ -138,7 +140,7 @@ static void grow(davidson *d, int64_t *grown) {
   orthonormalise(d, block, 1e-3, grown);
 
   // their images, and their part of the reduced stiffness
-  thrum_sparse_product(d->stiffness, block, *grown, d->image + d->dim * d->n);
+  thrum_sparse_product_in(d->stiffness, block, *grown, d->image + d->dim * d->n, d->products);
   const int all = (int)(d->dim + *grown), n = (int)d->n;
   memset(d->reduced + d->dim * d->room, 0, sizeof(double) * (size_t)(*grown * d->room));
   cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, all, (int)*grown, n, 1, d->space, n,
@@ -204,7 +206,7 @@ static thrum_status correct(davidson *d, double *worst, thrum_error *error) {
               room, 0, residual, n);
   cblas_dgemm(CblasColMajor, CblasNoTrans, CblasNoTrans, n, active, dim, 1, d->space, n, d->gram,
               room, 0, block, n);
-  thrum_sparse_product(d->mass, block, d->active, d->weighed);
+  thrum_sparse_product_in(d->mass, block, d->active, d->weighed, d->products);
   for (int64_t c = 0; c < d->active; c++)
     cblas_daxpy(n, -d->values[d->which[c]], d->weighed + c * d->n, 1, residual + c * d->n, 1);
 

@@ -28,7 +28,7 @@ typedef struct work {
   const thrum_fem *fem;
   const thrum_sparse *mass;
   int64_t rank, rows;
-  double *columns, *other, *block;           /* n x rank, n x rank, n x THRUM_SOLVE_BLOCK */
+  double *columns, *other, *block;           /* n x rank, n x rank, n x THRUM_GRAM_WORK */
   double *mass_form, *stiffness_form, *step; /* rank x rank */
   double *copy;                              /* rows x rank */
   double *values;                            /* rank */
@@ -40,7 +40,7 @@ static thrum_status work_allocate(work *w, thrum_error *error) {
   w->memory = thrum_scope_begin("the imported basis", error);
   w->columns = thrum_scope_allocate(&w->memory, n * r, sizeof(double));
   w->other = thrum_scope_allocate(&w->memory, n * r, sizeof(double));
-  w->block = thrum_scope_allocate(&w->memory, n * THRUM_SOLVE_BLOCK, sizeof(double));
+  w->block = thrum_scope_allocate(&w->memory, n * THRUM_GRAM_WORK, sizeof(double));
   w->mass_form = thrum_scope_allocate(&w->memory, r * r, sizeof(double));
   w->stiffness_form = thrum_scope_allocate(&w->memory, r * r, sizeof(double));
   w->step = thrum_scope_allocate(&w->memory, r * r, sizeof(double));

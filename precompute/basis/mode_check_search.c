@@ -34,7 +34,7 @@ typedef struct search {
   thrum_factor *factor;
   int64_t n, count;
   double *space; /* n x BLOCK STEPS, M-orthonormal */
-  double *work;  /* n x THRUM_SOLVE_BLOCK */
+  double *work;  /* n x THRUM_GRAM_WORK */
   double *small; /* (count + BLOCK STEPS) x BLOCK STEPS, twice as much and more */
   double *values;
   thrum_scope memory;
@@ -44,7 +44,7 @@ static thrum_status search_allocate(search *s, thrum_error *error) {
   const int64_t columns = BLOCK * STEPS, tall = s->count + columns;
   s->memory = thrum_scope_begin("the mode search", error);
   s->space = thrum_scope_allocate(&s->memory, s->n * columns, sizeof(double));
-  s->work = thrum_scope_allocate(&s->memory, s->n * THRUM_SOLVE_BLOCK, sizeof(double));
+  s->work = thrum_scope_allocate(&s->memory, s->n * THRUM_GRAM_WORK, sizeof(double));
   s->small = thrum_scope_allocate(&s->memory, tall * columns, sizeof(double));
   s->values = thrum_scope_allocate(&s->memory, columns, sizeof(double));
   return s->memory.status;
@@ -70,7 +70,7 @@ static thrum_status grow(search *s, const double *modes, int64_t first, int64_t 
                          int64_t *grown, thrum_error *error) {
   double *block = s->space + first * s->n;
   const double *before = first >= width ? block - width * s->n : block;
-  thrum_sparse_product(s->mass, before, width, s->work);
+  thrum_sparse_product_in(s->mass, before, width, s->work, s->work + s->n * THRUM_SOLVE_BLOCK);
   THRUM_TRY(thrum_factor_solve_roughly(s->factor, s->work, width, block, error));
   scale_to_unit(s, block, width, 0);
   project(s, modes, s->count, block, width);

@@ -23,7 +23,7 @@ void thrum_mass_gram(const thrum_sparse *mass, const double *left, int64_t a, co
   const int64_t n = mass->size;
   for (int64_t first = 0; first < b; first += THRUM_SOLVE_BLOCK) {
     const int64_t width = b - first < THRUM_SOLVE_BLOCK ? b - first : THRUM_SOLVE_BLOCK;
-    thrum_sparse_product(mass, right + first * n, width, work);
+    thrum_sparse_product_in(mass, right + first * n, width, work, work + THRUM_SOLVE_BLOCK * n);
     cblas_dgemm(CblasColMajor, CblasTrans, CblasNoTrans, (int)a, (int)width, (int)n, 1, left,
                 (int)n, work, (int)n, 0, gram + first * a, (int)a);
   }

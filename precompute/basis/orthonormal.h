@@ -4,7 +4,10 @@
 
 #include "precompute/fem/sparse.h"
 
-/* gram = A^T M B: A n x a, B n x b, gram a x b, all column-major; work: n x THRUM_SOLVE_BLOCK. */
+/* Columns of work of all functions here: products of a block, and what they are made in. */
+#define THRUM_GRAM_WORK (THRUM_SOLVE_BLOCK + THRUM_PRODUCT_WORK)
+
+/* gram = A^T M B: A n x a, B n x b, gram a x b, all column-major; work: n x THRUM_GRAM_WORK. */
 void thrum_mass_gram(const thrum_sparse *mass, const double *left, int64_t a, const double *right,
                      int64_t b, double *gram, double *work);
 
@@ -15,7 +18,7 @@ void thrum_mass_project(const thrum_sparse *mass, const double *q, int64_t done,
 
 /* Turns the columns of x (n x count, column-major, each of unit mass norm or zero) in place into
  * *rank mass-orthonormal ones that span them; what is left of a column below `tolerance` counts as
- * nothing. work: n x THRUM_SOLVE_BLOCK. */
+ * nothing. work: n x THRUM_GRAM_WORK. */
 thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, double *x,
                                        double tolerance, int64_t *rank, double *work,
                                        thrum_error *error);

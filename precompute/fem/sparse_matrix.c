@@ -8,6 +8,7 @@
 #include "platform/allocate.h"
 
 #define PRODUCT_COLUMNS 8 /* side by side: a line of the cache */
+_Static_assert(THRUM_PRODUCT_WORK == 2 * PRODUCT_COLUMNS, "room for columns and their products");
 
 thrum_status thrum_sparse_create(int64_t size, int64_t entries, thrum_sparse *matrix,
                                  thrum_error *error) {
@@ -100,43 +101,50 @@ static void multiply_packed(const thrum_sparse *matrix, const double (*x)[PRODUC
 }
 #endif
 
-// up to PRODUCT_COLUMNS columns, which read the matrix together; false without memory
-static bool multiply_together(const thrum_sparse *matrix, const double *x, int64_t columns,
-                              double *product) {
+// up to PRODUCT_COLUMNS columns, which read the matrix together; work: THRUM_PRODUCT_WORK a row
+static void multiply_together(const thrum_sparse *matrix, const double *x, int64_t columns,
+                              double *product, double *work) {
   const int64_t n = matrix->size;
-  double(*in)[PRODUCT_COLUMNS] = calloc((size_t)n, sizeof *in);
-  double(*out)[PRODUCT_COLUMNS] = calloc((size_t)n, sizeof *out);
-  const bool room = in && out;
-  if (room) {
-    for (int64_t i = 0; i < n; i++)
-      for (int64_t c = 0; c < columns; c++)
-        in[i][c] = x[c * n + i];
-    multiply_packed(matrix, (const double(*)[PRODUCT_COLUMNS])in, out);
-    for (int64_t i = 0; i < n; i++)
-      for (int64_t c = 0; c < columns; c++)
-        product[c * n + i] = out[i][c];
-  }
-  free(in);
-  free(out);
-  return room;
+  double(*in)[PRODUCT_COLUMNS] = (double(*)[PRODUCT_COLUMNS])work;
+  double(*out)[PRODUCT_COLUMNS] = in + n;
+
+  // columns that are not there are zero
+  memset(in, 0, columns < PRODUCT_COLUMNS ? sizeof *in * (size_t)n : 0);
+  for (int64_t i = 0; i < n; i++)
+    for (int64_t c = 0; c < columns; c++)
+      in[i][c] = x[c * n + i];
+  memset(out, 0, sizeof *out * (size_t)n);
+  multiply_packed(matrix, (const double(*)[PRODUCT_COLUMNS])in, out);
+  for (int64_t i = 0; i < n; i++)
+    for (int64_t c = 0; c < columns; c++)
+      product[c * n + i] = out[i][c];
 }
 
-void thrum_sparse_product(const thrum_sparse *matrix, const double *x, int64_t columns,
-                          double *product) {
+void thrum_sparse_product_in(const thrum_sparse *matrix, const double *x, int64_t columns,
+                             double *product, double *work) {
   const int64_t n = matrix->size;
 
   // from three columns on it pays to copy them
   int64_t c = 0;
-  while (columns - c >= 3) {
+  while (columns - c >= 3 && work != NULL) {
     const int64_t width = columns - c < PRODUCT_COLUMNS ? columns - c : PRODUCT_COLUMNS;
-    if (!multiply_together(matrix, x + c * n, width, product + c * n))
-      break;
+    multiply_together(matrix, x + c * n, width, product + c * n, work);
     c += width;
   }
 
   memset(product + c * n, 0, sizeof *product * (size_t)(n * (columns - c)));
   for (; c < columns; c++)
     multiply_one(matrix, x + c * n, product + c * n);
+}
+
+void thrum_sparse_product(const thrum_sparse *matrix, const double *x, int64_t columns,
+                          double *product) {
+  // without memory column by column, with the same bits
+  double *work = NULL;
+  if (columns >= 3)
+    (void)thrum_reserve(&work, matrix->size * THRUM_PRODUCT_WORK, sizeof *work, "", NULL);
+  thrum_sparse_product_in(matrix, x, columns, product, work);
+  free(work);
 }
 
 double thrum_sparse_norm(const thrum_sparse *matrix, double *work) {

@@ -26,6 +26,12 @@ void thrum_sparse_free(thrum_sparse *matrix); /* leaves it empty; an empty (zero
 void thrum_sparse_product(const thrum_sparse *matrix, const double *x, int64_t columns,
                           double *product);
 
+/* The same with the same bits in memory of the caller's, n x THRUM_PRODUCT_WORK or NULL: for many
+ * products, as the system takes and clears the pages of large arrays anew each time. */
+#define THRUM_PRODUCT_WORK 16
+void thrum_sparse_product_in(const thrum_sparse *matrix, const double *x, int64_t columns,
+                             double *product, double *work);
+
 /* Largest sum of absolute values of a row, work: n doubles. Of a part, where terms that cancel
  * between parts count twice, from above. */
 double thrum_sparse_norm(const thrum_sparse *matrix, double *work);

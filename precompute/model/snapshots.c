@@ -25,7 +25,7 @@ typedef struct pod {
   double *basis; /* n x rank, column-major */
   double *gram;  /* columns x columns, and room for columns x rank */
   double *values;
-  double *work; /* n x THRUM_SOLVE_BLOCK */
+  double *work; /* n x THRUM_GRAM_WORK */
   thrum_scope memory;
 } pod;
 
@@ -36,7 +36,7 @@ static thrum_status pod_allocate(pod *p, thrum_error *error) {
   p->basis = thrum_scope_allocate(&p->memory, p->n * rank, sizeof *p->basis);
   p->gram = thrum_scope_allocate(&p->memory, wide * p->columns, sizeof *p->gram);
   p->values = thrum_scope_allocate(&p->memory, p->columns, sizeof *p->values);
-  p->work = thrum_scope_allocate(&p->memory, p->n * THRUM_SOLVE_BLOCK, sizeof *p->work);
+  p->work = thrum_scope_allocate(&p->memory, p->n * THRUM_GRAM_WORK, sizeof *p->work);
   return p->memory.status;
 }
 
