@@ -218,6 +218,7 @@ static void fill_problem(trade *t) {
   p->points_alone =
       request->cubature == TRADEOFF_CUBATURE_ONLY || thrum_law_of_model(t->model) != THRUM_LAW_STVK;
   p->cubature_count = request->cubature_count;
+  p->cubature_refine = request->cubature_refine;
   memcpy(p->cubature_errors, request->cubature_errors, sizeof p->cubature_errors);
   for (int64_t n = 0; n < request->rank_count; n++)
     add_rank(t, (int64_t)request->ranks[n]);
@@ -287,7 +288,7 @@ static void add_errors(cJSON *object, const char *key, const tradeoff_errors *er
 
 /* Cubature points in place of the polynomial; null: none. What an own basis was asked for is null.
  */
-static void add_points(cJSON *object, const tradeoff_basis *basis) {
+static void add_points(cJSON *object, const trade *t, const tradeoff_basis *basis) {
   if (basis->points == 0) {
     cJSON_AddNullToObject(object, "cubature");
     return;
@@ -297,6 +298,7 @@ static void add_points(cJSON *object, const tradeoff_basis *basis) {
   json_number(item, "points", (double)basis->points);
   json_number(item, "error_wanted", wanted > 0 ? wanted : NAN);
   json_number(item, "range", basis->cubature_range);
+  json_number(item, "refine", wanted > 0 ? (double)t->request->cubature_refine : NAN);
   json_number(item, "force_error", basis->force_error);
 }
 
@@ -307,7 +309,7 @@ static cJSON *run_json(const trade *t, const tradeoff_run *run) {
   json_number(item, "modes", recipe->modes > 0 ? (double)recipe->modes : NAN);
   json_number(item, "rank", (double)basis->rank);
   cJSON_AddStringToObject(item, "precision", tradeoff_precision(basis));
-  add_points(item, basis);
+  add_points(item, t, basis);
   cJSON_AddBoolToObject(item, "trained", recipe->trained);
   json_number(item, "masters", recipe->masters > 0 ? (double)recipe->masters : NAN);
   cJSON_AddStringToObject(item, "integrator", experiment_scheme_names[run->integrator]);

@@ -130,6 +130,8 @@ static void put_precompute(FILE *stream, const tradeoff_commands *c) {
     fputs(" --cubature", stream);
     put_number(stream, "--cubature-error", recipe->cubature_error);
     put_number(stream, "--cubature-range", basis_of(c)->cubature_range);
+    if (c->request->cubature_refine > 0)
+      fprintf(stream, " --cubature-refine %lld", (long long)c->request->cubature_refine);
   }
   if (c->result->lumped)
     fputs(" --mass lumped", stream);
@@ -213,6 +215,8 @@ static cJSON *precompute_options(const tradeoff_commands *c) {
     cJSON_AddBoolToObject(object, "cubature", true);
     json_number(object, "cubature-error", recipe->cubature_error);
     json_number(object, "cubature-range", basis_of(c)->cubature_range);
+    if (c->request->cubature_refine > 0)
+      json_number(object, "cubature-refine", (double)c->request->cubature_refine);
   }
   if (c->result->lumped)
     cJSON_AddStringToObject(object, "mass", "lumped");

@@ -193,6 +193,8 @@ static thrum_status stamp_job(void *context, int64_t job, cJSON *stamp, thrum_er
   json_number(stamp, "modes", (double)jobs->recipes[job].modes);
   if (jobs->recipes[job].cubature_error > 0)
     json_number(stamp, "cubature_error", jobs->recipes[job].cubature_error);
+  if (jobs->recipes[job].cubature_error > 0 && problem->cubature_refine > 0)
+    json_number(stamp, "cubature_refine", (double)problem->cubature_refine);
   json_numbers(stamp, "dts", problem->dts, problem->dt_count);
   json_numbers(stamp, "tolerances", problem->tolerances, problem->tolerance_count);
   cJSON_AddBoolToObject(stamp, "condense", problem->condense);

@@ -121,6 +121,11 @@ static const config_option options[] = {
                 "--cubature-error of precompute; their range is how far the load moves the body",
                 AT(cubature_errors), COUNTED(cubature_count), CONFIG_RANGE(1e-6, 1),
                 .wants = "up to 4 numbers from 1e-6 to 1 with commas between"),
+    OPTION_COUNT("cubature-refine", "0",
+                 "steps in which the gradients of these points are learned, as --cubature-refine "
+                 "of precompute: fewer points have the same error, and each model takes longer to "
+                 "make",
+                 AT(cubature_refine), CONFIG_RANGE(0, 1000000)),
     OPTION_DAMPING(AT(damping)),
     OPTION_NUMBER("full-dt", "s", "0.001; with --quick 0.002", "time step of the full order",
                   AT(full_dt), CONFIG_ABOVE(0)),
@@ -174,9 +179,9 @@ static void default_list(const double *values, int64_t count, double *list, int6
  * exit code of a refusal. */
 static int read_cubature(tradeoff_request *r) {
   static const double errors[] = {0.01, 0.003};
-  if (r->cubature == TRADEOFF_CUBATURE_OFF && r->cubature_count > 0)
-    return config_usage("tradeoff", "--cubature-errors is of cubature points, which --cubature off "
-                                    "leaves out");
+  if (r->cubature == TRADEOFF_CUBATURE_OFF && (r->cubature_count > 0 || r->cubature_refine > 0))
+    return config_usage("tradeoff", "%s is of cubature points, which --cubature off leaves out",
+                        r->cubature_count > 0 ? "--cubature-errors" : "--cubature-refine");
   if (r->cubature == TRADEOFF_CUBATURE_OFF && r->law_given && r->law != THRUM_LAW_STVK)
     return config_usage("tradeoff",
                         "--law %s needs cubature points, as a polynomial cannot hold "

@@ -45,6 +45,7 @@ typedef struct tradeoff_request {
   tradeoff_cubature cubature;
   int64_t cubature_count; /* of errors of the force, falling; 0: the default */
   double cubature_errors[TRADEOFF_POINTS_MAX];
+  int64_t cubature_refine;
   int64_t threads;
   job_request jobs;
   bool quick;

@@ -204,12 +204,12 @@ static void probe(int threads, double *flops, double *bytes) {
   free(data);
 }
 
-/* Gradients that are learned, of half as many points as are usual: one of the three forces of each
+/* Gradients that are learned, of as many points as are usual: one of the three forces of each
  * state, and in each step, in single precision, a stress, a tangent and five products for each of
  * its states, and three products of the gradients and a square matrix. */
 static double refine_seconds(const thrum_precompute_options *options, double state, double gemm) {
   const double r = (double)options->rank, steps = (double)options->cubature_refine;
-  const double count = fmin((double)options->cubature_points, THRUM_CUBATURE_POINTS_USUAL * r / 2);
+  const double count = fmin((double)options->cubature_points, THRUM_CUBATURE_POINTS_LEARNED * r);
   if (!(steps > 0))
     return 0;
   return THRUM_REFINE_STATES * count * state / 3 +

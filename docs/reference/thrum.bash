@@ -49,7 +49,7 @@ _thrum() {
   'experiments '*) words='--long --sweep --step-sizes --work-precision --variable --extremes --linear --output --models --loads --schemes --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help --list-jobs --job --collect' ;;
   'tradeoff --law') words='stvk corotational neo-hookean' ;;
   'tradeoff --cubature') words='auto off only' ;;
-  'tradeoff '*) words='--output --load --error --budget --fps --time --quick --law --fix --young --poisson --density --material --scale --unit --regions --order --test --ranks --rank-max --dts --tolerances --integrators --precisions --cubature --cubature-errors --damping --full-dt --keep-runs --threads --json --quiet --help --list-jobs --job --collect' ;;
+  'tradeoff '*) words='--output --load --error --budget --fps --time --quick --law --fix --young --poisson --density --material --scale --unit --regions --order --test --ranks --rank-max --dts --tolerances --integrators --precisions --cubature --cubature-errors --cubature-refine --damping --full-dt --keep-runs --threads --json --quiet --help --list-jobs --job --collect' ;;
   'verify '*) words='--output --refinements --json --quiet --help --list-jobs --job --collect' ;;
   'info --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
   'info '*) words='--dt --integrator --load --touch --json --help' ;;

@@ -25,6 +25,9 @@ enum { THRUM_CUBATURE_CANDIDATES = 4000, THRUM_CUBATURE_STATES = 280 };
  * pay before they are chosen: 3 to 6 on the bridge for an error of 2 % (docs/precompute.md). */
 #define THRUM_CUBATURE_POINTS_USUAL 4
 
+/* The same of points whose gradients are learned: 1 to 2 on the bridge for 0.5 to 1 %. */
+#define THRUM_CUBATURE_POINTS_LEARNED 2
+
 typedef struct thrum_cubature_def {
   /* Relative rms of the internal force at which points are enough, in states that were not trained
    * on; > 0. Smaller: more points. */

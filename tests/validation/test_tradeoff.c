@@ -328,6 +328,14 @@ static void points_are_tried_from_the_rank_on_where_they_may_be_cheaper(void **s
     assert_true(recipes[1].cubature_error == 0.005 && recipes[1].rank == rank &&
                 recipes[1].trained);
   }
+
+  // two points a coordinate, which are enough where gradients are learned, from rank 20 on
+  problem.points_alone = false;
+  problem.cubature_refine = 1000;
+  for (int64_t rank = 2; rank <= THRUM_RANK_MAX; rank++) {
+    const tradeoff_recipe basis = {.modes = 5, .rank = rank, .trained = true};
+    assert_int_equal(tradeoff_points(&problem, &basis, recipes), rank >= 20 ? 2 : 0);
+  }
 }
 
 /* Bases whose error falls with the rank, and rises with that of their points; dear polynomials. */
@@ -644,25 +652,28 @@ static double error_again(const cJSON *recommended, const char *folder_of_it) {
 
 static void the_printed_commands_make_models_of_points_of_every_law(void **state) {
   (void)state;
-  static const char *const cases[][6] = {{"--cubature", "only", "--rank-max", "30"},
-                                         {"--law", "neo-hookean", "--rank-max", "30"},
-                                         {"--law", "corotational", "--rank-max", "0"}};
+  static const char *const cases[][6] = {
+      {"--cubature", "only", "--rank-max", "30"},
+      {"--law", "neo-hookean", "--rank-max", "30", "--cubature-refine", "300"},
+      {"--law", "corotational", "--rank-max", "0"}};
 
   // under the sanitizers one law stands for the others, whose points they see elsewhere
   for (int n = LENGTH_OF_RUN(0, 1); n < LENGTH_OF_RUN(3, 2); n++) {
     // bases of a polynomial are tried with none of these, as no polynomial holds another law
     setenv("THRUM_COMMAND", "'" THRUM_PROGRAM "'", 1);
-    program_result run =
-        thrum_run(folder, "tradeoff", "beam.npz", "-o", "points", "--load", "square:0,0,-90@tip",
-                  "--quick", "--time", "0.3", "--error", n < 2 ? "0.5%" : "20%", "--ranks", "0,6",
-                  "--json", "-q", cases[n][0], cases[n][1], cases[n][2], cases[n][3], NULL);
+    program_result run = thrum_run(
+        folder, "tradeoff", "beam.npz", "-o", "points", "--load", "square:0,0,-90@tip", "--quick",
+        "--time", "0.3", "--error", n < 2 ? "0.5%" : "20%", "--ranks", "0,6", "--json", "-q",
+        cases[n][0], cases[n][1], cases[n][2], cases[n][3], cases[n][4], cases[n][5], NULL);
     unsetenv("THRUM_COMMAND");
     if (run.exit_code != 0)
       fail_msg("%s", run.err);
     cJSON *object = json_line(run.out);
     const cJSON *recommended = cJSON_GetObjectItem(object, "recommended"), *item;
     cJSON_ArrayForEach(item, cJSON_GetObjectItem(object, "runs")) {
-      assert_true(json_value(cJSON_GetObjectItem(item, "cubature"), "points") > 0);
+      const cJSON *cubature = cJSON_GetObjectItem(item, "cubature");
+      assert_true(json_value(cubature, "points") > 0);
+      assert_true(json_value(cubature, "refine") == (n == 1 ? 300 : 0));
     }
     assert_string_equal(
         cJSON_GetObjectItem(cJSON_GetObjectItem(object, "full"), "law")->valuestring,
@@ -703,6 +714,7 @@ static void what_polynomials_cannot_hold_is_not_asked_of_them(void **state) {
       {2,
        "--cubature-errors is of cubature points",
        {"--cubature", "off", "--cubature-errors=0.1"}},
+      {2, "--cubature-refine is of cubature points", {"--cubature", "off", "--cubature-refine=9"}},
       {2, "--cubature-errors wants", {"--cubature-errors", "0"}},
       {2, "--cubature-errors", {"--cubature-errors", "1e-2,2e-2,3e-2,4e-2,5e-2"}},
   };

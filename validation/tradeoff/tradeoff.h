@@ -60,6 +60,7 @@ typedef struct tradeoff_problem {
   bool points_alone; /* no polynomials */
   int64_t cubature_count;
   double cubature_errors[TRADEOFF_POINTS_MAX];
+  int64_t cubature_refine;   /* steps in which the gradients of points are learned; 0: none */
   const double *mode_omega2; /* linear modes of the model's own basis [1/s^2]; NULL: not known */
   int64_t mode_count;
 

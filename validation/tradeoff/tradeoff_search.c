@@ -24,13 +24,15 @@ static bool is_open(const tradeoff_problem *problem, int64_t number) {
 }
 
 /* The cost of a force by as many points as bodies usually take, over that by the polynomial. */
-static double points_cost(int64_t rank) {
-  return thrum_cubature_cost(THRUM_CUBATURE_POINTS_USUAL * rank, rank);
+static double points_cost(const tradeoff_problem *problem, int64_t rank) {
+  const int64_t usual =
+      problem->cubature_refine > 0 ? THRUM_CUBATURE_POINTS_LEARNED : THRUM_CUBATURE_POINTS_USUAL;
+  return thrum_cubature_cost(usual * rank, rank);
 }
 
 int64_t tradeoff_points(const tradeoff_problem *problem, const tradeoff_recipe *basis,
                         tradeoff_recipe *recipes) {
-  if (!problem->points_alone && !(points_cost(basis->rank) < 1))
+  if (!problem->points_alone && !(points_cost(problem, basis->rank) < 1))
     return 0;
   for (int64_t n = 0; n < problem->cubature_count; n++) {
     recipes[n] = *basis;
@@ -84,7 +86,7 @@ static double step_seconds(const tradeoff_solution *s, int64_t rank) {
   for (int64_t n = 0; n < s->result.run_count; n++) {
     const tradeoff_run *run = &s->result.runs[n];
     const tradeoff_basis *basis = &s->result.bases[run->basis];
-    const double by = basis->points > 0 ? points_cost(basis->rank) : 1;
+    const double by = basis->points > 0 ? points_cost(s->problem, basis->rank) : 1;
     if (basis->recipe.masters == 0 && (double)basis->rank >= scale) {
       scale = (double)basis->rank;
       known = fmax(known, 1e-6 * run->us_per_step / by);
@@ -104,6 +106,7 @@ static double guess(const tradeoff_solution *s, const tradeoff_recipe *recipe) {
   options.modes = recipe->modes;
   options.rank = recipe->rank;
   options.cubature = points;
+  options.cubature_refine = points ? problem->cubature_refine : 0;
 
   // making it
   double seconds = 0, shortest = problem->full_dt, steps = 0;
@@ -117,7 +120,8 @@ static double guess(const tradeoff_solution *s, const tradeoff_recipe *recipe) {
     shortest = fmin(shortest, problem->dts[n]);
     steps += 3 * (double)problem->tolerance_count * problem->script.time / problem->dts[n];
   }
-  return seconds + step_seconds(s, recipe->rank) * (points ? points_cost(recipe->rank) : 1) *
+  return seconds + step_seconds(s, recipe->rank) *
+                       (points ? points_cost(problem, recipe->rank) : 1) *
                        (steps + ITERATIONS * 8 * problem->script.time / shortest);
 }
 
@@ -253,7 +257,7 @@ static thrum_status try_forms(tradeoff_solution *s, const tradeoff_recipe *basis
   tradeoff_recipe forms[FORMS_MAX];
   int64_t count = forms_of(s->problem, basis, forms);
   const bool polynomial = count > 0 && !(forms[count - 1].cubature_error > 0);
-  const bool leads = polynomial && !(points_cost(basis->rank) < FAR_CHEAPER);
+  const bool leads = polynomial && !(points_cost(s->problem, basis->rank) < FAR_CHEAPER);
   const int64_t first = s->result.basis_count;
   if (leads)
     THRUM_TRY(go_on(s, &forms[count - 1], error));
@@ -276,7 +280,7 @@ static thrum_status try_beyond(tradeoff_solution *s, int64_t number, thrum_error
     return THRUM_OK;
   const tradeoff_basis *chosen = &s->result.bases[s->result.runs[s->result.chosen].basis];
   if (chosen->points > 0 || chosen->recipe.masters > 0 ||
-      !(points_cost(chosen->rank) < FAR_CHEAPER))
+      !(points_cost(s->problem, chosen->rank) < FAR_CHEAPER))
     return THRUM_OK;
   const tradeoff_recipe trained = trained_recipe(s->problem, number);
   return try_points(s, forms, tradeoff_points(s->problem, &trained, forms), error);

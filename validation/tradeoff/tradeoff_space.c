@@ -81,6 +81,7 @@ static void ask_for_points(const tradeoff_solution *s, const tradeoff_recipe *re
   options->cubature = true;
   options->cubature_error = recipe->cubature_error;
   options->cubature_range = basis->cubature_range;
+  options->cubature_refine = s->problem->cubature_refine;
 }
 
 /* A model made from the mesh, half of it trained on the reference where the recipe says so. */
