@@ -11,6 +11,7 @@
  * small. Since the kinetic energy is a convex function of the impulses, e <= 1 never raises it;
  * what friction and unequal restitutions could add is found in the sum and taken back.
  *
+ * Rows that sweeps do not settle are solved at once (contact_impact_newton.c).
  * Cost: about 150 operations a row and sweep, in steps with an impact alone. Sources: Moreau 1988,
  * doi:10.1007/978-3-7091-2624-0_1; Jean 1999, doi:10.1016/S0045-7825(98)00383-1.
  *
@@ -20,12 +21,14 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/contact/contact_impact.h"
+#include "runtime/contact/contact_impact_private.h"
 #include "runtime/dynamics/rigid_frame_private.h"
 #include "runtime/dynamics/state_layout.h"
 
 #define SOFT 5e-3       /* v / (omega_1 diagonal) above which a body is not near-rigid */
-#define SWEEPS_MAX 500  /* over the rows of an impact */
+#define SWEEPS_MAX 500  /* over the rows of an impact that are not solved at once */
+#define EARLY 20        /* sweeps before all rows are */
+#define LATE 6          /* sweeps after it */
 #define TOLERANCE 1e-10 /* of the fastest approach: sweeps end that change velocities less */
 #define ROUNDING 1e-3   /* of all impulses, by which they may be cut so that they add no energy */
 
@@ -37,25 +40,10 @@ typedef struct means {
   bool bounces;    /* with the rows' restitution */
 } means;
 
-/* A row with its bodies. */
-typedef struct place {
-  thrum_contact_row *row;
-  const thrum_pair_row *pair;   /* that the row is of; NULL: one on an obstacle */
-  thrum_contact_run *bodies[2]; /* second NULL: an obstacle */
-  double arms[2][3];            /* from their centres of mass [m] */
-  double velocity[3];           /* of the obstacle [m/s] */
-  bool springy;                 /* it has a spring or a damper that was asked for */
-} place;
-
-/* Where a loop over all rows is. */
-typedef struct cursor {
-  int64_t body, row;
-} cursor;
-
-static place place_on_obstacle(thrum_contact_run *body, int64_t index) {
+static thrum_impact_place place_on_obstacle(thrum_contact_run *body, int64_t index) {
   thrum_contact_row *row = body->view.rows + index;
   const thrum_obstacle *obstacle = body->environment->obstacles + row->touch.obstacle;
-  place made = {.row = row, .bodies = {body, NULL}};
+  thrum_impact_place made = {.row = row, .bodies = {body, NULL}};
   memcpy(made.arms[0], row->lever, sizeof row->lever);
   memcpy(made.velocity, obstacle->velocity, sizeof made.velocity);
   made.springy =
@@ -64,9 +52,9 @@ static place place_on_obstacle(thrum_contact_run *body, int64_t index) {
 }
 
 /* Both arms end at one point, halfway between the places, so that no angular momentum is made. */
-static place place_between(thrum_pairs_run *run, int64_t index) {
+static thrum_impact_place place_between(thrum_pairs_run *run, int64_t index) {
   thrum_pair_row *pair = run->view.rows + index;
-  place made = {.row = &pair->row, .pair = pair};
+  thrum_impact_place made = {.row = &pair->row, .pair = pair};
   double point[3];
   for (int side = 0; side < 2; side++)
     made.bodies[side] = run->view.runs + pair->members[side];
@@ -80,7 +68,8 @@ static place place_between(thrum_pairs_run *run, int64_t index) {
   return made;
 }
 
-static bool next(const thrum_impact_rows *rows, cursor *at, place *found) {
+bool thrum_impact_next(const thrum_impact_rows *rows, thrum_impact_cursor *at,
+                       thrum_impact_place *found) {
   // rows on obstacles, body by body; a member that failed has none
   for (; at->body < rows->count; at->body++, at->row = 0) {
     thrum_contact_run *body = rows->runs + at->body;
@@ -213,9 +202,7 @@ static void respond(const thrum_contact_run *body, const double arm[3], const do
     out[axis] += body->impact.inverse_mass * impulse[axis] + moved[axis];
 }
 
-/* Velocity of the first place against the second, by the motion of the bodies as a whole and the
- * impulses so far. */
-static void velocity_of(const place *at, double out[3]) {
+void thrum_impact_velocity(const thrum_impact_place *at, double out[3]) {
   for (int axis = 0; axis < 3; axis++)
     out[axis] = -at->velocity[axis];
   for (int side = 0; side < 2 && at->bodies[side] != NULL; side++) {
@@ -232,7 +219,7 @@ static void velocity_of(const place *at, double out[3]) {
   }
 }
 
-static void push(const place *at, const double impulse[3]) {
+void thrum_impact_push(const thrum_impact_place *at, const double impulse[3]) {
   for (int side = 0; side < 2 && at->bodies[side] != NULL; side++) {
     thrum_impact_body *of = &at->bodies[side]->impact;
     const double sign = side == 0 ? 1.0 : -1.0;
@@ -248,7 +235,7 @@ static void push(const place *at, const double impulse[3]) {
 
 /* How far the first place moves against the second in the step, by the bodies as a whole and their
  * pulls. */
-static void way_of(const place *at, double h, double out[3]) {
+static void way_of(const thrum_impact_place *at, double h, double out[3]) {
   for (int axis = 0; axis < 3; axis++)
     out[axis] = -h * at->velocity[axis];
   for (int side = 0; side < 2 && at->bodies[side] != NULL; side++) {
@@ -262,7 +249,7 @@ static void way_of(const place *at, double h, double out[3]) {
 }
 
 /* Are both bodies near-rigid at this speed, without a spring between them that was asked for? */
-static bool is_rigid(const place *at, double speed) {
+static bool is_rigid(const thrum_impact_place *at, double speed) {
   bool rigid = !at->springy;
   for (int side = 0; side < 2 && at->bodies[side] != NULL; side++)
     rigid = rigid && speed * speed <= at->bodies[side]->impact.limit;
@@ -271,9 +258,9 @@ static bool is_rigid(const place *at, double speed) {
 
 /* How fast the places of a row move apart along its normal as the step starts [m/s]; *way: how far
  * they do so in the step, by the bodies as a whole and their pulls [m]. */
-static double speed_apart(const place *at, double *way) {
+static double speed_apart(const thrum_impact_place *at, double *way) {
   double velocity[3], moved[3];
-  velocity_of(at, velocity);
+  thrum_impact_velocity(at, velocity);
   way_of(at, at->bodies[0]->dt, moved);
   *way = thrum_dot3(moved, at->row->touch.normal);
   return thrum_dot3(velocity, at->row->touch.normal);
@@ -281,7 +268,7 @@ static double speed_apart(const place *at, double *way) {
 
 /* The time from the start of the step at which a row strikes, which may be after its end; INFINITY
  * where it does not. */
-static double time_of(const place *at) {
+static double time_of(const thrum_impact_place *at) {
   const double h = at->bodies[0]->dt, gap = at->row->gap;
   double way;
   const double speed = speed_apart(at, &way);
@@ -302,9 +289,9 @@ static double time_of(const place *at) {
  * fastest approach. */
 static double mark_strikes(const thrum_impact_rows *rows, double *fastest) {
   double first = INFINITY, h = 0.0;
-  place at;
+  thrum_impact_place at;
   *fastest = 0.0;
-  for (cursor n = {0, 0}; next(rows, &n, &at);) {
+  for (thrum_impact_cursor n = {0, 0}; thrum_impact_next(rows, &n, &at);) {
     const double time = time_of(&at);
     h = at.bodies[0]->dt;
     double velocity[3];
@@ -314,7 +301,7 @@ static double mark_strikes(const thrum_impact_rows *rows, double *fastest) {
 
     // all that strike in a step strike together, and so does what is as near but for rounding: a
     // face that lands flat must not be struck at some of its points
-    velocity_of(&at, velocity);
+    thrum_impact_velocity(&at, velocity);
     at.row->strike.part = THRUM_STRIKES;
     first = fmin(first, time);
     *fastest = fmax(*fastest, -thrum_dot3(velocity, at.row->touch.normal));
@@ -327,7 +314,7 @@ static double mark_strikes(const thrum_impact_rows *rows, double *fastest) {
 /* The gap of a row at a time of the step, as the bodies go before the impact [m]. A body that an
  * earlier impact of the step has put on another way is inside what it struck at the start of that
  * way, and not at this time. */
-static double gap_at(const place *at, double time) {
+static double gap_at(const thrum_impact_place *at, double time) {
   const double h = at->bodies[0]->dt, share = time / h;
   double way;
   const double speed = speed_apart(at, &way);
@@ -337,12 +324,12 @@ static double gap_at(const place *at, double time) {
 /* Marks the rows that bear on what is struck at a time: they may not give way. */
 static void mark_bearing(const thrum_impact_rows *rows, double time, double fastest) {
   bool more = true;
-  place at;
+  thrum_impact_place at;
 
   // from body to body, as long as the impact reaches another one
   while (more) {
     more = false;
-    for (cursor n = {0, 0}; next(rows, &n, &at);) {
+    for (thrum_impact_cursor n = {0, 0}; thrum_impact_next(rows, &n, &at);) {
       const bool reached =
           at.bodies[0]->impact.taken || (at.bodies[1] != NULL && at.bodies[1]->impact.taken);
       if (at.row->strike.part != THRUM_NO_PART || !reached || !is_rigid(&at, fastest))
@@ -361,7 +348,7 @@ static void mark_bearing(const thrum_impact_rows *rows, double time, double fast
 
 /* Fills what each part of the impact needs, at its time. */
 static void fill_parts(const thrum_impact_rows *rows, const means *by) {
-  place at;
+  thrum_impact_place at;
 
   // a solve begins without impulses
   for (int64_t n = 0; n < rows->count; n++) {
@@ -370,13 +357,13 @@ static void fill_parts(const thrum_impact_rows *rows, const means *by) {
   }
 
   // the speed that each row asks for
-  for (cursor n = {0, 0}; next(rows, &n, &at);) {
+  for (thrum_impact_cursor n = {0, 0}; thrum_impact_next(rows, &n, &at);) {
     thrum_row_strike *strike = &at.row->strike;
     const double *normal = at.row->touch.normal;
     if (strike->part == THRUM_NO_PART)
       continue;
     memset(strike->impulse, 0, sizeof strike->impulse);
-    velocity_of(&at, strike->before);
+    thrum_impact_velocity(&at, strike->before);
     const double approach = fmax(-thrum_dot3(strike->before, normal), 0.0);
     const bool bounces = strike->part == THRUM_STRIKES && by->bounces;
     strike->away = bounces ? at.row->restitution * approach : 0.0;
@@ -398,26 +385,26 @@ static void fill_parts(const thrum_impact_rows *rows, const means *by) {
 }
 
 /* Solves one part; returns by how much its velocity changed [m/s]. */
-static double solve_part(const place *at) {
+static double solve_part(const thrum_impact_place *at) {
   thrum_row_strike *strike = &at->row->strike;
   const double *normal = at->row->touch.normal;
   double velocity[3], change[3];
 
   // the normal impulse that leaves the speed asked for, or none
-  velocity_of(at, velocity);
+  thrum_impact_velocity(at, velocity);
   const double had = thrum_dot3(strike->impulse, normal);
   const double speed = thrum_dot3(velocity, normal);
   const double force = fmax(had + (strike->away - speed) / strike->along, 0.0);
   for (int axis = 0; axis < 3; axis++)
     change[axis] = (force - had) * normal[axis];
-  push(at, change);
+  thrum_impact_push(at, change);
   const double moved = fabs(force - had) * strike->along;
   if (!(strike->friction > 0.0))
     return moved;
 
   // friction against the tangential velocity, within Coulomb's bound
   double across[3];
-  velocity_of(at, velocity);
+  thrum_impact_velocity(at, velocity);
   const double rest = thrum_dot3(velocity, normal);
   for (int axis = 0; axis < 3; axis++)
     across[axis] = strike->impulse[axis] - force * normal[axis] -
@@ -426,15 +413,20 @@ static double solve_part(const place *at) {
   const double share = length > most ? most / length : 1.0;
   for (int axis = 0; axis < 3; axis++)
     change[axis] = share * across[axis] + force * normal[axis] - strike->impulse[axis];
-  push(at, change);
+  thrum_impact_push(at, change);
   return moved + sqrt(thrum_dot3(change, change)) * strike->across;
 }
 
+/* Solves for all impulses: by sweeps over the rows and, where these do not settle, all at once.
+ * Then a few sweeps give each row its law. */
 static void solve(const thrum_impact_rows *rows, double fastest) {
-  for (int sweep = 0; sweep < SWEEPS_MAX; sweep++) {
+  int most = SWEEPS_MAX;
+  for (int sweep = 0; sweep < most; sweep++) {
     double change = 0.0;
-    place at;
-    for (cursor n = {0, 0}; next(rows, &n, &at);)
+    thrum_impact_place at;
+    if (sweep == EARLY && thrum_impact_newton(rows, TOLERANCE * fastest))
+      most = EARLY + LATE;
+    for (thrum_impact_cursor n = {0, 0}; thrum_impact_next(rows, &n, &at);)
       if (at.row->strike.part != THRUM_NO_PART)
         change = fmax(change, solve_part(&at));
     if (!(change > TOLERANCE * fastest))
@@ -444,10 +436,10 @@ static void solve(const thrum_impact_rows *rows, double fastest) {
 
 /* Returns the energy that the impulse of a row takes [J], beyond the work of what moves by itself.
  */
-static double loss_of(const place *at) {
+static double loss_of(const thrum_impact_place *at) {
   const thrum_row_strike *strike = &at->row->strike;
   double after[3];
-  velocity_of(at, after);
+  thrum_impact_velocity(at, after);
   return -0.5 * (thrum_dot3(strike->impulse, strike->before) + thrum_dot3(strike->impulse, after));
 }
 
@@ -457,15 +449,15 @@ static double loss_of(const place *at) {
  * With all impulses times s, the loss is s a - s^2 b / 2, a = -sum P v and b = sum P (v' - v). */
 static bool cut(const thrum_impact_rows *rows) {
   double a = 0.0, b = 0.0;
-  place at;
+  thrum_impact_place at;
 
   // the two sums over all rows of the impact
-  for (cursor n = {0, 0}; next(rows, &n, &at);) {
+  for (thrum_impact_cursor n = {0, 0}; thrum_impact_next(rows, &n, &at);) {
     const thrum_row_strike *strike = &at.row->strike;
     double after[3];
     if (strike->part == THRUM_NO_PART)
       continue;
-    velocity_of(&at, after);
+    thrum_impact_velocity(&at, after);
     a -= thrum_dot3(strike->impulse, strike->before);
     b += thrum_dot3(strike->impulse, after) - thrum_dot3(strike->impulse, strike->before);
   }
@@ -474,18 +466,18 @@ static bool cut(const thrum_impact_rows *rows) {
     return false;
 
   // less of each
-  for (cursor n = {0, 0}; share < 1.0 && next(rows, &n, &at);) {
+  for (thrum_impact_cursor n = {0, 0}; share < 1.0 && thrum_impact_next(rows, &n, &at);) {
     double less[3];
     for (int axis = 0; axis < 3; axis++)
       less[axis] = (share - 1.0) * at.row->strike.impulse[axis];
     if (at.row->strike.part != THRUM_NO_PART)
-      push(&at, less);
+      thrum_impact_push(&at, less);
   }
   return true;
 }
 
 /* The work that an obstacle or a solid which moves does by the impulse of a row [J]. */
-static double work_of(const place *at) {
+static double work_of(const thrum_impact_place *at) {
   double moves[3] = {at->velocity[0], at->velocity[1], at->velocity[2]}, sum = 0.0;
   if (at->bodies[1] == NULL)
     return thrum_dot3(at->row->strike.impulse, moves);
@@ -512,7 +504,7 @@ static double split(const thrum_contact_row *row, double across[3]) {
 }
 
 /* Lists a place on an obstacle behind the touches of the last step, where these leave room. */
-static void list_on_obstacle(const place *at) {
+static void list_on_obstacle(const thrum_impact_place *at) {
   thrum_contact *contact = at->bodies[0]->contact;
   contact->impacts++;
   if (contact->touch_count + contact->struck >= contact->touch_max)
@@ -527,7 +519,7 @@ static void list_on_obstacle(const place *at) {
 }
 
 /* Lists a place between two bodies, at the time of the impact. */
-static void list_between(thrum_pairs_run *run, const place *at) {
+static void list_between(thrum_pairs_run *run, const thrum_impact_place *at) {
   const thrum_contact_run *first = at->bodies[0];
   run->impacts++;
   if (run->first_struck + run->struck >= run->pairs->touch_max)
@@ -544,8 +536,8 @@ static void list_between(thrum_pairs_run *run, const place *at) {
 /* Books the energy of the impact, and what went through it: with the bodies' own contact, or with
  * that between them. Where an impulse acts it is listed. */
 static void book(const thrum_impact_rows *rows) {
-  place at;
-  for (cursor n = {0, 0}; next(rows, &n, &at);) {
+  thrum_impact_place at;
+  for (thrum_impact_cursor n = {0, 0}; thrum_impact_next(rows, &n, &at);) {
     if (at.row->strike.part == THRUM_NO_PART)
       continue;
 
@@ -652,8 +644,8 @@ bool thrum_contact_strike(const thrum_impact_rows *rows) {
 }
 
 bool thrum_contact_strays(const thrum_impact_rows *rows) {
-  place at;
-  for (cursor n = {0, 0}; next(rows, &n, &at);) {
+  thrum_impact_place at;
+  for (thrum_impact_cursor n = {0, 0}; thrum_impact_next(rows, &n, &at);) {
     const thrum_contact_row *row = at.row;
     const double h = at.bodies[0]->dt, end = row->gap + h * (row->speed - 0.5 * row->gained);
     const bool struck =

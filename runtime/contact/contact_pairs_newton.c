@@ -29,15 +29,13 @@
 
 #include "runtime/base/two_lanes.h"
 #include "runtime/contact/contact_law.h"
+#include "runtime/contact/contact_newton.h"
 #include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
 
 #define SOFTNESS 0.3      /* of a row's response: the compliance about its force */
 #define ITERATIONS_MAX 16 /* of a solve */
 #define ALIKE 0.3         /* of the derivatives of a row: by how much the sum may be off */
-#define SEARCHES_MAX 8    /* slopes along a step */
-#define FLATTER 0.3       /* of the slope at the start of a step: what its end may have */
-#define NARROWER 0.1 /* of what is left of a step: a search goes at least so far from its ends */
 
 /* Two bodies and the rows between them. */
 typedef struct newton {
@@ -268,45 +266,8 @@ static double dot(const double *a, const double *b, int64_t count) {
 
 /* Solves for the step; false where the matrix has no factor. */
 static bool solve_step(const newton *of) {
-  const int64_t m = of->m;
-  double *step = of->step;
-  memcpy(of->factor, of->matrix, (size_t)(m * m) * sizeof *of->factor);
-
-  // U^T U, row by row
-  for (int64_t k = 0; k < m; k++) {
-    double *restrict row = of->factor + k * m;
-    if (!(row[k] > 0.0) || !isfinite(row[k]))
-      return false;
-    const double scale = 1.0 / sqrt(row[k]);
-    for (int64_t q = k; q < m; q++)
-      row[q] *= scale;
-    for (int64_t p = k + 1; p < m; p++) {
-      double *restrict below = of->factor + p * m;
-      const double share = row[p];
-      for (int64_t q = p; q < m; q++)
-        below[q] -= share * row[q];
-    }
-  }
-
-  // U^T y = -gradient, then U step = y
-  for (int64_t q = 0; q < m; q++)
-    step[q] = -of->gradient[q];
-  for (int64_t k = 0; k < m; k++) {
-    const double *restrict row = of->factor + k * m;
-    step[k] /= row[k];
-    for (int64_t q = k + 1; q < m; q++)
-      step[q] -= row[q] * step[k];
-  }
-  for (int64_t k = m - 1; k >= 0; k--) {
-    const double *restrict row = of->factor + k * m;
-    double sum = step[k];
-    for (int64_t q = k + 1; q < m; q++)
-      sum -= row[q] * step[q];
-    step[k] = sum / row[k];
-  }
-
-  // one number that is none spreads over all of them
-  return isfinite(dot(step, step, m));
+  memcpy(of->factor, of->matrix, (size_t)(of->m * of->m) * sizeof *of->factor);
+  return thrum_newton_step(of->m, of->factor, of->gradient, of->step);
 }
 
 /* How far the rows go in a whole step; returns the largest [m]. */
@@ -321,8 +282,9 @@ static double fill_ways_on(const newton *of) {
 }
 
 /* The slope of the function at a share of the step. */
-static double slope_at(const newton *of, double share, double before, double square) {
-  double slope = before + share * square;
+static double slope_at(const void *newton_of, double share) {
+  const newton *of = newton_of;
+  double slope = dot(of->z, of->step, of->m) + share * dot(of->step, of->step, of->m);
   for (int64_t n = 0; n < of->count; n++) {
     const thrum_newton_row *at = of->rows + n;
     double x[3], force[3];
@@ -334,34 +296,9 @@ static double slope_at(const newton *of, double share, double before, double squ
   return slope;
 }
 
-/* The share of the step that is taken: the whole, or one near the minimum along it, between two
- * shares where the function falls and rises (regula falsi). */
+/* The share of the step that is taken. */
 static double search(const newton *of) {
-  const double before = dot(of->z, of->step, of->m), square = dot(of->step, of->step, of->m);
-  const double start = dot(of->gradient, of->step, of->m), flat = FLATTER * fabs(start);
-
-  // mostly the whole step
-  double low = 0.0, high = 1.0, falls = start, rises = slope_at(of, 1.0, before, square);
-  double share = 1.0;
-  if (!(rises > flat))
-    return share;
-
-  // the interval gets smaller from one side or the other
-  for (int n = 1; n < SEARCHES_MAX; n++) {
-    const double part = fmin(fmax(falls / (falls - rises), NARROWER), 1.0 - NARROWER);
-    share = low + part * (high - low);
-    const double slope = slope_at(of, share, before, square);
-    if (fabs(slope) <= flat)
-      break;
-    if (slope > 0.0) {
-      high = share;
-      rises = slope;
-    } else {
-      low = share;
-      falls = slope;
-    }
-  }
-  return share;
+  return thrum_newton_search(slope_at, of, dot(of->gradient, of->step, of->m));
 }
 
 /* --- the solve -------------------------------------------------------------------------------- */

@@ -123,6 +123,10 @@ typedef struct thrum_newton_row {
   double rate[9]; /* by which the force falls with the displacement, as it is in the sum [N/m] */
 } thrum_newton_row;
 
+/* Bodies as a whole that are (contact_impact_newton.c): six coordinates each. */
+#define THRUM_IMPACT_COLUMNS 192 /* at most */
+#define THRUM_IMPACT_WIDTH(members) THRUM_NEWTON_LEAST(6 * (members), THRUM_IMPACT_COLUMNS)
+
 typedef double thrum_turn[3];
 
 /* A box along the axes of the world that holds points over the step [m]. */
@@ -203,6 +207,7 @@ struct thrum_contact_pairs {
   X(double, newton_ways,                                                                           \
     THRUM_NEWTON_LEAST(touch_max, THRUM_NEWTON_ROWS) * 3 * THRUM_NEWTON_WIDTH(rank_max))           \
   X(double, newton_room, (2 * THRUM_NEWTON_WIDTH(rank_max) + 8) * THRUM_NEWTON_WIDTH(rank_max))    \
+  X(double, impact_room, (THRUM_IMPACT_WIDTH(member_max) + 3) * THRUM_IMPACT_WIDTH(member_max))    \
   X(thrum_contact_run, runs, member_max)                                                           \
   X(thrum_contact, contacts, member_max) /* as the step began; of solids, without rows */          \
   X(thrum_contact_environment, environments, member_max) /* of solids */                           \
@@ -252,6 +257,7 @@ typedef struct thrum_pairs_run {
   bool closing;         /* touches keep their forces: the links alone are solved for */
   bool own;             /* the search is of a body with itself, in the axes that it turns with */
   bool again;           /* an attempt has failed: forces have to be more exact */
+  double excess;        /* share of their depth that springs are too deep (thrum_rows_excess) */
   double taken, driven; /* lost in impacts of this step, and done by solids in them [J] */
   double flow;          /* that went through them: impulses times speeds before [J] */
 } thrum_pairs_run;

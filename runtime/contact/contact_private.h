@@ -79,6 +79,11 @@ typedef struct thrum_row_strike {
   double friction;
   double along,
       across; /* velocity under a unit impulse: along the normal, bound across it [1/kg] */
+
+  /* A solve of all rows at once has these (contact_impact_newton.c). */
+  double force, rubbing[3]; /* along the normal and across it, that the row goes on from [N s] */
+  double most;              /* bound of the latter [N s] */
+  double at[3], way[3];     /* velocity, and what a step of the solve adds to it [m/s] */
 } thrum_row_strike;
 
 /* A body as a whole in the impacts of a step. */
@@ -95,6 +100,8 @@ typedef struct thrum_impact_body {
   double passed[3];            /* way of the centre from the start of the step to the impact [m] */
   double gyration;             /* the energy gyration_of() before the impact [J] */
   double impulse[3], whirl[3]; /* on the centre, and about it [N s], [N m s] */
+  int64_t column;              /* of its six in a solve of all rows at once; below 0: it has none */
+  double root[9];              /* of its inverse inertia there */
 } thrum_impact_body;
 
 /* A touch in a step. Gaps are linear in the point's displacement dx over the step:

@@ -533,6 +533,38 @@ static void what_is_struck_does_not_pass_what_it_meets(void **context) {
   assert_true(report.deepest_share > 0 && report.deepest_share < 1);
 }
 
+/* A column of cubes that lie on each other strikes the floor: without restitution all of them stop
+ * in that impact, as its impulses are passed on from cube to cube. */
+static void a_column_is_struck_as_one(void **context) {
+  fixture *f = *context;
+  const double thickness = 0.1 * sqrt(3) / 250, speed = 0.5, overlap = 1e-9;
+  thrum_scene_solid_def floor = thrum_default_scene_solid_def();
+  floor.position[2] = -0.5;
+  floor.restitution = floor.friction = 0;
+  MUST(thrum_scene_add_solid(f->scene, &floor, NULL, &failure));
+  collide(f->scene, 0, 0);
+  for (int n = 0; n < 12; n++) {
+    thrum_scene_body_def cube =
+        def_of(&f->block, 0.01 * (n % 3), 0,
+               0.05 + thickness + n * (0.1 + thickness - overlap) + 5e-4, 1e4);
+    cube.scale = 0.5;
+    cube.velocity[2] = -speed;
+    add(f->scene, &cube);
+  }
+
+  // half a millimetre above the floor, it meets it in the first step
+  MUST(thrum_scene_step(f->scene, &failure));
+  double fastest = 0;
+  for (int n = 0; n < 12; n++) {
+    double x[3], v[3];
+    MUST(thrum_scene_body_vertex(f->scene, n, 13, x, v, &failure));
+    fastest = fmax(fastest, sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
+  }
+  print_message("fastest after the impact: %.2g m/s\n", fastest);
+  assert_true(thrum_scene_collisions(f->scene).impacts > 0);
+  assert_true(fastest < 1e-6 * speed);
+}
+
 static void a_stack_rests(void **context) {
   fixture *f = *context;
 
@@ -1155,6 +1187,7 @@ int main(void) {
       TEST(what_is_struck_does_not_pass_what_it_meets),
 
       // what rests
+      TEST(a_column_is_struck_as_one),
       TEST(a_stack_rests),
       TEST(friction_holds_up_to_its_angle),
       TEST(a_stack_of_soft_cubes_stands),

@@ -65,13 +65,13 @@ function shiftedLink(link, way, bodies) {
 
 /** A scene three times, side by side, each with its integrator. Planes are shared. Copies of
  * several bodies are so far apart that they do not meet; the copies of one body pass through each other.
+ * Bodies whose spin and shape are coupled are stepped by energy in each copy.
  * @param {import('./pack.js').Pack} pack @param {object} scene */
 export function comparedScene(pack, scene) {
   if (scene.obstacles.some(({ inside }) => inside))
     throw new Error('bodies inside an obstacle cannot be compared: there is no room for three beside each other');
-  const coupled = scene.bodies.find((body) => body.coupled);
-  if (coupled)
-    throw new Error(`${coupled.name}: a body whose spin and shape are coupled is stepped by energy alone, so there is nothing to compare`);
+  if (scene.bodies.every((body) => body.coupled))
+    throw new Error(`${scene.bodies[0].name}: a body whose spin and shape are coupled is stepped by energy alone, so there is nothing to compare`);
   const way = SPACING * widthOf(pack, scene);
   const whole = scene.bodies.length > 1;
   const shifts = COMPARED.map((_, n) => (n - 1) * way);
@@ -85,7 +85,8 @@ export function comparedScene(pack, scene) {
       (scene.links ?? []).map((link) => shiftedLink(link, shift, n * scene.bodies.length))),
     bodies: COMPARED.flatMap(([integrator, colour], n) => scene.bodies.map((body) => {
       const [x, y, z] = body.position;
-      return { ...body, name: whole ? `${body.name} by ${integrator}` : integrator, integrator,
+      const own = body.coupled ? 'energy' : integrator; // the only one that steps such bodies
+      return { ...body, name: whole ? `${body.name} by ${own}` : integrator, integrator: own,
         colour: whole ? body.colour : colour, position: [x + shifts[n], y, z] };
     })),
   };

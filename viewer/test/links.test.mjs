@@ -89,6 +89,20 @@ test('coupled bodies have the bits of the program, and stretch as they spin', as
   assert.throws(() => comparedScene(pack, pack.scene), /wheel.*energy alone/);
 });
 
+test('beside bodies that are compared, coupled ones are stepped by energy in each copy', async () => {
+  const [wheel, smaller] = SPINNING.bodies;
+  writeFileSync(join(folder, 'beside.json'), JSON.stringify({ ...SPINNING, bodies: [wheel, { ...smaller, coupled: false }] }));
+  const pack = packOf('beside.json');
+  const three = comparedScene(pack, pack.scene);
+  assert.deepEqual(three.bodies.map(({ coupled, integrator }) => [coupled ?? false, integrator]),
+    ['imexv', 'newmark', 'energy'].flatMap((integrator) => [[true, 'energy'], [false, integrator]]));
+
+  // each copy of it stretches as it does by itself
+  const [engine, one] = [await stepped(pack, three, 50), await stepped(pack, pack.scene, 50)];
+  for (const copy of [0, 2, 4])
+    assert.ok(Math.abs(engine.energies(copy).potential / one.energies(0).potential - 1) < 1e-9);
+});
+
 test('a joint between coupled bodies has the bits of the program', async () => {
   const [wheel] = SPINNING.bodies;
   const { pack, engine } = await both('joined', { ...SPINNING, time: 0.1,

@@ -375,6 +375,62 @@ static void the_body_that_flies_apart_is_the_one_that_fails(void **context) {
   }
 }
 
+/* Two places of two bodies, the vertex of the first 'apart' from a face of the second [m]. */
+static thrum_pair_candidate candidate_of(int32_t vertex, double apart) {
+  return (thrum_pair_candidate){.key = {{0, 1}, THRUM_PAIR_VERTEX, vertex, 0},
+                                .members = {0, 1},
+                                .vertices = {vertex, faces[0], faces[1], faces[2]},
+                                .weights = {1, 1.0 / 3, 1.0 / 3, 1.0 / 3},
+                                .normal = {0, 0, 1},
+                                .apart = apart,
+                                .inside = 1,
+                                .slow = 1};
+}
+
+/* A place that has waited and closes gets its row in the middle of a step, when forces are those
+ * that were solved for: what it says to the others is its own force alone. */
+static void a_place_that_wakes_leaves_the_ceilings_of_others(void **context) {
+  fixture *f = *context;
+  const thrum_contact_environment environment = {.obstacles = NULL};
+  thrum_contact none = {.rank = 0};
+  thrum_contact_member members[2] = {{.skin = f->skin, .number = 0},
+                                     {.skin = f->skin, .number = 1}};
+  thrum_pairs_run run = {.pairs = f->pairs,
+                         .history = &f->pairs->history,
+                         .members = members,
+                         .count = 2,
+                         .view = thrum_pairs_view_of(f->pairs),
+                         .candidate_count = 2};
+  f->skin->young = 1e6;
+  for (int n = 0; n < 2; n++) {
+    run.view.runs[n] = (thrum_contact_run){.contact = &none,
+                                           .environment = &environment,
+                                           .axes = {1, 0, 0, 0, 1, 0, 0, 0, 1},
+                                           .dt = 0.01,
+                                           .mass_weight = 1e-4,
+                                           .unloaded = {0, 0, n == 0 ? -1e-5 : 0}};
+    run.view.first_vertex[n + 1] = 4 * (n + 1);
+  }
+
+  // one place is pressed in without a force so far, another one is apart and waits
+  const double depth = 0.002;
+  run.view.candidates[0] = candidate_of(0, f->def.thickness - depth);
+  run.view.candidates[1] = candidate_of(1, f->def.thickness + 1e-4);
+  run.view.order[0] = 0;
+  run.view.order[1] = 1;
+  assert_int_equal(thrum_pairs_add_rows(&run), 1);
+  assert_int_equal(run.idle_count, 1);
+
+  // its spring goes out of that depth, as no force of the last step says that it has to be there
+  thrum_contact_row *row = &run.view.rows[0].row;
+  const double ceiling = row->ceiling;
+  assert_true(ceiling > -depth);
+  row->touch.force = 0.7 * row->stiffness * depth;
+  assert_int_equal(thrum_pairs_wake(&run, true), 1);
+  assert_int_equal(run.row_count, 2);
+  assert_true(row->ceiling == ceiling);
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
 
 int main(void) {
@@ -387,6 +443,7 @@ int main(void) {
       TEST(counts_and_numbers_of_a_copy_have_their_range),
       TEST(each_number_of_a_touch_of_a_copy_is_looked_at),
       TEST(the_body_that_flies_apart_is_the_one_that_fails),
+      TEST(a_place_that_wakes_leaves_the_ceilings_of_others),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
