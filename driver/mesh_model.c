@@ -78,6 +78,12 @@ int mesh_model_full_check(const char *command, const char *path, const mesh_mode
   return mesh_model_def_check(command, def, mesh, law_given);
 }
 
+/* Whether a polynomial cannot hold the laws. */
+static bool needs_points(const mesh_model_def *def) {
+  return def->law != THRUM_LAW_STVK ||
+         region_materials_need_points(def->materials, def->material_count);
+}
+
 /* One file for each mesh and what is asked of it, so that runs of others keep theirs. */
 static thrum_status kept_path(const char *text, const mesh_model_def *def,
                               char path[NAMED_MODEL_PATH_MAX], thrum_error *error) {
@@ -112,9 +118,9 @@ static thrum_status kept_path(const char *text, const mesh_model_def *def,
   if (def->law != THRUM_LAW_STVK) {
     const char *law = thrum_law_name(def->law);
     hash = hash_bytes(hash, law, strlen(law) + 1);
-    if (def->yield > 0)
-      hash = hash_bytes(hash, &def->yield, sizeof def->yield);
   }
+  if (needs_points(def) && def->yield > 0)
+    hash = hash_bytes(hash, &def->yield, sizeof def->yield);
 
   // those of old runs make room
   cache_trim(folder, "mesh-", KEPT_BYTES, KEPT_SECONDS);
@@ -157,8 +163,7 @@ thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool q
   file->path = file->cached;
   request.options.fit = true;
   request.options.law = def->law;
-  request.options.cubature = def->law != THRUM_LAW_STVK ||
-                             region_materials_need_points(def->materials, def->material_count);
+  request.options.cubature = needs_points(def);
   request.options.shared = request.options.cubature ? NULL : def->shared;
   if (def->yield > 0)
     request.options.cubature_yield = def->yield;

@@ -74,10 +74,14 @@ static thrum_status parse_region(const char *text, region_material *material, th
   return THRUM_OK;
 }
 
-thrum_status region_material_option_check(const config_given *given) {
+thrum_status region_material_check(const char *text, thrum_error *error) {
   region_material material;
+  return parse_region(text, &material, error);
+}
+
+thrum_status region_material_option_check(const config_given *given) {
   thrum_error error = {0};
-  return parse_region(given->text, &material, &error) < 0
+  return region_material_check(given->text, &error) < 0
              ? config_given_refuse(given, "%s", error.message)
              : THRUM_OK;
 }

@@ -17,6 +17,9 @@ typedef struct region_material {
 /* For the `take` of an option: refuses a text that is no material. */
 thrum_status region_material_option_check(const config_given *given);
 
+/* The same of a text that comes from elsewhere; THRUM_BAD_FORMAT or THRUM_BAD_VALUE. */
+thrum_status region_material_check(const char *text, thrum_error *error);
+
 /* Whether one of the texts, which were checked, has a law; or one that a polynomial cannot hold. */
 bool region_materials_have_laws(const char *const *texts, int64_t count);
 bool region_materials_need_points(const char *const *texts, int64_t count);

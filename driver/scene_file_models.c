@@ -28,6 +28,7 @@ static bool same_file(const scene_body_spec *left, const scene_body_spec *right)
          memcmp(&left->material.material, &right->material.material,
                 sizeof left->material.material) == 0 &&
          left->material.law == right->material.law &&
+         same_texts(&left->material.regions, &right->material.regions) &&
          (!thrum_mesh_is_named(left->model) ||
           left->material.plastic.yield == right->material.plastic.yield);
 }
@@ -43,6 +44,9 @@ static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *
     def.yield = body->material.plastic.yield;
   for (int64_t n = 0; n < body->fix.count; n++)
     def.fixes[n] = body->fix.texts[n];
+  def.material_count = body->material.regions.count;
+  for (int64_t n = 0; n < def.material_count; n++)
+    def.materials[n] = body->material.regions.texts[n];
 
   // the hash ties the files of a run to this model
   thrum_error detail = {0};

@@ -187,6 +187,11 @@ static thrum_status check_base_motion(const char *text, thrum_error *error) {
 static const config_option material_keys[] = {
     OPTION_GROUP(material_options, "", AT(material)),
     OPTION_LAW("stvk", "; the model then has cubature points", AT(law)),
+    OPTION_TEXTS(
+        "regions", "as the rest",
+        "what regions of the mesh are made of, as --material of precompute: REGION:E,NU,RHO, "
+        "REGION:LAW or REGION:LAW,YIELD",
+        AT(regions)),
     OPTION_GROUP(plastic_options, "", AT(plastic)),
     OPTION_END,
 };

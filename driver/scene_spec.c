@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "driver/region_material.h"
 #include "driver/run_entries.h"
 #include "driver/scene_spec.h"
 #include "mesh/formats/mesh_read.h"
@@ -123,24 +124,42 @@ static thrum_status check_scene_split(const scene_spec *spec) {
   return check_split(spec, &spec->settings.at, spec->settings.def.integrator);
 }
 
+/* Materials of regions, each by itself; whether there are such regions the mesh says. */
+static thrum_status check_regions(const scene_spec *spec, const scene_material_spec *material) {
+  const config_texts *regions = &material->regions;
+  if (regions->count > MESH_MODEL_MATERIALS_MAX)
+    return config_record_refuse(&spec->file, &material->at, "regions", THRUM_BAD_VALUE,
+                                "more than %d texts", MESH_MODEL_MATERIALS_MAX);
+  for (int64_t n = 0; n < regions->count; n++) {
+    thrum_error detail = {0};
+    if (region_material_check(regions->texts[n], &detail) < 0)
+      return config_record_refuse_text(&spec->file, &material->at, "regions", regions, n, "%s",
+                                       detail.message);
+  }
+  return THRUM_OK;
+}
+
 /* A model has its own moduli and law, and may flow where its points do. */
 static thrum_status check_material(const scene_spec *spec, const scene_body_spec *body, bool mesh) {
   const scene_material_spec *material = &body->material;
-  static const char *const of_mesh[] = {"young", "poisson", "density", "law"};
-  for (int n = 0; n < 4 && !mesh && material->at.node != NULL; n++)
+  static const char *const of_mesh[] = {"young", "poisson", "density", "law", "regions"};
+  for (int n = 0; n < 5 && !mesh && material->at.node != NULL; n++)
     if (config_record_member(&spec->file, &material->at, of_mesh[n]) != NULL)
       return config_record_refuse(&spec->file, &material->at, of_mesh[n], THRUM_BAD_VALUE,
                                   "is of a mesh; use \"stiffness\" and \"density\" of a model");
+  THRUM_TRY(check_regions(spec, material));
 
   // nothing flows below a yield, nor in a polynomial
   const thrum_plastic *plastic = &material->plastic;
   if (isinf(plastic->yield) && !(isinf(plastic->creep) && isinf(plastic->largest)))
     return config_record_refuse(&spec->file, &material->at, "yield", THRUM_MISSING,
                                 "is needed: beyond it the material flows");
-  if (!isinf(plastic->yield) && mesh && material->law == THRUM_LAW_STVK)
-    return config_record_refuse(&spec->file, &material->at, "yield", THRUM_BAD_VALUE,
-                                "needs \"law\": \"corotational\" or \"neo-hookean\", whose "
-                                "points flow");
+  if (!isinf(plastic->yield) && mesh && material->law == THRUM_LAW_STVK &&
+      !region_materials_need_points(material->regions.texts, material->regions.count))
+    return config_record_refuse(
+        &spec->file, &material->at, "yield", THRUM_BAD_VALUE,
+        "needs \"law\": \"corotational\" or \"neo-hookean\", or a region of "
+        "one, whose points flow");
   if (!isinf(plastic->yield) && spec->outputs.stress)
     return config_record_refuse(&spec->file, &material->at, "yield", THRUM_BAD_VALUE,
                                 "is not there with \"stress\", which is of a material that does "

@@ -12,6 +12,7 @@
 
 #include <cmocka.h>
 
+#include "runtime/material/material_law.h"
 #include "tests/support/model_archive.h"
 #include "tests/support/test_folder.h"
 
@@ -149,6 +150,61 @@ static void regions_of_one_law_are_the_file_of_that_law(void **state) {
   assert_true(figure(thrum_run(folder, "info", "kept.npz", "--json", NULL), "format_major") == 1);
 }
 
+/* A scene of one body of the bar, of this material; the program's run of it. */
+static program_result run_scene(const char *model, const char *material) {
+  FILE *file = fopen(in_folder("scene.json"), "w");
+  assert_non_null(file);
+  fprintf(file,
+          "{\"time\": 0.05, \"gravity\": [0, 0, -9.81], \"bodies\": [{\"model\": \"%s\",%s "
+          "\"material\": {%s}}]}",
+          model, strstr(model, ".mesh") ? " \"fix\": \"x<0.001\"," : "", material);
+  assert_int_equal(fclose(file), 0);
+  return thrum_run(folder, "simulate", "scene.json", "-o", "scene", "--json", "-q", NULL);
+}
+
+static void a_scene_gives_regions_of_a_mesh_their_materials(void **state) {
+  (void)state;
+#define ALL "\"young\": 1e6, \"poisson\": 0.3, \"density\": 1000"
+  static const char *const materials[] = {
+      ALL ", \"law\": \"neo-hookean\"", ALL ", \"regions\": \"2:neo-hookean\"",
+      ALL ", \"law\": \"corotational\", \"regions\": [\"1:2e6,0.3,1000,stvk\", \"2:neo-hookean\"]"};
+  static const char *const laws[] = {"neo-hookean", NULL, NULL};
+  double energy[3];
+  for (int n = 0; n < 3; n++) {
+    program_result run = run_scene("bar.mesh", materials[n]);
+    if (run.exit_code != 0)
+      fail_msg("%s", run.err);
+    cJSON *object = json_line(run.out);
+    const cJSON *body = cJSON_GetArrayItem(cJSON_GetObjectItem(object, "bodies"), 0);
+    const char *law = cJSON_GetObjectItem(body, "law")->valuestring;
+    assert_string_equal(law, laws[n] ? laws[n] : thrum_law_name(THRUM_LAW_BY_REGION));
+    energy[n] = number_of(body, "energy_last_j");
+    cJSON_Delete(object);
+    program_result_free(&run);
+  }
+  assert_true(energy[0] != energy[1] && energy[1] != energy[2]);
+
+  // what is no material, no region, or of a model
+  static const struct {
+    const char *model, *material, *says;
+  } wrong[] = {
+      {"bar.mesh", "\"regions\": [\"1:stvk\", \"2:rubber\"]", "is no material of a region"},
+      {"bar.mesh", ALL ", \"regions\": \"3:neo-hookean\"",
+       "'3' is no region; the regions are 1, 2"},
+      {"bar.mesh", "\"regions\": 7", "regions"},
+      {"bar.mesh", "\"regions\": \"1:stvk\", \"yield\": 0.1", "or a region of one"},
+      {"beam", "\"regions\": \"1:stvk\"", "is of a mesh"},
+  };
+  for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+    program_result run = run_scene(wrong[n].model, wrong[n].material);
+    assert_true(run.exit_code != 0);
+    if (!strstr(run.err, wrong[n].says))
+      fail_msg("%s", run.err);
+    assert_true(line_count_is(run.err, 1));
+    program_result_free(&run);
+  }
+}
+
 static void tradeoff_says_how_a_model_of_one_law_is_made_of_a_mesh_of_several(void **state) {
   (void)state;
   assert_done(thrum_run(folder, "precompute", BODY, MODEL, MIXED, "-q", "-o", "mixed.npz", NULL));
@@ -265,6 +321,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_model_of_two_laws_moves_and_rests_as_the_mesh_does),
       cmocka_unit_test(regions_of_one_law_are_the_file_of_that_law),
+      cmocka_unit_test(a_scene_gives_regions_of_a_mesh_their_materials),
       cmocka_unit_test(tradeoff_says_how_a_model_of_one_law_is_made_of_a_mesh_of_several),
       cmocka_unit_test(a_region_with_a_yield_flows_and_the_account_closes),
       cmocka_unit_test(laws_of_regions_that_cannot_be_are_refused_in_one_line),
