@@ -76,18 +76,44 @@ static void add(drawn_archive *archive, fuzz_draw *draw, const char *name, const
   add(archive, draw, name, descr, rows, columns, (const double[]){__VA_ARGS__},                    \
       sizeof((const double[]){__VA_ARGS__}) / sizeof(double))
 
-/* One tetrahedron, of four nodes or of ten, held or free, whole or condensed. */
+/* Three cubature points: of the law that no file names, of one that is named, or, where `kinds` is
+ * 3 in its lowest bits, of two regions with laws and yields of their own. */
+static void draw_points(drawn_archive *archive, fuzz_draw *draw, unsigned kinds, int64_t rank) {
+  ADD("point_weights", "<f8", 3, 1, 0.1, 0.2);
+  ADD("point_moduli", "<f8", 2, 3, 1e6, 2e6, 3e6);
+  ADD("point_gradients", "<f8", 27, rank, 0.1, -0.2, 0.3, 0.05);
+  if ((kinds & 3) == 1)
+    ADD("point_law", "|u1", 13, 1, 'c', 'o', 'r', 'o', 't', 'a', 't', 'i', 'o', 'n', 'a', 'l', 0);
+  if ((kinds & 3) == 2)
+    ADD("point_law", "|u1", 12, 1, 'n', 'e', 'o', '-', 'h', 'o', 'o', 'k', 'e', 'a', 'n', 0);
+  if ((kinds & 3) != 3)
+    return;
+
+  // laws 0 to 3, of which the last is none, and yields, also of a law that has none
+  ADD("point_region", "<i4", 3, 1, 0, 1, kinds >> 7);
+  ADD("region_law", "|u1", 2, 1, kinds >> 2 & 3, kinds >> 4 & 3);
+  if (kinds & 64)
+    ADD("region_yield", "<f8", 2, 1, 0.02, 0);
+}
+
+/* One tetrahedron, of four nodes or of ten, held or free, of a polynomial, whole or condensed, or
+ * of cubature points. */
 static void draw_model(drawn_archive *archive, fuzz_draw *draw) {
-  const unsigned bits = draw_byte(draw);
-  const bool mesh = !(bits & 1), condensed = bits & 2, is_free = bits & 4, ten = bits & 8;
+  const unsigned bits = draw_byte(draw), kinds = bits & 128 ? draw_byte(draw) : 0;
+  const bool mesh = !(bits & 1), points = bits & 128, condensed = bits & 2 && !points,
+             is_free = bits & 4, ten = bits & 8;
   const int64_t rank = 2 + (bits >> 6 & 1), vertices = ten ? 10 : 4, masters = rank - 1;
+  const bool regions = points && (kinds & 3) == 3, law = points && !regions && kinds & 3;
 
   // the arrays that every model has
-  ADD("format", "<i4", 2, 1, ten && mesh ? 2 : 1, ten && mesh ? 0 : 2);
+  const int major = regions ? 4 : law ? 3 : ten && mesh ? 2 : 1;
+  ADD("format", "<i4", 2, 1, major, (major == 1 ? 2 : 0) + (points && major < 3));
   if (bits & 16)
     ADD("meta", "|u1", 2, 1, '{', '}');
   ADD("omega2", "<f8", rank, 1, 1, 4, 9);
-  if (!condensed) {
+  if (points)
+    draw_points(archive, draw, kinds, rank);
+  if (!condensed && !points) {
     ADD("c3", "<f8", thrum_c3_count(rank), 1, 0.1, -0.2);
     ADD("c4", "<f8", thrum_c4_count(rank), 1, 0.5, 0.1, 0.5);
   }
@@ -99,7 +125,7 @@ static void draw_model(drawn_archive *archive, fuzz_draw *draw) {
         0, 0.5, 0, 0, 0, 0.5, 0.5, 0, 0.5, 0, 0.5, 0.5);
     ADD("tets", "<i4", 1, 4, 0, 1, 2, 3);
     ADD("tet_region", "<i4", 1, 1, 0);
-    ADD("material", "<f8", 1, 3, 1e6, 0.3, 1000);
+    ADD("material", "<f8", regions ? 2 : 1, 3, 1e6, 0.3, 1000);
     ADD("fixed", "|u1", vertices, 1, is_free ? 0 : 7, 0, 0, 0, 0, 0, 0, 0, 0, 0);
     ADD("basis", "<f8", 3 * vertices, rank, 0);
     if (bits & 32) {
