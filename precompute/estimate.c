@@ -14,6 +14,7 @@
 #include "platform/memory_limit.h"
 #include "platform/threads.h"
 #include "precompute/basis/orthonormal.h"
+#include "precompute/fem/fem_forces.h"
 #include "precompute/options_check.h"
 #include "precompute/polynomial/cubature.h"
 #include "precompute/polynomial/cubature_refine.h"
@@ -50,8 +51,8 @@ static double reduced_bytes(const thrum_fem *fem, const thrum_precompute_options
     return 8 * columns * (columns + 800);
   const double points =
       fmin((double)(fem->tet_count * fem->point_count), THRUM_CUBATURE_CANDIDATES);
-  return 8 * points * (2 * points + 18 * r) + 72 * (double)fem->vertex_count +
-         refine_bytes(options, points, r);
+  return 8 * points * (2 * points + 18 * r) +
+         (72 + 48 * THRUM_FEM_LANES) * (double)fem->vertex_count + refine_bytes(options, points, r);
 }
 
 // c3 and c4, or the gradients of points

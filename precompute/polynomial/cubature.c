@@ -17,7 +17,8 @@
  *
  * Cost: three evaluations of the full-order force a state, and rows x candidates^2. States to
  * refine on take one each, and two for each pair of coordinates that are drawn, but of another law
- * than Saint Venant-Kirchhoff's three each.
+ * than Saint Venant-Kirchhoff's three each. Eight states are made at once (fem_forces.h), but those
+ * of a body that flows.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/polynomial/cubature.h"
@@ -28,6 +29,7 @@
 #include <string.h>
 
 #include "platform/allocate.h"
+#include "precompute/fem/fem_forces.h"
 #include "precompute/fem/fem_tet.h"
 #include "precompute/polynomial/cubature_refine.h"
 #include "precompute/polynomial/nonnegative.h"
@@ -37,13 +39,13 @@
 
 #define TEST_STATES 40 /* to judge by */
 #define STATES (THRUM_CUBATURE_STATES - TEST_STATES)
-#define CHUNK 8       /* states whose rows are held at once */
-#define ROWS 9        /* components of a gradient */
-#define SMALLEST 0.05 /* amplitude of a state, of the largest */
-#define OFF 0.5       /* by which followers are off, in half of the states */
-#define GAIN 5.0      /* by which refining is expected to lower the error */
-#define CHOSEN 0.2    /* of the time at which points are chosen, where they are then refined, */
-#define MADE 0.4      /* and at which the states to refine on are made */
+#define CHUNK THRUM_FEM_LANES /* states that are made, and whose rows are held, at once */
+#define ROWS 9                /* components of a gradient */
+#define SMALLEST 0.05         /* amplitude of a state, of the largest */
+#define OFF 0.5               /* by which followers are off, in half of the states */
+#define GAIN 5.0              /* by which refining is expected to lower the error */
+#define CHOSEN 0.2 /* of the time at which points are chosen, where they are then refined, */
+#define MADE 0.4   /* and at which the states to refine on are made */
 
 typedef struct cubature {
   const thrum_fem *fem;
@@ -62,6 +64,8 @@ typedef struct cubature {
   double *unit;        /* one for each coordinate that is drawn */
   double reach;        /* largest displacement of a state [m] */
   double *field, *force_field, *other_field; /* 3 vertex_count */
+  double *fields, *force_fields;             /* 3 vertex_count x CHUNK, of states side by side */
+  double *off;                               /* CHUNK x rank: factors of what followers do */
   double *products[2], *projections[2], target[2];
   uint64_t random;
   double share; /* of the time, in which points are chosen: 1, or less where they are refined */
@@ -119,15 +123,17 @@ static void quadratic_force(const cubature *c, const double *q, double *reduced)
       cblas_daxpy((int)c->rank, q[i] / c->unit[i] * q[j] / c->unit[j], row, 1, reduced, 1);
 }
 
-/* Adds to q what the coordinates from k on do while the others are at q. */
-static void follow(cubature *c, bool exactly, double *q) {
-  double reduced[THRUM_RANK_MAX];
-  if (c->quadratic)
-    quadratic_force(c, q, reduced);
-  else
-    even_force(c, q, reduced);
+/* The factors by which followers are off in state s: of every second one they are 1. */
+static void draw_off(cubature *c, int64_t s, double *off) {
   for (int64_t h = c->def->masters; h < c->rank; h++)
-    q[h] -= reduced[h] * c->norm[h] * c->norm[h] * (exactly ? 1 : 1 + OFF * draw(c));
+    off[h] = s % 2 == 0 ? 1 : 1 + OFF * draw(c);
+}
+
+/* Adds to q what the coordinates from k on do while the others are at q, where the even part of the
+ * force is, times these factors. */
+static void follow(const cubature *c, const double *even, const double *off, double *q) {
+  for (int64_t h = c->def->masters; h < c->rank; h++)
+    q[h] -= even[h] * c->norm[h] * c->norm[h] * off[h];
 }
 
 /* A point of a region that has flowed at the gradient g as far as it does at once, from where
@@ -170,42 +176,118 @@ static void choose_flow(cubature *c, int64_t s) {
     c->q[s * r + i] *= share;
 }
 
-/* Draws state s. */
-static void draw_state(cubature *c, int64_t s) {
-  const int64_t r = c->rank;
-  double *q = c->q + s * r;
-  memset(q, 0, (size_t)r * sizeof *q);
+/* Draws the lowest coordinates of a state, the others zero; returns how far it is to move the body.
+ */
+static double draw_masters(cubature *c, double *q) {
+  memset(q, 0, (size_t)c->rank * sizeof *q);
   for (int64_t i = 0; i < c->def->masters; i++)
     q[i] = draw(c) * c->norm[i];
-
-  // as far as the range allows
-  expand(c, q, c->field);
-  const double share = SMALLEST + (1 - SMALLEST) * (0.5 + 0.5 * draw(c));
-  const double reach = c->reach * share / largest(c);
-  for (int64_t i = 0; i < c->def->masters; i++)
-    q[i] *= reach;
-  follow(c, s % 2 == 0, q);
-  choose_flow(c, s);
+  return c->reach * (SMALLEST + (1 - SMALLEST) * (0.5 + 0.5 * draw(c)));
 }
 
-/* Draws state s, and takes its force. */
-static void make_state(cubature *c, int64_t s) {
+/* The force of state s, reduced, becomes what of it is not linear, in the norm and over its size.
+ */
+static void judge_force(const cubature *c, int64_t s) {
   const int64_t r = c->rank;
-  double *q = c->q + s * r, *force = c->force + s * r;
-  draw_state(c, s);
-
-  // the force of the whole body, and what of it is not linear
-  thrum_fem body;
-  const thrum_fem *with = flowed_body(c, s, &body);
-  expand(c, q, c->field);
-  thrum_fem_energy(with, c->field, c->force_field);
-  reduce(c, c->force_field, force);
-  double size = 0;
+  const double *q = c->q + s * r;
+  double *force = c->force + s * r, size = 0;
   for (int64_t i = 0; i < r; i++)
     size += force[i] * force[i] * c->norm[i] * c->norm[i];
   c->scale[s] = 1 / sqrt(size);
   for (int64_t i = 0; i < r; i++)
     force[i] = (force[i] - c->model->omega2[i] * q[i]) * c->norm[i] * c->scale[s];
+}
+
+/* Draws state s of a body that flows, and takes its force. */
+static void make_state(cubature *c, int64_t s) {
+  double *q = c->q + s * c->rank, even[THRUM_RANK_MAX];
+  const double reach = draw_masters(c, q);
+  expand(c, q, c->field);
+  cblas_dscal((int)c->def->masters, reach / largest(c), q, 1);
+  draw_off(c, s, c->off);
+  even_force(c, q, even);
+  follow(c, even, c->off, q);
+  choose_flow(c, s);
+
+  // the force of the whole body
+  thrum_fem body;
+  const thrum_fem *with = flowed_body(c, s, &body);
+  expand(c, q, c->field);
+  thrum_fem_energy(with, c->field, c->force_field);
+  reduce(c, c->force_field, c->force + s * c->rank);
+  judge_force(c, s);
+}
+
+/* The fields of CHUNK states, of which the lowest `count` coordinates are not zero. */
+static void expand_chunk(const cubature *c, const double *q, int64_t count) {
+  const int rows = (int)(3 * c->model->vertex_count), r = (int)c->rank;
+  cblas_dgemm(CblasRowMajor, CblasNoTrans, CblasTrans, rows, CHUNK, (int)count, 1, c->model->basis,
+              r, q, r, 0, c->fields, CHUNK);
+}
+
+/* to (CHUNK x rank) = weight to + scale times the forces there, reduced. */
+static void reduce_chunk(const cubature *c, double scale, double weight, double *to) {
+  const int rows = (int)(3 * c->model->vertex_count), r = (int)c->rank;
+  thrum_fem_forces(c->fem, c->fields, c->force_fields);
+  cblas_dgemm(CblasRowMajor, CblasTrans, CblasNoTrans, CHUNK, r, rows, scale, c->force_fields,
+              CHUNK, c->model->basis, r, weight, to, r);
+}
+
+/* The even parts of the forces of CHUNK states, into `even`: the fields are theirs. */
+static void even_forces(const cubature *c, const double *q, double *even) {
+  for (int64_t k = 0; k < CHUNK && c->quadratic; k++)
+    quadratic_force(c, q + k * c->rank, even + k * c->rank);
+  if (c->quadratic)
+    return;
+  expand_chunk(c, q, c->def->masters);
+  reduce_chunk(c, 0.5, 0, even);
+  cblas_dscal((int)(3 * CHUNK * c->model->vertex_count), -1, c->fields, 1);
+  reduce_chunk(c, 0.5, 1, even);
+}
+
+/* Largest displacement of a vertex in field k. */
+static double largest_of(const cubature *c, int64_t k) {
+  double most = 0;
+  for (int64_t v = 0; v < c->model->vertex_count; v++) {
+    const double *u = c->fields + 3 * CHUNK * v + k;
+    const double x = u[0], y = u[CHUNK], z = u[2 * CHUNK];
+    most = fmax(most, x * x + y * y + z * z);
+  }
+  return sqrt(most);
+}
+
+/* Draws CHUNK states from s on of a body that does not flow, and takes their forces. */
+static void make_chunk(cubature *c, int64_t s) {
+  const int64_t r = c->rank, masters = c->def->masters;
+  double *q = c->q + s * r, *force = c->force + s * r, reach[CHUNK];
+  for (int64_t k = 0; k < CHUNK; k++) {
+    reach[k] = draw_masters(c, q + k * r);
+    draw_off(c, s + k, c->off + k * r);
+  }
+
+  // as far as the range allows, and what follows; the forces' place holds their even parts
+  expand_chunk(c, q, masters);
+  for (int64_t k = 0; k < CHUNK; k++)
+    cblas_dscal((int)masters, reach[k] / largest_of(c, k), q + k * r, 1);
+  even_forces(c, q, force);
+  for (int64_t k = 0; k < CHUNK; k++)
+    follow(c, force + k * r, c->off + k * r, q + k * r);
+
+  // the forces of the whole body
+  expand_chunk(c, q, r);
+  reduce_chunk(c, 1, 0, force);
+  for (int64_t k = 0; k < CHUNK; k++)
+    judge_force(c, s + k);
+}
+
+/* The same of every body. */
+static void make_states(cubature *c, int64_t s) {
+  if (!c->flows) {
+    make_chunk(c, s);
+    return;
+  }
+  for (int64_t k = 0; k < CHUNK; k++)
+    make_state(c, s + k);
 }
 
 /* G of every basis vector at a point of the mesh: ROWS x rank. */
@@ -314,8 +396,8 @@ static void mirror(cubature *c) {
 }
 
 static thrum_status make_squares(cubature *c, double *gradients, double *rows, thrum_error *error) {
-  for (int64_t s = 0; s < STATES + TEST_STATES; s++) {
-    make_state(c, s);
+  for (int64_t s = 0; s < STATES + TEST_STATES; s += CHUNK) {
+    make_states(c, s);
     THRUM_TRY(
         thrum_report(c->reporter, 0.4 * c->share * (double)s / (STATES + TEST_STATES), error));
   }
@@ -328,6 +410,7 @@ static thrum_status make_squares(cubature *c, double *gradients, double *rows, t
   return THRUM_OK;
 }
 _Static_assert(STATES % CHUNK == 0 && TEST_STATES % CHUNK == 0, "a chunk is of one set");
+_Static_assert(THRUM_REFINE_BATCH % CHUNK == 0, "states to refine on are whole chunks");
 
 static thrum_squares squares_of(const cubature *c, int set) {
   return (thrum_squares){c->count, c->products[set], c->projections[set], c->target[set]};
@@ -489,8 +572,8 @@ static thrum_status take_quadratic(cubature *c, double *quadratic, double *unit,
 
 /* Makes `count` more states in place of those before. */
 static thrum_status make_more(cubature *c, int64_t count, thrum_error *error) {
-  for (int64_t s = 0; s < count; s++) {
-    make_state(c, s);
+  for (int64_t s = 0; s < count; s += CHUNK) {
+    make_states(c, s);
     const double part = (double)s / (double)count;
     THRUM_TRY(thrum_report(c->reporter, CHOSEN + (MADE - CHOSEN) * part, error));
   }
@@ -582,6 +665,9 @@ thrum_status thrum_cubature(const thrum_fem *fem, const thrum_cubature_def *def,
   c.field = NEED(3 * model->vertex_count);
   c.force_field = NEED(3 * model->vertex_count);
   c.other_field = NEED(3 * model->vertex_count);
+  c.fields = NEED(3 * CHUNK * model->vertex_count);
+  c.force_fields = NEED(3 * CHUNK * model->vertex_count);
+  c.off = NEED(CHUNK * r);
   for (int set = 0; set < 2; set++) {
     c.products[set] = NEED(c.count * c.count);
     c.projections[set] = NEED(c.count);

@@ -4,6 +4,8 @@
 
 #include <lapacke.h>
 
+#include "precompute/fem/fem_forces.h"
+
 // u(X) = (A - 1) X + shift
 static double *linear_displacement(const thrum_mesh *mesh, double a[3][3], const double shift[3]) {
   double *u = need((size_t)(3 * mesh->vertex_count), sizeof *u);
@@ -400,12 +402,52 @@ static void impossible_materials_and_tets_are_refused_by_name(void **state) {
   body_free(&b);
 }
 
+/* The bodies have one law, three laws, and ten nodes in each tetrahedron. */
+static void forces_of_several_displacements_are_those_of_each(void **state) {
+  (void)state;
+  enum { LANES = THRUM_FEM_LANES };
+  for (int which = 0; which < 3; which++) {
+    body b = which < 2 ? body_make("beam:6x2x1@1x0.3x0.4", "x<0.001")
+                       : body_quadratic("beam:2x1x1@1x0.3x0.4", "x<0.001", 0.02, 0.01);
+    if (which == 1)
+      body_divide(&b, 1);
+    thrum_fem fem = body_fem(&b);
+    if (which == 1)
+      fem.law = THRUM_LAW_BY_REGION;
+    const int64_t count = 3 * fem.vertex_count;
+    double *u = random_vector(LANES * count, 0.02), *one = need((size_t)count, sizeof *one);
+    double *together = need((size_t)(LANES * count), sizeof *together),
+           *alone = need((size_t)count, sizeof *alone);
+    thrum_fem_forces(&fem, u, together);
+
+    // each displacement by itself
+    for (int k = 0; k < LANES; k++) {
+      double size = 0, off = 0;
+      for (int64_t i = 0; i < count; i++)
+        one[i] = u[LANES * i + k];
+      thrum_fem_energy(&fem, one, alone);
+      for (int64_t i = 0; i < count; i++) {
+        size = fmax(size, fabs(alone[i]));
+        off = fmax(off, fabs(alone[i] - together[LANES * i + k]));
+      }
+      assert_true(size > 0 && off < 1e-12 * size);
+    }
+    free(u);
+    free(one);
+    free(together);
+    free(alone);
+    thrum_fem_free(&fem);
+    body_free(&b);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(rigid_rotation_gives_zero_force),
       cmocka_unit_test(linear_displacement_has_constant_stress_and_no_interior_force),
       cmocka_unit_test(uniaxial_stretch_meets_the_exact_force),
       cmocka_unit_test(force_and_tangent_are_derivatives_of_the_energy),
+      cmocka_unit_test(forces_of_several_displacements_are_those_of_each),
       cmocka_unit_test(regular_tetrahedron_has_its_exact_frequencies),
       cmocka_unit_test(mass_of_either_kind_weighs_the_body),
       cmocka_unit_test(consistent_mass_integrates_the_square_of_a_linear_field),
