@@ -29,9 +29,9 @@
 /* An impact of bodies that have m velocities. */
 typedef struct newton {
   const thrum_impact_rows *rows;
-  int64_t m;
-  double *matrix; /* m x m, upper triangle by rows */
-  double *z;      /* scaled velocities that the impulses add */
+  int64_t m, stride; /* stride: of the rows of the matrix */
+  double *matrix;    /* m x m, upper triangle by rows */
+  double *z;         /* scaled velocities that the impulses add */
   double *gradient, *step;
 } newton;
 
@@ -141,8 +141,8 @@ static void add_to_matrix(const newton *of, const thrum_impact_place *at, const 
                           rate[3 * axis + 2] * ways[n][2][k];
     for (int other = n; other < count; other++) {
       const int64_t from = at->bodies[sides[n]]->impact.column;
-      double *to = of->matrix + from * of->m + at->bodies[sides[other]]->impact.column;
-      for (int k = 0; k < 6; k++, to += of->m)
+      double *to = of->matrix + from * of->stride + at->bodies[sides[other]]->impact.column;
+      for (int k = 0; k < 6; k++, to += of->stride)
         for (int j = 0; j < 6; j++)
           to[j] += pushed[0][k] * ways[other][0][j] + pushed[1][k] * ways[other][1][j] +
                    pushed[2][k] * ways[other][2][j];
@@ -219,9 +219,9 @@ static void take_up(const newton *of) {
 static void linearise(const newton *of) {
   thrum_impact_place at;
   memcpy(of->gradient, of->z, (size_t)of->m * sizeof *of->gradient);
-  memset(of->matrix, 0, (size_t)(of->m * of->m) * sizeof *of->matrix);
+  memset(of->matrix, 0, (size_t)(of->m * of->stride) * sizeof *of->matrix);
   for (int64_t q = 0; q < of->m; q++)
-    of->matrix[q * of->m + q] = 1.0;
+    of->matrix[q * of->stride + q] = 1.0;
   for (thrum_impact_cursor n = {0, 0}; next_part(of, &n, &at);) {
     double impulse[3], rate[9];
     respond(at.row, at.row->strike.at, impulse, rate);
@@ -312,14 +312,15 @@ static bool give_back(const newton *of) {
 }
 
 bool thrum_impact_newton(const thrum_impact_rows *rows, double tolerance) {
-  double own[6 * (6 + 3)];
+  double own[8 * (8 + 3)];
   newton of = {.rows = rows, .matrix = rows->pairs ? rows->pairs->view.impact_room : own};
   const int64_t most = rows->pairs ? THRUM_IMPACT_WIDTH(rows->pairs->pairs->member_max) : 6;
   if (!find_columns(&of, most))
     return false;
 
   // the room of the step
-  of.z = of.matrix + of.m * of.m;
+  of.stride = THRUM_NEWTON_STRIDE(of.m);
+  of.z = of.matrix + of.m * of.stride;
   of.gradient = of.z + of.m;
   of.step = of.gradient + of.m;
   take_up(&of);

@@ -8,42 +8,114 @@
 #include "runtime/base/fp_contract.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "runtime/contact/contact_newton.h"
+
+#if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
+#define WIDE
+#define INLINED __attribute__((always_inline))
+#else
+#define INLINED
+#endif
 
 #define SEARCHES_MAX 8 /* slopes along a step */
 #define FLATTER 0.3    /* of the slope at the start of a step: what its end may have */
 #define NARROWER 0.1   /* of what is left of a step: a search goes at least so far from its ends */
 
-bool thrum_newton_step(int64_t m, double *matrix, const double *gradient, double *step) {
-  // U^T U, row by row
+/* to += s0 b0 + s1 b1 + s2 b2, of four numbers each. */
+static inline INLINED void add_four(const double s[3], const double *b, int64_t stride,
+                                    double *to) {
+  for (int k = 0; k < 4; k++)
+    to[k] += s[0] * b[k] + s[1] * b[stride + k] + s[2] * b[2 * stride + k];
+}
+
+/* matrix += B^T change B. Each element is a sum of its own, so that lanes change no bit. */
+static inline INLINED void add(int64_t m, const double *restrict ways, const double change[9],
+                               double *restrict pushed, double *restrict matrix) {
+  const int64_t stride = THRUM_NEWTON_STRIDE(m);
+  memset(pushed, 0, (size_t)(3 * stride) * sizeof *pushed);
+  for (int axis = 0; axis < 3; axis++)
+    for (int64_t q = 0; q < stride; q += 4)
+      add_four(change + 3 * axis, ways + q, stride, pushed + axis * stride + q);
+
+  // row by row of the sum, from the four on that the diagonal is in
+  for (int64_t p = 0; p < m; p++) {
+    const double s[3] = {pushed[p], pushed[stride + p], pushed[2 * stride + p]};
+    for (int64_t q = p / 4 * 4; q < stride; q += 4)
+      add_four(s, ways + q, stride, matrix + p * stride + q);
+  }
+}
+
+/* The Cholesky factor U, U^T U = matrix, row by row, from the four on that the diagonal is in. */
+static inline INLINED bool factor(int64_t m, double *matrix) {
+  const int64_t stride = THRUM_NEWTON_STRIDE(m);
   for (int64_t k = 0; k < m; k++) {
-    double *restrict row = matrix + k * m;
+    double *restrict row = matrix + k * stride;
     if (!(row[k] > 0.0) || !isfinite(row[k]))
       return false;
     const double scale = 1.0 / sqrt(row[k]);
     for (int64_t q = k; q < m; q++)
       row[q] *= scale;
     for (int64_t p = k + 1; p < m; p++) {
-      double *restrict below = matrix + p * m;
+      double *restrict below = matrix + p * stride;
       const double share = row[p];
-      for (int64_t q = p; q < m && share != 0.0; q++)
-        below[q] -= share * row[q];
+      for (int64_t q = p / 4 * 4; q < stride && share != 0.0; q += 4)
+        for (int n = 0; n < 4; n++)
+          below[q + n] -= share * row[q + n];
     }
   }
+  return true;
+}
+
+#ifdef WIDE
+/* The same, four numbers in one register. */
+__attribute__((target("avx2"))) static void
+add_wide(int64_t m, const double *ways, const double change[9], double *pushed, double *matrix) {
+  add(m, ways, change, pushed, matrix);
+}
+
+__attribute__((target("avx2"))) static bool factor_wide(int64_t m, double *matrix) {
+  return factor(m, matrix);
+}
+
+static bool is_wide(void) {
+  return __builtin_cpu_supports("avx2");
+}
+#else
+#define add_wide add
+#define factor_wide factor
+
+static bool is_wide(void) {
+  return false;
+}
+#endif
+
+void thrum_newton_add(int64_t m, const double *ways, const double change[9], double *pushed,
+                      double *matrix) {
+  if (is_wide())
+    add_wide(m, ways, change, pushed, matrix);
+  else
+    add(m, ways, change, pushed, matrix);
+}
+
+bool thrum_newton_step(int64_t m, double *matrix, const double *gradient, double *step) {
+  const int64_t stride = THRUM_NEWTON_STRIDE(m);
+  if (!(is_wide() ? factor_wide(m, matrix) : factor(m, matrix)))
+    return false;
 
   // U^T y = -gradient, then U step = y
   double square = 0.0;
   for (int64_t q = 0; q < m; q++)
     step[q] = -gradient[q];
   for (int64_t k = 0; k < m; k++) {
-    const double *restrict row = matrix + k * m;
+    const double *restrict row = matrix + k * stride;
     step[k] /= row[k];
     for (int64_t q = k + 1; q < m; q++)
       step[q] -= row[q] * step[k];
   }
   for (int64_t k = m - 1; k >= 0; k--) {
-    const double *restrict row = matrix + k * m;
+    const double *restrict row = matrix + k * stride;
     double sum = step[k];
     for (int64_t q = k + 1; q < m; q++)
       sum -= row[q] * step[q];

@@ -8,9 +8,16 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* Solves matrix step = -gradient (m) for a symmetric positive matrix (m x m, upper triangle by
- * rows), which its Cholesky factor overwrites; false where it has none, or the step is not finite.
- */
+/* Rows of matrices and of B are so long: a multiple of four, so that no lane is left over. */
+#define THRUM_NEWTON_STRIDE(m) (((m) + 3) / 4 * 4)
+
+/* matrix += B^T change B, of which the upper triangle counts. ways: B, three rows, 0 from m on;
+ * change: 3 x 3, symmetric; pushed: room of the size of B. */
+void thrum_newton_add(int64_t m, const double *ways, const double change[9], double *pushed,
+                      double *matrix);
+
+/* Solves matrix step = -gradient (m) for a symmetric positive matrix, of which the upper triangle
+ * counts and is overwritten; false where it has no Cholesky factor, or the step is not finite. */
 bool thrum_newton_step(int64_t m, double *matrix, const double *gradient, double *step);
 
 /* The slope of a function along a step at a share of the step, from 0 to 1. */

@@ -41,9 +41,9 @@
 typedef struct newton {
   const thrum_pairs_run *run;
   int64_t members[2];
-  int64_t columns[2];      /* of either body */
-  double turn_roots[2][9]; /* of the weights of their rotations */
-  int64_t m, count;
+  int64_t columns[2];       /* of either body */
+  double turn_roots[2][9];  /* of the weights of their rotations */
+  int64_t m, stride, count; /* stride: of the rows of B and of matrices */
   thrum_newton_row *rows;
   double *matrix, *factor; /* m x m: sum, and its Cholesky factor, upper triangles by rows */
   double *z, *began;       /* scaled displacements, and those at the start */
@@ -84,12 +84,12 @@ static int64_t first_column(const newton *of, int body) {
   return body == 0 ? 0 : of->columns[0];
 }
 
-/* The columns of one side of a row: three rows of m. */
+/* The columns of one side of a row, in three rows. */
 static void fill_side(const newton *of, const thrum_pair_row *row, int side, double *ways) {
   const thrum_contact_run *body = of->run->view.runs + row->members[side];
   const double *basis = thrum_pairs_basis(row, side), sign = side == 0 ? 1.0 : -1.0;
   const double *lever = side == 0 ? row->row.lever : row->lever;
-  const int64_t r = body->contact->rank, m = of->m;
+  const int64_t r = body->contact->rank, stride = of->stride;
   const int which = body_of(of, row, side);
   double *restrict out = ways + first_column(of, which);
   const double *roots = of->roots + first_column(of, which);
@@ -98,7 +98,7 @@ static void fill_side(const newton *of, const thrum_pair_row *row, int side, dou
   for (int axis = 0; axis < 3; axis++) {
     const double *axes = body->axes + 3 * axis;
     for (int64_t i = 0; i < r; i++)
-      out[axis * m + i] =
+      out[axis * stride + i] =
           sign * roots[i] *
           (axes[0] * basis[i] + axes[1] * basis[r + i] + axes[2] * basis[2 * r + i]);
   }
@@ -107,7 +107,7 @@ static void fill_side(const newton *of, const thrum_pair_row *row, int side, dou
   int64_t at = r;
   const double whole = sign * sqrt(body->mass_weight);
   for (int axis = 0; axis < 9 && body->mass_weight > 0.0; axis++)
-    out[axis / 3 * m + at + axis % 3] = axis / 3 == axis % 3 ? whole : 0.0;
+    out[axis / 3 * stride + at + axis % 3] = axis / 3 == axis % 3 ? whole : 0.0;
   at += body->mass_weight > 0.0 ? 3 : 0;
   if (!turns(body))
     return;
@@ -117,7 +117,7 @@ static void fill_side(const newton *of, const thrum_pair_row *row, int side, dou
     double moved[3];
     thrum_cross3(turn, lever, moved);
     for (int axis = 0; axis < 3; axis++)
-      out[axis * m + at + k] = sign * moved[axis];
+      out[axis * stride + at + k] = sign * moved[axis];
   }
 }
 
@@ -213,28 +213,9 @@ static void go_on_from(const newton *of, thrum_newton_row *at, const double forc
 
 /* --- an iteration ----------------------------------------------------------------------------- */
 
-/* matrix += B^T (3 x 3 symmetric) B, its upper triangle. */
-static void add_to_matrix(const newton *of, const double *ways, const double change[9]) {
-  const int64_t m = of->m;
-  const double *restrict b0 = ways, *restrict b1 = ways + m, *restrict b2 = ways + 2 * m;
-  double *restrict pushed = of->pushed;
-  for (int axis = 0; axis < 3; axis++)
-    for (int64_t i = 0; i < m; i++)
-      pushed[axis * m + i] =
-          change[3 * axis] * b0[i] + change[3 * axis + 1] * b1[i] + change[3 * axis + 2] * b2[i];
-
-  // row by row of the sum, each element on its own, so that lanes change no bit
-  for (int64_t p = 0; p < m; p++) {
-    double *restrict to = of->matrix + p * m;
-    const double p0 = pushed[p], p1 = pushed[m + p], p2 = pushed[2 * m + p];
-    for (int64_t q = p; q < m; q++)
-      to[q] += p0 * b0[q] + p1 * b1[q] + p2 * b2[q];
-  }
-}
-
 /* Forces, the gradient and the matrix at z. */
 static void linearise(const newton *of) {
-  memcpy(of->gradient, of->z, (size_t)of->m * sizeof *of->gradient);
+  memcpy(of->gradient, of->z, (size_t)of->stride * sizeof *of->gradient);
   for (int64_t n = 0; n < of->count; n++) {
     thrum_newton_row *at = of->rows + n;
     double force[3], rate[9], change[9];
@@ -249,11 +230,11 @@ static void linearise(const newton *of) {
     // what most rows ask for stays from one iteration to the next, or nearly so
     if (off > ALIKE * ALIKE * size) {
       memcpy(at->rate, rate, sizeof rate);
-      add_to_matrix(of, at->ways, change);
+      thrum_newton_add(of->m, at->ways, change, of->pushed, of->matrix);
     }
     const double back[3] = {-force[0], -force[1], -force[2]};
     if (force[0] != 0.0 || force[1] != 0.0 || force[2] != 0.0)
-      thrum_rows_push(of->m, at->ways, back, NULL, of->gradient);
+      thrum_rows_push(of->stride, at->ways, back, NULL, of->gradient);
   }
 }
 
@@ -266,7 +247,7 @@ static double dot(const double *a, const double *b, int64_t count) {
 
 /* Solves for the step; false where the matrix has no factor. */
 static bool solve_step(const newton *of) {
-  memcpy(of->factor, of->matrix, (size_t)(of->m * of->m) * sizeof *of->factor);
+  memcpy(of->factor, of->matrix, (size_t)(of->m * of->stride) * sizeof *of->factor);
   return thrum_newton_step(of->m, of->factor, of->gradient, of->step);
 }
 
@@ -275,7 +256,7 @@ static double fill_ways_on(const newton *of) {
   double most = 0.0;
   for (int64_t n = 0; n < of->count; n++) {
     thrum_newton_row *at = of->rows + n;
-    thrum_rows_times(of->m, at->ways, of->step, at->way);
+    thrum_rows_times(of->stride, at->ways, of->step, at->way);
     most = fmax(most, thrum_dot3(at->way, at->way));
   }
   return sqrt(most);
@@ -315,22 +296,23 @@ static bool find_columns(newton *of) {
       return false;
   }
   of->m = of->columns[0] + of->columns[1];
+  of->stride = THRUM_NEWTON_STRIDE(of->m);
   return of->m <= THRUM_NEWTON_COLUMNS;
 }
 
 /* Scratch: two matrices, of which the sum begins with 1, and vectors. */
 static void lay_out(newton *of) {
-  const int64_t m = of->m;
+  const int64_t m = of->m, stride = of->stride;
   double *room = of->run->view.newton_room;
   of->rows = of->run->view.newton_rows;
   of->matrix = room;
-  of->factor = room + m * m;
-  of->z = room + 2 * m * m;
-  of->began = of->z + m;
-  of->gradient = of->began + m;
-  of->step = of->gradient + m;
-  of->pushed = of->step + m;
-  of->roots = of->pushed + 3 * m;
+  of->factor = room + m * stride;
+  of->z = room + 2 * m * stride;
+  of->began = of->z + stride;
+  of->gradient = of->began + stride;
+  of->step = of->gradient + stride;
+  of->pushed = of->step + stride;
+  of->roots = of->pushed + 3 * stride;
   for (int which = 0; which < 2; which++) {
     const thrum_contact_run *body = of->run->view.runs + of->members[which];
     for (int64_t i = 0; i < body->contact->rank; i++)
@@ -338,10 +320,11 @@ static void lay_out(newton *of) {
   }
 
   // no force yet
-  memset(of->matrix, 0, (size_t)(m * m) * sizeof *of->matrix);
+  memset(of->matrix, 0, (size_t)(m * stride) * sizeof *of->matrix);
   for (int64_t q = 0; q < m; q++)
-    of->matrix[q * m + q] = 1.0;
-  memset(of->z, 0, (size_t)m * sizeof *of->z);
+    of->matrix[q * stride + q] = 1.0;
+  memset(of->z, 0, (size_t)stride * sizeof *of->z);
+  memset(of->step, 0, (size_t)stride * sizeof *of->step);
 }
 
 /* Takes up the rows between the two bodies and the forces that they have. */
@@ -357,17 +340,20 @@ static void take_up(newton *of) {
     memset(at, 0, sizeof *at);
     at->row = n;
     at->ways = ways;
-    ways += 3 * of->m;
+    ways += 3 * of->stride;
 
     // how it moves, and what it is pushed by
+    for (int axis = 0; axis < 3; axis++)
+      memset(at->ways + axis * of->stride + of->m, 0,
+             (size_t)(of->stride - of->m) * sizeof *at->ways);
     fill_side(of, row, 0, at->ways);
     fill_side(of, row, 1, at->ways);
     moved_of(of, row, at->at);
     thrum_contact_row_force(&row->row, force);
     go_on_from(of, at, force);
-    thrum_rows_push(of->m, at->ways, force, NULL, of->z);
+    thrum_rows_push(of->stride, at->ways, force, NULL, of->z);
   }
-  memcpy(of->began, of->z, (size_t)of->m * sizeof *of->began);
+  memcpy(of->began, of->z, (size_t)of->stride * sizeof *of->began);
 }
 
 /* Moves a body by what the forces have become more than they were. */
@@ -394,7 +380,7 @@ static void move(const newton *of, int side) {
  * finite nothing changes, and it returns false. */
 static bool give_back(const newton *of) {
   const thrum_pairs_run *run = of->run;
-  memset(of->z, 0, (size_t)of->m * sizeof *of->z);
+  memset(of->z, 0, (size_t)of->stride * sizeof *of->z);
   for (int64_t k = 0; k < of->count; k++) {
     thrum_newton_row *at = of->rows + k;
     const double *n = run->view.rows[at->row].row.touch.normal;
@@ -403,7 +389,7 @@ static bool give_back(const newton *of) {
     go_on_from(of, at, force);
     for (int axis = 0; axis < 3; axis++)
       force[axis] = at->force * n[axis] + at->friction[axis];
-    thrum_rows_push(of->m, at->ways, force, NULL, of->z);
+    thrum_rows_push(of->stride, at->ways, force, NULL, of->z);
   }
   for (int64_t q = 0; q < of->m; q++)
     if (!isfinite(of->z[q]))

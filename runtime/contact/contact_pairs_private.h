@@ -14,6 +14,7 @@
 #ifndef THRUM_RUNTIME_CONTACT_CONTACT_PAIRS_PRIVATE_H
 #define THRUM_RUNTIME_CONTACT_CONTACT_PAIRS_PRIVATE_H
 
+#include "runtime/contact/contact_newton.h"
 #include "runtime/contact/contact_row.h"
 #include "runtime/contact/contact_skin.h"
 #include "thrum/contact_pairs.h"
@@ -110,7 +111,8 @@ typedef struct thrum_link_run {
 #define THRUM_NEWTON_ROWS 1024   /* at most */
 #define THRUM_NEWTON_COLUMNS 128 /* coordinates of both bodies, at most */
 #define THRUM_NEWTON_LEAST(a, b) ((a) < (b) ? (a) : (b))
-#define THRUM_NEWTON_WIDTH(rank) THRUM_NEWTON_LEAST(2 * (rank) + 12, THRUM_NEWTON_COLUMNS)
+#define THRUM_NEWTON_WIDTH(rank)                                                                   \
+  THRUM_NEWTON_LEAST(THRUM_NEWTON_STRIDE(2 * (rank) + 12), THRUM_NEWTON_COLUMNS)
 
 typedef struct thrum_newton_row {
   int64_t row;        /* of the step */
@@ -125,7 +127,8 @@ typedef struct thrum_newton_row {
 
 /* Bodies as a whole that are (contact_impact_newton.c): six coordinates each. */
 #define THRUM_IMPACT_COLUMNS 192 /* at most */
-#define THRUM_IMPACT_WIDTH(members) THRUM_NEWTON_LEAST(6 * (members), THRUM_IMPACT_COLUMNS)
+#define THRUM_IMPACT_WIDTH(members)                                                                \
+  THRUM_NEWTON_LEAST(THRUM_NEWTON_STRIDE(6 * (members)), THRUM_IMPACT_COLUMNS)
 
 typedef double thrum_turn[3];
 

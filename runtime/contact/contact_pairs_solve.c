@@ -23,7 +23,7 @@
 
 #define HARDER 6     /* times as many sweeps where a step is made again, or surfaces are deep */
 #define DEEP 0.3     /* thicknesses from which they are */
-#define EARLY 16     /* sweeps before rows of two bodies are solved at once */
+#define EARLY 4      /* sweeps after which those of two bodies may be too slow */
 #define ROUND 3      /* sweeps after each time that they are */
 #define ROUNDS_MAX 6 /* times that they are in a solve */
 #define MANY 24      /* rows with a force from which they are */
@@ -248,9 +248,12 @@ static bool is_hard(const thrum_pairs_run *run) {
   return hard;
 }
 
-/* Are rows of two bodies solved at once before sweep n? */
-static bool begins_round(int64_t n) {
-  return n >= EARLY && (n - EARLY) % ROUND == 0;
+/* Would twelve sweeps more, each of which leaves as much as one of the last two, still miss the
+ * tolerance? change and before: by how much places moved in the last sweep, and two sweeps before.
+ * A solve of all rows at once costs as much. */
+static bool is_slow(double change, double before, double tolerance) {
+  const double two = change / before, six = two * two * two;
+  return six * six * change > tolerance;
 }
 
 void thrum_pairs_solve(thrum_pairs_run *run) {
@@ -258,25 +261,31 @@ void thrum_pairs_solve(thrum_pairs_run *run) {
   const double largest = begin_sweeps(run), tolerance = pairs->tolerance * largest;
   const int64_t most = is_hard(run) ? HARDER * pairs->sweeps_max : pairs->sweeps_max;
   bool all = true, many = !run->closing, still = false;
-  for (int64_t n = 0, since = 0; n < most; n++) {
+  double last[2] = {0.0, 0.0};
+  int64_t round = INT64_MAX; // the sweep before which all rows are solved at once
+  for (int64_t n = 0, since = 0, rounds = 0; n < most; n++) {
     run->history->sweeps++;
     bool begins = false;
-    if (many && begins_round(n)) {
-      many = n < EARLY + ROUNDS_MAX * ROUND && are_many(run);
+    if (many && n == round) {
+      many = rounds++ < ROUNDS_MAX && are_many(run);
       still = many && thrum_pairs_newton(run, run->view.rows->members, EXACT * tolerance);
+      round += ROUND;
     }
     const double change = run->closing ? thrum_links_solve(run) : sweep(run, all, &begins);
     const bool settled = !(change > tolerance);
 
     // what was solved at once has its forces by the laws of single rows again after a few sweeps
-    if ((settled && all) || (many && still && begins_round(n + 1)))
+    if ((settled && all) || (many && still && n + 1 == round))
       break;
+    if (many && round == INT64_MAX && n + 1 >= EARLY && is_slow(change, last[n % 2], tolerance))
+      round = n + 1;
+    last[n % 2] = change;
 
     // rows without a force are left out while the same rows bear: which do so is found first, by
     // sweeps over all, as what is solved without a row that has to bear is no step towards the end
     since = all ? 0 : since + 1;
     all = run->closing || begins || settled || since == ALL_EVERY || n + 2 == most ||
-          (many && n + 2 > EARLY);
+          (many && round < INT64_MAX);
   }
   gather(run);
 }
