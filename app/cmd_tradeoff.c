@@ -529,15 +529,7 @@ static thrum_status take_law(trade *t, thrum_error *error) {
     return THRUM_OK;
 
   // a copy that borrows all arrays; its energy is not stepped
-  const char *name = law == THRUM_LAW_STVK ? NULL : thrum_law_name(law);
-  t->body = *t->loaded;
-  t->body.point_region = NULL;
-  t->body.region_law = NULL;
-  t->body.region_yield = NULL;
-  t->body.law_count = 0;
-  t->body.point_law = (const thrum_u1 *)name;
-  t->body.law_bytes = name != NULL ? (int64_t)strlen(name) + 1 : 0;
-  t->body.point_count = 0;
+  t->body = model_of_law(t->loaded, law);
   t->model = &t->body;
   return THRUM_OK;
 }

@@ -49,6 +49,14 @@ static thrum_status look(driver_run *run, int32_t n, thrum_error *error) {
   return THRUM_OK;
 }
 
+/* The measures of a body at q, or at its displacements where they are of the full order. */
+static thrum_status measure(driver_run *run, int32_t n, double time, thrum_error *error) {
+  driver_body *body = &run->bodies[n];
+  if (body->measures.field)
+    THRUM_TRY(run->stepper.kind->displacements(run->stepper.self, n, body->measures.field, error));
+  return simulate_measures_look(&body->measures, body->q, time, error);
+}
+
 /* Adds the state of a body to its figures, and as a row to its series. */
 static thrum_status record_body(driver_run *run, int32_t n, int64_t step, bool row,
                                 thrum_error *error) {
@@ -56,7 +64,7 @@ static thrum_status record_body(driver_run *run, int32_t n, int64_t step, bool r
   driver_body *body = &run->bodies[n];
   const double time = time_at(run, step);
   simulate_figures_add(&body->figures, row ? run->rows : -1, &body->energies);
-  THRUM_TRY(simulate_measures_look(&body->measures, body->q, time, error));
+  THRUM_TRY(measure(run, n, time, error));
   if (!row)
     return THRUM_OK;
 
@@ -95,7 +103,7 @@ static thrum_status write_frame(driver_run *run, int32_t n, double time, thrum_e
   double base[3] = {0};
   if (simulate_measures_are_open(&body->measures)) {
     THRUM_TRY(stepper->kind->coordinates(stepper->self, n, body->q, error));
-    THRUM_TRY(simulate_measures_look(&body->measures, body->q, time, error));
+    THRUM_TRY(measure(run, n, time, error));
   }
 
   // displacements are relative to the base, unless they are asked for from the ground

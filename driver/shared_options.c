@@ -23,6 +23,21 @@ thrum_law law_of_run(bool given, thrum_law law, const thrum_model *model) {
   return given ? law : thrum_law_of_model(model);
 }
 
+thrum_model model_of_law(const thrum_model *model, thrum_law law) {
+  thrum_model made = *model;
+  if (law == thrum_law_of_model(model))
+    return made;
+  const char *name = law == THRUM_LAW_STVK ? NULL : thrum_law_name(law);
+  made.point_region = NULL;
+  made.region_law = NULL;
+  made.region_yield = NULL;
+  made.law_count = 0;
+  made.point_law = (const thrum_u1 *)name;
+  made.law_bytes = name != NULL ? (int64_t)strlen(name) + 1 : 0;
+  made.point_count = 0;
+  return made;
+}
+
 const char *const full_solver_names[] = {"cholesky", "cg", NULL};
 const char *const full_quadrature_names[] = {"exact", "four", NULL};
 

@@ -26,6 +26,10 @@ extern const char *const law_names[];
 /* The law of the material in a run: the one that was asked for, or the model's. */
 thrum_law law_of_run(bool given, thrum_law law, const thrum_model *model);
 
+/* The model as one of this law, with the arrays of the first and without its points: for what asks
+ * of the body and not of its energy. It is the model itself where that is of the law already. */
+thrum_model model_of_law(const thrum_model *model, thrum_law law);
+
 /* Single rows, for the fields of a request. */
 #define OPTION_DT(type, member)                                                                    \
   OPTION_NUMBER("dt", "s", "0.003", "time step", CONFIG_AT(type, member), CONFIG_ABOVE(0))

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 
 #include "config/message.h"
+#include "driver/shared_options.h"
 #include "io/json.h"
 #include "platform/allocate.h"
 #include "runtime/material/material_law.h"
@@ -17,9 +18,12 @@
 
 #define LOAD_SHARE_MOST 0.9995 /* of a point force a good basis may leave 0.99 unfelt */
 
+/* All tetrahedra. */
+static const thrum_stress_points_def every_tet = {NULL, 0};
+
 static thrum_status open_stress_points(const thrum_model *model, simulate_measures *m,
                                        thrum_error *error) {
-  const thrum_stress_points_def def = {NULL, 0};
+  const thrum_stress_points_def def = every_tet;
   size_t size = 0;
   THRUM_TRY(
       config_error_in(error, thrum_stress_points_size(model, &def, &size, error), "--stress"));
@@ -39,6 +43,32 @@ static thrum_status open_stress_points(const thrum_model *model, simulate_measur
   THRUM_TRY(thrum_reserve(&m->work, work + model->tet_count, sizeof *m->work, "stresses", error));
   m->von_mises = m->work + work;
   return THRUM_OK;
+}
+
+/* The full order: its stress is that of a model with the displacement as its only coordinate. */
+static thrum_status open_field(const simulate_request *request, const thrum_model *model,
+                               simulate_measures *m, thrum_error *error) {
+  if (request->shared)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "--stress is of a body in one process: leave it out with several");
+  THRUM_TRY(thrum_reserve(&m->field, 3 * model->vertex_count, sizeof *m->field, "stresses", error));
+  m->field_model = model_of_law(model, law_of_run(request->law_given, request->law, model));
+  m->field_model.rank = 1;
+  m->field_model.basis = m->field;
+  return open_stress_points(&m->field_model, m, error);
+}
+
+/* The stresses at q, or at the field. */
+static thrum_status read_stresses(simulate_measures *m, const double *q, thrum_error *error) {
+  static const double one = 1;
+  const thrum_stress_points_output output = {.von_mises = m->von_mises};
+  if (m->field) {
+    size_t size;
+    THRUM_TRY(thrum_stress_points_size(&m->field_model, &every_tet, &size, error));
+    THRUM_TRY(thrum_stress_points_init(m->stress_points_memory, size, &m->field_model, &every_tet,
+                                       &m->stress_points, error));
+  }
+  return thrum_stress_points_read(m->stress_points, m->field ? &one : q, m->work, &output, error);
 }
 
 static thrum_status open_monitor(const thrum_model *model, simulate_measures *m,
@@ -91,7 +121,8 @@ thrum_status simulate_measures_open(const simulate_request *request, const thrum
   // stress needs the material in the model, and refuses a model without it
   thrum_status status = THRUM_OK;
   if (request->stress)
-    status = open_stress_points(model, &m, error);
+    status = request->full ? open_field(request, model, &m, error)
+                           : open_stress_points(model, &m, error);
 
   // the monitor is on by default, so it passes over a model that it cannot look at
   if (status >= 0 && request->monitor && model->tets != NULL && model->basis != NULL) {
@@ -132,8 +163,7 @@ thrum_status simulate_measures_look(simulate_measures *m, const double *q, doubl
     return status;
 
   // the peak over time and over all tetrahedra
-  const thrum_stress_points_output output = {.von_mises = m->von_mises};
-  status = thrum_stress_points_read(m->stress_points, q, m->work, &output, error);
+  status = read_stresses(m, q, error);
   for (int64_t n = 0; status >= 0 && n < thrum_stress_points_count(m->stress_points); n++) {
     // a comparison that is true of the first stress, and never of one that is no number
     if (m->von_mises[n] > m->peak_stress || (m->peak_tet < 0 && m->von_mises[n] >= 0)) {
@@ -236,5 +266,6 @@ void simulate_measures_close(simulate_measures *m) {
   free(m->stress_points_memory);
   free(m->monitor_memory);
   free(m->work);
+  free(m->field);
   *m = (simulate_measures){0};
 }

@@ -14,6 +14,8 @@ typedef struct simulate_measures {
   void *stress_points_memory, *monitor_memory;
   const thrum_stress_points *stress_points; /* NULL: no --stress */
   double *work, *von_mises;                 /* tet_count of the latter [Pa] */
+  thrum_model field_model; /* of the full order: its only coordinate is the displacement, in */
+  double *field;      /* 3 vertex_count [m], which is filled before each look; NULL: q is read */
   double peak_stress; /* largest von Mises of all rows and frames [Pa]; NaN: none yet */
   int64_t peak_tet;   /* 0-based */
   double peak_time;

@@ -213,8 +213,6 @@ static int check_full(simulate_request *request) {
   // nor a damping or measures that are made of the reduced polynomial
   if (def->damping_form == THRUM_DAMPING_TANGENT)
     return config_usage("simulate", "--full takes --damping-form rest only");
-  if (request->stress)
-    return config_usage("simulate", "--stress is of a reduced model; leave it out with --full");
   if (request->condense > 0)
     return config_usage("simulate", "--condense is of a reduced model; leave it out with --full");
   if (request->monitor_given && request->monitor)

@@ -248,6 +248,10 @@ static void a_region_with_a_yield_flows_and_the_account_closes(void **state) {
   }
   assert_true(fabs(taken[0] / taken[1] - 1) < 0.2);
 
+  // one law for the whole body takes the yield away, and with it what stresses do not go with
+  assert_done(thrum_run(folder, "simulate", "flow.npz", "--full", "--law", "corotational",
+                        "--stress", PULL, "-o", "whole", NULL));
+
   // learned points have no place at which something flows
   program_result learned =
       thrum_run(folder, "precompute", BODY, MODEL, "--material", "1:corotational,0.02",

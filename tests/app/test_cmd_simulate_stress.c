@@ -159,9 +159,34 @@ static void a_model_without_a_mesh_has_no_stress_and_no_monitor(void **state) {
   program_result_free(&run);
 }
 
+/* The largest von Mises stress of a run of one short step from a bent shape. */
+static double first_peak(const char *how, const char *law) {
+  program_result run =
+      thrum_run(folder, "simulate", "beam.npz", "-o", "bent", "--start", "mode:1,0.05", "--dt",
+                "1e-6", "--time", "1e-6", "--stress", "--json", "-q", how, law, NULL);
+  cJSON *object = json_of(&run);
+  const double peak = member(member(object, "stress"), "peak_von_mises_pa")->valuedouble;
+  cJSON_Delete(object);
+  program_result_free(&run);
+  return peak;
+}
+
+static void the_full_order_has_the_stress_of_its_own_displacements(void **state) {
+  (void)state;
+
+  // the same shape, in a model's coordinates and as displacements of the mesh
+  const double reduced = first_peak(NULL, NULL), full = first_peak("--full", NULL);
+  assert_true(reduced > 0 && fabs(full / reduced - 1) < 1e-5);
+
+  // another law has another stress there, which is that of its tetrahedra
+  const double other = first_peak("--full", "--law=neo-hookean");
+  assert_true(other > 0 && fabs(other / full - 1) > 1e-4 && fabs(other / full - 1) < 0.5);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_peak_stress_is_that_of_the_recorded_states),
+      cmocka_unit_test(the_full_order_has_the_stress_of_its_own_displacements),
       cmocka_unit_test(a_body_pushed_too_far_is_warned_of_and_steps_as_it_would),
       cmocka_unit_test(a_model_without_a_mesh_has_no_stress_and_no_monitor),
   };
