@@ -226,7 +226,8 @@ static double reduced_seconds(const thrum_precompute_options *options, double po
     return 6 * points * columns * columns / (0.9 * gemm);
   const double r = (double)options->rank, states = THRUM_CUBATURE_STATES;
   const double candidates = fmin(points, THRUM_CUBATURE_CANDIDATES);
-  const double state = 3e-7 * points + 6e-10 * 6 * n * r;
+  const bool flows = options->cubature_yield < INFINITY;
+  const double state = flows ? 3e-7 * points + 6e-10 * 6 * n * r : 9e-8 * points + 6e-10 * n * r;
   return states * state + states * r * candidates * candidates / (0.8 * gemm) +
          refine_seconds(options, state, gemm);
 }
