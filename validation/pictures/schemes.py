@@ -114,10 +114,12 @@ def step_sizes(path):
         for key, what, reach in (("total_j", "energy [J]", "0.7:0.82"), ("amplitude", "displacement / length", "0:0.1")):
             panels.append(panel(
                 scheme, ("time [s]", what),
-                [(f"h = {dt} s" if key == "amplitude" else None, f"lines lw 1.4 lc rgb '{colour}'",
+                [(f"h = {dt} s" if (scheme, key) == (shown[0], "amplitude") else None, f"lines lw 1.4 lc rgb '{colour}'",
                   [(float(r["time_s"]), number(r[key])) for r in own[dt] if float(r["time_s"]) <= 1])
                  for dt, colour in STEP_COLOURS.items()],
-                f"set xrange [0:1]\nset yrange [{reach}]\nset key top right font ',8'\n"))
+                f"set xrange [0:1]\nset yrange [{reach}]\nset key at screen 0.62, screen 0.15 top left Left reverse font ',9'\n"))
+
+    # one key for all, in the room beside the last scheme
     draw(path, (1260, 210 * ((len(shown) + 1) // 2)), ((len(shown) + 1) // 2, 4), panels)
 
 
