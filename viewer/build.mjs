@@ -9,10 +9,10 @@ import { compile, writeWhole } from '../javascript/compile.mjs';
 
 const here = dirname(fileURLToPath(import.meta.url));
 
-/** main.js with all it imports, as one script. @returns {Promise<string>} */
-async function bundle() {
+/** A file of src with all it imports, as one script. @param {string} entry @returns {Promise<string>} */
+async function bundle(entry) {
   const made = await build({
-    entryPoints: [join(here, 'src/main.js')], bundle: true, minify: true, format: 'iife',
+    entryPoints: [join(here, 'src', entry)], bundle: true, minify: true, format: 'iife',
     target: 'es2022', write: false, legalComments: 'inline', logLevel: 'warning',
   });
   return made.outputFiles[0].text.replaceAll('</script', '<\\/script');
@@ -25,9 +25,10 @@ compile('viewer', wasm);
 const parts = {
   STYLE: readFileSync(join(here, 'src/style.css'), 'utf8'),
   WASM: readFileSync(wasm).toString('base64'),
-  SCRIPT: await bundle(),
+  SOUND: await bundle('sound_worker.js'),
+  SCRIPT: await bundle('main.js'),
 };
 const page = readFileSync(join(here, 'src/index.html'), 'utf8')
-  .replace(/@(STYLE|WASM|SCRIPT)@/g, (_, name) => parts[name]);
+  .replace(/@(STYLE|WASM|SOUND|SCRIPT)@/g, (_, name) => parts[name]);
 writeWhole(join(out, 'viewer.html'), page);
 console.log(`${join(out, 'viewer.html')}: ${(page.length / 1024).toFixed(0)} KiB`);

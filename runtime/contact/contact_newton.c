@@ -21,7 +21,7 @@
 
 #define SEARCHES_MAX 8 /* slopes along a step */
 #define FLATTER 0.3    /* of the slope at the start of a step: what its end may have */
-#define NARROWER 0.1   /* of what is left of a step: a search goes at least so far from its ends */
+#define NARROWER 0.3   /* of what is left of a step: a search goes at least so far from its ends */
 
 /* to += s0 b0 + s1 b1 + s2 b2, of four numbers each. */
 static inline INLINED void add_four(const double s[3], const double *b, int64_t stride,

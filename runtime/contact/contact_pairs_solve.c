@@ -21,14 +21,13 @@
 #include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
 
-#define HARDER 6     /* times as many sweeps where a step is made again, or surfaces are deep */
-#define DEEP 0.3     /* thicknesses from which they are */
-#define EARLY 4      /* sweeps after which those of two bodies may be too slow */
-#define ROUND 3      /* sweeps after each time that they are */
-#define ROUNDS_MAX 6 /* times that they are in a solve */
-#define MANY 24      /* rows with a force from which they are */
-#define EXACT 10.0   /* times the tolerance of a sweep that they are solved to */
-#define ALL_EVERY 3  /* sweeps over the rows that bear between two over all of them */
+#define HARDER 6    /* times as many sweeps where a step is made again, or surfaces are deep */
+#define DEEP 0.3    /* thicknesses from which they are */
+#define EARLY 4     /* sweeps after which those of two bodies may be too slow */
+#define ROUND 3     /* sweeps after they were solved at once */
+#define MANY 24     /* rows with a force from which they are */
+#define EXACT 10.0  /* times the tolerance of a sweep that they are solved to */
+#define ALL_EVERY 3 /* sweeps over the rows that bear between two over all of them */
 
 /* Displacement of the first point of a row against its second. */
 static void moved_of(const thrum_pairs_run *run, const thrum_pair_row *row, double out[3]) {
@@ -260,32 +259,31 @@ void thrum_pairs_solve(thrum_pairs_run *run) {
   const thrum_contact_pairs *pairs = run->pairs;
   const double largest = begin_sweeps(run), tolerance = pairs->tolerance * largest;
   const int64_t most = is_hard(run) ? HARDER * pairs->sweeps_max : pairs->sweeps_max;
-  bool all = true, many = !run->closing, still = false;
+  bool all = true, many = !run->closing, slow = false;
   double last[2] = {0.0, 0.0};
-  int64_t round = INT64_MAX; // the sweep before which all rows are solved at once
-  for (int64_t n = 0, since = 0, rounds = 0; n < most; n++) {
+  int64_t end = most;
+  for (int64_t n = 0, since = 0; n < end; n++) {
     run->history->sweeps++;
     bool begins = false;
-    if (many && n == round) {
-      many = rounds++ < ROUNDS_MAX && are_many(run);
-      still = many && thrum_pairs_newton(run, run->view.rows->members, EXACT * tolerance);
-      round += ROUND;
+
+    // what is solved at once has its forces by the laws of single rows again after a few sweeps
+    if (slow) {
+      many = false;
+      if (are_many(run) && thrum_pairs_newton(run, run->view.rows->members, EXACT * tolerance))
+        end = n + ROUND;
     }
     const double change = run->closing ? thrum_links_solve(run) : sweep(run, all, &begins);
     const bool settled = !(change > tolerance);
-
-    // what was solved at once has its forces by the laws of single rows again after a few sweeps
-    if ((settled && all) || (many && still && n + 1 == round))
+    if (settled && all)
       break;
-    if (many && round == INT64_MAX && n + 1 >= EARLY && is_slow(change, last[n % 2], tolerance))
-      round = n + 1;
+    slow = many && n + 1 >= EARLY && is_slow(change, last[n % 2], tolerance);
     last[n % 2] = change;
 
     // rows without a force are left out while the same rows bear: which do so is found first, by
     // sweeps over all, as what is solved without a row that has to bear is no step towards the end
     since = all ? 0 : since + 1;
-    all = run->closing || begins || settled || since == ALL_EVERY || n + 2 == most ||
-          (many && round < INT64_MAX);
+    all = run->closing || begins || settled || slow || end < most || since == ALL_EVERY ||
+          n + 2 == most;
   }
   gather(run);
 }

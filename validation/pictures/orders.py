@@ -23,7 +23,7 @@ def main():
         curves = [(NAMES[order], STYLES[order], [(float(r["seconds"]), 100 * float(r["largest"])) for r in runs if r["order"] == order])
                   for order in ("1", "2")]
         panels.append(panel(model, ("processor time of thrum precompute, s", "largest error of the first five frequencies, %"),
-                            [*curves, ("1 %", "lines dt 2 lw 1 lc rgb '#777777'", [(0.005, 1), (200, 1)])],
+                            [*curves, ("1 %", "lines dt 2 lw 1 lc rgb '#777777'", [(0.01, 1), (100, 1)])],
                             "set logscale xy\nset xrange [0.01:100]\nset format x '%g'\n"))
     draw(pathlib.Path(sys.argv[1]) / "order_cost.png", (900, 380), (1, 2), panels)
 

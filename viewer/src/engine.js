@@ -39,10 +39,15 @@ export class Engine {
     return new Engine(instance.exports, module);
   }
 
+  /** An engine of a module that is compiled. @param {WebAssembly.Module} module @returns {Promise<Engine>} */
+  static async of(module) {
+    const { exports } = await WebAssembly.instantiate(module, { wasi_snapshot_preview1: wasi });
+    return new Engine(exports, module);
+  }
+
   /** Another engine, without models. @returns {Promise<Engine>} */
-  async another() {
-    const { exports } = await WebAssembly.instantiate(this.module, { wasi_snapshot_preview1: wasi });
-    return new Engine(exports, this.module);
+  another() {
+    return Engine.of(this.module);
   }
 
   constructor(exports, module) {

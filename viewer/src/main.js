@@ -15,7 +15,7 @@ import { pullWithPointers } from './pull.js';
 import { Recorder, save } from './record.js';
 import { COMPARED } from './scenes.js';
 import { Stage } from './stage.js';
-import { Striker, strikeWeights } from './strike.js';
+import { Striker, heardText, strikeWeights } from './strike.js';
 import { followTheme } from './theme.js';
 import { SHOWN, World } from './world.js';
 
@@ -51,7 +51,10 @@ class App {
       choose: (choice) => this.show(choice, world.compared),
       toggled: () => this.fit(),
     });
-    this.striker = new Striker();
+    this.striker = new Striker(find('thrum-sound')?.textContent ?? '', (heard) => {
+      Object.assign(this.heard, heard);
+      find('heard').textContent = heardText(heard);
+    });
     this.drawSprings = pullWithPointers(world, (action) => this.guard(action),
       (...strike) => this.guard(() => this.strike(...strike)));
     this.paused = false;
@@ -193,12 +196,13 @@ class App {
     const inBody = [0, 4, 8].map((column) =>
       direction.reduce((sum, n, axis) => sum + n * matrix[column + axis], 0));
     const size = Math.hypot(...inBody);
-    const weights = strikeWeights(bodies[body].model, vertex, inBody.map((n) => n / size));
+    const along = inBody.map((n) => n / size);
+    const { model } = bodies[body];
+    const weights = strikeWeights(model, vertex, along);
     const frequencies = engine.frequencies(body);
     const damping = shown.bodies.length > 1 ? shown.bodies[body].damping ?? 0 : settings.damping;
-    const faster = this.striker.play(frequencies, weights, damping);
-    this.heard = { frequencies, weights, faster };
-    find('heard').textContent = faster > 1 ? `linear modes, ${faster.toPrecision(2)} times as fast` : 'linear modes';
+    this.heard = { frequencies, weights };
+    this.striker.play(engine.module, { model, frequencies, damping, vertex, direction: along }, weights);
   }
 
   /** Shows what files hold in place of what was shown. @param {File[]} files */

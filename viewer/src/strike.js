@@ -1,13 +1,15 @@
-// The sound of a struck body: the velocity of the struck place after an impulse there, as the linear
-// modes give it, sum_i (U_vi . n)^2 exp(-alpha t / 2) cos(2 pi f_i t). Bodies whose lowest mode is
-// too low to be heard are played faster, all modes alike.
+// The sound of a struck body: the velocity of the struck place after an impulse there, by the model
+// itself where this machine steps it once a sample (sound.js), else as the linear modes give it,
+// sum_i (U_vi . n)^2 exp(-alpha t / 2) cos(2 pi f_i t). Bodies whose lowest mode is too low to be heard
+// are played faster, all modes alike.
 // SPDX-License-Identifier: Apache-2.0
 
-const SECONDS = 2; // of sound
+export const SECONDS = 2; // of sound
 const LOWEST_HEARD = 50; // [Hz]
 const LOWEST_PLAYED = 110; // of what is played faster [Hz]
-const FADE = 1.5; // e-foldings of what has no damping, over the sound
-const LOUDNESS = 0.5;
+export const FADE = 1.5; // e-foldings of what has no damping, over the sound
+export const LOUDNESS = 0.5;
+const AHEAD = 0.05; // by which sound begins after its first samples are there [s]
 
 /** How many times as fast modes are played so that the lowest is heard. @param {number[]} frequencies [Hz] */
 export const haste = ([lowest]) => (lowest >= LOWEST_HEARD ? 1 : LOWEST_PLAYED / lowest);
@@ -41,19 +43,71 @@ export function strikeWeights({ rank, arrays: { basis } }, vertex, direction) {
     direction.reduce((sum, n, axis) => sum + n * basis[(3 * vertex + axis) * rank + i], 0) ** 2);
 }
 
+/** What is heard, in words. @param {{rank: number, faster: number, step: number, rate: number, of: number}} heard rank 0:
+ * the linear modes, as a step [s] takes longer than a sample */
+export function heardText({ rank, faster, step, rate, of }) {
+  const micro = (time) => `${(1e6 * time).toPrecision(2)} µs`;
+  const slow = step > 0 && step < Infinity ? `: a step takes ${micro(step)} of the ${micro(1 / rate)} of a sample` : '';
+  const how = rank > 0 ? `nonlinear, ${rank} of ${of} coordinates` : `linear modes${slow}`;
+  return faster > 1 ? `${how}, ${faster.toPrecision(2)} times as fast` : how;
+}
+
 export class Striker {
+  /** @param {string} script of the thread that steps what is struck; '' for none
+   * @param {(heard: object) => void} tell takes what is heard */
+  constructor(script, tell) {
+    Object.assign(this, { script, tell, id: 0 });
+  }
+
   /** Plays a struck body. It begins with the first strike, since a browser is silent before a person does
-   * something. @returns {number} how many times as fast it is played */
-  play(frequencies, weights, damping) {
+   * something. @param {WebAssembly.Module} module @param {object} strike as in sound.js, but for the rate
+   * @param {number[]} weights */
+  play(module, strike, weights) {
     this.context ??= new AudioContext();
-    const { sampleRate } = this.context;
-    const samples = strikeSamples(frequencies, weights, damping, sampleRate);
-    const buffer = this.context.createBuffer(1, samples.length, sampleRate);
+    const { sampleRate: rate } = this.context;
+    const faster = haste(strike.frequencies);
+    const linear = (step) => {
+      this.#sound(strikeSamples(strike.frequencies, weights, strike.damping, rate), this.context.currentTime);
+      this.tell({ rank: 0, faster, step, rate });
+    };
+    const id = ++this.id;
+
+    // bodies of which a part follows the rest are left to their modes
+    const thread = strike.model.masters > 0 ? undefined : this.#thread();
+    if (!thread) return linear(0);
+    let at = 0;
+    thread.onerror = () => { this.broken = true; if (id === this.id) linear(0); };
+    thread.onmessage = ({ data }) => {
+      if (data.id !== this.id) return;
+      if (data.samples) {
+        if (at === 0) at = this.context.currentTime + AHEAD;
+        this.#sound(data.samples, at);
+        at += data.samples.length / rate;
+      } else if (data.rank > 0) {
+        this.tell({ rank: data.rank, of: strike.model.rank, faster, step: data.step, rate });
+      } else if (at === 0) linear(data.step ?? 0);
+    };
+    thread.postMessage({ id, module, strike: { ...strike, rate } });
+  }
+
+  // made at the first strike; undefined where a page may not have one
+  #thread() {
+    if (!this.script || this.broken || typeof Worker === 'undefined') return undefined;
+    try {
+      this.worker ??= new Worker(URL.createObjectURL(new Blob([this.script], { type: 'text/javascript' })));
+    } catch {
+      this.broken = true;
+    }
+    return this.worker;
+  }
+
+  #sound(samples, at) {
+    const { context } = this;
+    const buffer = context.createBuffer(1, samples.length, context.sampleRate);
     buffer.copyToChannel(samples, 0);
-    const source = this.context.createBufferSource();
+    const source = context.createBufferSource();
     source.buffer = buffer;
-    source.connect(this.context.destination);
-    source.start();
-    return haste(frequencies);
+    source.connect(context.destination);
+    source.start(at);
   }
 }

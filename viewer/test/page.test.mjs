@@ -367,9 +367,13 @@ test('a short press strikes a body, which sounds where that is asked for', async
   assert.equal(await page.evaluate(() => window.thrum.heard()), undefined);
   await page.check('#sound');
   await tap();
+  await page.waitForFunction(() => document.getElementById('heard').textContent !== '');
   const { faster, frequencies } = await page.evaluate(() => window.thrum.heard());
   assert.ok(frequencies[0] < 20 && Math.abs(faster * frequencies[0] - 110) < 1e-9);
-  assert.match(await page.textContent('#heard'), /^linear modes, \d+ times as fast$/);
+
+  // by the whole model where this machine is fast enough at that moment
+  assert.match(await page.textContent('#heard'),
+    /^(nonlinear, \d+ of \d+ coordinates|linear modes: a step takes .* µs of the .* µs of a sample), \d+ times as fast$/);
   assert.equal(await page.evaluate(() => window.thrum.pulls().length), 0);
   await page.uncheck('#sound');
 });

@@ -119,7 +119,7 @@ static void a_search_ends_near_the_minimum(void **context) {
     if (at >= 1.0)
       assert_true(share == 1.0);
     else
-      assert_true(fabs(share - at) < 0.5 * at);
+      assert_true(fabs(slope_at(&at, share)) <= 0.3 * at * (1 + 1e-12));
   }
 }
 
