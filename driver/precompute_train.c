@@ -147,7 +147,9 @@ thrum_status precompute_train_base(const thrum_mesh *mesh, const uint8_t *fixed,
   first.rank = first.rank < most ? first.rank : most;
   first.keep_modes = false;
 
-  // its shapes alone are used: of this law the fewest coefficients are made sooner than points
+  // its shapes alone are used, so points are not refined; and of this law the fewest coefficients
+  // are made sooner than points
+  first.cubature_refine = 0;
   if (first.cubature && first.law == THRUM_LAW_STVK) {
     first.cubature = false;
     first.condensed = true;

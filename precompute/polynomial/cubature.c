@@ -43,7 +43,7 @@
 #define ROWS 9                /* components of a gradient */
 #define SMALLEST 0.05         /* amplitude of a state, of the largest */
 #define OFF 0.5               /* by which followers are off, in half of the states */
-#define GAIN 7.0              /* by which refining is expected to lower the error */
+#define GAIN 5.0              /* by which refining is expected to lower the error */
 #define CHOSEN 0.2 /* of the time at which points are chosen, where they are then refined, */
 #define MADE 0.4   /* and at which the states to refine on are made */
 

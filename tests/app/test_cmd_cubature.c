@@ -273,9 +273,10 @@ static void training_runs_and_their_errors_are_of_the_law(void **state) {
   (void)state;
   double errors[2];
   for (int n = 0; n < 2; n++) {
-    program_result run = PRECOMPUTE("--cubature", "--cubature-error", "0.05", "--law",
-                                    n ? "corotational" : "stvk", "--young", "1e6", "--train",
-                                    "square:0,0,-60@tip", "--train-time", "0.1", "--json");
+    program_result run =
+        PRECOMPUTE("--cubature", "--cubature-error", "0.05", "--law", n ? "corotational" : "stvk",
+                   "--young", "1e6", "--train", "square:0,0,-60@tip", "--train-time", "0.1",
+                   "--cubature-refine", "1000", "--json");
     if (run.exit_code != 0)
       fail_msg("%s", run.err);
 
