@@ -31,12 +31,17 @@
 #define PROBE_SIZE 384
 #define PROBE_LENGTH (4 << 20)
 
+/* States to learn on. */
+static double refine_states(const thrum_precompute_options *options, double points) {
+  return fmax(THRUM_REFINE_STATES * points, (double)options->cubature_refine);
+}
+
 /* The learning of gradients holds states with their forces and the coefficients by which they are
  * drawn, what it remembers of steps, and three scratches of a batch, of which one is in single
  * precision. There are as many points as may be. */
 static double refine_bytes(const thrum_precompute_options *options, double points, double r) {
   const double n = fmin(points, (double)options->cubature_points), k = (double)options->modes;
-  const double states = 2 * THRUM_REFINE_STATES * n * r + k * (k + 1) / 2 * r;
+  const double states = 2 * refine_states(options, n) * r + k * (k + 1) / 2 * r;
   const double steps = (9 + 5 * 4.5) * n * r + 2 * r * r;
   const double batch = 2.5 * THRUM_REFINE_BATCH * (27 * n + r);
   return options->cubature_refine > 0 ? 8 * (states + steps + batch) : 0;
@@ -213,7 +218,7 @@ static double refine_seconds(const thrum_precompute_options *options, double sta
   const double count = fmin((double)options->cubature_points, THRUM_CUBATURE_POINTS_LEARNED * r);
   if (!(steps > 0))
     return 0;
-  return THRUM_REFINE_STATES * count * state / 3 +
+  return refine_states(options, count) * state / 3 +
          steps * count *
              (THRUM_REFINE_BATCH * (4e-8 + 90 * r / (1.2 * gemm)) + 54 * r * r / (1.2 * gemm));
 }

@@ -587,7 +587,8 @@ static thrum_status refine(cubature *c, thrum_model *model, thrum_cubature_figur
                            thrum_error *error) {
   const int64_t n = model->point_count, r = c->rank, k = c->def->masters,
                 batch = THRUM_REFINE_BATCH;
-  const int64_t count = (THRUM_REFINE_STATES * n + batch - 1) / batch * batch;
+  const int64_t least = THRUM_REFINE_STATES * n, steps = c->def->refine;
+  const int64_t count = ((least > steps ? least : steps) + batch - 1) / batch * batch;
   // an array that thrum_cubature_fill has made; const is for readers of the model
   double *gradients = (double *)(uintptr_t)model->point_gradients;
   thrum_free_points points = {.count = n, .rank = r, .gradients = gradients};

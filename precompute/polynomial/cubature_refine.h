@@ -13,8 +13,8 @@
 #include "precompute/options/stage.h"
 #include "runtime/material/material_law.h"
 
-/* States of a step, and states to refine on for each point: eight forces for each number that is
- * learned. */
+/* States of a step, and states to refine on for each point, eight forces for each number that is
+ * learned; but as many as steps at least, so that none is seen more often than a step has states. */
 enum { THRUM_REFINE_BATCH = 64, THRUM_REFINE_STATES = 72 };
 
 /* States, in coordinates and forces in which the static response has the norm 1: q_i w_i and
