@@ -335,7 +335,15 @@ void thrum_pairs_search(thrum_pairs_run *run);
 
 /* contact_pairs_search.c: position and displacement of a vertex of a member, and the part of the
  * latter that leads to the start of its way after an impact (thrum_point_shift). */
-const double *thrum_pairs_place(thrum_pairs_run *run, int64_t member, int64_t vertex);
+const double *thrum_pairs_find_place(thrum_pairs_run *run, int64_t member, int64_t vertex);
+
+/* The same, once in a search. */
+static inline const double *thrum_pairs_place(thrum_pairs_run *run, int64_t member,
+                                              int64_t vertex) {
+  const int64_t index = run->view.first_vertex[member] + vertex;
+  return run->view.place_known[index] ? run->view.places + 9 * index
+                                      : thrum_pairs_find_place(run, member, vertex);
+}
 
 /* contact_pairs_list.c: how far any vertex of a member moves in the step that is searched, at most
  * [m]. */

@@ -85,13 +85,9 @@ static void fill_way(const thrum_pairs_run *run, const thrum_contact_run *body, 
   }
 }
 
-const double *thrum_pairs_place(thrum_pairs_run *run, int64_t member, int64_t vertex) {
+const double *thrum_pairs_find_place(thrum_pairs_run *run, int64_t member, int64_t vertex) {
   const int64_t index = run->view.first_vertex[member] + vertex;
   double *place = run->view.places + 9 * index;
-  if (run->view.place_known[index])
-    return place;
-
-  // evaluated once a step and member
   const thrum_contact_run *body = run->view.runs + member;
   const thrum_skin *skin = run->members[member].skin;
   const thrum_skin_view view = thrum_skin_view_of(skin);
@@ -263,32 +259,42 @@ static bool is_flat(const search *s, int side, int32_t edge) {
   return cosine > 0.0 && cosine * cosine > least * least * both;
 }
 
-/* A triangle of a member, found once in a search. */
-static thrum_pair_triangle *triangle_of(const search *s, int side, int32_t triangle) {
+/* Fills a triangle of a member. */
+static void find_triangle(const search *s, int side, int32_t triangle, thrum_pair_triangle *found) {
   const int64_t member = s->members[side];
-  const int64_t index = 2 * (s->run->view.first_node[member] + member) + triangle;
-  thrum_pair_triangle *found = s->run->view.triangles + index;
-  if (s->run->view.triangle_known[index])
-    return found;
   const thrum_skin_triangle *of = s->views[side].triangles + triangle;
   for (int n = 0; n < 3; n++)
     found->places[n] = thrum_pairs_place(s->run, member, of->corners[n]);
   found->box = box_of(found->places, 3);
   found->tried = found->faces = -1;
+}
+
+/* The same, once in a search. */
+static inline thrum_pair_triangle *triangle_of(const search *s, int side, int32_t triangle) {
+  const int64_t member = s->members[side];
+  const int64_t index = 2 * (s->run->view.first_node[member] + member) + triangle;
+  thrum_pair_triangle *found = s->run->view.triangles + index;
+  if (!s->run->view.triangle_known[index])
+    find_triangle(s, side, triangle, found);
   s->run->view.triangle_known[index] = 1;
   return found;
 }
 
 /* The corners and edges that a triangle tries: an edge in a flat face touches nothing that its ends
  * do not. */
-static int32_t tried_of(const search *s, int side, int32_t triangle, thrum_pair_triangle *found) {
+static int32_t find_tried(const search *s, int side, int32_t triangle) {
   const thrum_skin_triangle *of = s->views[side].triangles + triangle;
-  if (found->tried >= 0)
-    return found->tried;
-  found->tried = of->tried;
+  int32_t tried = of->tried;
   for (int n = 0; n < 3; n++)
     if ((of->tried & (8 << n)) && is_flat(s, side, of->edges[n]))
-      found->tried &= ~(8 << n);
+      tried &= ~(8 << n);
+  return tried;
+}
+
+static inline int32_t tried_of(const search *s, int side, int32_t triangle,
+                               thrum_pair_triangle *found) {
+  if (found->tried < 0)
+    found->tried = find_tried(s, side, triangle);
   return found->tried;
 }
 
