@@ -449,6 +449,8 @@ static void print_energy(const info *about) {
                " points in place of the polynomial, force wrong by %.2g %% "
                "(rms)\n",
                model->rank, model->point_count, 100 * meta_number(about, "cubature", "test_error"));
+    if (meta_number(about, "cubature", "refine") > 0)
+      print_line("gradients", "learned in %.0f steps\n", meta_number(about, "cubature", "refine"));
 
     // no law but the usual one is named
     if (thrum_law_of_model(model) != THRUM_LAW_STVK)

@@ -3,10 +3,12 @@
 #include "driver/run.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "config/message.h"
+#include "driver/model_meta.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "platform/stop_request.h"
@@ -191,8 +193,24 @@ static void warn_of_growth(const simulate_figures *figures, const char *who) {
 
 #define STIFF_POINTS 1.5 /* stiffness of points that flow over that of the body that is told */
 
-/* Points see a shape shortened where they have more stiffness than the body that flows. */
+/* Whether the gradients of the model's points were learned. */
+static bool are_learned(const thrum_model *model) {
+  cJSON *meta = model_meta_parse(model);
+  const cJSON *steps = model_meta_find(meta, "cubature", "refine");
+  const bool learned = cJSON_IsNumber(steps) && steps->valuedouble > 0;
+  cJSON_Delete(meta);
+  return learned;
+}
+
+/* Points see a shape shortened where they have more stiffness than the body that flows; and those
+ * that were learned are of no place. */
 static void warn_of_points(const simulate_figures *figures, const char *who) {
+  if (!figures->request->full && !isinf(figures->request->def.plastic.yield) &&
+      are_learned(figures->model))
+    config_warn(
+        "%sthe gradients of the model's cubature points were learned, so that what flows is "
+        "the strain of no place of the body: precompute it without --cubature-refine",
+        who);
   if (figures->point_stiffness > STIFF_POINTS)
     config_warn(
         "%sthe model's cubature points are too few for plastic flow: along one shape they "

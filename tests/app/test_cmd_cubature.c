@@ -115,6 +115,17 @@ static double error_of_refined(const char *law, const char *steps) {
   return error;
 }
 
+/* The model of the test before, which is of neo-Hookean material and was refined. */
+static void check_flow_of_learned_points(void) {
+  program_result run = thrum_run(folder, "info", "cub.npz", NULL);
+  assert_non_null(strstr(run.out, "learned in 500 steps"));
+  program_result_free(&run);
+  run = thrum_run(folder, "simulate", "cub.npz", "--yield", "0.02", "--time", "0.01", "-q", "-o",
+                  "learned", NULL);
+  assert_non_null(strstr(run.err, "were learned, so that what flows is"));
+  program_result_free(&run);
+}
+
 static void refined_points_are_nearer_and_keep_the_energy(void **state) {
   (void)state;
   static const char *const laws[] = {"stvk", "corotational", "neo-hookean"};
@@ -124,6 +135,7 @@ static void refined_points_are_nearer_and_keep_the_energy(void **state) {
     if (!(refined < 0.5 * chosen))
       fail_msg("%s: %g of %g", laws[n], refined, chosen);
   }
+  check_flow_of_learned_points();
 }
 
 static void a_law_of_its_own_is_in_the_file_and_in_runs(void **state) {
