@@ -24,6 +24,7 @@
 #define HARDER 6    /* times as many sweeps where a step is made again, or surfaces are deep */
 #define DEEP 0.3    /* thicknesses from which they are */
 #define EARLY 4     /* sweeps after which those of two bodies may be too slow */
+#define LATEST 8    /* sweeps after which they are, where they are near their tolerance */
 #define ROUND 3     /* sweeps after they were solved at once */
 #define MANY 24     /* rows with a force from which they are */
 #define EXACT 10.0  /* times the tolerance of a sweep that they are solved to */
@@ -276,7 +277,8 @@ void thrum_pairs_solve(thrum_pairs_run *run) {
     const bool settled = !(change > tolerance);
     if (settled && all)
       break;
-    slow = many && n + 1 >= EARLY && is_slow(change, last[n % 2], tolerance);
+    slow = many && (n + 1 == LATEST || (n + 1 >= EARLY && change > EXACT * tolerance &&
+                                        is_slow(change, last[n % 2], tolerance)));
     last[n % 2] = change;
 
     // rows without a force are left out while the same rows bear: which do so is found first, by
