@@ -20,13 +20,22 @@ HERE = pathlib.Path(__file__).resolve().parent
 FOUND = 77  # exit code of a process in which something was found
 MODEL = ["-o", "model.npz", "-q"]
 BLOCK = ["beam:6x2x2@1x0.2x0.15", *HELD, "--full", "-q"]
-COMMANDS = {  # processes, arguments, exit code
+COMMANDS = {  # processes, arguments, exit code, and options of PETSc where there are some
     "a factor": (2, ["precompute", *SMALL, *HELD, *MODEL], 0),
     "a free body": (2, ["precompute", *SMALL, *MODEL], 0),
     "ten-node tetrahedra": (2, ["precompute", *SMALL, *HELD, "--order", "2", *MODEL], 0),
     "lumped mass, condensed": (2, ["precompute", *SMALL, *HELD, "--mass", "lumped", "--condense", *MODEL], 0),
     "conjugate gradients": (2, ["precompute", *SMALL, *HELD, "--solver", "cg", *MODEL], 0),
     "a free body by conjugate gradients": (2, ["precompute", *SMALL, "--solver", "cg", *MODEL], 0),
+    "ten-node tetrahedra by conjugate gradients": (4, ["precompute", *SMALL, *HELD, "--order", "2", "--solver", "cg", *MODEL], 0),
+    "several grids": (3, ["precompute", "beam:12x6x6@1x0.5x0.5", *HELD, "--modes", "4", "--rank", "8", "--solver", "cg", "--check",
+                          "search", *MODEL], 0),
+    "gradients that do not converge": (2, ["precompute", "beam:20x2x2@100x0.1x0.1", *HELD, "--modes", "2", "--rank", "3", "--solver",
+                                           "cg", *MODEL], 1),
+    "columns that PETSc solves": (2, ["precompute", "beam:3x1x1@1x0.2x0.15", *HELD, "--modes", "2", "--rank", "4", "--solver", "cg",
+                                      *MODEL], 0, "-thrum_pc_type jacobi"),
+    "more processes than parts, by conjugate gradients": (4, ["precompute", "beam:1x1x1@1x1x1", *HELD, "--modes", "2", "--rank", "3",
+                                                              "--solver", "cg", *MODEL], 0),
     "more processes than parts": (4, ["precompute", "beam:1x1x1@1x1x1", *HELD, "--modes", "2", "--rank", "3", *MODEL], 0),
     "a dry run": (2, ["precompute", *SMALL, *HELD, "--dry-run"], 0),
     "no such file": (2, ["precompute", "no_such_file.msh", *MODEL], 1),
@@ -54,10 +63,10 @@ def valgrind(rest):
 
 def check(prefix, mpirun, program, case):
     """Empty, or what was found."""
-    count, arguments, code = case
+    count, arguments, code, *petsc = case
     with tempfile.TemporaryDirectory() as folder:
         command = [mpirun, "--oversubscribe", "--wdir", folder, "-n", str(count), *prefix, program, *arguments]
-        result = run(command, {"OPENBLAS_NUM_THREADS": "1"})
+        result = run(command, {"OPENBLAS_NUM_THREADS": "1", **{"PETSC_OPTIONS": options for options in petsc}})
     found = [word for word in ("Sanitizer", "runtime error", "== ") if word in result.stderr]
     if result.returncode == code and not found:
         return ""
