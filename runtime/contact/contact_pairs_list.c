@@ -26,7 +26,6 @@
 
 #define SURE 0.99    /* of the slack: the rest is for rounding */
 #define PATIENCE 256 /* searches for which full lists are left as they are */
-#define LARGER 4     /* a list gets room for 1/4 more than it has */
 
 /* Where the middle of a member's surface would be without deformation. */
 static void middle_of(const thrum_pairs_run *run, int64_t member, double middle[3]) {
@@ -178,10 +177,7 @@ void thrum_pairs_list_close(const thrum_pairs_run *run, thrum_pair_list *list) {
             (size_t)list->count * sizeof *run->view.entries);
     return;
   }
-  const int64_t most = run->pairs->touch_max * THRUM_PAIR_ENTRIES;
   list->from = made;
-  list->room = list->count + list->count / LARGER;
-  if (made + list->room > most)
-    list->room = most - made;
+  list->room = list->count;
   lists->entry_count = made + list->room;
 }
