@@ -4,7 +4,7 @@
  * mean over states. Its derivative by G_p is P_p e^T + (dP_p along G_p e) q^T, as dP is symmetric:
  * products of matrices throughout, five of states x 9 points x rank.
  *
- * Steps are those of turned_adam.h along the slopes of refine_slope.h, in single precision, with a
+ * Steps are those of soap.h along the slopes of refine_slope.h, in single precision, with a
  * rate that falls to zero as half a cosine. Errors are judged in double precision. Batches follow
  * each other in the order of the states, which are random, so that the same input gives the same
  * points.
@@ -19,7 +19,7 @@
 #include "platform/allocate.h"
 #include "precompute/polynomial/quartic_stress.h"
 #include "precompute/polynomial/refine_slope.h"
-#include "precompute/polynomial/turned_adam.h"
+#include "precompute/polynomial/soap.h"
 
 #define ROWS 9      /* components of a gradient */
 #define RATE 3e-3   /* of the first step, over the rms of the gradients */
@@ -122,7 +122,7 @@ typedef struct light {
   const thrum_law *laws;  /* borrowed; NULL: as of the points */
   double length, modulus; /* of the units */
   float *lambda, *mu, *gradients, *q, *force, *scale, *slope, *work;
-  thrum_turned_adam adam;
+  thrum_soap soap;
 } light;
 
 static double rms(int64_t count, const double *x) {
@@ -151,7 +151,7 @@ static light light_begin(const thrum_free_points *points, thrum_scope *memory) {
   of.scale = NEED(states);
   of.work = NEED(thrum_refine_slope_work(n, r, states));
 #undef NEED
-  of.adam = thrum_turned_adam_begin(n, r, (float)RATE, memory);
+  of.soap = thrum_soap_begin(n, r, (float)RATE, memory);
   if (memory->status < 0)
     return of;
 
@@ -192,11 +192,11 @@ static thrum_status descend(const thrum_force_samples *samples, int64_t steps, l
     const double part = (double)n / (double)steps;
     light_slope(of, samples, n % batches * THRUM_REFINE_BATCH);
     if (n == 0)
-      of->adam.least = LEAST * cblas_snrm2((int)numbers, of->slope, 1) / sqrtf((float)numbers);
-    if (!(of->adam.least > 0))
+      of->soap.least = LEAST * cblas_snrm2((int)numbers, of->slope, 1) / sqrtf((float)numbers);
+    if (!(of->soap.least > 0))
       return THRUM_OK;
-    THRUM_TRY(thrum_turned_adam_step(&of->adam, of->slope, 0.5 * (1 + cos(PI * part)),
-                                     of->gradients, error));
+    THRUM_TRY(
+        thrum_soap_step(&of->soap, of->slope, 0.5 * (1 + cos(PI * part)), of->gradients, error));
     if (n % pause == 0)
       THRUM_TRY(thrum_report(reporter, begin + (1 - begin) * part, error));
   }

@@ -4,7 +4,7 @@
  * its weight, its moduli and the gradient of each coordinate there, and V stays an energy of the
  * same form, with positive weights and an exact linear part, whatever these gradients are. So they
  * are moved to where the forces in states of training are best
- * (precompute/polynomial/turned_adam.h).
+ * (precompute/polynomial/soap.h).
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_POLYNOMIAL_CUBATURE_REFINE_H
@@ -14,7 +14,8 @@
 #include "runtime/material/material_law.h"
 
 /* States of a step, and states to refine on for each point, eight forces for each number that is
- * learned; but as many as steps at least, so that none is seen more often than a step has states. */
+ * learned; but as many as steps at least, so that none is seen more often than a step has states.
+ */
 enum { THRUM_REFINE_BATCH = 64, THRUM_REFINE_STATES = 72 };
 
 /* States, in coordinates and forces in which the static response has the norm 1: q_i w_i and
