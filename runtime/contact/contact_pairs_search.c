@@ -949,6 +949,19 @@ static void prune(thrum_pairs_run *run) {
   run->candidate_count = kept;
 }
 
+/* Forgets the candidates so far that others speak for, of pairs of members that have been searched:
+ * what touches is far less than what is near. */
+static void make_room(thrum_pairs_run *run) {
+  thrum_pair_candidate *c = run->view.candidates;
+  const int64_t count = run->candidate_count;
+  int64_t kept = 0;
+  prune(run);
+  for (int64_t n = 0; n < count; n++)
+    if (!c[n].pruned)
+      c[kept++] = c[n];
+  run->candidate_count = kept;
+}
+
 /* Two members to search, which may be one. */
 static search search_of(thrum_pairs_run *run, int64_t a, int64_t b) {
   search s = {.run = run,
@@ -1006,12 +1019,17 @@ void thrum_pairs_search(thrum_pairs_run *run) {
   search_own(run);
 
   // all pairs of members that may touch; spheres of whole bodies answer for most
+  int64_t full = run->pairs->touch_max;
   for (int64_t a = 0; a < run->count; a++)
     for (int64_t b = a + 1; b < run->count; b++) {
       if (!may_touch(run->members + a, run->members + b) || thrum_links_join(run, a, b))
         continue;
       search s = search_of(run, a, b);
       search_two(&s);
+      if (run->candidate_count <= full)
+        continue;
+      make_room(run);
+      full = run->candidate_count + run->pairs->touch_max / 2;
     }
   prune(run);
 }

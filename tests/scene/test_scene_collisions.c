@@ -565,6 +565,27 @@ static void a_column_is_struck_as_one(void **context) {
   assert_true(fastest < 1e-6 * speed);
 }
 
+/* What is near counts against the room for touches only as long as no other place speaks for it: a
+ * row of blocks with room for what touches, and not for all that is near, leaves nothing out. */
+static void what_others_speak_for_takes_no_room(void **context) {
+  fixture *f = *context;
+  const double thickness = 0.2 * sqrt(3) / 250;
+  thrum_contact_pairs_def def = thrum_default_contact_pairs_def();
+  def.touch_max = 150;
+  MUST(thrum_scene_set_collisions(f->scene, &def, &failure));
+  for (int n = 0; n < 8; n++) {
+    thrum_scene_body_def block = def_of(&f->block, n * (0.2 + 0.99 * thickness), 0, 0, 1);
+    block.velocity[0] = -1.0 * n; // too fast for lists
+    add(f->scene, &block);
+  }
+  MUST(thrum_scene_step(f->scene, &failure));
+  const thrum_contact_pairs_report report = thrum_scene_collisions(f->scene);
+  print_message("%lld strike, %lld left out\n", (long long)report.impacts,
+                (long long)report.dropped);
+  assert_true(report.impacts > 0);
+  assert_int_equal(report.dropped, 0);
+}
+
 static void a_stack_rests(void **context) {
   fixture *f = *context;
 
@@ -1188,6 +1209,7 @@ int main(void) {
 
       // what rests
       TEST(a_column_is_struck_as_one),
+      TEST(what_others_speak_for_takes_no_room),
       TEST(a_stack_rests),
       TEST(friction_holds_up_to_its_angle),
       TEST(a_stack_of_soft_cubes_stands),
