@@ -23,7 +23,7 @@ typedef struct scene_material_spec {
   config_record at;
   thrum_material material; /* NaN where the mesh's own stays */
   thrum_law law;
-  config_texts regions; /* texts of region_material.h */
+  config_texts regions;  /* texts of region_material.h */
   thrum_plastic plastic; /* of a model of points as well */
 } scene_material_spec;
 
