@@ -150,6 +150,15 @@ tests tsan threads_0
 sed -i 's/test_threads_0/test_threads/' "$checkout/build/tsan/CTestTestfile.cmake"
 "$checkout/run" test >out 2>err || fail "tests that pass: $(cat out err)"
 test "$(tail -n 1 out)" = '6 passed, 0 failed' || fail "counts: $(tail -n 1 out)"
+
+# a compiler that works until it has taken more than a second
+stand_in gcc <<'TEXT'
+while times >"$WORK/times"; ! grep -q '^0m[1-9]' "$WORK/times"; do :; done
+TEXT
+"$checkout/run" test >out 2>err || fail "tests that pass: $(cat out err)"
+spent=$(sed -n 's/^run: all of it took \([0-9]*\) s of processor time$/\1/p' err)
+test "${spent:-0}" -ge 1 || fail "processor time: ${spent:-none} s, $(cat err)"
+printf 'exit 0\n' | stand_in gcc
 tests clang a_0 b_1 c_0
 ! "$checkout/run" test >out 2>err || fail "a test that fails is no failure"
 test "$(tail -n 1 out)" = '4 passed, 1 failed' || fail "counts of a failure: $(tail -n 1 out)"
