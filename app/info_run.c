@@ -34,13 +34,23 @@ static double number_of(const cJSON *object, const char *key) {
   return cJSON_IsNumber(item) ? item->valuedouble : NAN;
 }
 
+/* The same in words: whole ones to their last digit; "?" where there is none. */
+static const char *figure_of(const cJSON *object, const char *key, char text[40]) {
+  const double number = number_of(object, key);
+  if (isnan(number))
+    snprintf(text, 40, "?");
+  else
+    snprintf(text, 40, "%.*g", number == floor(number) ? 15 : 6, number);
+  return text;
+}
+
 static bool is_full(const recorded *run) {
   const cJSON *options = cJSON_GetObjectItemCaseSensitive(run->report, "options");
   return cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(options, "full"));
 }
 
-static double step_of(const recorded *run) {
-  return number_of(run->report, run->scene ? "dt_s" : "dt");
+static const char *step_key(const recorded *run) {
+  return run->scene ? "dt_s" : "dt";
 }
 
 static void print_line(const char *label, const char *text) {
@@ -49,9 +59,9 @@ static void print_line(const char *label, const char *text) {
 
 /* A model and what stepped it, of a run or of a body. */
 static void print_stepped(const char *label, const char *name, const cJSON *object) {
-  char model[300], stepped_by[300], status[300];
-  printf("%-18s%s%s%s, rank %g, by %s: %s\n", label, name, name[0] != 0 ? ": " : "",
-         text_of(object, "model", model), number_of(object, "rank"),
+  char model[300], stepped_by[300], status[300], rank[40];
+  printf("%-18s%s%s%s, rank %s, by %s: %s\n", label, name, name[0] != 0 ? ": " : "",
+         text_of(object, "model", model), figure_of(object, "rank", rank),
          text_of(object, "stepped_by", stepped_by), text_of(object, "status", status));
 }
 
@@ -65,11 +75,11 @@ static void print_bodies(const recorded *run) {
 
 /* What a run of one body was made of. */
 static void print_model(const recorded *run) {
-  char text[300];
+  char text[300], rank[40];
   const cJSON *placement = cJSON_GetObjectItemCaseSensitive(run->report, "placement");
   print_line("model", text_of(run->report, "model", text));
-  printf("%-18s%s%s, rank %g\n", "stepped by", text_of(run->report, "stepped_by", text),
-         is_full(run) ? " of the whole mesh" : "", number_of(run->report, "rank"));
+  printf("%-18s%s%s, rank %s\n", "stepped by", text_of(run->report, "stepped_by", text),
+         is_full(run) ? " of the whole mesh" : "", figure_of(run->report, "rank", rank));
   if (cJSON_IsObject(placement))
     print_line("in the scene", text_of(placement, "scene", text));
 
@@ -90,6 +100,20 @@ static void print_end(const recorded *run) {
     print_line("", text_of(run->report, "message", text));
 }
 
+/* How long it is, and what is there of it. */
+static void print_length(const recorded *run) {
+  char a[40], b[40], c[40], d[40];
+  const cJSON *report = run->report;
+  printf("%-18s%s of %s s, together %s s\n", "steps", figure_of(report, "steps", a),
+         figure_of(report, step_key(run), b), figure_of(report, "simulated_s", c));
+  printf("%-18s%s rows, %s frames\n", "recorded", figure_of(report, "rows", a),
+         figure_of(report, "frames", b));
+  if (!run->scene)
+    printf("%-18sfirst %s, last %s, least %s, most %s J\n", "energy",
+           figure_of(report, "energy_first_j", a), figure_of(report, "energy_last_j", b),
+           figure_of(report, "energy_min_j", c), figure_of(report, "energy_max_j", d));
+}
+
 static void print_table(const recorded *run) {
   const char *called = getenv("THRUM_COMMAND");
   const char *program = called != NULL && called[0] != 0 ? called : "thrum";
@@ -105,15 +129,7 @@ static void print_table(const recorded *run) {
     print_model(run);
   }
 
-  // how long it is, and what is there of it
-  printf("%-18s%.0f of %g s, together %g s\n", "steps", number_of(run->report, "steps"),
-         step_of(run), number_of(run->report, "simulated_s"));
-  printf("%-18s%.0f rows, %.0f frames\n", "recorded", number_of(run->report, "rows"),
-         number_of(run->report, "frames"));
-  if (!run->scene)
-    printf("%-18sfirst %.6g, last %.6g, least %.6g, most %.6g J\n", "energy",
-           number_of(run->report, "energy_first_j"), number_of(run->report, "energy_last_j"),
-           number_of(run->report, "energy_min_j"), number_of(run->report, "energy_max_j"));
+  print_length(run);
   print_end(run);
   printf("%-18s%s view %s, which plays it\n", "next", program, run->path);
   printf("%-18s%s export %s --glb run.glb, for other programs\n", "", program, run->path);
@@ -144,7 +160,7 @@ static void print_json(const recorded *run) {
   }
 
   // times and sizes
-  json_number(object, "dt", step_of(run));
+  json_number(object, "dt", number_of(run->report, step_key(run)));
   json_number(object, "steps", number_of(run->report, "steps"));
   json_number(object, "simulated_s", number_of(run->report, "simulated_s"));
   json_number(object, "rows", number_of(run->report, "rows"));

@@ -117,7 +117,7 @@ static bool is_file(const char *path) {
   return stat(path, &info) == 0 && !S_ISDIR(info.st_mode);
 }
 
-/* Two paths of one folder. */
+/* Whether two paths are those of one folder; so are those at which there is none. */
 static bool same_folder(const char *left, const char *right) {
   struct stat one, other;
   return stat(left, &one) != 0 || stat(right, &other) != 0 ||

@@ -519,6 +519,26 @@ static void the_folder_of_a_scene_is_said(void **state) {
   assert_exit(1, "not the report of a run", "other", NULL, NULL);
 }
 
+/* Figures that a report lacks are not made up, and no "nan" is told for them. */
+static void a_report_without_figures_is_said_without_them(void **state) {
+  (void)state;
+  char path[160];
+  snprintf(path, sizeof path, "%s/bare", folder);
+  assert_int_equal(mkdir(path, 0777), 0);
+  snprintf(path, sizeof path, "%s/bare/run.json", folder);
+  assert_true(text_file_write(path, "{\"command\": \"simulate\", \"steps\": 1234567, "
+                                    "\"rows\": \"many\", \"energy_first_j\": null}\n"));
+  char *out = output_of("info", "bare", NULL);
+  assert_non_null(strstr(out, "1234567 of ? s, together ? s\n"));
+  assert_non_null(strstr(out, "? rows, ? frames\n"));
+  assert_null(strstr(out, "nan"));
+  free(out);
+
+  // nor is it the report of another program
+  assert_true(text_file_write(path, "{\"steps\": 3}\n"));
+  assert_exit(1, "not the report of a run", "bare", NULL, NULL);
+}
+
 static void a_full_disk_is_not_success(void **state) {
   (void)state;
 
@@ -600,6 +620,7 @@ int main(void) {
       cmocka_unit_test(wrong_usage_exits_with_2),
       cmocka_unit_test(the_folder_of_a_run_is_said),
       cmocka_unit_test(the_folder_of_a_scene_is_said),
+      cmocka_unit_test(a_report_without_figures_is_said_without_them),
       cmocka_unit_test(a_full_disk_is_not_success),
 
       // the element quality that it reports
