@@ -51,7 +51,8 @@ static void take_stresses(double lambda, double mu, const matrices *g, matrices 
 }
 
 /* The same of another law. */
-static void obey(thrum_law law, double lambda, double mu, const matrices *g, matrices *p) {
+static void take_law_stresses(thrum_law law, double lambda, double mu, const matrices *g,
+                              matrices *p) {
   for (int k = 0; k < LANES; k++) {
     double gradient[3][3], stress[3][3];
     for (int c = 0; c < 9; c++)
@@ -85,10 +86,12 @@ void thrum_fem_forces(const thrum_fem *fem, const double *u, double *force) {
       matrices g, p;
       thrum_fem_shape_gradients(fem, t, point, shape);
       take_gradients(fem, node, u, shape, &g);
+
+      // the stresses, and what they push the nodes with
       if (law == THRUM_LAW_STVK)
         take_stresses(lambda, mu, &g, &p);
       else
-        obey(law, lambda, mu, &g, &p);
+        take_law_stresses(law, lambda, mu, &g, &p);
       add_forces(fem, node, fem->weight[t * fem->point_count + point], shape, &p, force);
     }
   }

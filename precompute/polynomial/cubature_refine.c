@@ -117,27 +117,27 @@ double thrum_refine_error(const thrum_free_points *points, const thrum_force_sam
 
 /* Points, a batch of states and all that a descent needs, as single-precision numbers in units in
  * which the gradients have the rms 1 and the largest modulus is 1. */
-typedef struct light {
+typedef struct descent {
   int64_t count, rank;
   const thrum_law *laws;  /* borrowed; NULL: as of the points */
   double length, modulus; /* of the units */
   float *lambda, *mu, *gradients, *q, *force, *scale, *slope, *work;
   thrum_soap soap;
-} light;
+} descent;
 
 static double rms(int64_t count, const double *x) {
   return cblas_dnrm2((int)count, x, 1) / sqrt((double)count);
 }
 
-/* Row c n + p of the light gradients is row 9 p + c of the points. */
+/* Row c n + p of the gradients in single precision is row 9 p + c of the points. */
 static double *row_of(const thrum_free_points *points, int64_t row) {
   const int64_t n = points->count;
   return points->gradients + (ROWS * (row % n) + row / n) * points->rank;
 }
 
-static light light_begin(const thrum_free_points *points, thrum_scope *memory) {
+static descent descent_begin(const thrum_free_points *points, thrum_scope *memory) {
   const int64_t n = points->count, r = points->rank, states = THRUM_REFINE_BATCH;
-  light of = {
+  descent of = {
       .count = n, .rank = r, .laws = points->laws, .length = rms(ROWS * n * r, points->gradients)};
 
   // all arrays
@@ -169,7 +169,7 @@ static light light_begin(const thrum_free_points *points, thrum_scope *memory) {
 }
 
 /* The slope in the batch from state `first` on. */
-static void light_slope(light *of, const thrum_force_samples *samples, int64_t first) {
+static void batch_slope(descent *of, const thrum_force_samples *samples, int64_t first) {
   const int64_t r = of->rank;
   for (int64_t s = 0; s < THRUM_REFINE_BATCH; s++) {
     of->scale[s] = (float)(samples->scale[first + s] * of->length * of->modulus);
@@ -184,13 +184,13 @@ static void light_slope(light *of, const thrum_force_samples *samples, int64_t f
 }
 
 /* All steps. */
-static thrum_status descend(const thrum_force_samples *samples, int64_t steps, light *of,
+static thrum_status descend(const thrum_force_samples *samples, int64_t steps, descent *of,
                             const thrum_reporter *reporter, double begin, thrum_error *error) {
   const int64_t batches = samples->count / THRUM_REFINE_BATCH, pause = 1 + steps / REPORTS;
   const int64_t numbers = ROWS * of->count * of->rank;
   for (int64_t n = 0; n < steps; n++) {
     const double part = (double)n / (double)steps;
-    light_slope(of, samples, n % batches * THRUM_REFINE_BATCH);
+    batch_slope(of, samples, n % batches * THRUM_REFINE_BATCH);
     if (n == 0)
       of->soap.least = LEAST * cblas_snrm2((int)numbers, of->slope, 1) / sqrtf((float)numbers);
     if (!(of->soap.least > 0))
@@ -203,8 +203,8 @@ static thrum_status descend(const thrum_force_samples *samples, int64_t steps, l
   return THRUM_OK;
 }
 
-/* The light gradients back into the points. */
-static void put_back(const light *of, thrum_free_points *points) {
+/* The gradients of a descent back into the points. */
+static void put_back(const descent *of, thrum_free_points *points) {
   for (int64_t row = 0; row < ROWS * of->count; row++)
     for (int64_t i = 0; i < of->rank; i++)
       row_of(points, row)[i] = of->gradients[row * of->rank + i] * of->length;
@@ -219,7 +219,7 @@ thrum_status thrum_cubature_refine(const thrum_force_samples *samples, int64_t s
   double *before = thrum_scope_allocate(&memory, numbers, sizeof(double));
   double *work =
       thrum_scope_allocate(&memory, thrum_refine_work(points, THRUM_REFINE_BATCH), sizeof(double));
-  light of = light_begin(points, &memory);
+  descent of = descent_begin(points, &memory);
   thrum_status status = memory.status;
 
   // what gains nothing is taken back

@@ -91,7 +91,8 @@ static void put_matrix(double m[3][3], int64_t n, int64_t p, float *to) {
 }
 
 /* The stresses of one state where points have laws. */
-static void obey_stresses(const thrum_single_points *points, const float *gradient, float *stress) {
+static void take_law_stresses(const thrum_single_points *points, const float *gradient,
+                              float *stress) {
   const int64_t n = points->count;
   for (int64_t p = 0; p < n; p++) {
     double g[3][3], at[3][3];
@@ -102,7 +103,8 @@ static void obey_stresses(const thrum_single_points *points, const float *gradie
 }
 
 /* The same of the changes along what stands in `along`. */
-static void obey_tangents(const thrum_single_points *points, const float *gradient, float *along) {
+static void take_law_tangents(const thrum_single_points *points, const float *gradient,
+                              float *along) {
   const int64_t n = points->count;
   for (int64_t p = 0; p < n; p++) {
     double g[3][3], d[3][3], change[3][3];
@@ -118,7 +120,7 @@ static void take_stresses(const thrum_single_points *points, const float *restri
                           float *restrict stress) {
   const int64_t n = points->count;
   if (points->laws) {
-    obey_stresses(points, gradient, stress);
+    take_law_stresses(points, gradient, stress);
     return;
   }
   for (int64_t p = 0; p < n; p++) {
@@ -139,7 +141,7 @@ static void take_tangents(const thrum_single_points *points, const float *restri
                           float *restrict along) {
   const int64_t n = points->count;
   if (points->laws) {
-    obey_tangents(points, gradient, along);
+    take_law_tangents(points, gradient, along);
     return;
   }
   for (int64_t p = 0; p < n; p++) {

@@ -163,16 +163,16 @@ static void respond(const thrum_contact_row *row, const double x[3], double impu
     impulse[axis] = force * n[axis];
 
   // across the normal, within the bound
-  double rubbing[3] = {0.0, 0.0, 0.0}, share = 0.0;
+  double tangential[3] = {0.0, 0.0, 0.0}, share = 0.0;
   const bool rubs = strike->most > 0.0;
   for (int axis = 0; axis < 3 && rubs; axis++)
-    rubbing[axis] = strike->rubbing[axis] - across_scale * (x[axis] - along * n[axis]);
-  const double square = thrum_dot3(rubbing, rubbing);
+    tangential[axis] = strike->tangential[axis] - across_scale * (x[axis] - along * n[axis]);
+  const double square = thrum_dot3(tangential, tangential);
   const bool slips = square > strike->most * strike->most;
   if (rubs)
     share = slips ? strike->most / sqrt(square) : 1.0;
   for (int axis = 0; axis < 3; axis++)
-    impulse[axis] += share * rubbing[axis];
+    impulse[axis] += share * tangential[axis];
   if (rate == NULL)
     return;
 
@@ -181,8 +181,8 @@ static void respond(const thrum_contact_row *row, const double x[3], double impu
   const double turns = slips && rubs ? held / square : 0.0;
   for (int a = 0; a < 3; a++)
     for (int b = 0; b < 3; b++)
-      rate[3 * a + b] =
-          (pressed - held) * n[a] * n[b] + (a == b ? held : 0.0) - turns * rubbing[a] * rubbing[b];
+      rate[3 * a + b] = (pressed - held) * n[a] * n[b] + (a == b ? held : 0.0) -
+                        turns * tangential[a] * tangential[b];
 }
 
 /* A row goes on from an impulse: its bound of friction is that of the impulse. */
@@ -191,7 +191,7 @@ static void go_on_from(thrum_contact_row *row, const double impulse[3]) {
   strike->force = fmax(thrum_dot3(impulse, row->touch.normal), 0.0);
   strike->most = strike->friction * strike->force;
   for (int axis = 0; axis < 3; axis++)
-    strike->rubbing[axis] = impulse[axis] - strike->force * row->touch.normal[axis];
+    strike->tangential[axis] = impulse[axis] - strike->force * row->touch.normal[axis];
 }
 
 /* --- an iteration ----------------------------------------------------------------------------- */
@@ -304,7 +304,7 @@ static bool give_back(const newton *of) {
     thrum_row_strike *strike = &at.row->strike;
     double more[3];
     for (int axis = 0; axis < 3; axis++)
-      more[axis] = strike->force * at.row->touch.normal[axis] + strike->rubbing[axis] -
+      more[axis] = strike->force * at.row->touch.normal[axis] + strike->tangential[axis] -
                    strike->impulse[axis];
     thrum_impact_push(&at, more);
   }

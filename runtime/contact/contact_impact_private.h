@@ -34,8 +34,9 @@ void thrum_impact_velocity(const thrum_impact_place *at, double out[3]);
 void thrum_impact_push(const thrum_impact_place *at, const double impulse[3]);
 
 /* contact_impact_newton.c: solves for the impulses of all rows of an impact at once, from those
- * that they have, to within a tolerance [m/s]; false where it is not met, or where there are too
- * many bodies. Where it cannot nothing changes. */
+ * that they have, to within a tolerance [m/s] or, with friction mostly, as far as its iterations
+ * go. False where there are too many bodies, or where the impulses are not finite: then nothing
+ * changes. */
 bool thrum_impact_newton(const thrum_impact_rows *rows, double tolerance);
 
 #endif

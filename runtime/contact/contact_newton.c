@@ -57,6 +57,8 @@ static inline INLINED bool factor(int64_t m, double *matrix) {
     const double scale = 1.0 / sqrt(row[k]);
     for (int64_t q = k; q < m; q++)
       row[q] *= scale;
+
+    // the rows below lose what this one explains
     for (int64_t p = k + 1; p < m; p++) {
       double *restrict below = matrix + p * stride;
       const double share = row[p];

@@ -81,9 +81,9 @@ typedef struct thrum_row_strike {
       across; /* velocity under a unit impulse: along the normal, bound across it [1/kg] */
 
   /* A solve of all rows at once has these (contact_impact_newton.c). */
-  double force, rubbing[3]; /* along the normal and across it, that the row goes on from [N s] */
-  double most;              /* bound of the latter [N s] */
-  double at[3], way[3];     /* velocity, and what a step of the solve adds to it [m/s] */
+  double force, tangential[3]; /* along the normal and across it, that the row goes on from [N s] */
+  double most;                 /* bound of the latter [N s] */
+  double at[3], way[3];        /* velocity, and what a step of the solve adds to it [m/s] */
 } thrum_row_strike;
 
 /* A body as a whole in the impacts of a step. */

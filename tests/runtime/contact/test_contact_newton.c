@@ -35,6 +35,8 @@ static system_of_rows begin(int64_t m) {
  * other. */
 static void add(system_of_rows *s, random_state *random) {
   double change[9], pushed[3][MOST];
+
+  // the row and its change at random
   for (int axis = 0; axis < 3; axis++)
     for (int64_t q = 0; q < s->m; q++)
       s->ways[axis * s->stride + q] = random_uniform(random);
@@ -43,6 +45,7 @@ static void add(system_of_rows *s, random_state *random) {
       change[3 * a + b] = change[3 * b + a] = random_uniform(random) + (a == b ? 3.0 : 0.0);
   thrum_newton_add(s->m, s->ways, change, s->pushed, s->matrix);
 
+  // in plain C
   const double *b0 = s->ways, *b1 = b0 + s->stride, *b2 = b1 + s->stride;
   for (int a = 0; a < 3; a++)
     for (int64_t q = 0; q < s->m; q++)
