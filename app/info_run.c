@@ -73,7 +73,7 @@ static void print_bodies(const recorded *run) {
   }
 }
 
-/* What a run of one body was made of. */
+/* Says what a run of one body was made of. */
 static void print_model(const recorded *run) {
   char text[300], rank[40];
   const cJSON *placement = cJSON_GetObjectItemCaseSensitive(run->report, "placement");
@@ -92,7 +92,7 @@ static void print_model(const recorded *run) {
   }
 }
 
-/* How the run ended, in the words of its report. */
+/* Says how the run ended, in the words of its report. */
 static void print_end(const recorded *run) {
   char text[300];
   print_line("status", text_of(run->report, "status", text));
@@ -100,7 +100,7 @@ static void print_end(const recorded *run) {
     print_line("", text_of(run->report, "message", text));
 }
 
-/* How long it is, and what is there of it. */
+/* Says how long a run is, and what is there of it. */
 static void print_length(const recorded *run) {
   char a[40], b[40], c[40], d[40];
   const cJSON *report = run->report;
@@ -108,6 +108,8 @@ static void print_length(const recorded *run) {
          figure_of(report, step_key(run), b), figure_of(report, "simulated_s", c));
   printf("%-18s%s rows, %s frames\n", "recorded", figure_of(report, "rows", a),
          figure_of(report, "frames", b));
+
+  // a scene has those of its bodies in their own folders
   if (!run->scene)
     printf("%-18sfirst %s, last %s, least %s, most %s J\n", "energy",
            figure_of(report, "energy_first_j", a), figure_of(report, "energy_last_j", b),

@@ -614,7 +614,7 @@ static thrum_status refine(cubature *c, thrum_model *model, thrum_cubature_figur
   for (int64_t p = 0; p < 2 * n && memory.status == THRUM_OK; p++)
     moduli[p] = model->point_moduli[p] * model->point_weights[p % n];
 
-  // of another law the even part of the force is not quadratic
+  // the even part of the force is quadratic in Saint Venant-Kirchhoff material alone
   thrum_status status = memory.status;
   if (status >= 0 && c->fem->law == THRUM_LAW_STVK)
     status = take_quadratic(c, quadratic, unit, error);

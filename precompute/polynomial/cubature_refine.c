@@ -55,7 +55,7 @@ static void take_stresses(const thrum_free_points *points, int64_t states, const
   }
 }
 
-/* What stands in `along` becomes the change of the stress along it. */
+/* Makes each gradient in `along` the change of the stress along it. */
 static void take_tangents(const thrum_free_points *points, int64_t states, const double *gradient,
                           double *along) {
   for (int64_t n = 0; n < states * points->count; n++) {

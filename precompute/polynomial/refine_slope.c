@@ -102,7 +102,7 @@ static void take_law_stresses(const thrum_single_points *points, const float *gr
   }
 }
 
-/* The same of the changes along what stands in `along`. */
+/* Makes each gradient in `along` the change of the stress along it. */
 static void take_law_tangents(const thrum_single_points *points, const float *gradient,
                               float *along) {
   const int64_t n = points->count;
@@ -136,7 +136,7 @@ static void take_stresses(const thrum_single_points *points, const float *restri
   }
 }
 
-/* What stands in `along` becomes the change of the stress along it (18.4), of one state. */
+/* Makes each gradient in `along` the change of the stress along it (18.4), of one state. */
 static void take_tangents(const thrum_single_points *points, const float *restrict gradient,
                           float *restrict along) {
   const int64_t n = points->count;

@@ -1,5 +1,5 @@
-/* What the files of impacts share (contact_impact.h): the rows of an impact one after the other,
- * with the bodies as a whole on either side. Private to contact_impact*.c.
+/* This is what the files of impacts share (contact_impact.h): the rows of an impact one after the
+ * other, with the bodies as a whole on either side. Private to contact_impact*.c.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_RUNTIME_CONTACT_CONTACT_IMPACT_PRIVATE_H

@@ -1,4 +1,4 @@
-/* What the Newton methods of contact have in common: the step and the search along it. Private to
+/* The Newton methods of contact have this in common: the step and the search along it. Private to
  * the runtime.
  *
  * SPDX-License-Identifier: Apache-2.0 */

@@ -1,7 +1,7 @@
 /* A point of a body in a step (docs/contact.md): where it is, how it moves, and how it answers to a
  * force. Its three rows of U lie in the model one after the other; axes of the placement turn what
  * they say into the world, and a translation adds its own.
- * What each sweep does is there for AVX2 as well, with the bits of two_lanes.h.
+ * The products of each sweep are there for AVX2 as well, with the bits of two_lanes.h.
  * Cost: 3 r each, the response 9 r.
  *
  * SPDX-License-Identifier: Apache-2.0 */

@@ -578,6 +578,8 @@ static void what_others_speak_for_takes_no_room(void **context) {
     block.velocity[0] = -1.0 * n; // too fast for lists
     add(f->scene, &block);
   }
+
+  // the first step finds them all
   MUST(thrum_scene_step(f->scene, &failure));
   const thrum_contact_pairs_report report = thrum_scene_collisions(f->scene);
   print_message("%lld strike, %lld left out\n", (long long)report.impacts,
