@@ -102,11 +102,9 @@ const config_command command_info = {
         "frequencies, the split into explicit and implicit modes, residuals, memory, groups; with "
         "--dt or --integrator also the frequency of each mode as it is stepped. Of a surface that "
         "thrum embed wrote it says what that holds, and of the folder of a run what was stepped, "
-        "how "
-        "and how long, how it ended and what plays it.\n\n"
+        "how and how long, how it ended and what plays it.\n\n"
         "MODEL is a model file, the folder of a run, or a name (beam, basket, bridge, horse, "
-        "tower, "
-        "heart) of a model that is precomputed once and cached.",
+        "tower, heart) of a model that is precomputed once and cached.",
     .options = options,
     .examples = "info beam.npz\n"
                 "info horse\n"

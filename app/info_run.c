@@ -130,14 +130,15 @@ static void print_table(const recorded *run) {
   } else {
     print_model(run);
   }
-
   print_length(run);
   print_end(run);
+
+  // what can be done with it, as this program was called
   printf("%-18s%s view %s, which plays it\n", "next", program, run->path);
   printf("%-18s%s export %s --glb run.glb, for other programs\n", "", program, run->path);
 }
 
-/* The same of a body of a scene, or of the run of one. */
+/* Adds what print_stepped says, of a body of a scene or of the run of one. */
 static void add_stepped(cJSON *object, const cJSON *report) {
   json_string(object, "model", json_text_of(report, "model"));
   json_string(object, "integrator", json_text_of(report, "integrator"));
