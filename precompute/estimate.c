@@ -210,31 +210,39 @@ static void probe(int threads, double *flops, double *bytes) {
   free(data);
 }
 
+/* The stress at a point by a law, beyond that of Saint Venant-Kirchhoff's [s]. Of several laws it
+ * is that of the dearest. */
+static double law_seconds(thrum_law law) {
+  return law == THRUM_LAW_STVK ? 0 : law == THRUM_LAW_NEO_HOOKEAN ? 4e-8 : 1e-7;
+}
+
 /* Gradients that are learned, of as many points as are usual: one of the three forces of each
- * state, and in each step, in single precision, a stress, a tangent and five products for each of
- * its states, and three products of the gradients and a square matrix. */
-static double refine_seconds(const thrum_precompute_options *options, double state, double gemm) {
+ * state, or all of another law, and in each step, in single precision, a stress, a tangent and five
+ * products for each of its states, and three products of the gradients and a square matrix. */
+static double refine_seconds(const thrum_precompute_options *options, thrum_law law, double state,
+                             double gemm) {
   const double r = (double)options->rank, steps = (double)options->cubature_refine;
   const double count = fmin((double)options->cubature_points, THRUM_CUBATURE_POINTS_LEARNED * r);
   if (!(steps > 0))
     return 0;
-  return refine_states(options, count) * state / 3 +
-         steps * count *
-             (THRUM_REFINE_BATCH * (4e-8 + 90 * r / (1.2 * gemm)) + 54 * r * r / (1.2 * gemm));
+  const double one = 4e-8 + 2.4 * law_seconds(law) + 90 * r / (1.2 * gemm);
+  return refine_states(options, count) * state / (law == THRUM_LAW_STVK ? 3 : 1) +
+         steps * count * (THRUM_REFINE_BATCH * one + 54 * r * r / (1.2 * gemm));
 }
 
 /* The last stage: one DSYRK of products of columns; or, for cubature, the forces of states, each in
  * three passes over the points and six over the basis, and one DSYRK of candidates. */
-static double reduced_seconds(const thrum_precompute_options *options, double points, double n,
-                              double columns, double gemm) {
+static double reduced_seconds(const thrum_precompute_options *options, thrum_law law, double points,
+                              double n, double columns, double gemm) {
   if (!options->cubature)
     return 6 * points * columns * columns / (0.9 * gemm);
   const double r = (double)options->rank, states = THRUM_CUBATURE_STATES;
   const double candidates = fmin(points, THRUM_CUBATURE_CANDIDATES);
   const bool flows = options->cubature_yield < INFINITY;
-  const double state = flows ? 3e-7 * points + 6e-10 * 6 * n * r : 9e-8 * points + 6e-10 * n * r;
+  const double state = flows ? 3e-7 * points + 6e-10 * 6 * n * r
+                             : (9e-8 + 3 * law_seconds(law)) * points + 6e-10 * n * r;
   return states * state + states * r * candidates * candidates / (0.8 * gemm) +
-         refine_seconds(options, state, gemm);
+         refine_seconds(options, law, state, gemm);
 }
 
 void thrum_estimate_times(const thrum_fem *fem, const thrum_precompute_options *options,
@@ -248,6 +256,7 @@ void thrum_estimate_times(const thrum_fem *fem, const thrum_precompute_options *
   // the sizes of the body and of the basis
   const double n = (double)fem->free_count;
   const double points = (double)(fem->tet_count * fem->point_count);
+  const thrum_law law = options->law == THRUM_LAW_STVK ? fem->law : options->law;
   const double r = (double)options->rank, columns = thrum_options_columns(options);
   const double k = (double)thrum_options_shapes(options);
   const double pairs = k * (k + 1) / 2;
@@ -264,7 +273,7 @@ void thrum_estimate_times(const thrum_fem *fem, const thrum_precompute_options *
     seconds[THRUM_STAGE_basis] = 8 * 4 * n * r * r / (0.12 * gemm);
     seconds[THRUM_STAGE_polynomial] = options->imported->linear
                                           ? 4 * columns * columns * columns / (0.33 * gemm)
-                                          : reduced_seconds(options, points, n, columns, gemm);
+                                          : reduced_seconds(options, law, points, n, columns, gemm);
     return;
   }
 
@@ -279,7 +288,7 @@ void thrum_estimate_times(const thrum_fem *fem, const thrum_precompute_options *
 
   seconds[THRUM_STAGE_derivatives] = pairs * (blocked + 2.5e-8 * points);
   seconds[THRUM_STAGE_basis] = 8 * n * (k + pairs) * (k + pairs) / (0.12 * gemm);
-  seconds[THRUM_STAGE_polynomial] = reduced_seconds(options, points, n, columns, gemm);
+  seconds[THRUM_STAGE_polynomial] = reduced_seconds(options, law, points, n, columns, gemm);
 }
 
 void thrum_estimate_times_cg(const thrum_fem *fem, const thrum_precompute_options *options,

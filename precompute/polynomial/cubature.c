@@ -315,17 +315,11 @@ static void point_gradients(const thrum_fem *fem, const thrum_model *model, int6
 static void law_stress(const cubature *c, int32_t region, double before[3][3], double g[3][3],
                        double p[3][3]) {
   const double lambda = c->fem->lambda[region], mu = c->fem->mu[region];
-  double strain[3][3], linear[3][3], plastic[3][3] = {{0}};
+  double plastic[3][3] = {{0}};
   if (c->flows)
     flow_at(c, region, before, plastic);
   thrum_flowed_stress(thrum_fem_law(c->fem, region), lambda, mu, g, plastic, p);
-  for (int a = 0; a < 3; a++)
-    for (int b = 0; b < 3; b++)
-      strain[a][b] = (g[a][b] + g[b][a]) / 2;
-  thrum_stress(lambda, mu, strain, linear);
-  for (int a = 0; a < 3; a++)
-    for (int b = 0; b < 3; b++)
-      p[a][b] -= linear[a][b];
+  thrum_take_linear_stress_off(lambda, mu, g, p);
 }
 
 /* The force of one candidate in one state, weighted by its own volume, in the rows' scale. */

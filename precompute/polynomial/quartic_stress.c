@@ -50,8 +50,7 @@ void thrum_quartic_tangent(double lambda, double mu, double g[3][3], double d[3]
       dp[a][b] = dt[a][b] + product(d, s, a, b) + product(g, ds, a, b);
 }
 
-/* p -= C:sym g. */
-static void take_linear_off(double lambda, double mu, double g[3][3], double p[3][3]) {
+void thrum_take_linear_stress_off(double lambda, double mu, double g[3][3], double p[3][3]) {
   double strain[3][3], stress[3][3];
   for (int a = 0; a < 3; a++)
     for (int b = 0; b < 3; b++)
@@ -69,7 +68,7 @@ void thrum_nonlinear_stress(thrum_law law, double lambda, double mu, double g[3]
     return;
   }
   thrum_law_stress(law, lambda, mu, g, p);
-  take_linear_off(lambda, mu, g, p);
+  thrum_take_linear_stress_off(lambda, mu, g, p);
 }
 
 void thrum_nonlinear_tangent(thrum_law law, double lambda, double mu, double g[3][3],
@@ -87,5 +86,5 @@ void thrum_nonlinear_tangent(thrum_law law, double lambda, double mu, double g[3
     for (int j = 0; j < 9; j++)
       dp[i / 3][i % 3] += tangent[i][j] * d[j / 3][j % 3];
   }
-  take_linear_off(lambda, mu, d, dp);
+  thrum_take_linear_stress_off(lambda, mu, d, dp);
 }

@@ -20,4 +20,7 @@ void thrum_nonlinear_stress(thrum_law law, double lambda, double mu, double g[3]
 void thrum_nonlinear_tangent(thrum_law law, double lambda, double mu, double g[3][3],
                              double d[3][3], double dp[3][3]);
 
+/* p -= C:sym g. */
+void thrum_take_linear_stress_off(double lambda, double mu, double g[3][3], double p[3][3]);
+
 #endif

@@ -69,6 +69,27 @@ static void learned_gradients_take_the_memory_that_is_said(void **state) {
   assert_true(said > 20 && said / took > 0.6 && said / took < 1.6);
 }
 
+/* Points of another law are learned one by one, which is nearly all the time of a small body. */
+static void learning_another_law_is_said_to_take_longer(void **state) {
+  (void)state;
+  static const char *const laws[] = {"stvk", "neo-hookean", "corotational"};
+  double seconds[3];
+  for (int n = 0; n < 3; n++) {
+    program_result dry = thrum_run(folder, "precompute", "beam:2x1x1@1x0.2x0.2", "--fix", "left",
+                                   "--modes", "2", "--rank", "3", "--cubature", "--cubature-refine",
+                                   "100000", "--law", laws[n], "--dry-run", "--json", NULL);
+    assert_int_equal(dry.exit_code, 0);
+    cJSON *said = json_line(dry.out);
+    seconds[n] = json_value(cJSON_GetObjectItem(said, "seconds"), "cubature");
+    cJSON_Delete(said);
+    program_result_free(&dry);
+  }
+
+  // in the order of what a stress by them takes
+  assert_true(seconds[0] > 0);
+  assert_true(seconds[1] > 1.3 * seconds[0] && seconds[2] > 1.3 * seconds[1]);
+}
+
 static void a_given_basis_is_estimated_too(void **state) {
   (void)state;
 
@@ -331,6 +352,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(the_estimate_is_near_what_the_run_takes),
       cmocka_unit_test(learned_gradients_take_the_memory_that_is_said),
+      cmocka_unit_test(learning_another_law_is_said_to_take_longer),
       cmocka_unit_test(a_given_basis_is_estimated_too),
       cmocka_unit_test(a_condensed_model_is_estimated_to_take_less),
       cmocka_unit_test(a_dry_run_writes_nothing_and_says_when_it_would_not_fit),
