@@ -139,8 +139,8 @@ static bool orthonormal_column(float *q, int k) {
 /* Makes the columns of q orthonormal, each by those before it, twice against rounding. Where one
  * depends on those before it q becomes `before`, and false is returned. */
 static bool orthonormal(float *q, const float *before) {
-  for (int k = 0; k < ROWS; k++)
-    if (!orthonormal_column(q, k) || !orthonormal_column(q, k)) {
+  for (int n = 0; n < 2 * ROWS; n++)
+    if (!orthonormal_column(q, n / 2)) {
       memcpy(q, before, ROWS * ROWS * sizeof *q);
       return false;
     }
