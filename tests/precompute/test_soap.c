@@ -152,23 +152,27 @@ static double mixed_square(descent *d, const float *at,
   return sum;
 }
 
-/* A matrix with the eigenvalues 1 to `least` in random eigenvectors: rotations of all pairs. */
+/* Rotates rows a and b of a matrix by an angle, and its columns. */
+static void rotate(int n, double angle, int a, int b, double *matrix) {
+  const double c = cos(angle), s = sin(angle);
+  for (int side = 0; side < 2; side++)
+    for (int k = 0; k < n; k++) {
+      double *p = side ? matrix + k * n + a : matrix + a * n + k;
+      double *q = side ? matrix + k * n + b : matrix + b * n + k;
+      const double was = *p;
+      *p = c * was - s * *q;
+      *q = s * was + c * *q;
+    }
+}
+
+/* A matrix with eigenvalues from 1 down to `least` in random eigenvectors. */
 static void mix(int n, double least, double *matrix) {
   memset(matrix, 0, (size_t)(n * n) * sizeof *matrix);
   for (int k = 0; k < n; k++)
     matrix[k * n + k] = pow(least, (double)k / (n - 1));
   for (int a = 0; a < n; a++)
-    for (int b = a + 1; b < n; b++) {
-      const double angle = 3 * random_number(), c = cos(angle), s = sin(angle);
-      for (int side = 0; side < 2; side++)
-        for (int k = 0; k < n; k++) {
-          double *p = side ? matrix + k * n + a : matrix + a * n + k;
-          double *q = side ? matrix + k * n + b : matrix + b * n + k;
-          const double was = *p;
-          *p = c * was - s * *q;
-          *q = s * was + c * *q;
-        }
-    }
+    for (int b = a + 1; b < n; b++)
+      rotate(n, 3 * random_number(), a, b, matrix);
 }
 
 static void it_finds_the_minimum_where_numbers_depend_on_each_other(void **state) {
