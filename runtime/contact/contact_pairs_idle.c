@@ -7,9 +7,8 @@
  *   g' = g + n (x_a' - x_a - x_b' + x_b),
  *
  * is not below 0 as the bodies move under the forces of all rows; where it is, the row is made, and
- * all are solved again, with ceilings by the forces of that moment (contact_pairs_rows.c). What
- * could strike is never left out (contact_impact.c). Cost: 6 r a vertex and 60 operations a
- * candidate, twice a step.
+ * all are solved again. What could strike is never left out (contact_impact.c).
+ * Cost: 6 r a vertex and 60 operations a candidate, twice a step.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"

@@ -260,6 +260,7 @@ typedef struct thrum_pairs_run {
   bool closing;         /* touches keep their forces: the links alone are solved for */
   bool own;             /* the search is of a body with itself, in the axes that it turns with */
   bool again;           /* an attempt has failed: forces have to be more exact */
+  double excess;        /* share of their depth that springs are too deep (thrum_rows_excess) */
   double taken, driven; /* lost in impacts of this step, and done by solids in them [J] */
   double flow;          /* that went through them: impulses times speeds before [J] */
 } thrum_pairs_run;

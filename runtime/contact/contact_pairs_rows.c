@@ -286,17 +286,19 @@ static void stiffen(const thrum_pairs_run *run, thrum_pair_row *row) {
   of->touch.stored = fmin(of->touch.stored, thrum_contact_energy(of->stiffness, of->gap));
 }
 
-/* The gap up to which each spring pushes, but at least to half the thickness. Rows that are made in
- * the middle of a step make this anew for all: the forces solved for by then say better than those
- * of the last step how deep a spring has to be, and sweeps settle sooner. */
-static void raise_ceilings(thrum_pairs_run *run) {
-  const thrum_row_list list = thrum_pairs_rows_of(run);
-  const double share = thrum_rows_excess(&list);
-  for (int64_t n = 0; n < run->row_count; n++) {
+/* The gap up to which the spring of each row from `had` on pushes, but at least to half the
+ * thickness. The excess of depth is that of the rows which the step begins with: rows that are made
+ * later change no ceiling, and forces that are solved for are no forces of the last step. */
+static void raise_ceilings(thrum_pairs_run *run, int64_t had) {
+  if (had == 0) {
+    const thrum_row_list list = thrum_pairs_rows_of(run);
+    run->excess = thrum_rows_excess(&list);
+  }
+  for (int64_t n = had; n < run->row_count; n++) {
     thrum_pair_row *pair = run->view.rows + n;
     const double h = run->view.runs[pair->members[0]].dt;
     pair->row.ceiling =
-        fmax(thrum_contact_row_ceiling(&pair->row, h, share), -DEEPEST * pair->thickness);
+        fmax(thrum_contact_row_ceiling(&pair->row, h, run->excess), -DEEPEST * pair->thickness);
   }
 }
 
@@ -331,7 +333,7 @@ static int64_t begin_rows(thrum_pairs_run *run, int64_t had) {
       go_on(run, run->view.rows + n, pass == 0);
   for (int64_t n = had; n < run->row_count; n++)
     stiffen(run, run->view.rows + n);
-  raise_ceilings(run);
+  raise_ceilings(run, had);
   return run->row_count - had;
 }
 

@@ -24,7 +24,7 @@
 #define HARDER 6    /* times as many sweeps where a step is made again, or surfaces are deep */
 #define DEEP 0.3    /* thicknesses from which they are */
 #define EARLY 4     /* sweeps after which those of two bodies may be too slow */
-#define LATEST 8    /* sweeps after which they are, where they are near their tolerance */
+#define LATEST 12   /* sweeps after which they are, where they are near their tolerance */
 #define ROUND 3     /* sweeps after they were solved at once */
 #define MANY 24     /* rows with a force from which they are */
 #define EXACT 10.0  /* times the tolerance of a sweep that they are solved to */
