@@ -96,19 +96,15 @@ static thrum_status read_energies(const char *folder, recorded_run *run, thrum_e
   return status;
 }
 
-/* The file is the one whose hash run.json holds, which is in this folder. */
-static thrum_status check_model(const char *path, const char *hash, const char *folder,
-                                thrum_error *error) {
+/* Has the file this hash? */
+static bool has_hash(const char *path, const char *hash) {
   uint64_t value = 0;
   char text[20];
-  THRUM_TRY(file_hash(path, &value, error));
+  thrum_error error;
+  if (file_hash(path, &value, &error) < 0)
+    return false;
   snprintf(text, sizeof text, "%016" PRIx64, value);
-  if (strcmp(text, hash) == 0)
-    return THRUM_OK;
-  return thrum_error_set(error, THRUM_BAD_VALUE,
-                         "%.150s is not the model that %.150s was made with: put that one in its "
-                         "place; thrum export takes it by --model FILE as well",
-                         path, folder);
+  return strcmp(text, hash) == 0;
 }
 
 /* Is it there, and no folder? */
@@ -124,16 +120,36 @@ static bool same_folder(const char *left, const char *right) {
          (one.st_dev == other.st_dev && one.st_ino == other.st_ino);
 }
 
-const char *recorded_run_find(const char *folder, const char *name, recorded_path path) {
-  if (is_file(name))
+/* Where a run's file may be, and what is found there. */
+typedef struct file_search {
+  const char *hash; /* NULL: of any file */
+  recorded_path first;
+  char *path;
+} file_search;
+
+/* Looks at the file in `path`: true where it is the one. The first with another hash is kept. */
+static bool is_found(file_search *of) {
+  if (!is_file(of->path))
+    return false;
+  if (of->hash == NULL || has_hash(of->path, of->hash))
+    return true;
+  if (of->first[0] == 0)
+    memcpy(of->first, of->path, sizeof of->first);
+  return false;
+}
+
+const char *recorded_run_find(const char *folder, const char *name, const char *hash,
+                              recorded_path path) {
+  if (is_file(name) && (hash == NULL || has_hash(name, hash)))
     return name;
 
   // the run was made in one of the folders above its own, where its path is a relative one
+  file_search of = {.hash = hash, .path = path};
   recorded_path above, next;
   snprintf(above, sizeof above, "%s", folder);
   for (int up = 0; up <= FOLDERS_UP && name[0] != '/'; up++) {
     const int length = snprintf(path, sizeof(recorded_path), "%s/%s", above, name);
-    if (length < (int)sizeof(recorded_path) && is_file(path))
+    if (length < (int)sizeof(recorded_path) && is_found(&of))
       return path;
     if (snprintf(next, sizeof next, "%s/..", above) >= (int)sizeof next || same_folder(above, next))
       break;
@@ -142,7 +158,20 @@ const char *recorded_run_find(const char *folder, const char *name, recorded_pat
 
   // or it was moved together with what it names
   const int length = snprintf(path, sizeof(recorded_path), "%s/../%s", folder, path_basename(name));
-  return length < (int)sizeof(recorded_path) && is_file(path) ? path : name;
+  if (length < (int)sizeof(recorded_path) && is_found(&of))
+    return path;
+
+  // what has the name and not the bytes is for the caller to refuse
+  if (is_file(name) || of.first[0] == 0)
+    return name;
+  memcpy(path, of.first, sizeof of.first);
+  return path;
+}
+
+/* A model that is named by its file, and not one of those that are made by their names. */
+static bool names_file(const char *name) {
+  const char *end = strrchr(name, '.');
+  return strchr(name, '/') != NULL || (end != NULL && strcmp(end, ".npz") == 0);
 }
 
 /* The run's model, as given or as named by the run. */
@@ -150,15 +179,29 @@ static thrum_status load_model(const char *folder, const char *name, const char 
                                recorded_run *run, thrum_error *error) {
   recorded_path path;
   named_model_file file;
-  if (!given)
-    name = recorded_run_find(folder, name, path);
+  if (!given) {
+    name = recorded_run_find(folder, name, hash, path);
+    if (names_file(name) && !is_file(name))
+      return thrum_error_set(
+          error, THRUM_MISSING,
+          "%.150s was made with the model %.150s, which is neither here nor above "
+          "the run nor beside it: put it there",
+          folder, name);
+  }
   THRUM_TRY(named_model_load(name, true, &run->model, &file, error));
   run->model_path = strdup(file.path);
   if (run->model_path == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", file.path);
 
   // a model of that name that is another one would show another motion
-  return check_model(file.path, hash, folder, error);
+  if (has_hash(file.path, hash))
+    return THRUM_OK;
+  return thrum_error_set(
+      error, THRUM_BAD_VALUE,
+      "%.150s is not the model that %.150s was made with: put that one beside the "
+      "run (made again with precompute --reproducible it is the same); thrum "
+      "export takes it by --model FILE as well",
+      file.path, folder);
 }
 
 /* The texts of run.json that matter here; the object is the caller's to delete. */

@@ -30,8 +30,10 @@ typedef char recorded_path[RUN_PATH_MAX + 300];
 
 /* Finds a file that the run in `folder` was made of, perhaps by a command in another folder than
  * this one: under its name from here, else from RUN or one of the folders above it, else beside
- * RUN. Returns `path`, or `name` where it is there from here or nowhere. */
-const char *recorded_run_find(const char *folder, const char *name, recorded_path path);
+ * RUN. With a hash (file_hash, as text) files of that name with another one are passed over, unless
+ * there is no other. Returns `path`, or `name` where it is there from here or nowhere. */
+const char *recorded_run_find(const char *folder, const char *name, const char *hash,
+                              recorded_path path);
 
 /* Reads RUN/run.json, energy.csv (times), q.npy and the model: `model` when it is not NULL, else
  * the one that run.json names (recorded_run_find). Refuses a model whose bytes are not those that

@@ -199,7 +199,8 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
                            "%.200s: the model has no axis_mass, so gravity cannot act on it",
                            item->name);
 
-  if (thrum_law_has_yield(model))
+  // a recorded motion is that of the flow already
+  if (pulled && thrum_law_has_yield(model))
     config_warn("%.200s: the viewer leaves out plastic flow: bodies are elastic there", item->name);
 
   // its mass and the surface that is shown

@@ -81,7 +81,7 @@ static bool read_obstacles(const char *folder, const recorded_scene *scene, scen
 
   // the scene without its bodies
   recorded_path found;
-  path = recorded_run_find(folder, path, found);
+  path = recorded_run_find(folder, path, NULL, found);
   thrum_error error = {0};
   run->request = &(scene_request){.path = path, .output = "", .quiet = true};
   thrum_status status = scene_run_read(run, &error);

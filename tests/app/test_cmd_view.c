@@ -429,7 +429,9 @@ static void a_run_is_shown_from_any_folder(void **state) {
       thrum_run(folder, "simulate", "fall.json", "-o", "runs/far/fall", "-q", NULL);
   program_result_free(&run);
 
-  // the model and the scene file with its obstacle are found above the run
+  // the model and the scene file with its obstacle are found above the run, and a file that has the
+  // model's name from here is passed over, as it has other bytes
+  assert_true(text_file_write(in_folder("elsewhere/beam.npz"), "another model"));
   char elsewhere[160];
   snprintf(elsewhere, sizeof elsewhere, "%s", in_folder("elsewhere"));
   run = thrum_run(elsewhere, "view", "../runs/far/fall", "-o", "../far.html", NULL);
@@ -441,6 +443,40 @@ static void a_run_is_shown_from_any_folder(void **state) {
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(scene, "bodies")), 2);
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(scene, "obstacles")), 1);
   close_pack(&p);
+
+  // without the model the run is named with it, in one line
+  assert_int_equal(rename(in_folder("beam.npz"), in_folder("hidden.npz")), 0);
+  assert_int_equal(remove(in_folder("elsewhere/beam.npz")), 0);
+  run = thrum_run(elsewhere, "view", "../runs/far/fall", "-o", "../gone.html", NULL);
+  assert_int_equal(rename(in_folder("hidden.npz"), in_folder("beam.npz")), 0);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "was made with the model beam.npz, which is neither here"));
+  assert_true(line_count_is(run.err, 1));
+  program_result_free(&run);
+}
+
+/* The page steps a model without its flow, and plays a run that flowed as it was. */
+static void flow_is_left_out_where_the_page_steps(void **state) {
+  (void)state;
+  program_result run =
+      thrum_run(folder, "precompute", "beam:4x1x1@1x0.15x0.15", "--fix", "x<0.001", "--modes", "3",
+                "--rank", "6", "--cubature", "--cubature-points", "6", "--cubature-error", "1",
+                "--material", "1:corotational,0.01", "-o", "flows.npz", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  run = thrum_run(folder, "simulate", "flows.npz", "-o", "flowed", "--time", "0.1", "--start",
+                  "mode:1,0.3", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+
+  // model and run
+  const char *const shown[] = {"flows.npz", "flowed"};
+  for (int n = 0; n < 2; n++) {
+    run = thrum_run(folder, "view", shown[n], "-o", "flows.html", NULL);
+    assert_int_equal(run.exit_code, 0);
+    assert_int_equal(strstr(run.err, "leaves out plastic flow") != NULL, n == 0);
+    program_result_free(&run);
+  }
 }
 
 static void expect_refusal(program_result run, int code, const char *words) {
@@ -595,6 +631,7 @@ int main(void) {
       cmocka_unit_test(a_body_is_shown_by_its_own_surface),
       cmocka_unit_test(a_run_is_packed_with_its_rows),
       cmocka_unit_test(a_run_is_shown_from_any_folder),
+      cmocka_unit_test(flow_is_left_out_where_the_page_steps),
 
       // the browser, and what is refused
       cmocka_unit_test(without_a_name_the_page_is_opened_where_there_is_a_display),
