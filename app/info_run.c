@@ -44,8 +44,8 @@ static const char *figure_of(const cJSON *object, const char *key, char text[40]
   return text;
 }
 
-static bool is_full(const recorded *run) {
-  const cJSON *options = cJSON_GetObjectItemCaseSensitive(run->report, "options");
+static bool is_full(const cJSON *report) {
+  const cJSON *options = cJSON_GetObjectItemCaseSensitive(report, "options");
   return cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(options, "full"));
 }
 
@@ -79,7 +79,7 @@ static void print_model(const recorded *run) {
   const cJSON *placement = cJSON_GetObjectItemCaseSensitive(run->report, "placement");
   print_line("model", text_of(run->report, "model", text));
   printf("%-18s%s%s, rank %s\n", "stepped by", text_of(run->report, "stepped_by", text),
-         is_full(run) ? " of the whole mesh" : "", figure_of(run->report, "rank", rank));
+         is_full(run->report) ? " of the whole mesh" : "", figure_of(run->report, "rank", rank));
   if (cJSON_IsObject(placement))
     print_line("in the scene", text_of(placement, "scene", text));
 
@@ -92,12 +92,102 @@ static void print_model(const recorded *run) {
   }
 }
 
-/* Says how the run ended, in the words of its report. */
+/* What the monitor of a run warned of; NULL where it did not look. */
+static const cJSON *warnings_of(const cJSON *report) {
+  const cJSON *monitor = cJSON_GetObjectItemCaseSensitive(report, "monitor");
+  const cJSON *raised = cJSON_GetObjectItemCaseSensitive(monitor, "warnings");
+  return cJSON_IsArray(raised) ? raised : NULL;
+}
+
+/* Says what the monitor of a run, or of a body of that name in it, warned of, and the least
+ * stretch. */
+static void print_warnings(const char *body, const cJSON *report) {
+  const cJSON *raised = warnings_of(report), *item = NULL;
+  if (cJSON_GetArraySize(raised) == 0)
+    return;
+  printf("%-18s%s%s", "warnings", body, body[0] != 0 ? ": " : "");
+  cJSON_ArrayForEach(item, raised) {
+    char text[300];
+    snprintf(text, sizeof text, "%s", cJSON_IsString(item) ? item->valuestring : "?");
+    config_one_line(text);
+    printf("%s%s", item == raised->child ? "" : ", ", text);
+  }
+
+  // a stretch below 0 is that of a tetrahedron turned inside out
+  const cJSON *monitor = cJSON_GetObjectItemCaseSensitive(report, "monitor");
+  const double stretch = number_of(monitor, "least_stretch");
+  if (!isnan(stretch))
+    printf("; least stretch %.3g", stretch);
+  puts("");
+}
+
+/* Reads the report of a body of a scene; NULL where it has none. The caller deletes it. */
+static cJSON *report_of_body(const recorded *run, const cJSON *body) {
+  recorded_path file;
+  thrum_error error = {0};
+  cJSON *report = NULL;
+  const char *name = json_text_of(body, "name");
+  if (name == NULL)
+    return NULL;
+  snprintf(file, sizeof file, "%.*s/%.200s/%s", RUN_PATH_MAX, run->path, name, RUN_JSON);
+  return json_file_read(file, &report, &error) >= 0 ? report : NULL;
+}
+
+/* Says which shares of a condensed run speak against believing it, those that its report has. */
+static void print_shares(const cJSON *report) {
+  static const char *const shares[][2] = {
+      {"inertia_share", "of the kinetic energy in what follows"},
+      {"energy_defect", "of the strain energy wrong"},
+      {"vibration_share", "of the motion vibration left out"},
+      {"impact_share", "of it off after impacts"},
+  };
+  const cJSON *condensed = cJSON_GetObjectItemCaseSensitive(report, "condensed");
+  const char *comma = "";
+  for (size_t n = 0; n < sizeof shares / sizeof shares[0]; n++) {
+    const double share = number_of(condensed, shares[n][0]);
+    if (isnan(share))
+      continue;
+    printf("%s%.2g %% %s", comma, 100 * share, shares[n][1]);
+    comma = ", ";
+  }
+  puts("");
+}
+
+/* Says why a run, or a body of that name in it, ended with this status, where its figures do. */
+static void print_reason(const char *body, const cJSON *report) {
+  const char *status = json_text_of(report, "status");
+  const char *colon = body[0] != 0 ? ": " : "";
+  const double steps = number_of(report, "fallback_steps");
+  if (status != NULL && strcmp(status, "fell_back") == 0 && steps > 0)
+    printf("%-18s%s%s%.15g step%s needed %s\n", "", body, colon, steps, steps == 1 ? "" : "s",
+           is_full(report) ? "to be taken as several shorter ones"
+                           : "a fallback beyond quasi-Newton");
+  if (status != NULL && strcmp(status, "condensed_wrong") == 0) {
+    printf("%-18s%s%s", "", body, colon);
+    print_shares(report);
+  }
+}
+
+/* Says how the run ended, in the words of its report, and what speaks against believing it. */
 static void print_end(const recorded *run) {
   char text[300];
   print_line("status", text_of(run->report, "status", text));
   if (json_text_of(run->report, "message") != NULL)
     print_line("", text_of(run->report, "message", text));
+  if (!run->scene) {
+    print_reason("", run->report);
+    print_warnings("", run->report);
+  }
+
+  // bodies of a scene have their own in the reports of their folders
+  const cJSON *body = NULL;
+  cJSON_ArrayForEach(body, run->bodies) {
+    cJSON *report = report_of_body(run, body);
+    text_of(body, "name", text);
+    print_reason(text, report);
+    print_warnings(text, report);
+    cJSON_Delete(report);
+  }
 }
 
 /* Says how long a run is, and what is there of it. */
@@ -146,6 +236,16 @@ static void add_stepped(cJSON *object, const cJSON *report) {
   json_number(object, "rank", number_of(report, "rank"));
 }
 
+/* Adds what the monitor warned of; null where it did not look. */
+static void add_warnings(cJSON *object, const cJSON *report) {
+  const cJSON *raised = warnings_of(report);
+  const cJSON *monitor = cJSON_GetObjectItemCaseSensitive(report, "monitor");
+  cJSON_AddItemToObject(object, "warnings",
+                        raised != NULL ? cJSON_Duplicate(raised, true) : cJSON_CreateNull());
+  json_number(object, "least_stretch", number_of(monitor, "least_stretch"));
+  json_number(object, "fallback_steps", number_of(report, "fallback_steps"));
+}
+
 static void print_json(const recorded *run) {
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "status", "done");
@@ -159,7 +259,8 @@ static void print_json(const recorded *run) {
     json_string(object, "title", json_text_of(run->report, "title"));
   } else {
     add_stepped(object, run->report);
-    cJSON_AddBoolToObject(object, "full", is_full(run));
+    cJSON_AddBoolToObject(object, "full", is_full(run->report));
+    add_warnings(object, run->report);
   }
 
   // times and sizes
@@ -177,6 +278,9 @@ static void print_json(const recorded *run) {
     json_string(row, "name", json_text_of(body, "name"));
     json_string(row, "run_status", json_text_of(body, "status"));
     add_stepped(row, body);
+    cJSON *report = report_of_body(run, body);
+    add_warnings(row, report);
+    cJSON_Delete(report);
   }
   json_print(object);
 }

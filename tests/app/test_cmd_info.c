@@ -519,6 +519,83 @@ static void the_folder_of_a_scene_is_said(void **state) {
   assert_exit(1, "not the report of a run", "other", NULL, NULL);
 }
 
+/* Is this the list of the warnings of a run that was pulled far beyond its basis? */
+static void assert_pulled_too_far(const cJSON *object) {
+  static const char *const raised[] = {"compressed", "inverted", "reach"};
+  const cJSON *warnings = cJSON_GetObjectItem(object, "warnings");
+  assert_int_equal(cJSON_GetArraySize(warnings), 3);
+  for (int n = 0; n < 3; n++)
+    assert_string_equal(cJSON_GetArrayItem(warnings, n)->valuestring, raised[n]);
+  assert_true(json_value(object, "least_stretch") < 0);
+}
+
+/* A pull that far may need a fallback, which is exit code 3, on one machine and not on another. */
+static void expect_finished(program_result run) {
+  if (run.exit_code != 0 && run.exit_code != 3)
+    fail_msg("exit %d, %s", run.exit_code, run.err);
+  program_result_free(&run);
+}
+
+/* A run, or a body of a scene, that must not be believed says so. */
+static void what_a_run_was_warned_of_is_said(void **state) {
+  (void)state;
+  expect_finished(thrum_run(folder, "simulate", "beam.npz", "-o", "far", "-q", "--time", "0.05",
+                            "--dt", "0.003", "--load", "constant:0,0,-2e5@tip", NULL));
+  char *out = output_of("info", "far", NULL);
+  assert_non_null(strstr(out, "\nwarnings          compressed, inverted, reach; least stretch -"));
+  free(out);
+  cJSON *object = info("far", NULL, NULL);
+  assert_pulled_too_far(object);
+  cJSON_Delete(object);
+
+  // of two bodies the one that is pulled, by its name
+  char path[160];
+  snprintf(path, sizeof path, "%s/strained.json", folder);
+  assert_true(text_file_write(path, "{\"dt\": 0.003, \"time\": 0.05, \"bodies\": [{\"name\": \"a\","
+                                    " \"model\": \"beam.npz\"}, {\"name\": \"b\", \"model\":"
+                                    " \"beam.npz\", \"loads\": [\"constant:0,0,-2e5@tip\"]}]}\n"));
+  expect_finished(thrum_run(folder, "simulate", "strained.json", "-o", "strained", "-q", NULL));
+  out = output_of("info", "strained", NULL);
+  assert_non_null(
+      strstr(out, "\nwarnings          b: compressed, inverted, reach; least stretch -"));
+  free(out);
+  object = info("strained", NULL, NULL);
+  const cJSON *bodies = cJSON_GetObjectItem(object, "bodies");
+  const cJSON *calm = cJSON_GetObjectItem(cJSON_GetArrayItem(bodies, 0), "warnings");
+  assert_true(cJSON_IsArray(calm) && cJSON_GetArraySize(calm) == 0);
+  assert_pulled_too_far(cJSON_GetArrayItem(bodies, 1));
+  cJSON_Delete(object);
+}
+
+/* The statuses that a finished run is not to be believed by come with their figures. */
+static void why_a_run_is_not_believed_is_said(void **state) {
+  (void)state;
+  char path[160];
+  snprintf(path, sizeof path, "%s/doubted", folder);
+  assert_int_equal(mkdir(path, 0777), 0);
+  snprintf(path, sizeof path, "%s/doubted/run.json", folder);
+  assert_true(text_file_write(path, "{\"command\": \"simulate\", \"status\": \"fell_back\","
+                                    " \"fallback_steps\": 1, \"monitor\": null}\n"));
+  char *out = output_of("info", "doubted", NULL);
+  assert_non_null(strstr(out, "  1 step needed a fallback beyond quasi-Newton\n"));
+  assert_null(strstr(out, "warnings"));
+  free(out);
+
+  // without a monitor nothing was looked at, which is not the same as no warning
+  cJSON *object = info("doubted", NULL, NULL);
+  assert_true(cJSON_IsNull(cJSON_GetObjectItem(object, "warnings")));
+  cJSON_Delete(object);
+
+  // shares of a condensed run that its report has
+  assert_true(text_file_write(path, "{\"command\": \"simulate\", \"status\": \"condensed_wrong\","
+                                    " \"condensed\": {\"inertia_share\": 0.02,"
+                                    " \"energy_defect\": 0.31, \"impact_share\": null}}\n"));
+  out = output_of("info", "doubted", NULL);
+  assert_non_null(strstr(out, "  2 % of the kinetic energy in what follows, 31 % of the strain "
+                              "energy wrong\n"));
+  free(out);
+}
+
 /* Figures that a report lacks are not made up, and no "nan" is told for them. */
 static void a_report_without_figures_is_said_without_them(void **state) {
   (void)state;
@@ -620,6 +697,8 @@ int main(void) {
       cmocka_unit_test(wrong_usage_exits_with_2),
       cmocka_unit_test(the_folder_of_a_run_is_said),
       cmocka_unit_test(the_folder_of_a_scene_is_said),
+      cmocka_unit_test(what_a_run_was_warned_of_is_said),
+      cmocka_unit_test(why_a_run_is_not_believed_is_said),
       cmocka_unit_test(a_report_without_figures_is_said_without_them),
       cmocka_unit_test(a_full_disk_is_not_success),
 
