@@ -96,15 +96,16 @@ static const config_option options[] = {
 const config_command command_info = {
     .name = "info",
     .summary = "say what a model file or a run holds",
-    .usage = "MODEL [OPTIONS]",
+    .usage = "MODEL|RUN|SURFACE [OPTIONS]",
     .about =
         "Says what a model file holds: sizes, mass, volume, element quality, bounding box, "
         "frequencies, the split into explicit and implicit modes, residuals, memory, groups; with "
         "--dt or --integrator also the frequency of each mode as it is stepped. Of a surface that "
         "thrum embed wrote it says what that holds, and of the folder of a run what was stepped, "
         "how and how long, how it ended and what plays it.\n\n"
-        "MODEL is a model file, the folder of a run, or a name (beam, basket, bridge, horse, "
-        "tower, heart) of a model that is precomputed once and cached.",
+        "MODEL is a model file or a name (beam, basket, bridge, horse, tower, heart) of a model "
+        "that is precomputed once and cached, RUN the folder of a run, and SURFACE a file that "
+        "thrum embed wrote. All options but --json go with a model.",
     .options = options,
     .examples = "info beam.npz\n"
                 "info horse\n"
@@ -112,7 +113,8 @@ const config_command command_info = {
                 "info horse --touch\n"
                 "info horse --dt 0.003 --integrator energy\n"
                 "info beam.npz --dt 0.001 --json\n"
-                "info run",
+                "info run\n"
+                "info shown.npz",
 };
 
 static double meta_number(const info *about, const char *object, const char *key) {

@@ -437,6 +437,11 @@ static void wrong_usage_exits_with_2(void **state) {
   assert_exit(2, "--dt", "beam.npz", "--dt", "0");
   assert_exit(2, "--dt", "beam.npz", "--dt", "fast");
   assert_exit(2, "unknown option", "beam.npz", "--melt", NULL);
+
+  // the help names all that it takes
+  program_result help = thrum_run(folder, "info", "--help", NULL);
+  assert_non_null(strstr(help.out, "usage: thrum info MODEL|RUN|SURFACE [OPTIONS]\n"));
+  program_result_free(&help);
 }
 
 /* Runs `thrum` in the folder, which must end with this exit code and no message; its output. */
