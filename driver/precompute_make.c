@@ -195,6 +195,28 @@ static thrum_status save_model(const precompute_request *request, const precompu
   return status;
 }
 
+/* Says that the points miss the error that was asked for, and what may mend that: more points only
+ * where their number was bounded. */
+static void warn_of_points(const precompute_request *request, const thrum_precomputed *result) {
+  const thrum_precompute_options *options = &request->options;
+  const bool bounded = result->cubature.points >= options->cubature_points;
+
+  // points that flow cannot be learned
+  const bool flows = !isinf(options->cubature_yield) || result->model.region_yield != NULL;
+  const char *advice = "";
+  if (options->cubature_refine > 0)
+    advice = bounded ? "raise --cubature-refine or --cubature-points, or "
+                     : "raise --cubature-refine, or ";
+  else if (bounded)
+    advice = "raise --cubature-points, or ";
+  else if (!flows)
+    advice = "learn the points' gradients by --cubature-refine, or ";
+  config_warn("the force by %lld cubature point%s is wrong by %.2g (rms), not by %.2g as asked: "
+              "%slower --cubature-range",
+              (long long)result->cubature.points, result->cubature.points == 1 ? "" : "s",
+              result->cubature.test_error, options->cubature_error, advice);
+}
+
 static bool is_flagged(const precompute_request *request, const thrum_precomputed *result) {
   bool flagged = !(result->basis_orthonormality <= ORTHONORMALITY_FLAG) ||
                  !(result->basis_diagonality <= ORTHONORMALITY_FLAG);
@@ -225,10 +247,7 @@ static bool is_flagged(const precompute_request *request, const thrum_precompute
   const bool missed =
       request->options.cubature && result->cubature.test_error > request->options.cubature_error;
   if (missed)
-    config_warn("the force by %lld cubature points is wrong by %.2g (rms), not by %.2g as asked: "
-                "raise --cubature-points, or lower --cubature-range",
-                (long long)result->cubature.points, result->cubature.test_error,
-                request->options.cubature_error);
+    warn_of_points(request, result);
 
   if (flagged)
     config_warn("residuals are larger than they should be; see `thrum info`");

@@ -479,10 +479,10 @@ void precompute_print_table(const precompute_outcome *outcome) {
 
   // points against the polynomial that they replace
   if (outcome->request->options.cubature) {
-    printf("%-18s%" PRId64 " points of %" PRId64 ", force wrong by %.2g %% in %" PRId64
+    printf("%-18s%" PRId64 " point%s of %" PRId64 ", force wrong by %.2g %% in %" PRId64
            " states of training, %.2g %% in %" PRId64 " others (rms)\n",
-           "cubature", result->cubature.points, result->cubature.candidates,
-           100 * result->cubature.train_error, result->cubature.states,
+           "cubature", result->cubature.points, result->cubature.points == 1 ? "" : "s",
+           result->cubature.candidates, 100 * result->cubature.train_error, result->cubature.states,
            100 * result->cubature.test_error, result->cubature.test_states);
     if (outcome->request->options.cubature_refine > 0)
       printf("%-18slearned: points of the mesh alone would be wrong by %.2g %% in these others\n",

@@ -154,7 +154,8 @@ static const config_option options[] = {
     OPTION_NUMBER("cubature-error", NULL, "0.001",
                   "relative error of the internal force, rms over states that were not trained on, "
                   "at which there are enough points; exit code 3 where it is not reached",
-                  AT(options.cubature_error), GIVEN(cubature_given), CONFIG_ABOVE(0)),
+                  AT(options.cubature_error), GIVEN(cubature_given), .least = 0, .most = 1,
+                  .above = true),
     OPTION_COUNT("cubature-points", "2000", "at most so many points", AT(options.cubature_points),
                  GIVEN(cubature_given), CONFIG_RANGE(1, COUNT_MAX)),
     OPTION_NUMBER("cubature-range", NULL, "0.2",

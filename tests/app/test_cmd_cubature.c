@@ -450,6 +450,31 @@ static void an_error_that_is_missed_is_flagged(void **state) {
   program_result_free(&run);
 }
 
+/* What mends points that miss their error: more of them only where their number was bounded. */
+static void the_advice_is_one_that_helps(void **state) {
+  (void)state;
+  static const char *const cases[][3] = {
+      {"--cubature-points=1", "--cubature-refine=0",
+       "by 1 cubature point is wrong by 1 (rms), not by 1e-12 as asked: raise --cubature-points, "
+       "or "
+       "lower --cubature-range\n"},
+      {"--cubature-points=2000", "--cubature-refine=0",
+       "as asked: learn the points' gradients by --cubature-refine, or lower --cubature-range\n"},
+      {"--cubature-points=20", "--cubature-refine=40",
+       "as asked: raise --cubature-refine or --cubature-points, or lower --cubature-range\n"},
+      {"--cubature-points=2000", "--cubature-refine=2",
+       "as asked: raise --cubature-refine, or lower --cubature-range\n"},
+  };
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    program_result run =
+        PRECOMPUTE("--cubature", "--cubature-error=1e-12", cases[n][0], cases[n][1]);
+    assert_int_equal(run.exit_code, 3);
+    if (strstr(run.err, cases[n][2]) == NULL)
+      fail_msg("%s", run.err);
+    program_result_free(&run);
+  }
+}
+
 static void what_does_not_go_with_points_is_refused(void **state) {
   (void)state;
   static const char *const wrong[][3] = {
@@ -460,6 +485,7 @@ static void what_does_not_go_with_points_is_refused(void **state) {
       {"--law=corotational", "--yield=-1", "--yield"},
       {"--cubature", "--condense", "goes without --condense"},
       {"--cubature", "--cubature-error=0", "--cubature-error"},
+      {"--cubature", "--cubature-error=1.01", "--cubature-error"},
       {"--cubature", "--cubature-points=0", "--cubature-points"},
       {"--cubature", "--cubature-range=-1", "--cubature-range"},
       {"--cubature", "--cubature-range=1e30", "--cubature-range"},
@@ -496,6 +522,7 @@ int main(void) {
       cmocka_unit_test(bad_points_of_a_file_are_refused_in_one_line),
       cmocka_unit_test(plastic_flow_out_of_its_range_is_refused_in_one_line),
       cmocka_unit_test(an_error_that_is_missed_is_flagged),
+      cmocka_unit_test(the_advice_is_one_that_helps),
       cmocka_unit_test(what_does_not_go_with_points_is_refused),
   };
   return cmocka_run_group_tests(tests, make_folder, remove_folder);
