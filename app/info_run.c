@@ -133,19 +133,19 @@ static cJSON *report_of_body(const recorded *run, const cJSON *body) {
   return json_file_read(file, &report, &error) >= 0 ? report : NULL;
 }
 
-/* Says which shares of a condensed run speak against believing it, those that its report has. */
+/* Says which shares of a condensed run speak against believing it, where they are above 0. */
 static void print_shares(const cJSON *report) {
   static const char *const shares[][2] = {
       {"inertia_share", "of the kinetic energy in what follows"},
       {"energy_defect", "of the strain energy wrong"},
-      {"vibration_share", "of the motion vibration left out"},
+      {"vibration_share", "of the motion is vibration left out"},
       {"impact_share", "of it off after impacts"},
   };
   const cJSON *condensed = cJSON_GetObjectItemCaseSensitive(report, "condensed");
   const char *comma = "";
   for (size_t n = 0; n < sizeof shares / sizeof shares[0]; n++) {
     const double share = number_of(condensed, shares[n][0]);
-    if (isnan(share))
+    if (!(share > 0))
       continue;
     printf("%s%.2g %% %s", comma, 100 * share, shares[n][1]);
     comma = ", ";

@@ -594,7 +594,8 @@ static void why_a_run_is_not_believed_is_said(void **state) {
   // shares of a condensed run that its report has
   assert_true(text_file_write(path, "{\"command\": \"simulate\", \"status\": \"condensed_wrong\","
                                     " \"condensed\": {\"inertia_share\": 0.02,"
-                                    " \"energy_defect\": 0.31, \"impact_share\": null}}\n"));
+                                    " \"energy_defect\": 0.31, \"vibration_share\": null,"
+                                    " \"impact_share\": 0}}\n"));
   out = output_of("info", "doubted", NULL);
   assert_non_null(strstr(out, "  2 % of the kinetic energy in what follows, 31 % of the strain "
                               "energy wrong\n"));
