@@ -97,14 +97,21 @@ static thrum_status read_energies(const char *folder, recorded_run *run, thrum_e
 }
 
 /* Has the file this hash? */
-static bool has_hash(const char *path, const char *hash) {
+static thrum_status compare_hash(const char *path, const char *hash, bool *same,
+                                 thrum_error *error) {
   uint64_t value = 0;
   char text[20];
-  thrum_error error;
-  if (file_hash(path, &value, &error) < 0)
-    return false;
+  THRUM_TRY(file_hash(path, &value, error));
   snprintf(text, sizeof text, "%016" PRIx64, value);
-  return strcmp(text, hash) == 0;
+  *same = strcmp(text, hash) == 0;
+  return THRUM_OK;
+}
+
+/* A file that cannot be read has none. */
+static bool has_hash(const char *path, const char *hash) {
+  bool same = false;
+  thrum_error error;
+  return compare_hash(path, hash, &same, &error) >= 0 && same;
 }
 
 /* Is it there, and no folder? */
@@ -194,7 +201,9 @@ static thrum_status load_model(const char *folder, const char *name, const char 
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", file.path);
 
   // a model of that name that is another one would show another motion
-  if (has_hash(file.path, hash))
+  bool same = false;
+  THRUM_TRY(compare_hash(file.path, hash, &same, error));
+  if (same)
     return THRUM_OK;
   return thrum_error_set(
       error, THRUM_BAD_VALUE,
