@@ -20,12 +20,16 @@ typedef struct recorded {
   const cJSON *bodies; /* of a scene */
 } recorded;
 
-/* A text of the report that is safe to print; "?" where it has none. */
-static const char *text_of(const cJSON *object, const char *key, char text[300]) {
-  const char *said = json_text_of(object, key);
-  snprintf(text, 300, "%s", said != NULL ? said : "?");
+/* A text that is safe to print; "?" where the item is none. */
+static const char *safe_text(const cJSON *item, char text[300]) {
+  snprintf(text, 300, "%s", cJSON_IsString(item) ? item->valuestring : "?");
   config_one_line(text);
   return text;
+}
+
+/* The same of a text of the report. */
+static const char *text_of(const cJSON *object, const char *key, char text[300]) {
+  return safe_text(cJSON_GetObjectItemCaseSensitive(object, key), text);
 }
 
 /* A number of the report; NaN where it has none. */
@@ -86,13 +90,11 @@ static void print_model(const recorded *run) {
   // loads and starts in the words of the command
   const cJSON *options = cJSON_GetObjectItemCaseSensitive(run->report, "options"), *item = NULL;
   cJSON_ArrayForEach(item, cJSON_GetObjectItemCaseSensitive(options, "load")) {
-    snprintf(text, sizeof text, "%s", cJSON_IsString(item) ? item->valuestring : "?");
-    config_one_line(text);
-    print_line("load", text);
+    print_line("load", safe_text(item, text));
   }
 }
 
-/* What the monitor of a run warned of; NULL where it did not look. */
+/* Finds what the monitor of a run warned of; NULL where it did not look. */
 static const cJSON *warnings_of(const cJSON *report) {
   const cJSON *monitor = cJSON_GetObjectItemCaseSensitive(report, "monitor");
   const cJSON *raised = cJSON_GetObjectItemCaseSensitive(monitor, "warnings");
@@ -108,9 +110,7 @@ static void print_warnings(const char *body, const cJSON *report) {
   printf("%-18s%s%s", "warnings", body, body[0] != 0 ? ": " : "");
   cJSON_ArrayForEach(item, raised) {
     char text[300];
-    snprintf(text, sizeof text, "%s", cJSON_IsString(item) ? item->valuestring : "?");
-    config_one_line(text);
-    printf("%s%s", item == raised->child ? "" : ", ", text);
+    printf("%s%s", item == raised->child ? "" : ", ", safe_text(item, text));
   }
 
   // a stretch below 0 is that of a tetrahedron turned inside out
@@ -129,6 +129,8 @@ static cJSON *report_of_body(const recorded *run, const cJSON *body) {
   const char *name = json_text_of(body, "name");
   if (name == NULL)
     return NULL;
+
+  // the folder of the body has the body's name
   snprintf(file, sizeof file, "%.*s/%.200s/%s", RUN_PATH_MAX, run->path, name, RUN_JSON);
   return json_file_read(file, &report, &error) >= 0 ? report : NULL;
 }

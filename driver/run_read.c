@@ -96,7 +96,7 @@ static thrum_status read_energies(const char *folder, recorded_run *run, thrum_e
   return status;
 }
 
-/* Has the file this hash? */
+/* Whether the file has this hash. */
 static thrum_status compare_hash(const char *path, const char *hash, bool *same,
                                  thrum_error *error) {
   uint64_t value = 0;

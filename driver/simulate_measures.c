@@ -23,10 +23,9 @@ static const thrum_stress_points_def every_tet = {NULL, 0};
 
 static thrum_status open_stress_points(const thrum_model *model, simulate_measures *m,
                                        thrum_error *error) {
-  const thrum_stress_points_def def = every_tet;
   size_t size = 0;
-  THRUM_TRY(
-      config_error_in(error, thrum_stress_points_size(model, &def, &size, error), "--stress"));
+  THRUM_TRY(config_error_in(error, thrum_stress_points_size(model, &every_tet, &size, error),
+                            "--stress"));
 
   if (thrum_law_has_yield(model))
     return thrum_error_set(error, THRUM_UNSUPPORTED,
@@ -35,8 +34,8 @@ static thrum_status open_stress_points(const thrum_model *model, simulate_measur
 
   // one point in each tetrahedron
   THRUM_TRY(thrum_reserve_aligned(&m->stress_points_memory, size, "stresses", error));
-  THRUM_TRY(thrum_stress_points_init(m->stress_points_memory, size, model, &def, &m->stress_points,
-                                     error));
+  THRUM_TRY(thrum_stress_points_init(m->stress_points_memory, size, model, &every_tet,
+                                     &m->stress_points, error));
 
   // the scratch memory and the stresses share one allocation
   const int64_t work = thrum_stress_points_work_count(m->stress_points);

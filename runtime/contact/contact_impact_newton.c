@@ -37,19 +37,12 @@ typedef struct newton {
 
 /* --- bodies ----------------------------------------------------------------------------------- */
 
-/* Root of the inverse inertia, a lower triangle; 0 for a body that does not turn. False where it
- * has none. */
+/* Root of the inverse inertia; 0 for a body that does not turn. False where it has none. */
 static bool root_of(const double inverse[9], double root[9]) {
+  if (inverse[0] > 0.0)
+    return thrum_newton_root(inverse, root);
   memset(root, 0, 9 * sizeof *root);
-  if (!(inverse[0] > 0.0))
-    return inverse[0] == 0.0 && inverse[4] == 0.0 && inverse[8] == 0.0;
-  root[0] = sqrt(inverse[0]);
-  root[3] = inverse[3] / root[0];
-  root[6] = inverse[6] / root[0];
-  root[4] = sqrt(inverse[4] - root[3] * root[3]);
-  root[7] = (inverse[7] - root[6] * root[3]) / root[4];
-  root[8] = sqrt(inverse[8] - root[6] * root[6] - root[7] * root[7]);
-  return isfinite(root[4]) && isfinite(root[8]) && root[8] > 0.0;
+  return inverse[0] == 0.0 && inverse[4] == 0.0 && inverse[8] == 0.0;
 }
 
 /* Gives each body that is struck and not driven its columns; false where there are too many. */

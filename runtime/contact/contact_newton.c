@@ -101,6 +101,17 @@ void thrum_newton_add(int64_t m, const double *ways, const double change[9], dou
     add(m, ways, change, pushed, matrix);
 }
 
+bool thrum_newton_root(const double weight[9], double root[9]) {
+  memset(root, 0, 9 * sizeof *root);
+  root[0] = sqrt(weight[0]);
+  root[3] = weight[3] / root[0];
+  root[6] = weight[6] / root[0];
+  root[4] = sqrt(weight[4] - root[3] * root[3]);
+  root[7] = (weight[7] - root[6] * root[3]) / root[4];
+  root[8] = sqrt(weight[8] - root[6] * root[6] - root[7] * root[7]);
+  return isfinite(root[8]) && isfinite(root[4]) && root[8] > 0.0;
+}
+
 bool thrum_newton_step(int64_t m, double *matrix, const double *gradient, double *step) {
   const int64_t stride = THRUM_NEWTON_STRIDE(m);
   if (!(is_wide() ? factor_wide(m, matrix) : factor(m, matrix)))

@@ -20,6 +20,9 @@ void thrum_newton_add(int64_t m, const double *ways, const double change[9], dou
  * counts and is overwritten; false where it has no Cholesky factor, or the step is not finite. */
 bool thrum_newton_step(int64_t m, double *matrix, const double *gradient, double *step);
 
+/* The lower triangle with root root^T = weight, of an inverse inertia; false where it has none. */
+bool thrum_newton_root(const double weight[9], double root[9]);
+
 /* The slope of a function along a step at a share of the step, from 0 to 1. */
 typedef double (*thrum_newton_slope)(const void *of, double share);
 

@@ -54,18 +54,6 @@ typedef struct newton {
 
 /* --- rows ------------------------------------------------------------------------------------- */
 
-/* Root of the inverse inertia: lower triangle, root root^T = weight; false where it has none. */
-static bool root_of(const double weight[9], double root[9]) {
-  memset(root, 0, 9 * sizeof *root);
-  root[0] = sqrt(weight[0]);
-  root[3] = weight[3] / root[0];
-  root[6] = weight[6] / root[0];
-  root[4] = sqrt(weight[4] - root[3] * root[3]);
-  root[7] = (weight[7] - root[6] * root[3]) / root[4];
-  root[8] = sqrt(weight[8] - root[6] * root[6] - root[7] * root[7]);
-  return isfinite(root[8]) && isfinite(root[4]) && root[8] > 0.0;
-}
-
 static bool turns(const thrum_contact_run *body) {
   return body->environment->rigid_frame != NULL && body->turn_weight[0] > 0.0;
 }
@@ -292,7 +280,7 @@ static bool find_columns(newton *of) {
     for (int64_t i = 0; i < body->contact->rank; i++)
       if (!(body->view.weights[i] >= 0.0))
         return false;
-    if (turns(body) && !root_of(body->turn_weight, of->turn_roots[side]))
+    if (turns(body) && !thrum_newton_root(body->turn_weight, of->turn_roots[side]))
       return false;
   }
   of->m = of->columns[0] + of->columns[1];

@@ -465,6 +465,8 @@ static void the_advice_is_one_that_helps(void **state) {
       {"--cubature-points=2000", "--cubature-refine=2",
        "as asked: raise --cubature-refine, or lower --cubature-range\n"},
   };
+
+  // all of them miss the error, and say what helps
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     program_result run =
         PRECOMPUTE("--cubature", "--cubature-error=1e-12", cases[n][0], cases[n][1]);

@@ -7,6 +7,7 @@ import { Engine } from '../src/engine.js';
 import { StruckSound } from '../src/sound.js';
 import { heardText, haste, strikeSamples, strikeWeights } from '../src/strike.js';
 import { packOf, thrum, wasmBytes } from './fixture.mjs';
+import { partOf } from './spectrum.mjs';
 
 const RATE = 8000;
 thrum('precompute', 'beam:6x2x2@1x0.1x0.1', '--fix', 'x<0.001', '--modes', '4', '--rank', '6', '-o', 'struck.npz', '--quiet');
@@ -14,19 +15,9 @@ const [model] = packOf('struck.npz').models;
 const tip = [...Array(model.vertex_count).keys()].reduce((best, v) =>
   (model.arrays.positions[3 * v] > model.arrays.positions[3 * best] ? v : best), 0);
 const frequencies = Array.from(model.arrays.omega2, (w2) => 1.5 * Math.sqrt(w2) / (2 * Math.PI)); // of a stiffer body
+const part = partOf(RATE);
 const strike = { model, frequencies, damping: 3, vertex: tip, direction: [0, 0, 1], rate: RATE };
 const made = async (strength) => new StruckSound(await Engine.load(wasmBytes()), strike, strength);
-
-/** The part of a frequency in samples. */
-function part(samples, frequency) {
-  let [re, im] = [0, 0];
-  samples.forEach((x, n) => {
-    const angle = (2 * Math.PI * frequency * n) / RATE;
-    re += x * Math.cos(angle);
-    im += x * Math.sin(angle);
-  });
-  return Math.hypot(re, im);
-}
 
 test('a weak strike sounds as the linear modes do', async () => {
   const sound = await made(1e-6);

@@ -3,19 +3,10 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { haste, strikeSamples, strikeWeights } from '../src/strike.js';
+import { partOf } from './spectrum.mjs';
 
 const RATE = 8000;
-
-/** The part of a frequency in samples. */
-function part(samples, frequency) {
-  let [re, im] = [0, 0];
-  samples.forEach((x, n) => {
-    const angle = (2 * Math.PI * frequency * n) / RATE;
-    re += x * Math.cos(angle);
-    im += x * Math.sin(angle);
-  });
-  return Math.hypot(re, im);
-}
+const part = partOf(RATE);
 
 test('a strike has the modes of the body, each by its weight', () => {
   const samples = strikeSamples([200, 330, 5000], [1, 0.25, 9], 0, RATE); // the last is out of range
