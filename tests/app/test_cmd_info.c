@@ -572,13 +572,18 @@ static void what_a_run_was_warned_of_is_said(void **state) {
   cJSON_Delete(object);
 }
 
+/* Makes the folder of a run, and the path of the report in it. */
+static void make_report_path(const char *name, char path[160]) {
+  snprintf(path, 160, "%s/%s", folder, name);
+  assert_int_equal(mkdir(path, 0777), 0);
+  snprintf(path, 160, "%s/%s/run.json", folder, name);
+}
+
 /* The statuses that a finished run is not to be believed by come with their figures. */
 static void why_a_run_is_not_believed_is_said(void **state) {
   (void)state;
   char path[160];
-  snprintf(path, sizeof path, "%s/doubted", folder);
-  assert_int_equal(mkdir(path, 0777), 0);
-  snprintf(path, sizeof path, "%s/doubted/run.json", folder);
+  make_report_path("doubted", path);
   assert_true(text_file_write(path, "{\"command\": \"simulate\", \"status\": \"fell_back\","
                                     " \"fallback_steps\": 1, \"monitor\": null}\n"));
   char *out = output_of("info", "doubted", NULL);
@@ -606,9 +611,7 @@ static void why_a_run_is_not_believed_is_said(void **state) {
 static void a_report_without_figures_is_said_without_them(void **state) {
   (void)state;
   char path[160];
-  snprintf(path, sizeof path, "%s/bare", folder);
-  assert_int_equal(mkdir(path, 0777), 0);
-  snprintf(path, sizeof path, "%s/bare/run.json", folder);
+  make_report_path("bare", path);
   assert_true(text_file_write(path, "{\"command\": \"simulate\", \"steps\": 1234567, "
                                     "\"rows\": \"many\", \"energy_first_j\": null}\n"));
   char *out = output_of("info", "bare", NULL);
