@@ -15,6 +15,7 @@
   X(check) \
   X(convert) \
   X(simulate) \
+  X(compare) \
   X(view) \
   X(static) \
   X(experiments) \

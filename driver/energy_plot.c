@@ -42,7 +42,7 @@ static bool write_script(const char *path, const char *terminal, const char *out
   if (file == NULL)
     return false;
 
-  // axes and colours, the same for every run
+  // axes and colours, the same for every run; a key in the margin covers no curve
   fprintf(file,
           "set encoding utf8\n"
           "set terminal %s\n"
@@ -60,12 +60,14 @@ static bool write_script(const char *path, const char *terminal, const char *out
           "set key at graph 0.5, graph 1.05 center horizontal samplen 3\n",
           terminal, output, quoted);
 
-  // long series are thinned: more points only slow the drawing
+  // long series are thinned: more points only slow the drawing; strokes and widths tell the curves
+  // apart where colours are not
   const int64_t every = rows / POINTS_MAX + 1;
   fprintf(file,
           "plot 'energy.csv' using 2:3 every %" PRId64 "::1 with lines lc rgb '#6baed6' "
           "title 'kinetic', \\\n"
-          "  '' using 2:4 every %" PRId64 "::1 with lines lc rgb '#f58518' title 'strain', \\\n"
+          "  '' using 2:4 every %" PRId64
+          "::1 with lines dt (8,4) lc rgb '#d2600a' title 'strain', \\\n"
           "  '' using 2:5 every %" PRId64
           "::1 with lines lw 2 lc rgb '#08306b' title 'both, of the body alone'\n",
           every, every, every);

@@ -25,6 +25,13 @@ COLOURS = {"thesis": "#1769aa", "thesis-newton": "#7fb2dd", "position": "#7b3fb3
            "verlet": "#9aa0a6", "midpoint": "#b8860b", "newmark": "#d2691e", "newmark-newton": "#f0b080",
            "fox-goodwin": "#c0143c", "imexv": "#17a2c4", "energy": "#2e8b57", "backward-euler": "#8b5a2b",
            "semi-implicit-euler": "#5f6b7a", "rk4": "#111111"}
+# strokes and points of gnuplot by which their curves are told apart where colours are not
+DASHES = {"thesis": "(9,4)", "thesis-newton": "(9,4,2,4)", "position": "(4,3)", "quadratic": "(2,3)", "verlet": "(14,4)",
+          "midpoint": "(14,4,2,4)", "newmark": "(6,2)", "newmark-newton": "(6,2,2,2)", "fox-goodwin": "(9,3,2,3,2,3)",
+          "imexv": "(12,6)", "energy": "1", "backward-euler": "(2,5)", "semi-implicit-euler": "(5,5)", "rk4": "(16,3,3,3)"}
+MARKS = {"thesis": 8, "thesis-newton": 9, "position": 4, "quadratic": 5, "verlet": 1, "midpoint": 2, "newmark": 10,
+         "newmark-newton": 11, "fox-goodwin": 12, "imexv": 15, "energy": 7, "backward-euler": 3, "semi-implicit-euler": 13,
+         "rk4": 14}
 LEVELS = {"newton": "full Newton", "energy": "energy step", "substep": "sub-steps",
           "switched": "switched to the energy integrator", "split_changes": "split changes",
           "scheme_switches": "scheme switches", "corrections": "corrections"}

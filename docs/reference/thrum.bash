@@ -4,7 +4,7 @@ _thrum() {
   local command=${COMP_WORDS[1]} previous=${COMP_WORDS[COMP_CWORD - 1]}
   [ "$command" = bench ] && [ "$COMP_CWORD" -gt 2 ] && command="bench ${COMP_WORDS[2]}"
   if [ "$COMP_CWORD" -eq 1 ]; then
-    words='help precompute mesh check convert simulate view static experiments tradeoff verify info embed export bench schema'
+    words='help precompute mesh check convert simulate compare view static experiments tradeoff verify info embed export bench schema'
   else
     case "$command $previous" in
     'bench bench') words='step kernels batch contact displacement precompute ' ;;
@@ -40,6 +40,7 @@ _thrum() {
   'simulate --quadrature') words='exact four' ;;
   'simulate --law') words='stvk corotational neo-hookean' ;;
   'simulate '*) words=' --output --dt --time --load --base-motion --start --spin --rank --condense --record-every --frames --frames-in --stress --monitor --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --frequency-matching --newmark --solver --tolerance --iterations --yield --creep --largest-plastic-strain --full --fix --young --poisson --density --material --scale --unit --regions --order --linear-solver --quadrature --law --options --threads --json --quiet --help' ;;
+  'compare '*) words='--json --help' ;;
   'view '*) words='--output --surface --fps --no-open --json --quiet --help' ;;
   'static --monitor') words='on off' ;;
   'static --linear-solver') words='cholesky cg' ;;

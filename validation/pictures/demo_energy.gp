@@ -29,10 +29,10 @@ set ylabel 'energy [J]'
 set title 'Energy of a beam struck once and left alone: 60 steps a second, swing 10 % of its length'
 set key top left reverse Left samplen 2
 plot energy('newmark') using 2:($5 > 0 ? $5 : 1/0) with lines lw 2 lc rgb '#d62728' title 'newmark', \
-     energy('midpoint') using 2:($5 > 0 ? $5 : 1/0) with lines lw 2 lc rgb '#9467bd' title 'midpoint', \
-     energy('imexv') using 2:($5 > 0 ? $5 : 1/0) with lines lw 2 lc rgb '#ff7f0e' \
+     energy('midpoint') using 2:($5 > 0 ? $5 : 1/0) with lines lw 2 dt (9,4) lc rgb '#9467bd' title 'midpoint', \
+     energy('imexv') using 2:($5 > 0 ? $5 : 1/0) with lines lw 2 dt (3,3) lc rgb '#c25a00' \
        title 'imexv, which switches to the step of energy', \
-     energy('energy') using 2:($5 > 0 ? $5 : 1/0) with lines lw 2 lc rgb '#1f77b4' title 'energy'
+     energy('energy') using 2:($5 > 0 ? $5 : 1/0) with lines lw 3 lc rgb '#1f77b4' title 'energy'
 
 set size 1, 0.48
 set origin 0, 0
@@ -43,7 +43,7 @@ set xlabel 'simulated time [s]'
 set title 'the same within 20 % of the run by the integrator energy'
 unset key
 plot energy('newmark') using 2:($5 > 0 ? $5 : 1/0) with lines lw 1 lc rgb '#d62728', \
-     energy('midpoint') using 2:($5 > 0 ? $5 : 1/0) with lines lw 1 lc rgb '#9467bd', \
-     energy('imexv') using 2:($5 > 0 ? $5 : 1/0) with lines lw 1 lc rgb '#ff7f0e', \
-     energy('energy') using 2:($5 > 0 ? $5 : 1/0) with lines lw 2 lc rgb '#1f77b4'
+     energy('midpoint') using 2:($5 > 0 ? $5 : 1/0) with lines lw 1 dt (9,4) lc rgb '#9467bd', \
+     energy('imexv') using 2:($5 > 0 ? $5 : 1/0) with lines lw 1 dt (3,3) lc rgb '#c25a00', \
+     energy('energy') using 2:($5 > 0 ? $5 : 1/0) with lines lw 3 lc rgb '#1f77b4'
 unset multiplot

@@ -4,7 +4,7 @@
 usage: schemes.py OUTPUT_FOLDER
 
 long_energy.png      mean energies over the long runs
-energy_schemes.png   energy over 30 s at three time steps, all schemes
+energy_schemes.png   change of the energy over 30 s at three time steps, all schemes
 step_sizes.png       experiment 5.5 of the thesis: the first second, three time steps over each other
 work_impulse.png, work_smooth.png   error against processor time after the two starts
 tradeoff_fronts.png  error against cost of reduced models, before and after training and condensation
@@ -18,11 +18,13 @@ import sys
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(SOURCE))
-from report import COLOURS, groups, number, read  # noqa: E402
+from report import COLOURS, DASHES, MARKS, groups, number, read  # noqa: E402
 from tables import MODELS, lost_time, picks, point_picks, stood_in  # noqa: E402
 
 RESULTS = SOURCE / "results"
-STEP_COLOURS = {"0.001": "#111111", "0.005": "#1769aa", "0.01": "#d2691e"}
+# the widest first, and broken ones over it, so that curves that lie over each other are seen
+STEP_LINES = {"0.001": "lw 3.2 dt 1 lc rgb '#b8bec4'", "0.005": "lw 1.6 dt (9,5) lc rgb '#1769aa'",
+              "0.01": "lw 1.6 dt (2,4) lc rgb '#b0430f'"}
 HEAD = """set encoding utf8
 set terminal pngcairo size {}, {} font 'DejaVu Sans,10' background '#ffffff'
 set output '{}'
@@ -54,7 +56,7 @@ def draw(path, size, layout, panels, margins=""):
 
 
 def line(scheme, width=1.6):
-    return f"lines lw {width} lc rgb '{COLOURS[scheme]}'"
+    return f"lines lw {width} dt {DASHES[scheme]} lc rgb '{COLOURS[scheme]}'"
 
 
 def ended(run):
@@ -90,17 +92,32 @@ def long_energy(path):
 
 
 def energy_schemes(path):
-    """The beam under the square load: all schemes at each step."""
+    """The beam after the square load: by how much the energy of each scheme has changed so far, at each step."""
     curves = read(RESULTS / "step_sizes" / "curves.csv")
+    shown = [scheme for scheme in COLOURS if any(r["scheme"] == scheme for r in curves)]
     panels = []
-    for dt in STEP_COLOURS:
-        own = groups([r for r in curves if r["dt_s"] == dt], "scheme")
-        panels.append(panel(
-            f"beam, square load of 0.3 s, h = {dt} s", ("time [s]", "energy [J]"),
-            [(run[0]["scheme"] if dt == "0.001" else None, line(run[0]["scheme"]),
-              [(float(r["time_s"]), number(r["total_j"])) for r in run if float(r["time_s"]) > 0]) for run in own],
-            "set logscale x\nset xrange [0.004:30]\nset yrange [0:2]\nset key top left font ',8' spacing 0.85\n"))
-    draw(path, (1260, 460), (1, 3), panels)
+    for dt in STEP_LINES:
+        own = {run[0]["scheme"]: [r for r in run if float(r["time_s"]) > 0.3]
+               for run in groups([r for r in curves if r["dt_s"] == dt], "scheme")}
+        keyed, parts = dt == "0.001", []
+        for place, scheme in enumerate(shown):
+            points, most = [], 0.0
+            for r in own.get(scheme, []):
+                most = max(most, abs(number(r["total_j"]) / number(own[scheme][0]["total_j"]) - 1))
+                points.append((float(r["time_s"]), most))
+            points = [point for point in points if point[1] > 0]
+
+            # marks stand where no other scheme has its own, so that curves that lie over each other are seen
+            note = {"energy": "energy: rounding alone"}.get(scheme, scheme)
+            parts += [(None, line(scheme, 1.3), points),
+                      (None, f"points pt {MARKS[scheme]} ps 1 lc rgb '{COLOURS[scheme]}'",
+                       points[6 + 4 * place::5 * len(shown)]),
+                      (note if keyed else None,
+                       f"linespoints lw 1.3 dt {DASHES[scheme]} pt {MARKS[scheme]} ps 1 lc rgb '{COLOURS[scheme]}'", [])]
+        panels.append(panel(f"h = {dt} s", ("time [s]", "largest change of the energy so far, relative"), parts,
+                            "set logscale xy\nset xrange [0.3:30]\nset yrange [1e-8:10]\nset format y '10^{%T}'\n"
+                            "set key at screen 0.995, screen 0.93 right top samplen 4 font ',9'\n"))
+    draw(path, (1260, 460), (1, 3), panels, "margins 0.06, 0.8, 0.13, 0.9 spacing 0.055, 0.1")
 
 
 def step_sizes(path):
@@ -114,9 +131,9 @@ def step_sizes(path):
         for key, what, reach in (("total_j", "energy [J]", "0.7:0.82"), ("amplitude", "displacement / length", "0:0.1")):
             panels.append(panel(
                 scheme, ("time [s]", what),
-                [(f"h = {dt} s" if (scheme, key) == (shown[0], "amplitude") else None, f"lines lw 1.4 lc rgb '{colour}'",
+                [(f"h = {dt} s" if (scheme, key) == (shown[0], "amplitude") else None, f"lines {style}",
                   [(float(r["time_s"]), number(r[key])) for r in own[dt] if float(r["time_s"]) <= 1])
-                 for dt, colour in STEP_COLOURS.items()],
+                 for dt, style in STEP_LINES.items()],
                 f"set xrange [0:1]\nset yrange [{reach}]\nset key at screen 0.62, screen 0.15 top left Left reverse font ',9'\n"))
 
     # one key for all, in the room beside the last scheme
@@ -137,8 +154,8 @@ def work(start):
                        and (r["model"], r["start"], r["scheme"]) == (model, start, scheme)]
                 points = [(1e3 * number(r["cost_s_per_s"]), number(r["error"])) for r in own]
                 curves.append((scheme if model == MODELS[0] else None,
-                               f"linespoints lw 1.4 pt 7 ps 0.5 lc rgb '{colour}'", points))
-                curves.append((None, f"points pt 6 ps 1.3 lc rgb '{colour}'",
+                               f"linespoints lw 1.2 pt {MARKS[scheme]} ps 0.8 lc rgb '{colour}'", points))
+                curves.append((None, f"points pt 6 ps 2 lc rgb '{colour}'",
                                [point for r, point in zip(own, points) if r["dt_s"] == "0.001"]))
             panels.append(panel(model, ("processor time for a second [ms]", "error of q"), curves,
                                 "set logscale xy\nset yrange [*:2]\nset format x '%g'\nset format y '10^{%T}'\n"
@@ -171,15 +188,15 @@ def tradeoff_before_after(model):
         full = mine[0]["full"]["cost_s_per_s"]
         plain = [r for r in runs if r["trained"] == "0" and r["masters"] == "0"]
         points = [(number(r["cost_s_per_s"]), 100 * number(r["error_displacement"])) for r in plain if r["modes"] == "0"]
-        curves = [("before: the model as it comes, all settings", "points pt 7 ps 0.6 lc rgb '#d2691e'", points),
-                  ("before: modes and derivatives of any rank", "linespoints lw 1.6 pt 7 ps 0.4 lc rgb '#d2691e'", front(plain)),
-                  ("after: with trained and condensed bases", "linespoints lw 1.6 pt 7 ps 0.4 lc rgb '#111111'", front(runs)),
+        curves = [("before: the model as it comes, all settings", "points pt 2 ps 0.9 lc rgb '#d2691e'", points),
+                  ("before: modes and derivatives of any rank", "linespoints lw 1.6 dt (8,4) pt 6 ps 0.8 lc rgb '#d2691e'", front(plain)),
+                  ("after: with trained and condensed bases", "linespoints lw 1.6 pt 7 ps 0.6 lc rgb '#111111'", front(runs)),
                   ("picked for 5 and 2 %", "points pt 4 ps 1.6 lw 1.6 lc rgb '#b00020'",
                    [(item["cost_s_per_s"], 100 * item["error"]) for item in mine]),
                   ("the full order", "points pt 9 ps 1.4 lc rgb '#1769aa'", [(full, 100 * mine[0]["full"]["error"])])]
         settings = ("set logscale xy\nset format x '10^{%T}'\n" + f"set xrange [1e-5:{2 * full:.6g}]\nset yrange [0.03:150]\n"
-                    "set key bottom left Left reverse font ',9'\n")
-        draw(path, (760, 420), (1, 1),
+                    "set bmargin 8\nset key at screen 0.07, screen 0.15 left top Left reverse maxrows 3 font ',9'\n")
+        draw(path, (760, 460), (1, 1),
              [panel(f"{model}, under its own load", ("processor time for a second [s]", "error [%]"), curves, settings)])
     return picture
 
@@ -193,18 +210,18 @@ def tradeoff_fronts(path):
         mine = [item for item in picks() if item["model"] == model]
         full = mine[0]["full"]["cost_s_per_s"]
         keyed = model == MODELS[0]
-        curves = [("modes and derivatives" if keyed else None, "linespoints lw 1.6 pt 7 ps 0.4 lc rgb '#d2691e'",
+        curves = [("modes and derivatives" if keyed else None, "linespoints lw 1.6 dt (8,4) pt 6 ps 0.8 lc rgb '#d2691e'",
                    front(before)),
-                  ("with trained and condensed" if keyed else None, "linespoints lw 1.6 pt 7 ps 0.4 lc rgb '#111111'",
+                  ("with trained and condensed" if keyed else None, "linespoints lw 1.6 pt 7 ps 0.6 lc rgb '#111111'",
                    front(runs)),
-                  ("of those, imexv" if keyed else None, "linespoints lw 1 dt 2 pt 6 ps 0.5 lc rgb '#1769aa'",
+                  ("of those, imexv" if keyed else None, "linespoints lw 1 dt (2,4) pt 8 ps 0.8 lc rgb '#1769aa'",
                    front(r for r in runs if r["integrator"] == "imexv")),
                   ("picked for 5 and 2 %" if keyed else None, "points pt 4 ps 1.6 lw 1.6 lc rgb '#b00020'",
                    [(item["cost_s_per_s"], 100 * item["error"]) for item in mine])]
         panels.append(panel(f"{model} (full order {full:.2g} s)", ("processor time for a second [s]", "error [%]"), curves,
                             "set logscale xy\nset format x '10^{%T}'\n" + f"set xrange [1e-5:{full:.6g}]\nset yrange [0.03:150]\n"
                             "set key at screen 0.995, screen 0.95 right top font ',9'\n"))
-    draw(path, (1200, 700), (2, 3), panels, "margins 0.06, 0.83, 0.08, 0.95 spacing 0.055, 0.14")
+    draw(path, (1200, 700), (2, 3), panels, "margins 0.06, 0.81, 0.08, 0.95 spacing 0.055, 0.14")
 
 
 def tradeoff_points(path):
@@ -219,9 +236,9 @@ def tradeoff_points(path):
     mine = [item for item in point_picks() if item["tried"] == "auto"]
     for item in mine:
         keyed, full, stvk = item is mine[0], item["full"]["cost_s_per_s"], item["law"] == "stvk"
-        curves = [("polynomials" if keyed else None, "linespoints lw 1.6 pt 7 ps 0.4 lc rgb '#d2691e'",
+        curves = [("polynomials" if keyed else None, "linespoints lw 1.6 pt 7 ps 0.6 lc rgb '#d2691e'",
                    fronts(item, "off", lambda r: r["masters"] == "0") if stvk else []),
-                  ("condensed" if keyed else None, "linespoints lw 1 dt 2 pt 7 ps 0.4 lc rgb '#9aa0a6'",
+                  ("condensed" if keyed else None, "linespoints lw 1.2 dt (2,4) pt 8 ps 0.8 lc rgb '#5f6b7a'",
                    fronts(item, "off", lambda r: r["masters"] != "0") if stvk else []),
                   ("cubature points" if keyed else None, "linespoints lw 1.6 pt 4 ps 0.7 lc rgb '#1769aa'",
                    fronts(item, "auto", lambda r: r["points"] != "0")),

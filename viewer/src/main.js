@@ -13,7 +13,6 @@ import { Panel } from './panel.js';
 import { EnergyPlot } from './plot.js';
 import { pullWithPointers } from './pull.js';
 import { Recorder, save } from './record.js';
-import { COMPARED } from './scenes.js';
 import { Stage } from './stage.js';
 import { Striker, heardText, strikeWeights } from './strike.js';
 import { followTheme } from './theme.js';
@@ -22,20 +21,18 @@ import { SHOWN, World } from './world.js';
 const find = (id) => document.getElementById(id);
 
 const ENERGIES = [
-  { name: 'total', colour: 'var(--ink)' }, { name: 'kinetic', colour: '#2a78c2' },
-  { name: 'strain', colour: '#dd7a22' }, { name: 'gravity', colour: '#8a63b8' },
+  { name: 'total', colour: 'var(--ink)', dash: [] }, { name: 'kinetic', colour: '#2a78c2', dash: [7, 3] },
+  { name: 'strain', colour: '#dd7a22', dash: [2, 2] }, { name: 'gravity', colour: '#8a63b8', dash: [9, 3, 2, 3] },
 ];
 
 /** Of a recorded run, whose rows have the energies of the bodies alone. */
-const RECORDED = [
-  { name: 'kinetic + strain', colour: 'var(--ink)' }, { name: 'kinetic', colour: '#2a78c2' },
-  { name: 'strain', colour: '#dd7a22' },
-];
+const RECORDED = [{ ...ENERGIES[0], name: 'kinetic + strain' }, ENERGIES[1], ENERGIES[2]];
 
 const REPORT_EVERY = 30; // [ms]
 const LEAP = 0.25; // the most real time by which one frame moves a recorded run [s]
 const TIMED_EVERY = 4; // drawings of which one is timed to its end, and
 const SLOW_FRAME = 0.06; // all that follow a frame as long as this [s]
+const GAP = 8; // between the buttons and the panel, at least [px]
 
 class App {
   constructor(world) {
@@ -117,6 +114,11 @@ class App {
     const { stage } = this.world;
     const beside = innerWidth > 720 || (innerWidth > 480 && innerHeight <= 420); // as in style.css
     const wide = beside && !find('panel').hidden;
+
+    // the buttons are as wide as their font, and the panel begins where they end
+    const header = document.querySelector('header').getBoundingClientRect();
+    document.body.style.setProperty('--head', `${header.bottom}px`);
+    document.body.classList.toggle('narrow', wide && header.right + GAP > find('panel').getBoundingClientRect().left);
     stage.fit({
       top: document.querySelector('header').offsetHeight,
       right: wide ? find('panel').offsetWidth + 12 : 0,
@@ -241,7 +243,7 @@ class App {
     save(await new Promise((done) => { canvas.toBlob(done, 'image/png'); }), 'thrum.png');
   }
 
-  /** Shows a model (-1: the pack's scene), perhaps in three copies. */
+  /** Shows a model (-1: the pack's scene), perhaps in copies that are compared. */
   show(choice, compared) {
     this.guard(() => {
       const { world } = this;
@@ -254,7 +256,7 @@ class App {
       }
       this.forget();
       find('compare').setAttribute('aria-pressed', String(compared));
-      find('labels').replaceChildren(...(compared ? COMPARED : []).map(label));
+      find('labels').replaceChildren(...(compared ? world.shown.copies : []).map(label));
       this.panel.refresh();
       this.pause(this.paused);
     });
@@ -262,8 +264,9 @@ class App {
 
   /** What was shown of the run before. */
   forget() {
-    const { compared, plays } = this.world;
-    const series = compared ? COMPARED.map(([name, colour]) => ({ name, colour })) : ENERGIES;
+    const { compared, plays, shown } = this.world;
+    const series = compared
+      ? shown.copies.map((copy) => ({ ...copy, name: shown.ofCoupling ? `strain, ${copy.name}` : copy.name })) : ENERGIES;
     this.plot.begin(plays ? RECORDED : series);
     if (plays) this.#plotRecording();
     this.grown = this.opened = this.failed = false;
@@ -329,16 +332,18 @@ class App {
     find('record').setAttribute('aria-pressed', String(recorder.recording));
   }
 
-  /** Energies of all bodies together, or the total of each where they are compared. */
+  /** Energies of all bodies together; where copies are compared the total of each, or of those with and without coupling,
+   * which both keep their total, what they are strained by. */
   energies() {
-    const { engine, bodies, compared } = this.world;
+    const { engine, bodies, compared, shown } = this.world;
     const each = bodies.map((_, n) => engine.energies(n));
     const springs = this.world.links();
     const sum = (list, name) => list.reduce((all, energies) => all + energies[name], 0);
     if (compared) {
-      const copies = COMPARED.length;
+      const copies = shown.copies.length;
       const of = (list, n) => list.slice(n * list.length / copies, (n + 1) * list.length / copies);
-      return COMPARED.map((_, n) => sum(of(each, n), 'total') + sum(of(springs, n), 'stored'));
+      return shown.copies.map((_, n) => (shown.ofCoupling ? sum(of(each, n), 'potential')
+        : sum(of(each, n), 'total') + sum(of(springs, n), 'stored')));
     }
     const [total, ...parts] = ['total', 'kinetic', 'potential', 'gravity'].map((name) => sum(each, name));
     return [total + sum(springs, 'stored'), ...parts];
@@ -453,7 +458,7 @@ class App {
 }
 
 /** What stands under a compared body. */
-function label([name, colour]) {
+function label({ name, colour }) {
   const span = document.createElement('span');
   span.textContent = name;
   span.style.color = colour;

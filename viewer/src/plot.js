@@ -28,15 +28,15 @@ export class EnergyPlot {
     Object.assign(this, { canvas, legend, series: [], samples: [], whole: false });
   }
 
-  /** @param {{name: string, colour: string}[]} series */
+  /** @param {{name: string, colour: string, dash: number[]}[]} series dash: lengths of strokes and gaps [px] */
   begin(series) {
     this.series = series;
     this.samples = [];
     this.whole = false;
-    this.legend.replaceChildren(...series.map(({ name, colour }) => {
+    this.legend.replaceChildren(...series.map(({ name, colour, dash }) => {
       const entry = document.createElement('span');
       const key = document.createElement('i');
-      key.style.background = colour;
+      key.style.background = dashed(colour, dash);
       entry.append(key, `${name} `, document.createElement('b'));
       return entry;
     }));
@@ -76,10 +76,12 @@ export class EnergyPlot {
     pen.strokeRect(0.5, 0.5, width - 1, height - 1);
     line(pen, [[0, y(0)], [width, y(0)]]);
     pen.lineWidth = 1.6;
-    this.series.forEach(({ colour }, n) => {
+    this.series.forEach(({ colour, dash }, n) => {
       pen.strokeStyle = cssColour(colour);
+      pen.setLineDash(dash);
       line(pen, this.samples.map((sample) => [x(sample.time), y(sample.values[n])]));
     });
+    pen.setLineDash([]);
     if (this.whole) {
       pen.strokeStyle = cssColour('var(--soft)');
       pen.lineWidth = 1;
@@ -93,6 +95,14 @@ export class EnergyPlot {
       entry.textContent = quantityText(last.values[n], 'J');
     });
   }
+}
+
+/** The background of a key in the legend: the strokes of its curve. */
+function dashed(colour, dash) {
+  if (dash.length === 0) return colour;
+  let at = 0;
+  const stops = dash.map((length, n) => `${n % 2 === 0 ? colour : 'transparent'} ${at}px ${at += length}px`);
+  return `repeating-linear-gradient(90deg, ${stops.join(', ')})`;
 }
 
 function line(pen, points) {

@@ -1,9 +1,19 @@
-// Which bodies stand where: the scene of the pack, one model alone, or three copies of it side by
+// Which bodies stand where: the scene of the pack, one model alone, or copies of it side by
 // side. All are of the pack's form (docs/viewer.md).
 // SPDX-License-Identifier: Apache-2.0
 
-/** Integrators that are compared, and their colours. */
-export const COMPARED = [['imexv', '#2a78c2'], ['newmark', '#dd7a22'], ['energy', '#35995a']];
+/** What copies of a scene are stepped by, and how their curves are drawn, so that they are told apart in grey, too.
+ * @typedef {{name: string, colour: string, dash: number[], change: (body: object) => object}} Copy */
+
+/** The integrators that are compared. Bodies whose spin and shape are coupled are stepped by energy in each copy.
+ * @type {Copy[]} */
+const BY_INTEGRATOR = [['imexv', '#2a78c2', []], ['newmark', '#dd7a22', [7, 3]], ['energy', '#35995a', [2, 2]]]
+  .map(([name, colour, dash]) => ({ name, colour, dash, change: ({ coupled }) => ({ integrator: coupled ? 'energy' : name }) }));
+
+/** Of a scene that energy alone steps: what the coupling does. @type {Copy[]} */
+const BY_COUPLING = [['coupled', '#2a78c2', [], true], ['not coupled', '#dd7a22', [7, 3], false]]
+  .map(([name, colour, dash, coupled]) => ({ name, colour, dash, change: () => ({ integrator: 'energy', coupled }) }));
+
 const SPACING = 1.25; // of copies, in widths of the body
 
 /** Is the scene of the pack more than one body by itself? A recording is.
@@ -63,30 +73,31 @@ function shiftedLink(link, way, bodies) {
     ...(link.other !== undefined && { other: link.other + bodies }) };
 }
 
-/** A scene three times, side by side, each with its integrator. Planes are shared. Copies of
- * several bodies are so far apart that they do not meet; the copies of one body pass through each other.
- * Bodies whose spin and shape are coupled are stepped by energy in each copy.
- * @param {import('./pack.js').Pack} pack @param {object} scene */
+/** A scene two or three times, side by side, as the integrators step it; a scene of bodies whose spin and shape are all
+ * coupled, as they move with that and without. Planes are shared. Copies of several bodies are so far apart that they do not
+ * meet; the copies of one body pass through each other.
+ * @param {import('./pack.js').Pack} pack @param {object} scene
+ * @returns {object} a scene that has its `copies`, and whether they are `ofCoupling` */
 export function comparedScene(pack, scene) {
   if (scene.obstacles.some(({ inside }) => inside))
-    throw new Error('bodies inside an obstacle cannot be compared: there is no room for three beside each other');
-  if (scene.bodies.every((body) => body.coupled))
-    throw new Error(`${scene.bodies[0].name}: a body whose spin and shape are coupled is stepped by energy alone, so there is nothing to compare`);
+    throw new Error('bodies inside an obstacle cannot be compared: there is no room for them beside each other');
+  const ofCoupling = scene.bodies.every((body) => body.coupled);
+  const copies = ofCoupling ? BY_COUPLING : BY_INTEGRATOR;
   const way = SPACING * widthOf(pack, scene);
   const whole = scene.bodies.length > 1;
-  const shifts = COMPARED.map((_, n) => (n - 1) * way);
+  const shifts = copies.map((_, n) => (n - (copies.length - 1) / 2) * way);
   return {
-    ...scene,
+    ...scene, copies, ofCoupling,
     collisions: whole && scene.collisions
-      ? { ...scene.collisions, touches: COMPARED.length * scene.collisions.touches } : undefined,
+      ? { ...scene.collisions, touches: copies.length * scene.collisions.touches } : undefined,
     obstacles: [...scene.obstacles.filter((obstacle) => !isCopied(obstacle)),
       ...shifts.flatMap((shift) => scene.obstacles.filter(isCopied).map((obstacle) => shifted(obstacle, shift)))],
     links: shifts.flatMap((shift, n) =>
       (scene.links ?? []).map((link) => shiftedLink(link, shift, n * scene.bodies.length))),
-    bodies: COMPARED.flatMap(([integrator, colour], n) => scene.bodies.map((body) => {
+    bodies: copies.flatMap(({ name, colour, change }, n) => scene.bodies.map((body) => {
       const [x, y, z] = body.position;
-      const own = body.coupled ? 'energy' : integrator; // the only one that steps such bodies
-      return { ...body, name: whole ? `${body.name} by ${own}` : integrator, integrator: own,
+      const own = change(body);
+      return { ...body, ...own, name: whole ? `${body.name} ${ofCoupling ? name : `by ${own.integrator}`}` : name,
         colour: whole ? body.colour : colour, position: [x + shifts[n], y, z] };
     })),
   };

@@ -10,7 +10,7 @@ import { Marks } from './marks.js';
 import { mostStepped } from './pack.js';
 import { Recording } from './recording.js';
 import { coordinatesTexture } from './shader.js';
-import { COMPARED, aloneScene, comparedScene, isComposed } from './scenes.js';
+import { aloneScene, comparedScene, isComposed } from './scenes.js';
 
 /** What the panel changes while bodies move.
  * @typedef {{dt: number, integrator: string, rank: number, gravity: number, damping: number,
@@ -63,7 +63,7 @@ export class World {
   }
 
   /** Shows a scene at its start. @param {number} choice a model, or -1: the pack's scene
-   * @param {boolean} compared three copies side by side, which keep the settings */
+   * @param {boolean} compared copies side by side, which keep the settings */
   show(choice, compared) {
     const fresh = choice !== this.choice || this.bodies.length === 0;
     const own = choice < 0 ? this.pack.scene : aloneScene(this.pack, choice);
@@ -193,7 +193,7 @@ export class World {
 
   /** How many bodies each of the compared copies has, or all. */
   get each() {
-    return this.compared ? this.bodies.length / COMPARED.length : this.bodies.length;
+    return this.compared ? this.bodies.length / this.shown.copies.length : this.bodies.length;
   }
 
   /** Begins a pull at a vertex, of each copy where bodies are compared.
@@ -201,7 +201,7 @@ export class World {
    * @param {number[]} target [m] */
   startPull(id, body, vertex, target) {
     const { each } = this;
-    const copies = this.compared ? COMPARED.map((_, n) => n * each + (body % each)) : [body];
+    const copies = this.compared ? this.shown.copies.map((_, n) => n * each + (body % each)) : [body];
     // a body takes so many pulls and no more, and copies have as many: the first one may refuse
     const springs = copies.map((copy) => ({ copy, number: this.engine.startPull(copy, vertex,
       this.#beside(target, body, copy), this.settings.pull) }));
@@ -314,7 +314,7 @@ export class World {
     return this.pack.models[this.shown.bodies[body].model].masters > 0;
   }
 
-  /** The force of a pull [N], of the copy by the first integrator where bodies are compared. */
+  /** The force of a pull [N], of the first copy where bodies are compared. */
   pullForce(id) {
     const [{ number }] = this.pulls.get(id).springs;
     return Math.hypot(...this.engine.pull(number).force);

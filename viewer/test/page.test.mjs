@@ -536,6 +536,62 @@ test('links are marked as what they are, and a joint that comes open is said', a
   await own.close();
 });
 
+test('bodies that are all coupled are compared with the coupling and without', async () => {
+  const bar = { model: 'beam:6x2x2@0.6x0.1x0.1', material: { young: 2e5 }, free: true, coupled: true };
+  writeFileSync(join(folder, 'spun.json'), JSON.stringify({ dt: 0.002, bodies: [
+    { name: 'bar', ...bar, spin: [0, 0, 900] }, { name: 'other', ...bar, position: [0, 2, 0], spin: [0, 0, 300] }] }));
+  const own = await open(browser, standalone(packOf('spun.json')));
+  await own.evaluate(() => window.thrum.pause(true));
+  await own.click('#compare');
+  assert.equal(await own.evaluate(() => window.thrum.trouble()), null);
+  const bodies = await own.evaluate(() => window.thrum.bodies());
+  assert.deepEqual(bodies.map(({ name }) => name), ['bar coupled', 'other coupled', 'bar not coupled', 'other not coupled']);
+  assert.deepEqual(await own.locator('#labels span').allTextContents(), ['coupled', 'not coupled']);
+
+  // what spins without coupling is not strained, and both keep their energy
+  const strains = await own.evaluate(() => {
+    const energies = () => [0, 1, 2, 3].map((n) => window.thrum.energies(n));
+    const before = energies();
+    window.thrum.step(40);
+    return energies().map(({ potential, total }, n) => ({ potential, change: total / before[n].total - 1 }));
+  });
+  assert.ok(strains[0].potential > 1e-3 && strains[1].potential > 1e-6, JSON.stringify(strains));
+  assert.ok(strains[2].potential < 1e-20 && strains[3].potential < 1e-20, JSON.stringify(strains));
+  for (const { change } of strains) assert.ok(Math.abs(change) < 1e-12, JSON.stringify(strains));
+  await own.waitForFunction(() => /strain, coupled .*J.*strain, not coupled .*J/.test(
+    document.getElementById('legend').textContent));
+
+  // and one of them alone is compared as well
+  await own.selectOption('#model', '0');
+  assert.deepEqual(await own.evaluate(() => window.thrum.bodies().map(({ name }) => name)), ['coupled', 'not coupled']);
+  assert.deepEqual(own.complaints, []);
+  await own.close();
+});
+
+test('nothing of the page lies over anything else, on screens of many sizes', async () => {
+  const screens = [[1280, 800], [1010, 620], [920, 560], [800, 600], [730, 560], [600, 800], [390, 844], [844, 390], [667, 375]];
+  for (const [width, height] of screens) {
+    const own = await open(browser, standalone(pack), { viewport: { width, height } });
+    await own.evaluate(() => window.thrum.pause(true));
+    for (const settings of [true, false]) {
+      if (await own.locator('#panel').isVisible() !== settings) await own.click('#menu');
+      const over = await own.evaluate((bottom) => {
+        const parts = ['header', '#panel', '#energy', '#hint'].map((name) => [name, document.querySelector(name)])
+          .filter(([, part]) => !part.hidden && part.getClientRects().length > 0)
+          .map(([name, part]) => [name, part.getBoundingClientRect()]);
+        return parts.flatMap(([one, a], n) => parts.slice(n + 1).flatMap(([other, b]) => {
+          // a sheet of settings from below covers the plot as long as it is open
+          if (bottom && one === '#panel' && other === '#energy') return [];
+          const apart = a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top;
+          return apart ? [] : [`${one} and ${other}`];
+        }));
+      }, width <= 720 && height > 420);
+      assert.deepEqual(over, [], `${width} x ${height}, settings ${settings ? 'open' : 'closed'}`);
+    }
+    await own.close();
+  }
+});
+
 /** What the browser saves when a button is pressed. */
 async function saved(button) {
   const download = page.waitForEvent('download');
