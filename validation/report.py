@@ -30,10 +30,10 @@ DASHES = {"thesis": "(9,4)", "thesis-newton": "(9,4,2,4)", "position": "(4,3)", 
           "midpoint": "(14,4,2,4)", "newmark": "(6,2)", "newmark-newton": "(6,2,2,2)", "fox-goodwin": "(9,3,2,3,2,3)",
           "imexv": "(12,6)", "energy": "1", "backward-euler": "(2,5)", "semi-implicit-euler": "(5,5)", "rk4": "(16,3,3,3)"}
 MARKS = {"thesis": 8, "thesis-newton": 9, "position": 4, "quadratic": 5, "verlet": 1, "midpoint": 2, "newmark": 10,
-         "newmark-newton": 11, "fox-goodwin": 12, "imexv": 15, "energy": 7, "backward-euler": 3, "semi-implicit-euler": 13,
+         "newmark-newton": 11, "fox-goodwin": 12, "imexv": 13, "energy": 7, "backward-euler": 3, "semi-implicit-euler": 15,
          "rk4": 14}
-LEVELS = {"newton": "full Newton", "energy": "energy step", "substep": "sub-steps",
-          "switched": "switched to the energy integrator", "split_changes": "split changes",
+LEVELS = {"newton": "full Newton", "energy": "energy steps", "substep": "sub-steps",
+          "switched": "after a switch to energy", "split_changes": "split changes",
           "scheme_switches": "scheme switches", "corrections": "corrections"}
 SUBJECTS = {"stiffness": "Young's modulus", "poisson": "Poisson's ratio", "size": "length of the body",
             "density": "density", "load": "load", "snap": "snap-through of a shallow arch",
@@ -54,11 +54,11 @@ THESIS_SPLIT = {"beam": "9/6", "basket": "15/5", "bridge": "13/2", "horse": "9/6
 THESIS_LOST = {("beam", 0): 6.86, ("beam", 0.3): 7.12, ("tower", 0): 10.53}
 
 STYLE = """body{font:15px/1.45 system-ui,sans-serif;margin:2em auto;max-width:1180px;padding:0 1em;color:#222;background:#fff}
-table{border-collapse:collapse;margin:1em 0;font-size:12px}
-th,td{padding:2px 6px;text-align:right;border-bottom:1px solid #ddd}td{white-space:nowrap}
+.wide{overflow-x:auto}table{border-collapse:collapse;margin:1em 0;font-size:12px}
+th,td{padding:2px 5px;text-align:right;border-bottom:1px solid #ddd}td{white-space:nowrap}td.w{white-space:normal;min-width:9em}.wide svg{max-width:none}
 th{border-bottom:2px solid #888;vertical-align:bottom}
 td:first-child,th:first-child,.l{text-align:left}
-.bad{color:#b00020;font-weight:600}.dim{color:#777}svg{margin:2px}"""
+.bad{color:#b00020;font-weight:600}.dim{color:#777}svg{margin:2px;max-width:100%;height:auto}"""
 
 
 # --- numbers and cells ---------------------------------------------------------------------------------------------------
@@ -66,6 +66,11 @@ td:first-child,th:first-child,.l{text-align:left}
 def number(text):
     """The value of a field; NaN where the table leaves it empty."""
     return float(text) if text else math.nan
+
+
+def percent(value, form="{:.1f} %"):
+    """A share in per cent; one of a run that was lost may be any number, and is shown by its power of ten."""
+    return show(100 * value, form if not abs(value) >= 1e4 else "{:.1e} %")
 
 
 def show(value, form="{:.2f}"):
@@ -99,7 +104,7 @@ def status(row):
     if row["status"] == "done":
         return Cell("done", "l")
     time = number(row["simulated_s"]) if "simulated_s" in row else float(row["steps"]) * float(row["dt_s"])
-    return Cell(f"lost at {time:.4g} s: {row['reason']}", "l bad")
+    return Cell(f"lost at {time:.4g} s: {row['reason']}", "l w bad")
 
 
 def table(head, rows):
@@ -108,25 +113,29 @@ def table(head, rows):
         made = [cell if isinstance(cell, Cell) else Cell(cell) for cell in cells]
         return "<tr>" + "".join(cell.html(tag) for cell in made) + "</tr>\n"
 
-    return "<table>\n" + line(head, "th") + "".join(line(row, "td") for row in rows) + "</table>\n"
+    # on a narrow screen a table scrolls by itself, and the page does not
+    return "<div class=wide><table>\n" + line(head, "th") + "".join(line(row, "td") for row in rows) + "</table></div>\n"
 
 
-# what stepped: the scheme itself, and what stood in for it
-STEPPED = ["steps", "by the scheme itself", *LEVELS.values()]
+# how many steps there were, and where not all were the scheme's own, what stepped the others and what its monitor did
+STEPPED = ["steps", Cell("of them own, others, and what the monitor did", "l")]
 
 
 def stepped(row):
-    return [row["steps"], row["own_steps"], *(row[name] for name in LEVELS)]
+    others = [f"{row[name]} {what}" for name, what in LEVELS.items() if int(row[name] or 0) > 0]
+    return [row["steps"], Cell(", ".join([f"{row['own_steps']} own", *others]) if others else "all own", "l w")]
 
 
-def stepped_by(rows, sample, *keys):
-    """The scheme of a curve for its legend, with the share that the energy integrator stepped of it after a switch. The row
-    of `rows` that agrees with `sample` in `keys` and scheme says so."""
-    name = sample["scheme"]
-    for row in rows:
-        if row["scheme"] == name and all(row[key] == sample[key] for key in keys) and int(row["switched"] or 0) > 0:
-            return f"{name}, {100 * int(row['switched']) / int(row['steps']):.3g} % of it by energy"
-    return name
+def stepped_by_energy(rows, samples, *keys):
+    """What the integrator energy stepped after a switch, for the label of an axis: "; imexv: 98 % by energy". The rows of `rows`
+    that agree with one of `samples` in `keys` and scheme say so."""
+    shares = []
+    for sample in samples:
+        for row in rows:
+            if (row["scheme"] == sample["scheme"] and all(row[key] == sample[key] for key in keys)
+                    and int(row["switched"] or 0) > 0):
+                shares.append(f"{row['scheme']}: {100 * int(row['switched']) / int(row['steps']):.3g} %")
+    return "; " + ", ".join(shares) + " by energy" if shares else ""
 
 
 def groups(rows, *keys):
@@ -136,6 +145,16 @@ def groups(rows, *keys):
 
 # --- plots ---------------------------------------------------------------------------------------------------------------
 
+def quoted(text):
+    """A text for gnuplot, which takes none of it for a command."""
+    return "'" + str(text).replace("'", "''").replace("\n", " ") + "' noenhanced"
+
+
+def curve(name, kind="lines", size=0.6):
+    """How a scheme's curve is drawn: its strokes where it has no points."""
+    return f"lines dt {DASHES[name]}" if kind == "lines" else f"{kind} pt {MARKS[name]} ps {size}"
+
+
 class Plots:
     """Collects plots and draws all of them in one run of gnuplot."""
 
@@ -143,26 +162,43 @@ class Plots:
         self.scripts = []
 
     def add(self, title, axes, size, series, log="", y_range=None):
-        """A mark that draw() replaces. `series`: (label, colour, gnuplot style, [(x, y), ...])."""
-        quote = lambda text: "'" + str(text).replace("'", "''").replace("\n", " ") + "' noenhanced"
+        """A mark that draw() replaces. `series`: (label, colour, gnuplot style, [(x, y), ...]); key() says what the curves are."""
         data, curves = "", []
-        for label, colour, style, points in series:
+        for _, colour, style, points in series:
             points = [p for p in points if all(map(math.isfinite, p))
                       and ("x" not in log or p[0] > 0) and ("y" not in log or p[1] > 0)]
             if not points:
                 continue
             block = f"$data{len(curves)}"
             data += f"{block} << END\n" + "".join(f"{x:.8g} {y:.8g}\n" for x, y in thin(points)) + "END\n"
-            name = "title " + quote(label) if label else "notitle"
-            curves.append(f"{block} using 1:2 with {style} lc rgb '{colour}' {name}")
+            curves.append(f"{block} using 1:2 with {style} lc rgb '{colour}' notitle")
         if not curves:
             return "<p class=dim>There is nothing to plot.</p>"
-        self.scripts.append(
-            f"reset\nset terminal svg size {size[0]},{size[1]} font 'sans-serif,10' name 'plot{len(self.scripts)}_'\n"
-            f"set encoding utf8\nset title {quote(title)}\nset xlabel {quote(axes[0])}\nset ylabel {quote(axes[1])}\n"
-            "set border 3 lc rgb '#777777'\nset tics nomirror\nset grid lc rgb '#e4e4e4' lt 1\nset format y '%g'\n"
-            + (f"set logscale {log}\n" if log else "") + (f"set yrange [{y_range}]\n" if y_range else "")
-            + "set key above samplen 2\n" + data + "plot " + ", ".join(curves) + "\n")
+        formats = "".join(f"set format {axis} '" + ("10^{%T}" if axis in log else "%g") + "'\n" for axis in "xy")
+        return self.script(
+            size, f"set title {quoted(title)} font ',12'\nset xlabel {quoted(axes[0])}\nset ylabel {quoted(axes[1])}\n"
+            "set border 3 lc rgb '#777777'\nset tics nomirror\nset grid lc rgb '#e4e4e4' lt 1\nset rmargin 4\n" + formats
+            + (f"set logscale {log}\n" if log else "") + (f"set yrange [{y_range}]\n" if y_range else "") + data
+            + "plot " + ", ".join(curves) + "\n")
+
+    def key(self, series):
+        """The key of plots that have the same curves: each label once, in a picture of its own that covers no curve."""
+        shown = {label: f"NaN with {style} lc rgb '{colour}' title {quoted(label)}" for label, colour, style, points in series
+                 if label and points}
+        if not shown:
+            return ""
+        columns = max(1, min(len(shown), 1110 // (8 * max(map(len, shown)) + 60)))
+        lines = math.ceil(len(shown) / columns)
+        return "<div class=wide>" + self.script((1110, 18 * lines + 12),
+                           "unset border\nunset tics\nset xrange [0:1]\nset yrange [0:1]\nset lmargin 0\nset rmargin 0\n"
+                           "set tmargin 0\nset bmargin 0\n"
+                           f"set key at graph 0, graph 1 left top Left reverse samplen 4 maxrows {lines}\n"
+                           + "plot " + ", ".join(shown.values()) + "\n") + "</div>"
+
+    def script(self, size, text):
+        """Notes what gnuplot is told of one picture, and returns the mark of its place."""
+        self.scripts.append(f"reset\nset terminal svg size {size[0]},{size[1]} font 'sans-serif,11' name "
+                            f"'plot{len(self.scripts)}_'\nset encoding utf8\n" + text)
         return f"<!--plot {len(self.scripts) - 1}-->"
 
     def draw(self, page):
@@ -197,23 +233,24 @@ def thin(points, most=400):
 
 def matrix_curves(rows, runs_of, plots):
     """The energy over time of each body, load, damping and step."""
-    page = "<h2>Energy over time</h2>\n"
+    page = ("<h2>Energy over time</h2>\n<p>Curves that lie over each other are those of schemes that keep the energy alike; the "
+            "table has the numbers.</p>\n")
     for body in groups(rows, "model"):
-        page += fill("<h3>{}</h3>\n<table>", body[0]["model"])
+        page += fill("<h3>{}</h3>\n", body[0]["model"])
+        page += plots.key([(name, colour, curve(name), [r for r in body if r["scheme"] == name][:1])
+                           for name, colour in COLOURS.items()])
         for damping in sorted({row["damping"] for row in body}, key=float):
-            page += "<tr>"
             for panel in groups([row for row in body if row["damping"] == damping], "load", "dt_s"):
                 # a run that was lost leaves the picture at twice what energy reaches
                 runs = groups(panel, "scheme")
                 kept = [number(r["total_j"]) for run in runs for r in run if r["scheme"] in ("energy", "newmark")]
-                page += "<td style='border:0;padding:0'>" + plots.add(
-                    f"{panel[0]['load']}, α = {damping}, h = {panel[0]['dt_s']} s", ("time [s]", "energy [J]"), (370, 270),
-                    [(stepped_by(runs_of, run[0], "model", "load", "damping", "dt_s"), COLOURS[run[0]["scheme"]], "lines",
-                      thin([(float(r["time_s"]), number(r["total_j"])) for r in run], 50)) for run in runs],
+                by_energy = stepped_by_energy(runs_of, [run[0] for run in runs], "model", "load", "damping", "dt_s")
+                page += plots.add(
+                    f"{panel[0]['load']}, α = {damping}, h = {panel[0]['dt_s']} s", (f"time [s]{by_energy}", "energy [J]"),
+                    (370, 270), [(run[0]["scheme"], COLOURS[run[0]["scheme"]], curve(run[0]["scheme"]),
+                                  thin([(float(r["time_s"]), number(r["total_j"])) for r in run], 50)) for run in runs],
                     y_range=f"0:{2 * max(kept)}" if kept else "0:*")
-                page += "</td>"
-            page += "</tr>"
-        page += "</table>\n"
+            page += "<br>"
     return page
 
 
@@ -273,11 +310,11 @@ def matrix(path, rows, about, plots):
         body.append([r["model"], Cell(r["load"], "l"), show(number(r["force_n"]), "{:.3g}"), r["damping"], r["dt_s"],
                      scheme(r["scheme"]), status(r), Cell(show(lost, "{:.4g}"), "dim"),
                      show(number(r["us_per_step"])), show(number(r["mean_iterations"])),
-                     show(100 * number(r["peak_amplitude"]), "{:.1f} %"), show(number(r["energy_peak_j"]), "{:.3g}"),
+                     percent(number(r["peak_amplitude"])), show(number(r["energy_peak_j"]), "{:.3g}"),
                      show(number(r["energy_end_j"]), "{:.3g}"), show(number(r["energy_change"]), "{:.1e}"), *stepped(r)])
     return page + ("<h2>All runs</h2>\n<p>Change: of the mean energy from the first to the last tenth of the time after the "
                    "load, without damping. The last columns count what stepped: the scheme itself, what needed more than "
-                   "quasi-Newton, and what the stability monitor of IMEXv did.</p>\n") + table(
+                   "quasi-Newton, and what the stability monitor did.</p>\n") + table(
         ["model", Cell("load", "l"), "force [N]", "α [1/s]", "h [s]", Cell("scheme", "l"), Cell("status", "l"),
          "thesis lost at [s]", "µs a step", "iterations", "amplitude", "peak energy [J]", "end [J]", "change",
          *STEPPED], body)
@@ -299,7 +336,7 @@ def long(path, rows, about, plots):
          "total energy, last against first 35 s", "worst 35 s", "high modes, last against first",
          "slope of the high modes [1/s]", "± standard error", "of windows that follow each other", "within two of these",
          *STEPPED],
-        [[r["model"], show(100 * number(r["reached"]), "{:.1f} %"), scheme(r["scheme"]), status(r),
+        [[r["model"], percent(number(r["reached"])), scheme(r["scheme"]), status(r),
           show(number(r["us_per_step"])),
           *(show(number(r[key]), "{:.1e}") for key in
             ("total_change", "total_worst", "high_change", "high_slope_per_s", "high_slope_error_per_s",
@@ -310,17 +347,18 @@ def long(path, rows, about, plots):
     windows = read(path.with_name(path.stem + "_windows.csv"))
     for case in groups(windows, "model", "amplitude"):
         page += "<div>"
+        by_energy = stepped_by_energy(rows, [run[0] for run in groups(case, "scheme")], "model", "amplitude")
         for key, what in (("total_j", "total energy"), ("high_j", "high modes")):
-            series, highest = [], 0
-            for run in groups(case, "scheme"):
+            series, highest, runs = [], 0, groups(case, "scheme")
+            for run in runs:
                 first = number(run[0][key])
                 points = [(float(r["begin_s"]) + 0.5 * WINDOW_SECONDS, number(r[key]) / first) for r in run if first > 0]
-                series.append((stepped_by(rows, run[0], "model", "amplitude"), COLOURS[run[0]["scheme"]], "lines", points))
+                series.append((run[0]["scheme"], COLOURS[run[0]["scheme"]], curve(run[0]["scheme"]), points))
                 highest = max([highest, *(y for _, y in points)])
             page += plots.add(f"{case[0]['model']}, {100 * float(case[0]['amplitude']):.0f} %: {what}",
-                              ("time [s]", "mean over 35 s, relative to the first"), (560, 280), series,
+                              (f"time [s]{by_energy}", "mean over 35 s / the first"), (560, 280), series,
                               y_range="*:5" if highest > 5 else None)
-        page += "</div>\n"
+        page += plots.key(series) + "</div>\n"
     return page
 
 
@@ -335,7 +373,7 @@ def sweep_table(rows):
         [[r["model"], Cell(r["start"], "l"), r["dt_s"], r["shortest_dt_s"] if r["shortest_dt_s"] != r["dt_s"] else "",
           scheme(r["scheme"]), status(r), show(number(r["us_per_step"])), show(1e6 * number(r["cost_s_per_s"]), "{:.0f}"),
           show(number(r["mean_iterations"])), error(r, "error"), show(number(r["reference_error"]), "{:.1e}"),
-          error(r, "energy_error"), error(r, "energy_change"), show(100 * number(r["peak_amplitude"]), "{:.1f} %"),
+          error(r, "energy_error"), error(r, "energy_change"), percent(number(r["peak_amplitude"])),
           *stepped(r)] for r in rows])
 
 
@@ -358,14 +396,14 @@ def sweep(path, rows, about, plots):
         page += "<div>"
         for key, what in (("energy_error", "largest relative error of the energy"), ("error", "error of q")):
             # where steps are drawn, marks stand at their longest, and constant ones are a line
-            series = [(name, colour, "linespoints pt 7 ps 0.4",
+            series = [(name, colour, curve(name, "linespoints"),
                        kept_points([r for r in body if r["shortest_dt_s"] == r["dt_s"]], name, "dt_s", key))
                       for name, colour in COLOURS.items()]
-            series += [(None, colour, "points pt 1 ps 1",
+            series += [(f"{name}, drawn steps", colour, curve(name, "points", 1.2),
                         kept_points([r for r in body if r["shortest_dt_s"] != r["dt_s"]], name, "dt_s", key))
                        for name, colour in COLOURS.items()]
             page += plots.add(body[0]["model"], ("time step [s]", what), (560, 340), series, "xy")
-        page += "</div>\n"
+        page += plots.key(series) + "</div>\n"
     return page + sweep_table(rows)
 
 
@@ -373,10 +411,12 @@ def work_precision(path, rows, about, plots):
     page = ("<p>Undamped, the first second after an impulse at the loaded group, and after momentum in the first basis vector "
             "alone (smooth), both of a swing of a twentieth of the length. " + ERROR_OF_Q + fill(
                 " Cost: processor time of the steps, the least of five rounds over all runs. Runs that are lost within {} s are "
-                "left out; the table has them.</p>\n", f"{about['time']:g}"))
+                "left out; they are in {} beside this page.</p>\n", f"{about['time']:g}", path.name))
+    page += plots.key([(name, colour, curve(name, "linespoints"), [r for r in rows if r["scheme"] == name][:1])
+                       for name, colour in COLOURS.items()])
     for case in groups(rows, "model", "start"):
         page += plots.add(f"{case[0]['model']}, {case[0]['start']}", ("processor time for a second [s]", "error of q"),
-                          (560, 400), [(name, colour, "linespoints pt 7 ps 0.4",
+                          (560, 400), [(name, colour, curve(name, "linespoints"),
                                         kept_points(case, name, "cost_s_per_s", "error"))
                                        for name, colour in COLOURS.items()], "xy", "1e-7:2")
     return page
@@ -394,13 +434,13 @@ def extremes(path, rows, about, plots):
             h_omega = [number(r["h_omega_first"]), number(r["h_omega_last"])]
             body.append([r["case"], " – ".join(show(x, "{:.2g}") for x in h_omega) if math.isfinite(h_omega[0]) else "",
                          scheme(r["scheme"]), Cell(r["outcome"], "l bad" if bad else "l"),
-                         show(number(r["energy_error"]), "{:.1e}"), show(100 * number(r["peak_amplitude"]), "{:.1f} %"),
+                         show(number(r["energy_error"]), "{:.1e}"), percent(number(r["peak_amplitude"])),
                          show(number(r["mean_iterations"])), f"{r['explicit_modes']}/{r['implicit_modes']}",
-                         *stepped(r), Cell(r["reason"], "l")])
+                         *stepped(r), Cell(r["reason"], "l w")])
         name = subject[0]["subject"]
         page += fill("<h2>{}</h2>\n", SUBJECTS.get(name, name)) + table(
             ["case", "h ω", Cell("scheme", "l"), Cell("outcome", "l"), "energy error", "amplitude", "iterations",
-             "explicit/implicit at the end", *LEVELS.values(), Cell("reason", "l")], body)
+             "explicit/ implicit at the end", *STEPPED, Cell("reason", "l")], body)
     return page + (
         "<h2>Units</h2>\n<p>The same body in other units, step by step beside itself in SI: the largest difference of where "
         "the loaded part is, as a share of its largest displacement; iterations, and in SI; whether the same fallback levels "
@@ -424,9 +464,9 @@ def linear(path, rows, about, plots):
                 # a swing may come no further although the impulse grows
                 if r["kind"] == kind and (not points or 100 * number(r["deflection"]) > points[-1][0]):
                     points.append((100 * number(r["deflection"]), 100 * number(r["error"])))
-            series.append((label, colour, "linespoints pt 7 ps 0.4", points))
-        page += plots.add(body[0]["model"], ("deflection, % of the length", "error of linear, %"), (380, 280), series, "xy")
-    return page + "</div>\n" + table(
+            series.append((label, colour, f"linespoints pt {7 if kind == 'static' else 8} ps 0.6", points))
+        page += plots.add(body[0]["model"], ("deflection, % of the length", "error of linear, %"), (370, 280), series, "xy")
+    return page + plots.key(series) + "</div>\n" + table(
         ["model", "r", "5 % at rest", "20 % at rest", "5 % in motion", "20 % in motion", "R(q) [µs]", "imexv step [µs]",
          "linear step [µs]", "nonlinearity costs [µs]"],
         [[r["model"], r["rank"],
@@ -441,7 +481,7 @@ def cubature_points(row):
 
 
 def tradeoff_table(rows):
-    def percent(row, key):
+    def errs(row, key):
         return show(100 * number(row[key]), "{:.3g} %")
 
     def energy(row):
@@ -453,9 +493,9 @@ def tradeoff_table(rows):
         [[scheme(r["integrator"]), r["modes"] if r["modes"] != "0" else "own", r["rank"], energy(r), r["dt_s"],
           r["tolerance"], show(number(r["us_per_step"])), show(number(r["cost_s_per_s"]), "{:.2e}"),
           show(number(r["speedup"]), "{:.0f}"),
-          percent(r, "error_displacement") if r["stable"] == "1" else Cell("lost", "bad"),
-          *(percent(r, key) for key in ("error_velocity", "error_energy", "basis_error", "time_error")),
-          percent(r, "frequency_error") if "frequency_error" in r else "",
+          errs(r, "error_displacement") if r["stable"] == "1" else Cell("lost", "bad"),
+          *(errs(r, key) for key in ("error_velocity", "error_energy", "basis_error", "time_error")),
+          errs(r, "frequency_error") if "frequency_error" in r else "",
           show(number(r["drift"]), "{:.1e}")] for r in rows])
 
 
@@ -479,12 +519,12 @@ def tradeoff(path, rows, about, plots):
     points = lambda keep: [(number(r["cost_s_per_s"]), number(r["error_displacement"])) for r in rows
                            if r["stable"] == "1" and keep(r)]
     series = [("front", "#111111", "lines", points(lambda r: r["front"] == "1"))]
-    series += [(name, colour, "points pt 7 ps 0.5",
+    series += [(name, colour, curve(name, "points", 0.7),
                 points(lambda r: r["integrator"] == name and not cubature_points(r))) for name, colour in COLOURS.items()]
-    series += [(f"{name}, cubature points", colour, "points pt 4 ps 0.8",
+    series += [(f"{name}, cubature points", colour, curve(name, "points", 1.6),
                 points(lambda r: r["integrator"] == name and cubature_points(r))) for name, colour in COLOURS.items()]
     page += plots.add("error against cost", ("processor time for a second [s]", "displacement error"), (760, 420), series, "xy")
-    return (page + "<h2>The front</h2>\n" + tradeoff_table([r for r in rows if r["front"] == "1"]) +
+    return (page + plots.key(series) + "<h2>The front</h2>\n" + tradeoff_table([r for r in rows if r["front"] == "1"]) +
             "<h2>All runs</h2>\n" + tradeoff_table(rows))
 
 
@@ -525,8 +565,8 @@ def main(kind, table_path):
     body = make(path, read(path), about, plots)
 
     where = "Thrum {version}, {compiler}, {machine}, BLAS core {blas_core}.".format(**about)
-    page = ("<!DOCTYPE html>\n<html lang=en><head><meta charset=utf-8>\n" + fill("<title>{}</title>\n", title) +
-            f"<style>\n{STYLE}\n</style></head><body>\n" + fill("<h1>{}</h1>\n", title) +
+    page = ("<!DOCTYPE html>\n<html lang=en><head><meta charset=utf-8>\n<meta name=viewport content='width=device-width'>\n" +
+            fill("<title>{}</title>\n", title) + f"<style>\n{STYLE}\n</style></head><body>\n" + fill("<h1>{}</h1>\n", title) +
             fill("<p class=dim>{} <code>{}</code></p>\n", where, command) + lacking(about) + body + "</body></html>\n")
 
     # renamed into place, so that a reader never sees half a page
