@@ -11,10 +11,10 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "driver/model_hash.h"
 #include "driver/named_model.h"
 #include "driver/run_entries.h"
 #include "driver/run_folder.h"
-#include "io/file_hash.h"
 #include "io/json.h"
 #include "io/npy_file.h"
 #include "io/paths.h"
@@ -96,22 +96,10 @@ static thrum_status read_energies(const char *folder, recorded_run *run, thrum_e
   return status;
 }
 
-/* Whether the file has this hash. */
-static thrum_status compare_hash(const char *path, const char *hash, bool *same,
-                                 thrum_error *error) {
-  uint64_t value = 0;
-  char text[20];
-  THRUM_TRY(file_hash(path, &value, error));
-  snprintf(text, sizeof text, "%016" PRIx64, value);
-  *same = strcmp(text, hash) == 0;
-  return THRUM_OK;
-}
-
-/* A file that cannot be read has none. */
-static bool has_hash(const char *path, const char *hash) {
+/* A file that cannot be read is no model of a run. */
+static bool has_hash(const char *path, const model_hash *hash) {
   bool same = false;
-  thrum_error error;
-  return compare_hash(path, hash, &same, &error) >= 0 && same;
+  return model_hash_matches(path, NULL, hash, &same, NULL) >= 0 && same;
 }
 
 /* Is it there, and no folder? */
@@ -129,7 +117,7 @@ static bool same_folder(const char *left, const char *right) {
 
 /* Where a run's file may be, and what is found there. */
 typedef struct file_search {
-  const char *hash; /* NULL: of any file */
+  const model_hash *hash; /* NULL: of any file */
   recorded_path first;
   char *path;
 } file_search;
@@ -145,7 +133,7 @@ static bool is_found(file_search *of) {
   return false;
 }
 
-const char *recorded_run_find(const char *folder, const char *name, const char *hash,
+const char *recorded_run_find(const char *folder, const char *name, const model_hash *hash,
                               recorded_path path) {
   if (is_file(name) && (hash == NULL || has_hash(name, hash)))
     return name;
@@ -168,7 +156,7 @@ const char *recorded_run_find(const char *folder, const char *name, const char *
   if (length < (int)sizeof(recorded_path) && is_found(&of))
     return path;
 
-  // what has the name and not the bytes is for the caller to refuse
+  // what has the name and is not the one is for the caller to refuse
   if (is_file(name) || of.first[0] == 0)
     return name;
   memcpy(path, of.first, sizeof of.first);
@@ -181,47 +169,59 @@ static bool names_file(const char *name) {
   return strchr(name, '/') != NULL || (end != NULL && strcmp(end, ".npz") == 0);
 }
 
+/* Finds the model that the run names; `path` has room for where it is. */
+static thrum_status find_model(const char *folder, const char **name, const model_hash *hash,
+                               recorded_path path, thrum_error *error) {
+  const char *found = recorded_run_find(folder, *name, hash, path);
+  if (names_file(found) && !is_file(found))
+    return thrum_error_set(error, THRUM_MISSING,
+                           "%.150s was made with the model %.150s, which is neither here nor above "
+                           "the run nor beside it: put it there",
+                           folder, found);
+  *name = found;
+  return THRUM_OK;
+}
+
+/* Refuses the model of another run, or the same name; `model` is what was loaded from the file. */
+static thrum_status check_model(const char *folder, const char *path, const thrum_model *model,
+                                const model_hash *hash, thrum_error *error) {
+  bool same = false;
+  THRUM_TRY(model_hash_matches(path, model, hash, &same, error));
+  if (same)
+    return THRUM_OK;
+  return thrum_error_set(
+      error, THRUM_BAD_VALUE,
+      "%.150s is not the model that %.150s was made with: put that one beside the run (%s); thrum "
+      "export takes it by --model FILE as well",
+      path, folder,
+      hash->arrays != 0 ? "made again from the same mesh by the same options it is the same"
+                        : "made again with precompute --reproducible it is the same");
+}
+
 /* The run's model, as given or as named by the run. */
-static thrum_status load_model(const char *folder, const char *name, const char *hash, bool given,
-                               recorded_run *run, thrum_error *error) {
+static thrum_status load_model(const char *folder, const char *name, const model_hash *hash,
+                               bool given, recorded_run *run, thrum_error *error) {
   recorded_path path;
   named_model_file file;
-  if (!given) {
-    name = recorded_run_find(folder, name, hash, path);
-    if (names_file(name) && !is_file(name))
-      return thrum_error_set(
-          error, THRUM_MISSING,
-          "%.150s was made with the model %.150s, which is neither here nor above "
-          "the run nor beside it: put it there",
-          folder, name);
-  }
+  if (!given)
+    THRUM_TRY(find_model(folder, &name, hash, path, error));
   THRUM_TRY(named_model_load(name, true, &run->model, &file, error));
   run->model_path = strdup(file.path);
   if (run->model_path == NULL)
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for %.200s", file.path);
 
   // a model of that name that is another one would show another motion
-  bool same = false;
-  THRUM_TRY(compare_hash(file.path, hash, &same, error));
-  if (same)
-    return THRUM_OK;
-  return thrum_error_set(
-      error, THRUM_BAD_VALUE,
-      "%.150s is not the model that %.150s was made with: put that one beside the "
-      "run (made again with precompute --reproducible it is the same); thrum "
-      "export takes it by --model FILE as well",
-      file.path, folder);
+  return check_model(folder, file.path, run->model, hash, error);
 }
 
 /* The texts of run.json that matter here; the object is the caller's to delete. */
 static thrum_status read_json(const char *folder, cJSON **object, const char **model,
-                              const char **hash, thrum_error *error) {
+                              model_hash *hash, thrum_error *error) {
   recorded_path path;
   join(path, folder, RUN_JSON);
   THRUM_TRY(json_file_read(path, object, error));
   *model = json_text_of(*object, "model");
-  *hash = json_text_of(*object, "model_hash");
-  if (*model == NULL || *hash == NULL)
+  if (*model == NULL || !model_hash_read(*object, hash))
     return thrum_error_set(error, THRUM_BAD_FORMAT,
                            "%.300s: not the run.json of a `thrum simulate`", path);
   return THRUM_OK;
@@ -261,12 +261,13 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
   // a light grey where the run names no colour
   recorded_run read = {.place = {.colour = {0.81, 0.85, 0.9}}};
   cJSON *object = NULL;
-  const char *named = NULL, *hash = NULL;
+  const char *named = NULL;
+  model_hash hash = {0};
   thrum_status status = read_json(path, &object, &named, &hash, error);
 
   // the model that run.json names, or another that the caller gives
   if (status >= 0)
-    status = load_model(path, model != NULL ? model : named, hash, model != NULL, &read, error);
+    status = load_model(path, model != NULL ? model : named, &hash, model != NULL, &read, error);
 
   // "imexv, switched to energy after 24 steps"
   const char *stepped_by = json_text_of(object, "stepped_by");

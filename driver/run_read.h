@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 
+#include "driver/model_hash.h"
 #include "driver/run_folder.h"
 #include "driver/run_placement.h"
 #include "thrum/thrum.h"
@@ -30,14 +31,14 @@ typedef char recorded_path[RUN_PATH_MAX + 300];
 
 /* Finds a file that the run in `folder` was made of, perhaps by a command in another folder than
  * this one: under its name from here, else from RUN or one of the folders above it, else beside
- * RUN. With a hash (file_hash, as text) files of that name with another one are passed over, unless
+ * RUN. With the hash of a model files of that name that are other ones are passed over, unless
  * there is no other. Returns `path`, or `name` where it is there from here or nowhere. */
-const char *recorded_run_find(const char *folder, const char *name, const char *hash,
+const char *recorded_run_find(const char *folder, const char *name, const model_hash *hash,
                               recorded_path path);
 
 /* Reads RUN/run.json, energy.csv (times), q.npy and the model: `model` when it is not NULL, else
- * the one that run.json names (recorded_run_find). Refuses a model whose bytes are not those that
- * the run was made with. recorded_run_free frees, the model too. */
+ * the one that run.json names (recorded_run_find). Refuses another model than the one
+ * that the run was made with (model_hash_matches). recorded_run_free frees, the model too. */
 thrum_status recorded_run_read(const char *path, const char *model, recorded_run *run,
                                thrum_error *error);
 void recorded_run_free(recorded_run *run);

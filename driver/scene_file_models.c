@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "driver/model_cut.h"
-#include "io/file_hash.h"
+#include "driver/scene_words.h"
 #include "mesh/formats/mesh_read.h"
 #include "platform/allocate.h"
 #include "thrum/thrum.h"
@@ -52,7 +52,10 @@ static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *
   thrum_error detail = {0};
   thrum_status status =
       mesh_model_load(body->model, &def, quiet, &item->loaded, &item->file, &detail);
-  THRUM_THEN(status, file_hash(item->file.path, &item->hash, &detail));
+  config_warn_under(NULL, scene_words);
+
+  // the hash ties the files of a run to this model
+  THRUM_THEN(status, model_hash_make(item->file.path, item->loaded, &item->hash, &detail));
 
   if (status < 0)
     return config_record_refuse(&spec->file, &body->settings.at, "model", status, "%s",

@@ -4,6 +4,7 @@
 #define THRUM_DRIVER_SCENE_FILE_MODELS_H
 
 #include "driver/display_surface.h"
+#include "driver/model_hash.h"
 #include "driver/scene_spec.h"
 
 /* A model at a rank, as one or several bodies name it. */
@@ -14,7 +15,7 @@ typedef struct scene_loaded {
   const thrum_model *model;   /* loaded, or its lowest coordinates */
   struct scene_loaded *owner; /* of `loaded`: this one, or one of another rank */
   named_model_file file;
-  uint64_t hash;        /* of the file's bytes */
+  model_hash hash;
   display_surface skin; /* of the owner, once it is asked for, */
   int32_t *corners;     /* and its triangles by vertices of the model; owned */
 } scene_loaded;

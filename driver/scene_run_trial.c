@@ -89,7 +89,7 @@ static uint64_t hash_world(uint64_t hash, const scene_run *run) {
 uint64_t scene_trial_hash(const scene_run *run, int32_t n) {
   const scene_body_run *body = &run->bodies[n];
   const thrum_scene_body_def *def = &body->def;
-  const uint64_t model = scene_model_of(&run->models, n)->hash;
+  const uint64_t model = scene_model_of(&run->models, n)->hash.arrays;
   const int64_t rank = body->model->rank;
   uint64_t hash = hash_bytes(0, &model, sizeof model);
   hash = hash_state(hash_world(hash, run), &def->state);

@@ -4,16 +4,17 @@
 #define THRUM_DRIVER_SIMULATE_FIGURES_H
 
 #include "driver/drift.h"
+#include "driver/model_hash.h"
 #include "driver/simulate_options.h"
 #include "precompute/full/full.h"
 
 typedef struct simulate_figures {
   const simulate_request *request;
   const thrum_model *model;
-  uint64_t model_hash; /* 64-bit FNV-1a of the file's bytes */
-  thrum_status status; /* THRUM_OK, or how the run ended */
-  bool energy_grew;    /* for at least one of the three reasons that follow */
-  bool grew_freely;    /* its mean did in free motion */
+  model_hash model_hash; /* of the file and of its arrays */
+  thrum_status status;   /* THRUM_OK, or how the run ended */
+  bool energy_grew;      /* for at least one of the three reasons that follow */
+  bool grew_freely;      /* its mean did in free motion */
   bool gained; /* much of it is no work of loads; its steps tell the third: report.grown_steps */
   bool condensed_wrong; /* condensing left out more than the result can be believed with */
   bool uncounted;       /* something acts whose work is not counted */

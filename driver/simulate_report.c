@@ -257,11 +257,10 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
                             const simulate_measures *measures) {
   const thrum_state_report *report = &figures->report;
   const simulate_request *request = figures->request;
-  char hash[24], stepped_by[128];
-  snprintf(hash, sizeof hash, "%016" PRIx64, figures->model_hash);
+  char stepped_by[128];
   cJSON *object = simulate_report_begin(simulate_status_name(figures), &figures->stop);
   json_string(object, "model", request->model_path);
-  cJSON_AddStringToObject(object, "model_hash", hash);
+  model_hash_json(object, &figures->model_hash);
   cJSON_AddStringToObject(
       object, "law", thrum_law_name(law_of_run(request->law_given, request->law, figures->model)));
   json_string(object, "run", request->run_path);

@@ -12,7 +12,6 @@
 #include "driver/pull_warning.h"
 #include "driver/run.h"
 #include "driver/simulate_report.h"
-#include "io/file_hash.h"
 #include "io/json.h"
 #include "io/paths.h"
 #include "platform/clock.h"
@@ -31,7 +30,7 @@ typedef struct single_run {
   double began;
 } single_run;
 
-static thrum_status load_model(single_run *single, uint64_t *hash, thrum_error *error) {
+static thrum_status load_model(single_run *single, model_hash *hash, thrum_error *error) {
   const simulate_request *request = single->request;
   const char *path = request->model_path;
   named_model_file file;
@@ -50,7 +49,7 @@ static thrum_status load_model(single_run *single, uint64_t *hash, thrum_error *
   if (!request->full)
     THRUM_TRY(model_condense_to(single->model, request->condense, &single->condensed_memory,
                                 &single->stepped, error));
-  return file_hash(file.path, hash, error);
+  return model_hash_make(file.path, single->loaded, hash, error);
 }
 
 /* The stepper and the files; nothing is written before all of the request is accepted. */

@@ -28,7 +28,6 @@
 #define DOS_DATE 0x0021u /* 1 January 1980, the first day that zip knows */
 #define NAME_MAX_SIZE 32u
 #define FILE_LIMIT UINT64_C(0xFFFFFFFF)
-#define MEMBERS_MAX 32
 
 /* The indices of a model's arrays, the absent ones too. */
 enum {
@@ -37,7 +36,8 @@ enum {
 #undef X
       MODEL_ARRAYS
 };
-_Static_assert((int)MODEL_ARRAYS <= MEMBERS_MAX, "a plan has room for every array of a model");
+_Static_assert((int)MODEL_ARRAYS <= THRUM_NPZ_ARRAYS_MAX,
+               "a plan has room for every array of a model");
 
 /* A member of the file to come. */
 typedef struct planned_member {
@@ -53,7 +53,7 @@ typedef struct planned_member {
 } planned_member;
 
 typedef struct file_plan {
-  planned_member members[MEMBERS_MAX];
+  planned_member members[THRUM_NPZ_ARRAYS_MAX];
   int count;
   uint64_t directory; /* offset */
   uint64_t directory_size;
@@ -198,7 +198,7 @@ static thrum_status write_file(const char *path, const file_plan *plan, thrum_er
 
 thrum_status thrum_npz_write(const char *path, const thrum_npz_array *arrays, int count,
                              thrum_error *error) {
-  if (count > MEMBERS_MAX)
+  if (count > THRUM_NPZ_ARRAYS_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "thrum_npz_write: %d arrays", count);
   file_plan plan;
   THRUM_TRY(plan_file(arrays, count, &plan, error));
@@ -212,9 +212,8 @@ static void list_array(thrum_npz_array *arrays, int *count, const thrum_npz_arra
     arrays[(*count)++] = *array;
 }
 
-/* Lists the arrays that the model has, in the order of THRUM_MODEL_ARRAYS, whose sizes are names
- * here. */
-static int list_model(const thrum_model *model, thrum_npz_array arrays[MODEL_ARRAYS]) {
+/* The names of the sizes are those by which THRUM_MODEL_ARRAYS says shapes. */
+int thrum_npz_of_model(const thrum_model *model, thrum_npz_array arrays[THRUM_NPZ_ARRAYS_MAX]) {
 #define X(name, meaning) const int64_t name = model->name;
   THRUM_MODEL_SIZES(X)
 #undef X
@@ -235,12 +234,12 @@ static int list_model(const thrum_model *model, thrum_npz_array arrays[MODEL_ARR
 thrum_status thrum_model_save(const char *path, const thrum_model *model, thrum_error *error) {
   if (path == NULL || model == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "thrum_model_save: no path or no model");
-  thrum_npz_array arrays[MODEL_ARRAYS];
+  thrum_npz_array arrays[THRUM_NPZ_ARRAYS_MAX];
   file_plan plan;
 
   // the values come last, as reading all of a model that is too large for a file may take long
   THRUM_TRY(thrum_model_check_shapes(model, error));
-  THRUM_TRY(plan_file(arrays, list_model(model, arrays), &plan, error));
+  THRUM_TRY(plan_file(arrays, thrum_npz_of_model(model, arrays), &plan, error));
   THRUM_TRY(thrum_model_check(model, error));
   compute_checksums(&plan);
   return write_file(path, &plan, error);

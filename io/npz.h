@@ -34,10 +34,16 @@ typedef struct thrum_npz_array {
 #define THRUM_NPZ_DESCR_i4 "<i4"
 #define THRUM_NPZ_DESCR_u1 "|u1"
 
-/* Writes at most 32 arrays as docs/model_format.md says; 4 GiB or more is refused before anything
- * is written. */
+#define THRUM_NPZ_ARRAYS_MAX 32 /* in one file */
+
+/* Writes at most THRUM_NPZ_ARRAYS_MAX arrays as docs/model_format.md says; 4 GiB or more is refused
+ * before anything is written. */
 thrum_status thrum_npz_write(const char *path, const thrum_npz_array *arrays, int count,
                              thrum_error *error);
+
+/* Lists the arrays that a model has, in the order of the file; returns how many there are. Each
+ * points into the model. */
+int thrum_npz_of_model(const thrum_model *model, thrum_npz_array arrays[THRUM_NPZ_ARRAYS_MAX]);
 
 /* Checks the model with thrum_model_check and writes the model file. 4 GiB or more is refused
  * before anything is written. */

@@ -386,6 +386,47 @@ static void a_run_finds_its_model_beside_it(void **state) {
   program_result_free(&run);
 }
 
+/* Exports the surface of the run; the exit code and a part of the message are these. */
+static void expect_export(int code, const char *words) {
+  program_result run = thrum_run(folder, "export", "run", "--obj", "again.obj", NULL);
+  if (run.exit_code != code || strstr(run.err, words) == NULL)
+    fail_msg("exit %d, %s", run.exit_code, run.err);
+  program_result_free(&run);
+}
+
+/* A model that is made again has other bytes, the times of its making, and is the same model. */
+static void a_model_made_again_serves_earlier_runs(void **state) {
+  (void)state;
+  size_t size = 0, other_size = 0;
+  unsigned char *bytes = read_bytes("beam.npz", &size);
+  assert_true(precompute_beam("6x2x2@1x0.2x0.3", "4", "7"));
+  unsigned char *others = read_bytes("beam.npz", &other_size);
+  assert_false(size == other_size && memcmp(bytes, others, size) == 0);
+  expect_export(0, "");
+
+  // an earlier version has noted the bytes alone: these are others
+  size_t length = 0;
+  unsigned char *text = read_bytes("run/run.json", &length);
+  cJSON *report = cJSON_ParseWithLength((const char *)text, length);
+  cJSON_DeleteItemFromObject(report, "model_arrays_hash");
+  char *old = cJSON_PrintUnformatted(report);
+  assert_true(text_file_write(in_folder("run/run.json"), old));
+  expect_export(1, "is not the model that run was made with");
+  assert_true(thrum_file_write_atomic(in_folder("beam.npz"), bytes, size, NULL) >= 0);
+  expect_export(0, "");
+
+  // of one number of its mesh that is another one it is another model
+  assert_true(thrum_file_write_atomic(in_folder("run/run.json"), text, length, NULL) >= 0);
+  assert_true(precompute_beam("6x2x2@1x0.2x0.31", "4", "7"));
+  expect_export(1, "made again from the same mesh by the same options it is the same");
+  assert_true(thrum_file_write_atomic(in_folder("beam.npz"), bytes, size, NULL) >= 0);
+  cJSON_free(old);
+  cJSON_Delete(report);
+  free(bytes);
+  free(others);
+  free(text);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_glb_holds_the_motion_of_the_run),
@@ -395,6 +436,7 @@ int main(void) {
       cmocka_unit_test(rows_are_thinned_to_the_rate_asked_for),
       cmocka_unit_test(options_and_files_that_do_not_go_together_are_refused),
       cmocka_unit_test(a_run_finds_its_model_beside_it),
+      cmocka_unit_test(a_model_made_again_serves_earlier_runs),
   };
   return cmocka_run_group_tests(tests, make_run, remove_run);
 }

@@ -550,6 +550,7 @@ static void run_json_holds_the_options_and_what_json_printed(void **state) {
   char expected[24];
   snprintf(expected, sizeof expected, "%016llx", (unsigned long long)hash);
   assert_string_equal(text_of(written, "model_hash"), expected);
+  assert_int_equal(strlen(text_of(written, "model_arrays_hash")), 16);
 
   free(bytes);
   free(text);
