@@ -43,13 +43,25 @@ int config_usage(const char *command, const char *format, ...) {
   return COMMAND_USAGE;
 }
 
+/* What config_warn_under has set. */
+static const char *warn_place;
+static void (*warn_words)(char *line, size_t size);
+
+void config_warn_under(const char *place, void (*words)(char *line, size_t size)) {
+  warn_place = place;
+  warn_words = words;
+}
+
 void config_warn(const char *format, ...) {
+  char line[1200];
   va_list arguments;
   va_start(arguments, format);
-  fputs("thrum: warning: ", stderr);
-  vfprintf(stderr, format, arguments);
-  fputc('\n', stderr);
+  vsnprintf(line, sizeof line, format, arguments);
   va_end(arguments);
+  if (warn_words != NULL)
+    warn_words(line, sizeof line);
+  fprintf(stderr, "thrum: warning: %s%s%s\n", warn_place != NULL ? warn_place : "",
+          warn_place != NULL ? ": " : "", line);
 }
 
 /* How many letters to change, add, drop or swap with their neighbour (the restricted distance of

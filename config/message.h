@@ -6,6 +6,7 @@
 #include "thrum/status.h"
 #include <getopt.h>
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 enum command_exit { COMMAND_DONE = 0, COMMAND_REFUSED = 1, COMMAND_USAGE = 2, COMMAND_FLAGGED = 3 };
@@ -42,6 +43,11 @@ int config_usage_option(const char *command, char **argv, const struct option *o
 
 /* Returns the one of `count` names that differs least from `text`, NULL when none is near. */
 const char *config_nearest(const char *text, const char *const *names, int64_t count);
+
+/* Has warnings begin with a place, "scene.json:7: body 'block'", and go through `words`, which
+ * rewrites a line of `size` bytes of room; each may be NULL. A setting of the process until it is
+ * made again: `place` must stay as long. For programs, and not while several threads warn. */
+void config_warn_under(const char *place, void (*words)(char *line, size_t size));
 
 /* Prints "thrum: warning: <line>" on standard error. */
 __attribute__((format(printf, 1, 2))) void config_warn(const char *format, ...);

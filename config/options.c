@@ -87,7 +87,7 @@ const char *config_wants(const config_option *option, char *text, size_t size) {
 }
 
 /* A line about an option of a file: "FILE:LINE: PATH.KEY: MESSAGE". */
-static thrum_status refuse(const config_given *g, thrum_status status, char *message) {
+static thrum_status refuse(const config_given *g, thrum_status status, char *message, size_t size) {
   char index[24] = "";
   config_one_line(message);
   if (g->file == NULL)
@@ -96,7 +96,9 @@ static thrum_status refuse(const config_given *g, thrum_status status, char *mes
   // a spec that says which option it is of says so once, as the key does here
   const char *option = strncmp(message, "--", 2) == 0 ? strchr(message, ' ') : NULL;
   if (option != NULL)
-    message += option + 1 - message;
+    memmove(message, option + 1, strlen(option + 1) + 1);
+  if (g->file->words != NULL)
+    g->file->words(message, size);
   if (g->index >= 0)
     snprintf(index, sizeof index, "[%lld]", (long long)g->index);
   const char *path = g->record != NULL ? g->record->path : "";
@@ -110,7 +112,7 @@ thrum_status config_given_refuse(const config_given *given, const char *format, 
   va_start(arguments, format);
   vsnprintf(line, sizeof line, format, arguments);
   va_end(arguments);
-  return refuse(given, THRUM_BAD_VALUE, line);
+  return refuse(given, THRUM_BAD_VALUE, line, sizeof line);
 }
 
 /* How a value of a file is written, for messages. */
@@ -133,7 +135,7 @@ thrum_status config_given_wrong(const config_given *given) {
   else
     snprintf(line, sizeof line, "--%s wants %s, not '%.60s'", given->option->name, wants,
              given->text);
-  return refuse(given, THRUM_BAD_VALUE, line);
+  return refuse(given, THRUM_BAD_VALUE, line, sizeof line);
 }
 
 /* --- values ----------------------------------------------------------------------------------- */

@@ -62,6 +62,8 @@ typedef struct config_file {
   char **texts; /* owned: the texts that are not in the document */
   int64_t text_count;
   thrum_error *error;
+  /* rewrites messages, `size` bytes of room, in the words of such files; NULL: as they are */
+  void (*words)(char *message, size_t size);
 } config_file;
 
 /* Where a record stands; the first member of every struct that is read from a file. */

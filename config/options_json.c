@@ -16,6 +16,7 @@
 #include "io/text.h"
 
 #define KEY_MAX 64
+#define MESSAGE_MAX 400 /* as an error has room for */
 
 /* One object that is being read. */
 typedef struct reading {
@@ -126,18 +127,21 @@ const json_node *config_record_member(const config_file *file, const config_reco
 
 /* "FILE:LINE: PATH.KEY: MESSAGE" */
 static thrum_status refuse_line(const config_file *file, int64_t line, const config_record *record,
-                                const char *key, thrum_status status, const char *message) {
+                                const char *key, thrum_status status, char message[MESSAGE_MAX]) {
   const bool path = record->path[0] != 0;
   const char *option = strncmp(message, "--", 2) == 0 ? strchr(message, ' ') : NULL;
+  if (option != NULL)
+    memmove(message, option + 1, strlen(option + 1) + 1);
+  if (file->words != NULL)
+    file->words(message, MESSAGE_MAX);
   return thrum_error_set(file->error, status, "%.150s:%lld: %s%s%.60s%s%s", file->name,
                          (long long)line, record->path, path && key != NULL ? "." : "",
-                         key != NULL ? key : "", path || key != NULL ? ": " : "",
-                         option != NULL ? option + 1 : message);
+                         key != NULL ? key : "", path || key != NULL ? ": " : "", message);
 }
 
 thrum_status config_record_refuse(const config_file *file, const config_record *record,
                                   const char *key, thrum_status status, const char *format, ...) {
-  char message[300];
+  char message[MESSAGE_MAX];
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(message, sizeof message, format, arguments);
@@ -151,7 +155,7 @@ thrum_status config_record_refuse(const config_file *file, const config_record *
 thrum_status config_record_refuse_text(const config_file *file, const config_record *record,
                                        const char *key, const config_texts *texts, int64_t index,
                                        const char *format, ...) {
-  char message[300], place[80];
+  char message[MESSAGE_MAX], place[80];
   va_list arguments;
   va_start(arguments, format);
   vsnprintf(message, sizeof message, format, arguments);

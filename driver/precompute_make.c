@@ -123,12 +123,13 @@ static thrum_status apply_material(precompute_request *request, thrum_mesh *mesh
   return THRUM_OK;
 }
 
-/* Puts the place in an options file before what an error says. */
+/* Puts the place in an options file before what an error says, or the option where it was given
+ * elsewhere. */
 static thrum_status name_line(const precompute_request *request, const char *key,
                               const int64_t *lines, int64_t n, thrum_status status,
                               thrum_error *error) {
   if (request->lines_file == NULL || n >= CONFIG_FILE_ITEMS_MAX || lines[n] == 0)
-    return status;
+    return config_error_in(error, status, "--%s", key);
   return config_error_in(error, status, "%.100s:%lld: %s", request->lines_file, (long long)lines[n],
                          key);
 }

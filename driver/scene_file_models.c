@@ -4,9 +4,11 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "config/message.h"
 #include "driver/model_cut.h"
 #include "driver/scene_words.h"
 #include "mesh/formats/mesh_read.h"
@@ -33,6 +35,19 @@ static bool same_file(const scene_body_spec *left, const scene_body_spec *right)
           left->material.plastic.yield == right->material.plastic.yield);
 }
 
+/* Refuses what a model cannot be made of, by the key that it begins with, or else by the model. */
+static thrum_status refuse(const scene_spec *spec, const scene_body_spec *body, thrum_status status,
+                           const thrum_error *detail) {
+  const char *message = detail->message[0] != 0 ? detail->message : thrum_status_text(status);
+  const bool regions = strncmp(message, "--material", strlen("--material")) == 0;
+  const bool fix = strncmp(message, "--fix", strlen("--fix")) == 0;
+  return config_record_refuse(&spec->file, regions ? &body->material.at : &body->settings.at,
+                              regions ? "regions"
+                              : fix   ? "fix"
+                                      : "model",
+                              status, "%s", message);
+}
+
 static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *item) {
   const scene_body_spec *body = item->first;
   mesh_model_def def = mesh_model_def_default();
@@ -48,8 +63,10 @@ static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *
   for (int64_t n = 0; n < def.material_count; n++)
     def.materials[n] = body->material.regions.texts[n];
 
-  // the hash ties the files of a run to this model
+  // what the making of a model warns of is said of this body, in the words of the file
+  char place[SCENE_PLACE_MAX];
   thrum_error detail = {0};
+  config_warn_under(scene_body_place(spec, body, place), scene_words);
   thrum_status status =
       mesh_model_load(body->model, &def, quiet, &item->loaded, &item->file, &detail);
   config_warn_under(NULL, scene_words);
@@ -58,9 +75,7 @@ static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *
   THRUM_THEN(status, model_hash_make(item->file.path, item->loaded, &item->hash, &detail));
 
   if (status < 0)
-    return config_record_refuse(&spec->file, &body->settings.at, "model", status, "%s",
-                                detail.message[0] != 0 ? detail.message
-                                                       : thrum_status_text(status));
+    return refuse(spec, body, status, &detail);
 
   item->owner = item;
   return THRUM_OK;

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "driver/scene_words.h"
 #include "io/file.h"
 #include "io/json.h"
 #include "platform/clock.h"
@@ -56,6 +57,7 @@ static thrum_status count_steps(scene_run *run) {
 }
 
 thrum_status scene_run_read(scene_run *run, thrum_error *error) {
+  config_warn_under(NULL, scene_words);
   const thrum_status status = scene_spec_read(run->request->path, &run->spec, error);
   return status >= 0 ? count_steps(run) : status;
 }

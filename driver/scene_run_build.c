@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "config/message.h"
 #include "driver/scene_run.h"
 #include "mesh/formats/mesh_read.h"
 #include "platform/allocate.h"
@@ -117,8 +118,11 @@ static thrum_status make_start(scene_run *run, scene_body_run *body, double *q, 
       thrum_scene_to_body(body->spec->rotation, start->load.vector, start->load.vector, NULL);
   }
 
+  char place[SCENE_PLACE_MAX];
+  config_warn_under(scene_body_place(&run->spec, body->spec, place), scene_words);
   THRUM_THEN(status,
              start_specs_make(scaled, request->starts, request->start_count, q, p, &detail));
+  config_warn_under(NULL, scene_words);
   free(memory);
   return scene_run_pass(run, &body->spec->settings.at, "start", status, &detail);
 }
@@ -228,6 +232,33 @@ static thrum_status open_check(scene_run *run, int32_t n, thrum_error *error) {
   return THRUM_OK;
 }
 
+/* Passes the status of adding a body on. What the library says of a state's def is said of the key
+ * that the field was set by. */
+static thrum_status pass_body(const scene_run *run, const scene_body_spec *spec,
+                              thrum_status status, const thrum_error *detail) {
+  static const char of_def[] = " of the state's def ";
+  static const char *const keys[][2] = {
+      {"plastic.yield", "yield"},   {"explicit_count", "split"}, {"split_safety", "safety"},
+      {"damping_alpha", "damping"}, {"damping_beta", "damping"}, {"newmark_beta", "newmark"},
+      {"newmark_gamma", "newmark"}, {"tolerance", "tolerance"},  {"iterations_max", "iterations"},
+  };
+  const config_file *file = &run->spec.file;
+  const char *words = strstr(detail->message, of_def);
+  for (size_t n = 0; n < sizeof keys / sizeof keys[0] && status < 0 && words != NULL; n++) {
+    if (strncmp(detail->message, keys[n][0], strlen(keys[n][0])) != 0)
+      continue;
+
+    // a body that cannot flow has a reason behind the number
+    const char *reason = strstr(words, ", and ");
+    const bool flows = n == 0;
+    return config_record_refuse(
+        file, flows ? &spec->material.at : &spec->settings.at, keys[n][1], status, "%s",
+        reason != NULL ? reason + strlen(", and ") : words + strlen(of_def));
+  }
+  const bool condensed = spec->condense > 0 && strncmp(detail->message, "condensed to", 12) == 0;
+  return scene_run_pass(run, &spec->settings.at, condensed ? "condense" : NULL, status, detail);
+}
+
 static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   scene_body_run *body = &run->bodies[n];
   const scene_body_spec *spec = body->spec;
@@ -260,7 +291,8 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   THRUM_TRY(make_start(run, body, body->start, body->start + rank));
   THRUM_TRY(name_surface(run, n, def, &body->touched));
   const thrum_status status = thrum_scene_add_body(run->scene, def, NULL, &detail);
-  return scene_run_pass(run, &spec->settings.at, NULL, status, &detail);
+
+  return pass_body(run, spec, status, &detail);
 }
 
 static thrum_status make_bodies(scene_run *run, thrum_error *error) {

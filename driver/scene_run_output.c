@@ -3,6 +3,7 @@
 #include <errno.h>
 #include <inttypes.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "driver/run_placement.h"
 #include "driver/scene_run.h"
@@ -48,6 +49,25 @@ static bool place_vertices(const scene_run *run, int32_t n) {
   return true;
 }
 
+/* Refuses an output that this body cannot have, by its key; what is no output, such as a file that
+ * cannot be written, has its own words. */
+static thrum_status refuse_outputs(const scene_run *run, const scene_body_run *body,
+                                   thrum_status status, const thrum_error *detail,
+                                   thrum_error *error) {
+  static const char *const keys[] = {"stress", "frames"};
+  for (size_t n = 0; n < sizeof keys / sizeof keys[0]; n++) {
+    const size_t length = strlen(keys[n]);
+    const char *message = detail->message;
+    if (strncmp(message, "--", 2) != 0 || strncmp(message + 2, keys[n], length) != 0)
+      continue;
+    message += 2 + length;
+    return config_record_refuse(&run->spec.file, &run->spec.outputs.at, keys[n], status,
+                                "body '%.64s': %s", body->spec->name,
+                                message + strspn(message, ": "));
+  }
+  return thrum_error_set(error, status, "%s", detail->message);
+}
+
 static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
   scene_body_run *body = &run->bodies[n];
   const scene_outputs_spec *outputs = &run->spec.outputs;
@@ -56,7 +76,10 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
   if (!scale_material(body))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for body '%s'", body->spec->name);
   snprintf(path, sizeof path, "%.*s/%s", RUN_PATH_MAX, run->folder.work, body->spec->name);
-  THRUM_TRY(driver_run_open_body(&run->run, n, path, &body->shown, error));
+  thrum_error detail = {0};
+  const thrum_status opened = driver_run_open_body(&run->run, n, path, &body->shown, &detail);
+  if (opened < 0)
+    return refuse_outputs(run, body, opened, &detail, error);
 
   // measures are of the body at rest in its own axes, frames of the body in place
   if (frames && body->model->vertices != NULL && !place_vertices(run, n))

@@ -13,6 +13,7 @@
 #include "driver/region_material.h"
 #include "driver/run_entries.h"
 #include "driver/scene_spec.h"
+#include "driver/scene_words.h"
 #include "mesh/formats/mesh_read.h"
 #include "thrum/thrum.h"
 
@@ -35,6 +36,14 @@ bool scene_spec_is_named(const char *path) {
   if (length < 6 || strcmp(path + length - 5, ".json") != 0)
     return false;
   return stat(path, &status) != 0 || !S_ISDIR(status.st_mode);
+}
+
+const char *scene_body_place(const scene_spec *spec, const scene_body_spec *body,
+                             char place[SCENE_PLACE_MAX]) {
+  const json_node *node = body->settings.at.node;
+  snprintf(place, SCENE_PLACE_MAX, "%.150s:%lld: body '%.64s'", spec->file.name,
+           node != NULL ? (long long)node->line : 1, body->name);
+  return place;
 }
 
 /* --- names ------------------------------------------------------------------------------------ */
@@ -176,6 +185,9 @@ static thrum_status check_body(const scene_spec *spec, const scene_body_spec *bo
   if (!mesh && body->fix.count > 0)
     return config_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE,
                                 "is of a mesh; a model has its own");
+  if (mesh && body->free && body->fix.count > 0)
+    return config_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE,
+                                "holds the body, and \"free\" lets it go: leave one of them out");
   THRUM_TRY(check_material(spec, body, mesh));
   if (body->settings.def.integrator != THRUM_INTEGRATOR_IMEXV)
     THRUM_TRY(check_split(spec, at, body->settings.def.integrator));
@@ -414,6 +426,7 @@ thrum_status scene_spec_read_text(const char *name, const char *bytes, size_t le
                                   scene_spec *spec, thrum_error *error) {
   begin_scene(spec);
   THRUM_TRY(config_file_parse(name, bytes, length, &spec->file, error));
+  spec->file.words = scene_words;
   return read_scene(spec);
 }
 
@@ -428,6 +441,7 @@ static thrum_status check_surface(const scene_spec *spec, const scene_body_spec 
 thrum_status scene_spec_read(const char *path, scene_spec *spec, thrum_error *error) {
   begin_scene(spec);
   THRUM_TRY(config_file_open(path, "scene file", &spec->file, error));
+  spec->file.words = scene_words;
   THRUM_TRY(read_scene(spec));
   for (int64_t n = 0; n < spec->bodies.count; n++)
     THRUM_TRY(check_surface(spec, &scene_bodies(spec)[n]));

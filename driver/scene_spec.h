@@ -180,6 +180,11 @@ typedef struct scene_spec {
 /* The keys of a scene file; ends with a nameless one. */
 extern const config_option scene_keys[];
 
+/* Where a body stands, for warnings of it: "scene.json:7: body 'block'". Returns `place`. */
+#define SCENE_PLACE_MAX 300
+const char *scene_body_place(const scene_spec *spec, const scene_body_spec *body,
+                             char place[SCENE_PLACE_MAX]);
+
 /* Is this the name of a scene file? One that ends with .json and is no folder. */
 bool scene_spec_is_named(const char *path);
 

@@ -289,7 +289,7 @@ static thrum_status say_failure(const thrum_state *state, thrum_status status, t
                            step, state->report.time);
   return thrum_error_set(error, status,
                          "step %lld at t = %g s did not converge; the state is as it was before "
-                         "it: lower dt or the load, or raise iterations_max",
+                         "it: lower dt or the load, or allow more iterations",
                          step, state->report.time);
 }
 

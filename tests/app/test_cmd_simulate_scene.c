@@ -937,6 +937,7 @@ int main(void) {
 
       // mistakes, and folders that cannot be used
       cmocka_unit_test(a_mistake_is_named_by_file_line_and_path),
+      cmocka_unit_test(scenes_are_answered_in_their_own_words),
       cmocka_unit_test(options_of_one_body_are_refused),
       cmocka_unit_test(an_earlier_run_is_replaced_and_other_files_stay),
       cmocka_unit_test(a_folder_that_cannot_be_written_to_is_refused_first),
