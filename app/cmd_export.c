@@ -169,6 +169,10 @@ static int read_options(int argc, char **argv, export_request *request) {
     return check_files(request);
   }
 
+  thrum_error error = {0};
+  if (recorded_folder_check(request->model, ", or a model file", &error) < 0)
+    return config_refuse(&error);
+
   // the folder of a run for motion, a model for what belongs to a model
   const bool is_run = is_run_folder(request->model);
   if (motion && !is_run)

@@ -19,7 +19,6 @@
 #include "driver/named_model.h"
 #include "driver/precompute_touch.h"
 #include "driver/run_read.h"
-#include "driver/scene_read.h"
 #include "driver/shared_options.h"
 #include "driver/split_at.h"
 #include "io/json.h"
@@ -102,7 +101,8 @@ const config_command command_info = {
         "frequencies, the split into explicit and implicit modes, residuals, memory, groups; with "
         "--dt or --integrator also the frequency of each mode as it is stepped. Of a surface that "
         "thrum embed wrote it says what that holds, and of the folder of a run what was stepped, "
-        "how and how long, how it ended and what plays it.\n\n"
+        "with which options, how long, how it ended, and what plays it or what is missing for "
+        "that. What is named and is not there, holds no run or is damaged is refused (1).\n\n"
         "MODEL is a model file or a name (beam, basket, bridge, horse, tower, heart) of a model "
         "that is precomputed once and cached, RUN the folder of a run, and SURFACE a file that "
         "thrum embed wrote. All options but --json go with a model.",
@@ -595,11 +595,8 @@ static bool is_folder(const char *path) {
 /* Says what the run in a folder is; other folders are refused. */
 static int say_run(const info_request *request) {
   thrum_error error = {0};
-  if (!is_run_folder(request->path) && !is_scene_folder(request->path))
-    return config_usage("info",
-                        "%s is a folder without a finished run: name one that thrum simulate "
-                        "wrote, or a model file",
-                        request->path);
+  if (recorded_folder_check(request->path, ", or a model file", &error) < 0)
+    return config_refuse(&error);
   if (request->dt > 0 || request->integrator != (thrum_integrator)-1 || request->load_count > 0 ||
       request->touch)
     return config_usage("info", "%s is the folder of a run: all options but --json go with a model",

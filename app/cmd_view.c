@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
+#include <strings.h>
 #include <unistd.h>
 
 #include "app/cmd.h"
@@ -80,12 +80,6 @@ static bool is_run(const char *name) {
   return is_run_folder(name) || is_scene_folder(name);
 }
 
-/* Is it a folder without a finished run? */
-static bool is_other_folder(const char *name) {
-  struct stat status;
-  return stat(name, &status) == 0 && S_ISDIR(status.st_mode) && !is_run(name);
-}
-
 /* Refuses what is no model and no scene, and what would overwrite its own source. */
 static int check_names(const view_request *request) {
   for (int64_t n = 0; n < request->count; n++) {
@@ -102,11 +96,9 @@ static int check_names(const view_request *request) {
     if (request->count > 1 && is_run(name))
       return config_usage("view", "one run at a time, and no models beside it");
 
-    if (is_other_folder(name))
-      return config_usage("view",
-                          "%s is a folder without a finished run: name one that thrum simulate "
-                          "wrote",
-                          name);
+    thrum_error error = {0};
+    if (recorded_folder_check(name, "", &error) < 0)
+      return config_refuse(&error);
 
     // these become something that can be shown by another command
     if (thrum_mesh_is_named(name))

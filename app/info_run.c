@@ -18,6 +18,7 @@ typedef struct recorded {
   bool scene;
   const cJSON *report; /* run.json or scene.json */
   const cJSON *bodies; /* of a scene */
+  char missing[400];   /* what it cannot be played without, as a sentence; "": nothing */
 } recorded;
 
 /* A text that is safe to print; "?" where the item is none. */
@@ -86,11 +87,24 @@ static void print_model(const recorded *run) {
          is_full(run->report) ? " of the whole mesh" : "", figure_of(run->report, "rank", rank));
   if (cJSON_IsObject(placement))
     print_line("in the scene", text_of(placement, "scene", text));
+  info_run_print_options(run->report);
+}
 
-  // loads and starts in the words of the command
-  const cJSON *options = cJSON_GetObjectItemCaseSensitive(run->report, "options"), *item = NULL;
-  cJSON_ArrayForEach(item, cJSON_GetObjectItemCaseSensitive(options, "load")) {
-    print_line("load", safe_text(item, text));
+/* Says what acts on all bodies of a scene, where something does. */
+static void print_world(const recorded *run) {
+  const cJSON *gravity = cJSON_GetObjectItemCaseSensitive(run->report, "gravity_m_s2");
+  const cJSON *item = NULL;
+  double g[3] = {0}, size = 0;
+  for (int n = 0; n < 3; n++) {
+    const cJSON *part = cJSON_GetArrayItem(gravity, n);
+    g[n] = cJSON_IsNumber(part) ? part->valuedouble : NAN;
+    size = fmax(size, fabs(g[n]));
+  }
+  if (size > 0)
+    printf("%-18s%g, %g, %g m/s^2\n", "gravity", g[0], g[1], g[2]);
+  cJSON_ArrayForEach(item, cJSON_GetObjectItemCaseSensitive(run->report, "base_motion")) {
+    char text[300];
+    print_line("base motion", safe_text(item, text));
   }
 }
 
@@ -121,18 +135,39 @@ static void print_warnings(const char *body, const cJSON *report) {
   puts("");
 }
 
-/* Reads the report of a body of a scene; NULL where it has none. The caller deletes it. */
-static cJSON *report_of_body(const recorded *run, const cJSON *body) {
-  recorded_path file;
-  thrum_error error = {0};
-  cJSON *report = NULL;
-  const char *name = json_text_of(body, "name");
-  if (name == NULL)
-    return NULL;
+/* The folder of a body of a scene has the body's name. */
+static void name_body(const recorded *run, const cJSON *body, recorded_path folder) {
+  snprintf(folder, sizeof(recorded_path), "%.*s/%.200s", RUN_PATH_MAX, run->path,
+           json_text_of(body, "name"));
+}
 
-  // the folder of the body has the body's name
-  snprintf(file, sizeof file, "%.*s/%.200s/%s", RUN_PATH_MAX, run->path, name, RUN_JSON);
-  return json_file_read(file, &report, &error) >= 0 ? report : NULL;
+/* Reads the report of a body of a scene; NULL where it has none that can be told. The caller
+ * deletes it. */
+static cJSON *report_of_body(const recorded *run, const cJSON *body) {
+  recorded_path folder;
+  char file[sizeof folder + sizeof RUN_JSON + 1];
+  cJSON *report = NULL;
+  name_body(run, body, folder);
+  snprintf(file, sizeof file, "%s/%s", folder, RUN_JSON);
+  if (json_file_read(file, &report, NULL) < 0 || info_run_check(file, report, false, NULL) >= 0)
+    return report;
+  cJSON_Delete(report);
+  return NULL;
+}
+
+/* Finds out what is missing for the run, or for a body of a scene, to be played. */
+static void find_missing(recorded *run) {
+  thrum_error error = {0};
+  thrum_status status = run->scene ? THRUM_OK : recorded_run_check(run->path, &error);
+  const cJSON *body = NULL;
+  cJSON_ArrayForEach(body, run->bodies) {
+    recorded_path folder;
+    name_body(run, body, folder);
+    if (status >= 0 && run->scene)
+      status = recorded_run_check(folder, &error);
+  }
+  if (status < 0)
+    snprintf(run->missing, sizeof run->missing, "%s", error.message);
 }
 
 /* Says which shares of a condensed run speak against believing it, where they are above 0. */
@@ -219,6 +254,7 @@ static void print_table(const recorded *run) {
     if (json_text_of(run->report, "title") != NULL)
       print_line("title", text_of(run->report, "title", text));
     print_bodies(run);
+    print_world(run);
   } else {
     print_model(run);
   }
@@ -226,6 +262,10 @@ static void print_table(const recorded *run) {
   print_end(run);
 
   // what can be done with it, as this program was called
+  if (run->missing[0] != 0) {
+    print_line("missing", run->missing);
+    return;
+  }
   printf("%-18s%s view %s, which plays it\n", "next", program, run->path);
   printf("%-18s%s export %s --glb run.glb, for other programs\n", "", program, run->path);
 }
@@ -248,6 +288,21 @@ static void add_warnings(cJSON *object, const cJSON *report) {
   json_number(object, "fallback_steps", number_of(report, "fallback_steps"));
 }
 
+/* Adds the energies of a run or of a body. */
+static void add_energy(cJSON *object, const cJSON *report) {
+  static const char *const keys[] = {"energy_first_j", "energy_last_j", "energy_min_j",
+                                     "energy_max_j"};
+  for (size_t n = 0; n < sizeof keys / sizeof keys[0]; n++)
+    json_number(object, keys[n], number_of(report, keys[n]));
+}
+
+/* Adds the options as the report has them; null where it has none. */
+static void add_options(cJSON *object, const cJSON *report) {
+  const cJSON *options = cJSON_GetObjectItemCaseSensitive(report, "options");
+  cJSON_AddItemToObject(object, "options",
+                        options != NULL ? cJSON_Duplicate(options, true) : cJSON_CreateNull());
+}
+
 static void print_json(const recorded *run) {
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "status", "done");
@@ -263,6 +318,8 @@ static void print_json(const recorded *run) {
     add_stepped(object, run->report);
     cJSON_AddBoolToObject(object, "full", is_full(run->report));
     add_warnings(object, run->report);
+    add_energy(object, run->report);
+    add_options(object, run->report);
   }
 
   // times and sizes
@@ -282,8 +339,13 @@ static void print_json(const recorded *run) {
     add_stepped(row, body);
     cJSON *report = report_of_body(run, body);
     add_warnings(row, report);
+    add_energy(row, report);
+    add_options(row, report);
     cJSON_Delete(report);
   }
+
+  // whether it can be played
+  json_string(object, "missing", run->missing[0] != 0 ? run->missing : NULL);
   json_print(object);
 }
 
@@ -293,16 +355,11 @@ thrum_status info_run(const char *path, bool json, thrum_error *error) {
   cJSON *report = NULL;
   snprintf(file, sizeof file, "%.*s/%s", RUN_PATH_MAX, path, run.scene ? SCENE_JSON : RUN_JSON);
   THRUM_TRY(json_file_read(file, &report, error));
-
-  // another program's file of that name says nothing of a run
-  const char *command = json_text_of(report, "command");
-  thrum_status status = THRUM_OK;
-  if (command == NULL || strcmp(command, "simulate") != 0)
-    status = thrum_error_set(error, THRUM_BAD_FORMAT,
-                             "%.300s: not the report of a run of thrum simulate", file);
+  const thrum_status status = info_run_check(file, report, run.scene, error);
   if (status >= 0) {
     run.report = report;
-    run.bodies = cJSON_GetObjectItemCaseSensitive(report, "bodies");
+    run.bodies = run.scene ? cJSON_GetObjectItemCaseSensitive(report, "bodies") : NULL;
+    find_missing(&run);
     (json ? print_json : print_table)(&run);
   }
   cJSON_Delete(report);

@@ -2,12 +2,22 @@
 #ifndef THRUM_APP_INFO_RUN_H
 #define THRUM_APP_INFO_RUN_H
 
+#include <cjson/cJSON.h>
 #include <stdbool.h>
 
 #include "thrum/status.h"
 
+/* info_run_check.c: refuses a report that is not that of `thrum simulate`, or holds what no run
+ * has; `file` stands in the message. */
+thrum_status info_run_check(const char *file, const cJSON *report, bool scene, thrum_error *error);
+
+/* info_run_options.c: prints loads, starts and base motions, a line each, and on one line all other
+ * options that were not the usual ones. */
+void info_run_print_options(const cJSON *report);
+
 /* Says what the run in the folder `path`, of a model or of a scene, was made of and how it ended.
- * Neither its model nor its other files are read. Fails where its report cannot be read. */
+ * Of its other files and its model it is told whether they are there. Fails where its report cannot
+ * be read, or holds what no run has. */
 thrum_status info_run(const char *path, bool json, thrum_error *error);
 
 #endif

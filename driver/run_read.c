@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "driver/model_hash.h"
 #include "driver/named_model.h"
@@ -31,6 +32,19 @@ static void join(recorded_path path, const char *folder, const char *name) {
 
 bool is_run_folder(const char *path) {
   return run_entries_finished(path, RUN_OF_BODY);
+}
+
+thrum_status recorded_folder_check(const char *path, const char *or_else, thrum_error *error) {
+  struct stat info;
+  model_recipe recipe = {0};
+  const bool named = model_recipe_find(path, &recipe, NULL) >= 0 && recipe.found;
+  if (named || stat(path, &info) != 0 || !S_ISDIR(info.st_mode) ||
+      run_entries_finished(path, RUN_OF_BODY) || run_entries_finished(path, RUN_OF_SCENE))
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_MISSING,
+                         "%.250s is a folder without a finished run: name one that thrum simulate "
+                         "wrote%s",
+                         path, or_else);
 }
 
 void recorded_run_free(recorded_run *run) {
@@ -295,6 +309,36 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
     recorded_run_free(&read);
   else
     *run = read;
+  return status;
+}
+
+/* Refuses a series that is not there. */
+static thrum_status check_series(const char *folder, const char *name, thrum_error *error) {
+  recorded_path path;
+  join(path, folder, name);
+  if (is_file(path) && access(path, R_OK) == 0)
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_MISSING,
+                         "%.300s is not there, or cannot be read: simulate again", path);
+}
+
+thrum_status recorded_run_check(const char *folder, thrum_error *error) {
+  recorded_path path;
+  cJSON *object = NULL;
+  const char *model = NULL;
+  model_hash hash = {0};
+  thrum_status status = read_json(folder, &object, &model, &hash, error);
+  THRUM_THEN(status, check_series(folder, "q.npy", error));
+  THRUM_THEN(status, check_series(folder, "energy.csv", error));
+  const cJSON *placement = cJSON_GetObjectItemCaseSensitive(object, "placement");
+  if (cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(placement, "free")))
+    THRUM_THEN(status, check_series(folder, RUN_PLACEMENTS, error));
+
+  // a model that comes with Thrum is made where it is needed, and a file is there or not
+  THRUM_THEN(status, find_model(folder, &model, &hash, path, error));
+  if (status >= 0 && is_file(model))
+    status = check_model(folder, model, NULL, &hash, error);
+  cJSON_Delete(object);
   return status;
 }
 

@@ -26,6 +26,11 @@ typedef struct recorded_run {
 /* Is there a run.json in the folder? */
 bool is_run_folder(const char *path);
 
+/* Refuses a folder in which no run is, neither of a model nor of a scene; `or_else` is what else
+ * may be named, such as ", or a model file". Paths of anything but folders pass, and so do names of
+ * models that come with Thrum, whatever folder has one. */
+thrum_status recorded_folder_check(const char *path, const char *or_else, thrum_error *error);
+
 /* A path with a file in RUN or beside it. */
 typedef char recorded_path[RUN_PATH_MAX + 300];
 
@@ -42,6 +47,10 @@ const char *recorded_run_find(const char *folder, const char *name, const model_
 thrum_status recorded_run_read(const char *path, const char *model, recorded_run *run,
                                thrum_error *error);
 void recorded_run_free(recorded_run *run);
+
+/* Whether recorded_run_read would find what it reads: the files of the run, and its model, which is
+ * not loaded where its bytes are those of the run. Otherwise what is missing. */
+thrum_status recorded_run_check(const char *folder, thrum_error *error);
 
 /* Was the run in the folder read from this file? Nothing may be written there. */
 bool recorded_run_holds(const char *folder, const recorded_run *run, const char *path);

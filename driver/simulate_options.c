@@ -269,13 +269,17 @@ static int finish(simulate_request *request) {
   return check_plastic(request);
 }
 
-int simulate_options_read(int argc, char **argv, simulate_request *request) {
+void simulate_request_begin(simulate_request *request) {
   request->def = thrum_default_state_def();
   request->mesh_def = mesh_model_def_default();
   request->time = TIME_DEFAULT;
   request->record_every = 1;
   request->threads = 1;
   request->monitor = true;
+}
+
+int simulate_options_read(int argc, char **argv, simulate_request *request) {
+  simulate_request_begin(request);
   CONFIG_TRY(config_options_read_one(&command_simulate, "model", argc, argv, request,
                                      &request->model_path));
   return finish(request);

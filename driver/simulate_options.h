@@ -47,6 +47,9 @@ typedef struct simulate_request {
 /* The command and its options. */
 extern const config_command command_simulate;
 
+/* Puts the defaults of all options into a zeroed request. */
+void simulate_request_begin(simulate_request *request);
+
 /* Fills a zeroed request whose loads, base motions and starts have room for argc +
  * CONFIG_FILE_ITEMS_MAX each. COMMAND_DONE, or what the command is to return. */
 int simulate_options_read(int argc, char **argv, simulate_request *request);

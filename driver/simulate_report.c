@@ -37,8 +37,7 @@ static void add_specs(cJSON *object, const simulate_request *request) {
     json_add_string(motions, request->base_motions[n].text);
 }
 
-/* The options as they were understood, defaults included. */
-static cJSON *options_json(const simulate_request *request) {
+cJSON *simulate_options_json(const simulate_request *request) {
   const thrum_state_def *def = &request->def;
   cJSON *object = cJSON_CreateObject();
 
@@ -294,7 +293,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   add_energies(object, figures);
   add_work(object, figures);
   simulate_measures_json(measures, object);
-  cJSON_AddItemToObject(object, "options", options_json(request));
+  cJSON_AddItemToObject(object, "options", simulate_options_json(request));
   add_seconds(object, figures);
   return object;
 }

@@ -14,6 +14,9 @@ cJSON *simulate_report_begin(const char *status, const thrum_error *stop);
 cJSON *simulate_report_json(const simulate_figures *figures, const run_output *output,
                             const simulate_measures *measures);
 
+/* The options as they were understood, defaults included, for "options" in it. */
+cJSON *simulate_options_json(const simulate_request *request);
+
 /* Adds "condensed": how far a condensed model can be believed; null for any other. */
 void simulate_report_condensed(cJSON *object, const simulate_figures *figures);
 

@@ -414,7 +414,8 @@ static void a_file_that_is_no_model_is_refused_in_one_line(void **state) {
   assert_true(text_file_write(path, "these are words, and long enough to hold an end record\n"));
   assert_exit(1, "words.npz", "words.npz", NULL, NULL);
   assert_exit(1, "missing.npz", "missing.npz", NULL, NULL);
-  assert_exit(2, "a folder", ".", "--json", NULL);
+  assert_exit(1, "a folder", ".", "--json", NULL);
+  assert_exit(1, "missing", "missing", NULL, NULL);
 
   // half of a good file
   snprintf(path, sizeof path, "%s/beam.npz", folder);
@@ -518,7 +519,7 @@ static void the_folder_of_a_scene_is_said(void **state) {
   // a folder without a run is none, and neither is one with the file of another program
   snprintf(path, sizeof path, "%s/other", folder);
   assert_int_equal(mkdir(path, 0700), 0);
-  assert_exit(2, "a folder without a finished run", "other", NULL, NULL);
+  assert_exit(1, "a folder without a finished run", "other", NULL, NULL);
   snprintf(path, sizeof path, "%s/other/run.json", folder);
   assert_true(text_file_write(path, "{\"command\": \"sing\"}\n"));
   assert_exit(1, "not the report of a run", "other", NULL, NULL);
@@ -613,16 +614,111 @@ static void a_report_without_figures_is_said_without_them(void **state) {
   char path[160];
   make_report_path("bare", path);
   assert_true(text_file_write(path, "{\"command\": \"simulate\", \"steps\": 1234567, "
-                                    "\"rows\": \"many\", \"energy_first_j\": null}\n"));
+                                    "\"energy_first_j\": null}\n"));
   char *out = output_of("info", "bare", NULL);
   assert_non_null(strstr(out, "1234567 of ? s, together ? s\n"));
   assert_non_null(strstr(out, "? rows, ? frames\n"));
   assert_null(strstr(out, "nan"));
   free(out);
 
-  // nor is it the report of another program
+  // nor is it the report of another program, or a whole one
   assert_true(text_file_write(path, "{\"steps\": 3}\n"));
   assert_exit(1, "not the report of a run", "bare", NULL, NULL);
+  assert_true(text_file_write(path, "{\"command\": \"simul"));
+  assert_exit(1, "run.json", "bare", NULL, NULL);
+}
+
+/* A report that was changed by hand is refused by what no run has, and told in no part. */
+static void figures_that_no_run_has_are_refused(void **state) {
+  (void)state;
+  static const char *const wrong[][2] = {
+      {"\"steps\": -5", "\"steps\" is -5, and a run has a whole number from 0 to 1e+12 there"},
+      {"\"steps\": 2.5", "\"steps\" is 2.5"},
+      {"\"rows\": \"many\"", "\"rows\" is \"many\""},
+      {"\"dt\": 0", "\"dt\" is 0, and a run has a finite number above 0 there"},
+      {"\"dt\": 1e999", "\"dt\" is infinite"},
+      {"\"rank\": 1000000", "a whole number from 1 to 512"},
+      {"\"energy_max_j\": 1e999", "\"energy_max_j\" is "},
+      {"\"monitor\": {\"least_stretch\": true}", "\"least_stretch\" is true"},
+      {"\"condensed\": {\"inertia_share\": -1}", "\"inertia_share\" is -1"},
+      {"\"steps\": 10, \"dt\": 0.5, \"simulated_s\": 7", "its steps times their length"},
+      {"\"steps\": 10, \"rows\": 12", "\"rows\" is 12"},
+  };
+  char path[160], text[300];
+  make_report_path("changed", path);
+  for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
+    snprintf(text, sizeof text, "{\"command\": \"simulate\", %s}\n", wrong[n][0]);
+    assert_true(text_file_write(path, text));
+    assert_exit(1, wrong[n][1], "changed", NULL, NULL);
+    assert_exit(1, "the file was changed, simulate again", "changed", "--json", NULL);
+  }
+
+  // a body of a scene names a folder in the run, and no other
+  snprintf(path, sizeof path, "%s/changed/scene.json", folder);
+  assert_true(text_file_write(path, "{\"command\": \"simulate\", \"bodies\": [{\"name\": "
+                                    "\"../doubted\"}]}\n"));
+  assert_exit(1, "none of a folder in the run", "changed", NULL, NULL);
+}
+
+/* What a run was made with is told in the words of the command, without what is usual. */
+static void options_of_a_run_are_said(void **state) {
+  (void)state;
+  expect_done(thrum_run(folder, "simulate", "beam.npz", "-o", "damped", "-q", "--time", "0.03",
+                        "--damping", "0.3,0.001", "--start", "mode:1,0.01", "--base-motion",
+                        "sine:1,0,0,f=2", "--record-every", "2", "--monitor", "off", NULL));
+  char *out = output_of("info", "damped", NULL);
+  assert_non_null(strstr(out, "\nstart             mode:1,0.01\n"));
+  assert_non_null(strstr(out, "\nbase motion       sine:1,0,0,f=2\n"));
+  assert_non_null(strstr(out, "\noptions           --damping 0.3,0.001 --record-every 2 --monitor "
+                              "off\n"));
+  free(out);
+
+  // all of them, and the energies, for programs
+  cJSON *object = info("damped", NULL, NULL);
+  const cJSON *options = cJSON_GetObjectItem(object, "options");
+  assert_true(item_of(options, "damping", 1)->valuedouble == 0.001);
+  assert_true(json_value(object, "energy_first_j") > 0);
+  assert_true(json_value(object, "energy_max_j") >= json_value(object, "energy_min_j"));
+  assert_true(cJSON_IsNull(cJSON_GetObjectItem(object, "missing")));
+  cJSON_Delete(object);
+
+  // a body that spins is one that nothing holds
+  expect_done(thrum_run(folder, "precompute", "beam:4x1x1@0.8x0.2x0.2", "--modes", "2", "--rank",
+                        "4", "-q", "-o", "loose.npz", NULL));
+  expect_done(thrum_run(folder, "simulate", "loose.npz", "-o", "spun", "-q", "--time", "0.03",
+                        "--spin", "0,90,0", NULL));
+  out = output_of("info", "spun", NULL);
+  assert_non_null(strstr(out, "\noptions           --spin 0,90,0\n"));
+  free(out);
+}
+
+/* What plays a run is told where its files and its model are there. */
+static void what_a_run_lacks_is_said(void **state) {
+  (void)state;
+  expect_done(thrum_run(folder, "simulate", "beam.npz", "-o", "lacks", "-q", "--time", "0.03",
+                        "--start", "mode:1,0.01", NULL));
+  char path[160], away[160];
+  snprintf(path, sizeof path, "%s/lacks/q.npy", folder);
+  assert_int_equal(remove(path), 0);
+  char *out = output_of("info", "lacks", NULL);
+  assert_non_null(strstr(out, "\nmissing           lacks/q.npy is not there"));
+  assert_null(strstr(out, "next "));
+  free(out);
+
+  // the same of its model, and of one of its name that is another
+  snprintf(path, sizeof path, "%s/beam.npz", folder);
+  snprintf(away, sizeof away, "%s/away.npz", folder);
+  assert_int_equal(rename(path, away), 0);
+  out = output_of("info", "damped", NULL);
+  assert_non_null(strstr(out, "\nmissing           damped was made with the model beam.npz"));
+  free(out);
+  expect_done(thrum_run(folder, "precompute", "beam:4x1x1@0.8x0.2x0.2", "--modes", "4", "--rank",
+                        "8", "--fix", "x<0.001", "-q", "-o", "beam.npz", NULL));
+  cJSON *object = info("damped", NULL, NULL);
+  assert_non_null(strstr(cJSON_GetObjectItem(object, "missing")->valuestring,
+                         "is not the model that damped was made with"));
+  cJSON_Delete(object);
+  assert_int_equal(rename(away, path), 0);
 }
 
 static void a_full_disk_is_not_success(void **state) {
@@ -709,6 +805,9 @@ int main(void) {
       cmocka_unit_test(what_a_run_was_warned_of_is_said),
       cmocka_unit_test(why_a_run_is_not_believed_is_said),
       cmocka_unit_test(a_report_without_figures_is_said_without_them),
+      cmocka_unit_test(figures_that_no_run_has_are_refused),
+      cmocka_unit_test(options_of_a_run_are_said),
+      cmocka_unit_test(what_a_run_lacks_is_said),
       cmocka_unit_test(a_full_disk_is_not_success),
 
       // the element quality that it reports

@@ -498,7 +498,7 @@ static void missing_inputs_and_wrong_options_are_refused(void **state) {
   expect_refusal(thrum_run(folder, "view", "beam:4x1x1@1x1x1", NULL), 2, "thrum precompute");
   expect_refusal(thrum_run(folder, "view", "skin.obj", NULL), 2, "--surface");
   assert_int_equal(mkdir(in_folder("empty"), 0700), 0);
-  expect_refusal(thrum_run(folder, "view", "empty", NULL), 2, "a folder without a finished run");
+  expect_refusal(thrum_run(folder, "view", "empty", NULL), 1, "a folder without a finished run");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "no/x.html", NULL), 1, "no/x.html");
 
   // combinations that do not go together
