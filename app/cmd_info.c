@@ -166,6 +166,25 @@ static void add_stepped(cJSON *object, const info *about) {
   }
 }
 
+/* Adds the name of a region; null where it has none. */
+static void add_region(cJSON *row, const info *about, int64_t region) {
+  json_number(row, "region", (double)region + 1);
+  json_string(row, "name", model_meta_region(about->meta, region));
+}
+
+/* Adds what each region is made of. */
+static void add_materials(cJSON *object, const info *about) {
+  cJSON *materials = cJSON_AddArrayToObject(object, "materials");
+  for (int64_t m = 0; m < about->model->region_count; m++) {
+    const double *values = about->model->material + 3 * m;
+    cJSON *material = json_add_row(materials);
+    add_region(material, about, m);
+    json_number(material, "young_pa", values[0]);
+    json_number(material, "poisson", values[1]);
+    json_number(material, "density_kg_m3", values[2]);
+  }
+}
+
 static void add_mesh(cJSON *object, const info *about) {
   const thrum_quality *quality = &about->quality;
   const double missing = NAN;
@@ -175,6 +194,7 @@ static void add_mesh(cJSON *object, const info *about) {
 
   // counts, then what only a mesh has; null without one
   json_number(object, "regions", (double)about->model->region_count);
+  add_materials(object, about);
   json_number(object, "fixed", about->has_mesh ? (double)quality->fixed_count : missing);
   json_number(object, "mass_kg", about->has_mesh ? quality->mass : missing);
   json_number(object, "volume_m3", about->has_mesh ? quality->volume : missing);
@@ -198,12 +218,14 @@ static void add_groups(cJSON *object, const thrum_model *model) {
 }
 
 /* Adds the laws and yields of the regions, where they have their own. */
-static void add_laws(cJSON *object, const thrum_model *model) {
+static void add_laws(cJSON *object, const info *about) {
+  const thrum_model *model = about->model;
   if (model->law_count == 0)
     return;
   cJSON *laws = cJSON_AddArrayToObject(object, "region_laws");
   for (int64_t m = 0; m < model->law_count; m++) {
     cJSON *law = json_add_row(laws);
+    add_region(law, about, m);
     cJSON_AddStringToObject(law, "law", thrum_law_name(thrum_law_of_region(model, m)));
     json_number(law, "yield", thrum_law_yield(model, m, INFINITY));
   }
@@ -223,7 +245,7 @@ static void print_json(const info *about) {
     json_number(object, "cubature_points", (double)about->model->point_count);
   if (thrum_law_of_model(about->model) != THRUM_LAW_STVK)
     cJSON_AddStringToObject(object, "law", thrum_law_name(thrum_law_of_model(about->model)));
-  add_laws(object, about->model);
+  add_laws(object, about);
 
   add_mesh(object, about);
   add_frequencies(object, about);
@@ -351,6 +373,18 @@ static void print_region_law(const thrum_model *model, int64_t region) {
   puts("");
 }
 
+/* Prints the material of a region, by its number and its name where there are several. */
+static void print_material(const info *about, int64_t region) {
+  const double *material = about->model->material + 3 * region;
+  const char *name = model_meta_region(about->meta, region);
+  print_label(region == 0 ? "material" : "");
+  if (about->model->region_count > 1)
+    printf("region %" PRId64 "%s%s: ", region + 1, name != NULL ? ", " : "",
+           name != NULL ? name : "");
+  printf("E = %g Pa, nu = %g, rho = %g kg/m^3", material[0], material[1], material[2]);
+  print_region_law(about->model, region);
+}
+
 static void print_mesh(const info *about) {
   const thrum_quality *quality = &about->quality;
   print_label("mesh");
@@ -364,12 +398,10 @@ static void print_mesh(const info *about) {
          about->model->vertex_count, quality->fixed_count, about->model->tet_count,
          about->model->midsides != NULL ? " of ten nodes" : "", about->model->region_count,
          about->model->region_count == 1 ? "" : "s");
-  for (int64_t m = 0; m < about->model->region_count && m < NAMES_SHOWN; m++) {
-    const double *material = about->model->material + 3 * m;
-    print_line("material", "E = %g Pa, nu = %g, rho = %g kg/m^3", material[0], material[1],
-               material[2]);
-    print_region_law(about->model, m);
-  }
+  for (int64_t m = 0; m < about->model->region_count && m < NAMES_SHOWN; m++)
+    print_material(about, m);
+  if (about->model->region_count > NAMES_SHOWN)
+    print_line("", "and %" PRId64 " more\n", about->model->region_count - NAMES_SHOWN);
 
   // measures of the whole body and of its worst element
   print_line("body", "%.6g kg, %.6g m^3\n", quality->mass, quality->volume);

@@ -4,7 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "driver/model_meta.h"
 #include "mesh/formats/file_suffix.h"
+#include "mesh/mesh_groups.h"
 #include "precompute/model/model_fem.h"
 
 bool mesh_of_model_is_named(const char *name) {
@@ -38,6 +40,19 @@ static void copy_groups(const thrum_model *model, thrum_mesh *mesh, bool *whole)
   }
 }
 
+/* The names of the regions, which `meta` has; a name that no mesh may have is left out. */
+static thrum_status name_regions(const thrum_model *model, thrum_mesh *mesh, thrum_error *error) {
+  cJSON *meta = model_meta_parse(model);
+  thrum_status status = THRUM_OK;
+  for (int64_t m = 0; m < model->region_count && status >= 0; m++) {
+    const char *name = model_meta_region(meta, m);
+    if (name != NULL)
+      status = thrum_mesh_name_region(mesh, m, name, strlen(name), error);
+  }
+  cJSON_Delete(meta);
+  return status;
+}
+
 thrum_status mesh_of_model_read(const char *path, thrum_mesh *mesh, uint8_t **fixed,
                                 thrum_error *error) {
   const thrum_model *model = NULL;
@@ -62,6 +77,7 @@ thrum_status mesh_of_model_read(const char *path, thrum_mesh *mesh, uint8_t **fi
     if (!whole)
       status =
           thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the mesh of %.200s", path);
+    THRUM_THEN(status, name_regions(model, &made, error));
   }
 
   thrum_model_free(model);

@@ -13,4 +13,8 @@ cJSON *model_meta_parse(const thrum_model *model);
 /* A member of the metadata, or of its object `object` (NULL: itself); NULL when it is missing. */
 const cJSON *model_meta_find(const cJSON *meta, const char *object, const char *key);
 
+/* The name of a region, from 0; NULL where it has none, or one that no region of a mesh may have.
+ */
+const char *model_meta_region(const cJSON *meta, int64_t region);
+
 #endif

@@ -86,11 +86,27 @@ thrum_status region_material_option_check(const config_given *given) {
              : THRUM_OK;
 }
 
+/* Whether all regions are called by their numbers. */
+static bool are_numbered(const thrum_mesh *mesh) {
+  bool numbered = true;
+  char number[24];
+  for (int64_t i = 0; i < mesh->region_count && numbered; i++) {
+    snprintf(number, sizeof number, "%lld", (long long)i + 1);
+    numbered = strcmp(thrum_mesh_region_text(mesh, i).text, number) == 0;
+  }
+  return numbered;
+}
+
 /* Refuses a name that no region has, with those that there are, as far as the line has room. */
 static thrum_status unknown_region(const thrum_mesh *mesh, const region_material *material,
                                    thrum_error *error) {
   char list[200] = "";
   size_t length = 0;
+  if (are_numbered(mesh) && mesh->region_count > 1)
+    return thrum_error_set(
+        error, THRUM_MISSING, "--material: '%s' is no region; regions are 1 to %lld",
+        thrum_text_excerpt((thrum_word){material->region, material->length}).text,
+        (long long)mesh->region_count);
   for (int64_t i = 0; i < mesh->region_count; i++) {
     const thrum_region_text name = thrum_mesh_region_text(mesh, i);
     if (length + strlen(name.text) + 8 > sizeof list) {
@@ -100,9 +116,9 @@ static thrum_status unknown_region(const thrum_mesh *mesh, const region_material
     length +=
         (size_t)snprintf(list + length, sizeof list - length, "%s%s", i > 0 ? ", " : "", name.text);
   }
-  return thrum_error_set(error, THRUM_MISSING, "--material: '%s' is no region; the regions are %s",
+  return thrum_error_set(error, THRUM_MISSING, "--material: '%s' is no region; %s %s",
                          thrum_text_excerpt((thrum_word){material->region, material->length}).text,
-                         list);
+                         mesh->region_count == 1 ? "the only region is" : "the regions are", list);
 }
 
 /* A region as the texts so far have it. */
@@ -154,6 +170,14 @@ bool region_materials_have_laws(const char *const *texts, int64_t count) {
 
 bool region_materials_need_points(const char *const *texts, int64_t count) {
   return have_laws(texts, count, true);
+}
+
+bool region_materials_flow(const char *const *texts, int64_t count) {
+  bool flow = false;
+  region_material material;
+  for (int64_t n = 0; n < count && !flow; n++)
+    flow = parse_region(texts[n], &material, NULL) >= 0 && material.law.yield > 0;
+  return flow;
 }
 
 /* Whether all regions have one law, and none a yield of its own. */

@@ -24,6 +24,9 @@ thrum_status region_material_check(const char *text, thrum_error *error);
 bool region_materials_have_laws(const char *const *texts, int64_t count);
 bool region_materials_need_points(const char *const *texts, int64_t count);
 
+/* Whether one of them has a yield. */
+bool region_materials_flow(const char *const *texts, int64_t count);
+
 /* Gives the regions that the texts name their materials and laws; each must be a region of the
  * mesh, named once. *law is that of regions whose text has none, and becomes THRUM_LAW_BY_REGION
  * where the mesh has laws afterwards: it has none where all regions have one law and no yield.

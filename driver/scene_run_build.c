@@ -7,6 +7,8 @@
 
 #include "config/message.h"
 #include "driver/scene_run.h"
+#include "driver/scene_words.h"
+#include "driver/shared_options.h"
 #include "mesh/formats/mesh_read.h"
 #include "platform/allocate.h"
 
@@ -310,6 +312,11 @@ static thrum_status make_bodies(scene_run *run, thrum_error *error) {
         .request = &body->request, .model = body->model, .model_hash = loaded->hash};
     snprintf(body->folder, sizeof body->folder, "%.*s/%s", RUN_PATH_MAX, run->request->output,
              body->spec->name);
+
+    // of a model file it is known now whether a region flows
+    if (plastic_option_without_yield(&body->spec->material.plastic, body->model) != NULL)
+      return config_record_refuse(&spec->file, &body->spec->material.at, "yield", THRUM_MISSING,
+                                  "is needed: beyond it the material flows");
 
     // gravity is noted first, so that it leads the list of loads
     THRUM_TRY(make_request(run, body, error));

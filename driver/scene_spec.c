@@ -158,9 +158,11 @@ static thrum_status check_material(const scene_spec *spec, const scene_body_spec
                                   "is of a mesh; use \"stiffness\" and \"density\" of a model");
   THRUM_TRY(check_regions(spec, material));
 
-  // nothing flows below a yield, nor in a polynomial
+  // nothing flows without a yield, which a region may have as well, nor in a polynomial
   const thrum_plastic *plastic = &material->plastic;
-  if (isinf(plastic->yield) && !(isinf(plastic->creep) && isinf(plastic->largest)))
+  const bool rate = !isinf(plastic->creep) || !isinf(plastic->largest);
+  if (mesh && rate && isinf(plastic->yield) &&
+      !region_materials_flow(material->regions.texts, material->regions.count))
     return config_record_refuse(&spec->file, &material->at, "yield", THRUM_MISSING,
                                 "is needed: beyond it the material flows");
   if (!isinf(plastic->yield) && mesh && material->law == THRUM_LAW_STVK &&

@@ -52,6 +52,14 @@ const char *split_option_without_effect(const thrum_state_def *def) {
   return def->split_safety != usual.split_safety ? "--safety" : NULL;
 }
 
+const char *plastic_option_without_yield(const thrum_plastic *plastic, const thrum_model *model) {
+  if (!isinf(plastic->yield) || thrum_law_has_yield(model))
+    return NULL;
+  if (!isinf(plastic->creep))
+    return "--creep";
+  return isinf(plastic->largest) ? NULL : "--largest-plastic-strain";
+}
+
 thrum_status load_option_take(const config_given *given, load_spec *loads, int64_t *count) {
   thrum_error error = {0};
   if (load_spec_parse(given->text, &loads[*count], &error) < 0)
@@ -160,11 +168,12 @@ const config_option plastic_options[] = {
                   "the principal strains without their mean",
                   AT(yield), CONFIG_ABOVE(0)),
     OPTION_NUMBER("creep", "1/s", "at once",
-                  "rate at which the strain beyond --yield flows; a tenth is left after 2.3/RATE "
-                  "seconds",
+                  "rate at which the strain beyond the yield flows, in regions with a yield of "
+                  "their own too; a tenth is left after 2.3/RATE seconds",
                   AT(creep), CONFIG_ABOVE(0)),
     OPTION_NUMBER("largest-plastic-strain", NULL, "no bound",
-                  "norm of the logarithms of the plastic stretches beyond which nothing flows",
+                  "norm of the logarithms of the plastic stretches beyond which nothing flows, of "
+                  "such regions too",
                   AT(largest), CONFIG_ABOVE(0)),
     OPTION_END,
 };

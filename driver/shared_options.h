@@ -83,6 +83,10 @@ thrum_model model_of_law(const thrum_model *model, thrum_law law);
   "TARGET is a group, vertex=N (from 1, as in lists of fixed vertices), or all. The force is\n"    \
   "the total: the vertices of a group share it equally, held ones included.\n"
 
+/* The option of how a material flows, "--creep", that is given though nothing of the model does: no
+ * yield is given, and no region has one of its own; NULL where there is none. */
+const char *plastic_option_without_yield(const thrum_plastic *plastic, const thrum_model *model);
+
 /* The first option of how imexv splits the modes that differs from its default although another
  * integrator steps, as on a command line ("--split-form"); NULL where there is none. Such an option
  * would have no effect. */

@@ -185,8 +185,6 @@ static const char *plastic_option(const thrum_plastic *plastic) {
 /* Whether plastic flow can be had as it is asked for. Models say themselves which of them flow. */
 static int check_plastic(const simulate_request *request) {
   const char *plastic = plastic_option(&request->def.plastic);
-  if (plastic && isinf(request->def.plastic.yield))
-    return config_usage("simulate", "%s wants a --yield beyond which the material flows", plastic);
   if (plastic && request->stress)
     return config_usage(
         "simulate", "--stress is of a material that does not flow; leave it out with %s", plastic);

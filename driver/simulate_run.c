@@ -11,6 +11,7 @@
 #include "driver/named_model.h"
 #include "driver/pull_warning.h"
 #include "driver/run.h"
+#include "driver/shared_options.h"
 #include "driver/simulate_report.h"
 #include "io/json.h"
 #include "io/paths.h"
@@ -41,6 +42,14 @@ static thrum_status load_model(single_run *single, model_hash *hash, thrum_error
         mesh_model_load(path, &request->mesh_def, request->quiet, &single->loaded, &file, error));
   else
     THRUM_TRY(named_model_load(path, request->quiet, &single->loaded, &file, error));
+
+  // a region may have a yield of its own
+  const char *idle = plastic_option_without_yield(&request->def.plastic, single->loaded);
+  if (idle != NULL)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "%s wants a --yield beyond which the material flows: no region of "
+                           "%.150s has one",
+                           idle, path);
 
   // fewer coordinates first, then those of them that follow the others
   THRUM_TRY(model_truncate_to(single->loaded, request->rank, &single->lower_memory, &single->model,

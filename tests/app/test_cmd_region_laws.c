@@ -189,8 +189,7 @@ static void a_scene_gives_regions_of_a_mesh_their_materials(void **state) {
     const char *model, *material, *says;
   } wrong[] = {
       {"bar.mesh", "\"regions\": [\"1:stvk\", \"2:rubber\"]", "is no material of a region"},
-      {"bar.mesh", ALL ", \"regions\": \"3:neo-hookean\"",
-       "'3' is no region; the regions are 1, 2"},
+      {"bar.mesh", ALL ", \"regions\": \"3:neo-hookean\"", "'3' is no region; regions are 1 to 2"},
       {"bar.mesh", "\"regions\": 7", "regions"},
       {"bar.mesh", "\"regions\": \"1:stvk\", \"yield\": 0.1", "or a region of one"},
       {"beam", "\"regions\": \"1:stvk\"", "is of a mesh"},
@@ -285,7 +284,7 @@ static void laws_of_regions_that_cannot_be_are_refused_in_one_line(void **state)
     int code;
     const char *arguments[4], *says;
   } cases[] = {
-      {1, {"--material", "3:neo-hookean", "--cubature"}, "'3' is no region; the regions are 1, 2"},
+      {1, {"--material", "3:neo-hookean", "--cubature"}, "'3' is no region; regions are 1 to 2"},
       {1, {"--material", "1:neo-hookean"}, "need --cubature: a polynomial cannot hold them"},
       {1, {"--material", "1:stvk", "--material", "1:stvk"}, "region '1' comes twice"},
       {2, {"--material", "1:stvk", "--yield=0.1", "--cubature"}, "--yield needs"},
@@ -321,6 +320,72 @@ static void laws_of_regions_that_cannot_be_are_refused_in_one_line(void **state)
   program_result_free(&run);
 }
 
+#define PADDED THRUM_TEST_DATA "/../../examples/scenes/padded.msh"
+
+/* A model knows its regions by the names of the mesh, and so does what is made of the model. */
+static void regions_keep_their_names_in_the_model(void **state) {
+  (void)state;
+#define NAMED                                                                                      \
+  "--modes", "2", "--rank", "4", "--cubature", "--cubature-points", "20", "--cubature-error", "1", \
+      "-q", "-o"
+  assert_done(thrum_run(folder, "precompute", PADDED, NAMED, "named.npz", "--material",
+                        "block:2e7,0.3,1500,stvk", "--material",
+                        "pad:2e5,0.4,1000,corotational,0.02", NULL));
+  program_result run = thrum_run(folder, "info", "named.npz", NULL);
+  assert_non_null(strstr(run.out, "region 1, pad: E = 200000 Pa, nu = 0.4, rho = 1000 kg/m^3, "
+                                  "corotational, flows beyond a strain of 0.02\n"));
+  assert_non_null(strstr(run.out, "region 2, block: E = 2e+07 Pa, nu = 0.3"));
+  program_result_free(&run);
+  run = thrum_run(folder, "info", "named.npz", "--json", NULL);
+  cJSON *object = json_line(run.out);
+  static const char *const lists[] = {"materials", "region_laws"};
+  for (int n = 0; n < 2; n++) {
+    const cJSON *second = cJSON_GetArrayItem(cJSON_GetObjectItem(object, lists[n]), 1);
+    assert_string_equal(cJSON_GetObjectItem(second, "name")->valuestring, "block");
+    assert_true(number_of(second, "region") == 2);
+  }
+  cJSON_Delete(object);
+  program_result_free(&run);
+
+  // the mesh of the model has them as well
+  run = thrum_run(folder, "precompute", "named.npz", NAMED, "none.npz", "--material", "head:stvk",
+                  NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "'head' is no region; the regions are pad, block\n"));
+  program_result_free(&run);
+  assert_done(thrum_run(folder, "precompute", "named.npz", NAMED, "again.npz", "--material",
+                        "block:1e7,0.3,1500", NULL));
+  run = thrum_run(folder, "info", "again.npz", NULL);
+  assert_non_null(strstr(run.out, "region 2, block: E = 1e+07 Pa"));
+  program_result_free(&run);
+}
+
+/* A rate and a bound are those of the regions that flow, and want no yield of the others. */
+static void a_rate_goes_with_the_yield_of_a_region(void **state) {
+  (void)state;
+  double strain[3];
+  static const char *const options[] = {NULL, "--creep=0.1", "--largest-plastic-strain=0.001"};
+  for (int n = 0; n < 3; n++)
+    strain[n] =
+        figure(thrum_run(folder, "simulate", "flow.npz", PULL, "-o", "slow", options[n], NULL),
+               "plastic_strain");
+  assert_true(strain[0] > 0.01 && strain[1] < 0.5 * strain[0]);
+  assert_true(strain[2] <= 0.001 * (1 + 1e-9) && strain[2] > 0);
+
+  // the same in a scene, whose key that is
+  assert_true(text_file_write(in_folder("slow.json"),
+                              "{\"time\": 0.1, \"bodies\": [{\"model\": \"flow.npz\", "
+                              "\"material\": {\"creep\": 0.1}}]}"));
+  assert_done(thrum_run(folder, "simulate", "slow.json", "-o", "creeps", "-q", NULL));
+  assert_true(text_file_write(in_folder("slow.json"),
+                              "{\"time\": 0.1, \"bodies\": [{\"model\": \"mixed.npz\", "
+                              "\"material\": {\"creep\": 0.1}}]}"));
+  program_result run = thrum_run(folder, "simulate", "slow.json", "-o", "creeps", "-q", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "bodies[0].material.yield: is needed"));
+  program_result_free(&run);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_model_of_two_laws_moves_and_rests_as_the_mesh_does),
@@ -328,6 +393,8 @@ int main(void) {
       cmocka_unit_test(a_scene_gives_regions_of_a_mesh_their_materials),
       cmocka_unit_test(tradeoff_says_how_a_model_of_one_law_is_made_of_a_mesh_of_several),
       cmocka_unit_test(a_region_with_a_yield_flows_and_the_account_closes),
+      cmocka_unit_test(regions_keep_their_names_in_the_model),
+      cmocka_unit_test(a_rate_goes_with_the_yield_of_a_region),
       cmocka_unit_test(laws_of_regions_that_cannot_be_are_refused_in_one_line),
   };
   return cmocka_run_group_tests(tests, make_bar, remove_folder);

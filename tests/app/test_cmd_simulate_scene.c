@@ -926,6 +926,71 @@ static void a_body_may_flow_and_says_what_it_lost(void **state) {
 #undef BEAM
 }
 
+/* What is refused or warned of names keys of the scene and where, and no options of a command, but
+ * for those that make a model beforehand. */
+static void scenes_are_answered_in_their_own_words(void **state) {
+  (void)state;
+#define MESH "\"model\": \"beam:4x1x1@1x0.1x0.1\", \"fix\": \"x<0.001\""
+  static const struct {
+    const char *body, *says;
+  } cases[] = {
+      {MESH ", \"material\": {\"regions\": [\"9:1e6,0.3,1000\"]}",
+       "scene.json:2: bodies[0].material.regions: '9' is no region; the only region is 1\n"},
+      {"\"model\": \"bare.mesh\"", "bodies[0].model: bare.mesh does not say what it is made of: "
+                                   "give \"young\", \"poisson\" and \"density\"\n"},
+      {"\"model\": \"beam:4x1x1@1x0.1x0.1\", \"fix\": \"nothing\"",
+       "bodies[0].fix: 'nothing' is neither"},
+      {MESH ", \"material\": {\"poisson\": 0.495}",
+       "scene.json:2: body 'a': beam:4x1x1@1x0.1x0.1: linear tetrahedra lock"},
+      {MESH ", \"material\": {\"poisson\": 0.495}", "; thrum precompute --order 2 mends that\n"},
+      {MESH ", \"material\": {\"regions\": [\"1:corotational,0.1\"]}",
+       "outputs.stress: body 'a': is of a material that does not flow"},
+      {MESH ", \"free\": true", "bodies[0].fix: holds the body"},
+      {MESH ", \"integrator\": \"imexv\", \"split\": 99",
+       "bodies[0].split: is 99; it must be 0 to"},
+      {MESH ", \"condense\": 99", "bodies[0].condense: "},
+      {"\"model\": \"beam.npz\", \"material\": {\"yield\": 0.1}",
+       "bodies[0].material.yield: this model cannot flow"},
+      {MESH ", \"integrator\": \"newmark\", \"loads\": \"square:0,0,-1e9@tip\", \"iterations\": 1, "
+            "\"fallback\": false",
+       "or allow more iterations\n"},
+  };
+  program_result run = thrum_run(folder, "convert", "beam:4x1x1@1x0.1x0.1", "bare.mesh", NULL);
+  program_result_free(&run);
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    char scene[500];
+    const bool stress = strstr(cases[n].says, "stress") != NULL;
+    snprintf(
+        scene, sizeof scene,
+        "{\"time\": 0.01, \"outputs\": {\"stress\": %s}, \"bodies\": [\n{\"name\": \"a\", %s}]}",
+        stress ? "true" : "false", cases[n].body);
+    put("scene.json", scene);
+    run = thrum_run(folder, "simulate", "scene.json", "-o", "answered", "-q", NULL);
+    if (strstr(run.err, cases[n].says) == NULL)
+      fail_msg("case %d: %s", (int)n, run.err);
+    const char *option = strstr(run.err, " --");
+    assert_true(option == NULL || strncmp(option - 10, "precompute --", 13) == 0);
+    program_result_free(&run);
+  }
+#undef MESH
+}
+
+/* The scene of two regions: a soft pad below the block takes the blow. */
+static void a_pad_gives_way_below_its_block(void **state) {
+  (void)state;
+  program_result run =
+      thrum_run(folder, "simulate", SCENES "/padded.json", "-o", "padded", "--json", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  cJSON *object = json_line(run.out);
+  const cJSON *bodies = cJSON_GetObjectItem(object, "bodies");
+  const double padded = json_value(cJSON_GetArrayItem(bodies, 0), "peak_displacement_m");
+  const double plain = json_value(cJSON_GetArrayItem(bodies, 1), "peak_displacement_m");
+  assert_true(padded > 5 * plain && plain > 0);
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_body_may_flow_and_says_what_it_lost),
@@ -949,6 +1014,7 @@ int main(void) {
       cmocka_unit_test(the_schema_is_committed_and_every_key_is_documented),
       cmocka_unit_test(the_scenes_that_come_with_thrum_run),
       cmocka_unit_test(a_scene_has_bodies_of_every_law),
+      cmocka_unit_test(a_pad_gives_way_below_its_block),
       cmocka_unit_test(what_touches_in_the_scenes_keeps_its_distance),
       cmocka_unit_test(a_plate_on_a_pole_is_not_thrown_up_again),
       cmocka_unit_test(a_scene_with_links_adds_up),
