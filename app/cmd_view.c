@@ -116,6 +116,14 @@ static int check_names(const view_request *request) {
   return COMMAND_DONE;
 }
 
+/* Refuses a name that no browser would open as a page. */
+static int check_form(const char *output) {
+  const char *dot = strrchr(output, '.');
+  if (dot != NULL && (strcasecmp(dot, ".html") == 0 || strcasecmp(dot, ".htm") == 0))
+    return COMMAND_DONE;
+  return config_usage("view", "a page is written: give '%s' a name that ends with .html", output);
+}
+
 static int read_options(int argc, char **argv, view_request *request) {
   CONFIG_TRY(config_options_read(&command_view, argc, argv, request));
   if (argc - optind > VIEW_MODELS_MAX)
@@ -128,6 +136,7 @@ static int read_options(int argc, char **argv, view_request *request) {
   if (request->output == NULL)
     request->output = DEFAULT_OUTPUT;
   CONFIG_TRY(check_names(request));
+  CONFIG_TRY(check_form(request->output));
 
   // without a name, all models that come with Thrum
   const int64_t all = request->count == 0 ? MODEL_NAME_COUNT : 0;

@@ -154,20 +154,20 @@ static const config_option options[] = {
     OPTION_NUMBER("cubature-error", NULL, "0.001",
                   "relative error of the internal force, rms over states that were not trained on, "
                   "at which there are enough points; exit code 3 where it is not reached",
-                  AT(options.cubature_error), GIVEN(cubature_given), .least = 0, .most = 1,
-                  .above = true),
+                  AT(options.cubature_error), GIVEN(cubature_given), .least = 0,
+                  .most = THRUM_CUBATURE_ERROR_MOST, .above = true),
     OPTION_COUNT("cubature-points", "2000", "at most so many points", AT(options.cubature_points),
-                 GIVEN(cubature_given), CONFIG_RANGE(1, COUNT_MAX)),
+                 GIVEN(cubature_given), CONFIG_RANGE(1, THRUM_CUBATURE_COUNT_MOST)),
     OPTION_NUMBER("cubature-range", NULL, "0.2",
                   "largest displacement of these states, as a share of the body's diagonal",
-                  AT(options.cubature_range), GIVEN(cubature_given), .least = 0, .most = 10,
-                  .above = true),
+                  AT(options.cubature_range), GIVEN(cubature_given), .least = 0,
+                  .most = THRUM_CUBATURE_RANGE_MOST, .above = true),
     OPTION_COUNT(
         "cubature-refine", "0",
         "steps in which the gradients of the points are learned from many more random "
         "states, 10000 as a rule: a quarter of the points does for the same error then, and "
         "it takes half a minute to some minutes more",
-        AT(options.cubature_refine), CONFIG_RANGE(0, COUNT_MAX)),
+        AT(options.cubature_refine), CONFIG_RANGE(0, THRUM_CUBATURE_COUNT_MOST)),
     OPTION_NUMBER(
         "yield", NULL, "never",
         "train the points on states that have flowed beyond this strain as well, for runs "

@@ -15,6 +15,8 @@ typedef struct thrum_estimate {
   double available;  /* bytes, thrum_memory_available or the limit asked for */
   const char *whose; /* what `available` is the memory of; static storage */
   bool fits;
+  bool by_rank, by_refine; /* where it does not: whether a lower rank would take much less, and
+                              points whose gradients are not learned less at all */
   double seconds[THRUM_STAGE_COUNT]; /* rough: within a factor of two or so; 0 unless asked for */
 } thrum_estimate;
 

@@ -71,6 +71,13 @@ static thrum_status check_counts(const thrum_precompute_options *options, thrum_
   return THRUM_OK;
 }
 
+// NaN is in no range
+static bool has_cubature_bounds(const thrum_precompute_options *options) {
+  return options->cubature_error > 0 && options->cubature_error <= THRUM_CUBATURE_ERROR_MOST &&
+         options->cubature_range > 0 && options->cubature_range <= THRUM_CUBATURE_RANGE_MOST &&
+         options->cubature_points >= 1 && options->cubature_points <= THRUM_CUBATURE_COUNT_MOST;
+}
+
 thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_error *error) {
   THRUM_TRY(options->imported ? THRUM_OK : check_counts(options, error));
 
@@ -86,12 +93,13 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
                            THRUM_QUADRATURE_ORDER_MAX);
 
   // points in place of the polynomial
-  if (options->cubature && (!(options->cubature_error > 0) || !(options->cubature_range > 0) ||
-                            options->cubature_points < 1))
+  if (options->cubature && !has_cubature_bounds(options))
     return thrum_error_set(
         error, THRUM_INVALID_ARGUMENT,
-        "cubature: an error of %g, %lld points and a range of %g; all must be > 0",
-        options->cubature_error, (long long)options->cubature_points, options->cubature_range);
+        "cubature: an error of %g, %lld points and a range of %g; all must be > 0, and at most %g, "
+        "%d and %g",
+        options->cubature_error, (long long)options->cubature_points, options->cubature_range,
+        THRUM_CUBATURE_ERROR_MOST, THRUM_CUBATURE_COUNT_MOST, THRUM_CUBATURE_RANGE_MOST);
   if (options->law < THRUM_LAW_STVK || options->law > THRUM_LAW_BY_REGION)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no law %d of a material",
                            (int)options->law);
@@ -105,12 +113,12 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the law %s needs cubature: a polynomial cannot hold it",
                            thrum_law_name(options->law));
-  if (options->cubature_refine < 0 ||
+  if (options->cubature_refine < 0 || options->cubature_refine > THRUM_CUBATURE_COUNT_MOST ||
       (options->cubature_refine > 0 && (!options->cubature || options->cubature_yield < INFINITY)))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "cubature points are refined in %lld steps: that wants 0 or more, "
+                           "cubature points are refined in %lld steps: that wants 0 to %d, "
                            "cubature, and no yield",
-                           (long long)options->cubature_refine);
+                           (long long)options->cubature_refine, THRUM_CUBATURE_COUNT_MOST);
   if (options->cubature && options->single)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "single precision is of the coefficients of a polynomial, which "

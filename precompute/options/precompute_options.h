@@ -96,23 +96,27 @@ typedef struct thrum_precompute_options {
    * Another law needs cubature, as a polynomial of degree 4 cannot hold it. */
   thrum_law law;
 
+#define THRUM_CUBATURE_ERROR_MOST 1.0     /* of cubature_error, */
+#define THRUM_CUBATURE_RANGE_MOST 10.0    /* of cubature_range, */
+#define THRUM_CUBATURE_COUNT_MOST 1000000 /* and of cubature_points and cubature_refine */
+
   /* V from cubature points in place of the polynomial; default false. The next five are of it. */
   bool cubature;
 
-  /* Relative rms of the internal force at which points are enough; > 0, default 0.001. Smaller:
-   * more points, whose number a step's time grows with. */
+  /* Relative rms of the internal force at which points are enough; > 0 to 1, default 0.001.
+   * Smaller: more points, whose number a step's time grows with. */
   double cubature_error;
 
-  /* Points at most; >= 1, default 2000. Smaller: the error may be missed. */
+  /* Points at most; 1 to 1e6, default 2000. Smaller: the error may be missed. */
   int64_t cubature_points;
 
-  /* Largest displacement that points are trained on, as a share of the body's diagonal; > 0,
-   * default 0.2. Larger: more points for the same error, and right for larger motion. */
+  /* Largest displacement that points are trained on, as a share of the body's diagonal; > 0 to
+   * 10, default 0.2. Larger: more points for the same error, and right for larger motion. */
   double cubature_range;
 
-  /* Steps in which the gradients of the points are learned; >= 0, default 0: they are those of the
-   * mesh; 10000 are usual. Larger: fewer points for the same error, and a longer precompute. Not of
-   * points that flow. */
+  /* Steps in which the gradients of the points are learned; 0 to 1e6, default 0: they are those
+   * of the mesh; 10000 are usual. Larger: fewer points for the same error, and a longer precompute.
+   * Not of points that flow. */
   int64_t cubature_refine;
 
   /* Yield strain of a body that flows, which points of another law are then trained on; > 0,

@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 #include <time.h>
 
+#include "io/file.h"
 #include "tests/support/base64_decode.h"
 #include "tests/support/test_folder.h"
 #include "thrum/thrum.h"
@@ -509,7 +510,22 @@ static void missing_inputs_and_wrong_options_are_refused(void **state) {
                  "one model");
   expect_refusal(thrum_run(folder, "view", "fall", "beam.npz", NULL), 2, "one run");
   expect_refusal(thrum_run(folder, "view", "beam.npz", "--fps", "0", NULL), 2, "--fps");
-  expect_refusal(thrum_run(folder, "view", "fall", "-o", "fall/b/q.npy", NULL), 1, "belongs");
+  expect_refusal(thrum_run(folder, "view", "beam.npz", "-o", "k.txt", NULL), 2,
+                 "give 'k.txt' a name that ends with .html");
+  expect_refusal(thrum_run(folder, "view", "fall", "-o", "fall/b/q.npy", NULL), 2, ".html");
+  assert_false(file_exists(in_folder("k.txt")));
+
+  // the model of a run may have any name
+  void *bytes = NULL;
+  size_t size = 0;
+  assert_true(thrum_file_read(in_folder("beam.npz"), &bytes, &size, NULL) >= 0);
+  assert_true(thrum_file_write_atomic(in_folder("odd.html"), bytes, size, NULL) >= 0);
+  free(bytes);
+  program_result run =
+      thrum_run(folder, "simulate", "odd.html", "-o", "odd", "-q", "--time", "0.03", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  expect_refusal(thrum_run(folder, "view", "odd", "-o", "odd.html", NULL), 1, "belongs");
 
   assert_false(file_exists(in_folder("x.html")));
 }

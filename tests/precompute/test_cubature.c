@@ -230,6 +230,20 @@ static void options_out_of_range_are_refused(void **state) {
   assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &made, &error),
                    THRUM_INVALID_ARGUMENT);
 
+  // nor is one of more than all of the force of use, nor more points than a mesh has
+  const double errors[] = {1.5, INFINITY, NAN, 0.01, 0.01};
+  const double ranges[] = {0.2, 0.2, 0.2, 11, 0.2};
+  const int64_t counts[] = {10, 10, 10, 10, INT64_C(1) << 40};
+  for (int n = 0; n < 5; n++) {
+    options.cubature_error = errors[n];
+    options.cubature_range = ranges[n];
+    options.cubature_points = counts[n];
+    assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &made, &error),
+                     THRUM_INVALID_ARGUMENT);
+    assert_non_null(strstr(error.message, "at most 1, 1000000 and 10"));
+  }
+  options = options_of(3, 6);
+
   options.cubature = false;
   options.law = THRUM_LAW_NEO_HOOKEAN;
   assert_int_equal(thrum_precompute(&b.mesh, b.fixed, &options, &made, &error),

@@ -270,12 +270,15 @@ static void refining_goes_with_points_that_do_not_flow(void **state) {
   options.modes = 3;
   options.rank = 6;
 
-  // steps without points, of points that flow, and fewer than none
+  // steps without points, of points that flow, fewer than none, and more than anyone waits for
   static const struct {
     bool cubature;
     double yield;
     int64_t steps;
-  } wrong[] = {{false, INFINITY, 10}, {true, 0.02, 10}, {true, INFINITY, -1}};
+  } wrong[] = {{false, INFINITY, 10},
+               {true, 0.02, 10},
+               {true, INFINITY, -1},
+               {true, INFINITY, INT64_C(1) << 40}};
   for (size_t n = 0; n < sizeof wrong / sizeof wrong[0]; n++) {
     thrum_error error = {0};
     thrum_precomputed made = {0};

@@ -213,7 +213,18 @@ static void a_model_that_does_not_fit_into_memory_is_refused_in_one_line(void **
   assert_int_equal(run.exit_code, 1);
   assert_true(line_count_is(run.err, 1));
   assert_non_null(strstr(run.err, "of the limit given are left"));
-  assert_non_null(strstr(run.err, "use a coarser mesh"));
+  assert_non_null(strstr(run.err, "use a coarser mesh or fewer modes"));
+  assert_null(strstr(run.err, "--cubature-refine"));
+  program_result_free(&run);
+
+  // what else would do is said where it would
+  run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "-o", "large.npz", "--memory", "60",
+                  "--modes", "20", "--rank", "100", "--cubature", "--cubature-refine", "1000000",
+                  "-q", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_true(line_count_is(run.err, 1));
+  assert_non_null(strstr(run.err, ", or a lower --rank"));
+  assert_non_null(strstr(run.err, "leave --cubature-refine out"));
   program_result_free(&run);
   char path[160];
   snprintf(path, sizeof path, "%s/large.npz", folder);
