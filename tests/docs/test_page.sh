@@ -11,6 +11,7 @@ trap 'rm -rf "$work"' EXIT INT TERM
 # what a checkout has that commands of the pages read
 mkdir -p "$work/checkout/build" "$work/checkout/validation" "$work/home"
 cp "$source/run" "$work/checkout/run"
+cp "$source/.gitignore" "$work/checkout"
 cp -r "$source/tests" "$source/examples" "$work/checkout"
 cp -r "$source/validation/pictures" "$work/checkout/validation/pictures"
 ln -s "$build" "$work/checkout/build/release"
@@ -34,8 +35,22 @@ test -f "$build/viewer/viewer.html" || {
   export THRUM_VIEWER="$work/viewer.html"
 }
 
+# what the commands write is to be nothing that git would take for a part of the project
+git_there=$(command -v git || :)
+if [ -n "$git_there" ]; then
+  git -C "$work/checkout" init -q
+  git -C "$work/checkout" add -A
+fi
+
 # models by name are made once for all pages, in the cache of the build
 cd "$work/checkout"
 HOME=$work/home XDG_CACHE_HOME=$build/tests/page_cache THRUM_PROGRAM=$program \
   PATH=$(dirname "$program"):$PATH sh -eux "$work/commands.sh"
+if [ -n "$git_there" ]; then
+  left=$(git -C "$work/checkout" ls-files --others --exclude-standard)
+  if [ -n "$left" ]; then
+    printf '%s: its commands leave files that git does not ignore:\n%s\n' "$page" "$left"
+    exit 1
+  fi
+fi
 echo "-- $lines lines of $page ran"
