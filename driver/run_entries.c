@@ -20,6 +20,10 @@ static const char *const run_files[] = {"energy.csv", "q.npy",      "end.npy",  
                                         "energy.png", "energy.svg", "frames.pvd", "energy.gp"};
 enum { RUN_FILE_COUNT = sizeof run_files / sizeof run_files[0] };
 
+/* The files of the run of a scene, beside the folders of its bodies. */
+static const char *const scene_files[] = {SCENE_PROBES, SCENE_ACCOUNT, SCENE_LINKS, SCENE_JSON};
+enum { SCENE_FILE_COUNT = sizeof scene_files / sizeof scene_files[0] };
+
 typedef char path_text[PATH_SIZE];
 
 /* The kind of folder that is walked through. */
@@ -81,6 +85,13 @@ static bool is_ours(const cJSON *object) {
 
 static const char *mark_of(run_kind kind) {
   return kind == RUN_OF_SCENE ? SCENE_JSON : RUN_JSON;
+}
+
+bool run_entries_of_scene(const char *name) {
+  bool found = false;
+  for (int n = 0; n < SCENE_FILE_COUNT && !found; n++)
+    found = strcmp(name, scene_files[n]) == 0;
+  return found;
 }
 
 bool run_entries_finished(const char *path, run_kind kind) {
@@ -173,16 +184,12 @@ static entry_kind file_kind(folder_kind folder, const char *name) {
   // the record itself marks the folder as a run's; its copies of an unfinished write do not
   if (strcmp(name, folder == FOLDER_SCENE ? SCENE_JSON : RUN_JSON) == 0)
     return ENTRY_MARK;
-  if (folder == FOLDER_SCENE)
-    return is_named(name, SCENE_PROBES) || is_named(name, SCENE_ACCOUNT) ||
-                   is_named(name, SCENE_LINKS) || is_named(name, SCENE_JSON)
-               ? ENTRY_FILE
-               : ENTRY_USERS;
-
-  for (int n = 0; n < RUN_FILE_COUNT; n++)
-    if (is_named(name, run_files[n]))
+  const char *const *files = folder == FOLDER_SCENE ? scene_files : run_files;
+  const int count = folder == FOLDER_SCENE ? SCENE_FILE_COUNT : RUN_FILE_COUNT;
+  for (int n = 0; n < count; n++)
+    if (is_named(name, files[n]))
       return ENTRY_FILE;
-  return is_named(name, RUN_JSON) ? ENTRY_FILE : ENTRY_USERS;
+  return folder == FOLDER_RUN && is_named(name, RUN_JSON) ? ENTRY_FILE : ENTRY_USERS;
 }
 
 static entry_kind kind_of(folder_kind folder, const cJSON *scene, const char *name,

@@ -30,6 +30,9 @@ typedef enum run_kind {
   RUN_OF_SCENE /* its mark is SCENE_JSON */
 } run_kind;
 
+/* Whether the run of a scene has a file of this name, so that no body may have it. */
+bool run_entries_of_scene(const char *name);
+
 /* Whether the folder has the mark of a run of this kind, whoever wrote it. */
 bool run_entries_finished(const char *path, run_kind kind);
 

@@ -92,8 +92,7 @@ static thrum_status check_names(scene_spec *spec) {
     const config_record *at = &bodies[n].settings.at;
     THRUM_TRY(give_name(spec, "body", n, &bodies[n].kept_name, &bodies[n].name));
     THRUM_TRY(check_name(&spec->file, at, bodies[n].name, NULL));
-    if (strcmp(bodies[n].name, SCENE_JSON) == 0 || strcmp(bodies[n].name, SCENE_PROBES) == 0 ||
-        strcmp(bodies[n].name, SCENE_ACCOUNT) == 0 || strcmp(bodies[n].name, SCENE_LINKS) == 0)
+    if (run_entries_of_scene(bodies[n].name))
       return config_record_refuse(&spec->file, at, "name", THRUM_BAD_VALUE,
                                   "\"%s\" is a file of the run; choose another", bodies[n].name);
     for (int64_t k = 0; k < n; k++)
