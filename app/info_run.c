@@ -160,6 +160,8 @@ static void find_missing(recorded *run) {
   thrum_error error = {0};
   thrum_status status = run->scene ? THRUM_OK : recorded_run_check(run->path, &error);
   const cJSON *body = NULL;
+
+  // each body of a scene is a run of its own
   cJSON_ArrayForEach(body, run->bodies) {
     recorded_path folder;
     name_body(run, body, folder);

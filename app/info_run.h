@@ -16,7 +16,7 @@ thrum_status info_run_check(const char *file, const cJSON *report, bool scene, t
 void info_run_print_options(const cJSON *report);
 
 /* Says what the run in the folder `path`, of a model or of a scene, was made of and how it ended.
- * Of its other files and its model it is told whether they are there. Fails where its report cannot
+ * It also says whether its other files and its model are there. Fails where its report cannot
  * be read, or holds what no run has. */
 thrum_status info_run(const char *path, bool json, thrum_error *error);
 

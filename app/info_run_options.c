@@ -28,6 +28,8 @@ static void print_value(const cJSON *item) {
     }
     return;
   }
+
+  // a text may hold anything
   if (cJSON_IsBool(item)) {
     printf(" %s", cJSON_IsTrue(item) ? "on" : "off");
     return;

@@ -43,7 +43,7 @@ int config_usage(const char *command, const char *format, ...) {
   return COMMAND_USAGE;
 }
 
-/* What config_warn_under has set. */
+/* config_warn_under sets both. */
 static const char *warn_place;
 static void (*warn_words)(char *line, size_t size);
 

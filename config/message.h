@@ -44,9 +44,9 @@ int config_usage_option(const char *command, char **argv, const struct option *o
 /* Returns the one of `count` names that differs least from `text`, NULL when none is near. */
 const char *config_nearest(const char *text, const char *const *names, int64_t count);
 
-/* Has warnings begin with a place, "scene.json:7: body 'block'", and go through `words`, which
- * rewrites a line of `size` bytes of room; each may be NULL. A setting of the process until it is
- * made again: `place` must stay as long. For programs, and not while several threads warn. */
+/* From now on warnings begin with a place, "scene.json:7: body 'block'", and go through `words`,
+ * which rewrites a line of `size` bytes of room; each may be NULL. A setting of the process until
+ * it is made again: `place` must stay as long. For programs, and not while several threads warn. */
 void config_warn_under(const char *place, void (*words)(char *line, size_t size));
 
 /* Prints "thrum: warning: <line>" on standard error. */

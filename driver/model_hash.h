@@ -1,4 +1,4 @@
-/* What tells a model from others, for the runs that were made with it.
+/* Two hashes tell a model from others, for the runs that were made with it.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_MODEL_HASH_H
 #define THRUM_DRIVER_MODEL_HASH_H

@@ -313,7 +313,7 @@ static thrum_status make_bodies(scene_run *run, thrum_error *error) {
     snprintf(body->folder, sizeof body->folder, "%.*s/%s", RUN_PATH_MAX, run->request->output,
              body->spec->name);
 
-    // of a model file it is known now whether a region flows
+    // the model file says now whether one of its regions flows
     if (plastic_option_without_yield(&body->spec->material.plastic, body->model) != NULL)
       return config_record_refuse(&spec->file, &body->spec->material.at, "yield", THRUM_MISSING,
                                   "is needed: beyond it the material flows");

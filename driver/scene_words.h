@@ -1,7 +1,8 @@
 /* Messages of what a scene has done, in the words of scene files.
  *
- * What makes and steps the bodies of a scene serves the command line as well, and its messages name
- * options: "give --young". Where a scene file has a key for the same, the message is to name that.
+ * The code that makes and steps the bodies of a scene serves the command line as well, and its
+ * messages name options: "give --young". Where a scene file has a key for the same, the message is
+ * to name that.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_SCENE_WORDS_H
 #define THRUM_DRIVER_SCENE_WORDS_H

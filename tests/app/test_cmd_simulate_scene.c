@@ -955,8 +955,12 @@ static void scenes_are_answered_in_their_own_words(void **state) {
             "\"fallback\": false",
        "or allow more iterations\n"},
   };
+
+  // a mesh that does not say what it is made of
   program_result run = thrum_run(folder, "convert", "beam:4x1x1@1x0.1x0.1", "bare.mesh", NULL);
   program_result_free(&run);
+
+  // the body stands on the second line
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     char scene[500];
     const bool stress = strstr(cases[n].says, "stress") != NULL;
@@ -975,7 +979,7 @@ static void scenes_are_answered_in_their_own_words(void **state) {
 #undef MESH
 }
 
-/* The scene of two regions: a soft pad below the block takes the blow. */
+/* The scene of two regions: a soft pad below the block gives way. */
 static void a_pad_gives_way_below_its_block(void **state) {
   (void)state;
   program_result run =
