@@ -20,6 +20,7 @@
 #include "io/npy_file.h"
 #include "io/paths.h"
 #include "io/text.h"
+#include "mesh/formats/mesh_read.h"
 #include "platform/allocate.h"
 #include "thrum/thrum.h"
 
@@ -177,17 +178,18 @@ const char *recorded_run_find(const char *folder, const char *name, const model_
   return path;
 }
 
-/* A model that is named by its file, and not one of those that are made by their names. */
-static bool names_file(const char *name) {
-  const char *end = strrchr(name, '.');
-  return strchr(name, '/') != NULL || (end != NULL && strcmp(end, ".npz") == 0);
-}
-
 /* Finds the model that the run names; `path` has room for where it is. */
 static thrum_status find_model(const char *folder, const char **name, const model_hash *hash,
                                recorded_path path, thrum_error *error) {
   const char *found = recorded_run_find(folder, *name, hash, path);
-  if (names_file(found) && !is_file(found))
+  model_recipe recipe = {0};
+  const bool ours = model_recipe_find(found, &recipe, NULL) >= 0 && recipe.found;
+  if (thrum_mesh_is_named(found))
+    return thrum_error_set(error, THRUM_MISSING,
+                           "%.150s is a run of the mesh %.150s, and the model that was made of it "
+                           "is not known: simulate again",
+                           folder, found);
+  if (!is_file(found) && !ours)
     return thrum_error_set(error, THRUM_MISSING,
                            "%.150s was made with the model %.150s, which is neither here nor above "
                            "the run nor beside it: put it there",
@@ -234,7 +236,9 @@ static thrum_status read_json(const char *folder, cJSON **object, const char **m
   recorded_path path;
   join(path, folder, RUN_JSON);
   THRUM_TRY(json_file_read(path, object, error));
-  *model = json_text_of(*object, "model");
+  // a mesh is named beside the model that was made of it
+  *model = json_text_of(*object, "model_file");
+  *model = *model != NULL ? *model : json_text_of(*object, "model");
   if (*model == NULL || !model_hash_read(*object, hash))
     return thrum_error_set(error, THRUM_BAD_FORMAT,
                            "%.300s: not the run.json of a `thrum simulate`", path);

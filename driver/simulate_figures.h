@@ -11,10 +11,11 @@
 typedef struct simulate_figures {
   const simulate_request *request;
   const thrum_model *model;
-  model_hash model_hash; /* of the file and of its arrays */
-  thrum_status status;   /* THRUM_OK, or how the run ended */
-  bool energy_grew;      /* for at least one of the three reasons that follow */
-  bool grew_freely;      /* its mean did in free motion */
+  const char *model_file; /* that the model was read from, where a mesh is named; NULL: as named */
+  model_hash model_hash;  /* of the file and of its arrays */
+  thrum_status status;    /* THRUM_OK, or how the run ended */
+  bool energy_grew;       /* for at least one of the three reasons that follow */
+  bool grew_freely;       /* its mean did in free motion */
   bool gained; /* much of it is no work of loads; its steps tell the third: report.grown_steps */
   bool condensed_wrong; /* condensing left out more than the result can be believed with */
   bool uncounted;       /* something acts whose work is not counted */

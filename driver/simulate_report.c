@@ -259,6 +259,8 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   char stepped_by[128];
   cJSON *object = simulate_report_begin(simulate_status_name(figures), &figures->stop);
   json_string(object, "model", request->model_path);
+  if (figures->model_file != NULL)
+    json_string(object, "model_file", figures->model_file);
   model_hash_json(object, &figures->model_hash);
   cJSON_AddStringToObject(
       object, "law", thrum_law_name(law_of_run(request->law_given, request->law, figures->model)));

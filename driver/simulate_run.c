@@ -15,6 +15,7 @@
 #include "driver/simulate_report.h"
 #include "io/json.h"
 #include "io/paths.h"
+#include "mesh/formats/mesh_read.h"
 #include "platform/clock.h"
 #include "platform/interrupt.h"
 #include "platform/stop_request.h"
@@ -27,6 +28,7 @@ typedef struct single_run {
   void *lower_memory;         /* of the latter */
   const thrum_model *stepped; /* the same, or what is left of it where the others follow */
   void *condensed_memory;     /* of the latter */
+  named_model_file file;      /* of `loaded` */
   driver_run run;
   double began;
 } single_run;
@@ -34,14 +36,13 @@ typedef struct single_run {
 static thrum_status load_model(single_run *single, model_hash *hash, thrum_error *error) {
   const simulate_request *request = single->request;
   const char *path = request->model_path;
-  named_model_file file;
 
   // the full order takes a mesh as well
   if (request->full)
-    THRUM_TRY(
-        mesh_model_load(path, &request->mesh_def, request->quiet, &single->loaded, &file, error));
+    THRUM_TRY(mesh_model_load(path, &request->mesh_def, request->quiet, &single->loaded,
+                              &single->file, error));
   else
-    THRUM_TRY(named_model_load(path, request->quiet, &single->loaded, &file, error));
+    THRUM_TRY(named_model_load(path, request->quiet, &single->loaded, &single->file, error));
 
   // a region may have a yield of its own
   const char *idle = plastic_option_without_yield(&request->def.plastic, single->loaded);
@@ -58,7 +59,7 @@ static thrum_status load_model(single_run *single, model_hash *hash, thrum_error
   if (!request->full)
     THRUM_TRY(model_condense_to(single->model, request->condense, &single->condensed_memory,
                                 &single->stepped, error));
-  return model_hash_make(file.path, single->loaded, hash, error);
+  return model_hash_make(single->file.path, single->loaded, hash, error);
 }
 
 /* The stepper and the files; nothing is written before all of the request is accepted. */
@@ -68,6 +69,7 @@ static thrum_status prepare(single_run *single, thrum_error *error) {
   THRUM_TRY(driver_run_open(run, 1, error));
   simulate_figures *figures = &run->bodies[0].figures;
   THRUM_TRY(load_model(single, &figures->model_hash, error));
+  figures->model_file = thrum_mesh_is_named(request->model_path) ? single->file.path : NULL;
   run->name = request->model_path;
   figures->request = request;
   figures->model = single->model;

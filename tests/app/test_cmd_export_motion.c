@@ -427,6 +427,42 @@ static void a_model_made_again_serves_earlier_runs(void **state) {
   free(text);
 }
 
+/* The run of a mesh names the model that was made of it. */
+static void the_run_of_a_mesh_is_exported_too(void **state) {
+  (void)state;
+  program_result run =
+      thrum_run(folder, "simulate", "beam:4x1x1@1x0.2x0.2", "--full", "--fix", "x<0.001", "-o",
+                "whole", "--time", "0.01", "--start", "mode:1,0.01", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  run = thrum_run(folder, "info", "whole", NULL);
+  assert_non_null(strstr(run.out, "\nmodel             beam:4x1x1@1x0.2x0.2\n"));
+  assert_non_null(strstr(run.out, "view whole, which plays it"));
+  program_result_free(&run);
+  run = thrum_run(folder, "export", "whole", "--glb", "whole.glb", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+
+  // that of an earlier version does not
+  size_t length = 0;
+  unsigned char *text = read_bytes("whole/run.json", &length);
+  cJSON *report = cJSON_ParseWithLength((const char *)text, length);
+  cJSON_DeleteItemFromObject(report, "model_file");
+  char *old = cJSON_PrintUnformatted(report);
+  assert_true(text_file_write(in_folder("whole/run.json"), old));
+  run = thrum_run(folder, "info", "whole", NULL);
+  assert_non_null(strstr(run.out, "missing           whole is a run of the mesh beam:4x1x1"));
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  run = thrum_run(folder, "export", "whole", "--glb", "whole.glb", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_non_null(strstr(run.err, "simulate again\n"));
+  program_result_free(&run);
+  cJSON_free(old);
+  cJSON_Delete(report);
+  free(text);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_glb_holds_the_motion_of_the_run),
@@ -437,6 +473,7 @@ int main(void) {
       cmocka_unit_test(options_and_files_that_do_not_go_together_are_refused),
       cmocka_unit_test(a_run_finds_its_model_beside_it),
       cmocka_unit_test(a_model_made_again_serves_earlier_runs),
+      cmocka_unit_test(the_run_of_a_mesh_is_exported_too),
   };
   return cmocka_run_group_tests(tests, make_run, remove_run);
 }
