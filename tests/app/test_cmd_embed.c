@@ -141,8 +141,7 @@ static void bad_surfaces_and_models_are_refused_and_nothing_written(void **state
     const char *const *a = cases[i].arguments;
     program_result run =
         thrum_run(folder, "embed", a[0], a[1], a[2], a[3], a[4], a[5], a[6], a[7], NULL);
-    if (run.exit_code != cases[i].code || strstr(run.err, cases[i].words) == NULL ||
-        !line_count_is(run.err, 1) || run.out[0] != 0)
+    if (!is_refusal(&run, cases[i].code, cases[i].words))
       fail_msg("wanted %d '%s', got %d '%s'", cases[i].code, cases[i].words, run.exit_code,
                run.err);
     program_result_free(&run);

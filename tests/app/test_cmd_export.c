@@ -24,11 +24,8 @@ static int make_model(void **state) {
 }
 
 static void expect_refusal(program_result result, int code, const char *line) {
-  assert_int_equal(result.exit_code, code);
-  assert_true(line_count_is(result.err, 1));
-  if (strstr(result.err, line) == NULL)
-    fail_msg("'%s' lacks '%s'", result.err, line);
-  assert_string_equal(result.out, "");
+  if (!is_refusal(&result, code, line))
+    fail_msg("wanted %d '%s', got %d '%s'", code, line, result.exit_code, result.err);
   program_result_free(&result);
 }
 

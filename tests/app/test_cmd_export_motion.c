@@ -363,8 +363,7 @@ static void options_and_files_that_do_not_go_together_are_refused(void **state) 
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     const char *const *a = cases[n].arguments;
     run = thrum_run(folder, "export", a[0], a[1], a[2], a[3], a[4], NULL);
-    if (run.exit_code != cases[n].code || !strstr(run.err, cases[n].words) ||
-        !line_count_is(run.err, 1))
+    if (!is_refusal(&run, cases[n].code, cases[n].words))
       fail_msg("case %d: exit %d, %s", (int)n, run.exit_code, run.err);
     program_result_free(&run);
   }

@@ -396,12 +396,8 @@ static void meta_of_any_kind_is_survived(void **state) {
 
 static void assert_exit(int code, const char *wanted, const char *a, const char *b, const char *c) {
   program_result run = thrum_run(folder, "info", a, b, c, NULL);
-  if (run.exit_code != code || strstr(run.err, wanted) == NULL)
-    print_error("%s", run.err);
-  assert_int_equal(run.exit_code, code);
-  assert_non_null(strstr(run.err, wanted));
-  assert_string_equal(run.out, "");
-  assert_true(line_count_is(run.err, 1));
+  if (!is_refusal(&run, code, wanted))
+    fail_msg("wanted %d '%s', got %d '%s'", code, wanted, run.exit_code, run.err);
   program_result_free(&run);
 }
 

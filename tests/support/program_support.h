@@ -185,4 +185,11 @@ static inline bool line_count_is(const char *text, int lines) {
   return count == lines;
 }
 
+/* Whether a run was refused with this exit code, in one line that holds these words, and printed no
+ * result. */
+static inline bool is_refusal(const program_result *run, int code, const char *words) {
+  return run->exit_code == code && strstr(run->err, words) != NULL && line_count_is(run->err, 1) &&
+         run->out[0] == 0;
+}
+
 #endif
