@@ -20,9 +20,8 @@
 #define ADVANCES_MAX 64
 #define CLOSE_ENOUGH 1e-3 /* of the reach: where advancing ends */
 
-/* Weights of the corners a, b, c for the point of a triangle that is closest to p. */
-static bool on_triangle(const double p[3], const double a[3], const double b[3], const double c[3],
-                        double weights[3]) {
+bool thrum_triangle_closest(const double p[3], const double a[3], const double b[3],
+                            const double c[3], double weights[3]) {
   double ab[3], ac[3], ap[3], bp[3], cp[3];
   thrum_subtract3(b, a, ab);
   thrum_subtract3(c, a, ac);
@@ -69,12 +68,6 @@ static bool on_triangle(const double p[3], const double a[3], const double b[3],
   return false;
 }
 
-bool thrum_triangle_is_over(const double p[3], const double a[3], const double b[3],
-                            const double c[3]) {
-  double weights[3];
-  return on_triangle(p, a, b, c, weights);
-}
-
 static double clamp(double x) {
   return fmin(fmax(x, 0.0), 1.0);
 }
@@ -105,7 +98,6 @@ static bool on_edges(const double p0[3], const double p1[3], const double q0[3],
 }
 
 thrum_nearest thrum_quad_nearest(thrum_quad_kind kind, const thrum_quad *quad, double time) {
-  thrum_nearest found = {{0}, {0}, 0.0, false};
   const double *x[4] = {quad->x[0], quad->x[1], quad->x[2], quad->x[3]};
   double later[4][3];
   for (int n = 0; n < 4 && time != 0.0; n++) {
@@ -115,23 +107,19 @@ thrum_nearest thrum_quad_nearest(thrum_quad_kind kind, const thrum_quad *quad, d
   }
 
   // which points of the two sides are closest
-  double *w = found.weights, signs[4] = {1.0, -1.0, -1.0, -1.0};
   if (kind == THRUM_VERTEX_TRIANGLE) {
-    w[0] = 1.0;
-    found.inside = on_triangle(x[0], x[1], x[2], x[3], w + 1);
-  } else {
-    double s, t;
-    found.inside = on_edges(x[0], x[1], x[2], x[3], &s, &t);
-    w[0] = 1.0 - s;
-    w[1] = s;
-    w[2] = 1.0 - t;
-    w[3] = t;
-    signs[1] = 1.0;
+    double weights[3];
+    const bool inside = thrum_triangle_closest(x[0], x[1], x[2], x[3], weights);
+    return thrum_vertex_nearest(x, weights, inside);
   }
-
-  for (int n = 0; n < 4; n++)
-    for (int axis = 0; axis < 3; axis++)
-      found.apart[axis] += signs[n] * w[n] * x[n][axis];
+  thrum_nearest found;
+  double s, t;
+  found.inside = on_edges(x[0], x[1], x[2], x[3], &s, &t);
+  const double w[4] = {1.0 - s, s, 1.0 - t, t};
+  memcpy(found.weights, w, sizeof w);
+  for (int axis = 0; axis < 3; axis++)
+    found.apart[axis] =
+        w[0] * x[0][axis] + w[1] * x[1][axis] - w[2] * x[2][axis] - w[3] * x[3][axis];
   found.distance = sqrt(thrum_dot3(found.apart, found.apart));
   return found;
 }
@@ -180,7 +168,7 @@ double thrum_triangles_distance(const double *vertices, const int32_t *triangles
       thrum_subtract3(corners[k], point, arms[k]);
       lengths[k] = sqrt(thrum_dot3(arms[k], arms[k]));
     }
-    on_triangle(point, corners[0], corners[1], corners[2], weights);
+    thrum_triangle_closest(point, corners[0], corners[1], corners[2], weights);
     for (int axis = 0; axis < 3; axis++)
       off[axis] =
           weights[0] * arms[0][axis] + weights[1] * arms[1][axis] + weights[2] * arms[2][axis];

@@ -23,23 +23,45 @@ static int first_side(const thrum_pair_candidate *c) {
   return c->key.kind == THRUM_PAIR_EDGES ? 2 : 1;
 }
 
-/* What the shape of a member moves a vertex by, as the solve has it, found once a look [m]. */
-static const double *shape_way(thrum_pairs_run *run, int64_t member, int64_t vertex) {
+/* What a rotation over the step displaces points by, as a matrix for their arms: t x l(a) with the
+ * lever of thrum_point_mean_arm, (t x a + t x (t x a) / 2) / (1 + t.t / 4). */
+static void turning_of(const double turn[3], double turning[9]) {
+  const double square = thrum_dot3(turn, turn), scale = 1.0 / (1.0 + 0.25 * square);
+  for (int axis = 0; axis < 3; axis++) {
+    const double unit[3] = {axis == 0, axis == 1, axis == 2};
+    double across[3];
+    thrum_cross3(turn, unit, across);
+    for (int n = 0; n < 3; n++)
+      turning[3 * n + axis] = scale * (across[n] + 0.5 * (turn[axis] * turn[n] - square * unit[n]));
+  }
+}
+
+/* What moves a vertex of a member over the step, as the solve has it, found once a look [m]. */
+static const double *way_of(thrum_pairs_run *run, int64_t member, int64_t vertex) {
   const int64_t index = run->view.first_vertex[member] + vertex;
-  double *way = run->view.shape_ways + 3 * index;
-  if (run->view.shape_way_known[index])
+  double *way = run->view.solved_ways + 3 * index;
+  if (run->view.solved_way_known[index])
     return way;
   const thrum_contact_run *body = run->view.runs + member;
   const thrum_skin *skin = run->members[member].skin;
   const thrum_skin_view view = thrum_skin_view_of(skin);
   thrum_point_shape(body, view.rows + 3 * vertex * skin->rank, body->view.moved, way);
-  run->view.shape_way_known[index] = 1;
+
+  // by the body as a whole
+  double arm[3], turned[3];
+  thrum_subtract3(thrum_pairs_place(run, member, vertex), body->centre, arm);
+  thrum_apply3(body->turning, arm, turned);
+  for (int axis = 0; axis < 3; axis++)
+    way[axis] += body->moved[axis] + turned[axis];
+  run->view.solved_way_known[index] = 1;
   return way;
 }
 
 void thrum_pairs_look_again(thrum_pairs_run *run) {
-  memset(run->view.shape_way_known, 0,
-         (size_t)run->view.first_vertex[run->count] * sizeof *run->view.shape_way_known);
+  memset(run->view.solved_way_known, 0,
+         (size_t)run->view.first_vertex[run->count] * sizeof *run->view.solved_way_known);
+  for (int64_t n = 0; n < run->count; n++)
+    turning_of(run->view.runs[n].turned, run->view.runs[n].turning);
 }
 
 /* The point halfway between the two places at the start of the step, where a force would act. */
@@ -53,26 +75,14 @@ static void middle_of(thrum_pairs_run *run, const thrum_pair_candidate *c, doubl
   }
 }
 
+/* The levers are those of the places, where a row has that of the middle between them: along the
+ * normal both move by the same. */
 bool thrum_pairs_closes(thrum_pairs_run *run, const thrum_pair_candidate *c, double thickness) {
-  double gap = c->apart - thickness, middle[3];
-
-  // by the shapes
+  double gap = c->apart - thickness;
   for (int n = 0; n < 4; n++) {
     const int side = n >= first_side(c);
     const double weight = side == 0 ? c->weights[n] : -c->weights[n];
-    gap += weight * thrum_dot3(c->normal, shape_way(run, c->members[side], c->vertices[n]));
-  }
-
-  // by the bodies as a whole, with the levers that a row would have
-  middle_of(run, c, middle);
-  for (int side = 0; side < 2; side++) {
-    const thrum_contact_run *body = run->view.runs + c->members[side];
-    double arm[3], lever[3], turned[3];
-    thrum_subtract3(middle, body->centre, arm);
-    thrum_point_mean_arm(body->turned, arm, lever);
-    thrum_cross3(body->turned, lever, turned);
-    const double way = thrum_dot3(c->normal, body->moved) + thrum_dot3(c->normal, turned);
-    gap += side == 0 ? way : -way;
+    gap += weight * thrum_dot3(c->normal, way_of(run, c->members[side], c->vertices[n]));
   }
   return !(gap >= 0.0);
 }

@@ -141,7 +141,8 @@ typedef struct thrum_pair_box {
 typedef struct thrum_pair_triangle {
   thrum_pair_box box;
   const double *places[3]; /* of its corners */
-  int32_t tried;           /* less the edges that are flat; -1: not known yet */
+  int32_t tried;           /* its edges that are not flat, of those that are known */
+  int32_t flat_known;      /* edges of which it is known */
   int32_t faces;           /* 1: `normal` is known, 0: it has no area, -1: not known yet */
   double normal[3];        /* at the start of the step */
 } thrum_pair_triangle;
@@ -220,8 +221,8 @@ struct thrum_contact_pairs {
   X(int64_t, first_node, member_max + 1)                                                           \
   X(double, places, vertex_max * 9) /* of vertices: position, displacement, shift in it [m] */     \
   X(int32_t, place_known, vertex_max)                                                              \
-  X(double, shape_ways, vertex_max * 3) /* of vertices: displacement of the shape as solved [m] */ \
-  X(int32_t, shape_way_known, vertex_max)                                                          \
+  X(double, solved_ways, vertex_max * 3) /* of vertices: displacement as solved [m] */             \
+  X(int32_t, solved_way_known, vertex_max)                                                         \
   X(double, spheres, node_max * 8)   /* of nodes: middle, displacement, radius, its length [m] */  \
   X(thrum_pair_box, boxes, node_max) /* of leaves */                                               \
   X(int32_t, sphere_known, node_max)                                                               \

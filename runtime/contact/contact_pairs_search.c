@@ -25,20 +25,24 @@
 #include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
 
-#define NEAR 2.0       /* thicknesses within which two places meet as they are now */
-#define MARGIN 0.5     /* thicknesses by which a row may miss and is still made */
-#define STANDS_OUT 0.1 /* sine of the angle to its faces from which an edge counts */
-#define BEHIND 2.0     /* thicknesses up to which a vertex may lie behind a face that it touches */
-#define OWN_BEHIND 1.0 /* the same in one body, where it may be the far side of a thin wall */
-#define SHARP 0.3      /* the same of an edge that was pressed in */
-#define FLAT 0.01      /* angle between the faces of an edge up to which it is inside a flat one */
-#define ASKEW 0.05     /* sine of the angle between two edges from which they count */
-#define LEFT_OUT 2.0   /* thicknesses: what is nearer at rest does not touch in its own body */
-#define LEAF_KNOWN 2   /* of a node whose sphere and box are known; 1: its sphere */
-#define SLACK 0.5      /* thicknesses by which the reach of a list is wider */
-#define SLOW 0.5       /* of the slack: bodies that move further in a step have no list */
-#define RING_MAX 32    /* triangles near a vertex, of which more are all tried */
-#define STACK 128      /* pairs of nodes that wait: twice the depth of two trees is enough */
+#define NEAR 2.0        /* thicknesses within which two places meet as they are now */
+#define MARGIN 0.5      /* thicknesses by which a row may miss and is still made */
+#define STANDS_OUT 0.1  /* sine of the angle to its faces from which an edge counts */
+#define BEHIND 2.0      /* thicknesses up to which a vertex may lie behind a face that it touches */
+#define OWN_BEHIND 1.0  /* the same in one body, where it may be the far side of a thin wall */
+#define SHARP 0.3       /* the same of an edge that was pressed in */
+#define FLAT 0.01       /* angle between the faces of an edge up to which it is inside a flat one */
+#define ASKEW 0.05      /* sine of the angle between two edges from which they count */
+#define LEFT_OUT 2.0    /* thicknesses: what is nearer at rest does not touch in its own body */
+#define LEAF_KNOWN 2    /* of a node whose sphere and box are known; 1: its sphere */
+#define CORNERS_KNOWN 1 /* of a triangle whose corners are known */
+#define BOX_KNOWN 2     /* and its box as well */
+#define SLACK 0.5       /* thicknesses by which the reach of a list is wider */
+#define SLOW 0.5        /* of the slack: bodies that move further in a step have no list */
+#define WIDER 1.01      /* of the bound of a way: what is left is for rounding */
+#define SURE 0.999      /* of the reach: boxes of places within it overlap whatever is rounded */
+#define RING_MAX 32     /* triangles near a vertex, of which more are all tried */
+#define STACK 128       /* pairs of nodes that wait: twice the depth of two trees is enough */
 
 /* Two bodies that are searched, or one with itself. */
 typedef struct search {
@@ -259,42 +263,60 @@ static bool is_flat(const search *s, int side, int32_t edge) {
   return cosine > 0.0 && cosine * cosine > least * least * both;
 }
 
-/* Fills a triangle of a member. */
-static void find_triangle(const search *s, int side, int32_t triangle, thrum_pair_triangle *found) {
-  const int64_t member = s->members[side];
+/* Fills the corners of a triangle of a member. */
+static void find_corners(const search *s, int side, int32_t triangle, thrum_pair_triangle *found) {
   const thrum_skin_triangle *of = s->views[side].triangles + triangle;
   for (int n = 0; n < 3; n++)
-    found->places[n] = thrum_pairs_place(s->run, member, of->corners[n]);
-  found->box = box_of(found->places, 3);
-  found->tried = found->faces = -1;
+    found->places[n] = thrum_pairs_place(s->run, s->members[side], of->corners[n]);
+  found->tried = found->flat_known = 0;
+  found->faces = -1;
 }
 
-/* The same, once in a search. */
-static inline thrum_pair_triangle *triangle_of(const search *s, int side, int32_t triangle) {
+/* Whether a triangle is known in this search, and how far. */
+static inline int32_t *known_of(const search *s, int side, int32_t triangle) {
   const int64_t member = s->members[side];
-  const int64_t index = 2 * (s->run->view.first_node[member] + member) + triangle;
-  thrum_pair_triangle *found = s->run->view.triangles + index;
-  if (!s->run->view.triangle_known[index])
-    find_triangle(s, side, triangle, found);
-  s->run->view.triangle_known[index] = 1;
+  return s->run->view.triangle_known + 2 * (s->run->view.first_node[member] + member) + triangle;
+}
+
+/* The triangle with its corners, found once in a search. */
+static inline thrum_pair_triangle *corners_of(const search *s, int side, int32_t triangle) {
+  int32_t *known = known_of(s, side, triangle);
+  thrum_pair_triangle *found = s->run->view.triangles + (known - s->run->view.triangle_known);
+  if (*known == 0) {
+    find_corners(s, side, triangle, found);
+    *known = CORNERS_KNOWN;
+  }
   return found;
 }
 
-/* The corners and edges that a triangle tries: an edge in a flat face touches nothing that its ends
- * do not. */
-static int32_t find_tried(const search *s, int side, int32_t triangle) {
-  const thrum_skin_triangle *of = s->views[side].triangles + triangle;
-  int32_t tried = of->tried;
-  for (int n = 0; n < 3; n++)
-    if ((of->tried & (8 << n)) && is_flat(s, side, of->edges[n]))
-      tried &= ~(8 << n);
-  return tried;
+/* The same with its box. */
+static inline thrum_pair_triangle *triangle_of(const search *s, int side, int32_t triangle) {
+  int32_t *known = known_of(s, side, triangle);
+  thrum_pair_triangle *found = corners_of(s, side, triangle);
+  if (*known != BOX_KNOWN) {
+    found->box = box_of(found->places, 3);
+    *known = BOX_KNOWN;
+  }
+  return found;
 }
 
-static inline int32_t tried_of(const search *s, int side, int32_t triangle,
-                               thrum_pair_triangle *found) {
-  if (found->tried < 0)
-    found->tried = find_tried(s, side, triangle);
+/* Does a triangle try its edge n? One in a flat face touches nothing that its ends do not. */
+static bool tries_edge(const search *s, int side, int32_t triangle, int n,
+                       thrum_pair_triangle *found) {
+  const thrum_skin_triangle *of = s->views[side].triangles + triangle;
+  const int32_t bit = 8 << n;
+  if (!(of->tried & bit))
+    return false;
+  if (!(found->flat_known & bit) && !is_flat(s, side, of->edges[n]))
+    found->tried |= bit;
+  found->flat_known |= bit;
+  return found->tried & bit;
+}
+
+/* All edges that it tries. */
+static int32_t tried_of(const search *s, int side, int32_t triangle, thrum_pair_triangle *found) {
+  for (int n = 0; n < 3; n++)
+    tries_edge(s, side, triangle, n, found);
   return found->tried;
 }
 
@@ -423,14 +445,13 @@ static bool is_left_out(const search *s, thrum_quad_kind kind,
   return thrum_quad_nearest(kind, &rest, 0.0).distance <= LEFT_OUT * s->thickness;
 }
 
-/* Two places of a vertex and a triangle or of two edges: a candidate where they may touch. The
- * other of `triangle` and `edges` is NULL. */
-static void try_quad(search *s, thrum_quad_kind kind, thrum_quad *quad,
+/* Two places of a vertex and a triangle or of two edges, which are so near at the start of the
+ * step: a candidate where they may touch. The other of `triangle` and `edges` is NULL. */
+static void try_quad(search *s, thrum_quad_kind kind, const thrum_quad *quad, thrum_nearest nearest,
                      thrum_pair_candidate *candidate, thrum_pair_triangle *triangle,
                      const int32_t edges[2]) {
   thrum_pairs_run *run = s->run;
   const double reach = (1.0 + MARGIN) * s->thickness;
-  thrum_nearest nearest = thrum_quad_nearest(kind, quad, 0.0);
   double time = 0.0;
 
   // how far they move matters to what does not touch yet
@@ -474,8 +495,10 @@ static void try_quad(search *s, thrum_quad_kind kind, thrum_quad *quad,
   run->view.candidates[run->candidate_count++] = *candidate;
 }
 
-/* Vertex n of a triangle of `side` against a triangle of the other side. */
-static void try_vertex(search *s, int side, int32_t vertex, int32_t triangle) {
+/* A vertex of `side` against a triangle of the other side. known: the closest points at the start
+ * of the step, or NULL. */
+static void try_vertex(search *s, int side, int32_t vertex, int32_t triangle,
+                       const thrum_nearest *known) {
   const int other = 1 - side;
   const int32_t *corners = s->views[other].triangles[triangle].corners;
   if (s->run->own && (vertex == corners[0] || vertex == corners[1] || vertex == corners[2]))
@@ -494,7 +517,10 @@ static void try_vertex(search *s, int side, int32_t vertex, int32_t triangle) {
     quad.x[n] = thrum_pairs_place(s->run, candidate.members[n > 0], candidate.vertices[n]);
     quad.d[n] = quad.x[n] + 3;
   }
-  try_quad(s, THRUM_VERTEX_TRIANGLE, &quad, &candidate, triangle_of(s, other, triangle), NULL);
+  const thrum_nearest nearest =
+      known != NULL ? *known : thrum_quad_nearest(THRUM_VERTEX_TRIANGLE, &quad, 0.0);
+  try_quad(s, THRUM_VERTEX_TRIANGLE, &quad, nearest, &candidate, corners_of(s, other, triangle),
+           NULL);
 }
 
 static bool have_common_end(const thrum_skin_edge *a, const thrum_skin_edge *b) {
@@ -516,7 +542,8 @@ static void try_edges(search *s, int32_t a, int32_t b) {
     quad.x[n] = thrum_pairs_place(s->run, candidate.members[n > 1], candidate.vertices[n]);
     quad.d[n] = quad.x[n] + 3;
   }
-  try_quad(s, THRUM_EDGE_EDGE, &quad, &candidate, NULL, edges);
+  try_quad(s, THRUM_EDGE_EDGE, &quad, thrum_quad_nearest(THRUM_EDGE_EDGE, &quad, 0.0), &candidate,
+           NULL, edges);
 }
 
 /* Notes two places in the list. */
@@ -607,7 +634,7 @@ static void try_vertices(search *s, int side, int32_t triangle, const thrum_pair
         note(s, side == 0 ? THRUM_PAIR_VERTEX : THRUM_PAIR_REVERSE, of->corners[n],
              leaf->first + m);
       else
-        try_vertex(s, side, of->corners[n], leaf->first + m);
+        try_vertex(s, side, of->corners[n], leaf->first + m, NULL);
     }
   }
 }
@@ -746,9 +773,8 @@ static thrum_pair_list *make_list(search *s) {
 /* The edge of a side that an entry names; -1: it lies inside a flat face. */
 static int32_t edge_of(const search *s, int side, int32_t named, thrum_pair_triangle *found) {
   const int n = named % 3;
-  return tried_of(s, side, named / 3, found) & (8 << n)
-             ? s->views[side].triangles[named / 3].edges[n]
-             : -1;
+  return tries_edge(s, side, named / 3, n, found) ? s->views[side].triangles[named / 3].edges[n]
+                                                  : -1;
 }
 
 /* The entries from `entry` on, of `count`, that name the same place on the first side; their
@@ -763,13 +789,13 @@ static int64_t same_first(const thrum_pair_entry *entry, int64_t count) {
 
 /* The edges of a list that are near one edge. */
 static void try_listed_edges(search *s, const thrum_pair_entry *entry, int64_t count) {
-  thrum_pair_triangle *first = triangle_of(s, 0, entry->first / 3);
+  thrum_pair_triangle *first = corners_of(s, 0, entry->first / 3);
   const int32_t a = edge_of(s, 0, entry->first, first);
   if (a < 0)
     return;
   const thrum_pair_box box = box_of_edge(first, entry->first % 3);
   for (int64_t n = 0; n < count; n++) {
-    thrum_pair_triangle *second = triangle_of(s, 1, entry[n].second / 3);
+    thrum_pair_triangle *second = corners_of(s, 1, entry[n].second / 3);
     const int32_t b = edge_of(s, 1, entry[n].second, second);
     if (b < 0)
       continue;
@@ -779,20 +805,55 @@ static void try_listed_edges(search *s, const thrum_pair_entry *entry, int64_t c
   }
 }
 
+/* A triangle that is near a vertex of a list, and the weights of their closest point. */
+typedef struct neighbour {
+  int32_t triangle;
+  bool inside;
+  double weights[3];
+} neighbour;
+
 /* A vertex of a list and the triangles near it. */
 typedef struct ring {
-  const thrum_pair_entry *entries; /* one a triangle */
-  int64_t count, from;             /* from: the first candidate of the vertex */
-  thrum_pair_box box;
+  int side;       /* of the vertex */
+  int32_t vertex; /* in the skin */
+  int64_t from;   /* the first candidate of the vertex */
+  int64_t count;
+  neighbour around[RING_MAX];
 } ring;
 
 static int side_of(const thrum_pair_entry *entry) {
   return entry->kind == THRUM_PAIR_REVERSE;
 }
 
+/* Fills the triangles of the ring. */
+static void find_ring(const search *s, const thrum_pair_entry *entries, ring *r) {
+  const double *at = thrum_pairs_place(s->run, s->members[r->side], r->vertex);
+  for (int64_t n = 0; n < r->count; n++) {
+    neighbour *next = r->around + n;
+    next->triangle = entries[n].second;
+    const double *const *x = corners_of(s, 1 - r->side, next->triangle)->places;
+    next->inside = thrum_triangle_closest(at, x[0], x[1], x[2], next->weights);
+  }
+}
+
+/* Tries the vertex of the ring against one of its triangles. */
+static void try_neighbour(search *s, const ring *r, const neighbour *of) {
+  const double *at = thrum_pairs_place(s->run, s->members[r->side], r->vertex);
+  const double *const *x = corners_of(s, 1 - r->side, of->triangle)->places;
+  const double *const quad[4] = {at, x[0], x[1], x[2]};
+  const thrum_nearest nearest = thrum_vertex_nearest(quad, of->weights, of->inside);
+
+  // boxes of places within the reach overlap, and those of others may
+  const thrum_pair_box box = box_of(&at, 1);
+  if (nearest.distance < SURE * s->reach ||
+      (nearest.distance <= s->reach + WIDER * s->way &&
+       overlap(&box, &triangle_of(s, 1 - r->side, of->triangle)->box, s->reach)))
+    try_vertex(s, r->side, r->vertex, of->triangle, &nearest);
+}
+
 /* Do the corners of a triangle have one in common with those of a candidate of the ring so far? */
 static bool shares_corner(const search *s, const ring *r, int32_t triangle, int64_t to) {
-  const int32_t *corners = s->views[1 - side_of(r->entries)].triangles[triangle].corners;
+  const int32_t *corners = s->views[1 - r->side].triangles[triangle].corners;
   bool shares = false;
   for (int64_t n = r->from; n < to; n++)
     for (int m = 1; m < 4; m++) {
@@ -808,53 +869,57 @@ static bool shares_corner(const search *s, const ring *r, int32_t triangle, int6
  * tried. */
 static bool try_over(search *s, const ring *r) {
   thrum_pairs_run *run = s->run;
-  const int side = side_of(r->entries);
-  const double *at = thrum_pairs_place(run, s->members[side], r->entries->first);
-  int32_t rims[RING_MAX];
-  int count = 0;
-
-  // over which triangles the vertex is
-  for (int64_t n = 0; n < r->count; n++) {
-    const thrum_pair_triangle *found = triangle_of(s, 1 - side, r->entries[n].second);
-    if (!overlap(&r->box, &found->box, s->reach))
-      continue;
-    const double *const *x = found->places;
-    if (thrum_triangle_is_over(at, x[0], x[1], x[2]))
-      try_vertex(s, side, r->entries->first, r->entries[n].second);
-    else
-      rims[count++] = r->entries[n].second;
-  }
+  for (int64_t n = 0; n < r->count; n++)
+    if (r->around[n].inside)
+      try_neighbour(s, r, r->around + n);
 
   // one behind a face may be spoken for by any other
   const int64_t over = run->candidate_count;
   bool sure = over > r->from;
   for (int64_t n = r->from; n < over; n++)
     sure = sure && run->view.candidates[n].apart >= 0.0;
-  for (int n = 0; n < count && sure; n++)
-    if (!shares_corner(s, r, rims[n], over)) {
-      try_vertex(s, side, r->entries->first, rims[n]);
+  for (int64_t n = 0; n < r->count && sure; n++)
+    if (!r->around[n].inside && !shares_corner(s, r, r->around[n].triangle, over)) {
+      try_neighbour(s, r, r->around + n);
       sure = run->candidate_count == over;
     }
   return sure;
 }
 
-/* The triangles of a list that are near one vertex. */
-static void try_listed_vertex(search *s, const thrum_pair_entry *entries, int64_t count) {
+/* The triangles of a list that are near one vertex, of which there are few. */
+static void try_ring(search *s, const thrum_pair_entry *entries, int64_t count) {
   thrum_pairs_run *run = s->run;
-  const int side = side_of(entries);
-  const double *place = thrum_pairs_place(run, s->members[side], entries->first);
-  const ring r = {
-      .entries = entries, .count = count, .from = run->candidate_count, .box = box_of(&place, 1)};
   const int64_t dropped = run->history->dropped;
-  if (count > 1 && count <= RING_MAX && try_over(s, &r))
+  ring r;
+  r.side = side_of(entries);
+  r.vertex = entries->first;
+  r.count = count;
+  r.from = run->candidate_count;
+  find_ring(s, entries, &r);
+  if (count > 1 && try_over(s, &r))
     return;
 
   // all of them
   run->candidate_count = r.from;
   run->history->dropped = dropped;
   for (int64_t n = 0; n < count; n++)
-    if (overlap(&r.box, &triangle_of(s, 1 - side, entries[n].second)->box, s->reach))
-      try_vertex(s, side, entries->first, entries[n].second);
+    try_neighbour(s, &r, r.around + n);
+}
+
+/* The same where there are any number of them. */
+static void try_listed_vertex(search *s, const thrum_pair_entry *entries, int64_t count) {
+  if (count <= RING_MAX) {
+    try_ring(s, entries, count);
+    return;
+  }
+
+  // more than a ring has room for are tried one by one
+  const int side = side_of(entries);
+  const double *place = thrum_pairs_place(s->run, s->members[side], entries->first);
+  const thrum_pair_box box = box_of(&place, 1);
+  for (int64_t n = 0; n < count; n++)
+    if (overlap(&box, &triangle_of(s, 1 - side, entries[n].second)->box, s->reach))
+      try_vertex(s, side, entries->first, entries[n].second, NULL);
 }
 
 /* Tries the places in a list. */

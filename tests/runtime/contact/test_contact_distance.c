@@ -149,9 +149,16 @@ static void a_vertex_is_over_a_triangle_whose_closest_point_is_inside(void **unu
     const points p = points_make(&random);
     const thrum_quad quad = quad_of(&p);
     const thrum_nearest nearest = thrum_quad_nearest(THRUM_VERTEX_TRIANGLE, &quad, 0);
-    const bool is = thrum_triangle_is_over(p.x[0], p.x[1], p.x[2], p.x[3]);
+    double weights[3];
+    const bool is = thrum_triangle_closest(p.x[0], p.x[1], p.x[2], p.x[3], weights);
     assert_int_equal(is, nearest.inside);
     over += is;
+
+    // with its weights known the nearest point is the same
+    const thrum_nearest known = thrum_vertex_nearest(quad.x, weights, is);
+    assert_memory_equal(known.weights, nearest.weights, sizeof known.weights);
+    assert_memory_equal(known.apart, nearest.apart, sizeof known.apart);
+    assert_true(known.distance == nearest.distance && known.inside == nearest.inside);
 
     // and so is one that is right above a point of it, but for one over a corner
     double above[3], normal[3], e[3], f[3];
@@ -160,8 +167,8 @@ static void a_vertex_is_over_a_triangle_whose_closest_point_is_inside(void **unu
     thrum_cross3(e, f, normal);
     for (int axis = 0; axis < 3; axis++)
       above[axis] = p.x[1][axis] + 0.25 * e[axis] + 0.25 * f[axis] + 3 * normal[axis];
-    assert_true(thrum_triangle_is_over(above, p.x[1], p.x[2], p.x[3]));
-    assert_false(thrum_triangle_is_over(p.x[1], p.x[1], p.x[2], p.x[3]));
+    assert_true(thrum_triangle_closest(above, p.x[1], p.x[2], p.x[3], weights));
+    assert_false(thrum_triangle_closest(p.x[1], p.x[1], p.x[2], p.x[3], weights));
   }
   assert_true(over > DRAWS / 50 && over < DRAWS / 2);
 }
