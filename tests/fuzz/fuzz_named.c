@@ -7,6 +7,7 @@
  * config/options.c config/options_json.c config/options_command.c config/parse.c
  * config/message.c driver/load_spec.c driver/base_motion_spec.c driver/start_spec.c
  * driver/static_solve.c driver/mesh_model.c driver/named_model.c driver/model_names.c
+ * driver/region_material.c driver/run_entries.c driver/scene_words.c
  * precompute/vega_reduced.c precompute/model/load_share.c precompute/model/traction.c
  * runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
 #define _GNU_SOURCE // memmem
