@@ -25,14 +25,14 @@ static int first_side(const thrum_pair_candidate *c) {
 
 /* What a rotation over the step displaces points by, as a matrix for their arms: t x l(a) with the
  * lever of thrum_point_mean_arm, (t x a + t x (t x a) / 2) / (1 + t.t / 4). */
-static void turning_of(const double turn[3], double turning[9]) {
+static void turn_matrix_of(const double turn[3], double matrix[9]) {
   const double square = thrum_dot3(turn, turn), scale = 1.0 / (1.0 + 0.25 * square);
   for (int axis = 0; axis < 3; axis++) {
     const double unit[3] = {axis == 0, axis == 1, axis == 2};
     double across[3];
     thrum_cross3(turn, unit, across);
     for (int n = 0; n < 3; n++)
-      turning[3 * n + axis] = scale * (across[n] + 0.5 * (turn[axis] * turn[n] - square * unit[n]));
+      matrix[3 * n + axis] = scale * (across[n] + 0.5 * (turn[axis] * turn[n] - square * unit[n]));
   }
 }
 
@@ -50,7 +50,7 @@ static const double *way_of(thrum_pairs_run *run, int64_t member, int64_t vertex
   // by the body as a whole
   double arm[3], turned[3];
   thrum_subtract3(thrum_pairs_place(run, member, vertex), body->centre, arm);
-  thrum_apply3(body->turning, arm, turned);
+  thrum_apply3(body->turn_matrix, arm, turned);
   for (int axis = 0; axis < 3; axis++)
     way[axis] += body->moved[axis] + turned[axis];
   run->view.solved_way_known[index] = 1;
@@ -61,7 +61,7 @@ void thrum_pairs_look_again(thrum_pairs_run *run) {
   memset(run->view.solved_way_known, 0,
          (size_t)run->view.first_vertex[run->count] * sizeof *run->view.solved_way_known);
   for (int64_t n = 0; n < run->count; n++)
-    turning_of(run->view.runs[n].turned, run->view.runs[n].turning);
+    turn_matrix_of(run->view.runs[n].turned, run->view.runs[n].turn_matrix);
 }
 
 /* The point halfway between the two places at the start of the step, where a force would act. */

@@ -217,9 +217,15 @@ static void fill_motion(thrum_pairs_run *run, const thrum_pair_row *row, double 
   for (int side = 0; side < 2; side++) {
     const thrum_contact_run *body = run->view.runs + row->members[side];
     const double *basis = thrum_pairs_basis(row, side), sign = side == 0 ? 1.0 : -1.0;
-    double arm[3], lever[3], v[3], d[3];
+    double arm[3], other[3], v[3], d[3];
     arm_of(run, row, side, arm);
-    thrum_point_mean_arm(body->unloaded_turn, arm, lever);
+
+    // before a solve the levers of the row are those without forces
+    const double *lever = side == 0 ? row->row.lever : row->lever;
+    if (run->solved) {
+      thrum_point_mean_arm(body->unloaded_turn, arm, other);
+      lever = other;
+    }
     thrum_point_motion(body, basis, arm, lever, v, d);
     for (int axis = 0; axis < 3; axis++) {
       velocity[axis] += sign * v[axis];

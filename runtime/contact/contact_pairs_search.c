@@ -841,14 +841,18 @@ static void try_neighbour(search *s, const ring *r, const neighbour *of) {
   const double *at = thrum_pairs_place(s->run, s->members[r->side], r->vertex);
   const double *const *x = corners_of(s, 1 - r->side, of->triangle)->places;
   const double *const quad[4] = {at, x[0], x[1], x[2]};
+  const double furthest = s->reach + WIDER * s->way;
   const thrum_nearest nearest = thrum_vertex_nearest(quad, of->weights, of->inside);
+  if (thrum_dot3(nearest.apart, nearest.apart) > furthest * furthest)
+    return;
 
   // boxes of places within the reach overlap, and those of others may
-  const thrum_pair_box box = box_of(&at, 1);
-  if (nearest.distance < SURE * s->reach ||
-      (nearest.distance <= s->reach + WIDER * s->way &&
-       overlap(&box, &triangle_of(s, 1 - r->side, of->triangle)->box, s->reach)))
-    try_vertex(s, r->side, r->vertex, of->triangle, &nearest);
+  if (nearest.distance >= SURE * s->reach) {
+    const thrum_pair_box box = box_of(&at, 1);
+    if (!overlap(&box, &triangle_of(s, 1 - r->side, of->triangle)->box, s->reach))
+      return;
+  }
+  try_vertex(s, r->side, r->vertex, of->triangle, &nearest);
 }
 
 /* Do the corners of a triangle have one in common with those of a candidate of the ring so far? */

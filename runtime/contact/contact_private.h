@@ -190,7 +190,7 @@ typedef struct thrum_contact_run {
   double turn_weight[9]; /* h^2/2 times the inverse of the inertia, 0 for one that does not turn */
   double spin[3];        /* angular velocity at the start [rad/s] */
   double unloaded_turn[3], turned[3]; /* angle over the step, as unloaded and moved [rad] */
-  double turning[9];         /* displaces a point at an arm as turned does; as it is looked at */
+  double turn_matrix[9];     /* displaces a point at an arm as turned does; as it is looked at */
   double foreseen[3];        /* turned as the solve had it, where turned is what the torque makes */
   thrum_rigid_frame stepped; /* with an inertia: the frame after the state's step */
   double torque[3];          /* as force [N m] */
