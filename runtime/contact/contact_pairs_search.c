@@ -25,24 +25,25 @@
 #include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
 
-#define NEAR 2.0        /* thicknesses within which two places meet as they are now */
-#define MARGIN 0.5      /* thicknesses by which a row may miss and is still made */
-#define STANDS_OUT 0.1  /* sine of the angle to its faces from which an edge counts */
-#define BEHIND 2.0      /* thicknesses up to which a vertex may lie behind a face that it touches */
-#define OWN_BEHIND 1.0  /* the same in one body, where it may be the far side of a thin wall */
-#define SHARP 0.3       /* the same of an edge that was pressed in */
-#define FLAT 0.01       /* angle between the faces of an edge up to which it is inside a flat one */
-#define ASKEW 0.05      /* sine of the angle between two edges from which they count */
-#define LEFT_OUT 2.0    /* thicknesses: what is nearer at rest does not touch in its own body */
-#define LEAF_KNOWN 2    /* of a node whose sphere and box are known; 1: its sphere */
-#define CORNERS_KNOWN 1 /* of a triangle whose corners are known */
-#define BOX_KNOWN 2     /* and its box as well */
-#define SLACK 0.5       /* thicknesses by which the reach of a list is wider */
-#define SLOW 0.5        /* of the slack: bodies that move further in a step have no list */
-#define WIDER 1.01      /* of the bound of a way: what is left is for rounding */
-#define SURE 0.999      /* of the reach: boxes of places within it overlap whatever is rounded */
-#define RING_MAX 32     /* triangles near a vertex, of which more are all tried */
-#define STACK 128       /* pairs of nodes that wait: twice the depth of two trees is enough */
+#define NEAR 2.0       /* thicknesses within which two places meet as they are now */
+#define MARGIN 0.5     /* thicknesses by which a row may miss and is still made */
+#define STANDS_OUT 0.1 /* sine of the angle to its faces from which an edge counts */
+#define BEHIND 2.0     /* thicknesses up to which a vertex may lie behind a face that it touches */
+#define OWN_BEHIND 1.0 /* the same in one body, where it may be the far side of a thin wall */
+#define SHARP 0.3      /* the same of an edge that was pressed in */
+#define FLAT 0.01      /* angle between the faces of an edge up to which it is inside a flat one */
+#define ASKEW 0.05     /* sine of the angle between two edges from which they count */
+#define LEFT_OUT 2.0   /* thicknesses: what is nearer at rest does not touch in its own body */
+#define LEAF_KNOWN 2   /* of a node whose sphere and box are known; 1: its sphere */
+#define SLACK 0.5      /* thicknesses by which the reach of a list is wider */
+#define SLOW 0.5       /* of the slack: bodies that move further in a step have no list */
+#define WIDER 1.01     /* of the bound of a way: what is left is for rounding */
+#define SURE 0.999     /* of the reach: boxes of places within it overlap whatever is rounded */
+#define RING_MAX 32    /* triangles near a vertex, of which more are all tried */
+#define STACK 128      /* pairs of nodes that wait: twice the depth of two trees is enough */
+
+/* What a search knows of a triangle: nothing, its corners, and its box as well. */
+enum { CORNERS_KNOWN = 1, BOX_KNOWN = 2 };
 
 /* Two bodies that are searched, or one with itself. */
 typedef struct search {
