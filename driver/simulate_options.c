@@ -135,9 +135,9 @@ const config_command command_simulate = {
     "sine:AX,AY,AZ,f=HZ[,from=S][,until=S]. Displacements are then relative to the base.\n",
     .examples =
         "simulate beam.npz -o swing --time 3 --start mode:1,0.02\n"
-        "simulate beam.npz -o swing --load impulse:0,0,-40@tip --damping 0.3\n"
-        "simulate horse -o swing --load square:0,0,-50@load --frames 30 --stress\n"
-        "simulate tower -o swing --base-motion sine:0.5,0,0,f=2,until=5 --frames 60\n"
+        "simulate beam.npz -o swing --load impulse:0,0,-1000@tip --damping 0.3\n"
+        "simulate horse -o swing --load square:0,0,-10000@load --frames 30 --stress\n"
+        "simulate tower -o swing --base-motion sine:5,0,0,f=2,until=5 --frames 60\n"
         "simulate beam.npz -o swing --load gravity:0,0,-9.81 --integrator newmark --frames 60\n"
         "simulate scene.json -o swing",
     .exits = "0 done, 1 refused, 2 usage, 3 ran but flagged (status in run.json says why)",

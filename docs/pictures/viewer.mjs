@@ -3,8 +3,9 @@
 //        node docs/pictures/viewer.mjs pull horse.html docs/viewer_pull.png
 //        node docs/pictures/viewer.mjs compare heart.html docs/viewer_compare.png
 //        node docs/pictures/viewer.mjs links links.html docs/viewer_links.png
+//        node docs/pictures/viewer.mjs coupling spin.html docs/viewer_coupling.png
 // The pages are what `thrum view` wrote of hook.npz (docs/tutorial.md, meshed by TetGen), of horse, of
-// heart and of examples/scenes/links.json; viewer/node_modules must be installed.
+// heart and of examples/scenes/links.json and spin.json; viewer/node_modules must be installed.
 // SPDX-License-Identifier: Apache-2.0
 import { resolve } from 'node:path';
 import { pathToFileURL } from 'node:url';
@@ -14,7 +15,7 @@ import { chromium } from '../../viewer/node_modules/playwright-core/index.mjs';
 const PICTURES = {
   // the tip is pulled down and to the side at once, and the body follows for a second
   hook: {
-    settings: { damping: 2, colour: 'displacement' },
+    settings: { damping: 2, pull: 2, colour: 'displacement', quality: 'full' },
     async act(page) {
       await press(page, [0.0604, 0, 0.0777]);
       await drag(page, 40, 90, 4);
@@ -24,7 +25,7 @@ const PICTURES = {
 
   // the nose is pulled down in steps, with a while between them
   pull: {
-    settings: { gravity: 9.81, damping: 0.5, colour: 'displacement' },
+    settings: { gravity: 9.81, damping: 0.5, colour: 'displacement', quality: 'full' },
     async act(page) {
       await page.evaluate(() => window.thrum.step(600));
       await press(page, [1.37, -0.08, 1.5]);
@@ -43,9 +44,19 @@ const PICTURES = {
     },
   },
 
+  // the bar at the left is stretched by its spin, that at the right is not
+  coupling: {
+    settings: { quality: 'full' },
+    async act(page) {
+      await page.click('#compare');
+      await page.evaluate(() => window.thrum.pause(true));
+      await page.evaluate(() => window.thrum.step(205));
+    },
+  },
+
   // three soft hearts sag under their weight and swing
   compare: {
-    settings: { gravity: 9.81, damping: 0, stiffness: 0.4 },
+    settings: { gravity: 9.81, damping: 0, stiffness: 0.4, quality: 'full' },
     async act(page) {
       await page.click('#compare');
       await page.evaluate(() => window.thrum.pause(true));
@@ -64,8 +75,9 @@ async function press(page, point) {
     for (let v = 0; v < thrum.vertexCount(0); v++) {
       const off = Math.hypot(...thrum.position(0, v).map((x, axis) => x - target[axis]));
       const { x, y } = thrum.project(0, v);
-      const seen = thrum.pick(x, y)?.vertex === v;
-      if (seen && (!best || off < best.off)) best = { off, x, y };
+      // not at an outline, which the pointer may miss
+      const inside = [[-4, 0], [4, 0], [0, -4], [0, 4]].every(([right, down]) => thrum.pick(x + right, y + down));
+      if (inside && thrum.pick(x, y)?.vertex === v && (!best || off < best.off)) best = { off, x, y };
     }
     return best;
   }, point);
@@ -89,7 +101,7 @@ const browser = await chromium.launch({
     '--disable-quic', '--no-first-run', '--disable-background-networking',
     '--disable-component-update', '--disable-sync'],
 });
-const page = await browser.newPage({ viewport: { width: 920, height: 560 } });
+const page = await browser.newPage({ viewport: { width: 1080, height: 760 } });
 await page.goto(pathToFileURL(resolve(html)).href);
 await page.evaluate(() => window.thrum.ready);
 await page.evaluate((settings) => {

@@ -45,6 +45,8 @@ function ownGeometry(shared) {
   return geometry;
 }
 
+const HELD_SHARE = 0.03; // of the diagonal of a body, the size of a mark where it is held
+
 export class Body {
   /** @param {import('./pack.js').Model} model @param {{name: string, colour: string}} from
    * @param {number} row in the texture of coordinates @param {THREE.Texture} coordinates
@@ -124,8 +126,11 @@ export class Body {
       });
       const geometry = ownGeometry(this.mesh.geometry);
       geometry.setIndex(held);
+
+      // as large as 3 % of the body, so that they do not cover one that is far away
+      const { min, max } = this.mesh.geometry.boundingBox;
       this.held = this.#overlay(new THREE.Points(geometry,
-        new THREE.PointsMaterial({ color: 0x20303f, size: 5, sizeAttenuation: false })));
+        new THREE.PointsMaterial({ color: 0x20303f, size: HELD_SHARE * this.scale * min.distanceTo(max) })));
     }
     if (this.held) this.held.visible = on;
   }

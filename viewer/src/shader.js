@@ -23,6 +23,8 @@ export const DISPLACEMENT = /* glsl */ `
   }
   vec3 displacement(int source) { return alongModes(modes, source); }`;
 
+const POINT_SIZE = 'gl_PointSize = clamp(gl_PointSize, 1.0, 6.0);'; // [px]
+
 /** A texture whose number `texel` has the three numbers of at(texel).
  * @param {number} texels @param {number} rows the most that this GPU takes
  * @param {(texel: number, axis: number) => number} at */
@@ -72,12 +74,15 @@ export function displace(material, uniforms) {
         vec3 objectNormal = normalize(normal + alongModes(normalModes, gl_VertexID));`)
       .replace('#include <begin_vertex>', `
         shown = value;
-        vec3 transformed = position + displacement(source);`);
+        vec3 transformed = position + displacement(source);`)
+      // of points alone: what is near has marks no larger than these pixels
+      .replace('#include <logdepthbuf_vertex>', `${material.isPointsMaterial ? POINT_SIZE : ''}
+        #include <logdepthbuf_vertex>`);
     shader.fragmentShader = shader.fragmentShader
       .replace('#include <common>', `#include <common>\n${TINT}`)
       .replace('#include <color_fragment>', 'tint(diffuseColor.rgb);');
   };
-  material.customProgramCacheKey = () => 'thrum';
+  material.customProgramCacheKey = () => `thrum ${material.isPointsMaterial ?? false}`;
 }
 
 // the value of each vertex by its share of the scale; scale 0: the body's own colour
