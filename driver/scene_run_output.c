@@ -210,7 +210,7 @@ static thrum_status complete_body(scene_run *run, int32_t n, thrum_error *error)
 
   // the plot is drawn from energy.csv, which is closed by now
   char title[256];
-  snprintf(title, sizeof title, "%.60s: %s, dt = %g s", body->spec->name,
+  snprintf(title, sizeof title, "%.60s, stepped by %s, dt = %g s", body->spec->name,
            thrum_integrator_name(body->request.def.integrator), run->dt);
   if (run->spec.outputs.plots)
     run_output_plot(&record->output, title);

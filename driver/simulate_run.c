@@ -101,8 +101,8 @@ static thrum_status report(driver_run *run, double began, thrum_error *error) {
   const simulate_request *request = figures->request;
   char title[320], stepped_by[128];
   simulate_figures_stepped_by(figures, stepped_by);
-  snprintf(title, sizeof title, "%.120s: %s, dt = %g s", path_basename(request->model_path),
-           stepped_by, request->def.dt);
+  snprintf(title, sizeof title, "%.120s, stepped by %s, dt = %g s",
+           path_basename(request->model_path), stepped_by, request->def.dt);
 
   // the plot is timed apart from the rows and frames
   const double plotting = clock_seconds();

@@ -44,6 +44,6 @@ set title 'the same within 20 % of the run by the integrator energy'
 unset key
 plot energy('newmark') using 2:($5 > 0 ? $5 : 1/0) with lines lw 1 lc rgb '#d62728', \
      energy('midpoint') using 2:($5 > 0 ? $5 : 1/0) with lines lw 1 dt (9,4) lc rgb '#9467bd', \
-     energy('imexv') using 2:($5 > 0 ? $5 : 1/0) with lines lw 1 dt (3,3) lc rgb '#c25a00', \
+     energy('imexv') using 2:($5 > 0 ? $5 : 1/0) with lines lw 1.6 dt (3,3) lc rgb '#c25a00', \
      energy('energy') using 2:($5 > 0 ? $5 : 1/0) with lines lw 3 lc rgb '#1f77b4'
 unset multiplot
