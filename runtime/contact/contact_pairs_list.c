@@ -161,7 +161,7 @@ bool thrum_pairs_list_add(const thrum_pairs_run *run, thrum_pair_list *list, int
   const int64_t index = run->view.lists->entry_count + list->count;
   if (index == run->pairs->touch_max * THRUM_PAIR_ENTRIES)
     return false;
-  run->view.entries[index] = (thrum_pair_entry){kind, first, second};
+  run->view.entries[index] = (thrum_pair_entry){kind, first, second, 1};
   list->count++;
   return true;
 }

@@ -150,6 +150,7 @@ typedef struct thrum_pair_triangle {
 /* Two places that may be near in this step and the next ones: what a key of theirs would say. */
 typedef struct thrum_pair_entry {
   int32_t kind, first, second;
+  int32_t alike; /* entries from this one on that have its first place */
 } thrum_pair_entry;
 
 #define THRUM_PAIR_LISTS 256  /* that are kept: of so many pairs of members */

@@ -731,7 +731,7 @@ static bool is_before(const search *s, const thrum_pair_entry *a, const thrum_pa
 }
 
 /* Sorts the entries of a list by what their keys will be (Shell 1959), so that candidates need not
- * be. */
+ * be, and counts those of each place. */
 static void sort_list(const search *s, const thrum_pair_list *list) {
   thrum_pair_entry *entries = s->run->view.entries + list->from;
   int64_t gap = 1;
@@ -745,6 +745,13 @@ static void sort_list(const search *s, const thrum_pair_list *list) {
         entries[to] = entries[to - gap];
       entries[to] = moved;
     }
+
+  // where each place has its last entry is known from behind
+  for (int64_t n = list->count - 2; n >= 0; n--) {
+    const bool same =
+        entries[n].first == entries[n + 1].first && entries[n].kind == entries[n + 1].kind;
+    entries[n].alike = same ? entries[n + 1].alike + 1 : 1;
+  }
 }
 
 /* A list of two members, which have none that holds; NULL: there is no room for it. */
@@ -776,16 +783,6 @@ static int32_t edge_of(const search *s, int side, int32_t named, thrum_pair_tria
   const int n = named % 3;
   return tries_edge(s, side, named / 3, n, found) ? s->views[side].triangles[named / 3].edges[n]
                                                   : -1;
-}
-
-/* The entries from `entry` on, of `count`, that name the same place on the first side; their
- * number.
- */
-static int64_t same_first(const thrum_pair_entry *entry, int64_t count) {
-  int64_t n = 1;
-  while (n < count && entry[n].first == entry->first && entry[n].kind == entry->kind)
-    n++;
-  return n;
 }
 
 /* The edges of a list that are near one edge. */
@@ -931,7 +928,7 @@ static void try_listed_vertex(search *s, const thrum_pair_entry *entries, int64_
 static void try_list(search *s, const thrum_pair_list *list) {
   const thrum_pair_entry *entries = s->run->view.entries + list->from;
   for (int64_t n = 0, count; n < list->count; n += count) {
-    count = same_first(entries + n, list->count - n);
+    count = entries[n].alike;
     if (entries[n].kind == THRUM_PAIR_EDGES)
       try_listed_edges(s, entries + n, count);
     else
