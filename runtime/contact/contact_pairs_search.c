@@ -31,16 +31,17 @@
 #define BEHIND 2.0     /* thicknesses up to which a vertex may lie behind a face that it touches */
 #define OWN_BEHIND 1.0 /* the same in one body, where it may be the far side of a thin wall */
 #define SHARP 0.3      /* the same of an edge that was pressed in */
-#define FLAT 0.01      /* angle between the faces of an edge up to which it is inside a flat one */
-#define ASKEW 0.05     /* sine of the angle between two edges from which they count */
-#define LEFT_OUT 2.0   /* thicknesses: what is nearer at rest does not touch in its own body */
-#define LEAF_KNOWN 2   /* of a node whose sphere and box are known; 1: its sphere */
-#define SLACK 0.5      /* thicknesses by which the reach of a list is wider */
-#define SLOW 0.5       /* of the slack: bodies that move further in a step have no list */
-#define WIDER 1.01     /* of the bound of a way: what is left is for rounding */
-#define SURE 0.999     /* of the reach: boxes of places within it overlap whatever is rounded */
-#define RING_MAX 32    /* triangles near a vertex, of which more are all tried */
-#define STACK 128      /* pairs of nodes that wait: twice the depth of two trees is enough */
+#define LEFT_FLAT                                                                                  \
+  0.25               /* of the angle of flat faces: bent by less, those flat at rest are so still */
+#define ASKEW 0.05   /* sine of the angle between two edges from which they count */
+#define LEFT_OUT 2.0 /* thicknesses: what is nearer at rest does not touch in its own body */
+#define LEAF_KNOWN 2 /* of a node whose sphere and box are known; 1: its sphere */
+#define SLACK 0.5    /* thicknesses by which the reach of a list is wider */
+#define SLOW 0.5     /* of the slack: bodies that move further in a step have no list */
+#define WIDER 1.01   /* of the bound of a way: what is left is for rounding */
+#define SURE 0.999   /* of the reach: boxes of places within it overlap whatever is rounded */
+#define RING_MAX 32  /* triangles near a vertex, of which more are all tried */
+#define STACK 128    /* pairs of nodes that wait: twice the depth of two trees is enough */
 
 /* What a search knows of a triangle: nothing, its corners, and its box as well. */
 enum { CORNERS_KNOWN = 1, BOX_KNOWN = 2 };
@@ -54,6 +55,7 @@ typedef struct search {
   int32_t numbers[2];
   double thickness;
   double reach;          /* within which boxes are near each other [m] */
+  bool stays_flat[2];    /* faces of a side that are flat at rest are so still */
   bool wide;             /* nodes are near where boxes in them can be */
   thrum_pair_list *list; /* what is near goes into it; NULL: it is tried */
   bool full;             /* there was no room for it */
@@ -259,8 +261,8 @@ static bool is_flat(const search *s, int side, int32_t edge) {
   }
   const double both = squares[0] * squares[1], cosine = -thrum_dot3(across[0], across[1]);
 
-  // |a + b| < FLAT of two unit vectors: their product is below -1 + FLAT^2/2
-  const double least = 1.0 - 0.5 * FLAT * FLAT;
+  // |a + b| < f of two unit vectors: their product is below -1 + f^2/2
+  const double least = 1.0 - 0.5 * THRUM_SKIN_FLAT * THRUM_SKIN_FLAT;
   return cosine > 0.0 && cosine * cosine > least * least * both;
 }
 
@@ -305,8 +307,8 @@ static inline thrum_pair_triangle *triangle_of(const search *s, int side, int32_
 static bool tries_edge(const search *s, int side, int32_t triangle, int n,
                        thrum_pair_triangle *found) {
   const thrum_skin_triangle *of = s->views[side].triangles + triangle;
-  const int32_t bit = 8 << n;
-  if (!(of->tried & bit))
+  const int32_t bit = THRUM_SKIN_EDGE << n;
+  if (!(of->tried & bit) || (s->stays_flat[side] && (of->tried & (THRUM_SKIN_IN_FACE << n))))
     return false;
   if (!(found->flat_known & bit) && !is_flat(s, side, of->edges[n]))
     found->tried |= bit;
@@ -573,11 +575,11 @@ static void try_all_edges(search *s, const int32_t triangles[2],
 
   // each pair of edges is tried by one pair of triangles alone
   for (int n = 0; n < 3; n++) {
-    if (!(tried[0] & (8 << n)))
+    if (!(tried[0] & (THRUM_SKIN_EDGE << n)))
       continue;
     const thrum_pair_box box = box_of_edge(found[0], n);
     for (int m = 0; m < 3; m++) {
-      if (!(tried[1] & (8 << m)))
+      if (!(tried[1] & (THRUM_SKIN_EDGE << m)))
         continue;
       const thrum_pair_box other = box_of_edge(found[1], m);
       if (!overlap(&box, &other, s->reach))
@@ -1029,6 +1031,17 @@ static void make_room(thrum_pairs_run *run) {
   run->candidate_count = kept;
 }
 
+/* Are the faces of a member that are flat at rest hardly bent? By the linear part of their angles,
+ * which is what small ones have. */
+static bool stays_flat(const thrum_pairs_run *run, int64_t member) {
+  const thrum_skin *skin = run->members[member].skin;
+  const thrum_skin_view view = thrum_skin_view_of(skin);
+  double bent = 0.0;
+  for (int64_t i = 0; i < skin->rank; i++)
+    bent += view.bends[i] * fabs(run->view.runs[member].view.q[i]);
+  return bent < LEFT_FLAT * THRUM_SKIN_FLAT;
+}
+
 /* Two members to search, which may be one. */
 static search search_of(thrum_pairs_run *run, int64_t a, int64_t b) {
   search s = {.run = run,
@@ -1040,6 +1053,8 @@ static search search_of(thrum_pairs_run *run, int64_t a, int64_t b) {
   s.thickness = thrum_pairs_thickness(run->pairs, s.skins[0], s.skins[1]);
   s.reach = (1.0 + MARGIN) * s.thickness;
   s.way = INFINITY;
+  for (int side = 0; side < 2; side++)
+    s.stays_flat[side] = stays_flat(run, s.members[side]);
   return s;
 }
 

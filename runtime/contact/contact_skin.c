@@ -22,6 +22,7 @@
 #include "runtime/base/vec3.h"
 
 #define SKIN_MAGIC UINT64_C(0x7468726d736b3031)
+#define FLAT_AT_REST 0.25 /* of the angle of flat faces: up to it an edge lies in one at rest */
 
 /* Nodes of a tree over so many triangles, which are halved. */
 static int64_t nodes_of(int64_t triangles) {
@@ -125,7 +126,7 @@ static void make_edges(thrum_skin *skin, int32_t *heads, int32_t *nexts) {
         view.edges[e] = (thrum_skin_edge){{low, high}, {third(triangle, n), -1}};
         nexts[e] = heads[low];
         heads[low] = e;
-        triangle->tried |= 8 << n;
+        triangle->tried |= THRUM_SKIN_EDGE << n;
       }
       triangle->edges[n] = e;
     }
@@ -285,6 +286,80 @@ static void fill_extents(const thrum_skin *skin, const thrum_skin_view *view) {
     }
 }
 
+/* Where the third vertex of a triangle is seen from an edge: the share of the edge at its foot, and
+ * its distance from it [m], at rest. */
+static double height_of(const thrum_skin_view *view, const thrum_skin_edge *edge, int32_t vertex,
+                        double *share) {
+  double along[3], way[3], across[3];
+  const double *first = view->rest + 3 * (int64_t)edge->ends[0];
+  thrum_subtract3(view->rest + 3 * (int64_t)edge->ends[1], first, along);
+  thrum_subtract3(view->rest + 3 * (int64_t)vertex, first, way);
+  thrum_cross3(along, way, across);
+  const double square = thrum_dot3(along, along);
+  *share = thrum_dot3(way, along) / square;
+  return sqrt(thrum_dot3(across, across) / square);
+}
+
+/* The normals of both faces of an edge at rest, into that of the first; are they nearly one? */
+static bool is_in_flat_face(const thrum_skin_view *view, const thrum_skin_edge *edge,
+                            double normal[3]) {
+  double along[3], across[2][3];
+  if (edge->opposite[1] < 0)
+    return false;
+  const double *first = view->rest + 3 * (int64_t)edge->ends[0];
+  thrum_subtract3(view->rest + 3 * (int64_t)edge->ends[1], first, along);
+  for (int n = 0; n < 2; n++) {
+    double way[3];
+    thrum_subtract3(view->rest + 3 * (int64_t)edge->opposite[n], first, way);
+    thrum_cross3(along, way, across[n]);
+    const double length = sqrt(thrum_dot3(across[n], across[n]));
+    for (int axis = 0; axis < 3; axis++)
+      across[n][axis] /= length;
+  }
+
+  // they point to opposite sides, as the edge runs round each the other way; false of NaN
+  memcpy(normal, across[0], sizeof across[0]);
+  for (int axis = 0; axis < 3; axis++)
+    across[1][axis] += across[0][axis];
+  return sqrt(thrum_dot3(across[1], across[1])) < FLAT_AT_REST * THRUM_SKIN_FLAT;
+}
+
+/* The bends of an edge that lies in a flat face: where its third vertices go along the normal,
+ * against the edge at their feet, over their distances from it. */
+static void bend_at(const thrum_skin *skin, const thrum_skin_view *view,
+                    const thrum_skin_edge *edge, const double normal[3]) {
+  const int64_t r = skin->rank;
+  double heights[2], shares[2];
+  for (int n = 0; n < 2; n++)
+    heights[n] = height_of(view, edge, edge->opposite[n], shares + n);
+  for (int64_t i = 0; i < r; i++) {
+    double angle = 0.0, moved[4];
+    const int32_t vertices[4] = {edge->ends[0], edge->ends[1], edge->opposite[0],
+                                 edge->opposite[1]};
+    for (int n = 0; n < 4; n++) {
+      const double *rows = view->rows + 3 * (int64_t)vertices[n] * r + i;
+      moved[n] = normal[0] * rows[0] + normal[1] * rows[r] + normal[2] * rows[2 * r];
+    }
+    for (int n = 0; n < 2; n++)
+      angle += (moved[2 + n] - (1.0 - shares[n]) * moved[0] - shares[n] * moved[1]) / heights[n];
+    view->bends[i] = fmax(view->bends[i], fabs(angle));
+  }
+}
+
+/* Which edges lie in flat faces at rest, and how far the coordinates bend these. */
+static void fill_bends(const thrum_skin *skin, const thrum_skin_view *view) {
+  for (int64_t t = 0; t < skin->triangle_count; t++)
+    for (int n = 0; n < 3; n++) {
+      thrum_skin_triangle *triangle = view->triangles + t;
+      const thrum_skin_edge *edge = view->edges + triangle->edges[n];
+      double normal[3];
+      if (!(triangle->tried & (THRUM_SKIN_EDGE << n)) || !is_in_flat_face(view, edge, normal))
+        continue;
+      triangle->tried |= THRUM_SKIN_IN_FACE << n;
+      bend_at(skin, view, edge, normal);
+    }
+}
+
 /* A checksum of a block by its words (Fowler, Noll & Vo: FNV-1a). */
 static uint64_t seal_of(const void *memory, size_t size) {
   uint64_t sum = UINT64_C(14695981039346656037), word;
@@ -325,6 +400,7 @@ thrum_status thrum_skin_init(void *memory, size_t memory_size, const thrum_model
   make_node(skin, &view, 0, 0, triangle_count);
   fill_areas(skin, &view);
   fill_extents(skin, &view);
+  fill_bends(skin, &view);
   skin->seal = seal_of(memory, size);
   *made = skin;
   return THRUM_OK;

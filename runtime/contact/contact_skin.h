@@ -27,11 +27,17 @@ typedef struct thrum_skin_edge {
 } thrum_skin_edge;
 
 /* A triangle: its vertices and edges, and a bit for each of them that it has to try: three for
- * vertices, three for edges, so that each is tried by one triangle alone. */
+ * vertices, three for edges, so that each is tried by one triangle alone. Three more are for edges
+ * that lie inside a flat face at rest. */
 typedef struct thrum_skin_triangle {
   int32_t corners[3], edges[3];
   int32_t tried;
 } thrum_skin_triangle;
+
+#define THRUM_SKIN_FLAT 0.01  /* angle of faces [rad] up to which the edge between them is in both \
+                               */
+/* The first of the bits of edges, and of those of edges that are in a flat face at rest. */
+enum { THRUM_SKIN_EDGE = 8, THRUM_SKIN_IN_FACE = 64 };
 
 struct thrum_skin {
   uint64_t magic;
@@ -57,6 +63,7 @@ struct thrum_skin {
   X(double, spreads, node_count *rank)        /* largest difference from it, by column */          \
   X(double, own_gaps, node_count) /* least distance at rest to what shares no vertex [m] */        \
   X(double, extents, rank)        /* largest displacement under a unit of q */                     \
+  X(double, bends, rank) /* how far a unit of q turns flat faces against each other [rad/m] */     \
   X(int32_t, heads, vertex_count) /* lists of edges while the skin is made */                      \
   X(int32_t, nexts, triangle_count * 3)
 

@@ -196,6 +196,94 @@ static void a_skin_needs_vertices_and_triangles_of_them(void **context) {
   assert_true(thrum_skin_diagonal(NULL) == 0);
 }
 
+/* The angle between the two faces of an edge, with the vertices at x [rad]. */
+static double angle_at(const thrum_skin_edge *edge, const double *x) {
+  double along[3], normals[2][3], cross[3];
+  const double *first = x + 3 * (int64_t)edge->ends[0];
+  thrum_subtract3(x + 3 * (int64_t)edge->ends[1], first, along);
+  for (int n = 0; n < 2; n++) {
+    double way[3];
+    thrum_subtract3(x + 3 * (int64_t)edge->opposite[n], first, way);
+    thrum_cross3(along, way, normals[n]);
+  }
+  thrum_cross3(normals[0], normals[1], cross);
+  return atan2(sqrt(thrum_dot3(cross, cross)), -thrum_dot3(normals[0], normals[1]));
+}
+
+/* The largest angle over all edges that have two faces. */
+static double largest_angle(const thrum_skin *skin, const double *q) {
+  const thrum_skin_view view = thrum_skin_view_of(skin);
+  double x[3 * 16], most = 0;
+  for (int64_t v = 0; v < skin->vertex_count; v++)
+    for (int axis = 0; axis < 3; axis++) {
+      x[3 * v + axis] = view.rest[3 * v + axis];
+      for (int64_t i = 0; i < skin->rank; i++)
+        x[3 * v + axis] += view.rows[(3 * v + axis) * skin->rank + i] * q[i];
+    }
+  for (int64_t e = 0; e < skin->edge_count; e++)
+    if (view.edges[e].opposite[1] >= 0)
+      most = fmax(most, angle_at(view.edges + e, x));
+  return most;
+}
+
+enum { SIDE = 4, RANK = 3 };
+
+static void a_flat_face_bends_by_what_its_skin_says(void **context) {
+  (void)context;
+  random_state random = {11};
+  double vertices[3 * SIDE * SIDE] = {0}, basis[3 * SIDE * SIDE * RANK],
+                             material[3] = {1e6, 0.3, 1};
+  int32_t triangles[6 * (SIDE - 1) * (SIDE - 1)], count = 0;
+
+  // a square in the plane z = 0 whose vertices are off their grid
+  for (int32_t v = 0; v < SIDE * SIDE; v++) {
+    vertices[3 * v] = v % SIDE + 0.2 * random_uniform(&random);
+    vertices[3 * v + 1] = v / SIDE + 0.2 * random_uniform(&random);
+  }
+  for (int32_t v = 0; v < SIDE * (SIDE - 1); v++) {
+    const int32_t both[6] = {v, v + 1, v + SIDE, v + 1, v + SIDE + 1, v + SIDE};
+    if (v % SIDE == SIDE - 1)
+      continue;
+    memcpy(triangles + 3 * count, both, sizeof both);
+    count += 2;
+  }
+  random_vector(&random, 3 * SIDE * SIDE * RANK, 1, basis);
+  thrum_model model = {.rank = RANK,
+                       .vertex_count = SIDE * SIDE,
+                       .vertices = vertices,
+                       .basis = basis,
+                       .material = material,
+                       .region_count = 1};
+  size_t size = 0;
+  thrum_skin *skin = NULL;
+  assert_int_equal(thrum_skin_size(&model, triangles, count, &size, NULL), THRUM_OK);
+  assert_int_equal(thrum_skin_init(memory_of(size), size, &model, triangles, count, &skin, NULL),
+                   THRUM_OK);
+  const thrum_skin_view view = thrum_skin_view_of(skin);
+
+  // one coordinate alone reaches the bound, and all together stay within it
+  for (int i = 0; i < RANK; i++) {
+    double q[RANK] = {0};
+    q[i] = 1e-5;
+    assert_true(fabs(largest_angle(skin, q) / (view.bends[i] * q[i]) - 1) < 1e-3);
+  }
+  for (int n = 0; n < 100; n++) {
+    double q[RANK], bound = 0;
+    random_vector(&random, RANK, 1e-3, q);
+    for (int i = 0; i < RANK; i++)
+      bound += view.bends[i] * fabs(q[i]);
+    assert_true(largest_angle(skin, q) < 1.01 * bound);
+  }
+
+  // all inner edges are in the face, each with one of its triangles
+  int inner = 0;
+  for (int64_t t = 0; t < skin->triangle_count; t++)
+    for (int n = 0; n < 3; n++)
+      inner += (view.triangles[t].tried & (THRUM_SKIN_IN_FACE << n)) != 0;
+  assert_int_equal(inner, (SIDE - 1) * (SIDE - 1) + 2 * (SIDE - 1) * (SIDE - 2));
+  free(skin);
+}
+
 /* --- members ---------------------------------------------------------------------------------- */
 
 static void refuse_step(fixture *f, thrum_contact_member *members, int64_t count,
@@ -438,6 +526,7 @@ int main(void) {
       TEST(each_number_of_a_def_has_its_range),
       TEST(what_is_null_is_refused_or_nothing),
       TEST(a_skin_needs_vertices_and_triangles_of_them),
+      cmocka_unit_test(a_flat_face_bends_by_what_its_skin_says),
       TEST(members_of_a_step_must_fit),
       TEST(a_copy_of_another_def_is_refused),
       TEST(counts_and_numbers_of_a_copy_have_their_range),
