@@ -270,6 +270,8 @@ static void print_table(const recorded *run) {
   }
   printf("%-18s%s view %s, which plays it\n", "next", program, run->path);
   printf("%-18s%s export %s --glb run.glb, for other programs\n", "", program, run->path);
+  printf("%-18s%s compare %s OTHER, which says how far another run is from it\n", "", program,
+         run->path);
 }
 
 /* Adds what print_stepped says, of a body of a scene or of the run of one. */

@@ -16,8 +16,10 @@ thrum_status scene_coupled_fit(scene_body *body, scene_model *derived, const thr
                                thrum_error *error) {
   if (def->integrator != THRUM_INTEGRATOR_ENERGY || def->damping_form != THRUM_DAMPING_REST)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "rotation and shape are coupled by the integrator energy with the "
-                           "damping form rest");
+                           "rotation and shape are coupled by the integrator energy alone, with "
+                           "the damping form rest, and this body is stepped by %s: leave out its "
+                           "integrator and damping form, or coupled",
+                           thrum_integrator_name(def->integrator));
   THRUM_TRY(scene_model_inertia(derived, error));
   if (!scene_grow(&body->inertia_work, (int64_t)work_count(body, derived),
                   sizeof *body->inertia_work))
