@@ -250,8 +250,9 @@ THRUM_API thrum_skin_bound thrum_contact_member_bound(const thrum_contact_member
 /* May the two bodies touch in the step to come? */
 THRUM_API int32_t thrum_contact_pairs_near(const thrum_skin_bound *a, const thrum_skin_bound *b);
 
-/* Has pairs without a step so far go on from the touches, counters and energies of `from`, which
- * may have less room; touches beyond touch_max are left out. NULL for either does nothing. */
+/* Lets pairs that have made no step yet continue from the touches, counters and energies of `from`.
+ * They may have less room than `from`: touches beyond touch_max are left out and counted as
+ * dropped. NULL for either does nothing. */
 THRUM_API void thrum_contact_pairs_continue(thrum_contact_pairs *pairs,
                                             const thrum_contact_pairs *from);
 

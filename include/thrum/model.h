@@ -183,10 +183,10 @@ thrum_model_free(const thrum_model *model); /* made by thrum_model_load alone; N
  * the array. */
 THRUM_API thrum_status thrum_model_check(const thrum_model *model, thrum_error *error);
 
-/* A number that tells omega2, c3 and c4 of this model from those of others, never 0; the `identity`
- * of models from files. Put it into that of a model made by hand whose states are to refuse other
- * models. 0 for NULL and where a coefficient's array is missing. Reads every coefficient once. Any
- * thread. */
+/* A number that tells omega2, c3 and c4 of this model from those of others, never 0. Models from
+ * files have it as their `identity`; set the `identity` of a model made by hand to it where its
+ * states are to refuse other models. Returns 0 for NULL and where a coefficient's array is missing.
+ * Reads every coefficient once. Any thread. */
 THRUM_API uint64_t thrum_model_identity(const thrum_model *model);
 
 /* Makes the checks of thrum_model_check that read no value but the format's version: that required

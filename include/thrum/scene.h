@@ -477,18 +477,20 @@ typedef struct thrum_scene_link_def {
    * now. */
   double length;
 
-  /* Of the world's end: path_count ascending times [s] and as many positions (x 3) [m], of which it
-   * goes the differences from the first, along a smooth curve, at up to 1e30 m/s from one to the
-   * next; before and after it rests. Times are within 1e30 s. Default NULL: it stays. */
+  /* The path of an end in the world: at path_count ascending times [s] the end is displaced by the
+   * difference of its position (path_count x 3) [m] from the first one. It moves along a smooth
+   * curve, at up to 1e30 m/s from one position to the next, and rests before and after. Times are
+   * within 1e30 s. Default NULL: the end stays. */
   const double *path_times, *path_places;
   int64_t path_count;
 
   /* Time at which it lets go [s]; larger: later. Default INFINITY: never. */
   double until;
 
-  /* Two sides that were made before, of a link of bodies that stood as they do now, with the same
-   * models, scales, densities and ranks; in place of vertices and axis, and of the meshes. `place`
-   * and, of a spring, `other_place` are then given. Default NULL: they are made of the meshes. */
+  /* The two sides of a link that was made before, between bodies that stood as they do now and had
+   * the same models, scales, densities and ranks. They replace vertices, axis and meshes; `place`
+   * and, for a spring, `other_place` must then be given. Default NULL: the sides are made from the
+   * meshes. */
   const thrum_scene_link_side *sides;
 } thrum_scene_link_def;
 
@@ -589,12 +591,12 @@ THRUM_API thrum_status thrum_scene_step(thrum_scene *scene, thrum_error *error);
 typedef void (*thrum_scene_run)(void *context, int32_t count,
                                 void (*task)(void *of, int32_t index, int32_t worker), void *of);
 
-/* Has thrum_scene_step give its bodies to `workers` (1 to THRUM_SCENE_WORKERS_MAX; default 1) at a
- * time by `run`, which gets `context` and may be NULL for one. The library starts no thread itself.
- * Every body ends with the same bits whatever the number is. Each group of bodies that are near
- * each other steps on one worker, different groups on different ones; with contact between bodies
- * each worker has room for as many touches as the scene. THRUM_INVALID_ARGUMENT for numbers beyond
- * that, THRUM_OUT_OF_MEMORY. */
+/* Makes thrum_scene_step share its bodies among `workers` (1 to THRUM_SCENE_WORKERS_MAX; default 1)
+ * by calls of `run`, which gets `context` and may be NULL for one worker. The library starts no
+ * thread itself. Every body ends with the same bits, whatever the number of workers. Bodies that
+ * are near each other form a group, which steps on one worker; different groups step on different
+ * ones. With contact between bodies each worker has room for as many touches as the scene.
+ * THRUM_INVALID_ARGUMENT for numbers out of range, THRUM_OUT_OF_MEMORY. */
 THRUM_API thrum_status thrum_scene_set_workers(thrum_scene *scene, int32_t workers,
                                                thrum_scene_run run, void *context,
                                                thrum_error *error);

@@ -379,17 +379,17 @@ THRUM_API thrum_status thrum_state_get(const thrum_model *model, thrum_state *st
 THRUM_API thrum_status thrum_state_set_force(const thrum_model *model, thrum_state *state,
                                              const double *force, thrum_error *error);
 
-/* Puts the material to where nothing has flowed: no plastic strain and no plastic work, of which
- * `dissipated` of the report then has none either. q, p, counters, load and time stay. The strain
- * energy changes at once, so an account of energies begins anew. THRUM_OK without a change for a
- * state that cannot flow. */
+/* Resets the material to one that has not flowed: it has no plastic strain and no plastic work, and
+ * the plastic work is taken out of `dissipated` of the report. q, p, counters, load and time stay.
+ * The strain energy changes at once, so an account of energies begins anew. THRUM_OK without a
+ * change for a state that cannot flow. */
 THRUM_API thrum_status thrum_state_clear_plastic(const thrum_model *model, thrum_state *state,
                                                  thrum_error *error);
 
-/* What has flowed in `from`, a state of a model with the same cubature points, of any rank and
- * scale, flows on in `state`: its plastic strain; plastic work stays counted where it was. For
- * bodies whose state is made anew. The strain energy changes at once. THRUM_INVALID_ARGUMENT for
- * NULL, THRUM_MODEL_MISMATCH where one of them has other points or cannot flow. */
+/* Copies the plastic strain of `from` into `state`, for bodies whose state is made anew. The two
+ * models must have the same cubature points, but may differ in rank and scale. Plastic work stays
+ * counted in `from`. The strain energy changes at once. THRUM_INVALID_ARGUMENT for NULL,
+ * THRUM_MODEL_MISMATCH where one of the states has other points or cannot flow. */
 THRUM_API thrum_status thrum_state_take_plastic(thrum_state *state, const thrum_state *from,
                                                 thrum_error *error);
 
