@@ -128,7 +128,7 @@ thrum_status experiments_write_list(const experiments_request *request, const ch
 
 /* The end of a kind: its files, the page of its first table, and the result on standard output, one
  * object with all rows or the tables. The files come first, so that a full disk is the last word.
- * Of one job the rows and the list go into the result of the request. */
+ * The rows and the list of a single job go into the result of the request. */
 thrum_status experiments_publish(const experiments_request *request,
                                  const experiments_outcome *outcome, thrum_error *error);
 

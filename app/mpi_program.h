@@ -1,6 +1,6 @@
-/* What commands have to do with `thrum-mpi` (mpi/README.md): going on as that program, which has
- * PETSc's conjugate gradients, on one process; and what it says to options of its own. It lies
- * beside `thrum` where it was built, or where the environment variable THRUM_MPI says.
+/* The program `thrum-mpi` (mpi/README.md), as commands of `thrum` use it: a command can go on as
+ * `thrum-mpi` on one process, because that program has PETSc's conjugate gradients. It lies beside
+ * `thrum` where it was built, or where the environment variable THRUM_MPI says.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_APP_MPI_PROGRAM_H
 #define THRUM_APP_MPI_PROGRAM_H
