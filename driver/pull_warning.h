@@ -4,7 +4,7 @@
 
 #include "driver/load_spec.h"
 
-/* Vertices beyond which nobody waits for a factor of the mesh just to be warned. */
+/* Larger meshes are not factored just for a warning: the run itself would start much later. */
 #define PULL_VERTICES_MOST 20000
 
 /* Warns of every force at a vertex or a group that the model follows by less than 80 % of the

@@ -33,7 +33,7 @@ typedef enum run_kind {
 /* Whether the run of a scene has a file of this name, so that no body may have it. */
 bool run_entries_of_scene(const char *name);
 
-/* Whether the folder has the mark of a run of this kind, whoever wrote it. */
+/* Whether the folder has the mark of a run of this kind, even if another program wrote it. */
 bool run_entries_finished(const char *path, run_kind kind);
 
 /* Whether the mark in the folder says that a run of this kind is there. */

@@ -26,8 +26,9 @@ extern const char *const law_names[];
 /* The law of the material in a run: the one that was asked for, or the model's. */
 thrum_law law_of_run(bool given, thrum_law law, const thrum_model *model);
 
-/* The model as one of this law, with the arrays of the first and without its points: for what asks
- * of the body and not of its energy. It is the model itself where that is of the law already. */
+/* The model with this law in place of its own. It borrows the arrays of `model` but has no cubature
+ * points, so it serves questions about the body and not about its energy. Where the model has the
+ * law already, nothing is changed. */
 thrum_model model_of_law(const thrum_model *model, thrum_law law);
 
 /* Single rows, for the fields of a request. */

@@ -6,10 +6,11 @@
 
 enum { THRUM_THICKNESS_CELLS_MAX = 16 };
 
-/* Cells under the thinnest quarter of the surface: a line from the middle of each triangle of the
- * surface straight into the body crosses three tets a cell of a grid until it leaves; the result is
- * the most that a quarter of the area has, and at most THRUM_THICKNESS_CELLS_MAX. `faces` are those
- * of the mesh; middle nodes do not count. Cost: linear in the mesh. */
+/* How many cells lie under the thinnest quarter of the surface. A line from the middle of each
+ * surface triangle straight into the body crosses three tets for each cell of a grid until it
+ * leaves; the result is the most that a quarter of the area has, and at most
+ * THRUM_THICKNESS_CELLS_MAX. `faces` are the faces of the mesh; middle nodes do not count. Cost:
+ * linear in the mesh. */
 thrum_status thrum_mesh_cells_across(const thrum_mesh *mesh, const thrum_mesh_faces *faces,
                                      double *cells, thrum_error *error);
 

@@ -8,8 +8,8 @@
 #include "thrum/thrum.h"
 
 /* X(symbol, name, integrator, split form, solver, alone, keeps). `alone`: no monitor and no
- * fallback chain, so that what steps is the scheme itself. `keeps`: a run that is lost is a fault
- * of the program; the others may lose their energy. */
+ * fallback chain, so that what steps is the scheme itself. `keeps`: the scheme keeps the energy, so
+ * a lost run is a fault of the program; the others may lose their energy. */
 #define EXPERIMENT_SCHEME_LIST(X)                                                                  \
   X(THESIS, "thesis", IMEXV, THESIS, QUASI_NEWTON, true, false)                                    \
   X(THESIS_NEWTON, "thesis-newton", IMEXV, THESIS, NEWTON, true, false)                            \
