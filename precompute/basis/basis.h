@@ -6,16 +6,19 @@
 #include "precompute/fem/fem.h"
 #include "precompute/options/stage.h"
 
-/* candidates: n x (k + k (k + 1) / 2), column-major: k modes, then the derivatives in the order of
- * thrum_derivatives; destroyed. omega2: k, and response_count. responses: n x
- * response_count, of unit mass norm or zero (omega2 INFINITY), and behind them all derivatives that
- * have one of them; U spans them, and as many directions that those derivatives add, beside as many
- * vectors of modes and derivatives as the rank leaves. shares:
- * NULL, or weights of the candidates, which then replace those by frequency. The last trained_count
- * of the rank are for `trained`, fields of 3 vertex_count each, one after the other. basis: U, 3
- * vertex_count x rank, row-major, zero rows where held; *orthonormality: max |U^T M U - 1|. U^T M U
- * = 1, U^T K U diagonal and ascending, signs and clusters canonical. THRUM_INVALID_ARGUMENT, with
- * the rank that can be had, when the candidates span fewer. */
+/* Makes the basis U. It spans the static responses, as many directions of their derivatives, the
+ * trained fields, and as many vectors of modes and derivatives as the rank leaves.
+ *
+ * candidates: n x (k + k (k + 1) / 2), column-major, destroyed: k modes, then the derivatives in
+ * the order of thrum_derivatives. omega2: of the k modes, then of the responses, INFINITY for one
+ * that is zero. responses: n x response_count, each of unit mass norm or zero, and behind them all
+ * derivatives that have one of them. shares: weights of the candidates in place of those by
+ * frequency, or NULL. trained: trained_count fields of 3 vertex_count each, one after the other,
+ * for the last trained_count of the rank.
+ *
+ * basis: U, 3 vertex_count x rank, row-major, zero rows where held, with U^T M U = 1, U^T K U
+ * diagonal and ascending, signs and clusters canonical; *orthonormality: max |U^T M U - 1|.
+ * THRUM_INVALID_ARGUMENT, with the largest possible rank, when the candidates span fewer. */
 thrum_status thrum_basis(const thrum_fem *fem, const thrum_sparse *mass, int64_t k,
                          const double *omega2, double *candidates, const double *shares,
                          const double *responses, int64_t response_count, int64_t rank,

@@ -23,9 +23,9 @@ thrum_status thrum_mass_orthonormalise(const thrum_sparse *mass, int64_t count, 
                                        double tolerance, int64_t *rank, double *work,
                                        thrum_error *error);
 
-/* The same, and what the columns were: column which[c] of those that were given is Q times column c
- * of `entries` (count x count, column-major, rows from *rank on zero), but for what counted as
- * nothing. With it the columns need not be kept beside Q. */
+/* The same, with the factors that give the columns back, so that they need not be kept beside Q:
+ * the given column which[c] is Q times column c of `entries` (count x count, column-major, rows
+ * from *rank on zero), up to what counted as nothing. */
 thrum_status thrum_mass_factor(const thrum_sparse *mass, int64_t count, double *x, double tolerance,
                                int64_t *rank, double *entries, int32_t *which, double *work,
                                thrum_error *error);

@@ -1,11 +1,11 @@
 /* A body that several processes share, and the solvers that work on it together.
  *
  * Each process (MPI calls it a rank) has a part: some of the tets, and all vertices of these. A tet
- * is in one part, a vertex between parts is in several. What is a force in kind, K u, M u and right
- * sides of equations, is kept as terms: the terms of all parts at a vertex add up to the force.
- * What is a displacement in kind agrees in all parts that have its vertex. So the matrices of the
- * parts are those of thrum_fem without change, a scalar product of a force and a displacement is
- * the sum of the products of the parts, and combinations of columns need no exchange (the
+ * is in one part, a vertex between parts is in several. Forces, such as K u, M u and the right
+ * sides of equations, are kept as terms: the terms of all parts at a vertex add up to the force.
+ * Displacements are kept whole: they agree in all parts that have the vertex. So the matrices of
+ * the parts are those of thrum_fem without change, a scalar product of a force and a displacement
+ * is the sum of the products of the parts, and combinations of columns need no exchange (the
  * subassembled form of domain decomposition: Toselli, Widlund 2005, doi:10.1007/b137868).
  *
  * Every function here is called by all processes at once, with equal counts. With ranks NULL the

@@ -4,8 +4,8 @@
  * give of a place is how far a unit force moves its patch along itself, in the linear static answer
  * and in the mean over all directions of the force: a third of the trace of its compliance. A model
  * follows a place by that share of the body's give which its basis shows. Places that give less
- * than a hundredth of what the softest gives are stiff: nobody sees them move, and they are not
- * judged.
+ * than a hundredth of what the softest gives are stiff: they move too little to be seen, and are
+ * not judged.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_MODEL_TOUCH_H
 #define THRUM_PRECOMPUTE_MODEL_TOUCH_H

@@ -100,7 +100,7 @@ typedef struct thrum_precompute_options {
 #define THRUM_CUBATURE_RANGE_MOST 10.0    /* of cubature_range, */
 #define THRUM_CUBATURE_COUNT_MOST 1000000 /* and of cubature_points and cubature_refine */
 
-  /* V from cubature points in place of the polynomial; default false. The next five are of it. */
+  /* V from cubature points in place of the polynomial; default false. The next five need it. */
   bool cubature;
 
   /* Relative rms of the internal force at which points are enough; > 0 to 1, default 0.001.
@@ -116,7 +116,7 @@ typedef struct thrum_precompute_options {
 
   /* Steps in which the gradients of the points are learned; 0 to 1e6, default 0: they are those
    * of the mesh; 10000 are usual. Larger: fewer points for the same error, and a longer precompute.
-   * Not of points that flow. */
+   * Points that flow cannot be learned. */
   int64_t cubature_refine;
 
   /* Yield strain of a body that flows, which points of another law are then trained on; > 0,

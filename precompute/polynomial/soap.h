@@ -1,9 +1,9 @@
 /* SOAP (Vyas et al. 2024, arXiv:2409.11321), a descent by noisy slopes of a function of a matrix:
  * Adam (Kingma & Ba 2015, arXiv:1412.6980) in the eigenvectors of mean products of slopes.
  *
- * Adam scales each number by the size of its own slopes. Where numbers depend on each other, as the
- * coordinates of a body and the components of a gradient do, that says little; in the eigenvectors
- * of the mean of slope^T slope, and of slope slope^T of the rows of a group, they do not.
+ * Adam scales each number by the size of its own slopes, which is right where numbers do not depend
+ * on each other. Coordinates of a body and components of a gradient do; along the eigenvectors of
+ * the mean of slope^T slope, and of slope slope^T of the rows of a group, they hardly do.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_PRECOMPUTE_POLYNOMIAL_SOAP_H

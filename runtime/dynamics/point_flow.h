@@ -17,8 +17,8 @@ const thrum_model *thrum_flowed_model(const thrum_model *model, thrum_state *sta
  * the kernel, q, and the scratch `restricted` and `work` are used. */
 void thrum_point_flow(const thrum_model *flowed, thrum_state *state, const thrum_state_view *view);
 
-/* Has the next step evaluate V and R and start from q and p: those that are known are of another
- * material. */
+/* Makes the next step evaluate V and R and start from q and p, because the known values belong to
+ * the material before a change. */
 void thrum_forget_forces(thrum_state *state);
 
 #endif
