@@ -4,7 +4,8 @@
 
 #include "driver/load_spec.h"
 
-/* Larger meshes are not factored just for a warning: the run itself would start much later. */
+/* Vertices beyond which the mesh is not factored just for a warning, as the user would wait long
+ * for it. */
 #define PULL_VERTICES_MOST 20000
 
 /* Warns of every force at a vertex or a group that the model follows by less than 80 % of the
