@@ -181,6 +181,8 @@ static void print_shares(const cJSON *report) {
       {"impact_share", "of it off after impacts"},
   };
   const cJSON *condensed = cJSON_GetObjectItemCaseSensitive(report, "condensed");
+
+  // all on one line, where a comma comes before each but the first that is printed
   const char *comma = "";
   for (size_t n = 0; n < sizeof shares / sizeof shares[0]; n++) {
     const double share = number_of(condensed, shares[n][0]);
