@@ -7,10 +7,10 @@
  *   newmark, energy, manifold
  *                    as many shorter steps of their own
  *
- * Those of `energy` take the average vector field, whose equation always has a solution. The load
- * of a step is its mean, so the shorter steps all take it. The others have no fallback chain: they
- * are there to be compared with. Cost: of the steps tried; nothing in a step that is solved at
- * once.
+ * The shorter steps of `energy` take the average vector field, whose equation always has a
+ * solution. The load of a step is its mean, so the shorter steps all take it. The other integrators
+ * have no fallback chain: they are there to be compared with. Cost: that of the steps tried;
+ * nothing in a step that is solved at once.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"

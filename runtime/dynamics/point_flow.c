@@ -2,9 +2,9 @@
  * step itself is elastic, so the strain energy that the flow takes away is all that is lost, and
  * the account of the energies has it as dissipation.
  *
- * What the step has left for the next one is of the material before the flow: R and V are evaluated
- * again, and a correction that would have been carried is dropped, so that the next step starts
- * from q and p. Inverses and past solves stay, as any of them serves a solve.
+ * The step leaves values for the next one that belong to the material before the flow. So R and V
+ * are evaluated again, and a correction that would have been carried is dropped: the next step
+ * starts from q and p. Inverses and past solves stay, as any of them serves a solve.
  * Cost: the gradients of all points and a bound of their strains; the principal axes of those that
  * are near the yield. SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
@@ -84,8 +84,8 @@ static cubature_point point_of(const thrum_model *model, const thrum_plastic *ma
   return at;
 }
 
-/* Lets one point flow by a share of what the rule asks for, and leaves what had flowed in the lanes
- * of its gradient; whether it did. */
+/* Lets one point flow by a share of what the rule asks for, and saves its plastic strain before
+ * that in the lanes of its gradient. Returns whether it flowed. */
 static bool flow_at(const thrum_state *state, cubature_point *at, double share, double *place,
                     double *lanes, double *taken) {
   const thrum_plastic_point point = {&at->material, state->def.dt, share, energy_at, at};
@@ -106,8 +106,8 @@ static double *lanes_of(double *restricted, int64_t p) {
   return restricted + THRUM_POINT_BLOCK * (p / 8) + p % 8;
 }
 
-/* Lets all points flow by such a share; whether one did, and the strain energy that it took, which
- * may be negative. */
+/* Lets all points flow by such a share. Returns whether one did, and gives the strain energy that
+ * the flow took, which may be negative. */
 static bool flow_by(const thrum_model *flowed, thrum_state *state, const thrum_state_view *view,
                     double share, double *taken) {
   // with all coordinates held a restriction has the gradients of all points

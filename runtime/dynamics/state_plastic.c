@@ -1,4 +1,5 @@
-/* What has flowed in a state: taken over, cleared and read (thrum/state.h).
+/* The plastic strain of a state: copies it from another state, clears it and reads it
+ * (thrum/state.h).
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 

@@ -323,8 +323,9 @@ static thrum_status settle_balance(const thrum_model *model, thrum_step_run *run
   return THRUM_OK;
 }
 
-/* What the step took is entered into the header to be; a failure is put into words. An amplitude
- * that overflows would make every later residual look small. */
+/* Enters the energy that the step dissipated into the header of the next state, and puts a failure
+ * into words. An amplitude that is not finite is a failure as well, because every later residual
+ * would look small beside it. */
 static thrum_status accept(thrum_step_run *run, thrum_status status, double amplitude,
                            thrum_error *error) {
   const double lost = run->report.dissipation + taken_by_drag(run);

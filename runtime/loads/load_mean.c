@@ -28,7 +28,7 @@ double thrum_load_mean(const thrum_load *load, int64_t step, double dt) {
   if (!(dt > 0) || !(last > first) || isnan(load->from) || isnan(load->until))
     return 0;
 
-  // of a constant and of a ramp the mean is known without an integral
+  // the mean of a constant and of a ramp is known without an integral
   if (load->shape == THRUM_LOAD_CONSTANT)
     return last - first;
   if (load->shape == THRUM_LOAD_RAMP)

@@ -209,7 +209,7 @@ static void find_pairs(const sums *s, thrum_inertia *inertia) {
       double *moment = inertia->pairs + 9 * (j * r + i), *mirror = inertia->pairs + 9 * (i * r + j);
       for (int a = 0; a < 3; a++)
         for (int b = 0; b < 3; b++) {
-          // of a mode with itself the moment is symmetric
+          // the moment of a mode with itself is symmetric; here it becomes so to the last bit
           if (i == j && a < b)
             moment[3 * a + b] = moment[3 * b + a];
           mirror[3 * b + a] = moment[3 * a + b];

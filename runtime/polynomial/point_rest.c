@@ -6,12 +6,13 @@
  *   D = sum over l < 1 of (1 - l) W v v^T W,  X = sum over l > 1 of (1 - 1/sqrt(l)) v v^T W,
  *   q_p = W^-1 sum_p w_p G_p^T C e_p,
  *
- * e_p the strain of F_p: a sum of what is never negative, so that a flow, which lowers V, takes no
- * more than start and loads have given. Until something flows, V is that of (18.5) where X is zero.
+ * where e_p is the strain of F_p. No term of V is ever negative, so a flow, which lowers V, takes
+ * no more than start and loads have given. Until something flows, V is that of (18.5) where X is
+ * zero.
  *
- * Cost: shapes are found once, by Jacobi's method, in some 50 rank^3 products and sums; the release
- * of a flow takes 18 for each point that has flowed and coordinate, and 2 rank^2; X rank^2 each
- * time.
+ * Cost: shapes are found once, by Jacobi's method, in some 50 rank^3 products and sums. The release
+ * of a flow takes 18 of them for each coordinate of each point that has flowed, and 2 rank^2; a
+ * product with X takes rank^2.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
@@ -190,7 +191,7 @@ void thrum_points_return_tangent(const thrum_model *model, double *tangent) {
   const int64_t r = model->rank;
   double column[THRUM_RANK_MAX];
 
-  // of a symmetric one the rows are columns as well: rows first, then columns
+  // the tangent is symmetric, so its rows serve as columns: rows first, then columns
   for (int64_t i = 0; i < r; i++)
     thrum_points_return(model, tangent + i * r);
   for (int64_t j = 0; j < r; j++) {
