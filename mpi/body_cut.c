@@ -164,8 +164,8 @@ static void deal_tets(const thrum_fem *fem, const int32_t *part, int32_t *tet_pa
   }
 }
 
-// a vertex stays with the part that was chosen for it where that has one of its tets, else the part
-// of one of them owns it
+// a vertex stays with the part that was chosen for it where that part has one of its tets;
+// otherwise the lowest part that has one becomes its owner
 static void choose_owners(const thrum_fem *fem, const int32_t *tet_part, int32_t *owner) {
   for (int64_t v = 0; v < fem->vertex_count; v++) {
     int32_t lowest = INT32_MAX;

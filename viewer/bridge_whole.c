@@ -66,8 +66,8 @@ int32_t EXPORT(bridge_weigh_link)(int32_t kind, int32_t body, int32_t other,
   return status == THRUM_OK ? number : (int32_t)status;
 }
 
-/* numbers: place 3, other place 3, length, what both sides are at rest, 12 each, and the addresses
- * of their rows, 0 of the world. */
+/* Fills the numbers with a link as it was made: place 3, other place 3, length, both sides at rest,
+ * 12 each, and the addresses of their rows, which are 0 for the world. */
 int32_t EXPORT(bridge_link_made)(int32_t number) {
   thrum_scene_link_def made;
   THRUM_TRY(thrum_scene_link_made(bridge_scene, number, &made, &bridge_error));

@@ -70,7 +70,7 @@ static thrum_status start(davidson *d, thrum_error *error) {
   return thrum_factor_solve_roughly(d->factor, d->space, d->width, d->space, error);
 }
 
-// of a force and a displacement; the terms of all parts add up
+// the product of a force and a displacement, to which all parts add their terms
 static double dot(const davidson *d, const double *force, const double *displacement) {
   double product = cblas_ddot((int)d->n, force, 1, displacement, 1);
   thrum_ranks_sum(d->mass->ranks, &product, 1);

@@ -2,11 +2,11 @@
  * sum over the points of a tet, of weights w and shape functions N_a of gradients g_a,
  *   K_ab = sum w [(g_a.S g_b) 1 + lambda (F g_a)(F g_b)^T + mu (F g_b)(F g_a)^T
  *                 + mu (g_a.g_b) F F^T],
- *   of another law (K_ab)_ij = sum w (g_a)_k (dP_ik/dF_jl) (g_b)_l,
+ *   with another law (K_ab)_ij = sum w (g_a)_k (dP_ik/dF_jl) (g_b)_l,
  *   M_ab = rho sum w N_a N_b 1, in a linear tet rho vol/20 (1 + [a = b]) 1,
  * or lumped rho vol/4 [a = b] 1 in a linear tet and M_aa rho vol/sum_b M_bb [a = b] 1 in one of ten
  * nodes. The pattern takes two passes over the vertices, which list the neighbours; the stiffness
- * one pass over the tets, which looks for the place of each block in its column.
+ * takes one pass over the tets, which looks for the place of each block in its column.
  * Cost: O(tets points nodes^2).
  *
  * SPDX-License-Identifier: Apache-2.0 */

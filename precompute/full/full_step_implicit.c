@@ -123,9 +123,9 @@ static void evaluate(thrum_full *full) {
   full_subtract_mass(full, 1 / h, full->trial, full->r);
 }
 
-/* Factors of the matrix at the present increment. Where it is not positive definite, that of the
- * shape at rest takes its place: the step is then short enough for the mass to rule. The tangents
- * of other laws are made positive at each point instead. */
+/* Factors the matrix at the present increment. Where it is not positive definite, the matrix of the
+ * shape at rest takes its place: the step is then short enough for the mass to rule. With laws
+ * other than Saint Venant-Kirchhoff's the tangent is made positive at each point instead. */
 static thrum_status refresh(thrum_full *full, thrum_error *error) {
   const bool newmark = full->def.scheme == THRUM_FULL_NEWMARK;
   const double h = full->def.dt, beta = full->def.newmark_beta;

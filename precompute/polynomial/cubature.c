@@ -15,10 +15,10 @@
  * of states is the square of the relative rms error. Only A^T A is kept. Where there are more
  * points than CANDIDATES, that many are drawn.
  *
- * Cost: three evaluations of the full-order force a state, and rows x candidates^2. States to
- * refine on take one each, and two for each pair of coordinates that are drawn, but of another law
- * than Saint Venant-Kirchhoff's three each. Eight states are made at once (fem_forces.h), but those
- * of a body that flows.
+ * Cost: three evaluations of the full-order force a state, and rows x candidates^2. A state to
+ * refine on takes one, and two more for each pair of coordinates that are drawn; with a law other
+ * than Saint Venant-Kirchhoff's it takes three. Eight states are evaluated at once (fem_forces.h),
+ * except where the body flows.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/polynomial/cubature.h"

@@ -1,8 +1,8 @@
-/* What a step of a condensed model costs: processor time of `thrum_step`, the least of batches that
- * take turns within one run, of the whole model and of it condensed to 12, 9 and 4 coordinates.
- *   thrum_condensed_cost MODEL.npz SWING
- * The body starts with the momentum in its first mode that would swing it by SWING [m].
- * SPDX-License-Identifier: Apache-2.0 */
+/* Measures what a step of a condensed model costs: the processor time of `thrum_step` with the
+ * whole model and with it condensed to 12, 9 and 4 coordinates. The figure is the least of batches,
+ * which take turns within one run. thrum_condensed_cost MODEL.npz SWING The body starts with the
+ * momentum in its first mode that would swing it by SWING [m]. SPDX-License-Identifier: Apache-2.0
+ */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
