@@ -48,7 +48,7 @@ static int make_runs(void **state) {
   return code;
 }
 
-/* What compare says of two runs; the caller deletes it. */
+/* Returns the JSON that compare prints of two runs; the caller deletes it. */
 static cJSON *compare(const char *left, const char *right) {
   program_result run = thrum_run(folder, "compare", left, right, "--json", NULL);
   if (run.exit_code != 0)
@@ -167,11 +167,15 @@ static void runs_of_a_model_are_compared(void **state) {
 
 static void runs_that_do_not_go_together_are_refused(void **state) {
   (void)state;
+
+  // a run that has the start alone in common with the others
   program_result run =
       thrum_run(folder, "simulate", "beam.npz", "-o", "end", "--time", "0.31", "--dt", "0.031",
                 "--record-every", "10", "-q", "--start", "mode:1,0.01", NULL);
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
+
+  // each pair is refused in one line, and nothing is printed
   const struct {
     const char *left, *right, *words;
     int code;

@@ -450,7 +450,8 @@ static void an_error_that_is_missed_is_flagged(void **state) {
   program_result_free(&run);
 }
 
-/* What mends points that miss their error: more of them only where their number was bounded. */
+/* Where points miss their error, the message names only options that help: it asks for more points
+ * only where their number was bounded. */
 static void the_advice_is_one_that_helps(void **state) {
   (void)state;
   static const char *const cases[][3] = {

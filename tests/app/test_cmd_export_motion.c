@@ -403,7 +403,7 @@ static void a_model_made_again_serves_earlier_runs(void **state) {
   assert_false(size == other_size && memcmp(bytes, others, size) == 0);
   expect_export(0, "");
 
-  // an earlier version has noted the bytes alone: these are others
+  // an earlier version noted the hash of the file's bytes alone, and these bytes are others
   size_t length = 0;
   unsigned char *text = read_bytes("run/run.json", &length);
   cJSON *report = cJSON_ParseWithLength((const char *)text, length);
@@ -414,7 +414,7 @@ static void a_model_made_again_serves_earlier_runs(void **state) {
   assert_true(thrum_file_write_atomic(in_folder("beam.npz"), bytes, size, NULL) >= 0);
   expect_export(0, "");
 
-  // of one number of its mesh that is another one it is another model
+  // a model whose mesh differs in one number is another model
   assert_true(thrum_file_write_atomic(in_folder("run/run.json"), text, length, NULL) >= 0);
   assert_true(precompute_beam("6x2x2@1x0.2x0.31", "4", "7"));
   expect_export(1, "made again from the same mesh by the same options it is the same");

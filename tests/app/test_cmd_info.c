@@ -550,7 +550,7 @@ static void what_a_run_was_warned_of_is_said(void **state) {
   assert_pulled_too_far(object);
   cJSON_Delete(object);
 
-  // of two bodies the one that is pulled, by its name
+  // a scene of two bodies names the one that is pulled, and warns of no other
   char path[160];
   snprintf(path, sizeof path, "%s/strained.json", folder);
   assert_true(text_file_write(path, "{\"dt\": 0.003, \"time\": 0.05, \"bodies\": [{\"name\": \"a\","
@@ -563,8 +563,8 @@ static void what_a_run_was_warned_of_is_said(void **state) {
   free(out);
   object = info("strained", NULL, NULL);
   const cJSON *bodies = cJSON_GetObjectItem(object, "bodies");
-  const cJSON *calm = cJSON_GetObjectItem(cJSON_GetArrayItem(bodies, 0), "warnings");
-  assert_true(cJSON_IsArray(calm) && cJSON_GetArraySize(calm) == 0);
+  const cJSON *of_unloaded = cJSON_GetObjectItem(cJSON_GetArrayItem(bodies, 0), "warnings");
+  assert_true(cJSON_IsArray(of_unloaded) && cJSON_GetArraySize(of_unloaded) == 0);
   assert_pulled_too_far(cJSON_GetArrayItem(bodies, 1));
   cJSON_Delete(object);
 }
@@ -656,7 +656,7 @@ static void figures_that_no_run_has_are_refused(void **state) {
   assert_exit(1, "none of a folder in the run", "changed", NULL, NULL);
 }
 
-/* What a run was made with is told in the words of the command, without what is usual. */
+/* Info tells the options of a run in the words of the command, and leaves out the defaults. */
 static void options_of_a_run_are_said(void **state) {
   (void)state;
   expect_done(thrum_run(folder, "simulate", "beam.npz", "-o", "damped", "-q", "--time", "0.03",
@@ -669,7 +669,7 @@ static void options_of_a_run_are_said(void **state) {
                               "off\n"));
   free(out);
 
-  // all of them, and the energies, for programs
+  // the JSON for programs has all options, and the energies
   cJSON *object = info("damped", NULL, NULL);
   const cJSON *options = cJSON_GetObjectItem(object, "options");
   assert_true(item_of(options, "damping", 1)->valuedouble == 0.001);
@@ -678,7 +678,7 @@ static void options_of_a_run_are_said(void **state) {
   assert_true(cJSON_IsNull(cJSON_GetObjectItem(object, "missing")));
   cJSON_Delete(object);
 
-  // a body that spins is one that nothing holds
+  // only a body that nothing holds can spin
   expect_done(thrum_run(folder, "precompute", "beam:4x1x1@0.8x0.2x0.2", "--modes", "2", "--rank",
                         "4", "-q", "-o", "loose.npz", NULL));
   expect_done(thrum_run(folder, "simulate", "loose.npz", "-o", "spun", "-q", "--time", "0.03",
@@ -688,7 +688,7 @@ static void options_of_a_run_are_said(void **state) {
   free(out);
 }
 
-/* What plays a run is told where its files and its model are there. */
+/* Info tells which commands play a run only where its files and its model are there. */
 static void what_a_run_lacks_is_said(void **state) {
   (void)state;
   expect_done(thrum_run(folder, "simulate", "beam.npz", "-o", "lacks", "-q", "--time", "0.03",
@@ -701,7 +701,7 @@ static void what_a_run_lacks_is_said(void **state) {
   assert_null(strstr(out, "next "));
   free(out);
 
-  // the same of its model, and of one of its name that is another
+  // its model is missing, and then another model has its name
   snprintf(path, sizeof path, "%s/beam.npz", folder);
   snprintf(away, sizeof away, "%s/away.npz", folder);
   assert_int_equal(rename(path, away), 0);

@@ -132,10 +132,10 @@ static void so_little_tangent_damping_that_it_takes_nothing_feeds_nothing_in(voi
   }
 }
 
-/* A load that bends the beam until the modes with h omega near 1 leap from side to side, near the
- * limit of fox-goodwin. Damping takes next to nothing from a leap. When it was counted with the
- * whole increment the monitor missed energy that was there, and switched to `energy`, which took 11
- * of the 14 J out to make the account right. */
+/* The load bends the beam until the modes with h omega near 1 leap from side to side, near the
+ * limit of fox-goodwin. Damping takes next to nothing from a leap. When the whole increment counted
+ * as damped, the monitor missed energy that was there, and switched to `energy`, which took out 11
+ * J of the 14 J to make the account right. */
 static void fox_goodwin_counts_no_leaps_as_dissipation(void **context) {
   (void)context;
   double end[2];

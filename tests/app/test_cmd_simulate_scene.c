@@ -926,8 +926,8 @@ static void a_body_may_flow_and_says_what_it_lost(void **state) {
 #undef BEAM
 }
 
-/* What is refused or warned of names keys of the scene and where, and no options of a command, but
- * for those that make a model beforehand. */
+/* Refusals and warnings name keys of the scene and their place. They name no options of a command,
+ * except those that make a model beforehand. */
 static void scenes_are_answered_in_their_own_words(void **state) {
   (void)state;
 #define MESH "\"model\": \"beam:4x1x1@1x0.1x0.1\", \"fix\": \"x<0.001\""

@@ -441,14 +441,20 @@ int main(void) {
       cmocka_unit_test(the_files_hold_the_equilibrium),
       cmocka_unit_test(a_run_starts_from_the_equilibrium),
       cmocka_unit_test(the_full_order_rests_near_the_reduced_model),
+
+      // the whole mesh, by either solver
       cmocka_unit_test(a_mesh_is_taken_whole),
       cmocka_unit_test(a_group_is_brought_to_where_it_is_to_go),
       cmocka_unit_test(an_answer_goes_on_from_another),
+
+      // answers that must not be believed as they are
       cmocka_unit_test(a_basis_that_cannot_bend_so_far_is_warned_of),
       cmocka_unit_test(a_block_pressed_by_half_is_warned_of),
       cmocka_unit_test(a_path_to_a_higher_branch_is_said),
       cmocka_unit_test(a_square_column_is_followed_beyond_its_critical_load),
       cmocka_unit_test(buckling_is_flagged_with_its_load),
+
+      // mistakes on the command line
       cmocka_unit_test(slips_are_refused_in_one_line),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);

@@ -6,8 +6,8 @@
  *   THRUM_FAULT_COUNT  path of a file that gets the number of allocations when the program ends
  *
  * A crash ends the program with exit code 139, after a line with the functions that it was in.
- * What the loader and the C library allocate before main is not counted, nor what gcov does at the
- * end.
+ * Allocations that the loader and the C library make before main are not counted, nor those that
+ * gcov makes at the end.
  * SPDX-License-Identifier: Apache-2.0 */
 #define _GNU_SOURCE // dladdr
 #include <dlfcn.h>

@@ -129,7 +129,7 @@ static void a_given_basis_is_estimated_too(void **state) {
   assert_false(file_exists(path));
 }
 
-// of a polynomial that is to be condensed only a part is made
+// only a part of a polynomial is made where the model is to be condensed, which takes less time
 static void a_condensed_model_is_estimated_to_take_less(void **state) {
   (void)state;
   double seconds[2];
@@ -366,9 +366,13 @@ int main(void) {
       cmocka_unit_test(learning_another_law_is_said_to_take_longer),
       cmocka_unit_test(a_given_basis_is_estimated_too),
       cmocka_unit_test(a_condensed_model_is_estimated_to_take_less),
+
+      // dry runs
       cmocka_unit_test(a_dry_run_writes_nothing_and_says_when_it_would_not_fit),
       cmocka_unit_test(a_dry_run_refuses_what_the_run_would_refuse),
       cmocka_unit_test(the_inertia_count_is_counted_where_it_is_made),
+
+      // memory that does not suffice
       cmocka_unit_test(a_model_that_does_not_fit_into_memory_is_refused_in_one_line),
       cmocka_unit_test(a_grid_that_cannot_fit_is_refused_before_it_is_made),
       cmocka_unit_test(a_program_without_room_for_its_libraries_ends_and_says_so),

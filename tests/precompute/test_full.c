@@ -457,7 +457,7 @@ static void a_body_bent_beyond_its_yield_stays_bent_and_its_account_closes(void 
     assert_true(soft > 0.05 && slow > 0.01 && slow < 0.9 * soft && bound < 0.9 * soft);
   }
 
-  // of regions those with a yield flow, beyond their own or the body's
+  // only regions with a yield flow; their own yield comes before that of the body
   static const uint8_t two[] = {THRUM_LAW_COROTATIONAL, THRUM_LAW_STVK};
   static const double own[] = {0.02, 0};
   const thrum_plastic bend_all = {0.02, INFINITY, INFINITY}, stiff = {2, INFINITY, INFINITY};

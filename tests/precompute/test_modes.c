@@ -241,7 +241,7 @@ static void derivatives_balance_the_second_derivative_of_the_force(void **state)
   body quadratic = body_quadratic("beam:3x1x1@1x0.2x0.2", "x<0.02", 0.003, 0.003);
   b.mesh.materials[0].poisson = 0.3;
 
-  // of Saint Venant-Kirchhoff material R is a cubic: differences are exact at any step
+  // R of Saint Venant-Kirchhoff material is a cubic, so differences are exact at any step
   check_derivatives(&b, THRUM_LAW_STVK, 9, 1, 1e-9);
   for (int law = THRUM_LAW_COROTATIONAL; law <= THRUM_LAW_NEO_HOOKEAN; law++) {
     check_derivatives(&b, (thrum_law)law, 3, 1e-3, 1e-4);

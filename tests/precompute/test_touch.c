@@ -28,7 +28,8 @@ static thrum_touch *make_touch(const thrum_model *model) {
   return touch;
 }
 
-/* What a body of few vertices gives is what all its coordinates show: the whole span of K. */
+/* A basis of all coordinates of a small body spans all displacements, so it shows the whole give.
+ */
 static void a_basis_of_all_coordinates_follows_every_pull(void **state) {
   (void)state;
   body b = body_make("beam:2x1x1@0.2x0.1x0.1", "x<0.001");
@@ -129,8 +130,8 @@ static void touch_modes_let_every_place_of_a_free_body_follow(void **state) {
   check_modes(NULL, 0.6);
 }
 
-/* Touch modes that follow beside the usual model: the model with them, stepped, and what it shows
- * of a static pull. */
+/* Adds touch modes that follow to the usual model, steps the model with them, and compares what it
+ * shows of a static pull. */
 static void check_followers(const char *fix, double share) {
   body b = body_make("beam:8x2x2@1x0.2x0.2", fix);
   thrum_precomputed usual = make_model(&b, 4, 6, NULL, 0);
@@ -203,7 +204,7 @@ static void a_body_that_is_held_all_over_has_no_place(void **state) {
   body b = body_make("beam:2x2x2@1x1x1", "x<0.001");
   thrum_precomputed made = make_model(&b, 2, 2, NULL, 0);
 
-  // of the mesh with all its surface held one vertex is left
+  // all vertices of the surface are held, which leaves the one in the middle free
   thrum_model model = made.model;
   uint8_t *fixed = need((size_t)model.vertex_count, 1);
   for (int64_t v = 0; v < model.vertex_count; v++) {

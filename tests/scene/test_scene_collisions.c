@@ -565,8 +565,9 @@ static void a_column_is_struck_as_one(void **context) {
   assert_true(fastest < 1e-6 * speed);
 }
 
-/* What is near counts against the room for touches only as long as no other place speaks for it: a
- * row of blocks with room for what touches, and not for all that is near, leaves nothing out. */
+/* A candidate that is near needs room among the touches only until another one at the same vertex
+ * is found to stand for it: a row of blocks with room for its touches, but not for all that is
+ * near, leaves no touch out. */
 static void what_others_speak_for_takes_no_room(void **context) {
   fixture *f = *context;
   const double thickness = 0.2 * sqrt(3) / 250;

@@ -415,8 +415,9 @@ static thrum_scene *pull_followers(const follower_model *f, double damping, doub
   return scene;
 }
 
-/* What is shown under a spring is the answer of all coordinates to its force, and the spring has
- * the force of the way that is left: whether it is soft or stiffer than the body. */
+/* Under a spring the body shows the answer of all its coordinates to the spring's force, and that
+ * force follows from the length that the spring still has. Both hold whether the spring is softer
+ * or stiffer than the body. */
 static void what_follows_answers_a_pull_at_rest(void **context) {
   (void)context;
   follower_model f;
@@ -489,12 +490,18 @@ int main(void) {
       cmocka_unit_test(a_condensed_body_has_the_bits_of_its_model_alone_and_shows_its_slaves),
       cmocka_unit_test(a_scaled_body_is_the_body_scaled),
       cmocka_unit_test(a_constant_load_ends_where_the_energy_and_its_potential_are_least),
+
+      // snapshots, and changes between two steps
       cmocka_unit_test(a_snapshot_goes_on_with_the_same_bits),
       cmocka_unit_test(a_snapshot_under_a_pull_and_a_changing_load_goes_on_with_the_same_bits),
       cmocka_unit_test(the_number_of_masters_can_change_without_a_jump_of_the_shape),
       cmocka_unit_test(a_body_is_condensed_and_stepped_whole_again_between_two_steps),
+
+      // refusals
       cmocka_unit_test(a_load_beyond_numbers_leaves_the_shape_as_it_was),
       cmocka_unit_test(what_cannot_be_condensed_is_refused),
+
+      // slaves that answer to loads and pulls alone
       cmocka_unit_test(slaves_that_answer_to_loads_alone_leave_the_masters_their_bits),
       cmocka_unit_test(what_follows_answers_a_pull_at_rest),
       cmocka_unit_test(the_energy_of_a_pull_is_accounted_for),

@@ -184,7 +184,7 @@ static void a_body_beyond_all_numbers_is_refused_with_the_reason(void **context)
   thrum_scene_body_def def = def_of(f);
   def.free = 1;
 
-  // of this size nothing is wrong with the spin, which is 0
+  // the message names the scale and not the spin, which is 0 and right
   def.scale = 1e30;
   assert_int_equal(thrum_scene_add_body(f->scene, &def, NULL, &failure), THRUM_BAD_VALUE);
   assert_non_null(strstr(failure.message, "scale"));

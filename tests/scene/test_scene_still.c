@@ -1,6 +1,6 @@
-/* Tests of what wakes a still body with a level of detail: whatever is about to act on it finds all
- * of its coordinates stepped, so that it moves as it would without. Calls that begin
- * anew or go back keep what updates have seen.
+/* Tests of the events that wake a still body with a level of detail. Anything that is about to act
+ * on the body finds all of its coordinates stepped, so that it moves as it would without a level of
+ * detail. Calls that restart a scene or go back in time keep what updates have seen.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"

@@ -127,8 +127,8 @@ static void two_that_approach_meet_at_their_reach_and_not_before(void **context)
     const thrum_quad with = quad_of(&carried);
     assert_true(fabs(thrum_quad_motion(kind, &with) - thrum_quad_motion(kind, &quad)) <= 1e-13);
 
-    // never nearer before; most are at the reach then, but for some that graze it, which the bound
-    // of the advances leaves a little before
+    // at that time most are at the reach; where two only graze it, the advances may stop a little
+    // before. At no earlier time are they nearer.
     if (time <= 1 && time > 0) {
       const double left = thrum_quad_nearest(kind, &quad, time).distance - reach;
       assert_true(left >= -1e-14);

@@ -557,14 +557,20 @@ int main(void) {
       cmocka_unit_test(kinetic_stored_and_plastic_energy_are_the_work_of_the_load),
       cmocka_unit_test(regions_flow_beyond_their_own_yield_or_that_of_the_state),
       cmocka_unit_test(a_yield_of_a_region_is_stepped_by_energy_alone),
+
+      // energy that flow may take
       cmocka_unit_test(flow_takes_no_more_than_start_and_load_have_given),
       cmocka_unit_test(no_plastic_strain_and_no_shape_make_strain_energy_negative),
       cmocka_unit_test(the_force_of_what_was_released_is_the_slope_of_its_energy),
+
+      // states before, during and after flow
       cmocka_unit_test(a_body_that_does_not_flow_yet_has_the_bits_of_the_elastic_one),
       cmocka_unit_test(what_has_flowed_is_taken_over_with_what_it_released),
       cmocka_unit_test(a_body_that_has_flowed_stays_bent_until_it_is_cleared),
       cmocka_unit_test(a_copy_and_a_snapshot_go_on_with_the_same_bits),
       cmocka_unit_test(a_batch_flows_as_each_alone_and_within_its_workspace),
+
+      // refusals
       cmocka_unit_test(what_cannot_flow_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -515,12 +515,18 @@ int main(void) {
       cmocka_unit_test(force_and_tangent_are_derivatives_and_all_passes_agree),
       cmocka_unit_test(every_kernel_gives_the_same_bits),
       cmocka_unit_test(derivatives_at_rest_are_those_of_the_force),
+
+      // steps, at any rank and scale
       cmocka_unit_test(every_integrator_steps_the_same_motion),
       cmocka_unit_test(the_energy_integrator_keeps_the_energy_to_rounding),
       cmocka_unit_test(the_average_vector_field_keeps_it_at_standstills_too),
       cmocka_unit_test(lower_ranks_and_scales_keep_the_law),
+
+      // a law for each region
       cmocka_unit_test(regions_of_one_law_have_the_bits_of_a_body_of_that_law),
       cmocka_unit_test(the_energy_of_regions_is_the_sum_of_theirs),
+
+      // refusals
       cmocka_unit_test(a_law_that_is_unknown_or_has_no_points_is_refused),
       cmocka_unit_test(laws_of_regions_that_cannot_be_are_refused),
   };

@@ -457,12 +457,16 @@ int main(void) {
       cmocka_unit_test(the_stress_of_another_law_is_its_closed_form),
       cmocka_unit_test(the_stress_of_each_region_is_that_of_its_law),
       cmocka_unit_test(the_compressive_force_peaks_at_stretch_one_over_root_three),
+
+      // the fields of any displacement
       cmocka_unit_test(a_rotation_strains_nothing_and_turns_the_cauchy_stress),
       cmocka_unit_test(a_linear_displacement_gives_every_tetrahedron_the_same_tensors),
       cmocka_unit_test(the_strains_hold_the_energy_of_the_reduced_polynomial),
       cmocka_unit_test(chosen_stress_points_read_what_points_on_all_tets_read),
       cmocka_unit_test(von_mises_of_known_states),
       cmocka_unit_test(an_inverted_tetrahedron_has_a_negative_stretch_and_no_cauchy_stress),
+
+      // arguments
       cmocka_unit_test(missing_arguments_of_stress_points_are_refused),
       cmocka_unit_test(impossible_stress_points_are_refused),
   };

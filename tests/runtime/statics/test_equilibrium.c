@@ -448,12 +448,18 @@ int main(void) {
       cmocka_unit_test(a_hardening_spring_gives_duffings_root),
       cmocka_unit_test(an_enormous_load_is_reached_from_rest),
       cmocka_unit_test(a_stable_answer_does_not_depend_on_the_way),
+
+      // buckling and limit points
       cmocka_unit_test(a_column_buckles_where_its_stiffness_ends),
       cmocka_unit_test(a_column_that_is_to_stay_stays_straight),
       cmocka_unit_test(an_arch_snaps_through_at_its_limit_point),
       cmocka_unit_test(no_step_passes_a_limit_point_unseen),
       cmocka_unit_test(a_load_across_has_no_linear_estimate),
+
+      // arguments
       cmocka_unit_test(wrong_arguments_of_an_equilibrium_are_refused),
+
+      // a mesh against Euler's column
       cmocka_unit_test(a_column_of_tets_buckles_at_eulers_load),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
