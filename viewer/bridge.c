@@ -249,6 +249,20 @@ int32_t EXPORT(bridge_energies)(int32_t body) {
   return THRUM_OK;
 }
 
+/* numbers: kinetic, potential, gravity, contact, springs between places, total; of all bodies
+ * together, with what bodies that touch each other hold between them. */
+int32_t EXPORT(bridge_account)(void) {
+  thrum_scene_account account;
+  THRUM_TRY(thrum_scene_account_get(bridge_scene, &account, &bridge_error));
+  bridge_number[0] = account.kinetic;
+  bridge_number[1] = account.potential;
+  bridge_number[2] = account.gravity;
+  bridge_number[3] = account.contact;
+  bridge_number[4] = account.links;
+  bridge_number[5] = account.total;
+  return THRUM_OK;
+}
+
 /* numbers: status, rank, explicit and implicit modes, iterations of the last step, scheme,
  * steps that needed a fallback, integrator, steps before the first switch to energy (-1: none),
  * steps with energy that nothing explains. */

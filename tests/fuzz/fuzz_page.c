@@ -37,6 +37,7 @@ int32_t bridge_step(void);
 int32_t bridge_shape(int32_t body, float *out);
 int32_t bridge_coordinates(int32_t body);
 int32_t bridge_energies(int32_t body);
+int32_t bridge_account(void);
 int32_t bridge_body(int32_t body);
 void bridge_matrix(int32_t body);
 const double *bridge_omega2(int32_t body);
@@ -242,6 +243,7 @@ static void act(fuzz_draw *draw, int32_t body, int32_t rank, int32_t vertices) {
     bridge_step();
     if (bridge_shape(body, shape) >= 0)
       bridge_energies(body);
+    bridge_account();
   }
 }
 

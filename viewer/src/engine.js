@@ -364,6 +364,13 @@ export class Engine {
     return { kinetic, potential, gravity, total };
   }
 
+  /** Energies of all bodies together [J]; `contact` has what they hold between them, `links` the springs of links. */
+  account() {
+    this.check(this.wasm.bridge_account());
+    const [kinetic, potential, gravity, contact, links, total] = this.numbers;
+    return { kinetic, potential, gravity, contact, links, total };
+  }
+
   report(body) {
     this.check(this.wasm.bridge_body(body));
     const [status, rank, explicit, implicit, iterations, scheme, fallbacks, integrator,

@@ -17,6 +17,7 @@ export function hooks(starting) {
       settings: () => ({ ...world.settings }),
       trouble: () => app.trouble,
       energies: (body) => world.motion.energies(body),
+      account: () => world.engine.account(),
       report: (body) => world.engine.report(body),
       frequencies: (body) => world.engine.frequencies(body),
       steppedFrequencies: (body) => world.engine.steppedFrequencies(body),

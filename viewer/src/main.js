@@ -25,6 +25,9 @@ const ENERGIES = [
   { name: 'strain', colour: '#dd7a22', dash: [2, 2] }, { name: 'gravity', colour: '#8a63b8', dash: [9, 3, 2, 3] },
 ];
 
+/** Those of them that only scenes with what it takes have. */
+const OF_SCENES = [{ name: 'contact', colour: '#35995a', dash: [4, 4] }, { name: 'links', colour: '#a3231f', dash: [1, 3] }];
+
 /** Of a recorded run, whose rows have the energies of the bodies alone. */
 const RECORDED = [{ ...ENERGIES[0], name: 'kinetic + strain' }, ENERGIES[1], ENERGIES[2]];
 
@@ -255,6 +258,7 @@ class App {
         throw error;
       }
       this.forget();
+      this.fit(); // the legend may have other lines
       find('compare').setAttribute('aria-pressed', String(compared));
       find('labels').replaceChildren(...(compared ? world.shown.copies : []).map(label));
       this.panel.refresh();
@@ -264,11 +268,8 @@ class App {
 
   /** What was shown of the run before. */
   forget() {
-    const { compared, plays, shown } = this.world;
-    const series = compared
-      ? shown.copies.map((copy) => ({ ...copy, name: shown.ofCoupling ? `strain, ${copy.name}` : copy.name })) : ENERGIES;
-    this.plot.begin(plays ? RECORDED : series);
-    if (plays) this.#plotRecording();
+    this.plot.begin(this.series());
+    if (this.world.plays) this.#plotRecording();
     this.grown = this.opened = this.failed = false;
     this.settle();
     this.clock.restart();
@@ -332,21 +333,30 @@ class App {
     find('record').setAttribute('aria-pressed', String(recorder.recording));
   }
 
+  /** The curves of the plot: parts of the total of all bodies, or one of each copy. */
+  series() {
+    const { compared, plays, shown } = this.world;
+    if (plays) return RECORDED;
+    if (compared) return shown.copies.map((copy) => ({ ...copy, name: shown.ofCoupling ? `strain, ${copy.name}` : copy.name }));
+    const present = { contact: shown.obstacles.length > 0 || shown.collisions, links: shown.links?.length > 0 };
+    return [...ENERGIES, ...OF_SCENES.filter(({ name }) => present[name])];
+  }
+
   /** Energies of all bodies together; where copies are compared the total of each, or of those with and without coupling,
    * which both keep their total, what they are strained by. */
   energies() {
     const { engine, bodies, compared, shown } = this.world;
+    if (!compared) {
+      const account = engine.account();
+      return this.series().map(({ name }) => account[name === 'strain' ? 'potential' : name]);
+    }
     const each = bodies.map((_, n) => engine.energies(n));
     const springs = this.world.links();
     const sum = (list, name) => list.reduce((all, energies) => all + energies[name], 0);
-    if (compared) {
-      const copies = shown.copies.length;
-      const of = (list, n) => list.slice(n * list.length / copies, (n + 1) * list.length / copies);
-      return shown.copies.map((_, n) => (shown.ofCoupling ? sum(of(each, n), 'potential')
-        : sum(of(each, n), 'total') + sum(of(springs, n), 'stored')));
-    }
-    const [total, ...parts] = ['total', 'kinetic', 'potential', 'gravity'].map((name) => sum(each, name));
-    return [total + sum(springs, 'stored'), ...parts];
+    const copies = shown.copies.length;
+    const of = (list, n) => list.slice(n * list.length / copies, (n + 1) * list.length / copies);
+    return shown.copies.map((_, n) => (shown.ofCoupling ? sum(of(each, n), 'potential')
+      : sum(of(each, n), 'total') + sum(of(springs, n), 'stored')));
   }
 
   advance(elapsed) {

@@ -96,6 +96,26 @@ test('bodies that meet touch each other, unless they say that they do not', asyn
   assert.ok(met.position(1, 0)[2] > passed.position(1, 0)[2] + 0.1);
 });
 
+test('the total of all has what bodies that touch hold between them', async () => {
+  const block = { model: 'free.npz', free: true };
+  writeFileSync(join(folder, 'headon.json'), JSON.stringify({ dt: 0.0005, collisions: { restitution: 1, friction: 0 },
+    bodies: [{ name: 'left', ...block, velocity: [2, 0, 0] }, { name: 'right', ...block, position: [1.05, 0, 0] }] }));
+  const pack = packOf('headon.json');
+  const engine = await stepped(pack, pack.scene, 0);
+  const { total: before } = engine.account();
+  let held = 0;
+  for (let n = 0; n < 400; n++) {
+    engine.step();
+    const { kinetic, potential, gravity, contact, links, total } = engine.account();
+    assert.ok(Math.abs(kinetic + potential + gravity + contact + links - total) <= 1e-12 * before);
+    assert.ok(Math.abs(total / before - 1) < 1e-3, `${total} J of ${before} J at ${engine.time} s`);
+    const alone = engine.energies(0).total + engine.energies(1).total;
+    assert.ok(Math.abs(alone + contact - total) <= 1e-12 * before);
+    held = Math.max(held, contact);
+  }
+  assert.ok(held > 5e-3 * before, `${held} J of ${before} J`);
+});
+
 test('a base motion by a record of accelerations', async () => {
   writeFileSync(join(folder, 'ground.csv'),
     'time,x,y,z\n0,0,0,0\n0.2,1,0,0.5\n0.4,-2,1,0\n0.5,0.5,0,0\n0.8,0,0,0\n');
