@@ -60,20 +60,37 @@ static thrum_status write_csv(const bench_request *request, const char *path, co
   return thrum_file_writer_end(&writer, json_table_csv(file, rows, error), error);
 }
 
+/* The name of a curve for people: "us_tangent_vector" is "tangent vector". */
+static void name_curve(const char *column, char name[64]) {
+  snprintf(name, 64, "%s", strncmp(column, "us_", 3) == 0 ? column + 3 : column);
+  for (char *c = name; *c != 0; c++)
+    *c = *c == '_' ? ' ' : *c;
+}
+
 static bool write_script(const bench_request *request, const char *path, const char *name,
                          const char *const *curves) {
+  // dark enough for a white page, and each with a mark of its own
+  static const char *const colours[] = {"#1769aa", "#b0430f", "#2e8b57", "#7b3fb3", "#111111"};
   FILE *file = fopen(path, "w");
   if (file == NULL)
     return false;
   fprintf(file,
+          "set encoding utf8\n"
           "set terminal pngcairo size 1000,700 font 'sans,12'\nset output '%s.png'\n"
-          "set datafile separator ','\nset logscale xy\nset grid\nset key left top\n"
-          "set xlabel 'rank'\nset ylabel 'microseconds'\nset xtics (5,10,15,20,30,45,60,80,100)\n"
+          "set datafile separator ','\nset logscale xy\nset grid lc rgb '#dddddd' lt 1\n"
+          "set key above\nset xrange [*:*] noextend\nset offsets graph 0.03, graph 0.03, 0, 0\n"
+          "set xlabel 'rank'\nset ylabel 'time [µs]'\nset xtics (5,10,15,20,30,40,50,60,80,100)\n"
           "set title '%s, %s' noenhanced\n",
           name, request->command, bench_processor());
-  for (int n = 0; curves[n]; n++)
-    fprintf(file, "%s '%s.csv' using 'rank':'%s' with linespoints title '%s' noenhanced",
-            n == 0 ? "plot" : ",", name, curves[n], curves[n]);
+  for (int n = 0; curves[n]; n++) {
+    char label[64];
+    name_curve(curves[n], label);
+    fprintf(file,
+            "%s '%s.csv' using 'rank':'%s' with linespoints lw 1.6 pt %d ps 1.2 lc rgb '%s' title "
+            "'%s' noenhanced",
+            n == 0 ? "plot" : ",", name, curves[n], 4 + n,
+            colours[n % (int)(sizeof colours / sizeof colours[0])], label);
+  }
   fputc('\n', file);
   return fclose(file) == 0;
 }
