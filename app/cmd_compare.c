@@ -43,7 +43,7 @@ const config_command command_compare = {
         "Of an integrator of order two, the run with half of the step is in error by about a third "
         "of\nwhat it is apart from the run with the whole step.\n",
     .examples = "simulate spin.json -o whole\n"
-                "simulate spin.json -o half --dt 0.0005\n"
+                "simulate spin.json -o half --dt 0.001\n"
                 "compare whole half",
 };
 
@@ -61,6 +61,7 @@ typedef struct compare_side {
 typedef struct compared_body {
   const char *name; /* "" of the run of a model */
   const char *stepped_by[2];
+  bool full[2]; /* the whole mesh was stepped */
   run_difference found;
 } compared_body;
 
@@ -108,7 +109,9 @@ static thrum_status compare_bodies(comparison *of, thrum_error *error) {
     if (other == NULL)
       continue;
     compared_body *body = &of->bodies[of->count];
-    *body = (compared_body){.name = name, .stepped_by = {run->stepped_by, other->stepped_by}};
+    *body = (compared_body){.name = name,
+                            .stepped_by = {run->stepped_by, other->stepped_by},
+                            .full = {run->full, other->full}};
     const thrum_status status = run_compare(run, other, &body->found, error);
     if (status < 0)
       return config_error_in(error, status, "%.200s and %.200s%s%.60s", left->path, right->path,
@@ -153,26 +156,38 @@ static void print_json(const comparison *of) {
     json_string(row, "name", body->name[0] != 0 ? body->name : NULL);
     json_string(row, "stepped_by", body->stepped_by[0]);
     json_string(row, "other_stepped_by", body->stepped_by[1]);
+    cJSON_AddBoolToObject(row, "full", body->full[0]);
+    cJSON_AddBoolToObject(row, "other_full", body->full[1]);
 
     // which moments
     json_number(row, "moments", (double)found->moments);
     json_number(row, "first_s", found->first);
     json_number(row, "last_s", found->last);
 
-    // where the vertices are
+    // where the vertices are; none is the furthest away where none is away
+    const bool any = found->vertex >= 0;
     json_number(row, "apart_m", found->apart);
     json_number(row, "moved_m", found->moved);
     json_number(row, "apart_share", share(found->apart, found->moved));
     json_number(row, "end_m", found->at_end);
     json_number(row, "largest_m", found->largest);
-    json_number(row, "largest_vertex", (double)(found->vertex + 1));
-    json_number(row, "largest_s", found->time);
+    json_number(row, "largest_vertex", any ? (double)(found->vertex + 1) : NAN);
+    json_number(row, "largest_s", any ? found->time : NAN);
     json_number(row, "shape_m", found->shape);
     json_number(row, "turn_deg", DEGREES * found->turn);
     json_number(row, "energy_j", found->energy);
     json_number(row, "energy_share", share(found->energy, found->energy_most));
   }
   json_print(object);
+}
+
+/* Prints the share of the way of a body; "-" where it does not move. */
+static void print_share(const run_difference *found) {
+  const double part = 100 * share(found->apart, found->moved);
+  if (isnan(part))
+    printf(" %10s", "-");
+  else
+    printf(" %10.3g", part);
 }
 
 static void print_table(const comparison *of) {
@@ -184,9 +199,9 @@ static void print_table(const comparison *of) {
   for (int64_t n = 0; n < of->count; n++) {
     const compared_body *body = &of->bodies[n];
     const run_difference *found = &body->found;
-    printf("%-12s %10.4g %10.3g %10.4g %10.4g %10.4g %10.3g %10.3g\n",
-           body->name[0] != 0 ? body->name : "body", found->apart,
-           100 * share(found->apart, found->moved), found->at_end, found->largest, found->shape,
+    printf("%-12s %10.4g", body->name[0] != 0 ? body->name : "body", found->apart);
+    print_share(found);
+    printf(" %10.4g %10.4g %10.4g %10.3g %10.3g\n", found->at_end, found->largest, found->shape,
            DEGREES * found->turn, found->energy);
   }
 
@@ -197,6 +212,11 @@ static void print_table(const comparison *of) {
       printf("stepped by   %s%s%s, and %s\n", body->name, body->name[0] != 0 ? ": " : "",
              body->stepped_by[0], body->stepped_by[1]);
   }
+
+  // bodies of scenes are never stepped so
+  if (of->bodies[0].full[0] || of->bodies[0].full[1])
+    puts("whole mesh   a run of --full has rows of what the basis of its model has of the motion: "
+         "what that lacks is in no distance");
   if (of->alone > 0)
     printf("alone        %" PRId64 " bod%s in one of the runs only\n", of->alone,
            of->alone == 1 ? "y is" : "ies are");

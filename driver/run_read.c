@@ -291,6 +291,9 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
   const char *stepped_by = json_text_of(object, "stepped_by");
   snprintf(read.stepped_by, sizeof read.stepped_by, "%s", stepped_by != NULL ? stepped_by : "");
 
+  const cJSON *options = cJSON_GetObjectItemCaseSensitive(object, "options");
+  read.full = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(options, "full"));
+
   // a body of a scene may be placed, and may move as a whole
   const cJSON *placement = cJSON_GetObjectItemCaseSensitive(object, "placement");
   const bool moves = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(placement, "free"));

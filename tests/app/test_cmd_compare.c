@@ -74,6 +74,7 @@ static void a_run_is_no_way_from_itself(void **state) {
     assert_true(json_value(body, zero[n]) == 0);
   assert_true(json_value(body, "moments") == 401);
   assert_true(json_value(body, "moved_m") > 0.1);
+  assert_true(cJSON_IsNull(cJSON_GetObjectItem(body, "largest_vertex")));
   cJSON_Delete(object);
 }
 
@@ -165,6 +166,27 @@ static void runs_of_a_model_are_compared(void **state) {
   program_result_free(&run);
 }
 
+/* The rows of a run of the whole mesh lack what the basis lacks, which the table says. */
+static void a_run_of_the_whole_mesh_is_told(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", "mesh", "--full", "--time",
+                                 "0.03", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  run = thrum_run(folder, "compare", "energy", "mesh", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.out, "what the basis of its model has of the motion"));
+  program_result_free(&run);
+
+  // it stays at rest, so nothing is measured by its way
+  cJSON *object = compare("energy", "mesh");
+  const cJSON *body = first_body(object);
+  assert_true(cJSON_IsFalse(cJSON_GetObjectItem(body, "full")));
+  assert_true(cJSON_IsTrue(cJSON_GetObjectItem(body, "other_full")));
+  assert_true(cJSON_IsNull(cJSON_GetObjectItem(body, "apart_share")));
+  cJSON_Delete(object);
+}
+
 static void runs_that_do_not_go_together_are_refused(void **state) {
   (void)state;
 
@@ -204,6 +226,7 @@ int main(void) {
       cmocka_unit_test(shifts_and_turns_are_found),
       cmocka_unit_test(bodies_go_together_by_their_names),
       cmocka_unit_test(runs_of_a_model_are_compared),
+      cmocka_unit_test(a_run_of_the_whole_mesh_is_told),
       cmocka_unit_test(runs_that_do_not_go_together_are_refused),
   };
   return cmocka_run_group_tests(tests, make_runs, remove_folder);
