@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <unistd.h>
 
 #include "app/cmd.h"
 #include "config/message.h"
@@ -141,6 +142,19 @@ static int check_form(const export_request *request) {
                       request->glb);
 }
 
+/* Refuses what has no motion: a name of what is there is a mistake of the command line. */
+static int refuse_still(const char *name) {
+  model_recipe recipe = {0};
+  thrum_error error = {0};
+  const bool named = model_recipe_find(name, &recipe, NULL) >= 0 && recipe.found;
+  if (named || access(name, F_OK) == 0)
+    return config_usage("export",
+                        "--glb, --pc2 and --mdd are of a run: name its folder; '%s' is none", name);
+  thrum_error_set(&error, THRUM_MISSING,
+                  "%.250s: no such folder: name the one of a run that thrum simulate wrote", name);
+  return config_refuse(&error);
+}
+
 static int read_options(int argc, char **argv, export_request *request) {
   CONFIG_TRY(
       config_options_read_one(&command_export, "model", argc, argv, request, &request->model));
@@ -176,9 +190,7 @@ static int read_options(int argc, char **argv, export_request *request) {
   // the folder of a run for motion, a model for what belongs to a model
   const bool is_run = is_run_folder(request->model);
   if (motion && !is_run)
-    return config_usage("export",
-                        "--glb, --pc2 and --mdd are of a run: name its folder; '%s' is none",
-                        request->model);
+    return refuse_still(request->model);
   if (of_model && is_run)
     return config_usage("export",
                         "--vega-basis, --vega-cubic and --matrices are of a model: name its "

@@ -350,6 +350,8 @@ static void options_and_files_that_do_not_go_together_are_refused(void **state) 
     const char *arguments[6], *words;
   } cases[] = {
       {2, {"beam.npz", "--glb", "x.glb"}, "name its folder"},
+      {1, {"nothing", "--glb", "x.glb"}, "nothing: no such folder"},
+      {2, {"beam", "--pc2", "x.pc2"}, "name its folder"},
       {2, {"run", "--matrices", "x"}, "are of a model"},
       {2, {"run"}, "say what to write"},
       {1, {"run", "--glb", "x.glb", "--model", "other.npz"}, "is not the model"},
