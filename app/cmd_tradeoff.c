@@ -405,7 +405,7 @@ static void print_nearest(const trade *t) {
       nearest = run;
   }
 
-  // none may have come to its end
+  // where no setting has come to its end there is no nearest one
   if (nearest == NULL) {
     puts("no setting that was tried came to its end");
     return;

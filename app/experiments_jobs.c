@@ -224,7 +224,7 @@ static thrum_status run_job(void *context, int64_t job, cJSON *result, thrum_err
   experiments_request one = request_of(all->request, job, name, &model);
   THRUM_TRY(need_body(all, model, error));
 
-  // its one body in the first place; all of them stay the owner's
+  // the job has its one body in the first place; the bodies still belong to `all`
   experiments_bodies *bodies = NULL;
   THRUM_TRY(thrum_reserve(&bodies, 1, sizeof *bodies, "the models", error));
   bodies->count = one.model_count;

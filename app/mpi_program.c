@@ -18,7 +18,8 @@
 
 extern char **environ;
 
-/* Its path, as it is given or beside this program; false where no program can lie. */
+/* Finds the path of thrum-mpi, as THRUM_MPI gives it or beside this program. False where there is
+ * none, or where it is too long. */
 static bool find_path(char path[PATH_LENGTH]) {
   const char *given = getenv("THRUM_MPI");
   if (given == NULL || given[0] == 0)

@@ -61,7 +61,7 @@ static thrum_status herd_make(const thrum_model *model, const bench_batch *bench
     thrum_state *state = NULL;
     status = thrum_state_init(h->snapshot + (size_t)n * h->stride, size, model, &bench->step.def,
                               &state, error);
-    // from half the swing to all of it
+    // bodies swing by half of the swing up to all of it
     bench_step start = bench->step;
     start.swing *= 0.5 + 0.5 * (double)(n + 1) / (double)h->bodies;
     THRUM_THEN(status, bench_step_start(model, &start, state, error));

@@ -77,7 +77,7 @@ static thrum_status make_trial(trial *t, thrum_error *error) {
                            "the model is held: contact is measured with a free body, which "
                            "thrum precompute makes without --fix");
 
-  // its size, and a vibration that all modes share
+  // find the size of the body, and a vibration that all modes share
   double least[3], most[3];
   thrum_box3(model->vertices, model->vertex_count, least, most);
   t->diagonal = thrum_box3_diagonal(model->vertices, model->vertex_count);

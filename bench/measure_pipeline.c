@@ -94,7 +94,7 @@ typedef struct answer {
   bench_pipeline bench;
 } answer;
 
-// in a child, which tells its answer through a pipe
+// the work runs in a child process, which sends its answer through a pipe
 static thrum_status run_apart(thrum_status (*work)(bench_pipeline *, thrum_error *),
                               bench_pipeline *bench, thrum_error *error) {
   int ends[2];

@@ -38,8 +38,8 @@ thrum_status bench_step_choose_dt(const thrum_model *model, bench_step *bench, t
   return THRUM_OK;
 }
 
-/* From rest position with the speed that would bring the first mode alone to the swing: so the body
- * bends as it likes, where a displaced mode would be stretched. */
+/* Starts the body from its rest position with the speed that would bring the first mode alone to
+ * the swing. So the body bends freely, where a displaced mode would be stretched. */
 thrum_status bench_step_start(const thrum_model *model, const bench_step *bench, thrum_state *state,
                               thrum_error *error) {
   const thrum_model *shape = thrum_condensed_shape_model(model);

@@ -154,9 +154,9 @@ static thrum_status add_inertia(data_section *data, cJSON *arrays, const thrum_m
   return THRUM_OK;
 }
 
-/* By how many per cent of what the mesh gives (linear) the model follows a pull at each vertex, for
- * the page to say so where one pulls. Left out where it cannot be measured, or not while one waits.
- */
+/* Adds the per cent of the mesh's linear answer by which the model follows a pull at each vertex,
+ * so that the page can say it where the user pulls. It is left out where it cannot be measured, or
+ * would take too long. */
 static void add_follows(data_section *data, cJSON *arrays, const thrum_model *model,
                         const render_mesh *shown) {
   if (model->tets == NULL || model->vertex_count > PULL_VERTICES_MOST)
@@ -203,7 +203,7 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
   if (pulled && thrum_law_has_yield(model))
     config_warn("%.200s: the viewer leaves out plastic flow: bodies are elastic there", item->name);
 
-  // its mass and the surface that is shown
+  // the page needs the body's mass and the surface that is shown
   THRUM_TRY(thrum_quality_measure(model, &quality, error));
   THRUM_TRY(render_mesh_make(model, item->surface, &shown, error));
 
@@ -245,7 +245,8 @@ static void add_motion(data_section *data, cJSON *list, const recorded_run *run)
     add_floats(data, arrays, "places", run->places, run->rows * RUN_PLACEMENT_COLUMNS);
 }
 
-/* Which links there were, by their kinds and names, and what each was in each row. */
+/* Adds the links of a recorded scene, by their kinds and names, and the state of each in each row.
+ */
 static void add_links(data_section *data, cJSON *root, const recorded_scene *scene) {
   if (scene == NULL || scene->link_count == 0)
     return;

@@ -90,7 +90,7 @@ static thrum_status pack_run(const scene_run *run, view_archive *archive, thrum_
   return status;
 }
 
-/* As `thrum simulate` builds it, so that what it refuses is refused here. */
+/* Builds the scene as `thrum simulate` does, so that the same scenes are refused here. */
 static thrum_status pack_scene(const char *path, bool quiet, view_archive *archive,
                                thrum_error *error) {
   const scene_request request = {.path = path, .output = "", .quiet = quiet};
