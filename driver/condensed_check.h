@@ -52,7 +52,7 @@ typedef struct condensed_check {
   double missing, aside, shown;
 } condensed_check;
 
-/* For a stepped model; one whose shape has no mesh is looked at for its inertia alone. */
+/* Opens the check of a stepped model. Where its shape has no mesh, only the inertia is checked. */
 thrum_status condensed_check_open(const thrum_model *model, condensed_check *check,
                                   thrum_error *error);
 void condensed_check_close(condensed_check *check);

@@ -38,7 +38,7 @@ void full_motion_between(double time, int64_t samples, double begin, double dt, 
                                       const double *value),
                          void *context, double *work);
 
-/* Who receives the samples, and who is told how far the run is; `progress` may be NULL, and stops
+/* `take` receives the samples, and `progress` is told how far the run is; it may be NULL, and stops
  * the run where it answers false. */
 typedef struct full_motion_observer {
   int64_t samples;

@@ -5,9 +5,10 @@
 
 #include "driver/full_motion.h"
 
-/* As full_motion_run, from the folder (made where it is not there) where it has that run: of the
- * same body, script, time step and number of samples, by the same build. Else the run is made and
- * kept. NULL: nothing is kept. `mass`: of the body, a thrum_mass. */
+/* Does the same as full_motion_run, but reads the run from the folder where it is there already: a
+ * run of the same body, script, time step and number of samples, by the same build. Otherwise it
+ * makes the run and keeps it in the folder, which it creates if needed. folder NULL: nothing is
+ * kept. `mass`: of the body, a thrum_mass. */
 thrum_status full_motion_kept(const char *folder, const thrum_model *model, int mass,
                               const full_motion_script *script, double dt,
                               const full_motion_observer *observer, double *us_per_step,

@@ -35,8 +35,8 @@ thrum_status load_target_parse(const char *text, const char *said, load_target *
 /* Do both name the same? */
 bool load_target_equal(const load_target *a, const load_target *b);
 
-/* Its vertices: *vertices points into the model (NULL: all of them) or at *one, which gets the
- * number of a single vertex. */
+/* Finds the vertices of a target: *vertices points into the model (NULL: all of them) or at *one,
+ * which gets the number of a single vertex. */
 thrum_status load_target_find(const thrum_model *model, const load_target *target,
                               const int32_t **vertices, int64_t *count, int32_t *one,
                               thrum_error *error);

@@ -313,7 +313,7 @@ static thrum_status make_run(const precompute_task *task, thrum_error *error) {
   return status;
 }
 
-/* From the fixed mesh to the written file and the printed result. */
+/* Makes the model from the fixed mesh, writes its file and prints the result. */
 static thrum_status make_model(precompute_task *task, precompute_show *show,
                                precompute_outcome *outcome, thrum_error *error) {
   const precompute_request *request = task->request;

@@ -238,7 +238,7 @@ char *precompute_meta(const precompute_outcome *outcome) {
   return text;
 }
 
-/* Which solver several processes used, and what in memory spoke for it. */
+/* Adds the solver that several processes used, and the memory that decided for it. */
 static void add_solver(cJSON *object, const thrum_solver_use *use) {
   if (use->room == 0)
     return;

@@ -147,8 +147,8 @@ thrum_status precompute_train_base(const thrum_mesh *mesh, const uint8_t *fixed,
   first.rank = first.rank < most ? first.rank : most;
   first.keep_modes = false;
 
-  // its shapes alone are used, so points are not refined; and of this law the fewest coefficients
-  // are made sooner than points
+  // only the shapes of this first model are used, so its points are not refined; with this law the
+  // coefficients of a condensed model are made sooner than points
   first.cubature_refine = 0;
   if (first.cubature && first.law == THRUM_LAW_STVK) {
     first.cubature = false;
@@ -337,7 +337,7 @@ static void add_shares(const double *q, int64_t k, double size, double *shares) 
       square += q[s * k + i] * q[s * k + i];
     shares[i] += sqrt(square / size);
 
-    // its derivatives, by the modes from i on
+    // the shares of the mode's derivatives by itself and the modes after it
     for (int64_t j = i; j < k; j++) {
       double pair = 0;
       for (int64_t s = 0; s < FULL_MOTION_SNAPSHOTS; s++) {

@@ -9,7 +9,7 @@
 #include "mesh/mesh_groups.h"
 #include "platform/allocate.h"
 
-/* As the ranges of --young and --density. */
+/* The range is that of --young and --density. */
 static const double LEAST = 1e-30, MOST = 1e30;
 
 /* Reads up to `most` numbers with commas between them, from *at on, which moves behind the comma

@@ -43,8 +43,8 @@ void driver_run_close(driver_run *run);
  * that measures and frames are of. */
 thrum_status driver_run_open_body(driver_run *run, int32_t n, const char *path,
                                   const thrum_model *shown, thrum_error *error);
-/* Its rows are recorded; row false: the energies, peaks and measures of the end alone. An energy
- * beyond the finite numbers ends the run, which is no failure. */
+/* Records a row of each body, or with `row` false only energies, peaks and measures at the end. An
+ * energy that is not finite ends the run, which is no failure. */
 thrum_status driver_run_record(driver_run *run, int64_t step, bool row, thrum_error *error);
 thrum_status driver_run_frame(driver_run *run, int64_t step, thrum_error *error);
 /* Ends the series of all bodies, and writes what each can be continued from. */

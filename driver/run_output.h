@@ -40,7 +40,7 @@ thrum_status run_output_open(const char *path, const thrum_model *model, bool fr
 
 /* Opens places.npy, for the body of a scene that moves as a whole; before the first row. */
 thrum_status run_output_open_places(run_output *output, thrum_error *error);
-/* Its row, after that of q.npy; `matrix`: see thrum_scene_body_matrix. */
+/* Writes a row of places.npy, after that of q.npy; `matrix`: see thrum_scene_body_matrix. */
 thrum_status run_output_place(run_output *output, const double matrix[16], thrum_error *error);
 
 /* A row of energy.csv and of q.npy. */

@@ -32,8 +32,8 @@ void run_placement_of(const double matrix[16], double row[RUN_PLACEMENT_COLUMNS]
 thrum_status run_placements_read(const char *path, int64_t rows, double **places,
                                  thrum_error *error);
 
-/* From X + U q to the world in the same form, the body where it is in a row; NULL: where it stands
- * at first. */
+/* The matrix, in the same form, from X + U q to the world, with the body where it is in a row;
+ * NULL: where it stands at first. */
 void run_placement_matrix(const run_placement *place, const double *row, double matrix[16]);
 
 /* out = the matrix times a point, in place if the two are one. */

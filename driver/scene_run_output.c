@@ -34,7 +34,7 @@ static bool scale_material(scene_body_run *body) {
   return true;
 }
 
-/* Its vertices where the body stands, for frames. */
+/* Moves the vertices of a body to where the body stands, for frames. */
 static bool place_vertices(const scene_run *run, int32_t n) {
   scene_body_run *body = &run->bodies[n];
   const size_t count = (size_t)body->model->vertex_count;

@@ -39,7 +39,7 @@ static thrum_status look_at_vibration(const scene_run *run, int32_t n, thrum_err
   for (int64_t h = stepped->rank; h < body->model->rank; h++)
     load[h] = body->model->omega2[h] * (q[h] - load[h]);
 
-  // in the time of the model as it is in the file
+  // the check takes times of the model as it is in the file
   condensed_check_vibrate(&body->check, load, contact, body->pace * run->dt, q);
   return THRUM_OK;
 }

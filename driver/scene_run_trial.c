@@ -108,7 +108,7 @@ uint64_t scene_trial_hash(const scene_run *run, int32_t n) {
     hash = hash_bytes(hash, def->touch, (size_t)def->touch_count * sizeof *def->touch);
   hash = hash_numbers(hash, body->start, 2 * rank);
 
-  // its loads, as they act on its coordinates
+  // loads count as they act on the coordinates of the body
   for (int64_t l = 0; l < thrum_scene_load_count(run->scene, n); l++) {
     thrum_scene_load load;
     if (thrum_scene_body_load(run->scene, n, l, &load, NULL) < 0)

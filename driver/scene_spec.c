@@ -208,7 +208,7 @@ static thrum_status check_body(const scene_spec *spec, const scene_body_spec *bo
                                   "is not of a body that is coupled, which steps all of its "
                                   "coordinates");
 
-  // nor do condensed bodies touch with their surface
+  // condensed bodies do not touch with their surface
   for (int n = 0; n < 3 && body->self_contact; n++)
     if (config_record_member(&spec->file, at, of_apart[n]) != NULL)
       return config_record_refuse(&spec->file, at, of_apart[n], THRUM_BAD_VALUE,
@@ -324,7 +324,7 @@ static thrum_status check_link_ends(const scene_spec *spec, const scene_link_spe
     return config_record_refuse(&spec->file, at, "other", THRUM_BAD_VALUE,
                                 "is the same body; leave it out for the world");
 
-  // its places
+  // a link needs a place, and its targets must have the right form
   if (link->target == NULL && isnan(link->place[0]))
     return config_record_refuse(&spec->file, at, NULL, THRUM_MISSING,
                                 "a link needs \"at\" or \"place\"");

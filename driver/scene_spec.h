@@ -27,7 +27,7 @@ typedef struct scene_material_spec {
   thrum_plastic plastic; /* of a model of points as well */
 } scene_material_spec;
 
-/* With how few coordinates a body is stepped while it is far or still. */
+/* The level of detail of a body: how few coordinates are stepped while it is far or still. */
 typedef struct scene_detail_spec {
   config_record at;
   int64_t condense;

@@ -208,7 +208,7 @@ static int check_full(simulate_request *request) {
     return config_usage("simulate", "--full: %s %s; take energy, newmark, midpoint or verlet",
                         thrum_integrator_name(def->integrator), reason);
 
-  // nor a damping or measures that are made of the reduced polynomial
+  // damping and measures that are made of the reduced polynomial are refused as well
   if (def->damping_form == THRUM_DAMPING_TANGENT)
     return config_usage("simulate", "--full takes --damping-form rest only");
   if (request->condense > 0)

@@ -198,7 +198,7 @@ static void fill_report(static_answer *answer, const thrum_full_equilibrium *fou
   report->softest = report->softest_factor = NAN;
   report->critical = report->critical_linear = NAN;
 
-  // its cost
+  // the report tells what the solution has cost
   report->load_steps = found->load_steps;
   report->cut_steps = found->cut_steps;
   report->iterations = found->iterations;

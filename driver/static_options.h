@@ -16,7 +16,7 @@ typedef enum static_move_kind {
 
 enum { STATIC_MOVE_KINDS = STATIC_MOMENT + 1 };
 
-/* Their options, without dashes. */
+/* Names of the options that give them, without dashes. */
 extern const char *const static_move_names[STATIC_MOVE_KINDS];
 
 /* A motion, force or moment of a target, which only the full order takes. */

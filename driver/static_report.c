@@ -81,7 +81,7 @@ void static_report_json(const static_answer *answer) {
   json_number(object, "lower_energy_j", answer->lower_energy);
   json_number(object, "residual", report->residual);
 
-  // its stability
+  // the least eigenvalues tell whether the equilibrium is stable
   cJSON_AddBoolToObject(object, "stable", !(report->least < 0));
   json_number(object, "least_eigenvalue", report->least);
   json_number(object, "frequency_hz", report->least >= 0 ? static_hertz(report->least) : NAN);

@@ -110,7 +110,7 @@ static thrum_status add_starts(full_stepper *self, thrum_error *error) {
   if (count == 0)
     return THRUM_OK;
 
-  // on top of the equilibrium
+  // the other starts come on top of the equilibrium
   double *u = self->loads.after, *rest = self->loads.before;
   thrum_full_get(self->body, rest, NULL);
   THRUM_TRY(thrum_displacement(model, q, 0, model->vertex_count, u, error));

@@ -23,7 +23,7 @@ thrum_status stepper_spin_open(const simulate_request *request, const thrum_mode
              thrum_floating_frame_settle(spin->inertia, q, p, &spin->frame, spin->work, error));
   THRUM_TRY(config_error_in(error, status, "--spin"));
 
-  // from degrees
+  // the option gives the angular velocity in degrees
   double rates[3];
   for (int axis = 0; axis < 3; axis++)
     rates[axis] = DEGREE * request->spin[axis];

@@ -16,7 +16,7 @@ typedef struct spinning_body {
   double *work; /* scratch, and behind it a shape at rest */
 } spinning_body;
 
-/* At rest in its shape, with an angular velocity. */
+/* Starts the body with an angular velocity, and its shape at rest. */
 static thrum_status start(spinning_body *body, const double spin[3], thrum_error *error) {
   const thrum_state_def def = thrum_default_state_def();
   THRUM_TRY(thrum_inertia_create(body->model, 0, NULL, &body->inertia, error));

@@ -194,7 +194,7 @@ int32_t EXPORT(js_link_get)(thrum_scene *scene, int32_t number) {
   THRUM_TRY(thrum_scene_link_get(scene, number, &link, &failure));
   double *n = js_numbers();
 
-  // in the order that the comment above gives, from which the package reads them
+  // the package reads the numbers in the order that the comment above gives
   n[0] = link.kind;
   n[1] = link.holds;
   n[2] = link.bodies[0];
