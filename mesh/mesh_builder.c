@@ -467,7 +467,7 @@ static thrum_status join_repeats(thrum_mesh_builder *b, thrum_mesh *mesh) {
   int64_t *earlier = NULL, kept = 0;
   const thrum_status status = thrum_mesh_tet_repeats(mesh, &earlier, b->error);
 
-  // in place, so that what is kept stays in its order
+  // tets are moved in place, so that those that are kept stay in their order
   for (int64_t t = 0; t < mesh->tet_count && status >= 0; t++) {
     if (earlier[t] >= 0)
       continue;

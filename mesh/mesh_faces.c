@@ -80,7 +80,7 @@ thrum_status thrum_mesh_find_faces(const thrum_mesh *mesh, thrum_mesh_faces *fac
     return thrum_error_set(error, THRUM_UNSUPPORTED, "more than 2^29 - 1 tetrahedra");
 
   face_table table = {.slot_count = 64};
-  // at most half full
+  // the table stays at most half full, so that searches in it are short
   while (table.slot_count < (uint64_t)mesh->tet_count * 8)
     table.slot_count *= 2;
   THRUM_TRY(thrum_reserve(&table.slots, table.slot_count, sizeof *table.slots, "the faces", error));

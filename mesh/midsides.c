@@ -52,7 +52,7 @@ static bool table_resize(edge_table *table, uint64_t slot_count) {
 
 /* The slot of an edge, which is added without a middle node where it is new; NULL: no memory. */
 static edge_slot *find_edge(edge_table *table, int32_t a, int32_t b) {
-  // at most half full
+  // the table stays at most half full, so that searches in it are short
   if (2 * (uint64_t)(table->used + 1) > table->slot_count &&
       !table_resize(table, table->slot_count > 0 ? 2 * table->slot_count : 64))
     return NULL;

@@ -6,7 +6,7 @@
 
 #include "mesh/mesh.h"
 
-/* Which tet has a wrong middle node, and what is wrong, as the end of "tet 7 ...". */
+/* A tet with a wrong middle node, and what is wrong with it, as the end of "tet 7 ...". */
 typedef struct thrum_midside_fault {
   int64_t tet; /* 0-based */
   char text[200];

@@ -68,7 +68,7 @@ static void check_triangles(const thrum_surface_mesh *surface, thrum_surface_che
     total += m.volume;
     lengths += m.sides;
 
-    // without area relative to its longest side, or with a corner twice
+    // a triangle is flat if it has a corner twice, or no area beside its longest side
     if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0] || !(m.twice > FLAT * m.longest2))
       note(&checked->flat, t, v[0], v[0] == v[1] ? v[2] : v[1]);
 

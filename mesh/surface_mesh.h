@@ -29,7 +29,7 @@ thrum_status thrum_surface_mesh_deliver(thrum_status status, thrum_surface_mesh 
                                         thrum_surface_mesh *surface);
 void thrum_surface_mesh_free(thrum_surface_mesh *surface); /* leaves it empty; empty is fine */
 
-/* For the readers: a surface that grows. */
+/* A surface that grows while a file is read. */
 typedef struct thrum_surface_builder {
   thrum_surface_mesh made;
   thrum_error *error;

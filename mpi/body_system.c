@@ -218,7 +218,7 @@ static thrum_status set_near_null_space(body_system *s, thrum_error *error) {
       memcpy(values + 3 * next++, part->mesh.vertices + 3 * n, 3 * sizeof *values);
   PETSC_THEN(status, VecRestoreArray(places, &values));
 
-  // from them PETSc makes shifts and turns
+  // PETSc makes the rigid motions from the places
   PETSC_THEN(status, MatNullSpaceCreateRigidBody(places, &space));
   PETSC_THEN(status, MatSetNearNullSpace(s->stiffness, space));
   MatNullSpaceDestroy(&space);
@@ -308,7 +308,7 @@ static thrum_status prepare(void *context, const thrum_sparse *stiffness, const 
   PETSC_TRY(KSPSetOperators(s->ksp, s->stiffness, s->stiffness));
   THRUM_TRY(set_solver(s, error));
 
-  // who knows PETSc may change what is set here, by -thrum_ksp_... in PETSC_OPTIONS
+  // users who know PETSc may change these settings by -thrum_ksp_... in PETSC_OPTIONS
   PETSC_TRY(KSPSetOptionsPrefix(s->ksp, "thrum_"));
   PETSC_TRY(KSPSetFromOptions(s->ksp));
   PETSC_TRY(KSPSetUp(s->ksp));

@@ -290,7 +290,7 @@ static thrum_status smooth_on(level *l, chebyshev c, thrum_error *error) {
   return THRUM_OK;
 }
 
-// from zero; the residual follows, for the coarser grid
+// smooths from a start of zero, and finds the residual for the coarser grid
 static thrum_status smooth_down(level *l, thrum_error *error) {
   const chebyshev c = chebyshev_of(l);
   const float first = (float)(1 / c.centre);
@@ -303,7 +303,8 @@ static thrum_status smooth_down(level *l, thrum_error *error) {
   return block_rows_step(&l->matrix, &step, error);
 }
 
-// from the correction of the coarser grid, which is the direction; the last residual is not wanted
+// smooths on from the correction of the coarser grid, which is in `direction`; the last residual is
+// not needed
 static thrum_status smooth_up(level *l, thrum_error *error) {
   const chebyshev c = chebyshev_of(l);
   const block_step step = {0, (float)(1 / c.centre), l->direction, l->other, l->right, l->solution};

@@ -78,7 +78,7 @@ static thrum_status share_begins(shared_system *s, const thrum_sparse *matrix, t
   else
     MPI_Recv(s->begin, (int)s->own + 1, MPI_INT64_T, 0, TAG, s->comm, MPI_STATUS_IGNORE);
 
-  // from 0 on
+  // the rows of this part are counted from 0 on
   const int64_t offset = s->begin[0];
   for (PetscInt row = 0; row <= s->own; row++)
     s->begin[row] -= offset;

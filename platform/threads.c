@@ -73,7 +73,7 @@ thrum_status thrum_threads_ready(int threads, thrum_error *error) {
   void *volatile probe = malloc(size);
   free(probe);
 
-  // its first call takes it
+  // BLAS takes its buffer in the first call
   const double one = 1, in = 1;
   double out = 0;
   if (probe)

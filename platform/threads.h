@@ -14,8 +14,8 @@ typedef struct thrum_threads {
 thrum_threads thrum_threads_set(int threads);
 void thrum_threads_restore(thrum_threads before);
 
-/* To be asked before thrum_threads_set: THRUM_OUT_OF_MEMORY when BLAS could not have its work
- * buffers, which it otherwise waits for without end. */
+/* Call it before thrum_threads_set. Returns THRUM_OUT_OF_MEMORY when there is no memory for the
+ * work buffers of BLAS, which BLAS would otherwise wait for without end. */
 thrum_status thrum_threads_ready(int threads, thrum_error *error);
 
 #endif
