@@ -29,7 +29,7 @@ typedef struct thrum_embed {
   thrum_scope memory; /* of the arrays */
 } thrum_embed;
 
-/* Who is told how far the work is, 0 to 1, now and then. */
+/* `tell` is called now and then with how far the work is, 0 to 1. */
 typedef struct thrum_embed_progress {
   void (*tell)(void *context, double fraction);
   void *context;

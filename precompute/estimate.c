@@ -124,7 +124,7 @@ static double most_bytes_given(const thrum_fem *fem, double entries,
   return fmax(basis, 24 * vertices * r + polynomial) + model;
 }
 
-// from the bytes to come
+// compares the bytes that will be taken with those that are available
 static void judge(const thrum_precompute_options *options, double more, thrum_estimate *estimate) {
   estimate->more = MARGIN * more;
   estimate->memory = thrum_memory_resident() + estimate->more;
@@ -137,8 +137,8 @@ static void judge(const thrum_precompute_options *options, double more, thrum_es
   estimate->fits = estimate->more <= estimate->available;
 }
 
-// by what else than a coarser mesh or fewer modes the memory becomes less: half the rank counts
-// where it takes a tenth off
+// finds what else than a coarser mesh or fewer modes lowers the memory; half the rank counts where
+// it saves at least a tenth
 static void find_ways(const thrum_fem *fem, double entries, const thrum_factor *factor,
                       const thrum_precompute_options *options, thrum_estimate *estimate) {
   thrum_precompute_options lower = *options, plain = *options;

@@ -20,8 +20,8 @@ typedef struct thrum_estimate {
   double seconds[THRUM_STAGE_COUNT]; /* rough: within a factor of two or so; 0 unless asked for */
 } thrum_estimate;
 
-/* From the planned factor (of no use to an imported basis: NULL) and the sizes alone. `limit`:
- * bytes that may be taken beyond what is held, 0: what is available. */
+/* Estimates the memory from the planned factor (NULL for an imported basis, which needs none) and
+ * the sizes alone. */
 void thrum_estimate_memory(const thrum_fem *fem, const thrum_sparse *stiffness,
                            const thrum_factor *factor, const thrum_precompute_options *options,
                            thrum_estimate *estimate);

@@ -138,7 +138,7 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
   return THRUM_OK;
 }
 
-/* At most a quarter of the room for modes, and two coordinates for each of those. */
+/* Lowers the counts to at most a quarter of the room for modes, and two coordinates for each. */
 static void lower_counts(thrum_precompute_options *options, int64_t room) {
   if (options->modes <= room / 4)
     return;

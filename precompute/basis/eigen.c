@@ -147,7 +147,7 @@ static thrum_status refine(const thrum_sparse *mass, thrum_factor *factor, int64
               weigh, k);
   thrum_ranks_sum(mass->ranks, small, 2 * count * count);
 
-  // its vectors give the modes
+  // the eigenvectors of the small problem give the modes
   THRUM_TRY(thrum_lapack_status(
       LAPACKE_dsygvd(LAPACK_COL_MAJOR, 1, 'V', 'U', k, stiff, k, weigh, k, values),
       THRUM_NOT_CONVERGED, "the modes could not be refined", error));

@@ -270,7 +270,7 @@ static thrum_status compare_energy(const thrum_fem *fem, const thrum_model *mode
     high = fmax(high, fem->vertices[c]);
   }
 
-  // at a share of the body's size, and the other way at twice that
+  // energies are compared at a share of the body's size, and the other way at twice that
   for (int side = 0; side < 2 && scratch; side++) {
     const double scale = (side == 0 ? 1 : -2) * (side == 0 ? REACH * (high - low) / largest : 1);
     for (int64_t c = 0; c < rows; c++)

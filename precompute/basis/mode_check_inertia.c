@@ -40,7 +40,7 @@ static thrum_status triplets_make(const thrum_sparse *stiffness, const thrum_spa
   return THRUM_OK;
 }
 
-// its settings are numbered from 1 in its manual
+// sets MUMPS up; its manual numbers the settings from 1
 static void settings(DMUMPS_STRUC_C *mumps) {
   for (int stream = 0; stream < 4; stream++)
     mumps->icntl[stream] = 0;

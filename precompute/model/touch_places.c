@@ -44,7 +44,7 @@ static thrum_status find_vertices(surface *s, const thrum_mesh_faces *faces, con
     for (int c = 0; c < 3 && faces->faces[f].other < 0; c++)
       s->index[faces->faces[f].vertices[c]] = 1;
 
-  // in the order of the mesh
+  // vertices are numbered in the order of the mesh
   for (int32_t v = 0; v < fem->vertex_count; v++) {
     const bool taken = s->index[v] > 0 && !is_held(fem, v);
     s->index[v] = taken ? (int32_t)s->count : -1;
