@@ -240,7 +240,7 @@ static bool look(const thrum_scene *scene, scene_body *body, int64_t before, con
   const thrum_scene_detail *def = &detail->def;
   const double now = thrum_scene_time(scene);
 
-  // from the eye to the middle of the body
+  // the distance is that from the eye to the middle of the body
   const double rest[3] = {body->derived->by.length * detail->middle[0],
                           body->derived->by.length * detail->middle[1],
                           body->derived->by.length * detail->middle[2]};

@@ -367,7 +367,7 @@ static bool is_place(const double place[3]) {
   return (isnan(place[0]) && isnan(place[1]) && isnan(place[2])) || is_near(place);
 }
 
-/* From a time and place of a path to the next, at a speed whose slopes are finite. */
+/* Is the way from one time and place of a path to the next slow enough for finite slopes? */
 static bool is_way(const double times[2], const double places[6]) {
   const double length = times[1] - times[0];
   bool slow = length > 0.0;
@@ -714,7 +714,7 @@ thrum_status thrum_scene_link_made(const thrum_scene *scene, int32_t number,
   memcpy(made.place, link->place, sizeof made.place);
   memcpy(made.other_place, link->end, sizeof made.other_place);
 
-  // as numbers, where the def left them to be found
+  // values that the def left to be found are returned as numbers
   made.stiffness = link->tie.stiffness;
   made.damping = link->tie.damping;
   made.length = link->tie.length;

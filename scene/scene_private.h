@@ -539,7 +539,7 @@ void scene_pairs_gather(thrum_scene *scene);
 
 /* scene_link.c: links between bodies and with the world. */
 
-/* Which links hold in the step to come, and where their ends in the world go. */
+/* Finds which links hold in the step to come, and where their ends in the world go. */
 void scene_links_begin(thrum_scene *scene);
 
 /* Puts the links of a group into `room`, and their ends in the world behind its `count` members.

@@ -12,7 +12,7 @@
 /* Bytes of the head. */
 #define THRUM_SEAL_BYTES 32
 
-/* Which kind of content, in eight letters, and the version of its layout. */
+/* The kind of a content, in eight letters, and the version of its layout. */
 typedef struct thrum_seal_kind {
   char letters[8];
   uint32_t version;

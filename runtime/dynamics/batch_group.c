@@ -124,7 +124,7 @@ static void go_on_alone(const thrum_batch_group *g, int64_t lane, thrum_quasi_ne
   const thrum_solver *s = &one->solver;
   unfetch(g, lane);
 
-  // as thrum_solve_increment from here on
+  // from here on the solve goes on alone, as in thrum_solve_increment
   while (next == THRUM_QUASI_EVALUATE) {
     thrum_quasi_evaluate(s, &one->quasi);
     next = thrum_quasi_take(s, &one->quasi);

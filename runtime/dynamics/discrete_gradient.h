@@ -24,7 +24,7 @@ typedef struct thrum_step_start {
 bool thrum_energy_begin(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
                         thrum_solve_report *report, thrum_solver *s, thrum_step_start *from);
 
-/* As thrum_quasi_take, for that solve. */
+/* Does what thrum_quasi_take does, for that solve. */
 thrum_quasi_next thrum_energy_take(const thrum_solver *s, const thrum_step_start *from,
                                    thrum_quasi *quasi);
 

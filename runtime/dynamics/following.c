@@ -128,7 +128,7 @@ void thrum_follow_solve(const thrum_following *f, const double *weight, const do
   memcpy(direction, rest, (size_t)k * sizeof *direction);
   double square = thrum_dense_dot(rest, rest, k);
 
-  // as many as there are masters end it but for rounding
+  // as many iterations as there are masters solve it up to rounding
   for (int64_t n = 0; n < k && square > end; n++) {
     memcpy(product, direction, (size_t)k * sizeof *product);
     add_weighted(f, weight, x, direction, product);

@@ -72,11 +72,12 @@ void thrum_problem_take_own(thrum_solver *s, int32_t count);
 /* Multiplies T of a problem that evaluates the model once into its stiffness. */
 void thrum_problem_weigh(const thrum_solver *s, double *matrix);
 
-/* From the increment in view->unknown: q + at d into view->middle, v into view->velocity. */
+/* Puts q + at d into view->middle and v into view->velocity, from the increment in view->unknown.
+ */
 void thrum_problem_place(const thrum_solver *s);
 
-/* From R in `evaluated`: R + D v - f into view->total, the residual into view->residual; returns
- * its scaled norm. */
+/* Puts R + D v - f into view->total and the residual into view->residual, from R in `evaluated`;
+ * returns the residual's scaled norm. */
 double thrum_problem_residual(const thrum_solver *s);
 
 /* Scaled norm of the increment, in the same measure as the residual's. */

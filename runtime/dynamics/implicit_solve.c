@@ -157,7 +157,7 @@ bool thrum_solve_newton(const thrum_solver *s) {
   return true;
 }
 
-/* By the solver of the def alone, without full Newton after it. */
+/* Solves by the solver of the def alone, without full Newton after it. */
 static bool solve_by_def(const thrum_solver *s) {
   return s->state->def.solver == THRUM_SOLVER_NEWTON ? thrum_newton_solve(s) : thrum_quasi_solve(s);
 }

@@ -17,7 +17,8 @@
 #include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-/* From T(q) in jacobian_next and R(q) in force: the matrix, and the right-hand side into p_next. */
+/* Makes the matrix from T(q) in jacobian_next, and the right-hand side in p_next from R(q) in
+ * force. */
 static void assemble(const thrum_model *model, const thrum_state *state, thrum_state_view *view) {
   const double h = state->def.dt, alpha = state->def.damping_alpha, beta = state->def.damping_beta;
   const bool tangent = thrum_tangent_damped(state);

@@ -125,7 +125,7 @@ static thrum_status look_for_return(const thrum_model *model, thrum_state *state
   if (!(energy < FALLEN * state->monitor.switched_energy || energy < ENERGY_LEAST))
     return THRUM_OK;
 
-  // as from a new start
+  // the other scheme begins as if the state were new
   state->report.scheme_switches++;
   thrum_stability_reset(state);
   return thrum_scheme_change(model, state, view, thrum_solving_scheme(state),

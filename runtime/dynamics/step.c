@@ -251,8 +251,9 @@ thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
   return thrum_step_imexv(model, &run->next, &run->view, &run->report);
 }
 
-/* From the status of the attempt to candidates that may be committed, and the scaled norm of their
- * motion: the stability monitor, then the fallback chain. */
+/* Leads the attempt to candidates that may be committed: the stability monitor may have the step
+ * made again by `energy`, and the fallback chain takes one that is not solved. *amplitude: scaled
+ * norm of the motion of the candidates. */
 static thrum_status settle(const thrum_model *model, thrum_step_run *run, thrum_status status,
                            double *amplitude) {
   thrum_state *next = &run->next;

@@ -126,7 +126,7 @@ void thrum_symmetric_vector(const double *matrix, int32_t size, double value, do
   for (size_t i = 0; i < n; i++)
     largest = fmax(largest, fabs(matrix[i * n + i]));
 
-  // beside the eigenvalue, so that there is something to divide by
+  // the shift is a little beside the eigenvalue, so that no pivot is zero
   for (double off = 4.0 * DBL_EPSILON * largest + DBL_MIN; off < INFINITY; off *= 16.0) {
     memcpy(factors, matrix, n * n * sizeof *factors);
     for (size_t i = 0; i < n; i++) {

@@ -31,7 +31,7 @@ typedef enum thrum_law {
 /* The law called `name`, of `length` characters, into *law; false where there is none. */
 bool thrum_law_find(const char *name, size_t length, thrum_law *law);
 
-/* Its name; of THRUM_LAW_BY_REGION what people may read. */
+/* The name of a law; THRUM_LAW_BY_REGION has words for messages, which are no name. */
 const char *thrum_law_name(thrum_law law);
 
 /* The law of a model's material: that of its cubature points, whose name was checked. */

@@ -59,7 +59,7 @@ static thrum_status check_version(const thrum_layout *layout, thrum_error *error
                            "; a model with 'midsides' has version %d",
                            major, minor, THRUM_MODEL_FORMAT_MAJOR_QUADRATIC);
 
-  // nor may a law be overlooked
+  // a reader of an older format must not overlook a law
   if (HAS(layout, point_law) && major < THRUM_MODEL_FORMAT_MAJOR_LAW)
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "array 'format' says version %" PRId32 ".%" PRId32
@@ -187,7 +187,7 @@ static int fits_memory(const thrum_layout *layout, int array) {
   return columns == 0 || rows <= most / columns;
 }
 
-// as many coefficients, or columns, as there are monomials of the masters
+// refuses an array unless it has as many coefficients, or columns, as the masters have monomials
 static thrum_status check_count(const thrum_layout *layout, int array, int64_t count,
                                 int64_t expected, thrum_error *error) {
   if (count == expected)

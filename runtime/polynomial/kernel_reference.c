@@ -612,7 +612,7 @@ static void reference_restricted_hessian(const thrum_model *model, int64_t split
   tangent_lists(n, list, &e, at, hessian);
   tangent_close(n, e.w, hessian);
 
-  // from mirrored coordinates
+  // coordinates were mirrored, so entries change places with those at the other end
   for (int64_t i = 0; 2 * i < n * n; i++) {
     const double kept = hessian[i];
     hessian[i] = hessian[n * n - 1 - i];

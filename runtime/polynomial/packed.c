@@ -38,7 +38,7 @@ static void gather_mirrored(const thrum_model *model, int64_t c, int64_t d, doub
   }
 }
 
-/* So many numbers of a row at `at` out of its group of `size` rows. */
+/* Copies the numbers of one row, which lies at `at` in its group of `size` rows. */
 static void take(const thrum_model *model, int64_t columns, int64_t size, int64_t at, double *row) {
   for (int64_t k = 0; k < columns; k++) {
     const int64_t here = at + 8 * size * (k / 8) + k % 8;

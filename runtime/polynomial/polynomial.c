@@ -50,7 +50,7 @@ static double quadratic_energy(const thrum_model *model, const double *q) {
   return model->point_plastic ? sum + thrum_released_energy(model, q) : sum;
 }
 
-/* Their gradient by the first n coordinates. */
+/* The gradient of the quadratic terms by the first n coordinates. */
 static void linear_force(const thrum_model *model, int64_t n, const double *q, double *force) {
   for (int64_t i = 0; i < n; i++)
     force[i] = model->omega2[i] * q[i];

@@ -261,7 +261,7 @@ static double locate(path *p, double beyond, double least) {
   return 0.5 * (a + b);
 }
 
-/* From s.trial to a stable equilibrium at `factor`, and on from there. */
+/* Goes from s.trial down to a stable equilibrium at `factor`, and lets the path go on there. */
 static bool fall(path *p, double factor) {
   thrum_search_measure found;
   thrum_search *s = &p->s;

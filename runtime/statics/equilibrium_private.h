@@ -55,12 +55,13 @@ typedef struct thrum_search_measure {
 /* sqrt(sum scale_i x_i^2) of x, or of x - y. */
 double thrum_search_length(const thrum_search *s, const double *x, const double *y);
 
-/* From s->trial to an equilibrium near it, stable or not: Newton, shortened until the residual
- * falls. False when none is near. */
+/* Goes from s->trial to an equilibrium near it, stable or not, by Newton steps that are shortened
+ * until the residual falls. False when none is near. */
 bool thrum_search_near(thrum_search *s, double factor, thrum_search_measure *found);
 
-/* From s->trial downhill to a stable equilibrium, however far it is: Newton on the total energy,
- * stiffened where T is not positive definite. False when there is none within reach. */
+/* Goes from s->trial downhill to a stable equilibrium, however far it is, by Newton steps on the
+ * total energy, stiffened where T is not positive definite. False when there is none within
+ * reach. */
 bool thrum_search_down(thrum_search *s, double factor, thrum_search_measure *found);
 
 /* Least eigenvalue of T at `q`. With vector: its eigenvector too, into s->soft. Leaves T in
