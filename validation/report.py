@@ -55,7 +55,8 @@ THESIS_LOST = {("beam", 0): 6.86, ("beam", 0.3): 7.12, ("tower", 0): 10.53}
 
 STYLE = """body{font:15px/1.45 system-ui,sans-serif;margin:2em auto;max-width:1180px;padding:0 1em;color:#222;background:#fff}
 .wide{overflow-x:auto}table{border-collapse:collapse;margin:1em 0;font-size:12px}
-th,td{padding:2px 5px;text-align:right;border-bottom:1px solid #ddd}td{white-space:nowrap}td.w{white-space:normal;min-width:9em}.wide svg{max-width:none}
+th,td{padding:2px 5px;text-align:right;border-bottom:1px solid #ddd}td{white-space:nowrap}
+td.w{white-space:normal;min-width:9em}.wide svg{max-width:none}
 th{border-bottom:2px solid #888;vertical-align:bottom}
 td:first-child,th:first-child,.l{text-align:left}
 .bad{color:#b00020;font-weight:600}.dim{color:#777}svg{margin:2px;max-width:100%;height:auto}"""
@@ -151,8 +152,19 @@ def quoted(text):
 
 
 def curve(name, kind="lines", size=0.6):
-    """How a scheme's curve is drawn: its strokes where it has no points."""
-    return f"lines dt {DASHES[name]}" if kind == "lines" else f"{kind} pt {MARKS[name]} ps {size}"
+    """How a scheme's curve is drawn: its strokes, its points or, as in a key, both."""
+    strokes, points = f"lw 1.4 dt {DASHES[name]}", f"pt {MARKS[name]} ps {size}"
+    return {"lines": f"lines {strokes}", "points": f"points {points}", "linespoints": f"linespoints {points}",
+            "both": f"linespoints {strokes} {points}"}[kind]
+
+
+def marked(name, points):
+    """A scheme's curve with a few marks, which stand where no other scheme has its own, so that curves that lie over each other
+    are told apart."""
+    place, colour = list(COLOURS).index(name), COLOURS[name]
+    apart = max(1, len(points) // (2 * len(COLOURS)))
+    return [(name, colour, curve(name), points),
+            (None, colour, curve(name, "points"), points[apart * (place + 1)::apart * len(COLOURS)])]
 
 
 class Plots:
@@ -233,11 +245,11 @@ def thin(points, most=400):
 
 def matrix_curves(rows, runs_of, plots):
     """The energy over time of each body, load, damping and step."""
-    page = ("<h2>Energy over time</h2>\n<p>Curves that lie over each other are those of schemes that keep the energy alike; the "
-            "table has the numbers.</p>\n")
+    page = ("<h2>Energy over time</h2>\n<p>Schemes that keep the energy alike lie over each other, and have their marks beside "
+            "each other; the table has the numbers.</p>\n")
     for body in groups(rows, "model"):
         page += fill("<h3>{}</h3>\n", body[0]["model"])
-        page += plots.key([(name, colour, curve(name), [r for r in body if r["scheme"] == name][:1])
+        page += plots.key([(name, colour, curve(name, "both"), [r for r in body if r["scheme"] == name][:1])
                            for name, colour in COLOURS.items()])
         for damping in sorted({row["damping"] for row in body}, key=float):
             for panel in groups([row for row in body if row["damping"] == damping], "load", "dt_s"):
@@ -247,8 +259,8 @@ def matrix_curves(rows, runs_of, plots):
                 by_energy = stepped_by_energy(runs_of, [run[0] for run in runs], "model", "load", "damping", "dt_s")
                 page += plots.add(
                     f"{panel[0]['load']}, α = {damping}, h = {panel[0]['dt_s']} s", (f"time [s]{by_energy}", "energy [J]"),
-                    (370, 270), [(run[0]["scheme"], COLOURS[run[0]["scheme"]], curve(run[0]["scheme"]),
-                                  thin([(float(r["time_s"]), number(r["total_j"])) for r in run], 50)) for run in runs],
+                    (370, 270), [series for run in runs for series in marked(
+                        run[0]["scheme"], thin([(float(r["time_s"]), number(r["total_j"])) for r in run], 50))],
                     y_range=f"0:{2 * max(kept)}" if kept else "0:*")
             page += "<br>"
     return page
@@ -353,12 +365,13 @@ def long(path, rows, about, plots):
             for run in runs:
                 first = number(run[0][key])
                 points = [(float(r["begin_s"]) + 0.5 * WINDOW_SECONDS, number(r[key]) / first) for r in run if first > 0]
-                series.append((run[0]["scheme"], COLOURS[run[0]["scheme"]], curve(run[0]["scheme"]), points))
+                series += marked(run[0]["scheme"], points)
                 highest = max([highest, *(y for _, y in points)])
             page += plots.add(f"{case[0]['model']}, {100 * float(case[0]['amplitude']):.0f} %: {what}",
                               (f"time [s]{by_energy}", "mean over 35 s / the first"), (560, 280), series,
                               y_range="*:5" if highest > 5 else None)
-        page += plots.key(series) + "</div>\n"
+        page += plots.key([(run[0]["scheme"], COLOURS[run[0]["scheme"]], curve(run[0]["scheme"], "both"), run)
+                           for run in groups(case, "scheme")]) + "</div>\n"
     return page
 
 
