@@ -160,7 +160,7 @@ void thrum_estimate_memory(const thrum_fem *fem, const thrum_sparse *stiffness,
                            const thrum_factor *factor, const thrum_precompute_options *options,
                            thrum_estimate *estimate) {
   const double entries = (double)stiffness->begin[stiffness->size];
-  estimate->free_dofs = fem->free_count;
+  *estimate = (thrum_estimate){.free_dofs = fem->free_count};
   if (options->imported) {
     judge(options, most_bytes_given(fem, entries, options), estimate);
     find_ways(fem, entries, NULL, options, estimate);

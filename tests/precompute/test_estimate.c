@@ -231,6 +231,26 @@ static void a_model_that_does_not_fit_into_memory_is_refused_in_one_line(void **
   assert_false(file_exists(path));
 }
 
+/* Whatever was in the estimate before: a basis that is given has its rank. */
+static void what_would_do_is_known_of_a_basis_that_is_given(void **state) {
+  (void)state;
+  int64_t begin[1] = {0};
+  const thrum_imported_basis imported = {.rows = 3000, .rank = 20};
+  const thrum_fem fem = {.free_count = 2900, .vertex_count = 1000, .tet_count = 4000};
+  const thrum_sparse stiffness = {.begin = begin};
+  thrum_precompute_options options = thrum_default_precompute_options();
+  options.imported = &imported;
+  for (int fits = 0; fits < 2; fits++) {
+    thrum_estimate estimate;
+    memset(&estimate, 1, sizeof estimate);
+    options.memory_limit = fits ? 1e12 : 1;
+    thrum_estimate_memory(&fem, &stiffness, NULL, &options, &estimate);
+    assert_true(estimate.fits == fits && estimate.more > 0);
+    assert_false(estimate.by_rank || estimate.by_refine);
+    assert_true(estimate.seconds[0] == 0);
+  }
+}
+
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 #define SANITIZED
@@ -374,6 +394,7 @@ int main(void) {
 
       // memory that does not suffice
       cmocka_unit_test(a_model_that_does_not_fit_into_memory_is_refused_in_one_line),
+      cmocka_unit_test(what_would_do_is_known_of_a_basis_that_is_given),
       cmocka_unit_test(a_grid_that_cannot_fit_is_refused_before_it_is_made),
       cmocka_unit_test(a_program_without_room_for_its_libraries_ends_and_says_so),
       cmocka_unit_test(the_least_of_all_limits_is_what_is_left),
