@@ -25,7 +25,7 @@ thrum_status thrum_handle_find(const thrum_mesh *mesh, const char *spec, thrum_h
     if (thrum_text_scan_integer(spec + length, end, &vertex) != (size_t)(end - spec) - length ||
         vertex < 1 || vertex > mesh->vertex_count)
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                             "--handles '%.100s': the mesh has vertices 1 to %lld", spec,
+                             "'%.100s': the mesh has vertices 1 to %lld", spec,
                              (long long)mesh->vertex_count);
     *handle = (thrum_handle){.name = spec, .count = 1, .vertex = (int32_t)(vertex - 1)};
     return THRUM_OK;
@@ -39,7 +39,7 @@ thrum_status thrum_handle_find(const thrum_mesh *mesh, const char *spec, thrum_h
       return THRUM_OK;
     }
   return thrum_error_set(error, THRUM_MISSING,
-                         "--handles '%.100s': neither a group of the mesh nor vertex=N", spec);
+                         "'%.100s' is neither a group of the mesh nor vertex=N", spec);
 }
 
 // unit forces along the axes, 3 columns; refuses a handle that cannot move

@@ -539,7 +539,9 @@ static void bad_materials_are_refused(void **state) {
 static void bodies_too_free_and_ranks_too_large_are_refused(void **state) {
   (void)state;
   assert_refused_with("names no vertex", BEAM, "--fix", "x<-1", NULL, NULL);
-  assert_refused_with("nosuchgroup", BEAM, "--fix", "nosuchgroup", NULL, NULL);
+  assert_refused_with("thrum: --fix: 'nosuchgroup' is", BEAM, "--fix", "nosuchgroup", NULL, NULL);
+  assert_refused_with("thrum: --handles: 'nosuchgroup' is", BEAM, "--fix", ROOT, "--handles",
+                      "nosuchgroup");
   assert_refused_with("rank", BEAM, "--fix", ROOT, "--rank", "66");
   assert_refused_with("too many for a mesh", BEAM, "--fix", ROOT, "--modes", "250");
   assert_refused_with("every vertex is fixed", BEAM, "--fix", "x<2", NULL, NULL);
