@@ -113,6 +113,14 @@ static thrum_status check_times(const char *file, const cJSON *report, thrum_err
   return THRUM_OK;
 }
 
+/* The options go by their names. */
+static thrum_status check_options(const char *file, const cJSON *report, thrum_error *error) {
+  const cJSON *options = cJSON_GetObjectItemCaseSensitive(report, "options");
+  if (options == NULL || cJSON_IsNull(options) || cJSON_IsObject(options))
+    return THRUM_OK;
+  return refuse(file, options, "an object of its options", error);
+}
+
 /* The bodies of a scene, which have folders of their names in that of the run. */
 static thrum_status check_bodies(const char *file, const cJSON *report, thrum_error *error) {
   const cJSON *bodies = cJSON_GetObjectItemCaseSensitive(report, "bodies"), *body = NULL;
@@ -142,5 +150,6 @@ thrum_status info_run_check(const char *file, const cJSON *report, bool scene, t
   THRUM_TRY(CHECK(cJSON_GetObjectItemCaseSensitive(report, "monitor"), of_monitor));
   THRUM_TRY(CHECK(cJSON_GetObjectItemCaseSensitive(report, "condensed"), of_condensed));
   THRUM_TRY(check_times(file, report, error));
+  THRUM_TRY(check_options(file, report, error));
   return scene ? check_bodies(file, report, error) : THRUM_OK;
 }

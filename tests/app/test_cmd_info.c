@@ -639,6 +639,7 @@ static void figures_that_no_run_has_are_refused(void **state) {
       {"\"condensed\": {\"inertia_share\": -1}", "\"inertia_share\" is -1"},
       {"\"steps\": 10, \"dt\": 0.5, \"simulated_s\": 7", "its steps times their length"},
       {"\"steps\": 10, \"rows\": 12", "\"rows\" is 12"},
+      {"\"options\": [1, 2]", "\"options\" is [1,2], and a run has an object of its options there"},
   };
   char path[160], text[300];
   make_report_path("changed", path);
