@@ -134,13 +134,15 @@ static int finish(int argc, char **argv, experiments_request *request) {
   if (optind < argc)
     return config_usage("experiments", "'%s' is too much; name models with --models", argv[optind]);
 
+  // rows need a folder to go to, and a job resumes by itself
   if (request->resume && request->jobs.number > 0)
     return config_usage("experiments",
                         "--resume is not needed: a job whose result is there is done");
 
-  // each kind of experiment has its own models, swings and steps
   if (request->output == NULL || request->output[0] == 0)
     return config_usage("experiments", "where to? name a folder with -o DIR");
+
+  // each kind of experiment has models of its own
   if (request->model_count > 0 && request->kind == EXPERIMENTS_EXTREMES)
     return config_usage("experiments", "--extremes has bodies of its own; leave --models out");
   if (request->model_count == 0 &&
@@ -153,11 +155,15 @@ static int finish(int argc, char **argv, experiments_request *request) {
   else if (request->model_count == 0 && request->kind != EXPERIMENTS_EXTREMES)
     for (int n = 0; n < 2; n++)
       request->models[request->model_count++] = pair[n];
+
+  // without --loads all of them are applied, but one alone where step sizes are compared
   bool any = false;
   for (int n = 0; n < EXPERIMENT_LOAD_COUNT; n++)
     any = any || request->loads[n];
   for (int n = 0; n < EXPERIMENT_LOAD_COUNT && !any; n++)
     request->loads[n] = request->kind != EXPERIMENTS_STEP_SIZES || n == EXPERIMENT_LOAD_square;
+
+  // each kind has its own time, swings and number of steps
   if (!(request->time > 0))
     request->time = request->kind == EXPERIMENTS_WORK_PRECISION ? 10 : 30;
   if (request->amplitude_count == 0) {
@@ -173,6 +179,8 @@ static int finish(int argc, char **argv, experiments_request *request) {
   request->starts[EXPERIMENT_START_smooth] = request->kind == EXPERIMENTS_WORK_PRECISION;
   request->dts = of_variable ? experiment_variable_dts : experiment_sweep_dts;
   request->dt_count = of_variable ? experiment_variable_dt_count : experiment_sweep_dt_count;
+
+  // runs of too many steps are refused
   const double dt = request->kind == EXPERIMENTS_MATRIX ? request->dt : EXPERIMENT_SWEEP_TICK;
   if (thrum_step_count(request->time, dt) > (int64_t)STEPS_MAX)
     return config_usage("experiments", "--time %g at a time step of %g is too many steps",

@@ -80,6 +80,8 @@ void info_run_print_options(const cJSON *report) {
   cJSON *usual_options = simulate_options_json(&usual);
   char *text = json_text(usual_options);
   cJSON *defaults = text != NULL ? cJSON_Parse(text) : NULL;
+
+  // all that is left stands on one line, which only a run with options has
   bool any = false;
   cJSON_ArrayForEach(item, options) {
     const cJSON *usually = cJSON_GetObjectItemCaseSensitive(defaults, item->string);

@@ -119,6 +119,8 @@ static int64_t rank_of(const tradeoff_commands *c) {
 static void put_precompute(FILE *stream, const tradeoff_commands *c) {
   const tradeoff_recipe *recipe = recipe_of(c);
   char model[600];
+
+  // the options that make the basis and its energy
   fprintf(stream, "%s precompute", c->program);
   put_mesh(stream, c);
   fprintf(stream, " --modes %lld --rank %lld", (long long)modes_of(c), (long long)rank_of(c));

@@ -102,6 +102,8 @@ static void count_passes(const thrum_model *model, bench_step *bench) {
   case THRUM_INTEGRATOR_IMEXV:
     if (implicit == model->rank)
       break;
+
+    // one force on the explicit modes, one restriction, and evaluations of the implicit modes alone
     restricted = implicit > 0 ? all - held - inner : 0.0;
     bench->operations = 2.0 * (all + with_three + restricted);
     bench->coefficients = all + restricted;
@@ -111,6 +113,8 @@ static void count_passes(const thrum_model *model, bench_step *bench) {
     }
     return;
   }
+
+  // all others evaluate whole forces and tangents
   const thrum_pass_cost tangent = thrum_pass_cost_of(model->rank, THRUM_PASS_TANGENT, 0);
   bench->operations = 4.0 * forces * all + tangents * tangent.operations;
   bench->coefficients = forces * all + tangents * tangent.coefficients;

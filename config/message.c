@@ -78,6 +78,8 @@ static size_t edit_distance(const char *a, const char *b) {
     const size_t *before = rows[(i + 2) % 3], *above = rows[i % 3];
     size_t *row = rows[(i + 1) % 3];
     row[0] = i + 1;
+
+    // the cheapest of four: change or keep a letter, drop one, add one, swap two
     for (size_t j = 1; j <= length; j++) {
       size_t best = above[j - 1] + (a[i] == b[j - 1] ? 0 : 1);
       if (above[j] + 1 < best)

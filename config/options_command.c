@@ -59,6 +59,8 @@ static int collect(const config_command *command, int argc, char **argv, given_l
   struct option longs[CONFIG_OPTION_MAX + 1];
   char letters[2 + 2 * CONFIG_OPTION_MAX];
   make_getopt(list, longs, letters);
+
+  // each option is noted with its row, in the order of the command line
   opterr = 0;
   optind = 0; // from the start, whatever was read before
   for (int returned; (returned = getopt_long(argc, argv, letters, longs, NULL)) != -1;) {
@@ -69,6 +71,8 @@ static int collect(const config_command *command, int argc, char **argv, given_l
     list->help = option->letter == 'h';
     if (list->help)
       return COMMAND_DONE;
+
+    // only one options file is read, and the command line overrides its rows
     if (option->kind == CONFIG_FILE && list->file >= 0)
       return config_usage(command->name, "one --%s at a time", option->name);
     if (option->kind == CONFIG_FILE)

@@ -411,6 +411,8 @@ static thrum_status read_object(reading *r, const config_option *keys, const jso
         THRUM_TRY(take_member(r, row, &nodes[n]));
     }
   }
+
+  // keys without a default must have been there
   for (int n = 0; n < r->row_count; n++) {
     const config_option *option = r->rows[n].option;
     if (option->needed && config_record_member(r->file, r->record, option->name) == NULL)

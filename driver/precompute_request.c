@@ -299,6 +299,7 @@ const char *precompute_request_alone(const precompute_request *request) {
 }
 
 int precompute_options_read(int argc, char **argv, precompute_request *request) {
+  // the request begins with zeros, where these defaults are others
   request->reading.scale = 1;
   request->train_time = 0.5;
   request->error = NAN;
@@ -315,12 +316,13 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
     return config_usage("precompute", "no output given: say -o NAME.npz");
   if (!isnan(request->error) && request->train_count == 0)
     return config_usage("precompute", "--error goes with --train");
+  if (request->by_share && request->train_count == 0)
+    return config_usage("precompute", "--by-share goes with --train");
   if (request->rank_max == 0)
     request->rank_max =
         request->touch_stepped && !request->condense ? TOUCH_STEPPED_RANK_MAX : RANK_MAX;
-  if (request->by_share && request->train_count == 0)
-    return config_usage("precompute", "--by-share goes with --train");
 
+  // training and tests have the usual quadrature alone
   if (request->train_count + request->test_count > 0 && request->options.quadrature_order > 0)
     return config_usage("precompute", "--quadrature-order goes without --train and --test");
 
@@ -351,6 +353,8 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
       !mesh_of_model_is_named(request->mesh_name))
     return config_usage("precompute", "--yield needs --law corotational or neo-hookean, whose "
                                       "points flow");
+
+  // options of points are of no use to a polynomial, and the other way round
   if ((request->cubature_given || request->options.cubature_refine > 0) &&
       !request->options.cubature)
     return config_usage("precompute", "--cubature-error, --cubature-points, --cubature-range and "
@@ -362,6 +366,8 @@ int precompute_options_read(int argc, char **argv, precompute_request *request) 
       (request->condense || request->options.single || request->import_cubic))
     return config_usage("precompute", "--cubature has no polynomial: it goes without --condense, "
                                       "--precision single and --import-cubic");
+
+  // an imported basis takes the place of modes, and its polynomial cannot come alone
   if (request->import_cubic && !request->import_basis)
     return config_usage("precompute", "--import-cubic goes with --import-basis");
   if (request->import_basis && (request->modes_given || request->rank_given ||

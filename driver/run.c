@@ -224,6 +224,8 @@ void driver_run_warn(const driver_run *run) {
   // why the run ended early comes first
   if (run->stop.message[0] != 0)
     config_warn("%s", run->stop.message);
+
+  // then each body tells what speaks against its motion
   for (int32_t n = 0; n < run->body_count; n++) {
     const driver_body *body = &run->bodies[n];
     const simulate_figures *figures = &body->figures;
@@ -233,6 +235,7 @@ void driver_run_warn(const driver_run *run) {
     if (body->name != NULL)
       snprintf(who, sizeof who, "body '%.100s': ", body->name);
 
+    // solves that were hard, and energy that grew
     warn_of_points(figures, who);
     if (figures->fallback_steps > 0)
       config_warn("%s%" PRId64 " step%s needed %s", who, figures->fallback_steps,
@@ -240,6 +243,8 @@ void driver_run_warn(const driver_run *run) {
                   figures->full.free_count > 0 ? "to be taken as several shorter ones"
                                                : "a fallback beyond quasi-Newton");
     warn_of_growth(figures, who);
+
+    // coordinates that follow lack inertia, which touch modes show otherwise than slaves
     if (figures->condensed_wrong && figures->follows_loads)
       config_warn("%swhat follows at rest, touch modes, would vibrate by %.2g %% of the motion, "
                   "%.2g %% of which is off after impacts: that is not shown; pull more slowly, or "
@@ -256,6 +261,8 @@ void driver_run_warn(const driver_run *run) {
                       : "leaves out",
                   100 * figures->inertia_share, 100 * figures->energy_defect,
                   100 * figures->vibration_share, 100 * figures->impact_share);
+
+    // the shape: compression, and displacements beyond the reach of the basis
     simulate_measures_warn(&body->measures, who);
   }
 }

@@ -58,12 +58,16 @@ static thrum_status set_start(reduced_stepper *self, thrum_error *error) {
   const thrum_state_def *def = &request->def;
   double *q = self->loads.before, *p = self->loads.after;
   thrum_error detail = {0};
+
+  // a condensed model starts in coordinates that are stepped
   THRUM_TRY(start_specs_make(self->shape, request->starts, request->start_count, q, p, error));
   for (int64_t n = 0; n < request->start_count; n++)
     if (request->starts[n].kind == START_MODE && request->starts[n].mode > self->model->rank)
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "--start %s: of the condensed model only coordinates 1 to %lld start",
                              request->starts[n].text, (long long)self->model->rank);
+
+  // the refusals of the library are put into words of the options
   if (def->split_rule == THRUM_SPLIT_COUNT && def->explicit_count > self->model->rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--split %d: the model has only %lld modes", (int)def->explicit_count,
@@ -79,6 +83,8 @@ static thrum_status set_start(reduced_stepper *self, thrum_error *error) {
   status = thrum_state_set(self->model, self->state, q, p, error);
   THRUM_TRY(config_error_in(error, status, request->start_count > 0 ? "--start" : "--dt"));
   THRUM_TRY(stepper_spin_open(request, self->model, q, p, &self->spin, error));
+
+  // what looks at the motion begins at the same start
   condensed_check_start(&self->check, request, q, p);
   condensed_check_damp(&self->check, def, 1);
   THRUM_TRY(read_shape(self, self->loads.before));
