@@ -81,10 +81,10 @@ static bool has_cubature_bounds(const thrum_precompute_options *options) {
 thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_error *error) {
   THRUM_TRY(options->imported ? THRUM_OK : check_counts(options, error));
 
+  // numbers that hold for models of all kinds
   if (options->threads < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "threads is %d; it must be at least 1",
                            options->threads);
-
   if (options->quadrature_order != 0 && (options->quadrature_order < THRUM_QUADRATURE_ORDER_MIN ||
                                          options->quadrature_order > THRUM_QUADRATURE_ORDER_MAX))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -100,6 +100,8 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
         "%d and %g",
         options->cubature_error, (long long)options->cubature_points, options->cubature_range,
         THRUM_CUBATURE_ERROR_MOST, THRUM_CUBATURE_COUNT_MOST, THRUM_CUBATURE_RANGE_MOST);
+
+  // a law other than Saint Venant-Kirchhoff's, and flow, need points
   if (options->law < THRUM_LAW_STVK || options->law > THRUM_LAW_BY_REGION)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "there is no law %d of a material",
                            (int)options->law);
@@ -113,6 +115,8 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the law %s needs cubature: a polynomial cannot hold it",
                            thrum_law_name(options->law));
+
+  // points that flow cannot be learned, and points have no coefficients
   if (options->cubature_refine < 0 || options->cubature_refine > THRUM_CUBATURE_COUNT_MOST ||
       (options->cubature_refine > 0 && (!options->cubature || options->cubature_yield < INFINITY)))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,

@@ -307,11 +307,14 @@ void thrum_scene_free(thrum_scene *scene) {
   for (int32_t n = 0; n < scene->body_count; n++)
     free_body(scene, scene->bodies[n]);
 
+  // parts that own memory come before the lists that hold them
   for (int32_t n = 0; n < scene->probe_count; n++)
     free(scene->probes[n].rows);
   scene_pairs_free(scene);
   scene_solids_free(scene);
   scene_links_free(scene);
+
+  // the lists, the work of the workers, and the scene itself
   free(scene->bodies);
   free(scene->probes);
   free(scene->base_motions);

@@ -132,6 +132,7 @@ thrum_status scene_condensed_touch(scene_body *body, thrum_error *error) {
       offset[h] -= slope[i] * body->q[i];
   }
 
+  // rows of U' and rest positions of the vertices that may touch
   for (int64_t n = 0; n < touch->count; n++) {
     const int64_t vertex = touch->vertices[n];
     if (vertex < 0)
@@ -140,6 +141,8 @@ thrum_status scene_condensed_touch(scene_body *body, thrum_error *error) {
       const double *row = shape->basis + (3 * vertex + axis) * all;
       double *to = touch->rows + (3 * n + axis) * masters;
       double rest = body->derived->by.length * shape->vertices[3 * vertex + axis];
+
+      // masters move the vertex by themselves, and by the slaves that follow them
       for (int64_t i = 0; i < masters; i++)
         to[i] = body->k * row[i];
       for (int64_t h = masters; h < all; h++) {

@@ -102,6 +102,8 @@ static void orthonormalise(davidson *d, double *block, double least, int64_t *ke
   for (int64_t c = 0; c < *kept; c++) {
     double *column = block + c * d->n, *image = weighed + c * d->n;
     const double before = sqrt(fmax(dot(d, column, image), 0));
+
+    // the columns that are done are projected out of the column and of M times it
     if (done > 0) {
       cblas_dgemv(CblasColMajor, CblasTrans, n, (int)done, 1, weighed, n, column, 1, 0, d->gram, 1);
       thrum_ranks_sum(d->mass->ranks, d->gram, done);
@@ -110,6 +112,8 @@ static void orthonormalise(davidson *d, double *block, double least, int64_t *ke
       cblas_dgemv(CblasColMajor, CblasNoTrans, n, (int)done, -1, weighed, n, d->gram, 1, 1, image,
                   1);
     }
+
+    // a column of which next to nothing is left depends on those before it
     const double length = sqrt(fmax(dot(d, column, image), 0));
     if (!(length > least * before))
       continue;

@@ -72,6 +72,8 @@ static void jacobi_sweep(double a[4][4], double vectors[4][4]) {
       const double theta = (a[j][j] - a[i][i]) / (2 * a[i][j]);
       const double t = (theta < 0 ? -1 : 1) / (fabs(theta) + sqrt(theta * theta + 1));
       const double c = 1 / sqrt(t * t + 1), s = t * c;
+
+      // it turns columns, and then rows and vectors
       for (int k = 0; k < 4; k++) {
         const double x = a[k][i], y = a[k][j];
         a[k][i] = c * x - s * y;

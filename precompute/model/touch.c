@@ -159,6 +159,8 @@ static void judge(thrum_touch *t, thrum_touch_coverage *coverage) {
       coverage->stiff++;
       continue;
     }
+
+    // the basis lacks the share of the give that R still has
     const double follows = 1 - trace_of(t, t->rest, place) / t->give[place];
     t->follows[place] = follows;
     coverage->mean += follows;

@@ -110,6 +110,8 @@ static void fill_quadratic_tet(panel *p, int64_t t, int point, int64_t s) {
         y += difference * shape[a][1];
         z += difference * shape[a][2];
       }
+
+      // components lie a block apart
       double *out = p->gradient + (9 * i + 3 * c) * BLOCK + s;
       out[0] = x;
       out[BLOCK] = y;

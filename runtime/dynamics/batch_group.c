@@ -295,6 +295,8 @@ static void stiffen_whole(thrum_batch_group *g, int64_t needed) {
 /* One evaluation of quasi-Newton for all members that still iterate; returns how many are left. */
 static int64_t iterate_whole(thrum_batch_group *g) {
   int64_t stiff = 0, plain = 0, left = 0;
+
+  // all points of evaluation go into the lanes of one pass
   for (int64_t m = 0; m < g->count; m++) {
     thrum_batch_member *one = &g->members[m];
     if (!one->solving)
@@ -311,6 +313,8 @@ static int64_t iterate_whole(thrum_batch_group *g) {
     stiffen_whole(g, stiff);
   if (plain > 0)
     g->kernel->force(g->model, g->q, g->force, g->value, g->work);
+
+  // each member takes its R, and goes on or ends
   for (int64_t m = 0; m < g->count; m++) {
     thrum_batch_member *one = &g->members[m];
     if (!one->solving)

@@ -186,6 +186,8 @@ static thrum_status solve(const motion *m, thrum_solve_report *report) {
     }
     step = sqrt(step);
     error = 0.5 * h * sqrt(error);
+
+    // the error that the residual stands for is judged by the increment, in the same norm
     report->saw_nonfinite = !isfinite(error);
     if (report->saw_nonfinite)
       return THRUM_NOT_FINITE;
@@ -202,6 +204,8 @@ static thrum_status solve(const motion *m, thrum_solve_report *report) {
         return THRUM_NOT_CONVERGED;
       inverse = view->jacobian_next;
     }
+
+    // one step of Newton's method with that inverse
     view->kernel->product(m->masters, m->masters, inverse, view->residual, view->direction);
     for (int64_t i = 0; i < m->masters; i++)
       view->unknown[i] -= view->direction[i];

@@ -99,12 +99,16 @@ static thrum_status check_polynomial(const thrum_layout *layout, thrum_error *er
   static const int condensed[] = {THRUM_ARRAY_slave_map, THRUM_ARRAY_condensed_c3,
                                   THRUM_ARRAY_condensed_c4};
   static const int whole[] = {THRUM_ARRAY_c3, THRUM_ARRAY_c4};
-  THRUM_TRY(check_together(layout, condensed, 3,
-                           "slave_map, condensed_c3 and condensed_c4 come together", error));
   static const int points[] = {THRUM_ARRAY_point_weights, THRUM_ARRAY_point_moduli,
                                THRUM_ARRAY_point_gradients};
+
+  // arrays that are of no use without each other
+  THRUM_TRY(check_together(layout, condensed, 3,
+                           "slave_map, condensed_c3 and condensed_c4 come together", error));
   THRUM_TRY(check_together(layout, points, 3,
                            "point_weights, point_moduli and point_gradients come together", error));
+
+  // a law is that of points, and points have no slaves
   if (HAS(layout, point_law) && !HAS(layout, point_weights))
     return thrum_error_set(error, THRUM_MISSING,
                            "array 'point_weights' is missing: 'point_law' is that of cubature "
@@ -211,6 +215,8 @@ static thrum_status check_rank(const thrum_layout *layout, thrum_error *error) {
   if (!HAS(layout, slave_map) && slaves != 0)
     return thrum_error_set(error, THRUM_BAD_SHAPE,
                            "array 'slave_map' is absent, yet slave_count is not 0");
+
+  // its arrays are counted by the monomials of the masters
   if (HAS(layout, slave_map)) {
     if (slaves < 1 || masters < 1)
       return thrum_error_set(error, THRUM_BAD_SHAPE,

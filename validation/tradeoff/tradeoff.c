@@ -329,6 +329,7 @@ static thrum_status run_tests(tradeoff_solution *s, thrum_error *error) {
     if (s->result.bases[b].recipe.modes == 0 && s->result.bases[b].recipe.masters == 0)
       own = b;
 
+  // `chosen` steps with its own integrator, and the model's own basis with `energy`
   for (int64_t n = 0; n < problem->test_count && s->result.chosen >= 0 && status >= 0; n++) {
     const tradeoff_run *run = &s->result.runs[s->result.chosen];
     const thrum_state_def def = def_of(problem, run->integrator, run->dt, run->tolerance);
