@@ -117,8 +117,8 @@ export class Body {
     if (this.edges) this.edges.visible = on;
   }
 
-  /** Marks the vertices that are held, or not. @param {boolean} on */
-  showHeld(on) {
+  /** Marks the vertices that are held, or not. @param {boolean} on @param {THREE.Color} colour which is followed */
+  showHeld(on, colour) {
     if (on && !this.held) {
       const held = [];
       this.split.source.forEach((vertex, n) => {
@@ -129,8 +129,9 @@ export class Body {
 
       // as large as 3 % of the body, so that they do not cover one that is far away
       const { min, max } = this.mesh.geometry.boundingBox;
-      this.held = this.#overlay(new THREE.Points(geometry,
-        new THREE.PointsMaterial({ color: 0x20303f, size: HELD_SHARE * this.scale * min.distanceTo(max) })));
+      const material = new THREE.PointsMaterial({ size: HELD_SHARE * this.scale * min.distanceTo(max) });
+      material.color = colour;
+      this.held = this.#overlay(new THREE.Points(geometry, material));
     }
     if (this.held) this.held.visible = on;
   }

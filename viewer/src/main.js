@@ -21,12 +21,12 @@ import { SHOWN, World } from './world.js';
 const find = (id) => document.getElementById(id);
 
 const ENERGIES = [
-  { name: 'total', colour: 'var(--ink)', dash: [] }, { name: 'kinetic', colour: '#2a78c2', dash: [7, 3] },
-  { name: 'strain', colour: '#dd7a22', dash: [2, 2] }, { name: 'gravity', colour: '#8a63b8', dash: [9, 3, 2, 3] },
+  { name: 'total', colour: 'var(--ink)', dash: [] }, { name: 'kinetic', colour: 'var(--kinetic)', dash: [7, 3] },
+  { name: 'strain', colour: 'var(--strain)', dash: [2, 2] }, { name: 'gravity', colour: 'var(--gravity)', dash: [9, 3, 2, 3] },
 ];
 
 /** Those of them that only scenes with what it takes have. */
-const OF_SCENES = [{ name: 'contact', colour: '#35995a', dash: [4, 4] }, { name: 'links', colour: '#a3231f', dash: [1, 3] }];
+const OF_SCENES = [{ name: 'contact', colour: 'var(--contact)', dash: [4, 4] }, { name: 'links', colour: 'var(--links)', dash: [1, 3] }];
 
 /** Of a recorded run, whose rows have the energies of the bodies alone. */
 const RECORDED = [{ ...ENERGIES[0], name: 'kinetic + strain' }, ENERGIES[1], ENERGIES[2]];

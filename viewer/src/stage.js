@@ -19,6 +19,7 @@ export class Stage {
     this.scene.background = new THREE.Color();
     this.scene.fog = new THREE.Fog(0);
     this.groundColour = new THREE.Color(); // shared by all grounds
+    this.heldColour = new THREE.Color(); // and by the marks of what is held
     this.camera = new THREE.PerspectiveCamera(40, 1, 0.01, 1000);
     this.camera.up.copy(UP);
     this.controls = new OrbitControls(this.camera, canvas);
@@ -34,10 +35,11 @@ export class Stage {
   }
 
   /** Takes the colours of a theme. @param {{background: number, ground: number}} theme */
-  paint({ background, ground: colour }) {
+  paint({ background, ground: colour, held }) {
     this.scene.background.set(background);
     this.scene.fog.color.set(background);
     this.groundColour.set(colour);
+    this.heldColour.set(held);
     this.touch();
   }
 

@@ -158,7 +158,7 @@ export class World {
       },
       colour: () => this.#forgetColours(),
       edges: () => this.bodies.forEach((body) => body.showEdges(value)),
-      held: () => this.bodies.forEach((body) => body.showHeld(value)),
+      held: () => this.bodies.forEach((body) => body.showHeld(value, this.stage.heldColour)),
       touches: () => {},
       links: () => {},
       sound: () => {},
