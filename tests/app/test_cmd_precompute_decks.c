@@ -161,7 +161,7 @@ static void check_names_regions_and_what_was_read(void **state) {
   (void)state;
   write_deck(true);
 
-  // for programs
+  // programs get names and notes as JSON
   program_result run = thrum_run(folder, "check", "deck.inp", "--unit", "mm-t-s", "--json", NULL);
   cJSON *object = json_line(run.out);
   assert_non_null(object);

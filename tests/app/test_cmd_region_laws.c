@@ -102,7 +102,7 @@ static void a_model_of_two_laws_moves_and_rests_as_the_mesh_does(void **state) {
   assert_true(fabs(figure(thrum_run(folder, "simulate", "mixed.npz", SWING, "-o", "again", NULL),
                           "drift")) < 1e-13);
 
-  // at rest: the model, its mesh, and the mesh by itself
+  // the model rests near its mesh, and the mesh by itself rests like that; another law does not
 #define WEIGHT "--load", "constant:0,0,-20@vertices_2", "--json", "-q"
   const double rest =
       figure(thrum_run(folder, "static", "mixed.npz", WEIGHT, NULL), "peak_displacement_m");

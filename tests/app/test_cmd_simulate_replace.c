@@ -101,7 +101,7 @@ static void the_same_goes_for_scenes(void **state) {
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
 
-  // in the folder of the scene, and in that of its body
+  // folders of the user's have names of files, in the folder of the scene and in that of its body
   static const char *const ways[] = {"both/probes.csv", "both/a/end.npy.tmp", "both/a/q.npy"};
   for (int n = 0; n < 3; n++) {
     remove(in_folder(ways[n]));
@@ -133,7 +133,7 @@ static void a_link_to_an_earlier_run_stays_a_link(void **state) {
   assert_true(steps_of("target") == 50);
 }
 
-/* As simulate, by a user who may not write everywhere. */
+/* Runs simulate as a user who may not write everywhere. */
 static program_result simulate_as_nobody(const char *name) {
   char setpriv[] = "/usr/bin/setpriv", user[] = "--reuid=65534", groups[] = "--clear-groups";
   char program[] = THRUM_PROGRAM, command[] = "simulate", model[] = "particle.npz", o[] = "-o";

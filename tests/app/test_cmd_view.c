@@ -532,7 +532,7 @@ static void missing_inputs_and_wrong_options_are_refused(void **state) {
 static void a_run_whose_coordinates_are_of_another_run_is_refused(void **state) {
   (void)state;
 
-  // as many rows of fewer coordinates
+  // both runs have as many rows, of all coordinates and of few
   const char *const names[] = {"all", "few"};
   for (int n = 0; n < 2; n++) {
     program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", names[n], "--time", "0.05",

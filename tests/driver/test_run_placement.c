@@ -47,7 +47,7 @@ static void a_place_tells_its_matrix(void **state) {
       q[i] = turns[n][i] / length;
     fill(q, 2.5, shift, matrix);
 
-    // from the matrix to the placement and back
+    // a matrix becomes a placement and comes back
     run_placement_of(matrix, row);
     const run_placement place = {.placed = true, .scale = 2.5};
     run_placement_matrix(&place, row, again);

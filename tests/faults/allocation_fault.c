@@ -87,7 +87,7 @@ __attribute__((constructor)) static void begin(void) {
   fail_all = getenv("THRUM_FAULT_ALL") != NULL;
   count_path = getenv("THRUM_FAULT_COUNT");
 
-  // its first call takes memory
+  // the first backtrace takes memory, which must not count later
   backtrace(frames, 2);
   sigaltstack(&stack, NULL);
   for (size_t n = 0; n < sizeof signals / sizeof signals[0]; n++)

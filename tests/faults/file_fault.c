@@ -29,7 +29,7 @@
 #define THREADS_MAX 256
 #define CALLS_MAX 6
 
-/* Which calls of the kernel fail, and with what. */
+/* A kind of fault: the calls of the kernel that fail, and the errno that they give. */
 typedef struct fault {
   const char *name;
   long calls[CALLS_MAX]; /* ends with -1 */

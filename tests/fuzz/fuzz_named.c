@@ -199,7 +199,7 @@ static void read_vega(unsigned how) {
   thrum_imported_basis imported = {0};
   thrum_error error = {0};
 
-  // by turns what Thrum wrote, and what was drawn
+  // one draw in four reads what Thrum wrote, the others what was drawn
   if (how % 4 == 0) {
     const thrum_model *model = fuzz_random_model(RANK, VERTICES);
     if (thrum_vega_basis_write(first, model, how / 4 % 2, &error) < 0 ||

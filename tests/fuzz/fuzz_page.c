@@ -137,7 +137,7 @@ static int32_t add_model(fuzz_draw *draw, kept *list, int32_t *rank, int32_t *ve
   return number;
 }
 
-/* So many of the shared numbers, as the page sets them before a call. */
+/* Draws the first `count` shared numbers, which the page sets before a call. */
 static void set_numbers(fuzz_draw *draw, int count, double size) {
   for (int n = 0; n < count; n++)
     bridge_number[n] = draw_about(draw, size);

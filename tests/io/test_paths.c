@@ -25,7 +25,7 @@ ssize_t __wrap_readlink(const char *path, char *buffer, size_t size) {
     return -1;
   }
 
-  // as readlink: cut, and without a 0 at the end
+  // readlink cuts the text as well, and puts no 0 at the end
   const size_t length = strlen(told) < size ? strlen(told) : size;
   memcpy(buffer, told, length);
   return (ssize_t)length;

@@ -75,7 +75,7 @@ static const void *array_data(vtu *file, const char *name, const char *type, int
   attribute(at, "format", value);
   assert_string_equal(value, "binary");
 
-  // its text fills its element and begins with its size
+  // the text of the array fills its element and begins with its size
   const char *text = strchr(at, '>') + 2;
   const uint64_t length = text_length(sizeof bytes + bytes);
   uint64_t size = 0;
@@ -218,7 +218,7 @@ static int64_t run_frames(const char *frames, double stride) {
   assert_int_equal(run.exit_code, 0);
   cJSON *object = json_line(run.out);
 
-  // its coordinates and its list of frames
+  // read the coordinates of the run, and the list of its frames
   double *q = NULL;
   int64_t rows = 0, columns = 0, count = 0;
   assert_int_equal(thrum_npy_read_f8(in_folder("run/q.npy"), &q, &rows, &columns, NULL), 0);

@@ -104,7 +104,7 @@ static void formats_that_hold_everything_give_it_back(void **state) {
                  {"m.vtu", {.ascii = true}},
                  {"m.inp", {0}}};
 
-  // with and without materials
+  // each format is written with and without materials
   for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
     for (int materials = 0; materials < 2; materials++) {
       thrum_mesh mesh = make_mesh(materials);

@@ -344,7 +344,7 @@ static void abaqus_files_give_sets_and_sections(void **state) {
 static void tets_of_ten_nodes_are_read_by_their_corners_where_asked_and_counted(void **state) {
   (void)state;
 
-  // in Abaqus's order of nodes
+  // Abaqus lists the corners first
   const char *path = mesh_write_text(
       "a.inp", INP_NODES "5,.5,0,0\n6,.5,.5,0\n7,0,.5,0\n8,0,0,.5\n9,.5,0,.5\n10,0,.5,.5\n"
                          "*ELEMENT, TYPE=C3D10M\n1,1,2,3,4,5,6,\n7,8,9,10\n");
@@ -357,7 +357,7 @@ static void tets_of_ten_nodes_are_read_by_their_corners_where_asked_and_counted(
   assert_null(mesh.midsides);
   thrum_mesh_free(&mesh);
 
-  // in TetGen's order, whose corners alone would be the same in any
+  // TetGen lists the corners first as well, but orders the middle nodes in its own way
   static const char nodes[] = "10 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 .5 0 0\n6 .5 .5 0\n"
                               "7 0 .5 0\n8 0 0 .5\n9 .5 0 .5\n10 0 .5 .5\n";
   path = mesh_write_text("b.ele", "1 10 0\n1 1 2 3 4 10 8 5 6 9 7\n");

@@ -158,7 +158,7 @@ static void wrong_middle_nodes_are_refused_with_the_element_and_its_line(void **
   refuse("a.inp", NODES "*ELEMENT, TYPE=C3D4\n2,2,3,4,11\n" TEN,
          "a.inp:20: tet 1 has middle nodes, where those before it have none");
 
-  // in Gmsh's order, and with a middle node beyond the end of its edge
+  // nodes in Gmsh's order are refused, and a middle node beyond the end of its edge
   refuse("a.inp", NODES "*ELEMENT, TYPE=C3D10\n1,1,2,3,4,7,8,9,10,5,6\n",
          "a.inp:18: tet 1 is turned inside out by its middle nodes");
   refuse("a.inp", NODES "*ELEMENT, TYPE=C3D10\n1,1,2,3,4,12,6,7,8,9,10\n",

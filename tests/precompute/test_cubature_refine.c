@@ -226,7 +226,7 @@ static void refined_points_are_right_where_those_of_the_mesh_are_not(void **stat
   thrum_precomputed exact = {0}, chosen = {0}, refined = {0}, again = {0};
   assert_true(thrum_precompute(&b.mesh, b.fixed, &options, &exact, &error) >= 0);
 
-  // as many points each, of which one set is refined
+  // both models have as many points, and only those of one are refined
   options.cubature = true;
   options.cubature_error = 1e-9;
   options.cubature_points = 16;

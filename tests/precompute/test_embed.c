@@ -72,7 +72,7 @@ static void an_affine_map_of_the_mesh_carries_the_surface_along(void **state) {
   body b = body_make(BEAM, "x<0.001");
   thrum_precomputed model = body_precompute(&b, 4, 6);
 
-  // from points inside the beam to points many lengths away
+  // clouds reach from points inside the beam to points many lengths away
   for (double size = 0.1; size < 20; size *= 12) {
     thrum_surface_mesh surface = cloud(2000, size);
     thrum_embed made = embed(&model.model, &surface);

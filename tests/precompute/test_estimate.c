@@ -85,7 +85,7 @@ static void learning_another_law_is_said_to_take_longer(void **state) {
     program_result_free(&dry);
   }
 
-  // in the order of what a stress by them takes
+  // the times stand in the order of what one stress takes with each law
   assert_true(seconds[0] > 0);
   assert_true(seconds[1] > 1.3 * seconds[0] && seconds[2] > 1.3 * seconds[1]);
 }

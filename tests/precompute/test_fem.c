@@ -218,7 +218,7 @@ static void regular_tetrahedron_has_its_exact_frequencies(void **state) {
                      .materials = &material,
                      .has_material = true};
 
-  // its matrices
+  // assemble its matrices
   thrum_fem fem;
   thrum_sparse stiffness, mass;
   thrum_error error = {0};

@@ -341,10 +341,10 @@ static void pull_in_series(double poisson, bool sides_held, int count, const uin
 
 static void regions_in_series_are_stretched_as_their_laws_say(void **state) {
   (void)state;
-  // in uniaxial tension, of materials that do not become narrower
+  // bars under tension, of materials that do not become narrower
   pull_in_series(0, false, 2, three_laws);
 
-  // with their sides held, of all laws
+  // bars whose sides are held, of all laws
   pull_in_series(0.3, true, 2, three_laws + 1);
   pull_in_series(0.3, true, 3, three_laws);
 }

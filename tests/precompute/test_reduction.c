@@ -296,7 +296,7 @@ static void coefficients_agree_with_an_independent_program(void **state) {
 static void basis_is_mass_orthonormal_and_diagonalises_the_stiffness(void **state) {
   (void)state;
 
-  // with both kinds of mass
+  // it holds with both kinds of mass
   for (int kind = 0; kind < 2; kind++) {
     body b = body_beam1k();
     thrum_precompute_options options = thrum_default_precompute_options();

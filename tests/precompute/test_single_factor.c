@@ -113,7 +113,7 @@ static void solutions_are_those_of_double_precision(void **state) {
   check_solutions(pair_make(body_quadratic("beam:8x3x3@1x0.3x0.3", "x<0.001", 0.01, 0.01), false),
                   1e-11);
 
-  // so thin that rounding in either of them counts
+  // these bodies are so thin that rounding in either precision counts
   check_solutions(pair_make(body_make("beam:200x2x2@10x0.1x0.1", "x<0.001"), false), 1e-7);
   check_solutions(pair_make(body_quadratic("beam:6x3x2@1x0.3x0.2", NULL, 0, 0), true), 1e-11);
 }
@@ -158,7 +158,7 @@ static void modes_are_those_of_double_precision(void **state) {
   check_modes(pair_make(body_make("beam:40x3x3@1x0.1x0.1", "x<0.001"), false), 20);
   check_modes(pair_make(body_quadratic("beam:6x3x2@1x0.3x0.2", NULL, 0, 0), true), 7);
 
-  // so small a body that the space of the search is all there is
+  // this body is so small that the space of the search is the whole space
   check_modes(pair_make(body_make("beam:2x1x1@2x1x1", "x<0.1"), false), 3);
 }
 

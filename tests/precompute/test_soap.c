@@ -186,7 +186,7 @@ static void it_finds_the_minimum_where_numbers_depend_on_each_other(void **state
   mix(THRUM_GROUP_ROWS, 1e-2, left[0]);
   mix(COLUMNS, 1e-2, right[0]);
 
-  // with a rate that falls to zero
+  // the rate falls to zero, so that the descent ends
   const double first = mixed_square(d, at, left, right);
   for (int n = 0; n < STEPS; n++) {
     mixed_square(d, at, left, right);

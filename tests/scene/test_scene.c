@@ -484,7 +484,7 @@ static void every_step_that_fell_back_is_counted(void **context) {
   thrum_scene_body_info info;
   int64_t fell_back = 0, both = 0, counted = 0;
   for (int k = 0; k < 300; k++) {
-    // as the report of the state says
+    // the scene tells what the report of the state says
     const thrum_status status = thrum_scene_step(f->scene, NULL);
     assert_true(status >= 0);
     MUST(thrum_scene_body(f->scene, 0, &info, &failure));

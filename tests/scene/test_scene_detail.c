@@ -156,7 +156,7 @@ static void a_still_body_steps_fewer_until_it_moves_again(void **state) {
   run(&w, 40);
   assert_int_equal(rank_of(&w), RANK);
 
-  // its swing dies away
+  // the swing of the body dies away
   assert_true(run(&w, 3000) <= detail.jump);
   assert_int_equal(rank_of(&w), MASTERS);
   assert_true(report_of(&w).speed < detail.still);

@@ -370,7 +370,7 @@ static void add_crane(fixture *f) {
   set_place(hinge.axis, 0, 1, 0);
   add_link(f->scene, &hinge);
 
-  // from its end to a place above
+  // the spring hangs the end of the second bar on a place above
   thrum_scene_link_def spring = link_of(THRUM_LINK_SPRING, 0.8, 0, 0);
   spring.body = 1;
   set_place(spring.other_place, 0.6, 0, 0.6);
@@ -582,7 +582,7 @@ static void a_faint_spring_leaves_the_joints_beside_it(void **context) {
     thrum_scene_link_def def = link_of(THRUM_LINK_BALL, 0, 0.05, 0.05);
     add_link(f->scene, &def);
 
-    // with a length of its own and without
+    // the spring has a length of its own, or takes the one between its places
     def.kind = THRUM_LINK_SPRING;
     def.stiffness = def.damping = faint[n];
     set_place(def.other_place, 1, 0, 0);

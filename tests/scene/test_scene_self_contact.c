@@ -214,7 +214,7 @@ static void a_body_that_touches_itself_and_another_keeps_momentum(void **context
   other.position[0] = 0.13;
   MUST(thrum_scene_add_body(f->scene, &other, NULL, &failure));
 
-  // which touches there were
+  // the run must have touches of the body with itself, and with another one
   const thrum_scene_account before = account_of(f->scene);
   bool own = false, both = false;
   for (int k = 0; k < 100; k++) {

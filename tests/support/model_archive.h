@@ -294,7 +294,7 @@ static inline size_t archive_member(const archive_part *part, unsigned char *fil
   archive_put(local + 26, 2, local_size);
   archive_put(local + 28, 2, extra_size);
 
-  // its name, its padding and its data
+  // the name, the padding and the data follow the header
   memcpy(local + 30, local_name, local_size);
   memcpy(local + 30 + local_size, extra, extra_size);
   memcpy(local + 30 + local_size + extra_size, npy, size);

@@ -71,7 +71,7 @@ static inline void points_obey_regions(both *made, const uint8_t laws[3]) {
   for (int p = 0; p < REGION_POINTS; p++)
     regions[p] = p / 8 % 2 == 0 ? p % 3 : p / 16 % 3;
 
-  // in the place of one law
+  // laws of regions take the place of one law
   made->points.format = format;
   made->points.point_law = NULL;
   made->points.law_bytes = 0;

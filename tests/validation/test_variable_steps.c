@@ -21,7 +21,7 @@ enum { BODIES = 2, STARTS = 2, RANGES = 2 };
 static const char *const body_names[BODIES] = {"beam", "horse"};
 static const double model_dt = 0.003, duration = LENGTH_OF_RUN(30.0, 5.0), swing = 0.05;
 
-/* From half to one and a half times the model's step, and the frames of a game [s]. */
+/* Ranges of time steps: half to one and a half times the model's, and the frames of a game [s]. */
 static const struct {
   double shortest, longest;
 } ranges[RANGES] = {{0.0015, 0.0045}, {0.008, 0.025}};

@@ -59,7 +59,7 @@ static void newmark_under_tangent_damping_is_solved_by_either(void **context) {
     for (int b = 0; b < 2; b++) {
       const int quasi = iterations_of(THRUM_INTEGRATOR_NEWMARK, 0, dts[d], betas[b], 50);
 
-      // with eight iterations each
+      // quasi-Newton, and full Newton after it, may take eight iterations each
       const int newton = iterations_of(THRUM_INTEGRATOR_NEWMARK, 0, dts[d], betas[b], 8);
       if (quasi < 1 || newton < 1 || newton > 16)
         fail_msg("dt %g, beta %g: %d and %d iterations", dts[d], betas[b], quasi, newton);

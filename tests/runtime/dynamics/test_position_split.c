@@ -255,7 +255,7 @@ static void its_steps_run_backwards(void **context) {
     state_put(&m.model, state, start_q, start_p);
     state_steps(&m.model, state, 200);
 
-    // with the momentum turned round
+    // the way back begins with the momentum reversed
     double q[RANK], p[RANK];
     state_read(&m.model, state, q, p);
     for (int i = 0; i < RANK; i++)

@@ -200,7 +200,7 @@ static void an_impact_off_the_centre_turns_the_body(void **state) {
       rigid_frame.centre[axis] = point[axis] - arm[axis];
     r.environment.rigid_frame = &rigid_frame;
 
-    // without weight, towards the floor at 1 m/s
+    // the body flies without weight towards the floor, at 1 m/s
     r.environment.force[2] = 0;
     r.translation.velocity[2] = -1;
     r.translation.position[2] = 2.4e-4;

@@ -57,7 +57,7 @@ static void expect_gaps_kept(const thrum_model *model, const thrum_state_def *de
   for (int64_t n = 0; n < g.count; n++)
     *g.at[n] = mark;
 
-  // with loads, readings and another time step on the way
+  // loads, readings and another time step come on the way
   for (int k = 0; k < 60; k++) {
     if (k == 20)
       state_push(model, state, load);

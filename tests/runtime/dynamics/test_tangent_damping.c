@@ -167,7 +167,7 @@ static void the_loss_of_a_step_is_that_of_its_matrix(void **context) {
     state_steps(&m.model, state, 1);
     state_read(&m.model, state, q[1], NULL);
 
-    // by the whole matrix
+    // the work of the damping is taken from the whole matrix
     for (int i = 0; i < RANK; i++) {
       middle[i] = 0.5 * (q[0][i] + q[1][i]);
       v[i] = by[i].speed * (q[1][i] - q[0][i]) / def.dt;

@@ -81,7 +81,7 @@ static void a_pass_costs_what_its_terms_do(void **context) {
   assert_true(thrum_pass_cost_of(40, THRUM_PASS_RESTRICT, 36).coefficients == all - inner - held);
   assert_true(thrum_pass_cost_of(40, THRUM_PASS_RESTRICTED_TANGENT, 36).operations == 6 * inner);
 
-  // by pairs: r(r + 3)/2 of them
+  // a tangent takes pairs of the r(r + 3)/2 monomials of degree 1 and 2
   assert_true(thrum_pass_cost_of(4, THRUM_PASS_TANGENT, 0).coefficients == 14 * 15 / 2);
   assert_true(thrum_pass_cost_of(4, THRUM_PASS_TANGENT_VECTOR, 0).operations == 4 * 14 * 15 / 2);
 

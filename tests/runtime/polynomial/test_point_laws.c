@@ -134,7 +134,7 @@ static void force_and_tangent_are_derivatives_and_all_passes_agree(void **contex
     assert_near(o->forces[1], o->force, RANK);
     assert_near(o->force_part, o->force, split);
 
-    // with the first coordinates held, and the others at the first entries of v
+    // the first coordinates are held, and the others lie at the first entries of v
     memcpy(q + split, v, sizeof(double) * (size_t)(RANK - split));
     evaluate(&thrum_kernel_reference, &made.points, split, q, v, held);
     assert_near(o->gradient, held->force + split, RANK - split);
@@ -199,7 +199,7 @@ static void derivatives_at_rest_are_those_of_the_force(void **context) {
         energy += thrum_internal_force(&made.points, q, force[k], work);
       }
 
-      // which the cubic and quartic terms alone make
+      // beyond the quadratic term the energy has the quartic one, and the force the cubic one
       const double quartic = (energy - made.points.omega2[j] * h * h) / (2 * h * h * h * h);
       assert_true(fabs(c4 - quartic) <= 1e-3 * fabs(quartic));
       for (int s = 0; s < RANK; s++)

@@ -44,7 +44,7 @@ static void compression_warns_exactly_below_its_threshold(void **state) {
   def.reach_most = INFINITY;
   const thrum_monitor *monitor = monitor_make(&fields.model, &def);
 
-  // at the threshold, just below it, and inside out
+  // the stretch is at the threshold, just below it, and of a tetrahedron inside out
   const double at[FIELDS] = {-0.5}, below[FIELDS] = {-0.5 - 0x1p-50}, inverted[FIELDS] = {-1.5};
   assert_true(look(monitor, at).stretch == 0.5);
   assert_int_equal(look(monitor, at).warnings, 0);
