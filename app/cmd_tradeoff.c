@@ -383,6 +383,8 @@ static void print_run(const trade *t, const tradeoff_run *run) {
   snprintf(energy, sizeof energy, "%s", recipe->single ? "single" : "double");
   if (basis->points > 0)
     snprintf(energy, sizeof energy, "%d pts", (int)basis->points);
+
+  // the columns of the table: the setting, its cost, and its errors by their sources
   printf("%-8s %6s%3" PRId64
          " %-7s %-8s %8.4g %9.0e %9.2f %10.2e %8.0f %8.3g %% %8.3g %% %8.3g %% %8.3g %%\n",
          experiment_scheme_names[run->integrator], masters, basis->rank,

@@ -251,6 +251,8 @@ static void print_table(const recorded *run) {
   const char *called = getenv("THRUM_COMMAND");
   const char *program = called != NULL && called[0] != 0 ? called : "thrum";
   char text[300];
+
+  // what was stepped, for how long, and how it ended
   printf("%-18s%s, a run of %s that thrum simulate recorded\n", "run", run->path,
          run->scene ? "a scene" : "a model");
   if (run->scene) {

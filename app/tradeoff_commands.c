@@ -207,6 +207,8 @@ static cJSON *simulate_options(const tradeoff_commands *c) {
 static cJSON *precompute_options(const tradeoff_commands *c) {
   const tradeoff_recipe *recipe = recipe_of(c);
   cJSON *object = cJSON_CreateObject();
+
+  // the options that make the basis and its energy
   json_number(object, "modes", (double)modes_of(c));
   json_number(object, "rank", (double)rank_of(c));
   cJSON_AddStringToObject(object, "precision",

@@ -64,6 +64,8 @@ static thrum_status take_path(run_folder *folder, const char *path, thrum_error 
                              reason == ENOENT ? "a link to nothing" : strerror(reason));
     return THRUM_OK;
   }
+
+  // the folder that is there is known by its real path from here on
   char *real = thrum_folder_real_path(folder->path);
   const bool fits = real != NULL && strlen(real) < sizeof folder->path;
   if (fits)

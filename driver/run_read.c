@@ -96,12 +96,15 @@ static thrum_status read_energies(const char *folder, recorded_run *run, thrum_e
                                "the times do not go with the %" PRId64 " rows of q.npy", run->rows);
     if (status < 0)
       break;
+
+    // energies lie in pairs: kinetic, and of strain
     run->times[rows] = time;
     run->energies[2 * rows] = kinetic;
     run->energies[2 * rows + 1] = strain;
     rows++;
   }
 
+  // a file that ends early is damaged as well
   if (status >= 0 && rows != run->rows)
     status = thrum_error_set(error, THRUM_BAD_VALUE,
                              "%.200s: %" PRId64 " times, but q.npy has %" PRId64 " rows", path,

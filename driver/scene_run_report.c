@@ -266,7 +266,7 @@ void scene_run_table(const scene_run *run) {
 
   print_details(run);
 
-  // the table names the integrators asked for
+  // the table names the integrators asked for, so bodies that switched are listed apart
   for (int64_t n = 0; n < run->spec.bodies.count; n++) {
     const simulate_figures *figures = &run->run.bodies[n].figures;
     char stepped_by[128];
@@ -288,6 +288,8 @@ void scene_run_table(const scene_run *run) {
            of.touching == 1 ? "" : "s", of.lost);
   }
   scene_run_print_links(run);
+
+  // the end names the files, of which some are there only where the scene asks for them
   printf("status       %s\n", scene_run_status(run));
   printf("files        %s/" SCENE_JSON "%s%s%s, and a run in each of its folders\n",
          run->request->output, thrum_scene_probe_count(run->scene) > 0 ? ", " SCENE_PROBES : "",

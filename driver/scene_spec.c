@@ -151,6 +151,8 @@ static thrum_status check_regions(const scene_spec *spec, const scene_material_s
 static thrum_status check_material(const scene_spec *spec, const scene_body_spec *body, bool mesh) {
   const scene_material_spec *material = &body->material;
   static const char *const of_mesh[] = {"young", "poisson", "density", "law", "regions"};
+
+  // a model was made with these, so a scene cannot change them
   for (int n = 0; n < 5 && !mesh && material->at.node != NULL; n++)
     if (config_record_member(&spec->file, &material->at, of_mesh[n]) != NULL)
       return config_record_refuse(&spec->file, &material->at, of_mesh[n], THRUM_BAD_VALUE,
@@ -164,6 +166,8 @@ static thrum_status check_material(const scene_spec *spec, const scene_body_spec
       !region_materials_flow(material->regions.texts, material->regions.count))
     return config_record_refuse(&spec->file, &material->at, "yield", THRUM_MISSING,
                                 "is needed: beyond it the material flows");
+
+  // a yield needs points that flow, and stresses are those of elastic material
   if (!isinf(plastic->yield) && mesh && material->law == THRUM_LAW_STVK &&
       !region_materials_need_points(material->regions.texts, material->regions.count))
     return config_record_refuse(

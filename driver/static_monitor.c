@@ -104,6 +104,8 @@ void static_monitor_warn(const static_answer *answer) {
         "a tetrahedron is compressed to %.3f of its length; below 0.577, StVK gives way: do "
         "not trust this shape%s",
         belief->stretch, answer->request->full ? ", or take another --law" : "");
+
+  // a basis may be too stiff where the body moves far, and the mesh tells how much it lacks
   if (belief->warnings & THRUM_WARNING_REACH)
     config_warn("the body moved %.2g times as far as the tenth of its diagonal that the basis is "
                 "made for: it may be too stiff there",

@@ -196,6 +196,7 @@ static int check_names(const static_request *request) {
 }
 
 int static_options_read(int argc, char **argv, static_request *request) {
+  // the request begins with zeros, where these defaults are others
   request->def = thrum_default_equilibrium_def();
   request->mesh_def = mesh_model_def_default();
   request->monitor = true;
@@ -216,6 +217,8 @@ int static_options_read(int argc, char **argv, static_request *request) {
   if (request->full && (request->def.stay || request->path != NULL))
     return config_usage("static", "--%s is of a reduced model; leave it out with --full",
                         request->def.stay ? "stay" : "path");
+
+  // something must act on the body; the targets of its loads are shown unless others are named
   if (request->load_count == 0 && request->move_count == 0)
     return config_usage("static", "under which load? such as --load gravity:0,0,-9.81");
   if (request->target_count == 0)

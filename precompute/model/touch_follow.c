@@ -118,6 +118,8 @@ static thrum_status join(const work *w, thrum_touch_followers *f, thrum_error *e
   for (int64_t i = 0; i < w->n; i++)
     for (int64_t c = 0; c < w->count; c++)
       f->basis[w->body->fem.component[i] * all + rank + c] = w->shapes[c * w->n + i];
+
+  // touch modes have their stiffnesses behind those of the model
   memcpy(f->omega2, from->omega2, sizeof *f->omega2 * (size_t)rank);
   memcpy(f->omega2 + rank, w->values, sizeof *f->omega2 * (size_t)w->count);
 
