@@ -50,6 +50,16 @@ static void print_option(const cJSON *item) {
   for (char *c = name; *c != 0; c++)
     *c = *c == '_' ? '-' : *c;
   config_one_line(name);
+
+  // texts are those of an option that was given several times
+  const cJSON *part = NULL;
+  if (cJSON_IsArray(item) && cJSON_IsString(item->child)) {
+    cJSON_ArrayForEach(part, item) {
+      printf(" --%s", name);
+      print_value(part);
+    }
+    return;
+  }
   printf(" --%s", name);
   if (strcmp(name, "stress") != 0)
     print_value(item);
@@ -76,6 +86,7 @@ void info_run_print_options(const cJSON *report) {
   const bool full = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(options, "full"));
   simulate_request usual = {0};
   simulate_request_begin(&usual);
+  usual.full = full;
   usual.monitor = !full;
   cJSON *usual_options = simulate_options_json(&usual);
   char *text = json_text(usual_options);

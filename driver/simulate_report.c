@@ -37,9 +37,31 @@ static void add_specs(cJSON *object, const simulate_request *request) {
     json_add_string(motions, request->base_motions[n].text);
 }
 
+/* What the model of a mesh is made by. */
+static void add_mesh_options(cJSON *object, const mesh_model_def *def) {
+  const thrum_mesh_read_options *reading = &def->reading;
+  json_strings(object, "fix", def->fixes, def->fix_count);
+  json_number(object, "young", def->material.young);
+  json_number(object, "poisson", def->material.poisson);
+  json_number(object, "density", def->material.density);
+  json_strings(object, "material", def->materials, def->material_count);
+
+  // how its file is read
+  json_number(object, "scale", reading->scale);
+  json_string(object, "unit", reading->unit);
+  json_string(object, "regions", reading->regions);
+  json_number(object, "order", reading->order > 0 ? (double)reading->order : NAN);
+}
+
 cJSON *simulate_options_json(const simulate_request *request) {
   const thrum_state_def *def = &request->def;
   cJSON *object = cJSON_CreateObject();
+
+  // which coordinates, of what
+  json_number(object, "rank", request->rank > 0 ? (double)request->rank : NAN);
+  json_number(object, "condense", request->condense > 0 ? (double)request->condense : NAN);
+  if (request->full)
+    add_mesh_options(object, &request->mesh_def);
 
   // the integrator and its parameters
   cJSON_AddStringToObject(object, "integrator", thrum_integrator_name(def->integrator));

@@ -679,6 +679,19 @@ static void options_of_a_run_are_said(void **state) {
   assert_true(cJSON_IsNull(cJSON_GetObjectItem(object, "missing")));
   cJSON_Delete(object);
 
+  // which coordinates are stepped, and what a mesh is made a model by
+  expect_done(thrum_run(folder, "simulate", "beam.npz", "-o", "fewer", "-q", "--time", "0.03",
+                        "--rank", "3", NULL));
+  out = output_of("info", "fewer", NULL);
+  assert_non_null(strstr(out, "\noptions           --rank 3\n"));
+  free(out);
+  expect_done(thrum_run(folder, "simulate", "beam:3x1x1@0.6x0.2x0.2", "--full", "-o", "whole", "-q",
+                        "--time", "0.03", "--fix", "left", "--fix", "tip:z", "--young", "2e5",
+                        NULL));
+  out = output_of("info", "whole", NULL);
+  assert_non_null(strstr(out, "\noptions           --fix left --fix tip:z --young 200000\n"));
+  free(out);
+
   // only a body that nothing holds can spin
   expect_done(thrum_run(folder, "precompute", "beam:4x1x1@0.8x0.2x0.2", "--modes", "2", "--rank",
                         "4", "-q", "-o", "loose.npz", NULL));
