@@ -72,8 +72,11 @@ typedef struct comparison {
   int64_t alone; /* bodies that one run has alone */
 } comparison;
 
+/* Reads the run in a folder, of a scene or of a model. */
 static thrum_status read_side(const char *path, compare_side *side, thrum_error *error) {
   side->path = path;
+
+  // the run of a scene has one of each body
   if (is_scene_folder(path)) {
     THRUM_TRY(recorded_scene_read(path, &side->scene, error));
     side->runs = side->scene.runs;
@@ -81,6 +84,8 @@ static thrum_status read_side(const char *path, compare_side *side, thrum_error 
     side->count = side->scene.count;
     return THRUM_OK;
   }
+
+  // that of a model is the only one of its side
   if (!is_run_folder(path))
     return thrum_error_set(error, THRUM_MISSING,
                            "%.200s is no folder of a finished run: name one that thrum simulate "
@@ -100,14 +105,18 @@ static const recorded_run *find_body(const compare_side *side, const char *name)
   return NULL;
 }
 
+/* Compares the bodies that both sides have, in the order of the first. */
 static thrum_status compare_bodies(comparison *of, thrum_error *error) {
   const compare_side *left = &of->sides[0], *right = &of->sides[1];
   THRUM_TRY(thrum_reserve(&of->bodies, left->count, sizeof *of->bodies, "the bodies", error));
+
+  // those that have a namesake
   for (int64_t n = 0; n < left->count; n++) {
     const char *name = left->names != NULL ? left->names[n] : "";
     const recorded_run *run = &left->runs[n], *other = find_body(right, name);
     if (other == NULL)
       continue;
+
     compared_body *body = &of->bodies[of->count];
     *body = (compared_body){.name = name,
                             .stepped_by = {run->stepped_by, other->stepped_by},
@@ -119,6 +128,7 @@ static thrum_status compare_bodies(comparison *of, thrum_error *error) {
     of->count++;
   }
 
+  // the others are counted, and without a pair there is nothing to say
   of->alone = left->count + right->count - 2 * of->count;
   if (of->count > 0)
     return THRUM_OK;
@@ -224,17 +234,21 @@ static void print_table(const comparison *of) {
 
 int cmd_compare(int argc, char **argv) {
   compare_request request = {0};
+
+  // two folders and no more
   CONFIG_TRY(config_options_read(&command_compare, argc, argv, &request));
   if (argc - optind != 2)
     return config_usage("compare", "give the folders of two runs, RUN OTHER");
   request.paths[0] = argv[optind];
   request.paths[1] = argv[optind + 1];
 
+  // the table or the object comes once all bodies are compared
   thrum_error error = {0};
   comparison of = {0};
   const thrum_status status = compare(&request, &of, &error);
   if (status >= 0)
     (request.json ? print_json : print_table)(&of);
+
   for (int n = 0; n < 2; n++) {
     recorded_scene_free(&of.sides[n].scene);
     recorded_run_free(&of.sides[n].run);

@@ -6,8 +6,8 @@
 
 #include "driver/run_read.h"
 
-/* What two runs have in common, and by how much they differ there. Lengths are of vertices in the
- * world, unless they are said to be in the axes of the body. */
+/* What two runs have in common, and by how much they differ there. Lengths are those between places
+ * of vertices in the world, but for `shape`, which is in the axes of the body. */
 typedef struct run_difference {
   int64_t moments;    /* at which both have a row, and that were looked at */
   double first, last; /* the time of the first and of the last of them [s] */
