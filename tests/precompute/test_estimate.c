@@ -231,7 +231,8 @@ static void a_model_that_does_not_fit_into_memory_is_refused_in_one_line(void **
   assert_false(file_exists(path));
 }
 
-/* Whatever was in the estimate before: a basis that is given has its rank. */
+/* A given basis has its rank, so neither a lower rank nor other points can save memory, whatever
+ * was in the estimate before. */
 static void what_would_do_is_known_of_a_basis_that_is_given(void **state) {
   (void)state;
   int64_t begin[1] = {0};
@@ -240,6 +241,8 @@ static void what_would_do_is_known_of_a_basis_that_is_given(void **state) {
   const thrum_sparse stiffness = {.begin = begin};
   thrum_precompute_options options = thrum_default_precompute_options();
   options.imported = &imported;
+
+  // the estimate holds other bytes before, which must not show
   for (int fits = 0; fits < 2; fits++) {
     thrum_estimate estimate;
     memset(&estimate, 1, sizeof estimate);
