@@ -52,7 +52,9 @@ typedef struct scene_body_run {
   thrum_model shown;           /* the model scaled in stiffness and put in place, for measures */
   double *material, *vertices; /* of that, and for frames */
   char folder[RUN_PATH_MAX + 80];
-  char gravity[100]; /* as a load's text */
+  char gravity[100];     /* as a load's text */
+  double diagonal;       /* of its box at rest; 0: not looked at [m] */
+  double obstacle_depth; /* of its vertices in planes, spheres and rooms, the largest so far [m] */
 } scene_body_run;
 
 typedef struct scene_run {
@@ -70,6 +72,7 @@ typedef struct scene_run {
   bool failed; /* the last step was made by some bodies only */
   run_folder folder;
   FILE *probes;
+  bool has_hard_obstacles;   /* that vertices touch, without a stiffness of their own */
   bool has_detail;           /* a body has a level of detail */
   FILE *account;             /* where bodies touch each other */
   FILE *links;               /* where there are links */
@@ -153,7 +156,6 @@ thrum_status scene_run_open_account(scene_run *run, thrum_error *error);
 thrum_status scene_run_record_account(scene_run *run, int64_t step, double time,
                                       thrum_error *error);
 cJSON *scene_run_collisions_json(const scene_run *run);
-void scene_run_warn_of_depth(const scene_run *run);
 
 /* Warns of the joint that was open the widest, beyond what links promise. */
 void scene_run_warn_of_joints(const scene_run *run);
@@ -162,6 +164,13 @@ bool scene_run_joints_opened(const scene_run *run);
 /* "done", or what flags the run: that of its bodies, else "surfaces_crossed", else "joints_open".
  */
 const char *scene_run_status(const scene_run *run);
+
+/* scene_run_crossed.c: makes a run ready to look for bodies that go through each other or through
+ * obstacles; notes how deep they are after a step; and says whether any did, with warnings. */
+void scene_run_look_for_crossings(scene_run *run);
+void scene_run_note_depths(scene_run *run);
+bool scene_run_have_crossed(const scene_run *run);
+void scene_run_warn_of_depth(const scene_run *run);
 
 /* scene_run_detail.c: condenses the bodies that ask for an error or a budget, and sets the levels
  * of detail. */

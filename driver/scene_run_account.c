@@ -130,27 +130,11 @@ cJSON *scene_run_collisions_json(const scene_run *run) {
   return object;
 }
 
-/* Did a touch become as deep as the thickness, so that surfaces met? */
-static bool have_crossed(const scene_run *run) {
-  return thrum_scene_collisions(run->scene).deepest_share >= 1;
-}
-
 const char *scene_run_status(const scene_run *run) {
   const char *status = driver_run_status(&run->run);
   if (strcmp(status, "done") != 0)
     return status;
-  return have_crossed(run)              ? "surfaces_crossed"
+  return scene_run_have_crossed(run)    ? "surfaces_crossed"
          : scene_run_joints_opened(run) ? "joints_open"
                                         : status;
-}
-
-void scene_run_warn_of_depth(const scene_run *run) {
-  const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
-  if (have_crossed(run))
-    config_warn(
-        "surfaces went through each other, by %.2g of the thickness that they keep "
-        "(%.2g m): do not trust what touches; take a shorter dt, or bodies that differ less",
-        of.deepest_share, of.deepest);
-  if (of.dropped > 0)
-    config_warn("%lld touches of bodies found no room and were left out", (long long)of.dropped);
 }

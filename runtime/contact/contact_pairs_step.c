@@ -499,9 +499,12 @@ static bool is_countable(thrum_pairs_run *run, thrum_status *first, thrum_error 
   return all && beyond < 0;
 }
 
-/* All members that have not failed, from the start of the step; false where one fails. */
-static bool try_all(thrum_pairs_run *run, thrum_status *first, thrum_error *error) {
+/* All members that have not failed, from the start of the step; false where one fails. *given_up
+ * gets how many rows the step was made without at last. */
+static bool try_all(thrum_pairs_run *run, int64_t *given_up, thrum_status *first,
+                    thrum_error *error) {
   run->again = false;
+  *given_up = 0;
   prepare_all(run, first, error);
   find_with_impacts(run, first, error);
 
@@ -512,6 +515,8 @@ static bool try_all(thrum_pairs_run *run, thrum_status *first, thrum_error *erro
   }
   find_and_solve(run);
   for (int attempt = ATTEMPT_FIRST;; attempt++) {
+    if (attempt == ATTEMPT_WITHOUT)
+      *given_up = run->row_count;
     if (attempt != ATTEMPT_FIRST)
       again(run, attempt);
     if (!step_closed(run, first, error))
@@ -523,19 +528,43 @@ static bool try_all(thrum_pairs_run *run, thrum_status *first, thrum_error *erro
   }
 }
 
+/* Notes how deep the places of `count` rows ended that the step was made without: surfaces that
+ * passed each other in it are far apart again, and no later search finds them. */
+static void note_given_up(thrum_pairs_run *run, int64_t count) {
+  thrum_pairs_history *history = run->history;
+
+  // their forces and levers are those of attempts that failed: the levers are made anew for the
+  // rotations of the step, and of what is measured the gaps alone are read
+  run->row_count = count;
+  run->again = false;
+  thrum_pairs_refresh(run);
+  thrum_pairs_allowed(run);
+  for (int64_t n = 0; n < count; n++) {
+    const double depth = -run->view.rows[n].row.touch.gap;
+    if (!isfinite(depth) || !(depth > 0.0))
+      continue;
+    history->deepest = fmax(history->deepest, depth);
+    history->deepest_share = fmax(history->deepest_share, depth / run->view.rows[n].thickness);
+  }
+  run->row_count = 0;
+}
+
 /* Steps a group from the start, and books what it did. */
 static thrum_status step_group(thrum_pairs_run *run, const thrum_contact_links *links,
                                thrum_error *error) {
   thrum_status status = THRUM_OK;
+  int64_t given_up = 0;
   open_all(run, &status, error);
   if (links != NULL)
     thrum_links_open(run, links->links, links->count);
 
   // a member that fails leaves the group, and the others start again
-  while (!try_all(run, &status, error))
+  while (!try_all(run, &given_up, &status, error))
     for (int64_t n = 0; n < run->count; n++)
       if (run->view.runs[n].contact != NULL && run->members[n].solid == NULL)
         put_back(run, n);
+  if (given_up > 0)
+    note_given_up(run, given_up);
 
   // books the energies, then moves each body as a whole
   thrum_pairs_settle(run);

@@ -827,6 +827,63 @@ static void surfaces_that_cross_flag_the_run(void **state) {
   cJSON_Delete(object);
 }
 
+/* Runs the scene in `text`, which must be flagged as surfaces_crossed; each of `words` must be in
+ * the warnings. */
+static void expect_crossed(const char *text, const char *const words[], int count) {
+  put("scene.json", text);
+  program_result run =
+      thrum_run(folder, "simulate", "scene.json", "-o", "crossed", "--json", "-q", NULL);
+  cJSON *object = json_line(run.out);
+  assert_int_equal(run.exit_code, 3);
+  assert_string_equal(cJSON_GetObjectItem(object, "status")->valuestring, "surfaces_crossed");
+  for (int n = 0; n < count; n++)
+    if (strstr(run.err, words[n]) == NULL)
+      fail_msg("no '%s' in: %s", words[n], run.err);
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
+/* At 1 m a step a bullet goes through a plate and a cylinder: contact cannot be solved for, and the
+ * bodies are apart again when the step ends. */
+static void a_body_that_passes_another_within_a_step_flags_the_run(void **state) {
+  (void)state;
+  static const char *const plate[] = {"contact was given up in 1 step of \"plate\", \"bullet\"",
+                                      "surfaces went through each other", "shorter dt"};
+  static const char *const solid[] = {"contact was given up in 1 step of \"bullet\"",
+                                      "surfaces went through each other"};
+  expect_crossed(
+      "{\"dt\": 0.002, \"time\": 0.012, \"bodies\": [\n"
+      " {\"name\": \"plate\", \"model\": \"beam:10x10x1@0.5x0.5x0.02\", \"free\": true,\n"
+      "  \"material\": {\"young\": 1e9}},\n"
+      " {\"name\": \"bullet\", \"model\": \"beam:2x2x2@0.05x0.05x0.05\", \"free\": true,\n"
+      "  \"position\": [0.225, 0, 0.3], \"velocity\": [0, 0, -500], \"material\": {\"young\": "
+      "1e9}}]}",
+      plate, 3);
+  expect_crossed(
+      "{\"dt\": 0.002, \"time\": 0.02, \"bodies\": [\n"
+      " {\"name\": \"bullet\", \"model\": \"beam:2x2x2@0.05x0.05x0.05\", \"free\": true,\n"
+      "  \"position\": [-0.02, -0.005, 0.33], \"velocity\": [0, 0, -1000],"
+      " \"material\": {\"young\": 1e9}}],\n"
+      " \"obstacles\": [{\"shape\": \"cylinder\", \"radius\": 0.01, \"height\": 0.6}]}",
+      solid, 2);
+}
+
+/* A cube falls on a plane in steps of 1 s, each of which takes it through: it is deeper in the
+ * plane than its size. With a stiffness that the file gives, depth is what was asked for. */
+static void a_body_deep_in_a_plane_flags_the_run(void **state) {
+  (void)state;
+  static const char *const deep[] = {"body 'c' was 0.", "m deep in an obstacle", "shorter dt"};
+  expect_crossed("{\"dt\": 1, \"time\": 5, \"gravity\": [0, 0, -9.81], \"bodies\": [\n"
+                 " {\"name\": \"c\", \"model\": \"beam:4x4x4@0.2x0.2x0.2\", \"free\": true,"
+                 " \"position\": [0, 0, 0.6]}],\n"
+                 " \"obstacles\": [{\"shape\": \"plane\"}]}",
+                 deep, 3);
+  cJSON_Delete(simulate("{\"dt\": 0.01, \"time\": 1, \"gravity\": [0, 0, -9.81], \"bodies\": [\n"
+                        " {\"model\": \"free.npz\", \"free\": true, \"position\": [0, 0, 0.2]}],\n"
+                        " \"obstacles\": [{\"shape\": \"plane\", \"stiffness\": 1e5}]}",
+                        "soft", 0));
+}
+
 /* A bar turns by 270 degrees as its angles say, and hits a block at 45 degrees; the short way back
  * by 90 it would not. */
 static void a_path_turns_as_far_as_its_angles_say(void **state) {
@@ -1026,6 +1083,8 @@ int main(void) {
       cmocka_unit_test(a_joint_that_no_step_can_follow_stops_the_run),
       cmocka_unit_test(a_handle_follows_a_file_and_lets_go),
       cmocka_unit_test(surfaces_that_cross_flag_the_run),
+      cmocka_unit_test(a_body_that_passes_another_within_a_step_flags_the_run),
+      cmocka_unit_test(a_body_deep_in_a_plane_flags_the_run),
       cmocka_unit_test(a_path_turns_as_far_as_its_angles_say),
   };
   return cmocka_run_group_tests(tests, make_models, remove_folder);

@@ -1,0 +1,120 @@
+/* Do bodies of a scene pass through each other or through obstacles? The status surfaces_crossed
+ * and the warnings that say who and how deep (docs/contact.md). SPDX-License-Identifier: Apache-2.0
+ */
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+#include "config/message.h"
+#include "driver/scene_run.h"
+
+#define OBSTACLE_DEPTH 0.25 /* of a body's diagonal: a vertex so deep has crossed an obstacle */
+#define NAMES_MAX 4         /* bodies that a warning names */
+
+/* Are there obstacles that vertices touch, none of which is as soft as the file asks? */
+static bool has_hard_obstacles(const scene_run *run) {
+  bool any = false;
+  for (int64_t n = 0; n < run->spec.obstacles.count; n++) {
+    const scene_obstacle_spec *spec = &scene_obstacles(&run->spec)[n];
+    if (scene_obstacle_is_solid(spec))
+      continue;
+    if (spec->stiffness > 0)
+      return false;
+    any = true;
+  }
+  return any;
+}
+
+/* The diagonal of a body's box at rest [m]. */
+static double diagonal_of(const scene_body_run *body) {
+  const thrum_model *model = body->model;
+  double square = 0;
+  for (int axis = 0; axis < 3; axis++) {
+    double least = INFINITY, most = -INFINITY;
+    for (int64_t v = 0; v < model->vertex_count; v++) {
+      least = fmin(least, model->vertices[3 * v + axis]);
+      most = fmax(most, model->vertices[3 * v + axis]);
+    }
+    square += (most - least) * (most - least);
+  }
+  return body->spec->scale * sqrt(square);
+}
+
+void scene_run_look_for_crossings(scene_run *run) {
+  run->has_hard_obstacles = has_hard_obstacles(run);
+  for (int64_t n = 0; n < run->spec.bodies.count && run->has_hard_obstacles; n++)
+    run->bodies[n].diagonal = run->bodies[n].model->vertices ? diagonal_of(run->bodies + n) : 0;
+}
+
+void scene_run_note_depths(scene_run *run) {
+  for (int32_t n = 0; n < run->spec.bodies.count && run->has_hard_obstacles; n++) {
+    scene_body_run *body = run->bodies + n;
+    thrum_scene_body_info info;
+    if (thrum_scene_body(run->scene, n, &info, NULL) >= 0)
+      body->obstacle_depth = fmax(body->obstacle_depth, info.contact.depth);
+  }
+}
+
+/* Was a vertex of the body so deep in a plane, a sphere or a room that the body went through it? */
+static bool went_through(const scene_body_run *body) {
+  return body->diagonal > 0 && body->obstacle_depth > OBSTACLE_DEPTH * body->diagonal;
+}
+
+/* Did a touch become as deep as the thickness, so that surfaces met? */
+static bool have_met(const scene_run *run) {
+  return thrum_scene_collisions(run->scene).deepest_share >= 1;
+}
+
+bool scene_run_have_crossed(const scene_run *run) {
+  bool crossed = have_met(run);
+  for (int64_t n = 0; n < run->spec.bodies.count; n++)
+    crossed = crossed || went_through(run->bodies + n);
+  return crossed;
+}
+
+/* Adds a body's name to those that a warning has, the `count`-th of them. */
+static void add_name(char *names, size_t size, int64_t count, const char *name) {
+  const size_t length = strlen(names);
+  if (count <= NAMES_MAX)
+    snprintf(names + length, size - length, "%s\"%.60s\"", count > 1 ? ", " : "", name);
+  else if (count == NAMES_MAX + 1)
+    snprintf(names + length, size - length, " and others");
+}
+
+/* Steps that were made without contact, and whose bodies they were. */
+static void warn_of_declined(const scene_run *run) {
+  char names[NAMES_MAX * 80] = "";
+  int64_t count = 0, most = 0;
+  for (int32_t n = 0; n < run->spec.bodies.count; n++) {
+    thrum_scene_body_info info;
+    if (thrum_scene_body(run->scene, n, &info, NULL) < 0 || info.contact.declined == 0)
+      continue;
+    add_name(names, sizeof names, ++count, run->bodies[n].spec->name);
+    most = info.contact.declined > most ? info.contact.declined : most;
+  }
+  if (count > 0)
+    config_warn("contact was given up in %" PRId64 " step%s of %s, which no attempt could solve: "
+                "they may have gone through what they touch; take a shorter dt, in which nothing "
+                "moves further than a body is thick",
+                most, most == 1 ? "" : "s", names);
+}
+
+void scene_run_warn_of_depth(const scene_run *run) {
+  const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
+  warn_of_declined(run);
+  if (have_met(run))
+    config_warn("surfaces went through each other: their places came %.2g m deeper than the "
+                "distance that they keep, %.2g times it: do not trust what touches; take a shorter "
+                "dt, or bodies that differ less",
+                of.deepest, of.deepest_share);
+
+  // obstacles that vertices touch
+  for (int64_t n = 0; n < run->spec.bodies.count; n++)
+    if (went_through(run->bodies + n))
+      config_warn("body '%.100s' was %.2g m deep in an obstacle, %.0f %% of its diagonal: do not "
+                  "trust it; take a shorter dt",
+                  run->bodies[n].spec->name, run->bodies[n].obstacle_depth,
+                  100 * run->bodies[n].obstacle_depth / run->bodies[n].diagonal);
+  if (of.dropped > 0)
+    config_warn("%lld touches of bodies found no room and were left out", (long long)of.dropped);
+}
