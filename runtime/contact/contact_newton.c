@@ -31,19 +31,25 @@ static inline INLINED void add_four(const double s[3], const double *b, int64_t 
 }
 
 /* matrix += B^T change B. Each element is a sum of its own, so that lanes change no bit. */
-static inline INLINED void add(int64_t m, const double *restrict ways, const double change[9],
-                               double *restrict pushed, double *restrict matrix) {
-  const int64_t stride = THRUM_NEWTON_STRIDE(m);
-  memset(pushed, 0, (size_t)(3 * stride) * sizeof *pushed);
+static inline INLINED void add(const thrum_newton_columns *at, const double *restrict ways,
+                               const double change[9], double *restrict pushed, int64_t stride,
+                               double *restrict matrix) {
+  const int64_t width = at->count[0] + at->count[1];
+  memset(pushed, 0, (size_t)(3 * width) * sizeof *pushed);
   for (int axis = 0; axis < 3; axis++)
-    for (int64_t q = 0; q < stride; q += 4)
-      add_four(change + 3 * axis, ways + q, stride, pushed + axis * stride + q);
+    for (int64_t q = 0; q < width; q += 4)
+      add_four(change + 3 * axis, ways + q, width, pushed + axis * width + q);
 
   // row by row of the sum, from the four on that the diagonal is in
-  for (int64_t p = 0; p < m; p++) {
-    const double s[3] = {pushed[p], pushed[stride + p], pushed[2 * stride + p]};
-    for (int64_t q = p / 4 * 4; q < stride; q += 4)
-      add_four(s, ways + q, stride, matrix + p * stride + q);
+  for (int64_t p = 0; p < width; p++) {
+    const bool second = p >= at->count[0];
+    const double s[3] = {pushed[p], pushed[width + p], pushed[2 * width + p]};
+    const int64_t row = second ? at->first[1] + p - at->count[0] : at->first[0] + p;
+    double *restrict of = matrix + row * stride;
+    for (int64_t q = p / 4 * 4; q < at->count[0]; q += 4)
+      add_four(s, ways + q, width, of + at->first[0] + q);
+    for (int64_t q = second ? p / 4 * 4 : at->count[0]; q < width; q += 4)
+      add_four(s, ways + q, width, of + at->first[1] + q - at->count[0]);
   }
 }
 
@@ -72,9 +78,11 @@ static inline INLINED bool factor(int64_t m, double *matrix) {
 
 #ifdef WIDE
 /* The same, four numbers in one register. */
-__attribute__((target("avx2"))) static void
-add_wide(int64_t m, const double *ways, const double change[9], double *pushed, double *matrix) {
-  add(m, ways, change, pushed, matrix);
+__attribute__((target("avx2"))) static void add_wide(const thrum_newton_columns *at,
+                                                     const double *ways, const double change[9],
+                                                     double *pushed, int64_t stride,
+                                                     double *matrix) {
+  add(at, ways, change, pushed, stride, matrix);
 }
 
 __attribute__((target("avx2"))) static bool factor_wide(int64_t m, double *matrix) {
@@ -93,12 +101,12 @@ static bool is_wide(void) {
 }
 #endif
 
-void thrum_newton_add(int64_t m, const double *ways, const double change[9], double *pushed,
-                      double *matrix) {
+void thrum_newton_add(const thrum_newton_columns *at, const double *ways, const double change[9],
+                      double *pushed, int64_t stride, double *matrix) {
   if (is_wide())
-    add_wide(m, ways, change, pushed, matrix);
+    add_wide(at, ways, change, pushed, stride, matrix);
   else
-    add(m, ways, change, pushed, matrix);
+    add(at, ways, change, pushed, stride, matrix);
 }
 
 bool thrum_newton_root(const double weight[9], double root[9]) {

@@ -11,10 +11,17 @@
 /* Rows of matrices and of B are so long: a multiple of four, so that no lane is left over. */
 #define THRUM_NEWTON_STRIDE(m) (((m) + 3) / 4 * 4)
 
-/* matrix += B^T change B, of which the upper triangle counts. ways: B, three rows, 0 from m on;
- * change: 3 x 3, symmetric; pushed: room of the size of B. */
-void thrum_newton_add(int64_t m, const double *ways, const double change[9], double *pushed,
-                      double *matrix);
+/* The columns of a row: those of one body, or of two, of which the second lie further on. Counts
+ * are multiples of four, so that no lane is left over; the second may be 0. */
+typedef struct thrum_newton_columns {
+  int64_t first[2], count[2];
+} thrum_newton_columns;
+
+/* matrix += B^T change B, of which the upper triangle counts; its rows are `stride` long. ways: the
+ * columns of B that are not 0, three rows of all of them; change: 3 x 3, symmetric; pushed: room of
+ * the size of ways. */
+void thrum_newton_add(const thrum_newton_columns *at, const double *ways, const double change[9],
+                      double *pushed, int64_t stride, double *matrix);
 
 /* Solves matrix step = -gradient (m) for a symmetric positive matrix, of which the upper triangle
  * counts and is overwritten; false where it has no Cholesky factor, or the step is not finite. */

@@ -108,16 +108,25 @@ typedef struct thrum_link_run {
 } thrum_link_run;
 
 /* Rows that are solved for at once (contact_pairs_newton.c). */
-#define THRUM_NEWTON_ROWS 1024   /* at most */
-#define THRUM_NEWTON_COLUMNS 128 /* coordinates of both bodies, at most */
+#define THRUM_NEWTON_ROWS 2048   /* at most */
+#define THRUM_NEWTON_COLUMNS 256 /* coordinates of all bodies, at most */
 #define THRUM_NEWTON_LEAST(a, b) ((a) < (b) ? (a) : (b))
-#define THRUM_NEWTON_WIDTH(rank)                                                                   \
-  THRUM_NEWTON_LEAST(THRUM_NEWTON_STRIDE(2 * (rank) + 12), THRUM_NEWTON_COLUMNS)
+#define THRUM_NEWTON_BODY(rank) THRUM_NEWTON_STRIDE((rank) + 6)
+#define THRUM_NEWTON_WIDTH(members, rank)                                                          \
+  THRUM_NEWTON_LEAST((members)*THRUM_NEWTON_BODY(rank), THRUM_NEWTON_COLUMNS)
+
+/* The coordinates of a body among those of all; none of a solid. */
+typedef struct thrum_newton_body {
+  int64_t first, count;
+  double turn_root[9]; /* of the weights of its rotation */
+} thrum_newton_body;
 
 typedef struct thrum_newton_row {
-  int64_t row;        /* of the step */
-  double *ways;       /* displacement under scaled ones of both bodies: three rows, in the world */
-  double at[3];       /* displacement [m] */
+  thrum_contact_row *row; /* of the step, between bodies or on an obstacle */
+  thrum_newton_columns columns;
+  double *ways;       /* displacement under scaled ones of its bodies: three rows, in the world */
+  double at[3];       /* displacement against the other place [m] */
+  double drift[3];    /* of an obstacle, which that is less by [m] */
   double way[3];      /* under a step of the iteration [m] */
   double force;       /* along the normal, that the row goes on from [N] */
   double friction[3]; /* the same across it [N] */
@@ -208,10 +217,11 @@ struct thrum_contact_pairs {
   X(int32_t, idle, touch_max * 2) /* candidates that have no row yet */                            \
   X(thrum_pair_row, rows, touch_max)                                                               \
   X(double, row_basis, touch_max * 6 * rank_max) /* three rows of U of either side */              \
-  X(thrum_newton_row, newton_rows, THRUM_NEWTON_LEAST(touch_max, THRUM_NEWTON_ROWS))               \
-  X(double, newton_ways,                                                                           \
-    THRUM_NEWTON_LEAST(touch_max, THRUM_NEWTON_ROWS) * 3 * THRUM_NEWTON_WIDTH(rank_max))           \
-  X(double, newton_room, (2 * THRUM_NEWTON_WIDTH(rank_max) + 8) * THRUM_NEWTON_WIDTH(rank_max))    \
+  X(thrum_newton_row, newton_rows, THRUM_NEWTON_ROWS)                                              \
+  X(double, newton_ways, THRUM_NEWTON_ROWS * 6 * THRUM_NEWTON_BODY(rank_max))                      \
+  X(double, newton_room,                                                                           \
+    (2 * THRUM_NEWTON_WIDTH(member_max, rank_max) + 9) * THRUM_NEWTON_WIDTH(member_max, rank_max)) \
+  X(thrum_newton_body, newton_bodies, member_max)                                                  \
   X(double, impact_room, (THRUM_IMPACT_WIDTH(member_max) + 3) * THRUM_IMPACT_WIDTH(member_max))    \
   X(thrum_contact_run, runs, member_max)                                                           \
   X(thrum_contact, contacts, member_max) /* as the step began; of solids, without rows */          \
@@ -402,10 +412,10 @@ static inline const double *thrum_pairs_basis(const thrum_pair_row *row, int sid
  * loads. */
 void thrum_pairs_solve(thrum_pairs_run *run);
 
-/* contact_pairs_newton.c: solves all rows between two members, of which there are no more than
- * THRUM_NEWTON_ROWS, at once, to within a tolerance [m], with the forces of all others as they are;
+/* contact_pairs_newton.c: solves all rows of the group at once, also those of its bodies on their
+ * obstacles, of which there are no more than THRUM_NEWTON_ROWS together, to within a tolerance [m];
  * false where it is not met. Where it cannot nothing changes. */
-bool thrum_pairs_newton(thrum_pairs_run *run, const int32_t members[2], double tolerance);
+bool thrum_pairs_newton(thrum_pairs_run *run, double tolerance);
 
 /* contact_pairs_link.c: links as their bodies begin the step, and are predicted to end it. */
 void thrum_links_open(thrum_pairs_run *run, thrum_link *links, int64_t count);

@@ -1031,15 +1031,18 @@ static void make_room(thrum_pairs_run *run) {
   run->candidate_count = kept;
 }
 
-/* Are the faces of a member that are flat at rest hardly bent? By the linear part of their angles,
- * which is what small ones have. */
+/* Are the faces of a member that are flat at rest hardly bent? By the linear part of their angles;
+ * what turns and stretches them adds its square to that, as what is turned is bent by a stretch. */
 static bool stays_flat(const thrum_pairs_run *run, int64_t member) {
   const thrum_skin *skin = run->members[member].skin;
   const thrum_skin_view view = thrum_skin_view_of(skin);
-  double bent = 0.0;
-  for (int64_t i = 0; i < skin->rank; i++)
-    bent += view.bends[i] * fabs(run->view.runs[member].view.q[i]);
-  return bent < LEFT_FLAT * THRUM_SKIN_FLAT;
+  double bent = 0.0, tilted = 0.0;
+  for (int64_t i = 0; i < skin->rank; i++) {
+    const double q = fabs(run->view.runs[member].view.q[i]);
+    bent += view.bends[i] * q;
+    tilted += view.tilts[i] * q;
+  }
+  return bent + tilted * tilted < LEFT_FLAT * THRUM_SKIN_FLAT;
 }
 
 /* Two members to search, which may be one. */

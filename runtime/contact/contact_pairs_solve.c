@@ -6,7 +6,7 @@
  * over: with c the mean centre of mass over the step and P the point, the torque on each body is
  * (P - c) x F, and momentum and angular momentum of all bodies together change by rounding only.
  *
- * Two bodies that touch in many places, and nothing else, are solved for at once where sweeps do
+ * Groups that touch in many places, without links and pulls, are solved for at once where sweeps do
  * not settle (contact_pairs_newton.c); sweeps after it give each row its law exactly.
  *
  * Cost: 24 r a row and sweep.
@@ -171,25 +171,25 @@ static double sweep(thrum_pairs_run *run, bool all, bool *begins) {
   return fmax(change, thrum_links_solve(run));
 }
 
-/* Are all rows of the group between two members, which nothing else pushes or pulls, and have so
- * many a force that they are solved at once? */
+/* Do so many rows of the group have a force that all are solved at once, and does nothing else push
+ * or pull its members? */
 static bool are_many(const thrum_pairs_run *run) {
-  const thrum_pair_row *first = run->view.rows;
-  bool alone = run->link_count == 0 && run->row_count <= THRUM_NEWTON_ROWS;
-  int64_t bearing = 0;
-  for (int64_t n = 0; n < run->row_count && alone; n++) {
-    const thrum_pair_row *row = first + n;
-    alone =
-        !thrum_pairs_is_own(row) && thrum_pairs_joins(row, first->members[0], first->members[1]);
-    bearing += thrum_pairs_pushes(row);
-  }
+  bool alone = run->link_count == 0;
+  int64_t bearing = 0, rows = run->row_count;
+  for (int64_t n = 0; n < run->row_count; n++)
+    bearing += thrum_pairs_pushes(run->view.rows + n);
 
   // their own obstacles and pulls
   for (int64_t n = 0; n < run->count && alone; n++) {
-    const thrum_contact *contact = run->view.runs[n].contact;
-    alone = run->members[n].status < 0 || (contact->row_count == 0 && contact->pull_count == 0);
+    const thrum_contact_run *body = run->view.runs + n;
+    if (!thrum_pairs_steps(run, n))
+      continue;
+    alone = body->contact->pull_count == 0;
+    rows += body->contact->row_count;
+    for (int64_t k = 0; k < body->contact->row_count; k++)
+      bearing += body->view.rows[k].touch.force != 0.0;
   }
-  return alone && bearing >= MANY;
+  return alone && rows <= THRUM_NEWTON_ROWS && bearing >= MANY;
 }
 
 /* Where the force of a row acts: halfway between its points, halfway through the step. */
@@ -270,7 +270,7 @@ void thrum_pairs_solve(thrum_pairs_run *run) {
     // what is solved at once has its forces by the laws of single rows again after a few sweeps
     if (slow) {
       many = false;
-      if (are_many(run) && thrum_pairs_newton(run, run->view.rows->members, EXACT * tolerance))
+      if (are_many(run) && thrum_pairs_newton(run, EXACT * tolerance))
         end = n + ROUND;
     }
     const double change = run->closing ? thrum_links_solve(run) : sweep(run, all, &begins);

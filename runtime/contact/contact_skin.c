@@ -360,6 +360,27 @@ static void fill_bends(const thrum_skin *skin, const thrum_skin_view *view) {
     }
 }
 
+/* By how much the ends of edges move against each other, over the least height of a face of them.
+ */
+static void fill_tilts(const thrum_skin *skin, const thrum_skin_view *view) {
+  const int64_t r = skin->rank;
+  for (int64_t t = 0; t < skin->triangle_count; t++) {
+    const thrum_skin_triangle *triangle = view->triangles + t;
+    double least = INFINITY, share;
+    for (int n = 0; n < 3; n++)
+      least = fmin(least,
+                   height_of(view, view->edges + triangle->edges[n], third(triangle, n), &share));
+    for (int n = 0; n < 3; n++) {
+      const double *a = view->rows + 3 * (int64_t)triangle->corners[n] * r;
+      const double *b = view->rows + 3 * (int64_t)triangle->corners[(n + 1) % 3] * r;
+      for (int64_t i = 0; i < r; i++) {
+        const double u[3] = {a[i] - b[i], a[r + i] - b[r + i], a[2 * r + i] - b[2 * r + i]};
+        view->tilts[i] = fmax(view->tilts[i], sqrt(thrum_dot3(u, u)) / least);
+      }
+    }
+  }
+}
+
 /* A checksum of a block by its words (Fowler, Noll & Vo: FNV-1a). */
 static uint64_t seal_of(const void *memory, size_t size) {
   uint64_t sum = UINT64_C(14695981039346656037), word;
@@ -401,6 +422,7 @@ thrum_status thrum_skin_init(void *memory, size_t memory_size, const thrum_model
   fill_areas(skin, &view);
   fill_extents(skin, &view);
   fill_bends(skin, &view);
+  fill_tilts(skin, &view);
   skin->seal = seal_of(memory, size);
   *made = skin;
   return THRUM_OK;

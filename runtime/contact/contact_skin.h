@@ -64,6 +64,7 @@ struct thrum_skin {
   X(double, own_gaps, node_count) /* least distance at rest to what shares no vertex [m] */        \
   X(double, extents, rank)        /* largest displacement under a unit of q */                     \
   X(double, bends, rank) /* how far a unit of q turns flat faces against each other [rad/m] */     \
+  X(double, tilts, rank) /* how far it turns or stretches a face at most [1/m] */                  \
   X(int32_t, heads, vertex_count) /* lists of edges while the skin is made */                      \
   X(int32_t, nexts, triangle_count * 3)
 

@@ -614,7 +614,7 @@ static void a_stack_rests(void **context) {
   thrum_scene_body_info info;
   MUST(thrum_scene_body(f->scene, 0, &info, &failure));
   const double weight = 9.81 * info.mass;
-  assert_close(info.contact.normal, 3 * weight, 1e-2);
+  assert_close(info.contact.normal, 3 * weight, 1e-4);
   double between[2] = {0, 0};
   const thrum_contact_pairs_report report = thrum_scene_collisions(f->scene);
   for (int64_t n = 0; n < report.touching; n++) {
@@ -624,10 +624,13 @@ static void a_stack_rests(void **context) {
     between[touching.bodies[0]] -= touching.force[2];
     assert_true(touching.distance > 0);
   }
-  assert_close(between[0], 2 * weight, 1e-2);
-  assert_close(between[1], weight, 1e-2);
-  assert_true(account_of(f->scene).kinetic < 1e-6 * weight);
+  assert_close(between[0], 2 * weight, 1e-4);
+  assert_close(between[1], weight, 1e-4);
+  assert_true(account_of(f->scene).kinetic < 1e-9 * weight);
   assert_true(report.deepest_share < 1);
+
+  // all of them are solved at once, with the rows on the floor: sweeps alone take 40,000
+  assert_true(report.sweeps < 8000);
   free(touch);
 }
 

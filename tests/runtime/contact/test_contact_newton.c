@@ -43,7 +43,8 @@ static void add(system_of_rows *s, random_state *random) {
   for (int a = 0; a < 3; a++)
     for (int b = a; b < 3; b++)
       change[3 * a + b] = change[3 * b + a] = random_uniform(random) + (a == b ? 3.0 : 0.0);
-  thrum_newton_add(s->m, s->ways, change, s->pushed, s->matrix);
+  const thrum_newton_columns at = {.count = {s->stride, 0}};
+  thrum_newton_add(&at, s->ways, change, s->pushed, s->stride, s->matrix);
 
   // in plain C
   const double *b0 = s->ways, *b1 = b0 + s->stride, *b2 = b1 + s->stride;
