@@ -6,6 +6,9 @@
 
 #include <stdlib.h>
 
+#define ON_SURFACE 1e-9 /* of a body's size: a vertex so near is on the surface */
+#define BELOW 1e-4      /* of a body's size: how far below a face a point is inside */
+
 /* A body's vertices in the world, as far as they may touch. */
 typedef struct outline {
   double *points;    /* vertex_count x 3; owned */
@@ -86,22 +89,55 @@ static bool is_in_box(const outline *of, const double x[3]) {
   return in;
 }
 
-/* The deepest vertex of one body inside another. */
+/* Does the body lie inside the other one, of which all its vertices are on the surface? A point
+ * just below the first face that has an area is looked at. */
+static bool lies_within(const outline *of, const scene_body *a, const outline *in,
+                        const scene_body *b, double size) {
+  for (int64_t t = 0; t < a->triangle_count; t++) {
+    const int32_t *corner = a->triangles + 3 * t;
+    const double *p = of->points + 3 * (int64_t)corner[0];
+    double side[2][3], normal[3], x[3];
+    for (int n = 0; n < 2; n++)
+      thrum_subtract3(of->points + 3 * (int64_t)corner[n + 1], p, side[n]);
+    thrum_cross3(side[0], side[1], normal);
+    const double length = sqrt(thrum_dot3(normal, normal));
+    if (!(length > 0))
+      continue;
+
+    // below its middle
+    for (int axis = 0; axis < 3; axis++)
+      x[axis] =
+          p[axis] + (side[0][axis] + side[1][axis]) / 3.0 - BELOW * size * normal[axis] / length;
+    return thrum_triangles_distance(in->points, b->triangles, b->triangle_count, x) < 0;
+  }
+  return false;
+}
+
+/* The deepest vertex of one body inside another; half of its least side where it fills the same
+ * place, and no vertex is deeper than the surface. */
 static void look_at_pair(const thrum_scene *scene, const outline *outlines, int32_t number,
                          int32_t other, thrum_scene_overlap *deepest) {
   const scene_body *b = scene->bodies[other];
   const outline *of = outlines + number, *in = outlines + other;
-  double depth = 0;
-  for (int axis = 0; axis < 3; axis++)
+  double depth = 0, outside = 0, least = INFINITY, size = 0;
+  for (int axis = 0; axis < 3; axis++) {
     if (of->least[axis] > in->most[axis] || in->least[axis] > of->most[axis])
       return;
+    least = fmin(least, of->most[axis] - of->least[axis]);
+    size = fmax(size, of->most[axis] - of->least[axis]);
+  }
 
   for (int64_t n = 0; n < of->count; n++) {
     const double *x = of->points + 3 * (int64_t)of->vertices[n];
-    if (is_in_box(in, x))
-      depth =
-          fmax(depth, -thrum_triangles_distance(in->points, b->triangles, b->triangle_count, x));
+    const double distance =
+        is_in_box(in, x) ? thrum_triangles_distance(in->points, b->triangles, b->triangle_count, x)
+                         : INFINITY;
+    depth = fmax(depth, -distance);
+    outside = fmax(outside, distance);
   }
+  if (fmax(depth, outside) <= ON_SURFACE * size &&
+      lies_within(of, scene->bodies[number], in, b, size))
+    depth = 0.5 * least;
   note(deepest, of,
        (thrum_scene_overlap){
            .body = number, .other = other, .obstacle = -1, .solid = -1, .depth = depth});

@@ -1,5 +1,6 @@
-/* Models with their whole meshes, of files that are dropped with a scene file: what the links and
- * the coupled bodies of the scene take of them. SPDX-License-Identifier: Apache-2.0 */
+/* The parts that the page makes of a scene file that is dropped: of models with their whole meshes
+ * what links and coupled bodies need, the surfaces of obstacles, and which body lies in something.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "bridge.h"
 
 #include <string.h>
@@ -79,5 +80,49 @@ int32_t EXPORT(bridge_link_made)(int32_t number) {
   memcpy(n + 19, made.sides[1].rest, sizeof made.sides[1].rest);
   for (int side = 0; side < 2; side++)
     n[31 + side] = (double)(uintptr_t)made.sides[side].rows;
+  return THRUM_OK;
+}
+
+/* Makes the surface of an obstacle that is touched by its faces. numbers: half sides 3, radius,
+ * height, spacing; heights: rows x columns of a height field, or NULL. Fills the numbers with the
+ * count and the address of its vertices (x 3) and of its triangles (x 3), valid until the scene is
+ * begun anew. */
+int32_t EXPORT(bridge_make_solid)(int32_t shape, int32_t rows, int32_t columns,
+                                  const double *heights) {
+  double *n = bridge_number;
+  thrum_scene_solid_def def = thrum_default_scene_solid_def();
+  def.shape = (thrum_solid_shape)shape;
+  memcpy(def.half, n, sizeof def.half);
+  def.radius = n[3];
+  def.height = n[4];
+  def.spacing[0] = def.spacing[1] = n[5];
+  def.heights = heights;
+  def.rows = rows;
+  def.columns = columns;
+
+  // the scene keeps the surface
+  int32_t number;
+  thrum_scene_solid solid;
+  THRUM_TRY(thrum_scene_add_solid(bridge_scene, &def, &number, &bridge_error));
+  THRUM_TRY(thrum_scene_solid_get(bridge_scene, number, &solid, &bridge_error));
+  n[0] = (double)solid.vertex_count;
+  n[1] = (double)(uintptr_t)solid.vertices;
+  n[2] = (double)solid.triangle_count;
+  n[3] = (double)(uintptr_t)solid.triangles;
+  return THRUM_OK;
+}
+
+/* numbers: the body that lies deepest in something (-1: none does), the body, the obstacle and the
+ * solid that it is in (-1: another), how deep [m], and the diagonal of its box [m]. */
+int32_t EXPORT(bridge_find_overlap)(void) {
+  thrum_scene_overlap deepest;
+  THRUM_TRY(thrum_scene_find_overlap(bridge_scene, &deepest, &bridge_error));
+  double *n = bridge_number;
+  n[0] = deepest.body;
+  n[1] = deepest.other;
+  n[2] = deepest.obstacle;
+  n[3] = deepest.solid;
+  n[4] = deepest.depth;
+  n[5] = deepest.diagonal;
   return THRUM_OK;
 }

@@ -1106,6 +1106,33 @@ static void what_begins_inside_is_found(void **context) {
   free(touch);
 }
 
+/* Bodies that fill the same place have no vertex deeper than the surface of the other; blocks that
+ * stand face to face have none either, and do not overlap. */
+static void bodies_in_the_same_place_overlap(void **context) {
+  fixture *f = *context;
+  thrum_scene_overlap overlap;
+  const thrum_scene_body_def a = def_of(&f->block, 0, 0, 0, 1);
+  const double side = 0.2;
+
+  // a block, and three of which each stands at one of its faces
+  collide(f->scene, 0.5, 0.5);
+  add(f->scene, &a);
+  for (int axis = 0; axis < 3; axis++) {
+    thrum_scene_body_def b = a;
+    b.position[axis] += side;
+    add(f->scene, &b);
+  }
+  MUST(thrum_scene_find_overlap(f->scene, &overlap, &failure));
+  assert_true(overlap.body < 0 || overlap.depth < 1e-9);
+
+  // one more where the first is
+  add(f->scene, &a);
+  MUST(thrum_scene_find_overlap(f->scene, &overlap, &failure));
+  assert_true((overlap.body == 0 && overlap.other == 4) ||
+              (overlap.body == 4 && overlap.other == 0));
+  assert_close(overlap.depth, 0.5 * side, 1e-6);
+}
+
 /* A solid is looked for where it is at the scene's time, also after a restore. */
 static void an_overlap_after_a_restore_is_that_of_the_time(void **context) {
   fixture *f = *context;
@@ -1232,6 +1259,7 @@ int main(void) {
       TEST(what_falls_on_a_solid_stays_on_it),
       TEST(what_stands_on_a_path_goes_with_it),
       TEST(what_begins_inside_is_found),
+      TEST(bodies_in_the_same_place_overlap),
       TEST(an_overlap_after_a_restore_is_that_of_the_time),
       TEST(a_body_that_is_added_leaves_the_report_as_it_is),
       TEST(bodies_that_do_not_collide_pass),

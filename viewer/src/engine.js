@@ -6,6 +6,7 @@ export const INTEGRATORS = { imexv: 0, newmark: 1, verlet: 2, midpoint: 3, energ
 export const INTEGRATOR_NAMES = Object.keys(INTEGRATORS);
 const SCHEME_ENERGY = 2;
 const OBSTACLES = { plane: 0, sphere: 1, box: 2 };
+const SOLIDS = { box: 1, cylinder: 2, capsule: 3, height_field: 4 };
 export const LINKS = { spring: 0, ball: 1, hinge: 2, weld: 3 };
 const COURSES = { constant: 0, sine: 1, ramp: 2 };
 const MESSAGE_BYTES = 400;
@@ -177,6 +178,26 @@ export class Engine {
     const rows = (side, of) => Array.from(new Float64Array(this.wasm.memory.buffer, made[31 + side], 12 * this.report(of).rank));
     return { place: made.slice(0, 3), other_place: made.slice(3, 6), length: made[6], rest: made.slice(7, 19),
       rows: rows(0, body), other_rest: made.slice(19, 31), ...(other !== undefined && { other_rows: rows(1, other) }) };
+  }
+
+  /** The surface of an obstacle that is touched by its faces, about its own middle. @param {string} shape
+   * @param {{size?: number[], radius?: number, height?: number, spacing?: number, heights?: number[][]}} sizes
+   * @returns {{vertices: number[], triangles: number[]}} */
+  solidSurface(shape, { size = [1, 1, 1], radius = 1, height = 1, spacing = 1, heights = [[]] }) {
+    this.numbers.set([...size.map((side) => side / 2), radius, height, spacing]);
+    this.#lend([heights.flat()], (at) => this.wasm.bridge_make_solid(SOLIDS[shape], heights.length, heights[0].length, at));
+    const [vertexCount, vertices, triangleCount, triangles] = this.numbers;
+    const { buffer } = this.wasm.memory;
+    return { vertices: Array.from(new Float64Array(buffer, vertices, 3 * vertexCount)),
+      triangles: Array.from(new Int32Array(buffer, triangles, 3 * triangleCount)) };
+  }
+
+  /** The body that lies deepest in something at present. @returns {{body: number, other: number, obstacle: number, solid: number,
+   *   depth: number, diagonal: number}} -1 where there is none; obstacles and solids count by themselves */
+  overlap() {
+    this.check(this.wasm.bridge_find_overlap());
+    const [body, other, obstacle, solid, depth, diagonal] = this.numbers;
+    return { body, other, obstacle, solid, depth, diagonal };
   }
 
   /** Builds a scene of the pack's form in place of the one before. */

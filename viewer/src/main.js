@@ -210,13 +210,22 @@ class App {
     this.striker.play(engine.module, { model, frequencies, damping, vertex, direction: along }, weights);
   }
 
-  /** Shows what files hold in place of what was shown. @param {File[]} files */
+  /** Shows what files hold in place of what was shown, and runs it where that had failed; what cannot be shown leaves
+   * everything as it was. @param {File[]} files */
   async open(files) {
-    const { world } = this;
-    const engine = await world.engine.another();
-    world.adopt(await packOfFiles(files, engine, world.pack), engine);
+    const { world, failed } = this;
+    const { pack, engine, choice, compared } = world;
+    const other = await engine.another();
+    world.adopt(await packOfFiles(files, other, pack), other);
+    this.show(world.choice, false, () => {
+      world.adopt(pack, engine);
+      world.show(choice, compared);
+      this.forget();
+      this.panel.listModels();
+    });
     this.panel.listModels();
-    this.show(world.choice, false);
+    this.panel.refresh();
+    if (failed && !this.failed) this.pause(false);
   }
 
   /** Shows what an address asks for. @param {string} hash */
@@ -246,15 +255,16 @@ class App {
     save(await new Promise((done) => { canvas.toBlob(done, 'image/png'); }), 'thrum.png');
   }
 
-  /** Shows a model (-1: the pack's scene), perhaps in copies that are compared. */
-  show(choice, compared) {
+  /** Shows a model (-1: the pack's scene), perhaps in copies that are compared. @param {() => void} [back] to what was shown */
+  show(choice, compared, back) {
     this.guard(() => {
       const { world } = this;
       const before = [world.choice, world.compared];
       try {
         world.show(choice, compared);
       } catch (error) {
-        if (world.bodies.length > 0) world.show(...before);
+        if (back) back();
+        else if (world.bodies.length > 0) world.show(...before);
         throw error;
       }
       this.forget();

@@ -33,9 +33,9 @@ export class World {
   }
 
   /** Takes another pack in place of the one before; show() then shows it.
-   * @param {import('./pack.js').Pack} pack @param {import('./engine.js').Engine} engine without models */
+   * @param {import('./pack.js').Pack} pack @param {import('./engine.js').Engine} engine without models, or with those of the pack */
   adopt(pack, engine) {
-    for (const model of pack.models) engine.addModel(model);
+    if (engine.models.length === 0) pack.models.forEach((model) => engine.addModel(model));
     Object.assign(this, { pack, engine });
     this.#clear();
     this.recording = pack.recording && new Recording(pack.recording, pack);

@@ -709,7 +709,7 @@ test('models and pages are opened in place of what was shown', async () => {
   // what cannot be shown is refused with what to do, and what is there stays
   for (const [name, words] of [['bridge.veg', /thrum precompute bridge.veg -o bridge.npz/],
     ['horse.obj', /thrum mesh horse.obj/], ['run.glb', /thrum view RUN/],
-    ['scene.json', /thrum view scene.json/], ['broken.npz', /^broken.npz: ./], ['a.html', /thrum view/]]) {
+    ['scene.json', /^scene.json: .*JSON/], ['broken.npz', /^broken.npz: ./], ['a.html', /thrum view/]]) {
     writeFileSync(join(folder, name), 'nothing of use');
     await page.setInputFiles('#files', join(folder, name));
     await page.waitForFunction((pattern) => new RegExp(pattern).test(
@@ -723,6 +723,32 @@ test('models and pages are opened in place of what was shown', async () => {
   await page.setInputFiles('#files', [join(folder, 'small.json'), join(folder, 'opened.npz')]);
   await page.waitForFunction(() => window.thrum.bodies()[1]?.name === 'right');
   assert.deepEqual(await page.evaluate(() => window.thrum.links().map(({ state }) => state)), ['joint']);
+
+  // one that is refused leaves what is there running, and the next one runs
+  await page.evaluate(() => window.thrum.pause(false));
+  const runs = async () => {
+    const from = await page.evaluate(() => window.thrum.time());
+    await page.waitForFunction((then) => window.thrum.time() > then, from);
+  };
+  const open = async (name, scene) => {
+    writeFileSync(join(folder, name), JSON.stringify(scene));
+    await page.setInputFiles('#files', [join(folder, name), join(folder, 'opened.npz')]);
+  };
+  await open('wrong.json', { bodies: [{ model: 'opened.npz' }], obstacles: [{ shape: 'box' }] });
+  await page.waitForFunction(() => document.getElementById('notice-text').textContent === 'wrong.json: obstacles[0]: a box needs "size"');
+  assert.equal((await page.evaluate(() => window.thrum.bodies())).length, 2);
+  await runs();
+  await open('plane.json', { gravity: GRAVITY, bodies: [{ name: 'over', model: 'opened.npz', position: [0, 0, 9] }], obstacles: [{ shape: 'plane' }] });
+  await page.waitForFunction(() => window.thrum.bodies()[0].name === 'over');
+  await runs();
+  assert.equal(await page.evaluate(() => window.thrum.trouble()), null);
+
+  // so does one after a simulation that failed
+  await page.evaluate(() => { window.thrum.set('integrator', 'verlet'); window.thrum.set('dt', 0.02); window.thrum.set('gravity', 3000); });
+  await page.waitForFunction(() => /^Stopped at/.test(document.getElementById('notice-text').textContent));
+  await open('after.json', { bodies: [{ name: 'after', model: 'opened.npz' }] });
+  await page.waitForFunction(() => window.thrum.bodies()[0].name === 'after');
+  await runs();
 
   // a page of thrum view; the last file of packOf() is one
   await page.setInputFiles('#files', join(folder, 'packed.html'));
