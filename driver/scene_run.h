@@ -109,7 +109,11 @@ bool scene_run_has_solids(const scene_run *run);
 bool scene_run_touches(const scene_run *run);
 thrum_status scene_run_collisions(const scene_run *run);
 
-/* Refuses a body that begins inside an obstacle or another body. */
+/* Refuses a body that begins inside an obstacle or another body; says what a body is in, by its
+ * name where it has one. */
+#define SCENE_OVERLAP_NAME 120
+void scene_run_name_overlap(const scene_run *run, const thrum_scene_overlap *overlap,
+                            char in[SCENE_OVERLAP_NAME]);
 thrum_status scene_run_check_start(const scene_run *run, thrum_error *error);
 thrum_status scene_run_wind(const scene_run *run, thrum_scene *scene);
 thrum_status scene_run_obstacles(const scene_run *run, thrum_scene *scene);

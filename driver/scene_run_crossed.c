@@ -99,6 +99,17 @@ static void warn_of_declined(const scene_run *run) {
                 most, most == 1 ? "" : "s", names);
 }
 
+/* How deep bodies really are in each other at the end: a touch knows places that are near alone. */
+static void warn_of_overlap(const scene_run *run) {
+  thrum_scene_overlap deepest;
+  char in[SCENE_OVERLAP_NAME];
+  if (thrum_scene_find_overlap(run->scene, &deepest, NULL) < 0 || deepest.body < 0)
+    return;
+  scene_run_name_overlap(run, &deepest, in);
+  config_warn("body '%.60s' is %.2g m deep in %s at the end", run->bodies[deepest.body].spec->name,
+              deepest.depth, in);
+}
+
 void scene_run_warn_of_depth(const scene_run *run) {
   const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
   warn_of_declined(run);
@@ -107,6 +118,8 @@ void scene_run_warn_of_depth(const scene_run *run) {
                 "distance that they keep, %.2g times it: do not trust what touches; take a shorter "
                 "dt, or bodies that differ less",
                 of.deepest, of.deepest_share);
+  if (have_met(run))
+    warn_of_overlap(run);
 
   // obstacles that vertices touch
   for (int64_t n = 0; n < run->spec.bodies.count; n++)

@@ -134,24 +134,29 @@ thrum_status scene_run_collisions(const scene_run *run) {
   return scene_run_pass(run, &run->spec.settings.at, "collide", status, &detail);
 }
 
+void scene_run_name_overlap(const scene_run *run, const thrum_scene_overlap *overlap,
+                            char in[SCENE_OVERLAP_NAME]) {
+  const bool solid = overlap->solid >= 0;
+  const int32_t index =
+      scene_run_obstacle_index(run, solid, solid ? overlap->solid : overlap->obstacle);
+  if (overlap->other >= 0)
+    snprintf(in, SCENE_OVERLAP_NAME, "body \"%.60s\"",
+             scene_bodies(&run->spec)[overlap->other].name);
+  else if (scene_obstacles(&run->spec)[index].name != NULL)
+    snprintf(in, SCENE_OVERLAP_NAME, "obstacle \"%.60s\"", scene_obstacles(&run->spec)[index].name);
+  else
+    snprintf(in, SCENE_OVERLAP_NAME, "obstacles[%d]", (int)index);
+}
+
 thrum_status scene_run_check_start(const scene_run *run, thrum_error *error) {
   thrum_scene_overlap deepest;
   THRUM_TRY(thrum_scene_find_overlap(run->scene, &deepest, error));
   if (deepest.body < 0 || deepest.depth <= SCENE_OVERLAP * deepest.diagonal)
     return THRUM_OK;
 
-  // what it is in, by its name where it has one
   const scene_body_spec *body = &scene_bodies(&run->spec)[deepest.body];
-  const bool solid = deepest.solid >= 0;
-  const int32_t index =
-      scene_run_obstacle_index(run, solid, solid ? deepest.solid : deepest.obstacle);
-  char in[120];
-  if (deepest.other >= 0)
-    snprintf(in, sizeof in, "body \"%.60s\"", scene_bodies(&run->spec)[deepest.other].name);
-  else if (scene_obstacles(&run->spec)[index].name != NULL)
-    snprintf(in, sizeof in, "obstacle \"%.60s\"", scene_obstacles(&run->spec)[index].name);
-  else
-    snprintf(in, sizeof in, "obstacles[%d]", (int)index);
+  char in[SCENE_OVERLAP_NAME];
+  scene_run_name_overlap(run, &deepest, in);
   return config_record_refuse(&run->spec.file, &body->settings.at, "position", THRUM_BAD_VALUE,
                               "puts \"%.60s\" %.3g m deep into %s: move it out", body->name,
                               deepest.depth, in);

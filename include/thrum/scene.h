@@ -408,15 +408,16 @@ typedef struct thrum_scene_overlap {
   int32_t other;    /* the body that it is in; -1: none */
   int32_t obstacle; /* that it is in; -1: a body or a solid */
   int32_t solid;    /* that it is in; -1: none */
-  double depth;     /* of its deepest vertex [m] */
+  double depth;     /* of its deepest point that was found [m] */
   double diagonal;  /* of the body's box [m] */
 } thrum_scene_overlap;
 
 /* Finds the overlap at present that is deepest for the size of its body: of vertices that may touch
- * with obstacles, and of vertices of bodies that touch each other. A body that begins inside an
- * obstacle is thrown out by the springs that it overlaps (`granted` of its contact); one that
- * begins inside another body is not seen there. It looks at all vertices, and allocates: call it
- * before a run and not in it. */
+ * with obstacles, of spheres with bodies, and of bodies that touch each other or solids, by their
+ * vertices, by edges that go through faces, and by points of their middle. A body that begins
+ * inside an obstacle is thrown out by the springs that it overlaps (`granted` of its contact); one
+ * that begins inside another body is not seen there. It looks at all edges and faces that may meet,
+ * and allocates: call it before a run and not in it. */
 THRUM_API thrum_status thrum_scene_find_overlap(thrum_scene *scene, thrum_scene_overlap *deepest,
                                                 thrum_error *error);
 

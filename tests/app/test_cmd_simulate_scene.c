@@ -338,6 +338,10 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
       {"{\"bodies\": [" BODY "}],\n\"obstacles\": [{\"shape\": \"height_field\",\n"
        "\"heights\": [[0, 1], [2]], \"spacing\": 1}]}",
        "scene.json:3: obstacles[0].heights: row 2 has 1 numbers, the first 2"},
+      {"{\"bodies\": [{\"name\": \"low\", \"model\": \"free.npz\", \"free\": true,\n"
+       "\"position\": [0.5, 0.5, -0.03]}], \"obstacles\": [{\"shape\": \"height_field\", "
+       "\"heights\": [[0, 0, 0], [0, 0, 0], [0, 0, 0]], \"spacing\": 0.5}]}",
+       "scene.json:2: bodies[0].position: puts \"low\" 0.03 m deep into obstacles[0]"},
       {"{\"bodies\": [" BODY "}],\n\"obstacles\": [{\"shape\": \"box\", \"size\": [1, 1, 1], "
        "\"path\": [{\"time\": 1, \"centre\": [0, 0, 9]},\n{\"time\": 1, \"centre\": [0, 0, 8]}]}]}",
        "scene.json:3: obstacles[0].path[1].time: must be after the 1 s before it"},
@@ -868,6 +872,21 @@ static void a_body_that_passes_another_within_a_step_flags_the_run(void **state)
       solid, 2);
 }
 
+/* Two bars that overlap by half of their length stay so when their joint lets go. The touches know
+ * of less than two thicknesses; the run says how deep the bars are. */
+static void bars_that_a_joint_held_in_each_other_are_said(void **state) {
+  (void)state;
+  static const char *const stay[] = {"surfaces went through each other", "m deep in body \"",
+                                     "is 0.05"};
+  expect_crossed("{\"dt\": 0.002, \"time\": 0.03, \"bodies\": [\n"
+                 " {\"name\": \"a\", \"model\": \"beam:4x2x2@0.4x0.1x0.1\", \"free\": true},\n"
+                 " {\"name\": \"b\", \"model\": \"beam:4x2x2@0.4x0.1x0.1\", \"free\": true,"
+                 " \"position\": [0.2, 0, 0]}],\n"
+                 " \"links\": [{\"kind\": \"weld\", \"body\": \"a\", \"place\": [0.3, 0, 0],"
+                 " \"other\": \"b\", \"until\": 0.01}]}",
+                 stay, 3);
+}
+
 /* A cube falls on a plane in steps of 1 s, each of which takes it through: it is deeper in the
  * plane than its size. With a stiffness that the file gives, depth is what was asked for. */
 static void a_body_deep_in_a_plane_flags_the_run(void **state) {
@@ -1084,6 +1103,7 @@ int main(void) {
       cmocka_unit_test(a_handle_follows_a_file_and_lets_go),
       cmocka_unit_test(surfaces_that_cross_flag_the_run),
       cmocka_unit_test(a_body_that_passes_another_within_a_step_flags_the_run),
+      cmocka_unit_test(bars_that_a_joint_held_in_each_other_are_said),
       cmocka_unit_test(a_body_deep_in_a_plane_flags_the_run),
       cmocka_unit_test(a_path_turns_as_far_as_its_angles_say),
   };

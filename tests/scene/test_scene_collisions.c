@@ -1133,6 +1133,62 @@ static void bodies_in_the_same_place_overlap(void **context) {
   assert_close(overlap.depth, 0.5 * side, 1e-6);
 }
 
+/* Plates that cross have no vertex in each other. */
+static void what_begins_inside_without_a_vertex_there_is_found(void **context) {
+  fixture *f = *context;
+  thrum_scene_overlap overlap;
+  collide(f->scene, 0.5, 0.5);
+
+  // a plate of 2 cm that stands above one that lies, and through it
+  const thrum_scene_body_def lies = def_of(&f->plate, 0, 0, 0, 1);
+  thrum_scene_body_def stands = def_of(&f->plate, 0, 0.05, 0.45, 1);
+  stands.rotation[0] = stands.rotation[1] = sqrt(0.5);
+  add(f->scene, &lies);
+  add(f->scene, &stands);
+  MUST(thrum_scene_find_overlap(f->scene, &overlap, &failure));
+  assert_int_equal(overlap.body, -1);
+  stands.position[0] = lies.position[0] + 0.03;
+  stands.position[2] = 0.05;
+  add(f->scene, &stands);
+  MUST(thrum_scene_find_overlap(f->scene, &overlap, &failure));
+  assert_true(overlap.body >= 0 && overlap.other >= 0);
+  assert_close(overlap.depth, 0.01, 1e-6);
+}
+
+/* A sphere, and a box, wholly inside a body touch none of its vertices. */
+static void what_is_inside_a_body_is_found(void **context) {
+  fixture *f = *context;
+  thrum_scene_overlap overlap;
+  thrum_obstacle sphere = thrum_default_obstacle();
+  sphere.shape = THRUM_OBSTACLE_SPHERE;
+  sphere.radius = 0.02;
+  thrum_scene_body_def block = def_of(&f->block, 0, 0, 0, 1);
+  touch_obstacles(&block);
+  add(f->scene, &block);
+
+  // a sphere beside the block, then one 5 cm deep in it, with the radius
+  sphere.centre[2] = 0.13;
+  MUST(thrum_scene_add_obstacle(f->scene, &sphere, NULL, &failure));
+  MUST(thrum_scene_find_overlap(f->scene, &overlap, &failure));
+  assert_int_equal(overlap.body, -1);
+  sphere.centre[0] = sphere.centre[1] = sphere.centre[2] = 0.05;
+  MUST(thrum_scene_add_obstacle(f->scene, &sphere, NULL, &failure));
+  MUST(thrum_scene_find_overlap(f->scene, &overlap, &failure));
+  assert_int_equal(overlap.obstacle, 1);
+  assert_close(overlap.depth, 0.07, 1e-6);
+
+  // a box, whose corner is the deepest of all
+  thrum_scene_solid_def box = solid_of(THRUM_SOLID_BOX);
+  for (int axis = 0; axis < 3; axis++) {
+    box.position[axis] = axis == 0 ? 0.06 : 0.04;
+    box.half[axis] = 0.02;
+  }
+  MUST(thrum_scene_add_solid(f->scene, &box, NULL, &failure));
+  MUST(thrum_scene_find_overlap(f->scene, &overlap, &failure));
+  assert_int_equal(overlap.solid, 0);
+  assert_close(overlap.depth, 0.08, 1e-6);
+}
+
 /* A solid is looked for where it is at the scene's time, also after a restore. */
 static void an_overlap_after_a_restore_is_that_of_the_time(void **context) {
   fixture *f = *context;
@@ -1260,6 +1316,8 @@ int main(void) {
       TEST(what_stands_on_a_path_goes_with_it),
       TEST(what_begins_inside_is_found),
       TEST(bodies_in_the_same_place_overlap),
+      TEST(what_begins_inside_without_a_vertex_there_is_found),
+      TEST(what_is_inside_a_body_is_found),
       TEST(an_overlap_after_a_restore_is_that_of_the_time),
       TEST(a_body_that_is_added_leaves_the_report_as_it_is),
       TEST(bodies_that_do_not_collide_pass),
