@@ -47,6 +47,10 @@ static thrum_status count_steps(scene_run *run) {
   if (run->request->time > 0)
     run->spec.time = run->request->time;
   run->dt = run->request->dt > 0 ? run->request->dt : run->spec.settings.def.dt;
+  if (simulate_step_is_longer(run->spec.time, run->dt))
+    return config_record_refuse(&run->spec.file, &run->spec.settings.at, "dt", THRUM_BAD_VALUE,
+                                "%g s is longer than the whole run of %g s: take a shorter step",
+                                run->dt, run->spec.time);
   run->steps = simulate_step_count(run->spec.time, run->dt);
 
   if (run->steps > 0)

@@ -9,6 +9,7 @@
 #include "thrum/scene.h"
 
 #define TIME_DEFAULT 10.0
+#define STEP_ROUNDING 1e-9 /* of the time of a run: a step so much longer is no longer */
 
 static thrum_status take_load(const config_given *given, void *request) {
   simulate_request *r = request;
@@ -150,6 +151,10 @@ int64_t simulate_step_count(double time, double dt) {
   return steps < 1 ? 1 : steps;
 }
 
+bool simulate_step_is_longer(double time, double dt) {
+  return dt > time * (1 + STEP_ROUNDING);
+}
+
 /* Why the full order has no such integrator; NULL: it has. */
 static const char *why_not_full(thrum_integrator integrator) {
   switch (integrator) {
@@ -255,7 +260,12 @@ static int finish(simulate_request *request) {
     return config_usage("simulate", "%s is of imexv, and %s steps; add --integrator imexv", idle,
                         thrum_integrator_name(request->def.integrator));
 
-  // the length of the run
+  // the length of the run, of which a step is no more than the whole; a scene has a time of its own
+  if (!scene_spec_is_named(request->model_path) &&
+      simulate_step_is_longer(request->time, request->def.dt))
+    return config_usage("simulate",
+                        "--dt %g is longer than the whole run, --time %g: take a shorter step",
+                        request->def.dt, request->time);
   request->steps = simulate_step_count(request->time, request->def.dt);
   if (request->steps == 0)
     return config_usage("simulate", "--time %g at --dt %g is more than %g steps", request->time,

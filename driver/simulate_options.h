@@ -62,6 +62,10 @@ bool simulate_spins(const simulate_request *request);
 /* Steps of a time, 1 or more; 0: more than that. */
 int64_t simulate_step_count(double time, double dt);
 
+/* Is one step longer than the run, by more than rounding? It is refused: the run would simulate
+ * more than was asked for. */
+bool simulate_step_is_longer(double time, double dt);
+
 /* The step of frame `index` (0-based), ascending; INT64_MAX past the end of the run. Only where
  * frames are asked for. */
 int64_t simulate_frame_step(const simulate_request *request, int64_t index);

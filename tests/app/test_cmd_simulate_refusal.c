@@ -51,7 +51,7 @@ static int count_entries(const char *path) {
 }
 
 typedef struct refusal {
-  const char *arguments[6]; /* after "simulate" */
+  const char *arguments[8]; /* after "simulate" */
   const char *says;         /* part of the line */
 } refusal;
 
@@ -60,8 +60,8 @@ static void assert_refusals(const refusal *cases, size_t count, int code, int li
   const int before = count_entries(folder);
   for (size_t n = 0; n < count; n++) {
     const char *const *a = cases[n].arguments;
-    program_result run =
-        thrum_run(folder, "simulate", a[0], a[1], a[2], a[3], a[4], a[5], (const char *)NULL);
+    program_result run = thrum_run(folder, "simulate", a[0], a[1], a[2], a[3], a[4], a[5], a[6],
+                                   a[7], (const char *)NULL);
 
     // a refusal is the right exit code and lines, nothing on standard output, no new file
     const bool as_should = run.exit_code == code && line_count_is(run.err, lines) &&
@@ -77,6 +77,7 @@ static void assert_refusals(const refusal *cases, size_t count, int code, int li
 static void mistakes_of_usage_exit_with_two_and_write_nothing(void **state) {
   (void)state;
   static const refusal cases[] = {
+      {{"particle.npz", "-o", "never", "--dt", "1e9"}, "is longer than the whole run, --time 10"},
       {{NULL}, "no model given"},
       {{"particle.npz"}, "-o RUN"},
       {{"particle.npz", "more", "-o", "run"}, "'more'"},
@@ -190,7 +191,7 @@ static void requests_beyond_the_model_and_its_files_are_refused_in_one_line(void
       {{"particle.npz", "-o", "run", "--integrator=imexv", "--split=3"}, "--split 3"},
       {{"particle.npz", "-o", "run", "--rank", "3"},
        "--rank: rank 3 is asked for; the model has 1 to 2"},
-      {{"particle.npz", "-o", "run", "--dt", "1e308"}, "thrum: --dt: "},
+      {{"particle.npz", "-o", "run", "--dt", "1e308", "--time", "1e308"}, "thrum: --dt: "},
 
       // a model without a mesh
       {{"bare.npz", "-o", "run", "--load", "constant:0,0,1@all"}, "no basis"},

@@ -379,6 +379,8 @@ static void a_mistake_is_named_by_file_line_and_path(void **state) {
        "}],\n\"links\": [{\"kind\": \"ball\", \"body\": \"a\", \"at\": \"tip\",\n"
        "\"file\": \"none.csv\"}]}",
        "scene.json:3: links[0].file: "},
+      {"{\"bodies\": [" BODY "}],\n\"time\": 1, \"dt\": 5}",
+       "scene.json:2: dt: 5 s is longer than the whole run of 1 s"},
       {"{\"bodies\": [" BODY "}],\n\"outputs\": {\"frames\": -1}}",
        "scene.json:2: outputs.frames: wants frames a second"},
       {"{\"bodies\": [" BODY ",]}", "scene.json:1: "},
