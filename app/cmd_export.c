@@ -131,15 +131,34 @@ static int check_files(const export_request *request) {
   return COMMAND_DONE;
 }
 
-/* Refuses a name that says glTF's text form, which nothing here writes. */
+/* Refuses a name that says another form than the binary one of glTF, which --glb writes. */
 static int check_form(const export_request *request) {
+  static const char *const others[] = {".usd", ".usda", ".usdc", ".usdz", ".abc",
+                                       ".fbx", ".dae",  ".obj",  ".stl",  ".ply"};
   const char *dot = request->glb ? strrchr(request->glb, '.') : NULL;
-  if (dot == NULL || strcasecmp(dot, ".gltf") != 0)
+  bool other = dot != NULL && strcasecmp(dot, ".gltf") == 0;
+  for (size_t n = 0; n < sizeof others / sizeof others[0] && dot != NULL; n++)
+    other = other || strcasecmp(dot, others[n]) == 0;
+  if (!other)
     return COMMAND_DONE;
   return config_usage("export",
                       "--glb writes the binary form of glTF: give '%s' a name that ends "
                       "with .glb",
                       request->glb);
+}
+
+/* Refuses options that ask for a format which is not written, with what makes it. */
+static int check_formats(int argc, char **argv) {
+  static const char *const names[] = {"--usd", "--usda", "--usdc", "--usdz", "--abc", "--alembic"};
+  for (int a = 1; a < argc; a++)
+    for (size_t n = 0; n < sizeof names / sizeof names[0]; n++)
+      if (strncmp(argv[a], names[n], strlen(names[n])) == 0 &&
+          strchr("=", argv[a][strlen(names[n])]) != NULL)
+        return config_usage("export",
+                            "there is no %s: USD and Alembic are not written; write --glb, of "
+                            "which Blender makes both (docs/exchange.md says why)",
+                            names[n]);
+  return COMMAND_DONE;
 }
 
 /* Refuses what has no motion: a name of what is there is a mistake of the command line. */
@@ -156,6 +175,7 @@ static int refuse_still(const char *name) {
 }
 
 static int read_options(int argc, char **argv, export_request *request) {
+  CONFIG_TRY(check_formats(argc, argv));
   CONFIG_TRY(
       config_options_read_one(&command_export, "model", argc, argv, request, &request->model));
 

@@ -115,9 +115,17 @@ thrum_status config_given_refuse(const config_given *given, const char *format, 
   return refuse(given, THRUM_BAD_VALUE, line, sizeof line);
 }
 
-/* How a value of a file is written, for messages. */
-static const char *found(const json_node *node, char *text, size_t size) {
+/* How a value of a file is written, for messages. A list of numbers has them as its text, with
+ * commas between. */
+static const char *found(const config_given *given, char *text, size_t size) {
   static const char *const words[] = {"null", "false", "true", "", "", "a list", "an object"};
+  const json_node *node = given->node;
+  const bool takes_list =
+      given->option->kind == CONFIG_VECTOR || given->option->kind == CONFIG_PAIR;
+  if (node->type == JSON_ARRAY && takes_list && given->text != NULL && given->text[0] != 0) {
+    snprintf(text, size, "[%s]", thrum_text_excerpt(thrum_word_of(given->text)).text);
+    return text;
+  }
   if (node->type != JSON_NUMBER && node->type != JSON_STRING)
     return words[node->type];
   const char *quote = node->type == JSON_STRING ? "\"" : "";
@@ -131,7 +139,7 @@ thrum_status config_given_wrong(const config_given *given) {
   if (given->file != NULL && given->option->kind == CONFIG_SWITCH)
     snprintf(wants, sizeof wants, "true or false");
   if (given->file != NULL)
-    snprintf(line, sizeof line, "wants %s, not %s", wants, found(given->node, text, sizeof text));
+    snprintf(line, sizeof line, "wants %s, not %s", wants, found(given, text, sizeof text));
   else
     snprintf(line, sizeof line, "--%s wants %s, not '%.60s'", given->option->name, wants,
              given->text);

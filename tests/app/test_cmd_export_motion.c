@@ -6,6 +6,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include <unistd.h>
+
 #include <cmocka.h>
 #include <math.h>
 
@@ -395,6 +397,23 @@ static void expect_export(int code, const char *words) {
   program_result_free(&run);
 }
 
+/* Formats that are not written are answered with what makes them, and no file has a wrong name. */
+static void formats_that_are_not_written_are_refused(void **state) {
+  (void)state;
+  static const char *const cases[][3] = {{"--glb", "x.usdc", "a name that ends with .glb"},
+                                         {"--glb", "x.gltf", "a name that ends with .glb"},
+                                         {"--usd", "x.usd", "of which Blender makes both"},
+                                         {"--alembic", "x.abc", "of which Blender makes both"}};
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    program_result run = thrum_run(folder, "export", "run", cases[n][0], cases[n][1], NULL);
+    if (run.exit_code != 2 || strstr(run.err, cases[n][2]) == NULL)
+      fail_msg("exit %d, %s", run.exit_code, run.err);
+    assert_true(line_count_is(run.err, 1));
+    assert_true(access(in_folder(cases[n][1]), F_OK) != 0);
+    program_result_free(&run);
+  }
+}
+
 /* A model that is made again has other bytes, the times of its making, and is the same model. */
 static void a_model_made_again_serves_earlier_runs(void **state) {
   (void)state;
@@ -473,6 +492,7 @@ int main(void) {
       cmocka_unit_test(rows_are_thinned_to_the_rate_asked_for),
       cmocka_unit_test(options_and_files_that_do_not_go_together_are_refused),
       cmocka_unit_test(a_run_finds_its_model_beside_it),
+      cmocka_unit_test(formats_that_are_not_written_are_refused),
       cmocka_unit_test(a_model_made_again_serves_earlier_runs),
       cmocka_unit_test(the_run_of_a_mesh_is_exported_too),
   };
