@@ -340,11 +340,29 @@ static bool normal_of(const thrum_quad *quad, double time, double normal[3]) {
   return isnormal(length);
 }
 
+/* Does a vertex stand out along a direction: does no edge of it lead into that? One inside a flat
+ * face that leans over a rim does not, as the face meets the rim elsewhere. */
+static bool stands_out(const search *s, int side, int32_t vertex, double time,
+                       const double direction[3]) {
+  const thrum_skin_view *view = &s->views[side];
+  const double *at = thrum_pairs_place(s->run, s->members[side], vertex);
+  for (int32_t n = view->ring_begins[vertex]; n < view->ring_begins[vertex + 1]; n++) {
+    const double *other = thrum_pairs_place(s->run, s->members[side], view->rings[n]);
+    double way[3];
+    for (int axis = 0; axis < 3; axis++)
+      way[axis] = other[axis] + time * other[3 + axis] - at[axis] - time * at[3 + axis];
+    const double along = thrum_dot3(way, direction);
+    if (along > 0.0 && along * along > STANDS_OUT * STANDS_OUT * thrum_dot3(way, way))
+      return false;
+  }
+  return true;
+}
+
 /* The normal on a triangle towards a vertex that lies outside, or inside by less than the
  * thickness; false where it does not. */
 static bool face_normal(const search *s, const thrum_quad *quad, double time,
-                        const thrum_nearest *nearest, thrum_pair_triangle *triangle,
-                        double normal[3], double *apart) {
+                        const thrum_nearest *nearest, const thrum_pair_candidate *candidate,
+                        thrum_pair_triangle *triangle, double normal[3], double *apart) {
   double later[3];
   const double *face = time == 0.0 ? triangle->normal : later;
   if (time != 0.0 && !normal_of(quad, time, later))
@@ -371,7 +389,11 @@ static bool face_normal(const search *s, const thrum_quad *quad, double time,
   for (int axis = 0; axis < 3; axis++)
     normal[axis] = nearest->apart[axis] / nearest->distance;
   *apart = nearest->distance;
-  return true;
+
+  // the vertex looks back along it
+  const double back[3] = {-normal[0], -normal[1], -normal[2]};
+  const int side = candidate->key.kind == THRUM_PAIR_REVERSE;
+  return stands_out(s, side, candidate->vertices[0], time, back);
 }
 
 /* Where an edge's faces lie: the least and the largest sine of the angle between them and the plane
@@ -474,7 +496,7 @@ static void try_quad(search *s, thrum_quad_kind kind, const thrum_quad *quad, th
 
   double apart = 0.0;
   if (!(kind == THRUM_VERTEX_TRIANGLE
-            ? face_normal(s, quad, time, &nearest, triangle, candidate->normal, &apart)
+            ? face_normal(s, quad, time, &nearest, candidate, triangle, candidate->normal, &apart)
             : edge_normal(s, quad, time, &nearest, edges, candidate->normal, &apart)))
     return;
 

@@ -133,6 +133,22 @@ static void make_edges(thrum_skin *skin, int32_t *heads, int32_t *nexts) {
   }
 }
 
+/* The neighbours of each vertex along its edges. */
+static void make_rings(const thrum_skin *skin) {
+  const thrum_skin_view view = thrum_skin_view_of(skin);
+  for (int64_t e = 0; e < skin->edge_count; e++)
+    for (int end = 0; end < 2; end++)
+      view.ring_begins[view.edges[e].ends[end] + 1]++;
+  for (int64_t v = 0; v < skin->vertex_count; v++)
+    view.ring_begins[v + 1] += view.ring_begins[v];
+
+  // where each ring is filled up to
+  memcpy(view.heads, view.ring_begins, (size_t)skin->vertex_count * sizeof *view.heads);
+  for (int64_t e = 0; e < skin->edge_count; e++)
+    for (int end = 0; end < 2; end++)
+      view.rings[view.heads[view.edges[e].ends[end]]++] = view.edges[e].ends[1 - end];
+}
+
 /* Each vertex is tried by the first triangle that has it. */
 static void share_vertices(const thrum_skin *skin, int32_t *seen) {
   const thrum_skin_view view = thrum_skin_view_of(skin);
@@ -417,6 +433,7 @@ thrum_status thrum_skin_init(void *memory, size_t memory_size, const thrum_model
 
   // edges and who tries what, then the tree, which orders the triangles
   make_edges(skin, view.heads, view.nexts);
+  make_rings(skin);
   share_vertices(skin, view.heads);
   make_node(skin, &view, 0, 0, triangle_count);
   fill_areas(skin, &view);

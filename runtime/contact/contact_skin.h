@@ -65,7 +65,9 @@ struct thrum_skin {
   X(double, extents, rank)        /* largest displacement under a unit of q */                     \
   X(double, bends, rank) /* how far a unit of q turns flat faces against each other [rad/m] */     \
   X(double, tilts, rank) /* how far it turns or stretches a face at most [1/m] */                  \
-  X(int32_t, heads, vertex_count) /* lists of edges while the skin is made */                      \
+  X(int32_t, ring_begins, vertex_count + 1) /* of each vertex among those below */                 \
+  X(int32_t, rings, triangle_count * 6)     /* vertices that an edge joins to each */              \
+  X(int32_t, heads, vertex_count)           /* lists of edges while the skin is made */            \
   X(int32_t, nexts, triangle_count * 3)
 
 typedef struct thrum_skin_view {

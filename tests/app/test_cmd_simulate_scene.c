@@ -853,12 +853,11 @@ static void expect_crossed(const char *text, const char *const words[], int coun
   program_result_free(&run);
 }
 
-/* At 1 m a step a bullet goes through a plate and a cylinder: contact cannot be solved for, and the
- * bodies are apart again when the step ends. */
+/* At 1 m a step a bullet goes through a plate, and at 2 m through a cylinder, where contact cannot
+ * be solved for; the bodies are apart again when the step ends. */
 static void a_body_that_passes_another_within_a_step_flags_the_run(void **state) {
   (void)state;
-  static const char *const plate[] = {"contact was given up in 1 step of \"plate\", \"bullet\"",
-                                      "surfaces went through each other", "shorter dt"};
+  static const char *const plate[] = {"surfaces went through each other", "shorter dt"};
   static const char *const solid[] = {"contact was given up in 1 step of \"bullet\"",
                                       "surfaces went through each other"};
   expect_crossed(
@@ -868,7 +867,7 @@ static void a_body_that_passes_another_within_a_step_flags_the_run(void **state)
       " {\"name\": \"bullet\", \"model\": \"beam:2x2x2@0.05x0.05x0.05\", \"free\": true,\n"
       "  \"position\": [0.225, 0, 0.3], \"velocity\": [0, 0, -500], \"material\": {\"young\": "
       "1e9}}]}",
-      plate, 3);
+      plate, 2);
   expect_crossed(
       "{\"dt\": 0.002, \"time\": 0.02, \"bodies\": [\n"
       " {\"name\": \"bullet\", \"model\": \"beam:2x2x2@0.05x0.05x0.05\", \"free\": true,\n"
