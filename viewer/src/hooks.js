@@ -26,6 +26,7 @@ export function hooks(starting) {
       pulls: () => [...world.pulls].map(([id, { body, vertex, target }]) =>
         ({ body, vertex, target, force: world.pullForce(id) })),
       level: () => world.level,
+      judge: (time) => world.judge(time),
       heard: () => app.heard,
       links: () => world.links(),
       shownLinks: () => world.linkMarks.counts,

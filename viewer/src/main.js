@@ -247,12 +247,12 @@ class App {
     showNotice(copied ? 'The link is copied' : 'The address of the page now carries the settings');
   }
 
-  /** The view as a PNG file, as it is drawn now. */
+  /** The view as a PNG file, as it is now and drawn as finely as the screen is. */
   async savePicture() {
-    const { stage } = this.world;
-    stage.draw();
-    const canvas = stage.renderer.domElement;
-    save(await new Promise((done) => { canvas.toBlob(done, 'image/png'); }), 'thrum.png');
+    const { world } = this;
+    const canvas = world.stage.renderer.domElement;
+    const blob = await new Promise((done) => { world.drawFine(() => canvas.toBlob(done, 'image/png')); });
+    save(blob, 'thrum.png');
   }
 
   /** Shows a model (-1: the pack's scene), perhaps in copies that are compared. @param {() => void} [back] to what was shown */
@@ -338,8 +338,15 @@ class App {
 
   async record() {
     const { recorder } = this;
-    if (recorder.recording) await recorder.stop();
-    else this.guard(() => recorder.start());
+    if (recorder.recording) {
+      await recorder.stop();
+      this.world.keepFine(false);
+    } else {
+      this.guard(() => {
+        this.world.keepFine(true);
+        recorder.start();
+      });
+    }
     find('record').setAttribute('aria-pressed', String(recorder.recording));
   }
 

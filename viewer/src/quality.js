@@ -16,6 +16,9 @@ const QUICK = 8; // with this there is time for the next finer level [ms]
 const SAMPLES = 3; // before it is judged
 const PATIENCE = 40; // samples before a level that was too slow is tried again
 
+/** The finer one of two levels. @param {string} one @param {string} other @returns {string} */
+export const atLeast = (one, other) => NAMES[Math.min(NAMES.indexOf(one), NAMES.indexOf(other))];
+
 /** Looks for the finest level that is quick enough. */
 export class QualityChooser {
   constructor() {

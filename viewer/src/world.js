@@ -5,7 +5,7 @@ import { Body } from './body.js';
 import { boundsOfMotion, boundsOfObstacle, boundsOfSwings } from './bounds.js';
 import { quantitiesOf } from './colours.js';
 import { LinkMarks, OPEN, stateOf } from './link_marks.js';
-import { LEVELS, QUALITIES, QualityChooser } from './quality.js';
+import { LEVELS, QUALITIES, QualityChooser, atLeast } from './quality.js';
 import { Marks } from './marks.js';
 import { mostStepped } from './pack.js';
 import { Recording } from './recording.js';
@@ -253,6 +253,23 @@ export class World {
     this.#refine(name === 'auto' ? this.chooser.level : name);
   }
 
+  /** Draws at least as finely as the page is, whatever time that takes, while a video is recorded; the level then stays, for a video
+   * has one size. A level that a person chose stays, too. @param {boolean} on */
+  keepFine(on) {
+    this.fine = on;
+    if (this.settings.quality === 'auto') this.#refine(on ? atLeast('plain', this.level) : this.chooser.level);
+  }
+
+  /** Draws once as finely as the screen is, and then as before; a video that is recorded keeps its size.
+   * @param {() => void} take what takes the picture */
+  drawFine(take) {
+    this.stage.refine(LEVELS[this.fine ? this.level : 'full']);
+    this.stage.draw();
+    take();
+    this.stage.refine(LEVELS[this.level]);
+    this.stage.draw();
+  }
+
   #refine(level) {
     if (level !== this.level) this.stage.refine(LEVELS[level]);
     this.level = level;
@@ -260,7 +277,7 @@ export class World {
 
   /** Takes how long a whole drawing took [ms], and draws more or less finely where that is left to it. */
   judge(time) {
-    if (this.settings.quality === 'auto') this.#refine(this.chooser.add(time));
+    if (this.settings.quality === 'auto' && !this.fine) this.#refine(this.chooser.add(time));
   }
 
   // the scale begins anew

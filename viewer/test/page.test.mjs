@@ -613,10 +613,15 @@ test('the picture is drawn as finely as asked for', async () => {
 
 test('a picture is saved', async () => {
   await fresh();
+  await page.selectOption('#quality', 'coarse');
   const { name, bytes } = await saved('#picture');
   assert.equal(name, 'thrum.png');
   assert.equal(bytes.toString('latin1', 1, 4), 'PNG');
-  assert.equal(bytes.readUInt32BE(16), await page.evaluate(() => document.getElementById('view').width));
+
+  // as fine as the page, whatever is drawn on it, which stays as it was
+  assert.deepEqual([16, 20].map((at) => bytes.readUInt32BE(at)), [760, 440]);
+  assert.equal(await page.evaluate(() => document.getElementById('view').width), Math.floor(0.33 * 760));
+  await page.selectOption('#quality', 'auto');
   assert.ok(bytes.length > 3000, `${bytes.length} bytes`); // an empty one is smaller
 });
 
@@ -683,12 +688,21 @@ test('dark where the system is, and whole on a phone on its side', async () => {
 test('records a video', async () => {
   await fresh();
   await page.click('#pause');
+
+  // drawn as finely as the page is, also where that takes long
+  const [level, judge] = [() => page.evaluate(() => window.thrum.level()),
+    (time) => page.evaluate((ms) => { for (let n = 0; n < 12; n++) window.thrum.judge(ms); }, time)];
+  await judge(1000);
+  assert.equal(await level(), 'coarse');
   await page.click('#record');
+  await judge(1000);
+  assert.equal(await level(), 'plain');
   await page.waitForFunction(() => window.thrum.recorded() > 2000);
   const { name, bytes: video } = await saved('#record');
   assert.equal(name, 'thrum.webm');
   assert.equal(video.readUInt32BE(0), 0x1a45dfa3); // how every WebM begins, RFC 8794
   assert.ok(video.length > 2000);
+  assert.notEqual(await level(), 'plain');
 });
 
 test('models and pages are opened in place of what was shown', async () => {
