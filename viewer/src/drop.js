@@ -25,7 +25,7 @@ function reason(name) {
 
 /** What some files hold, as a pack. Throws what the page says of files that it cannot show.
  * @param {File[]} files @param {import('./engine.js').Engine} engine without models
- * @param {import('./pack.js').Pack} shown the page as it is @returns {Promise<object>} */
+ * @param {import('./pack.js').Pack} shown the page as it is, with all models that scenes may name @returns {Promise<object>} */
 export async function packOfFiles(files, engine, shown) {
   const refused = files.find(({ name }) => !/\.(npz|html?|json)$/i.test(name));
   if (refused) throw new Error(reason(refused.name));

@@ -58,7 +58,7 @@ class App {
     this.drawSprings = pullWithPointers(world, (action) => this.guard(action),
       (...strike) => this.guard(() => this.strike(...strike)));
     this.paused = false;
-    this.drawn = 0;
+    this.drawn = this.drew = 0; // pictures, and how long the last that was timed took [ms]
     this.#wire();
     followTheme((theme) => world.stage.paint(theme));
     this.fit();
@@ -216,7 +216,8 @@ class App {
     const { world, failed } = this;
     const { pack, engine, choice, compared } = world;
     const other = await engine.another();
-    world.adopt(await packOfFiles(files, other, pack), other);
+    const models = [...pack.models, ...world.own.filter((model) => !pack.models.includes(model))];
+    world.adopt(await packOfFiles(files, other, { ...pack, models }), other);
     this.show(world.choice, false, () => {
       world.adopt(pack, engine);
       world.show(choice, compared);
@@ -385,7 +386,7 @@ class App {
       return;
     }
     const begin = performance.now();
-    const steps = clock.advance(elapsed, world.settings.dt, () => this.step());
+    const steps = clock.advance(elapsed, world.settings.dt, () => this.step(), this.drew);
     if (steps > 0) meters.step.add((performance.now() - begin) / steps);
   }
 
@@ -425,6 +426,7 @@ class App {
     // calls of WebGL return before anything is drawn, and to wait for it takes time of its own
     world.stage.finish();
     const took = performance.now() - uploaded;
+    this.drew = took;
     meters.draw.add(took);
     world.judge(took);
   }

@@ -29,6 +29,7 @@ export class World {
       quality: 'auto', sound: false };
     this.marks = new Marks(stage.scene, TOUCH_COLOUR);
     this.linkMarks = new LinkMarks(stage.scene);
+    this.own = pack.models; // which scenes that are dropped may name, whatever was dropped before
     this.adopt(pack, engine);
   }
 

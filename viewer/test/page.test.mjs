@@ -757,7 +757,11 @@ test('models and pages are opened in place of what was shown', async () => {
   await runs();
   assert.equal(await page.evaluate(() => window.thrum.trouble()), null);
 
-  // so does one after a simulation that failed
+  // one may name the models that the page came with
+  await open('own.json', { bodies: [{ name: 'own', model: 'beam' }] });
+  await page.waitForFunction(() => window.thrum.bodies()[0].name === 'own');
+
+  // one that is dropped after a simulation that failed runs, too
   await page.evaluate(() => { window.thrum.set('integrator', 'verlet'); window.thrum.set('dt', 0.02); window.thrum.set('gravity', 3000); });
   await page.waitForFunction(() => /^Stopped at/.test(document.getElementById('notice-text').textContent));
   await open('after.json', { bodies: [{ name: 'after', model: 'opened.npz' }] });
