@@ -9,6 +9,7 @@
 #include "driver/scene_run.h"
 #include "driver/scene_words.h"
 #include "driver/shared_options.h"
+#include "driver/spin_warning.h"
 #include "mesh/formats/mesh_read.h"
 #include "platform/allocate.h"
 
@@ -327,6 +328,24 @@ static thrum_status make_bodies(scene_run *run, thrum_error *error) {
   return THRUM_OK;
 }
 
+/* Warns of coupled bodies that cannot show what their own spin does to them. */
+static void warn_of_spins(const scene_run *run) {
+  for (int32_t n = 0; n < run->spec.bodies.count; n++) {
+    const scene_body_run *body = &run->bodies[n];
+    const thrum_model_scaling by = {body->spec->scale, body->spec->stiffness, body->spec->density};
+    double spin[3];
+    char place[SCENE_PLACE_MAX];
+    if (!body->spec->coupled)
+      continue;
+
+    // the centrifugal force is that in the body's axes
+    thrum_scene_to_body(body->spec->rotation, body->def.spin, spin, NULL);
+    config_warn_under(scene_body_place(&run->spec, body->spec, place), scene_words);
+    spin_warning_print(body->spec->model, body->model, &by, spin);
+    config_warn_under(NULL, scene_words);
+  }
+}
+
 /* The threads that the command line asks for. */
 static thrum_status take_threads(scene_run *run, thrum_error *error) {
   const int32_t threads = (int32_t)run->request->threads;
@@ -367,6 +386,7 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
   THRUM_TRY(scene_run_find_detail(run, error));
   scene_run_warn_of_passing(run);
   scene_run_look_for_crossings(run);
+  warn_of_spins(run);
   THRUM_TRY(take_threads(run, error));
   for (int32_t n = 0; n < spec->bodies.count; n++)
     THRUM_TRY(open_check(run, n, error));

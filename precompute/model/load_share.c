@@ -30,22 +30,49 @@ thrum_status thrum_load_fill(const thrum_model *model, const int32_t *vertices, 
   return THRUM_OK;
 }
 
-thrum_status thrum_load_fill_gravity(const thrum_model *model, const double acceleration[3],
-                                     double *forces, thrum_error *error) {
-  // the body behind the model, and the mass of each of its vertices
+/* The mass of each vertex of the body behind the model; the caller frees it. */
+static thrum_status find_masses(const thrum_model *model, double **mass, thrum_error *error) {
   thrum_model_fem body = {0};
   thrum_status status = thrum_model_fem_create(model, &body, error);
-  double *mass = NULL;
-  THRUM_THEN(status, thrum_reserve(&mass, model->vertex_count, sizeof *mass, "the loads", error));
+  THRUM_THEN(status, thrum_reserve(mass, model->vertex_count, sizeof **mass, "the loads", error));
   if (status >= 0)
-    thrum_fem_vertex_mass(&body.fem, body.kind, mass);
+    thrum_fem_vertex_mass(&body.fem, body.kind, *mass);
+  thrum_model_fem_free(&body);
+  return status;
+}
+
+thrum_status thrum_load_fill_gravity(const thrum_model *model, const double acceleration[3],
+                                     double *forces, thrum_error *error) {
+  double *mass = NULL;
+  const thrum_status status = find_masses(model, &mass, error);
 
   // m g at each vertex
   for (int64_t c = 0; status >= 0 && c < 3 * model->vertex_count; c++)
     forces[c] += mass[c / 3] * acceleration[c % 3];
-
   free(mass);
-  thrum_model_fem_free(&body);
+  return status;
+}
+
+thrum_status thrum_load_fill_spin(const thrum_model *model, const double spin[3], double *forces,
+                                  thrum_error *error) {
+  double *mass = NULL, centre[3] = {0}, whole = 0;
+  const thrum_status status = find_masses(model, &mass, error);
+  for (int64_t c = 0; status >= 0 && c < 3 * model->vertex_count; c++) {
+    centre[c % 3] += mass[c / 3] * model->vertices[c];
+    whole += c % 3 == 0 ? mass[c / 3] : 0;
+  }
+
+  // m (|w|^2 d - (w d) w) with d from the centre of mass
+  const double square = cblas_ddot(3, spin, 1, spin, 1);
+  for (int64_t v = 0; status >= 0 && v < model->vertex_count; v++) {
+    double from[3];
+    for (int axis = 0; axis < 3; axis++)
+      from[axis] = model->vertices[3 * v + axis] - centre[axis] / whole;
+    const double along = cblas_ddot(3, spin, 1, from, 1);
+    for (int axis = 0; axis < 3; axis++)
+      forces[3 * v + axis] += mass[v] * (square * from[axis] - along * spin[axis]);
+  }
+  free(mass);
   return status;
 }
 
@@ -100,12 +127,13 @@ static double norm_in(const meter *m, const thrum_sparse *matrix, const double *
 static thrum_status measure(meter *m, const double *forces, thrum_load_share *share,
                             thrum_error *error) {
   if (!take_load(m, forces)) {
-    *share = (thrum_load_share){NAN, NAN};
+    *share = (thrum_load_share){NAN, NAN, NAN};
     return THRUM_OK;
   }
 
   // the static answer, and what of it the basis cannot show
   THRUM_TRY(thrum_factor_solve(m->statics.factor, m->f, 1, m->x, error));
+  share->reach = fabs(m->x[cblas_idamax((int)m->statics.body.fem.free_count, m->x, 1)]);
   subtract(m, m->x, m->model->omega2, m->rest);
   share->statics = norm_in(m, &m->statics.body.stiffness, m->rest) /
                    norm_in(m, &m->statics.body.stiffness, m->x);

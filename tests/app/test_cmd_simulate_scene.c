@@ -892,6 +892,32 @@ static void bars_that_a_joint_held_in_each_other_are_said(void **state) {
                  stay, 3);
 }
 
+/* A coupled bar whose basis bends it and hardly stretches it is warned of, one with more
+ * coordinates, or one that hardly turns, is not. */
+static void a_spin_that_the_basis_cannot_show_is_warned_of(void **state) {
+  (void)state;
+  static const char *const ranks[] = {"10", "40"};
+  for (int n = 0; n < 3; n++) {
+    program_result made =
+        thrum_run(folder, "precompute", "beam:40x2x2@1x0.05x0.05", "--young", "1e6", "--poisson",
+                  "0", "--density", "1000", "--rank", ranks[n == 1], "-o", "bar.npz", "-q", NULL);
+    assert_int_equal(made.exit_code, 0);
+    program_result_free(&made);
+    char text[300];
+    snprintf(text, sizeof text,
+             "{\"time\": 0.02, \"dt\": 0.002, \"bodies\": [\n"
+             " {\"name\": \"bar\", \"model\": \"bar.npz\", \"free\": true, \"coupled\": true,"
+             " \"spin\": [0, 0, %s]}]}",
+             n == 2 ? "1" : "229");
+    put("scene.json", text);
+    program_result run = thrum_run(folder, "simulate", "scene.json", "-o", "spun", "-q", NULL);
+    const char *found = strstr(run.err, "of what its spin stretches the mesh by");
+    if (run.exit_code != 0 || (found != NULL) != (n == 0))
+      fail_msg("%d: exit code %d: %s", n, run.exit_code, run.err);
+    program_result_free(&run);
+  }
+}
+
 /* A cube falls on a plane in steps of 1 s, each of which takes it through: it is deeper in the
  * plane than its size. With a stiffness that the file gives, depth is what was asked for. */
 static void a_body_deep_in_a_plane_flags_the_run(void **state) {
@@ -1109,6 +1135,7 @@ int main(void) {
       cmocka_unit_test(surfaces_that_cross_flag_the_run),
       cmocka_unit_test(a_body_that_passes_another_within_a_step_flags_the_run),
       cmocka_unit_test(bars_that_a_joint_held_in_each_other_are_said),
+      cmocka_unit_test(a_spin_that_the_basis_cannot_show_is_warned_of),
       cmocka_unit_test(a_body_deep_in_a_plane_flags_the_run),
       cmocka_unit_test(a_path_turns_as_far_as_its_angles_say),
   };

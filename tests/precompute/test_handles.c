@@ -265,6 +265,41 @@ static void a_load_along_a_column_of_mu_is_inside_and_a_point_force_is_not(void 
   body_free(&b);
 }
 
+/* A slender bar of length L that turns with w across its axis is longer at either end by
+ * rho w^2 L^3 / (24 E): the integral of the strain rho w^2 (L^2/4 - x^2) / (2 E) from its middle.
+ * About its axis it is hardly stretched. */
+static void a_spin_stretches_a_slender_bar_as_it_should(void **state) {
+  (void)state;
+  body b = body_make("beam:20x1x1@1x0.04x0.04", NULL);
+  thrum_precomputed bar = precompute_with(&b, 6, 12, 0, NULL);
+  const double young = bar.model.material[0], density = bar.model.material[2];
+  const double spins[2][3] = {{0, 0, 3}, {3, 0, 0}};
+  double reach[2];
+
+  // about the middle, wherever the mesh lies
+  for (int n = 0; n < 2; n++) {
+    double *forces = need((size_t)(3 * b.mesh.vertex_count), sizeof *forces);
+    assert_int_equal(thrum_load_fill_spin(&bar.model, spins[n], forces, NULL), THRUM_OK);
+    for (int axis = 0; axis < 3; axis++) {
+      double sum = 0;
+      for (int64_t v = 0; v < b.mesh.vertex_count; v++)
+        sum += forces[3 * v + axis];
+      assert_true(fabs(sum) < 1e-9 * density);
+    }
+    const thrum_load_share share = share_of(&bar.model, forces);
+    reach[n] = share.reach;
+    if (n == 0)
+      assert_true(share.statics > 0.1 && share.statics <= 1);
+    free(forces);
+  }
+  const double closed = density * 9 / (24 * young);
+  print_message("stretch %.4g m, %.4g m expected\n", reach[0], closed);
+  assert_true(fabs(reach[0] - closed) < 0.06 * closed);
+  assert_true(reach[1] < 0.05 * closed);
+  thrum_precomputed_free(&bar);
+  body_free(&b);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_pull_at_a_handle_gives_the_full_order_static_answer),
@@ -272,6 +307,7 @@ int main(void) {
       cmocka_unit_test(the_rank_may_be_just_the_responses_and_the_same_handle_counts_once),
       cmocka_unit_test(handles_that_are_held_or_missing_are_refused),
       cmocka_unit_test(a_handle_held_along_two_axes_gives_one_response),
+      cmocka_unit_test(a_spin_stretches_a_slender_bar_as_it_should),
       cmocka_unit_test(a_load_along_a_column_of_mu_is_inside_and_a_point_force_is_not),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
