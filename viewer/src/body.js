@@ -117,6 +117,12 @@ export class Body {
     if (this.edges) this.edges.visible = on;
   }
 
+  /** Its diagonal at rest [m]. */
+  get size() {
+    const { min, max } = this.mesh.geometry.boundingBox;
+    return this.scale * min.distanceTo(max);
+  }
+
   /** Marks the vertices that are held, or not. @param {boolean} on @param {THREE.Color} colour which is followed */
   showHeld(on, colour) {
     if (on && !this.held) {
@@ -128,8 +134,7 @@ export class Body {
       geometry.setIndex(held);
 
       // as large as 3 % of the body, so that they do not cover one that is far away
-      const { min, max } = this.mesh.geometry.boundingBox;
-      const material = new THREE.PointsMaterial({ size: HELD_SHARE * this.scale * min.distanceTo(max) });
+      const material = new THREE.PointsMaterial({ size: HELD_SHARE * this.size });
       material.color = colour;
       this.held = this.#overlay(new THREE.Points(geometry, material));
     }

@@ -34,6 +34,13 @@ export const COLOUR_OF = /* glsl */ `
     return mix(stops[below], stops[below + 1], at - float(below));
   }`;
 
+const LEAST = 1e-9; // of Young's modulus, or of a body's size: what is smaller in all of a scene may be rounding
+
+/** The least top of a scale for a body: a strain of a billionth, or a displacement of that share of its diagonal, so that a body
+ * at rest is not coloured by rounding. @param {import('./pack.js').Model} model @param {string} quantity
+ * @param {number} size diagonal of the body [m] @param {number} stiffness factor of Young's modulus @returns {number} */
+export const leastTop = ({ young }, quantity, size, stiffness) => LEAST * (quantity === 'stress' ? young * stiffness : size);
+
 /** The quantity at each split vertex of one body. */
 export class SurfaceValues {
   /** @param {import('./pack.js').Model} model @param {import('./smooth.js').Smooth} shape */

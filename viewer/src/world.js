@@ -3,7 +3,7 @@
 import * as THREE from 'three';
 import { Body } from './body.js';
 import { boundsOfMotion, boundsOfObstacle, boundsOfSwings } from './bounds.js';
-import { quantitiesOf } from './colours.js';
+import { leastTop, quantitiesOf } from './colours.js';
 import { LinkMarks, OPEN, stateOf } from './link_marks.js';
 import { LEVELS, QUALITIES, QualityChooser, atLeast } from './quality.js';
 import { Marks } from './marks.js';
@@ -292,10 +292,13 @@ export class World {
     const { settings, bodies, shown } = this;
     if (settings.colour === 'own') return;
     const factor = this.plays ? 1 : settings.stiffness;
-    const most = bodies.map((body, n) =>
-      body.measure(settings.colour, this.motion.shape(n), factor * shown.bodies[n].stiffness));
+    const most = bodies.flatMap((body, n) => {
+      const stiffness = factor * shown.bodies[n].stiffness;
+      const least = leastTop(body.model, settings.colour, body.size, stiffness);
+      return [least, body.measure(settings.colour, this.motion.shape(n), stiffness)];
+    });
     this.top = Math.max(this.top, ...most);
-    bodies.forEach((body) => body.colourUpTo(this.top || Number.MIN_VALUE));
+    bodies.forEach((body) => body.colourUpTo(this.top));
   }
 
   /** Marks where bodies touch, and what ties them. */

@@ -221,6 +221,21 @@ test('colours have a scale, which stands for the largest value so far', async ()
   await page.waitForSelector('#scale', { state: 'hidden' });
 });
 
+test('the scale of a body at rest is not that of rounding', async () => {
+  await fresh();
+  await page.evaluate(() => { window.thrum.set('gravity', 0); window.thrum.reset(); });
+  const top = (colour) => page.evaluate((name) => {
+    window.thrum.set('colour', name);
+    window.thrum.step(3);
+    return [window.thrum.scaleTop(), Math.max(...window.thrum.values(0))];
+  }, colour);
+  const [stress, displacement] = [await top('stress'), await top('displacement')];
+  const young = 1e-9 * pack.models[0].young;
+  assert.ok(stress[0] >= young && stress[0] < 1.001 * young && stress[1] < 1e-3 * young, `${stress}`);
+  assert.ok(Math.abs(displacement[0] / (1e-9 * Math.hypot(1, 0.2, 0.2)) - 1) < 1e-5, `${displacement}`);
+  await page.evaluate(() => { window.thrum.set('colour', 'own'); window.thrum.set('gravity', 9.81); });
+});
+
 test('a model is chosen', async () => {
   await fresh();
   await page.selectOption('#model', '1');
