@@ -103,6 +103,8 @@ void scene_run_close(scene_run *run) {
     free(run->bodies[n].start);
     free(run->bodies[n].material);
     free(run->bodies[n].vertices);
+    free(run->bodies[n].sphere_at);
+    free(run->bodies[n].surface);
     condensed_check_close(&run->bodies[n].check);
   }
 

@@ -55,6 +55,11 @@ typedef struct scene_body_run {
   char gravity[100];     /* as a load's text */
   double diagonal;       /* of its box at rest; 0: not looked at [m] */
   double obstacle_depth; /* of its vertices in planes, spheres and rooms, the largest so far [m] */
+  double least[3], most[3]; /* that box, in the mesh [m] */
+  double *sphere_at; /* 3 each of the obstacles: of spheres, the centre in the axes of the mesh as
+                        it was looked at last [m]; owned, NULL: none is looked at */
+  double *surface;   /* scratch for that, 3 each of the vertices; owned */
+  int32_t passed;    /* 1-based obstacle, a sphere that went into or through the body; 0: none */
 } scene_body_run;
 
 typedef struct scene_run {
@@ -171,10 +176,14 @@ const char *scene_run_status(const scene_run *run);
 
 /* scene_run_crossed.c: makes a run ready to look for bodies that go through each other or through
  * obstacles; notes how deep they are after a step; and says whether any did, with warnings. */
-void scene_run_look_for_crossings(scene_run *run);
+thrum_status scene_run_look_for_crossings(scene_run *run, thrum_error *error);
 void scene_run_note_depths(scene_run *run);
 bool scene_run_have_crossed(const scene_run *run);
 void scene_run_warn_of_depth(const scene_run *run);
+
+/* scene_run_sphere.c: the same of spheres, which bodies touch by their vertices alone. */
+thrum_status scene_run_open_spheres(scene_run *run, thrum_error *error);
+void scene_run_note_spheres(scene_run *run);
 
 /* scene_run_detail.c: condenses the bodies that ask for an error or a budget, and sets the levels
  * of detail. */

@@ -385,7 +385,7 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
   // how many coordinates are stepped depends on all that acts on a body
   THRUM_TRY(scene_run_find_detail(run, error));
   scene_run_warn_of_passing(run);
-  scene_run_look_for_crossings(run);
+  THRUM_TRY(scene_run_look_for_crossings(run, error));
   warn_of_spins(run);
   THRUM_TRY(take_threads(run, error));
   for (int32_t n = 0; n < spec->bodies.count; n++)

@@ -25,25 +25,29 @@ static bool has_hard_obstacles(const scene_run *run) {
   return any;
 }
 
-/* The diagonal of a body's box at rest [m]. */
-static double diagonal_of(const scene_body_run *body) {
+/* The box of a body at rest, and its diagonal as it is scaled. */
+static void find_box(scene_body_run *body) {
   const thrum_model *model = body->model;
   double square = 0;
   for (int axis = 0; axis < 3; axis++) {
-    double least = INFINITY, most = -INFINITY;
+    body->least[axis] = INFINITY;
+    body->most[axis] = -INFINITY;
     for (int64_t v = 0; v < model->vertex_count; v++) {
-      least = fmin(least, model->vertices[3 * v + axis]);
-      most = fmax(most, model->vertices[3 * v + axis]);
+      body->least[axis] = fmin(body->least[axis], model->vertices[3 * v + axis]);
+      body->most[axis] = fmax(body->most[axis], model->vertices[3 * v + axis]);
     }
-    square += (most - least) * (most - least);
+    const double side = body->most[axis] - body->least[axis];
+    square += side * side;
   }
-  return body->spec->scale * sqrt(square);
+  body->diagonal = body->spec->scale * sqrt(square);
 }
 
-void scene_run_look_for_crossings(scene_run *run) {
+thrum_status scene_run_look_for_crossings(scene_run *run, thrum_error *error) {
   run->has_hard_obstacles = has_hard_obstacles(run);
   for (int64_t n = 0; n < run->spec.bodies.count && run->has_hard_obstacles; n++)
-    run->bodies[n].diagonal = run->bodies[n].model->vertices ? diagonal_of(run->bodies + n) : 0;
+    if (run->bodies[n].model->vertices != NULL)
+      find_box(run->bodies + n);
+  return scene_run_open_spheres(run, error);
 }
 
 void scene_run_note_depths(scene_run *run) {
@@ -53,6 +57,7 @@ void scene_run_note_depths(scene_run *run) {
     if (thrum_scene_body(run->scene, n, &info, NULL) >= 0)
       body->obstacle_depth = fmax(body->obstacle_depth, info.contact.depth);
   }
+  scene_run_note_spheres(run);
 }
 
 /* Was a vertex of the body so deep in a plane, a sphere or a room that the body went through it? */
@@ -68,7 +73,7 @@ static bool have_met(const scene_run *run) {
 bool scene_run_have_crossed(const scene_run *run) {
   bool crossed = have_met(run);
   for (int64_t n = 0; n < run->spec.bodies.count; n++)
-    crossed = crossed || went_through(run->bodies + n);
+    crossed = crossed || went_through(run->bodies + n) || run->bodies[n].passed > 0;
   return crossed;
 }
 
@@ -122,12 +127,19 @@ void scene_run_warn_of_depth(const scene_run *run) {
     warn_of_overlap(run);
 
   // obstacles that vertices touch
-  for (int64_t n = 0; n < run->spec.bodies.count; n++)
-    if (went_through(run->bodies + n))
+  for (int64_t n = 0; n < run->spec.bodies.count; n++) {
+    const scene_body_run *body = run->bodies + n;
+    if (went_through(body))
       config_warn("body '%.100s' was %.2g m deep in an obstacle, %.0f %% of its diagonal: do not "
                   "trust it; take a shorter dt",
-                  run->bodies[n].spec->name, run->bodies[n].obstacle_depth,
-                  100 * run->bodies[n].obstacle_depth / run->bodies[n].diagonal);
+                  body->spec->name, body->obstacle_depth,
+                  100 * body->obstacle_depth / body->diagonal);
+    else if (body->passed > 0)
+      config_warn("body '%.100s' went over obstacles[%d], a sphere, between its vertices or within "
+                  "a step: do not trust it; take a shorter dt, a finer mesh, or a capsule, whose "
+                  "faces are touched",
+                  body->spec->name, (int)body->passed - 1);
+  }
   if (of.dropped > 0)
     config_warn("%lld touches of bodies found no room and were left out", (long long)of.dropped);
 }

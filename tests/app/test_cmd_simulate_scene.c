@@ -860,6 +860,8 @@ static void a_body_that_passes_another_within_a_step_flags_the_run(void **state)
   static const char *const plate[] = {"surfaces went through each other", "shorter dt"};
   static const char *const solid[] = {"contact was given up in 1 step of \"bullet\"",
                                       "surfaces went through each other"};
+
+  // another body
   expect_crossed(
       "{\"dt\": 0.002, \"time\": 0.012, \"bodies\": [\n"
       " {\"name\": \"plate\", \"model\": \"beam:10x10x1@0.5x0.5x0.02\", \"free\": true,\n"
@@ -868,6 +870,8 @@ static void a_body_that_passes_another_within_a_step_flags_the_run(void **state)
       "  \"position\": [0.225, 0, 0.3], \"velocity\": [0, 0, -500], \"material\": {\"young\": "
       "1e9}}]}",
       plate, 2);
+
+  // and a solid
   expect_crossed(
       "{\"dt\": 0.002, \"time\": 0.02, \"bodies\": [\n"
       " {\"name\": \"bullet\", \"model\": \"beam:2x2x2@0.05x0.05x0.05\", \"free\": true,\n"
@@ -875,6 +879,31 @@ static void a_body_that_passes_another_within_a_step_flags_the_run(void **state)
       " \"material\": {\"young\": 1e9}}],\n"
       " \"obstacles\": [{\"shape\": \"cylinder\", \"radius\": 0.01, \"height\": 0.6}]}",
       solid, 2);
+}
+
+/* A cube of 5 cm comes down on a sphere, which its vertices alone touch: at 1,000 m/s it goes over
+ * one of 10 cm within a step, and at 1 m/s one of 1 cm goes into it between its vertices. At 10 m/s
+ * it bounces off the larger one. */
+static void a_sphere_that_goes_through_a_body_flags_the_run(void **state) {
+  (void)state;
+  static const double cases[][2] = {{0.1, 1000}, {0.01, 1}, {0.1, 10}};
+  static const char *const words[] = {"body 'bullet' went over obstacles[0], a sphere", "capsule"};
+  for (int n = 0; n < 3; n++) {
+    char text[400];
+
+    // it reaches the sphere, and has 20 ms more
+    snprintf(text, sizeof text,
+             "{\"time\": %g, \"dt\": 0.002, \"bodies\": [\n"
+             " {\"name\": \"bullet\", \"model\": \"beam:2x2x2@0.05x0.05x0.05\", \"free\": true,"
+             " \"position\": [-0.02, -0.005, 0.33], \"velocity\": [0, 0, %g],\n"
+             "  \"material\": {\"young\": 1e9}}],\n"
+             " \"obstacles\": [{\"shape\": \"sphere\", \"radius\": %g}]}",
+             0.31 / cases[n][1] + 0.02, -cases[n][1], cases[n][0]);
+    if (n < 2)
+      expect_crossed(text, words, 2);
+    else
+      cJSON_Delete(simulate(text, "bounced", 0));
+  }
 }
 
 /* Two bars that overlap by half of their length stay so when their joint lets go. The touches know
@@ -903,6 +932,8 @@ static void a_spin_that_the_basis_cannot_show_is_warned_of(void **state) {
                   "0", "--density", "1000", "--rank", ranks[n == 1], "-o", "bar.npz", "-q", NULL);
     assert_int_equal(made.exit_code, 0);
     program_result_free(&made);
+
+    // 4 rad/s across the axis, or a degree a second
     char text[300];
     snprintf(text, sizeof text,
              "{\"time\": 0.02, \"dt\": 0.002, \"bodies\": [\n"
@@ -910,6 +941,8 @@ static void a_spin_that_the_basis_cannot_show_is_warned_of(void **state) {
              " \"spin\": [0, 0, %s]}]}",
              n == 2 ? "1" : "229");
     put("scene.json", text);
+
+    // the run is done all the same
     program_result run = thrum_run(folder, "simulate", "scene.json", "-o", "spun", "-q", NULL);
     const char *found = strstr(run.err, "of what its spin stretches the mesh by");
     if (run.exit_code != 0 || (found != NULL) != (n == 0))
@@ -1134,6 +1167,7 @@ int main(void) {
       cmocka_unit_test(a_handle_follows_a_file_and_lets_go),
       cmocka_unit_test(surfaces_that_cross_flag_the_run),
       cmocka_unit_test(a_body_that_passes_another_within_a_step_flags_the_run),
+      cmocka_unit_test(a_sphere_that_goes_through_a_body_flags_the_run),
       cmocka_unit_test(bars_that_a_joint_held_in_each_other_are_said),
       cmocka_unit_test(a_spin_that_the_basis_cannot_show_is_warned_of),
       cmocka_unit_test(a_body_deep_in_a_plane_flags_the_run),
