@@ -123,6 +123,12 @@ thrum_status scene_run_check_start(const scene_run *run, thrum_error *error);
 thrum_status scene_run_wind(const scene_run *run, thrum_scene *scene);
 thrum_status scene_run_obstacles(const scene_run *run, thrum_scene *scene);
 
+/* The way of an obstacle with a path: *count times [s] and as many places, of a position [m] and a
+ * rotation w, x, y, z each, with places between where it turns further than the short way. The
+ * caller frees both. */
+thrum_status scene_run_way(const scene_run *run, const scene_obstacle_spec *spec, double **times,
+                           double **places, int64_t *count, thrum_error *error);
+
 /* scene_run_solid.c: adds an obstacle that is touched by its faces. */
 thrum_status scene_run_add_solid(const scene_run *run, const scene_obstacle_spec *spec,
                                  thrum_scene *scene);

@@ -110,12 +110,11 @@ static void fill_between(const scene_waypoint_spec *a, const scene_waypoint_spec
   scene_axis_angle(axis, from + share * turn, place + 3);
 }
 
-static thrum_status read_path(const scene_run *run, const scene_obstacle_spec *spec,
-                              solid_parts *parts, thrum_scene_solid_def *def, thrum_error *error) {
+thrum_status scene_run_way(const scene_run *run, const scene_obstacle_spec *spec, double **times,
+                           double **places, int64_t *count, thrum_error *error) {
   const scene_waypoint_spec *way = spec->way.items;
-  double sum = 1.0;
-  if (spec->way.count == 0)
-    return THRUM_OK;
+  double sum = 1.0, *at = NULL, *where = NULL;
+  int64_t made = 0;
 
   // a waypoint for each part
   for (int64_t n = 1; n < spec->way.count; n++)
@@ -124,25 +123,37 @@ static thrum_status read_path(const scene_run *run, const scene_obstacle_spec *s
     return config_record_refuse(&run->spec.file, &spec->at, "path", THRUM_BAD_VALUE,
                                 "turns too often: it would have %.3g parts, of at most %g", sum,
                                 PARTS_MAX);
-  THRUM_TRY(thrum_reserve(&parts->times, (int64_t)sum, sizeof *parts->times, "the scene", error));
-  THRUM_TRY(
-      thrum_reserve(&parts->places, 7 * (int64_t)sum, sizeof *parts->places, "the scene", error));
+  THRUM_TRY(thrum_reserve(&at, (int64_t)sum, sizeof *at, "the scene", error));
+  const thrum_status status =
+      thrum_reserve(&where, 7 * (int64_t)sum, sizeof *where, "the scene", error);
+  if (status < 0) {
+    free(at);
+    return status;
+  }
 
   // each waypoint as it is, and before it what lies on the way to it
-  int64_t count = 0;
   for (int64_t n = 0; n < spec->way.count; n++) {
     const double pieces = n > 0 ? parts_between(way + n - 1, way + n) : 1.0;
-    for (double k = 1.0; k < pieces; k++, count++)
-      fill_between(way + n - 1, way + n, k / pieces, parts->times + count,
-                   parts->places + 7 * count);
-    parts->times[count] = way[n].time;
-    memcpy(parts->places + 7 * count, way[n].centre, sizeof way[n].centre);
-    memcpy(parts->places + 7 * count + 3, way[n].rotation, sizeof way[n].rotation);
-    count++;
+    for (double k = 1.0; k < pieces; k++, made++)
+      fill_between(way + n - 1, way + n, k / pieces, at + made, where + 7 * made);
+    at[made] = way[n].time;
+    memcpy(where + 7 * made, way[n].centre, sizeof way[n].centre);
+    memcpy(where + 7 * made + 3, way[n].rotation, sizeof way[n].rotation);
+    made++;
   }
+  *times = at;
+  *places = where;
+  *count = made;
+  return THRUM_OK;
+}
+
+static thrum_status read_path(const scene_run *run, const scene_obstacle_spec *spec,
+                              solid_parts *parts, thrum_scene_solid_def *def, thrum_error *error) {
+  if (spec->way.count == 0)
+    return THRUM_OK;
+  THRUM_TRY(scene_run_way(run, spec, &parts->times, &parts->places, &def->path_count, error));
   def->path_times = parts->times;
   def->path_places = parts->places;
-  def->path_count = count;
   return THRUM_OK;
 }
 

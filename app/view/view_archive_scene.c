@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "app/view/view_archive.h"
 #include "io/json.h"
@@ -151,17 +152,15 @@ static cJSON *solid_of_run(const scene_run *run, const scene_obstacle_spec *spec
   for (int64_t n = 0; n < 3 * solid.triangle_count; n++)
     cJSON_AddItemToArray(triangles, cJSON_CreateNumber(solid.triangles[n]));
 
-  // times, then a place each: seven numbers
-  const scene_waypoint_spec *way = spec->way.items;
-  cJSON *times = cJSON_AddArrayToObject(object, "times");
-  cJSON *places = cJSON_AddArrayToObject(object, "places");
-  for (int64_t n = 0; n < spec->way.count; n++) {
-    cJSON_AddItemToArray(times, cJSON_CreateNumber(way[n].time));
-    for (int axis = 0; axis < 3; axis++)
-      cJSON_AddItemToArray(places, cJSON_CreateNumber(way[n].centre[axis]));
-    for (int axis = 0; axis < 4; axis++)
-      cJSON_AddItemToArray(places, cJSON_CreateNumber(way[n].rotation[axis]));
-  }
+  // its way was made before, when the obstacle was added to the scene
+  double *times = NULL, *places = NULL;
+  int64_t count = 0;
+  if (spec->way.count > 0)
+    scene_run_way(run, spec, &times, &places, &count, NULL);
+  json_numbers(object, "times", times, count);
+  json_numbers(object, "places", places, 7 * count);
+  free(times);
+  free(places);
   return object;
 }
 

@@ -90,10 +90,8 @@ export function withFallbacks(given, where) {
   return { ...Object.fromEntries(fallbacks.map(([key, { fallback }]) => [key, fallback])), ...given };
 }
 
-const told = (value) => {
-  if (Array.isArray(value)) return 'a list';
-  return isObject(value) ? 'an object' : JSON.stringify(value);
-};
+const TOLD = 60; // letters of a value that a line shows
+const told = (value) => JSON.stringify(value).replace(new RegExp(`^(.{${TOLD}}).+`), '$1...');
 
 /** Refuses what is no such object. @param {keyof KEYS} where @param {string} at how messages call it, as those of the program
  * do: obstacles[0] @param {string[]} left gets the keys that the page does not read */

@@ -156,7 +156,7 @@ test('obstacles of all shapes that say the least are those of thrum view', async
     { shape: 'box', size: [0.1, 0.1, 0.1], path: [{ time: 0, centre: [5, 0, 0] }, { time: 1, centre: [5, 0, 1], rotation: turned }] }] };
   const wanted = packed(scene);
   const pack = await dropped(scene, ['bar.npz']);
-  wanted.obstacles.slice(0, -1).forEach((obstacle, n) => {
+  wanted.obstacles.forEach((obstacle, n) => {
     for (const [key, value] of Object.entries(obstacle)) {
       const got = pack.scene.obstacles[n][key];
       if (Array.isArray(value)) assertClose([...got, 1], [...value, 1], 1e-12, `${n}: ${key}`);
@@ -228,7 +228,7 @@ test('what is wrong with a scene is said as the program says it', async () => {
 
     // the same line but for its number, units and numbers that it was given
     const [, wanted] = /^thrum: scene.json:1: (.*)/.exec(said.stderr);
-    const bare = (line) => line.replace(/ (m|s|Pa)\b/g, '').replace(/,? not [^,]*$/, '').replace(/; (its keys|did you mean).*$/, '').replace(/(is missing):.*$/, '$1');
+    const bare = (line) => line.replace(/ (m|s|Pa)\b/g, '').replace(/,? not [[{"\d-].*$/, '').replace(/; (its keys|did you mean).*$/, '').replace(/(is missing):.*$/, '$1');
     await assert.rejects(dropped(scene), ({ message }) => {
       assert.equal(bare(message.replace('scene.json: ', '')), bare(wanted));
       return true;
