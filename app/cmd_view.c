@@ -64,9 +64,9 @@ const config_command command_view = {
         "Shows models, or a scene, in the browser, where bodies move as they are pulled at: writes "
         "one HTML page, which needs nothing else, and opens it. MODEL is a model file, or the name "
         "(beam, basket, bridge, horse, tower, heart) of a model that is precomputed once and "
-        "cached; without any, all six. SCENE.json is what thrum simulate takes too. RUN is the "
-        "folder of a "
-        "finished run, of a model or of a scene, which the page plays.",
+        "cached, with touch modes, so that it follows pulls anywhere; without any, all six. "
+        "SCENE.json is what thrum simulate takes too. RUN is the folder of a finished run, of a "
+        "model or of a scene, which the page plays.",
     .options = options,
     .examples = "view\n"
                 "view beam.npz --no-open\n"

@@ -25,6 +25,8 @@
 #include "precompute/build_info.h"
 #include "thrum/version.h"
 
+#define TOUCH_RANK_MAX 100 /* the most that the rank grows to with touch modes; none takes more */
+
 static bool is_folder(const char *path) {
   struct stat status;
   return stat(path, &status) == 0 && S_ISDIR(status.st_mode);
@@ -261,10 +263,10 @@ static thrum_status hash_recipe(const model_recipe *recipe, uint64_t *hash, thru
 
   // versions and the compiler, because other code may round differently
   const int length = snprintf(
-      text, sizeof text, "%s|%d.%d|%.120s|%.60s|%d|%.17g|%.17g|%.17g|%" PRId64 "|%" PRId64,
+      text, sizeof text, "%s|%d.%d|%.120s|%.60s|%d|%.17g|%.17g|%.17g|%" PRId64 "|%" PRId64 "%s",
       thrum_version(), THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR, thrum_build_compiler(),
       thrum_build_blas_core(), recipe->order, recipe->material.young, recipe->material.poisson,
-      recipe->material.density, recipe->modes, recipe->rank);
+      recipe->material.density, recipe->modes, recipe->rank, recipe->touch ? "|touch" : "");
   value = hash_bytes(value, text, (size_t)length);
 
   for (int64_t n = 0; n < recipe->fix_count; n++)
@@ -321,6 +323,8 @@ static thrum_status make_cached(const model_recipe *recipe, const char *path, bo
       .material = {NAN, NAN, NAN},
       .options = thrum_default_precompute_options(),
       .fixes = fixes,
+      .touch = recipe->touch,
+      .rank_max = TOUCH_RANK_MAX,
       .reproducible = true,
       .quiet = quiet,
   };
@@ -328,7 +332,8 @@ static thrum_status make_cached(const model_recipe *recipe, const char *path, bo
   // the first use takes a while, so the user is told why
   model_recipe_apply(recipe, &request);
   if (!quiet)
-    fprintf(stderr, "thrum: precomputing %s, once; kept in %s\n", recipe->name, path);
+    fprintf(stderr, "thrum: precomputing %s%s, once; kept in %s\n", recipe->name,
+            recipe->touch ? " with touch modes" : "", path);
   return precompute_make(&request, NULL, &flagged, error);
 }
 
@@ -392,13 +397,11 @@ static void advise(const char *text, char *advice, size_t size) {
     snprintf(advice, size, "; the models that come with Thrum are:%s", known_names);
 }
 
-thrum_status named_model_load(const char *text, bool quiet, const thrum_model **model,
-                              named_model_file *file, thrum_error *error) {
+static thrum_status load(const char *text, bool touch, bool quiet, const thrum_model **model,
+                         named_model_file *file, thrum_error *error) {
   model_recipe recipe;
-  named_model_file own;
-  if (file == NULL)
-    file = &own;
   THRUM_TRY(model_recipe_find(text, &recipe, error));
+  recipe.touch = touch;
   file->path = recipe.found ? file->cached : text;
   if (recipe.found)
     return load_cached(&recipe, quiet, model, file->cached, error);
@@ -412,4 +415,16 @@ thrum_status named_model_load(const char *text, bool quiet, const thrum_model **
   advise(text, advice, sizeof advice);
   return thrum_error_set(error, status, "%.*s%s", advice[0] != 0 ? 239 : 399, reason.message,
                          advice);
+}
+
+thrum_status named_model_load(const char *text, bool quiet, const thrum_model **model,
+                              named_model_file *file, thrum_error *error) {
+  named_model_file own;
+  return load(text, false, quiet, model, file != NULL ? file : &own, error);
+}
+
+thrum_status named_model_load_touch(const char *text, bool quiet, const thrum_model **model,
+                                    thrum_error *error) {
+  named_model_file own;
+  return load(text, true, quiet, model, &own, error);
 }

@@ -26,6 +26,7 @@ typedef struct model_recipe {
   int64_t fix_count;
   int64_t modes;
   int64_t rank;
+  bool touch; /* with touch modes, as precompute --touch makes them; no recipe says so */
   char load_group[MODEL_RECIPE_TEXT_MAX];                    /* where loads act; default "load" */
   double load_direction[3];                                  /* zero: not said */
   double load_force;                                         /* [N]; zero: not said */
@@ -57,5 +58,10 @@ thrum_status named_model_cache_folder(char path[NAMED_MODEL_PATH_MAX], thrum_err
  * NULL. */
 thrum_status named_model_load(const char *text, bool quiet, const thrum_model **model,
                               named_model_file *file, thrum_error *error);
+
+/* The same of a model that is to be pulled anywhere: one that `text` names has touch modes, which
+ * its steps do not cost (docs/precompute.md). */
+thrum_status named_model_load_touch(const char *text, bool quiet, const thrum_model **model,
+                                    thrum_error *error);
 
 #endif

@@ -22,7 +22,7 @@ static thrum_status pack_models(const char *const *names, int64_t count, const c
   thrum_status status = view_archive_list_make(count, &list, error);
   for (int64_t n = 0; n < count && status >= 0; n++) {
     const thrum_model *model = NULL;
-    status = named_model_load(names[n], quiet, &model, NULL, error);
+    status = named_model_load_touch(names[n], quiet, &model, error);
     if (status >= 0)
       view_archive_list_add(&list, names[n], model)->surface = surface;
   }

@@ -5,7 +5,8 @@ import { readFileSync, realpathSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { pathToFileURL } from 'node:url';
-import { folder, launch, open, thrum } from './fixture.mjs';
+import { mostStepped } from '../src/pack.js';
+import { folder, launch, open, packOf, thrum } from './fixture.mjs';
 
 let browser;
 
@@ -35,6 +36,13 @@ test('the page without a name runs at the address that is printed', async () => 
 test('the page written by -o runs from the disk', async () => {
   thrum('view', 'beam.npz', '-o', 'beam.html', '-q');
   await expectRunning(pathToFileURL(join(folder, 'beam.html')).href);
+});
+
+test('the models that come with Thrum follow a pull at any vertex by 80 % of what their meshes give', () => {
+  for (const model of packOf('beam', 'basket', 'bridge', 'horse', 'tower', 'heart').models) {
+    assert.ok(Math.min(...model.arrays.follows) >= 80, model.name);
+    assert.ok(mostStepped(model) <= 30, model.name);
+  }
 });
 
 const SCENE = {
