@@ -3,6 +3,7 @@
 
 const CATCH_UP = 0.25; // the most time that one frame makes up for [s]
 const BUDGET = { least: 12, most: 50 }; // of a frame, for steps; between them as long as drawing takes [ms]
+const SHARE = 0.5; // of a drawing that takes longer than twice the most, for steps
 const SMOOTHING = 0.05; // weight of the newest frame in the running means of durations
 const PACE_TIME = 0.5; // over which the pace is a mean, so that few frames a second show it soon, too [s]
 
@@ -20,7 +21,7 @@ export class Clock {
    * @param {() => boolean} step false: stop @param {number} drawing how long the last drawing took [ms]
    * @returns {number} steps taken */
   advance(elapsed, dt, step, drawing) {
-    const budget = Math.min(Math.max(drawing, BUDGET.least), BUDGET.most);
+    const budget = Math.max(BUDGET.least, Math.min(drawing, BUDGET.most), SHARE * drawing);
     const real = Math.min(elapsed, CATCH_UP);
     this.missing += real;
     const begin = performance.now();
