@@ -18,6 +18,7 @@
 #define SEARCHES_MAX 4
 #define TURNS_MAX 4
 #define TURNED 0.1      /* thicknesses by which rotations may differ from those of the levers */
+#define SPUN 3.0        /* radians by which forces turn a body in a step at most: half a turn */
 #define CLOSED 1e-14    /* of the bodies' size: links that a step leaves so far open are closed */
 #define LINKED 1e-10    /* tolerance of the steps of bodies that are linked, at most */
 #define CLOSINGS_MAX 12 /* steps to close the links of one */
@@ -443,8 +444,39 @@ static bool is_allowed(thrum_pairs_run *run) {
   return thrum_pairs_allowed(run) && allowed;
 }
 
+/* Did the forces of an attempt turn a body by more than half a turn, or out of the numbers? Levers
+ * of places that were far apart at the start have then followed rotations which no body makes. */
+static bool has_spun(const thrum_pairs_run *run) {
+  bool spun = false;
+  for (int64_t n = 0; n < run->count; n++) {
+    const thrum_contact_run *body = run->view.runs + n;
+    double off[3];
+    if (!thrum_pairs_steps(run, n))
+      continue;
+    thrum_subtract3(body->turned, body->unloaded_turn, off);
+    spun = spun || !(thrum_dot3(off, off) <= SPUN * SPUN);
+  }
+  return spun;
+}
+
+/* Has the rows begin without forces, with the levers of the step without contact: an attempt that
+ * has spun leaves nothing that the next one could go on from. */
+static void begin_anew(thrum_pairs_run *run) {
+  for (int64_t n = 0; n < run->row_count; n++) {
+    thrum_touching *touch = &run->view.rows[n].row.touch;
+    touch->force = 0.0;
+    memset(touch->friction, 0, sizeof touch->friction);
+  }
+
+  // as if nothing had been solved yet
+  run->solved = run->again = false;
+  thrum_pairs_refresh(run);
+  run->again = true;
+}
+
 /* Back to the start of the step for the next attempt, each of which asks for less. */
 static void again(thrum_pairs_run *run, int attempt) {
+  const bool spun = has_spun(run);
   run->history->redone++;
   run->again = true;
   thrum_pairs_wake(run, true);
@@ -464,6 +496,8 @@ static void again(thrum_pairs_run *run, int attempt) {
   }
 
   // the pairs, then all together
+  if (spun && attempt != ATTEMPT_WITHOUT)
+    begin_anew(run);
   if (attempt == ATTEMPT_RELEASED)
     thrum_pairs_release(run);
   if (attempt == ATTEMPT_WITHOUT) {
