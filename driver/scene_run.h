@@ -77,6 +77,8 @@ typedef struct scene_run {
   bool failed; /* the last step was made by some bodies only */
   run_folder folder;
   FILE *probes;
+  double met_time;           /* after the step in which surfaces met first; 0: none did [s] */
+  int32_t met[2];            /* whose they were, as in a touch; -1: a step without contact */
   bool has_hard_obstacles;   /* that vertices touch, without a stiffness of their own */
   bool has_detail;           /* a body has a level of detail */
   FILE *account;             /* where bodies touch each other */

@@ -50,7 +50,26 @@ thrum_status scene_run_look_for_crossings(scene_run *run, thrum_error *error) {
   return scene_run_open_spheres(run, error);
 }
 
+/* Keeps who met first, and when: of the touches of the step that is deepest so far. */
+static void note_meeting(scene_run *run) {
+  const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
+  if (of.deepest_share < 1 || run->met_time > 0)
+    return;
+  run->met_time = (double)thrum_scene_steps(run->scene) * run->dt;
+  run->met[0] = run->met[1] = -1;
+  double deepest = INFINITY;
+  for (int64_t n = 0; n < of.touching; n++) {
+    thrum_pair_touch touch;
+    if (thrum_scene_collision(run->scene, n, &touch, NULL) < 0 || touch.distance >= deepest)
+      continue;
+    deepest = touch.distance;
+    memcpy(run->met, touch.bodies, sizeof run->met);
+  }
+}
+
 void scene_run_note_depths(scene_run *run) {
+  if (run->account != NULL)
+    note_meeting(run);
   for (int32_t n = 0; n < run->spec.bodies.count && run->has_hard_obstacles; n++) {
     scene_body_run *body = run->bodies + n;
     thrum_scene_body_info info;
@@ -115,14 +134,36 @@ static void warn_of_overlap(const scene_run *run) {
               deepest.depth, in);
 }
 
+/* The name of a body or a solid that a touch is of. */
+static void name_met(const scene_run *run, int32_t number, char name[SCENE_OVERLAP_NAME]) {
+  const bool solid = number >= THRUM_SCENE_SOLID;
+  thrum_scene_overlap of = {.other = solid ? -1 : number,
+                            .obstacle = -1,
+                            .solid = solid ? number - THRUM_SCENE_SOLID : -1};
+  scene_run_name_overlap(run, &of, name);
+}
+
+/* Says when surfaces met first, and whose they were where a touch knew of them. */
+static void warn_of_meeting(const scene_run *run) {
+  const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
+  char first[SCENE_OVERLAP_NAME], second[SCENE_OVERLAP_NAME],
+      whose[2 * SCENE_OVERLAP_NAME + 20] = "";
+  if (run->met[0] >= 0) {
+    name_met(run, run->met[0], first);
+    name_met(run, run->met[1], second);
+    snprintf(whose, sizeof whose, ", of %s and %s at first,", first, second);
+  }
+  config_warn("surfaces went through each other%s in the step to %.4g s: their places came up to "
+              "%.2g m deeper than the distance that they keep, %.2g times it: do not trust what "
+              "touches; take a shorter dt, or bodies that differ less",
+              whose, run->met_time, of.deepest, of.deepest_share);
+}
+
 void scene_run_warn_of_depth(const scene_run *run) {
   const thrum_contact_pairs_report of = thrum_scene_collisions(run->scene);
   warn_of_declined(run);
   if (have_met(run))
-    config_warn("surfaces went through each other: their places came %.2g m deeper than the "
-                "distance that they keep, %.2g times it: do not trust what touches; take a shorter "
-                "dt, or bodies that differ less",
-                of.deepest, of.deepest_share);
+    warn_of_meeting(run);
   if (have_met(run))
     warn_of_overlap(run);
 
