@@ -65,7 +65,8 @@ function bodyOf(given, n, models, of, scene, collide) {
   const { rank, masters } = model;
   const at = `bodies[${n}]`;
   if (masters && given.rank !== undefined && given.rank !== rank)
-    throw new Error(`${at}.rank: coordinates of ${given.model} follow others and cannot be left out; give "condense" of 1 to ${masters}`);
+    throw new Error(`${at}.rank: coordinates of ${given.model} follow others and cannot be left out; ` +
+      `give "condense" of 1 to ${masters}`);
   const body = withFallbacks(given, 'bodies');
   const { position, scale, stiffness, density, condense = 0, free, coupled, velocity } = body;
   const starts = textsOf(body.start);
@@ -154,7 +155,8 @@ export async function packOfScene({ name, bytes }, files, shown, engine) {
     const coupled = scene.bodies.filter((body) => body.coupled).map(({ model }) => model);
     const without = coupled.find((model) => !found[model]);
     if (without !== undefined)
-      throw new BeyondPage(`the page has only the surface of "${models[without].name}", whose spin and shape are coupled: drop its model with it`);
+      throw new BeyondPage(`the page has only the surface of "${models[without].name}", whose spin and shape are coupled: ` +
+        'drop its model with it');
     // bodies of whole meshes have no surface, and need none
     const bodies = scene.bodies.map((body) => ({ ...body, self_contact: false }));
     whole.build({ ...scene, bodies, collisions: undefined, wind: undefined });

@@ -18,7 +18,8 @@ const vector = { fits: isVector(3), wants: 'a list of three numbers' };
 const sides = { fits: isVector(3, above.fits), wants: 'a list of three numbers above 0' };
 const hasLength = (value) => isVector(3)(value) && Math.hypot(...value) > 0;
 const text = { fits: (value) => typeof value === 'string', wants: 'a text' };
-const texts = { fits: (value) => text.fits(value) || (Array.isArray(value) && value.every(text.fits)), wants: 'a text, or a list of texts' };
+const texts = { fits: (value) => text.fits(value) || (Array.isArray(value) && value.every(text.fits)),
+  wants: 'a text, or a list of texts' };
 const flag = { fits: (value) => typeof value === 'boolean', wants: 'true or false' };
 const list = { fits: Array.isArray, wants: 'a list' };
 const object = { fits: isObject, wants: 'an object' };
@@ -64,17 +65,18 @@ export const KEYS = {
     integrator: may(integrator, 'energy'), damping: may(damping, 0), eye: left, eye_velocity: left, ...solver,
     // of the program's runs and of editors, for which the page has no use
     time: may(anything), probes: may(anything), outputs: may(anything), $schema: may(anything) },
-  bodies: { name: may(text), model: must(text), position: may(vector, [0, 0, 0]), rotation: may(rotation, [1, 0, 0, 0]), scale: may(above, 1),
-    stiffness: may(above, 1), density: may(above, 1), rank: may(count), condense: may(count), colour: may(colour, '#bfbfbf'),
-    free: may(flag, false), velocity: may(vector, [0, 0, 0]), spin: may(vector, [0, 0, 0]), coupled: may(flag, false), start: may(texts, []),
-    collide: may(flag, true), self_contact: may(flag, false), integrator: may(integrator), damping: may(damping),
+  bodies: { name: may(text), model: must(text), position: may(vector, [0, 0, 0]), rotation: may(rotation, [1, 0, 0, 0]),
+    scale: may(above, 1), stiffness: may(above, 1), density: may(above, 1), rank: may(count), condense: may(count),
+    colour: may(colour, '#bfbfbf'), free: may(flag, false), velocity: may(vector, [0, 0, 0]), spin: may(vector, [0, 0, 0]),
+    coupled: may(flag, false), start: may(texts, []), collide: may(flag, true), self_contact: may(flag, false), integrator: may(integrator), damping: may(damping),
     // the page steps all coordinates where these would have a body step fewer
     error: may(anything), budget: may(anything),
     fix: left, surface: left, material: left, detail: left, loads: left, touch: left, touch_stiffness: left, ...solver },
   obstacles: { name: may(text), shape: must(names(Object.keys(SHAPES))), centre: may(vector, [0, 0, 0]), normal: may(vector, [0, 0, 1]),
     radius: may(above), height: may(positive), size: may(sides), file: left, scale: may(above, 1), heights: may(rows), spacing: may(above),
     rotation: may(rotation, [1, 0, 0, 0]), inside: may(flag, false), velocity: may(vector, [0, 0, 0]), path: may(list),
-    friction: may(positive, 0.5), restitution: may(share, 0.5), stiffness: may(above), damping: may(positive, 0), colour: may(colour, '#808080') },
+    friction: may(positive, 0.5), restitution: may(share, 0.5), stiffness: may(above), damping: may(positive, 0),
+    colour: may(colour, '#808080') },
   'obstacles.path': { time: must(number), centre: must(vector), rotation: may(rotation, [1, 0, 0, 0]) },
   links: { name: may(text), kind: must(names(Object.keys(LINKS))), body: must(text), at: may(text), place: may(vector), other: may(text),
     other_at: may(text), other_place: may(vector), axis: may(vector, [0, 0, 1]), stiffness: may(positive, 0), damping: may(positive, 0),

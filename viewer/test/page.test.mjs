@@ -768,7 +768,8 @@ test('models and pages are opened in place of what was shown', async () => {
   await page.waitForFunction(() => document.getElementById('notice-text').textContent === 'wrong.json: obstacles[0]: a box needs "size"');
   assert.equal((await page.evaluate(() => window.thrum.bodies())).length, 2);
   await runs();
-  await open('plane.json', { gravity: GRAVITY, bodies: [{ name: 'over', model: 'opened.npz', position: [0, 0, 9] }], obstacles: [{ shape: 'plane' }] });
+  await open('plane.json', { gravity: GRAVITY, obstacles: [{ shape: 'plane' }],
+    bodies: [{ name: 'over', model: 'opened.npz', position: [0, 0, 9] }] });
   await page.waitForFunction(() => window.thrum.bodies()[0].name === 'over');
   await runs();
   assert.equal(await page.evaluate(() => window.thrum.trouble()), null);

@@ -173,7 +173,8 @@ test('obstacles of all shapes that say the least are those of thrum view', async
 
 test('a start in a mode, ground that shakes and a number of coordinates that the page need not find are read', async () => {
   const scene = { base_motion: 'sine:5,0,-1,f=2,until=3', wind: { velocity: [0, 12, 0] }, damping: [0.4, 0],
-    bodies: [{ model: 'arm.npz', start: ['mode:2,0.01', 'mode:1,-0.02'], scale: 2, density: 3 }, { model: 'arm.npz', position: [0, 3, 0] }] };
+    bodies: [{ model: 'arm.npz', start: ['mode:2,0.01', 'mode:1,-0.02'], scale: 2, density: 3 },
+      { model: 'arm.npz', position: [0, 3, 0] }] };
   const wanted = packed(scene);
   const bodies = scene.bodies.map((body) => ({ ...body, error: 0.05, budget: 1e-5 }));
   const pack = await dropped({ ...scene, bodies }, ['arm.npz']);
@@ -186,7 +187,8 @@ test('a start in a mode, ground that shakes and a number of coordinates that the
 
 test('models that come with thrum view are named without a file', async () => {
   const scene = { bodies: [{ model: 'tower' }] };
-  await assert.rejects(dropped(scene, []), /bodies\[0\].model: "tower" is not in this page.*thrum view scene.json -o scene.html, then drop/);
+  await assert.rejects(dropped(scene, []),
+    /bodies\[0\].model: "tower" is not in this page.*thrum view scene.json -o scene.html, then drop/);
   assert.equal((await dropped(scene, [], packOf('tower'))).models[0].name, 'tower');
 });
 
@@ -208,9 +210,11 @@ test('the scenes of the examples are shown, or refused with what to do', async (
 test('what is wrong with a scene is said as the program says it', async () => {
   const [arm] = SCENE.bodies;
   const obstacle = (of) => ({ bodies: [BAR], obstacles: [of] });
-  const link = (of) => ({ bodies: [BAR, { ...BAR, name: 'b', position: [0, 0, 3] }], links: [{ kind: 'ball', body: 'a', place: [0, 0, 2], ...of }] });
+  const link = (of) => ({ bodies: [BAR, { ...BAR, name: 'b', position: [0, 0, 3] }],
+    links: [{ kind: 'ball', body: 'a', place: [0, 0, 2], ...of }] });
   for (const scene of [{}, { bodies: [] }, { bodies: [{}] }, { bodies: [BAR], dt: -1 }, { bodies: [BAR], toString: 1 },
-    obstacle({}), obstacle({ shape: 'ball' }), obstacle({ shape: 'plane', color: '#ffffff' }), { bodies: [BAR], wind: {} }, obstacle({ shape: 'box' }), obstacle({ shape: 'sphere' }),
+    obstacle({}), obstacle({ shape: 'ball' }), obstacle({ shape: 'plane', color: '#ffffff' }), { bodies: [BAR], wind: {} },
+    obstacle({ shape: 'box' }), obstacle({ shape: 'sphere' }),
     obstacle({ shape: 'sphere', radius: -1 }), obstacle({ shape: 'cylinder', radius: 1 }), obstacle({ shape: 'capsule', height: 1 }),
     obstacle({ shape: 'cylinder', radius: 1, height: 0 }), obstacle({ shape: 'height_field', spacing: 1 }), obstacle({ shape: 'mesh' }),
     obstacle({ shape: 'plane', normal: [0, 0, 0] }), obstacle({ shape: 'plane', friction: -1 }), obstacle({ shape: 'plane', size: [1, 1, 1] }),
@@ -220,7 +224,8 @@ test('what is wrong with a scene is said as the program says it', async () => {
     obstacle({ shape: 'box', size: [1, 1, 1], centre: [0, 0, 2], name: 'crate' }),
     { bodies: [BAR, BAR] }, { bodies: [BAR, { ...BAR, name: 'b' }] }, { bodies: [BAR, { ...BAR, name: 'b', position: [0.02, 0, 2.02] }] },
     { bodies: [{ ...BAR, scale: '2' }] }, { bodies: [{ ...BAR, colour: 'red' }] }, { bodies: [{ ...arm, spin: [0, 0, 1] }] },
-    link({ body: 'leg' }), link({ other: 'a' }), link({ place: undefined }), link({ stiffness: 1 }), link({ kind: 'spring' }), link({ axis: [0, 0, 1] })]) {
+    link({ body: 'leg' }), link({ other: 'a' }), link({ place: undefined }), link({ stiffness: 1 }), link({ kind: 'spring' }),
+    link({ axis: [0, 0, 1] })]) {
     writeFileSync(join(folder, 'scene.json'), JSON.stringify(scene));
     const said = spawnSync(process.env.THRUM_PROGRAM, ['simulate', 'scene.json', '-o', 'refused', '--time', '0.01', '--quiet'],
       { cwd: folder, encoding: 'utf8' });
@@ -228,7 +233,8 @@ test('what is wrong with a scene is said as the program says it', async () => {
 
     // the same line but for its number, units and numbers that it was given
     const [, wanted] = /^thrum: scene.json:1: (.*)/.exec(said.stderr);
-    const bare = (line) => line.replace(/ (m|s|Pa)\b/g, '').replace(/,? not [[{"\d-].*$/, '').replace(/; (its keys|did you mean).*$/, '').replace(/(is missing):.*$/, '$1');
+    const bare = (line) => line.replace(/ (m|s|Pa)\b/g, '').replace(/,? not [[{"\d-].*$/, '')
+      .replace(/; (its keys|did you mean).*$/, '').replace(/(is missing):.*$/, '$1');
     await assert.rejects(dropped(scene), ({ message }) => {
       assert.equal(bare(message.replace('scene.json: ', '')), bare(wanted));
       return true;
