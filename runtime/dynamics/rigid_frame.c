@@ -30,6 +30,7 @@
 #define NEWTON_MAX 40
 #define TOLERANCE 1e-15
 #define SOLVED 1e-12   /* residual up to which a solution that stopped at rounding is one */
+#define ANGLE_MAX 8.0  /* of a part [rad]: no part that turns further is tried */
 #define PARTS_MAX 4096 /* of a step that Newton's method does not solve at once */
 
 static const double identity[9] = {1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
@@ -164,6 +165,14 @@ static bool step_part(thrum_rigid_frame *rigid_frame, const thrum_placement *pla
   return solved;
 }
 
+/* Does the body turn by so much in a step that no number of parts is enough? */
+static bool spins_beyond(const thrum_rigid_frame *rigid_frame, const thrum_placement *placement,
+                         double dt) {
+  double spin[3];
+  thrum_rigid_frame_velocity(rigid_frame, placement, spin);
+  return !(dt * sqrt(thrum_dot3(spin, spin)) <= ANGLE_MAX * PARTS_MAX);
+}
+
 void thrum_rigid_frame_step(thrum_rigid_frame *rigid_frame, const thrum_placement *placement,
                             const double torque[3], double dt, double angle[3]) {
   thrum_rigid_frame made = *rigid_frame;
@@ -171,7 +180,8 @@ void thrum_rigid_frame_step(thrum_rigid_frame *rigid_frame, const thrum_placemen
   bool solved = step_part(&made, placement, torque, dt, sum);
 
   // what has no solution in one step has one in shorter ones, each from the start of the step again
-  for (int parts = 2; !solved && parts <= PARTS_MAX; parts *= 2) {
+  const bool beyond = !solved && spins_beyond(rigid_frame, placement, dt);
+  for (int parts = 2; !solved && !beyond && parts <= PARTS_MAX; parts *= 2) {
     made = *rigid_frame;
     memset(sum, 0, sizeof sum);
     solved = true;
