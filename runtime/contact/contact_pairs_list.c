@@ -60,7 +60,11 @@ double thrum_pairs_way_bound(const thrum_pairs_run *run, int64_t member) {
   middle_of(run, member, middle);
   thrum_subtract3(middle, body->centre, arm);
   const double longest = sqrt(thrum_dot3(arm, arm)) + radius_of(run, member);
-  return way + sqrt(thrum_dot3(shift, shift)) + sqrt(thrum_dot3(turn, turn)) * longest;
+  way += sqrt(thrum_dot3(shift, shift)) + sqrt(thrum_dot3(turn, turn)) * longest;
+
+  // a body that was struck is as far from where its way starts, and has that to go as well
+  return way +
+         2.0 * (body->impact.struck ? body->impact.moved + body->impact.turned * longest : 0.0);
 }
 
 static double *q_of(const thrum_pairs_run *run, const thrum_pair_list *list, int side) {

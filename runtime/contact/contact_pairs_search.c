@@ -56,6 +56,7 @@ typedef struct search {
   double thickness;
   double reach;          /* within which boxes are near each other [m] */
   bool stays_flat[2];    /* faces of a side that are flat at rest are so still */
+  bool struck;           /* one of them was, by an impact of the step */
   bool wide;             /* nodes are near where boxes in them can be */
   thrum_pair_list *list; /* what is near goes into it; NULL: it is tried */
   bool full;             /* there was no room for it */
@@ -515,7 +516,7 @@ static void try_quad(search *s, thrum_quad_kind kind, const thrum_quad *quad, th
   }
   memcpy(candidate->weights, nearest.weights, sizeof candidate->weights);
   candidate->inside = nearest.inside;
-  candidate->slow = s->way < INFINITY;
+  candidate->slow = s->way < INFINITY && !s->struck;
   candidate->least = fabs(apart);
   run->view.candidates[run->candidate_count++] = *candidate;
 }
@@ -967,7 +968,8 @@ static void search_two(search *s) {
   const double slack = SLACK * s->thickness;
   const double way =
       thrum_pairs_way_bound(s->run, s->members[0]) + thrum_pairs_way_bound(s->run, s->members[1]);
-  s->wide = way <= SLOW * slack && !a->impact.struck && !b->impact.struck;
+  s->wide = way <= SLOW * slack;
+  s->struck = a->impact.struck || b->impact.struck;
   if (!s->wide) {
     descend(s);
     return;
