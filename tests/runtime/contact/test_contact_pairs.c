@@ -226,13 +226,26 @@ static double largest_angle(const thrum_skin *skin, const double *q) {
   return most;
 }
 
+/* The skin of a body of any material. */
+static thrum_skin *skin_of(thrum_model *model, const int32_t *triangles, int64_t count) {
+  double material[3] = {1e6, 0.3, 1};
+  size_t size = 0;
+  thrum_skin *skin = NULL;
+  model->material = material;
+  model->region_count = 1;
+  assert_int_equal(thrum_skin_size(model, triangles, count, &size, NULL), THRUM_OK);
+  assert_int_equal(thrum_skin_init(memory_of(size), size, model, triangles, count, &skin, NULL),
+                   THRUM_OK);
+  model->material = NULL;
+  return skin;
+}
+
 enum { SIDE = 4, RANK = 3 };
 
 static void a_flat_face_bends_by_what_its_skin_says(void **context) {
   (void)context;
   random_state random = {11};
-  double vertices[3 * SIDE * SIDE] = {0}, basis[3 * SIDE * SIDE * RANK],
-                             material[3] = {1e6, 0.3, 1};
+  double vertices[3 * SIDE * SIDE] = {0}, basis[3 * SIDE * SIDE * RANK];
   int32_t triangles[6 * (SIDE - 1) * (SIDE - 1)], count = 0;
 
   // a square in the plane z = 0 whose vertices are off their grid
@@ -248,17 +261,9 @@ static void a_flat_face_bends_by_what_its_skin_says(void **context) {
     count += 2;
   }
   random_vector(&random, 3 * SIDE * SIDE * RANK, 1, basis);
-  thrum_model model = {.rank = RANK,
-                       .vertex_count = SIDE * SIDE,
-                       .vertices = vertices,
-                       .basis = basis,
-                       .material = material,
-                       .region_count = 1};
-  size_t size = 0;
-  thrum_skin *skin = NULL;
-  assert_int_equal(thrum_skin_size(&model, triangles, count, &size, NULL), THRUM_OK);
-  assert_int_equal(thrum_skin_init(memory_of(size), size, &model, triangles, count, &skin, NULL),
-                   THRUM_OK);
+  thrum_model model = {
+      .rank = RANK, .vertex_count = SIDE * SIDE, .vertices = vertices, .basis = basis};
+  thrum_skin *skin = skin_of(&model, triangles, count);
   const thrum_skin_view view = thrum_skin_view_of(skin);
 
   // one coordinate alone reaches the bound, and all together stay within it
@@ -289,7 +294,7 @@ static void a_flat_face_bends_by_what_its_skin_says(void **context) {
 /* A square that is turned, of which one half is stretched: neither bends it alone, both do. */
 static void what_is_turned_is_bent_by_a_stretch(void **context) {
   (void)context;
-  double vertices[18], basis[36] = {0}, material[3] = {1e6, 0.3, 1};
+  double vertices[18], basis[36] = {0};
   const int32_t triangles[12] = {0, 1, 3, 1, 4, 3, 1, 2, 4, 2, 5, 4};
   for (int v = 0; v < 6; v++) {
     const double x = v % 3 - 1.0, y = v / 3;
@@ -301,17 +306,8 @@ static void what_is_turned_is_bent_by_a_stretch(void **context) {
     basis[6 * v + 4] = x;
     basis[6 * v + 1] = fmax(x, 0);
   }
-  thrum_model model = {.rank = 2,
-                       .vertex_count = 6,
-                       .vertices = vertices,
-                       .basis = basis,
-                       .material = material,
-                       .region_count = 1};
-  size_t size = 0;
-  thrum_skin *skin = NULL;
-  assert_int_equal(thrum_skin_size(&model, triangles, 4, &size, NULL), THRUM_OK);
-  assert_int_equal(thrum_skin_init(memory_of(size), size, &model, triangles, 4, &skin, NULL),
-                   THRUM_OK);
+  thrum_model model = {.rank = 2, .vertex_count = 6, .vertices = vertices, .basis = basis};
+  thrum_skin *skin = skin_of(&model, triangles, 4);
   const thrum_skin_view view = thrum_skin_view_of(skin);
   const double q[2] = {0.5, 0.3};
   const double bent = view.bends[0] * q[0] + view.bends[1] * q[1];
