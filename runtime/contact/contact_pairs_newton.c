@@ -295,6 +295,8 @@ static bool find_columns(newton *of) {
     of->m += at->count;
     if (of->m > THRUM_NEWTON_COLUMNS)
       return false;
+
+    // its weights need roots
     for (int64_t i = 0; at->count > 0 && i < body->contact->rank; i++)
       if (!(body->view.weights[i] >= 0.0))
         return false;
@@ -373,6 +375,8 @@ static void take_pair(newton *of, thrum_pair_row *row) {
   const int lower = row->members[1] < row->members[0];
   thrum_newton_row *at = begin_row(of, &row->row, row->members[lower], row->members[1 - lower]);
   double moved[2][3];
+
+  // what each side moves by, and the columns that it adds
   for (int side = 0; side < 2; side++) {
     const int64_t member = row->members[side];
     const thrum_contact_run *body = of->run->view.runs + member;

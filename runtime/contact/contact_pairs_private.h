@@ -301,12 +301,6 @@ static inline bool thrum_pairs_is_own(const thrum_pair_row *row) {
   return row->members[0] == row->members[1];
 }
 
-/* A row between two members, either way round. */
-static inline bool thrum_pairs_joins(const thrum_pair_row *row, int64_t a, int64_t b) {
-  return (row->members[0] == a && row->members[1] == b) ||
-         (row->members[0] == b && row->members[1] == a);
-}
-
 /* contact_pairs_solid.c: the run of a solid as it moves in the step; no force moves it. */
 void thrum_pairs_open_solid(thrum_pairs_run *run, int64_t member, double dt);
 

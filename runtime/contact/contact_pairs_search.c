@@ -248,23 +248,12 @@ static bool is_flat(const search *s, int side, int32_t edge) {
   const thrum_skin_edge *of = s->views[side].edges + edge;
   if (of->opposite[0] < 0 || of->opposite[1] < 0)
     return false;
-  const double *first = thrum_pairs_place(s->run, s->members[side], of->ends[0]);
-  const double *second = thrum_pairs_place(s->run, s->members[side], of->ends[1]);
-  double along[3], across[2][3], squares[2];
-  thrum_subtract3(second, first, along);
-
-  // the normals of both faces, whose angle is that between these
-  for (int n = 0; n < 2; n++) {
-    double way[3];
-    thrum_subtract3(thrum_pairs_place(s->run, s->members[side], of->opposite[n]), first, way);
-    thrum_cross3(along, way, across[n]);
-    squares[n] = thrum_dot3(across[n], across[n]);
-  }
-  const double both = squares[0] * squares[1], cosine = -thrum_dot3(across[0], across[1]);
-
-  // |a + b| < f of two unit vectors: their product is below -1 + f^2/2
-  const double least = 1.0 - 0.5 * THRUM_SKIN_FLAT * THRUM_SKIN_FLAT;
-  return cosine > 0.0 && cosine * cosine > least * least * both;
+  const double *x[4];
+  const int32_t vertices[4] = {of->ends[0], of->ends[1], of->opposite[0], of->opposite[1]};
+  for (int n = 0; n < 4; n++)
+    x[n] = thrum_pairs_place(s->run, s->members[side], vertices[n]);
+  double across[2][3];
+  return thrum_faces_are_flat(x[0], x[1], x + 2, THRUM_SKIN_FLAT, across);
 }
 
 /* Fills the corners of a triangle of a member. */
@@ -559,6 +548,8 @@ static void try_edges(search *s, int32_t a, int32_t b) {
   const int32_t edges[2] = {a, b};
   if (s->run->own && have_common_end(first, second))
     return;
+
+  // the ways of their four ends through the step
   thrum_pair_candidate candidate = {
       .key = {{s->numbers[0], s->numbers[1]}, THRUM_PAIR_EDGES, a, b},
       .members = {(int32_t)s->members[0], (int32_t)s->members[1]},

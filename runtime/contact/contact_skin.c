@@ -316,28 +316,22 @@ static double height_of(const thrum_skin_view *view, const thrum_skin_edge *edge
   return sqrt(thrum_dot3(across, across) / square);
 }
 
-/* The normals of both faces of an edge at rest, into that of the first; are they nearly one? */
+/* Do both faces of an edge lie in one at rest? normal: of the first of them. */
 static bool is_in_flat_face(const thrum_skin_view *view, const thrum_skin_edge *edge,
                             double normal[3]) {
-  double along[3], across[2][3];
   if (edge->opposite[1] < 0)
     return false;
-  const double *first = view->rest + 3 * (int64_t)edge->ends[0];
-  thrum_subtract3(view->rest + 3 * (int64_t)edge->ends[1], first, along);
-  for (int n = 0; n < 2; n++) {
-    double way[3];
-    thrum_subtract3(view->rest + 3 * (int64_t)edge->opposite[n], first, way);
-    thrum_cross3(along, way, across[n]);
-    const double length = sqrt(thrum_dot3(across[n], across[n]));
-    for (int axis = 0; axis < 3; axis++)
-      across[n][axis] /= length;
-  }
+  const double *x[4];
+  const int32_t vertices[4] = {edge->ends[0], edge->ends[1], edge->opposite[0], edge->opposite[1]};
+  for (int n = 0; n < 4; n++)
+    x[n] = view->rest + 3 * (int64_t)vertices[n];
+  double across[2][3];
+  const bool flat = thrum_faces_are_flat(x[0], x[1], x + 2, FLAT_AT_REST * THRUM_SKIN_FLAT, across);
 
-  // they point to opposite sides, as the edge runs round each the other way; false of NaN
-  memcpy(normal, across[0], sizeof across[0]);
+  const double length = sqrt(thrum_dot3(across[0], across[0]));
   for (int axis = 0; axis < 3; axis++)
-    across[1][axis] += across[0][axis];
-  return sqrt(thrum_dot3(across[1], across[1])) < FLAT_AT_REST * THRUM_SKIN_FLAT;
+    normal[axis] = across[0][axis] / length;
+  return flat;
 }
 
 /* The bends of an edge that lies in a flat face: where its third vertices go along the normal,
@@ -383,6 +377,8 @@ static void fill_tilts(const thrum_skin *skin, const thrum_skin_view *view) {
   for (int64_t t = 0; t < skin->triangle_count; t++) {
     const thrum_skin_triangle *triangle = view->triangles + t;
     double least = INFINITY, share;
+
+    // its least height, which the largest motion of an edge turns it by at most
     for (int n = 0; n < 3; n++)
       least = fmin(least,
                    height_of(view, view->edges + triangle->edges[n], third(triangle, n), &share));

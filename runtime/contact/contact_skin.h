@@ -5,9 +5,11 @@
 #ifndef THRUM_RUNTIME_CONTACT_CONTACT_SKIN_H
 #define THRUM_RUNTIME_CONTACT_CONTACT_SKIN_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
+#include "runtime/base/vec3.h"
 #include "thrum/contact_pairs.h"
 
 #define THRUM_SKIN_LEAF 4 /* triangles of a leaf, at most */
@@ -75,6 +77,25 @@ typedef struct thrum_skin_view {
   THRUM_SKIN_ARRAYS(X)
 #undef X
 } thrum_skin_view;
+
+/* Are the faces of the edge between two points, with these third points, one flat face: is the
+ * angle between them below `angle` [rad]? across: their normals, of any length. |a + b| < f of two
+ * unit vectors, where a product is below -1 + f^2/2; false of NaN. */
+static inline bool thrum_faces_are_flat(const double first[3], const double second[3],
+                                        const double *const thirds[2], double angle,
+                                        double across[2][3]) {
+  double along[3], squares[2];
+  thrum_subtract3(second, first, along);
+  for (int n = 0; n < 2; n++) {
+    double way[3];
+    thrum_subtract3(thirds[n], first, way);
+    thrum_cross3(along, way, across[n]);
+    squares[n] = thrum_dot3(across[n], across[n]);
+  }
+  const double both = squares[0] * squares[1], cosine = -thrum_dot3(across[0], across[1]);
+  const double least = 1.0 - 0.5 * angle * angle;
+  return cosine > 0.0 && cosine * cosine > least * least * both;
+}
 
 /* Pointers into the block. */
 thrum_skin_view thrum_skin_view_of(const thrum_skin *skin);
