@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "platform/allocate.h"
+#include "runtime/base/vec3.h"
 #include "thrum/displacement.h"
 
 #define SAME_TIME 1e-6  /* of the mean time between two rows */
@@ -67,15 +68,10 @@ static thrum_status pair_rows(const recorded_run *run, const recorded_run *other
 
 /* Are these the same vertices at rest? */
 static bool same_vertices(const thrum_model *left, const thrum_model *right) {
-  double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
   if (left->vertex_count != right->vertex_count || left->vertices == NULL ||
       right->vertices == NULL)
     return false;
-  for (int64_t c = 0; c < 3 * left->vertex_count; c++) {
-    low[c % 3] = fmin(low[c % 3], left->vertices[c]);
-    high[c % 3] = fmax(high[c % 3], left->vertices[c]);
-  }
-  const double size = hypot(hypot(high[0] - low[0], high[1] - low[1]), high[2] - low[2]);
+  const double size = thrum_box3_diagonal(left->vertices, left->vertex_count);
   for (int64_t c = 0; c < 3 * left->vertex_count; c++)
     if (!(fabs(left->vertices[c] - right->vertices[c]) <= SAME_PLACE * size))
       return false;
