@@ -270,6 +270,7 @@ static double depth_of_points(const outline *of, const outline *in) {
     size = fmax(size, of->most[axis] - of->least[axis]);
   }
 
+  // its vertices, of which those outside of the box are outside of the surface too
   for (int64_t n = 0; n < of->count; n++) {
     const double *x = of->points + 3 * (int64_t)of->vertices[n];
     const double distance = is_in_box(in, x) ? thrum_triangles_distance(in->points, in->triangles,
@@ -281,6 +282,7 @@ static double depth_of_points(const outline *of, const outline *in) {
   if (of->open)
     return depth;
 
+  // its middle, and whether both surfaces are one
   const double middle = depth_of_middle(of, in);
   const bool same = middle > 0 && fmax(depth, outside) <= ON_SURFACE * size;
   return fmax(fmax(depth, middle), same ? 0.5 * least : 0);
