@@ -14,7 +14,7 @@
 #include "mpi/body_modes.h"
 #include "mpi/shared_system.h"
 #include "platform/allocate.h"
-#include "precompute/basis/order_error.h"
+#include "precompute/basis/order_find.h"
 #include "precompute/estimate.h"
 #include "precompute/fem/constraints.h"
 #include "precompute/model/model_fill.h"
@@ -226,22 +226,14 @@ static thrum_status make_model(const session *s, const whole *w, thrum_model *mo
 }
 
 // how much too high the frequencies of linear tets are, as one process finds it
-static thrum_status estimate_errors(const whole *w, const double *modes, thrum_precomputed *result,
-                                    thrum_error *error) {
+static thrum_status estimate_errors(const whole *w, thrum_precomputed *result, thrum_error *error) {
   thrum_fem fem = {0};
-  THRUM_TRY(thrum_fem_create(w->mesh, w->fixed, &fem, error));
-  const int64_t count =
+  int64_t count =
       result->mode_count < THRUM_ORDER_ERRORS_MAX ? result->mode_count : THRUM_ORDER_ERRORS_MAX;
-  double *shapes = NULL;
-  thrum_status status =
-      thrum_reserve(&shapes, count * fem.free_count, sizeof *shapes, "the modes", error);
-  for (int64_t i = 0; i < count && status >= 0; i++)
-    thrum_fem_gather(&fem, modes + 3 * i * w->mesh->vertex_count, shapes + i * fem.free_count);
-  THRUM_THEN(status, thrum_order_errors(w->mesh, &fem, count, shapes, result->mode_omega2,
-                                        result->order_error, error));
+  thrum_status status = thrum_fem_create(w->mesh, w->fixed, &fem, error);
+  THRUM_THEN(status, thrum_order_find(w->mesh, &fem, &count, result->order_error, error));
   if (status >= 0)
     result->order_error_count = count;
-  free(shapes);
   thrum_fem_free(&fem);
   return status;
 }
@@ -250,8 +242,8 @@ static thrum_status estimate_errors(const whole *w, const double *modes, thrum_p
 static thrum_status finish(session *s, const whole *w, bool keep_modes, thrum_model *model,
                            double *modes, thrum_precomputed *result, thrum_error *error) {
   THRUM_TRY(thrum_model_check(model, error));
-  if (modes && !w->mesh->midsides && w->mesh->tet_count <= ORDER_ERRORS_TETS)
-    THRUM_TRY(estimate_errors(w, modes, &s->result, error));
+  if (!w->mesh->midsides && w->mesh->tet_count <= ORDER_ERRORS_TETS)
+    THRUM_TRY(estimate_errors(w, &s->result, error));
   model->identity = thrum_model_identity(model);
   thrum_model_fill_free(&s->result.model);
   free(s->result.mode_vectors);
@@ -300,10 +292,6 @@ static thrum_status lead(void *context, const thrum_mesh *mesh, const uint8_t *f
   const shared_lead *leading = context;
   session s = {.comm = MPI_COMM_NULL, .command = {ORDER_PRECOMPUTE, 0, *options}};
   whole w = {.mesh = mesh, .fixed = fixed};
-
-  // modes are gathered for the estimate of their errors, too
-  s.command.options.keep_modes =
-      options->keep_modes || (!mesh->midsides && mesh->tet_count <= ORDER_ERRORS_TETS);
   thrum_error told = {0};
   thrum_error *heard = error ? error : &told;
   thrum_status status = cut_body(leading->comm, &s, &w, heard);

@@ -292,11 +292,12 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
                                            p->candidates, result->mode_residual, error));
   THRUM_THEN(status, check_mechanism(p, error));
   if (status >= 0 && !p->fem.rule && !p->ranks) {
-    // a large mesh gets the first alone, as each takes a hundredth of the time of all stages
-    const int64_t most = p->fem.tet_count > ORDER_ERRORS_TETS ? 1 : THRUM_ORDER_ERRORS_MAX;
+    // a large mesh gets the first two, as each takes some hundredths of the time of all stages
+    const int64_t most = p->fem.tet_count > ORDER_ERRORS_TETS ? 2 : THRUM_ORDER_ERRORS_MAX;
     result->order_error_count = k < most ? k : most;
-    status = thrum_order_errors(p->mesh, &p->fem, result->order_error_count, p->candidates,
-                                result->mode_omega2, result->order_error, error);
+    const thrum_order_body body = {p->mesh, &p->fem, p->factor, p->rigid, p->rigid_dual};
+    status = thrum_order_errors(&body, result->order_error_count, p->candidates,
+                                result->order_error, error);
   }
   if (status >= 0 && p->options.keep_modes)
     status = keep_modes(p, error);

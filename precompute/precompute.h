@@ -23,7 +23,7 @@ typedef struct thrum_precomputed {
   double *mode_residual;           /* mode_count, |K psi - w^2 M psi| / (|K| |psi|) */
 
   /* How much too high the first frequencies of linear tets are, by an estimate; of more than 50,000
-   * tets the first alone, of ten nodes none. */
+   * tets the first two alone, of ten nodes none. */
   int64_t order_error_count;
   double order_error[THRUM_ORDER_ERRORS_MAX]; /* f_i / f - 1 */
 

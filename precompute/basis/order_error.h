@@ -6,13 +6,21 @@
 #include "mesh/mesh.h"
 #include "precompute/fem/fem.h"
 
-/* Estimates errors[i] = f_i / f - 1 of the first `count` modes (free_count x count, column-major,
- * M-orthonormal, with their omega2), where f is the frequency that the mode has once the nodes in
- * the middle of the edges are free to move. The estimate is from below, in bending half of the true
- * error or more. `mesh` is that of the fem, with linear tets. Cost: a few passes over the tets for
- * each mode. */
-thrum_status thrum_order_errors(const thrum_mesh *mesh, const thrum_fem *fem, int64_t count,
-                                const double *modes, const double *omega2, double *errors,
-                                thrum_error *error);
+enum { THRUM_ORDER_MODES_MAX = 8 };
+
+/* A body of linear tets with the factor of its stiffness. */
+typedef struct thrum_order_body {
+  const thrum_mesh *mesh;
+  const thrum_fem *fem;             /* of the mesh */
+  thrum_factor *factor;             /* of a free body deflated, as thrum_factor_deflate makes it */
+  const double *rigid, *rigid_dual; /* Z and M Z of a free body, free_count x 6; else NULL */
+} thrum_order_body;
+
+/* Estimates errors[i] = f_i / f - 1 of the first `count` <= THRUM_ORDER_MODES_MAX
+ * modes (free_count x count, column-major,
+ * M-orthonormal), where f is the frequency of the same mesh with ten nodes a tet. Cost: for each
+ * mode some ten to a hundred passes over the tets, and as many solves. */
+thrum_status thrum_order_errors(const thrum_order_body *body, int64_t count, const double *modes,
+                                double *errors, thrum_error *error);
 
 #endif

@@ -390,7 +390,7 @@ static thrum_status solve(tradeoff_solution *s, thrum_error *error) {
   s->result.chosen = tradeoff_choose(&s->result, problem->error, problem->cost);
   THRUM_TRY(tradeoff_search(s, error));
   THRUM_TRY(judge_reference(s, error));
-  THRUM_TRY(tradeoff_mesh_error(problem, &s->reference, &s->result.mesh_error, error));
+  THRUM_TRY(tradeoff_mesh_error(&s->reference, &s->result.mesh_error, error));
   return run_tests(s, error);
 }
 

@@ -39,10 +39,9 @@ thrum_status tradeoff_reference_make(const tradeoff_problem *problem,
                                      tradeoff_reference *reference, thrum_error *error);
 void tradeoff_reference_free(tradeoff_reference *reference);
 
-/* By how much the mesh has the worst of its first frequencies too high, by thrum_order_errors; NaN
- * for ten-node tetrahedra, and where the linear modes of the model are not known. */
-thrum_status tradeoff_mesh_error(const tradeoff_problem *problem,
-                                 const tradeoff_reference *reference, double *found,
+/* By how much the mesh has the worst of its first frequencies too high, by thrum_order_find; NaN
+ * for ten-node tetrahedra. */
+thrum_status tradeoff_mesh_error(const tradeoff_reference *reference, double *found,
                                  thrum_error *error);
 
 /* A reduced run's samples: q and p (TRADEOFF_SAMPLES x rank each) and energies. */

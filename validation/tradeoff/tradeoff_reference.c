@@ -5,10 +5,8 @@
 
 #include "driver/full_motion_kept.h"
 #include "platform/allocate.h"
-#include "precompute/basis/order_error.h"
+#include "precompute/basis/order_find.h"
 #include "validation/tradeoff/tradeoff_private.h"
-
-#define SAME_MODE 0.05 /* relative, of squares of frequencies: a basis has its modes nearly */
 
 /* The context of take(): where samples go, and room for the free components of a field. */
 typedef struct taker {
@@ -86,43 +84,17 @@ thrum_status tradeoff_reference_make(const tradeoff_problem *problem,
   return status;
 }
 
-/* How many of the model's first coordinates are its linear modes, as far as errors are wanted. */
-static int64_t count_modes(const tradeoff_problem *problem) {
-  const thrum_model *model = problem->model;
-  int64_t count = 0;
-  while (problem->mode_omega2 != NULL && count < problem->mode_count && count < model->rank &&
-         count < THRUM_ORDER_ERRORS_MAX &&
-         fabs(model->omega2[count] / problem->mode_omega2[count] - 1) < SAME_MODE)
-    count++;
-  return count;
-}
-
-thrum_status tradeoff_mesh_error(const tradeoff_problem *problem,
-                                 const tradeoff_reference *reference, double *found,
+thrum_status tradeoff_mesh_error(const tradeoff_reference *reference, double *found,
                                  thrum_error *error) {
-  const thrum_model *model = problem->model;
-  const int64_t count = count_modes(problem), components = 3 * model->vertex_count;
-  double errors[THRUM_ORDER_ERRORS_MAX];
+  double errors[THRUM_ORDER_MODES_MAX];
+  int64_t count = THRUM_ORDER_ERRORS_MAX;
   *found = NAN;
-  if (reference->body.fem.rule != NULL || count == 0)
+  if (reference->body.fem.rule != NULL)
     return THRUM_OK;
-
-  // columns of the basis, without what is held
-  thrum_scope memory = thrum_scope_begin("the error of the mesh", error);
-  double *modes = thrum_scope_allocate(&memory, count * reference->n, sizeof *modes);
-  double *field = thrum_scope_allocate(&memory, components, sizeof *field);
-  thrum_status status = memory.status;
-  for (int64_t i = 0; status >= 0 && i < count; i++) {
-    for (int64_t c = 0; c < components; c++)
-      field[c] = model->basis[c * model->rank + i];
-    thrum_fem_gather(&reference->body.fem, field, modes + i * reference->n);
-  }
-  THRUM_THEN(status, thrum_order_errors(&reference->body.mesh, &reference->body.fem, count, modes,
-                                        model->omega2, errors, error));
-  for (int64_t i = 0; status >= 0 && i < count; i++)
+  THRUM_TRY(thrum_order_find(&reference->body.mesh, &reference->body.fem, &count, errors, error));
+  for (int64_t i = 0; i < count; i++)
     *found = fmax(*found, errors[i]);
-  thrum_scope_free(&memory);
-  return status;
+  return THRUM_OK;
 }
 
 void tradeoff_reference_free(tradeoff_reference *reference) {
