@@ -192,7 +192,8 @@ static void a_basis_of_everything_leaves_the_error_in_time_alone(void **state) {
   // the full order's own error in time, which is estimated without the full order
   assert_true(fabs(t.result.bases[0].error.displacement / t.result.full_error - 1) < 0.02);
   assert_true(t.result.full_error < 0.01);
-  assert_true(isnan(t.result.mesh_error));
+  // a single cell locks
+  assert_true(t.result.mesh_error > 0.1);
   trade_free(&t);
 }
 
