@@ -266,6 +266,23 @@ thrum_status load_target_find(const thrum_model *model, const load_target *targe
   return THRUM_OK;
 }
 
+thrum_status load_target_list(const thrum_model *model, const load_target *target, int32_t **list,
+                              int64_t *count, thrum_error *error) {
+  const int32_t *vertices = NULL;
+  int64_t found = 0;
+  int32_t one = 0;
+  THRUM_TRY(load_target_find(model, target, &vertices, &found, &one, error));
+
+  // one after the other where all are meant
+  int32_t *made = NULL;
+  THRUM_TRY(thrum_reserve(&made, found + 1, sizeof *made, "a list of vertices", error));
+  for (int64_t n = 0; n < found; n++)
+    made[n] = vertices != NULL ? vertices[n] : (int32_t)n;
+  *list = made;
+  *count = found;
+  return THRUM_OK;
+}
+
 static thrum_status reduce_traction(const thrum_model *model, const int32_t *vertices,
                                     int64_t count, const double traction[3], double *reduced,
                                     thrum_error *error) {

@@ -41,6 +41,11 @@ thrum_status load_target_find(const thrum_model *model, const load_target *targe
                               const int32_t **vertices, int64_t *count, int32_t *one,
                               thrum_error *error);
 
+/* The same as a list of its own, also of all vertices, for functions to which no list means another
+ * thing. The caller frees *list. */
+thrum_status load_target_list(const thrum_model *model, const load_target *target, int32_t **list,
+                              int64_t *count, thrum_error *error);
+
 /* Does the text begin as a load does? */
 bool load_spec_begins(const char *text);
 

@@ -273,7 +273,8 @@ static const config_option body_keys[] = {
     OPTION_TEXTS("loads", "none", "loads over time, as --load of simulate, in world axes",
                  .check = check_load, AT(loads)),
     OPTION_TEXT("touch", NULL, "\"surface\"",
-                "what may touch obstacles: \"surface\", \"none\", or a group of vertices",
+                "what may touch obstacles: \"surface\", \"none\", or a group of vertices, "
+                "vertex=N (from 1) or all",
                 AT(touch)),
     OPTION_NUMBER("touch_stiffness", "N/m^3", "of the material",
                   "pressure per depth where obstacles say nothing", AT(touch_stiffness),

@@ -101,6 +101,7 @@ void scene_run_close(scene_run *run) {
     free(run->bodies[n].request.loads);
     free(run->bodies[n].request.starts);
     free(run->bodies[n].start);
+    free(run->bodies[n].touched);
     free(run->bodies[n].material);
     free(run->bodies[n].vertices);
     free(run->bodies[n].sphere_at);

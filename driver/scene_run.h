@@ -46,7 +46,7 @@ typedef struct scene_body_run {
   double pace;                 /* its frequencies over those of the model in the file [1] */
   thrum_scene_body_def def;    /* as it was added; it has what follows */
   double *start;               /* q and p; owned */
-  int32_t touched;             /* the vertex that "touch" names, if it is one */
+  int32_t *touched;            /* the vertices that "touch" names; owned, NULL: none */
   scene_finding finding;       /* of "error" and "budget" */
   simulate_request request;    /* of a run of it alone: loads in its axes, gravity first if any */
   thrum_model shown;           /* the model scaled in stiffness and put in place, for measures */

@@ -169,20 +169,20 @@ static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_err
 }
 
 /* The group that a body names in "touch": also where nothing is there to be touched. */
-static thrum_status find_touch(const scene_run *run, const scene_body_run *body,
-                               thrum_scene_body_def *def, int32_t *one) {
+static thrum_status find_touch(const scene_run *run, scene_body_run *body,
+                               thrum_scene_body_def *def) {
   load_target target;
   thrum_error detail = {0};
   thrum_status status = load_target_parse(body->spec->touch, "touch", &target, &detail);
   THRUM_THEN(status,
-             load_target_find(body->model, &target, &def->touch, &def->touch_count, one, &detail));
+             load_target_list(body->model, &target, &body->touched, &def->touch_count, &detail));
+  def->touch = body->touched;
   return scene_run_pass(run, &body->spec->settings.at, "touch", status, &detail);
 }
 
 /* The surface where there is wind, and what may touch where there are obstacles. */
-static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def *def,
-                                 int32_t *one) {
-  const scene_body_run *body = &run->bodies[n];
+static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def *def) {
+  scene_body_run *body = &run->bodies[n];
   const char *touch = body->spec->touch;
   const bool none = strcmp(touch, "none") == 0, surface = strcmp(touch, "surface") == 0;
   const bool touches = run->spec.obstacles.count > 0 && !none;
@@ -190,7 +190,7 @@ static thrum_status name_surface(scene_run *run, int32_t n, thrum_scene_body_def
 
   thrum_error detail = {0};
   if (!none && !surface)
-    THRUM_TRY(find_touch(run, body, def, one));
+    THRUM_TRY(find_touch(run, body, def));
 
   // contact and wind both need the surface of the mesh
   const bool collides = scene_run_body_meets(run, body) && body->model->basis;
@@ -292,7 +292,7 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
 
   // its state at the start and the part of it that others can touch
   THRUM_TRY(make_start(run, body, body->start, body->start + rank));
-  THRUM_TRY(name_surface(run, n, def, &body->touched));
+  THRUM_TRY(name_surface(run, n, def));
   const thrum_status status = thrum_scene_add_body(run->scene, def, NULL, &detail);
 
   return pass_body(run, spec, status, &detail);

@@ -17,7 +17,7 @@
 typedef struct link_parts {
   base_motion_spec motion;
   double *times, *places;
-  int32_t one[2]; /* single vertices */
+  int32_t *vertices[2]; /* of its sides */
 } link_parts;
 
 static void free_parts(link_parts *parts) {
@@ -25,12 +25,15 @@ static void free_parts(link_parts *parts) {
     base_motion_close(&parts->motion);
   free(parts->times);
   free(parts->places);
+  free(parts->vertices[0]);
+  free(parts->vertices[1]);
 }
 
-/* A body and the vertices of it that a key names, if it does. */
+/* A body and the vertices of it that a key names, if it does. All of them are listed too: no list
+ * means those near a place. */
 static thrum_status find_side(const scene_run *run, const scene_link_spec *spec, const char *key,
                               const char *name, const char *text, int32_t *number,
-                              const int32_t **vertices, int64_t *count, int32_t *one) {
+                              int32_t **vertices, int64_t *count) {
   load_target target;
   thrum_error detail = {0};
   *number = thrum_scene_find_body(run->scene, name);
@@ -38,7 +41,7 @@ static thrum_status find_side(const scene_run *run, const scene_link_spec *spec,
     return THRUM_OK;
   thrum_status status = load_target_parse(text, key, &target, &detail);
   THRUM_THEN(status,
-             load_target_find(run->bodies[*number].model, &target, vertices, count, one, &detail));
+             load_target_list(run->bodies[*number].model, &target, vertices, count, &detail));
   return scene_run_pass(run, &spec->at, key, status, &detail);
 }
 
@@ -88,14 +91,17 @@ static thrum_status add_link(const scene_run *run, const scene_link_spec *spec, 
   thrum_scene_link_def def = thrum_default_scene_link_def();
 
   // what it ties
-  THRUM_TRY(find_side(run, spec, "at", spec->body, spec->target, &def.body, &def.vertices,
-                      &def.count, parts->one));
+  THRUM_TRY(find_side(run, spec, "at", spec->body, spec->target, &def.body, &parts->vertices[0],
+                      &def.count));
   THRUM_TRY(check_whole(run, spec, def.body));
   if (spec->other != NULL) {
     THRUM_TRY(find_side(run, spec, "other_at", spec->other, spec->other_target, &def.other,
-                        &def.other_vertices, &def.other_count, parts->one + 1));
+                        &parts->vertices[1], &def.other_count));
     THRUM_TRY(check_whole(run, spec, def.other));
   }
+
+  def.vertices = parts->vertices[0];
+  def.other_vertices = parts->vertices[1];
 
   // how, where and for how long
   def.kind = (thrum_link_kind)spec->kind;

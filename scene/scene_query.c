@@ -195,6 +195,8 @@ thrum_status thrum_scene_body_positions(thrum_scene *scene, int32_t number,
                                         thrum_error *error) {
   scene_body *body = NULL;
   THRUM_TRY(read_body(scene, number, false, &body, error));
+  THRUM_TRY(thrum_surface_fits(surface, body->model, error));
+
   // body->force is made anew in every step
   shape(body, body->force);
   return thrum_surface_positions(surface, THRUM_SURFACE_POSITIONS, body->force, 0,

@@ -1,6 +1,7 @@
 /* Displacements of a body's vertices: u = U q, their mean and their peak, and starts of a given
  * amplitude. Needs a model with a basis (THRUM_MISSING otherwise). Pure functions; any thread;
- * nothing allocated. A failure leaves the outputs as they were.
+ * nothing allocated. A failure leaves the outputs as they were. THRUM_INVALID_ARGUMENT for NULL;
+ * THRUM_BAD_VALUE for a q with an entry that is not a number within 1e100.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DISPLACEMENT_H

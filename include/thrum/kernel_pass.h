@@ -41,7 +41,8 @@ THRUM_API size_t thrum_pass_result_count(const thrum_model *model);
  * THRUM_PASS_RESTRICT comes last, and THRUM_PASS_RESTRICTED_TANGENT reads it there, so restrict
  * first. `work` is scratch of thrum_work_count(model) doubles, aligned to 64. A kernel that this
  * machine has not is replaced as thrum_kernel_chosen says. THRUM_INVALID_ARGUMENT for NULL, a pass
- * that is none, and explicit_modes outside 0..rank. */
+ * that is none, and explicit_modes outside 0..rank; THRUM_MISSING for a model without a polynomial
+ * or points. Results may be beyond the range of finite numbers where V is. */
 THRUM_API thrum_status thrum_pass_run(const thrum_model *model, thrum_kernel_id kernel,
                                       thrum_pass pass, int32_t explicit_modes, const double *q,
                                       const double *v, double *result, double *work,

@@ -9,6 +9,11 @@
  * the strain energy at the points times their weights (docs/mathematics/18_cubature.md); no
  * function below tells the two apart.
  *
+ * A model that was precomputed condensed (thrum_model_masters > 0; those with touch modes are) has
+ * no V of all its coordinates: the evaluations give NaN, and those of the model that
+ * thrum_model_condense makes of it are what steps. They have no status; where V is beyond the range
+ * of finite numbers, so are they.
+ *
  * The evaluations take `work`, scratch of thrum_work_count(model) doubles that no other argument
  * overlaps; its content is undefined before and after. Nothing is allocated; the model is only
  * read. Any thread, as long as each has its own work. Each coefficient is read once a call; T and T

@@ -793,7 +793,8 @@ THRUM_API thrum_status thrum_scene_body_contact_load(const thrum_scene *scene, i
 THRUM_API void thrum_scene_body_matrix(const thrum_scene *scene, int32_t body, double matrix[16]);
 
 /* Writes X + U q of all vertices of a surface of the body's model, in the model's coordinates; out,
- * stride and failures as in thrum_surface_positions. */
+ * stride and failures as in thrum_surface_positions, and THRUM_MODEL_MISMATCH for a surface of
+ * another model. */
 THRUM_API thrum_status thrum_scene_body_positions(thrum_scene *scene, int32_t body,
                                                   const thrum_surface *surface, float *out,
                                                   int64_t stride, thrum_error *error);

@@ -82,6 +82,12 @@ THRUM_API thrum_status thrum_surface_init(void *memory, size_t memory_size,
 THRUM_API int64_t thrum_surface_vertex_count(const thrum_surface *surface);
 THRUM_API int64_t thrum_surface_triangle_count(const thrum_surface *surface);
 
+/* THRUM_MODEL_MISMATCH where the surface was made of a model with other coordinates than `model`
+ * has: another rank, or other frequencies. thrum_surface_positions cannot know whose q it is given.
+ * Reads omega2 once. */
+THRUM_API thrum_status thrum_surface_fits(const thrum_surface *surface, const thrum_model *model,
+                                          thrum_error *error);
+
 /* Writes three floats for each vertex first..first+count-1 (places in the output) to `out`,
  * `stride` >= 3 floats from one vertex to the next; the floats between stay as they are. q: rank.
  * THRUM_BAD_VALUE where q is not finite or too large for single precision, THRUM_INVALID_ARGUMENT

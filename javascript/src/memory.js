@@ -164,19 +164,55 @@ export function steps(count) {
   return count;
 }
 
-/** `value` as doubles of that length. @returns {Float64Array} */
-export function doubles(value, length, name) {
-  const array = Float64Array.from(value);
-  if (array.length !== length)
-    throw new ThrumError(`${name}: it has ${array.length} numbers, not ${length}`, -11);
+/** What is like an array, one entry after the other. */
+function* entriesOf(value) {
+  for (let n = 0; n < (value?.length ?? 0); n += 1) yield value[n];
+}
+
+/** The first `most` entries of an array, of what is like one or can be iterated, whatever length it claims.
+ * @returns {Array} */
+function firstOf(value, most) {
+  const found = [];
+  for (const entry of typeof value?.[Symbol.iterator] === 'function' ? value : entriesOf(value)) {
+    if (found.length === most) break;
+    found.push(entry);
+  }
+  return found;
+}
+
+/** `value` as doubles of that length. `unknown`: NaN in place of each number says that there is none.
+ * @returns {Float64Array} */
+export function doubles(value, length, name, unknown = false) {
+  // what claims to be too long is not copied before it is refused
+  const claimed = typeof value?.length === 'number' ? value.length : undefined;
+  const found = claimed === undefined || claimed === length ? firstOf(value, length + 1) : [];
+  if ((claimed ?? found.length) !== length) {
+    const has = claimed ?? (found.length > length ? `more than ${length}` : found.length);
+    throw new ThrumError(`${name}: it has ${has} numbers, not ${length}`, -11);
+  }
+  const array = Float64Array.from(found);
+  const wrong = array.findIndex((number) => !Number.isFinite(number));
+  if (wrong >= 0 && !(unknown && array.every(Number.isNaN)))
+    throw new ThrumError(`${name}: number ${wrong} is ${array[wrong]}, which is no finite number`, -12);
   return array;
+}
+
+/** The bytes of a snapshot. @returns {Uint8Array} */
+export function snapshotBytes(snapshot) {
+  if (!(snapshot instanceof Uint8Array)) throw new ThrumError('a snapshot is a Uint8Array', -1);
+  return snapshot;
 }
 
 /** `value` as 0-based vertices below `count`. @returns {Int32Array} */
 export function vertices(value, count, name) {
-  const array = Array.from(value);
-  const wrong = array.find((vertex) => !Number.isInteger(vertex) || vertex < 0 || vertex >= count);
-  if (wrong !== undefined || array.length === 0)
-    throw new ThrumError(`${name}: ${wrong ?? 'nothing'} is no vertex of 0 to ${count - 1}`, -1);
+  const array = [];
+  // the first wrong one ends it, whatever length is claimed
+  const entries = typeof value?.[Symbol.iterator] === 'function' ? value : entriesOf(value);
+  for (const vertex of entries) {
+    if (!Number.isInteger(vertex) || vertex < 0 || vertex >= count)
+      throw new ThrumError(`${name}: ${String(vertex)} is no vertex of 0 to ${count - 1}`, -1);
+    array.push(vertex);
+  }
+  if (array.length === 0) throw new ThrumError(`${name}: nothing is no vertex of 0 to ${count - 1}`, -1);
   return Int32Array.from(array);
 }

@@ -1,6 +1,6 @@
 // Models, states, batches and surfaces. SPDX-License-Identifier: Apache-2.0
 import { outerTriangles } from './outer_triangles.js';
-import { Memory, Owned, Resource, ThrumError, doubles, steps, vertices } from './memory.js';
+import { Memory, Owned, Resource, ThrumError, doubles, snapshotBytes, steps, vertices } from './memory.js';
 
 const ARRAYS = { omega2: 0, vertices: 1, tets: 2, fixed: 3, material: 4, basis: 5, groupNames: 6,
   groupEnds: 7, groupVertices: 8, meta: 9, regionLaw: 10, pointLaw: 11 };
@@ -286,7 +286,7 @@ export class State extends Resource {
   }
 
   restore(snapshot) {
-    this.#memory.lend([Uint8Array.from(snapshot)], (at) => this.#memory.check(
+    this.#memory.lend([snapshotBytes(snapshot)], (at) => this.#memory.check(
       this.#memory.calls.js_state_restore(this.#modelAt, this.address, at, snapshot.length)));
   }
 }

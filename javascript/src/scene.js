@@ -1,5 +1,5 @@
 // Scenes: placed bodies and what acts on them. SPDX-License-Identifier: Apache-2.0
-import { Owned, Resource, ThrumError, doubles, steps, vertices } from './memory.js';
+import { Owned, Resource, ThrumError, doubles, snapshotBytes, steps, vertices } from './memory.js';
 import { integratorNumber, knownOptions } from './model.js';
 
 const SHAPES = { plane: 0, sphere: 1, box: 2 };
@@ -19,6 +19,7 @@ const LINK_OPTIONS = ['kind', 'body', 'place', 'vertices', 'vertex', 'group', 'o
   'otherVertices', 'otherGroup', 'axis', 'stiffness', 'damping', 'length', 'pathTimes', 'pathPlaces', 'until'];
 const NOWHERE = [NaN, NaN, NaN];
 const ZERO = [0, 0, 0];
+const PATH_MOST = 2 ** 24; // times of a path, as thrum_scene_link_def has it
 const UPRIGHT = [1, 0, 0, 0];
 
 export class Scene extends Resource {
@@ -122,7 +123,7 @@ export class Scene extends Resource {
       throw new ThrumError('otherVertices: the world has none', -1);
     const otherChosen = link.other?.model.chosen({ vertices: otherVertices, group: otherGroup });
     const [times, places] = pathOf(link);
-    const numbers = [...doubles(link.place ?? NOWHERE, 3, 'place'), ...doubles(link.otherPlace ?? NOWHERE, 3, 'otherPlace'),
+    const numbers = [...doubles(link.place ?? NOWHERE, 3, 'place', true), ...doubles(link.otherPlace ?? NOWHERE, 3, 'otherPlace', true),
       ...doubles(link.axis ?? [0, 0, 1], 3, 'axis'), link.stiffness ?? 0, link.damping ?? 0, link.length ?? -1,
       link.until ?? Infinity];
     const number = this.#memory.lend([chosen, otherChosen, times, places], (at, otherAt, timesAt, placesAt) =>
@@ -211,7 +212,7 @@ export class Scene extends Resource {
   }
 
   restore(snapshot) {
-    this.#memory.lend([Uint8Array.from(snapshot)], (at) =>
+    this.#memory.lend([snapshotBytes(snapshot)], (at) =>
       this.call('js_scene_restore', undefined, at, snapshot.length));
   }
 }
@@ -316,7 +317,8 @@ function pathOf({ pathTimes, pathPlaces }) {
   if ((pathTimes === undefined) !== (pathPlaces === undefined))
     throw new ThrumError('pathTimes and pathPlaces come together', -1);
   if (pathTimes === undefined) return [undefined, undefined];
-  const times = Float64Array.from(pathTimes);
+  if (!(pathTimes.length <= PATH_MOST)) throw new ThrumError(`pathTimes: an array of at most ${PATH_MOST} times`, -1);
+  const times = doubles(pathTimes, pathTimes.length, 'pathTimes');
   return [times, doubles(pathPlaces, 3 * times.length, 'pathPlaces')];
 }
 

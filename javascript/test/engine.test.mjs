@@ -300,6 +300,36 @@ test('what is wrong is refused by name', () => {
   assert.equal(scene.bodies.length, 0);
 });
 
+test('an array of the wrong length is refused before it is copied', () => {
+  const endless = { *[Symbol.iterator]() { for (;;) yield 0; } };
+  for (const q of [{ length: 1e9 }, { length: 2 ** 40 }, endless, [], Array(RANK + 1).fill(0)])
+    assert.throws(() => beam.displacement(q), new RegExp(`not ${RANK}`));
+  for (const chosen of [{ length: 1e9 }, { length: NaN }, []])
+    assert.throws(() => beam.surface({ vertices: chosen }), /no vertex/);
+  assert.throws(() => beam.state().restore({ length: 1e9 }), /Uint8Array/);
+  assert.throws(() => engine.scene().restore([1, 2]), /Uint8Array/);
+  assert.deepEqual(beam.displacement(new Set(Array(RANK).keys())), beam.displacement(Array.from(Array(RANK).keys())));
+});
+
+test('no number but a finite one goes in or comes out', () => {
+  for (const wrong of [NaN, Infinity, undefined, 'x']) {
+    const q = Array(RANK).fill(0);
+    q[3] = wrong;
+    for (const call of [() => beam.displacement(q), () => beam.vonMises(q), () => beam.equilibrium(q),
+      () => beam.surface().positions(q), () => beam.state().setForce(q)])
+      assert.throws(call, /number 3/);
+  }
+  assert.throws(() => beam.displacement(Array(RANK).fill(1e308)), ThrumError);
+});
+
+test('a surface of another model is refused', () => {
+  const scene = engine.scene();
+  const body = scene.addBody(beam);
+  for (const other of [beam.truncate(3), beam.scale({ stiffness: 2 }), block])
+    assert.throws(() => body.positions(other.surface()), /another model/);
+  assert.equal(body.positions(engine.model(bytes).surface()).length, 3 * beam.vertexCount);
+});
+
 test('things are freed in any order', () => {
   for (const first of ['model', 'state', 'scene']) {
     const model = engine.model(bytes);

@@ -268,6 +268,9 @@ class Model:
     # --- forces and energy -----------------------------------------------------------------------
 
     def _work(self) -> Any:
+        if self.masters > 0:
+            raise Missing("the model was precomputed condensed and has no energy of all its coordinates: take "
+                          f"model.condense({self.masters})", Status.MISSING)
         return ffi.new("double[]", lib.thrum_work_count(self._c))
 
     def strain_energy(self, q: Any) -> float:

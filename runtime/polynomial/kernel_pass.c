@@ -4,6 +4,7 @@
 
 #include "thrum/kernel_pass.h"
 
+#include "runtime/polynomial/points.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 #define PAIRS_OPERATIONS 4.0 /* with a number of those by pairs */
@@ -17,6 +18,10 @@ thrum_status thrum_pass_run(const thrum_model *model, thrum_kernel_id kernel, th
                             double *result, double *work, thrum_error *error) {
   if (!model || !q || !v || !result || !work)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "an argument is NULL");
+  if (!thrum_has_energy(model))
+    return thrum_error_set(error, THRUM_MISSING,
+                           "the model has no polynomial of all its coordinates: where it was "
+                           "precomputed condensed, take what thrum_model_condense makes of it");
   if (explicit_modes < 0 || explicit_modes > model->rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "%d explicit modes of a model with %lld",
                            (int)explicit_modes, (long long)model->rank);

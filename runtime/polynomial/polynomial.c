@@ -12,6 +12,7 @@
 #include "runtime/polynomial/point_rest.h"
 #include "runtime/polynomial/polynomial_private.h"
 
+#include <math.h>
 #include <string.h>
 
 int64_t thrum_c3_index(int64_t rank, int64_t i, int64_t j, int64_t k) {
@@ -195,23 +196,40 @@ void thrum_tangent_product_part(const thrum_kernel *by, const thrum_model *model
   fit(by, model)->tangent_vector_part(model, split, q, v, product, work);
 }
 
+/* Fills what a model without a polynomial cannot give. */
+static void fill_unknown(double *values, int64_t count) {
+  for (int64_t n = 0; n < count; n++)
+    values[n] = NAN;
+}
+
 double thrum_strain_energy(const thrum_model *model, const double *q, double *work) {
+  if (!thrum_has_energy(model))
+    return NAN;
   return thrum_strain_energy_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, work);
 }
 
 double thrum_internal_force(const thrum_model *model, const double *q, double *force,
                             double *work) {
-  return thrum_internal_force_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, force, work);
+  if (thrum_has_energy(model))
+    return thrum_internal_force_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, force, work);
+  fill_unknown(force, model->rank);
+  return NAN;
 }
 
 void thrum_tangent_stiffness(const thrum_model *model, const double *q, double *tangent,
                              double *work) {
-  thrum_tangent_stiffness_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, tangent, work);
+  if (thrum_has_energy(model))
+    thrum_tangent_stiffness_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, tangent, work);
+  else
+    fill_unknown(tangent, model->rank * model->rank);
 }
 
 void thrum_tangent_product(const thrum_model *model, const double *q, const double *v,
                            double *product, double *work) {
-  thrum_tangent_product_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, v, product, work);
+  if (thrum_has_energy(model))
+    thrum_tangent_product_by(thrum_kernel_get(THRUM_KERNEL_BEST), model, q, v, product, work);
+  else
+    fill_unknown(product, model->rank);
 }
 
 void thrum_polynomial_restrict(const thrum_kernel *by, const thrum_model *model, int32_t split,

@@ -17,16 +17,36 @@
 
 #include "runtime/base/matrix_product.h"
 
-static thrum_status require_basis(const thrum_model *model, thrum_error *error) {
+/* With the largest entry of a basis (thrum_model_check) squares of displacements stay finite. */
+#define Q_MAX 1e100
+
+static thrum_status require_basis(const thrum_model *model, const void *output,
+                                  thrum_error *error) {
+  if (model == NULL || output == NULL)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model or an output is NULL");
   if (model->basis != NULL)
     return THRUM_OK;
   return thrum_error_set(error, THRUM_MISSING,
                          "the model has no basis, so its vertices have no displacement");
 }
 
+/* Refuses coordinates that are none, or so large that a displacement would not be finite. */
+static thrum_status check_q(const thrum_model *model, const double *q, thrum_error *error) {
+  if (q == NULL)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "q is NULL");
+  for (int64_t i = 0; i < model->rank; i++)
+    if (!(fabs(q[i]) <= Q_MAX))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "entry %" PRId64 " of q is %g, not a number within %g", i, q[i],
+                             Q_MAX);
+  return THRUM_OK;
+}
+
 thrum_status thrum_displacement(const thrum_model *model, const double *q, int64_t first,
                                 int64_t count, double *displacements, thrum_error *error) {
-  THRUM_TRY(require_basis(model, error));
+  THRUM_TRY(require_basis(model, displacements, error));
+  THRUM_TRY(check_q(model, q, error));
+
   // written so that no sum can overflow
   if (first < 0 || count < 0 || first > model->vertex_count || count > model->vertex_count - first)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -55,7 +75,7 @@ static double extent(const thrum_model *model, int64_t mode) {
 
 thrum_status thrum_mode_add(const thrum_model *model, int64_t mode, double amplitude, double *q,
                             thrum_error *error) {
-  THRUM_TRY(require_basis(model, error));
+  THRUM_TRY(require_basis(model, q, error));
   if (mode < 0 || mode >= model->rank) {
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the model has modes 1 to %lld, there is no mode %lld",
@@ -72,7 +92,7 @@ thrum_status thrum_mode_add(const thrum_model *model, int64_t mode, double ampli
 }
 
 thrum_status thrum_basis_extents(const thrum_model *model, double *extents, thrum_error *error) {
-  THRUM_TRY(require_basis(model, error));
+  THRUM_TRY(require_basis(model, extents, error));
   for (int64_t i = 0; i < model->rank; i++)
     extents[i] = extent(model, i);
   return THRUM_OK;
@@ -82,7 +102,10 @@ thrum_status thrum_displacement_peak(const thrum_model *model, const double *ext
                                      const double *q, double *length, int64_t *vertex,
                                      thrum_error *error) {
   // a bound on the displacement of any vertex tells whether to look at all
-  THRUM_TRY(require_basis(model, error));
+  THRUM_TRY(require_basis(model, length, error));
+  THRUM_TRY(check_q(model, q, error));
+  if (extents == NULL || vertex == NULL)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "extents or vertex is NULL");
   double bound = 0;
   for (int64_t i = 0; i < model->rank; i++)
     bound += fabs(q[i]) * extents[i];
@@ -117,7 +140,8 @@ thrum_status thrum_displacement_peak(const thrum_model *model, const double *ext
 thrum_status thrum_displacement_mean(const thrum_model *model, const int32_t *vertices,
                                      int64_t count, const double *q, double mean[3],
                                      thrum_error *error) {
-  THRUM_TRY(require_basis(model, error));
+  THRUM_TRY(require_basis(model, mean, error));
+  THRUM_TRY(check_q(model, q, error));
   if (vertices == NULL)
     count = model->vertex_count;
   if (count <= 0)

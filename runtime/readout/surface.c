@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "runtime/base/alignment_check.h"
+#include "runtime/base/mix_numbers.h"
 
 #define SURFACE_MAGIC UINT64_C(0x7468726d73663031)
 
@@ -21,7 +22,14 @@ struct thrum_surface {
   int64_t rank;
   int64_t vertex_count;
   int64_t triangle_count;
+  uint64_t spectrum; /* of the model whose coordinates move it */
 };
+
+/* Tells the coordinates of one model from those of another: each has omega2, whatever it is stepped
+ * by, and a model that was cut or scaled has others. */
+static uint64_t spectrum_of(const thrum_model *model) {
+  return thrum_mix_numbers((uint64_t)model->rank, model->omega2, model->omega2 ? model->rank : 0);
+}
 
 static int64_t block_count(int64_t vertices) {
   return (vertices + (THRUM_SURFACE_BLOCK - 1)) / THRUM_SURFACE_BLOCK;
@@ -172,7 +180,7 @@ thrum_status thrum_surface_init(void *memory, size_t memory_size, const thrum_mo
   // a header, the rest positions, the rows of the basis, and the triangles
   memset(memory, 0, size);
   const int64_t count = shown(model, def), triangles = def->triangles ? def->triangle_count : 0;
-  const thrum_surface header = {SURFACE_MAGIC, model->rank, count, triangles};
+  const thrum_surface header = {SURFACE_MAGIC, model->rank, count, triangles, spectrum_of(model)};
   memcpy(memory, &header, sizeof header);
 
   unsigned char *bytes = memory;
@@ -200,6 +208,19 @@ static thrum_status check(const thrum_surface *surface, thrum_error *error) {
   if (!surface || surface->magic != SURFACE_MAGIC)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the surface was not made by thrum_surface_init");
+  return THRUM_OK;
+}
+
+thrum_status thrum_surface_fits(const thrum_surface *surface, const thrum_model *model,
+                                thrum_error *error) {
+  THRUM_TRY(check(surface, error));
+  if (!model)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model is NULL");
+  if (surface->rank != model->rank || surface->spectrum != spectrum_of(model))
+    return thrum_error_set(error, THRUM_MODEL_MISMATCH,
+                           "the surface was made of another model (of rank %lld; this one has rank "
+                           "%lld): make it of this model",
+                           (long long)surface->rank, (long long)model->rank);
   return THRUM_OK;
 }
 

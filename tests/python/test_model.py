@@ -8,7 +8,7 @@ import unittest
 import warnings
 
 import numpy as np
-from support import FOLDER, beam, beam_file, block
+from support import FOLDER, beam, beam_file, block, model_file
 
 import thrum
 
@@ -163,6 +163,18 @@ class Mechanics(unittest.TestCase):
         load = model.external_load(gravity=(0, 0, -9.81))
         self.assertEqual(condensed.condensed_load(x, load).shape, (4,))
         self.assertEqual(condensed.displacement(shown).shape, (81, 3))
+
+    def test_a_file_that_was_condensed_has_no_energy_of_all_coordinates(self):
+        file = model_file("condensed", "beam:8x2x2@1x0.15x0.15", fix="x<0.001", modes=6, rank=12, condense=True)
+        model = thrum.Model.load(file)
+        q = np.zeros(model.rank)
+        for call in (model.strain_energy, model.internal_force, model.tangent_stiffness):
+            with self.assertRaisesRegex(thrum.Missing, r"condense\(6\)"):
+                call(q)
+        stepped = model.condense(model.masters)
+        rest = np.zeros(stepped.rank)
+        self.assertEqual(stepped.strain_energy(rest), 0.0)
+        self.assertEqual(np.abs(stepped.internal_force(rest)).max(), 0.0)
 
     def test_equilibrium_beyond_reach_warns(self):
         model = beam()

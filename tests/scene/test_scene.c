@@ -613,6 +613,49 @@ static void the_matrix_puts_a_surface_where_its_vertices_are(void **context) {
   free(memory);
 }
 
+/* Makes a model of the fixture's: twice as stiff, or of three coordinates. The caller frees it. */
+static void *make_other(const fixture *f, bool fewer, const thrum_model **other) {
+  const thrum_model_scaling twice = {1, 2, 1};
+  size_t size = 0;
+  MUST(fewer ? thrum_model_truncate_size(&f->m.model, 3, &size, &failure)
+             : thrum_model_scale_size(&f->m.model, &size, &failure));
+  void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
+  MUST(fewer ? thrum_model_truncate(memory, size, &f->m.model, 3, other, &failure)
+             : thrum_model_scale(memory, size, &f->m.model, &twice, other, &failure));
+  return memory;
+}
+
+/* A surface reads as many coordinates as the model has that it was made of. */
+static void a_surface_of_another_model_is_refused(void **context) {
+  fixture *f = *context;
+  thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
+  add(f, &def);
+  for (int n = 0; n < 2; n++) {
+    const thrum_model *other = NULL;
+    const thrum_surface_def all = {0};
+    const thrum_surface *surface = NULL;
+    void *memory = make_other(f, n == 1, &other);
+    size_t size = 0;
+    MUST(thrum_surface_size(other, &all, &size, &failure));
+    void *block = aligned_alloc(64, (size + 63) / 64 * 64);
+    MUST(thrum_surface_init(block, size, other, &all, &surface, &failure));
+
+    // it fits its own model alone
+    MUST(thrum_surface_fits(surface, other, &failure));
+    assert_int_equal(thrum_surface_fits(surface, &f->m.model, &failure), THRUM_MODEL_MISMATCH);
+    assert_int_equal(thrum_surface_fits(surface, NULL, &failure), THRUM_INVALID_ARGUMENT);
+    assert_int_equal(thrum_surface_fits(NULL, other, &failure), THRUM_INVALID_ARGUMENT);
+
+    // and a body of another one writes nothing
+    float out[3 * VERTICES] = {7};
+    assert_int_equal(thrum_scene_body_positions(f->scene, 0, surface, out, 3, &failure),
+                     THRUM_MODEL_MISMATCH);
+    assert_true(out[0] == 7);
+    free(block);
+    free(memory);
+  }
+}
+
 static void bad_defs_are_refused(void **context) {
   // a definition that was not initialised has a status of its own
   fixture *f = *context;
@@ -736,6 +779,7 @@ int main(void) {
 
       // what it tells, and what it refuses
       TEST(the_matrix_puts_a_surface_where_its_vertices_are),
+      TEST(a_surface_of_another_model_is_refused),
       TEST(bad_defs_are_refused),
       TEST(a_scene_tells_what_was_set),
       TEST(the_ground_is_where_the_base_motions_put_it),

@@ -7,6 +7,7 @@
 #include "runtime/base/vec3.h"
 #include "thrum/displacement.h"
 #include "thrum/external_load.h"
+#include "thrum/kernel_pass.h"
 #include "thrum/polynomial.h"
 #include "thrum/surface.h"
 
@@ -189,6 +190,43 @@ static void a_model_that_was_precomputed_condensed_gives_the_same_models(void **
   assert_non_null(strstr(error.message, "thrum_model_condense"));
   assert_int_equal(thrum_model_truncate_size(&file, 3, &size, &error), THRUM_INVALID_ARGUMENT);
 
+  free(memory);
+  random_model_free(&m);
+}
+
+/* A file that was precomputed condensed has no V of all its coordinates: what has no status says
+ * so by NaN, and the passes by theirs. */
+static void a_file_without_a_polynomial_evaluates_to_nan(void **context) {
+  (void)context;
+  random_model m;
+  random_model_make_wild(&m, 17, RANK);
+  const thrum_model *stepped = NULL;
+  void *memory = condense(&m.model, 6, &stepped);
+  const thrum_model file = as_precomputed(&m, stepped);
+  double q[RANK] = {0}, force[RANK] = {0}, product[RANK] = {0}, tangent[RANK * RANK] = {0};
+  double *work = random_alloc((int64_t)thrum_work_count(&file), sizeof(double));
+
+  // nothing but NaN comes out, also at rest
+  assert_true(isnan(thrum_strain_energy(&file, q, work)));
+  assert_true(isnan(thrum_internal_force(&file, q, force, work)));
+  thrum_tangent_product(&file, q, q, product, work);
+  thrum_tangent_stiffness(&file, q, tangent, work);
+  for (int i = 0; i < RANK; i++)
+    assert_true(isnan(force[i]) && isnan(product[i]));
+  for (int i = 0; i < RANK * RANK; i++)
+    assert_true(isnan(tangent[i]));
+
+  // each pass has a status
+  double *result = random_alloc((int64_t)thrum_pass_result_count(&file), sizeof(double));
+  thrum_error error;
+  for (int pass = 0; pass < THRUM_PASS_COUNT; pass++) {
+    assert_int_equal(
+        thrum_pass_run(&file, THRUM_KERNEL_BEST, (thrum_pass)pass, 2, q, q, result, work, &error),
+        THRUM_MISSING);
+    assert_non_null(strstr(error.message, "thrum_model_condense"));
+  }
+  free(result);
+  free(work);
   free(memory);
   random_model_free(&m);
 }
@@ -480,6 +518,7 @@ int main(void) {
       cmocka_unit_test(a_master_stretches_from_a_share_of_the_energy_of_strains_of_one),
       cmocka_unit_test(a_file_of_stretching_masters_gives_the_same_models),
       cmocka_unit_test(what_cannot_be_condensed_is_refused),
+      cmocka_unit_test(a_file_without_a_polynomial_evaluates_to_nan),
       cmocka_unit_test(arrays_of_a_condensed_model_that_do_not_fit_are_refused),
       cmocka_unit_test(what_needs_a_basis_refuses_the_stepped_model),
       cmocka_unit_test(the_energy_scheme_keeps_the_energy_of_a_condensed_model),
