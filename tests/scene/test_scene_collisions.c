@@ -511,20 +511,23 @@ static void a_plate_holds_what_is_shot_at_it(void **context) {
 }
 
 /* At 1 and 2 m a step what is shot goes deeper than the thickness, and where forces spin it in the
- * first attempt at the step, the next one begins anew: most shots come back. Momentum is kept. */
+ * first attempt at the step, the next one begins anew: most shots come back. Momentum is kept.
+ * Which ones come back depends on the last bits of the models, which BLAS makes by other kernels on
+ * another processor: 21 to 31 of 96 go through by the kernels of ten, and 41 or 42 where no attempt
+ * begins anew. */
 static void most_of_what_is_shot_at_a_plate_in_longer_steps_comes_back(void **context) {
   fixture *f = *context;
   int passed = 0, shots = 0;
-  for (int n = 0; n < 12; n++, shots++) {
+  for (int n = 0; n < 96; n++, shots++) {
     thrum_scene *scene = NULL;
     MUST(thrum_scene_make(0.002, &scene, &failure));
 
-    // one cube of 5 cm, at six places
+    // one cube of 5 cm, at 48 places
     thrum_scene_body_def block =
-        def_of(&f->block, 0.22 + 0.013 * (n % 3), 0.01 * (n / 3 % 2) + 0.007 * (n % 3), 0.3, 200);
+        def_of(&f->block, 0.22 + 0.0033 * (n % 8), 0.0033 * (n / 8 % 6), 0.3, 200);
     const thrum_scene_body_def plate = def_of(&f->plate, 0, 0, 0, 200);
     block.scale = 0.25;
-    block.velocity[2] = n < 6 ? -500 : -1000;
+    block.velocity[2] = n < 48 ? -500 : -1000;
     collide(scene, 0.5, 0.5);
     add(scene, &block);
     add(scene, &plate);
@@ -544,7 +547,7 @@ static void most_of_what_is_shot_at_a_plate_in_longer_steps_comes_back(void **co
     thrum_scene_free(scene);
   }
   print_message("%d of %d shots go through\n", passed, shots);
-  assert_true(passed <= 3);
+  assert_in_range(passed, 0, 36);
 }
 
 /* A block that is struck meets the plate before it in the same step. */
@@ -626,49 +629,79 @@ static void what_others_speak_for_takes_no_room(void **context) {
   assert_int_equal(report.dropped, 0);
 }
 
-static void a_stack_rests(void **context) {
-  fixture *f = *context;
-
-  // three blocks on a floor, a little apart and askew
+/* Three blocks on a floor, a little apart and askew: each bears what is above it, and nothing
+ * moves. Returns how many sweeps it took until then. shift: of the start [m]. */
+static int64_t rest_as_stack(const fixture *f, double shift) {
+  thrum_scene *scene = NULL;
+  MUST(thrum_scene_make(0.002, &scene, &failure));
   const thrum_obstacle floor = thrum_default_obstacle();
-  MUST(thrum_scene_set_gravity(f->scene, down, &failure));
-  MUST(thrum_scene_add_obstacle(f->scene, &floor, NULL, &failure));
-  collide(f->scene, 0.5, 0.3);
-  int32_t *touch = need((size_t)f->block.made.model.vertex_count, sizeof *touch);
-  for (int64_t v = 0; v < f->block.made.model.vertex_count; v++)
+  MUST(thrum_scene_set_gravity(scene, down, &failure));
+  MUST(thrum_scene_add_obstacle(scene, &floor, NULL, &failure));
+  collide(scene, 0.5, 0.3);
+  const int64_t count = f->block.made.model.vertex_count;
+  int32_t *touch = need((size_t)count, sizeof *touch);
+  for (int64_t v = 0; v < count; v++)
     touch[v] = (int32_t)v;
   for (int n = 0; n < 3; n++) {
-    thrum_scene_body_def def = def_of(&f->block, 0.01 * n, -0.01 * n, 0.105 + 0.21 * n, 20);
+    thrum_scene_body_def def =
+        def_of(&f->block, (0.01 + shift) * n, -0.01 * n, 0.105 + 0.21 * n, 20);
     def.state.damping_alpha = 2;
     def.touch = touch;
-    def.touch_count = f->block.made.model.vertex_count;
-    add(f->scene, &def);
+    def.touch_count = count;
+    add(scene, &def);
   }
-  for (int k = 0; k < 800; k++)
-    MUST(thrum_scene_step(f->scene, &failure));
-
-  // each bears what is above it, and nothing moves
   thrum_scene_body_info info;
-  MUST(thrum_scene_body(f->scene, 0, &info, &failure));
+  MUST(thrum_scene_body(scene, 0, &info, &failure));
   const double weight = 9.81 * info.mass;
-  assert_close(info.contact.normal, 3 * weight, 1e-4);
+
+  // how long they rock on their corners depends on the last bits of the model
+  int steps = 0;
+  for (; steps < 4000 && (steps < 100 || account_of(scene).kinetic > 1e-10 * weight); steps++)
+    MUST(thrum_scene_step(scene, &failure));
+  const int64_t sweeps = thrum_scene_collisions(scene).sweeps;
+  print_message("at rest after %d steps and %lld sweeps\n", steps, (long long)sweeps);
+  for (int k = 0; k < 200; k++)
+    MUST(thrum_scene_step(scene, &failure));
+
+  // what they bear, while they may still creep by the tolerance of the sweeps
+  MUST(thrum_scene_body(scene, 0, &info, &failure));
+  assert_close(info.contact.normal, 3 * weight, 1e-3);
   double between[2] = {0, 0};
-  const thrum_contact_pairs_report report = thrum_scene_collisions(f->scene);
+  const thrum_contact_pairs_report report = thrum_scene_collisions(scene);
   for (int64_t n = 0; n < report.touching; n++) {
     thrum_pair_touch touching;
-    MUST(thrum_scene_collision(f->scene, n, &touching, &failure));
+    MUST(thrum_scene_collision(scene, n, &touching, &failure));
     assert_int_equal(touching.bodies[1], touching.bodies[0] + 1);
     between[touching.bodies[0]] -= touching.force[2];
     assert_true(touching.distance > 0);
   }
-  assert_close(between[0], 2 * weight, 1e-4);
-  assert_close(between[1], weight, 1e-4);
-  assert_true(account_of(f->scene).kinetic < 1e-9 * weight);
+  assert_close(between[0], 2 * weight, 1e-3);
+  assert_close(between[1], weight, 1e-3);
+  assert_true(account_of(scene).kinetic < 1e-9 * weight);
   assert_true(report.deepest_share < 1);
-
-  // all of them are solved at once, with the rows on the floor: sweeps alone take 40,000
-  assert_true(report.sweeps < 8000);
   free(touch);
+  thrum_scene_free(scene);
+  return sweeps;
+}
+
+/* All blocks are solved at once, with the rows on the floor. Some starts rock for long and need
+ * ten times as many sweeps as others, so the median is looked at: 1,100 to 8,000 by the kernels of
+ * BLAS of ten processors, and by sweeps alone 33,000 to 82,000. */
+static void a_stack_rests(void **context) {
+  int64_t sweeps[7];
+  const int count = LENGTH_OF_RUN(7, 1);
+  for (int n = 0; n < count; n++)
+    sweeps[n] = rest_as_stack(*context, 1e-4 * n);
+
+  // in order
+  for (int n = 1; n < count; n++)
+    for (int k = n; k > 0 && sweeps[k - 1] > sweeps[k]; k--) {
+      const int64_t other = sweeps[k];
+      sweeps[k] = sweeps[k - 1];
+      sweeps[k - 1] = other;
+    }
+  if (count == 7)
+    assert_in_range(sweeps[3], 0, 16000);
 }
 
 /* A block on a plate that gravity tilts: below the angle of friction it stays, above it slides as
@@ -791,13 +824,15 @@ static void soft_bodies_with_spin_stay_apart(void **context) {
 }
 
 /* In long steps soft bodies deform and slide far while they touch: a step that is made again has
- * the levers that the places came to, or its surfaces would meet however often it is made. */
+ * the levers that the places came to, or its surfaces would meet however often it is made. By the
+ * kernels of BLAS of ten processors 24 to 48 of 200 runs meet, and 76 to 92 without those levers.
+ */
 static void soft_bodies_seldom_meet_in_long_steps(void **context) {
   int met = 0;
-  for (int n = 0; n < 40; n++)
+  for (int n = 0; n < 200; n++)
     met += fly(*context, 0.004, n % 2 ? 1 : 0.5).deepest_share > 1;
-  print_message("%d of 40 deeper than the thickness\n", met);
-  assert_in_range(met, 0, 7);
+  print_message("%d of 200 deeper than the thickness\n", met);
+  assert_in_range(met, 0, 60);
 }
 
 /* Soft cubes, each beside the one below by a fifth of their width, stand without drift. */

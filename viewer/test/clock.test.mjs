@@ -3,10 +3,13 @@ import assert from 'node:assert/strict';
 import { afterEach, beforeEach, test } from 'node:test';
 import { Clock } from '../src/clock.js';
 
-const real = performance.now;
+// the time of the machine cannot be written to in node 18, but the object that tells it can be another one
+const real = Object.getOwnPropertyDescriptor(globalThis, 'performance');
 let now = 0;
-beforeEach(() => { performance.now = () => now; });
-afterEach(() => { performance.now = real; });
+beforeEach(() => {
+  Object.defineProperty(globalThis, 'performance', { configurable: true, writable: true, value: { now: () => now } });
+});
+afterEach(() => { Object.defineProperty(globalThis, 'performance', real); });
 
 /** Frames of which each draws for `drawing` ms and steps for as long as the clock lets it, a step of 2 ms of simulated time
  * taking `cost` ms. @returns {{pace: number, true: number, frame: number}} as it is told, as it is, and the last frame [ms] */
