@@ -391,6 +391,38 @@ size_t thrum_text_scan_number(const char *at, const char *end, double *value) {
   return (size_t)(stop - at);
 }
 
+size_t thrum_text_scan_fortran(const char *at, const char *end, double *value) {
+  const size_t head = thrum_text_scan_number(at, end, value);
+  const char *p = at + head;
+  char text[ROOM];
+  if (head == 0 || p == end || !(is_digit(p[-1]) || p[-1] == '.'))
+    return head;
+
+  // a d, or a sign without a letter, begins an exponent only with digits behind it
+  if (lower(*p) == 'd')
+    p++;
+  const char *exponent = p;
+  if (p < end && (*p == '+' || *p == '-'))
+    p++;
+  const char *digits = p;
+  while (p < end && is_digit(*p))
+    p++;
+  const size_t tail = (size_t)(p - exponent);
+  const size_t length = head + 1 + tail;
+  if (p == digits || length > sizeof text)
+    return head;
+
+  // with an e in its place the number is one like all others, if it has no exponent already
+  double number = 0;
+  memcpy(text, at, head);
+  text[head] = 'e';
+  memcpy(text + head + 1, exponent, tail);
+  if (thrum_text_scan_number(text, text + length, &number) < length)
+    return head;
+  *value = number;
+  return (size_t)(p - at);
+}
+
 int thrum_utf8_length(const char *text, size_t length) {
   const unsigned char *s = (const unsigned char *)text;
   if (length > 0 && s[0] < 0x80)

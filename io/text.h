@@ -99,6 +99,9 @@ int thrum_utf8_length(const char *text, size_t length);
  * The number is rounded correctly, and one that is too large becomes infinity. `nan` and `inf` are
  * scanned too, so that they can be named. */
 size_t thrum_text_scan_number(const char *at, const char *end, double *value);
+/* The same of a number as Fortran writes it: the exponent may follow a d in the place of the e, or
+ * its sign alone, as in 1.5d0 and 1.5+3. */
+size_t thrum_text_scan_fortran(const char *at, const char *end, double *value);
 /* Scans a whole number in the same way; returns 0 also when it does not fit. */
 size_t thrum_text_scan_integer(const char *at, const char *end, int64_t *value);
 

@@ -9,17 +9,13 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "io/text.h"
+#include "mesh/formats/included_files.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_builder.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
-#include "platform/folder_swap.h"
-
-enum { DEPTH_MAX = 8, INCLUDES_MAX = 100 };
 
 typedef struct veg_material {
   thrum_word name;
@@ -39,21 +35,9 @@ typedef struct veg_region {
   thrum_material values; /* of the material, once all is read */
 } veg_region;
 
-/* A text being read, or read already: names point into it until the end. */
-typedef struct veg_file {
-  const char *path;
-  thrum_text text;
-  dev_t device;
-  ino_t inode;
-  int parent; /* index of the file that includes it, -1 for the first */
-} veg_file;
-
 typedef struct veg_reader {
-  thrum_scope paths; /* of included files */
-  veg_file files[INCLUDES_MAX];
-  int file_count;
-  int current; /* index of the file being read */
-  bool again;  /* the present line was put back */
+  thrum_included_files included;
+  bool again; /* the present line was put back */
   bool has_vertices, has_elements;
   int64_t vertex_base, element_base;
   int64_t material_count;
@@ -67,135 +51,15 @@ typedef struct veg_reader {
 } veg_reader;
 
 static thrum_text *text_of(veg_reader *r) {
-  return &r->files[r->current].text;
-}
-
-/* Notes which file the text just opened is, so that includes cannot go in a circle. */
-static void note_file(veg_reader *r, const char *path, int parent) {
-  veg_file *file = &r->files[r->file_count];
-  file->path = path;
-  file->parent = parent;
-  struct stat about;
-  if (stat(path, &about) == 0) {
-    file->device = about.st_dev;
-    file->inode = about.st_ino;
-  }
-  r->current = r->file_count++;
-}
-
-/* Opens the first file, whose bytes are in memory, or with `first` NULL an include of the present
- * one; `path` stays. */
-static thrum_status open_file(veg_reader *r, const char *path, const thrum_mesh_source *first) {
-  thrum_text *text = &r->files[r->file_count].text;
-  THRUM_TRY(first ? thrum_text_view(path, first->data, first->size, '#', ',', text, r->error)
-                  : thrum_text_open(path, '#', ',', text, r->error));
-  note_file(r, path, first ? -1 : r->current);
-  return THRUM_OK;
-}
-
-static thrum_status check_cycle(veg_reader *r, const char *path) {
-  struct stat about;
-  if (stat(path, &about) != 0)
-    return thrum_text_fail(text_of(r), THRUM_IO, "cannot find the included file '%.150s'", path);
-
-  // a file may be included several times, but not by itself through others
-  int depth = 1;
-  for (int i = r->current; i >= 0; i = r->files[i].parent, depth++)
-    if (r->files[i].device == about.st_dev && r->files[i].inode == about.st_ino)
-      return thrum_text_fail(text_of(r), THRUM_BAD_FORMAT, "*INCLUDE goes in a circle");
-
-  // the files stay open until the end, so their number is limited
-  if (depth > DEPTH_MAX || r->file_count == INCLUDES_MAX)
-    return thrum_text_fail(text_of(r), THRUM_UNSUPPORTED,
-                           "*INCLUDE goes deeper than %d files, or there are more than %d",
-                           DEPTH_MAX, INCLUDES_MAX);
-  return THRUM_OK;
-}
-
-/* Is the name absolute, or has it a part ".."? */
-static bool leaves_folder(const char *name, size_t length) {
-  size_t begin = 0;
-  for (size_t i = 0; i <= length; i++)
-    if (i == length || name[i] == '/') {
-      if (i == 0 || (i - begin == 2 && name[begin] == '.' && name[begin + 1] == '.'))
-        return true;
-      begin = i + 1;
-    }
-  return false;
-}
-
-/* Whether a file is a folder or lies below it, both without links; NULL: one is not there. */
-static bool is_below(const char *folder, const char *file) {
-  const size_t length = folder ? strlen(folder) : 0;
-  return length > 0 && file && strncmp(file, folder, length) == 0 &&
-         (file[length] == '/' || file[length] == '\0' || folder[length - 1] == '/');
-}
-
-/* Whether a file lies below the folder that the user has named for includes from elsewhere. */
-static bool is_allowed(const char *path) {
-  const char *named = getenv("THRUM_INCLUDES");
-  char *folder = named && *named ? thrum_folder_real_path(named) : NULL;
-  char *file = folder ? thrum_folder_real_path(path) : NULL;
-  const bool below = is_below(folder, file);
-  free(folder);
-  free(file);
-  return below;
-}
-
-/* Whether a file lies below the folder of the first file, or where that one is a link, below the
- * folder that it leads to. A file that is not there does: the reason is said where it is opened. */
-static bool stays_in_folder(const veg_reader *r, const char *path) {
-  const char *slash = strrchr(r->files[0].path, '/');
-  char *named =
-      slash ? strndup(r->files[0].path, (size_t)(slash - r->files[0].path) + 1) : strdup(".");
-  char *folder = named ? thrum_folder_real_path(named) : NULL;
-  char *first = thrum_folder_real_path(r->files[0].path), *file = thrum_folder_real_path(path);
-  char *end = first ? strrchr(first, '/') : NULL;
-  if (end)
-    end[1] = '\0';
-
-  // an access that fails says why where the file is opened
-  const bool stays =
-      file ? is_below(folder, file) || is_below(first, file) : access(path, F_OK) != 0;
-  free(named);
-  free(folder);
-  free(first);
-  free(file);
-  return stays;
-}
-
-/* The path of an included file: beside the including file, or absolute; NULL: no memory. */
-static char *included_path(veg_reader *r, const char *name, size_t length) {
-  const char *from = r->files[r->current].path, *slash = strrchr(from, '/');
-  const size_t folder = slash && name[0] != '/' ? (size_t)(slash - from) + 1 : 0;
-  char *path = thrum_scope_allocate(&r->paths, (int64_t)(folder + length + 1), 1);
-  if (path) {
-    memcpy(path, from, folder);
-    memcpy(path + folder, name, length);
-  }
-  return path;
+  return thrum_included_text(&r->included);
 }
 
 /* Opens the file that the present line, `*INCLUDE name`, names. */
 static thrum_status include(veg_reader *r) {
   thrum_text *text = text_of(r);
   thrum_text_more(text);
-  size_t length = (size_t)(text->end - text->at);
-  if (length == 0)
-    return thrum_text_fail(text, THRUM_BAD_FORMAT, "*INCLUDE names no file");
-  if (memchr(text->at, 0, length))
-    return thrum_text_fail(text, THRUM_BAD_FORMAT, "*INCLUDE names no proper file");
-
-  const char *path = included_path(r, text->at, length);
-  THRUM_TRY(r->paths.status);
-
-  // a mesh from elsewhere must not have any file of the machine read, and its lines shown
-  if ((leaves_folder(text->at, length) || !stays_in_folder(r, path)) && !is_allowed(path))
-    return thrum_text_fail(text, THRUM_UNSUPPORTED,
-                           "*INCLUDE leads out of the folder of this file: put the included file "
-                           "beside it, or set THRUM_INCLUDES to the folder that it may come from");
-  THRUM_TRY(check_cycle(r, path));
-  return open_file(r, path, NULL);
+  return thrum_included_open(&r->included, "*INCLUDE",
+                             (thrum_word){text->at, (size_t)(text->end - text->at)});
 }
 
 /* Goes to the next line, through includes; *found is false at the end of the first file. */
@@ -210,19 +74,12 @@ static thrum_status next_line(veg_reader *r, bool *found) {
   }
 
   for (;;) {
-    thrum_text *text = text_of(r);
-
-    // behind the end of an included file the including one continues
-    if (!thrum_text_next_line(text)) {
-      if (r->files[r->current].parent < 0) {
-        *found = false;
-        return THRUM_OK;
-      }
-      r->current = r->files[r->current].parent;
-      continue;
-    }
+    *found = thrum_included_next_line(&r->included);
+    if (!*found)
+      return THRUM_OK;
 
     // *INCLUDE may stand anywhere, so callers never see it
+    thrum_text *text = text_of(r);
     thrum_word word = {"", 0};
     if (*text->start != '*' || !thrum_text_word(text, &word) ||
         !thrum_text_equals(word, "*INCLUDE")) {
@@ -331,7 +188,7 @@ static thrum_status read_tet(veg_reader *r, int64_t i, int64_t extra) {
   THRUM_TRY(finish_item(r, extra, "the four vertices"));
 
   // a line number is useful only with the name of the main file
-  return thrum_builder_tet(&r->builder, vertices, -1, r->current == 0 ? text->line : 0);
+  return thrum_builder_tet(&r->builder, vertices, -1, thrum_included_line(&r->included));
 }
 
 static thrum_status element_kind(veg_reader *r) {
@@ -613,21 +470,18 @@ static thrum_status read_all(veg_reader *r, const char *path, thrum_mesh *mesh) 
 
 thrum_status thrum_mesh_parse_veg(const thrum_mesh_source *source, thrum_mesh *mesh,
                                   thrum_error *error) {
-  veg_reader r = {
-      .paths = thrum_scope_begin("the mesh", error), .builder = {.error = error}, .error = error};
+  veg_reader r = {.builder = {.error = error}, .error = error};
   thrum_mesh read = {0};
-  thrum_status status = open_file(&r, source->name, source);
+  thrum_status status = thrum_included_begin(&r.included, source, '#', ',', error);
   THRUM_THEN(status, read_all(&r, source->name, &read));
 
   // names point into the files, so these stay open until the mesh is made
-  for (int i = 0; i < r.file_count; i++)
-    thrum_text_close(&r.files[i].text);
   for (int64_t s = 0; s < r.set_count; s++)
     free(r.sets[s].elements);
   free(r.sets);
   free(r.regions);
   free(r.materials);
   thrum_builder_free(&r.builder);
-  thrum_scope_free(&r.paths);
+  thrum_included_end(&r.included);
   return thrum_mesh_deliver(status, &read, mesh);
 }
