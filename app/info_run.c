@@ -115,10 +115,20 @@ static const cJSON *warnings_of(const cJSON *report) {
   return cJSON_IsArray(raised) ? raised : NULL;
 }
 
+/* Says how far the basis of a run, or of a body of that name in it, has it wrong. */
+static void print_estimate(const char *body, const cJSON *report) {
+  const cJSON *estimate = cJSON_GetObjectItemCaseSensitive(report, "error_estimate");
+  const double share = number_of(estimate, "share");
+  if (!isnan(share))
+    printf("%-18s%s%sat least %.2g %% of the motion by the basis\n", "error", body,
+           body[0] != 0 ? ": " : "", 100 * share);
+}
+
 /* Says what the monitor of a run, or of a body of that name in it, warned of, and the least
  * stretch. */
 static void print_warnings(const char *body, const cJSON *report) {
   const cJSON *raised = warnings_of(report), *item = NULL;
+  print_estimate(body, report);
   if (cJSON_GetArraySize(raised) == 0)
     return;
   printf("%-18s%s%s", "warnings", body, body[0] != 0 ? ": " : "");
@@ -293,6 +303,8 @@ static void add_warnings(cJSON *object, const cJSON *report) {
   cJSON_AddItemToObject(object, "warnings",
                         raised != NULL ? cJSON_Duplicate(raised, true) : cJSON_CreateNull());
   json_number(object, "least_stretch", number_of(monitor, "least_stretch"));
+  json_number(object, "error_share",
+              number_of(cJSON_GetObjectItemCaseSensitive(report, "error_estimate"), "share"));
   json_number(object, "fallback_steps", number_of(report, "fallback_steps"));
 }
 

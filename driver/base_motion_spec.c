@@ -195,7 +195,7 @@ static thrum_status make_motion(const rows *all, base_motion_spec *base_motion,
 thrum_status base_motion_read(base_motion_spec *base_motion, thrum_error *error) {
   thrum_text text;
   rows all = {0};
-  if (base_motion->sine)
+  if (base_motion->sine || base_motion->memory != NULL)
     return THRUM_OK;
   THRUM_TRY(thrum_text_open(base_motion->text, '#', ',', &text, error));
   thrum_status status = read_rows(&text, &all, error);

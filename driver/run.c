@@ -165,6 +165,7 @@ const char *driver_run_status(const driver_run *run) {
   for (int32_t n = 0; n < run->body_count; n++) {
     all.energy_grew = all.energy_grew || run->bodies[n].figures.energy_grew;
     all.condensed_wrong = all.condensed_wrong || run->bodies[n].figures.condensed_wrong;
+    all.basis_wrong = all.basis_wrong || run->bodies[n].figures.basis_wrong;
   }
   return simulate_status_name(&all);
 }

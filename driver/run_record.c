@@ -2,6 +2,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include <math.h>
 
+#include "driver/basis_check.h"
 #include "driver/run.h"
 #include "platform/allocate.h"
 
@@ -57,6 +58,20 @@ static thrum_status measure(driver_run *run, int32_t n, double time, thrum_error
   return simulate_measures_look(&body->measures, body->q, time, error);
 }
 
+/* Keeps the state for the judgement of the basis; one that cannot be left is passed over. */
+static thrum_status note_for_basis(driver_run *run, int32_t n, int64_t step, thrum_error *error) {
+  driver_body *body = &run->bodies[n];
+  double q[THRUM_RANK_MAX];
+  if (body->measures.basis.memory == NULL)
+    return THRUM_OK;
+  const thrum_status status = run->stepper.kind->snapshot(run->stepper.self, n, q, body->p, error);
+  if (status == THRUM_NOT_FINITE)
+    return THRUM_OK;
+  THRUM_TRY(status);
+  basis_record_note(&body->measures.basis, step, body->q, body->p);
+  return THRUM_OK;
+}
+
 /* Adds the state of a body to its figures, and as a row to its series. */
 static thrum_status record_body(driver_run *run, int32_t n, int64_t step, bool row,
                                 thrum_error *error) {
@@ -65,6 +80,7 @@ static thrum_status record_body(driver_run *run, int32_t n, int64_t step, bool r
   const double time = time_at(run, step);
   simulate_figures_add(&body->figures, row ? run->rows : -1, &body->energies);
   THRUM_TRY(measure(run, n, time, error));
+  THRUM_TRY(note_for_basis(run, n, step, error));
   if (!row)
     return THRUM_OK;
 
@@ -129,6 +145,9 @@ thrum_status driver_run_end(driver_run *run, thrum_error *error) {
     if (status < 0 && status != THRUM_NOT_FINITE)
       return status;
     THRUM_TRY(run_output_end(&body->output, status >= 0 ? body->q : NULL, body->p, error));
+    THRUM_TRY(basis_check_judge(&body->measures.basis, error));
+    body->figures.basis_wrong =
+        basis_estimate_is_large(&body->measures.basis.estimate, &body->figures.request->basis);
   }
   return THRUM_OK;
 }

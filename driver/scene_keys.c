@@ -439,6 +439,10 @@ static const config_option probe_keys[] = {
 };
 #undef AT
 
+static thrum_status take_accepted(const config_given *given, void *outputs) {
+  return error_option_take(given, &((scene_outputs_spec *)outputs)->basis.accepted);
+}
+
 #define AT(member) CONFIG_AT(scene_outputs_spec, member)
 static const config_option output_keys[] = {
     OPTION_COUNT("record_every", "1", "between rows of the series", .unit = "steps",
@@ -449,6 +453,8 @@ static const config_option output_keys[] = {
                 .fallback = "true for up to 8 bodies", AT(plots)),
     OPTION_FLAG("monitor", "warn where a model cannot be believed", .fallback = "true",
                 AT(monitor)),
+    OPTION_ACCEPT_ERROR("accept_error", take_accepted),
+    OPTION_JUDGE(scene_outputs_spec, basis),
     OPTION_END,
 };
 #undef AT

@@ -157,6 +157,7 @@ static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_err
       .base_motion_count = run->base_motion_count,
       .stress = spec->outputs.stress,
       .monitor = spec->outputs.monitor,
+      .basis = spec->outputs.basis,
       .loads = calloc((size_t)body->spec->loads.count + 1, sizeof *request->loads),
       .starts = calloc((size_t)body->spec->start.count + 1, sizeof *request->starts),
       .quiet = true,

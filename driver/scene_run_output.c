@@ -68,6 +68,24 @@ static thrum_status refuse_outputs(const scene_run *run, const scene_body_run *b
   return thrum_error_set(error, status, "%s", detail->message);
 }
 
+/* Why the basis of a body cannot be judged by its loads alone; NULL: it can. */
+static const char *why_not_judged(const scene_run *run, int32_t n) {
+  const scene_body_run *body = &run->bodies[n];
+  const scene_body_spec *spec = body->spec;
+  if (spec->scale != 1 || spec->stiffness != 1 || spec->density != 1)
+    return "the body is scaled";
+  if (spec->free)
+    return "the body is free";
+  if (spec->detail.jump > 0)
+    return "the body steps fewer coordinates at times";
+  if (run->spec.wind.at.node != NULL)
+    return "there is wind";
+  if (run->spec.obstacles.count > 0 || scene_run_body_meets(run, body) ||
+      scene_run_is_linked(run, n))
+    return "others act on the body";
+  return NULL;
+}
+
 static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
   scene_body_run *body = &run->bodies[n];
   const scene_outputs_spec *outputs = &run->spec.outputs;
@@ -75,6 +93,7 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
   char path[RUN_PATH_MAX + 80];
   if (!scale_material(body))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for body '%s'", body->spec->name);
+  body->request.basis.unless = why_not_judged(run, n);
   snprintf(path, sizeof path, "%.*s/%s", RUN_PATH_MAX, run->folder.work, body->spec->name);
   thrum_error detail = {0};
   const thrum_status opened = driver_run_open_body(&run->run, n, path, &body->shown, &detail);

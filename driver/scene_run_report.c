@@ -93,6 +93,8 @@ static cJSON *body_json(const scene_run *run, int32_t n) {
   json_number(object, "drift", figures->drift);
   json_number(object, "plastic_work_j", figures->plastic_work);
   json_number(object, "peak_displacement_m", figures->peak);
+  if (run->run.bodies[n].measures.basis_asked)
+    basis_estimate_json(&run->run.bodies[n].measures.basis.estimate, object);
   json_number(object, "fallback_steps", (double)figures->fallback_steps);
   json_number(object, "grown_steps", (double)figures->report.grown_steps);
   return object;

@@ -412,7 +412,10 @@ static void begin_scene(scene_spec *spec) {
       .settings = {.def = thrum_default_state_def()},
       .time = 10,
       .wind = {.density = 1.2, .drag = 1},
-      .outputs = {.record_every = 1, .monitor = true, .plots = true},
+      .outputs = {.record_every = 1,
+                  .monitor = true,
+                  .basis = {.accepted = BASIS_ACCEPTED},
+                  .plots = true},
       .collisions = {.friction = 0.5, .restitution = 0.5},
   };
 }

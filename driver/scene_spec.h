@@ -5,6 +5,7 @@
 
 #include "config/options.h"
 #include "driver/base_motion_spec.h"
+#include "driver/basis_estimate.h"
 #include "driver/load_spec.h"
 #include "driver/mesh_model.h"
 #include "driver/start_spec.h"
@@ -155,7 +156,8 @@ typedef struct scene_outputs_spec {
   double frames_rate;   /* a second of simulated time; 0: see frames_every */
   int64_t frames_every; /* steps; 0 with rate 0: no frames */
   bool stress, monitor;
-  bool plots; /* unless it is not said, and there are more than SCENE_PLOTS_MAX bodies */
+  basis_asked basis; /* how bodies are judged, of those that are monitored */
+  bool plots;        /* unless it is not said, and there are more than SCENE_PLOTS_MAX bodies */
 } scene_outputs_spec;
 
 typedef struct scene_spec {

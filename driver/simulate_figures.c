@@ -102,6 +102,8 @@ const char *simulate_status_name(const simulate_figures *figures) {
     return "energy_grew";
   if (figures->status == THRUM_OK && figures->condensed_wrong)
     return "condensed_wrong";
+  if (figures->status == THRUM_OK && figures->basis_wrong)
+    return "basis_wrong";
 
   // otherwise the last status of the stepper says why the run ended
   switch (figures->status) {

@@ -18,6 +18,7 @@ typedef struct simulate_figures {
   bool grew_freely;       /* its mean did in free motion */
   bool gained; /* much of it is no work of loads; its steps tell the third: report.grown_steps */
   bool condensed_wrong; /* condensing left out more than the result can be believed with */
+  bool basis_wrong;     /* the basis errs by more than is accepted */
   bool uncounted;       /* something acts whose work is not counted */
   thrum_error stop;     /* why it ended early; empty message: it did not */
   thrum_state_report report;

@@ -74,6 +74,9 @@ static thrum_status open_monitor(const thrum_model *model, simulate_measures *m,
                                  thrum_error *error) {
   thrum_monitor_def def = thrum_default_monitor_def();
   def.load_share_most = LOAD_SHARE_MOST;
+
+  // how far a body moves does not tell right from wrong: its basis is judged by the mesh
+  def.reach_most = INFINITY;
   size_t size = 0;
   THRUM_TRY(thrum_monitor_size(model, &def, &size, error));
   THRUM_TRY(thrum_reserve_aligned(&m->monitor_memory, size, "the monitor", error));
@@ -128,6 +131,11 @@ thrum_status simulate_measures_open(const simulate_request *request, const thrum
     status = open_monitor(model, &m, error);
     THRUM_THEN(status, look_at_loads(request, model, &m, error));
   }
+
+  // a model that cannot be judged is told so
+  m.basis_asked = request->monitor && !request->full;
+  if (m.basis_asked)
+    THRUM_THEN(status, basis_record_open(request, model, &m.basis, error));
 
   if (status < 0)
     simulate_measures_close(&m);
@@ -197,6 +205,12 @@ void simulate_measures_json(const simulate_measures *m, cJSON *object) {
     json_number(stress, "peak_time_s", m->peak_tet >= 0 ? m->peak_time : NAN);
   }
 
+  // null says that it was not asked for
+  if (m->basis_asked)
+    basis_estimate_json(&m->basis.estimate, object);
+  else
+    cJSON_AddNullToObject(object, "error_estimate");
+
   cJSON *monitor = json_section(object, "monitor", m->monitor != NULL);
   if (monitor == NULL)
     return;
@@ -213,7 +227,6 @@ void simulate_measures_json(const simulate_measures *m, cJSON *object) {
   json_number(monitor, "least_stretch", looked ? m->record.stretch_least : NAN);
   json_number(monitor, "tet", looked ? (double)m->record.stretch_tet + 1 : NAN);
   json_number(monitor, "time_s", looked ? m->stretch_time : NAN);
-  json_number(monitor, "reach", looked ? m->record.reach_most : NAN);
   json_number(monitor, "load_share_outside", m->load_share);
 }
 
@@ -221,6 +234,8 @@ void simulate_measures_table(const simulate_measures *m) {
   if (m->stress_points != NULL && m->peak_tet >= 0)
     printf("stress       von Mises up to %.6g Pa, in tetrahedron %" PRId64 " at %g s\n",
            m->peak_stress, m->peak_tet + 1, m->peak_time);
+  if (m->basis_asked)
+    basis_estimate_print(&m->basis.estimate, "motion");
   if (m->monitor == NULL || m->record.looks == 0)
     return;
 
@@ -228,8 +243,7 @@ void simulate_measures_table(const simulate_measures *m) {
   printf(fabs(m->record.stretch_least) < 1000 ? "monitor      least stretch %.3f"
                                               : "monitor      least stretch %.3g",
          m->record.stretch_least);
-  printf(" at %g s (warns below %.3g), reach %.2g (warns above 3)\n", m->stretch_time,
-         m->warns_below, m->record.reach_most);
+  printf(" at %g s (warns below %.3g)\n", m->stretch_time, m->warns_below);
 }
 
 void simulate_measures_warn(const simulate_measures *m, const char *who) {
@@ -249,12 +263,9 @@ void simulate_measures_warn(const simulate_measures *m, const char *who) {
         m->warned_at[place_of(THRUM_WARNING_COMPRESSED)]);
   }
 
-  // the basis was made for smaller displacements, or cannot represent the load
-  if (record->warnings & THRUM_WARNING_REACH)
-    config_warn(
-        "%sthe body moved %.2g times as far as the tenth of its diagonal that the basis is made "
-        "for, first beyond 3 by %g s: it may be too stiff there",
-        who, record->reach_most, m->warned_at[place_of(THRUM_WARNING_REACH)]);
+  // what the basis cannot show
+  if (m->basis_asked)
+    basis_estimate_warn(&m->basis.estimate, &m->basis.request->basis, who, "motion");
   if (record->warnings & THRUM_WARNING_LOAD)
     config_warn("%s%.4g %% of a load is not felt by the basis: see `thrum info --load`, and "
                 "`thrum precompute --handles`",
@@ -266,5 +277,6 @@ void simulate_measures_close(simulate_measures *m) {
   free(m->monitor_memory);
   free(m->work);
   free(m->field);
+  basis_record_close(&m->basis);
   *m = (simulate_measures){0};
 }

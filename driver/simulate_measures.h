@@ -6,6 +6,7 @@
 #include <cjson/cJSON.h>
 #include <stdbool.h>
 
+#include "driver/basis_record.h"
 #include "driver/simulate_options.h"
 #include "thrum/thrum.h"
 
@@ -25,6 +26,8 @@ typedef struct simulate_measures {
   double warned_at[32]; /* when each bit was first raised [s] */
   double load_share;    /* largest of the loads but gravity; NaN: none */
   double warns_below;   /* principal stretch */
+  bool basis_asked;     /* the basis is judged, or told why not */
+  basis_record basis;
 } simulate_measures;
 
 /* Plans what the request asks for and looks at its loads. On failure nothing is left to free. */

@@ -39,6 +39,10 @@ static thrum_status take_frames(const config_given *given, void *request) {
   return frames_option_take(given, &r->frames_rate, &r->frames_every);
 }
 
+static thrum_status take_accepted(const config_given *given, void *request) {
+  return error_option_take(given, &((simulate_request *)request)->basis.accepted);
+}
+
 static const char *const frames_in[] = {"base", "ground", NULL};
 
 #define AT(member) CONFIG_AT(simulate_request, member)
@@ -85,9 +89,11 @@ static const config_option options[] = {
     OPTION_FLAG("stress", "von Mises stress in all tetrahedra: its peak, and in the frames",
                 AT(stress)),
     OPTION_SWITCH("monitor", "on",
-                  "warn of compression, inversion and displacement beyond what the model can be "
-                  "believed for; changes no result",
+                  "warn of compression, inversion and of what the model cannot show; changes no "
+                  "result",
                   AT(monitor), .given = offsetof(simulate_request, monitor_given)),
+    OPTION_ACCEPT_ERROR("accept-error", take_accepted),
+    OPTION_JUDGE(simulate_request, basis),
 
     OPTION_GROUP(solver_options, "the integrators", AT(def)),
     OPTION_HEADING("plastic flow"),
@@ -284,6 +290,7 @@ void simulate_request_begin(simulate_request *request) {
   request->record_every = 1;
   request->threads = 1;
   request->monitor = true;
+  request->basis.accepted = BASIS_ACCEPTED;
 }
 
 int simulate_options_read(int argc, char **argv, simulate_request *request) {

@@ -4,6 +4,7 @@
 
 #include "config/options.h"
 #include "driver/base_motion_spec.h"
+#include "driver/basis_estimate.h"
 #include "driver/load_spec.h"
 #include "driver/mesh_model.h"
 #include "driver/start_spec.h"
@@ -38,7 +39,8 @@ typedef struct simulate_request {
   bool stress;        /* von Mises in all tets */
   bool monitor;       /* default: where there is a mesh */
   bool monitor_given;
-  int64_t threads; /* of a scene */
+  basis_asked basis; /* of a reduced model that is monitored */
+  int64_t threads;   /* of a scene */
   bool json;
   bool quiet;
   config_file file; /* of --options; the texts above may point into it */

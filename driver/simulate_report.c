@@ -104,6 +104,8 @@ cJSON *simulate_options_json(const simulate_request *request) {
 
   cJSON_AddBoolToObject(object, "stress", request->stress);
   cJSON_AddBoolToObject(object, "monitor", request->monitor);
+  json_number(object, "accept_error", request->basis.accepted);
+  cJSON_AddStringToObject(object, "judge", basis_judging_names[request->basis.judging]);
   return object;
 }
 

@@ -56,6 +56,10 @@ typedef struct driver_stepper {
  * and base motions, which are read here. The request and the model must stay. */
 thrum_status driver_stepper_reduced(const simulate_request *request, const thrum_model *model,
                                     driver_stepper *stepper, thrum_error *error);
+/* The same from q and p (rank each) in place of the request's starts; NULL: from those. */
+thrum_status driver_stepper_reduced_from(const simulate_request *request, const thrum_model *model,
+                                         const double *q, const double *p, driver_stepper *stepper,
+                                         thrum_error *error);
 thrum_status driver_stepper_full(const simulate_request *request, const thrum_model *model,
                                  driver_stepper *stepper, thrum_error *error);
 

@@ -52,15 +52,23 @@ static thrum_status read_shape(const reduced_stepper *self, double *q) {
   return THRUM_OK;
 }
 
-/* q and p of the starts, which the vectors of the loads have room for. */
-static thrum_status set_start(reduced_stepper *self, thrum_error *error) {
+/* q and p of the starts, or those that are given (rank of the shape each; NULL: none), which the
+ * vectors of the loads have room for. */
+static thrum_status set_start(reduced_stepper *self, const double *given_q, const double *given_p,
+                              thrum_error *error) {
   const simulate_request *request = self->request;
   const thrum_state_def *def = &request->def;
   double *q = self->loads.before, *p = self->loads.after;
   thrum_error detail = {0};
 
   // a condensed model starts in coordinates that are stepped
-  THRUM_TRY(start_specs_make(self->shape, request->starts, request->start_count, q, p, error));
+  const size_t entries = (size_t)self->shape->rank;
+  if (given_q == NULL)
+    THRUM_TRY(start_specs_make(self->shape, request->starts, request->start_count, q, p, error));
+  for (size_t i = 0; given_q != NULL && i < entries; i++) {
+    q[i] = given_q[i];
+    p[i] = given_p[i];
+  }
   for (int64_t n = 0; n < request->start_count; n++)
     if (request->starts[n].kind == START_MODE && request->starts[n].mode > self->model->rank)
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
@@ -231,6 +239,12 @@ static const driver_stepper_kind reduced = {
 
 thrum_status driver_stepper_reduced(const simulate_request *request, const thrum_model *model,
                                     driver_stepper *stepper, thrum_error *error) {
+  return driver_stepper_reduced_from(request, model, NULL, NULL, stepper, error);
+}
+
+thrum_status driver_stepper_reduced_from(const simulate_request *request, const thrum_model *model,
+                                         const double *q, const double *p, driver_stepper *stepper,
+                                         thrum_error *error) {
   reduced_stepper *self = NULL;
   THRUM_TRY(thrum_reserve(&self, 1, sizeof *self, "a run of this model", error));
 
@@ -248,7 +262,7 @@ thrum_status driver_stepper_reduced(const simulate_request *request, const thrum
     THRUM_TRY(condensed_check_open(model, &self->check, error));
   THRUM_TRY(stepper_loads_open(request, self->shape->rank, &self->loads, error));
   THRUM_TRY(reduce_loads(self, error));
-  return set_start(self, error);
+  return set_start(self, q, p, error);
 }
 
 /* --- warnings --------------------------------------------------------------------------------- */

@@ -28,6 +28,8 @@
 #define CG_STEPS 40.0        /* of a solve: 30 to 70 (docs/scale.md) */
 #define CG_PASSES 0.7        /* of a step over the matrix for one of the columns that share it */
 #define CG_SETUP_PASSES 60.0 /* of the multigrid */
+#define SOON_FLOPS 3e9       /* that take a second or so on any machine, */
+#define SOON_BYTES 1e10      /* and that are read in a few */
 #define PROBE_SIZE 384
 #define PROBE_LENGTH (4 << 20)
 
@@ -230,6 +232,19 @@ static void probe(int threads, double *flops, double *bytes) {
   }
 
   free(data);
+}
+
+/* As of the factor and of a column alone in the times of the stages. */
+double thrum_estimate_solves(const thrum_factor *factor, int64_t size, int64_t solves) {
+  const double flops = thrum_factor_flops(factor);
+  const double bytes = 16 * (double)thrum_factor_nonzeros(factor) * (double)solves;
+  double gemm, read;
+  if (flops < SOON_FLOPS && bytes < SOON_BYTES)
+    return 0;
+  probe(1, &gemm, &read);
+  if (!(gemm > 0 && read > 0))
+    return 0;
+  return flops / gemm * (1 + cbrt(1e11 / flops)) + 1.5e-5 * (double)size + bytes / read;
 }
 
 /* The stress at a point by a law, beyond that of Saint Venant-Kirchhoff's [s]. Of several laws it

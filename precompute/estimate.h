@@ -47,6 +47,10 @@ thrum_status thrum_precompute_estimate(const thrum_mesh *mesh, const uint8_t *fi
 thrum_status thrum_estimate_grid(const int64_t cells[3], const thrum_precompute_options *options,
                                  thrum_error *error);
 
+/* Seconds that the numbers of a planned factor of this size take, and so many solves of one column
+ * with it: rough, from a short measurement of the machine where they may be more than a few. */
+double thrum_estimate_solves(const thrum_factor *factor, int64_t size, int64_t solves);
+
 /* The refusal when an estimate does not fit. */
 thrum_status thrum_estimate_refuse(const thrum_estimate *estimate, thrum_error *error);
 

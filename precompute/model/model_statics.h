@@ -15,6 +15,10 @@ typedef struct thrum_model_statics {
  * a mesh, THRUM_SINGULAR when a part can move. On failure what was made is to be freed, too. */
 thrum_status thrum_model_statics_create(const thrum_model *model, thrum_model_statics *statics,
                                         thrum_error *error);
+/* The same in two steps: the body, and a factor that is planned; then the factor's numbers. */
+thrum_status thrum_model_statics_plan(const thrum_model *model, thrum_model_statics *statics,
+                                      thrum_error *error);
+thrum_status thrum_model_statics_factorise(thrum_model_statics *statics, thrum_error *error);
 void thrum_model_statics_free(thrum_model_statics *statics); /* a zeroed one is fine */
 
 #endif

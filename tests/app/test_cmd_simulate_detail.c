@@ -216,7 +216,9 @@ static void what_cannot_be_is_refused_by_its_line(void **state) {
   };
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     char text[400];
-    snprintf(text, sizeof text, "{\"time\": 0.1, \"bodies\": [{" SWING ", %s}]}", cases[n][0]);
+    snprintf(text, sizeof text,
+             "{\"time\": 0.1, \"bodies\": [{" SWING ", %s}], \"outputs\": {\"accept_error\": 1}}",
+             cases[n][0]);
     assert_true(text_file_write(in_folder("scene.json"), text));
     program_result run = thrum_run(folder, "simulate", "scene.json", "-o", "none", "-q", NULL);
 

@@ -1,0 +1,65 @@
+/* How the error that a basis makes is told. All that is found is a lower bound: what the mesh asks
+ * for may lead to more. SPDX-License-Identifier: Apache-2.0 */
+#include "driver/basis_estimate.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+
+#include "config/message.h"
+#include "io/json.h"
+
+const char *const basis_judging_names[] = {"auto", "on", "off", NULL};
+
+basis_estimate basis_estimate_none(const char *why) {
+  return (basis_estimate){.share = NAN, .velocity = NAN, .until = NAN, .why = why};
+}
+
+bool basis_estimate_is_large(const basis_estimate *estimate, const basis_asked *asked) {
+  // an error may be larger than the motion, as where two swings are against each other
+  return estimate->why == NULL && asked->accepted < 1 && estimate->share > asked->accepted;
+}
+
+void basis_estimate_json(const basis_estimate *estimate, cJSON *object) {
+  cJSON *made = cJSON_AddObjectToObject(object, "error_estimate");
+  const bool again = estimate->added > 0;
+  json_number(made, "share", estimate->share);
+  json_string(made, "kind", estimate->why != NULL ? "not judged" : "at least");
+  json_string(made, "by", estimate->why != NULL ? NULL : again ? "richer run" : "residual");
+  json_number(made, "velocity_share", estimate->velocity);
+  json_number(made, "instants", (double)estimate->instants);
+  json_number(made, "added", (double)estimate->added);
+  json_number(made, "until_s", estimate->until);
+  json_number(made, "seconds", estimate->seconds);
+  json_string(made, "why", estimate->why);
+}
+
+void basis_estimate_print(const basis_estimate *estimate, const char *of) {
+  if (estimate->why != NULL) {
+    printf("error        not judged: %s", estimate->why);
+    if (estimate->seconds > BASIS_SECONDS_MOST)
+      printf(", which would take about %.2g s: --judge on does it", estimate->seconds);
+    puts("");
+    return;
+  }
+
+  // what was done for it stands behind it
+  printf("error        at least %.2g %% of the %s by the basis", 100 * estimate->share, of);
+  if (estimate->added > 0)
+    printf(", by the run again to %.3g s with %" PRId64 " coordinate%s more\n", estimate->until,
+           estimate->added, estimate->added == 1 ? "" : "s");
+  else
+    printf(", by the residual of the mesh at %" PRId64 " instant%s\n", estimate->instants,
+           estimate->instants == 1 ? "" : "s");
+}
+
+void basis_estimate_warn(const basis_estimate *estimate, const basis_asked *asked, const char *who,
+                         const char *of) {
+  if (!basis_estimate_is_large(estimate, asked))
+    return;
+  config_warn(
+      "%sthe basis cannot show this %s: at least %.2g %% of it is wrong, beside the whole "
+      "mesh; make it with thrum precompute --rank and --modes of more, with --handles where "
+      "it is pulled, or with --train on its load; --accept-error takes it as it is",
+      who, of, 100 * estimate->share);
+}

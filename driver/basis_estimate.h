@@ -1,0 +1,67 @@
+/* What is known of the error that a basis makes, and how it is told.
+ * SPDX-License-Identifier: Apache-2.0 */
+#ifndef THRUM_DRIVER_BASIS_ESTIMATE_H
+#define THRUM_DRIVER_BASIS_ESTIMATE_H
+
+#include <cjson/cJSON.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "config/options.h"
+
+/* Whether a basis is judged: where it takes no longer than BASIS_SECONDS_MOST, always, or never. */
+typedef enum basis_judging { BASIS_JUDGE_AUTO, BASIS_JUDGE_ON, BASIS_JUDGE_OFF } basis_judging;
+
+#define BASIS_SECONDS_MOST 10.0
+#define BASIS_ACCEPTED 0.1 /* share of the motion that may be wrong without a flag */
+
+/* For request structs: what was asked for. */
+typedef struct basis_asked {
+  basis_judging judging;
+  double accepted;    /* share beyond which the answer is flagged; 1: it is not */
+  const char *unless; /* why it cannot be judged, whatever is asked for; NULL: it can */
+} basis_asked;
+
+/* The rows of the two options, in a request that has a basis_asked `member`. */
+extern const char *const basis_judging_names[];
+#define OPTION_ACCEPT_ERROR(called, taken)                                                         \
+  OPTION_WORD(called, "P%", "10%",                                                                 \
+              "share of the motion that the basis may have wrong, as far as it is estimated, "     \
+              "before the answer is flagged (exit code 3); 100% accepts all",                      \
+              .take = taken, .wants = "a share such as 20%",                                       \
+              .schema = "{\"anyOf\":[{\"type\":\"number\",\"exclusiveMinimum\":0,\"maximum\":1},"  \
+                        "{\"type\":\"string\",\"pattern\":\"^[0-9.]+%?$\"}]}")
+#define OPTION_JUDGE(type, member)                                                                 \
+  OPTION_CHOICE("judge", basis_judging_names, "auto",                                              \
+                "whether the mesh is asked how far the basis is wrong: where that takes no more "  \
+                "than about 10 s, always, or never",                                               \
+                CONFIG_AT(type, member.judging))
+
+/* Zeroed with `why` set: nothing is known. */
+typedef struct basis_estimate {
+  double share;     /* rms of what is lacking over that of the motion [1]; NaN: not known */
+  double velocity;  /* the same of velocities; NaN: not known */
+  double until;     /* up to where the run was made again [s]; NaN: it was not */
+  int64_t instants; /* at which the mesh was asked */
+  int64_t added;    /* coordinates more that the run was made again with */
+  double seconds;   /* that it took; where it was not made, about what it would take */
+  const char *why;  /* it is not known; NULL: it is. Static storage. */
+} basis_estimate;
+
+/* Nothing is known, for this reason. */
+basis_estimate basis_estimate_none(const char *why);
+
+/* Is the error larger than what is accepted? */
+bool basis_estimate_is_large(const basis_estimate *estimate, const basis_asked *asked);
+
+/* "error_estimate" of a report. */
+void basis_estimate_json(const basis_estimate *estimate, cJSON *object);
+
+/* The line of the table; `of`: "motion" or "displacement". */
+void basis_estimate_print(const basis_estimate *estimate, const char *of);
+
+/* One warning where the error is large, beginning with `who`. */
+void basis_estimate_warn(const basis_estimate *estimate, const basis_asked *asked, const char *who,
+                         const char *of);
+
+#endif

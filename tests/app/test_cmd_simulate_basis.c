@@ -1,0 +1,169 @@
+/* `thrum simulate` judges the basis of a run: the estimate is near what the whole mesh does
+ * otherwise and below it, a sound run has a small one, and what cannot be judged is told.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+#include <math.h>
+#include <string.h>
+
+#include "tests/support/simulate_support.h"
+#include "tests/support/test_folder.h"
+
+/* A slender beam whose five modes, all of bending, leave out how it shortens as it bends; and the
+ * same with its modes' derivatives. */
+static int make_models(void **state) {
+  (void)state;
+  if (test_folder_make(folder) == NULL)
+    return 1;
+  static const char *const ranks[2][3] = {{"poor.npz", "5", "5"}, {"good.npz", "5", "20"}};
+  for (int n = 0; n < 2; n++) {
+    program_result run =
+        thrum_run(folder, "precompute", "beam:20x1x1@1x0.04x0.04", "--order", "2", "--fix",
+                  "x<1e-9", "--young", "1e7", "--poisson", "0", "--density", "1000", "--modes",
+                  ranks[n][1], "--rank", ranks[n][2], "-o", ranks[n][0], "-q", NULL);
+    const int code = run.exit_code;
+    program_result_free(&run);
+    if (code != 0)
+      return code;
+  }
+  return 0;
+}
+
+#define BEND "--time", "0.6", "--load", "constant:0,0,-0.4@right"
+
+static const cJSON *member(const cJSON *object, const char *key) {
+  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object, key);
+  assert_non_null(item);
+  return item;
+}
+
+/* Simulates with one more option, or none; the exit code must be `code`. The caller deletes. */
+static cJSON *bend(const char *model, const char *option, const char *value, int code) {
+  program_result run =
+      thrum_run(folder, "simulate", model, "-o", "run", "--json", "-q", BEND, option, value, NULL);
+  if (run.exit_code != code)
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  assert_true((code == 3) == (strstr(run.err, "the basis cannot show this motion") != NULL));
+  cJSON *object = json_line(run.out);
+  assert_non_null(object);
+  program_result_free(&run);
+  return object;
+}
+
+/* What thrum compare finds between the model and its mesh. */
+static double true_share(const char *model) {
+  program_result full =
+      thrum_run(folder, "simulate", model, "--full", "-o", "full", "-q", BEND, NULL);
+  program_result half = thrum_run(folder, "simulate", model, "-o", "half", "-q", BEND, NULL);
+  assert_int_equal(full.exit_code, 0);
+  program_result both = thrum_run(folder, "compare", "half", "full", "--json", NULL);
+  cJSON *object = json_line(both.out);
+  assert_non_null(object);
+  const double share = json_value(cJSON_GetArrayItem(member(object, "bodies"), 0), "apart_share");
+  cJSON_Delete(object);
+  program_result_free(&full);
+  program_result_free(&half);
+  program_result_free(&both);
+  return share;
+}
+
+static void a_basis_without_derivatives_is_flagged_by_what_the_mesh_does(void **state) {
+  (void)state;
+  cJSON *object = bend("poor.npz", NULL, NULL, 3);
+  const cJSON *estimate = member(object, "error_estimate");
+  assert_string_equal(member(object, "status")->valuestring, "basis_wrong");
+  assert_string_equal(member(estimate, "kind")->valuestring, "at least");
+  assert_true(json_value(estimate, "added") > 0);
+
+  // the richer run is nearly what the mesh does
+  const double said = json_value(estimate, "share"), found = true_share("poor.npz");
+  print_message("said %.4f, found %.4f\n", said, found);
+  assert_true(found > 0.1 && said > 0.8 * found && said < 1.1 * found);
+  cJSON_Delete(object);
+
+  // as it is accepted, or not looked at, the run is done
+  cJSON_Delete(bend("poor.npz", "--accept-error", "100%", 0));
+  object = bend("poor.npz", "--judge", "off", 0);
+  assert_true(cJSON_IsNull(member(member(object, "error_estimate"), "share")));
+  cJSON_Delete(object);
+  object = bend("poor.npz", "--monitor", "off", 0);
+  assert_true(cJSON_IsNull(member(object, "error_estimate")));
+  cJSON_Delete(object);
+}
+
+static void a_sound_run_is_not_flagged(void **state) {
+  (void)state;
+  cJSON *object = bend("good.npz", NULL, NULL, 0);
+  const double said = json_value(member(object, "error_estimate"), "share");
+  const double found = true_share("good.npz");
+  print_message("said %.4f, found %.4f\n", said, found);
+  assert_true(found < 0.05 && said > 0.3 * found && said < 0.05);
+  cJSON_Delete(object);
+}
+
+/* Explicit steps and other laws have the residual of the mesh alone. */
+static void what_cannot_run_again_is_judged_by_its_residual(void **state) {
+  (void)state;
+  cJSON *object = bend("poor.npz", "--integrator", "verlet", 3);
+  const cJSON *estimate = member(object, "error_estimate");
+  assert_string_equal(member(estimate, "by")->valuestring, "residual");
+  assert_true(json_value(estimate, "added") == 0 && json_value(estimate, "instants") > 3);
+  cJSON_Delete(object);
+}
+
+/* Loads, base motions, starts at an equilibrium and spins are all judged; a rank of two modes is
+ * wrong under each. */
+static void each_kind_of_motion_is_judged(void **state) {
+  (void)state;
+  static const char *const motions[][2] = {{"--load", "gravity:0,0,-3"},
+                                           {"--base-motion", "sine:0,0,3,f=1"},
+                                           {"--start", "static:constant:0,0,-0.4@right"},
+                                           {"--start", "mode:1,0.3"}};
+  for (size_t n = 0; n < sizeof motions / sizeof motions[0]; n++) {
+    program_result run = thrum_run(folder, "simulate", "poor.npz", "-o", "run", "--json", "-q",
+                                   "--time", "0.6", motions[n][0], motions[n][1], NULL);
+    if (run.exit_code != 3)
+      fail_msg("%s: exit code %d: %s", motions[n][1], run.exit_code, run.out);
+    program_result_free(&run);
+  }
+
+  // a free bar that stretches as it spins
+  program_result made = thrum_run(folder, "precompute", "beam:8x1x1@1x0.1x0.1", "--modes", "2",
+                                  "--rank", "2", "-o", "free.npz", "-q", NULL);
+  assert_int_equal(made.exit_code, 0);
+  program_result_free(&made);
+  program_result run = thrum_run(folder, "simulate", "free.npz", "-o", "run", "-q", "--time", "0.2",
+                                 "--spin", "0,0,3000", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.err, "the basis cannot show"));
+  program_result_free(&run);
+}
+
+static void a_scene_judges_its_bodies(void **state) {
+  (void)state;
+  assert_true(text_file_write(in_folder("scene.json"),
+                              "{\"time\": 0.6, \"bodies\": [{\"name\": \"poor\", \"model\": "
+                              "\"poor.npz\", \"loads\": \"constant:0,0,-0.4@right\"}, {\"name\": "
+                              "\"good\", \"model\": \"good.npz\", \"position\": [0, 1, 0], "
+                              "\"loads\": \"constant:0,0,-0.4@right\"}]}"));
+  program_result run = thrum_run(folder, "simulate", "scene.json", "-o", "scene", "-q", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.err, "body 'poor': the basis cannot show this motion"));
+  assert_null(strstr(run.err, "body 'good'"));
+  program_result_free(&run);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_basis_without_derivatives_is_flagged_by_what_the_mesh_does),
+      cmocka_unit_test(a_sound_run_is_not_flagged),
+      cmocka_unit_test(what_cannot_run_again_is_judged_by_its_residual),
+      cmocka_unit_test(each_kind_of_motion_is_judged),
+      cmocka_unit_test(a_scene_judges_its_bodies),
+  };
+  return cmocka_run_group_tests(tests, make_models, NULL);
+}
