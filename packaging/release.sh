@@ -2,6 +2,7 @@
 # Makes every artefact of a release from a clean clone of the last commit: source tarball, wheels, source distribution,
 # npm package, Debian packages, relocatable tarball and documentation site, with a bill of materials and checksums. The
 # same commit and the same packages of Debian give the same bytes, in whatever folder, time zone or language.
+# It refuses a commit without a result of ./run bare test, unless THRUM_WITHOUT_BARE is set.
 # Needs root and the network, and takes an hour on two cores. SPDX-License-Identifier: Apache-2.0
 # usage: release.sh SOURCE FOLDER [DEBIAN_11]
 set -eu
@@ -25,6 +26,13 @@ export SOURCE_DATE_EPOCH LC_ALL=C.UTF-8 TZ=UTC PYTHONHASHSEED=0 PYTHONDONTWRITEB
 chmod -R u=rwX,go=rX "$clone"
 version=$(sed -n 's/^#define THRUM_VERSION_STRING "\(.*\)"/\1/p' "$clone/include/thrum/version.h")
 cd "$clone"
+
+# what is handed out has passed its tests where nothing of ours was installed
+if [ -n "${THRUM_WITHOUT_BARE:-}" ]; then
+  step "tests on a bare Debian 12 are not asked for"
+else
+  packaging/bare_record.sh check .
+fi
 
 # packs a folder so that its bytes tell of its files alone: pack NAME.tar.gz PARENT FOLDER
 pack() {
