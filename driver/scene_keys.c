@@ -266,7 +266,9 @@ static const config_option body_keys[] = {
     OPTION_FLAG("coupled",
                 "spin and shape of a free body act on each other, by centrifugal and Coriolis "
                 "forces and the inertia of the deformed shape",
-                .fallback = "false", AT(coupled)),
+                .fallback = "where the body begins to turn at a 50th of its lowest frequency or "
+                            "faster",
+                AT(coupled)),
     OPTION_TEXTS("start", "at rest", "as --start of simulate; several add up",
                  .path = CONFIG_PATH_NAMED, .is_name = is_model_name_or_spec, .check = check_start,
                  AT(start)),

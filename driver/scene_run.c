@@ -86,6 +86,7 @@ static thrum_status run_scene(scene_run *scene, thrum_error *error) {
   THRUM_TRY(report(scene, began, error));
   driver_run_warn(run);
   scene_run_warn_of_depth(scene);
+  scene_run_warn_of_turns(scene);
   scene_run_warn_of_joints(scene);
   return THRUM_OK;
 }

@@ -59,7 +59,13 @@ typedef struct scene_body_run {
   double *sphere_at; /* 3 each of the obstacles: of spheres, the centre in the axes of the mesh as
                         it was looked at last [m]; owned, NULL: none is looked at */
   double *surface;   /* scratch for that, 3 each of the vertices; owned */
-  int32_t passed;    /* 1-based obstacle, a sphere that went into or through the body; 0: none */
+  double turn_share; /* of a free body of which the file does not say whether it is coupled: its
+                        spin at the start over its lowest angular frequency [1] */
+  bool coupled_by_default;
+  double axes_before[9], turn_square; /* its axes after the last step, and the sum of squares of its
+                                         spins [rad^2/s^2] */
+  int64_t turn_steps;                 /* looked at */
+  int32_t passed; /* 1-based obstacle, a sphere that went into or through the body; 0: none */
 } scene_body_run;
 
 typedef struct scene_run {
@@ -192,6 +198,14 @@ void scene_run_warn_of_depth(const scene_run *run);
 /* scene_run_sphere.c: the same of spheres, which bodies touch by their vertices alone. */
 thrum_status scene_run_open_spheres(scene_run *run, thrum_error *error);
 void scene_run_note_spheres(scene_run *run);
+
+/* scene_run_couple.c: is a body coupled, by the file or, where that does not say, as it begins to
+ * turn so fast that it matters (needs its spin in body->def)? Looks at how fast others turn after a
+ * step, with warnings of them; prints which are coupled without being asked for. */
+bool scene_run_couples(const scene_run *run, scene_body_run *body);
+void scene_run_note_turns(scene_run *run);
+void scene_run_warn_of_turns(const scene_run *run);
+void scene_run_print_coupled(const scene_run *run);
 
 /* scene_run_detail.c: condenses the bodies that ask for an error or a budget, and sets the levels
  * of detail. */

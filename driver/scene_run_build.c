@@ -283,7 +283,6 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   def->q = body->start;
   def->p = body->start + rank;
   def->free = spec->free;
-  def->coupled = spec->coupled;
   memcpy(def->velocity, spec->velocity, sizeof def->velocity);
   for (int axis = 0; axis < 3; axis++)
     def->spin[axis] = SCENE_DEGREE * spec->spin[axis];
@@ -291,11 +290,21 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   memcpy(def->rotation, spec->rotation, sizeof def->rotation);
   memcpy(def->colour, spec->colour, sizeof def->colour);
 
+  // spin and shape act on each other where that is asked for or matters
+  def->coupled = scene_run_couples(run, body);
+
   // its state at the start and the part of it that others can touch
   THRUM_TRY(make_start(run, body, body->start, body->start + rank));
   THRUM_TRY(name_surface(run, n, def));
-  const thrum_status status = thrum_scene_add_body(run->scene, def, NULL, &detail);
+  thrum_status status = thrum_scene_add_body(run->scene, def, NULL, &detail);
 
+  // a model whose basis is none of free modes has no inertia of the deformed shape
+  if (status < 0 && body->coupled_by_default) {
+    body->coupled_by_default = false;
+    def->coupled = 0;
+    detail = (thrum_error){0};
+    status = thrum_scene_add_body(run->scene, def, NULL, &detail);
+  }
   return pass_body(run, spec, status, &detail);
 }
 
@@ -336,7 +345,7 @@ static void warn_of_spins(const scene_run *run) {
     const thrum_model_scaling by = {body->spec->scale, body->spec->stiffness, body->spec->density};
     double spin[3];
     char place[SCENE_PLACE_MAX];
-    if (!body->spec->coupled)
+    if (!body->def.coupled)
       continue;
 
     // the centrifugal force is that in the body's axes

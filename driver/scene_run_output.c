@@ -188,7 +188,8 @@ static cJSON *placement_json(const scene_run *run, const scene_body_run *body) {
   json_number(object, "stiffness", spec->stiffness);
   json_number(object, "density", spec->density);
   cJSON_AddBoolToObject(object, "free", spec->free);
-  cJSON_AddBoolToObject(object, "coupled", spec->coupled);
+  cJSON_AddBoolToObject(object, "coupled", body->def.coupled);
+  cJSON_AddBoolToObject(object, "coupled_by_default", body->coupled_by_default);
   cJSON_AddBoolToObject(object, "self_contact", spec->self_contact);
   return object;
 }

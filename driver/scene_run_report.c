@@ -85,6 +85,8 @@ static cJSON *body_json(const scene_run *run, int32_t n) {
   json_number(object, "scale", body->spec->scale);
   json_number(object, "stiffness", body->spec->stiffness);
   json_number(object, "density", body->spec->density);
+  cJSON_AddBoolToObject(object, "coupled", body->def.coupled);
+  cJSON_AddBoolToObject(object, "coupled_by_default", body->coupled_by_default);
 
   // its energy and how well the run kept it
   json_number(object, "energy_first_j", figures->first.total);
@@ -267,6 +269,7 @@ void scene_run_table(const scene_run *run) {
   }
 
   print_details(run);
+  scene_run_print_coupled(run);
 
   // the table names the integrators asked for, so bodies that switched are listed apart
   for (int64_t n = 0; n < run->spec.bodies.count; n++) {

@@ -51,6 +51,7 @@ static thrum_status advance(void *stepper, int64_t step, thrum_error *error) {
   const thrum_status status = thrum_scene_step(run->scene, error);
   run->failed = status < 0;
   scene_run_note_depths(run);
+  scene_run_note_turns(run);
 
   // the check of a condensed body follows every step
   for (int32_t n = 0; n < run->run.body_count && status >= 0; n++)

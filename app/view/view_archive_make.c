@@ -43,18 +43,17 @@ static bool same_surface(const char *left, const char *right) {
 
 /* Each file's model once for each surface that it is shown by, of its full rank; of_body: its place
  * for each body. */
-static void list_models(const scene_models *models, const scene_spec *spec, view_archive_list *list,
-                        int64_t *of_body) {
-  for (int64_t body = 0; body < spec->bodies.count; body++) {
-    const scene_loaded *item = scene_model_of(models, body)->owner;
-    const char *surface = scene_bodies(spec)[body].surface;
+static void list_models(const scene_run *run, view_archive_list *list, int64_t *of_body) {
+  for (int64_t body = 0; body < run->spec.bodies.count; body++) {
+    const scene_loaded *item = scene_model_of(&run->models, body)->owner;
+    const char *surface = run->bodies[body].spec->surface;
     int64_t *place = &of_body[body];
     while (*place < list->count && (list->items[*place].model != item->loaded ||
                                     !same_surface(list->items[*place].surface, surface)))
       ++*place;
     if (*place == list->count)
       view_archive_list_add(list, item->first->model, item->loaded)->surface = surface;
-    list->items[*place].coupled |= scene_bodies(spec)[body].coupled;
+    list->items[*place].coupled |= run->bodies[body].def.coupled != 0;
   }
 }
 
@@ -81,7 +80,7 @@ static thrum_status pack_run(const scene_run *run, view_archive *archive, thrum_
   thrum_status status = thrum_reserve(&of_body, count, sizeof *of_body, "bodies", error);
   THRUM_THEN(status, view_archive_list_make(count, &list, error));
   if (status >= 0) {
-    list_models(&run->models, &run->spec, &list, of_body);
+    list_models(run, &list, of_body);
     status = view_archive_pack(list.items, list.count, view_archive_scene_of_run(run, of_body),
                                (view_archive_motion){0}, archive, error);
   }

@@ -93,7 +93,7 @@ static cJSON *body_of_run(const scene_run *run, int32_t n, int64_t place) {
   cJSON_AddBoolToObject(body, "free", spec->free);
   cJSON_AddBoolToObject(body, "collide", run->spec.collide && spec->collide);
   cJSON_AddBoolToObject(body, "self_contact", spec->self_contact);
-  cJSON_AddBoolToObject(body, "coupled", spec->coupled);
+  cJSON_AddBoolToObject(body, "coupled", run->bodies[n].def.coupled);
   json_numbers(body, "velocity", spec->velocity, 3);
 
   // the scene file has degrees

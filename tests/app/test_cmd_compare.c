@@ -44,7 +44,7 @@ static int make_runs(void **state) {
   run_scene(SPIN ", \"coupled\": true", "", "0.002", "whole");
   run_scene(SPIN ", \"coupled\": true", "", "0.001", "half");
   run_scene(SPIN ", \"coupled\": true", "", "0.0005", "quarter");
-  run_scene(SPIN, "", "0.0005", "without");
+  run_scene(SPIN ", \"coupled\": false", "", "0.0005", "without");
   return code;
 }
 

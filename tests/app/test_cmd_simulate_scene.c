@@ -954,6 +954,70 @@ static void a_spin_that_the_basis_cannot_show_is_warned_of(void **state) {
   }
 }
 
+/* The lowest frequency of free.npz [Hz]. */
+static double lowest_frequency(void) {
+  program_result run = thrum_run(folder, "info", "free.npz", "--json", NULL);
+  cJSON *object = json_line(run.out);
+  const double f =
+      cJSON_GetArrayItem(cJSON_GetObjectItem(object, "basis_frequencies_hz"), 0)->valuedouble;
+  cJSON_Delete(object);
+  program_result_free(&run);
+  return f;
+}
+
+/* Spin and shape of a free body act on each other where nothing is said and it begins to turn at a
+ * 50th of its lowest frequency or faster, which a scaled body has others of. The run says so, and
+ * `false` leaves it out. What steps otherwise is not coupled and, where it turns fast, is warned
+ * of: also where a load has turned it. */
+static void fast_bodies_are_coupled_by_default(void **state) {
+  (void)state;
+  const double f = 360 * lowest_frequency(); // of its lowest frequency, as degrees a second
+  static const struct {
+    double share;
+    const char *more;
+    int coupled, by_default;
+    bool warned;
+  } cases[] = {
+      {0.019, "", 0, 0, false},
+      {0.021, "", 1, 1, false},
+      {0.3, "", 1, 1, false},
+      {0.3, ", \"coupled\": false", 0, 0, false},
+      {0.01, ", \"coupled\": true", 1, 0, false},
+      {0.03, ", \"scale\": 0.5", 0, 0, false},
+      {0.03, ", \"stiffness\": 0.25, \"scale\": 0.5", 1, 1, false},
+      {0.05, ", \"integrator\": \"newmark\"", 0, 0, false},
+      {0.3, ", \"integrator\": \"newmark\"", 0, 0, true},
+      {0.3, ", \"condense\": 2", 0, 0, true},
+      {0, ", \"loads\": \"impulse:0,0,3e5@vertex=1\"", 0, 0, true},
+  };
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    char text[400];
+    snprintf(text, sizeof text,
+             "{\"time\": 0.02, \"dt\": 0.0005, \"bodies\": [\n"
+             " {\"name\": \"it\", \"model\": \"free.npz\", \"free\": true%s,"
+             " \"spin\": [0, %.17g, 0]}]}",
+             cases[n].more, cases[n].share * f);
+    put("scene.json", text);
+    program_result run =
+        thrum_run(folder, "simulate", "scene.json", "-o", "turning", "-q", "--json", NULL);
+    cJSON *object = json_line(run.out);
+    const cJSON *body = cJSON_GetArrayItem(cJSON_GetObjectItem(object, "bodies"), 0);
+    if (cJSON_IsTrue(cJSON_GetObjectItem(body, "coupled")) != cases[n].coupled ||
+        cJSON_IsTrue(cJSON_GetObjectItem(body, "coupled_by_default")) != cases[n].by_default ||
+        (strstr(run.err, "without what spin and shape do to each other") != NULL) !=
+            cases[n].warned)
+      fail_msg("%d: %s%s", (int)n, run.out, run.err);
+    cJSON_Delete(object);
+    program_result_free(&run);
+
+    // people read it as a line
+    run = thrum_run(folder, "simulate", "scene.json", "-o", "turning", "-q", NULL);
+    assert_int_equal(strstr(run.out, "coupled      it: it begins to turn at ") != NULL,
+                     cases[n].by_default);
+    program_result_free(&run);
+  }
+}
+
 /* A cube falls on a plane in steps of 1 s, each of which takes it through: it is deeper in the
  * plane than its size. With a stiffness that the file gives, depth is what was asked for. */
 static void a_body_deep_in_a_plane_flags_the_run(void **state) {
@@ -1173,6 +1237,7 @@ int main(void) {
       cmocka_unit_test(a_sphere_that_goes_through_a_body_flags_the_run),
       cmocka_unit_test(bars_that_a_joint_held_in_each_other_are_said),
       cmocka_unit_test(a_spin_that_the_basis_cannot_show_is_warned_of),
+      cmocka_unit_test(fast_bodies_are_coupled_by_default),
       cmocka_unit_test(a_body_deep_in_a_plane_flags_the_run),
       cmocka_unit_test(a_path_turns_as_far_as_its_angles_say),
   };

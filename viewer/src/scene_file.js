@@ -10,6 +10,7 @@ import { baseMotionOf, startOf } from './scene_texts.js';
 const DEGREE = Math.PI / 180;
 const ROOM = { each: 1024, first: 64, beyond: 128 }; // for touches, a body: of the first so many, and of those beyond
 const OVERLAP = 5e-3; // of a body's diagonal: it may begin that deep in something
+const TURNS = 0.02; // of its lowest frequency: a body that begins to turn so fast is coupled
 const MESH = /[:@]|\.(veg|msh|mesh|vtk|vtu|inp|node|ele|obj|stl)$/i; // made by the program, or files of one
 
 /** What the program shows and the page does not. */
@@ -60,7 +61,14 @@ const textsOf = (given) => (typeof given === 'string' ? [given] : given);
 /** α of Rayleigh damping, of a number or a pair. */
 const alphaOf = (damping) => (Array.isArray(damping) ? damping[0] : damping);
 
-function bodyOf(given, n, models, of, scene, collide) {
+/** Is a body coupled of which the file does not say so (driver/scene_run_couple.c)? @param {boolean} whole its mesh came along */
+function couples({ free, spin, stiffness, density, scale, error, budget, condense }, { masters, arrays: { omega2, c4 } }, integrator, whole) {
+  const lowest = Math.sqrt((omega2.find((w2) => w2 > 0) ?? Infinity) * (stiffness / density)) / scale;
+  return free && whole && integrator === 'energy' && !masters && Boolean(c4) && !(condense || error || budget)
+    && DEGREE * Math.hypot(...spin) >= TURNS * lowest;
+}
+
+function bodyOf(given, n, models, of, scene, collide, whole) {
   const model = models[of[n]];
   const { rank, masters } = model;
   const at = `bodies[${n}]`;
@@ -68,7 +76,8 @@ function bodyOf(given, n, models, of, scene, collide) {
     throw new Error(`${at}.rank: coordinates of ${given.model} follow others and cannot be left out; ` +
       `give "condense" of 1 to ${masters}`);
   const body = withFallbacks(given, 'bodies');
-  const { position, scale, stiffness, density, condense = 0, free, coupled, velocity } = body;
+  const { position, scale, stiffness, density, condense = 0, free, velocity } = body;
+  const coupled = given.coupled ?? couples(body, model, given.integrator ?? scene.integrator, whole);
   const starts = textsOf(body.start);
   return { name: nameOf(given, n), model: of[n], position, rotation: quaternionOf(body.rotation), scale, stiffness, density,
     rank: given.condense ?? given.rank ?? rank, condense, colour: colourOf(body.colour), free, coupled,
@@ -78,7 +87,7 @@ function bodyOf(given, n, models, of, scene, collide) {
 }
 
 /** The scene of the file, but for its obstacles and links. */
-function sceneOf(file, models, of) {
+function sceneOf(file, models, of, found) {
   const { bodies, ...given } = withFallbacks(file, 'scene');
   const { title, gravity, dt, integrator } = given;
   const collide = file.collide ?? bodies.some(({ free }) => free);
@@ -88,7 +97,7 @@ function sceneOf(file, models, of) {
     return motion;
   });
   const scene = { title, dt, integrator, gravity, damping: alphaOf(given.damping), base_motion, obstacles: [] };
-  scene.bodies = bodies.map((body, n) => bodyOf(body, n, models, of, scene, collide));
+  scene.bodies = bodies.map((body, n) => bodyOf(body, n, models, of, scene, collide, found[of[n]] !== undefined));
   if (file.wind) scene.wind = withFallbacks(file.wind, 'wind');
   if ((collide && bodies.length > 1) || bodies.some((body) => body.self_contact)) {
     const first = Math.min(bodies.length, ROOM.first);
@@ -147,7 +156,7 @@ export async function packOfScene({ name, bytes }, files, shown, engine) {
     const [unread] = checkScene(file);
     const { models, files: found, of } = findModels(file.bodies, files, shown.models, engine);
     if (unread) throw new BeyondPage(`${unread}: this page does not read it`);
-    const scene = sceneOf(file, models, of);
+    const scene = sceneOf(file, models, of, found);
 
     // what links and coupled bodies need is made in an engine that has the whole meshes
     const whole = await engine.another();

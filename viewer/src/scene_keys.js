@@ -68,7 +68,7 @@ export const KEYS = {
   bodies: { name: may(text), model: must(text), position: may(vector, [0, 0, 0]), rotation: may(rotation, [1, 0, 0, 0]),
     scale: may(above, 1), stiffness: may(above, 1), density: may(above, 1), rank: may(count), condense: may(count),
     colour: may(colour, '#bfbfbf'), free: may(flag, false), velocity: may(vector, [0, 0, 0]), spin: may(vector, [0, 0, 0]),
-    coupled: may(flag, false), start: may(texts, []), collide: may(flag, true), self_contact: may(flag, false), integrator: may(integrator), damping: may(damping),
+    coupled: may(flag), start: may(texts, []), collide: may(flag, true), self_contact: may(flag, false), integrator: may(integrator), damping: may(damping),
     // the page steps all coordinates where these would have a body step fewer
     error: may(anything), budget: may(anything),
     fix: left, surface: left, material: left, detail: left, loads: left, touch: left, touch_stiffness: left, ...solver },
