@@ -1,6 +1,7 @@
 /* `thrum static`: where a body comes to rest under a load. The search is the runtime's
  * (thrum/equilibrium.h); here it is asked for, shown and written.
  * SPDX-License-Identifier: Apache-2.0 */
+#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -177,6 +178,7 @@ static thrum_status answer_all(static_answer *answer, double *memory, thrum_erro
   THRUM_TRY(find(answer, q, mode, error));
   THRUM_TRY(measure(answer, extents, error));
   THRUM_TRY(static_monitor_look(answer, &answer->belief, error));
+  THRUM_TRY(static_forces_reduced(request, answer->model, q, &answer->forces, error));
   if (request->output != NULL)
     THRUM_TRY(write_q(answer, error));
   if (request->frame != NULL || request->field != NULL)
@@ -193,10 +195,18 @@ static void warn_flags(const static_answer *answer) {
                 report->jumps > 0 ? "; the answer is a stable shape that it falls to" : "");
   if (report->least < 0)
     config_warn("the equilibrium is unstable");
+  if (isfinite(answer->lost_at))
+    config_warn("the branch could be followed to %.6g of the load alone: the answer may be of "
+                "another one; go there in several runs with --from",
+                answer->lost_at);
   if (isfinite(answer->lower_energy))
     config_warn("the path led to a higher branch: another shape has %.6g J of energy in body and "
                 "load, this one %.6g J; go there in several runs with --from, or by another way",
                 answer->lower_energy, report->energy + report->load_energy);
+  if (answer->forces.inverted > 0)
+    config_warn("%" PRId64 " tetrahedra are turned inside out, the worst is number %" PRId64
+                ": no real body rests there; lower the load, or take --full with another --law",
+                answer->forces.inverted, answer->forces.inverted_tet + 1);
   static_monitor_warn(answer);
 }
 
@@ -204,7 +214,13 @@ static int run_request(const static_request *request) {
   thrum_error error = {0};
   const thrum_model *loaded = NULL;
   void *lower = NULL;
-  static_answer answer = {.request = request, .lower_energy = NAN};
+  static_answer answer = {.request = request,
+                          .critical_from = NAN,
+                          .critical_to = NAN,
+                          .critical_share = NAN,
+                          .least_start = NAN,
+                          .lost_at = NAN,
+                          .lower_energy = NAN};
   double *memory = NULL;
 
   thrum_status status = mesh_model_load(request->model_path, &request->mesh_def, request->quiet,
@@ -235,6 +251,7 @@ static int run_request(const static_request *request) {
 
   free(memory);
   free(answer.displaced);
+  static_forces_free(&answer.forces);
   free(lower);
   thrum_model_free(loaded);
   return code;

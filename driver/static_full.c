@@ -109,6 +109,7 @@ static thrum_status take_moves(const static_request *request, const thrum_model 
   s->loading.moves = request->move_count > s->loading.follower_count ? s->moves : NULL;
   s->loading.followers = s->followers;
   s->loading.turns = s->turns;
+  s->loading.watch = s->loading.follower_count == 0;
   return THRUM_OK;
 }
 
@@ -193,10 +194,21 @@ static void fill_report(static_answer *answer, const thrum_full_equilibrium *fou
   report->energy = found->energy;
   report->load_energy = found->load_energy;
 
-  // the full order knows stability only as yes or no, and finds no critical loads
-  report->least = found->stable ? NAN : -INFINITY;
-  report->softest = report->softest_factor = NAN;
-  report->critical = report->critical_linear = NAN;
+  // loads that turn leave stability as yes or no, and look for no critical loads
+  report->least = found->stable || isfinite(found->least) ? found->least : -INFINITY;
+  report->softest = found->softest;
+  report->softest_factor = found->softest_factor * report->factor;
+  report->instability = found->instability;
+  report->critical = found->critical * report->factor;
+  report->critical_linear = NAN;
+  report->jumps = found->jumps;
+
+  // how well the critical load is known
+  answer->critical_from = found->critical_from * report->factor;
+  answer->critical_to = found->critical_to * report->factor;
+  answer->critical_share = found->critical_least / found->least_start;
+  answer->least_start = found->least_start;
+  answer->lost_at = found->lost ? found->lost_at * report->factor : NAN;
 
   // the report tells what the solution has cost
   report->load_steps = found->load_steps;
@@ -253,6 +265,26 @@ static thrum_status look_lower(static_answer *answer, const thrum_full_equilibri
   return status;
 }
 
+/* What holds the body where it rests: s->field is where that is, s->moves is free to be used. */
+static thrum_status look_forces(static_answer *answer, search *s, thrum_error *error) {
+  const thrum_model *model = answer->model;
+  full_followers followers = {0};
+  THRUM_TRY(full_followers_make(&s->loading, model->vertices, &followers, error));
+  if (s->loading.follower_count > 0)
+    full_followers_add(&followers, s->field, 1, s->forces);
+  full_followers_free(&followers);
+
+  // what the model holds is held as well
+  for (int64_t v = 0; v < model->vertex_count; v++)
+    s->held[v] |= model->fixed[v];
+  thrum_full_internal_forces(s->body, s->moves);
+  const thrum_fem_inversion inversion = thrum_full_inverted(s->body);
+  answer->forces.inverted = inversion.count;
+  answer->forces.inverted_tet = inversion.tet;
+  const static_body body = {model, s->field, s->moves, s->forces, s->held};
+  return static_forces_sum(answer->request, &body, &answer->forces, error);
+}
+
 static thrum_status find(static_answer *answer, search *s, double *q, thrum_error *error) {
   const static_request *request = answer->request;
   const thrum_model *model = answer->model;
@@ -285,6 +317,7 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
 
   // the answer is read off the body at rest
   fill_report(answer, &found, s, q);
+  THRUM_TRY(look_forces(answer, s, error));
   THRUM_TRY(look(answer, s, error));
   if (request->field != NULL)
     THRUM_TRY(thrum_npy_write_f8(request->field, s->field, model->vertex_count, 3, error));

@@ -95,11 +95,8 @@ thrum_status static_monitor_look(const static_answer *answer, static_belief *bel
 void static_monitor_warn(const static_answer *answer) {
   const static_belief *belief = &answer->belief;
 
-  // an inverted element was compressed first, so one message is enough
-  if (belief->warnings & THRUM_WARNING_INVERTED)
-    config_warn("a tetrahedron is turned inside out, which no real material allows: do not trust "
-                "this shape");
-  else if (belief->warnings & THRUM_WARNING_COMPRESSED)
+  // an inverted element was compressed first, and is said by its number
+  if ((belief->warnings & THRUM_WARNING_COMPRESSED) && answer->forces.inverted == 0)
     config_warn(
         "a tetrahedron is compressed to %.3f of its length; below 0.577, StVK gives way: do "
         "not trust this shape%s",

@@ -131,6 +131,9 @@ static const config_option options[] = {
     OPTION_TEXT("path", "FILE.csv", NULL, "the path: load, energy, stiffness, displacements",
                 WRITTEN(path)),
 
+    OPTION_TEXT("reactions", "FILE.csv", NULL, "the force that holds each held or moved vertex",
+                .unit = "N", WRITTEN(reactions)),
+
     OPTION_FILE(static_request),
     OPTION_JSON(static_request),
     OPTION_QUIET(static_request),
@@ -154,7 +157,8 @@ const config_command command_static = {
                 "static beam.npz --load constant:-100,0,0@tip --factor 5 --path column.csv\n"
                 "static beam.npz --full --moment 0,-20,0@tip --displacements bent.npy\n"
                 "static bridge --load gravity:0,0,-9.81 --at load --json",
-    .exits = "0 done, 1 refused, 2 usage, 3 found but flagged (buckled, snapped, unstable, higher)",
+    .exits = "0 done, 1 refused, 2 usage, 3 found but flagged (buckled, snapped, unstable, higher, "
+             "lost, inverted)",
 };
 
 /* Shows the displacements where the loads act, when no target is given. */
@@ -190,6 +194,9 @@ static int check_names(const static_request *request) {
                         request->field);
   if (request->frame != NULL && !ends_with(request->frame, ".vtu"))
     return config_usage("static", "--vtu wants the name of a .vtu file, not '%s'", request->frame);
+  if (request->reactions != NULL && !ends_with(request->reactions, ".csv"))
+    return config_usage("static", "--reactions wants the name of a .csv file, not '%s'",
+                        request->reactions);
   if (request->path != NULL && !ends_with(request->path, ".csv"))
     return config_usage("static", "--path wants the name of a .csv file, not '%s'", request->path);
   return COMMAND_DONE;

@@ -33,6 +33,7 @@ typedef struct static_request {
   const char *output;      /* q as .npy; NULL: none */
   const char *frame;       /* .vtu; NULL: none */
   const char *path;        /* .csv of the path; NULL: none */
+  const char *reactions;   /* .csv of the forces that hold the body; NULL: none */
   const char *from;        /* .npy where the path starts; NULL: at rest */
   const char *field;       /* .npy of the displacements; NULL: none */
   const char **at;         /* targets whose displacement is shown, as given */

@@ -17,13 +17,29 @@ static const char *const instabilities[] = {"none", "bifurcation", "limit point"
 
 const char *static_status_name(const static_answer *answer) {
   const thrum_equilibrium_report *report = &answer->report;
+  if (answer->forces.inverted > 0)
+    return "inverted";
   if (isfinite(answer->lower_energy))
     return "higher";
   if (report->least < 0)
     return "unstable";
   if (report->instability == THRUM_INSTABILITY_LIMIT)
     return "snapped";
-  return report->instability == THRUM_INSTABILITY_BIFURCATION ? "buckled" : "done";
+  if (report->instability == THRUM_INSTABILITY_BIFURCATION)
+    return "buckled";
+  return isfinite(answer->lost_at) ? "lost" : "done";
+}
+
+bool static_was_watched(const static_answer *answer) {
+  return !answer->request->full || !isnan(answer->least_start);
+}
+
+/* The softest stiffness of the body without load: that of the mesh where it is known. */
+static double least_at_rest(const static_answer *answer) {
+  const static_request *request = answer->request;
+  return request->full && request->from == NULL && !isnan(answer->least_start)
+             ? answer->least_start
+             : answer->model->omega2[0];
 }
 
 /* Loads and motions as they were given, each kind under the name of its option. */
@@ -53,9 +69,10 @@ static void add_displacements(cJSON *object, const static_answer *answer) {
 }
 
 static void add_files(cJSON *object, const static_request *request) {
-  const char *const files[] = {request->output, request->field, request->frame, request->path};
+  const char *const files[] = {request->output, request->field, request->frame, request->path,
+                               request->reactions};
   cJSON *list = cJSON_AddArrayToObject(object, "files");
-  for (int n = 0; n < 4; n++)
+  for (int n = 0; n < 5; n++)
     if (files[n] != NULL)
       cJSON_AddItemToArray(list, cJSON_CreateString(files[n]));
 }
@@ -85,19 +102,26 @@ void static_report_json(const static_answer *answer) {
   cJSON_AddBoolToObject(object, "stable", !(report->least < 0));
   json_number(object, "least_eigenvalue", report->least);
   json_number(object, "frequency_hz", report->least >= 0 ? static_hertz(report->least) : NAN);
-  json_number(object, "frequency_rest_hz", static_hertz(answer->model->omega2[0]));
+  json_number(object, "frequency_rest_hz", static_hertz(least_at_rest(answer)));
   json_number(object, "softest_eigenvalue", report->softest);
   json_number(object, "softest_factor", report->softest_factor);
 
-  // the full order does not look for one on its way
-  json_string(object, "instability", request->full ? NULL : instabilities[report->instability]);
-
+  // how the path lost it, where it was watched
+  json_string(object, "instability",
+              static_was_watched(answer) ? instabilities[report->instability] : NULL);
   json_number(object, "critical_factor", report->critical);
+  json_number(object, "critical_factor_from", answer->critical_from);
+  json_number(object, "critical_factor_to", answer->critical_to);
+  json_number(object, "critical_residual", answer->critical_share);
   json_number(object, "critical_factor_linear", report->critical_linear);
+  json_number(object, "lost_factor", answer->lost_at);
   if (request->full)
     cJSON_AddNullToObject(object, "mode");
   else
     json_numbers(object, "mode", answer->mode, answer->model->rank);
+
+  // what holds the body there
+  static_forces_json(&answer->forces, object);
 
   // what of it is to be believed
   cJSON *monitor = json_section(object, "monitor", !isnan(answer->belief.stretch));
@@ -120,23 +144,9 @@ void static_report_json(const static_answer *answer) {
   json_print(object);
 }
 
-static void print_stability(const static_answer *answer) {
+/* The load at which the path lost its stability, and how well it is known. */
+static void print_critical(const static_answer *answer) {
   const thrum_equilibrium_report *report = &answer->report;
-  if (answer->request->full) {
-    printf("stability    %s\n", report->least < 0 ? "unstable" : "stable");
-    return;
-  }
-
-  // the softest vibration tells how far the body is from buckling
-  if (report->least >= 0) {
-    printf("stability    stable; softest vibration %.6g Hz, at rest %.6g Hz\n",
-           static_hertz(report->least), static_hertz(answer->model->omega2[0]));
-  } else {
-    printf("stability    unstable: the least eigenvalue of the tangent is %.6g /s^2\n",
-           report->least);
-  }
-
-  // a critical load that was passed on the way
   if (report->instability == THRUM_INSTABILITY_NONE) {
     printf("critical     none up to %g of the load; softest at %.6g of it (%.6g Hz)\n",
            report->factor, report->softest_factor, static_hertz(report->softest));
@@ -145,7 +155,33 @@ static void print_stability(const static_answer *answer) {
            instabilities[report->instability],
            report->jumps > 0 ? "; the body then fell to another equilibrium" : "");
   }
+  if (isfinite(answer->critical_from))
+    printf("found        between %.9g and %.9g; at the former the least stiffness is %.1e of "
+           "that at the start\n",
+           answer->critical_from, answer->critical_to, answer->critical_share);
+  if (isfinite(answer->lost_at))
+    printf("branch       followed to %.6g of the load; what is beyond may be another one\n",
+           answer->lost_at);
+}
 
+static void print_stability(const static_answer *answer) {
+  const thrum_equilibrium_report *report = &answer->report;
+  if (!static_was_watched(answer)) {
+    printf("stability    %s\n", report->least < 0 ? "unstable" : "stable");
+    return;
+  }
+
+  // the softest vibration tells how far the body is from buckling
+  if (report->least >= 0) {
+    printf("stability    stable; softest vibration %.6g Hz, at rest %.6g Hz\n",
+           static_hertz(report->least), static_hertz(least_at_rest(answer)));
+  } else {
+    printf("stability    unstable: the least eigenvalue of the tangent is %.6g /s^2\n",
+           report->least);
+  }
+
+  // a critical load that was passed on the way
+  print_critical(answer);
   if (isfinite(report->critical_linear))
     printf("estimate     %.6g of the load would be critical, linearly from rest\n",
            report->critical_linear);
@@ -175,6 +211,8 @@ void static_report_table(const static_answer *answer) {
   if (answer->peak_vertex >= 0)
     printf("peak         %.6g m at vertex %" PRId64 "\n", answer->peak, answer->peak_vertex + 1);
 
+  static_forces_table(&answer->forces);
+
   if (request->full && !isnan(answer->belief.stretch))
     printf("monitor      least stretch %.3f (warns below 0.577 with StVK)\n",
            answer->belief.stretch);
@@ -195,9 +233,10 @@ void static_report_table(const static_answer *answer) {
   puts("");
 
   printf("status       %s\n", static_status_name(answer));
-  const char *const files[] = {request->output, request->field, request->frame, request->path};
+  const char *const files[] = {request->output, request->field, request->frame, request->path,
+                               request->reactions};
   const char *before = "files        ";
-  for (int n = 0; n < 4; n++)
+  for (int n = 0; n < 5; n++)
     if (files[n] != NULL) {
       printf("%s%s", before, files[n]);
       before = ", ";

@@ -3,6 +3,7 @@
 #ifndef THRUM_DRIVER_STATIC_REPORT_H
 #define THRUM_DRIVER_STATIC_REPORT_H
 
+#include "driver/static_forces.h"
 #include "driver/static_options.h"
 
 /* How far the answer of a reduced model can be believed; NaN: not looked at. */
@@ -25,11 +26,22 @@ typedef struct static_answer {
   double seconds;         /* of the search */
   int64_t components;     /* of the full order */
   static_belief belief;
+  static_forces forces;
+
+  /* How well the critical load is known; NaN: there is none. */
+  double critical_from, critical_to; /* factors between which it lies */
+  double critical_share;             /* least eigenvalue at the former over that at the start */
+  double least_start;                /* the latter [1/s^2] */
+  double lost_at; /* factor beyond which the branch was not followed; NaN: it was */
+
   double lower_energy; /* of a shape of body and load that has less [J]; NaN: none was found */
 } static_answer;
 
-/* "done", or what flags it: "unstable", "buckled", "snapped", "higher". */
+/* "done", or what flags it: "inverted", "higher", "unstable", "snapped", "buckled", "lost". */
 const char *static_status_name(const static_answer *answer);
+
+/* Was the stability of the path looked at? */
+bool static_was_watched(const static_answer *answer);
 
 void static_report_json(const static_answer *answer);
 void static_report_table(const static_answer *answer);

@@ -355,6 +355,16 @@ double thrum_full_least_stretch(const thrum_full *full, bool gives_way) {
   return least;
 }
 
+void thrum_full_internal_forces(thrum_full *full, double *forces) {
+  full_place(full, full->u, 0, NULL, full->place);
+  thrum_fem_energy(full_elastic(full), full->place, forces);
+}
+
+thrum_fem_inversion thrum_full_inverted(thrum_full *full) {
+  full_place(full, full->u, 0, NULL, full->place);
+  return thrum_fem_inverted(&full->body.fem, full->place);
+}
+
 thrum_full_report thrum_full_report_get(const thrum_full *full) {
   return (thrum_full_report){.free_count = full->body.fem.free_count,
                              .steps = full->steps,

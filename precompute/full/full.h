@@ -12,10 +12,12 @@
 
 #include <stdbool.h>
 
+#include "precompute/fem/fem_inverted.h"
 #include "precompute/full/full_loading.h"
 #include "precompute/full/full_solver.h"
 #include "runtime/material/material_law.h"
 #include "runtime/material/plastic_flow.h"
+#include "thrum/equilibrium.h"
 #include "thrum/model.h"
 
 typedef enum thrum_full_scheme {
@@ -97,6 +99,19 @@ typedef struct thrum_full_equilibrium {
   double load_energy; /* -f u [J] */
   double residual;    /* of the forces, relative to the largest on the way, in the energy norm */
   int32_t stable;     /* 1: the tangent stiffness is positive definite */
+
+  /* What a loading with `watch` tells of the branch. Eigenvalues are those of K x = lambda M x with
+   * the tangent K [1/s^2]: squared frequencies of small vibrations. */
+  double least;                      /* least one of the answer; NaN: not looked at */
+  double least_start;                /* and where the path starts */
+  double softest, softest_factor;    /* the least of the way, and the factor of the load there */
+  thrum_instability instability;     /* how the branch lost its stability first */
+  double critical;                   /* factor of the load there; NaN: it did not */
+  double critical_from, critical_to; /* factors that enclose it */
+  double critical_least;             /* least eigenvalue at the former, the last stable one */
+  int32_t jumps;                     /* falls to another branch */
+  bool lost;                         /* the branch could not be followed beyond lost_at, and */
+  double lost_at;                    /* what was found may be of another one */
 } thrum_full_equilibrium;
 
 /* Makes the body of a model, at rest. `held` (vertex_count, may be NULL): bits 0, 1, 2 of x, y, z
@@ -147,6 +162,14 @@ thrum_status thrum_full_lower(thrum_full *full, const thrum_full_loading *loadin
  * stays as it is. */
 thrum_status thrum_full_undone(thrum_full *full, const double *forces, double *energy,
                                thrum_error *error);
+
+/* R(u) at the present displacement on all components, held ones included (3 vertex_count) [N]: what
+ * the elements ask of the loads and of what holds the body. Of all vertices their sum, and that of
+ * their moments about where the vertices are, is zero. */
+void thrum_full_internal_forces(thrum_full *full, double *forces);
+
+/* Which tetrahedra are turned inside out at the present displacement. */
+thrum_fem_inversion thrum_full_inverted(thrum_full *full);
 
 /* The least principal stretch of all points of quadrature, or of those whose law gives way under
  * compression; negative: one is turned inside out. Infinite where there is none. */

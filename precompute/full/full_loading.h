@@ -36,6 +36,8 @@ typedef struct thrum_full_loading {
   int64_t follower_count;
   const thrum_full_turn *turns; /* of held vertices */
   int64_t turn_count;
+  bool watch; /* the path keeps to its branch, and tells where that loses its stability; without
+                 followers */
 } thrum_full_loading;
 
 /* Followers of a body as its search uses them. */

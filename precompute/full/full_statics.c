@@ -19,32 +19,17 @@
 #include <string.h>
 
 #include "platform/allocate.h"
-#include "precompute/full/full_private.h"
+#include "precompute/full/full_statics.h"
 
 #define STEPS_MAX 400
 #define NEWTON_MAX 300
 #define FIRST_STEP 0.25
 #define SHORTEST 1e-5
+#define SHIFTS 8
 #define TURNING_MAX 25 /* iterations with loads that turn; a step that needs more is too long */
 
-typedef struct rest {
-  thrum_full *full;
-  const thrum_full_loading *loading;
-  double *from;       /* all components at the start; owned */
-  const double *hold; /* forces on the free components that hold the body there; NULL: none */
-  full_follower_solver solver;
-  double factor;  /* where u is */
-  double largest; /* correction so far, in the norm of the matrix */
-  double energy;  /* V at the trial */
-  double merit;   /* V - factor f u there */
-  double *before; /* u a step ago */
-  double *kept;   /* u at the start of the step */
-  thrum_full_equilibrium *found;
-  thrum_status failure; /* no memory, so that the search cannot go on; else THRUM_OK */
-} rest;
-
 /* Held components on their way: straight, and as rigid groups where those turn. */
-static void place_held(const rest *s, double factor) {
+static void place_held(const full_search *s, double factor) {
   thrum_full *full = s->full;
   const thrum_fem *fem = &full->body.fem;
   const double *moves = s->loading->moves;
@@ -60,7 +45,7 @@ static void place_held(const rest *s, double factor) {
 }
 
 /* Residual at u under factor times the load; held components as the factor has them. */
-static void evaluate(rest *s, double factor) {
+void full_statics_evaluate(full_search *s, double factor) {
   thrum_full *full = s->full;
   const thrum_fem *fem = &full->body.fem;
   place_held(s, factor);
@@ -85,7 +70,7 @@ static void evaluate(rest *s, double factor) {
 }
 
 /* Newton's correction into delta; the slope at which the energy falls along it, NaN on failure. */
-static double descend(rest *s, thrum_error *error) {
+double full_statics_descend(full_search *s, thrum_error *error) {
   thrum_full *full = s->full;
   thrum_status status = THRUM_SINGULAR;
 
@@ -95,9 +80,11 @@ static double descend(rest *s, thrum_error *error) {
 
   // tangents of other laws are made positive at each point first, and then need less
   const bool projects = full->def.law != THRUM_LAW_STVK && !follows;
-  const double least = follows ? 1e-7 : projects ? 0.01 : 0.05, growth = follows ? 10 : 4;
-  double shift = 0;
-  for (int k = 0; status == THRUM_SINGULAR && k < 8; k++) {
+  const double usual = follows ? 1e-7 : projects ? 0.01 : 0.05;
+  const double least = s->shift > 0 ? s->shift : usual;
+  const double growth = follows || s->shift > 0 ? 10 : 4;
+  double shift = 0, taken = 0;
+  for (int k = 0; status == THRUM_SINGULAR && k < (s->strict ? 1 : SHIFTS); k++) {
     full->positive = projects && k > 0;
     status = full_assemble(full, full->place, 1, 0, 0, error);
     const thrum_sparse *stiffness = &full->body.stiffness;
@@ -109,11 +96,14 @@ static double descend(rest *s, thrum_error *error) {
 
     // the equilibrium is stable where no shift was needed
     s->found->stable = shift == 0 && status >= 0;
+    taken = shift;
     shift = shift > 0 ? growth * shift : least;
   }
 
   full->positive = false;
   s->found->iterations++;
+  if (s->shift > 0 && taken > 0)
+    s->shift = taken / growth;
 
   // a shorter step may mend any other failure
   if (status == THRUM_OUT_OF_MEMORY)
@@ -123,20 +113,20 @@ static double descend(rest *s, thrum_error *error) {
 
 /* Along delta by 1 and then shorter, until the energy falls enough, or the residual where rounding
  * hides that. */
-static bool shorten(rest *s, double factor, double slope) {
+bool full_statics_shorten(full_search *s, double factor, double slope, double *length) {
   thrum_full *full = s->full;
   const int64_t n = full->body.fem.free_count;
   const double merit = s->merit, residual = full_dot(full, full->r, full->r);
   memcpy(full->trial, full->u, (size_t)n * sizeof *full->u);
 
-  double length = 1;
-  for (int k = 0; k < 40; k++, length *= 0.5) {
+  *length = 1;
+  for (int k = 0; k < 40; k++, *length *= 0.5) {
     for (int64_t i = 0; i < n; i++)
-      full->u[i] = full->trial[i] + length * full->delta[i];
-    evaluate(s, factor);
+      full->u[i] = full->trial[i] + *length * full->delta[i];
+    full_statics_evaluate(s, factor);
 
     // Armijo's rule; where the energy is flat to rounding, the residual decides
-    const bool fell = s->merit < merit - 1e-4 * length * slope ||
+    const bool fell = s->merit < merit - 1e-4 * *length * slope ||
                       (fabs(s->merit - merit) <= 1e-12 * fabs(merit) &&
                        full_dot(full, full->r, full->r) < 0.25 * residual);
     if (isfinite(s->merit) && fell)
@@ -145,17 +135,17 @@ static bool shorten(rest *s, double factor, double slope) {
 
   // no length helps: back to where it began
   memcpy(full->u, full->trial, (size_t)n * sizeof *full->u);
-  evaluate(s, factor);
+  full_statics_evaluate(s, factor);
   return false;
 }
 
 /* Full steps of Newton with loads that turn; sizes are in the energy norm at rest. */
-static bool newton_turning(rest *s, double factor, thrum_error *error) {
+static bool newton_turning(full_search *s, double factor, thrum_error *error) {
   thrum_full *full = s->full;
   const int64_t n = full->body.fem.free_count;
   for (int k = 0; k < TURNING_MAX; k++) {
-    evaluate(s, factor);
-    const double slope = descend(s, error);
+    full_statics_evaluate(s, factor);
+    const double slope = full_statics_descend(s, error);
     if (isnan(slope) || (slope == 0 && full_dot(full, full->r, full->r) > 0))
       return false;
     const thrum_status solved = full_follower_solve(full, &s->solver, factor, error);
@@ -175,20 +165,20 @@ static bool newton_turning(rest *s, double factor, thrum_error *error) {
     s->largest = fmax(s->largest, size);
     s->found->residual = s->largest > 0 ? size / s->largest : 0;
     if (size <= fmax(full->def.tolerance, 64 * DBL_EPSILON) * s->largest) {
-      evaluate(s, factor);
+      full_statics_evaluate(s, factor);
       return true;
     }
   }
   return false;
 }
 
-static bool newton(rest *s, double factor, thrum_error *error) {
+bool full_statics_newton(full_search *s, double factor, thrum_error *error) {
   thrum_full *full = s->full;
   if (s->loading->follower_count > 0)
     return newton_turning(s, factor, error);
-  evaluate(s, factor);
-  for (int k = 0; k < NEWTON_MAX; k++) {
-    const double slope = descend(s, error);
+  full_statics_evaluate(s, factor);
+  for (int k = 0; k < (s->most > 0 ? s->most : NEWTON_MAX); k++) {
+    const double slope = full_statics_descend(s, error);
     if (!(slope >= 0) || !isfinite(slope) || !isfinite(s->merit))
       return false;
 
@@ -199,15 +189,24 @@ static bool newton(rest *s, double factor, thrum_error *error) {
     if (size <= fmax(full->def.tolerance, 64 * DBL_EPSILON) * s->largest)
       return true;
 
+    // full steps bring a slender body round its bends, where shorter ones go downhill for long
+    if (s->strict) {
+      for (int64_t i = 0; i < full->body.fem.free_count; i++)
+        full->u[i] += full->delta[i];
+      full_statics_evaluate(s, factor);
+      continue;
+    }
+
     // rounding may stop it first
-    if (!shorten(s, factor, slope))
+    double length = 0;
+    if (!full_statics_shorten(s, factor, slope, &length))
       return size <= 1e-7 * s->largest;
   }
 
   return false;
 }
 
-static bool follow(rest *s, thrum_error *error) {
+bool full_statics_steps(full_search *s, thrum_error *error) {
   thrum_full *full = s->full;
   const int64_t n = full->body.fem.free_count;
   const size_t vector = (size_t)n * sizeof(double);
@@ -226,7 +225,7 @@ static bool follow(rest *s, thrum_error *error) {
 
     // a step that fails is tried again with a quarter of the load
     const int32_t iterations = s->found->iterations;
-    if (!newton(s, factor, error)) {
+    if (!full_statics_newton(s, factor, error)) {
       memcpy(full->u, s->kept, vector);
       if (s->failure < 0)
         return false;
@@ -247,7 +246,7 @@ static bool follow(rest *s, thrum_error *error) {
 }
 
 /* Where the path starts, and where that is displaced what holds it there. */
-static thrum_status begin_at(rest *s, thrum_error *error) {
+static thrum_status begin_at(full_search *s, thrum_error *error) {
   thrum_full *full = s->full;
   const thrum_fem *fem = &full->body.fem;
   const int64_t n = fem->free_count, all = 3 * fem->vertex_count;
@@ -289,8 +288,16 @@ thrum_status thrum_full_rest_under(thrum_full *full, const thrum_full_loading *l
   // the state from which the search begins is kept for a failure
   double *memory = NULL;
   THRUM_TRY(thrum_reserve(&memory, 4 * n + all, sizeof *memory, "the equilibrium", error));
-  thrum_full_equilibrium made = {0};
-  rest s = {.full = full, .loading = loading, .found = &made};
+  thrum_full_equilibrium made = {.least = NAN,
+                                 .least_start = NAN,
+                                 .softest = NAN,
+                                 .softest_factor = NAN,
+                                 .critical = NAN,
+                                 .critical_from = NAN,
+                                 .critical_to = NAN,
+                                 .critical_least = NAN,
+                                 .lost_at = NAN};
+  full_search s = {.full = full, .loading = loading, .found = &made};
   double *start = memory, *force = memory + 3 * n, *held = memory + 4 * n;
   s.before = start + n;
   s.kept = s.before + n;
@@ -303,7 +310,9 @@ thrum_status thrum_full_rest_under(thrum_full *full, const thrum_full_loading *l
   if (status >= 0 && loading->follower_count > 0)
     status = full_follower_solver_make(full, loading, &s.solver, error);
   THRUM_THEN(status, thrum_full_set_force(full, loading->forces, error));
-  if (status >= 0 && !follow(&s, error))
+  if (status >= 0 &&
+      !(loading->watch && loading->follower_count == 0 ? full_statics_watch(&s, error)
+                                                       : full_statics_steps(&s, error)))
     status = s.failure < 0 ? s.failure
                            : thrum_error_set(error, THRUM_NOT_CONVERGED,
                                              "full order: no equilibrium was found beyond %.6g of "
@@ -336,10 +345,10 @@ thrum_status thrum_full_undone(thrum_full *full, const double *forces, double *e
                                thrum_error *error) {
   const thrum_full_loading loading = {.forces = forces};
   thrum_full_equilibrium made = {0};
-  rest s = {.full = full, .loading = &loading, .found = &made};
+  full_search s = {.full = full, .loading = &loading, .found = &made};
   THRUM_TRY(thrum_full_set_force(full, forces, error));
-  evaluate(&s, 1);
-  const double slope = descend(&s, error);
+  full_statics_evaluate(&s, 1);
+  const double slope = full_statics_descend(&s, error);
   full->linear.ready = false;
   full->fresh = true;
   if (s.failure < 0)
@@ -350,9 +359,9 @@ thrum_status thrum_full_undone(thrum_full *full, const double *forces, double *e
 
 /* One search from the displacement in full->u under the whole loading: its energy with that of the
  * load, or infinity where it ends nowhere. */
-static double settle(rest *s, thrum_error *error) {
+static double settle(full_search *s, thrum_error *error) {
   s->largest = 0;
-  return newton(s, 1, error) ? s->merit : INFINITY;
+  return full_statics_newton(s, 1, error) ? s->merit : INFINITY;
 }
 
 thrum_status thrum_full_lower(thrum_full *full, const thrum_full_loading *loading,
@@ -363,7 +372,7 @@ thrum_status thrum_full_lower(thrum_full *full, const thrum_full_loading *loadin
   double *memory = NULL;
   THRUM_TRY(thrum_reserve(&memory, n + all, sizeof *memory, "the equilibrium", error));
   thrum_full_equilibrium made = {0};
-  rest s = {.full = full, .loading = loading, .found = &made};
+  full_search s = {.full = full, .loading = loading, .found = &made};
   double *start = memory, *held = memory + n, best = INFINITY;
   memcpy(start, full->u, (size_t)n * sizeof *start);
   memcpy(held, full->held, (size_t)all * sizeof *held);

@@ -126,6 +126,21 @@ thrum_status thrum_model_fem_create(const thrum_model *model, thrum_model_fem *b
   return status;
 }
 
+thrum_status thrum_model_fem_elements(const thrum_model *model, thrum_model_fem *body,
+                                      thrum_error *error) {
+  thrum_model_fem made = {0};
+  thrum_status status = thrum_model_borrow_mesh(model, &made.mesh, error);
+  THRUM_THEN(status, thrum_fem_create_of_order(&made.mesh, model->fixed, order_of(model), &made.fem,
+                                               error));
+  made.fem.law = thrum_law_of_model(model);
+  made.fem.laws = made.mesh.laws;
+  if (status >= 0)
+    *body = made;
+  else
+    thrum_model_fem_free(&made);
+  return status;
+}
+
 void thrum_model_fem_free(thrum_model_fem *body) {
   thrum_fem_free(&body->fem);
   thrum_sparse_free(&body->stiffness);

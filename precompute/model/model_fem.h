@@ -23,6 +23,11 @@ void thrum_model_return_mesh(thrum_mesh *mesh); /* leaves it empty */
  * has no mesh. The model must stay while the body is used. */
 thrum_status thrum_model_fem_create(const thrum_model *model, thrum_model_fem *body,
                                     thrum_error *error);
+
+/* The same without stiffness and mass, which stay empty, and with the law of the model: for forces
+ * and strains alone. */
+thrum_status thrum_model_fem_elements(const thrum_model *model, thrum_model_fem *body,
+                                      thrum_error *error);
 void thrum_model_fem_free(
     thrum_model_fem *body); /* leaves it empty; an empty (zeroed) one is fine */
 
