@@ -1,6 +1,8 @@
 /* Reads VTK legacy files (.vtk) with an UNSTRUCTURED_GRID, ASCII or binary (big-endian), of
  * versions 1 to 4 (CELLS: each cell after its length) and 5 (CELLS: OFFSETS and CONNECTIVITY).
- * Attributes that are not needed are passed over. Format:
+ * Attributes of all kinds are read, to get past them: SCALARS, COLOR_SCALARS, LOOKUP_TABLE,
+ * VECTORS, NORMALS, TEXTURE_COORDINATES, TENSORS, TENSORS6, GLOBAL_IDS, PEDIGREE_IDS, EDGE_FLAGS,
+ * FIELD, METADATA. Format:
  * https://docs.vtk.org/en/latest/vtk_file_formats/vtk_legacy_file_format.html Cost: linear in the
  * file.
  *
@@ -50,11 +52,26 @@ static thrum_status ascii_values(vtk_reader *r, int64_t count, double *values) {
   return THRUM_OK;
 }
 
+/* Reads `count` numbers of one bit, eight a byte, the first one the highest. */
+static thrum_status read_bits(vtk_reader *r, int64_t count, double **values) {
+  const unsigned char *bytes = take_bytes(r, count / 8 + (count % 8 > 0), 1);
+  if (!bytes)
+    return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
+                           "an array is longer than the file; is it cut short?");
+  THRUM_TRY(thrum_reserve(values, count + 1, sizeof **values, "an array", r->text.error));
+  for (int64_t i = 0; i < count; i++)
+    (*values)[i] = bytes[i / 8] >> (7 - i % 8) & 1;
+  return THRUM_OK;
+}
+
 /* Reads `count` numbers of a type, which begin behind the present line. */
 static thrum_status read_values(vtk_reader *r, thrum_cells_type type, int64_t count,
                                 double **values) {
   // an array that the rest of the file cannot hold must not be allocated
   const int64_t left = r->text.stop - r->text.next;
+  const bool bits = type.size == THRUM_CELLS_BITS;
+  if (bits && r->binary)
+    return read_bits(r, count, values);
   if (count > (r->binary ? left / type.size : left / 2 + 1))
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                            "an array is longer than the file; is it cut short?");
@@ -125,8 +142,11 @@ static thrum_status read_type(vtk_reader *r, thrum_cells_type *type) {
   thrum_word word = {"", 0};
   thrum_text_word(&r->text, &word);
   *type = thrum_cells_type_of(word);
+  if (thrum_text_equals(word, "bit"))
+    *type = (thrum_cells_type){THRUM_CELLS_BITS, true, false};
   if (type->size == 0)
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, "numbers of type '%s' are not read",
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
+                           "numbers of type '%s' are not read; save the file without this array",
                            thrum_text_excerpt(word).text);
   return THRUM_OK;
 }
@@ -238,14 +258,56 @@ static thrum_status read_scalars(vtk_reader *r) {
   return take_tuples(r, name, type, columns);
 }
 
-/* Tells whether a line is metadata. Metadata ends with an empty line, which the scanner does not
- * see, so it lasts as long as its own keywords come. */
-static bool is_metadata(thrum_word word) {
-  static const char *const words[] = {"METADATA", "COMPONENT_NAMES", "INFORMATION", "NAME", "DATA"};
-  for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-    if (thrum_text_equals(word, words[i]))
-      return true;
-  return false;
+/* Passes over METADATA, which ends with an empty line. */
+static thrum_status skip_metadata(vtk_reader *r) {
+  thrum_text *text = &r->text;
+  while (text->next < text->stop) {
+    const char *end = memchr(text->next, '\n', (size_t)(text->stop - text->next));
+    const bool empty = text->next == end || (*text->next == '\r' && text->next + 1 == end);
+    text->next = end ? end + 1 : text->stop;
+    text->line++;
+    if (empty)
+      break;
+  }
+  text->at = text->end;
+  return THRUM_OK;
+}
+
+/* Reads `LOOKUP_TABLE name size`: colours of four numbers, which are bytes or from 0 to 1. */
+static thrum_status read_lookup_table(vtk_reader *r) {
+  static const thrum_cells_type byte = {1, true, false};
+  thrum_word name = {"", 0};
+  int64_t size = 0;
+  thrum_text_word(&r->text, &name);
+  THRUM_TRY(integer(r, "the size of the table", &size));
+  return take_array(r, THRUM_CELLS_OTHER, name, byte, 4, 4 * size);
+}
+
+/* Reads `COLOR_SCALARS name columns`, whose numbers are bytes or from 0 to 1. */
+static thrum_status read_colors(vtk_reader *r) {
+  static const thrum_cells_type byte = {1, false, false};
+  thrum_word name = {"", 0};
+  int64_t columns = 1;
+  thrum_text_word(&r->text, &name);
+  THRUM_TRY(thrum_text_integer(&r->text, "the number of columns", 1, 4, &columns));
+
+  // a colour is no region, whatever its name
+  const thrum_cells_place place = r->place;
+  r->place = THRUM_CELLS_OTHER;
+  const thrum_status status = take_tuples(r, name, byte, columns);
+  r->place = place;
+  return status;
+}
+
+/* Reads `TEXTURE_COORDINATES name columns type`. */
+static thrum_status read_texture(vtk_reader *r) {
+  thrum_word name = {"", 0};
+  int64_t columns = 1;
+  thrum_cells_type type;
+  thrum_text_word(&r->text, &name);
+  THRUM_TRY(thrum_text_integer(&r->text, "the number of columns", 1, 3, &columns));
+  THRUM_TRY(read_type(r, &type));
+  return take_tuples(r, name, type, columns);
 }
 
 /* Reads `FIELD name count` and its arrays `name columns tuples type`. */
@@ -259,10 +321,13 @@ static thrum_status read_field(vtk_reader *r) {
     // metadata may stand between the arrays
     int64_t columns = 0, tuples = 0;
     thrum_cells_type type;
-    do {
+    for (;;) {
       THRUM_TRY(thrum_text_need_line(&r->text, "the last array"));
       thrum_text_word(&r->text, &name);
-    } while (is_metadata(name));
+      if (!thrum_text_equals(name, "METADATA"))
+        break;
+      THRUM_TRY(skip_metadata(r));
+    }
 
     // attributes that are no group or region are read too, to get past them
     THRUM_TRY(thrum_text_integer(&r->text, "the number of columns", 0, 1000000, &columns));
@@ -290,26 +355,58 @@ static thrum_status read_tensors(vtk_reader *r) {
   return read_vectors(r, 9);
 }
 
+static thrum_status read_sixes(vtk_reader *r) {
+  return read_vectors(r, 6);
+}
+
+static thrum_status read_numbers(vtk_reader *r) {
+  return read_vectors(r, 1);
+}
+
+/* Reads how many rows the attributes below have: one for each point or cell. */
+static thrum_status read_tuples(vtk_reader *r, const char *keyword, int64_t items,
+                                const char *what) {
+  THRUM_TRY(integer(r, "the number of tuples", &r->tuples));
+  return r->tuples == items || items == 0
+             ? THRUM_OK
+             : thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
+                               "%s has %lld rows, but there are %lld %s", keyword,
+                               (long long)r->tuples, (long long)items, what);
+}
+
 /* Reads the head of the data on points or cells, where groups and regions may be found. */
 static thrum_status read_point_data(vtk_reader *r) {
   r->place = THRUM_CELLS_POINT_DATA;
-  return integer(r, "the number of tuples", &r->tuples);
+  return read_tuples(r, "POINT_DATA", r->cells.point_count, "points");
 }
 
 static thrum_status read_cell_data(vtk_reader *r) {
   r->place = THRUM_CELLS_CELL_DATA;
-  return integer(r, "the number of tuples", &r->tuples);
+  return read_tuples(r, "CELL_DATA", r->cells.cell_count, "cells");
 }
 
 static thrum_status read_section(vtk_reader *r) {
   static const struct {
     const char *keyword;
     thrum_status (*read)(vtk_reader *r);
-  } sections[] = {{"POINTS", read_points},         {"CELLS", read_cells},
-                  {"CELL_TYPES", read_cell_types}, {"POINT_DATA", read_point_data},
-                  {"CELL_DATA", read_cell_data},   {"FIELD", read_field},
-                  {"SCALARS", read_scalars},       {"VECTORS", read_threes},
-                  {"NORMALS", read_threes},        {"TENSORS", read_tensors}};
+  } sections[] = {{"POINTS", read_points},
+                  {"CELLS", read_cells},
+                  {"CELL_TYPES", read_cell_types},
+                  {"POINT_DATA", read_point_data},
+                  {"CELL_DATA", read_cell_data},
+                  {"FIELD", read_field},
+                  {"SCALARS", read_scalars},
+                  {"COLOR_SCALARS", read_colors},
+                  {"LOOKUP_TABLE", read_lookup_table},
+                  {"VECTORS", read_threes},
+                  {"NORMALS", read_threes},
+                  {"TEXTURE_COORDINATES", read_texture},
+                  {"TENSORS", read_tensors},
+                  {"TENSORS6", read_sixes},
+                  {"GLOBAL_IDS", read_numbers},
+                  {"PEDIGREE_IDS", read_numbers},
+                  {"EDGE_FLAGS", read_numbers},
+                  {"METADATA", skip_metadata}};
 
   // the grid itself, and the data on its points and cells
   thrum_word word = {"", 0};
@@ -318,8 +415,6 @@ static thrum_status read_section(vtk_reader *r) {
     if (thrum_text_equals(word, sections[i].keyword))
       return sections[i].read(r);
 
-  if (is_metadata(word))
-    return THRUM_OK;
   return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
                          "expected a section such as POINTS or CELLS, found '%s'",
                          thrum_text_excerpt(word).text);
@@ -353,9 +448,13 @@ static thrum_status read_header(vtk_reader *r) {
   THRUM_TRY(thrum_text_need_line(&r->text, "DATASET"));
 
   // other kinds of data sets have no tetrahedra
-  static const char kind[] = "DATASET UNSTRUCTURED_GRID";
-  if (!thrum_text_equals(thrum_text_line(&r->text), kind))
-    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED, "expected %s, found '%s'", kind,
+  thrum_word word = {"", 0}, kind = {"", 0};
+  thrum_text_word(&r->text, &word);
+  thrum_text_word(&r->text, &kind);
+  if (!thrum_text_equals(word, "DATASET") || !thrum_text_equals(kind, "UNSTRUCTURED_GRID"))
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
+                           "expected DATASET UNSTRUCTURED_GRID, found '%s'; save the body as an "
+                           "unstructured grid",
                            thrum_text_excerpt(thrum_text_line(&r->text)).text);
   return THRUM_OK;
 }

@@ -46,6 +46,8 @@ thrum_status thrum_cells_take(thrum_cells *cells, const thrum_cells_array *array
 thrum_status thrum_cells_mesh(const thrum_cells *cells, const thrum_mesh_source *source,
                               thrum_mesh *mesh, thrum_error *error);
 
+enum { THRUM_CELLS_BITS = -1 /* in the place of a size: eight numbers a byte, in legacy files */ };
+
 /* A type of numbers in VTK files: its size in bytes (0: no such type), and whether it is whole or
  * signed. thrum_cells_type_of knows the names of both kinds of file, such as "double" and
  * "Float64". */
