@@ -26,6 +26,13 @@ typedef struct thrum_diagonal {
   int32_t place; /* of the one node of all elements at the diagonal, from 0; set by finish */
 } thrum_diagonal;
 
+/* An element that was cut. */
+typedef struct thrum_cut {
+  int64_t nodes; /* a place in `cut_nodes` */
+  int64_t tet;   /* the first of its tets */
+  int8_t kind, tets;
+} thrum_cut;
+
 typedef struct thrum_named_list {
   char *name; /* owned */
   int64_t count;
@@ -52,7 +59,11 @@ typedef struct thrum_mesh_builder {
   int64_t diagonal_count;
   thrum_diagonal *diagonals;
   int64_t cut_node_count;
-  int64_t *cut_nodes; /* the nodes of quadratic elements that were cut */
+  int64_t *cut_nodes; /* the nodes of elements that were cut */
+  int64_t cut_count;
+  thrum_cut *cuts;          /* in the order of their tets */
+  int64_t centred_elements; /* that were cut around their centres */
+  double cut_change;        /* of the volume of all elements that were cut, as a share */
   int64_t list_count;
   thrum_named_list *lists;
   int64_t last_list;    /* found last */
@@ -100,6 +111,9 @@ thrum_status thrum_builder_name_regions(const thrum_mesh_builder *b, thrum_mesh 
  * but those of the key 0 only if `zero`. */
 thrum_status thrum_builder_region_groups(const thrum_mesh_builder *b, const char *prefix, bool zero,
                                          thrum_mesh *mesh);
+
+/* ":LINE" behind the name of a file in a message; nothing where the line is 0, which is unknown. */
+const char *thrum_builder_place(int64_t line, char text[32]);
 
 void thrum_builder_free(thrum_mesh_builder *b);
 

@@ -359,8 +359,13 @@ static thrum_status read_sixes(vtk_reader *r) {
   return read_vectors(r, 6);
 }
 
+/* Reads ids and flags, which are no regions. */
 static thrum_status read_numbers(vtk_reader *r) {
-  return read_vectors(r, 1);
+  const thrum_cells_place place = r->place;
+  r->place = THRUM_CELLS_OTHER;
+  const thrum_status status = read_vectors(r, 1);
+  r->place = place;
+  return status;
 }
 
 /* Reads how many rows the attributes below have: one for each point or cell. */

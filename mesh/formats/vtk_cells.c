@@ -21,13 +21,15 @@ typedef struct vtk_solid {
   bool quadratic;
 } vtk_solid;
 
+enum { POINTS_MAX = 27, VOXEL = 11 /* a box whose points go along x, then y, then z */ };
+
 static const vtk_solid SOLIDS[] = {
-    {10, 4, THRUM_SOLID_TET, false},        {12, 8, THRUM_SOLID_HEXAHEDRON, false},
-    {13, 6, THRUM_SOLID_WEDGE, false},      {14, 5, THRUM_SOLID_PYRAMID, false},
-    {24, 10, THRUM_SOLID_TET, true},        {25, 20, THRUM_SOLID_HEXAHEDRON, true},
-    {26, 15, THRUM_SOLID_WEDGE, true},      {27, 13, THRUM_SOLID_PYRAMID, true},
-    {29, 27, THRUM_SOLID_HEXAHEDRON, true}, {32, 18, THRUM_SOLID_WEDGE, true}};
-enum { POINTS_MAX = 27 };
+    {10, 4, THRUM_SOLID_TET, false},        {VOXEL, 8, THRUM_SOLID_HEXAHEDRON, false},
+    {12, 8, THRUM_SOLID_HEXAHEDRON, false}, {13, 6, THRUM_SOLID_WEDGE, false},
+    {14, 5, THRUM_SOLID_PYRAMID, false},    {24, 10, THRUM_SOLID_TET, true},
+    {25, 20, THRUM_SOLID_HEXAHEDRON, true}, {26, 15, THRUM_SOLID_WEDGE, true},
+    {27, 13, THRUM_SOLID_PYRAMID, true},    {29, 27, THRUM_SOLID_HEXAHEDRON, true},
+    {32, 18, THRUM_SOLID_WEDGE, true}};
 
 thrum_status thrum_cells_take(thrum_cells *cells, const thrum_cells_array *array,
                               thrum_error *error) {
@@ -262,6 +264,11 @@ static thrum_status add_cell(const grid *g, int64_t cell, double first, thrum_me
   // points stand in the order that elements have here
   if (solid->solid == THRUM_SOLID_WEDGE)
     turn_wedge(g, solid, vertices);
+  for (int c = 2; c < 8 && solid->type == VOXEL; c += 4) {
+    const int64_t swap = vertices[c];
+    vertices[c] = vertices[c + 1];
+    vertices[c + 1] = swap;
+  }
   return thrum_builder_element(b, &(thrum_element){.kind = solid->solid,
                                                    .quadratic = solid->quadratic,
                                                    .nodes = vertices,

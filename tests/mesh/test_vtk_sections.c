@@ -140,6 +140,20 @@ static void each_section_is_read_and_passed(void **state) {
   }
 }
 
+static void a_voxel_is_a_box(void **state) {
+  (void)state;
+  thrum_mesh mesh = mesh_good(
+      "a.vtk", "# vtk DataFile Version 2.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 float\n"
+               "0 0 0 2 0 0 0 1 0 2 1 0 0 0 1 2 0 1 0 1 1 2 1 1\nCELLS 1 9\n8 0 1 2 3 4 5 6 7\n"
+               "CELL_TYPES 1\n11\nCELL_DATA 1\nGLOBAL_IDS id int\n5\n");
+  double volume = 0;
+  for (int64_t t = 0; t < mesh.tet_count; t++)
+    volume += thrum_mesh_tet_volume(&mesh, t);
+  assert_true(volume > 2 - 1e-14 && volume < 2 + 1e-14);
+  assert_int_equal(mesh.tet_count, 6);
+  thrum_mesh_free(&mesh);
+}
+
 static void what_is_not_read_is_named(void **state) {
   (void)state;
   static const struct {
@@ -163,6 +177,7 @@ static void what_is_not_read_is_named(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(each_section_is_read_and_passed),
+      cmocka_unit_test(a_voxel_is_a_box),
       cmocka_unit_test(what_is_not_read_is_named),
   };
 
