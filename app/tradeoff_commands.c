@@ -97,7 +97,7 @@ static void put_mesh(FILE *stream, const tradeoff_commands *c) {
   const thrum_mesh_read_options *reading = &def->reading;
   if (reading->scale != 1)
     put_number(stream, "--scale", reading->scale);
-  if (reading->order != 0)
+  if (reading->order > 0)
     fprintf(stream, " --order %d", reading->order);
   const char *const texts[] = {reading->unit, reading->regions};
   static const char *const options[] = {"--unit", "--regions"};

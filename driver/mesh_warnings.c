@@ -9,7 +9,6 @@
 /* The first frequencies of beams of ten nodes, 5 and 33 times as long as thick, are off from the
  * limit of 1/2 by 2e-5 and 1e-3 at 0.4999999, 2e-5 and 3e-2 at 0.49999999. */
 #define ROUNDED_POISSON 0.49999
-#define LOCKING_POISSON 0.49 /* those of four nodes are 2.2 times too high there */
 
 void mesh_warnings_print(const thrum_mesh *mesh, const char *name) {
   // what the reader has made of the file
@@ -69,10 +68,5 @@ void mesh_warn_poisson(const thrum_mesh *mesh, const char *name) {
                   "of volume: frequencies may be percents off; take 0.4999 or less",
                   name, poisson, (long long)m + 1, ROUNDED_POISSON,
                   2 * poisson / (1 - 2 * poisson));
-    if (poisson > LOCKING_POISSON && mesh->midsides == NULL)
-      config_warn(
-          "%s: linear tetrahedra lock at Poisson's ratios above %g, and that of region %lld "
-          "is %.15g: the body is far too stiff; --order 2 mends that",
-          name, LOCKING_POISSON, (long long)m + 1, poisson);
   }
 }

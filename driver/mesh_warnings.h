@@ -17,7 +17,7 @@ void mesh_notes_object(cJSON *object, const thrum_mesh *mesh);
 /* Warns of densities that no solid has, once it is known what the mesh is made of. */
 void mesh_warn_density(const thrum_mesh *mesh, const char *name);
 
-/* Warns of Poisson's ratios so near 1/2 that rounding is felt, or that linear tetrahedra lock. */
+/* Warns of Poisson's ratios so near 1/2 that rounding is felt. */
 void mesh_warn_poisson(const thrum_mesh *mesh, const char *name);
 
 #endif

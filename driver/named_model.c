@@ -146,7 +146,7 @@ static bool take_mesh(const cJSON *object, const char *folder, model_recipe *rec
   return true;
 }
 
-/* "order": of the tetrahedra, 1 or 2; that of the mesh when it is not said. */
+/* "order": of the tetrahedra, 1 or 2; auto when it is not said. */
 static bool take_order(const cJSON *object, int *order) {
   double number = 0;
   if (cJSON_GetObjectItemCaseSensitive(object, "order") == NULL)
@@ -230,6 +230,7 @@ void model_recipe_apply(const model_recipe *recipe, precompute_request *request)
 
   // values of the user's go before the recipe's
   request->mesh_name = recipe->mesh;
+  request->order_of_recipe = request->reading.order == 0 && recipe->order != 0;
   model_recipe_read(recipe, &request->reading);
   if (isnan(material->young))
     material->young = recipe->material.young;

@@ -27,7 +27,7 @@ static void print_json(const precompute_outcome *outcome, const thrum_estimate *
   cJSON_AddStringToObject(object, "status", estimate->fits ? "fits" : "does not fit");
   json_number(object, "vertices", (double)mesh->vertex_count);
   json_number(object, "tets", (double)mesh->tet_count);
-  json_number(object, "order", mesh->midsides != NULL ? 2 : 1);
+  element_order_json(object, &outcome->order, mesh);
   json_number(object, "fixed", (double)outcome->fixed_count);
   json_number(object, "free_dofs", (double)estimate->free_dofs);
   json_number(object, "factor_nonzeros", (double)estimate->factor_nonzeros);
@@ -54,8 +54,9 @@ static void print_table(const precompute_outcome *outcome, const thrum_estimate 
   const bool cubature = outcome->request->options.cubature;
 
   // the size of the problem, and the memory that it takes
-  printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra\n", "mesh",
-         mesh->vertex_count, outcome->fixed_count, mesh->tet_count);
+  printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra%s\n", "mesh",
+         mesh->vertex_count, outcome->fixed_count, mesh->tet_count,
+         mesh->midsides != NULL ? " of ten nodes" : "");
   printf("%-18s%" PRId64 " free components, %.4g nonzeros, %.4g Gflop\n", "factor",
          estimate->free_dofs, (double)estimate->factor_nonzeros, 1e-9 * estimate->factor_flops);
   printf("%-18sabout %.0f MB, %.0f MB more than now; %.0f MB %s are left: %s\n", "memory",

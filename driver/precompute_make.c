@@ -134,27 +134,38 @@ static thrum_status name_line(const precompute_request *request, const char *key
                          key);
 }
 
-/* Marks what the --fix options name in `fixed`, beside what it marks already, and counts the
- * vertices held. */
+/* Marks what the --fix options name in `fixed`, beside what it marks already. */
 static thrum_status fix_vertices(const precompute_request *request, const thrum_mesh *mesh,
-                                 uint8_t *fixed, int64_t *held, thrum_error *error) {
+                                 uint8_t *fixed, thrum_error *error) {
   // each SPEC adds to the vertices already held
   for (int64_t n = 0; n < request->fix_count; n++) {
     int64_t count = 0;
     const thrum_status status = thrum_mesh_fix(mesh, request->fixes[n], fixed, &count, error);
     if (status < 0)
       return name_line(request, "fix", request->fix_lines, n, status, error);
-    if (count == 0)
+    if (count == 0 && mesh->made_midsides == 0)
       config_warn("--fix %s: the list is empty and holds nothing", request->fixes[n]);
   }
+  return THRUM_OK;
+}
 
-  *held = 0;
+/* The same of a mesh that was read from a file, of which nothing is held yet. */
+static thrum_status hold_vertices(const precompute_request *request, const thrum_mesh *mesh,
+                                  uint8_t **fixed, thrum_error *error) {
+  THRUM_TRY(thrum_reserve(fixed, mesh->vertex_count, 1, "what is held of the mesh", error));
+  return fix_vertices(request, mesh, *fixed, error);
+}
+
+/* Counts the vertices held. */
+static int64_t count_held(const precompute_request *request, const thrum_mesh *mesh,
+                          const uint8_t *fixed) {
+  int64_t held = 0;
   for (int64_t v = 0; v < mesh->vertex_count; v++)
-    *held += fixed[v] != 0;
-  if (*held == 0 && !request->free)
+    held += fixed[v] != 0;
+  if (held == 0 && !request->free)
     config_warn("nothing is fixed, so this is a free body: the model is its elastic part, the six "
                 "rigid modes are kept apart (hold vertices with --fix, such as --fix 'x<0.001')");
-  return THRUM_OK;
+  return held;
 }
 
 /* The model with the condensed polynomial of its lowest coordinates in the place of its own;
@@ -313,6 +324,12 @@ static thrum_status make_run(const precompute_task *task, thrum_error *error) {
   return status;
 }
 
+/* The errors of linear elements that the precompute has found. */
+static void keep_order_errors(const thrum_precomputed *result, element_order *order) {
+  order->error_count = result->order_error_count;
+  memcpy(order->errors, result->order_error, sizeof order->errors);
+}
+
 /* Makes the model from the fixed mesh, writes its file and prints the result. */
 static thrum_status make_model(precompute_task *task, precompute_show *show,
                                precompute_outcome *outcome, thrum_error *error) {
@@ -341,6 +358,8 @@ static thrum_status make_model(precompute_task *task, precompute_show *show,
 
   // the split at the default step is shown with the other figures
   outcome->result = &result;
+  if (!task->options.order_known)
+    keep_order_errors(&result, &outcome->order);
   outcome->dt = thrum_default_state_def().dt;
   status = split_at(&result.model, outcome->dt, &outcome->split, error);
 
@@ -403,7 +422,7 @@ static thrum_status read_mesh(const precompute_request *request, thrum_mesh *mes
                               thrum_error *error) {
   if (mesh_of_model_is_named(request->mesh_name)) {
     const thrum_mesh_read_options *reading = &request->reading;
-    if (reading->scale != 1 || reading->order != 0 || reading->unit || reading->regions)
+    if (reading->scale != 1 || reading->order > 0 || reading->unit || reading->regions)
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "%.200s is a model: --scale, --unit, --regions and --order are of its "
                              "mesh's file",
@@ -449,7 +468,19 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
 
   // what the options say about the mesh: material, fixed vertices, handles
   THRUM_THEN(status, apply_material(&found, &mesh, error));
-  THRUM_THEN(status, fix_vertices(request, &mesh, fixed, &outcome.fixed_count, error));
+  THRUM_THEN(status, fix_vertices(request, &mesh, fixed, error));
+  if (status >= 0)
+    outcome.fixed_count = count_held(request, &mesh, fixed);
+
+  // linear elements that lock may get their middle nodes, in which handles share too
+  const bool read = !mesh_of_model_is_named(request->mesh_name);
+  THRUM_THEN(status, element_order_choose(&found, read, hold_vertices, &mesh, &fixed,
+                                          &outcome.order, error));
+  if (status >= 0) {
+    if (!request->quiet)
+      element_order_say(&outcome.order, &mesh, path_basename(request->mesh_name));
+    found.options.order_known = outcome.order.error_count > 0;
+  }
   THRUM_THEN(status, find_handles(request, &mesh, handles, error));
 
   // a dry run stops at the estimate

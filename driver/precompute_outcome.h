@@ -3,6 +3,7 @@
 #ifndef THRUM_DRIVER_PRECOMPUTE_OUTCOME_H
 #define THRUM_DRIVER_PRECOMPUTE_OUTCOME_H
 
+#include "driver/element_order.h"
 #include "driver/precompute_request.h"
 #include "driver/precompute_touch.h"
 #include "driver/precompute_train.h"
@@ -13,6 +14,7 @@ typedef struct precompute_outcome {
   const precompute_request *request;
   const thrum_mesh *mesh;
   const thrum_precomputed *result;
+  element_order order;    /* with the errors that the precompute found, where it did */
   int64_t fixed_count;    /* vertices with any component held */
   train_outcome training; /* of --train; freed with the result */
   touch_outcome touch;    /* of --touch */

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "driver/locking.h"
 #include "driver/precompute_report.h"
 #include "driver/precompute_stages.h"
 #include "io/json.h"
@@ -17,8 +18,6 @@
 #include "mesh/model_quality.h"
 #include "platform/clock.h"
 #include "precompute/build_info.h"
-
-#define ORDER_ERROR_TOLD 0.02 /* of a frequency, by linear tetrahedra */
 
 static const char *mass_name(thrum_mass mass) {
   return mass == THRUM_MASS_LUMPED ? "lumped" : "consistent";
@@ -211,8 +210,7 @@ char *precompute_meta(const precompute_outcome *outcome) {
   add_hash(about, "hash", mesh);
   json_number(about, "vertices", (double)mesh->vertex_count);
   json_number(about, "tets", (double)mesh->tet_count);
-  if (mesh->midsides != NULL)
-    json_number(about, "order", 2);
+  element_order_json(about, &outcome->order, mesh);
   add_materials(meta, mesh);
 
   // the options and the figures of the result
@@ -279,23 +277,16 @@ static void add_seconds(cJSON *object, const precompute_outcome *outcome) {
 }
 
 /* Linear tetrahedra that bend are too stiff; ten nodes are not. */
-static void warn_of_order(const thrum_precomputed *result) {
-  double most = 0;
-  char text[THRUM_ORDER_ERRORS_MAX * 12 + 1] = "";
-  for (int64_t i = 0; i < result->order_error_count; i++) {
-    most = fmax(most, result->order_error[i]);
-    snprintf(text + strlen(text), sizeof text - strlen(text), "%s%.2g", i > 0 ? ", " : "",
-             100 * result->order_error[i]);
-  }
-  if (most > ORDER_ERROR_TOLD)
-    config_warn("linear tetrahedra are too stiff where this body bends: its first frequencies are "
-                "about %s %% too high, or more; --order 2 mends that",
-                text);
+static void warn_of_order(const precompute_outcome *outcome) {
+  const element_order *order = &outcome->order;
+  if (outcome->mesh->midsides == NULL)
+    locking_warn_of(path_basename(outcome->request->mesh_name), order->errors, order->error_count,
+                    order->kept);
 }
 
 void precompute_print_json(const precompute_outcome *outcome) {
   const thrum_precomputed *result = outcome->result;
-  warn_of_order(result);
+  warn_of_order(outcome);
   const thrum_mesh *mesh = outcome->mesh;
   cJSON *object = cJSON_CreateObject();
 
@@ -308,7 +299,7 @@ void precompute_print_json(const precompute_outcome *outcome) {
   add_hash(object, "mesh_hash", mesh);
   json_number(object, "vertices", (double)mesh->vertex_count);
   json_number(object, "tets", (double)mesh->tet_count);
-  json_number(object, "order", mesh->midsides != NULL ? 2 : 1);
+  element_order_json(object, &outcome->order, mesh);
   if (result->quadrature_order > 0)
     json_number(object, "quadrature_order", result->quadrature_order);
   json_number(object, "fixed", (double)outcome->fixed_count);
@@ -337,8 +328,6 @@ void precompute_print_json(const precompute_outcome *outcome) {
   // how far the result can be trusted
   add_residuals(object, result);
   add_cubature(object, outcome->request, result);
-  if (result->order_error_count > 0)
-    json_numbers(object, "order_error", result->order_error, result->order_error_count);
   add_check(object, result);
   add_import(object, outcome->request, result);
 
@@ -421,7 +410,7 @@ static void print_touch(const touch_outcome *touch) {
 
 void precompute_print_table(const precompute_outcome *outcome) {
   const thrum_precomputed *result = outcome->result;
-  warn_of_order(result);
+  warn_of_order(outcome);
   double worst = 0;
 
   // one number stands for the residuals of all modes
@@ -431,9 +420,12 @@ void precompute_print_table(const precompute_outcome *outcome) {
 
   // the file, the mesh and the body
   printf("%-18s%s\n", "model", outcome->request->output);
-  printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra%s\n", "mesh",
+  printf("%-18s%" PRId64 " vertices (%" PRId64 " held), %" PRId64 " tetrahedra%s%s\n", "mesh",
          outcome->mesh->vertex_count, outcome->fixed_count, outcome->mesh->tet_count,
-         outcome->mesh->midsides != NULL ? " of ten nodes" : "");
+         outcome->mesh->midsides != NULL ? " of ten nodes" : "",
+         outcome->mesh->midsides != NULL && outcome->order.by == ELEMENT_ORDER_AUTO
+             ? ", by --order auto"
+             : "");
   printf("%-18s%.6g kg, %.6g m^3\n", "body", result->mass, result->volume);
   print_solver(&result->solver);
 

@@ -12,6 +12,7 @@ typedef struct precompute_request {
   const char *mesh_name;
   const char *output;
   thrum_mesh_read_options reading;
+  bool order_of_recipe;    /* its order was not asked for, but is that of a model of ours */
   thrum_material material; /* a field is NaN where the mesh's own stays */
   const char **materials;  /* material_count texts of region_material.h, as handles */
   int64_t material_count;

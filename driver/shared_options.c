@@ -120,6 +120,22 @@ static thrum_status take_split(const config_given *given, void *record) {
   return THRUM_OK;
 }
 
+thrum_status order_option_take(const config_given *given, int *order) {
+  double number = 0;
+  const char *text = given->text != NULL ? given->text : "";
+  if (strcmp(text, "auto") == 0)
+    *order = THRUM_ORDER_AUTO;
+  else if (config_parse_number(text, &number) && (number == 1 || number == 2))
+    *order = (int)number;
+  else
+    return config_given_wrong(given);
+  return THRUM_OK;
+}
+
+static thrum_status take_order(const config_given *given, void *record) {
+  return order_option_take(given, &((thrum_mesh_read_options *)record)->order);
+}
+
 #define AT(member) CONFIG_AT(thrum_mesh_read_options, member)
 
 static thrum_status check_unit(const char *text, thrum_error *error) {
@@ -136,11 +152,12 @@ const config_option mesh_read_rows[] = {
                 AT(unit), .check = check_unit),
     OPTION_TEXT("regions", "NAME", "known names, such as region, MaterialIds, mat_id",
                 ".vtk, .vtu: the cell data of whole numbers that tells regions", AT(regions)),
-    OPTION_COUNT(
-        "order", "that of the mesh",
-        "of the tetrahedra: 2, ten nodes, with nodes in the middle of the edges of a linear "
-        "mesh; 1, four nodes, ten-node tetrahedra by their corners",
-        AT(order), CONFIG_RANGE(1, 2)),
+    OPTION_WORD("order", "ORDER", "auto",
+                "of the tetrahedra: 2, ten nodes, with nodes in the middle of the edges of a "
+                "linear mesh; 1, four nodes, ten-node tetrahedra by their corners; auto, as the "
+                "mesh has them, but for a model ten nodes where linear ones would be more than "
+                "1 % too stiff, and memory and time allow",
+                .take = take_order, ORDER_FORM),
     OPTION_END,
 };
 

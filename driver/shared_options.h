@@ -100,6 +100,13 @@ thrum_status scaled_option_take(const config_given *given, const char *const *en
 /* An error, such as 0.05 or 5%, up to 1. */
 thrum_status error_option_take(const config_given *given, double *error);
 
+/* For `take`: auto, 1 or 2, as thrum_mesh_read_options has them; the row's other fields. */
+thrum_status order_option_take(const config_given *given, int *order);
+#define ORDER_FORM                                                                                 \
+  .wants = "auto, 1 or 2",                                                                         \
+  .schema =                                                                                        \
+      "{\"anyOf\":[{\"const\":\"auto\"},{\"type\":\"integer\",\"minimum\":1,\"maximum\":2}]}"
+
 /* For `take`: parses the load given into loads[*count], which has room for it, and counts it. */
 thrum_status load_option_take(const config_given *given, load_spec *loads, int64_t *count);
 /* Frames a second, or steps between them; the other becomes 0. */

@@ -208,6 +208,20 @@ thrum_status thrum_midsides_add(thrum_mesh *mesh, thrum_error *error) {
   return status;
 }
 
+void thrum_midsides_undo(thrum_mesh *mesh) {
+  mesh->vertex_count -= mesh->made_midsides;
+  mesh->made_midsides = 0;
+  free(mesh->midsides);
+  mesh->midsides = NULL;
+
+  // groups are ascending, and what was made is last
+  for (int64_t g = 0; g < mesh->group_count; g++) {
+    thrum_group *group = &mesh->groups[g];
+    while (group->count > 0 && group->vertices[group->count - 1] >= mesh->vertex_count)
+      group->count--;
+  }
+}
+
 void thrum_midsides_drop(thrum_mesh *mesh) {
   if (!mesh->midsides)
     return;

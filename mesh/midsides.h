@@ -17,6 +17,9 @@ typedef struct thrum_midside_fault {
  * both ends of its edge. On failure the mesh is as it was. Cost: linear in the mesh. */
 thrum_status thrum_midsides_add(thrum_mesh *mesh, thrum_error *error);
 
+/* Undoes thrum_midsides_add: the mesh is linear again, as it was. */
+void thrum_midsides_undo(thrum_mesh *mesh);
+
 /* Appends `count` middle nodes of the edges whose vertices are `ends`, count x 2, at `places`,
  * count x 3. A node joins the groups that hold both ends of its edge. Elements do not name it yet.
  * On failure the mesh is as it was. */

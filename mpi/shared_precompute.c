@@ -231,7 +231,7 @@ static thrum_status estimate_errors(const whole *w, thrum_precomputed *result, t
   int64_t count =
       result->mode_count < THRUM_ORDER_ERRORS_MAX ? result->mode_count : THRUM_ORDER_ERRORS_MAX;
   thrum_status status = thrum_fem_create(w->mesh, w->fixed, &fem, error);
-  THRUM_THEN(status, thrum_order_find(w->mesh, &fem, &count, result->order_error, error));
+  THRUM_THEN(status, thrum_order_find(w->mesh, &fem, INFINITY, &count, result->order_error, error));
   if (status >= 0)
     result->order_error_count = count;
   thrum_fem_free(&fem);
@@ -242,7 +242,8 @@ static thrum_status estimate_errors(const whole *w, thrum_precomputed *result, t
 static thrum_status finish(session *s, const whole *w, bool keep_modes, thrum_model *model,
                            double *modes, thrum_precomputed *result, thrum_error *error) {
   THRUM_TRY(thrum_model_check(model, error));
-  if (!w->mesh->midsides && w->mesh->tet_count <= ORDER_ERRORS_TETS)
+  if (!w->mesh->midsides && !s->command.options.order_known &&
+      w->mesh->tet_count <= ORDER_ERRORS_TETS)
     THRUM_TRY(estimate_errors(w, &s->result, error));
   model->identity = thrum_model_identity(model);
   thrum_model_fill_free(&s->result.model);

@@ -291,7 +291,7 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
   THRUM_THEN(status, thrum_eigen_residuals(&p->stiffness, &p->mass, k, result->mode_omega2,
                                            p->candidates, result->mode_residual, error));
   THRUM_THEN(status, check_mechanism(p, error));
-  if (status >= 0 && !p->fem.rule && !p->ranks) {
+  if (status >= 0 && !p->fem.rule && !p->ranks && !p->options.order_known) {
     // a large mesh gets the first two, as each takes some hundredths of the time of all stages
     const int64_t most = p->fem.tet_count > ORDER_ERRORS_TETS ? 2 : THRUM_ORDER_ERRORS_MAX;
     result->order_error_count = k < most ? k : most;

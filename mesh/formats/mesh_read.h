@@ -25,12 +25,15 @@
  * is untouched. */
 thrum_status thrum_mesh_read(const char *name, double scale, thrum_mesh *mesh, thrum_error *error);
 
+enum { THRUM_ORDER_AUTO = -1 };
+
 /* How a mesh is to be read. */
 typedef struct thrum_mesh_read_options {
   double scale;        /* above 0: lengths times this are metres, behind the unit */
-  int order;           /* of the tets: 0, as the file has them; 1, linear, tets of ten nodes by
-                          their corners, which are counted; 2, of ten nodes, linear ones with a
-                          node in the middle of each edge */
+  int order;           /* of the tets: 0, as the file has them, which who makes a model of them may
+                          change, and THRUM_ORDER_AUTO, the same where a recipe says otherwise; 1,
+                          linear, tets of ten nodes by their corners, which are counted; 2, of ten
+                          nodes, linear ones with a node in the middle of each edge */
   const char *regions; /* of VTK files: the cell data that tells the regions; NULL: by the names
                           that programs give it */
   const char *unit;    /* of the file, such as "mm-t-s", see thrum_mesh_unit; NULL: SI */

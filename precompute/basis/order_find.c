@@ -9,6 +9,7 @@
 
 typedef struct order_search {
   const thrum_fem *fem;
+  double room;
   thrum_sparse stiffness, mass;
   thrum_factor *factor;
   double *rigid, *vectors;
@@ -28,12 +29,26 @@ static thrum_status assemble(order_search *s, thrum_error *error) {
   return thrum_rigid_modes(fem, &s->mass, s->rigid, s->rigid + count, error);
 }
 
-static thrum_status factorise(order_search *s, thrum_error *error) {
+/* The factor and its work, the Lanczos vectors, and the fields of the edges, some seven a vertex.
+ */
+static thrum_status check_room(const order_search *s, int64_t count, thrum_error *error) {
+  const double fields = (double)(3 * count + 15) * (double)s->fem->free_count +
+                        (double)(3 * count + 7) * 21.0 * (double)s->fem->vertex_count;
+  const double more =
+      thrum_factor_bytes(s->factor) + thrum_factor_work_bytes(s->factor) + 8 * fields;
+  return more <= s->room ? THRUM_OK
+                         : thrum_error_set(error, THRUM_OUT_OF_MEMORY,
+                                           "the error of linear tetrahedra takes about %.0f MB",
+                                           more / 1048576);
+}
+
+static thrum_status factorise(order_search *s, int64_t count, thrum_error *error) {
   // six springs hold a free body while its factor is made
   thrum_support_springs springs;
   if (s->rigid)
     thrum_support_springs_add(s->fem, &s->stiffness, &springs);
   thrum_status status = thrum_factor_plan(&s->stiffness, &s->factor, error);
+  THRUM_THEN(status, check_room(s, count, error));
   THRUM_THEN(status, thrum_factor_compute(&s->stiffness, s->factor, error));
   if (s->rigid)
     thrum_support_springs_remove(&springs, &s->stiffness);
@@ -48,7 +63,7 @@ static thrum_status find(order_search *s, const thrum_mesh *mesh, int64_t count,
   double values[THRUM_ORDER_MODES_MAX];
   const int64_t n = s->fem->free_count;
   THRUM_TRY(assemble(s, error));
-  THRUM_TRY(factorise(s, error));
+  THRUM_TRY(factorise(s, count, error));
   THRUM_TRY(thrum_reserve(&s->vectors, count * n, sizeof(double), "the modes", error));
   THRUM_TRY(thrum_eigen_lowest(&s->stiffness, &s->mass, s->factor, count, values, s->vectors, NULL,
                                error));
@@ -57,9 +72,9 @@ static thrum_status find(order_search *s, const thrum_mesh *mesh, int64_t count,
   return thrum_order_errors(&body, count, s->vectors, errors, error);
 }
 
-thrum_status thrum_order_find(const thrum_mesh *mesh, const thrum_fem *fem, int64_t *count,
-                              double *errors, thrum_error *error) {
-  order_search s = {.fem = fem};
+thrum_status thrum_order_find(const thrum_mesh *mesh, const thrum_fem *fem, double room,
+                              int64_t *count, double *errors, thrum_error *error) {
+  order_search s = {.fem = fem, .room = room};
 
   // a mesh of few components has few modes, and a free one six less
   const bool free_body = fem->free_count == 3 * fem->vertex_count;

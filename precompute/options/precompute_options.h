@@ -162,7 +162,8 @@ typedef struct thrum_precompute_options {
    * makes it alone. */
   const struct thrum_precompute_shared *shared;
 
-  bool keep_modes; /* hand out mode_vectors; default false */
+  bool keep_modes;  /* hand out mode_vectors; default false */
+  bool order_known; /* leave out the estimate of order_error; default false */
 
   /* Called as a stage advances, fraction in [0, 1]; return false to stop. May be NULL. */
   bool (*progress)(void *context, thrum_stage stage, double fraction);

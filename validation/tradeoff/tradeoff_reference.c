@@ -91,7 +91,8 @@ thrum_status tradeoff_mesh_error(const tradeoff_reference *reference, double *fo
   *found = NAN;
   if (reference->body.fem.rule != NULL)
     return THRUM_OK;
-  THRUM_TRY(thrum_order_find(&reference->body.mesh, &reference->body.fem, &count, errors, error));
+  THRUM_TRY(thrum_order_find(&reference->body.mesh, &reference->body.fem, INFINITY, &count, errors,
+                             error));
   for (int64_t i = 0; i < count; i++)
     *found = fmax(*found, errors[i]);
   return THRUM_OK;
