@@ -14,6 +14,7 @@
 #include "app/info_surface.h"
 #include "config/message.h"
 #include "config/options.h"
+#include "driver/locking.h"
 #include "driver/model_cut.h"
 #include "driver/model_meta.h"
 #include "driver/named_model.h"
@@ -190,7 +191,7 @@ static void add_mesh(cJSON *object, const info *about) {
   const double missing = NAN;
   json_number(object, "vertices", (double)about->model->vertex_count);
   json_number(object, "tets", (double)about->model->tet_count);
-  json_number(object, "order", !about->has_mesh ? missing : about->model->midsides ? 2 : 1);
+  locking_json(object, about->model);
 
   // counts, then what only a mesh has; null without one
   json_number(object, "regions", (double)about->model->region_count);
@@ -398,6 +399,9 @@ static void print_mesh(const info *about) {
          about->model->vertex_count, quality->fixed_count, about->model->tet_count,
          about->model->midsides != NULL ? " of ten nodes" : "", about->model->region_count,
          about->model->region_count == 1 ? "" : "s");
+  char elements[LOCKING_LINE_MAX];
+  if (locking_line(about->model, elements)[0] != 0)
+    print_line("elements", "%s\n", elements);
   for (int64_t m = 0; m < about->model->region_count && m < NAMES_SHOWN; m++)
     print_material(about, m);
   if (about->model->region_count > NAMES_SHOWN)

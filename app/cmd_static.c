@@ -10,12 +10,14 @@
 #include "app/cmd.h"
 #include "app/mpi_program.h"
 #include "config/message.h"
+#include "driver/locking.h"
 #include "driver/model_cut.h"
 #include "driver/static_full.h"
 #include "driver/static_monitor.h"
 #include "driver/static_solve.h"
 #include "io/file.h"
 #include "io/npy_file.h"
+#include "io/paths.h"
 #include "io/vtu.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
@@ -188,6 +190,7 @@ static thrum_status answer_all(static_answer *answer, double *memory, thrum_erro
 
 static void warn_flags(const static_answer *answer) {
   const thrum_equilibrium_report *report = &answer->report;
+  locking_warn(path_basename(answer->request->model_path), answer->model);
   if (report->instability != THRUM_INSTABILITY_NONE)
     config_warn("the body %s at %.6g of the load%s",
                 report->instability == THRUM_INSTABILITY_LIMIT ? "snaps through" : "buckles",

@@ -491,11 +491,10 @@ static void warn_of_reference(const trade *t) {
                 "the error asked for: lower --full-dt",
                 100 * t->result.full_error, t->request->full_dt);
   if (t->result.mesh_error > t->request->error)
-    config_warn(
-        "the mesh itself is off by more than the error asked for: its linear tetrahedra "
-        "have one of the first frequencies about %.2g %% too high, or more; errors here are "
-        "against this mesh (--order 2 mends that)",
-        100 * t->result.mesh_error);
+    config_warn("the mesh itself is off by more than the error asked for: its linear tetrahedra "
+                "have one of the first frequencies about %.2g %% too high, and errors here are "
+                "against this mesh: make the model with --order 2",
+                100 * t->result.mesh_error);
 }
 
 static void say_wanted(trade *t) {

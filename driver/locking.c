@@ -22,9 +22,11 @@ double locking_most(const double *errors, int64_t count) {
 const char *locking_text(const double *errors, int64_t count, char text[LOCKING_TEXT_MAX]) {
   size_t used = 0;
   text[0] = 0;
-  for (int64_t i = 0; i < count && used < LOCKING_TEXT_MAX; i++)
-    used += (size_t)snprintf(text + used, LOCKING_TEXT_MAX - used, "%s%.2g", i > 0 ? ", " : "",
-                             100 * errors[i]);
+  for (int64_t i = 0; i < count && used < LOCKING_TEXT_MAX; i++) {
+    const double share = 100 * errors[i];
+    used += (size_t)snprintf(text + used, LOCKING_TEXT_MAX - used,
+                             share < 99.5 ? "%s%.2g" : "%s%.0f", i > 0 ? ", " : "", share);
+  }
   if (used < LOCKING_TEXT_MAX)
     snprintf(text + used, LOCKING_TEXT_MAX - used, " %%");
   return text;
@@ -36,33 +38,66 @@ void locking_warn_of(const char *name, const double *errors, int64_t count, cons
   if (!(most > LOCKING_TOLD))
     return;
   config_warn("%s: its linear tetrahedra are too stiff: first frequencies are about %s too high, "
-              "and loads move it by up to %.2g %% too little; %s%s--order 2 mends that when its "
-              "model is made",
+              "and loads move it by up to %.2g %% too little; %s%smake the model with --order 2",
               name, locking_text(errors, count, text), 100 * (1 - 1 / ((1 + most) * (1 + most))),
-              kept, kept[0] != 0 ? "; " : "");
+              kept, kept[0] != 0 ? ": " : "");
+}
+
+/* The errors that the metadata of a model know; returns how many. */
+static int64_t errors_of(const cJSON *meta, double errors[THRUM_ORDER_ERRORS_MAX]) {
+  const cJSON *item = NULL;
+  int64_t count = 0;
+  cJSON_ArrayForEach(item, model_meta_find(meta, "mesh", "order_error")) {
+    if (count < THRUM_ORDER_ERRORS_MAX && cJSON_IsNumber(item))
+      errors[count++] = item->valuedouble;
+  }
+  return count;
 }
 
 void locking_warn(const char *name, const thrum_model *model) {
   double errors[THRUM_ORDER_ERRORS_MAX];
-  int64_t count = 0;
   if (model->midsides != NULL)
     return;
   cJSON *meta = model_meta_parse(model);
-  const cJSON *list = model_meta_find(meta, "mesh", "order_error"), *item = NULL;
-  cJSON_ArrayForEach(item, list) {
-    if (count < THRUM_ORDER_ERRORS_MAX && cJSON_IsNumber(item))
-      errors[count++] = item->valuedouble;
-  }
+  locking_warn_of(name, errors, errors_of(meta, errors), "");
   cJSON_Delete(meta);
-  locking_warn_of(name, errors, count, "");
 }
 
-void locking_json(cJSON *object, const cJSON *meta) {
+const char *locking_line(const thrum_model *model, char line[LOCKING_LINE_MAX]) {
+  double errors[THRUM_ORDER_ERRORS_MAX];
+  char text[LOCKING_TEXT_MAX];
+  cJSON *meta = model_meta_parse(model);
+  const int64_t count = errors_of(meta, errors);
+  cJSON_Delete(meta);
+  line[0] = 0;
+  if (count == 0)
+    return line;
+
+  // what is, or what would have been
+  const char *first = locking_text(errors, count, text);
+  if (model->midsides != NULL)
+    snprintf(line, LOCKING_LINE_MAX,
+             "ten nodes, by --order auto; with four the first frequencies would be about %s too "
+             "high",
+             first);
+  else
+    snprintf(line, LOCKING_LINE_MAX,
+             "four nodes, by which the first frequencies are about %s too "
+             "high",
+             first);
+  return line;
+}
+
+void locking_json(cJSON *object, const thrum_model *model) {
+  cJSON *meta = model_meta_parse(model);
   const cJSON *by = model_meta_find(meta, "mesh", "order_by");
-  const cJSON *errors = model_meta_find(meta, "mesh", "order_error");
+  double errors[THRUM_ORDER_ERRORS_MAX];
+  const int64_t count = errors_of(meta, errors);
+  json_number(object, "order", model->tet_count == 0 ? NAN : model->midsides != NULL ? 2 : 1);
   json_string(object, "order_by", cJSON_IsString(by) ? by->valuestring : NULL);
-  if (cJSON_IsArray(errors))
-    cJSON_AddItemToObject(object, "order_error", cJSON_Duplicate(errors, true));
+  if (count > 0)
+    json_numbers(object, "order_error", errors, count);
   else
     cJSON_AddNullToObject(object, "order_error");
+  cJSON_Delete(meta);
 }

@@ -23,8 +23,13 @@ void locking_warn_of(const char *name, const double *errors, int64_t count, cons
 /* The same of a model, by its metadata; silent where they do not know it. */
 void locking_warn(const char *name, const thrum_model *model);
 
-/* Adds what the metadata of a model, NULL: none, say of its elements: the order, who chose it, and
- * the errors of linear tetrahedra; null where they do not know it. */
-void locking_json(cJSON *object, const cJSON *meta);
+/* Writes what is known of the elements of a model in a line, "ten nodes, by --order auto; linear
+ * ones would have ..."; "": nothing beyond their order. */
+#define LOCKING_LINE_MAX 320
+const char *locking_line(const thrum_model *model, char line[LOCKING_LINE_MAX]);
+
+/* Adds the order of a model's elements, and what its metadata say of it: who chose it, and the
+ * errors of linear tetrahedra; null where they do not know it. */
+void locking_json(cJSON *object, const thrum_model *model);
 
 #endif

@@ -9,8 +9,10 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "driver/locking.h"
 #include "driver/model_cut.h"
 #include "driver/scene_words.h"
+#include "io/paths.h"
 #include "mesh/formats/mesh_read.h"
 #include "platform/allocate.h"
 #include "thrum/thrum.h"
@@ -29,7 +31,7 @@ static bool same_file(const scene_body_spec *left, const scene_body_spec *right)
   return strcmp(left->model, right->model) == 0 && same_texts(&left->fix, &right->fix) &&
          memcmp(&left->material.material, &right->material.material,
                 sizeof left->material.material) == 0 &&
-         left->material.law == right->material.law &&
+         left->material.law == right->material.law && left->order == right->order &&
          same_texts(&left->material.regions, &right->material.regions) &&
          (!thrum_mesh_is_named(left->model) ||
           left->material.plastic.yield == right->material.plastic.yield);
@@ -53,6 +55,7 @@ static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *
   mesh_model_def def = mesh_model_def_default();
   def.fix_count = body->fix.count;
   def.free = body->free;
+  def.reading.order = body->order;
   def.material = body->material.material;
   def.law = body->material.law;
   if (!isinf(body->material.plastic.yield))
@@ -138,6 +141,18 @@ thrum_status scene_models_load(const scene_spec *spec, bool quiet, scene_models 
   for (int64_t n = 0; n < count; n++)
     THRUM_TRY(load(spec, quiet, &scene_bodies(spec)[n], models, &models->of_body[n]));
   return THRUM_OK;
+}
+
+void scene_models_warn(const scene_spec *spec, const scene_models *models) {
+  char place[SCENE_PLACE_MAX];
+  for (int64_t n = 0; n < models->count; n++) {
+    const scene_loaded *item = &models->items[n];
+    if (item->owner != item)
+      continue;
+    config_warn_under(scene_body_place(spec, item->first, place), scene_words);
+    locking_warn(path_basename(item->first->model), item->loaded);
+  }
+  config_warn_under(NULL, scene_words);
 }
 
 thrum_status scene_models_skin(scene_models *models, int64_t body, const scene_loaded **skinned,

@@ -32,6 +32,9 @@ thrum_status scene_models_load(const scene_spec *spec, bool quiet, scene_models 
                                thrum_error *error);
 void scene_models_free(scene_models *models);
 
+/* Warns of each that its linear tetrahedra lock. */
+void scene_models_warn(const scene_spec *spec, const scene_models *models);
+
 /* The surface of a body's mesh, made once for each model. */
 thrum_status scene_models_skin(scene_models *models, int64_t body, const scene_loaded **skinned,
                                thrum_error *error);

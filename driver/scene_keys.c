@@ -141,6 +141,10 @@ static thrum_status take_colour(const config_given *given, void *record) {
   return THRUM_OK;
 }
 
+static thrum_status take_order(const config_given *given, void *record) {
+  return order_option_take(given, &((scene_body_spec *)record)->order);
+}
+
 static thrum_status take_frames(const config_given *given, void *record) {
   scene_outputs_spec *outputs = record;
   return frames_option_take(given, &outputs->frames_rate, &outputs->frames_every);
@@ -225,6 +229,9 @@ static const config_option body_keys[] = {
         .needed = true, .path = CONFIG_PATH_NAMED, .is_name = is_model_name_or_spec, AT(model)),
     OPTION_TEXTS("fix", "nothing", "what is held of a mesh, as --fix of precompute",
                  .path = CONFIG_PATH_IF_THERE, AT(fix)),
+    OPTION_WORD("order", NULL, "auto",
+                "of the tetrahedra of a mesh, as --order of precompute: 1, 2 or auto",
+                .take = take_order, ORDER_FORM),
     OPTION_TEXT("surface", NULL, "the mesh's own",
                 "shown in its place: a file of embed, or an .obj or .stl in metres",
                 .path = CONFIG_PATH_ALWAYS, AT(surface)),

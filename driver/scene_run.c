@@ -81,6 +81,7 @@ static thrum_status run_scene(scene_run *scene, thrum_error *error) {
   thrum_stop_request_catch();
   THRUM_TRY(scene_run_open(scene, error));
   scene->seconds_read = clock_seconds() - began;
+  scene_models_warn(&scene->spec, &scene->models);
   THRUM_TRY(driver_run_steps(run, request->quiet, error));
   THRUM_TRY(scene_run_end(scene, error));
   THRUM_TRY(report(scene, began, error));

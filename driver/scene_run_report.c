@@ -3,6 +3,7 @@
 #include <inttypes.h>
 #include <math.h>
 
+#include "driver/locking.h"
 #include "driver/scene_run.h"
 #include "driver/simulate_report.h"
 #include "driver/step_cost.h"
@@ -75,6 +76,7 @@ static cJSON *body_json(const scene_run *run, int32_t n) {
   cJSON_AddStringToObject(object, "stepped_by", stepped_by);
   cJSON_AddStringToObject(object, "law", thrum_law_name(thrum_law_of_model(body->model)));
   json_number(object, "rank", (double)body->model->rank);
+  locking_json(object, body->model);
   simulate_report_condensed(object, figures);
   add_finding(object, body);
   add_detail(object, run, n);

@@ -190,6 +190,9 @@ static thrum_status check_body(const scene_spec *spec, const scene_body_spec *bo
   if (!mesh && body->fix.count > 0)
     return config_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE,
                                 "is of a mesh; a model has its own");
+  if (!mesh && body->order != 0)
+    return config_record_refuse(&spec->file, at, "order", THRUM_BAD_VALUE,
+                                "is of a mesh; a model has its own");
   if (mesh && body->free && body->fix.count > 0)
     return config_record_refuse(&spec->file, at, "fix", THRUM_BAD_VALUE,
                                 "holds the body, and \"free\" lets it go: leave one of them out");

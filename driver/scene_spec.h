@@ -40,7 +40,8 @@ typedef struct scene_body_spec {
   const char *name;    /* "body" and its number where none is given, in */
   char *kept_name;     /* owned */
   const char *model;   /* a file, a mesh or a name */
-  config_texts fix;    /* of a mesh */
+  config_texts fix;    /* of a mesh, */
+  int order;           /* and of its tets, as of thrum_mesh_read_options */
   const char *surface; /* shown in place of the mesh's own (driver/render_mesh.h); NULL: that */
   scene_material_spec material;
   double position[3], rotation[4];

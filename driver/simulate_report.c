@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "driver/locking.h"
 #include "driver/shared_options.h"
 #include "io/json.h"
 #include "platform/clock.h"
@@ -297,6 +298,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   cJSON_AddStringToObject(object, "stepped_by", stepped_by);
   json_number(object, "dt", request->def.dt);
   json_number(object, "rank", (double)figures->model->rank);
+  locking_json(object, figures->model);
   simulate_report_condensed(object, figures);
   json_number(object, "explicit_modes", report->explicit_modes);
   json_number(object, "implicit_modes", report->implicit_modes);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "driver/locking.h"
 #include "driver/model_cut.h"
 #include "driver/named_model.h"
 #include "driver/pull_warning.h"
@@ -87,6 +88,7 @@ static void warn_before(const single_run *single) {
   if (request->load_count == 0 && request->start_count == 0 && request->base_motion_count == 0 &&
       !simulate_spins(request))
     config_warn("no --load, no --base-motion, no --start and no --spin: the body stays at rest");
+  locking_warn(path_basename(request->model_path), single->model);
   if (request->full)
     return;
   driver_stepper_reduced_warn(&single->run.stepper);

@@ -8,6 +8,7 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "driver/locking.h"
 #include "driver/shared_options.h"
 #include "driver/static_solve.h"
 #include "io/json.h"
@@ -85,6 +86,7 @@ void static_report_json(const static_answer *answer) {
   // what was asked
   json_string(object, "model", request->model_path);
   json_number(object, "rank", (double)answer->model->rank);
+  locking_json(object, answer->model);
   add_asked(object, request);
   cJSON_AddStringToObject(
       object, "law", thrum_law_name(law_of_run(request->law_given, request->law, answer->model)));

@@ -10,8 +10,10 @@
 #include "app/view/view_archive.h"
 #include "app/view/view_archive_list.h"
 #include "config/message.h"
+#include "driver/locking.h"
 #include "driver/named_model.h"
 #include "driver/scene_run.h"
+#include "io/paths.h"
 #include "platform/allocate.h"
 #include "thrum/thrum.h"
 
@@ -31,8 +33,11 @@ static thrum_status pack_models(const char *const *names, int64_t count, const c
   THRUM_THEN(status, view_archive_pack(list.items, count, view_archive_scene_of_models(list.items),
                                        (view_archive_motion){0}, archive, error));
 
-  for (int64_t n = 0; n < list.count; n++)
+  for (int64_t n = 0; n < list.count; n++) {
+    if (status >= 0)
+      locking_warn(path_basename(names[n]), list.items[n].model);
     thrum_model_free(list.items[n].model);
+  }
   view_archive_list_free(&list);
   return status;
 }
@@ -102,6 +107,8 @@ static thrum_status pack_scene(const char *path, bool quiet, view_archive *archi
   thrum_status status = scene_run_read(run, error);
   THRUM_THEN(status, scene_run_build(run, error));
   THRUM_THEN(status, pack_run(run, archive, error));
+  if (status >= 0)
+    scene_models_warn(&run->spec, &run->models);
   if (status >= 0 && !quiet)
     warn_of_rest(&run->spec);
 

@@ -18,8 +18,9 @@ static int setup(void **state) {
   (void)state;
   if (test_folder_make(folder) == NULL)
     return -1;
-  program_result run = thrum_run(folder, "precompute", "beam:6x2x2@1x0.2x0.2", "--fix", "x<0.001",
-                                 "--modes", "4", "--rank", "8", "-q", "-o", "beam.npz", NULL);
+  program_result run =
+      thrum_run(folder, "precompute", "beam:6x2x2@1x0.2x0.2", "--order", "1", "--fix", "x<0.001",
+                "--modes", "4", "--rank", "8", "-q", "-o", "beam.npz", NULL);
   const int code = run.exit_code;
   program_result_free(&run);
   return code;
@@ -265,8 +266,9 @@ static void an_export_shows_the_surface(void **state) {
 
 static void a_surface_of_another_model_is_not_shown(void **state) {
   (void)state;
-  program_result run = thrum_run(folder, "precompute", "beam:5x2x2@1x0.2x0.2", "--fix", "x<0.001",
-                                 "--modes", "4", "--rank", "8", "-q", "-o", "other.npz", NULL);
+  program_result run =
+      thrum_run(folder, "precompute", "beam:5x2x2@1x0.2x0.2", "--order", "1", "--fix", "x<0.001",
+                "--modes", "4", "--rank", "8", "-q", "-o", "other.npz", NULL);
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
 

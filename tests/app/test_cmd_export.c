@@ -16,8 +16,9 @@ static int make_model(void **state) {
   (void)state;
   if (test_folder_make(folder) == NULL)
     return 1;
-  program_result made = thrum_run(folder, "precompute", BEAM, "--fix", "x<0.001", "--modes", "4",
-                                  "-o", "beam.npz", "--export-modes", "modes.vtu", "-q", NULL);
+  program_result made =
+      thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "x<0.001", "--modes", "4",
+                "-o", "beam.npz", "--export-modes", "modes.vtu", "-q", NULL);
   const int code = made.exit_code;
   program_result_free(&made);
   return code;
@@ -50,8 +51,8 @@ static void an_export_can_be_imported(void **state) {
   program_result_free(&out);
 
   // the imported model differs from the exported one by rounding
-  out = thrum_run(folder, "precompute", BEAM, "--fix", "x<0.001", "--import-basis", "b.U",
-                  "--import-cubic", "b.cub", "-o", "again.npz", "--json", "-q", NULL);
+  out = thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "x<0.001", "--import-basis",
+                  "b.U", "--import-cubic", "b.cub", "-o", "again.npz", "--json", "-q", NULL);
   assert_int_equal(out.exit_code, 0);
   line = json_line(out.out);
 
@@ -89,8 +90,8 @@ static void outputs_that_could_not_be_written_are_refused_before_the_work(void *
   };
 
   for (int n = 0; n < 5; n++) {
-    expect_refusal(thrum_run(folder, "precompute", BEAM, "--fix", "x<0.001", "-o", cases[n][0],
-                             "--export-modes", cases[n][1], "-q", NULL),
+    expect_refusal(thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "x<0.001", "-o",
+                             cases[n][0], "--export-modes", cases[n][1], "-q", NULL),
                    1, cases[n][2]);
 
     // the model, which could have been written, is not there either
@@ -129,8 +130,8 @@ static void modes_are_named_by_their_frequencies(void **state) {
 
 static void a_handle_takes_the_pull_into_the_basis(void **state) {
   (void)state;
-  program_result out = thrum_run(folder, "precompute", BEAM, "--fix", "x<0.001", "--modes", "4",
-                                 "--handles", "tip", "-o", "pull.npz", "-q", NULL);
+  program_result out = thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "x<0.001",
+                                 "--modes", "4", "--handles", "tip", "-o", "pull.npz", "-q", NULL);
   assert_int_equal(out.exit_code, 0);
   program_result_free(&out);
 
@@ -163,11 +164,11 @@ static void mistakes_are_named(void **state) {
                  "--float");
   expect_refusal(thrum_run(folder, "export", "beam.npz", "--vega-basis", "no/x.U", NULL), 1,
                  "no/x.U");
-  expect_refusal(
-      thrum_run(folder, "precompute", BEAM, "-o", "x.npz", "--import-cubic", "b.cub", NULL), 2,
-      "--import-basis");
-  expect_refusal(thrum_run(folder, "precompute", BEAM, "-o", "x.npz", "--import-basis", "beam.npz",
-                           "--fix", "x<0.001", "-q", NULL),
+  expect_refusal(thrum_run(folder, "precompute", BEAM, "--order", "1", "-o", "x.npz",
+                           "--import-cubic", "b.cub", NULL),
+                 2, "--import-basis");
+  expect_refusal(thrum_run(folder, "precompute", BEAM, "--order", "1", "-o", "x.npz",
+                           "--import-basis", "beam.npz", "--fix", "x<0.001", "-q", NULL),
                  1, "beam.npz");
 }
 

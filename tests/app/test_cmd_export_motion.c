@@ -341,8 +341,8 @@ static void rows_are_thinned_to_the_rate_asked_for(void **state) {
 static void options_and_files_that_do_not_go_together_are_refused(void **state) {
   (void)state;
   program_result run =
-      thrum_run(folder, "precompute", "beam:6x2x2@1x0.2x0.3", "--fix", "x<0.001", "--young", "1e5",
-                "--modes", "4", "--rank", "7", "-q", "-o", "other.npz", NULL);
+      thrum_run(folder, "precompute", "beam:6x2x2@1x0.2x0.3", "--order", "1", "--fix", "x<0.001",
+                "--young", "1e5", "--modes", "4", "--rank", "7", "-q", "-o", "other.npz", NULL);
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
 

@@ -19,8 +19,9 @@ static int make_beam(void **state) {
   (void)state;
   if (test_folder_make(folder) == NULL)
     return -1;
-  program_result run = thrum_run(folder, "precompute", "beam:8x2x2@0.8x0.2x0.2", "--fix", "x<0.001",
-                                 "--modes", "4", "--rank", "8", "-o", "beam.npz", "--json", NULL);
+  program_result run =
+      thrum_run(folder, "precompute", "beam:8x2x2@0.8x0.2x0.2", "--order", "1", "--fix", "x<0.001",
+                "--modes", "4", "--rank", "8", "-o", "beam.npz", "--json", NULL);
   made = json_line(run.out);
   if (made == NULL)
     print_error("%s", run.err);
@@ -146,9 +147,9 @@ static void frequencies_as_stepped_stand_beside_those_of_the_model(void **state)
 
 /* precompute --touch, or --touch-stepped, of the beam up to a rank; *code: the exit code. */
 static cJSON *touch_up_to(const char *option, const char *rank, int *code) {
-  program_result run =
-      thrum_run(folder, "precompute", "beam:8x2x2@0.8x0.2x0.2", "--fix", "x<0.001", "--modes", "4",
-                "--rank", "8", "-o", "touch.npz", option, "--rank-max", rank, "--json", NULL);
+  program_result run = thrum_run(folder, "precompute", "beam:8x2x2@0.8x0.2x0.2", "--order", "1",
+                                 "--fix", "x<0.001", "--modes", "4", "--rank", "8", "-o",
+                                 "touch.npz", option, "--rank-max", rank, "--json", NULL);
   *code = run.exit_code;
 
   // a model that misses its aim names the place and what to do
@@ -692,8 +693,8 @@ static void options_of_a_run_are_said(void **state) {
   free(out);
 
   // only a body that nothing holds can spin
-  expect_done(thrum_run(folder, "precompute", "beam:4x1x1@0.8x0.2x0.2", "--modes", "2", "--rank",
-                        "4", "-q", "-o", "loose.npz", NULL));
+  expect_done(thrum_run(folder, "precompute", "beam:4x1x1@0.8x0.2x0.2", "--order", "1", "--modes",
+                        "2", "--rank", "4", "-q", "-o", "loose.npz", NULL));
   expect_done(thrum_run(folder, "simulate", "loose.npz", "-o", "spun", "-q", "--time", "0.03",
                         "--spin", "0,90,0", "--judge", "off", NULL));
   out = output_of("info", "spun", NULL);
@@ -721,8 +722,8 @@ static void what_a_run_lacks_is_said(void **state) {
   out = output_of("info", "damped", NULL);
   assert_non_null(strstr(out, "\nmissing           damped was made with the model beam.npz"));
   free(out);
-  expect_done(thrum_run(folder, "precompute", "beam:4x1x1@0.8x0.2x0.2", "--modes", "4", "--rank",
-                        "8", "--fix", "x<0.001", "-q", "-o", "beam.npz", NULL));
+  expect_done(thrum_run(folder, "precompute", "beam:4x1x1@0.8x0.2x0.2", "--order", "1", "--modes",
+                        "4", "--rank", "8", "--fix", "x<0.001", "-q", "-o", "beam.npz", NULL));
   cJSON *object = info("damped", NULL, NULL);
   assert_non_null(strstr(cJSON_GetObjectItem(object, "missing")->valuestring,
                          "is not the model that damped was made with"));

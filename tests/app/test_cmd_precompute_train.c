@@ -22,8 +22,8 @@
 /* The training of --json of a precompute with more options; the caller frees. */
 static cJSON *train(const char *modes, const char *rank) {
   program_result run =
-      thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "trained.npz", "--modes",
-                modes, "--rank", rank, "--train", PULL, "--test", "gravity:0,2,-9.81",
+      thrum_run(folder, "precompute", MESH, "--order", "1", "--fix", "x<0.001", "-o", "trained.npz",
+                "--modes", modes, "--rank", rank, "--train", PULL, "--test", "gravity:0,2,-9.81",
                 "--train-time", "0.3", "--json", "-q", NULL);
   if (run.exit_code != 0)
     fail_msg("exit code %d: %s", run.exit_code, run.err);
@@ -49,9 +49,9 @@ static void a_larger_trained_basis_errs_less_and_both_errors_are_said(void **sta
 
 static void each_stage_of_a_training_is_shown_once_and_all_of_them_are_accounted_for(void **state) {
   (void)state;
-  program_result run =
-      thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "shown.npz", "--modes", "4",
-                "--rank", "8", "--train", PULL, "--train-time", "0.1", "--json", NULL);
+  program_result run = thrum_run(folder, "precompute", MESH, "--order", "1", "--fix", "x<0.001",
+                                 "-o", "shown.npz", "--modes", "4", "--rank", "8", "--train", PULL,
+                                 "--train-time", "0.1", "--json", NULL);
   assert_int_equal(run.exit_code, 0);
 
   // the bases on both sides of the runs are told apart, and a stage ends before the next begins
@@ -77,9 +77,10 @@ static void each_stage_of_a_training_is_shown_once_and_all_of_them_are_accounted
 
 /* The error of a training under its loads. */
 static double error_of(const char *mesh, const char *load) {
-  program_result run = thrum_run(folder, "precompute", mesh, "-o", "one.npz", "--modes", "4",
-                                 "--rank", "10", "--train", load, "--train-time", "0.2",
-                                 "--train-dt", "0.005", "--fix", "x<0.001", "--json", "-q", NULL);
+  program_result run =
+      thrum_run(folder, "precompute", mesh, "--order", "1", "-o", "one.npz", "--modes", "4",
+                "--rank", "10", "--train", load, "--train-time", "0.2", "--train-dt", "0.005",
+                "--fix", "x<0.001", "--json", "-q", NULL);
   if (run.exit_code != 0)
     fail_msg("exit code %d: %s", run.exit_code, run.err);
   cJSON *object = json_line(run.out);
@@ -98,9 +99,9 @@ static void loads_of_one_training_act_together(void **state) {
 /* The error of the usual basis in a case, without a training. */
 static double untrained_error(const char *test, const char *time) {
   program_result run =
-      thrum_run(folder, "precompute", MESH, "-o", "one.npz", "--modes", "4", "--rank", "10",
-                "--test", test, "--train-time", time, "--train-dt", "0.005", "--fix", "x<0.001",
-                "--keep-runs", "tested", "--json", "-q", NULL);
+      thrum_run(folder, "precompute", MESH, "--order", "1", "-o", "one.npz", "--modes", "4",
+                "--rank", "10", "--test", test, "--train-time", time, "--train-dt", "0.005",
+                "--fix", "x<0.001", "--keep-runs", "tested", "--json", "-q", NULL);
   if (run.exit_code != 0)
     fail_msg("exit code %d: %s", run.exit_code, run.err);
   cJSON *object = json_line(run.out);
@@ -165,9 +166,10 @@ static void a_model_file_stands_for_its_mesh(void **state) {
 /* Trains with runs that are kept, and finds the file of the one run: the error of the training, and
  * the file's number, which another file has when it was made anew. */
 static double train_with_kept_runs(char *kept, size_t size, ino_t *number) {
-  program_result run = thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "k.npz",
-                                 "--modes", "4", "--rank", "10", "--train", PULL, "--train-time",
-                                 "0.2", "--keep-runs", "kept", "--json", "-q", NULL);
+  program_result run =
+      thrum_run(folder, "precompute", MESH, "--order", "1", "--fix", "x<0.001", "-o", "k.npz",
+                "--modes", "4", "--rank", "10", "--train", PULL, "--train-time", "0.2",
+                "--keep-runs", "kept", "--json", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
   cJSON *object = json_line(run.out);
   const double error = json_value(cJSON_GetObjectItem(object, "training"), "error");
@@ -216,9 +218,9 @@ static void shares_make_another_model_that_is_as_good(void **state) {
   double errors[2];
   for (int n = 0; n < 2; n++) {
     program_result run =
-        thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "s.npz", "--modes", "4",
-                  "--rank", "12", "--train", PULL, "--train-time", "0.2", "--keep-runs", "kept",
-                  "--json", "-q", n == 0 ? NULL : "--by-share", NULL);
+        thrum_run(folder, "precompute", MESH, "--order", "1", "--fix", "x<0.001", "-o", "s.npz",
+                  "--modes", "4", "--rank", "12", "--train", PULL, "--train-time", "0.2",
+                  "--keep-runs", "kept", "--json", "-q", n == 0 ? NULL : "--by-share", NULL);
     assert_int_equal(run.exit_code, 0);
     cJSON *object = json_line(run.out);
     errors[n] = json_value(cJSON_GetObjectItem(object, "training"), "error");
@@ -230,9 +232,9 @@ static void shares_make_another_model_that_is_as_good(void **state) {
 
 static void handles_and_a_training_share_the_rank(void **state) {
   (void)state;
-  program_result run = thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "h.npz",
-                                 "--modes", "4", "--handles", "vertex=30", "--train", PULL,
-                                 "--train-time", "0.2", "--json", "-q", NULL);
+  program_result run = thrum_run(folder, "precompute", MESH, "--order", "1", "--fix", "x<0.001",
+                                 "-o", "h.npz", "--modes", "4", "--handles", "vertex=30", "--train",
+                                 PULL, "--train-time", "0.2", "--json", "-q", NULL);
   if (run.exit_code != 0)
     fail_msg("%s", run.err);
   cJSON *object = json_line(run.out);
@@ -245,10 +247,10 @@ static void handles_and_a_training_share_the_rank(void **state) {
 
 /* The object of a training that grows for an error; *code: the exit code. */
 static cJSON *grow(const char *error, const char *rank_max, int *code) {
-  program_result run = thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "grown.npz",
-                                 "--modes", "3", "--rank", "5", "--train", PULL, "--test",
-                                 "gravity:0,2,-9.81", "--train-time", "0.2", "--keep-runs", "kept",
-                                 "--error", error, "--rank-max", rank_max, "--json", NULL);
+  program_result run = thrum_run(
+      folder, "precompute", MESH, "--order", "1", "--fix", "x<0.001", "-o", "grown.npz", "--modes",
+      "3", "--rank", "5", "--train", PULL, "--test", "gravity:0,2,-9.81", "--train-time", "0.2",
+      "--keep-runs", "kept", "--error", error, "--rank-max", rank_max, "--json", NULL);
   *code = run.exit_code;
   cJSON *object = json_line(run.out);
   if (object == NULL)
@@ -292,9 +294,9 @@ static void the_memory_of_a_training_is_counted(void **state) {
   (void)state;
   double memory[2];
   for (int n = 0; n < 2; n++) {
-    program_result run = thrum_run(folder, "precompute", LONG_BEAM, "--fix", "x<0.001", "--dry-run",
-                                   "--json", n == 0 ? NULL : "--train", FALL, "--test", FALL,
-                                   "--test", FALL, "--test", FALL, NULL);
+    program_result run = thrum_run(folder, "precompute", LONG_BEAM, "--order", "1", "--fix",
+                                   "x<0.001", "--dry-run", "--json", n == 0 ? NULL : "--train",
+                                   FALL, "--test", FALL, "--test", FALL, "--test", FALL, NULL);
     assert_int_equal(run.exit_code, 0);
     cJSON *object = json_line(run.out);
     memory[n] = json_value(object, "memory_mb");
@@ -308,9 +310,9 @@ static void the_memory_of_a_training_is_counted(void **state) {
   // a limit that leaves room for the model alone
   char limit[32];
   snprintf(limit, sizeof limit, "%.0f", memory[0] + 3);
-  program_result run =
-      thrum_run(folder, "precompute", LONG_BEAM, "--fix", "x<0.001", "-o", "none.npz", "--memory",
-                limit, "--train", FALL, "--test", FALL, "--test", FALL, "--test", FALL, "-q", NULL);
+  program_result run = thrum_run(folder, "precompute", LONG_BEAM, "--order", "1", "--fix",
+                                 "x<0.001", "-o", "none.npz", "--memory", limit, "--train", FALL,
+                                 "--test", FALL, "--test", FALL, "--test", FALL, "-q", NULL);
   assert_int_equal(run.exit_code, 1);
   if (strstr(run.err, "of the limit given are left") == NULL || strstr(run.err, "--train") == NULL)
     fail_msg("%s", run.err);
@@ -335,8 +337,9 @@ static void what_cannot_be_trained_is_refused(void **state) {
       {"--train", "gravity:0,0,0", NULL, NULL, "--train: the loads move nothing"},
   };
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
-    program_result run = thrum_run(folder, "precompute", MESH, "--fix", "x<0.001", "-o", "none.npz",
-                                   "-q", cases[n][0], cases[n][1], cases[n][2], cases[n][3], NULL);
+    program_result run =
+        thrum_run(folder, "precompute", MESH, "--order", "1", "--fix", "x<0.001", "-o", "none.npz",
+                  "-q", cases[n][0], cases[n][1], cases[n][2], cases[n][3], NULL);
     assert_true(run.exit_code == 1 || run.exit_code == 2);
     if (strstr(run.err, cases[n][4]) == NULL)
       fail_msg("case %zu: %s", n, run.err);
@@ -345,8 +348,8 @@ static void what_cannot_be_trained_is_refused(void **state) {
   }
 
   // a free body would fly away
-  program_result run =
-      thrum_run(folder, "precompute", MESH, "-o", "none.npz", "-q", "--train", PULL, NULL);
+  program_result run = thrum_run(folder, "precompute", MESH, "--order", "1", "-o", "none.npz", "-q",
+                                 "--train", PULL, NULL);
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "nothing is held"));
   program_result_free(&run);

@@ -74,7 +74,8 @@ static double figure(program_result run, const char *key) {
 
 static void a_model_of_two_laws_moves_and_rests_as_the_mesh_does(void **state) {
   (void)state;
-  assert_done(thrum_run(folder, "precompute", BODY, MODEL, MIXED, "-o", "mixed.npz", NULL));
+  assert_done(
+      thrum_run(folder, "precompute", BODY, "--order", "1", MODEL, MIXED, "-o", "mixed.npz", NULL));
   program_result run = thrum_run(folder, "info", "mixed.npz", "--json", NULL);
   cJSON *object = json_line(run.out);
   assert_true(number_of(object, "format_major") == 4);
@@ -108,7 +109,7 @@ static void a_model_of_two_laws_moves_and_rests_as_the_mesh_does(void **state) {
       figure(thrum_run(folder, "static", "mixed.npz", WEIGHT, NULL), "peak_displacement_m");
   const double full = figure(thrum_run(folder, "static", "mixed.npz", WEIGHT, "--full", NULL),
                              "peak_displacement_m");
-  const double mesh = figure(thrum_run(folder, "static", BODY, MIXED, "--load",
+  const double mesh = figure(thrum_run(folder, "static", BODY, MIXED, "--order", "1", "--load",
                                        "constant:0,0,-20@vertices_2", "--full", "--json", NULL),
                              "peak_displacement_m");
   const double other =
@@ -122,11 +123,11 @@ static void regions_of_one_law_are_the_file_of_that_law(void **state) {
   (void)state;
   size_t sizes[2];
   unsigned char *bytes[2];
-  assert_done(thrum_run(folder, "precompute", BODY, MODEL, "--reproducible", "--law",
-                        "corotational", "-o", "one.npz", NULL));
-  assert_done(thrum_run(folder, "precompute", BODY, MODEL, "--reproducible", "--material",
-                        "1:corotational", "--material", "2:1e6,0.3,1000,corotational", "-o",
-                        "two.npz", NULL));
+  assert_done(thrum_run(folder, "precompute", BODY, "--order", "1", MODEL, "--reproducible",
+                        "--law", "corotational", "-o", "one.npz", NULL));
+  assert_done(thrum_run(folder, "precompute", BODY, "--order", "1", MODEL, "--reproducible",
+                        "--material", "1:corotational", "--material", "2:1e6,0.3,1000,corotational",
+                        "-o", "two.npz", NULL));
   static const char *const names[] = {"one.npz", "two.npz"};
   for (int n = 0; n < 2; n++) {
     FILE *file = fopen(in_folder(names[n]), "rb");
@@ -142,7 +143,8 @@ static void regions_of_one_law_are_the_file_of_that_law(void **state) {
   free(bytes[1]);
 
   // the mesh of a model of several laws keeps them, unless one is asked for
-  assert_done(thrum_run(folder, "precompute", BODY, MODEL, MIXED, "-o", "mixed.npz", NULL));
+  assert_done(
+      thrum_run(folder, "precompute", BODY, "--order", "1", MODEL, MIXED, "-o", "mixed.npz", NULL));
   assert_done(thrum_run(folder, "precompute", "mixed.npz", MODEL, "-q", "-o", "kept.npz", NULL));
   assert_true(figure(thrum_run(folder, "info", "kept.npz", "--json", NULL), "format_major") == 4);
   assert_done(thrum_run(folder, "precompute", "mixed.npz", MODEL, "-q", "--law", "stvk", "-o",
@@ -206,7 +208,8 @@ static void a_scene_gives_regions_of_a_mesh_their_materials(void **state) {
 
 static void tradeoff_says_how_a_model_of_one_law_is_made_of_a_mesh_of_several(void **state) {
   (void)state;
-  assert_done(thrum_run(folder, "precompute", BODY, MODEL, MIXED, "-q", "-o", "mixed.npz", NULL));
+  assert_done(thrum_run(folder, "precompute", BODY, "--order", "1", MODEL, MIXED, "-q", "-o",
+                        "mixed.npz", NULL));
   program_result run =
       thrum_run(folder, "tradeoff", "mixed.npz", "--law", "stvk", "--quick", "--ranks", "8",
                 "--load", "square:0,0,-10@vertices_2", "--time", "0.1", "--cubature", "off", "-o",
@@ -227,8 +230,8 @@ static void tradeoff_says_how_a_model_of_one_law_is_made_of_a_mesh_of_several(vo
 
 static void a_region_with_a_yield_flows_and_the_account_closes(void **state) {
   (void)state;
-  assert_done(thrum_run(folder, "precompute", BODY, MODEL, "--material", "1:corotational,0.02",
-                        "--material", "2:stvk", "-o", "flow.npz", NULL));
+  assert_done(thrum_run(folder, "precompute", BODY, "--order", "1", MODEL, "--material",
+                        "1:corotational,0.02", "--material", "2:stvk", "-o", "flow.npz", NULL));
 #define PULL "--load", "square:0,0,-60@vertices_2,until=0.2", "--time", "0.4", "--json", "-q"
   double taken[2];
   for (int whole = 0; whole < 2; whole++) {
@@ -252,9 +255,9 @@ static void a_region_with_a_yield_flows_and_the_account_closes(void **state) {
                         "--stress", PULL, "-o", "whole", NULL));
 
   // learned points have no place at which something flows
-  program_result learned =
-      thrum_run(folder, "precompute", BODY, MODEL, "--material", "1:corotational,0.02",
-                "--material", "2:stvk", "--cubature-refine", "9", "-o", "none.npz", NULL);
+  program_result learned = thrum_run(folder, "precompute", BODY, "--order", "1", MODEL,
+                                     "--material", "1:corotational,0.02", "--material", "2:stvk",
+                                     "--cubature-refine", "9", "-o", "none.npz", NULL);
   assert_true(learned.exit_code != 0 && learned.exit_code != 3);
   assert_non_null(strstr(learned.err, "not refined where a region has a yield"));
   program_result_free(&learned);
@@ -299,8 +302,8 @@ static void laws_of_regions_that_cannot_be_are_refused_in_one_line(void **state)
   };
   for (size_t n = 0; n < sizeof cases / sizeof *cases; n++) {
     const char *const *a = cases[n].arguments;
-    program_result run =
-        thrum_run(folder, "precompute", BODY, "-o", "none.npz", a[0], a[1], a[2], a[3], NULL);
+    program_result run = thrum_run(folder, "precompute", BODY, "--order", "1", "-o", "none.npz",
+                                   a[0], a[1], a[2], a[3], NULL);
     if (run.exit_code != cases[n].code || !strstr(run.err, cases[n].says))
       fail_msg("case %d: exit %d: %s", (int)n, run.exit_code, run.err);
     assert_true(line_count_is(run.err, 1));
@@ -308,14 +311,14 @@ static void laws_of_regions_that_cannot_be_are_refused_in_one_line(void **state)
   }
 
   // one law for the whole body, or laws of regions
-  program_result run = thrum_run(folder, "static", BODY, MIXED, "--full", "--law", "stvk", "--load",
-                                 "gravity:0,0,-1", NULL);
+  program_result run = thrum_run(folder, "static", BODY, MIXED, "--order", "1", "--full", "--law",
+                                 "stvk", "--load", "gravity:0,0,-1", NULL);
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "--material gives a region one of its own"));
   program_result_free(&run);
 
   // what they would take is said without them being made
-  run = thrum_run(folder, "precompute", BODY, MODEL, MIXED, "--dry-run", NULL);
+  run = thrum_run(folder, "precompute", BODY, "--order", "1", MODEL, MIXED, "--dry-run", NULL);
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
 }

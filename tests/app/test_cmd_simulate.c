@@ -193,8 +193,8 @@ static char *free_run(const char *first, const char *second) {
 }
 
 static void make_free(void) {
-  program_result made = thrum_run(folder, "precompute", "beam:4x1x1@1x0.2x0.2", "-o", "free.npz",
-                                  "--modes", "3", "--rank", "3", NULL);
+  program_result made = thrum_run(folder, "precompute", "beam:4x1x1@1x0.2x0.2", "--order", "1",
+                                  "-o", "free.npz", "--modes", "3", "--rank", "3", NULL);
   assert_int_equal(made.exit_code, 0);
   program_result_free(&made);
 }

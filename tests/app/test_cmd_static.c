@@ -166,8 +166,8 @@ static void a_mesh_is_taken_whole(void **state) {
   cJSON_Delete(whole);
 
   // too small for ten modes
-  whole = object_of(thrum_run(folder, "static", "beam:1x1x1@1x1x1", "--fix", "x<0.001", "--load",
-                              "gravity:0,0,-9.81", "--full", "--json", NULL),
+  whole = object_of(thrum_run(folder, "static", "beam:1x1x1@1x1x1", "--order", "1", "--fix",
+                              "x<0.001", "--load", "gravity:0,0,-9.81", "--full", "--json", NULL),
                     0);
   assert_true(json_value(whole, "components") == 12);
   cJSON_Delete(whole);
@@ -299,8 +299,8 @@ static void a_basis_that_cannot_bend_so_far_is_warned_of(void **state) {
  */
 static void a_block_pressed_by_half_is_warned_of(void **state) {
   (void)state;
-  program_result made = thrum_run(folder, "precompute", "beam:2x1x1@1x0.5x0.5", "--fix", "x<1e-9",
-                                  "--modes", "2", "-o", "block.npz", NULL);
+  program_result made = thrum_run(folder, "precompute", "beam:2x1x1@1x0.5x0.5", "--order", "1",
+                                  "--fix", "x<1e-9", "--modes", "2", "-o", "block.npz", NULL);
   assert_int_equal(made.exit_code, 0);
   program_result_free(&made);
   static const char *const laws[] = {"stvk", "neo-hookean"}, *const moves[] = {"-0.45,0,0@right",

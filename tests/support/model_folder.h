@@ -64,7 +64,7 @@ static inline bool write_bar(const char *path) {
 static inline bool write_bar_recipe(const char *path, const char *young) {
   char text[512];
   snprintf(text, sizeof text,
-           "{\"material\": {\"young\": %s, \"poisson\": 0.3, \"density\": 1000},\n"
+           "{\"order\": 1, \"material\": {\"young\": %s, \"poisson\": 0.3, \"density\": 1000},\n"
            " \"fix\": [\"x<0.001\"], \"modes\": 3, \"rank\": 5}\n",
            young);
   return text_file_write(path, text);

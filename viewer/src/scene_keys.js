@@ -71,7 +71,7 @@ export const KEYS = {
     coupled: may(flag), start: may(texts, []), collide: may(flag, true), self_contact: may(flag, false), integrator: may(integrator), damping: may(damping),
     // the page steps all coordinates where these would have a body step fewer
     error: may(anything), budget: may(anything),
-    fix: left, surface: left, material: left, detail: left, loads: left, touch: left, touch_stiffness: left, ...solver },
+    fix: left, order: left, surface: left, material: left, detail: left, loads: left, touch: left, touch_stiffness: left, ...solver },
   obstacles: { name: may(text), shape: must(names(Object.keys(SHAPES))), centre: may(vector, [0, 0, 0]), normal: may(vector, [0, 0, 1]),
     radius: may(above), height: may(positive), size: may(sides), file: left, scale: may(above, 1), heights: may(rows), spacing: may(above),
     rotation: may(rotation, [1, 0, 0, 0]), inside: may(flag, false), velocity: may(vector, [0, 0, 0]), path: may(list),
