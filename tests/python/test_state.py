@@ -56,7 +56,7 @@ class Stepping(unittest.TestCase):
     def test_plastic_flow(self):
         with self.assertRaisesRegex(thrum.Unsupported, "cannot flow"):
             beam().state(plastic_yield=0.1)
-        model = thrum.Model.load(model_file("points", "beam:3x1x1@0.3x0.1x0.1", fix="x<0.001", modes=3, rank=6,
+        model = thrum.Model.load(model_file("points", "beam:3x1x1@0.3x0.1x0.1", fix="x<0.001", order=1, modes=3, rank=6,
                                             young=1e5, cubature=True, cubature_error=0.1, law="corotational"))
         state = model.state(plastic_yield=0.01, plastic_creep=50)
         state.set(p=np.eye(6)[0])
