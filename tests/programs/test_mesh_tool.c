@@ -96,8 +96,8 @@ static void a_surface_is_filled(void **state) {
   // the surface of a beam, exported from its model
   program_result run = thrum_run(folder, "export", "beam:1x1x1@1x1x1", "--obj", "no.obj", NULL);
   program_result_free(&run);
-  run = thrum_run(folder, "precompute", "beam:8x3x3@1x0.3x0.3", "--order", "1", "--fix", "x<0.001", "--modes", "2",
-                  "-q", "-o", "beam.npz", NULL);
+  run = thrum_run(folder, "precompute", "beam:8x3x3@1x0.3x0.3", "--order", "1", "--fix", "x<0.001",
+                  "--modes", "2", "-q", "-o", "beam.npz", NULL);
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
   run = thrum_run(folder, "export", "beam.npz", "--obj", "skin.obj", NULL);
