@@ -7,8 +7,6 @@
 #include "driver/basis_rerun.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
-#include "precompute/estimate.h"
-#include "precompute/model/basis_judge.h"
 
 #define INSTANTS 8 /* parts of a run, each with its largest motion, beside the largest of all */
 
@@ -67,25 +65,12 @@ static thrum_status look_at_all(judgement *j, thrum_error *error) {
   return THRUM_OK;
 }
 
-/* Does the factor take longer than anybody expects? */
-static bool takes_long(judgement *j) {
-  const thrum_model_statics *statics = thrum_basis_judge_statics(j->judge);
-  basis_estimate *estimate = &j->record->estimate;
-  const double seconds = thrum_estimate_solves(statics->factor, statics->body.fem.free_count,
-                                               THRUM_BASIS_LOOK_SOLVES * (INSTANTS + 1));
-  if (j->record->request->basis.judging == BASIS_JUDGE_ON || seconds <= BASIS_SECONDS_MOST)
-    return false;
-  *estimate = basis_estimate_none("the mesh is large");
-  estimate->seconds = seconds;
-  return true;
-}
-
 static thrum_status judge_all(judgement *j, thrum_error *error) {
   basis_estimate *estimate = &j->record->estimate;
-  THRUM_TRY(thrum_basis_judge_create(j->record->model, INSTANTS + 1, &j->judge, error));
-  if (takes_long(j))
+  THRUM_TRY(basis_estimate_judge(j->record->model, INSTANTS + 1, &j->record->request->basis,
+                                 &j->judge, estimate, error));
+  if (j->judge == NULL)
     return THRUM_OK;
-  THRUM_TRY(thrum_basis_judge_begin(j->judge, error));
   THRUM_TRY(look_at_all(j, error));
 
   // a motion that left all bounds tells nothing

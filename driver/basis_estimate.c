@@ -8,11 +8,36 @@
 
 #include "config/message.h"
 #include "io/json.h"
+#include "precompute/estimate.h"
 
 const char *const basis_judging_names[] = {"auto", "on", "off", NULL};
 
 basis_estimate basis_estimate_none(const char *why) {
   return (basis_estimate){.share = NAN, .velocity = NAN, .until = NAN, .why = why};
+}
+
+thrum_status basis_estimate_judge(const thrum_model *model, int64_t looks, const basis_asked *asked,
+                                  thrum_basis_judge **judge, basis_estimate *estimate,
+                                  thrum_error *error) {
+  thrum_basis_judge *made = NULL;
+  THRUM_TRY(thrum_basis_judge_create(model, looks, &made, error));
+  const thrum_model_statics *statics = thrum_basis_judge_statics(made);
+  const double seconds = thrum_estimate_solves(statics->factor, statics->body.fem.free_count,
+                                               THRUM_BASIS_LOOK_SOLVES * looks);
+
+  // a factor that nobody expects is not computed unasked
+  if (asked->judging != BASIS_JUDGE_ON && seconds > BASIS_SECONDS_MOST) {
+    *estimate = basis_estimate_none("the mesh is large");
+    estimate->seconds = seconds;
+    thrum_basis_judge_free(made);
+    return THRUM_OK;
+  }
+  const thrum_status status = thrum_basis_judge_begin(made, error);
+  if (status >= 0)
+    *judge = made;
+  else
+    thrum_basis_judge_free(made);
+  return status;
 }
 
 bool basis_estimate_is_large(const basis_estimate *estimate, const basis_asked *asked) {

@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "config/options.h"
+#include "precompute/model/basis_judge.h"
 
 /* Whether a basis is judged: where it takes no longer than BASIS_SECONDS_MOST, always, or never. */
 typedef enum basis_judging { BASIS_JUDGE_AUTO, BASIS_JUDGE_ON, BASIS_JUDGE_OFF } basis_judging;
@@ -50,6 +51,12 @@ typedef struct basis_estimate {
 
 /* Nothing is known, for this reason. */
 basis_estimate basis_estimate_none(const char *why);
+
+/* The judge of a model, ready for so many looks; NULL, and why, where that would take longer than
+ * BASIS_SECONDS_MOST and was not asked for. */
+thrum_status basis_estimate_judge(const thrum_model *model, int64_t looks, const basis_asked *asked,
+                                  thrum_basis_judge **judge, basis_estimate *estimate,
+                                  thrum_error *error);
 
 /* Is the error larger than what is accepted? */
 bool basis_estimate_is_large(const basis_estimate *estimate, const basis_asked *asked);

@@ -288,7 +288,7 @@ static thrum_status look_forces(static_answer *answer, search *s, thrum_error *e
 static thrum_status find(static_answer *answer, search *s, double *q, thrum_error *error) {
   const static_request *request = answer->request;
   const thrum_model *model = answer->model;
-  answer->belief = (static_belief){.reach = NAN, .stretch = NAN, .undone = NAN};
+  answer->belief = (static_belief){.stretch = NAN};
   thrum_full_equilibrium found;
   thrum_full_def def = thrum_default_full_def();
   def.tolerance = request->def.tolerance;

@@ -2,7 +2,8 @@
  *
  * A basis that cannot bend as far as it is pulled gives a shape that is too stiff, and nothing in
  * it tells. The whole mesh does: with its forces where the answer has it, one correction of Newton
- * says how much further it would give way. SPDX-License-Identifier: Apache-2.0 */
+ * says how far it would go on (precompute/model/basis_judge.h). SPDX-License-Identifier: Apache-2.0
+ */
 #include "driver/static_monitor.h"
 
 #include <math.h>
@@ -10,16 +11,14 @@
 
 #include "config/message.h"
 #include "platform/allocate.h"
-#include "precompute/full/full.h"
+#include "platform/clock.h"
 #include "thrum/displacement.h"
 #include "thrum/monitor.h"
 
-#define COMPONENTS_MAX 150000 /* beyond, the correction would take longer than anybody expects */
-#define UNDONE_MOST 0.05      /* share of the energy above which it is said */
-
 static thrum_status look_runtime(const thrum_model *model, const double *q, static_belief *belief,
                                  thrum_error *error) {
-  const thrum_monitor_def def = thrum_default_monitor_def();
+  thrum_monitor_def def = thrum_default_monitor_def();
+  def.reach_most = INFINITY;
   const thrum_monitor *monitor = NULL;
   thrum_monitor_record record;
   size_t size = 0;
@@ -32,7 +31,6 @@ static thrum_status look_runtime(const thrum_model *model, const double *q, stat
   THRUM_THEN(status, thrum_monitor_look(monitor, q, &record, error));
   if (status >= 0) {
     belief->warnings = record.warnings;
-    belief->reach = record.reach_most;
     belief->stretch = record.stretch_least;
   }
   free(memory);
@@ -52,44 +50,62 @@ static thrum_status fill_forces(const static_request *request, const thrum_model
   return THRUM_OK;
 }
 
-/* The share of the energy of body and load that one correction of the whole mesh adds. */
-static thrum_status look_whole(const static_answer *answer, static_belief *belief,
+/* How far the mesh would go on from the answer, over where it would be. */
+static thrum_status look_whole(const static_answer *answer, basis_estimate *estimate,
                                thrum_error *error) {
   const thrum_model *model = answer->model;
-  thrum_full_def def = thrum_default_full_def();
-  def.law = thrum_law_of_model(model);
-  const double found = answer->report.energy + answer->report.load_energy;
-  thrum_full *body = NULL;
-  double undone = 0;
-  double *forces = NULL;
-  THRUM_TRY(thrum_reserve(&forces, 6 * model->vertex_count, sizeof *forces, "the monitor", error));
-  double *u = forces + 3 * model->vertex_count;
+  const double began = clock_seconds();
+  thrum_basis_judge *judge = NULL;
+  double *forces = NULL, moved = 0, lacking = 0;
+  THRUM_TRY(basis_estimate_judge(model, 1, &answer->request->basis, &judge, estimate, error));
+  if (judge == NULL)
+    return THRUM_OK;
 
-  thrum_status status = fill_forces(answer->request, model, forces, error);
-  THRUM_THEN(status, thrum_displacement(model, answer->q, 0, model->vertex_count, u, error));
-  THRUM_THEN(status, thrum_full_create(model, NULL, &def, &body, error));
-  THRUM_THEN(status, thrum_full_set(body, u, NULL, error));
-  THRUM_THEN(status, thrum_full_undone(body, forces, &undone, error));
-  if (status >= 0 && undone >= 0 && found < 0)
-    belief->undone = undone / (undone - found);
-  thrum_full_free(body);
+  thrum_status status =
+      thrum_reserve(&forces, 3 * model->vertex_count, sizeof *forces, "the monitor", error);
+  THRUM_THEN(status, fill_forces(answer->request, model, forces, error));
+  THRUM_THEN(status, thrum_basis_judge_look(judge, answer->q, forces, 0, &moved, &lacking, error));
+  if (status >= 0 && moved > 0 && isfinite(moved) && isfinite(lacking)) {
+    *estimate = basis_estimate_none(NULL);
+    estimate->share = sqrt(lacking / moved);
+    estimate->instants = 1;
+    estimate->seconds = clock_seconds() - began;
+  }
+  thrum_basis_judge_free(judge);
   free(forces);
   return status;
+}
+
+/* Why the basis of an answer is not judged; NULL: it is. */
+static const char *why_not(const static_answer *answer) {
+  if (answer->request->basis.judging == BASIS_JUDGE_OFF)
+    return "it was not asked for";
+  if (answer->model->tets == NULL || answer->model->basis == NULL)
+    return "the model has no mesh inside";
+  return answer->report.least < 0 ? "the answer is unstable" : NULL;
 }
 
 thrum_status static_monitor_look(const static_answer *answer, static_belief *belief,
                                  thrum_error *error) {
   const thrum_model *model = answer->model;
-  *belief = (static_belief){.reach = NAN, .stretch = NAN, .undone = NAN};
-  if (!answer->request->monitor || model->tets == NULL || model->basis == NULL)
+  *belief = (static_belief){.stretch = NAN, .judged = answer->request->monitor};
+  if (!answer->request->monitor)
+    return THRUM_OK;
+  const char *why = why_not(answer);
+  belief->error = basis_estimate_none(why != NULL ? why : "nothing has moved");
+  if (model->tets == NULL || model->basis == NULL)
     return THRUM_OK;
   THRUM_TRY(look_runtime(model, answer->q, belief, error));
-
-  // a free body has no tangent to solve with, and an unstable answer no energy to compare
-  if (model->rigid != NULL || answer->report.least < 0 ||
-      3 * model->vertex_count > COMPONENTS_MAX || answer->request->from != NULL)
+  if (why != NULL)
     return THRUM_OK;
-  return look_whole(answer, belief, error);
+
+  // a mesh that cannot be solved says nothing against the answer
+  thrum_error detail = {0};
+  const thrum_status status = look_whole(answer, &belief->error, &detail);
+  if (status != THRUM_OUT_OF_MEMORY)
+    return THRUM_OK;
+  *error = detail;
+  return status;
 }
 
 void static_monitor_warn(const static_answer *answer) {
@@ -102,13 +118,7 @@ void static_monitor_warn(const static_answer *answer) {
         "not trust this shape%s",
         belief->stretch, answer->request->full ? ", or take another --law" : "");
 
-  // a basis may be too stiff where the body moves far, and the mesh tells how much it lacks
-  if (belief->warnings & THRUM_WARNING_REACH)
-    config_warn("the body moved %.2g times as far as the tenth of its diagonal that the basis is "
-                "made for: it may be too stiff there",
-                belief->reach);
-  if (belief->undone > UNDONE_MOST)
-    config_warn("the basis cannot show this shape: the whole mesh would give way further, by "
-                "%.2g %% of the energy or more; take a higher rank, or --full",
-                100 * belief->undone);
+  // what the basis cannot show
+  if (belief->judged)
+    basis_estimate_warn(&belief->error, &answer->request->basis, "", "shape");
 }

@@ -5,8 +5,8 @@
 
 #include "driver/static_report.h"
 
-/* Looks at answer->q: compression, reach, and how much of the energy the basis leaves undone. A
- * model without a mesh or a basis, or a free one, is passed over: NaN. */
+/* Looks at answer->q: compression, and how far the whole mesh would go on. What cannot be looked
+ * at is NaN, or told with the reason. */
 thrum_status static_monitor_look(const static_answer *answer, static_belief *belief,
                                  thrum_error *error);
 

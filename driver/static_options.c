@@ -62,6 +62,10 @@ static thrum_status take_move(const config_given *given, void *request) {
   return THRUM_OK;
 }
 
+static thrum_status take_accepted(const config_given *given, void *request) {
+  return error_option_take(given, &((static_request *)request)->basis.accepted);
+}
+
 #define AT(member) CONFIG_AT(static_request, member)
 #define WRITTEN(member) .path = CONFIG_PATH_ALWAYS, AT(member)
 #define MOVED(kind) .take = take_move, .set = kind
@@ -92,10 +96,11 @@ static const config_option options[] = {
         .path = CONFIG_PATH_ALWAYS, AT(from)),
     OPTION_SWITCH(
         "monitor", "on",
-        "warn of compression and displacement beyond what the model can be believed for, "
-        "of a basis that cannot bend so far, and of a moved body that has a shape of less "
-        "energy; changes no result",
+        "warn of compression beyond what the model can be believed for, of a basis that cannot "
+        "bend so far, and of a moved body that has a shape of less energy; changes no result",
         AT(monitor)),
+    OPTION_ACCEPT_ERROR("accept-error", take_accepted),
+    OPTION_JUDGE(static_request, basis),
 
     OPTION_HEADING("the full order"),
     OPTION_FLAG("full", "of the whole mesh, unreduced; MODEL may then be a mesh", AT(full)),
@@ -207,6 +212,7 @@ int static_options_read(int argc, char **argv, static_request *request) {
   request->def = thrum_default_equilibrium_def();
   request->mesh_def = mesh_model_def_default();
   request->monitor = true;
+  request->basis.accepted = BASIS_ACCEPTED;
   CONFIG_TRY(
       config_options_read_one(&command_static, "model", argc, argv, request, &request->model_path));
   CONFIG_TRY(mesh_model_full_check("static", request->model_path, &request->mesh_def, request->full,

@@ -3,6 +3,7 @@
 #define THRUM_DRIVER_STATIC_OPTIONS_H
 
 #include "config/options.h"
+#include "driver/basis_estimate.h"
 #include "driver/load_spec.h"
 #include "driver/mesh_model.h"
 #include "precompute/full/full.h"
@@ -50,8 +51,9 @@ typedef struct static_request {
   thrum_law law;  /* of the full order, where */
   bool law_given; /* and not the model's */
   thrum_equilibrium_def def;
-  int64_t rank; /* 0: all */
-  bool monitor; /* warn of what the answer of a model can be believed for */
+  int64_t rank;      /* 0: all */
+  bool monitor;      /* warn of what the answer of a model can be believed for */
+  basis_asked basis; /* the same of its basis */
   bool json, quiet;
   config_file file; /* of --options; the texts above may point into it */
 } static_request;

@@ -28,7 +28,11 @@ const char *static_status_name(const static_answer *answer) {
     return "snapped";
   if (report->instability == THRUM_INSTABILITY_BIFURCATION)
     return "buckled";
-  return isfinite(answer->lost_at) ? "lost" : "done";
+  if (isfinite(answer->lost_at))
+    return "lost";
+  const bool wrong = answer->belief.judged &&
+                     basis_estimate_is_large(&answer->belief.error, &answer->request->basis);
+  return wrong ? "basis_wrong" : "done";
 }
 
 bool static_was_watched(const static_answer *answer) {
@@ -129,9 +133,12 @@ void static_report_json(const static_answer *answer) {
   cJSON *monitor = json_section(object, "monitor", !isnan(answer->belief.stretch));
   if (monitor != NULL) {
     json_number(monitor, "least_stretch", answer->belief.stretch);
-    json_number(monitor, "reach", answer->belief.reach);
-    json_number(monitor, "undone_share", answer->belief.undone);
   }
+
+  if (answer->belief.judged)
+    basis_estimate_json(&answer->belief.error, object);
+  else
+    cJSON_AddNullToObject(object, "error_estimate");
 
   // the cost
   json_number(object, "jumps", report->jumps);
@@ -218,14 +225,10 @@ void static_report_table(const static_answer *answer) {
   if (request->full && !isnan(answer->belief.stretch))
     printf("monitor      least stretch %.3f (warns below 0.577 with StVK)\n",
            answer->belief.stretch);
-  if (!request->full && !isnan(answer->belief.reach)) {
-    printf("monitor      least stretch %.3f (warns below 0.577), reach %.2g (warns above 3)",
-           answer->belief.stretch, answer->belief.reach);
-    if (isnan(answer->belief.undone))
-      puts("");
-    else
-      printf(", %.2g %% of the energy undone (warns above 5 %%)\n", 100 * answer->belief.undone);
-  }
+  if (!request->full && !isnan(answer->belief.stretch))
+    printf("monitor      least stretch %.3f (warns below 0.577)\n", answer->belief.stretch);
+  if (answer->belief.judged)
+    basis_estimate_print(&answer->belief.error, "shape");
 
   // stability, then the coordinates themselves
   print_stability(answer);

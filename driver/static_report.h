@@ -9,9 +9,9 @@
 /* How far the answer of a reduced model can be believed; NaN: not looked at. */
 typedef struct static_belief {
   uint32_t warnings; /* thrum_warning */
-  double reach;      /* [tenths of the diagonal] */
   double stretch;    /* least of the sampled tetrahedra */
-  double undone;     /* share of the energy that the basis leaves undone */
+  bool judged;       /* the monitor is on for a reduced model */
+  basis_estimate error;
 } static_belief;
 
 typedef struct static_answer {
@@ -37,7 +37,8 @@ typedef struct static_answer {
   double lower_energy; /* of a shape of body and load that has less [J]; NaN: none was found */
 } static_answer;
 
-/* "done", or what flags it: "inverted", "higher", "unstable", "snapped", "buckled", "lost". */
+/* "done", or what flags it: "inverted", "higher", "unstable", "snapped", "buckled", "lost",
+ * "basis_wrong". */
 const char *static_status_name(const static_answer *answer);
 
 /* Was the stability of the path looked at? */

@@ -44,10 +44,11 @@ _thrum() {
   'compare '*) words='--json --help' ;;
   'view '*) words='--output --surface --fps --no-open --json --quiet --help' ;;
   'static --monitor') words='on off' ;;
+  'static --judge') words='auto on off' ;;
   'static --linear-solver') words='cholesky cg' ;;
   'static --quadrature') words='exact four' ;;
   'static --law') words='stvk corotational neo-hookean' ;;
-  'static '*) words=' --load --factor --at --stay --tolerance --rank --from --monitor --full --fix --young --poisson --density --material --scale --unit --regions --order --move --rotate --moment --follow --linear-solver --quadrature --law --output --displacements --vtu --path --reactions --options --json --quiet --help' ;;
+  'static '*) words=' --load --factor --at --stay --tolerance --rank --from --monitor --accept-error --judge --full --fix --young --poisson --density --material --scale --unit --regions --order --move --rotate --moment --follow --linear-solver --quadrature --law --output --displacements --vtu --path --reactions --options --json --quiet --help' ;;
   'experiments '*) words='--long --sweep --step-sizes --work-precision --variable --extremes --linear --output --models --loads --schemes --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help --list-jobs --job --collect' ;;
   'tradeoff --law') words='stvk corotational neo-hookean' ;;
   'tradeoff --cubature') words='auto off only' ;;

@@ -156,13 +156,6 @@ thrum_status thrum_full_lower(thrum_full *full, const thrum_full_loading *loadin
                               const double *kicks, int64_t kick_count, double *lower,
                               thrum_error *error);
 
-/* How much lower the energy of body and load is at the equilibrium near the present displacement
- * under `forces` [J], by one correction of Newton: half of delta^T r. What a displacement that a
- * basis was allowed to show leaves undone; NaN where the tangent has no such correction. The body
- * stays as it is. */
-thrum_status thrum_full_undone(thrum_full *full, const double *forces, double *energy,
-                               thrum_error *error);
-
 /* R(u) at the present displacement on all components, held ones included (3 vertex_count) [N]: what
  * the elements ask of the loads and of what holds the body. Of all vertices their sum, and that of
  * their moments about where the vertices are, is zero. */

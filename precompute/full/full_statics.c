@@ -341,22 +341,6 @@ thrum_status thrum_full_rest_under(thrum_full *full, const thrum_full_loading *l
   return status;
 }
 
-thrum_status thrum_full_undone(thrum_full *full, const double *forces, double *energy,
-                               thrum_error *error) {
-  const thrum_full_loading loading = {.forces = forces};
-  thrum_full_equilibrium made = {0};
-  full_search s = {.full = full, .loading = &loading, .found = &made};
-  THRUM_TRY(thrum_full_set_force(full, forces, error));
-  full_statics_evaluate(&s, 1);
-  const double slope = full_statics_descend(&s, error);
-  full->linear.ready = false;
-  full->fresh = true;
-  if (s.failure < 0)
-    return s.failure;
-  *energy = slope / 2;
-  return THRUM_OK;
-}
-
 /* One search from the displacement in full->u under the whole loading: its energy with that of the
  * load, or infinity where it ends nowhere. */
 static double settle(full_search *s, thrum_error *error) {

@@ -284,15 +284,52 @@ static void a_basis_that_cannot_bend_so_far_is_warned_of(void **state) {
   for (int n = 0; n < 2; n++) {
     program_result run = thrum_run(folder, "static", "beam.npz", "--rank", ranks[n], "--load",
                                    "constant:0,0,-200@tip", "--json", NULL);
-    assert_int_equal(run.exit_code, 0);
+    assert_int_equal(run.exit_code, n == 0 ? 3 : 0);
     assert_true((strstr(run.err, "the basis cannot show this shape") != NULL) == (n == 0));
     cJSON *object = json_line(run.out);
-    const cJSON *monitor = cJSON_GetObjectItemCaseSensitive(object, "monitor");
-    const double undone = json_value(monitor, "undone_share");
-    assert_true(n == 0 ? undone > 0.1 : undone < 0.05);
+    const cJSON *estimate = cJSON_GetObjectItemCaseSensitive(object, "error_estimate");
+    const double share = json_value(estimate, "share");
+    assert_true(n == 0 ? share > 0.1 : share < 0.05);
+    assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "status")->valuestring,
+                        n == 0 ? "basis_wrong" : "done");
     cJSON_Delete(object);
     program_result_free(&run);
   }
+
+  // as it is accepted, it is no flag
+  program_result run = thrum_run(folder, "static", "beam.npz", "--rank", "2", "--load",
+                                 "constant:0,0,-200@tip", "--accept-error", "100%", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+}
+
+/* The estimate of an answer is the difference from the mesh, to a few per cent of it. */
+static void the_estimate_is_what_the_mesh_does_otherwise(void **state) {
+  (void)state;
+  program_result half = thrum_run(folder, "static", "beam.npz", "--load", "constant:0,3,-5@tip",
+                                  "--displacements", "half_field.npy", "--json", NULL);
+  program_result whole = thrum_run(folder, "static", "beam.npz", "--load", "constant:0,3,-5@tip",
+                                   "--displacements", "whole_field.npy", "--full", NULL);
+  assert_int_equal(half.exit_code, 0);
+  assert_int_equal(whole.exit_code, 0);
+  double *u = NULL, *v = NULL, apart = 0, moved = 0;
+  int64_t rows = 0, columns = 0;
+  assert_int_equal(thrum_npy_read_f8(in_folder("half_field.npy"), &u, &rows, &columns, NULL), 0);
+  assert_int_equal(thrum_npy_read_f8(in_folder("whole_field.npy"), &v, &rows, &columns, NULL), 0);
+  for (int64_t n = 0; n < rows * columns; n++) {
+    apart += (u[n] - v[n]) * (u[n] - v[n]);
+    moved += v[n] * v[n];
+  }
+  cJSON *object = json_line(half.out);
+  const double said =
+      json_value(cJSON_GetObjectItemCaseSensitive(object, "error_estimate"), "share");
+  print_message("said %.5f, found %.5f\n", said, sqrt(apart / moved));
+  assert_true(fabs(said / sqrt(apart / moved) - 1) < 0.05);
+  cJSON_Delete(object);
+  free(u);
+  free(v);
+  program_result_free(&half);
+  program_result_free(&whole);
 }
 
 /* StVK carries no more under such a compression, which the whole mesh tells as the reduced model.
@@ -541,6 +578,7 @@ int main(void) {
 
       // answers that must not be believed as they are
       cmocka_unit_test(a_basis_that_cannot_bend_so_far_is_warned_of),
+      cmocka_unit_test(the_estimate_is_what_the_mesh_does_otherwise),
       cmocka_unit_test(a_block_pressed_by_half_is_warned_of),
       cmocka_unit_test(a_path_stays_on_its_branch),
       cmocka_unit_test(reactions_balance_the_load),
