@@ -20,6 +20,7 @@
 #include "mesh/midsides.h"
 #include "mesh/surface_check.h"
 #include "mesh/surface_join.h"
+#include "mesh/surface_repair.h"
 #include "platform/interrupt.h"
 
 /* How far the volume of the mesh may be off that of the surface. */
@@ -39,6 +40,7 @@ typedef struct mesh_request {
 typedef struct mesh_work {
   thrum_surface_mesh surface;
   thrum_surface_checked checked;
+  thrum_surface_repairs repairs;
   thrum_mesh mesh;
   thrum_mesh_examined examined;
   mesh_tool tool;
@@ -108,7 +110,32 @@ static thrum_status check_size(const mesh_request *request, const mesh_work *wor
                          request->size, tets, path_basename(request->surface));
 }
 
-/* Reads and checks the surface; vertices that are there several times are joined if it is open. */
+/* Mends the surface where it has a fault that a mesher minds and that can be mended. */
+static thrum_status repair_surface(mesh_work *work, thrum_error *error) {
+  const thrum_surface_checked *c = &work->checked;
+  if (c->flat.count + c->twice.count + c->open.count + c->crowded.count == 0)
+    return THRUM_OK;
+  THRUM_TRY(thrum_surface_repair(&work->surface, &work->repairs, error));
+  return thrum_surface_check(&work->surface, &work->checked, error);
+}
+
+/* Tells what was mended, each in a line of its own. */
+static void warn_repairs(const mesh_work *work, const char *name) {
+  const struct {
+    int64_t count;
+    const char *words;
+  } lines[] = {{work->repairs.joined, "vertices at open edges were joined with others close by"},
+               {work->repairs.flat, "triangles without area were taken away"},
+               {work->repairs.split, "triangles were split at a vertex on their edge"},
+               {work->repairs.twice, "triangles that were there again were taken away"},
+               {work->repairs.walls, "pairs of triangles that enclose nothing were taken away"}};
+  for (size_t n = 0; n < sizeof lines / sizeof *lines; n++)
+    if (lines[n].count > 0)
+      config_warn("%s: %" PRId64 " %s", name, lines[n].count, lines[n].words);
+}
+
+/* Reads, checks and mends the surface; vertices that are there several times are joined if it is
+ * open. */
 static thrum_status read_surface(const mesh_request *request, mesh_work *work, thrum_error *error) {
   int64_t joined = 0;
   THRUM_TRY(thrum_surface_mesh_read(request->surface, request->scale, &work->surface, error));
@@ -119,6 +146,7 @@ static thrum_status read_surface(const mesh_request *request, mesh_work *work, t
     THRUM_TRY(thrum_surface_join(&work->surface, &joined, error));
     THRUM_TRY(thrum_surface_check(&work->surface, &work->checked, error));
   }
+  THRUM_TRY(repair_surface(work, error));
   THRUM_TRY(thrum_surface_meshable(&work->surface, &work->checked, request->surface, error));
   THRUM_TRY(check_size(request, work, error));
 
@@ -126,6 +154,7 @@ static thrum_status read_surface(const mesh_request *request, mesh_work *work, t
   const char *name = path_basename(request->surface);
   if (joined > 0)
     config_warn("%s: %" PRId64 " vertices on top of others were joined with them", name, joined);
+  warn_repairs(work, name);
   if (work->checked.turned.count > 0)
     config_warn("%s: the triangles go round opposite ways at %" PRId64 " edges", name,
                 work->checked.turned.count);
@@ -205,6 +234,12 @@ static void print_results(const mesh_request *request, const mesh_work *work) {
   cJSON_AddStringToObject(object, "tool", tool);
   json_number(object, "surface_volume_m3", fabs(work->checked.volume));
   json_number(object, "surface_shells", (double)work->checked.shells);
+  cJSON *repairs = cJSON_AddObjectToObject(object, "surface_repairs");
+  json_number(repairs, "vertices_joined", (double)work->repairs.joined);
+  json_number(repairs, "flat_triangles", (double)work->repairs.flat);
+  json_number(repairs, "split_triangles", (double)work->repairs.split);
+  json_number(repairs, "repeated_triangles", (double)work->repairs.twice);
+  json_number(repairs, "empty_pairs", (double)work->repairs.walls);
   json_print(object);
 }
 

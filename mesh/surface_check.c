@@ -60,6 +60,15 @@ static measures measure(const thrum_surface_mesh *surface, int64_t t) {
   return m;
 }
 
+static bool is_flat(const int32_t v[3], const measures *m) {
+  return v[0] == v[1] || v[1] == v[2] || v[2] == v[0] || !(m->twice > FLAT * m->longest2);
+}
+
+bool thrum_surface_is_flat(const thrum_surface_mesh *surface, int64_t triangle) {
+  const measures m = measure(surface, triangle);
+  return is_flat(surface->triangles + 3 * triangle, &m);
+}
+
 static void check_triangles(const thrum_surface_mesh *surface, thrum_surface_checked *checked) {
   double total = 0, lengths = 0;
   for (int64_t t = 0; t < surface->triangle_count; t++) {
@@ -68,8 +77,7 @@ static void check_triangles(const thrum_surface_mesh *surface, thrum_surface_che
     total += m.volume;
     lengths += m.sides;
 
-    // a triangle is flat if it has a corner twice, or no area beside its longest side
-    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0] || !(m.twice > FLAT * m.longest2))
+    if (is_flat(v, &m))
       note(&checked->flat, t, v[0], v[0] == v[1] ? v[2] : v[1]);
 
     for (int64_t n = 0; n < 9; n++) {

@@ -30,6 +30,9 @@ typedef struct thrum_surface_checked {
 thrum_status thrum_surface_check(const thrum_surface_mesh *surface, thrum_surface_checked *checked,
                                  thrum_error *error);
 
+/* Has a triangle a corner twice, or no area beside its longest side? */
+bool thrum_surface_is_flat(const thrum_surface_mesh *surface, int64_t triangle);
+
 /* THRUM_OK when a body can be meshed in it; else the worst fault in one line, `path` with its line,
  * how often, and where: THRUM_BAD_VALUE. Turned triangles are no fault here: meshers do not mind.
  */

@@ -8,7 +8,9 @@
 #include <string.h>
 
 #include "mesh/formats/surface_read.h"
+#include "mesh/surface_join.h"
 #include "mesh/surface_mesh.h"
+#include "mesh/surface_repair.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -28,6 +30,15 @@ static inline int fuzz_surface_parse(thrum_surface_parser *parse, const uint8_t 
   for (int64_t n = 0; n < 3 * surface.vertex_count; n++)
     if (!isfinite(surface.vertices[n]))
       abort();
+
+  // what is mended has valid indices too
+  thrum_surface_repairs repairs;
+  int64_t joined;
+  if (status >= 0 && thrum_surface_join(&surface, &joined, &error) >= 0 &&
+      thrum_surface_repair(&surface, &repairs, &error) >= 0)
+    for (int64_t n = 0; n < 3 * surface.triangle_count; n++)
+      if (surface.triangles[n] < 0 || surface.triangles[n] >= surface.vertex_count)
+        abort();
   thrum_surface_mesh_free(&surface);
   return 0;
 }

@@ -402,6 +402,39 @@ static void a_signal_ends_the_tool_and_sweeps(void **state) {
   }
 }
 
+/* A cube with a vertex on an edge that one of its sides has as a triangle without area, one
+ * triangle twice, and its corners written twice for one side. */
+static void a_surface_is_mended_and_filled(void **state) {
+  (void)state;
+  static const char *const names[] = {"gmsh", "tetgen"};
+  assert_int_equal(setenv("PATH", path_before, 1), 0);
+  write_text("mend.obj", "v 0 0 0\nv 0 0 1\nv 0 1 0\nv 0 1 1\nv 1 0 0\nv 1 0 1\nv 1 1 0\nv 1 1 1\n"
+                         "v .5 0 0\nv 0 0 1\nv 1 0 1.0000001\nv 1 1 1\nv 0 1 1\nf 1 2 4 3\n"
+                         "f 5 7 8 6\nf 1 9 6\nf 9 5 6\nf 1 6 2\nf 3 4 8 7\nf 1 3 7 5\nf 1 5 9\n"
+                         "f 5 7 8\nf 10 11 12 13\n");
+  for (int tool = 0; tool < 2; tool++) {
+    if (!*tools[tool])
+      continue;
+    program_result run = thrum_run(folder, "mesh", "mend.obj", "-o", "a.msh", "--tool", names[tool],
+                                   "--json", "-q", NULL);
+    if (run.exit_code != 0 && run.exit_code != 3)
+      fail_msg("%s: %s", names[tool], run.err);
+    assert_non_null(strstr(run.err, "mend.obj: 1 triangles without area were taken away"));
+    cJSON *object = json_line(run.out);
+    program_result_free(&run);
+    const cJSON *repairs = cJSON_GetObjectItem(object, "surface_repairs");
+    assert_non_null(repairs);
+    assert_true(json_value(repairs, "vertices_joined") == 1);
+    assert_true(json_value(repairs, "flat_triangles") == 1);
+    assert_true(json_value(repairs, "split_triangles") == 1);
+    assert_true(json_value(repairs, "repeated_triangles") == 1);
+    assert_true(fabs(json_value(object, "volume_m3") - 1) < 1e-6);
+    cJSON_Delete(object);
+    unlink(in_folder("a.msh"));
+  }
+  unlink(in_folder("mend.obj"));
+}
+
 static void a_surface_with_faults_is_refused_before_a_tool_runs(void **state) {
   (void)state;
 
@@ -441,6 +474,7 @@ int main(int argc, char **argv) {
   // surfaces that are filled
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_surface_is_filled),
+      cmocka_unit_test(a_surface_is_mended_and_filled),
       cmocka_unit_test(an_stl_in_millimetres_is_joined_scaled_and_filled),
       cmocka_unit_test(several_parts_are_for_tetgen),
 
