@@ -216,7 +216,6 @@ static void warn_flags(const static_answer *answer) {
 static int run_request(const static_request *request) {
   thrum_error error = {0};
   const thrum_model *loaded = NULL;
-  void *lower = NULL;
   static_answer answer = {.request = request,
                           .critical_from = NAN,
                           .critical_to = NAN,
@@ -234,7 +233,14 @@ static int run_request(const static_request *request) {
              model_check_whole(loaded, request->model_path, "static",
                                "without --condense, and with --touch-stepped in place of --touch",
                                &error));
-  THRUM_THEN(status, model_truncate_to(loaded, request->rank, &lower, &answer.model, &error));
+  if (status >= 0 && request->rank > 0 && request->rank != loaded->rank)
+    status =
+        thrum_error_set(&error, THRUM_INVALID_ARGUMENT,
+                        "--rank %lld: an equilibrium is sought in all %lld coordinates of "
+                        "%.200s, for a body whose coordinates are cut off is too stiff: leave "
+                        "--rank out, or precompute the model with that rank",
+                        (long long)request->rank, (long long)loaded->rank, request->model_path);
+  answer.model = loaded;
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
 
   // q, the mode of an instability and the extents of the basis
@@ -255,7 +261,6 @@ static int run_request(const static_request *request) {
   free(memory);
   free(answer.displaced);
   static_forces_free(&answer.forces);
-  free(lower);
   thrum_model_free(loaded);
   return code;
 }

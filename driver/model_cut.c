@@ -5,22 +5,36 @@
 #include "platform/allocate.h"
 #include "thrum/thrum.h"
 
-thrum_status model_truncate_to(const thrum_model *loaded, int64_t rank, void **memory,
-                               const thrum_model **model, thrum_error *error) {
-  *model = loaded;
+thrum_status model_masters_asked(const thrum_model *loaded, int64_t rank, int64_t condense,
+                                 int64_t *masters, thrum_error *error) {
+  // all coordinates are a rank as well
+  *masters = condense;
   if (rank == 0 || rank == loaded->rank)
     return THRUM_OK;
+  if (rank > loaded->rank)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--rank: rank %lld is asked for; the model has 1 to %lld",
+                           (long long)rank, (long long)loaded->rank);
+
+  // coordinates that are not stepped follow, as with --condense
   if (thrum_model_masters(loaded) > 0)
     return thrum_error_set(error, THRUM_MISSING,
                            "--rank: the model was precomputed condensed, and coordinates that "
                            "follow cannot be left out: give --condense 1 to %lld",
                            (long long)thrum_model_masters(loaded));
-
-  size_t size = 0;
-  THRUM_TRY(
-      config_error_in(error, thrum_model_truncate_size(loaded, rank, &size, error), "--rank"));
-  THRUM_TRY(thrum_reserve_aligned(memory, size, "the truncated model", error));
-  return thrum_model_truncate(*memory, size, loaded, rank, model, error);
+  if (condense > 0)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                           "--rank %lld and --condense %lld both say how many coordinates are "
+                           "stepped: leave one out",
+                           (long long)rank, (long long)condense);
+  if (loaded->point_count > 0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "--rank: the model has cubature points, so its coordinates beyond %lld "
+                           "cannot follow the others: leave --rank out, or precompute the model "
+                           "with --rank %lld",
+                           (long long)rank, (long long)rank);
+  *masters = rank;
+  return THRUM_OK;
 }
 
 thrum_status model_check_whole(const thrum_model *model, const char *path, const char *command,

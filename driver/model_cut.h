@@ -1,4 +1,4 @@
-/* --rank and --condense: a model cut down, or condensed, when it is read.
+/* --rank and --condense: a model is condensed when it is read.
  * SPDX-License-Identifier: Apache-2.0 */
 #ifndef THRUM_DRIVER_MODEL_CUT_H
 #define THRUM_DRIVER_MODEL_CUT_H
@@ -6,10 +6,11 @@
 #include "thrum/model.h"
 #include <stdint.h>
 
-/* `loaded` cut down to its lowest `rank` coordinates (0: all of them) in *memory, which the caller
- * frees; the loaded model must stay. */
-thrum_status model_truncate_to(const thrum_model *loaded, int64_t rank, void **memory,
-                               const thrum_model **model, thrum_error *error);
+/* How many coordinates of `loaded` are stepped while the others follow, by --rank and --condense (0:
+ * not given): *masters is 0 where all are. No coordinate is cut off, for that would lock the body.
+ */
+thrum_status model_masters_asked(const thrum_model *loaded, int64_t rank, int64_t condense,
+                                 int64_t *masters, thrum_error *error);
 
 /* Refuses a model that was precomputed condensed, which has no polynomial of all its coordinates,
  * where `command` needs that. `remedy`: how to precompute it instead. */

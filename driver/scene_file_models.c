@@ -71,64 +71,49 @@ static thrum_status load_file(const scene_spec *spec, bool quiet, scene_loaded *
   thrum_error detail = {0};
   config_warn_under(scene_body_place(spec, body, place), scene_words);
   thrum_status status =
-      mesh_model_load(body->model, &def, quiet, &item->loaded, &item->file, &detail);
+      mesh_model_load(body->model, &def, quiet, &item->model, &item->file, &detail);
   config_warn_under(NULL, scene_words);
 
   // the hash ties the files of a run to this model
-  THRUM_THEN(status, model_hash_make(item->file.path, item->loaded, &item->hash, &detail));
+  THRUM_THEN(status, model_hash_make(item->file.path, item->model, &item->hash, &detail));
 
   if (status < 0)
     return refuse(spec, body, status, &detail);
 
-  item->owner = item;
   return THRUM_OK;
 }
 
-/* The model at the body's rank. */
-static thrum_status lower(const scene_spec *spec, scene_loaded *item) {
-  const scene_body_spec *body = item->first;
-  if (body->rank > item->loaded->rank)
-    return config_record_refuse(&spec->file, &body->settings.at, "rank", THRUM_BAD_VALUE,
-                                "%lld is more than the model's %lld", (long long)body->rank,
-                                (long long)item->loaded->rank);
-  return model_truncate_to(item->loaded, body->rank, &item->lower_memory, &item->model,
-                           spec->file.error);
-}
+/* A rank that the model cannot be stepped at is refused by its line. */
+static thrum_status check_rank(const scene_spec *spec, const scene_body_spec *body,
+                               const thrum_model *model) {
+  static const char option[] = "--rank: ";
+  thrum_error detail = {0};
+  int64_t masters = 0;
+  const thrum_status status =
+      model_masters_asked(model, body->rank, body->condense, &masters, &detail);
+  if (status >= 0)
+    return THRUM_OK;
 
-static int64_t rank_of(const scene_body_spec *body, const thrum_model *loaded) {
-  return body->rank > 0 ? body->rank : loaded->rank;
+  const size_t skip = strncmp(detail.message, option, strlen(option)) == 0 ? strlen(option) : 0;
+  return config_record_refuse(&spec->file, &body->settings.at, "rank", status, "%s",
+                              detail.message + skip);
 }
 
 /* The place of a body's model among those loaded, or a new one. */
 static thrum_status load(const scene_spec *spec, bool quiet, const scene_body_spec *body,
                          scene_models *models, int64_t *place) {
-  // a file is loaded once; bodies of other ranks share what was loaded
-  scene_loaded *owner = NULL;
-  for (int64_t n = 0; n < models->count; n++) {
-    const scene_loaded *item = &models->items[n];
-    if (!same_file(item->first, body))
-      continue;
-    owner = item->owner;
-    *place = n;
-    if (item->model->rank == rank_of(body, item->loaded))
-      return THRUM_OK;
+  // a file is loaded once
+  int64_t n = 0;
+  while (n < models->count && !same_file(models->items[n].first, body))
+    n++;
+  *place = n;
+  scene_loaded *item = &models->items[n];
+  if (n == models->count) {
+    models->count++;
+    item->first = body;
+    THRUM_TRY(load_file(spec, quiet, item));
   }
-
-  // a new item, which owns its file or borrows the owner's
-  *place = models->count;
-  scene_loaded *item = &models->items[models->count++];
-  item->first = body;
-  thrum_status status = THRUM_OK;
-  if (owner != NULL) {
-    item->owner = owner;
-    item->loaded = owner->loaded;
-    item->hash = owner->hash;
-    item->file = owner->file;
-  } else {
-    status = load_file(spec, quiet, item);
-  }
-
-  return status >= 0 ? lower(spec, item) : status;
+  return check_rank(spec, body, item->model);
 }
 
 thrum_status scene_models_load(const scene_spec *spec, bool quiet, scene_models *models,
@@ -157,32 +142,30 @@ void scene_models_warn(const scene_spec *spec, const scene_models *models) {
 
 thrum_status scene_models_skin(scene_models *models, int64_t body, const scene_loaded **skinned,
                                thrum_error *error) {
-  scene_loaded *owner = models->items[models->of_body[body]].owner;
-  display_surface *skin = &owner->skin;
-  *skinned = owner;
-  if (owner->corners != NULL)
+  scene_loaded *item = &models->items[models->of_body[body]];
+  display_surface *skin = &item->skin;
+  *skinned = item;
+  if (item->corners != NULL)
     return THRUM_OK;
 
   // made once for each file, when the first body needs it
-  THRUM_TRY(display_surface_make(owner->loaded, skin, error));
+  THRUM_TRY(display_surface_make(item->model, skin, error));
 
   // the scene wants corners as numbers of the mesh's vertices
-  owner->corners = malloc(3 * (size_t)skin->triangle_count * sizeof *owner->corners + 1);
-  if (owner->corners == NULL) {
+  item->corners = malloc(3 * (size_t)skin->triangle_count * sizeof *item->corners + 1);
+  if (item->corners == NULL) {
     display_surface_free(skin);
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for the surface");
   }
-  display_surface_corners(skin, owner->corners);
+  display_surface_corners(skin, item->corners);
   return THRUM_OK;
 }
 
 void scene_models_free(scene_models *models) {
   for (int64_t n = 0; n < models->count; n++) {
-    free(models->items[n].lower_memory);
     display_surface_free(&models->items[n].skin);
     free(models->items[n].corners);
-    if (models->items[n].owner == &models->items[n])
-      thrum_model_free(models->items[n].loaded);
+    thrum_model_free(models->items[n].model);
   }
   free(models->items);
   free(models->of_body);

@@ -7,16 +7,13 @@
 #include "driver/model_hash.h"
 #include "driver/scene_spec.h"
 
-/* A model at a rank, as one or several bodies name it. */
+/* A model as one or several bodies name it. */
 typedef struct scene_loaded {
   const scene_body_spec *first; /* the body that named it first */
-  const thrum_model *loaded;
-  void *lower_memory;
-  const thrum_model *model;   /* loaded, or its lowest coordinates */
-  struct scene_loaded *owner; /* of `loaded`: this one, or one of another rank */
+  const thrum_model *model;
   named_model_file file;
   model_hash hash;
-  display_surface skin; /* of the owner, once it is asked for, */
+  display_surface skin; /* once it is asked for, */
   int32_t *corners;     /* and its triangles by vertices of the model; owned */
 } scene_loaded;
 

@@ -247,8 +247,10 @@ static const config_option body_keys[] = {
                   CONFIG_ABOVE(0)),
     OPTION_NUMBER("density", NULL, "1", "factor of the density, exact", AT(density),
                   CONFIG_ABOVE(0)),
-    OPTION_COUNT("rank", "all of the model", "step the lowest so many coordinates only", AT(rank),
-                 CONFIG_RANGE(1, THRUM_RANK_MAX)),
+    OPTION_COUNT(
+        "rank", "all of the model",
+        "step the lowest so many coordinates and let the others follow, as \"condense\" does",
+        AT(rank), CONFIG_RANGE(1, THRUM_RANK_MAX)),
     OPTION_COUNT("condense", "none",
                  "step the lowest so many coordinates and let the others follow", AT(condense),
                  CONFIG_RANGE(1, THRUM_RANK_MAX)),

@@ -130,6 +130,13 @@ static thrum_status make_start(scene_run *run, scene_body_run *body, double *q, 
   return scene_run_pass(run, &body->spec->settings.at, "start", status, &detail);
 }
 
+/* Coordinates that a body is stepped with while the others follow, by "rank" or "condense"; 0: all.
+ */
+static int64_t stepped_of(const scene_body_run *body) {
+  const scene_body_spec *spec = body->spec;
+  return spec->rank > 0 && spec->rank < body->model->rank ? spec->rank : spec->condense;
+}
+
 /* --- bodies ----------------------------------------------------------------------------------- */
 
 static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_error *error) {
@@ -138,8 +145,7 @@ static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_err
 
   // what is made of a mesh is named by its file, which others can open
   const scene_loaded *loaded = scene_model_of(&run->models, body - run->bodies);
-  const char *path =
-      thrum_mesh_is_named(body->spec->model) ? loaded->owner->file.path : body->spec->model;
+  const char *path = thrum_mesh_is_named(body->spec->model) ? loaded->file.path : body->spec->model;
 
   // the run of a body is written as if it were simulated alone
   *request = (simulate_request){
@@ -149,7 +155,7 @@ static thrum_status make_request(scene_run *run, scene_body_run *body, thrum_err
       .time = spec->time,
       .steps = run->steps,
       .rank = body->spec->rank,
-      .condense = body->spec->condense,
+      .condense = stepped_of(body),
       .record_every = spec->outputs.record_every,
       .frames_rate = spec->outputs.frames_rate,
       .frames_every = spec->outputs.frames_every,
@@ -277,7 +283,7 @@ static thrum_status add_body(scene_run *run, int32_t n, thrum_error *error) {
   def->model = body->model;
   def->scale = spec->scale;
   def->stiffness = spec->stiffness;
-  def->condense = spec->condense;
+  def->condense = body->request.condense;
   def->density = spec->density;
   def->state = body->request.def;
   def->q = body->start;

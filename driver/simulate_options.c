@@ -72,8 +72,10 @@ static const config_option options[] = {
                   "angular velocity at the start of a body that nothing holds; spin and shape act "
                   "on each other, and all is seen from the axes of the body",
                   AT(spin)),
-    OPTION_COUNT("rank", "all of the model", "step the lowest N coordinates only", AT(rank),
-                 CONFIG_RANGE(1, THRUM_RANK_MAX)),
+    OPTION_COUNT(
+        "rank", "all of the model",
+        "step the lowest N coordinates and let the others follow them at rest, as --condense does",
+        AT(rank), CONFIG_RANGE(1, THRUM_RANK_MAX)),
     OPTION_COUNT("condense", "none",
                  "step the lowest N coordinates and let the others follow them at rest: many times "
                  "cheaper, without their vibration",
@@ -222,8 +224,9 @@ static int check_full(simulate_request *request) {
   // damping and measures that are made of the reduced polynomial are refused as well
   if (def->damping_form == THRUM_DAMPING_TANGENT)
     return config_usage("simulate", "--full takes --damping-form rest only");
-  if (request->condense > 0)
-    return config_usage("simulate", "--condense is of a reduced model; leave it out with --full");
+  if (request->condense > 0 || request->rank > 0)
+    return config_usage("simulate", "--%s is of a reduced model; leave it out with --full",
+                        request->condense > 0 ? "condense" : "rank");
   if (request->monitor_given && request->monitor)
     return config_usage("simulate", "--monitor is of a reduced model; leave it out with --full");
   request->monitor = false;

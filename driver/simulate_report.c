@@ -60,7 +60,10 @@ cJSON *simulate_options_json(const simulate_request *request) {
 
   // which coordinates, of what
   json_number(object, "rank", request->rank > 0 ? (double)request->rank : NAN);
-  json_number(object, "condense", request->condense > 0 ? (double)request->condense : NAN);
+  json_number(object, "condense",
+              request->condense > 0 && request->condense != request->rank
+                  ? (double)request->condense
+                  : NAN);
   if (request->full)
     add_mesh_options(object, &request->mesh_def);
 

@@ -24,12 +24,10 @@
 /* A single model in the making. */
 typedef struct single_run {
   const simulate_request *request;
-  const thrum_model *loaded;
-  const thrum_model *model;   /* that is shown: `loaded`, or its lowest coordinates */
-  void *lower_memory;         /* of the latter */
+  const thrum_model *model;   /* as it was read, which is shown */
   const thrum_model *stepped; /* the same, or what is left of it where the others follow */
   void *condensed_memory;     /* of the latter */
-  named_model_file file;      /* of `loaded` */
+  named_model_file file;      /* of the model */
   driver_run run;
   double began;
 } single_run;
@@ -40,27 +38,32 @@ static thrum_status load_model(single_run *single, model_hash *hash, thrum_error
 
   // the full order takes a mesh as well
   if (request->full)
-    THRUM_TRY(mesh_model_load(path, &request->mesh_def, request->quiet, &single->loaded,
+    THRUM_TRY(mesh_model_load(path, &request->mesh_def, request->quiet, &single->model,
                               &single->file, error));
   else
-    THRUM_TRY(named_model_load(path, request->quiet, &single->loaded, &single->file, error));
+    THRUM_TRY(named_model_load(path, request->quiet, &single->model, &single->file, error));
 
   // a region may have a yield of its own
-  const char *idle = plastic_option_without_yield(&request->def.plastic, single->loaded);
+  const char *idle = plastic_option_without_yield(&request->def.plastic, single->model);
   if (idle != NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "%s wants a --yield beyond which the material flows: no region of "
                            "%.150s has one",
                            idle, path);
 
-  // fewer coordinates first, then those of them that follow the others
-  THRUM_TRY(model_truncate_to(single->loaded, request->rank, &single->lower_memory, &single->model,
-                              error));
+  // fewer coordinates are stepped while the others follow
   single->stepped = single->model;
-  if (!request->full)
-    THRUM_TRY(model_condense_to(single->model, request->condense, &single->condensed_memory,
-                                &single->stepped, error));
-  return model_hash_make(single->file.path, single->loaded, hash, error);
+  if (!request->full) {
+    int64_t masters = 0;
+    THRUM_TRY(
+        model_masters_asked(single->model, request->rank, request->condense, &masters, error));
+    if (masters > 0 && simulate_spins(request))
+      return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                             "--spin steps all coordinates; leave --rank out");
+    THRUM_TRY(model_condense_to(single->model, masters, &single->condensed_memory, &single->stepped,
+                                error));
+  }
+  return model_hash_make(single->file.path, single->model, hash, error);
 }
 
 /* The stepper and the files; nothing is written before all of the request is accepted. */
@@ -152,7 +155,6 @@ int simulate_run_request(const simulate_request *request) {
   const int code = config_end(status, flagged, &error);
   driver_run_close(&single.run);
   free(single.condensed_memory);
-  free(single.lower_memory);
-  thrum_model_free(single.loaded);
+  thrum_model_free(single.model);
   return code;
 }

@@ -86,8 +86,11 @@ static const config_option options[] = {
     OPTION_FLAG("stay", "where the body would buckle, stay on the path, unstable", AT(def.stay)),
     OPTION_NUMBER("tolerance", NULL, "1e-10", "of the residual relative to the load",
                   AT(def.tolerance), CONFIG_RANGE(0, 0.01), .above = true),
-    OPTION_COUNT("rank", "all of the model", "the lowest N coordinates only", AT(rank),
-                 CONFIG_RANGE(1, THRUM_RANK_MAX)),
+    OPTION_COUNT(
+        "rank", "all of the model",
+        "all coordinates of the model: fewer are refused, for a body whose coordinates are cut off "
+        "is too stiff; precompute it at that rank",
+        AT(rank), CONFIG_RANGE(1, THRUM_RANK_MAX)),
 
     OPTION_TEXT(
         "from", "FILE.npy", "at rest",

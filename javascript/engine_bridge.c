@@ -81,16 +81,6 @@ js_model *EXPORT(js_model_load)(const void *file, size_t size) {
   return model_of(thrum_model_init(memory, needed, file, size, &model, &failure), memory, model);
 }
 
-js_model *EXPORT(js_model_truncate)(const js_model *of, int32_t rank) {
-  size_t needed = 0;
-  const thrum_model *model = NULL;
-  void *memory = room(thrum_model_truncate_size(of->model, rank, &needed, &failure), needed);
-  if (memory == NULL)
-    return NULL;
-  return model_of(thrum_model_truncate(memory, needed, of->model, rank, &model, &failure), memory,
-                  model);
-}
-
 js_model *EXPORT(js_model_condense)(const js_model *of, int32_t masters) {
   size_t needed = 0;
   const thrum_model *model = NULL;

@@ -194,14 +194,15 @@ static thrum_status check_def(const thrum_scene_body_def *def, thrum_error *erro
   if (def->model == NULL || def->model->rank < 1)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the body's def has no model");
 
-  // a lower rank drops coordinates, condensing lets them follow
+  // a lower rank and condensing both let the other coordinates follow
   if (def->rank < 0 || def->rank > def->model->rank)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is asked for; the model has 1 to %lld", (long long)def->rank,
                            (long long)def->model->rank);
   if (def->rank > 0 && (def->condense != 0 || thrum_model_masters(def->model) > 0))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "a body is condensed or has a lower rank, not both");
+                           "a body's rank and condense both say how many coordinates are "
+                           "stepped: set one of them");
   if (def->condense < 0)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "a body cannot be condensed to %lld coordinates",
@@ -220,9 +221,10 @@ static void set_name(const thrum_scene *scene, const char *name, scene_body *bod
 static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *def, scene_body *body,
                               thrum_error *error) {
   const thrum_model_scaling by = {def->scale, def->stiffness, def->density};
-  const int64_t masters = def->condense > 0 ? def->condense : thrum_model_masters(def->model);
-  const int64_t whole = def->rank > 0 ? def->rank : def->model->rank;
-  const int64_t rank = masters > 0 ? masters : whole;
+  const int64_t lower = def->rank < def->model->rank ? def->rank : 0;
+  const int64_t fewer = def->condense > 0 ? def->condense : lower;
+  const int64_t masters = fewer > 0 ? fewer : thrum_model_masters(def->model);
+  const int64_t rank = masters > 0 ? masters : def->model->rank;
   body->model = def->model;
   body->def = def->state;
   body->def.dt = scene->dt;

@@ -129,6 +129,18 @@ static thrum_status check_tied(const scene_body *body, thrum_error *error) {
                          body->name);
 }
 
+/* What follows does not touch with its surface. */
+static thrum_status check_touches(const thrum_scene *scene, const scene_body *body,
+                                  thrum_error *error) {
+  if (!scene_collides(scene, body, body->derived))
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_UNSUPPORTED,
+                         "body '%s' touches %s, so it steps all of its coordinates; with "
+                         "thrum_scene_set_condensed it would touch none",
+                         body->name,
+                         body->self_contact ? "itself" : "others or obstacles with faces");
+}
+
 thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t number, int64_t rank,
                                   thrum_error *error) {
   scene_body *body = NULL;
@@ -139,7 +151,11 @@ thrum_status thrum_scene_set_rank(thrum_scene *scene, int32_t number, int64_t ra
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank %lld is asked for; the model has 1 to %lld", (long long)rank,
                            (long long)body->model->rank);
-  return rebuild(scene, body, &body->def, rank, body->derived->by.stiffness, error);
+  // coordinates that are not stepped follow, for a body without them would lock
+  const bool fewer = rank < body->model->rank;
+  THRUM_TRY(fewer ? check_touches(scene, body, error) : THRUM_OK);
+  return rebuild_as(scene, body, &body->def, rank, fewer || thrum_model_masters(body->model) > 0,
+                    body->derived->by.stiffness, error);
 }
 
 thrum_status scene_condense(thrum_scene *scene, int32_t number, int64_t masters,

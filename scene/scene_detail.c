@@ -63,9 +63,6 @@ static thrum_status check(const scene_body *body, const thrum_scene_detail *def,
                            "%lld, so 1 to %lld would be fewer",
                            (long long)def->masters, (long long)body->derived->rank,
                            (long long)body->derived->rank - 1);
-  if (!body->derived->condensed && body->derived->rank != body->model->rank)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "a body of lower rank has no coordinates that could follow");
   if (!(def->jump > 0) || !isfinite(def->jump))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the jump is %g m; it must be above 0",
                            def->jump);

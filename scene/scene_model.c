@@ -20,18 +20,14 @@ static thrum_status no_memory(const thrum_model *from, thrum_error *error) {
                          (long long)from->rank);
 }
 
-/* model->model of the given rank, condensed or truncated, in memory of its own. */
-static thrum_status cut_down(const thrum_model *from, scene_model *model, thrum_error *error) {
+/* model->model, condensed to its rank, in memory of its own. */
+static thrum_status condense(const thrum_model *from, scene_model *model, thrum_error *error) {
   size_t size = 0;
-  const thrum_model copy = lean(from);
-  THRUM_TRY(model->condensed ? thrum_model_condense_size(from, model->rank, &size, error)
-                             : thrum_model_truncate_size(&copy, model->rank, &size, error));
+  THRUM_TRY(thrum_model_condense_size(from, model->rank, &size, error));
   model->memory = scene_aligned(size);
   if (model->memory == NULL)
     return no_memory(from, error);
-  return model->condensed
-             ? thrum_model_condense(model->memory, size, from, model->rank, &model->model, error)
-             : thrum_model_truncate(model->memory, size, &copy, model->rank, &model->model, error);
+  return thrum_model_condense(model->memory, size, from, model->rank, &model->model, error);
 }
 
 /* The same, scaled; what was in model->memory goes. */
@@ -79,8 +75,8 @@ thrum_status scene_model_take(thrum_scene *scene, const thrum_model *from, int64
   thrum_status status = THRUM_OK;
 
   // the rank first, as scaling fewer coordinates is cheaper
-  if (condensed || rank != from->rank)
-    status = cut_down(from, model, error);
+  if (condensed)
+    status = condense(from, model, error);
   if (status >= 0 && (by->length != 1 || by->stiffness != 1 || by->density != 1))
     status = scale(model, error);
 

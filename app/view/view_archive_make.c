@@ -50,14 +50,14 @@ static bool same_surface(const char *left, const char *right) {
  * for each body. */
 static void list_models(const scene_run *run, view_archive_list *list, int64_t *of_body) {
   for (int64_t body = 0; body < run->spec.bodies.count; body++) {
-    const scene_loaded *item = scene_model_of(&run->models, body)->owner;
+    const scene_loaded *item = scene_model_of(&run->models, body);
     const char *surface = run->bodies[body].spec->surface;
     int64_t *place = &of_body[body];
-    while (*place < list->count && (list->items[*place].model != item->loaded ||
+    while (*place < list->count && (list->items[*place].model != item->model ||
                                     !same_surface(list->items[*place].surface, surface)))
       ++*place;
     if (*place == list->count)
-      view_archive_list_add(list, item->first->model, item->loaded)->surface = surface;
+      view_archive_list_add(list, item->first->model, item->model)->surface = surface;
     list->items[*place].coupled |= run->bodies[body].def.coupled != 0;
   }
 }

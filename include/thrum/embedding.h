@@ -83,7 +83,7 @@ thrum_embedding_free(const thrum_embedding *embedding); /* made by _load alone; 
  * THRUM_BAD_SHAPE or THRUM_BAD_VALUE with the array. */
 THRUM_API thrum_status thrum_embedding_check(const thrum_embedding *embedding, thrum_error *error);
 
-/* Checks that the surface is embedded in this model, or in the one from which it was truncated:
+/* Checks that the surface is embedded in this model, or in the one of which it is the first part:
  * THRUM_BAD_VALUE where omega2 differs, and the surface has to be embedded again;
  * THRUM_INVALID_ARGUMENT for NULL. */
 THRUM_API thrum_status thrum_embedding_fits(const thrum_embedding *embedding,

@@ -139,7 +139,7 @@ typedef struct thrum_model {
   const double *point_plastic;
   /* 9 + 9 rank (rank + 1) numbers of thrum_inertia_numbers, from which thrum_inertia_create makes
    * the inertia of a free body's shape in place of a mesh; NULL: of the mesh. Files hold none, and
-   * a truncated, scaled or condensed model has none. */
+   * a locked, scaled or condensed model has none. */
   const double *inertia;
 } thrum_model;
 
@@ -193,20 +193,22 @@ THRUM_API uint64_t thrum_model_identity(const thrum_model *model);
  * arrays are there and that their sizes agree. */
 THRUM_API thrum_status thrum_model_check_shapes(const thrum_model *model, thrum_error *error);
 
-/* Bytes that thrum_model_truncate needs for this model at this lower rank, into *size.
+/* Bytes that thrum_model_lock needs for this model at this lower rank, into *size.
  * THRUM_INVALID_ARGUMENT for NULL or a rank out of 1 to the model's. */
-THRUM_API thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank,
-                                                 size_t *size, thrum_error *error);
+THRUM_API thrum_status thrum_model_lock_size(const thrum_model *model, int64_t rank, size_t *size,
+                                             thrum_error *error);
 
-/* The model of the lowest `rank` coordinates (1 to the model's rank), for a body that needs less:
- * V(q_1..q_rank, 0..0), in `memory` (the caller's, aligned to 64, thrum_model_truncate_size bytes).
- * Mesh, groups and meta stay where `model` has them, so it must outlive *truncated. The coordinates
- * of the truncated model are the first ones of the model. Where modal derivatives are dropped, the
- * body becomes too stiff (docs/design.md). THRUM_INVALID_ARGUMENT, THRUM_MISALIGNED or
+/* The model whose coordinates beyond the lowest `rank` (1 to the model's rank) are held at zero:
+ * V(q_1..q_rank, 0..0), in `memory` (the caller's, aligned to 64, thrum_model_lock_size bytes).
+ * It is not the body with fewer coordinates: what is held is mostly how the body stretches as it
+ * bends, so it becomes too stiff in any motion that is not small (design 3). To step fewer
+ * coordinates take thrum_model_condense, or a model that was precomputed at that rank.
+ * Mesh, groups and meta stay where `model` has them, so it must outlive *locked. The coordinates of
+ * the locked model are the first ones of the model. THRUM_INVALID_ARGUMENT, THRUM_MISALIGNED or
  * THRUM_BUFFER_TOO_SMALL. Allocates nothing. */
-THRUM_API thrum_status thrum_model_truncate(void *memory, size_t memory_size,
-                                            const thrum_model *model, int64_t rank,
-                                            const thrum_model **truncated, thrum_error *error);
+THRUM_API thrum_status thrum_model_lock(void *memory, size_t memory_size, const thrum_model *model,
+                                        int64_t rank, const thrum_model **locked,
+                                        thrum_error *error);
 
 /* Factors by which a model is scaled; each is finite and > 0, and 1 changes nothing. There are no
  * defaults: set all three. */

@@ -65,7 +65,7 @@ THRUM_API size_t thrum_model_pack_size(const thrum_model *model);
 /* Lays c3 and c4 out twice more, in `memory` (aligned to 64, thrum_model_pack_size bytes, which
  * must outlive the model), in the orders in which steps read them: from either end of the modes; up
  * to rank 26 a third time, by pairs of modes, which takes about as much again. Models of
- * thrum_model_init, _load and _truncate are packed; one of thrum_model_view or made by hand gives
+ * thrum_model_init, _load and _lock are packed; one of thrum_model_view or made by hand gives
  * the same bits unpacked, but its steps take plain C and many times as long, tangents most of all.
  * Before any other thread uses the model. Large models all of whose coefficients are
  * single-precision numbers are packed as such. Of a model of points the gradients are laid out once

@@ -79,8 +79,10 @@ typedef struct thrum_scene_body_def {
    * more slowly. */
   double density;
 
-  /* Number of coordinates that are stepped; 0 to the model's rank, default 0: all. Larger: more
-   * accurate and slower, with about the fourth power. */
+  /* Number of coordinates that are stepped; 0 to the model's rank, default 0: all. Fewer are as
+   * many of `condense`: the others follow, for a body without them would be too stiff. Larger: more
+   * accurate and slower, with about the fourth power. THRUM_UNSUPPORTED for fewer of a model with
+   * cubature points. */
   int64_t rank;
 
   /* Number of coordinates that are stepped while all others follow at rest
@@ -608,8 +610,10 @@ THRUM_API int64_t thrum_scene_steps(const thrum_scene *scene);
 THRUM_API double thrum_scene_dt(const thrum_scene *scene);
 
 /* The next six functions change a parameter between two steps; q and p stay. Ranges are those of
- * thrum_state_def and thrum_scene_body_def, THRUM_INVALID_ARGUMENT beyond them. A lower rank loses
- * the coordinates that it drops; a higher one begins the new ones at rest. thrum_scene_reset
+ * thrum_state_def and thrum_scene_body_def, THRUM_INVALID_ARGUMENT beyond them. The lowest
+ * `rank` coordinates are stepped, and those beyond follow, as after thrum_scene_set_condensed; the
+ * rank of the model steps all. THRUM_UNSUPPORTED for a lower rank of a model with cubature points,
+ * and of a body that touches itself, other bodies or obstacles with faces. thrum_scene_reset
  * restores q, p and time, but keeps these parameters. */
 THRUM_API thrum_status thrum_scene_set_dt(thrum_scene *scene, double dt, thrum_error *error);
 THRUM_API thrum_status thrum_scene_set_damping(thrum_scene *scene, int32_t body, double alpha,

@@ -85,7 +85,8 @@ export class Model implements Freed {
   /** What precompute noted about the model. */
   readonly meta: Record<string, unknown>;
   group(name: string): Int32Array;
-  /** The lowest `rank` coordinates. */
+  /** Steps the lowest `rank` coordinates while all others follow at rest, as `condense` does; of r, this model. No
+   * coordinate is cut off, for a body without those that follow would be too stiff. */
   truncate(rank: number): Model;
   /** Steps the lowest `masters` coordinates while all others follow at rest. */
   condense(masters: number): Model;
@@ -197,7 +198,7 @@ export interface BodyOptions {
   dampingAlpha?: number;
   dampingBeta?: number;
   integrator?: Integrator;
-  /** Coordinates that are stepped; default all. */
+  /** Coordinates that are stepped; default all. Fewer are as many of `condense`. */
   rank?: number;
   /** Coordinates that are stepped while the others follow; default none follows. */
   condense?: number;

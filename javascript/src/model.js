@@ -107,7 +107,7 @@ export class Model extends Resource {
   }
 
   truncate(rank) {
-    return new Model(this.#memory, this.#memory.calls.js_model_truncate(this.address, rank), [this.owned]);
+    return rank === this.rank ? this : this.condense(rank);
   }
 
   condense(masters) {

@@ -99,11 +99,12 @@ test('a batch has the bits of single steps', () => {
   assert.throws(() => beam.batch([alone, alone]), ThrumError);
 });
 
-test('condensed, truncated and scaled models', () => {
+test('condensed and scaled models', () => {
   const condensed = beam.condense(4);
   assert.deepEqual([condensed.rank, condensed.shown], [4, RANK]);
   assert.equal(condensed.shape(new Float64Array(4)).length, RANK);
-  assert.equal(beam.truncate(5).rank, 5);
+  assert.deepEqual([beam.truncate(5).rank, beam.truncate(5).shown], [5, RANK]);
+  assert.equal(beam.truncate(RANK), beam);
   const long = beam.scale({ length: 2 });
   assert.ok(Math.abs((2 * long.frequencies[0]) / beam.frequencies[0] - 1) < 1e-14);
 });
@@ -136,6 +137,26 @@ test('a coupled body that spins stretches and keeps its energy', () => {
   assert.ok(body.energies.potential > 0);
   assert.ok(Math.abs(body.energies.total / before.total - 1) < 1e-12);
   assert.throws(() => scene.addBody(block, { coupled: true }), ThrumError);
+});
+
+test('fewer coordinates do not lock a body: the others follow', () => {
+  const tip = beam.groups.tip[0];
+  const furthest = (given) => {
+    const scene = engine.scene({ dt: 0.002 });
+    const body = scene.addBody(beam, given);
+    body.addLoad({ force: [0, 0, -140], group: 'tip' });
+    let far = 0;
+    for (let i = 0; i < 150; i += 1) {
+      scene.step();
+      far = Math.max(far, Math.abs(body.vertex(tip).position[2] - beam.vertices[3 * tip + 2]));
+    }
+    return far;
+  };
+  const whole = furthest({});
+  assert.ok(whole > 0.1);
+  for (const rank of [RANK / 2, RANK / 3]) {
+    assert.ok(Math.abs(furthest({ rank }) / whole - 1) < 0.03);
+  }
 });
 
 test('contact, loads and pulls in a scene', () => {

@@ -123,7 +123,7 @@ class Model:
         """Writes the file that the model was read from, byte for byte. A model made from another has no file."""
         self._handle()
         if self._recipe[0] != "bytes":
-            raise ValueError("a model that was scaled, truncated or condensed has no file; save the one it was made of")
+            raise ValueError("a model that was scaled or condensed has no file; save the one it was made of")
         target = pathlib.Path(path)
         with tempfile.NamedTemporaryFile(dir=target.parent, delete=False) as beside:
             beside.write(self._recipe[1].array.tobytes())
@@ -245,8 +245,11 @@ class Model:
     # --- models made from it ---------------------------------------------------------------------
 
     def truncate(self, rank: int) -> Model:
-        """The model of the lowest `rank` coordinates (1 to r). It shares this one's mesh."""
-        return self._derived("truncate", rank)
+        """The model that steps the lowest `rank` coordinates while all others follow at rest; of r itself, this one.
+
+        No coordinate is cut off, for without those that follow a body that bends would be too stiff: see `condense`.
+        """
+        return self if rank == self.rank else self.condense(rank)
 
     def scale(self, length: float = 1.0, stiffness: float = 1.0, density: float = 1.0) -> Model:
         """The same body with lengths, Young's modulus and density times these factors (each > 0), exactly."""

@@ -322,7 +322,7 @@ class Body:
         self.scene._call(lib.thrum_scene_set_stiffness, self.number, float(stiffness))
 
     def set_rank(self, rank: int) -> None:
-        """Number of coordinates that are stepped from now on."""
+        """Number of coordinates that are stepped from now on; those beyond follow, as after `set_condensed`."""
         self.scene._call(lib.thrum_scene_set_rank, self.number, rank)
 
     def set_condensed(self, masters: int) -> None:

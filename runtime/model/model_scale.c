@@ -77,7 +77,7 @@ static thrum_status find_factors(const thrum_model_scaling *by, factors *found,
 thrum_status thrum_model_scale_size(const thrum_model *model, size_t *size, thrum_error *error) {
   size_t own = 0;
   const thrum_status status =
-      thrum_model_truncate_size(model, model ? model->rank : 0, &own, error);
+      thrum_model_lock_size(model, model ? model->rank : 0, &own, error);
   if (status != THRUM_OK)
     return status;
   if (!size)
@@ -180,8 +180,8 @@ thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_mod
 
   // a copy at the same rank has every array that changes; the rest goes behind it
   const thrum_model *copy = NULL;
-  THRUM_TRY(thrum_model_truncate(memory, memory_size, model, model->rank, &copy, error));
-  thrum_model_truncate_size(model, model->rank, &own, NULL);
+  THRUM_TRY(thrum_model_lock(memory, memory_size, model, model->rank, &copy, error));
+  thrum_model_lock_size(model, model->rank, &own, NULL);
   thrum_model result = *copy;
   if (!scale_arrays(memory, (unsigned char *)memory + thrum_round_up(own), model, &f, by, &result))
     return thrum_error_set(error, THRUM_BAD_VALUE, "the scaled model leaves the range of numbers");

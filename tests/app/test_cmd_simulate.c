@@ -684,22 +684,8 @@ static void energy_that_grows_by_itself_flags_the_run(void **state) {
   cJSON_Delete(object);
 }
 
-static void fewer_coordinates_make_a_stiffer_body(void **state) {
-  (void)state;
-  cJSON *whole = SIMULATE("beam.npz", "--load", "gravity:0,0,-9.81", "--time", "0.5");
-  cJSON *part = SIMULATE("beam.npz", "--load", "gravity:0,0,-9.81", "--time", "0.5", "--rank", "2",
-                         "--accept-error", "100%");
-  assert_true(json_value(part, "rank") == 2 && json_value(whole, "rank") > 2);
-  assert_true(json_value(part, "peak_displacement_m") < json_value(whole, "peak_displacement_m"));
-  assert_true(json_value(part, "peak_displacement_m") > 0);
-  free(read_array("q.npy", (int64_t)json_value(part, "rows"), 2));
-  cJSON_Delete(whole);
-  cJSON_Delete(part);
-}
-
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(fewer_coordinates_make_a_stiffer_body),
       cmocka_unit_test(an_impulse_gives_force_times_duration_at_every_time_step),
       cmocka_unit_test(square_and_constant_loads_act_within_their_window),
       cmocka_unit_test(a_sine_gives_the_integral_of_its_sine),

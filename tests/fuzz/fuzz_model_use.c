@@ -354,12 +354,12 @@ static const thrum_model *derive(const thrum_model *model, fuzz_draw *draw, void
   size_t size = 0;
   thrum_status status = THRUM_OK;
 
-  // truncated, scaled, condensed, or as it is
+  // locked, scaled, condensed, or as it is
   switch (draw_byte(draw) % 4) {
   case 0:
-    status = thrum_model_truncate_size(model, rank, &size, &error);
+    status = thrum_model_lock_size(model, rank, &size, &error);
     *memory = block(size);
-    THRUM_THEN(status, thrum_model_truncate(*memory, size, model, rank, &made, &error));
+    THRUM_THEN(status, thrum_model_lock(*memory, size, model, rank, &made, &error));
     break;
   case 1:
     status = thrum_model_scale_size(model, &size, &error);

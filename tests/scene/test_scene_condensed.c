@@ -227,8 +227,10 @@ static void the_number_of_masters_can_change_without_a_jump_of_the_shape(void **
   assert_int_equal(info.condensed, 1);
   steps(scene, 50);
 
-  // at least one coordinate must follow
-  assert_true(thrum_scene_set_rank(scene, 0, RANK, &failure) < 0);
+  // the rank of the model steps all coordinates
+  MUST(thrum_scene_set_rank(scene, 0, RANK, &failure));
+  MUST(thrum_scene_body(scene, 0, &info, &failure));
+  assert_true(info.rank == RANK && info.condensed == 0);
   thrum_scene_free(scene);
   random_model_free(&m);
 }
@@ -331,7 +333,7 @@ static void what_cannot_be_condensed_is_refused(void **context) {
 typedef struct follower_model {
   random_model m;
   thrum_model model;
-  void *truncated;
+  void *locked;
   double map[(RANK - MASTERS) * MASTERS * (MASTERS + 1) / 2];
 } follower_model;
 
@@ -339,10 +341,10 @@ static const thrum_model *make_followers(follower_model *f) {
   const thrum_model *low = NULL;
   size_t size = 0;
   make_model(&f->m);
-  MUST(thrum_model_truncate_size(&f->m.model, MASTERS, &size, &failure));
-  f->truncated = aligned_alloc(64, (size + 63) / 64 * 64);
-  assert_non_null(f->truncated);
-  MUST(thrum_model_truncate(f->truncated, size, &f->m.model, MASTERS, &low, &failure));
+  MUST(thrum_model_lock_size(&f->m.model, MASTERS, &size, &failure));
+  f->locked = aligned_alloc(64, (size + 63) / 64 * 64);
+  assert_non_null(f->locked);
+  MUST(thrum_model_lock(f->locked, size, &f->m.model, MASTERS, &low, &failure));
 
   // its polynomial is what is stepped; the others follow none of its coordinates
   memset(f->map, 0, sizeof f->map);
@@ -360,21 +362,20 @@ static const thrum_model *make_followers(follower_model *f) {
 }
 
 static void free_followers(follower_model *f) {
-  free(f->truncated);
+  free(f->locked);
   random_model_free(&f->m);
 }
 
 static void slaves_that_answer_to_loads_alone_leave_the_masters_their_bits(void **context) {
   (void)context;
   follower_model f;
-  make_followers(&f);
+  const thrum_model *low = make_followers(&f);
   const double gravity[3] = {3, -2, 1};
   thrum_scene_body_def def = def_of(&f.m);
   def.model = &f.model;
   def.condense = 0;
   thrum_scene *with = scene_of(&def, 0.003, gravity);
-  def.model = &f.m.model;
-  def.rank = MASTERS;
+  def.model = low;
   thrum_scene *without = scene_of(&def, 0.003, gravity);
   steps(with, STEPS);
   steps(without, STEPS);

@@ -652,9 +652,9 @@ static void run_episode(soak *s) {
   const thrum_model *whole = s->models[s->model], *model = NULL;
   const int64_t rank = 1 + random_index(&s->random, whole->rank);
   size_t size;
-  must(s, thrum_model_truncate_size(whole, rank, &size, &error), &error);
+  must(s, thrum_model_lock_size(whole, rank, &size, &error), &error);
   void *memory = block(size);
-  must(s, thrum_model_truncate(memory, size, whole, rank, &model, &error), &error);
+  must(s, thrum_model_lock(memory, size, whole, rank, &model, &error), &error);
 
   // a scene or a batch now and then, else a single state
   const double energy = measure(model);

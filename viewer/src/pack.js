@@ -68,6 +68,9 @@ function arrayAt(data, start, [offset, count, type]) {
 /** The most coordinates of a model that can be stepped. @param {Model} model */
 export const mostStepped = (model) => model.masters || model.rank;
 
+/** How few: the others follow, which those of a model with cubature points cannot. @param {Model} model */
+export const fewestStepped = (model) => (model.arrays.point_weights?.length ? model.rank : 1);
+
 const cubicCount = (r) => (r * (r + 1) * (r + 2)) / 6;
 const quarticCount = (r) => (cubicCount(r) * (r + 3)) / 4;
 

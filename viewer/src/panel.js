@@ -5,7 +5,7 @@ import { GRADIENT, QUANTITIES, quantitiesOf } from './colours.js';
 import { quantityText } from './numbers.js';
 import { isComposed } from './scenes.js';
 import { drawSplit } from './plot.js';
-import { mostStepped } from './pack.js';
+import { fewestStepped, mostStepped } from './pack.js';
 import { QUALITIES } from './quality.js';
 
 const find = (id) => document.getElementById(id);
@@ -94,6 +94,7 @@ export class Panel {
       Object.assign(find('scrub'), { min: recording.begin, max: recording.end });
       return;
     }
+    find('rank').min = Math.min(...bodies.map(({ model }) => fewestStepped(model)));
     find('rank').max = Math.max(...bodies.map(({ model }) => mostStepped(model)));
     for (const [name, slider] of Object.entries(SLIDERS)) {
       find(name).value = slider.write(settings[name]);

@@ -2,6 +2,7 @@
 // place along the strike. The model is that of the page at scale 1, whose time is stretched so that
 // its lowest mode sounds as that of the body does; the strike is so hard that it bends audibly.
 // SPDX-License-Identifier: Apache-2.0
+import { fewestStepped } from './pack.js';
 import { FADE, LOUDNESS, SECONDS, haste } from './strike.js';
 
 export const STRENGTH = 0.02; // of the size of the body: how far the struck place moves, by its linear modes
@@ -50,21 +51,21 @@ export class StruckSound {
       model: this.number, position: [0, 0, 0], rotation: [1, 0, 0, 0], scale: 1, stiffness: 1, density: 1, free: false,
       rank, p: along.map((a) => impulse * a) }] });
     this.rank = rank;
-    this.before = new Float64Array(rank);
+    this.before = new Float64Array(strike.model.rank); // with those that follow
     const first = along.slice(0, rank).reduce((sum, a) => sum + a * a, 0) * impulse * dt;
     this.loudness = first > 0 ? LOUDNESS / first : 0;
   }
 
   /** The next samples; what fails is silent from there on. @param {number} count @returns {Float32Array} */
   next(count) {
-    const { engine, along, before, rank } = this;
+    const { engine, along, before } = this;
     const samples = new Float32Array(count);
     for (let n = 0; n < count; n++) {
       engine.step();
       engine.check(engine.wasm.bridge_coordinates(0));
       const q = engine.numbers;
       let way = 0;
-      for (let i = 0; i < rank; i++) {
+      for (let i = 0; i < before.length; i++) {
         way += along[i] * (q[i] - before[i]);
         before[i] = q[i];
       }
@@ -78,7 +79,8 @@ export class StruckSound {
   fit(now = () => performance.now()) {
     const most = SHARE / this.strike.rate;
     let step = Infinity;
-    for (let rank = this.audible; rank >= 1; rank = Math.floor(FEWER * rank)) {
+    const fewest = fewestStepped(this.strike.model);
+    for (let rank = Math.max(this.audible, fewest); rank >= fewest; rank = Math.floor(FEWER * rank)) {
       this.begin(rank);
       this.next(TRIED); // what is compiled while it runs is not timed
       step = Infinity;

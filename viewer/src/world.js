@@ -7,7 +7,7 @@ import { leastTop, quantitiesOf } from './colours.js';
 import { LinkMarks, OPEN, stateOf } from './link_marks.js';
 import { LEVELS, QUALITIES, QualityChooser, atLeast } from './quality.js';
 import { Marks } from './marks.js';
-import { mostStepped } from './pack.js';
+import { fewestStepped, mostStepped } from './pack.js';
 import { Recording } from './recording.js';
 import { coordinatesTexture } from './shader.js';
 import { aloneScene, comparedScene, isComposed } from './scenes.js';
@@ -152,7 +152,7 @@ export class World {
       gravity: () => engine.setGravity(this.down.map((d) => d * value)),
       damping: () => each((n) => engine.setDamping(n, value)),
       stiffness: () => each((n) => engine.setStiffness(n, value * this.shown.bodies[n].stiffness)),
-      rank: () => this.#loose(this.#tied()).forEach((n) => this.#setRank(n, Math.min(value, mostStepped(this.bodies[n].model)))),
+      rank: () => this.#loose(new Set([...this.#tied(), ...this.#coupled()])).forEach((n) => this.#setRank(n, value)),
       integrator: () => this.compared || this.#loose(this.#coupled()).forEach((n) => engine.setIntegrator(n, value)),
       pull: () => {
         if (!(value > 0)) throw new Error(`a pull is a spring of a stiffness above 0, not ${value}`);
@@ -172,11 +172,13 @@ export class World {
   }
 
   // a body that is linked takes no number, not even the one that it has
-  #setRank(body, rank) {
+  #setRank(body, asked) {
+    const { model } = this.bodies[body];
+    const rank = Math.min(Math.max(asked, fewestStepped(model)), mostStepped(model));
     if (rank !== this.engine.report(body).rank) this.engine.setRank(body, rank);
   }
 
-  // bodies that keep their rank, and those that keep their integrator
+  // bodies that keep their rank, and those that keep their rank and integrator
   #tied() {
     return new Set((this.shown.links ?? []).flatMap(({ body, other }) => [body, other]));
   }

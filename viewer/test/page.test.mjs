@@ -177,7 +177,7 @@ test('time step, rank and integrator', async () => {
     return [window.thrum.report(0).rank, window.thrum.q(0)];
   });
   assert.equal(rank, 4);
-  assert.ok(q[3] !== 0 && q.slice(4).every((value) => value === 0));
+  assert.ok(q.every((value) => value !== 0)); // those that are not stepped follow
   for (const name of ['newmark', 'energy', 'verlet', 'midpoint', 'fox-goodwin', 'backward-euler',
     'semi-implicit-euler', 'rk4', 'imexv']) {
     await page.selectOption('#integrator', name);

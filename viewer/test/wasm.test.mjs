@@ -105,6 +105,34 @@ test('touch modes follow a pull; what is stepped beside them has the bits of the
   assert.equal(following(), 0);
 });
 
+test('fewer coordinates, as the slider sets them, do not lock a body: the others follow', async () => {
+  thrum('precompute', 'beam:8x2x2@1x0.15x0.15', '--fix', 'x<0.001', '--modes', '6', '--rank', '12',
+    '-o', 'swing.npz', '--quiet');
+  const swing = packOf('swing.npz');
+  const [{ vertex_count: count, arrays: { positions } }] = swing.models;
+  const tip = [...Array(count).keys()].reduce((a, b) => (positions[3 * b] > positions[3 * a] ? b : a));
+  const furthest = async (rank, later) => {
+    const engine = await Engine.load(wasmBytes());
+    engine.addModel(swing.models[0]);
+    engine.build({ ...swing.scene, bodies: [{ ...swing.scene.bodies[0], rank }], gravity: [0, 0, -20],
+      dt: 0.002, integrator: 'energy', damping: 0 });
+    if (later) engine.setRank(0, later);
+    const rest = engine.position(0, tip)[2];
+    let far = 0;
+    for (let i = 0; i < 200; i++) {
+      engine.step();
+      far = Math.max(far, Math.abs(engine.position(0, tip)[2] - rest));
+    }
+    return far;
+  };
+  const whole = await furthest(12);
+  assert.ok(whole > 0.1, `${whole}`);
+  for (const rank of [6, 4]) {
+    assert.ok(Math.abs((await furthest(rank)) / whole - 1) < 0.03);
+    assert.ok(Math.abs((await furthest(12, rank)) / whole - 1) < 0.03);
+  }
+});
+
 test('energy keeps the total to 1e-9 over 1000 steps without damping', async () => {
   const engine = await run({ integrator: 'energy', damping: 0 }, 0);
   let swing = 0;

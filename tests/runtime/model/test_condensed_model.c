@@ -188,7 +188,7 @@ static void a_model_that_was_precomputed_condensed_gives_the_same_models(void **
   thrum_state_def def = thrum_default_state_def();
   assert_int_equal(thrum_state_size(&file, &def, &size, &error), THRUM_MISSING);
   assert_non_null(strstr(error.message, "thrum_model_condense"));
-  assert_int_equal(thrum_model_truncate_size(&file, 3, &size, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_model_lock_size(&file, 3, &size, &error), THRUM_INVALID_ARGUMENT);
 
   free(memory);
   random_model_free(&m);
@@ -295,7 +295,7 @@ static void what_needs_a_basis_refuses_the_stepped_model(void **context) {
   assert_int_equal(thrum_surface_size(stepped, &def, &size, &error), THRUM_MISSING);
 
   // nor is a lower rank of it one, whose slaves would not fit
-  assert_int_equal(thrum_model_truncate_size(stepped, MASTERS - 1, &size, &error),
+  assert_int_equal(thrum_model_lock_size(stepped, MASTERS - 1, &size, &error),
                    THRUM_INVALID_ARGUMENT);
 
   // what is condensed already has no slaves left to give
@@ -502,7 +502,7 @@ static void what_cannot_be_condensed_is_refused(void **context) {
                    THRUM_OK);
   size = 7;
   assert_int_equal(thrum_model_condense_size(condensed, 2, &size, NULL), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_model_truncate_size(condensed, 2, &size, NULL), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_model_lock_size(condensed, 2, &size, NULL), THRUM_INVALID_ARGUMENT);
   assert_int_equal(size, 7);
   free(memory);
   random_model_free(&m);

@@ -316,9 +316,9 @@ static void check_lower_and_scaled(const char *law) {
   // the others are held at zero
   size_t size = 0;
   const thrum_model *found = NULL;
-  assert_int_equal(thrum_model_truncate_size(&made.points, LOWER, &size, NULL), THRUM_OK);
+  assert_int_equal(thrum_model_lock_size(&made.points, LOWER, &size, NULL), THRUM_OK);
   void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
-  assert_int_equal(thrum_model_truncate(memory, size, &made.points, LOWER, &found, NULL), THRUM_OK);
+  assert_int_equal(thrum_model_lock(memory, size, &made.points, LOWER, &found, NULL), THRUM_OK);
   const double lower = thrum_internal_force(found, q, force[1], work);
   assert_near(&lower, &whole, 1);
   assert_near(force[1], force[0], LOWER);

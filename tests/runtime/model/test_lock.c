@@ -1,25 +1,25 @@
-/* Tests of models at a lower rank: they are those made by hand from the lowest coordinates, bit for
- * bit, and their energy is that of the whole with the other coordinates at zero.
+/* Tests of models whose highest coordinates are held at zero: they are those made by hand from the
+ * lowest ones, bit for bit, and their energy is that of the whole with the others at zero.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/state_support.h"
 
 #include "thrum/polynomial.h"
 
-static void *truncate_model(const thrum_model *model, int64_t rank, const thrum_model **lower) {
+static void *lock_model(const thrum_model *model, int64_t rank, const thrum_model **lower) {
   size_t size = 0;
   thrum_error error;
-  if (thrum_model_truncate_size(model, rank, &size, &error) != THRUM_OK)
+  if (thrum_model_lock_size(model, rank, &size, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   void *memory = aligned_alloc(64, size);
   assert_non_null(memory);
   memset(memory, 0xa5, size);
-  if (thrum_model_truncate(memory, size, model, rank, lower, &error) != THRUM_OK)
+  if (thrum_model_lock(memory, size, model, rank, lower, &error) != THRUM_OK)
     fail_msg("%s", error.message);
   return memory;
 }
 
-static void a_lower_rank_is_the_model_made_by_hand(void **context) {
+static void a_locked_model_is_the_one_made_by_hand(void **context) {
   (void)context;
   enum { RANK = 9, VERTICES = 7 };
   random_model m;
@@ -28,7 +28,7 @@ static void a_lower_rank_is_the_model_made_by_hand(void **context) {
   for (int64_t r = 1; r <= RANK; r++) {
     // the counts are those of the rank
     const thrum_model *lower = NULL;
-    void *memory = truncate_model(&m.model, r, &lower);
+    void *memory = lock_model(&m.model, r, &lower);
     assert_int_equal(lower->rank, r);
     assert_int_equal(lower->c3_count, thrum_c3_count(r));
     assert_int_equal(lower->c4_count, thrum_c4_count(r));
@@ -82,9 +82,9 @@ static void a_state_of_it_is_stepped_with_the_bits_of_the_model_made_by_hand(voi
           hand.c4[thrum_c4_index(LOWER, i, j, k, l)] = m.c4[thrum_c4_index(RANK, i, j, k, l)];
       }
 
-  // states of the truncated model and of the one made by hand, from the same start
+  // states of the locked model and of the one made by hand, from the same start
   const thrum_model *lower = NULL;
-  void *memory = truncate_model(&m.model, LOWER, &lower);
+  void *memory = lock_model(&m.model, LOWER, &lower);
   hand.model.identity = thrum_model_identity(&hand.model);
   assert_true(lower->identity == hand.model.identity);
   thrum_state_def def = thrum_default_state_def();
@@ -115,25 +115,25 @@ static void ranks_and_memory_that_do_not_fit_are_refused(void **context) {
   size_t size = 7;
   thrum_error error;
   const thrum_model *lower = NULL;
-  assert_int_equal(thrum_model_truncate_size(&m.model, 0, &size, &error), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_model_truncate_size(&m.model, 6, &size, &error), THRUM_INVALID_ARGUMENT);
-  assert_int_equal(thrum_model_truncate_size(NULL, 1, &size, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_model_lock_size(&m.model, 0, &size, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_model_lock_size(&m.model, 6, &size, &error), THRUM_INVALID_ARGUMENT);
+  assert_int_equal(thrum_model_lock_size(NULL, 1, &size, &error), THRUM_INVALID_ARGUMENT);
   assert_int_equal(size, 7);
 
   // memory that is too small, misaligned or missing
-  assert_int_equal(thrum_model_truncate_size(&m.model, 3, &size, &error), THRUM_OK);
+  assert_int_equal(thrum_model_lock_size(&m.model, 3, &size, &error), THRUM_OK);
   unsigned char *memory = aligned_alloc(64, size + 64);
   assert_non_null(memory);
-  assert_int_equal(thrum_model_truncate(memory, size - 1, &m.model, 3, &lower, &error),
+  assert_int_equal(thrum_model_lock(memory, size - 1, &m.model, 3, &lower, &error),
                    THRUM_BUFFER_TOO_SMALL);
-  assert_int_equal(thrum_model_truncate(memory + 8, size, &m.model, 3, &lower, &error),
+  assert_int_equal(thrum_model_lock(memory + 8, size, &m.model, 3, &lower, &error),
                    THRUM_MISALIGNED);
-  assert_int_equal(thrum_model_truncate(NULL, size, &m.model, 3, &lower, &error),
+  assert_int_equal(thrum_model_lock(NULL, size, &m.model, 3, &lower, &error),
                    THRUM_INVALID_ARGUMENT);
   assert_null(lower);
 
   // without a mesh only the polynomial is copied
-  assert_int_equal(thrum_model_truncate(memory, size, &m.model, 3, &lower, &error), THRUM_OK);
+  assert_int_equal(thrum_model_lock(memory, size, &m.model, 3, &lower, &error), THRUM_OK);
   assert_null(lower->basis);
   assert_int_equal(thrum_model_check(lower, NULL), THRUM_OK);
 
@@ -143,7 +143,7 @@ static void ranks_and_memory_that_do_not_fit_are_refused(void **context) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(a_lower_rank_is_the_model_made_by_hand),
+      cmocka_unit_test(a_locked_model_is_the_one_made_by_hand),
       cmocka_unit_test(a_state_of_it_is_stepped_with_the_bits_of_the_model_made_by_hand),
       cmocka_unit_test(ranks_and_memory_that_do_not_fit_are_refused),
   };

@@ -1,4 +1,4 @@
-/* A model at a lower rank (thrum/model.h): V with the highest coordinates held at zero.
+/* A model whose highest coordinates are held at zero (thrum/model.h, design 3).
  *
  * In block order what stays of each row is a run of every k, so the coefficients are copied run by
  * run, none is computed. Cost: one pass over what stays.
@@ -36,8 +36,8 @@ static parts parts_of(const thrum_model *model, int64_t rank) {
   return p;
 }
 
-thrum_status thrum_model_truncate_size(const thrum_model *model, int64_t rank, size_t *size,
-                                       thrum_error *error) {
+thrum_status thrum_model_lock_size(const thrum_model *model, int64_t rank, size_t *size,
+                                   thrum_error *error) {
   if (!model || !size || !thrum_has_energy(model))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "the model or size is NULL, or the model has no omega2, or neither c3 "
@@ -90,13 +90,13 @@ static void copy_columns(int64_t rows, int64_t columns, int64_t rank, const doub
     memcpy(to + n * rank, from + n * columns, (size_t)rank * sizeof *to);
 }
 
-thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_model *model,
-                                  int64_t rank, const thrum_model **truncated, thrum_error *error) {
+thrum_status thrum_model_lock(void *memory, size_t memory_size, const thrum_model *model,
+                              int64_t rank, const thrum_model **locked, thrum_error *error) {
   // the memory is checked before it is touched
   size_t size = 0;
-  THRUM_TRY(thrum_model_truncate_size(model, rank, &size, error));
-  if (!memory || !truncated)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or truncated is NULL");
+  THRUM_TRY(thrum_model_lock_size(model, rank, &size, error));
+  if (!memory || !locked)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "memory or locked is NULL");
   THRUM_TRY(thrum_alignment_check("model", memory, memory_size, size, error));
 
   // where each array of the lower rank stands
@@ -141,6 +141,6 @@ thrum_status thrum_model_truncate(void *memory, size_t memory_size, const thrum_
   THRUM_TRY(thrum_model_pack(&lower, at, size - (size_t)(at - (unsigned char *)memory), error));
   lower.identity = thrum_model_identity(&lower);
   memcpy(memory, &lower, sizeof lower);
-  *truncated = memory;
+  *locked = memory;
   return THRUM_OK;
 }
