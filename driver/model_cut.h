@@ -6,8 +6,9 @@
 #include "thrum/model.h"
 #include <stdint.h>
 
-/* How many coordinates of `loaded` are stepped while the others follow, by --rank and --condense (0:
- * not given): *masters is 0 where all are. No coordinate is cut off, for that would lock the body.
+/* How many coordinates of `loaded` are stepped while the others follow, by --rank and --condense
+ * (0: not given): *masters is 0 where all are. No coordinate is cut off, for that would lock the
+ * body.
  */
 thrum_status model_masters_asked(const thrum_model *loaded, int64_t rank, int64_t condense,
                                  int64_t *masters, thrum_error *error);

@@ -76,8 +76,7 @@ static thrum_status find_factors(const thrum_model_scaling *by, factors *found,
 
 thrum_status thrum_model_scale_size(const thrum_model *model, size_t *size, thrum_error *error) {
   size_t own = 0;
-  const thrum_status status =
-      thrum_model_lock_size(model, model ? model->rank : 0, &own, error);
+  const thrum_status status = thrum_model_lock_size(model, model ? model->rank : 0, &own, error);
   if (status != THRUM_OK)
     return status;
   if (!size)

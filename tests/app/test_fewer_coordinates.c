@@ -1,6 +1,6 @@
-/* A body that swings by an eighth of its length, stepped with half and a third of its coordinates: by
- * every door of the library and the program its tip goes as far as with all of them, where the same
- * coordinates alone lock it.
+/* A body that swings by an eighth of its length, stepped with half and a third of its coordinates:
+ * by every door of the library and the program its tip goes as far as with all of them, where the
+ * same coordinates alone lock it.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>

@@ -302,8 +302,7 @@ static void lower_ranks_and_scales_are_those_of_the_polynomial(void **context) {
     const thrum_model *made_of = NULL;
     assert_int_equal(thrum_model_lock_size(models[k], LOWER, &size, NULL), THRUM_OK);
     void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
-    assert_int_equal(thrum_model_lock(memory, size, models[k], LOWER, &made_of, NULL),
-                     THRUM_OK);
+    assert_int_equal(thrum_model_lock(memory, size, models[k], LOWER, &made_of, NULL), THRUM_OK);
     assert_int_equal(thrum_model_check(made_of, NULL), THRUM_OK);
     energy[k][0] = thrum_internal_force(made_of, q, force[k], work);
     free(memory);
