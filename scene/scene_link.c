@@ -346,9 +346,11 @@ static thrum_status check_body(const thrum_scene *scene, int32_t number, const i
                                thrum_error *error) {
   THRUM_TRY(scene_body_at(scene, number, body, error));
   if ((*body)->derived->condensed || (*body)->detail != NULL)
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "body '%s' is condensed or has a level of detail, and cannot be linked",
-                           (*body)->name);
+    return thrum_error_set(
+        error, THRUM_INVALID_ARGUMENT,
+        "body '%s' is condensed, by a rank below its model's as well, or has a level of "
+        "detail, and cannot be linked: step all of its coordinates",
+        (*body)->name);
   return side != NULL ? check_side(*body, side, error)
                       : check_vertices(*body, vertices, count, error);
 }

@@ -346,7 +346,7 @@ test('no number but a finite one goes in or comes out', () => {
 test('a surface of another model is refused', () => {
   const scene = engine.scene();
   const body = scene.addBody(beam);
-  for (const other of [beam.truncate(3), beam.scale({ stiffness: 2 }), block])
+  for (const other of [beam.scale({ stiffness: 2 }), block])
     assert.throws(() => body.positions(other.surface()), /another model/);
   assert.equal(body.positions(engine.model(bytes).surface()).length, 3 * beam.vertexCount);
 });

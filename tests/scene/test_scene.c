@@ -623,10 +623,10 @@ static void the_matrix_puts_a_surface_where_its_vertices_are(void **context) {
 static void *make_other(const fixture *f, bool fewer, const thrum_model **other) {
   const thrum_model_scaling twice = {1, 2, 1};
   size_t size = 0;
-  MUST(fewer ? thrum_model_truncate_size(&f->m.model, 3, &size, &failure)
+  MUST(fewer ? thrum_model_lock_size(&f->m.model, 3, &size, &failure)
              : thrum_model_scale_size(&f->m.model, &size, &failure));
   void *memory = aligned_alloc(64, (size + 63) / 64 * 64);
-  MUST(fewer ? thrum_model_truncate(memory, size, &f->m.model, 3, other, &failure)
+  MUST(fewer ? thrum_model_lock(memory, size, &f->m.model, 3, other, &failure)
              : thrum_model_scale(memory, size, &f->m.model, &twice, other, &failure));
   return memory;
 }

@@ -19,7 +19,7 @@ const GRAVITY = [0, 0, -9.81];
 const LINKED = {
   dt: 0.002, time: 0.6, gravity: GRAVITY, outputs: { record_every: 1 },
   bodies: [{ name: 'upper', ...BAR }, { name: 'lower', ...BAR, position: [0.4, 0, 0], density: 0.7 },
-    { name: 'weight', ...BAR, position: [2, 0, 0], rotation: { axis: [1, 2, 3], angle: 40 }, rank: 8 }, HELD],
+    { name: 'weight', ...BAR, position: [2, 0, 0], rotation: { axis: [1, 2, 3], angle: 40 } }, HELD],
   links: [
     { name: 'pivot', kind: 'hinge', body: 'upper', place: [0, 0.05, 0.05], axis: [0, 1, 0] },
     { name: 'elbow', kind: 'ball', body: 'upper', place: [0.4, 0.05, 0.05], other: 'lower', until: 0.4 },
@@ -31,7 +31,7 @@ const LINKED = {
 const SPINNING = {
   dt: 0.002, time: 0.4, outputs: { record_every: 1 },
   bodies: [{ name: 'wheel', ...BAR, coupled: true, spin: [200, 3000, -700] },
-    { name: 'smaller', ...BAR, coupled: true, spin: [900, 100, 4000], position: [2, 0, 0], scale: 0.7, stiffness: 0.2, rank: 6 }],
+    { name: 'smaller', ...BAR, coupled: true, spin: [900, 100, 4000], position: [2, 0, 0], scale: 0.7, stiffness: 0.2 }],
   links: [],
 };
 

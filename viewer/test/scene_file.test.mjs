@@ -13,7 +13,7 @@ import { folder, packOf, stepped, thrum, wasmBytes } from './fixture.mjs';
 const SCENE = {
   title: 'dropped', dt: 0.002, time: 0.2, gravity: [0, 0, -9.81], damping: 0.1, collide: false,
   bodies: [
-    { name: 'arm', model: 'arm.npz', rotation: { axis: [0, 0, 2], angle: 30 }, rank: 9, colour: '#4a86c5' },
+    { name: 'arm', model: 'arm.npz', rotation: { axis: [0, 0, 2], angle: 30 }, colour: '#4a86c5' },
     { name: 'bar', model: 'models/bar.npz', free: true, coupled: true, spin: [0, 0, 400], position: [0, 1, 0], colour: [1, 0.5, 0] },
     { model: 'bar.npz', free: true, position: [0.4, 1, 0], scale: 1.2, density: 0.8, stiffness: 2, integrator: 'imexv' },
   ],
