@@ -132,10 +132,8 @@ void scene_models_warn(const scene_spec *spec, const scene_models *models) {
   char place[SCENE_PLACE_MAX];
   for (int64_t n = 0; n < models->count; n++) {
     const scene_loaded *item = &models->items[n];
-    if (item->owner != item)
-      continue;
     config_warn_under(scene_body_place(spec, item->first, place), scene_words);
-    locking_warn(path_basename(item->first->model), item->loaded);
+    locking_warn(path_basename(item->first->model), item->model);
   }
   config_warn_under(NULL, scene_words);
 }

@@ -38,7 +38,7 @@ static double lowest_frequency(const scene_body_run *body) {
 static bool may_couple(const scene_body_run *body) {
   const scene_body_spec *spec = body->spec;
   const thrum_state_def *def = &body->request.def;
-  return spec->condense == 0 && spec->error == 0 && spec->budget == 0 &&
+  return body->request.condense == 0 && spec->error == 0 && spec->budget == 0 &&
          spec->detail.at.node == NULL && thrum_model_masters(body->model) == 0 &&
          def->integrator == THRUM_INTEGRATOR_ENERGY && def->damping_form == THRUM_DAMPING_REST;
 }
