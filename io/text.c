@@ -199,7 +199,9 @@ thrum_status thrum_text_number(thrum_text *text, const char *what, double *value
   if (!thrum_text_word(text, &word))
     return thrum_text_fail(text, THRUM_BAD_FORMAT, "the line ends before %s", what);
   double number = 0;
-  size_t used = thrum_text_scan_number(word.text, word.text + word.length, &number);
+  const char *end = word.text + word.length;
+  const size_t used = text->fortran ? thrum_text_scan_fortran(word.text, end, &number)
+                                    : thrum_text_scan_number(word.text, end, &number);
   if (used != word.length)
     return expected(text, what, word);
   if (!isfinite(number))

@@ -26,6 +26,7 @@ typedef struct thrum_text {
   int64_t line;   /* 1-based number of the present line; 0 for a text without lines */
   char comment;   /* opens a comment that runs to the end of the line; 0: there are none */
   char separator; /* stands for a blank between words, such as ','; 0: there is none */
+  bool fortran;   /* numbers may be as Fortran writes them, see thrum_text_scan_fortran */
 } thrum_text;
 
 /* Reads the file; a byte-order mark is skipped. `path` must outlive *text. On failure *text is

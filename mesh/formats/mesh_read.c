@@ -82,6 +82,15 @@ static thrum_status refuse_kind(const char *name, thrum_error *error) {
                            "%.200s: unknown kind of mesh; it is a surface: fill it with "
                            "tetrahedra by thrum mesh",
                            name);
+  if (thrum_file_has_suffix(name, ".unv") || thrum_file_has_suffix(name, ".bdf") ||
+      thrum_file_has_suffix(name, ".nas"))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "%.200s: unknown kind of mesh; Gmsh reads it: gmsh FILE -save -format "
+                           "msh41 -o NEW.msh",
+                           name);
+  if (thrum_file_has_suffix(name, ".meshb"))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "%.200s: is a Medit mesh in binary; save it in ASCII, as .mesh", name);
   if (thrum_file_has_suffix(name, ".npz"))
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "%.200s: unknown kind of mesh; thrum info says what a model file holds",

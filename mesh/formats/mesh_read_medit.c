@@ -112,6 +112,18 @@ static void skip_numbers(medit_reader *r) {
   }
 }
 
+/* Is a keyword that of solids, or of the order of their nodes, which is none of KINDS? */
+static bool is_other_solid(thrum_word word) {
+  static const char *const solids[] = {"TetrahedraP", "TetrahedraQ", "HexahedraP", "HexahedraQ",
+                                       "PrismsP",     "PrismsQ",     "PyramidsP",  "PyramidsQ"};
+  for (size_t i = 0; i < sizeof solids / sizeof *solids; i++) {
+    const size_t length = strlen(solids[i]);
+    if (word.length > length && thrum_text_equals((thrum_word){word.text, length}, solids[i]))
+      return true;
+  }
+  return false;
+}
+
 /* Reads one keyword and its records; *more is false at the end. */
 static thrum_status read_keyword(medit_reader *r, bool *more) {
   thrum_word word = {"", 0};
@@ -143,11 +155,19 @@ static thrum_status read_keyword(medit_reader *r, bool *more) {
     return THRUM_OK;
   }
 
+  // solids of another order would be a hole in the body
+  if (is_other_solid(word))
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
+                           "%s is not read; save the mesh with Tetrahedra, TetrahedraP2, Pyramids, "
+                           "Prisms or Hexahedra, or in another format",
+                           thrum_text_excerpt(word).text);
+
   // numbers of unknown keywords are passed over, a number where a keyword belongs is not
   const char c = *word.text;
   if (!((c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z')))
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
-                           "expected a keyword such as Tetrahedra, found '%s'; is a count wrong?",
+                           "expected a keyword such as Tetrahedra, found '%s'; is a count wrong, "
+                           "or has a record more nodes than its keyword says?",
                            thrum_text_excerpt(word).text);
   skip_numbers(r);
   return THRUM_OK;
@@ -196,6 +216,7 @@ thrum_status thrum_mesh_parse_medit(const thrum_mesh_source *source, thrum_mesh 
   medit_reader r = {.builder = {.error = error}};
   thrum_mesh read = {0};
   THRUM_TRY(thrum_text_view(source->name, source->data, source->size, '#', 0, &r.text, error));
+  r.text.fortran = true;
   const thrum_status status = read_all(&r, &read);
   thrum_builder_free(&r.builder);
   return thrum_mesh_deliver(status, &read, mesh);

@@ -119,6 +119,10 @@ static thrum_status read_section(msh_reader *r) {
   // $MeshFormat comes first, and once
   const thrum_word line = thrum_text_line(&r->text);
   const bool format = thrum_text_equals(line, "$MeshFormat");
+  if (r->version == 0 && (thrum_text_equals(line, "$NOD") || thrum_text_equals(line, "$ELM")))
+    return thrum_text_fail(&r->text, THRUM_UNSUPPORTED,
+                           "version 1 is not read, only 2.2 and 4.1; convert it with: gmsh FILE "
+                           "-save -format msh41 -o NEW.msh");
   if (*line.text != '$' || line.length < 2 || (format == (r->version != 0)))
     return thrum_text_fail(&r->text, THRUM_BAD_FORMAT,
                            "expected %s, found '%s'; is it a Gmsh mesh of version 2.2 or 4.1?",

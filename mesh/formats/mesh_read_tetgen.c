@@ -128,6 +128,7 @@ static thrum_status read_both(tetgen_reader *r, const thrum_mesh_source *element
   THRUM_TRY(read_nodes(r));
   THRUM_TRY(thrum_text_view(elements->name, elements->data, elements->size, '#', 0, &r->text,
                             r->text.error));
+  r->text.fortran = true;
   THRUM_TRY(read_tets(r));
   THRUM_TRY(thrum_builder_finish(&r->builder, elements->name, mesh));
   THRUM_TRY(thrum_builder_name_regions(&r->builder, mesh));
@@ -142,6 +143,7 @@ thrum_status thrum_mesh_parse_tetgen(const thrum_mesh_source *nodes,
 
   // the nodes come first, since the tets are checked against their number
   THRUM_TRY(thrum_text_view(nodes->name, nodes->data, nodes->size, '#', 0, &r.text, error));
+  r.text.fortran = true;
   const thrum_status status = read_both(&r, elements, &read);
   thrum_builder_free(&r.builder);
   return thrum_mesh_deliver(status, &read, mesh);

@@ -45,7 +45,7 @@ static thrum_status ascii_values(vtk_reader *r, int64_t count, double *values) {
     thrum_word word = {"", 0};
     THRUM_TRY(thrum_text_need_word(&r->text, "the last number of an array"));
     thrum_text_word(&r->text, &word);
-    if (thrum_text_scan_number(word.text, word.text + word.length, &values[i]) != word.length)
+    if (thrum_text_scan_fortran(word.text, word.text + word.length, &values[i]) != word.length)
       return thrum_text_fail(&r->text, THRUM_BAD_FORMAT, "expected a number, found '%s'",
                              thrum_text_excerpt(word).text);
   }

@@ -35,6 +35,11 @@ static thrum_status scale_vertices(const char *path, double scale, thrum_surface
 thrum_status thrum_surface_mesh_read(const char *path, double scale, thrum_surface_mesh *surface,
                                      thrum_error *error) {
   thrum_surface_parser *parse = find_parser(path);
+  if (parse == NULL && (thrum_file_has_suffix(path, ".ply") || thrum_file_has_suffix(path, ".off")))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "%.200s: unknown kind of surface; give an .obj or .stl file, which a "
+                           "modeller makes of it, or for .ply: gmsh FILE -save -o NEW.stl",
+                           path);
   if (parse == NULL)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "%.200s: unknown kind of surface; give an .obj or .stl file", path);

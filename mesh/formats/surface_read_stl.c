@@ -85,7 +85,7 @@ static thrum_status read_text(stl_reader *r) {
     thrum_status status = THRUM_OK;
 
     // facets stand between solid and endsolid, of which a file may have several
-    if (!inside && thrum_text_equals(word, "solid"))
+    if (thrum_text_equals(word, "solid")) // the next one also ends one that has no end
       inside = true;
     else if (inside && thrum_text_equals(word, "endsolid"))
       inside = false;

@@ -346,7 +346,7 @@ static void bad_gmsh_sections_are_refused_with_their_line(void **state) {
 #define TET_2 "$Elements\n1\n1 4 2 0 1 1 2 3 4\n$EndElements\n"
   static const bad_case cases[] = {
       // the header
-      {"$NOD\n1\n", ":1: expected $MeshFormat, found '$NOD'"},
+      {"$NODES\n1\n", ":1: expected $MeshFormat, found '$NODES'"},
       {NODES_2, ":1: expected $MeshFormat, found '$Nodes'"},
       {FORMAT_2 FORMAT_2, ":4: expected a section such as $Nodes, found '$MeshFormat'"},
       {"$MeshFormat\n4 0 8\n$EndMeshFormat\n", ":2: version 4 is not read, only 2.2 and 4.1"},

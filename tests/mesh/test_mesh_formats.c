@@ -315,6 +315,29 @@ static void vtu_files_of_bytes_are_read_in_every_encoding(void **state) {
   }
 }
 
+static void numbers_may_be_those_of_fortran(void **state) {
+  (void)state;
+  static const char *const names[] = {"f.mesh", "f.vtk", "f.ele"};
+  mesh_write_text("f.mesh",
+                  "MeshVersionFormatted 1\nDimension\n3\nVertices\n4\n0.D0 0. 0. 0\n"
+                  "1.d+00 0. 0. 0\n0. .2+1 0. 0\n0. 0. 1.0E0 0\nTetrahedra\n1\n1 2 3 4 1\n");
+  mesh_write_text("f.vtk", "# vtk DataFile Version 2.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\n"
+                           "POINTS 4 double\n0.D0 0. 0. 1.d+00 0. 0. 0. .2+1 0. 0. 0. 1.0E0\n"
+                           "CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n");
+  mesh_write_text("f.node", "4 3 0 0\n1 0.D0 0. 0.\n2 1.d+00 0. 0.\n3 0. .2+1 0.\n4 0. 0. 1.0E0\n");
+  mesh_write_text("f.ele", "1 4 1\n1 1 2 3 4 7.D0\n");
+  for (int n = 0; n < 3; n++) {
+    char path[128];
+    snprintf(path, sizeof path, "%s/%s", mesh_folder, names[n]);
+    thrum_mesh mesh = {0};
+    thrum_error error = {0};
+    if (thrum_mesh_read(path, 1, &mesh, &error) < 0)
+      fail_msg("%s", error.message);
+    assert_true(fabs(thrum_mesh_tet_volume(&mesh, 0) - 1.0 / 3) < 1e-15);
+    thrum_mesh_free(&mesh);
+  }
+}
+
 static void abaqus_files_give_sets_and_sections(void **state) {
   (void)state;
   thrum_mesh mesh = mesh_good("a.inp", INP);
@@ -444,6 +467,14 @@ static void bad_files_are_refused_with_their_line(void **state) {
                     "/////w==</DataArray></Points>",
        "longer than the file"},
 
+      // formats of other versions and orders
+      {"a.msh", "$NOD\n1\n1 0 0 0\n$ENDNOD\n", "a.msh:1: version 1 is not read, only 2.2 and 4.1"},
+      {"a.msh", "$MeshFormat\n4 0 8\n$EndMeshFormat\n", "convert it with: gmsh FILE -save"},
+      {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nHexahedraQ2\n1\n",
+       "HexahedraQ2 is not read"},
+      {"a.mesh", "MeshVersionFormatted 2\nDimension 3\nTetrahedraP3Ordering\n1\n",
+       "a.mesh:3: TetrahedraP3Ordering is not read; save the mesh with Tetrahedra"},
+
       // Abaqus
       {"a.inp", "", "there is no *NODE"},
       {"a.inp", "solid\n", ":1: expected a keyword such as *NODE"},
@@ -556,6 +587,7 @@ int main(void) {
       cmocka_unit_test(vtu_files_of_bytes_are_read_in_every_encoding),
 
       // Abaqus
+      cmocka_unit_test(numbers_may_be_those_of_fortran),
       cmocka_unit_test(abaqus_files_give_sets_and_sections),
       cmocka_unit_test(tets_of_ten_nodes_are_read_by_their_corners_where_asked_and_counted),
       cmocka_unit_test(an_abaqus_file_without_density_has_no_material),

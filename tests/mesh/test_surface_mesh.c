@@ -125,6 +125,11 @@ static void corners_of_an_stl_at_one_place_are_one_vertex(void **state) {
   assert_false(surface.binary);
   assert_int_equal(surface.triangle_line[1], 9);
   thrum_surface_mesh_free(&surface);
+
+  // the next solid ends one that has no end of its own
+  surface = good("a.stl", "solid a\n" FACET("0") "solid b\n" FACET("2") "endsolid\n");
+  assert_int_equal(surface.triangle_count, 2);
+  thrum_surface_mesh_free(&surface);
 }
 
 /* A strip of `facets` triangles over (i, 0), (i, 1) in binary. */
@@ -232,7 +237,8 @@ static void a_mistake_in_a_surface_file_is_named_with_its_line(void **state) {
       {"a.stl", "solid\n" FACET("nan"), "a.stl:4: the x coordinate is 'nan'"},
       {"a.stl", "solid\n" FACET("0 1"), "a.stl:4: unexpected '0' after the vertex"},
       {"a.stl", "solid\nf 1 2 3\n", "a.stl:2: expected 'facet', found 'f'"},
-      {"a.ply", "ply\n", "unknown kind of surface"}};
+      {"a.ply", "ply\n",
+       "unknown kind of surface; give an .obj or .stl file, which a modeller makes"}};
 
   // each fault with its line
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
