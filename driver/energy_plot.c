@@ -18,12 +18,10 @@
 
 #define SCRIPT_NAME "energy.gp"
 #define POINTS_MAX 20000 /* of one curve; more only slow the drawing */
-#define TITLE_MAX 200
 
-/* Printable, quotes doubled. */
-static void quote_title(const char *title, char quoted[2 * TITLE_MAX + 1]) {
+void energy_plot_quote(const char *title, char quoted[ENERGY_PLOT_QUOTED]) {
   size_t used = 0;
-  for (size_t n = 0; n < TITLE_MAX && title[n] != 0; n++) {
+  for (size_t n = 0; n < ENERGY_PLOT_TITLE && title[n] != 0; n++) {
     const unsigned char byte = (unsigned char)title[n];
     if (byte < ' ' || byte == 127)
       continue;
@@ -36,8 +34,8 @@ static void quote_title(const char *title, char quoted[2 * TITLE_MAX + 1]) {
 
 static bool write_script(const char *path, const char *terminal, const char *output,
                          const char *title, int64_t rows) {
-  char quoted[2 * TITLE_MAX + 1];
-  quote_title(title, quoted);
+  char quoted[ENERGY_PLOT_QUOTED];
+  energy_plot_quote(title, quoted);
   FILE *file = fopen(path, "w");
   if (file == NULL)
     return false;

@@ -10,6 +10,11 @@
  * there; true when it ended well, false also where the variable is empty. */
 bool gnuplot_run(const char *folder, const char *script);
 
+/* A title in single quotes of a script: printable, quotes doubled. */
+#define ENERGY_PLOT_TITLE 200
+#define ENERGY_PLOT_QUOTED (2 * ENERGY_PLOT_TITLE + 1)
+void energy_plot_quote(const char *title, char quoted[ENERGY_PLOT_QUOTED]);
+
 /* Draws `folder`/energy.csv (`rows` rows of data) into `folder`/energy.png, or energy.svg with a
  * gnuplot that has no PNG. Returns the name of the file made, NULL when there is no gnuplot or it
  * failed; nothing is left behind then. */

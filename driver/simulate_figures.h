@@ -3,6 +3,7 @@
 #ifndef THRUM_DRIVER_SIMULATE_FIGURES_H
 #define THRUM_DRIVER_SIMULATE_FIGURES_H
 
+#include "driver/against_report.h"
 #include "driver/drift.h"
 #include "driver/model_hash.h"
 #include "driver/simulate_options.h"
@@ -44,6 +45,7 @@ typedef struct simulate_figures {
   double vibration_share; /* rms of the slaves' vibration that is left out, over that of q [1] */
   double impact_share; /* rms of where what impacts give to the slaves takes the masters, over that
                           and q [1] */
+  against_mesh against;
   double seconds_read, seconds_step, seconds_output, seconds_plot, seconds_total;
 } simulate_figures;
 

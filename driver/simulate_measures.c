@@ -264,7 +264,7 @@ void simulate_measures_warn(const simulate_measures *m, const char *who) {
   }
 
   // what the basis cannot show
-  if (m->basis_asked)
+  if (m->basis_asked && !m->basis_found)
     basis_estimate_warn(&m->basis.estimate, &m->basis.request->basis, who, "motion");
   if (record->warnings & THRUM_WARNING_LOAD)
     config_warn("%s%.4g %% of a load is not felt by the basis: see `thrum info --load`, and "

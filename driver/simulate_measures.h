@@ -27,6 +27,7 @@ typedef struct simulate_measures {
   double load_share;    /* largest of the loads but gravity; NaN: none */
   double warns_below;   /* principal stretch */
   bool basis_asked;     /* the basis is judged, or told why not */
+  bool basis_found;     /* its error was found over the whole run, so no estimate is warned of */
   basis_record basis;
 } simulate_measures;
 

@@ -43,8 +43,15 @@ static thrum_status take_accepted(const config_given *given, void *request) {
   return error_option_take(given, &((simulate_request *)request)->basis.accepted);
 }
 
+static thrum_status take_against_mesh(const config_given *given, void *request) {
+  static const char *const endings[] = {"", "s", "min", NULL};
+  static const double scales[] = {1, 1, 60};
+  return scaled_option_take(given, endings, scales, &((simulate_request *)request)->against_mesh);
+}
+
 static const char *const frames_in[] = {"base", "ground", NULL};
 
+#define AGAINST_FILES "against_mesh.csv and a plot"
 #define AT(member) CONFIG_AT(simulate_request, member)
 
 static const config_option options[] = {
@@ -96,6 +103,10 @@ static const config_option options[] = {
                   AT(monitor), .given = offsetof(simulate_request, monitor_given)),
     OPTION_ACCEPT_ERROR("accept-error", take_accepted),
     OPTION_JUDGE(simulate_request, basis),
+    OPTION_WORD("against-mesh", "T", "none",
+                "step the whole mesh beside the model for T of your time, such as 60s or 5min, or "
+                "to the end of the run, and say how far the model is wrong: " AGAINST_FILES,
+                .take = take_against_mesh, .wants = "a time such as 60s"),
 
     OPTION_GROUP(solver_options, "the integrators", AT(def)),
     OPTION_HEADING("plastic flow"),
@@ -198,6 +209,8 @@ static const char *plastic_option(const thrum_plastic *plastic) {
 /* Whether plastic flow can be had as it is asked for. Models say themselves which of them flow. */
 static int check_plastic(const simulate_request *request) {
   const char *plastic = plastic_option(&request->def.plastic);
+  if (request->against_mesh > 0 && scene_spec_is_named(request->model_path))
+    return config_usage("simulate", "--against-mesh is of a model: a scene has no mesh of its own");
   if (plastic && request->stress)
     return config_usage(
         "simulate", "--stress is of a material that does not flow; leave it out with %s", plastic);
@@ -214,6 +227,10 @@ static int check_full(simulate_request *request) {
 
   if (!request->full)
     return COMMAND_DONE;
+
+  if (request->against_mesh > 0)
+    return config_usage("simulate", "--against-mesh is of a reduced model; leave it out with "
+                                    "--full");
 
   // the full order has no split and no modes
   const char *reason = why_not_full(def->integrator);
@@ -246,6 +263,9 @@ static int check_spin(const simulate_request *request) {
   if (request->def.integrator != THRUM_INTEGRATOR_ENERGY ||
       request->def.damping_form != THRUM_DAMPING_REST)
     return config_usage("simulate", "--spin takes --integrator energy and --damping-form rest");
+  if (request->against_mesh > 0)
+    return config_usage("simulate", "--against-mesh steps a mesh, which does not spin: leave it "
+                                    "out with --spin");
   if (request->condense > 0)
     return config_usage("simulate", "--spin steps all coordinates; leave --condense out");
   if (request->load_count > 0 || request->base_motion_count > 0)

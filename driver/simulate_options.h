@@ -39,8 +39,9 @@ typedef struct simulate_request {
   bool stress;        /* von Mises in all tets */
   bool monitor;       /* default: where there is a mesh */
   bool monitor_given;
-  basis_asked basis; /* of a reduced model that is monitored */
-  int64_t threads;   /* of a scene */
+  basis_asked basis;   /* of a reduced model that is monitored */
+  double against_mesh; /* how long the mesh is stepped beside the model [s]; 0: not at all */
+  int64_t threads;     /* of a scene */
   bool json;
   bool quiet;
   config_file file; /* of --options; the texts above may point into it */

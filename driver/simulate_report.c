@@ -108,40 +108,44 @@ cJSON *simulate_options_json(const simulate_request *request) {
 
   cJSON_AddBoolToObject(object, "stress", request->stress);
   cJSON_AddBoolToObject(object, "monitor", request->monitor);
+  json_number(object, "against_mesh", request->against_mesh);
   json_number(object, "accept_error", request->basis.accepted);
   cJSON_AddStringToObject(object, "judge", basis_judging_names[request->basis.judging]);
   return object;
 }
 
 /* Names of the files, relative to the run's folder. */
-enum { RUN_FILES_MAX = 8 };
+enum { RUN_FILES_MAX = 10 };
 
 /* Lists the files of a run; one that was not wanted leaves NULL in its place. */
-static void list_files(const run_output *output, const char *names[RUN_FILES_MAX]) {
+static void list_files(const simulate_figures *figures, const run_output *output,
+                       const char *names[RUN_FILES_MAX]) {
   const char *const all[RUN_FILES_MAX] = {RUN_JSON,
                                           "energy.csv",
                                           "q.npy",
                                           output->moved ? RUN_PLACEMENTS : NULL,
                                           output->end ? "end.npy" : NULL,
                                           output->plot,
+                                          figures->against.asked ? AGAINST_MESH_CSV : NULL,
+                                          figures->against.plot,
                                           output->frames > 0 ? "frames.pvd" : NULL,
                                           output->frames > 0 ? RUN_FRAMES "/" : NULL};
   memcpy(names, all, sizeof all);
 }
 
-static void add_files(cJSON *object, const run_output *output) {
+static void add_files(cJSON *object, const simulate_figures *figures, const run_output *output) {
   const char *names[RUN_FILES_MAX];
-  list_files(output, names);
+  list_files(figures, output, names);
   cJSON *files = cJSON_AddArrayToObject(object, "files");
   for (size_t n = 0; n < RUN_FILES_MAX; n++)
     if (names[n] != NULL)
       json_add_string(files, names[n]);
 }
 
-static void print_files(const char *folder, const run_output *output) {
+static void print_files(const simulate_figures *figures, const run_output *output) {
   const char *names[RUN_FILES_MAX];
-  list_files(output, names);
-  printf("files        %s/%s", folder, names[0]);
+  list_files(figures, output, names);
+  printf("files        %s/%s", figures->request->run_path, names[0]);
 
   // the first is there always
   for (size_t n = 1; n < RUN_FILES_MAX; n++)
@@ -293,7 +297,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   cJSON_AddStringToObject(
       object, "law", thrum_law_name(law_of_run(request->law_given, request->law, figures->model)));
   json_string(object, "run", request->run_path);
-  add_files(object, output);
+  add_files(object, figures, output);
 
   // what stepped it, and at what cost
   cJSON_AddStringToObject(object, "integrator", thrum_integrator_name(request->def.integrator));
@@ -324,6 +328,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   add_energies(object, figures);
   add_work(object, figures);
   simulate_measures_json(measures, object);
+  against_mesh_json(&figures->against, object);
   cJSON_AddItemToObject(object, "options", simulate_options_json(request));
   add_seconds(object, figures);
   return object;
@@ -435,6 +440,7 @@ void simulate_report_table(const simulate_figures *figures, const run_output *ou
   if (figures->peak_vertex >= 0)
     printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);
   simulate_measures_table(measures);
+  against_mesh_print(&figures->against, request);
   printf("status       %s\n", simulate_status_name(figures));
-  print_files(request->run_path, output);
+  print_files(figures, output);
 }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "driver/against_mesh.h"
 #include "driver/locking.h"
 #include "driver/model_cut.h"
 #include "driver/named_model.h"
@@ -112,6 +113,7 @@ static thrum_status report(driver_run *run, double began, thrum_error *error) {
   // the plot is timed apart from the rows and frames
   const double plotting = clock_seconds();
   run_output_plot(&body->output, title);
+  against_mesh_plot(&body->output.folder, title, &figures->against);
   const double now = clock_seconds();
   figures->seconds_step = run->seconds_step;
   figures->seconds_output = plotting - run->began - run->seconds_step;
@@ -130,6 +132,22 @@ static thrum_status report(driver_run *run, double began, thrum_error *error) {
   return status;
 }
 
+/* The mesh beside a run that came to its end. What it finds over the whole run is the error of the
+ * basis, and no estimate. */
+static thrum_status look_at_mesh(single_run *single, thrum_error *error) {
+  driver_run *run = &single->run;
+  simulate_figures *figures = &run->bodies[0].figures;
+  against_mesh *against = &figures->against;
+  if (run->status < 0)
+    return THRUM_OK;
+  THRUM_TRY(against_mesh_run(single->request, single->model, single->stepped,
+                             &run->bodies[0].output.folder, against, error));
+  run->bodies[0].measures.basis_found = against->whole;
+  if (against->whole)
+    figures->basis_wrong = against_mesh_is_large(against, &single->request->basis);
+  return THRUM_OK;
+}
+
 static thrum_status simulate(single_run *single, thrum_error *error) {
   const simulate_request *request = single->request;
   driver_run *run = &single->run;
@@ -139,8 +157,15 @@ static thrum_status simulate(single_run *single, thrum_error *error) {
   run->bodies[0].figures.seconds_read = clock_seconds() - single->began;
   THRUM_TRY(driver_run_steps(run, request->quiet, error));
   THRUM_TRY(driver_run_end(run, error));
+  THRUM_TRY(look_at_mesh(single, error));
   THRUM_TRY(report(run, single->began, error));
   driver_run_warn(run);
+  if (run->bodies[0].measures.basis_found && run->bodies[0].figures.basis_wrong)
+    config_warn(
+        "%.2g %% of the displacement is wrong, beside the whole mesh: make the model with "
+        "more --modes and --rank of thrum precompute, with --handles where it is pulled, or "
+        "with --train on its load; --accept-error takes it as it is",
+        100 * run->bodies[0].figures.against.displacement);
   return THRUM_OK;
 }
 

@@ -34,6 +34,8 @@ typedef struct driver_stepper_kind {
   void (*raise_peak)(void *self, int32_t body, double *peak, int64_t *vertex);
   /* Displacements of all vertices, vertex_count x 3, for a frame. */
   thrum_status (*displacements)(void *self, int32_t body, double *u, thrum_error *error);
+  /* Velocities of all vertices, vertex_count x 3; NULL: they are in the snapshot. */
+  thrum_status (*velocities)(void *self, double *v);
   /* Position and rotation of a free body as a column-major 4 x 4; NULL: bodies stay in place. */
   void (*placement)(const void *self, int32_t body, double matrix[16]);
   /* Records what else belongs to a row, such as probes; NULL: nothing. */

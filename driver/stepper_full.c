@@ -197,6 +197,12 @@ static thrum_status displacements(void *stepper, int32_t body, double *u, thrum_
   return THRUM_OK;
 }
 
+static thrum_status velocities(void *stepper, double *v) {
+  const full_stepper *self = stepper;
+  thrum_full_get(self->body, NULL, v);
+  return THRUM_OK;
+}
+
 static thrum_status snapshot(void *stepper, int32_t body, double *q, double *p,
                              thrum_error *error) {
   full_stepper *self = stepper;
@@ -250,6 +256,7 @@ static const driver_stepper_kind full = {
     .coordinates = coordinates,
     .raise_peak = raise_peak,
     .displacements = displacements,
+    .velocities = velocities,
     .snapshot = snapshot,
     .report = report,
     .close = close_full,

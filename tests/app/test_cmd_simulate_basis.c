@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "tests/support/simulate_support.h"
@@ -115,6 +116,59 @@ static void what_cannot_run_again_is_judged_by_its_residual(void **state) {
   cJSON_Delete(object);
 }
 
+static void the_mesh_beside_the_model_finds_the_error_itself(void **state) {
+  (void)state;
+  cJSON *object = bend("good.npz", "--against-mesh", "10min", 0);
+  const cJSON *against = member(object, "against_mesh");
+  const double found = json_value(against, "displacement_share"), other = true_share("good.npz");
+  assert_true(cJSON_IsTrue(member(against, "whole")));
+  assert_true(json_value(against, "simulated_s") == json_value(object, "simulated_s"));
+
+  // thrum compare sees the mesh through the basis alone, and so less of it
+  print_message("found %.5f, through the basis %.5f\n", found, other);
+  assert_true(found > 0.9 * other && found < 0.02);
+  assert_true(json_value(against, "velocity_share") > found);
+
+  // as many rows as the run has, the last with what is said
+  char *rows = text_file_read(in_folder("run/against_mesh.csv"));
+  assert_non_null(rows);
+  assert_true(line_count_is(rows, (int)json_value(object, "rows") + 1));
+  double last[8];
+  const char *at = rows + strlen(rows) - 1;
+  while (at > rows && at[-1] != '\n')
+    at--;
+  for (int n = 0; n < 8; n++) {
+    char *end = NULL;
+    last[n] = strtod(at, &end);
+    at = end + 1;
+  }
+  assert_true(fabs(last[6] / found - 1) < 1e-12 &&
+              fabs(last[7] / json_value(against, "velocity_share") - 1) < 1e-12);
+  free(rows);
+  cJSON_Delete(object);
+
+  // a basis that is wrong is flagged by what was found
+  program_result run = thrum_run(folder, "simulate", "poor.npz", "-o", "run", "-q", BEND,
+                                 "--against-mesh", "600", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_non_null(strstr(run.err, "of the displacement is wrong, beside the whole mesh"));
+  program_result_free(&run);
+}
+
+/* A time that is over at once leaves the run and its estimate as they are. */
+static void the_mesh_stops_when_its_time_is_over(void **state) {
+  (void)state;
+  cJSON *object = bend("good.npz", "--against-mesh", "1e-9", 0);
+  const cJSON *against = member(object, "against_mesh");
+  assert_true(cJSON_IsFalse(member(against, "whole")) && json_value(against, "steps") == 0);
+  assert_string_equal(member(against, "ended")->valuestring, "the time is over");
+  cJSON_Delete(object);
+  program_result run = thrum_run(folder, "simulate", "good.npz", "--full", "-o", "run",
+                                 "--against-mesh", "1s", NULL);
+  assert_int_equal(run.exit_code, 2);
+  program_result_free(&run);
+}
+
 /* Loads, base motions, starts at an equilibrium and spins are all judged; a rank of two modes is
  * wrong under each. */
 static void each_kind_of_motion_is_judged(void **state) {
@@ -162,6 +216,8 @@ int main(void) {
       cmocka_unit_test(a_basis_without_derivatives_is_flagged_by_what_the_mesh_does),
       cmocka_unit_test(a_sound_run_is_not_flagged),
       cmocka_unit_test(what_cannot_run_again_is_judged_by_its_residual),
+      cmocka_unit_test(the_mesh_beside_the_model_finds_the_error_itself),
+      cmocka_unit_test(the_mesh_stops_when_its_time_is_over),
       cmocka_unit_test(each_kind_of_motion_is_judged),
       cmocka_unit_test(a_scene_judges_its_bodies),
   };

@@ -1,0 +1,246 @@
+/* A run of a reduced model beside the whole mesh.
+ *
+ * Both are stepped side by side, with the same loads, time step and damping. Rows are taken at the
+ * rows of the run; what is between them is not looked at. With w = u - U q the errors are
+ * sqrt(sum w^T M w / sum u^T M u) and the same of velocities. Cost: that of the mesh.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "driver/against_mesh.h"
+
+#include <cblas.h>
+#include <errno.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "config/message.h"
+#include "config/progress.h"
+#include "driver/energy_plot.h"
+#include "driver/stepper.h"
+#include "platform/allocate.h"
+#include "platform/clock.h"
+#include "platform/stop_request.h"
+#include "precompute/model/model_fem.h"
+
+#define SCRIPT_NAME "against_mesh.gp"
+
+/* Both steppers, and the sums of squares so far. */
+typedef struct side_by_side {
+  const thrum_model *shape;
+  driver_stepper model, mesh;
+  thrum_model_fem body;
+  double *whole, *part;       /* fields of all components; owned, with the next two */
+  double *gathered, *product; /* of the free ones */
+  double mass;                /* of the body [kg] */
+  double apart, moved, apart_v, moved_v;
+  FILE *rows;
+} side_by_side;
+
+/* The integrator that steps the mesh: the run's, where the mesh has it and any step is stable. */
+static thrum_integrator integrator_of_mesh(thrum_integrator integrator) {
+  return integrator == THRUM_INTEGRATOR_NEWMARK || integrator == THRUM_INTEGRATOR_MIDPOINT
+             ? integrator
+             : THRUM_INTEGRATOR_ENERGY;
+}
+
+static thrum_status open_both(const simulate_request *request, const simulate_request *of_mesh,
+                              const thrum_model *stepped, side_by_side *s, thrum_error *error) {
+  const int64_t all = 3 * s->shape->vertex_count;
+  THRUM_TRY(thrum_model_fem_create(s->shape, &s->body, error));
+  THRUM_TRY(thrum_reserve(&s->whole, 4 * all, sizeof *s->whole, "the mesh", error));
+  s->part = s->whole + all;
+  s->gathered = s->part + all;
+  s->product = s->gathered + all;
+  thrum_fem_vertex_mass(&s->body.fem, s->body.kind, s->whole);
+  for (int64_t v = 0; v < s->shape->vertex_count; v++)
+    s->mass += s->whole[v];
+  THRUM_TRY(driver_stepper_reduced(request, stepped, &s->model, error));
+  return driver_stepper_full(of_mesh, s->shape, &s->mesh, error);
+}
+
+static void close_both(side_by_side *s) {
+  driver_stepper_close(&s->model);
+  driver_stepper_close(&s->mesh);
+  thrum_model_fem_free(&s->body);
+  free(s->whole);
+}
+
+/* The mean square of a field over the mass. */
+static double square(side_by_side *s, const double *field) {
+  const int64_t n = s->body.fem.free_count;
+  thrum_fem_gather(&s->body.fem, field, s->gathered);
+  thrum_sparse_product(&s->body.mass, s->gathered, 1, s->product);
+  return fmax(0, cblas_ddot((int)n, s->gathered, 1, s->product, 1)) / s->mass;
+}
+
+/* part = part - whole */
+static void subtract(side_by_side *s) {
+  for (int64_t c = 0; c < 3 * s->shape->vertex_count; c++)
+    s->part[c] -= s->whole[c];
+}
+
+/* What differs now, into the sums and a row. */
+static thrum_status compare(side_by_side *s, int64_t step, double time, thrum_error *error) {
+  double q[THRUM_RANK_MAX], p[THRUM_RANK_MAX];
+  const int64_t count = s->shape->vertex_count;
+  THRUM_TRY(s->mesh.kind->displacements(s->mesh.self, 0, s->whole, error));
+  THRUM_TRY(s->model.kind->displacements(s->model.self, 0, s->part, error));
+  const double moved = square(s, s->whole);
+  subtract(s);
+  const double apart = square(s, s->part);
+
+  // the velocities in the same way
+  THRUM_TRY(s->mesh.kind->velocities(s->mesh.self, s->whole));
+  THRUM_TRY(s->model.kind->snapshot(s->model.self, 0, q, p, error));
+  THRUM_TRY(thrum_displacement(s->shape, p, 0, count, s->part, error));
+  const double moved_v = square(s, s->whole);
+  subtract(s);
+  const double apart_v = square(s, s->part);
+  s->apart += apart;
+  s->moved += moved;
+  s->apart_v += apart_v;
+  s->moved_v += moved_v;
+
+  // root mean squares now, and the shares so far
+  errno = 0;
+  if (fprintf(s->rows, "%" PRId64 ",%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", step, time,
+              sqrt(apart), sqrt(moved), sqrt(apart_v), sqrt(moved_v),
+              s->moved > 0 ? sqrt(s->apart / s->moved) : 0,
+              s->moved_v > 0 ? sqrt(s->apart_v / s->moved_v) : 0) < 0)
+    return thrum_error_set(error, THRUM_IO, AGAINST_MESH_CSV " could not be written");
+  return THRUM_OK;
+}
+
+/* Steps both until the end, the time or the user says so. */
+static thrum_status step_both(const simulate_request *request, side_by_side *s,
+                              config_progress *progress, double began, against_mesh *against,
+                              thrum_error *error) {
+  int64_t step = 0;
+  thrum_error detail = {0};
+  THRUM_TRY(compare(s, 0, 0, error));
+  while (step < request->steps && against->ended == NULL) {
+    const double spent = clock_seconds() - began;
+    const double done = (double)step / (double)request->steps;
+    config_progress_update(progress, "against the mesh", fmax(done, spent / request->against_mesh));
+
+    // a step of the mesh may take long, so each looks at the clock
+    if (thrum_stop_requested())
+      against->ended = "stopped";
+    else if (spent > request->against_mesh)
+      against->ended = "the time is over";
+    else if (s->mesh.kind->advance(s->mesh.self, step, &detail) < 0)
+      against->ended = "the mesh could not be stepped further";
+    else if (s->model.kind->advance(s->model.self, step, &detail) < 0)
+      against->ended = "the model could not be stepped further";
+    else
+      step++;
+    if (against->ended == NULL && (step % request->record_every == 0 || step == request->steps))
+      THRUM_TRY(compare(s, step, (double)step * request->def.dt, error));
+  }
+  against->steps = step;
+  against->time = (double)step * request->def.dt;
+  against->whole = step == request->steps;
+  return THRUM_OK;
+}
+
+thrum_status against_mesh_run(const simulate_request *request, const thrum_model *shape,
+                              const thrum_model *stepped, const run_folder *folder,
+                              against_mesh *against, thrum_error *error) {
+  *against = (against_mesh){.displacement = NAN, .velocity = NAN};
+  if (!(request->against_mesh > 0))
+    return THRUM_OK;
+  const double began = clock_seconds();
+  side_by_side s = {.shape = shape};
+  config_progress progress = config_progress_make(request->quiet);
+  simulate_request of_mesh = *request;
+  against->asked = true;
+
+  // what the mesh cannot be stepped by is left out for it
+  of_mesh.def.integrator = integrator_of_mesh(request->def.integrator);
+  of_mesh.def.damping_form = THRUM_DAMPING_REST;
+  of_mesh.full = true;
+  against->stepped_by = thrum_integrator_name(of_mesh.def.integrator);
+
+  thrum_status status = open_both(request, &of_mesh, stepped, &s, error);
+  errno = 0;
+  if (status >= 0) {
+    s.rows = run_folder_create(folder, AGAINST_MESH_CSV);
+    if (s.rows == NULL ||
+        fputs("step,time_s,apart_m,moved_m,apart_m_s,moved_m_s,displacement_share,"
+              "velocity_share\n",
+              s.rows) < 0)
+      status = run_folder_write_failed(folder, AGAINST_MESH_CSV, error);
+  }
+  THRUM_THEN(status, step_both(request, &s, &progress, began, against, error));
+  config_progress_end(&progress, status >= 0 && against->whole);
+  if (s.rows != NULL && !run_folder_close_file(&s.rows) && status >= 0)
+    status = run_folder_write_failed(folder, AGAINST_MESH_CSV, error);
+
+  if (status >= 0 && s.moved > 0)
+    against->displacement = sqrt(s.apart / s.moved);
+  if (status >= 0 && s.moved_v > 0)
+    against->velocity = sqrt(s.apart_v / s.moved_v);
+  against->seconds = clock_seconds() - began;
+  close_both(&s);
+  return status;
+}
+
+/* --- the plot --------------------------------------------------------------------------------- */
+
+static bool write_script(const char *path, const char *terminal, const char *output,
+                         const char *title) {
+  char quoted[ENERGY_PLOT_QUOTED];
+  energy_plot_quote(title, quoted);
+  FILE *file = fopen(path, "w");
+  if (file == NULL)
+    return false;
+
+  // the share so far tells the verdict, the two curves how it came about
+  fprintf(file,
+          "set encoding utf8\n"
+          "set terminal %s\n"
+          "set output '%s'\n"
+          "set datafile separator ','\n"
+          "set title '%s' noenhanced offset 0,1.4\n"
+          "set xlabel 'time [s]'\n"
+          "set ylabel 'error against the mesh so far [%%]'\n"
+          "set yrange [0:*]\n"
+          "set autoscale xfix\n"
+          "set grid lc rgb '#dddddd' lt 1\n"
+          "set border lc rgb '#555555'\n"
+          "set tmargin 5\n"
+          "set rmargin 4\n"
+          "set key at graph 0.5, graph 1.05 center horizontal samplen 3\n"
+          "plot '" AGAINST_MESH_CSV "' using 2:(100*$7) every ::1 with lines lw 2 lc rgb '#08306b' "
+          "title 'displacement', \\\n"
+          "  '' using 2:(100*$8) every ::1 with lines dt (8,4) lc rgb '#d2600a' title 'velocity'\n",
+          terminal, output, quoted);
+  const bool failed = ferror(file) != 0;
+  return fclose(file) == 0 && !failed;
+}
+
+static bool draw(const char *folder, const char *terminal, const char *output, const char *title) {
+  char script[1200], image[1200];
+  snprintf(script, sizeof script, "%s/" SCRIPT_NAME, folder);
+  snprintf(image, sizeof image, "%s/%s", folder, output);
+  struct stat made;
+  const bool drawn = write_script(script, terminal, output, title) &&
+                     gnuplot_run(folder, SCRIPT_NAME) && stat(image, &made) == 0 &&
+                     made.st_size > 0;
+  unlink(script);
+  if (!drawn)
+    unlink(image);
+  return drawn;
+}
+
+void against_mesh_plot(const run_folder *folder, const char *title, against_mesh *against) {
+  if (!against->asked || against->steps == 0)
+    return;
+  if (draw(folder->work, "pngcairo size 1200,700 font 'sans,12'", "against_mesh.png", title))
+    against->plot = "against_mesh.png";
+  else if (draw(folder->work, "svg size 1200,700 font 'sans,14' background '#ffffff'",
+                "against_mesh.svg", title))
+    against->plot = "against_mesh.svg";
+}
