@@ -121,7 +121,11 @@ static bool is_collapsed(const int64_t corners[4]) {
   return false;
 }
 
-thrum_status thrum_builder_element(thrum_mesh_builder *b, const thrum_element *element) {
+thrum_status thrum_builder_element(thrum_mesh_builder *b, const thrum_element *given) {
+  const bool cornered = b->corners && given->quadratic;
+  thrum_element by_corners = *given;
+  by_corners.quadratic = given->quadratic && !cornered;
+  const thrum_element *element = &by_corners;
   const bool cut = element->kind != THRUM_SOLID_TET;
   int tets[THRUM_SOLID_TETS_MAX][4];
   int64_t nodes = 0;
@@ -153,6 +157,7 @@ thrum_status thrum_builder_element(thrum_mesh_builder *b, const thrum_element *e
     THRUM_TRY(keep_cut(b, element->kind, nodes, before));
   b->cut_elements[element->kind] += cut;
   b->cut_tets += cut ? b->tet_count - before : 0;
+  b->cornered_tets += cornered ? b->tet_count - before : 0;
   return THRUM_OK;
 }
 

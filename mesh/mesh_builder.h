@@ -69,6 +69,8 @@ typedef struct thrum_mesh_builder {
   int64_t last_list;    /* found last */
   int64_t *region_keys; /* of each region, ascending; made by finish */
   bool joins_repeats;   /* of tets that come again the first is kept */
+  bool corners;         /* elements of order 2 are taken by their corners, and counted */
+  int64_t cornered_tets;
   thrum_error *error;
 } thrum_mesh_builder;
 

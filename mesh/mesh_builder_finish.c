@@ -196,6 +196,7 @@ static thrum_status take_tets(thrum_mesh_builder *b, const char *name, thrum_mes
   if (b->middles)
     THRUM_TRY(find_places(b, name, b->middles, 6, &mesh->midsides));
   mesh->tet_count = b->tet_count;
+  mesh->cornered_tets = b->cornered_tets;
   mesh->tet_line = b->lines;
   b->lines = NULL;
 

@@ -265,8 +265,11 @@ static thrum_status check_midsides(const thrum_mesh *mesh, const char *name, thr
   const thrum_status status = thrum_midsides_check(mesh, &fault, error);
   if (status != THRUM_BAD_VALUE)
     return status;
-  return thrum_error_set(error, status, "%s: %s %s", tet_place(mesh, name, fault.tet).text,
-                         thrum_mesh_tet_text(mesh, fault.tet).text, fault.text);
+
+  // an element that was cut may be too warped for its own middle nodes alone
+  return thrum_error_set(error, status, "%s: %s %s%s", tet_place(mesh, name, fault.tet).text,
+                         thrum_mesh_tet_text(mesh, fault.tet).text, fault.text,
+                         mesh->cut_elements > 0 ? "; --order 1 cuts it by its corners" : "");
 }
 
 thrum_status thrum_mesh_clean(thrum_mesh *mesh, const char *name, double scale,

@@ -445,6 +445,7 @@ static void take_tets(warped_cut *w, warped_tets *from) {
   for (int64_t c = 0; c < b->cut_count; c++)
     b->centred_elements += w->again[c];
   b->cut_tets += from->count - b->tet_count;
+  b->cornered_tets += b->cornered_tets > 0 ? from->count - b->tet_count : 0;
   b->tet_count = from->count;
   const warped_tets old = {0, b->tets, b->keys, b->lines, b->tet_numbers};
   b->tets = from->tets;

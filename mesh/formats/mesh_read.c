@@ -27,12 +27,12 @@ static thrum_mesh_parser *find_parser(const char *name) {
   return NULL;
 }
 
-static thrum_status read_file(const char *path, const char *regions, thrum_mesh_parser *parse,
-                              thrum_mesh *mesh, thrum_error *error) {
+static thrum_status read_file(const char *path, const thrum_mesh_read_options *options,
+                              thrum_mesh_parser *parse, thrum_mesh *mesh, thrum_error *error) {
   void *data = NULL;
   size_t size = 0;
   thrum_status status = thrum_file_read(path, &data, &size, error);
-  const thrum_mesh_source source = {path, data, size, regions};
+  const thrum_mesh_source source = {path, data, size, options->regions, options->order == 1};
   THRUM_THEN(status, thrum_file_name_memory(path, parse(&source, mesh, error), error));
   free(data);
   return status;
@@ -49,7 +49,8 @@ char *thrum_tetgen_name(const char *path, const char *suffix, thrum_scope *scope
 }
 
 /* TetGen's meshes are pairs of files; the path of either one names both. */
-static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error *error) {
+static thrum_status read_tetgen(const char *path, bool corners, thrum_mesh *mesh,
+                                thrum_error *error) {
   static const char *const suffixes[2] = {".node", ".ele"};
   thrum_scope scope = thrum_scope_begin("the mesh", error);
   const char *const names[2] = {thrum_tetgen_name(path, ".node", &scope),
@@ -64,8 +65,8 @@ static thrum_status read_tetgen(const char *path, thrum_mesh *mesh, thrum_error 
                              &size[i], error);
 
   // the parser needs both texts at once, since tets name nodes
-  const thrum_mesh_source nodes = {names[0], data[0], size[0], NULL};
-  const thrum_mesh_source elements = {names[1], data[1], size[1], NULL};
+  const thrum_mesh_source nodes = {names[0], data[0], size[0], NULL, corners};
+  const thrum_mesh_source elements = {names[1], data[1], size[1], NULL, corners};
   THRUM_THEN(status, thrum_file_name_memory(
                          path, thrum_mesh_parse_tetgen(&nodes, &elements, mesh, error), error));
 
@@ -118,8 +119,8 @@ thrum_status thrum_mesh_read_order(const char *name, double scale, int order, th
 }
 
 /* A name means a generator, a single file or one of a pair of files. */
-static thrum_status read_named(const char *name, const char *regions, thrum_mesh *mesh,
-                               thrum_error *error) {
+static thrum_status read_named(const char *name, const thrum_mesh_read_options *options,
+                               thrum_mesh *mesh, thrum_error *error) {
   thrum_mesh_parser *parse = find_parser(name);
   if (name[0] == '\0')
     return thrum_error_set(error, THRUM_IO, "the name of the mesh is empty");
@@ -127,13 +128,13 @@ static thrum_status read_named(const char *name, const char *regions, thrum_mesh
     return thrum_mesh_beam(name, mesh, error);
 
   // only VTK's cell data has names
-  if (regions && parse != thrum_mesh_parse_vtk && parse != thrum_mesh_parse_vtu)
+  if (options->regions && parse != thrum_mesh_parse_vtk && parse != thrum_mesh_parse_vtu)
     return thrum_error_set(error, THRUM_UNSUPPORTED,
                            "%.200s: regions by name are cell data of .vtk and .vtu files", name);
   if (parse)
-    return read_file(name, regions, parse, mesh, error);
+    return read_file(name, options, parse, mesh, error);
   if (thrum_file_has_suffix(name, ".node") || thrum_file_has_suffix(name, ".ele"))
-    return read_tetgen(name, mesh, error);
+    return read_tetgen(name, options->order == 1, mesh, error);
   return refuse_kind(name, error);
 }
 
@@ -154,7 +155,7 @@ thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_option
   thrum_mesh read = {0};
   thrum_mesh_unit unit;
   thrum_status status = read_unit(name, options->unit, &unit, error);
-  THRUM_THEN(status, read_named(name, options->regions, &read, error));
+  THRUM_THEN(status, read_named(name, options, &read, error));
 
   // every source may repeat vertices or leave some unused
   if (status >= 0 && options->order == 1)

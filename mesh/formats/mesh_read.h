@@ -52,12 +52,13 @@ thrum_status thrum_mesh_read_order(const char *name, double scale, int order, th
 bool thrum_mesh_is_named(const char *name);
 
 /* The bytes of a file. `name` is for messages and, for .veg, the path that *INCLUDE is relative
- * to; `regions` as among the options. */
+ * to; `regions` as among the options; `corners`: tets of higher order are read by their corners. */
 typedef struct thrum_mesh_source {
   const char *name;
   const void *data;
   size_t size;
   const char *regions;
+  bool corners;
 } thrum_mesh_source;
 
 /* A reader makes a raw mesh, not yet clean. */

@@ -138,7 +138,7 @@ static thrum_status read_both(tetgen_reader *r, const thrum_mesh_source *element
 thrum_status thrum_mesh_parse_tetgen(const thrum_mesh_source *nodes,
                                      const thrum_mesh_source *elements, thrum_mesh *mesh,
                                      thrum_error *error) {
-  tetgen_reader r = {.builder = {.error = error}};
+  tetgen_reader r = {.builder = {.error = error, .corners = elements->corners}};
   thrum_mesh read = {0};
 
   // the nodes come first, since the tets are checked against their number

@@ -48,7 +48,8 @@ static inline void fuzz_mesh_use(thrum_status status, thrum_mesh *mesh, const th
 static inline int fuzz_mesh_parse(thrum_mesh_parser *parse, const uint8_t *data, size_t size) {
   thrum_mesh mesh = {0};
   thrum_error error = {0};
-  const thrum_status status = parse(&(thrum_mesh_source){"input", data, size, NULL}, &mesh, &error);
+  const thrum_status status =
+      parse(&(thrum_mesh_source){"input", data, size, NULL, false}, &mesh, &error);
   fuzz_mesh_use(status, &mesh, &error);
   return 0;
 }

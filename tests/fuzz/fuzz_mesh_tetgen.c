@@ -10,8 +10,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
   thrum_mesh mesh = {0};
   thrum_error error = {0};
   const thrum_mesh_source sources[2] = {
-      {"input.node", data, nodes, NULL},
-      {"input.ele", elements, split ? size - nodes - 1 : 0, NULL}};
+      {"input.node", data, nodes, NULL, false},
+      {"input.ele", elements, split ? size - nodes - 1 : 0, NULL, false}};
   const thrum_status status = thrum_mesh_parse_tetgen(&sources[0], &sources[1], &mesh, &error);
   fuzz_mesh_use(status, &mesh, &error);
   return 0;

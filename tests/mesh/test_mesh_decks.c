@@ -414,7 +414,7 @@ static void compressed_vtu_files_are_read(void **state) {
     for (size_t at = 0; at < size && n >= 8; at++) {
       const char kept = file[at];
       file[at] = (char)(kept ^ 0x55);
-      const thrum_mesh_source source = {"a.vtu", file, at % 2 ? size : at, NULL};
+      const thrum_mesh_source source = {"a.vtu", file, at % 2 ? size : at, NULL, false};
       if (thrum_mesh_parse_vtu(&source, &mesh, NULL) >= 0)
         thrum_mesh_free(&mesh);
       file[at] = kept;

@@ -165,6 +165,17 @@ static void elements_of_order_two_keep_their_volume(void **state) {
   sprintf(text + used, "*ELEMENT, TYPE=C3D20\n1,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15\n"
                        "16,17,18,19,20\n");
   assert_true(fabs(volume_of("a.inp", text, 6) - (1 - (1 - cos(20 * DEGREE)) / 3)) < 1e-14);
+
+  // by its corners it is cut as one of order 1 is
+  thrum_mesh mesh = {0};
+  thrum_mesh_examined examined;
+  assert_int_equal(thrum_mesh_read_order(mesh_write_text("a.inp", text), 1, 1, &mesh, NULL),
+                   THRUM_OK);
+  assert_int_equal(thrum_mesh_examine(&mesh, &examined, NULL), THRUM_OK);
+  assert_int_equal(mesh.tet_count, 20);
+  assert_int_equal(mesh.cornered_tets, 20);
+  assert_true(fabs(examined.volume - (1 - (1 - cos(20 * DEGREE)) / 3)) < 1e-14);
+  thrum_mesh_free(&mesh);
 }
 
 static void what_cannot_be_cut_is_refused(void **state) {
