@@ -76,6 +76,7 @@ static thrum_status run_scene(scene_run *scene, thrum_error *error) {
   THRUM_TRY(scene_run_read(scene, error));
   THRUM_TRY(run_folder_check(request->output, RUN_OF_SCENE, error));
   THRUM_TRY(scene_run_build(scene, error));
+  scene_run_warn_of_idle(scene);
 
   // from here on there is something to clean up
   thrum_stop_request_catch();

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "driver/coarse_step.h"
 #include "driver/condensed_check.h"
 #include "driver/stepper.h"
 #include "driver/stepper_loads.h"
@@ -311,6 +312,12 @@ void driver_stepper_reduced_warn(const driver_stepper *stepper) {
                   request->loads[n].text);
   }
 
+  // loads that the run does not live to see
+  for (int64_t n = 0; n < request->load_count; n++)
+    if (request->loads[n].course.from >= request->time)
+      config_warn("--load '%s' begins at %g s and has no effect: the run ends at %g s",
+                  request->loads[n].text, request->loads[n].course.from, request->time);
+
   // an explicit mode beyond the bound of Stoermer-Verlet (design 4), or of Runge-Kutta, grows from
   // the first step on
   const int32_t count = thrum_state_report_get(self->state).explicit_modes;
@@ -321,6 +328,19 @@ void driver_stepper_reduced_warn(const driver_stepper *stepper) {
     config_warn("explicit mode %d is beyond the stability bound: dt omega = %.3g, not below %.3g; "
                 "take --dt below %.2g, or an implicit integrator",
                 (int)count, dt * fastest, bound, bound / fastest);
+
+  // starts are those of the shape, which nothing has moved yet
+  double q[THRUM_RANK_MAX], p[THRUM_RANK_MAX] = {0};
+  if (thrum_state_get(self->model, self->state, q, p, NULL) >= 0 && self->shape == self->model)
+    coarse_step_warn(
+        &(coarse_step_motion){.request = request,
+                              .model = self->shape,
+                              .pace = 1,
+                              .directions = self->loads.directions,
+                              .q = q,
+                              .p = p,
+                              .base = request->base_motion_count > 0 && self->shape->rigid == NULL},
+        "");
 
   // where all modes are implicit the run is stable, and so long a step shows nothing of them
   const double turns = dt * sqrt(self->model->omega2[0]) / 6.28318530717958647693;

@@ -1040,6 +1040,124 @@ static void fast_bodies_are_coupled_by_default(void **state) {
   }
 }
 
+/* The warnings of a scene that is stepped for a moment; the caller frees them with free(). */
+static char *warnings_of(const char *text) {
+  put("scene.json", text);
+  program_result run = thrum_run(folder, "simulate", "scene.json", "-o", "idle", "-q", NULL);
+  if (run.exit_code != 0 && run.exit_code != 3)
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  char *said = strdup(run.err);
+  assert_non_null(said);
+  program_result_free(&run);
+  return said;
+}
+
+/* What a scene says and what has no effect is named by its line; the same in a scene where it has
+ * one is not. */
+static void what_has_no_effect_is_named(void **state) {
+  (void)state;
+  static const char bodies[] = "\"bodies\": [\n {\"name\": \"a\", \"model\": \"beam.npz\"%s}]";
+  static const struct {
+    const char *scene, *body, *said; /* NULL: nothing */
+  } cases[] = {
+      {"", ", \"loads\": [\"constant:0,0,0@tip\"]",
+       "scene.json:2: body 'a': \"loads\": 'constant:0,0,0@tip' moves nothing"},
+      {"", ", \"loads\": [\"constant:0,0,1@vertex=1\"]", "moves nothing"},
+      {"", ", \"loads\": [\"constant:0,0,1@tip\"]", NULL},
+      {"", ", \"loads\": [\"constant:0,0,1@tip,from=2\"]",
+       "begins at 2 s and has no effect: the run ends at 0.02 s"},
+      {"\"newmark\": [0.3, 0.6],", "", "scene.json:1: \"newmark\" has no effect: it is of newmark"},
+      {"\"newmark\": [0.3, 0.6],", ", \"integrator\": \"newmark\"", NULL},
+      {"", ", \"integrator\": \"verlet\", \"iterations\": 9",
+       "scene.json:2: body 'a': \"iterations\" has no effect"},
+      {"\"adaptive\": false,", "", "\"adaptive\" has no effect"},
+      {"\"eye\": [1, 0, 0],", "", "\"eye\" has no effect"},
+      {"", ", \"touch_stiffness\": 1e6", "\"touch_stiffness\" has no effect: the scene has no"},
+      {"\"obstacles\": [{\"shape\": \"plane\", \"centre\": [0, 0, -1]}],",
+       ", \"touch_stiffness\": 1e6", NULL},
+      {"\"obstacles\": [{\"shape\": \"plane\", \"centre\": [0, 0, -1]}],", ", \"touch\": \"none\"",
+       "\"obstacles\" has no effect"},
+      {"\"collisions\": {\"friction\": 0.3},", "", "\"collisions\" has no effect"},
+      {"\"wind\": {\"velocity\": [1, 0, 0], \"drag\": 0},", "", "\"wind\" has no effect"},
+  };
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    char body[400], text[900];
+    snprintf(body, sizeof body, bodies, cases[n].body);
+    snprintf(text, sizeof text, "{\"time\": 0.02, \"dt\": 0.002, %s %s}", cases[n].scene, body);
+    char *said = warnings_of(text);
+    const char *effect = strstr(said, "has no effect");
+    if (cases[n].said != NULL ? strstr(said, cases[n].said) == NULL
+                              : effect != NULL || strstr(said, "moves nothing") != NULL)
+      fail_msg("%d: %s", (int)n, said);
+    free(said);
+  }
+
+  // a base that moves and nothing that it holds
+  char *said = warnings_of("{\"time\": 0.02, \"dt\": 0.002, \"base_motion\": \"sine:0,0,1,f=2\",\n"
+                           " \"bodies\": [{\"model\": \"free.npz\", \"free\": true}]}");
+  assert_non_null(strstr(said, "\"base_motion\" has no effect: nothing holds any of the bodies"));
+  free(said);
+}
+
+/* Steps of a period of the slowest mode that moves are counted: a mode that no load or start moves
+ * does not count, nor one that dies out at once, and energy is right to shorter periods. */
+static void steps_that_are_coarse_are_named(void **state) {
+  (void)state;
+  program_result info = thrum_run(folder, "info", "beam.npz", "--json", NULL);
+  cJSON *object = json_line(info.out);
+  const cJSON *list = cJSON_GetObjectItem(object, "basis_frequencies_hz");
+  const double first = cJSON_GetArrayItem(list, 0)->valuedouble;
+  const double third = cJSON_GetArrayItem(list, 2)->valuedouble;
+  cJSON_Delete(object);
+  program_result_free(&info);
+  assert_true(third > 3 * first);
+  const struct {
+    double dt;
+    const char *more;
+    bool said;
+  } cases[] = {
+      {1 / (7 * first), "", false}, // right by energy
+      {1 / (6 * first), "", true},
+      {1 / (6 * first), ", \"frequency_matching\": false", true},
+      {1 / (7 * first), ", \"integrator\": \"newmark\"", true},
+      {1 / (9 * first), ", \"integrator\": \"newmark\"", false},
+      {1 / (6 * first), ", \"integrator\": \"fox-goodwin\"", false},
+      {1 / (4 * first), ", \"integrator\": \"fox-goodwin\"", true},
+      {1 / (4 * first), ", \"stiffness\": 0.25", false}, // half of the frequency
+      {1 / (4 * third), ", \"start\": \"mode:1,0.001\"", false},
+      {1 / (4 * third), ", \"start\": \"mode:3,0.001\"", true},
+      {1 / (4 * first), ", \"damping\": 1000", false},
+  };
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    char text[400];
+    const bool starts = strstr(cases[n].more, "start") != NULL;
+    snprintf(text, sizeof text,
+             "{\"time\": %.17g, \"dt\": %.17g, \"outputs\": {\"monitor\": false}, \"bodies\": [\n"
+             " {\"model\": \"beam.npz\"%s%s}]}",
+             20 * cases[n].dt, cases[n].dt, cases[n].more,
+             starts ? "" : ", \"loads\": \"constant:0,1,0@tip\"");
+    char *said = warnings_of(text);
+    const char *found = strstr(said, "period of the slowest mode that moves");
+    if ((found != NULL) != cases[n].said ||
+        (found != NULL && strstr(found, "lower \"dt\"") == NULL))
+      fail_msg("%d: %s", (int)n, said);
+    free(said);
+  }
+
+  // the step that is proposed is none that is named
+  char text[300], *end;
+  snprintf(text, sizeof text,
+           "{\"time\": 1, \"dt\": %.17g, \"bodies\": [\n"
+           " {\"model\": \"beam.npz\", \"loads\": \"constant:0,1,0@tip\"}]}",
+           1 / (3 * first));
+  char *said = warnings_of(text);
+  const char *to = strstr(said, ", to ");
+  assert_non_null(to);
+  const double dt = strtod(to + 5, &end);
+  assert_true(dt > 0 && dt * first <= 0.05);
+  free(said);
+}
+
 /* A cube falls on a plane in steps of 1 s, each of which takes it through: it is deeper in the
  * plane than its size. With a stiffness that the file gives, depth is what was asked for. */
 static void a_body_deep_in_a_plane_flags_the_run(void **state) {
@@ -1262,6 +1380,8 @@ int main(void) {
       cmocka_unit_test(bars_that_a_joint_held_in_each_other_are_said),
       cmocka_unit_test(a_spin_that_the_basis_cannot_show_is_warned_of),
       cmocka_unit_test(fast_bodies_are_coupled_by_default),
+      cmocka_unit_test(what_has_no_effect_is_named),
+      cmocka_unit_test(steps_that_are_coarse_are_named),
       cmocka_unit_test(a_body_deep_in_a_plane_flags_the_run),
       cmocka_unit_test(a_path_turns_as_far_as_its_angles_say),
   };
