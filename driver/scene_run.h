@@ -207,8 +207,8 @@ void scene_run_note_turns(scene_run *run);
 void scene_run_warn_of_turns(const scene_run *run);
 void scene_run_print_coupled(const scene_run *run);
 
-/* scene_run_idle.c: warns of what the file says and what has no effect, and of a step that is coarse
- * against what moves. */
+/* scene_run_idle.c: warns of what the file says and what has no effect, and of a step that is
+ * coarse against what moves. */
 void scene_run_warn_of_idle(const scene_run *run);
 
 /* scene_run_detail.c: condenses the bodies that ask for an error or a budget, and sets the levels
