@@ -485,6 +485,14 @@ static void print_energy(const info *about) {
                " points in place of the polynomial, force wrong by %.2g %% "
                "(rms)\n",
                model->rank, model->point_count, 100 * meta_number(about, "cubature", "test_error"));
+    if (meta_number(about, "cubature", "motion_error") >= 0)
+      print_line(
+          "motion",
+          "by these points wrong by %.2g %% within the range of %.2g of the diagonal that they "
+          "were trained on, by %.2g %% at half as far again\n",
+          100 * meta_number(about, "cubature", "motion_error"),
+          meta_number(about, "cubature", "range"),
+          100 * meta_number(about, "cubature", "motion_error_beyond"));
     if (meta_number(about, "cubature", "refine") > 0)
       print_line("gradients", "learned in %.0f steps\n", meta_number(about, "cubature", "refine"));
 

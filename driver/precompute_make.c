@@ -207,6 +207,8 @@ static thrum_status save_model(const precompute_request *request, const precompu
   return status;
 }
 
+#define MOTION_WARNED 0.1 /* error of motions by points within their range that is told */
+
 /* Says that the points miss the error that was asked for, and what may mend that: more points only
  * where their number was bounded. */
 static void warn_of_points(const precompute_request *request, const thrum_precomputed *result) {
@@ -260,6 +262,12 @@ static bool is_flagged(const precompute_request *request, const thrum_precompute
       request->options.cubature && result->cubature.test_error > request->options.cubature_error;
   if (missed)
     warn_of_points(request, result);
+  if (request->options.cubature && result->cubature.motion_error > MOTION_WARNED)
+    config_warn(
+        "motions by these cubature points are wrong by %.2g %% (rms over two periods) within "
+        "the range of training, though the force is by %.2g %%: a smaller --cubature-error "
+        "mends that",
+        100 * result->cubature.motion_error, 100 * result->cubature.test_error);
 
   if (flagged)
     config_warn("residuals are larger than they should be; see `thrum info`");

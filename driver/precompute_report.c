@@ -117,6 +117,8 @@ static void add_cubature(cJSON *object, const precompute_request *request,
     json_number(cubature, "chosen_error", figures->chosen_error);
   json_number(cubature, "train_error", figures->train_error);
   json_number(cubature, "test_error", figures->test_error);
+  json_number(cubature, "motion_error", figures->motion_error);
+  json_number(cubature, "motion_error_beyond", figures->motion_error_beyond);
   if (request->options.law == THRUM_LAW_STVK)
     json_number(cubature, "force_cost", figures->force_cost);
   cJSON_AddStringToObject(cubature, "law", thrum_law_name(request->options.law));
@@ -328,6 +330,9 @@ void precompute_print_json(const precompute_outcome *outcome) {
   // how far the result can be trusted
   add_residuals(object, result);
   add_cubature(object, outcome->request, result);
+  if (outcome->request->options.cubature)
+    json_number(cJSON_GetObjectItem(object, "cubature"), "step_us",
+                1e6 * result->cubature.step_seconds);
   add_check(object, result);
   add_import(object, outcome->request, result);
 
@@ -476,6 +481,15 @@ void precompute_print_table(const precompute_outcome *outcome) {
            "cubature", result->cubature.points, result->cubature.points == 1 ? "" : "s",
            result->cubature.candidates, 100 * result->cubature.train_error, result->cubature.states,
            100 * result->cubature.test_error, result->cubature.test_states);
+    if (isnan(result->cubature.motion_error))
+      printf("%-18snot measured: run it beside the mesh (simulate --full) or tradeoff\n", "motion");
+    else
+      printf("%-18swrong by %.2g %% in motions of %.2g of the diagonal, %.2g %% at %.2g of it (rms "
+             "over two periods); a step takes %.2g us\n",
+             "motion", 100 * result->cubature.motion_error,
+             0.75 * outcome->request->options.cubature_range,
+             100 * result->cubature.motion_error_beyond,
+             1.5 * outcome->request->options.cubature_range, 1e6 * result->cubature.step_seconds);
     if (outcome->request->options.cubature_refine > 0)
       printf("%-18slearned: points of the mesh alone would be wrong by %.2g %% in these others\n",
              "gradients", 100 * result->cubature.chosen_error);

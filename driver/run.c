@@ -203,6 +203,16 @@ static bool are_learned(const thrum_model *model) {
   return learned;
 }
 
+/* Whether the model's points were chosen for a body that flows, by precompute --yield or by a yield
+ * of a region. */
+static bool know_flow(const thrum_model *model) {
+  cJSON *meta = model_meta_parse(model);
+  const bool told = model_meta_find(meta, "cubature", "test_error") != NULL;
+  const bool known = cJSON_IsNumber(model_meta_find(meta, "cubature", "yield"));
+  cJSON_Delete(meta);
+  return known || !told || model->region_yield != NULL;
+}
+
 /* Points see a shape shortened where they have more stiffness than the body that flows; and those
  * that were learned are of no place. */
 static void warn_of_points(const simulate_figures *figures, const char *who) {
@@ -212,6 +222,12 @@ static void warn_of_points(const simulate_figures *figures, const char *who) {
         "%sthe gradients of the model's cubature points were learned, so that what flows is "
         "the strain of no place of the body: precompute it without --cubature-refine",
         who);
+  else if (!figures->request->full && !isinf(figures->request->def.plastic.yield) &&
+           figures->model->point_count > 0 && !know_flow(figures->model))
+    config_warn(
+        "%sthe model's cubature points were not trained on plastic flow: strain and work of "
+        "what flows may be several times too small; precompute it with --yield %g",
+        who, figures->request->def.plastic.yield);
   if (figures->point_stiffness > STIFF_POINTS)
     config_warn(
         "%sthe model's cubature points are too few for plastic flow: along one shape they "
@@ -219,6 +235,13 @@ static void warn_of_points(const simulate_figures *figures, const char *who) {
         "the root of that; train them on it (precompute --yield X --train LOAD) or take more "
         "(--cubature-error)",
         who, figures->point_stiffness);
+}
+
+/* Is what the run lacks the inertia of what follows, or the energy of few coordinates that are bent
+ * far, which the integrator manifold has? */
+static bool would_manifold_do(const simulate_figures *figures) {
+  return figures->request->def.integrator != THRUM_INTEGRATOR_MANIFOLD &&
+         simulate_condensed_believed(0, 0, figures->vibration_share, figures->impact_share);
 }
 
 void driver_run_warn(const driver_run *run) {
@@ -255,13 +278,16 @@ void driver_run_warn(const driver_run *run) {
       config_warn("%sthe condensed model %s %.2g %% of the kinetic energy, has %.2g %% of the "
                   "strain energy wrong where the body is bent most, and lacks vibration of %.2g %% "
                   "of the motion, %.2g %% of which is off after impacts: do not trust this motion; "
-                  "take another number of coordinates, or the model uncondensed",
+                  "take %sanother number of coordinates, or the model uncondensed",
                   who,
                   figures->request->def.integrator == THRUM_INTEGRATOR_MANIFOLD
                       ? "has in what follows"
                       : "leaves out",
                   100 * figures->inertia_share, 100 * figures->energy_defect,
-                  100 * figures->vibration_share, 100 * figures->impact_share);
+                  100 * figures->vibration_share, 100 * figures->impact_share,
+                  would_manifold_do(figures) ? "--integrator manifold, which steps the inertia of "
+                                               "what follows, "
+                                             : "");
 
     // the shape: compression, and displacements beyond the reach of the basis
     simulate_measures_warn(&body->measures, who);

@@ -22,6 +22,7 @@
 #include "precompute/model/model_fill.h"
 #include "precompute/model/single_precision.h"
 #include "precompute/options_check.h"
+#include "precompute/polynomial/cubature_motion.h"
 #include "precompute/polynomial/polynomial_reduce.h"
 
 #define ORDER_ERRORS_TETS 50000
@@ -411,7 +412,7 @@ static thrum_status make_points(pipeline *p, const thrum_reporter *reporter, thr
   // as a large model is packed: that changes the force by far less than any choice of points
   thrum_single_round(thrum_model_writable(model->point_gradients),
                      9 * model->point_count * model->rank);
-  return THRUM_OK;
+  return thrum_cubature_motion(&p->fem, &def, model, &p->result.cubature, error);
 }
 
 // linear, c3 and c4: the imported ones in the new coordinates, or the body's

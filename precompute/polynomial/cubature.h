@@ -61,6 +61,11 @@ typedef struct thrum_cubature_figures {
   double chosen_error;            /* test_error before points were refined; 0: they were not */
   double force_cost; /* of a force, over that of the polynomial's, about: above 1 points do not pay;
                       * for a law that no polynomial holds it says nothing */
+
+  /* Relative rms of the displacement in motions that were not trained on, within the range and
+   * beyond it, and the processor time of a step of these [s]
+   * (precompute/polynomial/cubature_motion.h); NaN: not measured. */
+  double motion_error, motion_error_beyond, step_seconds;
 } thrum_cubature_figures;
 
 /* The time of a force by so many points over that by the polynomial, about; 1 and above: points do

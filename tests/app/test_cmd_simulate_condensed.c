@@ -84,6 +84,23 @@ static void a_large_swing_with_stretching_masters_is_that_of_the_whole_model(voi
   assert_true(difference("far8/q.npy", "far/q.npy", 0) < 0.005);
 }
 
+/* Few masters lack the inertia of what follows, which the integrator manifold steps. */
+static void a_flagged_run_of_few_masters_names_the_integrator_that_would_do(void **state) {
+  (void)state;
+  static const char *const integrators[] = {"energy", "manifold"};
+  for (int n = 0; n < 2; n++) {
+    program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", integrators[n], "-q",
+                                   "--time", "0.6", "--integrator", integrators[n], "--start",
+                                   "far.npy", "--condense", "4", "--accept-error", "100%", NULL);
+    assert_int_equal(run.exit_code, n == 0 ? 3 : 0);
+    assert_true((strstr(run.err, "take --integrator manifold") != NULL) == (n == 0));
+    program_result_free(&run);
+  }
+  cJSON_Delete(simulate("far", "far.npy", NULL, 0));
+  assert_true(4 * difference("manifold/q.npy", "far/q.npy", 0) <
+              difference("energy/q.npy", "far/q.npy", 0));
+}
+
 static void a_scene_steps_it_alike(void **state) {
   (void)state;
   assert_true(text_file_write(
@@ -526,6 +543,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_smooth_swing_is_that_of_the_whole_model_with_what_follows),
       cmocka_unit_test(a_large_swing_with_stretching_masters_is_that_of_the_whole_model),
+      cmocka_unit_test(a_flagged_run_of_few_masters_names_the_integrator_that_would_do),
       cmocka_unit_test(a_scene_steps_it_alike),
       cmocka_unit_test(a_body_that_names_an_error_is_condensed_as_far_as_that_allows),
       cmocka_unit_test(a_file_that_was_precomputed_condensed_is_stepped_alike),
