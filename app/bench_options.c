@@ -92,7 +92,8 @@ static const config_option kernels_table[] = {
 };
 
 #define MODEL_ABOUT                                                                                \
-  "\n\nMODEL is a model file; without one the body is beam:20x3x3@1x0.15x0.15, held at one end, "  \
+  "\n\nMODEL is a model file; without one the body is beam:20x3x3@1x0.15x0.15,split=6, held at "   \
+  "one end, "                                                                                      \
   "at each rank."
 
 const config_command command_bench_step = {

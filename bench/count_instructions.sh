@@ -6,7 +6,7 @@
 set -eu
 program=$1 folder=$2
 mkdir -p "$folder"
-"$program" precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' --modes 8 --rank 15 -q \
+"$program" precompute beam:20x3x3@1x0.15x0.15,split=6 --order 1 --fix 'x<0.001' --modes 8 --rank 15 -q \
   -o "$folder/count.npz" >/dev/null
 
 # count LIMIT OPTION...

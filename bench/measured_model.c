@@ -54,7 +54,7 @@ static thrum_status make(const char *name, const char *held, int64_t rank, thrum
 }
 
 thrum_status bench_model_beam(int64_t rank, thrum_model **model, thrum_error *error) {
-  return make("beam:20x3x3@1x0.15x0.15", "x<0.001", rank, model, error);
+  return make("beam:20x3x3@1x0.15x0.15,split=6", "x<0.001", rank, model, error);
 }
 
 thrum_status bench_model_block(int64_t rank, thrum_model **model, thrum_error *error) {

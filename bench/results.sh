@@ -28,7 +28,7 @@ step() {
   echo "# steps of the beam by imexv at ranks 60, 80 and 100 with coefficients in double and in single precision"
   for rank in 60 80 100; do
     for precision in double single; do
-      "$program" precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' --modes $((rank / 2)) \
+      "$program" precompute beam:20x3x3@1x0.15x0.15,split=6 --order 1 --fix 'x<0.001' --modes $((rank / 2)) \
         --rank "$rank" --precision "$precision" -q -o "$work/$precision.npz" >/dev/null
       echo "$precision"
       "$program" bench step "$work/$precision.npz" --implicit 3 --integrator imexv --no-machine -q | tail -1

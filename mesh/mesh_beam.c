@@ -1,10 +1,13 @@
 /* The generator beam:NXxNYxNZ@LXxLYxLZ: a box of NX x NY x NZ cells, each cut into the six Kuhn
  * tets around its diagonal (Kuhn 1960, Some combinatorial lemmas in topology,
- * doi:10.1147/rd.45.0518), so that neighbours fit. With ",split=5" each is cut into five, one of
- * them in the middle, and every other cell is the mirror image of its neighbours. Default
+ * doi:10.1147/rd.45.0518). Every other cell along an axis is the mirror image of its neighbours, so
+ * that they fit, and so that a square section of an even number of cells has the symmetry of the
+ * square: it bends alike in all directions. With ",split=6" all cells are the same. With ",split=5"
+ * each is cut into five, one of them in the middle, and neighbours are mirror images. Default
  * rubber-like material.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -20,7 +23,8 @@ enum { TETS_MAX = 200000000 };
 typedef struct beam {
   int64_t cells[3];
   double lengths[3];
-  int split; /* tets a cell, 5 or 6 */
+  int split;     /* tets a cell, 5 or 6 */
+  bool mirrored; /* six that are mirror images in neighbours; else the same in every cell */
 } beam;
 
 static thrum_status bad_spec(const char *spec, thrum_error *error) {
@@ -44,6 +48,7 @@ static thrum_status parse_spec(const char *spec, beam *b, thrum_error *error) {
 
   // how cells are cut
   b->split = strcmp(at, ",split=5") == 0 ? 5 : 6;
+  b->mirrored = *at == '\0';
   if (*at != '\0' && b->split != 5 && strcmp(at, ",split=6") != 0)
     return bad_spec(spec, error);
 
@@ -100,16 +105,26 @@ static void fill_vertices(const beam *b, double *vertices) {
       }
 }
 
-/* The tet of one order of the axes: from corner to corner of the cell, one axis at a time. */
+/* The tet of one order of the axes: from corner to corner of the cell, one axis at a time. Where
+ * cells are mirrored every other one along an axis goes from its upper side down. */
 static void fill_tet(const beam *b, const int64_t cell[3], const int order[3], bool odd,
                      int32_t *tet) {
-  int64_t corner[3] = {cell[0], cell[1], cell[2]};
+  int64_t corner[3];
+  bool down[3];
+  for (int a = 0; a < 3; a++) {
+    down[a] = b->mirrored && cell[a] % 2 != 0;
+    corner[a] = cell[a] + down[a];
+    odd ^= down[a];
+  }
+
+  // one step along each axis
   tet[0] = vertex_at(b, corner[0], corner[1], corner[2]);
   for (int a = 0; a < 3; a++) {
-    corner[order[a]]++;
+    corner[order[a]] += down[order[a]] ? -1 : 1;
     tet[a + 1] = vertex_at(b, corner[0], corner[1], corner[2]);
   }
-  // an odd order is wound the other way
+
+  // an odd order is wound the other way, and so is a mirror image
   if (odd) {
     int32_t swap = tet[2];
     tet[2] = tet[3];

@@ -65,8 +65,8 @@ def scaled(direction, share, tip):
 
 
 def main():
-    thrum("precompute", "beam:20x3x3@1x0.15x0.15", "--fix", "x<0.001", "--modes", "8", "--rank", str(RANK), "-q",
-          "-o", "beam.npz")
+    thrum("precompute", "beam:20x3x3@1x0.15x0.15,split=6", "--order", "1", "--fix", "x<0.001",
+          "--modes", "8", "--rank", str(RANK), "-q", "-o", "beam.npz")
     tip = tip_rows(np.load("beam.npz"))
     starts = {"smooth": np.eye(RANK)[0], "impulse": tip[2] / np.linalg.norm(tip[2])}
 

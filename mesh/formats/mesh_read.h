@@ -10,7 +10,7 @@
 #include "mesh/mesh.h"
 #include "platform/allocate.h"
 
-/* Reads a mesh: the generator `beam:NXxNYxNZ@LXxLYxLZ[,split=5]`, or a file by its suffix: .veg
+/* Reads a mesh: the generator `beam:NXxNYxNZ@LXxLYxLZ[,split=N]`, or a file by its suffix: .veg
  * (Vega), .msh (Gmsh), .node or .ele (TetGen), .mesh (Medit), .vtk and .vtu (VTK), .inp (Abaqus).
  * The beam fills [0,LX] x [-LY/2,LY/2] x [-LZ/2,LZ/2]; its groups are the faces left (x = 0), right
  * (x = LX), front and back (y = -LY/2, LY/2), bottom and top (z = -LZ/2, LZ/2), and tip, the one,

@@ -177,7 +177,7 @@ static void two_reproducible_runs_write_the_same_bytes(void **state) {
 
 static void generator_equals_the_reference_file(void **state) {
   (void)state;
-  cJSON *generated = precompute("beam:20x3x3@1x0.15x0.15", ROOT, NULL, NULL, NULL, NULL);
+  cJSON *generated = precompute("beam:20x3x3@1x0.15x0.15,split=6", ROOT, NULL, NULL, NULL, NULL);
 
   cJSON *read = precompute(THRUM_TEST_DATA "/beam1k.veg", THRUM_TEST_DATA "/beam1k.bou", NULL, NULL,
                            NULL, NULL);

@@ -223,9 +223,10 @@ static void a_name_is_simulated(void **state) {
 
 static void a_file_goes_before_the_name(void **state) {
   (void)state;
-  cJSON_Delete(json_of(thrum_run(folder, "precompute", "beam:4x1x1@1x0.2x0.2", "--fix", "x<0.001",
-                                 "--modes", "2", "--rank", "3", "-o", "beam", "--json", NULL),
-                       NULL));
+  cJSON_Delete(
+      json_of(thrum_run(folder, "precompute", "beam:4x1x1@1x0.2x0.2", "--order", "1", "--fix",
+                        "x<0.001", "--modes", "2", "--rank", "3", "-o", "beam", "--json", NULL),
+              NULL));
   cJSON *about = json_of(thrum_run(folder, "info", "beam", "--json", NULL), NULL);
   assert_true(json_value(about, "rank") == 3);
   assert_string_equal(cJSON_GetObjectItem(about, "model")->valuestring, "beam");

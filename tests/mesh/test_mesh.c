@@ -5,7 +5,7 @@
 
 #include <math.h>
 
-#define BEAM1K "beam:20x3x3@1x0.15x0.15"
+#define BEAM1K "beam:20x3x3@1x0.15x0.15,split=6"
 
 /* The corners of a unit tetrahedron and one more vertex, in the notations that files use. */
 #define VEG_VERTICES "*VERTICES\n5 3 0 0\n1 0 0 0\n2 1 0 0\n3 0 1 0\n4 0 0 1\n5 1 1 1\n"

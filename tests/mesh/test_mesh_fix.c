@@ -6,7 +6,7 @@
 
 #include <sys/stat.h>
 
-#define BEAM1K "beam:20x3x3@1x0.15x0.15"
+#define BEAM1K "beam:20x3x3@1x0.15x0.15,split=6"
 
 /* Vertices 1 and 4 belong to no tetrahedron. */
 #define LOOSE                                                                                      \

@@ -29,10 +29,10 @@ static inline int remove_folder(void **state) {
 
 /* Makes beam.npz in the folder: the model of a beam such as "8x2x2@1x0.1x0.1" (thrum help
  * precompute), held at x = 0, of
- * linear tetrahedra. */
+ * linear tetrahedra that are the same in every cell. */
 static inline bool precompute_beam(const char *beam, const char *modes, const char *rank) {
   char name[64];
-  snprintf(name, sizeof name, "beam:%s", beam);
+  snprintf(name, sizeof name, "beam:%s,split=6", beam);
   program_result run = thrum_run(folder, "precompute", name, "--order", "1", "-o", "beam.npz",
                                  "--fix", "x<0.001", "--modes", modes, "--rank", rank, "-q", NULL);
   const bool made = run.exit_code == 0;

@@ -1,0 +1,166 @@
+/* --order auto: a mesh of linear tetrahedra that would lock is taken with ten nodes, by every
+ * command that makes a model; where linear ones stay, each says by how much they lock.
+ * SPDX-License-Identifier: Apache-2.0 */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "tests/support/test_folder.h"
+
+#define THIN "beam:12x1x1@1x0.1x0.1"
+#define MATERIAL "--young", "1e6", "--poisson", "0.3", "--density", "1000"
+#define HELD "--fix", "x<1e-6", MATERIAL
+
+static cJSON *object_of(program_result run, bool warns) {
+  if (run.exit_code != 0)
+    fail_msg("exit %d: %s", run.exit_code, run.err);
+  assert_int_equal(strstr(run.err, "its linear tetrahedra are too stiff") != NULL, warns);
+  cJSON *object = json_line(run.out);
+  assert_non_null(object);
+  program_result_free(&run);
+  return object;
+}
+
+static double number_at(const cJSON *object, const char *key, int n) {
+  const cJSON *item = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(object, key), n);
+  assert_true(cJSON_IsNumber(item));
+  return item->valuedouble;
+}
+
+static void expect_order(const cJSON *object, int order, const char *by) {
+  assert_true(json_value(object, "order") == order);
+  assert_string_equal(cJSON_GetObjectItemCaseSensitive(object, "order_by")->valuestring, by);
+}
+
+/* Timoshenko's beam of 1 x 0.1 x 0.1 m under its weight rho A g = w: w l^4 / 8 E I + w l^2 / 2 k G
+ * A with k = 5/6, 0.0150 + 0.0002 m at 0.1 m/s^2. Linear tetrahedra give a quarter of it. */
+static void statics_of_a_mesh_are_right_by_default(void **state) {
+  (void)state;
+#define SAG "--full", HELD, "--load", "gravity:0,0,-0.1", "--at", "right", "--json", "-q"
+  cJSON *object = object_of(thrum_run(folder, "static", THIN, SAG, NULL), false);
+  const cJSON *moved = cJSON_GetObjectItem(
+      cJSON_GetArrayItem(cJSON_GetObjectItem(object, "displacements"), 0), "mean_m");
+  if (moved == NULL)
+    fail_msg("%s", cJSON_PrintUnformatted(object));
+  const double sag = -cJSON_GetArrayItem(moved, 2)->valuedouble;
+  print_message("sag %g m\n", sag);
+  assert_true(fabs(sag / 0.0152 - 1) < 0.05);
+  expect_order(object, 2, "auto");
+  cJSON_Delete(object);
+
+  // four nodes are there for who asks, with a word
+  object = object_of(thrum_run(folder, "static", THIN, "--order", "1", SAG, NULL), true);
+  expect_order(object, 1, "user");
+  assert_true(number_at(object, "order_error", 0) > 0.5);
+  cJSON_Delete(object);
+}
+
+static void precompute_says_what_it_chose(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "precompute", THIN, "-o", "thin.npz", HELD, NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, THIN ": its tetrahedra are taken with ten nodes, as with four"));
+  assert_non_null(strstr(run.out, "72 tetrahedra of ten nodes, by --order auto"));
+  program_result_free(&run);
+
+  // the model knows, and runs of it have nothing to warn of
+  cJSON *object = object_of(thrum_run(folder, "info", "thin.npz", "--json", NULL), false);
+  expect_order(object, 2, "auto");
+  assert_true(number_at(object, "order_error", 0) > 0.5);
+  cJSON_Delete(object);
+
+  // the same with the user's word for it
+  object = object_of(
+      thrum_run(folder, "precompute", THIN, "-o", "two.npz", HELD, "--order", "2", "--json", NULL),
+      false);
+  expect_order(object, 2, "user");
+  cJSON_Delete(object);
+}
+
+/* A bar that can only stretch is right to 1 % with forty cells, and so is a mesh that has ten
+ * nodes.
+ */
+static void meshes_that_do_not_lock_stay_as_they_are(void **state) {
+  (void)state;
+  cJSON *object = object_of(thrum_run(folder, "precompute", "beam:40x1x1@1x0.1x0.1", "--poisson",
+                                      "0", "--fix", "y>-1e9:yz", "--fix", "x<0.001", "--modes", "1",
+                                      "--rank", "1", "-o", "bar.npz", "--json", NULL),
+                            false);
+  expect_order(object, 1, "auto");
+  assert_true(number_at(object, "order_error", 0) <= 0.01);
+  cJSON_Delete(object);
+
+  program_result run = thrum_run(folder, "convert", THIN, "ten.msh", "--order", "2", NULL);
+  program_result_free(&run);
+  object = object_of(
+      thrum_run(folder, "precompute", "ten.msh", "-o", "ten.npz", HELD, "--json", NULL), false);
+  expect_order(object, 2, "mesh");
+  cJSON_Delete(object);
+}
+
+/* What does not fit into the memory stays linear, and says why and by how much it errs. */
+static void memory_decides_too(void **state) {
+  (void)state;
+  program_result run =
+      thrum_run(folder, "precompute", "beam:40x6x6@1x0.1x0.1", "--fix", "x<0.001", "--modes", "2",
+                "--rank", "2", "--memory", "120", "-o", "large.npz", "--json", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  assert_non_null(strstr(run.err, "its linear tetrahedra are too stiff"));
+  assert_non_null(strstr(run.err, "ten nodes would take about"));
+  cJSON *object = json_line(run.out);
+  expect_order(object, 1, "auto");
+  assert_true(number_at(object, "order_error", 0) > 0.01);
+  cJSON_Delete(object);
+  program_result_free(&run);
+}
+
+static void every_command_says_by_how_much_a_linear_model_locks(void **state) {
+  (void)state;
+  cJSON *object = object_of(thrum_run(folder, "precompute", THIN, "-o", "linear.npz", HELD,
+                                      "--order", "1", "--json", "-q", NULL),
+                            true);
+  expect_order(object, 1, "user");
+  cJSON_Delete(object);
+
+#define GRAVITY "--load", "gravity:0,0,-0.1", "--json", "-q"
+#define SHORT GRAVITY, "--time", "0.03", "-o", "run"
+  object = object_of(thrum_run(folder, "static", "linear.npz", GRAVITY, NULL), true);
+  expect_order(object, 1, "user");
+  cJSON_Delete(object);
+  cJSON_Delete(object_of(thrum_run(folder, "static", "linear.npz", "--full", GRAVITY, NULL), true));
+  cJSON_Delete(object_of(thrum_run(folder, "simulate", "linear.npz", SHORT, NULL), true));
+  cJSON_Delete(object_of(thrum_run(folder, "simulate", "linear.npz", "--full", SHORT, NULL), true));
+
+  // a scene, of the model and of the mesh
+  static const char *const bodies[] = {"\"model\": \"linear.npz\"",
+                                       "\"model\": \"" THIN "\", \"fix\": \"x<1e-6\", \"order\": 1",
+                                       "\"model\": \"" THIN "\", \"fix\": \"x<1e-6\""};
+  for (int n = 0; n < 3; n++) {
+    char text[300];
+    snprintf(text, sizeof text, "{\"time\": 0.01, \"bodies\": [{%s}]}", bodies[n]);
+    assert_true(text_file_write(in_folder("scene.json"), text));
+    cJSON_Delete(object_of(
+        thrum_run(folder, "simulate", "scene.json", "-o", "scene", "--json", "-q", NULL), n < 2));
+  }
+
+  // info has a line, and the page of view a warning
+  program_result run = thrum_run(folder, "info", "linear.npz", NULL);
+  assert_non_null(strstr(run.out, "four nodes, by which the first frequencies are about"));
+  program_result_free(&run);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(statics_of_a_mesh_are_right_by_default),
+      cmocka_unit_test(precompute_says_what_it_chose),
+      cmocka_unit_test(meshes_that_do_not_lock_stay_as_they_are),
+      cmocka_unit_test(memory_decides_too),
+      cmocka_unit_test(every_command_says_by_how_much_a_linear_model_locks),
+  };
+  return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
