@@ -20,6 +20,6 @@ export function modelBytes(name, ...words) {
 }
 
 export const beamBytes = () =>
-  modelBytes('beam', 'beam:8x2x2@1x0.15x0.15', '--fix', 'x<0.001', '--modes', '6', '--rank', '12');
+  modelBytes('beam', 'beam:8x2x2@1x0.15x0.15,split=6', '--order', '1', '--fix', 'x<0.001', '--modes', '6', '--rank', '12');
 export const blockBytes = () =>
-  modelBytes('block', 'beam:2x2x2@0.2x0.2x0.2', '--modes', '3', '--rank', '6');
+  modelBytes('block', 'beam:2x2x2@0.2x0.2x0.2,split=6', '--order', '1', '--modes', '3', '--rank', '6');

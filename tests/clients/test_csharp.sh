@@ -12,7 +12,7 @@ cd "$source"
 cp "$library" "$work/libthrum.so"
 ln -s libthrum.so "$work/$(basename "$library")"
 "$compiler" -std=c11 -O1 -Wall -Wextra -Werror -Iinclude tests/clients/check.c "$work/libthrum.so" -o "$work/check"
-"$program" precompute beam:8x2x2@1x0.2x0.2 --fix 'x<0.001' --modes 4 --rank 8 -q -o "$work/beam.npz" >/dev/null 2>&1
+"$program" precompute beam:8x2x2@1x0.2x0.2,split=6 --order 1 --fix 'x<0.001' --modes 4 --rank 8 -q -o "$work/beam.npz" >/dev/null 2>&1
 mcs -warnaserror -out:"$work/check.exe" examples/csharp/Thrum.cs tests/clients/Check.cs
 
 LD_LIBRARY_PATH=$work "$work/check" "$work/beam.npz" >"$work/c.txt"

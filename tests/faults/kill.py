@@ -22,7 +22,7 @@ import zipfile
 
 SCENE = ('{"time": %g, "bodies": [{"name": "a", "model": "m.npz", "start": "mode:1,0.01"}, '
          '{"name": "b", "model": "m.npz"}], "outputs": {"frames": "every-5"}}')
-BEAM = ["precompute", "beam:2x1x1@2x1x1", "--fix", "x<0.1", "-q", "--modes", "2", "--rank"]
+BEAM = ["precompute", "beam:2x1x1@2x1x1,split=6", "--order", "1", "--fix", "x<0.1", "-q", "--modes", "2", "--rank"]
 
 
 def simulate(variant):

@@ -45,7 +45,7 @@ OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
 
 # commands: OUT is the folder of the case, the other files lie in the folder of the inputs
 COMMANDS = {
-    "precompute": "precompute beam:2x1x1@2x1x1 --fix x<0.1 --modes 2 --rank 4 -q -o OUT/m.npz --json",
+    "precompute": "precompute beam:2x1x1@2x1x1,split=6 --order 1 --fix x<0.1 --modes 2 --rank 4 -q -o OUT/m.npz --json",
     "precompute_free": "precompute mesh.veg --modes 2 --rank 4 -q -o OUT/m.npz --json",
     "precompute_dry": "precompute mesh.veg --dry-run --json",
     "check": "check mesh.veg --json",
@@ -78,7 +78,7 @@ COMMANDS = {
 EARLIER = {
     "simulate_again": "simulate m.npz -o OUT/run --time 0.06 --start mode:2,0.01 -q --frames every-10",
     "scene_again": "simulate scene.json -o OUT/run -q",
-    "precompute_again": "precompute beam:2x1x1@2x1x1 --fix x<0.1 --modes 2 --rank 3 -q -o OUT/m.npz",
+    "precompute_again": "precompute beam:2x1x1@2x1x1,split=6 --order 1 --fix x<0.1 --modes 2 --rank 3 -q -o OUT/m.npz",
     "static_again": "static m.npz --load gravity:0,0,-2 -q -o OUT/q.npy --vtu OUT/q.vtu --path OUT/q.csv",
     "export_again": "export run --glb OUT/m.glb --fps 60",
     "collect": COMMANDS["job"],
@@ -292,8 +292,8 @@ def make_inputs(program, inputs):
     (inputs / "quake.csv").write_text("t,ax,ay,az\n" + "".join(f"{0.01 * n},{n % 3},0,{n % 2}\n" for n in range(6)))
     for line in ("convert beam:2x1x1@2x1x1 mesh.veg", "convert beam:2x1x1@2x1x1 mesh.msh",
                  "convert beam:2x1x1@2x1x1 mesh.inp",
-                 "precompute beam:2x1x1@2x1x1 --fix x<0.1 --modes 2 --rank 4 -q -o m.npz",
-                 "precompute beam:2x1x1@2x1x1 --modes 2 --rank 4 -q -o f.npz",
+                 "precompute beam:2x1x1@2x1x1,split=6 --order 1 --fix x<0.1 --modes 2 --rank 4 -q -o m.npz",
+                 "precompute beam:2x1x1@2x1x1,split=6 --order 1 --modes 2 --rank 4 -q -o f.npz",
                  "simulate m.npz -o run --time 0.03 --start mode:1,0.01 -q", "simulate scene.json -o scene_run -q"):
         done = subprocess.run([program, *line.split(" ")], cwd=inputs, capture_output=True, text=True, check=False)
         if done.returncode != 0:

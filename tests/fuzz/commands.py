@@ -99,7 +99,7 @@ def main():
                            XDG_CACHE_HOME=str(folder / "cache"))
         seeds = []
         for fix in (["--fix", "x<0.1"], [], ["--fix", "x<0.1", "--condense"]):
-            subprocess.run([wanted.program, "precompute", "beam:2x1x1@2x1x1", *fix, "--modes", "2", "--rank", "4", "-q", "-o",
+            subprocess.run([wanted.program, "precompute", "beam:2x1x1@2x1x1,split=6", "--order", "1", *fix, "--modes", "2", "--rank", "4", "-q", "-o",
                             "seed.npz"], cwd=folder, check=True, capture_output=True, env=environment)
             with zipfile.ZipFile(folder / "seed.npz") as file:
                 seeds.append({member: file.read(member) for member in file.namelist()})

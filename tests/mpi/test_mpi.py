@@ -166,7 +166,7 @@ def check_one_process(programs, folder):
 def check_memory(programs, folder):
     """A solver that does not fit is refused before it is made, and `auto` then tries the other."""
     model = os.path.join(folder, "model.npz")
-    block = ["precompute", "beam:24x8x8@1x0.25x0.25", *HELD, "--modes", "1", "--rank", "1", "-o", model]
+    block = ["precompute", "beam:24x8x8@1x0.25x0.25,split=6", "--order", "1", *HELD, "--modes", "1", "--rank", "1", "-o", model]
     result = programs.together(2, [*block, "--memory", "4000", "--json"])
     demand(result.returncode == 0, result.stderr)
     use = json.loads(result.stdout)["solver"]
@@ -199,7 +199,7 @@ def check_dry_run(programs, folder):
         demand(solver["seconds"] > 0 and solver["memory_mb"] > solver["more_mb"], f"{name}: {solver}")
 
     # with half of the room that the factor of a larger block takes
-    block = ["precompute", "beam:16x6x6@1x0.3x0.3", *HELD, "--dry-run", "--solver", "factor"]
+    block = ["precompute", "beam:16x6x6@1x0.3x0.3,split=6", "--order", "1", *HELD, "--dry-run", "--solver", "factor"]
     factor = json.loads(programs.together(2, [*block, "--json"]).stdout)["solvers"]["factor"]
     limit = factor["memory_mb"] - 0.5 * factor["more_mb"]
     result = programs.together(2, [*block, "--memory", f"{limit:.0f}"])
@@ -324,7 +324,7 @@ def check_killed(programs, folder):
     model = os.path.join(folder, "model.npz")
     with open(model, "w", encoding="utf-8") as file:
         file.write("an earlier model")
-    command = programs.command(2, ["precompute", "beam:40x12x12@1x0.3x0.3", *HELD, "-o", model])
+    command = programs.command(2, ["precompute", "beam:40x12x12@1x0.3x0.3,split=6", "--order", "1", *HELD, "-o", model])
     with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as started:
         try:
             until = time.monotonic() + SECONDS

@@ -16,15 +16,15 @@
 #include "precompute/estimate.h"
 #include "tests/support/test_folder.h"
 
-#define BEAM "beam:30x8x8@1x0.2x0.2"
+#define BEAM "beam:30x8x8@1x0.2x0.2,split=6"
 
 static void the_estimate_is_near_what_the_run_takes(void **state) {
   (void)state;
-  program_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30",
-                                 "--dry-run", "--json", NULL);
+  program_result dry = thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "left",
+                                 "--rank", "30", "--dry-run", "--json", NULL);
   assert_int_equal(dry.exit_code, 0);
-  program_result wet = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30", "-o",
-                                 "made.npz", "--json", NULL);
+  program_result wet = thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "left",
+                                 "--rank", "30", "-o", "made.npz", "--json", NULL);
   assert_int_equal(wet.exit_code, 0);
 
   // the sizes are exactly known from the symbolic analysis
@@ -47,10 +47,10 @@ static void the_estimate_is_near_what_the_run_takes(void **state) {
 
 /* A figure of a run of the beam with as many points as may be, after `steps` of learning. */
 static double cubature_figure(const char *steps, const char *how, const char *name) {
-  program_result run =
-      thrum_run(folder, "precompute", "beam:12x3x3@1x0.2x0.2", "--fix", "left", "--modes", "8",
-                "--rank", "40", "--cubature", "--cubature-error", "1e-9", "--cubature-points",
-                "300", "--cubature-refine", steps, "--json", how, "-o", "points.npz", NULL);
+  program_result run = thrum_run(
+      folder, "precompute", "beam:12x3x3@1x0.2x0.2", "--order", "1", "--fix", "left", "--modes",
+      "8", "--rank", "40", "--cubature", "--cubature-error", "1e-9", "--cubature-points", "300",
+      "--cubature-refine", steps, "--json", how, "-o", "points.npz", NULL);
   if (run.exit_code != 0 && run.exit_code != 3)
     fail_msg("%s", run.err);
   cJSON *object = json_line(run.out);
@@ -75,9 +75,10 @@ static void learning_another_law_is_said_to_take_longer(void **state) {
   static const char *const laws[] = {"stvk", "neo-hookean", "corotational"};
   double seconds[3];
   for (int n = 0; n < 3; n++) {
-    program_result dry = thrum_run(folder, "precompute", "beam:2x1x1@1x0.2x0.2", "--fix", "left",
-                                   "--modes", "2", "--rank", "3", "--cubature", "--cubature-refine",
-                                   "100000", "--law", laws[n], "--dry-run", "--json", NULL);
+    program_result dry =
+        thrum_run(folder, "precompute", "beam:2x1x1@1x0.2x0.2", "--order", "1", "--fix", "left",
+                  "--modes", "2", "--rank", "3", "--cubature", "--cubature-refine", "100000",
+                  "--law", laws[n], "--dry-run", "--json", NULL);
     assert_int_equal(dry.exit_code, 0);
     cJSON *said = json_line(dry.out);
     seconds[n] = json_value(cJSON_GetObjectItem(said, "seconds"), "cubature");
@@ -94,8 +95,8 @@ static void a_given_basis_is_estimated_too(void **state) {
   (void)state;
 
   // a basis to import, written by a run of its own
-  program_result run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--rank", "30", "-o",
-                                 "own.npz", "-q", NULL);
+  program_result run = thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "left",
+                                 "--rank", "30", "-o", "own.npz", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
   run = thrum_run(folder, "export", "own.npz", "--vega-basis", "own.U", NULL);
@@ -103,11 +104,12 @@ static void a_given_basis_is_estimated_too(void **state) {
   program_result_free(&run);
 
   // the same import, estimated and run
-  program_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis",
-                                 "own.U", "--dry-run", "--json", NULL);
+  program_result dry = thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "left",
+                                 "--import-basis", "own.U", "--dry-run", "--json", NULL);
   assert_int_equal(dry.exit_code, 0);
-  program_result wet = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis",
-                                 "own.U", "-o", "again.npz", "--json", "-q", NULL);
+  program_result wet =
+      thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "left", "--import-basis",
+                "own.U", "-o", "again.npz", "--json", "-q", NULL);
   assert_int_equal(wet.exit_code, 0);
   cJSON *said = json_line(dry.out), *took = json_line(wet.out);
   const double ratio = json_value(said, "memory_mb") / json_value(took, "peak_mb");
@@ -119,8 +121,8 @@ static void a_given_basis_is_estimated_too(void **state) {
   program_result_free(&wet);
 
   // too little memory: refused before the arrays are allocated, and no file is written
-  run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--import-basis", "own.U", "-o",
-                  "small.npz", "--memory", "2", "-q", NULL);
+  run = thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "left", "--import-basis",
+                  "own.U", "-o", "small.npz", "--memory", "2", "-q", NULL);
   assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "this takes about"));
   program_result_free(&run);
@@ -135,8 +137,8 @@ static void a_condensed_model_is_estimated_to_take_less(void **state) {
   double seconds[2];
   for (int n = 0; n < 2; n++) {
     program_result run =
-        thrum_run(folder, "precompute", BEAM, "--fix", "left", "--modes", "20", "--rank", "60",
-                  "--dry-run", "--json", n == 0 ? NULL : "--condense", NULL);
+        thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "left", "--modes", "20",
+                  "--rank", "60", "--dry-run", "--json", n == 0 ? NULL : "--condense", NULL);
     assert_int_equal(run.exit_code, 0);
     cJSON *said = json_line(run.out);
     seconds[n] = json_value(cJSON_GetObjectItem(said, "seconds"), "polynomial");
@@ -149,15 +151,16 @@ static void a_condensed_model_is_estimated_to_take_less(void **state) {
 
 static void a_dry_run_writes_nothing_and_says_when_it_would_not_fit(void **state) {
   (void)state;
-  program_result run =
-      thrum_run(folder, "precompute", BEAM, "--fix", "left", "-o", "dry.npz", "--dry-run", NULL);
+  program_result run = thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "left", "-o",
+                                 "dry.npz", "--dry-run", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_non_null(strstr(run.out, "it fits"));
   program_result_free(&run);
   char path[160];
   snprintf(path, sizeof path, "%s/dry.npz", folder);
   assert_false(file_exists(path));
-  run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--memory", "2", "--dry-run", NULL);
+  run = thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "left", "--memory", "2",
+                  "--dry-run", NULL);
   assert_int_equal(run.exit_code, 3);
   assert_non_null(strstr(run.out, "does NOT fit"));
   program_result_free(&run);
@@ -176,9 +179,9 @@ static void a_dry_run_refuses_what_the_run_would_refuse(void **state) {
   // the run and the dry run refuse alike, in one line and without output
   for (int n = 0; n < 5; n++)
     for (int dry = 0; dry < 2; dry++) {
-      program_result run =
-          thrum_run(folder, "precompute", BEAM, cases[n][0], cases[n][1], cases[n][2], cases[n][3],
-                    "-q", "-o", "refused.npz", dry ? "--dry-run" : NULL, NULL);
+      program_result run = thrum_run(folder, "precompute", BEAM, "--order", "1", cases[n][0],
+                                     cases[n][1], cases[n][2], cases[n][3], "-q", "-o",
+                                     "refused.npz", dry ? "--dry-run" : NULL, NULL);
       assert_int_equal(run.exit_code, 1);
       assert_true(line_count_is(run.err, 1));
       assert_non_null(strstr(run.err, cases[n][4]));
@@ -188,8 +191,8 @@ static void a_dry_run_refuses_what_the_run_would_refuse(void **state) {
 }
 
 static double said_mb(const char *check) {
-  program_result dry = thrum_run(folder, "precompute", BEAM, "--fix", "left", "--check", check,
-                                 "--dry-run", "--json", NULL);
+  program_result dry = thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "left",
+                                 "--check", check, "--dry-run", "--json", NULL);
   assert_int_equal(dry.exit_code, 0);
   cJSON *said = json_line(dry.out);
   const double mb = json_value(said, "memory_mb");
@@ -208,8 +211,8 @@ static void the_inertia_count_is_counted_where_it_is_made(void **state) {
 
 static void a_model_that_does_not_fit_into_memory_is_refused_in_one_line(void **state) {
   (void)state;
-  program_result run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "-o", "large.npz",
-                                 "--memory", "2", "-q", NULL);
+  program_result run = thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "left", "-o",
+                                 "large.npz", "--memory", "2", "-q", NULL);
   assert_int_equal(run.exit_code, 1);
   assert_true(line_count_is(run.err, 1));
   assert_non_null(strstr(run.err, "of the limit given are left"));
@@ -218,9 +221,9 @@ static void a_model_that_does_not_fit_into_memory_is_refused_in_one_line(void **
   program_result_free(&run);
 
   // what else would do is said where it would
-  run = thrum_run(folder, "precompute", BEAM, "--fix", "left", "-o", "large.npz", "--memory", "60",
-                  "--modes", "20", "--rank", "100", "--cubature", "--cubature-refine", "1000000",
-                  "-q", NULL);
+  run = thrum_run(folder, "precompute", BEAM, "--order", "1", "--fix", "left", "-o", "large.npz",
+                  "--memory", "60", "--modes", "20", "--rank", "100", "--cubature",
+                  "--cubature-refine", "1000000", "-q", NULL);
   assert_int_equal(run.exit_code, 1);
   assert_true(line_count_is(run.err, 1));
   assert_non_null(strstr(run.err, ", or a lower --rank"));
@@ -288,9 +291,9 @@ static void a_program_without_room_for_its_libraries_ends_and_says_so(void **sta
 
   // the others end with one line that names the reason
   static const char *const commands[] = {
-      "precompute beam:4x2x2@1x0.2x0.2 --fix left -q -o limited.npz",
-      "precompute beam:4x2x2@1x0.2x0.2 --fix left -q -o limited.npz --threads 2",
-      "precompute beam:4x2x2@1x0.2x0.2 --fix left -q --dry-run"};
+      "precompute beam:4x2x2@1x0.2x0.2 --order 1 --fix left -q -o limited.npz",
+      "precompute beam:4x2x2@1x0.2x0.2 --order 1 --fix left -q -o limited.npz --threads 2",
+      "precompute beam:4x2x2@1x0.2x0.2 --order 1 --fix left -q --dry-run"};
   for (int n = 0; n < 3; n++) {
     run = run_limited(commands[n]);
     assert_int_equal(run.exit_code, LIMITED);
@@ -348,8 +351,8 @@ static void a_grid_that_cannot_fit_is_refused_before_it_is_made(void **state) {
     char name[96];
     snprintf(name, sizeof name, "beam:%dx%dx%d@1x1x1", (int)grids[n][0], (int)grids[n][1],
              (int)grids[n][2]);
-    program_result dry = thrum_run(folder, "precompute", name, "--fix", "left", "--modes", "2",
-                                   "--rank", "4", "--dry-run", "--json", NULL);
+    program_result dry = thrum_run(folder, "precompute", name, "--order", "1", "--fix", "left",
+                                   "--modes", "2", "--rank", "4", "--dry-run", "--json", NULL);
     assert_int_equal(dry.exit_code, 0);
     cJSON *said = json_line(dry.out);
 

@@ -21,12 +21,12 @@ def model_file(name, mesh, **options):
 
 def beam_file():
     """A cantilever of 1 m: rank 12, 6 modes."""
-    return model_file("beam", "beam:8x2x2@1x0.15x0.15", fix="x<0.001", order=1, modes=6, rank=12)
+    return model_file("beam", "beam:8x2x2@1x0.15x0.15,split=6", fix="x<0.001", order=1, modes=6, rank=12)
 
 
 def block_file():
     """A free cube of 0.2 m."""
-    return model_file("block", "beam:2x2x2@0.2x0.2x0.2", order=1, modes=3, rank=6)
+    return model_file("block", "beam:2x2x2@0.2x0.2x0.2,split=6", order=1, modes=3, rank=6)
 
 
 def beam():

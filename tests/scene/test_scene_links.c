@@ -23,9 +23,9 @@ static int setup(void **context) {
   fixture *f = calloc(1, sizeof *f);
   if (f == NULL)
     return -1;
-  f->meshes[0] = body_make("beam:4x2x2@0.4x0.1x0.1", NULL);
+  f->meshes[0] = body_make("beam:4x2x2@0.4x0.1x0.1,split=6", NULL);
   f->free_bar = body_precompute(&f->meshes[0], 4, 10);
-  f->meshes[1] = body_make("beam:4x2x2@0.4x0.1x0.1", "x<0.001");
+  f->meshes[1] = body_make("beam:4x2x2@0.4x0.1x0.1,split=6", "x<0.001");
   f->held_bar = body_precompute(&f->meshes[1], 4, 10);
   *context = f;
   return thrum_scene_make(0.002, &f->scene, &failure) < 0;

@@ -26,7 +26,7 @@ static int make(void **context, const char *fix) {
   fixture *f = calloc(1, sizeof *f);
   if (f == NULL)
     return -1;
-  f->block = body_make("beam:4x3x2@0.4x0.3x0.2", fix);
+  f->block = body_make("beam:4x3x2@0.4x0.3x0.2,split=6", fix);
   f->made = body_precompute(&f->block, 4, ALL);
   const thrum_model *m = &f->made.model;
   f->touch = need((size_t)m->vertex_count, sizeof *f->touch);

@@ -100,7 +100,7 @@ def main():
     sys.argv[1] = os.path.abspath(sys.argv[1])
     with tempfile.TemporaryDirectory(prefix="thrum-vtk-") as folder:
         os.chdir(folder)
-        thrum("precompute", "beam:6x2x2@1x0.2x0.3", "--fix", "x<0.001", "--modes", "4", "-q",
+        thrum("precompute", "beam:6x2x2@1x0.2x0.3,split=6", "--order", "1", "--fix", "x<0.001", "--modes", "4", "-q",
               "-o", "beam.npz", "--export-modes", "modes.vtu")
         thrum("simulate", "beam.npz", "-o", "run", "--time", "0.3", "--start", "mode:1,0.1",
               "--frames", "30", "--stress", "-q")

@@ -43,7 +43,7 @@ const SCENE = {
 let glb, model, motion;
 
 before(() => {
-  thrum('precompute', 'beam:6x2x2@1x0.2x0.3', '--fix', 'x<0.001', '--modes', '4', '--rank', '7',
+  thrum('precompute', 'beam:6x2x2@1x0.2x0.3,split=6', '--order', '1', '--fix', 'x<0.001', '--modes', '4', '--rank', '7',
     '-q', '-o', 'beam.npz');
   // fewer coordinates than the model has
   thrum('simulate', 'beam.npz', '-o', 'run', '--time', '0.2', '--start', 'mode:1,0.1', '--rank',

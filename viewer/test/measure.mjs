@@ -8,7 +8,7 @@ const VERTICES = 50000;
 const SECONDS = 15; // of frames
 const REPEATS = 3000;
 
-thrum('precompute', 'beam:21x8x8@1x0.35x0.35', '--fix', 'x<0.001', '--young', '1e5',
+thrum('precompute', 'beam:21x8x8@1x0.35x0.35,split=6', '--order', '1', '--fix', 'x<0.001', '--young', '1e5',
   '--modes', '20', '--rank', '30', '-o', 'fine.npz', '--quiet');
 const pack = packOf('fine.npz');
 while (pack.models[0].vertex_count < VERTICES) pack.models[0] = subdivide(pack.models[0]);

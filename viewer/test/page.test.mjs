@@ -11,7 +11,7 @@ const GRAVITY = [0, 0, -9.81];
 let browser, pack, page;
 
 before(async () => {
-  thrum('precompute', 'beam:8x2x2@1x0.2x0.2', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
+  thrum('precompute', 'beam:8x2x2@1x0.2x0.2,split=6', '--order', '1', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
     '-o', 'beam.npz', '--quiet');
   pack = packOf('beam.npz', 'heart');
   pack.scene = { ...pack.scene, gravity: GRAVITY, dt: 0.003, damping: 0.5, integrator: 'imexv' };

@@ -27,8 +27,8 @@ const SCENE = {
 };
 
 before(() => {
-  thrum('precompute', 'beam:8x2x2@0.8x0.1x0.1', '--fix', 'x<0.001', '--modes', '5', '--rank', '12', '-o', 'arm.npz', '--quiet');
-  thrum('precompute', 'beam:4x2x2@0.4x0.1x0.1', '--modes', '4', '--rank', '8', '-o', 'bar.npz', '--quiet');
+  thrum('precompute', 'beam:8x2x2@0.8x0.1x0.1,split=6', '--order', '1', '--fix', 'x<0.001', '--modes', '5', '--rank', '12', '-o', 'arm.npz', '--quiet');
+  thrum('precompute', 'beam:4x2x2@0.4x0.1x0.1,split=6', '--order', '1', '--modes', '4', '--rank', '8', '-o', 'bar.npz', '--quiet');
 });
 
 /** A file of the folder, or of a text, as a browser hands it over. */
@@ -94,7 +94,7 @@ test('a body of a scene that is dropped may touch itself', async () => {
 });
 
 test('the coordinates that follow in a file stay where it is dropped with a scene', async () => {
-  thrum('precompute', 'beam:4x2x2@0.4x0.1x0.1', '--modes', '4', '--rank', '8', '--condense', '-o', 'few.npz', '--quiet');
+  thrum('precompute', 'beam:4x2x2@0.4x0.1x0.1,split=6', '--order', '1', '--modes', '4', '--rank', '8', '--condense', '-o', 'few.npz', '--quiet');
   const pack = await dropped({ bodies: [{ model: 'few.npz', free: true, condense: 3 }] }, ['few.npz']);
   const engine = await stepped(pack, pack.scene, 1);
   assert.equal(engine.report(0).rank, 3);

@@ -11,7 +11,7 @@ import { folder, launch, open, packOf, thrum } from './fixture.mjs';
 let browser;
 
 before(async () => {
-  thrum('precompute', 'beam:8x2x2@1x0.2x0.2', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
+  thrum('precompute', 'beam:8x2x2@1x0.2x0.2,split=6', '--order', '1', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
     '-o', 'beam.npz', '--quiet');
   browser = await launch();
 });

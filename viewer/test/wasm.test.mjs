@@ -15,7 +15,7 @@ const GRAVITY = [0, 0, -9.81];
 let pack;
 
 before(() => {
-  thrum('precompute', 'beam:8x2x2@1x0.2x0.2', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
+  thrum('precompute', 'beam:8x2x2@1x0.2x0.2,split=6', '--order', '1', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
     '-o', 'beam.npz', '--quiet');
   pack = packOf('beam.npz');
 });
@@ -39,7 +39,7 @@ for (const integrator of ['imexv', 'newmark', 'energy'])
 
 for (const law of ['stvk', 'corotational', 'neo-hookean'])
   test(`a model of cubature points of ${law} has the bits of the native library`, async () => {
-    thrum('precompute', 'beam:8x2x2@1x0.2x0.2', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
+    thrum('precompute', 'beam:8x2x2@1x0.2x0.2,split=6', '--order', '1', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
       '--cubature', '--cubature-error', '0.05', '--law', law, '-o', `${law}.npz`, '--quiet');
     thrum('simulate', `${law}.npz`, '-o', law, '--integrator', 'energy', '--damping', '0',
       '--load', `gravity:${GRAVITY}`, '--dt', '0.003', '--time', '0.3', '--quiet');
@@ -77,7 +77,7 @@ test('regions of several laws have the bits of the native library', async () => 
 });
 
 test('touch modes follow a pull; what is stepped beside them has the bits of the native library', async () => {
-  thrum('precompute', 'beam:8x2x2@1x0.2x0.2', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
+  thrum('precompute', 'beam:8x2x2@1x0.2x0.2,split=6', '--order', '1', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
     '--touch', '-o', 'touch.npz', '--quiet');
   thrum('simulate', 'touch.npz', '-o', 'touch', '--integrator', 'energy', '--damping', '0',
     '--load', `gravity:${GRAVITY}`, '--dt', '0.003', '--time', '0.3', '--quiet');
@@ -106,7 +106,7 @@ test('touch modes follow a pull; what is stepped beside them has the bits of the
 });
 
 test('fewer coordinates, as the slider sets them, do not lock a body: the others follow', async () => {
-  thrum('precompute', 'beam:8x2x2@1x0.15x0.15', '--fix', 'x<0.001', '--modes', '6', '--rank', '12',
+  thrum('precompute', 'beam:8x2x2@1x0.15x0.15,split=6', '--order', '1', '--fix', 'x<0.001', '--modes', '6', '--rank', '12',
     '-o', 'swing.npz', '--quiet');
   const swing = packOf('swing.npz');
   const [{ vertex_count: count, arrays: { positions } }] = swing.models;
@@ -157,7 +157,7 @@ test('a beam that would sag through a plane comes to rest on it', async () => {
 });
 
 test('a free body falls as all things do, and turns', async () => {
-  thrum('precompute', 'beam:4x2x2@1x0.2x0.2', '--modes', '4', '--rank', '6', '-o', 'free.npz',
+  thrum('precompute', 'beam:4x2x2@1x0.2x0.2,split=6', '--order', '1', '--modes', '4', '--rank', '6', '-o', 'free.npz',
     '--quiet');
   const [model] = packOf('free.npz').models;
   const engine = await Engine.load(wasmBytes());
