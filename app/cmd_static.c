@@ -92,14 +92,21 @@ static thrum_status write_q(const static_answer *answer, thrum_error *error) {
   return thrum_npy_write_f8(answer->request->output, answer->q, answer->model->rank, 0, error);
 }
 
-/* The frame for ParaView and the field of displacements, whichever is wanted. */
-static thrum_status write_fields(const static_answer *answer, thrum_error *error) {
+/* The stress of the answer, the frame for ParaView and the field of displacements, whichever is
+ * wanted. */
+static thrum_status show_fields(static_answer *answer, thrum_error *error) {
   const thrum_model *model = answer->model;
   double *field = NULL;
+  if (model->basis == NULL && answer->request->frame == NULL && answer->request->field == NULL)
+    return THRUM_OK;
   THRUM_TRY(thrum_reserve(&field, 3 * model->vertex_count, sizeof *field, "the frame", error));
   thrum_status status = thrum_displacement(model, answer->q, 0, model->vertex_count, field, error);
+  THRUM_THEN(status, static_stress_look(model, field, &answer->stress, error));
+
+  // the frame has the stress as well
+  const vtu_stress stress = static_stress_frame(&answer->stress);
   if (answer->request->frame != NULL)
-    THRUM_THEN(status, vtu_write_whole(answer->request->frame, model, field, error));
+    THRUM_THEN(status, vtu_write_whole(answer->request->frame, model, field, &stress, error));
   if (answer->request->field != NULL)
     THRUM_THEN(status,
                thrum_npy_write_f8(answer->request->field, field, model->vertex_count, 3, error));
@@ -183,9 +190,7 @@ static thrum_status answer_all(static_answer *answer, double *memory, thrum_erro
   THRUM_TRY(static_forces_reduced(request, answer->model, q, &answer->forces, error));
   if (request->output != NULL)
     THRUM_TRY(write_q(answer, error));
-  if (request->frame != NULL || request->field != NULL)
-    THRUM_TRY(write_fields(answer, error));
-  return THRUM_OK;
+  return show_fields(answer, error);
 }
 
 static void warn_flags(const static_answer *answer) {
@@ -261,6 +266,7 @@ static int run_request(const static_request *request) {
   free(memory);
   free(answer.displaced);
   static_forces_free(&answer.forces);
+  node_stress_close(&answer.stress);
   thrum_model_free(loaded);
   return code;
 }

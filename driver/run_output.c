@@ -123,7 +123,7 @@ thrum_status run_output_place(run_output *output, const double matrix[16], thrum
 }
 
 thrum_status run_output_frame(run_output *output, double time, const double base[3],
-                              const double *von_mises, thrum_error *error) {
+                              const vtu_stress *stress, thrum_error *error) {
   path_text path, name;
   const thrum_model *model = output->model;
   for (int64_t c = 0; c < 3 * model->vertex_count; c++)
@@ -132,7 +132,7 @@ thrum_status run_output_frame(run_output *output, double time, const double base
   // the frame, then its line in the list
   snprintf(name, sizeof name, RUN_FRAMES "/frame_%06" PRId64 ".vtu", output->frames);
   snprintf(path, sizeof path, "%s/%.40s", output->folder.work, name);
-  thrum_status status = vtu_write(path, model, output->displacement, von_mises, time, error);
+  thrum_status status = vtu_write(path, model, output->displacement, stress, time, error);
   THRUM_THEN(status, pvd_add(&output->pvd, name, time, error));
   output->frames += status >= 0;
   return status;

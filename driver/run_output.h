@@ -48,9 +48,9 @@ thrum_status run_output_record(run_output *output, int64_t step, double time, co
                                const thrum_energies *energies, thrum_error *error);
 
 /* A frame for ParaView of the displacements in output->displacement, to each of which `base` [m] is
- * added. von_mises: tet_count [Pa], or NULL. */
+ * added. stress may be NULL. */
 thrum_status run_output_frame(run_output *output, double time, const double base[3],
-                              const double *von_mises, thrum_error *error);
+                              const vtu_stress *stress, thrum_error *error);
 
 /* Ends the series and writes end.npy: the two rows q and p. q NULL: there is no end to write. */
 thrum_status run_output_end(run_output *output, const double *q, const double *p,

@@ -126,7 +126,10 @@ static thrum_status write_frame(driver_run *run, int32_t n, double time, thrum_e
   THRUM_TRY(stepper->kind->displacements(stepper->self, n, body->output.displacement, error));
   if (request->ground)
     base_motions_position(request->base_motions, request->base_motion_count, time, base);
-  return run_output_frame(&body->output, time, base, body->measures.von_mises, error);
+  const node_stress *nodes = &body->measures.nodes;
+  const vtu_stress stress = {nodes->largest, body->measures.von_mises,
+                             !thrum_stress_nodes_extrapolated(nodes->nodes)};
+  return run_output_frame(&body->output, time, base, &stress, error);
 }
 
 thrum_status driver_run_frame(driver_run *run, int64_t step, thrum_error *error) {

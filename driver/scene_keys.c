@@ -459,7 +459,7 @@ static const config_option output_keys[] = {
     OPTION_COUNT("record_every", "1", "between rows of the series", .unit = "steps",
                  AT(record_every), CONFIG_RANGE(1, 1e12)),
     OPTION_FRAMES(take_frames),
-    OPTION_FLAG("stress", "von Mises stress in all tetrahedra", .fallback = "false", AT(stress)),
+    OPTION_FLAG("stress", "von Mises stress at nodes and centres", .fallback = "false", AT(stress)),
     OPTION_FLAG("plots", "a plot of each body's energy, where gnuplot is installed",
                 .fallback = "true for up to 8 bodies", AT(plots)),
     OPTION_FLAG("monitor", "warn where a model cannot be believed", .fallback = "true",

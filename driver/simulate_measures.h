@@ -7,6 +7,7 @@
 #include <stdbool.h>
 
 #include "driver/basis_record.h"
+#include "driver/node_stress.h"
 #include "driver/simulate_options.h"
 #include "thrum/thrum.h"
 
@@ -14,10 +15,12 @@
 typedef struct simulate_measures {
   void *stress_points_memory, *monitor_memory;
   const thrum_stress_points *stress_points; /* NULL: no --stress */
-  double *work, *von_mises;                 /* tet_count of the latter [Pa] */
+  double *work, *von_mises;                 /* tet_count of the latter, at their centres [Pa] */
+  node_stress nodes;                        /* at the nodes of the mesh, with --stress */
+  const thrum_model *model;                 /* of the run, whose mesh they are of */
   thrum_model field_model; /* of the full order: its only coordinate is the displacement, in */
   double *field;      /* 3 vertex_count [m], which is filled before each look; NULL: q is read */
-  double peak_stress; /* largest von Mises of all rows and frames [Pa]; NaN: none yet */
+  double peak_stress; /* largest of the centres, rows and frames [Pa]; NaN: none yet */
   int64_t peak_tet;   /* 0-based */
   double peak_time;
   const thrum_monitor *monitor; /* NULL: --monitor off, or no mesh */

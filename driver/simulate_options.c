@@ -95,7 +95,7 @@ static const config_option options[] = {
         "frames-in", frames_in, "base",
         "whether frames are seen from the base that --base-motion moves or from the ground",
         AT(ground)),
-    OPTION_FLAG("stress", "von Mises stress in all tetrahedra: its peak, and in the frames",
+    OPTION_FLAG("stress", "von Mises stress at nodes and centres: its peak, and in the frames",
                 AT(stress)),
     OPTION_SWITCH("monitor", "on",
                   "warn of compression, inversion and of what the model cannot show; changes no "

@@ -36,7 +36,7 @@ typedef struct simulate_request {
   int64_t start_count;
   start_spec *starts; /* the same */
   double spin[3];     /* of a free body at the start [degrees/s]; 0: its frame stays */
-  bool stress;        /* von Mises in all tets */
+  bool stress;        /* von Mises at all nodes and centres */
   bool monitor;       /* default: where there is a mesh */
   bool monitor_given;
   basis_asked basis;   /* of a reduced model that is monitored */

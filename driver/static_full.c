@@ -321,7 +321,10 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
   THRUM_TRY(look(answer, s, error));
   if (request->field != NULL)
     THRUM_TRY(thrum_npy_write_f8(request->field, s->field, model->vertex_count, 3, error));
-  return request->frame != NULL ? vtu_write_whole(request->frame, model, s->field, error)
+  const thrum_model shown = model_of_law(model, def.law);
+  THRUM_TRY(static_stress_look(&shown, s->field, &answer->stress, error));
+  const vtu_stress stress = static_stress_frame(&answer->stress);
+  return request->frame != NULL ? vtu_write_whole(request->frame, model, s->field, &stress, error)
                                 : THRUM_OK;
 }
 

@@ -12,6 +12,7 @@
 #include "driver/shared_options.h"
 #include "driver/static_solve.h"
 #include "io/json.h"
+#include "runtime/material/material_law.h"
 #include "thrum/thrum.h"
 
 static const char *const instabilities[] = {"none", "bifurcation", "limit point"};
@@ -33,6 +34,19 @@ const char *static_status_name(const static_answer *answer) {
   const bool wrong = answer->belief.judged &&
                      basis_estimate_is_large(&answer->belief.error, &answer->request->basis);
   return wrong ? "basis_wrong" : "done";
+}
+
+thrum_status static_stress_look(const thrum_model *model, const double *u, node_stress *stress,
+                                thrum_error *error) {
+  if (model->tets == NULL || thrum_law_has_yield(model))
+    return THRUM_OK;
+  node_stress_close(stress);
+  THRUM_TRY(node_stress_open(model, stress, error));
+  return node_stress_look(model, u, 0, stress, error);
+}
+
+vtu_stress static_stress_frame(const node_stress *stress) {
+  return (vtu_stress){stress->largest, NULL, !thrum_stress_nodes_extrapolated(stress->nodes)};
 }
 
 bool static_was_watched(const static_answer *answer) {
@@ -129,6 +143,11 @@ void static_report_json(const static_answer *answer) {
   // what holds the body there
   static_forces_json(&answer->forces, object);
 
+  // and how much it bears
+  cJSON *stress = json_section(object, "stress", answer->stress.nodes != NULL);
+  if (stress != NULL)
+    node_stress_json(&answer->stress, stress);
+
   // what of it is to be believed
   cJSON *monitor = json_section(object, "monitor", !isnan(answer->belief.stretch));
   if (monitor != NULL) {
@@ -221,6 +240,10 @@ void static_report_table(const static_answer *answer) {
     printf("peak         %.6g m at vertex %" PRId64 "\n", answer->peak, answer->peak_vertex + 1);
 
   static_forces_table(&answer->forces);
+  if (answer->stress.peak_node >= 0 && answer->stress.nodes != NULL) {
+    node_stress_print(&answer->stress);
+    puts("");
+  }
 
   if (request->full && !isnan(answer->belief.stretch))
     printf("monitor      least stretch %.3f (warns below 0.577 with StVK)\n",

@@ -3,8 +3,10 @@
 #ifndef THRUM_DRIVER_STATIC_REPORT_H
 #define THRUM_DRIVER_STATIC_REPORT_H
 
+#include "driver/node_stress.h"
 #include "driver/static_forces.h"
 #include "driver/static_options.h"
+#include "io/vtu.h"
 
 /* How far the answer of a reduced model can be believed; NaN: not looked at. */
 typedef struct static_belief {
@@ -27,6 +29,7 @@ typedef struct static_answer {
   int64_t components;     /* of the full order */
   static_belief belief;
   static_forces forces;
+  node_stress stress;
 
   /* How well the critical load is known; NaN: there is none. */
   double critical_from, critical_to; /* factors between which it lies */
@@ -40,6 +43,14 @@ typedef struct static_answer {
 /* "done", or what flags it: "inverted", "higher", "unstable", "snapped", "buckled", "lost",
  * "basis_wrong". */
 const char *static_status_name(const static_answer *answer);
+
+/* Looks at the stress at displacements u (3 vertex_count) of a model of the law that they are of,
+ * which may go afterwards; passed over where the material flows or the model has no mesh. */
+thrum_status static_stress_look(const thrum_model *model, const double *u, node_stress *stress,
+                                thrum_error *error);
+
+/* The stress for a frame; all NULL: none. */
+vtu_stress static_stress_frame(const node_stress *stress);
 
 /* Was the stability of the path looked at? */
 bool static_was_watched(const static_answer *answer);

@@ -13,14 +13,14 @@
 #include "io/vtu_grid.h"
 
 #define VTU_NAME_SIZE 48
-#define FRAME_ARRAYS 3 /* besides vectors: fixed, region, von_mises */
+#define FRAME_ARRAYS 4 /* besides vectors: fixed, region and two stresses */
 
-/* The point vectors of a frame, and at most one cell scalar. */
+/* The point vectors of a frame, and its stresses. */
 typedef struct vtu_vectors {
   int64_t count;
   const double *const *values; /* each vertex_count x 3 */
   char (*names)[VTU_NAME_SIZE];
-  const double *von_mises; /* tet_count; NULL: none */
+  vtu_stress stress;
 } vtu_vectors;
 
 static thrum_status check_mesh(const thrum_model *model, thrum_error *error) {
@@ -49,8 +49,12 @@ static bool put_file(FILE *file, const thrum_model *model, const vtu_vectors *ve
   arrays[count++] = (vtu_array){"region", VTU_INT32, 1, true, model->tet_region};
   for (int64_t n = 0; n < vectors->count; n++)
     arrays[count++] = (vtu_array){vectors->names[n], VTU_FLOAT64, 3, false, vectors->values[n]};
-  if (vectors->von_mises != NULL)
-    arrays[count++] = (vtu_array){"von_mises", VTU_FLOAT64, 1, true, vectors->von_mises};
+  const vtu_stress *stress = &vectors->stress;
+  if (stress->nodes != NULL)
+    arrays[count++] = (vtu_array){stress->patches ? "von_mises_patch_average" : "von_mises",
+                                  VTU_FLOAT64, 1, false, stress->nodes};
+  if (stress->centres != NULL)
+    arrays[count++] = (vtu_array){"von_mises_centre", VTU_FLOAT64, 1, true, stress->centres};
 
   const vtu_grid grid = {.point_count = model->vertex_count,
                          .tet_count = model->tet_count,
@@ -67,7 +71,8 @@ static bool put_file(FILE *file, const thrum_model *model, const vtu_vectors *ve
 }
 
 thrum_status vtu_write(const char *path, const thrum_model *model, const double *displacement,
-                       const double *von_mises, double time, thrum_error *error) {
+                       const vtu_stress *stress, double time, thrum_error *error) {
+  const vtu_stress none = {0};
   char name[1][VTU_NAME_SIZE] = {"displacement"};
   THRUM_TRY(check_mesh(model, error));
 
@@ -77,7 +82,8 @@ thrum_status vtu_write(const char *path, const thrum_model *model, const double 
   if (file == NULL)
     return write_failed(path, error);
 
-  const bool put = put_file(file, model, &(vtu_vectors){1, &displacement, name, von_mises}, time);
+  const bool put =
+      put_file(file, model, &(vtu_vectors){1, &displacement, name, stress ? *stress : none}, time);
   const bool failed = !put || ferror(file) != 0;
   // nothing but closing comes between the failure and its reason
   return fclose(file) != 0 || failed ? write_failed(path, error) : THRUM_OK;
@@ -97,9 +103,11 @@ static thrum_status write_whole(const char *path, const thrum_model *model,
 }
 
 thrum_status vtu_write_whole(const char *path, const thrum_model *model, const double *displacement,
-                             thrum_error *error) {
+                             const vtu_stress *stress, thrum_error *error) {
+  const vtu_stress none = {0};
   char name[1][VTU_NAME_SIZE] = {"displacement"};
-  return write_whole(path, model, &(vtu_vectors){1, &displacement, name, NULL}, error);
+  return write_whole(path, model, &(vtu_vectors){1, &displacement, name, stress ? *stress : none},
+                     error);
 }
 
 thrum_status vtu_write_modes(const char *path, const thrum_model *model, int64_t count,
@@ -117,7 +125,7 @@ thrum_status vtu_write_modes(const char *path, const thrum_model *model, int64_t
       snprintf(names[n], VTU_NAME_SIZE, "mode_%02" PRId64 "_%.6g_Hz", n + 1, hertz[n]);
     }
 
-    status = write_whole(path, model, &(vtu_vectors){count, values, names, NULL}, error);
+    status = write_whole(path, model, &(vtu_vectors){count, values, names, {0}}, error);
   }
 
   free(values);

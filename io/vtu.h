@@ -4,17 +4,27 @@
 #ifndef THRUM_IO_VTU_H
 #define THRUM_IO_VTU_H
 
+#include <stdbool.h>
+
 #include "thrum/thrum.h"
 
-/* Writes one frame to `path`: the mesh at rest, the point vectors `displacement` (vertex_count x 3,
- * [m]), the cells' `von_mises` (tet_count, [Pa]; NULL: left out) and the time [s]. The model needs
- * a mesh. The file grows in its place, so its folder should not be visible to readers yet. */
-thrum_status vtu_write(const char *path, const thrum_model *model, const double *displacement,
-                       const double *von_mises, double time, thrum_error *error);
+/* Von Mises' stresses of a frame [Pa]; a zeroed one has none, and each array may be NULL. */
+typedef struct vtu_stress {
+  const double *nodes;   /* vertex_count: the largest of the regions at each vertex */
+  const double *centres; /* tet_count: at the centre of each tetrahedron */
+  bool patches;          /* nodes are averages of patches of linear tetrahedra */
+} vtu_stress;
 
-/* Writes a single frame of the displacement alone, first beside its place and then renamed. */
+/* Writes one frame to `path`: the mesh at rest, the point vectors `displacement` (vertex_count x 3,
+ * [m]), the points' `von_mises`, or `von_mises_patch_average`, the cells' `von_mises_centre`
+ * (`stress` may be NULL) and the time [s]. The model needs a mesh. The file grows in its place, so
+ * its folder should not be visible to readers yet. */
+thrum_status vtu_write(const char *path, const thrum_model *model, const double *displacement,
+                       const vtu_stress *stress, double time, thrum_error *error);
+
+/* Writes a single frame, first beside its place and then renamed. */
 thrum_status vtu_write_whole(const char *path, const thrum_model *model, const double *displacement,
-                             thrum_error *error);
+                             const vtu_stress *stress, thrum_error *error);
 
 /* Writes linear modes to `path` in the same way: the mesh at rest and for each of `count` modes the
  * point vectors `mode_N_F_Hz` with its frequency F; modes: count x 3 vertex_count [kg^-1/2]. */

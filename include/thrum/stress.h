@@ -1,4 +1,5 @@
-/* Strain and stress in chosen tetrahedra, or all of them, straight from q.
+/* Strain and stress at the centres of chosen tetrahedra, or of all of them, straight from q; and
+ * stress at the nodes, where it is largest on a surface that is bent or twisted.
  *
  * A linear tetrahedron has one displacement gradient, G(q) = sum_i q_i G_i, so its Green strain
  *   E(q) = 1/2 (G + G^T + G^T G)
@@ -87,6 +88,45 @@ THRUM_API thrum_status thrum_stress_points_read(const thrum_stress_points *stres
                                                 const double *q, double *work,
                                                 const thrum_stress_points_output *output,
                                                 thrum_error *error);
+
+/* Opaque: Cauchy stress at the nodes of a mesh, one tensor for each vertex and each region that
+ * meets there. In a ten-node tetrahedron the stress at the four points of quadrature is
+ * extrapolated to its nodes; a node has the mean of the tetrahedra of one region around it,
+ * weighted by their volumes, so that a jump between two regions stays. In linear tetrahedra the
+ * mean of their constant stresses is the average of a patch, and lags behind the stress at a
+ * surface. */
+typedef struct thrum_stress_nodes thrum_stress_nodes;
+
+/* Bytes of the nodes of this model, into *size. THRUM_MISSING for a model without a mesh. */
+THRUM_API thrum_status thrum_stress_nodes_size(const thrum_model *model, size_t *size,
+                                               thrum_error *error);
+
+/* Lays the nodes into `memory`, aligned to 64 and of at least thrum_stress_nodes_size bytes, which
+ * the caller owns. The model must stay. THRUM_BAD_VALUE for a tetrahedron without a positive
+ * volume, THRUM_MISALIGNED, THRUM_BUFFER_TOO_SMALL, or the failures of thrum_stress_nodes_size. */
+THRUM_API thrum_status thrum_stress_nodes_init(void *memory, size_t memory_size,
+                                               const thrum_model *model,
+                                               const thrum_stress_nodes **nodes,
+                                               thrum_error *error);
+
+/* Number of pairs of a vertex and a region, by vertex and then by region; 0 for NULL. */
+THRUM_API int64_t thrum_stress_nodes_count(const thrum_stress_nodes *nodes);
+
+/* Vertex and region (0-based) of place n of the output, 0 <= n < count. */
+THRUM_API int32_t thrum_stress_nodes_vertex(const thrum_stress_nodes *nodes, int64_t n);
+THRUM_API int32_t thrum_stress_nodes_region(const thrum_stress_nodes *nodes, int64_t n);
+
+/* 1: stresses are extrapolated to the nodes; 0: they are averages of patches of linear tetrahedra,
+ * or nodes is NULL. */
+THRUM_API int32_t thrum_stress_nodes_extrapolated(const thrum_stress_nodes *nodes);
+
+/* Cauchy stress (count x 6, xx, yy, zz, xy, yz, xz [Pa]) and von Mises' equivalent of it (count
+ * [Pa], may be NULL) at displacements u of all vertices (3 vertex_count [m], as thrum_displacement
+ * gives them). NaN next to a tetrahedron that is turned inside out. THRUM_BAD_VALUE where u is not
+ * finite, THRUM_INVALID_ARGUMENT for NULL or nodes that init did not make. Allocates nothing. */
+THRUM_API thrum_status thrum_stress_nodes_read(const thrum_stress_nodes *nodes, const double *u,
+                                               double *cauchy, double *von_mises,
+                                               thrum_error *error);
 
 /* Von Mises' equivalent stress of one stress tensor of six numbers, in its unit: 0 for a pressure,
  * |s| for a uniaxial stress s, sqrt(3) |t| for a pure shear t. Any thread. */

@@ -102,7 +102,7 @@ export class Model implements Freed {
   start(mode: number, amplitude: number): Float64Array;
   /** Displacements [m], 3 n, at q (`shown`). */
   displacement(q: ArrayLike<number>): Float64Array;
-  /** Von Mises' stress of every tetrahedron [Pa] at q (`shown`). */
+  /** Von Mises' stress at the centre of every tetrahedron [Pa] at q (`shown`). */
   vonMises(q: ArrayLike<number>): Float64Array;
   /** Static equilibrium under a load (r), from rest or from the equilibrium `from`. */
   equilibrium(load: ArrayLike<number>, from?: ArrayLike<number>): Equilibrium;

@@ -25,7 +25,7 @@ from .model import Model
 from .monitor import Look, Monitor
 from .scene import Body, Link, Load, Obstacle, Overlap, Pull, Scene, Touch
 from .state import Energies, Report, State
-from .stress import Stress, StressPoints
+from .stress import NodeStress, Stress, StressNodes, StressPoints
 from .surface import Surface
 from .view import View, view
 
@@ -33,9 +33,9 @@ __version__ = version()
 
 __all__ = [
     "BadFile", "BadValue", "Batch", "Body", "Energies", "Equilibrium", "Error", "InvalidArgument", "Link", "Load",
-    "Look", "Missing", "Model", "ModelMismatch", "Monitor", "NotConverged", "Obstacle", "OutOfMemory", "Overlap",
-    "ProgramFailed", "Pull", "Report", "Run", "Scene", "State", "Status", "Stress", "StressPoints", "Surface", "Touch",
-    "Unsupported", "View",
+    "Look", "Missing", "Model", "ModelMismatch", "Monitor", "NodeStress", "NotConverged", "Obstacle", "OutOfMemory",
+    "Overlap", "ProgramFailed", "Pull", "Report", "Run", "Scene", "State", "Status", "Stress", "StressNodes",
+    "StressPoints", "Surface", "Touch", "Unsupported", "View",
     "integrators", "library_path", "precompute", "program", "run_program", "simulate", "static", "tradeoff",
     "version", "view",
 ]

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from .equilibrium import Equilibrium
     from .monitor import Monitor
     from .state import State
-    from .stress import StressPoints
+    from .stress import StressNodes, StressPoints
     from .surface import Surface
 
 Path = Union[str, "os.PathLike[str]"]
@@ -419,9 +419,14 @@ class Model:
         return outer_triangles(self)
 
     def stress_points(self, tets: Any = None) -> StressPoints:
-        """Stress and strain in chosen tetrahedra, or in all."""
+        """Stress and strain at the centres of chosen tetrahedra, or of all."""
         from .stress import StressPoints
         return StressPoints(self, tets)
+
+    def stress_nodes(self) -> StressNodes:
+        """Stress at the nodes, where it is largest on a surface that is bent or twisted."""
+        from .stress import StressNodes
+        return StressNodes(self)
 
     def monitor(self, **options: Any) -> Monitor:
         """Tells whether the model can be believed where a state is."""

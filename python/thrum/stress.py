@@ -1,4 +1,4 @@
-"""Stress and strain in the tetrahedra (thrum/stress.h).
+"""Stress and strain at the centres of tetrahedra, and stress at nodes (thrum/stress.h).
 
 SPDX-License-Identifier: Apache-2.0
 """
@@ -27,7 +27,7 @@ class Stress:
 
 
 class StressPoints:
-    """A point in each chosen tetrahedron (0-based), or in all. Any number of threads may read it."""
+    """The centre of each chosen tetrahedron (0-based), or of all. Any number of threads may read it."""
 
     def __init__(self, model: Model, tets: Any = None) -> None:
         chosen = None if tets is None else _native.vertex_numbers(tets, model.tet_count, "tets")
@@ -61,4 +61,59 @@ class StressPoints:
             setattr(output, name, _native.pointer(getattr(found, name)))
         work = np.empty(lib.thrum_stress_points_work_count(self._points))
         call(lib.thrum_stress_points_read, self._points, _native.pointer(at), _native.pointer(work), output)
+        return found
+
+
+@dataclass(frozen=True)
+class NodeStress:
+    """Values at count nodes. A symmetric tensor is six numbers xx, yy, zz, xy, yz, xz."""
+
+    cauchy: Array  # count x 6 [Pa]; NaN next to a tetrahedron that is inverted
+    von_mises: Array  # count [Pa]; NaN there too
+
+
+class StressNodes:
+    """Each vertex of the mesh, once for each region that meets there. Any number of threads may read it.
+
+    In ten-node tetrahedra stress is extrapolated to the nodes and averaged within a region; in linear ones it is the
+    average of a patch, which lags behind the stress at a surface.
+    """
+
+    def __init__(self, model: Model) -> None:
+        size, place = ffi.new("size_t *"), ffi.new("const thrum_stress_nodes **")
+        call(lib.thrum_stress_nodes_size, model._shape, size)
+        self._block = AlignedBlock(size[0])
+        call(lib.thrum_stress_nodes_init, self._block.place, self._block.size, model._shape, place)
+        self._nodes = place[0]
+        self._model = model._handle()  # the nodes refer to its mesh
+        self._shape = model._shape
+        self._rank = model.shown
+        self._vertex_count = model.vertex_count
+
+    def __len__(self) -> int:
+        return int(lib.thrum_stress_nodes_count(self._nodes))
+
+    @property
+    def vertices(self) -> IntArray:
+        """0-based vertex of each node."""
+        return np.array([lib.thrum_stress_nodes_vertex(self._nodes, n) for n in range(len(self))], np.int32)
+
+    @property
+    def regions(self) -> IntArray:
+        """0-based region of each node."""
+        return np.array([lib.thrum_stress_nodes_region(self._nodes, n) for n in range(len(self))], np.int32)
+
+    @property
+    def extrapolated(self) -> bool:
+        """False: averages of patches of linear tetrahedra."""
+        return bool(lib.thrum_stress_nodes_extrapolated(self._nodes))
+
+    def read(self, q: Any) -> NodeStress:
+        """Stress at q (`shown` coordinates of the model)."""
+        at = _native.doubles(q, (self._rank,), "q")
+        u = np.empty((self._vertex_count, 3))
+        call(lib.thrum_displacement, self._shape, _native.pointer(at), 0, len(u), _native.pointer(u))
+        found = NodeStress(np.empty((len(self), 6)), np.empty(len(self)))
+        call(lib.thrum_stress_nodes_read, self._nodes, _native.pointer(u), _native.pointer(found.cauchy),
+             _native.pointer(found.von_mises))
         return found

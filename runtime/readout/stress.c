@@ -258,28 +258,6 @@ static void copy(const double from[6], double *to, int64_t n) {
     memcpy(to + 6 * n, from, 6 * sizeof *from);
 }
 
-/* S of another law than Saint Venant-Kirchhoff's: F^-1 P, whose quotient is NaN or infinite where
- * the tetrahedron is flat. */
-static void law_second_piola(const thrum_stress_point_tet *data, double g[3][3], double ratio,
-                             double stress[6]) {
-  static const int row[6] = {0, 1, 2, 0, 1, 0}, column[6] = {0, 1, 2, 1, 2, 2};
-  double first[3][3], f[3][3], cofactor[3][3];
-  thrum_law_stress(data->law, data->lambda, data->mu, g, first);
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++)
-      f[i][j] = g[i][j] + (i == j ? 1 : 0);
-
-  // the inverse is the transposed cofactor over J
-  for (int i = 0; i < 3; i++)
-    thrum_cross3(f[(i + 1) % 3], f[(i + 2) % 3], cofactor[i]);
-  for (int c = 0; c < 6; c++) {
-    const int i = row[c], j = column[c];
-    stress[c] = (cofactor[0][i] * first[0][j] + cofactor[1][i] * first[1][j] +
-                 cofactor[2][i] * first[2][j]) /
-                ratio;
-  }
-}
-
 /* Writes the requested quantities of tetrahedron n, with the displacements u of its corners. */
 static void read_tet(const thrum_stress_point_tet *data, const double u[12], int64_t n,
                      const thrum_stress_points_output *output) {
@@ -298,10 +276,7 @@ static void read_tet(const thrum_stress_point_tet *data, const double u[12], int
   // the stresses take longer, so only those that are asked for are made
   if (!output->second_piola && !output->cauchy && !output->von_mises)
     return;
-  if (data->law == THRUM_LAW_STVK)
-    thrum_tet_second_piola(data->lambda, data->mu, strain, stress);
-  else
-    law_second_piola(data, g, ratio, stress);
+  thrum_tet_law_second_piola(data->law, data->lambda, data->mu, g, strain, ratio, stress);
   copy(stress, output->second_piola, n);
 
   // an inverted tetrahedron has no Cauchy stress

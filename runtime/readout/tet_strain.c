@@ -10,6 +10,7 @@
 
 #include <math.h>
 
+#include "runtime/base/vec3.h"
 #include "thrum/stress.h"
 
 #define SWEEPS 16 /* quadratic convergence: about 5 are needed */
@@ -122,4 +123,30 @@ double thrum_tet_stretch_bound(const double e[6]) {
       e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + 2 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]);
   const double least = 1 - 2 * sqrt(square);
   return least > 0 ? sqrt(least) : 0;
+}
+
+void thrum_tet_law_second_piola(thrum_law law, double lambda, double mu, double g[3][3],
+                                const double strain[6], double ratio, double stress[6]) {
+  if (law == THRUM_LAW_STVK) {
+    thrum_tet_second_piola(lambda, mu, strain, stress);
+    return;
+  }
+
+  // another law gives P, from which S is F^-1 P
+  static const int row[6] = {0, 1, 2, 0, 1, 0}, column[6] = {0, 1, 2, 1, 2, 2};
+  double first[3][3], f[3][3], cofactor[3][3];
+  thrum_law_stress(law, lambda, mu, g, first);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++)
+      f[i][j] = g[i][j] + (i == j ? 1 : 0);
+
+  // the inverse is the transposed cofactor over J
+  for (int i = 0; i < 3; i++)
+    thrum_cross3(f[(i + 1) % 3], f[(i + 2) % 3], cofactor[i]);
+  for (int c = 0; c < 6; c++) {
+    const int i = row[c], j = column[c];
+    stress[c] = (cofactor[0][i] * first[0][j] + cofactor[1][i] * first[1][j] +
+                 cofactor[2][i] * first[2][j]) /
+                ratio;
+  }
 }

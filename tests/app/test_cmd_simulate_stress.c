@@ -67,10 +67,20 @@ static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
     }
   }
 
-  // peak, place and time are those; tetrahedra are counted from 1
-  assert_true(json_value(stress, "peak_von_mises_pa") == peak);
-  assert_true(json_value(stress, "peak_tet") == (double)tet + 1);
-  assert_close(json_value(stress, "peak_time_s"), 0.003 * (double)row, 1e-12);
+  // peak, place and time of the centres are those; tetrahedra are counted from 1
+  assert_true(json_value(stress, "centre_peak_von_mises_pa") == peak);
+  assert_true(json_value(stress, "centre_peak_tet") == (double)tet + 1);
+  assert_close(json_value(stress, "centre_peak_time_s"), 0.003 * (double)row, 1e-12);
+
+  // that of the nodes of this mesh of linear tetrahedra is called what it is, and has its place
+  assert_string_equal(member(stress, "kind")->valuestring, "patch average");
+  const int64_t vertex = (int64_t)json_value(stress, "peak_vertex") - 1;
+  for (int axis = 0; axis < 3; axis++)
+    assert_true(cJSON_GetArrayItem(member(stress, "peak_place_m"), axis)->valuedouble ==
+                model->vertices[3 * vertex + axis]);
+  assert_true(json_value(stress, "peak_region") == 1);
+  const double nodes = json_value(stress, "peak_von_mises_pa");
+  assert_true(nodes > 0.3 * peak && nodes <= peak);
 
   // the sampled tets of this beam are a part of its tets, and see nearly the worst of them
   const double seen = json_value(monitor, "least_stretch");
@@ -85,7 +95,8 @@ static void the_peak_stress_is_that_of_the_recorded_states(void **state) {
     void *bytes = NULL;
     size_t size = 0;
     assert_int_equal(thrum_file_read(in_folder(name), &bytes, &size, NULL), 0);
-    assert_non_null(strstr(bytes, "Name=\"von_mises\""));
+    assert_non_null(strstr(bytes, "Name=\"von_mises_centre\""));
+    assert_non_null(strstr(bytes, "Name=\"von_mises_patch_average\""));
     free(bytes);
   }
 

@@ -462,6 +462,28 @@ static void a_model_says_what_its_reactions_lack(void **state) {
   cJSON_Delete(object);
 }
 
+/* A pulled bar bears the traction everywhere, and what is said of it is at the nodes. */
+static void the_stress_is_said_with_its_place(void **state) {
+  (void)state;
+  for (int order = 1; order <= 2; order++) {
+    cJSON *object =
+        object_of(thrum_run(folder, "static", "beam:4x2x2@1x0.1x0.1", "--order",
+                            order == 1 ? "1" : "2", "--full", "--fix", "x<1e-9", "--young", "1e9",
+                            "--poisson", "0", "--density", "1000", "--load",
+                            "traction:1e4,0,0@right", "--vtu", "pulled.vtu", "--json", NULL),
+                  0);
+    const cJSON *stress = cJSON_GetObjectItemCaseSensitive(object, "stress");
+    assert_string_equal(text_of(stress, "kind"), order == 1 ? "patch average" : "nodes");
+    assert_true(fabs(json_value(stress, "peak_von_mises_pa") / 1e4 - 1) < 1e-3);
+    assert_true(json_value(stress, "peak_region") == 1 && json_value(stress, "peak_vertex") >= 1);
+    assert_int_equal(cJSON_GetArraySize(list_of(stress, "peak_place_m")), 3);
+    char *vtu = text_file_read(in_folder("pulled.vtu"));
+    assert_non_null(strstr(vtu, order == 1 ? "\"von_mises_patch_average\"" : "\"von_mises\""));
+    free(vtu);
+    cJSON_Delete(object);
+  }
+}
+
 /* A shape with elements inside out is no answer, of the mesh or of a model. */
 static void a_body_inside_out_is_flagged(void **state) {
   (void)state;
@@ -589,6 +611,7 @@ int main(void) {
       cmocka_unit_test(reactions_balance_the_load),
       cmocka_unit_test(what_is_moved_has_a_reaction),
       cmocka_unit_test(a_model_says_what_its_reactions_lack),
+      cmocka_unit_test(the_stress_is_said_with_its_place),
       cmocka_unit_test(a_body_inside_out_is_flagged),
       cmocka_unit_test(a_square_column_is_followed_beyond_its_critical_load),
       cmocka_unit_test(buckling_is_flagged_with_its_load),

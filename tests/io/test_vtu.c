@@ -170,22 +170,35 @@ static void a_frame_holds_the_mesh_and_the_displacement(void **state) {
 static void a_frame_holds_the_stress_when_there_is_one(void **state) {
   (void)state;
   enum { TETS = 37 };
-  static double vertices[3 * (TETS + 3)], displacement[3 * (TETS + 3)], stress[TETS];
+  static double vertices[3 * (TETS + 3)], displacement[3 * (TETS + 3)], centres[TETS];
+  static double nodes[TETS + 3];
   static int32_t tets[4 * TETS], region[TETS];
   static uint8_t fixed[TETS + 3];
 
-  // a frame with a known stress per tetrahedron
+  // a frame with a known stress of each tetrahedron and each vertex
   const thrum_model model = make_chain(vertices, tets, region, fixed, TETS);
   for (int n = 0; n < TETS; n++)
-    stress[n] = n * 1e5;
-  assert_int_equal(vtu_write(in_folder("stress.vtu"), &model, displacement, stress, 0.1, NULL), 0);
-  vtu file = read_vtu(in_folder("stress.vtu"));
-  assert_memory_equal(array_data(&file, "von_mises", "Float64", 1, 8 * TETS), stress, 8 * TETS);
+    centres[n] = n * 1e5;
+  for (int n = 0; n < TETS + 3; n++)
+    nodes[n] = n * 2e5;
+  for (int patches = 0; patches < 2; patches++) {
+    const char *name = patches ? "von_mises_patch_average" : "von_mises";
+    const vtu_stress stress = {nodes, centres, patches == 1};
+    assert_int_equal(vtu_write(in_folder("stress.vtu"), &model, displacement, &stress, 0.1, NULL),
+                     0);
+    vtu file = read_vtu(in_folder("stress.vtu"));
+    assert_memory_equal(array_data(&file, "von_mises_centre", "Float64", 1, 8 * TETS), centres,
+                        8 * TETS);
+    assert_memory_equal(array_data(&file, name, "Float64", 1, 8 * (TETS + 3)), nodes,
+                        8 * (TETS + 3));
 
-  // the stress is among the arrays of the cells
-  assert_true(strstr(file.bytes, "<CellData>") < strstr(file.bytes, "von_mises"));
-
-  free_vtu(&file);
+    // each is among the arrays of its kind
+    char quoted[40];
+    snprintf(quoted, sizeof quoted, "\"%s\"", name);
+    assert_true(strstr(file.bytes, "<CellData>") < strstr(file.bytes, "von_mises_centre"));
+    assert_true(strstr(file.bytes, quoted) < strstr(file.bytes, "</PointData>"));
+    free_vtu(&file);
+  }
 }
 
 static void a_frame_without_a_mesh_is_refused(void **state) {

@@ -227,6 +227,17 @@ class Mechanics(unittest.TestCase):
         self.assertEqual(some.tets.tolist(), [5, 3])
         np.testing.assert_array_equal(some.read(q).cauchy, points.read(q).cauchy[[5, 3]])
 
+        # one region: a node a vertex, and in linear tetrahedra the average of a patch
+        nodes = model.stress_nodes()
+        self.assertEqual(nodes.vertices.tolist(), list(range(model.vertex_count)))
+        self.assertEqual(set(nodes.regions.tolist()), {0})
+        self.assertFalse(nodes.extrapolated)
+        self.assertEqual(nodes.read(np.zeros(12)).von_mises.max(), 0.0)
+        found = nodes.read(q)
+        centres = points.read(q).cauchy
+        self.assertTrue((found.cauchy.max(0) <= centres.max(0) * (1 + 1e-12)).all())
+        self.assertEqual(found.von_mises.shape, (len(nodes),))
+
     def test_monitor(self):
         model = beam()
         monitor = model.monitor()

@@ -191,7 +191,7 @@ class Lifetimes(unittest.TestCase):
             "state": lambda model: model.state(),
             "view": lambda model: model.basis,
             "derived": lambda model: model.truncate(4).state(),
-            "stress": lambda model: model.stress_points(),
+            "stress": lambda model: (model.stress_points(), model.stress_nodes()),
         }
         for order in itertools.permutations(users):
             model = beam()
@@ -212,8 +212,9 @@ class Lifetimes(unittest.TestCase):
             thing.step()
         elif isinstance(thing, np.ndarray):
             self.assertTrue(np.isfinite(thing).all())
-        elif isinstance(thing, thrum.StressPoints):
-            thing.read(np.zeros(12))
+        elif isinstance(thing, tuple):
+            for stress in thing:
+                stress.read(np.zeros(12))
         else:
             thing.strain_energy(np.zeros(12))
 
