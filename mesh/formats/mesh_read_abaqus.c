@@ -125,6 +125,7 @@ thrum_status thrum_mesh_parse_abaqus(const thrum_mesh_source *source, thrum_mesh
   free(r.elements);
   free(r.nodes);
   free(r.unsorted);
+  free(r.lists);
   free(r.materials);
   free(r.sections);
   thrum_number_map_free(&r.node_map);

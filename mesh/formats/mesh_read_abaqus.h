@@ -47,11 +47,19 @@ typedef struct inp_element {
 
 /* An element set holds elements by number. Its vertices become a group at the end. */
 typedef struct inp_set {
-  thrum_word name;
-  bool declared; /* by *ELSET, not only among the parameters of another keyword */
+  thrum_word name;  /* of its group */
+  thrum_word base;  /* in the file: a part and the assembly may each have a set of that name */
+  bool of_assembly; /* beside the instance */
+  bool declared;    /* by *ELSET, not only among the parameters of another keyword */
   int64_t count;
   int64_t *elements;
 } inp_set;
+
+/* What a list of the builder stands for, as of an element set. */
+typedef struct inp_list {
+  thrum_word base;
+  bool of_assembly;
+} inp_list;
 
 typedef struct inp_material {
   thrum_word name;
@@ -116,6 +124,8 @@ typedef struct inp_reader {
 
   int64_t set_count;
   inp_set *sets;
+  int64_t list_count; /* as many as the builder has, in its order */
+  inp_list *lists;
   int64_t member_count;   /* of all sets, of nodes too */
   int64_t stamp;          /* of the set that is counted */
   int64_t unsorted_count; /* lists of the builder that keep the order in which they are given */
@@ -204,7 +214,8 @@ inp_read inp_read_node_set, inp_read_element_set;
  * ones are added. */
 thrum_status inp_node_list(inp_reader *r, thrum_word name, int64_t *list);
 thrum_status inp_find_set(inp_reader *r, thrum_word name, int64_t *index);
-/* The index of an element set, or set_count; of the list of a node set, or -1. */
+/* The index of an element set, or set_count; of the list of a node set, or -1: the one of the part
+ * or the assembly, whichever the present keyword is of, or else the other's. */
 int64_t inp_set_index(const inp_reader *r, thrum_word name);
 int64_t inp_list_index(const inp_reader *r, thrum_word name);
 thrum_status inp_add_node(inp_reader *r, int64_t list, int64_t node);

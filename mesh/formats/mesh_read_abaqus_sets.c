@@ -13,40 +13,85 @@
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
 
-int64_t inp_list_index(const inp_reader *r, thrum_word name) {
-  const thrum_mesh_builder *b = &r->builder;
-  for (int64_t step = 0; step < b->list_count; step++) {
+/* Are the sets of the present keyword those of the assembly, and not of a part? */
+static bool of_assembly(const inp_reader *r) {
+  return r->in_assembly && !r->in_instance;
+}
+
+/* The list of a name in the file, of the assembly or of the part; -1: there is none. */
+static int64_t find_list(const inp_reader *r, thrum_word name, bool assembly) {
+  for (int64_t step = 0; step < r->list_count; step++) {
     // what belongs to a set stands together
-    const int64_t i = (b->last_list + step) % b->list_count;
-    if (inp_same(thrum_word_of(b->lists[i].name), name))
+    const int64_t i = (r->builder.last_list + step) % r->list_count;
+    if (r->lists[i].of_assembly == assembly && inp_same(r->lists[i].base, name))
       return i;
   }
   return -1;
 }
 
-thrum_status inp_node_list(inp_reader *r, thrum_word name, int64_t *list) {
-  *list = inp_list_index(r, name);
-  if (*list >= 0)
-    return THRUM_OK;
-  THRUM_TRY(thrum_mesh_name_check(inp_text(r), name));
-  return thrum_builder_list(&r->builder, name.text, name.length, list);
-}
-
-int64_t inp_set_index(const inp_reader *r, thrum_word name) {
+static int64_t find_elements(const inp_reader *r, thrum_word name, bool assembly) {
   int64_t s = 0;
-  while (s < r->set_count && !inp_same(r->sets[s].name, name))
+  while (s < r->set_count &&
+         !(r->sets[s].of_assembly == assembly && inp_same(r->sets[s].base, name)))
     s++;
   return s;
 }
 
+int64_t inp_list_index(const inp_reader *r, thrum_word name) {
+  const int64_t list = find_list(r, name, of_assembly(r));
+  return list >= 0 ? list : find_list(r, name, !of_assembly(r));
+}
+
+int64_t inp_set_index(const inp_reader *r, thrum_word name) {
+  const int64_t set = find_elements(r, name, of_assembly(r));
+  return set < r->set_count ? set : find_elements(r, name, !of_assembly(r));
+}
+
+/* The name of the group of a set: where the part has one of that name and the assembly another one,
+ * that of the assembly says so. */
+static thrum_status group_name(inp_reader *r, thrum_word base, bool assembly, thrum_word *name) {
+  static const char prefix[] = "Assembly.";
+  const size_t front = sizeof prefix - 1;
+  THRUM_TRY(thrum_mesh_name_check(inp_text(r), base));
+  *name = base;
+  if (!assembly || (find_list(r, base, false) < 0 && find_elements(r, base, false) == r->set_count))
+    return THRUM_OK;
+  char *text = thrum_scope_allocate(&r->files.paths, (int64_t)(front + base.length + 1), 1);
+  THRUM_TRY(r->files.paths.status);
+  memcpy(text, prefix, front);
+  memcpy(text + front, base.text, base.length);
+  *name = (thrum_word){text, front + base.length};
+  return thrum_mesh_name_check(inp_text(r), *name);
+}
+
+/* Finds the list of a set of the assembly or the part; a new one is added. */
+static thrum_status need_list(inp_reader *r, thrum_word base, bool assembly, int64_t *list) {
+  const inp_list fresh = {base, assembly};
+  thrum_word name;
+  *list = find_list(r, base, assembly);
+  if (*list >= 0)
+    return THRUM_OK;
+  THRUM_TRY(group_name(r, base, assembly, &name));
+  THRUM_TRY(thrum_builder_list(&r->builder, name.text, name.length, list));
+
+  // a list of just that name may be there, as that of the other kind of a set called Assembly.NAME
+  return *list < r->list_count
+             ? THRUM_OK
+             : thrum_mesh_append(&r->lists, &r->list_count, &fresh, sizeof fresh, r->error);
+}
+
+thrum_status inp_node_list(inp_reader *r, thrum_word name, int64_t *list) {
+  return need_list(r, name, of_assembly(r), list);
+}
+
 thrum_status inp_find_set(inp_reader *r, thrum_word name, int64_t *index) {
-  *index = inp_set_index(r, name);
+  inp_set fresh = {.base = name, .of_assembly = of_assembly(r)};
+  *index = find_elements(r, name, fresh.of_assembly);
   if (*index < r->set_count)
     return THRUM_OK;
 
   // a set becomes a group, so it needs a name that a group can have
-  THRUM_TRY(thrum_mesh_name_check(inp_text(r), name));
-  const inp_set fresh = {.name = name};
+  THRUM_TRY(group_name(r, name, fresh.of_assembly, &fresh.name));
   return thrum_mesh_append_few(inp_text(r), "element sets", &r->sets, &r->set_count, &fresh,
                                sizeof fresh);
 }
@@ -126,9 +171,12 @@ static thrum_status read_range(inp_reader *r, int64_t set, add_member *add) {
   return inp_finish(r, "the range");
 }
 
-static thrum_status add_named(inp_reader *r, int64_t set, thrum_word name, add_member *add) {
+static thrum_status add_named(inp_reader *r, int64_t set, thrum_word name, bool of_part,
+                              add_member *add) {
   // a node set takes over the nodes of another node set
-  const int64_t list = add == inp_add_node ? inp_list_index(r, name) : -1;
+  const int64_t list = add != inp_add_node ? -1
+                       : of_part           ? find_list(r, name, false)
+                                           : inp_list_index(r, name);
   if (list >= 0 && list != set) {
     for (int64_t n = 0; n < r->builder.lists[list].count; n++)
       THRUM_TRY(add(r, set, r->builder.lists[list].numbers[n]));
@@ -136,7 +184,9 @@ static thrum_status add_named(inp_reader *r, int64_t set, thrum_word name, add_m
   }
 
   // an element set takes over the elements of another element set
-  const int64_t other = add == inp_add_node ? r->set_count : inp_set_index(r, name);
+  const int64_t other = add == inp_add_node ? r->set_count
+                        : of_part           ? find_elements(r, name, false)
+                                            : inp_set_index(r, name);
   for (int64_t n = 0; other < r->set_count && other != set && n < r->sets[other].count; n++)
     THRUM_TRY(add(r, set, r->sets[other].elements[n]));
   if (other < r->set_count && other != set)
@@ -159,9 +209,9 @@ static bool take_instance(inp_reader *r) {
 }
 
 /* Reads a member of a set, a number or the name of a set that came before. In sets of the assembly
- * only members of the instance are part of the body. */
+ * only nodes and elements of the instance are part of the body. */
 static thrum_status read_member(inp_reader *r, int64_t set, add_member *add) {
-  const bool ours = take_instance(r) || !r->beside_body;
+  const bool of_part = take_instance(r), ours = of_part || !r->beside_body;
   const thrum_text *text = inp_text(r);
   int64_t member = 0;
   if (text->at < text->end && *text->at >= '0' && *text->at <= '9') {
@@ -169,7 +219,7 @@ static thrum_status read_member(inp_reader *r, int64_t set, add_member *add) {
     return ours ? add(r, set, member) : THRUM_OK;
   }
   const thrum_word word = inp_word(r);
-  return ours && word.length > 0 ? add_named(r, set, word, add) : THRUM_OK;
+  return word.length > 0 ? add_named(r, set, word, of_part, add) : THRUM_OK;
 }
 
 static thrum_status read_members(inp_reader *r, const inp_keyword *keyword, int64_t set,
@@ -258,7 +308,8 @@ static thrum_status apply_section(inp_reader *r, int64_t index) {
   inp_element *element = NULL;
 
   // the set may stand below the section; without it elements would be left without material
-  const int64_t s = inp_set_index(r, section->set);
+  const int64_t own = find_elements(r, section->set, false);
+  const int64_t s = own < r->set_count ? own : find_elements(r, section->set, true);
   if (s == r->set_count)
     return thrum_error_set(r->error, THRUM_MISSING, "%.150s:%lld: there is no element set '%s'",
                            r->files.files[0].path, (long long)section->line,
@@ -391,14 +442,14 @@ static int64_t count_different(thrum_named_list *list) {
 thrum_status inp_set_groups(inp_reader *r, thrum_mesh *mesh) {
   for (int64_t s = 0; s < r->set_count; s++) {
     const inp_set *set = &r->sets[s];
-    int64_t list = inp_list_index(r, set->name), before = -1;
+    int64_t list = find_list(r, set->base, set->of_assembly), before = -1;
 
     // the set that is everything is no group, as in .veg
     if (thrum_text_equals(set->name, "allElements"))
       continue;
     if (list >= 0)
       before = count_different(&r->builder.lists[list]);
-    THRUM_TRY(inp_node_list(r, set->name, &list));
+    THRUM_TRY(need_list(r, set->base, set->of_assembly, &list));
     THRUM_TRY(add_elements(r, set, list));
 
     // a node set of the same name may have been meant alone

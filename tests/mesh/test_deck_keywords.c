@@ -447,6 +447,28 @@ static void sets_take_their_members_from_ranges_names_and_elements(void **state)
   mesh_bad("a.inp", text, "the sets name far more than the file holds");
 }
 
+static void sets_of_a_part_and_of_the_assembly_may_have_one_name(void **state) {
+  (void)state;
+  thrum_mesh mesh = mesh_good(
+      "a.inp",
+      "*PART, NAME=P\n" THREE "4,0,0,1\n" TET "*NSET, NSET=Set-1\n1,2,3,4\n*ELSET, ELSET=Set-1\n1\n"
+      "*ELSET, ELSET=Set-2\n1\n*SOLID SECTION, ELSET=Set-1, MATERIAL=M\n*END PART\n"
+      "*ASSEMBLY, NAME=Q\n*INSTANCE, NAME=I, PART=P\n*END INSTANCE\n*NODE\n1, 9,9,9\n"
+      "*NSET, NSET=Set-1, INSTANCE=I\n1\n*NSET, NSET=Set-2, INSTANCE=I\n2\n*NSET, NSET=Own\nI.3\n"
+      "*NSET, NSET=Reference\n1\n*NSET, NSET=Both\nSet-1, Own, Reference, I.4\n"
+      "*NSET, NSET=Part\nI.Set-1\n*END ASSEMBLY\n*MATERIAL, NAME=M\n");
+  assert_int_equal(group_count(&mesh, "Set-1"), 4);
+  assert_int_equal(group_count(&mesh, "Assembly.Set-1"), 1);
+  assert_int_equal(group_count(&mesh, "Set-2"), 4);
+  assert_int_equal(group_count(&mesh, "Assembly.Set-2"), 1);
+  assert_int_equal(group_count(&mesh, "Own"), 1);
+  assert_int_equal(group_count(&mesh, "Reference"), 0);
+  assert_int_equal(group_count(&mesh, "Both"), 3);
+  assert_int_equal(group_count(&mesh, "Part"), 4);
+  assert_string_equal(thrum_mesh_region_text(&mesh, 0).text, "Set-1");
+  thrum_mesh_free(&mesh);
+}
+
 /* --- laws, sections and what is passed over ----------------------------------------------------
  */
 
@@ -530,6 +552,7 @@ int main(void) {
       cmocka_unit_test(files_may_be_taken_in),
       cmocka_unit_test(element_sets_without_sections_are_regions),
       cmocka_unit_test(sets_take_their_members_from_ranges_names_and_elements),
+      cmocka_unit_test(sets_of_a_part_and_of_the_assembly_may_have_one_name),
       cmocka_unit_test(another_law_is_told_of),
       cmocka_unit_test(keywords_that_are_passed_over_are_named_if_they_matter),
   };
