@@ -17,10 +17,10 @@
 /* Reads a surface, mends it, and checks it. */
 static thrum_surface_repairs mend(const char *text, double volume) {
   thrum_surface_mesh surface = {0};
-  thrum_surface_repairs repairs;
-  thrum_surface_checked checked;
+  thrum_surface_repairs repairs = {0};
+  thrum_surface_checked checked = {0};
   thrum_error error = {0};
-  int64_t joined;
+  int64_t joined = 0;
   if (thrum_surface_parse_obj("s.obj", text, strlen(text), &surface, &error) < 0 ||
       thrum_surface_join(&surface, &joined, &error) < 0 ||
       thrum_surface_repair(&surface, &repairs, &error) < 0 ||
