@@ -169,16 +169,21 @@ static int64_t count_held(const precompute_request *request, const thrum_mesh *m
 }
 
 /* The model with the condensed polynomial of its lowest coordinates in the place of its own;
- * *memory holds that and is the caller's. */
-static thrum_status condense(int64_t masters, thrum_model *model, void **memory,
+ * *memory and *none hold that and are the caller's. */
+static thrum_status condense(int64_t masters, thrum_model *model, void **memory, double **none,
                              thrum_error *error) {
   const thrum_model *stepped = NULL;
   THRUM_TRY(model_condense_to(model, masters, memory, &stepped, error));
+
+  // of a coarse mesh all masters may stretch the body, and nothing follows them: its map is zero
+  const int64_t pairs = masters * (masters + 1) / 2, slaves = model->rank - masters;
+  if (stepped->follow == NULL)
+    THRUM_TRY(thrum_reserve(none, slaves * pairs, sizeof **none, "the condensed model", error));
   model->c3 = model->c4 = NULL;
   model->c3_count = model->c4_count = 0;
-  model->slave_map = stepped->follow;
-  model->slave_count = model->rank - masters;
-  model->slave_pairs = masters * (masters + 1) / 2;
+  model->slave_map = stepped->follow != NULL ? stepped->follow : *none;
+  model->slave_count = slaves;
+  model->slave_pairs = pairs;
   model->condensed_c3 = stepped->c3;
   model->condensed_c3_count = stepped->c3_count;
   model->condensed_c4 = stepped->c4;
@@ -198,11 +203,13 @@ static thrum_status save_model(const precompute_request *request, const precompu
   model.meta = (const uint8_t *)meta;
   model.meta_bytes = (int64_t)strlen(meta);
   void *memory = NULL;
+  double *none = NULL;
   thrum_status status = THRUM_OK;
   if (request->condense)
-    status = condense(result->mode_count, &model, &memory, error);
+    status = condense(result->mode_count, &model, &memory, &none, error);
   THRUM_THEN(status, thrum_model_save(request->output, &model, error));
   free(memory);
+  free(none);
   free(meta);
   return status;
 }

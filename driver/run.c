@@ -180,8 +180,9 @@ static void warn_of_growth(const simulate_figures *figures, const char *who) {
     double from = 0, to = 0;
     driver_drift_ends(&figures->windows, &from, &to);
     config_warn("%sthe energy grew from %.3g J to %.3g J, the mean of the last tenth of the run, "
-                "though no load acted",
-                who, from, to);
+                "though %s",
+                who, from, to,
+                figures->grew_beside_loads ? "the loads did next to no work" : "no load acted");
   } else if (figures->gained) {
     config_warn("%sthe body gained %.3g J that no load did as work", who,
                 simulate_figures_balance(figures));

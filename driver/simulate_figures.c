@@ -9,6 +9,7 @@
 #define DRIFT_PARTS 10
 #define WINDOW_ROWS_MIN 10  /* a mean over fewer is no mean */
 #define GROWTH_FLAG 0.1     /* growth of the mean energy in free motion that flags the run */
+#define SLIGHT 1e-3         /* work over energy up to which motion is free beside a load */
 #define GAIN_FLAG 0.5       /* share of the largest energy that came from nowhere: the same */
 #define INERTIA_FLAG 0.005  /* share of the kinetic energy left out by condensing: the same */
 #define DEFECT_FLAG 0.02    /* share of the strain energy that condensing has wrong: the same */
@@ -37,9 +38,9 @@ void simulate_figures_begin(simulate_figures *figures) {
   const simulate_request *request = figures->request;
   figures->energy_min = INFINITY;
   figures->energy_max = -INFINITY;
-  figures->windows =
-      driver_drift_plan(first_free_row(request), request->steps / request->record_every + 1,
-                        DRIFT_PARTS, WINDOW_ROWS_MIN);
+  const int64_t rows = request->steps / request->record_every + 1;
+  figures->windows = driver_drift_plan(first_free_row(request), rows, DRIFT_PARTS, WINDOW_ROWS_MIN);
+  figures->whole = driver_drift_plan(0, rows, DRIFT_PARTS, WINDOW_ROWS_MIN);
 }
 
 void simulate_figures_add(simulate_figures *figures, int64_t row, const thrum_energies *energies) {
@@ -48,8 +49,18 @@ void simulate_figures_add(simulate_figures *figures, int64_t row, const thrum_en
   figures->last = *energies;
   figures->energy_min = fmin(figures->energy_min, energies->total);
   figures->energy_max = fmax(figures->energy_max, energies->total);
-  if (row >= 0)
-    driver_drift_add(&figures->windows, row, energies->total);
+  if (row < 0)
+    return;
+  driver_drift_add(&figures->windows, row, energies->total);
+  driver_drift_add(&figures->whole, row, energies->total);
+}
+
+/* Growth of the mean energy of a motion that loads have hardly touched; NaN where they have. */
+static double growth_beside_loads(const simulate_figures *figures) {
+  const driver_drift *whole = &figures->whole;
+  const double energy = whole->first_sum / (double)(whole->last_end - whole->last_begin);
+  return !figures->uncounted && figures->work_moved < SLIGHT * energy ? driver_drift_value(whole)
+                                                                      : NAN;
 }
 
 double simulate_figures_balance(const simulate_figures *figures) {
@@ -71,6 +82,12 @@ void simulate_figures_end(simulate_figures *figures) {
   // is all the more
   figures->growth = driver_drift_value(&figures->windows);
   figures->drift = damped ? NAN : figures->growth;
+  const double beside = isnan(figures->growth) ? growth_beside_loads(figures) : NAN;
+  figures->grew_beside_loads = beside > GROWTH_FLAG;
+  if (figures->grew_beside_loads) {
+    figures->growth = beside;
+    figures->windows = figures->whole;
+  }
   figures->grew_freely = figures->growth > GROWTH_FLAG;
   figures->gained =
       !figures->uncounted && simulate_figures_balance(figures) > GAIN_FLAG * figures->energy_max;

@@ -17,6 +17,7 @@ typedef struct simulate_figures {
   thrum_status status;    /* THRUM_OK, or how the run ended */
   bool energy_grew;       /* for at least one of the three reasons that follow */
   bool grew_freely;       /* its mean did in free motion */
+  bool grew_beside_loads; /* it did while loads acted that moved next to nothing */
   bool gained; /* much of it is no work of loads; its steps tell the third: report.grown_steps */
   bool condensed_wrong; /* condensing left out more than the result can be believed with */
   bool basis_wrong;     /* the basis errs by more than is accepted */
@@ -28,15 +29,17 @@ typedef struct simulate_figures {
   thrum_energies first, last;
   double energy_min, energy_max;
   double work_load, work_base; /* [J] */
-  double dissipated;           /* [J]; NaN where it is not counted */
-  double plastic_work;         /* of it, that plastic flow took [J] */
-  double plastic_strain;       /* largest at the end */
-  double point_stiffness;      /* of points that may flow, over that of the body, the most */
-  double spin[3];              /* of a body with --spin, at the end [degrees/s] */
-  driver_drift windows;
-  double drift;  /* NaN where it says nothing */
-  double growth; /* the same with damping too, where it is below zero or the energy grew */
-  double peak;   /* largest displacement of the recorded states [m]; NaN without a basis */
+  double work_moved; /* magnitudes of the work of all steps [J]; INFINITY where it is not counted */
+  double dissipated; /* [J]; NaN where it is not counted */
+  double plastic_work;    /* of it, that plastic flow took [J] */
+  double plastic_strain;  /* largest at the end */
+  double point_stiffness; /* of points that may flow, over that of the body, the most */
+  double spin[3];         /* of a body with --spin, at the end [degrees/s] */
+  driver_drift windows;   /* after the last load has ended */
+  driver_drift whole;     /* of the whole run, for loads that move nothing to speak of */
+  double drift;           /* NaN where it says nothing */
+  double growth;          /* the same with damping too, where it is below zero or the energy grew */
+  double peak;            /* largest displacement of the recorded states [m]; NaN without a basis */
   int64_t peak_vertex;
   int64_t masters;      /* of a condensed model; 0: the model is not condensed */
   bool follows_loads;   /* loads alone move what follows, as touch modes do */

@@ -233,6 +233,7 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
   figures->fallback_steps = self->fallback_steps;
   figures->work_load = self->loads.work_load;
   figures->work_base = self->loads.work_base;
+  figures->work_moved = self->loads.work_moved;
   figures->plastic_work = figures->full.plastic_work;
   figures->plastic_strain = thrum_full_plastic_strain(self->body);
   figures->dissipated =

@@ -1,6 +1,7 @@
 /* Loads and base motions of a single body, and their work. SPDX-License-Identifier: Apache-2.0 */
 #include "driver/stepper_loads.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "platform/allocate.h"
@@ -59,6 +60,7 @@ void stepper_loads_count_work(stepper_loads *loads) {
   const double base = thrum_load_work(loads->inertia, loads->before, loads->after, loads->size);
   loads->work_load += all - base;
   loads->work_base += base;
+  loads->work_moved += fabs(all);
 }
 
 void stepper_loads_next(stepper_loads *loads) {

@@ -15,6 +15,7 @@ typedef struct stepper_loads {
   double *inertia;             /* of the base alone, a part of force */
   double *before, *after;      /* configuration before and after a step */
   double work_load, work_base; /* [J] */
+  double work_moved;           /* the magnitudes of the work of all steps, summed [J] */
 } stepper_loads;
 
 /* Allocates, zeroed, with the courses of the request's loads; stepper_loads_close frees, whatever

@@ -206,6 +206,7 @@ static void report(const void *stepper, int32_t body, simulate_figures *figures)
       figures->report.newton_steps + figures->report.energy_steps + figures->report.substep_steps;
   figures->work_load = self->loads.work_load;
   figures->work_base = self->loads.work_base;
+  figures->work_moved = self->loads.work_moved;
   figures->dissipated = figures->report.dissipated;
   figures->plastic_work = figures->report.plastic_work;
   figures->plastic_strain = thrum_state_plastic_strain(self->state);

@@ -9,6 +9,8 @@
 
 #include "thrum/external_load.h"
 
+static const double TAU = 6.28318530717958647693;
+
 thrum_status scene_base_motion_check(const scene_body *body, thrum_error *error) {
   if (body->model->axis_mass != NULL)
     return THRUM_OK;
@@ -39,14 +41,29 @@ thrum_status thrum_scene_add_base_motion_record(thrum_scene *scene, const thrum_
     return thrum_error_set(error, THRUM_MISSING,
                            "the velocities and positions of the ground are "
                            "not known: see thrum_base_motion_integrate");
+  if (!thrum_all_within(motion->velocities, 3 * motion->count, THRUM_PLACE_MAX) ||
+      !thrum_all_within(motion->positions, 3 * motion->count, THRUM_PLACE_MAX))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "the ground moves beyond 1e30 m or faster than 1e30 m/s");
   return add(scene, &(scene_base_motion){.motion = motion}, error);
 }
 
 thrum_status thrum_scene_add_base_motion(thrum_scene *scene, const double amplitude[3],
                                          const thrum_load *course, thrum_error *error) {
-  if (!thrum_all_finite(amplitude, 3) || isnan(course->from) || isnan(course->until) ||
-      !isfinite(course->frequency))
-    return thrum_error_set(error, THRUM_BAD_VALUE, "a base motion is not finite");
+  if (!thrum_all_within(amplitude, 3, THRUM_PLACE_MAX) ||
+      !thrum_all_within(&course->from, 1, THRUM_PLACE_MAX) || isnan(course->until) ||
+      !(course->frequency >= 0 && course->frequency <= THRUM_PLACE_MAX))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "a base motion begins within 1e30 s and has an amplitude within 1e30 "
+                           "m/s^2 and a frequency of 0 to 1e30 Hz");
+
+  // the ground of a slow sine goes far
+  const double omega = TAU * course->frequency;
+  for (int axis = 0; axis < 3 && omega > 0; axis++)
+    if (!(fabs(amplitude[axis]) <= THRUM_PLACE_MAX * omega * omega))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "a base motion of %g Hz takes the ground beyond 1e30 m",
+                             course->frequency);
   const scene_base_motion base_motion = {
       .amplitude = {amplitude[0], amplitude[1], amplitude[2]}, .course = *course, .now = *course};
   return add(scene, &base_motion, error);

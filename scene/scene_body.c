@@ -258,7 +258,6 @@ static thrum_status make_body(thrum_scene *scene, const thrum_scene_body_def *de
   THRUM_TRY(scene_state_make(scene, body->derived->model, &body->def, body->start_q, body->start_p,
                              &body->state, error));
   THRUM_TRY(scene_skin_take(scene, body, body->derived, &body->skin, error));
-  THRUM_TRY(scene_pairs_room(scene, body, body->skin, error));
   return scene_touch_make(scene, body, body->derived, body->state, &body->touch, error);
 }
 
@@ -271,9 +270,11 @@ thrum_status thrum_scene_add_body(thrum_scene *scene, const thrum_scene_body_def
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for a body");
   }
 
-  // a body that cannot be made leaves the scene as it was
+  // a body that cannot be made leaves the scene as it was: room for its touches, which snapshots
+  // know, comes last
   thrum_status status = make_body(scene, def, body, error);
   THRUM_THEN(status, scene_make_room(scene, scene->body_count + 1, error));
+  THRUM_THEN(status, scene_pairs_room(scene, body, body->skin, error));
   if (status < 0) {
     free_body(scene, body);
     return status;

@@ -275,8 +275,8 @@ static thrum_status check_pull(const scene_body *body, int64_t vertex, const dou
   THRUM_TRY(scene_vertex_check(body, vertex, error));
 
   // written so that NaN is refused as well
-  if (!thrum_all_finite(target, 3))
-    return thrum_error_set(error, THRUM_BAD_VALUE, "the target of a pull is not finite");
+  if (!thrum_all_within(target, 3, THRUM_PLACE_MAX))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "the target of a pull is not within 1e30 m");
   if (!(stiffness >= 0 && stiffness <= THRUM_CONTACT_STIFFNESS_MAX) ||
       !(damping <= THRUM_CONTACT_STIFFNESS_MAX))
     return thrum_error_set(error, THRUM_BAD_VALUE,

@@ -10,6 +10,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/base/finite.h"
 #include "runtime/base/vec3.h"
 #include "scene/scene_private.h"
 
@@ -161,8 +162,8 @@ thrum_status thrum_scene_set_detail(thrum_scene *scene, int32_t number,
 }
 
 thrum_status thrum_scene_set_eye(thrum_scene *scene, const double eye[3], thrum_error *error) {
-  if (!isfinite(eye[0]) || !isfinite(eye[1]) || !isfinite(eye[2]))
-    return thrum_error_set(error, THRUM_BAD_VALUE, "the place of the eye is not finite");
+  if (!thrum_all_within(eye, 3, THRUM_PLACE_MAX))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "the place of the eye is not within 1e30 m");
   memcpy(scene->eye, eye, sizeof scene->eye);
   return THRUM_OK;
 }

@@ -10,6 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define WAY_MAX 1e100 /* how far a body goes [m] and how fast [m/s]: distances stay finite */
+
 /* L of an angular velocity: J w, where the inverse of J is known; rows of J are cross products of
  * columns of the inverse over its determinant. */
 static void find_momentum(const double inverse[9], const double spin[3], double momentum[3]) {
@@ -66,8 +68,9 @@ thrum_status scene_free_make(const thrum_scene_body_def *def, scene_body *body,
                            "a free body needs a model that nothing holds: precompute it without "
                            "--fix");
 
-  if (!thrum_all_finite(def->velocity, 3))
-    return thrum_error_set(error, THRUM_BAD_VALUE, "the velocity at the start is not finite");
+  if (!thrum_all_within(def->velocity, 3, THRUM_PLACE_MAX))
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "the velocity at the start is not within 1e30 m/s");
   THRUM_TRY(make_rigid_frame(def, body, error));
 
   // room for the loads of a body that turns: their parts along its axes, and what they do to the
@@ -113,7 +116,7 @@ thrum_status scene_free_move(scene_body *body, const double force[3], double dt,
                              thrum_error *error) {
   thrum_translation way = body->way;
   thrum_translation_step(&way, force, dt);
-  if (!thrum_all_finite(way.position, 3) || !thrum_all_finite(way.velocity, 3))
+  if (!thrum_all_within(way.position, 3, WAY_MAX) || !thrum_all_within(way.velocity, 3, WAY_MAX))
     return fail_beyond(error);
   body->way = way;
   return THRUM_OK;

@@ -33,8 +33,8 @@ thrum_status thrum_scene_axes(const double rotation[4], double axes[9], thrum_er
 
 thrum_status scene_placement_make(const double position[3], const double rotation[4],
                                   thrum_placement *placement, thrum_error *error) {
-  if (!thrum_all_finite(position, 3))
-    return thrum_error_set(error, THRUM_BAD_VALUE, "a position is not finite");
+  if (!thrum_all_within(position, 3, THRUM_PLACE_MAX))
+    return thrum_error_set(error, THRUM_BAD_VALUE, "a position is not within 1e30 m");
   THRUM_TRY(thrum_scene_axes(rotation, placement->axes, error));
   memcpy(placement->origin, position, sizeof placement->origin);
   return THRUM_OK;

@@ -66,23 +66,23 @@ typedef struct thrum_obstacle {
   /* Sphere and box: 1: the inside is free, as in a bowl or a room; 0: the outside is. Default 0. */
   int32_t inside;
 
-  /* Centre of the sphere or box, or a point of the plane [m]; finite, default 0. */
+  /* Centre of the sphere or box, or a point of the plane [m]; within 1e30, default 0. */
   double centre[3];
 
   /* Plane: direction to its free side, of any length > 0; default z. */
   double normal[3];
 
-  /* Sphere: radius [m]; finite and > 0, default 1. Larger: a larger and flatter sphere. */
+  /* Sphere: radius [m]; > 0, up to 1e30, default 1. Larger: a larger and flatter sphere. */
   double radius;
 
-  /* Box: half the length of its sides [m]; each finite and > 0, default 1. Larger: a larger box. */
+  /* Box: half the length of its sides [m]; each > 0, up to 1e30, default 1. Larger: a larger box. */
   double half[3];
 
   /* Box: its axes in the world as columns, 3 x 3 row-major; a rotation to 1e-6, default the
    * identity. */
   double rotation[9];
 
-  /* Velocity during the step [m/s]; finite, default 0. Larger: it drags and pushes the body faster;
+  /* Velocity during the step [m/s]; within 1e30, default 0. Larger: it drags and pushes the body faster;
    * the caller moves the centre. */
   double velocity[3];
 

@@ -38,6 +38,11 @@ extern "C" {
 #define THRUM_MODEL_FORMAT_MINOR_REGIONS 0
 /* Added to the minor version of another model with cubature points. */
 #define THRUM_MODEL_FORMAT_MINOR_POINTS 1
+/* Places [m] and velocities [m/s] beyond this are refused: squares and products of them are finite.
+ */
+#define THRUM_PLACE_MAX 1e30
+/* Entries of a basis beyond this are refused [kg^-1/2]. */
+#define THRUM_BASIS_MAX 1e50
 #define THRUM_RANK_MAX 512 /* far above the 334 that a file below 4 GiB can hold */
 
 /* Sizes of a model. X(name, meaning). A size is bound by the first array that carries it. */
@@ -76,7 +81,7 @@ extern "C" {
   X(f8, c3, c3_count, 1, OPTIONAL, "cubic coefficients of V [J/(m kg^1/2)^3], block order")        \
   X(f8, c4, c4_count, 1, OPTIONAL, "quartic coefficients of V [J/(m kg^1/2)^4], block order")      \
   X(f8, axis_mass, 3, rank, OPTIONAL, "U^T M 1 for the axes x, y, z [kg^1/2]")                     \
-  X(f8, vertices, vertex_count, 3, OPTIONAL, "rest positions [m]")                                 \
+  X(f8, vertices, vertex_count, 3, OPTIONAL, "rest positions, within 1e30 [m]")                                 \
   X(i4, tets, tet_count, 4, OPTIONAL, "0-based vertices of a tetrahedron, positive volume")        \
   X(i4, tet_region, tet_count, 1, OPTIONAL, "0-based region of each tetrahedron")                  \
   X(f8, material, region_count, 3, OPTIONAL,                                                       \

@@ -247,7 +247,8 @@ THRUM_API thrum_status thrum_scene_body_load(const thrum_scene *scene, int32_t b
 /* Accelerates the ground under all bodies: by a motion sampled in time, which must outlive the
  * scene and have velocities and positions; or by `amplitude` [m/s^2] times a course. Bodies,
  * obstacles and probes are then relative to the ground. THRUM_MISSING for a model without axis_mass
- * or a motion without velocities or positions. */
+ * or a motion without velocities or positions; THRUM_BAD_VALUE where the ground would go beyond
+ * 1e30 m, or a course begins beyond 1e30 s or has a frequency that is not 0 to 1e30 Hz. */
 THRUM_API thrum_status thrum_scene_add_base_motion_record(thrum_scene *scene,
                                                           const thrum_base_motion *motion,
                                                           thrum_error *error);

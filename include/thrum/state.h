@@ -388,7 +388,8 @@ THRUM_API thrum_status thrum_state_clear_plastic(const thrum_model *model, thrum
 
 /* Copies the plastic strain of `from` into `state`, for bodies whose state is made anew. The two
  * models must have the same cubature points, but may differ in rank and scale. Plastic work stays
- * counted in `from`. The strain energy changes at once. THRUM_INVALID_ARGUMENT for NULL,
+ * counted in `from`. The strain energy changes at once; what was released of it is found by the
+ * next call that has the model, also by one that fails. THRUM_INVALID_ARGUMENT for NULL,
  * THRUM_MODEL_MISMATCH where one of the states has other points or cannot flow. */
 THRUM_API thrum_status thrum_state_take_plastic(thrum_state *state, const thrum_state *from,
                                                 thrum_error *error);

@@ -1,6 +1,7 @@
 /* Tests for NaN and infinity. SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/finite.h"
 
+#include <math.h>
 #include <string.h>
 
 /* The exponent of a double, which is all ones in NaN and infinity, and its lowest bit. */
@@ -17,4 +18,11 @@ bool thrum_all_finite(const double *values, int64_t n) {
     carried |= (bits & exponent) + exponent_lowest;
   }
   return carried >> 63 == 0;
+}
+
+bool thrum_all_within(const double *values, int64_t n, double most) {
+  bool within = true;
+  for (int64_t i = 0; i < n; i++)
+    within = within && fabs(values[i]) <= most;
+  return within;
 }

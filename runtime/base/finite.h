@@ -8,4 +8,7 @@
 /* True when all n values are finite. */
 bool thrum_all_finite(const double *values, int64_t n);
 
+/* True when all n values are numbers of at most this magnitude. */
+bool thrum_all_within(const double *values, int64_t n, double most);
+
 #endif

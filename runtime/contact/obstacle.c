@@ -56,15 +56,15 @@ static thrum_status check_shape(const thrum_obstacle *o, int64_t index, thrum_er
   }
 
   case THRUM_OBSTACLE_SPHERE:
-    return o->radius > 0.0 && isfinite(o->radius)
+    return o->radius > 0.0 && o->radius <= THRUM_PLACE_MAX
                ? THRUM_OK
-               : refuse(error, index, "the sphere's radius must be finite and above 0 [m]");
+               : refuse(error, index, "the sphere's radius must be above 0, up to 1e30 [m]");
 
   // a box has sides and a frame
   case THRUM_OBSTACLE_BOX:
     for (int axis = 0; axis < 3; axis++)
-      if (!(o->half[axis] > 0.0 && isfinite(o->half[axis])))
-        return refuse(error, index, "the box's half sides must be finite and above 0 [m]");
+      if (!(o->half[axis] > 0.0 && o->half[axis] <= THRUM_PLACE_MAX))
+        return refuse(error, index, "the box's half sides must be above 0, up to 1e30 [m]");
     return orthonormal(o->rotation) ? THRUM_OK
                                     : refuse(error, index, "the box's rotation is no rotation");
   }
@@ -76,8 +76,9 @@ thrum_status thrum_obstacle_check(const thrum_obstacle *o, int64_t index, thrum_
     return thrum_error_set(error, THRUM_UNINITIALISED_DEF,
                            "obstacle %lld was not made by thrum_default_obstacle",
                            (long long)index);
-  if (!thrum_all_finite(o->centre, 3) || !thrum_all_finite(o->velocity, 3))
-    return refuse(error, index, "its centre or velocity is not finite");
+  if (!thrum_all_within(o->centre, 3, THRUM_PLACE_MAX) ||
+      !thrum_all_within(o->velocity, 3, THRUM_PLACE_MAX))
+    return refuse(error, index, "its centre or velocity is not within 1e30 m or m/s");
   if (!in_range(o->stiffness, THRUM_CONTACT_STIFFNESS_MAX) ||
       !in_range(o->damping, THRUM_CONTACT_STIFFNESS_MAX))
     return refuse(error, index, "stiffness and damping must be between 0 and 1e30");

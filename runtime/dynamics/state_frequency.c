@@ -18,6 +18,8 @@
 #include "runtime/dynamics/frequency_matching.h"
 #include "runtime/dynamics/state_private.h"
 
+#define FASTEST 1e30 /* h omega beyond which a factor is that of an infinite one */
+
 /* The eigenvalue of a step. */
 typedef struct factor {
   double real, imaginary; /* imaginary NaN: there are two real ones, and `real` is the larger */
@@ -71,7 +73,7 @@ thrum_status thrum_state_stepped_modes(const thrum_model *model, const thrum_sta
   const int32_t low = thrum_fox_goodwin_modes(model, state);
   for (int32_t i = 0; i < state->rank; i++) {
     const double omega = sqrt(model->omega2[i]);
-    const factor found = factor_of(state, low, i, h * omega);
+    const factor found = factor_of(state, low, i, fmin(h * omega, FASTEST));
     const bool vibrates = !isnan(found.imaginary);
     modes[i] = (thrum_stepped_mode){
         .hertz = omega / two_pi,

@@ -10,6 +10,7 @@
 #include "runtime/dynamics/point_flow.h"
 #include "runtime/dynamics/state_private.h"
 #include "runtime/material/plastic_flow.h"
+#include "runtime/polynomial/point_rest.h"
 #include "runtime/polynomial/points.h"
 
 /* The plastic part of a state, which is only read. */
@@ -49,8 +50,12 @@ thrum_status thrum_state_clear_plastic(const thrum_model *model, thrum_state *st
   THRUM_TRY(thrum_state_check(model, state, error));
   if (!thrum_can_flow(state))
     return THRUM_OK;
-  memset(thrum_state_view_of(state).plastic, 0, (size_t)strains_of(state) * sizeof(double));
-  state->release_due = 1;
+  const thrum_state_view view = thrum_state_view_of(state);
+  memset(view.plastic, 0, (size_t)strains_of(state) * sizeof(double));
+
+  // what that releases is found here, so that no later call has to write it
+  thrum_rest_release(model, view.shapes, view.shares, view.plastic);
+  state->release_due = 0;
   forget_material(state);
   state->report.dissipated -= state->report.plastic_work;
   state->report.plastic_work = 0.0;

@@ -8,6 +8,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/base/finite.h"
 #include "runtime/base/intervals.h"
 #include "thrum/base_motion.h"
 #include "thrum/external_load.h"
@@ -28,9 +29,11 @@ thrum_status thrum_base_motion_check(const thrum_base_motion *motion, thrum_erro
   // every sample is finite and later than the one before
   for (int64_t k = 0; k < motion->count; k++) {
     const double *a = motion->accelerations + 3 * k;
-    if (!isfinite(motion->times[k]) || !isfinite(a[0]) || !isfinite(a[1]) || !isfinite(a[2]))
+    if (!thrum_all_within(motion->times + k, 1, THRUM_PLACE_MAX) ||
+        !thrum_all_within(a, 3, THRUM_PLACE_MAX))
       return thrum_error_set(error, THRUM_BAD_VALUE,
-                             "sample %" PRId64 " of the motion is not finite", k + 1);
+                             "sample %" PRId64 " of the motion is not finite, or beyond 1e30",
+                             k + 1);
     if (k > 0 && !(motion->times[k] > motion->times[k - 1]))
       return thrum_error_set(error, THRUM_BAD_VALUE,
                              "sample %" PRId64 " of the motion is not later than the one before",

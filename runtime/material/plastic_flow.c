@@ -10,12 +10,15 @@
 
 #include "runtime/material/plastic_flow.h"
 
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "runtime/base/vec3.h"
 #include "runtime/material/elementary.h"
 #include "runtime/material/principal.h"
+
+#define MODERATE 1e2 /* entries up to which a flow loses no principal stretch */
 
 enum {
   HALVINGS_MAX = 12, // of what flows, until it takes energy
@@ -103,6 +106,14 @@ double thrum_plastic_strain(double plastic[3][3]) {
   return sqrt(thrum_dot3(grown, grown));
 }
 
+/* Are all entries so small that no principal stretch is lost beside them? */
+static bool is_moderate(double flowed[3][3]) {
+  double largest = 0;
+  for (int n = 0; n < 9; n++)
+    largest = fmax(largest, fabs(flowed[n / 3][n % 3]));
+  return largest < MODERATE;
+}
+
 /* The flow that stays within the bound, from `*share` of what the rule asks for on, and where it
  * takes the point; false where there is none. */
 static bool flow_within(const thrum_plastic_point *point, double elastic[3][3], double before[3][3],
@@ -110,11 +121,12 @@ static bool flow_within(const thrum_plastic_point *point, double elastic[3][3], 
   const thrum_plastic *material = point->material;
   if (!thrum_plastic_flow(material, point->dt, elastic, before, *share, flowed))
     return false;
-  if (isinf(material->largest))
+
+  if (isinf(material->largest) && is_moderate(flowed))
     return true;
 
-  // a strain that is beyond it may become less
-  const double most = fmax(material->largest, thrum_plastic_strain(before));
+  // a strain that is beyond it may become less; without a bound it is finite
+  const double most = fmin(fmax(material->largest, thrum_plastic_strain(before)), DBL_MAX);
   for (int k = 0; k < BOUND_MAX && thrum_plastic_strain(flowed) > most; k++) {
     *share *= 0.5;
     thrum_plastic_flow(material, point->dt, elastic, before, *share, flowed);

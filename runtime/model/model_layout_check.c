@@ -4,6 +4,7 @@
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <inttypes.h>
+#include <math.h>
 #include <stdbool.h>
 #include <string.h>
 
@@ -330,6 +331,19 @@ static thrum_status check_finite(const thrum_layout *layout, int array, thrum_er
   return THRUM_OK;
 }
 
+/* Numbers of which squares and products are taken. */
+static thrum_status check_within(const thrum_layout *layout, int array, double most,
+                                 thrum_error *error) {
+  const unsigned char *data = layout->data[array];
+  const int64_t count = data != NULL ? (int64_t)(thrum_layout_bytes(layout, array) / 8) : 0;
+  for (int64_t i = 0; i < count; i++)
+    if (!(fabs(get_f8(data, i)) <= most))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array '%s' holds %g (entry %" PRId64 "), which is beyond %g",
+                             thrum_array_table[array].name, get_f8(data, i), i, most);
+  return THRUM_OK;
+}
+
 static thrum_status check_omega2(const thrum_layout *layout, thrum_error *error) {
   const unsigned char *omega2 = layout->data[THRUM_ARRAY_omega2];
   if (get_f8(omega2, 0) < 0.0)
@@ -535,6 +549,11 @@ thrum_status thrum_layout_check_values(const thrum_layout *layout, thrum_error *
     if (status != THRUM_OK)
       return status;
   }
+
+  // places, and what moves them, of which squares are taken
+  THRUM_TRY(check_within(layout, THRUM_ARRAY_vertices, THRUM_PLACE_MAX, error));
+  THRUM_TRY(check_within(layout, THRUM_ARRAY_basis, THRUM_BASIS_MAX, error));
+  THRUM_TRY(check_within(layout, THRUM_ARRAY_rigid, THRUM_BASIS_MAX, error));
 
   // then what each array means
   thrum_status status = check_omega2(layout, error);

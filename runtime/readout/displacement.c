@@ -17,7 +17,7 @@
 
 #include "runtime/base/matrix_product.h"
 
-/* With the largest entry of a basis (thrum_model_check) squares of displacements stay finite. */
+/* With THRUM_BASIS_MAX, squares of displacements stay finite. */
 #define Q_MAX 1e100
 
 static thrum_status require_basis(const thrum_model *model, const void *output,

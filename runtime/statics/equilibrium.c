@@ -332,11 +332,29 @@ static bool advance(path *p) {
   return snap(p);
 }
 
+/* Relaxes the start. What counts as rounding is that of the largest displacement so far, which may
+ * have been that of a start far away: then the search goes on from where it ended. */
+static bool relax(path *p, thrum_search_measure *found) {
+  thrum_search *s = &p->s;
+  if (!thrum_search_down(s, 0.0, found))
+    return false;
+  const double load = s->def->tolerance * s->def->factor * s->load_norm;
+  double length = thrum_search_length(s, s->trial, NULL);
+  for (int32_t k = 0; length < 0.5 * s->amplitude && found->norm > load; k++) {
+    s->amplitude = length;
+    if (k == s->def->iterations_max || !thrum_search_down(s, 0.0, found))
+      return false;
+    length = thrum_search_length(s, s->trial, NULL);
+  }
+  s->amplitude = length < 0.5 * s->amplitude ? length : s->amplitude;
+  return true;
+}
+
 /* Follows the path from the shape at rest up to the whole load. */
 static bool follow(path *p) {
   thrum_search *s = &p->s;
   thrum_search_measure found;
-  if (!thrum_search_down(s, 0.0, &found))
+  if (!relax(p, &found))
     return false;
   if (!accept(p, 0.0, thrum_search_least(s, s->trial, false), &found, false))
     return false;

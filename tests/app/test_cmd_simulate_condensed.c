@@ -169,6 +169,21 @@ static void a_body_that_names_an_error_is_condensed_as_far_as_that_allows(void *
   program_result_free(&run);
 }
 
+/* Of a coarse mesh all that is stepped stretches it, and nothing follows: the file says so. */
+static void a_mesh_in_which_nothing_follows_is_condensed_too(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "precompute", "beam:1x1x1@1x1x1", "--fix", "x<0.001",
+                                 "--modes", "2", "--rank", "5", "--condense", "-o", "stiff.npz",
+                                 "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  program_result_free(&run);
+  run = thrum_run(folder, "simulate", "stiff.npz", "-o", "stiff", "--time", "0.03", "-q", NULL);
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  program_result_free(&run);
+}
+
 static void a_file_that_was_precomputed_condensed_is_stepped_alike(void **state) {
   (void)state;
   program_result run =
@@ -546,6 +561,7 @@ int main(void) {
       cmocka_unit_test(a_flagged_run_of_few_masters_names_the_integrator_that_would_do),
       cmocka_unit_test(a_scene_steps_it_alike),
       cmocka_unit_test(a_body_that_names_an_error_is_condensed_as_far_as_that_allows),
+      cmocka_unit_test(a_mesh_in_which_nothing_follows_is_condensed_too),
       cmocka_unit_test(a_file_that_was_precomputed_condensed_is_stepped_alike),
       cmocka_unit_test(a_large_swing_is_flagged),
       cmocka_unit_test(with_the_inertia_of_what_follows_a_large_swing_is_that_of_the_whole_model),

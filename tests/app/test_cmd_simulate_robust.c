@@ -181,6 +181,29 @@ static void energy_that_grows_flags_a_damped_run_too(void **context) {
   program_result_free(&result);
 }
 
+/* A load that moves nothing to speak of hides no growth, and one that does is no growth. */
+static void a_tiny_load_hides_no_growth(void **context) {
+  (void)context;
+  static const struct {
+    const char *load, *newmark;
+    int code;
+  } cases[] = {{"constant:0,0,1e-12@tip", "0.25,0.45", 3},
+               {"sine:0,0,1e-12@tip,f=3", "0.25,0.45", 3},
+               {"constant:0,0,1e-12@tip", "0.25,0.5", 0},
+               {"constant:0,0,-20@tip", "0.25,0.5", 0}};
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    program_result result =
+        thrum_run(folder, "simulate", "fine.npz", "-o", "run", "--quiet", "--json", "--time", "1",
+                  "--dt", "0.004", "--integrator", "newmark", "--newmark", cases[n].newmark,
+                  "--start", "mode:1,0.001", "--load", cases[n].load, NULL);
+    if (result.exit_code != cases[n].code)
+      fail_msg("%s, %s: %d, %s", cases[n].load, cases[n].newmark, result.exit_code, result.err);
+    if (cases[n].code != 0)
+      assert_non_null(strstr(result.err, "though the loads did next to no work"));
+    program_result_free(&result);
+  }
+}
+
 /* A momentum from a file, in the first modes and large: no row has another energy, but for the
  * ripple of explicit modes near the stability limit. */
 static void a_violent_momentum_from_a_file_keeps_its_energy_in_every_row(void **context) {
@@ -360,6 +383,7 @@ int main(void) {
       cmocka_unit_test(so_little_tangent_damping_that_it_takes_nothing_feeds_nothing_in),
       cmocka_unit_test(fox_goodwin_counts_no_leaps_as_dissipation),
       cmocka_unit_test(energy_that_grows_flags_a_damped_run_too),
+      cmocka_unit_test(a_tiny_load_hides_no_growth),
       cmocka_unit_test(a_violent_momentum_from_a_file_keeps_its_energy_in_every_row),
       cmocka_unit_test(a_run_without_drift_is_not_edited),
 

@@ -59,6 +59,13 @@ static inline void mend_checksums(uint8_t *data, size_t size) {
 }
 
 size_t LLVMFuzzerCustomMutator(uint8_t *data, size_t size, size_t max_size, unsigned seed) {
+  // half of the inputs do something else with the same archive
+  if (FUZZ_ZIP_AT > 0 && seed % 2 != 0 && size > FUZZ_ZIP_AT) {
+    uint8_t plan[FUZZ_ZIP_AT + 1];
+    memcpy(plan, data, FUZZ_ZIP_AT);
+    memcpy(data, plan, LLVMFuzzerMutate(plan, FUZZ_ZIP_AT, FUZZ_ZIP_AT));
+    return size;
+  }
   const size_t now = LLVMFuzzerMutate(data, size, max_size);
   // wrong checksums remain part of the inputs
   if (seed % 16 != 0 && now > FUZZ_ZIP_AT)

@@ -763,6 +763,36 @@ static void the_ground_is_where_the_base_motions_put_it(void **context) {
     assert_true(fabs(ground[axis] + expected[axis] * sin(omega * time) / (omega * omega)) < 1e-12);
 }
 
+/* A ground that would be nowhere is refused, and stays where it is. */
+static void a_ground_that_goes_nowhere_is_refused(void **context) {
+  fixture *f = *context;
+  const thrum_scene_body_def def = def_of(f, THRUM_INTEGRATOR_IMEXV);
+  add(f, &def);
+  static const double push[3] = {1, 0, 0};
+  static const thrum_load courses[] = {
+      {THRUM_LOAD_SINE, INFINITY, INFINITY, 1},
+      {THRUM_LOAD_SINE, -INFINITY, INFINITY, 1},
+      {THRUM_LOAD_SINE, 0, NAN, 1},
+      {THRUM_LOAD_SINE, 0, INFINITY, 1e-300},
+      {THRUM_LOAD_SINE, 0, INFINITY, -1},
+      {THRUM_LOAD_SINE, 1e300, INFINITY, 1},
+  };
+  for (size_t n = 0; n < sizeof courses / sizeof courses[0]; n++)
+    assert_int_equal(thrum_scene_add_base_motion(f->scene, push, &courses[n], &failure),
+                     THRUM_BAD_VALUE);
+
+  // nor does a record go further
+  static const double times[] = {0, 1e20}, accelerations[] = {0, 0, 0, 1, 0, 0};
+  double velocities[6], positions[6], ground[3];
+  const thrum_base_motion motion = {2, times, accelerations, velocities, positions};
+  thrum_base_motion_integrate(2, times, accelerations, velocities, positions);
+  assert_int_equal(thrum_scene_add_base_motion_record(f->scene, &motion, &failure),
+                   THRUM_BAD_VALUE);
+  steps(f->scene, 3);
+  thrum_scene_ground(f->scene, ground);
+  assert_true(ground[0] == 0 && ground[1] == 0 && ground[2] == 0);
+}
+
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
 
 int main(void) {
@@ -789,6 +819,7 @@ int main(void) {
       TEST(bad_defs_are_refused),
       TEST(a_scene_tells_what_was_set),
       TEST(the_ground_is_where_the_base_motions_put_it),
+      TEST(a_ground_that_goes_nowhere_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -89,6 +89,86 @@ static unsigned char bit_of(size_t byte) {
   return (unsigned char)(1u << (3 * byte + byte / 8) % 8);
 }
 
+/* A def of a free body with a few faces, which have to outlive it. */
+static thrum_scene_body_def body_of(const fixture *f, int32_t faces[15]) {
+  thrum_scene_body_def def = thrum_default_scene_body_def();
+  const int32_t *tets = f->made.model.tets;
+  def.model = &f->made.model;
+  def.free = 1;
+  def.position[2] = 1;
+  def.triangles = faces;
+  def.triangle_count = 5;
+  for (int64_t t = 0; t < 5; t++)
+    for (int k = 0; k < 3; k++)
+      faces[3 * t + k] = tets[4 * t + (k == 0 ? 0 : 3 - k)];
+  return def;
+}
+
+/* Each way in which a body may be refused leaves the snapshot of the scene as it is. */
+static void refuse_bodies(fixture *f, const thrum_scene_body_def *def) {
+  static const int32_t touch[1] = {0};
+  const size_t size = thrum_scene_snapshot_size(f->scene);
+  unsigned char *before = need(size, 1), *after = need(size, 1);
+  MUST(thrum_scene_snapshot(f->scene, before, size, &failure));
+  for (int n = 0; n < 5; n++) {
+    thrum_scene_body_def wrong = *def;
+    wrong.touch = touch;
+    wrong.touch_count = 1;
+    wrong.touch_stiffness = n == 0 ? 1e31 : 0;
+    wrong.position[0] = n == 1 ? 1e31 : 0;
+    wrong.velocity[1] = n == 2 ? 1e300 : 0;
+    wrong.start_mode = n == 3 ? 99 : 0;
+    wrong.state.tolerance = n == 4 ? 7 : 0;
+    assert_true(thrum_scene_add_body(f->scene, &wrong, NULL, &failure) < 0);
+    assert_int_equal(thrum_scene_snapshot_size(f->scene), size);
+    MUST(thrum_scene_snapshot(f->scene, after, size, &failure));
+    assert_memory_equal(after, before, size);
+  }
+  MUST(thrum_scene_restore(f->scene, before, size, &failure));
+  free(before);
+  free(after);
+}
+
+/* What is refused leaves the scene as it was, so that its snapshots remain its own: also where the
+ * body would have needed more room for touches. */
+static void a_refused_body_leaves_snapshots_their_scene(void **context) {
+  fixture *f = *context;
+  const thrum_contact_pairs_def pairs = thrum_default_contact_pairs_def();
+  int32_t faces[15];
+  const thrum_scene_body_def def = body_of(f, faces);
+  MUST(thrum_scene_set_collisions(f->scene, &pairs, &failure));
+  for (int bodies = 0; bodies < 9; bodies++) {
+    MUST(thrum_scene_add_body(f->scene, &def, NULL, &failure));
+    refuse_bodies(f, &def);
+  }
+}
+
+/* A scene takes its own snapshot wherever its bodies and its eye are. */
+static void a_snapshot_far_away_is_taken(void **context) {
+  fixture *f = *context;
+  static const double reaches[] = {1e10, 1e20, 1e30, 1e31, 1e160, 1e300};
+  for (int n = 0; n < 6; n++) {
+    const double reach = reaches[n], eye[3] = {reach, -reach, reach};
+    thrum_scene_body_def def = thrum_default_scene_body_def();
+    def.model = &f->made.model;
+    def.free = 1;
+    def.position[0] = def.position[1] = def.velocity[0] = reach;
+
+    // beyond 1e30 nothing is
+    const bool taken = thrum_scene_add_body(f->scene, &def, NULL, &failure) >= 0;
+    assert_true(taken == (reach <= 1e30));
+    assert_true((thrum_scene_set_eye(f->scene, eye, &failure) >= 0) == taken);
+    MUST(thrum_scene_update_detail(f->scene, &failure));
+    MUST(thrum_scene_step(f->scene, &failure));
+    MUST(thrum_scene_update_detail(f->scene, &failure));
+    const size_t size = thrum_scene_snapshot_size(f->scene);
+    unsigned char *own = need(size, 1);
+    MUST(thrum_scene_snapshot(f->scene, own, size, &failure));
+    MUST(thrum_scene_restore(f->scene, own, size, &failure));
+    free(own);
+  }
+}
+
 static void a_changed_bit_is_refused(void **context) {
   fixture *f = *context;
   for (size_t byte = 0; byte < f->size; byte++) {
@@ -155,6 +235,8 @@ int main(void) {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
   const struct CMUnitTest tests[] = {
       TEST(a_changed_bit_is_refused),
+      TEST(a_refused_body_leaves_snapshots_their_scene),
+      TEST(a_snapshot_far_away_is_taken),
       TEST(a_changed_bit_under_a_right_checksum_is_refused_or_harmless),
       TEST(a_snapshot_of_another_version_or_scene_is_refused),
   };

@@ -74,18 +74,22 @@ static void a_point_flows_by_the_closed_form(void **context) {
   both_free(&made);
 }
 
+/* One point that the coordinates move by its nine components in turn. */
+static void one_point_make(both *made, const char *law) {
+  points_make(made, 3, RANK, 1, 1);
+  points_obey(made, law);
+  made->weights[0] *= 0.01;
+  for (int c = 0; c < 81; c++)
+    made->gradients[c] = c % 10 == 0 ? 1 : 0;
+  made->points.identity = thrum_model_identity(&made->points);
+}
+
 static void a_point_flows_at_any_strain(void **context) {
   (void)context;
   static const char *const laws[] = {"corotational", "neo-hookean"};
   for (int n = 0; n < 6; n++) {
-    // the first coordinate moves the one point by q times the identity
     both made;
-    points_make(&made, 3, RANK, 1, 1);
-    points_obey(&made, laws[n % 2]);
-    made.weights[0] *= 0.01;
-    for (int c = 0; c < 81; c++)
-      made.gradients[c] = c % 10 == 0 ? 1 : 0;
-    made.points.identity = thrum_model_identity(&made.points);
+    one_point_make(&made, laws[n % 2]);
 
     // a strain of 1 to 1e20, and a step so short that nothing else happens
     const double q[RANK] = {pow(1e10, n / 2), 0.1};
@@ -96,6 +100,29 @@ static void a_point_flows_at_any_strain(void **context) {
     state_steps(&made.points, state, 1);
     assert_true(thrum_state_plastic_strain(state) > 0.01);
     assert_true(thrum_state_report_get(state).plastic_work > 0);
+    state_free(state);
+    both_free(&made);
+  }
+}
+
+/* Where a step is done what has flowed is a number, however often and far the point flows. */
+static void a_plastic_strain_is_finite(void **context) {
+  (void)context;
+  static const char *const laws[] = {"corotational", "neo-hookean"};
+  for (int n = 0; n < 60; n++) {
+    both made;
+    one_point_make(&made, laws[n % 2]);
+    const double size = pow(1e5, n / 2), q[RANK] = {size, 0.1 * size};
+    thrum_state_def def = flow_def(0.1);
+    def.dt = 1e-9;
+    thrum_state *state = state_make(&made.points, &def);
+    state_put(&made.points, state, q, NULL);
+    for (int k = 0; k < 5; k++) {
+      thrum_step(&made.points, state, NULL);
+      const double strain = thrum_state_plastic_strain(state);
+      if (!isfinite(strain))
+        fail_msg("%s at a strain of %g: the plastic strain is %g", laws[n % 2], size, strain);
+    }
     state_free(state);
     both_free(&made);
   }
@@ -425,6 +452,18 @@ static void a_body_that_has_flowed_stays_bent_until_it_is_cleared(void **context
   state_steps(&made.points, state, 3);
   assert_true(state_energy(&made.points, state).total == 0);
 
+  // a call that fails after that leaves every byte that persists
+  state_put(&made.points, state, q, p);
+  assert_int_equal(thrum_state_clear_plastic(&made.points, state, NULL), THRUM_OK);
+  const size_t kept = thrum_state_kept_bytes(state);
+  unsigned char *before = random_alloc((int64_t)kept, 1);
+  memcpy(before, state, kept);
+  for (int i = 0; i < RANK; i++)
+    q[i] = 1e200;
+  assert_int_equal(thrum_state_set(&made.points, state, q, q, NULL), THRUM_NOT_FINITE);
+  assert_memory_equal(state, before, kept);
+  free(before);
+
   // a bound holds, and one far below what a step would flow does not stop all flow
   def.plastic = (thrum_plastic){0.1, INFINITY, 1e-9};
   thrum_state *bounded = thrown(&made, &def);
@@ -554,6 +593,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_point_flows_by_the_closed_form),
       cmocka_unit_test(a_point_flows_at_any_strain),
+      cmocka_unit_test(a_plastic_strain_is_finite),
       cmocka_unit_test(kinetic_stored_and_plastic_energy_are_the_work_of_the_load),
       cmocka_unit_test(regions_flow_beyond_their_own_yield_or_that_of_the_state),
       cmocka_unit_test(a_yield_of_a_region_is_stepped_by_energy_alone),

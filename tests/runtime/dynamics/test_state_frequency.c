@@ -104,6 +104,29 @@ static void the_closed_forms_of_the_documentation_hold(void **context) {
   random_model_free(&m);
 }
 
+/* Of a step as long as numbers go every figure is a number, or the frequency none: no vibration. */
+static void the_longest_step_has_figures_too(void **context) {
+  (void)context;
+  for (int n = 0; n < INTEGRATOR_COUNT; n++)
+    for (int k = 0; k < 2; k++) {
+      random_model m;
+      random_model_make(&m, 3, RANK, 1, 7, INFINITY);
+      thrum_state_def def = make_def(every_integrator[n]);
+      def.dt = k == 0 ? 1.7e308 : 1e160;
+      thrum_state *state = NULL;
+      if (thrum_state_create(&m.model, &def, &state, NULL) >= 0) {
+        thrum_stepped_mode modes[RANK];
+        assert_int_equal(thrum_state_stepped_modes(&m.model, state, modes, NULL), THRUM_OK);
+        for (int i = 0; i < RANK; i++)
+          if (!isfinite(modes[i].hertz) || !isfinite(modes[i].factor))
+            fail_msg("%s, mode %d: factor %g", thrum_integrator_name(def.integrator), i,
+                     modes[i].factor);
+        thrum_state_destroy(state);
+      }
+      random_model_free(&m);
+    }
+}
+
 static void nothing_is_written_for_a_state_of_another_model(void **context) {
   (void)context;
   random_model m, other;
@@ -125,6 +148,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(linear_runs_vibrate_as_is_said),
       cmocka_unit_test(the_closed_forms_of_the_documentation_hold),
+      cmocka_unit_test(the_longest_step_has_figures_too),
       cmocka_unit_test(nothing_is_written_for_a_state_of_another_model),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -184,6 +184,46 @@ static void a_stable_answer_does_not_depend_on_the_way(void **state) {
 
 /* Loaded along x, the column is straight until 1 - 10 x = 0: at x = 0.1, half of the load 20.
  * Beyond, y grows by 4 b y^2 = 2 a x - 1 with 100 x = f + a y^2. */
+/* Residual of q under a load, in the norm of the report and relative to the load. */
+static double residual_at(const thrum_model *model, const double *load, const double *q) {
+  double force[RANK_MAX], sum = 0, of_load = 0;
+  double *work = random_alloc((int64_t)thrum_work_count(model), sizeof(double));
+  thrum_internal_force(model, q, force, work);
+  free(work);
+  for (int64_t i = 0; i < model->rank; i++) {
+    sum += (force[i] - load[i]) * (force[i] - load[i]) / model->omega2[i];
+    of_load += load[i] * load[i] / model->omega2[i];
+  }
+  return sqrt(sum / of_load);
+}
+
+/* What a search takes for rounding is of where it ends, not of where it began. */
+static void a_start_far_away_ends_in_balance_or_is_refused(void **state) {
+  (void)state;
+  random_model random;
+  random_model_make(&random, 47, 9, 1, 20, 1);
+  int balanced = 0;
+  for (int decade = 0; decade <= 150; decade += 6) {
+    double load[RANK_MAX], q[RANK_MAX], start[RANK_MAX];
+    for (int64_t i = 0; i < 9; i++) {
+      load[i] = 0.01 * cos((double)i);
+      start[i] = q[i] = pow(10, decade) * sin((double)(i + 1));
+    }
+    const answer found = solve(&random.model, 1, load, q);
+    if (found.status < 0) {
+      assert_memory_equal(q, start, 9 * sizeof *q);
+      continue;
+    }
+    balanced++;
+    const double residual = residual_at(&random.model, load, q);
+    if (!(residual < 1e-7))
+      fail_msg("from 1e%d the residual is %g, and %g is reported", decade, residual,
+               found.report.residual);
+  }
+  assert_true(balanced >= 8);
+  random_model_free(&random);
+}
+
 static void a_column_buckles_where_its_stiffness_ends(void **state) {
   (void)state;
 
@@ -448,6 +488,7 @@ int main(void) {
       cmocka_unit_test(a_hardening_spring_gives_duffings_root),
       cmocka_unit_test(an_enormous_load_is_reached_from_rest),
       cmocka_unit_test(a_stable_answer_does_not_depend_on_the_way),
+      cmocka_unit_test(a_start_far_away_ends_in_balance_or_is_refused),
 
       // buckling and limit points
       cmocka_unit_test(a_column_buckles_where_its_stiffness_ends),
