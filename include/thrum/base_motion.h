@@ -33,7 +33,8 @@ typedef struct thrum_base_motion {
 } thrum_base_motion;
 
 /* Checks a motion: THRUM_BAD_VALUE for fewer than two samples, numbers that are not finite or
- * beyond 1e30, or times that do not ascend, with the sample counted from 1; THRUM_INVALID_ARGUMENT for NULL. */
+ * beyond 1e30, or times that do not ascend, with the sample counted from 1; THRUM_INVALID_ARGUMENT
+ * for NULL. */
 THRUM_API thrum_status thrum_base_motion_check(const thrum_base_motion *motion, thrum_error *error);
 
 /* Exact mean of the acceleration over [step dt, (step+1) dt) into `mean` [m/s^2]; dt [s]. Cost: log

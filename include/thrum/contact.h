@@ -75,15 +75,16 @@ typedef struct thrum_obstacle {
   /* Sphere: radius [m]; > 0, up to 1e30, default 1. Larger: a larger and flatter sphere. */
   double radius;
 
-  /* Box: half the length of its sides [m]; each > 0, up to 1e30, default 1. Larger: a larger box. */
+  /* Box: half the length of its sides [m]; each > 0, up to 1e30, default 1. Larger: a larger box.
+   */
   double half[3];
 
   /* Box: its axes in the world as columns, 3 x 3 row-major; a rotation to 1e-6, default the
    * identity. */
   double rotation[9];
 
-  /* Velocity during the step [m/s]; within 1e30, default 0. Larger: it drags and pushes the body faster;
-   * the caller moves the centre. */
+  /* Velocity during the step [m/s]; within 1e30, default 0. Larger: it drags and pushes the body
+   * faster; the caller moves the centre. */
   double velocity[3];
 
   /* Pressure per depth [N/m^3]; 0 to 1e30, default 0: that of the contact. Larger: the body sinks

@@ -81,7 +81,7 @@ extern "C" {
   X(f8, c3, c3_count, 1, OPTIONAL, "cubic coefficients of V [J/(m kg^1/2)^3], block order")        \
   X(f8, c4, c4_count, 1, OPTIONAL, "quartic coefficients of V [J/(m kg^1/2)^4], block order")      \
   X(f8, axis_mass, 3, rank, OPTIONAL, "U^T M 1 for the axes x, y, z [kg^1/2]")                     \
-  X(f8, vertices, vertex_count, 3, OPTIONAL, "rest positions, within 1e30 [m]")                                 \
+  X(f8, vertices, vertex_count, 3, OPTIONAL, "rest positions, within 1e30 [m]")                    \
   X(i4, tets, tet_count, 4, OPTIONAL, "0-based vertices of a tetrahedron, positive volume")        \
   X(i4, tet_region, tet_count, 1, OPTIONAL, "0-based region of each tetrahedron")                  \
   X(f8, material, region_count, 3, OPTIONAL,                                                       \

@@ -172,9 +172,9 @@ static void a_body_that_names_an_error_is_condensed_as_far_as_that_allows(void *
 /* Of a coarse mesh all that is stepped stretches it, and nothing follows: the file says so. */
 static void a_mesh_in_which_nothing_follows_is_condensed_too(void **state) {
   (void)state;
-  program_result run = thrum_run(folder, "precompute", "beam:1x1x1@1x1x1", "--fix", "x<0.001",
-                                 "--modes", "2", "--rank", "5", "--condense", "-o", "stiff.npz",
-                                 "-q", NULL);
+  program_result run =
+      thrum_run(folder, "precompute", "beam:1x1x1@1x1x1", "--fix", "x<0.001", "--modes", "2",
+                "--rank", "5", "--condense", "-o", "stiff.npz", "-q", NULL);
   if (run.exit_code != 0)
     fail_msg("%s", run.err);
   program_result_free(&run);

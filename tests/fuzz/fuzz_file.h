@@ -3,9 +3,9 @@
 #ifndef THRUM_TESTS_FUZZ_FUZZ_FILE_H
 #define THRUM_TESTS_FUZZ_FUZZ_FILE_H
 
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
