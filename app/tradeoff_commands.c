@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "app/results.h"
+#include "driver/basis_estimate.h"
 #include "io/json.h"
 #include "io/number_text.h"
 #include "io/shell_word.h"
@@ -153,6 +154,13 @@ static void put_precompute(FILE *stream, const tradeoff_commands *c) {
   put_text(stream, "-o", model);
 }
 
+/* The share of the motion that a run of the pick may have wrong without a flag: twice what was
+ * found, as its estimate is another one; 0: the usual one. */
+static double accepted_of(const tradeoff_commands *c) {
+  const double twice = ceil(200 * run_of(c)->error.displacement) / 100;
+  return twice > BASIS_ACCEPTED ? fmin(twice, 1) : 0;
+}
+
 static void put_simulate(FILE *stream, const tradeoff_commands *c) {
   const tradeoff_run *run = run_of(c);
   const tradeoff_recipe *recipe = recipe_of(c);
@@ -167,6 +175,8 @@ static void put_simulate(FILE *stream, const tradeoff_commands *c) {
   put_number(stream, "--tolerance", run->tolerance);
   if (recipe->masters > 0)
     fprintf(stream, " --condense %lld", (long long)recipe->masters);
+  if (accepted_of(c) > 0)
+    put_number(stream, "--accept-error", accepted_of(c));
 
   // the motion that it was chosen for
   put_damping(stream, "--damping", c->request->damping);
@@ -198,6 +208,8 @@ static cJSON *simulate_options(const tradeoff_commands *c) {
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "integrator", experiment_scheme_names[run->integrator]);
   json_number(object, "dt", run->dt);
+  if (accepted_of(c) > 0)
+    json_number(object, "accept-error", accepted_of(c));
   json_number(object, "tolerance", run->tolerance);
   if (recipe_of(c)->masters > 0)
     json_number(object, "condense", (double)recipe_of(c)->masters);

@@ -38,6 +38,7 @@ static thrum_status take_ranks(const config_given *given, void *request) {
   return THRUM_OK;
 }
 
+static const char *const judges[] = {"displacement", "worse", NULL};
 static const char *const precisions[] = {"double", "single"};
 static const char *const cubatures[] = {"auto", "off", "only", NULL}; /* tradeoff_cubature */
 
@@ -63,6 +64,9 @@ static const config_option options[] = {
                 "pick the cheapest setting whose displacement error against the full order is at "
                 "most P per cent",
                 .take = take_error, .wants = "an error such as 1%"),
+    OPTION_CHOICE("judge-by", judges, "displacement",
+                  "what --error is of: the displacement, or the worse of displacement and velocity",
+                  AT(by_worse)),
     OPTION_WORD("budget", "T", NULL,
                 "pick the most accurate one that takes at most T of processor time for a frame, "
                 "such as 2ms or 500us",
@@ -74,7 +78,7 @@ static const config_option options[] = {
     OPTION_FLAG(
         "quick",
         "a coarse answer in under a minute on a model of some thousand tetrahedra: shorter, fewer "
-        "settings, and no tests but those of --test; a small error that takes ranks of 60 and more "
+        "settings, and one test; a small error that takes ranks of 60 and more "
         "takes minutes",
         AT(quick)),
     OPTION_LAW("that of the model",
@@ -82,7 +86,8 @@ static const config_option options[] = {
                AT(law), .given = offsetof(tradeoff_request, law_given)),
     OPTION_GROUP(mesh_options, "of a MESH", AT(mesh_def)),
 
-    OPTION_TEXT("test", "CASE", "those of the model by name; with --quick none",
+    OPTION_TEXT("test", "CASE",
+                "those of the model by name; of others, and with --quick, a load of another kind",
                 "what no basis is trained on, as --test of precompute: the error of the setting "
                 "that was picked is measured in it too; none: no such case",
                 .repeats = true, .take = take_test),

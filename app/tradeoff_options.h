@@ -33,6 +33,7 @@ typedef struct tradeoff_request {
   double full_dt;        /* [s]; 0: by --quick */
   double damping[2];
   double error;  /* NaN: not asked */
+  bool by_worse; /* it is the larger of those of displacement and velocity */
   double budget; /* processor time of a frame [s]; NaN: not asked */
   double fps;
   /* 0 of a list: the default */

@@ -311,14 +311,21 @@ def basis_of(item):
     return name + (", trained" if item["trained"] else "") + (f", {points['points']:.0f} points" if points else "")
 
 
+def velocity_of(item):
+    """The error of the velocity of a pick, which stands in the rows of its search."""
+    runs = [r for r in rows("tradeoff", f"{item['model']}.csv") if r["stable"] == "1"]
+    return float(min(runs, key=lambda r: abs(float(r["error_displacement"]) - item["error"]))["error_velocity"])
+
+
 def tradeoff_picks():
     body = []
     for item in picks():
         body.append([item["model"], f"{100 * item['asked']:g} %", basis_of(item),
                      f"`{item['integrator']}`, {item['dt']:.3g} s"] +
-                    [f"{100 * item[key]:.2g} %" for key in ("error", "basis_error", "projection_error")] +
+                    [f"{100 * item['error']:.2g} %", f"{100 * velocity_of(item):.2g} %"] +
+                    [f"{100 * item[key]:.2g} %" for key in ("basis_error", "projection_error")] +
                     [f"{item['times_faster_than_full']:,.0f}", f"{100 * item['full']['error']:.2g} %"])
-    return table(["model", "asked", "rank", "stepped by", "error", "of its basis", "of the projection",
+    return table(["model", "asked", "rank", "stepped by", "error", "of the velocity", "of its basis", "of the projection",
                   "times cheaper than the full order", "full order, in time"], body)
 
 

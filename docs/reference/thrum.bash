@@ -50,9 +50,10 @@ _thrum() {
   'static --law') words='stvk corotational neo-hookean' ;;
   'static '*) words=' --load --factor --at --stay --tolerance --rank --from --monitor --accept-error --judge --full --fix --young --poisson --density --material --scale --unit --regions --order --move --rotate --moment --follow --linear-solver --quadrature --law --output --displacements --vtu --path --reactions --options --json --quiet --help' ;;
   'experiments '*) words='--long --sweep --step-sizes --work-precision --variable --extremes --linear --output --models --loads --schemes --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help --list-jobs --job --collect' ;;
+  'tradeoff --judge-by') words='displacement worse' ;;
   'tradeoff --law') words='stvk corotational neo-hookean' ;;
   'tradeoff --cubature') words='auto off only' ;;
-  'tradeoff '*) words='--output --load --error --budget --fps --time --quick --law --fix --young --poisson --density --material --scale --unit --regions --order --test --ranks --rank-max --dts --tolerances --integrators --precisions --cubature --cubature-errors --cubature-refine --damping --full-dt --keep-runs --threads --json --quiet --help --list-jobs --job --collect' ;;
+  'tradeoff '*) words='--output --load --error --judge-by --budget --fps --time --quick --law --fix --young --poisson --density --material --scale --unit --regions --order --test --ranks --rank-max --dts --tolerances --integrators --precisions --cubature --cubature-errors --cubature-refine --damping --full-dt --keep-runs --threads --json --quiet --help --list-jobs --job --collect' ;;
   'verify '*) words='--output --refinements --json --quiet --help --list-jobs --job --collect' ;;
   'info --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
   'info '*) words='--dt --integrator --load --touch --json --help' ;;

@@ -196,7 +196,8 @@ static thrum_status run_setting(void *context, int64_t index, thrum_error *error
     if (run->stable) {
       run->error = tradeoff_against_full(&space->view, rank, &samples);
       run->time_error = tradeoff_against(rank, &samples, &space->tight);
-      run->cancels = run->error.displacement < basis->error.displacement;
+      run->cancels = tradeoff_judged(&run->error, s->problem->by_worse) <
+                     tradeoff_judged(&basis->error, s->problem->by_worse);
       run->drift = drift_of(problem, &samples);
     }
   }
@@ -298,10 +299,10 @@ static thrum_status judge_reference(tradeoff_solution *s, thrum_error *error) {
 
 /* --- tests ------------------------------------------------------------------------------------ */
 
-/* The error of the displacement of one setting under another script. */
+/* The errors of one setting under another script. */
 static thrum_status test_error(const tradeoff_solution *s, int64_t b, const thrum_state_def *def,
                                const full_motion_script *script,
-                               const tradeoff_reference *reference, double *found,
+                               const tradeoff_reference *reference, double *found, double *velocity,
                                thrum_error *error) {
   const tradeoff_space *space = &s->spaces[b];
   const int64_t rank = space->shape->rank;
@@ -311,8 +312,11 @@ static thrum_status test_error(const tradeoff_solution *s, int64_t b, const thru
   thrum_status status = tradeoff_view_make(space->shape, script, reference, &view, error);
   THRUM_THEN(status, tradeoff_samples_make(rank, &samples, error));
   THRUM_THEN(status, tradeoff_step(space, &view, def, &samples, &pass, error));
-  if (status >= 0)
-    *found = pass.whole ? tradeoff_against_full(&view, rank, &samples).displacement : NAN;
+  if (status >= 0 && pass.whole) {
+    const tradeoff_errors errors = tradeoff_against_full(&view, rank, &samples);
+    *found = errors.displacement;
+    *velocity = errors.velocity;
+  }
   free(samples.q);
   tradeoff_view_free(&view);
   return status;
@@ -340,6 +344,7 @@ static thrum_status run_tests(tradeoff_solution *s, thrum_error *error) {
     // both against the full order under this test
     tradeoff_reference reference = {0};
     s->result.test_error[n] = s->result.test_own_error[n] = NAN;
+    s->result.test_velocity[n] = s->result.test_own_velocity[n] = NAN;
     if (problem->take != NULL && !problem->is_kept(problem->take_context, n))
       continue;
     THRUM_THEN(status, tradeoff_space_again(s, run->basis, error));
@@ -348,10 +353,11 @@ static thrum_status run_tests(tradeoff_solution *s, thrum_error *error) {
     THRUM_THEN(status, tradeoff_reference_make(problem, script, "full order of a test", false,
                                                &reference, error));
     THRUM_THEN(status, test_error(s, run->basis, &def, script, &reference, &s->result.test_error[n],
-                                  error));
+                                  &s->result.test_velocity[n], error));
     if (own >= 0)
-      THRUM_THEN(status, test_error(s, own, &plain, script, &reference,
-                                    &s->result.test_own_error[n], error));
+      THRUM_THEN(status,
+                 test_error(s, own, &plain, script, &reference, &s->result.test_own_error[n],
+                            &s->result.test_own_velocity[n], error));
     tradeoff_reference_free(&reference);
   }
   return status;
@@ -435,7 +441,10 @@ static thrum_status end(tradeoff_solution *s, thrum_status status, tradeoff_resu
 
 thrum_status tradeoff_solve(const tradeoff_problem *problem, tradeoff_result *result,
                             thrum_error *error) {
-  tradeoff_solution s = {.problem = problem, .full_error = NAN, .least_error = INFINITY};
+  tradeoff_solution s = {.problem = problem,
+                         .full_error = NAN,
+                         .least_error = INFINITY,
+                         .result = {.by_worse = problem->by_worse}};
 
   // the linear algebra has one thread, as times are those of a thread
   const thrum_threads before = thrum_threads_set(1);
@@ -490,14 +499,18 @@ const char *tradeoff_flag(const tradeoff_run *run) {
  * accurate; what owes its error to a cancellation comes last, and before that what is flagged. */
 static bool is_better(const tradeoff_result *result, const tradeoff_run *run,
                       const tradeoff_run *chosen, double error) {
+  const bool worse = result->by_worse;
   if (chosen == NULL)
     return true;
   const bool flagged = tradeoff_flag(run) != NULL, other_flagged = tradeoff_flag(chosen) != NULL;
   if (isnan(error))
-    return flagged != other_flagged ? other_flagged
-                                    : run->error.displacement < chosen->error.displacement;
-  const bool lucky = run->cancels && !(result->bases[run->basis].error.displacement <= error);
-  const bool other = chosen->cancels && !(result->bases[chosen->basis].error.displacement <= error);
+    return flagged != other_flagged
+               ? other_flagged
+               : tradeoff_judged(&run->error, worse) < tradeoff_judged(&chosen->error, worse);
+  const bool lucky =
+      run->cancels && !(tradeoff_judged(&result->bases[run->basis].error, worse) <= error);
+  const bool other =
+      chosen->cancels && !(tradeoff_judged(&result->bases[chosen->basis].error, worse) <= error);
   if (lucky != other)
     return other;
   return flagged != other_flagged ? other_flagged : run->cost < chosen->cost;
@@ -507,7 +520,8 @@ int64_t tradeoff_choose(const tradeoff_result *result, double error, double cost
   int64_t best = -1;
   for (int64_t n = 0; n < result->run_count; n++) {
     const tradeoff_run *run = &result->runs[n];
-    if (!run->stable || run->disproved || run->error.displacement > error || run->cost > cost)
+    if (!run->stable || run->disproved || tradeoff_judged(&run->error, result->by_worse) > error ||
+        run->cost > cost)
       continue;
     if (is_better(result, run, best >= 0 ? &result->runs[best] : NULL, error))
       best = n;

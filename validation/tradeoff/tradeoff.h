@@ -10,6 +10,7 @@
 #ifndef THRUM_VALIDATION_TRADEOFF_TRADEOFF_H
 #define THRUM_VALIDATION_TRADEOFF_TRADEOFF_H
 
+#include <math.h>
 #include <stdio.h>
 
 #include "driver/full_motion.h"
@@ -56,6 +57,7 @@ typedef struct tradeoff_problem {
    * alone, and with points for each of these errors of the force, where they may pay or are wanted
    * alone. */
   double error, cost;
+  bool by_worse; /* the error is the larger of those of displacement and velocity */
   int64_t modes, rank_max;
   bool points_alone; /* no polynomials */
   int64_t cubature_count;
@@ -91,6 +93,11 @@ typedef struct tradeoff_problem {
 typedef struct tradeoff_errors {
   double displacement, velocity, energy;
 } tradeoff_errors;
+
+/* The error that a setting is judged by. */
+static inline double tradeoff_judged(const tradeoff_errors *errors, bool by_worse) {
+  return by_worse ? fmax(errors->displacement, errors->velocity) : errors->displacement;
+}
 
 /* A basis, and what its tightly solved run shows. */
 typedef struct tradeoff_basis {
@@ -141,10 +148,13 @@ typedef struct tradeoff_result {
   /* By how much the mesh has the worst of its first frequencies too high, at least; NaN: it is of
    * ten-node tetrahedra, or the linear modes of the model are not known. */
   double mesh_error;
+  bool by_worse;  /* the problem's */
   int64_t chosen; /* the run that does what was wanted; -1: none */
-  /* Errors of the displacement under the tests: of the chosen run, and of the model's own basis at
-   * its time step; NaN where a run is lost. Without a chosen run there are none. */
+  /* Errors of the displacement under the tests, and of the velocity: of the chosen run, and of the
+   * model's own basis at its time step; NaN where a run is lost. Without a chosen run there are
+   * none. */
   double test_error[TRADEOFF_TESTS_MAX], test_own_error[TRADEOFF_TESTS_MAX];
+  double test_velocity[TRADEOFF_TESTS_MAX], test_own_velocity[TRADEOFF_TESTS_MAX];
 } tradeoff_result;
 
 /* Free with tradeoff_free. A basis that the mesh does not have is dropped, unless none is left.
@@ -176,10 +186,10 @@ const char *tradeoff_precision(const tradeoff_basis *basis);
 /* The status that `thrum simulate` flags a run with; NULL: none. */
 const char *tradeoff_flag(const tradeoff_run *run);
 
-/* The cheapest run whose displacement error is at most `error`, or the most accurate whose cost is
- * at most `cost`; NaN: no limit, but one of them must be a number. One whose basis is no worse than
- * that either goes before one that owes it to errors that cancel, and then one that is not flagged
- * before one that is. -1: there is none. */
+/* The cheapest run whose error, by which it is judged, is at most `error`, or the most accurate
+ * whose cost is at most `cost`; NaN: no limit, but one of them must be a number. One whose basis is
+ * no worse than that either goes before one that owes it to errors that cancel, and then one that
+ * is not flagged before one that is. -1: there is none. */
 int64_t tradeoff_choose(const tradeoff_result *result, double error, double cost);
 
 /* The runs as comma-separated values, one row for each. */

@@ -133,7 +133,8 @@ static bool is_met(const tradeoff_solution *s) {
   // a budget alone asks for the most accurate, which a better basis may be
   const tradeoff_run *run = &result->runs[result->chosen];
   return !isnan(s->problem->error) &&
-         !(run->cancels && result->bases[run->basis].error.displacement > s->problem->error);
+         !(run->cancels && tradeoff_judged(&result->bases[run->basis].error, s->problem->by_worse) >
+                               s->problem->error);
 }
 
 thrum_status tradeoff_try_recipe(tradeoff_solution *s, const tradeoff_recipe *recipe,
@@ -179,7 +180,7 @@ static double untrained_error(const tradeoff_solution *s) {
   double least = INFINITY;
   for (int64_t b = 0; b < s->result.basis_count; b++)
     if (!s->result.bases[b].recipe.trained)
-      least = fmin(least, s->result.bases[b].error.displacement);
+      least = fmin(least, tradeoff_judged(&s->result.bases[b].error, s->problem->by_worse));
   return least;
 }
 
@@ -231,10 +232,10 @@ static bool does_it(const tradeoff_solution *s, int64_t first) {
   const tradeoff_problem *problem = s->problem;
   for (int64_t n = 0; n < s->result.run_count && !isnan(problem->error); n++) {
     const tradeoff_run *run = &s->result.runs[n];
-    const double basis = s->result.bases[run->basis].error.displacement;
+    const double basis = tradeoff_judged(&s->result.bases[run->basis].error, problem->by_worse);
     if (run->basis >= first && run->stable && !run->disproved &&
-        run->error.displacement <= problem->error && !(run->cost > problem->cost) &&
-        !(run->cancels && basis > problem->error))
+        tradeoff_judged(&run->error, problem->by_worse) <= problem->error &&
+        !(run->cost > problem->cost) && !(run->cancels && basis > problem->error))
       return true;
   }
   return false;
@@ -265,8 +266,9 @@ static thrum_status try_forms(tradeoff_solution *s, const tradeoff_recipe *basis
     count--;
 
   // a budget alone has no error to be missed
-  const bool misses = leads && s->result.basis_count > first &&
-                      s->result.bases[first].error.displacement > s->problem->error;
+  const bool misses =
+      leads && s->result.basis_count > first &&
+      tradeoff_judged(&s->result.bases[first].error, s->problem->by_worse) > s->problem->error;
   if (!misses)
     THRUM_TRY(try_points(s, forms, count, error));
   return polynomial && !leads && !is_met(s) ? go_on(s, &forms[count], error) : THRUM_OK;
