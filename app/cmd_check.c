@@ -71,6 +71,8 @@ int cmd_check(int argc, char **argv) {
   unsigned flags = 0;
   if (status >= 0) {
     flags = thrum_mesh_flags(&mesh, &examined);
+    if (thrum_mesh_unit_is_said(&request.reading))
+      flags &= ~(unsigned)THRUM_EXAMINE_UNITS;
     if (request.json)
       json_print(check_report_object(request.mesh_name, &mesh, &examined, flags));
     else

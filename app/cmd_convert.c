@@ -123,7 +123,8 @@ static int convert(const convert_request *request) {
   if (status < 0)
     return config_refuse(&error);
 
-  mesh_warnings_print(&mesh, path_basename(request->input));
+  mesh_warnings_print(&mesh, path_basename(request->input),
+                      strncmp(request->input, "beam:", 5) == 0 ? NULL : &request->reading);
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");
 
   // what the format cannot hold is a warning and no failure

@@ -255,6 +255,8 @@ static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thru
   // the mesh is examined before it is written, and written even if it has defects
   THRUM_TRY(thrum_mesh_examine(&work->mesh, &work->examined, error));
   work->flags = thrum_mesh_flags(&work->mesh, &work->examined);
+  if (request->scale != 1)
+    work->flags &= ~(unsigned)THRUM_EXAMINE_UNITS;
   warn_volume(request, work);
   warn_unit(request, work);
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");

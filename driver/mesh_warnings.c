@@ -10,7 +10,8 @@
  * limit of 1/2 by 2e-5 and 1e-3 at 0.4999999, 2e-5 and 3e-2 at 0.49999999. */
 #define ROUNDED_POISSON 0.49999
 
-void mesh_warnings_print(const thrum_mesh *mesh, const char *name) {
+void mesh_warnings_print(const thrum_mesh *mesh, const char *name,
+                         const thrum_mesh_read_options *reading) {
   // what the reader has made of the file
   for (int64_t n = 0; n < mesh->note_count; n++)
     config_warn("%s: %s", name, mesh->notes[n].text);
@@ -36,6 +37,10 @@ void mesh_warnings_print(const thrum_mesh *mesh, const char *name) {
   if (thrum_mesh_examine(mesh, &examined, NULL) < 0)
     return;
   const unsigned flags = thrum_mesh_flags(mesh, &examined);
+  char question[300];
+  if ((flags & THRUM_EXAMINE_UNITS) && reading != NULL && !thrum_mesh_unit_is_said(reading))
+    config_warn("%s: %s", name,
+                thrum_mesh_flag_line(mesh, &examined, THRUM_EXAMINE_UNITS, question));
   for (size_t i = 0; i < sizeof grave / sizeof *grave; i++) {
     char line[300];
     if (flags & grave[i])
@@ -49,10 +54,12 @@ void mesh_notes_object(cJSON *object, const thrum_mesh *mesh) {
     cJSON_AddItemToArray(notes, cJSON_CreateString(mesh->notes[n].text));
 }
 
-void mesh_warn_density(const thrum_mesh *mesh, const char *name) {
+void mesh_warn_materials(const thrum_mesh *mesh, const char *name) {
   char line[300];
   if (thrum_mesh_odd_density(mesh) >= 0)
     config_warn("%s: %s", name, thrum_mesh_flag_line(mesh, NULL, THRUM_EXAMINE_DENSITY, line));
+  else if (thrum_mesh_odd_modulus(mesh) >= 0)
+    config_warn("%s: %s", name, thrum_mesh_flag_line(mesh, NULL, THRUM_EXAMINE_MODULUS, line));
 }
 
 void mesh_warn_poisson(const thrum_mesh *mesh, const char *name) {

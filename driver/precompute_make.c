@@ -118,7 +118,7 @@ static thrum_status apply_material(precompute_request *request, thrum_mesh *mesh
                            request->mesh_name);
   }
   mesh->has_material = true;
-  mesh_warn_density(mesh, path_basename(request->mesh_name));
+  mesh_warn_materials(mesh, path_basename(request->mesh_name));
   mesh_warn_poisson(mesh, path_basename(request->mesh_name));
   return THRUM_OK;
 }
@@ -467,7 +467,9 @@ thrum_status precompute_make(const precompute_request *request, precompute_show 
   }
 
   // the request is completed in a copy, the caller's stays as it was given
-  mesh_warnings_print(&mesh, path_basename(request->mesh_name));
+  const bool metres =
+      mesh_of_model_is_named(request->mesh_name) || strncmp(request->mesh_name, "beam:", 5) == 0;
+  mesh_warnings_print(&mesh, path_basename(request->mesh_name), metres ? NULL : &request->reading);
   thrum_handle *handles = NULL;
   status = thrum_reserve(&handles, request->handle_count, sizeof *handles, "the handles", error);
   precompute_request found = *request;

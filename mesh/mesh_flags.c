@@ -7,11 +7,14 @@
 #include <math.h>
 #include <stdio.h>
 
-/* Bodies outside are likely in other units than metres: a part of 1 m drawn in millimetres comes as
- * 1 km, one drawn in kilometres as 1 mm. */
-static const double EXTENT_LARGE = 500, EXTENT_SMALL = 0.005;
+/* Bodies outside are likely in other units than metres: a part of 3 cm drawn in millimetres comes
+ * as 30 m, one of 1 m drawn in kilometres as 1 mm. */
+static const double EXTENT_LARGE = 20, EXTENT_SMALL = 0.001;
 /* No solid is lighter or heavier [kg/m^3]; steel in tonnes and millimetres is 7.85e-9. */
 static const double DENSITY_LIGHT = 0.5, DENSITY_HEAVY = 30000;
+/* No solid is softer than a gel of 10 Pa, or stiffer than diamond with 1.2e12 Pa; and none that is
+ * heavier than concrete is softer than 0.5 MPa: steel in MPa is 2.1e5, aluminium 7e4. */
+static const double YOUNG_SOFT = 10, YOUNG_STIFF = 2e12, YOUNG_HEAVY = 5e5, DENSITY_STONE = 2500;
 /* Distance from the origin in extents: beyond, positions have lost five of sixteen digits. */
 static const double DISTANCE_FAR = 1e5;
 /* Linear tets lock towards incompressibility; nearly all of them touching the surface with all
@@ -38,6 +41,32 @@ int64_t thrum_mesh_odd_density(const thrum_mesh *mesh) {
   return -1;
 }
 
+static bool is_odd_modulus(const thrum_material *m) {
+  return !(m->young >= YOUNG_SOFT && m->young <= YOUNG_STIFF) ||
+         (m->density > DENSITY_STONE && m->density <= DENSITY_HEAVY && m->young < YOUNG_HEAVY);
+}
+
+int64_t thrum_mesh_odd_modulus(const thrum_mesh *mesh) {
+  for (int64_t i = 0; i < mesh->region_count && mesh->has_material; i++)
+    if (is_odd_modulus(&mesh->materials[i]))
+      return i;
+  return -1;
+}
+
+/* Advises on a length: materials in millimetres, tonnes and seconds come with it, or lengths are
+ * alone. */
+static const char *length_advice(const thrum_mesh *mesh, double extent) {
+  const int64_t density = thrum_mesh_odd_density(mesh);
+  if (extent <= 1)
+    return "is its file in kilometres? --scale 1000";
+  if (extent >= 1e3 * EXTENT_LARGE)
+    return "is its file in micrometres? --scale 1e-6";
+  return (density >= 0 && !is_odd(1e12 * mesh->materials[density].density)) ||
+                 thrum_mesh_odd_modulus(mesh) >= 0
+             ? "is its file in millimetres, tonnes and seconds? --unit mm-t-s"
+             : "is its file in millimetres? --scale 0.001, or --unit mm-t-s with materials of it";
+}
+
 /* Advises on a density: decks in millimetres often have tonnes by cubic millimetre. */
 static const char *density_advice(double density) {
   return is_odd(1e12 * density) ? "materials are in Pa and kg/m^3 unless --unit says otherwise"
@@ -51,6 +80,7 @@ unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *e) 
   flags |= e->hinges > 0 ? THRUM_EXAMINE_HINGES : 0U;
   flags |= e->extent >= EXTENT_LARGE || e->extent <= EXTENT_SMALL ? THRUM_EXAMINE_UNITS : 0U;
   flags |= thrum_mesh_odd_density(mesh) >= 0 ? THRUM_EXAMINE_DENSITY : 0U;
+  flags |= thrum_mesh_odd_modulus(mesh) >= 0 ? THRUM_EXAMINE_MODULUS : 0U;
   flags |= distance(e) > DISTANCE_FAR * e->extent ? THRUM_EXAMINE_FAR : 0U;
 
   // tets of ten nodes bend, and lock far less
@@ -95,10 +125,20 @@ const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examin
 
   // sizes and materials that a wrong unit explains
   case THRUM_EXAMINE_UNITS:
-    snprintf(line, SIZE, "the body is %.3g m long; if the file is in %s, give --scale %s",
-             e->extent, e->extent > 1 ? "millimetres" : "metres times 1000",
-             e->extent > 1 ? "0.001" : "1000");
+    snprintf(line, SIZE, "the body is %.3g m long: %s; --unit m-kg-s says that it is in metres",
+             e->extent, length_advice(mesh, e->extent));
     break;
+  case THRUM_EXAMINE_MODULUS: {
+    const int64_t odd = thrum_mesh_odd_modulus(mesh);
+    const thrum_material none = {0}, *of = odd >= 0 ? &mesh->materials[odd] : &none;
+    snprintf(line, SIZE, "no material has a Young's modulus of %.3g Pa at %.3g kg/m^3; %s",
+             of->young, of->density,
+             is_odd_modulus(&(thrum_material){1e6 * of->young, 0.3, of->density})
+                 ? "materials are in Pa and kg/m^3 unless --unit says otherwise"
+                 : "is it in MPa? options are in Pa, and a file in millimetres, tonnes and seconds "
+                   "needs --unit mm-t-s");
+    break;
+  }
   case THRUM_EXAMINE_DENSITY: {
     const int64_t odd = thrum_mesh_odd_density(mesh);
     const double density = odd >= 0 ? mesh->materials[odd].density : 0;

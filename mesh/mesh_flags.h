@@ -17,7 +17,8 @@
   X(LOCKING, 64)                                                                                   \
   X(THIN, 128)                                                                                     \
   X(SLIVERS, 256)                                                                                  \
-  X(REPAIRED, 512)
+  X(REPAIRED, 512)                                                                                 \
+  X(MODULUS, 1024)
 typedef enum thrum_examine_flag {
 #define X(name, bit) THRUM_EXAMINE_##name = bit,
   THRUM_EXAMINE_FLAGS(X)
@@ -28,8 +29,11 @@ typedef enum thrum_examine_flag {
 unsigned thrum_mesh_flags(const thrum_mesh *mesh, const thrum_mesh_examined *examined);
 /* The first region of a density that no solid has; -1: none. */
 int64_t thrum_mesh_odd_density(const thrum_mesh *mesh);
-/* One line for a person on a flag: what, how much, and what to do. Returns `line`. The density
- * needs no `examined`. */
+/* The first region of a Young's modulus that no solid has, by itself or at its density; -1: none.
+ */
+int64_t thrum_mesh_odd_modulus(const thrum_mesh *mesh);
+/* One line for a person on a flag: what, how much, and what to do. Returns `line`. The density and
+ * the modulus need no `examined`. */
 const char *thrum_mesh_flag_line(const thrum_mesh *mesh, const thrum_mesh_examined *examined,
                                  thrum_examine_flag flag, char line[300]);
 

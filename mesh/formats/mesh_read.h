@@ -39,6 +39,11 @@ typedef struct thrum_mesh_read_options {
   const char *unit;    /* of the file, such as "mm-t-s", see thrum_mesh_unit; NULL: SI */
 } thrum_mesh_read_options;
 
+/* Do the options say in which unit the file is? */
+static inline bool thrum_mesh_unit_is_said(const thrum_mesh_read_options *options) {
+  return options->unit != NULL || options->scale != 1;
+}
+
 /* The same with options; `options` is not NULL. */
 thrum_status thrum_mesh_read_with(const char *name, const thrum_mesh_read_options *options,
                                   thrum_mesh *mesh, thrum_error *error);

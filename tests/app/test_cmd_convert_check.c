@@ -52,6 +52,69 @@ static void converting_there_and_back_gives_the_same_check(void **state) {
   cJSON_Delete(first);
 }
 
+/* How often the command asks for the unit of a mesh. */
+static int questions(program_result run) {
+  int count = 0;
+  for (const char *at = run.err; (at = strstr(at, "m long: is its file in")) != NULL; at++)
+    count++;
+  if (run.exit_code != 0 && run.exit_code != 3)
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  program_result_free(&run);
+  return count;
+}
+
+/* Every command that takes a mesh asks once for the unit of one that is 120 m long, and a unit or a
+ * scale answers it; a generator's numbers are metres. */
+static void the_unit_of_a_long_body_is_asked_for_once(void **state) {
+  (void)state;
+  static const char *const material[] = {"--young",   "2.1e11", "--poisson", "0.3",
+                                         "--density", "7850",   "-q"};
+#define OF(command, mesh, ...)                                                                     \
+  questions(thrum_run(folder, command, mesh, "--fix", "x<0.001", material[0], material[1],         \
+                      material[2], material[3], material[4], material[5], __VA_ARGS__, NULL))
+#define LOAD "--load", "constant:0,0,-1@tip"
+  assert_int_equal(
+      questions(thrum_run(folder, "convert", "beam:6x2x2@120x20x20", "long.vtu", NULL)), 0);
+  assert_int_equal(OF("precompute", "long.vtu", "-o", "m.npz", "-q"), 1);
+  assert_int_equal(OF("precompute", "long.vtu", "-o", "m.npz", "-q", "--scale", "0.001"), 0);
+  assert_int_equal(OF("precompute", "long.vtu", "-o", "m.npz", "-q", "--unit", "mm-t-s"), 0);
+  assert_int_equal(OF("precompute", "long.vtu", "-o", "m.npz", "-q", "--unit", "m-kg-s"), 0);
+  assert_int_equal(OF("precompute", "beam:6x2x2@120x20x20", "-o", "m.npz", "-q"), 0);
+  assert_int_equal(OF("static", "long.vtu", "--full", LOAD), 1);
+  assert_int_equal(OF("simulate", "long.vtu", "--full", "-o", "r", "--time", "0.002", "--dt",
+                      "0.001", "-q", LOAD),
+                   1);
+  assert_int_equal(questions(thrum_run(folder, "convert", "long.vtu", "other.vtu", NULL)), 1);
+  assert_int_equal(
+      questions(thrum_run(folder, "convert", "long.vtu", "o.vtu", "--scale", "0.001", NULL)), 0);
+
+  // a scene of two bodies of the mesh
+  assert_true(
+      text_file_write(in_folder("long.json"),
+                      "{\"time\": 0.002, \"dt\": 0.001, \"bodies\": ["
+                      "{\"model\": \"long.vtu\", \"fix\": \"x<1\"},"
+                      "{\"model\": \"long.vtu\", \"fix\": \"x<1\", \"position\": [0, 99, 0]}]}"));
+  assert_int_equal(questions(thrum_run(folder, "simulate", "long.json", "-o", "s", "-q", NULL)), 1);
+
+  // what is flagged with a unit is what the unit has not explained
+  cJSON *check = run_json(3, thrum_run(folder, "check", "long.vtu", "--json", NULL));
+  assert_true(has_flag(check, "units"));
+  cJSON_Delete(check);
+  check = run_json(0, thrum_run(folder, "check", "long.vtu", "--scale", "0.001", "--json", NULL));
+  assert_false(has_flag(check, "units"));
+  cJSON_Delete(check);
+
+  // steel in MPa, by an option
+  program_result run =
+      thrum_run(folder, "precompute", "long.vtu", "--scale", "0.001", "--fix", "x<0.001", "--young",
+                "2.1e5", "--density", "7850", "-o", "m.npz", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, "no material has a Young's modulus of 2.1e+05 Pa"));
+  program_result_free(&run);
+#undef LOAD
+#undef OF
+}
+
 static void order_makes_and_drops_middle_nodes(void **state) {
   (void)state;
 
@@ -92,14 +155,13 @@ static void a_group_or_material_that_the_format_cannot_hold_is_warned_of(void **
 
 static void a_likely_mistake_is_flagged_with_exit_code_3(void **state) {
   (void)state;
-  cJSON *large = run_json(
-      3, thrum_run(folder, "check", "beam:6x3x3@1x0.3x0.3", "--scale", "1000", "--json", NULL));
+  cJSON *large = run_json(3, thrum_run(folder, "check", "beam:6x3x3@1000x300x300", "--json", NULL));
   assert_true(has_flag(large, "units"));
   assert_string_equal(cJSON_GetObjectItem(large, "status")->valuestring, "flagged");
   cJSON_Delete(large);
-  program_result run = thrum_run(folder, "check", "beam:6x3x3@1x0.3x0.3", "--scale", "1000", NULL);
+  program_result run = thrum_run(folder, "check", "beam:6x3x3@1000x300x300", NULL);
   assert_int_equal(run.exit_code, 3);
-  assert_non_null(strstr(run.out, "if the file is in millimetres, give --scale 0.001"));
+  assert_non_null(strstr(run.out, "is its file in millimetres? --scale 0.001"));
   program_result_free(&run);
 }
 
@@ -155,6 +217,7 @@ int main(void) {
     return 1;
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(converting_there_and_back_gives_the_same_check),
+      cmocka_unit_test(the_unit_of_a_long_body_is_asked_for_once),
       cmocka_unit_test(order_makes_and_drops_middle_nodes),
       cmocka_unit_test(a_group_or_material_that_the_format_cannot_hold_is_warned_of),
       cmocka_unit_test(a_likely_mistake_is_flagged_with_exit_code_3),

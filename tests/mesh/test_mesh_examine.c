@@ -158,12 +158,25 @@ static void vertices_on_top_of_each_other_are_flagged(void **state) {
 static void units_places_and_materials_out_of_the_ordinary_are_flagged(void **state) {
   (void)state;
   static const struct {
-    double scale, shift, poisson, density;
+    double scale, shift, poisson, density, young;
     unsigned flag;
-  } cases[] = {
-      {1000, 0, 0.3, 1000, THRUM_EXAMINE_UNITS},   {0.001, 0, 0.3, 1000, THRUM_EXAMINE_UNITS},
-      {1, 1e9, 0.3, 1000, THRUM_EXAMINE_FAR},      {1, 0, 0.49, 1000, THRUM_EXAMINE_LOCKING},
-      {1, 0, 0.3, 7.85e-9, THRUM_EXAMINE_DENSITY}, {1, 1, 0.3, 1000, 0}};
+  } cases[] = {{1000, 0, 0.3, 1000, 1e6, THRUM_EXAMINE_UNITS},
+               {21, 0, 0.3, 1000, 1e6, THRUM_EXAMINE_UNITS},
+               {19, 0, 0.3, 1000, 1e6, 0},
+               {0.0009, 0, 0.3, 1000, 1e6, THRUM_EXAMINE_UNITS},
+               {0.002, 0, 0.3, 1000, 1e6, 0},
+               {1, 1e9, 0.3, 1000, 1e6, THRUM_EXAMINE_FAR},
+               {1, 0, 0.49, 1000, 1e6, THRUM_EXAMINE_LOCKING},
+               {1, 0, 0.3, 7.85e-9, 1e6, THRUM_EXAMINE_DENSITY},
+               {1, 1, 0.3, 1000, 1e6, 0},
+               // steel and aluminium in MPa, a gel, a filled rubber, diamond, and what is none
+               {1, 0, 0.3, 7850, 2.1e5, THRUM_EXAMINE_MODULUS},
+               {1, 0, 0.3, 2700, 7e4, THRUM_EXAMINE_MODULUS},
+               {1, 0, 0.3, 1000, 50, 0},
+               {1, 0, 0.3, 3500, 1e6, 0},
+               {1, 0, 0.3, 3500, 1.2e12, 0},
+               {1, 0, 0.3, 1000, 1, THRUM_EXAMINE_MODULUS},
+               {1, 0, 0.3, 7850, 2.1e17, THRUM_EXAMINE_MODULUS}};
 
   // every oddity is flagged, and nothing else
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
@@ -172,6 +185,7 @@ static void units_places_and_materials_out_of_the_ordinary_are_flagged(void **st
       mesh.vertices[n] = cases[i].scale * mesh.vertices[n] + cases[i].shift;
     mesh.materials[0].poisson = cases[i].poisson;
     mesh.materials[0].density = cases[i].density;
+    mesh.materials[0].young = cases[i].young;
     assert_int_equal(flags_of(&mesh), cases[i].flag);
     thrum_mesh_free(&mesh);
   }
