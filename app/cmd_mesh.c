@@ -205,13 +205,11 @@ static void warn_volume(const mesh_request *request, mesh_work *work) {
         path_basename(request->surface), wanted, got);
 }
 
-/* A surface has no unit: most parts in millimetres are longer than this when read as metres, and
- * shorter than what thrum check takes for a mistake. */
+/* A surface has no unit: most parts in millimetres are longer than this when read as metres. */
 #define EXTENT_ASKED 10.0
 
 static void warn_unit(const mesh_request *request, const mesh_work *work) {
-  if (request->scale == 1 && work->examined.extent > EXTENT_ASKED &&
-      !(work->flags & THRUM_EXAMINE_UNITS))
+  if (request->scale == 1 && work->examined.extent > EXTENT_ASKED)
     config_warn("%s: its numbers were taken as metres, so the body is %.3g m long; if they are "
                 "millimetres, give --scale 0.001",
                 path_basename(request->surface), work->examined.extent);
@@ -255,8 +253,8 @@ static thrum_status make_mesh(const mesh_request *request, mesh_work *work, thru
   // the mesh is examined before it is written, and written even if it has defects
   THRUM_TRY(thrum_mesh_examine(&work->mesh, &work->examined, error));
   work->flags = thrum_mesh_flags(&work->mesh, &work->examined);
-  if (request->scale != 1)
-    work->flags &= ~(unsigned)THRUM_EXAMINE_UNITS;
+  // a surface's unit is asked for by itself
+  work->flags &= ~(unsigned)THRUM_EXAMINE_UNITS;
   warn_volume(request, work);
   warn_unit(request, work);
   thrum_interrupt_clean("\nthrum: stopped; the file being written was removed\n");

@@ -442,7 +442,7 @@ static void gmsh_files_give_the_model_of_the_same_mesh(void **state) {
     cJSON_Delete(numbers[n]);
 
   // without a material in the file, all three of its numbers must be given
-  assert_refused_with("give --young, --poisson and --density", "cube.msh", "--fix", "the clamp",
+  assert_refused_with("give --young, --poisson and --density", "cube.msh", "--scale", "1e-3",
                       "--young", "1e6");
 }
 
