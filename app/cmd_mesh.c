@@ -78,8 +78,9 @@ const config_command command_mesh = {
         "Fills a closed triangle surface (.obj, .stl) with tetrahedra and writes the mesh in the "
         "format that the suffix of MESH names (see thrum convert). The work is done by Gmsh or "
         "TetGen, whichever is installed (apt-get install gmsh, apt-get install tetgen); of both, "
-        "by Gmsh, but by TetGen for several parts. The surface's triangles stay as they are. The "
-        "surface is checked first, the mesh afterwards, as thrum check does.",
+        "by Gmsh, but by TetGen for several parts. The surface is checked first, and mended where "
+        "nothing is lost; its triangles stay as they are otherwise. The mesh is checked "
+        "afterwards, as thrum check does.",
     .options = table,
     .examples = "mesh statue.obj -o statue.msh\n"
                 "mesh part.stl -o part.veg --scale 0.001 --size 0.01 --tool tetgen",

@@ -16,7 +16,9 @@
 /* Vertices this close, in diagonals of the box, are one: files have 6 digits and more. */
 static const double CLOSE = 1e-6;
 
-enum { PASSES_MAX = 50 };
+/* Passes over the surface. A row of triangles without area, as where many vertices lie on one edge,
+ * takes a pass for each; beside it a pass halves what lies on an edge. */
+enum { PASSES_MAX = 50, ROW_MAX = 1000 };
 
 typedef struct repair {
   thrum_surface_mesh *surface;
@@ -199,17 +201,17 @@ static thrum_status split(repair *r, int64_t t, int32_t from, int32_t to, int32_
   return status;
 }
 
-/* Is a point on the inside of a segment, within reach of it? */
-static bool is_on(const repair *r, const double a[3], const double b[3], const double x[3]) {
+/* Where a point is along a segment, from 0 to 1; -1: not on its inside, or not within reach. */
+static double share_on(const repair *r, const double a[3], const double b[3], const double x[3]) {
   double along[3], arm[3], off[3];
   thrum_subtract3(b, a, along);
   thrum_subtract3(x, a, arm);
   const double square = thrum_dot3(along, along), share = thrum_dot3(along, arm) / square;
   if (!(square > 0) || !(share > 0) || !(share < 1))
-    return false;
+    return -1;
   for (int c = 0; c < 3; c++)
     off[c] = arm[c] - share * along[c];
-  return thrum_dot3(off, off) <= r->reach * r->reach;
+  return thrum_dot3(off, off) <= r->reach * r->reach ? share : -1;
 }
 
 /* Splits triangles whose open edge runs through a vertex of another one; *more tells that there may
@@ -218,7 +220,8 @@ static thrum_status split_open(repair *r, bool *more) {
   repair_place *places = NULL;
   bool *touched = NULL;
   int64_t count = 0;
-  const int64_t triangles = r->surface->triangle_count;
+  const thrum_surface_mesh *s = r->surface;
+  const int64_t triangles = s->triangle_count;
   *more = false;
   thrum_status status = gather_open(r, &places, &count);
   THRUM_THEN(status,
@@ -243,14 +246,23 @@ static thrum_status split_open(repair *r, bool *more) {
       else
         high = middle;
     }
+
+    // the one nearest to the middle, so that passes are few where many lie on one edge
+    const int32_t *own = s->triangles + 3 * (int64_t)side.triangle;
+    int32_t best = -1;
+    double nearest = 1;
     for (int64_t i = first; i < count && places[i].x <= most; i++) {
       const int32_t v = places[i].vertex;
-      if (v == side.low || v == side.high || !is_on(r, a, b, place(r, v)))
+      if (v == own[0] || v == own[1] || v == own[2])
         continue;
-      touched[side.triangle] = *more = true;
-      status = split(r, side.triangle, side.low, side.high, v);
-      break;
+      const double share = share_on(r, a, b, place(r, v)), off = fabs(share - 0.5);
+      best = share > 0 && off < nearest ? v : best;
+      nearest = best == v ? off : nearest;
     }
+    if (best < 0)
+      continue;
+    touched[side.triangle] = *more = true;
+    status = split(r, side.triangle, side.low, side.high, best);
   }
   free(places);
   free(touched);
@@ -387,7 +399,7 @@ static thrum_status mend_twice(repair *r) {
 static thrum_status mend(repair *r) {
   bool more = true;
   THRUM_TRY(join_close(r));
-  for (int pass = 0; more && pass < PASSES_MAX; pass++)
+  for (int pass = 0; more && pass < ROW_MAX; pass++)
     THRUM_TRY(mend_flat(r, false, &more));
   more = true;
   for (int pass = 0; more && pass < PASSES_MAX; pass++)

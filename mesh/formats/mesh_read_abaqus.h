@@ -192,8 +192,9 @@ thrum_status inp_find_node(inp_reader *r, int64_t number, int64_t *vertex);
 thrum_status inp_check_generated(inp_reader *r, int64_t more);
 /* From coordinates of the system of *SYSTEM to global ones. */
 void inp_leave_system(const inp_reader *r, double position[3]);
-/* Turns a point about the axis through two others by an angle in degrees. */
-void inp_turn(const double from[3], const double to[3], double degrees, double point[3]);
+/* Turns a point about the axis through two others by an angle in degrees; false: these are one, so
+ * that there is no axis. */
+bool inp_turn(const double from[3], const double to[3], double degrees, double point[3]);
 /* Puts the vertices where the instance is. */
 thrum_status inp_place_instance(inp_reader *r);
 

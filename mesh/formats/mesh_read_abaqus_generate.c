@@ -320,7 +320,9 @@ static thrum_status copy_once(inp_reader *r, const int64_t *nodes, int64_t count
     if (motion->shifts) {
       for (int c = 0; c < 3; c++)
         place[c] += motion->move[c];
-      inp_turn(motion->place[0], motion->place[1], motion->degrees, place);
+      if (!inp_turn(motion->place[0], motion->place[1], motion->degrees, place))
+        return thrum_text_fail(inp_text(r), THRUM_BAD_VALUE,
+                               "*NCOPY turns about an axis between equal points");
     } else {
       THRUM_TRY(reflect(r, motion, place));
     }

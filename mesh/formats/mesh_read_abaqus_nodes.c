@@ -189,36 +189,36 @@ thrum_status inp_read_instance(inp_reader *r, const inp_keyword *keyword) {
 }
 
 /* By Rodrigues' formula: x' = a + R (x - a) for the turn R about the axis from the point a. */
-void inp_turn(const double from[3], const double to[3], double degrees, double point[3]) {
+bool inp_turn(const double from[3], const double to[3], double degrees, double point[3]) {
   double along[3], arm[3], across[3];
   for (int c = 0; c < 3; c++) {
     along[c] = to[c] - from[c];
     arm[c] = point[c] - from[c];
   }
-  if (degrees == 0 || !normalize(along))
-    return;
+  if (degrees == 0)
+    return true;
+  if (!normalize(along))
+    return false;
   thrum_cross3(along, arm, across);
   const double cosine = cos(degrees * DEGREE), sine = sin(degrees * DEGREE);
   const double share = thrum_dot3(along, arm) * (1 - cosine);
   for (int c = 0; c < 3; c++)
     point[c] = from[c] + cosine * arm[c] + sine * across[c] + share * along[c];
+  return true;
 }
 
 thrum_status inp_place_instance(inp_reader *r) {
   inp_instance *at = &r->instance;
-
-  // an angle needs an axis
-  if (at->degrees != 0 && memcmp(at->axis[0], at->axis[1], sizeof at->axis[0]) == 0)
-    return thrum_error_set(r->error, THRUM_BAD_VALUE,
-                           "%.200s: the instance turns about an axis between equal points",
-                           r->files.files[0].path);
 
   // Abaqus moves first and turns then, about an axis that does not move
   for (int64_t v = 0; v < r->builder.vertex_count; v++) {
     double *x = r->builder.positions + 3 * v;
     for (int c = 0; c < 3; c++)
       x[c] += at->move[c];
-    inp_turn(at->axis[0], at->axis[1], at->degrees, x);
+    if (!inp_turn(at->axis[0], at->axis[1], at->degrees, x))
+      return thrum_error_set(r->error, THRUM_BAD_VALUE,
+                             "%.200s: the instance turns about an axis between equal points",
+                             r->files.files[0].path);
   }
   return THRUM_OK;
 }

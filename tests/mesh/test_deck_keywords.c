@@ -286,6 +286,8 @@ static void copies_are_shifted_turned_and_reflected(void **state) {
        "on top of each other"},
       {"*NCOPY, CHANGE NUMBER=9, OLD SET=FIRST, SHIFT, MULTIPLE=2000000000\n1,2,3\n",
        "keywords make more than"},
+      {"*NCOPY, CHANGE NUMBER=9, OLD SET=FIRST, SHIFT\n1,2,3\n1,2,3,1,2,3,90\n",
+       "*NCOPY turns about an axis between equal points"},
       {"*SYSTEM\n1,0,0\n*NCOPY, CHANGE NUMBER=9, OLD SET=FIRST, SHIFT\n1,2,3\n",
        "*NCOPY is not read below *SYSTEM"},
       {"*NMAP, NSET=FIRST, TYPE=CYLINDRICAL\n",

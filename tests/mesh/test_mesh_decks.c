@@ -134,7 +134,7 @@ static void several_instances_are_refused(void **state) {
            "a.inp:20: 'P-2' is a second instance beside 'P-1'");
   mesh_bad("a.inp", PART "*Part, name=Q\n*End Part\n", "a.inp:17: there are several parts");
   mesh_bad("a.inp",
-           PART "*Assembly, name=A\n*Instance, name=P-1, part=P\n0.,0.,0.\n1,1,1,1,1,1,90\n"
+           PART "*Assembly, name=A\n*Instance, name=P-1, part=P\n0.,0.,0.\n0,1,1,-0.,1,1,90\n"
                 "*End Instance\n*End Assembly\n" MATERIAL,
            "turns about an axis between equal points");
   mesh_bad("a.inp",

@@ -113,6 +113,22 @@ static void cracks_without_width_are_closed(void **state) {
   assert_true(r.joined > 20 && r.joined <= 28);
   assert_int_equal(r.flat + r.split + r.twice + r.walls, 0);
 
+  // an edge that one side has in many parts, and the same closed by as many triangles without area
+  enum { PARTS = 200 };
+  for (int flat = 0; flat < 2; flat++) {
+    static char fan[40000];
+    used = sprintf(fan, "%s", CORNERS "f 1 2 4 3\nf 5 7 8 6\nf 1 6 2\nf 3 4 8 7\nf 1 3 7 5\n" LID);
+    for (int n = 1; n < PARTS; n++)
+      used += sprintf(fan + used, "v %.9f 0 0\n", (double)n / PARTS);
+    for (int n = 0; n < PARTS; n++) {
+      const int from = n == 0 ? 1 : 8 + n, to = n + 1 == PARTS ? 5 : 9 + n;
+      used += sprintf(fan + used, "f %d %d 6\n", from, to);
+      if (flat > 0 && n > 0)
+        used += sprintf(fan + used, "f 1 %d %d\n", to, from);
+    }
+    expect(mend(fan, 1), 0, flat * (PARTS - 1), PARTS - 1, 0, 0);
+  }
+
   // a gap that can be seen is none of these
   assert_int_equal(mend(CORNERS "v 0 0 1.001\n" SIDES "f 9 6 8\nf 9 8 4\n", 0).joined, 0);
 }
