@@ -87,18 +87,20 @@ static void a_large_swing_with_stretching_masters_is_that_of_the_whole_model(voi
 /* Few masters lack the inertia of what follows, which the integrator manifold steps. */
 static void a_flagged_run_of_few_masters_names_the_integrator_that_would_do(void **state) {
   (void)state;
+  static const double bent[2 * RANK] = {[RANK] = 2.6};
+  assert_true(save_npy(in_folder("bent.npy"), bent, 2, RANK));
   static const char *const integrators[] = {"energy", "manifold"};
   for (int n = 0; n < 2; n++) {
     program_result run = thrum_run(folder, "simulate", "beam.npz", "-o", integrators[n], "-q",
                                    "--time", "0.6", "--integrator", integrators[n], "--start",
-                                   "far.npy", "--condense", "4", "--accept-error", "100%", NULL);
+                                   "bent.npy", "--condense", "4", "--accept-error", "100%", NULL);
     assert_int_equal(run.exit_code, n == 0 ? 3 : 0);
     assert_true((strstr(run.err, "take --integrator manifold") != NULL) == (n == 0));
     program_result_free(&run);
   }
-  cJSON_Delete(simulate("far", "far.npy", NULL, 0));
-  assert_true(4 * difference("manifold/q.npy", "far/q.npy", 0) <
-              difference("energy/q.npy", "far/q.npy", 0));
+  cJSON_Delete(simulate("bent", "bent.npy", NULL, 0));
+  assert_true(4 * difference("manifold/q.npy", "bent/q.npy", 0) <
+              difference("energy/q.npy", "bent/q.npy", 0));
 }
 
 static void a_scene_steps_it_alike(void **state) {
