@@ -46,6 +46,11 @@ static void tell_arrays(const thrum_model *model) {
     bridge_number[10 + n] = address_of(arrays[n]);
 }
 
+/* The energy of the model that was opened last at strains of 1 [J]. */
+double EXPORT(bridge_unit_energy)(void) {
+  return thrum_model_unit_energy(opened_model);
+}
+
 /* Reads a model file. numbers: rank, counts of vertices, tetrahedra, regions, c3, c4 and points,
  * bytes of the law, masters, laws of regions; then the addresses of omega2, c3, c4, point_weights,
  * point_moduli, point_gradients, point_law, point_region, region_law, axis_mass, vertices, basis,

@@ -125,7 +125,7 @@ static bool take_slaves(thrum_model *model, int64_t masters, const double *slave
  * point_region and region_law, law_count of them, where regions have no laws of their own; inertia
  * where no body couples rotation and shape. masters: 0; or the first coordinates, whose c3 and c4
  * these are, and which the others follow by slave_map (thrum/condensed_model.h). numbers: Young's
- * modulus [Pa]. Returns its number, or a status below 0. */
+ * modulus [Pa], and the energy at strains of 1 [J]. Returns its number, or a status below 0. */
 int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t triangle_count,
                                  int32_t point_count, int32_t law_count, int32_t masters,
                                  const double *omega2, const double *c3, const double *c4,
@@ -163,7 +163,8 @@ int32_t EXPORT(bridge_add_model)(int32_t rank, int32_t vertex_count, int32_t tri
                     .region_law = region_law,
                     .axis_mass = axis_mass,
                     .fixed = fixed,
-                    .inertia = inertia};
+                    .inertia = inertia,
+                    .unit_energy = bridge_number[1]};
 
   // what follows has no coefficients of its own
   if (masters > 0 && !take_slaves(&made->model, masters, slave_map))

@@ -218,6 +218,7 @@ static thrum_status add_model(data_section *data, cJSON *list, const view_archiv
   json_number(object, "triangle_count", (double)shown.triangle_count);
   json_number(object, "mass", quality.mass);
   json_number(object, "young", model->material[0]);
+  json_number(object, "unit_energy", thrum_model_unit_energy(model));
   json_number(object, "poisson", model->material[1]);
   json_number(object, "regions", (double)model->region_count);
   cJSON *arrays = cJSON_AddObjectToObject(object, "arrays");

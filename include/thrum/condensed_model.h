@@ -43,6 +43,11 @@ extern "C" {
  * which thrum_model_condense must make steppable; 0 for every other model. */
 THRUM_API int64_t thrum_model_masters(const thrum_model *model);
 
+/* Energy [J] of the mesh at strains of 1, 1/2 int E dX, by which thrum_model_condense tells masters
+ * that stretch the body from those that bend it; of a model without tetrahedra its `unit_energy`. 0
+ * where neither is there, and for NULL. */
+THRUM_API double thrum_model_unit_energy(const thrum_model *model);
+
 /* Bytes that thrum_model_condense needs for this model and this number of masters, into *size.
  * THRUM_INVALID_ARGUMENT for NULL or masters out of 1 to one less than the model's rank, or above
  * thrum_model_masters of a model that was precomputed condensed; THRUM_MISSING for a model without

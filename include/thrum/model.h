@@ -146,6 +146,9 @@ typedef struct thrum_model {
    * the inertia of a free body's shape in place of a mesh; NULL: of the mesh. Files hold none, and
    * a locked, scaled or condensed model has none. */
   const double *inertia;
+  /* thrum_model_unit_energy [J] of a model without its tetrahedra, by which thrum_model_condense
+   * tells what stretches the body; 0: not known. Files hold none. */
+  double unit_energy;
 } thrum_model;
 
 /* Number of cubic and of quartic monomials in `rank` coordinates. Any thread. */

@@ -103,11 +103,12 @@ thrum_status thrum_model_condense_size(const thrum_model *model, int64_t masters
   return THRUM_OK;
 }
 
-/* Energy [J] of the mesh at strains of 1: half of Young's modulus times the volume; 0 without. */
-static double energy_of_strain(const thrum_model *model) {
+double thrum_model_unit_energy(const thrum_model *model) {
   double sum = 0;
-  if (!model->vertices || !model->tets || !model->tet_region || !model->material)
+  if (!model)
     return 0;
+  if (!model->vertices || !model->tets || !model->tet_region || !model->material)
+    return model->unit_energy;
 
   // a tetrahedron's volume is a sixth of the determinant of its edges
   for (int64_t t = 0; t < model->tet_count; t++) {
@@ -129,11 +130,11 @@ static double energy_of_strain(const thrum_model *model) {
 /* order (masters): 2 of a master that stretches the body, 1 of one that bends or turns it. Alone, a
  * mode has as much quartic energy as quadratic at w^4 / (4 c4_iiii): rotations of order 1 without
  * strain do that early, by the fourth power of rotation over strain, and stretching only at strains
- * of order 1, which take the energy of energy_of_strain. */
+ * of order 1, which take the energy of thrum_model_unit_energy. */
 static void fill_orders(const thrum_model *model, const source *from, int64_t masters,
                         uint8_t *order) {
   // a model that was precomputed condensed has left out what is to be left out
-  const double whole = thrum_model_masters(model) > 0 ? 0 : energy_of_strain(model);
+  const double whole = thrum_model_masters(model) > 0 ? 0 : thrum_model_unit_energy(model);
   for (int64_t i = 0; i < masters; i++) {
     const double c4 = from->c4[thrum_c4_index(from->rank, i, i, i, i)], w2 = model->omega2[i];
     const bool stretches = whole > 0 && c4 >= 0 && w2 * w2 >= 4 * STRETCHING * whole * c4;

@@ -193,6 +193,7 @@ thrum_status thrum_model_scale(void *memory, size_t memory_size, const thrum_mod
 
   // y = g^-1 F(g q', g q') of slaves that are quadratic in the masters
   result.follow_scale = f.follow * model->follow_scale;
+  result.unit_energy *= by->stiffness * by->length * by->length * by->length;
   result.identity = thrum_model_identity(&result);
   memcpy(memory, &result, sizeof result);
   *scaled = memory;

@@ -109,7 +109,7 @@ export class Engine {
       const at = this.numbers[10 + n];
       if (at !== 0) arrays[name] = new (types[name] ?? Float64Array)(this.wasm.memory.buffer, at, length).slice();
     });
-    return { counts: { rank, regions, masters }, arrays };
+    return { counts: { rank, regions, masters }, unitEnergy: this.wasm.bridge_unit_energy(), arrays };
   }
 
   /** @param {import('./pack.js').Model} model @returns {number} */
@@ -121,7 +121,7 @@ export class Engine {
       'point_law', 'point_region', 'region_law', 'axis_mass', 'inertia', 'fixed', 'triangles'];
     const copied = ['positions', 'basis', 'tet', 'tet_rigid']; // the last two of free bodies alone
     const at = [...kept, ...copied].map((name) => this.#copyIn(model.arrays[name]));
-    this.numbers.set([model.young]);
+    this.numbers.set([model.young, model.unit_energy ?? 0]); // of older pages there is none
     const number = this.check(this.wasm.bridge_add_model(
       model.rank, model.vertex_count, model.triangle_count,
       model.arrays.point_weights?.length ?? 0, model.arrays.region_law?.length ?? 0, masters, ...at));

@@ -25,7 +25,7 @@ const shownRows = (array, width, vertices, Type) => {
 /** @param {import('./engine.js').Engine} engine @param {Uint8Array} bytes of the file
  * @param {string} name of the file @returns {import('./pack.js').Model} */
 export function readModelFile(engine, bytes, name) {
-  const { counts, arrays: all } = engine.openModel(bytes);
+  const { counts, unitEnergy, arrays: all } = engine.openModel(bytes);
   const { rank, regions, masters } = counts;
   const triangles = outerTriangles(all.tets);
   const vertices = [...new Set(triangles)].sort((a, b) => a - b);
@@ -37,6 +37,7 @@ export function readModelFile(engine, bytes, name) {
     vertex_count: vertices.length, triangle_count: triangles.length / 3,
     // the first rigid mode is a shift by one over the root of the mass
     mass: all.rigid ? 1 / all.rigid[0] ** 2 : 0, young: all.material[0], poisson: all.material[1],
+    unit_energy: unitEnergy,
     arrays: {
       ...arrays,
       ...(all.rigid && rigidOf(all)),
