@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "runtime/base/plain_text.h"
 #include "thrum/thrum.h"
 
 #define NEAREST_LENGTH_MAX 31
@@ -27,8 +28,7 @@ int config_end(thrum_status status, bool flagged, const thrum_error *error) {
 }
 
 void config_one_line(char *text) {
-  for (char *c = text; *c != 0; c++)
-    *c = (unsigned char)*c < ' ' ? '?' : *c;
+  thrum_plain_text(text);
 }
 
 int config_usage(const char *command, const char *format, ...) {
@@ -58,6 +58,7 @@ void config_warn(const char *format, ...) {
   va_start(arguments, format);
   vsnprintf(line, sizeof line, format, arguments);
   va_end(arguments);
+  config_one_line(line);
   if (warn_words != NULL)
     warn_words(line, sizeof line);
   fprintf(stderr, "thrum: warning: %s%s%s\n", warn_place != NULL ? warn_place : "",

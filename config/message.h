@@ -30,7 +30,8 @@ int config_end(thrum_status status, bool flagged, const thrum_error *error);
 __attribute__((format(printf, 3, 4))) thrum_status
 config_error_in(thrum_error *error, thrum_status status, const char *format, ...);
 
-/* Control characters of what was typed, line ends too, into '?': a message is one line. */
+/* Control characters of what was typed, line ends too, and marks that turn the direction of a text
+ * into '?': a message is one line, and shows what is there. */
 void config_one_line(char *text);
 
 /* Prints "thrum <command>: <line> (try: thrum <command> --help)"; returns COMMAND_USAGE. */

@@ -174,5 +174,7 @@ thrum_status mesh_model_load(const char *text, const mesh_model_def *def, bool q
         "keep); that of this run stays in the cache for now: %s\n",
         text, file->cached);
   THRUM_THEN(status, precompute_make(&request, NULL, &flagged, error));
+  if (status >= 0)
+    named_model_keep_private(file->cached);
   return status >= 0 ? thrum_model_load(file->cached, model, error) : status;
 }

@@ -276,18 +276,25 @@ static thrum_status hash_recipe(const model_recipe *recipe, uint64_t *hash, thru
   return THRUM_OK;
 }
 
-/* Makes a folder and those above it, like mkdir -p. */
+/* Makes a folder and those above it, like mkdir -p, for the user alone, whatever the umask. */
 static bool make_folders(char *path) {
   for (char *at = path + 1; *at != 0; at++) {
     if (*at != '/')
       continue;
     *at = 0;
-    const bool made = mkdir(path, 0777) == 0 || errno == EEXIST;
+    const bool made = mkdir(path, 0700) == 0 || errno == EEXIST;
     *at = '/';
     if (!made)
       return false;
   }
-  return mkdir(path, 0777) == 0 || errno == EEXIST;
+  if (mkdir(path, 0700) != 0 && errno != EEXIST)
+    return false;
+  chmod(path, 0700); // of an earlier version; that of another user stays as it is
+  return true;
+}
+
+void named_model_keep_private(const char *path) {
+  chmod(path, 0600); // that of another user stays as it is
 }
 
 thrum_status named_model_cache_folder(char path[NAMED_MODEL_PATH_MAX], thrum_error *error) {
@@ -357,6 +364,7 @@ static thrum_status load_cached(const model_recipe *recipe, bool quiet, const th
     config_warn("%s is damaged and is made again", path);
 
   THRUM_TRY(make_cached(recipe, path, quiet, error));
+  named_model_keep_private(path);
   return thrum_model_load(path, model, error);
 }
 

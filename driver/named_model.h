@@ -50,8 +50,11 @@ typedef struct named_model_file {
   char cached[NAMED_MODEL_PATH_MAX];
 } named_model_file;
 
-/* The folder of cached models, made where it is not there. */
+/* The folder of cached models, made where it is not there, for the user alone. */
 thrum_status named_model_cache_folder(char path[NAMED_MODEL_PATH_MAX], thrum_error *error);
+
+/* Leaves a file of that folder to the user alone, whatever the umask. */
+void named_model_keep_private(const char *path);
 
 /* Loads the model file at `text`, or the one that `text` names: from the cache (XDG_CACHE_HOME or
  * ~/.cache, folder thrum), where it is made first if it is not there or not whole. `file` may be

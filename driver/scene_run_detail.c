@@ -199,7 +199,8 @@ static void write_cached(uint64_t hash, const scene_finding *finding) {
   if (!cache_path(hash, folder, path))
     return;
   const int length = cached_line(hash, finding, line);
-  thrum_file_write_atomic(path, line, (size_t)length, &ignored);
+  if (thrum_file_write_atomic(path, line, (size_t)length, &ignored) >= 0)
+    named_model_keep_private(path);
   cache_trim(folder, "detail-", CACHE_BYTES, CACHE_STAYS);
 }
 

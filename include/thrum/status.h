@@ -55,8 +55,8 @@ typedef struct thrum_error {
 THRUM_API const char *thrum_status_text(thrum_status status);
 
 /* Fills `error` (if not NULL) with a printf-style line and returns `status`, so that a failure is
- * `return thrum_error_set(error, THRUM_IO, "...")`. Control characters become '?'. Never allocates.
- */
+ * `return thrum_error_set(error, THRUM_IO, "...")`. Control characters and marks that turn
+ * the direction of a text become '?'. Never allocates. */
 #if defined(__GNUC__)
 __attribute__((format(printf, 3, 4)))
 #endif

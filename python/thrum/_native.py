@@ -152,6 +152,12 @@ class _Memory:
         self.__array_interface__ = {"shape": shape, "typestr": kind, "data": (address, True), "version": 3}
 
 
+def read_only(array: Array) -> Array:
+    """The same array, which refuses to be written to: it is a copy, and what is written there would be lost."""
+    array.flags.writeable = False
+    return array
+
+
 def view(place: Any, shape: tuple[int, ...], kind: str, owner: object) -> npt.NDArray[Any] | None:
     """A read-only array over memory of the library, without a copy; None for NULL."""
     if place == ffi.NULL:

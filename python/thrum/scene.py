@@ -136,12 +136,12 @@ class Pull:
     @property
     def point(self) -> Array:
         """Position of the pulled vertex [m]."""
-        return self._read()[0]
+        return _native.read_only(self._read()[0])
 
     @property
     def force(self) -> Array:
         """Mean force of the last step on it [N]."""
-        return self._read()[1]
+        return _native.read_only(self._read()[1])
 
     def _read(self) -> tuple[Array, Array]:
         point, force = np.empty(3), np.empty(3)
@@ -192,17 +192,17 @@ class Link:
     @property
     def places(self) -> Array:
         """Where its two ends are, 2 x 3 [m]."""
-        return np.array([list(place) for place in self._get().places])
+        return _native.read_only(np.array([list(place) for place in self._get().places]))
 
     @property
     def force(self) -> Array:
         """Mean force of the last step on the place of the first body [N]."""
-        return np.array(list(self._get().report.force))
+        return _native.read_only(np.array(list(self._get().report.force)))
 
     @property
     def torque(self) -> Array:
         """Mean torque of the last step about it, of hinges and welds [N m]."""
-        return np.array(list(self._get().report.torque))
+        return _native.read_only(np.array(list(self._get().report.torque)))
 
     @property
     def report(self) -> dict[str, float]:
@@ -264,13 +264,13 @@ class Body:
 
     @property
     def q(self) -> Array:
-        """Coordinates that show the scaled body [kg^1/2 m]."""
-        return self._coordinates()[0]
+        """Coordinates that show the scaled body [kg^1/2 m]; a read-only copy."""
+        return _native.read_only(self._coordinates()[0])
 
     @property
     def p(self) -> Array:
-        """Their momenta [kg^1/2 m/s]."""
-        return self._coordinates()[1]
+        """Their momenta [kg^1/2 m/s]; a read-only copy."""
+        return _native.read_only(self._coordinates()[1])
 
     def _coordinates(self) -> tuple[Array, Array]:
         shown = self._info().shown
@@ -284,7 +284,7 @@ class Body:
         flat = np.empty(16)
         with self.scene._lock:
             lib.thrum_scene_body_matrix(self.scene._open(), self.number, _native.pointer(flat))
-        return flat.reshape(4, 4).T.copy()
+        return _native.read_only(flat.reshape(4, 4).T.copy())
 
     def positions(self, surface: Surface, out: FloatArray | None = None) -> FloatArray:
         """X + U q of a surface of its model, in the model's coordinates, count x 3; `matrix` places them."""
@@ -442,11 +442,11 @@ class Scene:
 
     @property
     def gravity(self) -> Array:
-        """Gravity [m/s^2] for all bodies; a copy. Assign to set it."""
+        """Gravity [m/s^2] for all bodies; a read-only copy. Assign to set it."""
         found = np.empty(3)
         with self._lock:
             lib.thrum_scene_gravity(self._open(), _native.pointer(found))
-        return found
+        return _native.read_only(found)
 
     @gravity.setter
     def gravity(self, value: Any) -> None:

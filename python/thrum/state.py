@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
+from time import perf_counter
 from types import TracebackType
 from typing import Any
 
@@ -217,18 +218,18 @@ class State:
 
     @property
     def q(self) -> Array:
-        """Coordinates [kg^1/2 m], r; a copy."""
-        return self.get()[0]
+        """Coordinates [kg^1/2 m], r; a copy, and read-only: `set` changes them."""
+        return _native.read_only(self.get()[0])
 
     @property
     def p(self) -> Array:
-        """Momenta, also velocities, [kg^1/2 m/s], r; a copy."""
-        return self.get()[1]
+        """Momenta, also velocities, [kg^1/2 m/s], r; a copy, and read-only: `set` changes them."""
+        return _native.read_only(self.get()[1])
 
     @property
     def force(self) -> Array:
-        """The load of the steps to come [kg^1/2 m/s^2], r; a copy. Assign to set it, None for no load."""
-        return self._force.copy()
+        """The load of the steps to come [kg^1/2 m/s^2], r; a read-only copy. Assign to set it, None for no load."""
+        return _native.read_only(self._force.copy())
 
     @force.setter
     def force(self, value: Any) -> None:
@@ -251,14 +252,27 @@ class State:
         """Makes `count` steps and returns the most notable status among them (thrum_steps in thrum/state.h).
 
         NotConverged where a step has no solution: the steps before it were made (`report.steps` counts them), and the
-        state is that of the last one. The interpreter lock is released while it steps.
+        state is that of the last one. The interpreter lock is released while it steps, and Ctrl-C ends it between two
+        steps.
         """
         with self._lock:
             if self._state is None:
                 raise ValueError("the state was closed")
-            error = self._error
-            status = lib.thrum_steps(self._c_model, self._state, count, ffi.NULL, error)
-            return Status.OK if status == 0 else Status(_native.check(status, error))
+            error, worst, piece = self._error, 0, 1
+
+            # pieces of some hundredths of a second, between which signals are handled; they have the bits of one call
+            while True:
+                made = count if count < piece else piece
+                began = perf_counter() if count > 1 else 0.0
+                status = lib.thrum_steps(self._c_model, self._state, made, ffi.NULL, error)
+                if status != 0:
+                    _native.check(status, error)
+                    worst = status if worst == 0 or status < worst else worst
+                count -= made
+                if count <= 0:
+                    return Status(worst)
+                took = perf_counter() - began
+                piece = 2 * piece if took < 0.01 else max(piece // 2, 1) if took > 0.04 else piece
 
     # --- what it says of itself ------------------------------------------------------------------
 

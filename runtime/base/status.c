@@ -4,6 +4,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 
+#include "runtime/base/plain_text.h"
 #include "thrum/version.h"
 
 const char *thrum_version(void) {
@@ -28,9 +29,8 @@ thrum_status thrum_error_set(thrum_error *error, thrum_status status, const char
     error->status = status;
     vsnprintf(error->message, sizeof error->message, format, arguments);
     va_end(arguments);
-    // names from files and command lines may hold line ends; the message is one line
-    for (char *c = error->message; *c != 0; c++)
-      *c = (unsigned char)*c < ' ' ? '?' : *c;
+    // names from files and command lines may hold line ends and what directs a terminal
+    thrum_plain_text(error->message);
   }
   return status;
 }

@@ -347,6 +347,31 @@ static void every_model_of_ours_is_what_its_recipe_says(void **state) {
   assert_int_equal(setenv("THRUM_MODELS", models, 1), 0);
 }
 
+/* Whatever the umask: the folder and the models in it are for the user alone. */
+static void the_cache_is_of_the_user_alone(void **state) {
+  (void)state;
+  char path[512];
+  struct stat status;
+  snprintf(path, sizeof path, "%s/thrum", cache);
+  assert_int_equal(stat(path, &status), 0);
+  assert_int_equal(status.st_mode & 0777, 0700);
+
+  // each file in it
+  int files = 0;
+  DIR *all = opendir(path);
+  assert_non_null(all);
+  for (const struct dirent *entry = readdir(all); entry != NULL; entry = readdir(all)) {
+    snprintf(path, sizeof path, "%s/thrum/%s", cache, entry->d_name);
+    if (stat(path, &status) != 0 || !S_ISREG(status.st_mode))
+      continue;
+    files++;
+    if ((status.st_mode & 0777) != 0600)
+      fail_msg("%s has the mode %o", path, (unsigned)status.st_mode & 0777);
+  }
+  closedir(all);
+  assert_true(files > 0);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_name_is_precomputed_once),
@@ -364,6 +389,7 @@ int main(void) {
       cmocka_unit_test(a_recipe_that_is_none_is_refused),
 
       cmocka_unit_test(every_model_of_ours_is_what_its_recipe_says),
+      cmocka_unit_test(the_cache_is_of_the_user_alone),
   };
   return cmocka_run_group_tests(tests, make_models, remove_models);
 }

@@ -26,9 +26,8 @@ static int make_model(void **state) {
   (void)state;
   if (test_folder_make(folder) == NULL)
     return -1;
-  program_result run =
-      thrum_run(folder, "precompute", "beam:4x2x2@0.4x0.1x0.1", "--order", "1", "-o", "bar.npz",
-                "--order", "1", "--modes", "4", "--rank", "8", "-q", NULL);
+  program_result run = thrum_run(folder, "precompute", "beam:4x2x2@0.4x0.1x0.1", "--order", "1",
+                                 "-o", "bar.npz", "--modes", "4", "--rank", "8", "-q", NULL);
   const int code = run.exit_code;
   program_result_free(&run);
   return code;

@@ -296,6 +296,13 @@ class Scenes(unittest.TestCase):
                 body.positions(other.surface())
         self.assertEqual(body.positions(block().surface()).shape, (27, 3))
 
+    def test_a_copy_refuses_to_be_written_to(self):
+        scene = thrum.Scene(gravity=(0, 0, -9.81))
+        body = scene.add_body(block(), free=True)
+        for array in (body.q, body.p, body.matrix, scene.gravity):
+            with self.assertRaisesRegex(ValueError, "read-only"):
+                array[0] = 1.0
+
     def test_scene_keeps_its_models(self):
         scene = thrum.Scene()
         model = beam()

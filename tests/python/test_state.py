@@ -1,7 +1,9 @@
 """States and batches from Python. SPDX-License-Identifier: Apache-2.0"""
 import gc
 import itertools
+import os
 import pickle
+import signal
 import threading
 import unittest
 import weakref
@@ -27,6 +29,28 @@ class Stepping(unittest.TestCase):
         self.assertAlmostEqual(state.energies.total / before, 1.0, 12)
         self.assertEqual(state.report.steps, 2000)
         self.assertAlmostEqual(state.time, 6.0, 9)
+
+    def test_a_copy_refuses_to_be_written_to(self):
+        state = struck(beam())
+        for array in (state.q, state.p, state.force):
+            with self.assertRaisesRegex(ValueError, "read-only"):
+                array[0] = 1.0
+        # what get fills is the caller's own
+        q, _ = state.get()
+        q[0] = 1.0
+
+    def test_an_interrupt_ends_many_steps(self):
+        state = struck(beam())
+        timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            state.step(10**12)
+        timer.join()
+        # the state is that between two steps, and goes on
+        made = state.report.steps
+        self.assertGreater(made, 0)
+        state.step()
+        self.assertEqual(state.report.steps, made + 1)
 
     def test_many_steps_are_as_many_single_ones(self):
         for integrator in thrum.integrators():
