@@ -189,17 +189,17 @@ static void a_mesh_in_which_nothing_follows_is_condensed_too(void **state) {
 static void a_file_that_was_precomputed_condensed_is_stepped_alike(void **state) {
   (void)state;
   program_result run =
-      thrum_run(folder, "precompute", "beam:12x2x2@1x0.1x0.1", "--order", "1", "--fix", "x<0.001",
-                "--young", "3e6", "--poisson", "0.4", "--density", "1000", "--modes", "6", "--rank",
-                "15", "--condense", "-o", "small.npz", "-q", NULL);
+      thrum_run(folder, "precompute", "beam:12x2x2@1x0.1x0.1,split=6", "--order", "1", "--fix",
+                "x<0.001", "--young", "3e6", "--poisson", "0.4", "--density", "1000", "--modes",
+                "6", "--rank", "15", "--condense", "-o", "small.npz", "-q", NULL);
   if (run.exit_code != 0)
     fail_msg("exit code %d: %s", run.exit_code, run.err);
   program_result_free(&run);
 
   // the whole model of the same mesh, condensed when it is read
-  run = thrum_run(folder, "precompute", "beam:12x2x2@1x0.1x0.1", "--order", "1", "--fix", "x<0.001",
-                  "--young", "3e6", "--poisson", "0.4", "--density", "1000", "--modes", "6",
-                  "--rank", "15", "-o", "large.npz", "-q", NULL);
+  run = thrum_run(folder, "precompute", "beam:12x2x2@1x0.1x0.1,split=6", "--order", "1", "--fix",
+                  "x<0.001", "--young", "3e6", "--poisson", "0.4", "--density", "1000", "--modes",
+                  "6", "--rank", "15", "-o", "large.npz", "-q", NULL);
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
   static const char *const names[2][4] = {{"small.npz", "small", NULL, NULL},

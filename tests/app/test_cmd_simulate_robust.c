@@ -18,8 +18,8 @@ static int make_beam(void **context) {
   if (test_folder_make(folder) == NULL)
     return 1;
   program_result result =
-      thrum_run(folder, "precompute", "beam:20x3x3@1x0.15x0.15", "--order", "1", "--fix", "x<0.001",
-                "--modes", "10", "--rank", "15", "-o", "beam.npz", "--quiet", NULL);
+      thrum_run(folder, "precompute", "beam:20x3x3@1x0.15x0.15,split=6", "--order", "1", "--fix",
+                "x<0.001", "--modes", "10", "--rank", "15", "-o", "beam.npz", "--quiet", NULL);
   const int code = result.exit_code;
   program_result_free(&result);
   return code;
@@ -110,8 +110,8 @@ static void so_little_tangent_damping_that_it_takes_nothing_feeds_nothing_in(voi
   (void)context;
   static const char *const forms[2] = {"rest", "tangent"};
   program_result made =
-      thrum_run(folder, "precompute", "beam:20x3x3@1x0.15x0.15", "--order", "1", "--fix", "x<0.001",
-                "--modes", "15", "--rank", "30", "-o", "fine.npz", "--quiet", NULL);
+      thrum_run(folder, "precompute", "beam:20x3x3@1x0.15x0.15,split=6", "--order", "1", "--fix",
+                "x<0.001", "--modes", "15", "--rank", "30", "-o", "fine.npz", "--quiet", NULL);
   assert_int_equal(made.exit_code, 0);
   program_result_free(&made);
 

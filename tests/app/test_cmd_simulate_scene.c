@@ -29,8 +29,8 @@ static int make_models(void **state) {
     return -1;
 
   // a second model that nothing holds, and a base motion
-  program_result run = thrum_run(folder, "precompute", "beam:3x2x2@0.3x0.2x0.2", "--order", "1",
-                                 "-o", "free.npz", "--modes", "4", "--rank", "8", "-q", NULL);
+  program_result run = thrum_run(folder, "precompute", "beam:3x2x2@0.3x0.2x0.2,split=6", "--order",
+                                 "1", "-o", "free.npz", "--modes", "4", "--rank", "8", "-q", NULL);
   put("quake.csv", "0,0,0,0\n0.1,1,0,0.5\n0.2,0,0,0\n");
 
   const int code = run.exit_code;
@@ -703,14 +703,14 @@ static void a_plate_on_a_pole_is_not_thrown_up_again(void **state) {
   double struck = 0;
   for (int n = 0; n < 5; n++) {
     char text[700];
-    snprintf(
-        text, sizeof text,
-        "{\"time\": 0.7, \"dt\": 0.002, \"gravity\": [0, 0, -9.81], \"damping\": 1,\n"
-        "\"bodies\": [{\"name\": \"plate\", \"model\": \"beam:6x6x1@0.6x0.6x0.03\", \"order\": 1,\n"
-        "\"material\": {\"young\": 1e7}, \"free\": true, \"position\": [%.6f, 0, 0.47]}],\n"
-        "\"obstacles\": [{\"name\": \"pole\", \"shape\": \"cylinder\", \"radius\": 0.08,\n"
-        "\"height\": 0.4, \"centre\": [0, 0, 0.2], \"restitution\": 0.2}]}",
-        -0.3 + 1e-6 * n);
+    snprintf(text, sizeof text,
+             "{\"time\": 0.7, \"dt\": 0.002, \"gravity\": [0, 0, -9.81], \"damping\": 1,\n"
+             "\"bodies\": [{\"name\": \"plate\", \"model\": \"beam:6x6x1@0.6x0.6x0.03,split=6\", "
+             "\"order\": 1,\n"
+             "\"material\": {\"young\": 1e7}, \"free\": true, \"position\": [%.6f, 0, 0.47]}],\n"
+             "\"obstacles\": [{\"name\": \"pole\", \"shape\": \"cylinder\", \"radius\": 0.08,\n"
+             "\"height\": 0.4, \"centre\": [0, 0, 0.2], \"restitution\": 0.2}]}",
+             -0.3 + 1e-6 * n);
     cJSON *object = simulate(text, "pole", 0);
     const cJSON *of = cJSON_GetObjectItem(object, "collisions");
     assert_true(json_value(of, "touching") > 0);
@@ -843,10 +843,10 @@ static void surfaces_that_cross_flag_the_run(void **state) {
   (void)state;
   cJSON *object =
       simulate("{\"time\": 0.1, \"dt\": 0.01, \"bodies\": [\n"
-               " {\"name\": \"low\", \"order\": 1, \"model\": \"beam:2x2x2@0.2x0.2x0.2\", "
+               " {\"name\": \"low\", \"order\": 1, \"model\": \"beam:2x2x2@0.2x0.2x0.2,split=6\", "
                "\"position\": [0, 0, 0.1],\n"
                "  \"material\": {\"young\": 1e4, \"density\": 1000}, \"free\": true},\n"
-               " {\"name\": \"high\", \"order\": 1, \"model\": \"beam:2x2x2@0.1x0.1x0.1\", "
+               " {\"name\": \"high\", \"order\": 1, \"model\": \"beam:2x2x2@0.1x0.1x0.1,split=6\", "
                "\"position\": [0, 0, 0.252],\n"
                "  \"material\": {\"young\": 1e8, \"density\": 8000}, \"velocity\": [0, 0, -10],"
                " \"free\": true}],\n"
@@ -886,23 +886,26 @@ static void a_body_that_passes_another_within_a_step_flags_the_run(void **state)
   // another body
   expect_crossed(
       "{\"dt\": 0.002, \"time\": 0.012, \"bodies\": [\n"
-      " {\"name\": \"plate\", \"model\": \"beam:10x10x1@0.5x0.5x0.02\", \"order\": 1, \"free\": "
+      " {\"name\": \"plate\", \"model\": \"beam:10x10x1@0.5x0.5x0.02,split=6\", \"order\": 1, "
+      "\"free\": "
       "true,\n"
       "  \"material\": {\"young\": 1e9}},\n"
-      " {\"name\": \"bullet\", \"model\": \"beam:2x2x2@0.05x0.05x0.05\", \"order\": 1, \"free\": "
+      " {\"name\": \"bullet\", \"model\": \"beam:2x2x2@0.05x0.05x0.05,split=6\", \"order\": 1, "
+      "\"free\": "
       "true,\n"
       "  \"position\": [0.225, 0, 0.3], \"velocity\": [0, 0, -500], \"material\": {\"young\": "
       "1e9}}]}",
       plate, 2);
 
   // and a solid
-  expect_crossed("{\"dt\": 0.002, \"time\": 0.02, \"bodies\": [\n"
-                 " {\"name\": \"bullet\", \"model\": \"beam:2x2x2@0.05x0.05x0.05\", \"order\": 1, "
-                 "\"free\": true,\n"
-                 "  \"position\": [-0.02, -0.005, 0.33], \"velocity\": [0, 0, -1000],"
-                 " \"material\": {\"young\": 1e9}}],\n"
-                 " \"obstacles\": [{\"shape\": \"cylinder\", \"radius\": 0.01, \"height\": 0.6}]}",
-                 solid, 2);
+  expect_crossed(
+      "{\"dt\": 0.002, \"time\": 0.02, \"bodies\": [\n"
+      " {\"name\": \"bullet\", \"model\": \"beam:2x2x2@0.05x0.05x0.05,split=6\", \"order\": 1, "
+      "\"free\": true,\n"
+      "  \"position\": [-0.02, -0.005, 0.33], \"velocity\": [0, 0, -1000],"
+      " \"material\": {\"young\": 1e9}}],\n"
+      " \"obstacles\": [{\"shape\": \"cylinder\", \"radius\": 0.01, \"height\": 0.6}]}",
+      solid, 2);
 }
 
 /* A cube of 5 cm comes down on a sphere, which its vertices alone touch: at 1,000 m/s it goes over
@@ -913,17 +916,18 @@ static void a_sphere_that_goes_through_a_body_flags_the_run(void **state) {
   static const double cases[][2] = {{0.1, 1000}, {0.01, 1}, {0.1, 10}};
   static const char *const words[] = {"body 'bullet' went over obstacles[0], a sphere", "capsule"};
   for (int n = 0; n < 3; n++) {
-    char text[420];
+    char text[440];
 
     // it reaches the sphere, and has 20 ms more
-    snprintf(text, sizeof text,
-             "{\"time\": %g, \"dt\": 0.002, \"bodies\": [\n"
-             " {\"name\": \"bullet\", \"model\": \"beam:2x2x2@0.05x0.05x0.05\", \"order\": 1, "
-             "\"free\": true,"
-             " \"position\": [-0.02, -0.005, 0.33], \"velocity\": [0, 0, %g],\n"
-             "  \"material\": {\"young\": 1e9}}],\n"
-             " \"obstacles\": [{\"shape\": \"sphere\", \"radius\": %g}]}",
-             0.31 / cases[n][1] + 0.02, -cases[n][1], cases[n][0]);
+    snprintf(
+        text, sizeof text,
+        "{\"time\": %g, \"dt\": 0.002, \"bodies\": [\n"
+        " {\"name\": \"bullet\", \"model\": \"beam:2x2x2@0.05x0.05x0.05,split=6\", \"order\": 1, "
+        "\"free\": true,"
+        " \"position\": [-0.02, -0.005, 0.33], \"velocity\": [0, 0, %g],\n"
+        "  \"material\": {\"young\": 1e9}}],\n"
+        " \"obstacles\": [{\"shape\": \"sphere\", \"radius\": %g}]}",
+        0.31 / cases[n][1] + 0.02, -cases[n][1], cases[n][0]);
     if (n < 2)
       expect_crossed(text, words, 2);
     else
@@ -952,9 +956,9 @@ static void a_spin_that_the_basis_cannot_show_is_warned_of(void **state) {
   (void)state;
   static const char *const ranks[] = {"10", "40"};
   for (int n = 0; n < 3; n++) {
-    program_result made = thrum_run(folder, "precompute", "beam:40x2x2@1x0.05x0.05", "--order", "1",
-                                    "--young", "1e6", "--poisson", "0", "--density", "1000",
-                                    "--rank", ranks[n == 1], "-o", "bar.npz", "-q", NULL);
+    program_result made = thrum_run(folder, "precompute", "beam:40x2x2@1x0.05x0.05,split=6",
+                                    "--order", "1", "--young", "1e6", "--poisson", "0", "--density",
+                                    "1000", "--rank", ranks[n == 1], "-o", "bar.npz", "-q", NULL);
     assert_int_equal(made.exit_code, 0);
     program_result_free(&made);
 
