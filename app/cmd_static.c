@@ -12,6 +12,7 @@
 #include "config/message.h"
 #include "driver/locking.h"
 #include "driver/model_cut.h"
+#include "driver/static_critical.h"
 #include "driver/static_full.h"
 #include "driver/static_monitor.h"
 #include "driver/static_solve.h"
@@ -23,6 +24,8 @@
 #include "platform/clock.h"
 #include "platform/interrupt.h"
 #include "thrum/displacement.h"
+
+#define CRITICAL_MOST 0.05 /* error of a model's critical load above which it is said */
 
 /* --- the path, as it is found ----------------------------------------------------------------- */
 
@@ -187,6 +190,9 @@ static thrum_status answer_all(static_answer *answer, double *memory, thrum_erro
   THRUM_TRY(find(answer, q, mode, error));
   THRUM_TRY(measure(answer, extents, error));
   THRUM_TRY(static_monitor_look(answer, &answer->belief, error));
+  if (answer->report.instability == THRUM_INSTABILITY_BIFURCATION)
+    THRUM_TRY(static_critical_look(request, answer->model, answer->report.critical,
+                                   &answer->critical_mesh, error));
   THRUM_TRY(static_forces_reduced(request, answer->model, q, &answer->forces, error));
   if (request->output != NULL)
     THRUM_TRY(write_q(answer, error));
@@ -201,6 +207,11 @@ static void warn_flags(const static_answer *answer) {
                 report->instability == THRUM_INSTABILITY_LIMIT ? "snaps through" : "buckles",
                 report->critical,
                 report->jumps > 0 ? "; the answer is a stable shape that it falls to" : "");
+  if (fabs(answer->critical_mesh / report->critical - 1) > CRITICAL_MOST)
+    config_warn(
+        "the basis has the critical load wrong: the whole mesh loses its stability at about "
+        "%.6g of the load; take --full, or a model of more --modes or with --handles",
+        answer->critical_mesh);
   if (report->least < 0)
     config_warn("the equilibrium is unstable");
   if (isfinite(answer->lost_at))
@@ -226,6 +237,7 @@ static int run_request(const static_request *request) {
                           .critical_to = NAN,
                           .critical_share = NAN,
                           .least_start = NAN,
+                          .critical_mesh = NAN,
                           .lost_at = NAN,
                           .lower_energy = NAN};
   double *memory = NULL;

@@ -133,6 +133,7 @@ void static_report_json(const static_answer *answer) {
   json_number(object, "critical_factor_from", answer->critical_from);
   json_number(object, "critical_factor_to", answer->critical_to);
   json_number(object, "critical_residual", answer->critical_share);
+  json_number(object, "critical_factor_mesh", answer->critical_mesh);
   json_number(object, "critical_factor_linear", report->critical_linear);
   json_number(object, "lost_factor", answer->lost_at);
   if (request->full)
@@ -187,6 +188,9 @@ static void print_critical(const static_answer *answer) {
     printf("found        between %.9g and %.9g; at the former the least stiffness is %.1e of "
            "that at the start\n",
            answer->critical_from, answer->critical_to, answer->critical_share);
+  if (isfinite(answer->critical_mesh))
+    printf("mesh         critical at about %.4g of the load, by its stiffness before\n",
+           answer->critical_mesh);
   if (isfinite(answer->lost_at))
     printf("branch       followed to %.6g of the load; what is beyond may be another one\n",
            answer->lost_at);

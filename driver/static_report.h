@@ -35,6 +35,7 @@ typedef struct static_answer {
   double critical_from, critical_to; /* factors between which it lies */
   double critical_share;             /* least eigenvalue at the former over that at the start */
   double least_start;                /* the latter [1/s^2] */
+  double critical_mesh;              /* where the mesh of a model would lose it, extrapolated */
   double lost_at; /* factor beyond which the branch was not followed; NaN: it was */
 
   double lower_energy; /* of a shape of body and load that has less [J]; NaN: none was found */

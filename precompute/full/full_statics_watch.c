@@ -53,6 +53,7 @@ typedef struct branch {
   double share;                /* of the rate's energy that is in the softest mode */
   double before, before_least; /* the equilibrium before that one */
   double beyond;               /* the least factor at which a step came to nothing */
+  bool ended;                  /* the branch did, and no way down from there was found */
   double left;                 /* share of the last step that is unexplained */
 } branch;
 
@@ -335,7 +336,7 @@ static bool fall(branch *b, thrum_error *error) {
   full_search *s = b->s;
   const size_t vector = (size_t)s->full->body.fem.free_count * sizeof(double);
   const double from = fmax(b->beyond, s->factor), largest = s->largest;
-  for (double more = BEYOND; s->failure >= 0; more *= 4) {
+  for (double more = BEYOND; s->failure >= 0; more *= 16) {
     const double factor = fmin(1, (1 + more) * from);
     if (fall_to(b, factor, error)) {
       s->found->jumps++;
@@ -391,7 +392,8 @@ static bool follow(branch *b, thrum_error *error) {
       if (!has_ended(b))
         return false;
       note_loss(b);
-      if (!fall(b, error))
+      b->ended = !fall(b, error);
+      if (b->ended)
         return false;
       step = FIRST_STEP / 4;
       failed = false;
@@ -435,10 +437,12 @@ bool full_statics_watch(full_search *s, thrum_error *error) {
   bool done = begun >= 0 && follow(&b, error);
   const bool followed = done;
 
-  // a branch that is lost without a reason is left for the search that takes any equilibrium
+  // the search that takes any equilibrium falls further than that along a mode, and goes on where a
+  // branch was lost without a reason
   if (!done && s->failure >= 0) {
-    s->found->lost_at = s->factor;
-    s->found->lost = true;
+    s->found->lost_at = b.ended ? NAN : s->factor;
+    s->found->lost = !b.ended;
+    s->found->jumps += b.ended;
     done = full_statics_steps(s, error);
   }
   if (done && b.soft.memory != NULL)

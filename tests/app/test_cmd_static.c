@@ -500,6 +500,33 @@ static void a_body_inside_out_is_flagged(void **state) {
   program_result_free(&run);
 }
 
+/* The mesh tells about where it buckles, by a model that has that right and by one that has not:
+ * Euler's pi^2 E I/(4 L^2) is 479.77 kN. */
+static void a_critical_load_is_judged_by_the_mesh(void **state) {
+  (void)state;
+  static const char *const ranks[] = {"12", "40"};
+  for (int n = 0; n < 2; n++) {
+    program_result run =
+        thrum_run(folder, "precompute", "beam:30x2x2@3x0.1x0.1", "--order", "2", "--fix", "x<1e-9",
+                  "--young", "2.1e11", "--poisson", "0.28", "--density", "7850", "--modes", "10",
+                  "--rank", ranks[n], "-o", "euler.npz", NULL);
+    assert_int_equal(run.exit_code, 0);
+    program_result_free(&run);
+    run = thrum_run(folder, "static", "euler.npz", "--load", "constant:-600000,0,0@right", "--json",
+                    NULL);
+    assert_int_equal(run.exit_code, 3);
+    cJSON *object = json_line(run.out);
+    const double critical = json_value(object, "critical_factor") * 600 / 479.77;
+    const double mesh = json_value(object, "critical_factor_mesh") * 600 / 479.77;
+    assert_true(fabs(mesh - 1) < 0.04);
+    assert_true((strstr(run.err, "has the critical load wrong") != NULL) ==
+                (fabs(critical / mesh - 1) > 0.05));
+    assert_true(n == 0 || fabs(critical - 1) < 0.01);
+    cJSON_Delete(object);
+    program_result_free(&run);
+  }
+}
+
 /* Two bending modes buckle at the same load, and the valley that the column falls along is curved.
  */
 static void a_square_column_is_followed_beyond_its_critical_load(void **state) {
@@ -613,6 +640,7 @@ int main(void) {
       cmocka_unit_test(a_model_says_what_its_reactions_lack),
       cmocka_unit_test(the_stress_is_said_with_its_place),
       cmocka_unit_test(a_body_inside_out_is_flagged),
+      cmocka_unit_test(a_critical_load_is_judged_by_the_mesh),
       cmocka_unit_test(a_square_column_is_followed_beyond_its_critical_load),
       cmocka_unit_test(buckling_is_flagged_with_its_load),
 
