@@ -11,9 +11,9 @@ const TIME = 0.9;
 const EXAMPLES = new URL('../../examples/scenes/', import.meta.url);
 
 before(() => {
-  thrum('precompute', 'beam:8x2x2@1x0.2x0.2,split=6', '--order', '1', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
+  thrum('precompute', 'beam:8x2x2@1x0.2x0.2,split=6', '--order', '1', '--fix', 'x<0.001', '--order', '1', '--modes', '5', '--rank', '9',
     '-o', 'beam.npz', '--quiet');
-  thrum('precompute', 'beam:4x2x2@1x0.2x0.2,split=6', '--order', '1', '--modes', '4', '--rank', '6', '-o', 'free.npz',
+  thrum('precompute', 'beam:4x2x2@1x0.2x0.2,split=6', '--order', '1', '--order', '1', '--modes', '4', '--rank', '6', '-o', 'free.npz',
     '--quiet');
 });
 

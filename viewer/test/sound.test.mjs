@@ -10,7 +10,7 @@ import { packOf, thrum, wasmBytes } from './fixture.mjs';
 import { partOf } from './spectrum.mjs';
 
 const RATE = 8000;
-thrum('precompute', 'beam:6x2x2@1x0.1x0.1,split=6', '--order', '1', '--fix', 'x<0.001', '--modes', '4', '--rank', '6', '-o', 'struck.npz', '--quiet');
+thrum('precompute', 'beam:6x2x2@1x0.1x0.1,split=6', '--order', '1', '--fix', 'x<0.001', '--order', '1', '--modes', '4', '--rank', '6', '-o', 'struck.npz', '--quiet');
 const [model] = packOf('struck.npz').models;
 const tip = [...Array(model.vertex_count).keys()].reduce((best, v) =>
   (model.arrays.positions[3 * v] > model.arrays.positions[3 * best] ? v : best), 0);
