@@ -186,6 +186,7 @@ static thrum_status answer_all(static_answer *answer, double *memory, thrum_erro
   }
 
   // what to show is looked up before the search, so that a slip costs nothing
+  THRUM_TRY(static_forces_check(request, answer->model, error));
   THRUM_TRY(measure(answer, extents, error));
   THRUM_TRY(find(answer, q, mode, error));
   THRUM_TRY(measure(answer, extents, error));

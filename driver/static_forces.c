@@ -157,6 +157,16 @@ thrum_status static_forces_sum(const static_request *request, const static_body 
   return status;
 }
 
+thrum_status static_forces_check(const static_request *request, const thrum_model *model,
+                                 thrum_error *error) {
+  if (request->reactions == NULL || (model->tets != NULL && model->basis != NULL))
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_MISSING,
+                         "--reactions: the model has no %s, so the forces on its vertices are "
+                         "unknown: precompute it from a mesh",
+                         model->tets == NULL ? "mesh" : "basis");
+}
+
 thrum_status static_forces_reduced(const static_request *request, const thrum_model *model,
                                    const double *q, static_forces *forces, thrum_error *error) {
   const int64_t count = model->vertex_count, all = 3 * count;

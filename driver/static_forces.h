@@ -53,6 +53,10 @@ thrum_status static_forces_sum(const static_request *request, const static_body 
 thrum_status static_forces_reduced(const static_request *request, const thrum_model *model,
                                    const double *q, static_forces *forces, thrum_error *error);
 
+/* THRUM_MISSING where --reactions asks for those of such a model. */
+thrum_status static_forces_check(const static_request *request, const thrum_model *model,
+                                 thrum_error *error);
+
 /* What is not balanced, of the forces that act. */
 double static_forces_left(const static_forces *forces);
 

@@ -162,6 +162,16 @@ static thrum_status add_loads(const static_request *request, const thrum_model *
   return THRUM_OK;
 }
 
+/* Warns of loads that are allowed and yet hardly meant, as static_solve.c does. */
+static void warn_idle(const static_request *request, const thrum_model *model, const search *s) {
+  bool idle = request->move_count == 0;
+  for (int64_t c = 0; c < 3 * model->vertex_count && idle; c++)
+    idle = s->forces[c] == 0 || (model->fixed[c / 3] >> c % 3 & 1) != 0;
+  if (idle)
+    config_warn("%s: the load moves nothing: it is zero, or all that it acts on is held",
+                request->model_path);
+}
+
 /* Reads displacements off the body where it rests. */
 static thrum_status look(static_answer *answer, const search *s, thrum_error *error) {
   const static_request *request = answer->request;
@@ -302,6 +312,8 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
   THRUM_TRY(take_moves(request, model, s, error));
   THRUM_TRY(thrum_full_create(model, s->held, &def, &s->body, error));
   THRUM_TRY(add_loads(request, model, s, error));
+
+  warn_idle(request, model, s);
 
   // displacements are read once before the search, so that a wrong target fails at once
   THRUM_TRY(look(answer, s, error));

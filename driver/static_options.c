@@ -166,7 +166,7 @@ const config_command command_static = {
                 "static beam.npz --full --moment 0,-20,0@tip --displacements bent.npy\n"
                 "static bridge --load gravity:0,0,-9.81 --at load --json",
     .exits = "0 done, 1 refused, 2 usage, 3 found but flagged (buckled, snapped, unstable, higher, "
-             "lost, inverted)",
+             "lost, inverted, basis_wrong)",
 };
 
 /* Shows the displacements where the loads act, when no target is given. */

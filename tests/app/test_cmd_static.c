@@ -462,6 +462,26 @@ static void a_model_says_what_its_reactions_lack(void **state) {
   cJSON_Delete(object);
 }
 
+/* What is held bears a load on it by itself, and the body stays as it is. */
+static void a_load_that_moves_nothing_is_warned_of(void **state) {
+  (void)state;
+  static const char *const modes[] = {NULL, "--full"};
+  for (int n = 0; n < 2; n++) {
+    program_result run = thrum_run(folder, "static", "beam.npz", "--load", "constant:0,0,-20@left",
+                                   "--json", modes[n], NULL);
+    assert_int_equal(run.exit_code, 0);
+    assert_non_null(strstr(run.err, "the load moves nothing"));
+    program_result_free(&run);
+  }
+
+  // what is moved needs no load
+  program_result run = thrum_run(folder, "static", "beam.npz", "--full", "--load",
+                                 "constant:0,0,-20@left", "--move", "0.001,0,0@right", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_null(strstr(run.err, "moves nothing"));
+  program_result_free(&run);
+}
+
 /* A pulled bar bears the traction everywhere, and what is said of it is at the nodes. */
 static void the_stress_is_said_with_its_place(void **state) {
   (void)state;
@@ -603,6 +623,9 @@ static void slips_are_refused_in_one_line(void **state) {
       {1, "no group 'nose'", {"beam.npz", "--load", "constant:0,0,-1@nose"}},
       {1, "vertices 1 to", {"beam.npz", "--load", "constant:0,0,-1@vertex=9999"}},
       {1, "no basis", {"column.npz", "--load", "constant:0,0,-1@all"}},
+      {1,
+       "--reactions: the model has no mesh",
+       {"column.npz", "--load", "gravity:1,0,0", "--reactions", "column.csv"}},
       {1, "missing.npz", {"missing.npz", "--load", "gravity:0,0,-1"}},
       {1, "cannot", {"beam.npz", "--load", "gravity:0,0,-1", "-o", "nowhere/q.npy"}},
       {1, "nowhere", {"beam.npz", "--load", "gravity:0,0,-1", "--vtu", "nowhere/q.vtu"}},
@@ -638,6 +661,7 @@ int main(void) {
       cmocka_unit_test(reactions_balance_the_load),
       cmocka_unit_test(what_is_moved_has_a_reaction),
       cmocka_unit_test(a_model_says_what_its_reactions_lack),
+      cmocka_unit_test(a_load_that_moves_nothing_is_warned_of),
       cmocka_unit_test(the_stress_is_said_with_its_place),
       cmocka_unit_test(a_body_inside_out_is_flagged),
       cmocka_unit_test(a_critical_load_is_judged_by_the_mesh),
