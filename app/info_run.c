@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "driver/percent.h"
 #include "driver/run_entries.h"
 #include "driver/run_read.h"
 #include "io/json.h"
@@ -119,9 +120,10 @@ static const cJSON *warnings_of(const cJSON *report) {
 static void print_estimate(const char *body, const cJSON *report) {
   const cJSON *estimate = cJSON_GetObjectItemCaseSensitive(report, "error_estimate");
   const double share = number_of(estimate, "share");
+  char text[PERCENT_MAX];
   if (!isnan(share))
-    printf("%-18s%s%sat least %.2g %% of the motion by the basis\n", "error", body,
-           body[0] != 0 ? ": " : "", 100 * share);
+    printf("%-18s%s%sat least %s %% of the motion by the basis\n", "error", body,
+           body[0] != 0 ? ": " : "", percent_text(share, text));
 }
 
 /* Says what the monitor of a run, or of a body of that name in it, warned of, and the least

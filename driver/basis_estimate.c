@@ -7,6 +7,7 @@
 #include <stdio.h>
 
 #include "config/message.h"
+#include "driver/percent.h"
 #include "io/json.h"
 #include "precompute/estimate.h"
 
@@ -69,7 +70,9 @@ void basis_estimate_print(const basis_estimate *estimate, const char *of) {
   }
 
   // what was done for it stands behind it
-  printf("error        at least %.2g %% of the %s by the basis", 100 * estimate->share, of);
+  char share[PERCENT_MAX];
+  printf("error        at least %s %% of the %s by the basis", percent_text(estimate->share, share),
+         of);
   if (estimate->added > 0)
     printf(", by the run again to %.3g s with %" PRId64 " coordinate%s more\n", estimate->until,
            estimate->added, estimate->added == 1 ? "" : "s");
@@ -80,11 +83,12 @@ void basis_estimate_print(const basis_estimate *estimate, const char *of) {
 
 void basis_estimate_warn(const basis_estimate *estimate, const basis_asked *asked, const char *who,
                          const char *of) {
+  char share[PERCENT_MAX];
   if (!basis_estimate_is_large(estimate, asked))
     return;
   config_warn(
-      "%sthe basis cannot show this %s: at least %.2g %% of it is wrong, beside the whole "
+      "%sthe basis cannot show this %s: at least %s %% of it is wrong, beside the whole "
       "mesh; make it with thrum precompute --rank and --modes of more, with --handles where "
       "it is pulled, or with --train on its load; --accept-error takes it as it is",
-      who, of, 100 * estimate->share);
+      who, of, percent_text(estimate->share, share));
 }

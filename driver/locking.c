@@ -9,6 +9,7 @@
 
 #include "config/message.h"
 #include "driver/model_meta.h"
+#include "driver/percent.h"
 #include "io/json.h"
 #include "precompute/precompute.h"
 
@@ -23,9 +24,9 @@ const char *locking_text(const double *errors, int64_t count, char text[LOCKING_
   size_t used = 0;
   text[0] = 0;
   for (int64_t i = 0; i < count && used < LOCKING_TEXT_MAX; i++) {
-    const double share = 100 * errors[i];
-    used += (size_t)snprintf(text + used, LOCKING_TEXT_MAX - used,
-                             share < 99.5 ? "%s%.2g" : "%s%.0f", i > 0 ? ", " : "", share);
+    char share[PERCENT_MAX];
+    used += (size_t)snprintf(text + used, LOCKING_TEXT_MAX - used, "%s%s", i > 0 ? ", " : "",
+                             percent_text(errors[i], share));
   }
   if (used < LOCKING_TEXT_MAX)
     snprintf(text + used, LOCKING_TEXT_MAX - used, " %%");
@@ -33,14 +34,17 @@ const char *locking_text(const double *errors, int64_t count, char text[LOCKING_
 }
 
 void locking_warn_of(const char *name, const double *errors, int64_t count, const char *kept) {
-  char text[LOCKING_TEXT_MAX];
+  char text[LOCKING_TEXT_MAX], share[PERCENT_MAX];
   const double most = locking_most(errors, count);
   if (!(most > LOCKING_TOLD))
     return;
+
+  // of a body that hardly moves the digits tell nothing
+  const double less = 1 - 1 / ((1 + most) * (1 + most));
   config_warn("%s: its linear tetrahedra are too stiff: first frequencies are about %s too high, "
-              "and loads move it by up to %.2g %% too little; %s%smake the model with --order 2",
-              name, locking_text(errors, count, text), 100 * (1 - 1 / ((1 + most) * (1 + most))),
-              kept, kept[0] != 0 ? ": " : "");
+              "and loads move it by %s %s %% too little; %s%smake the model with --order 2",
+              name, locking_text(errors, count, text), less > 0.99 ? "more than" : "up to",
+              percent_text(fmin(less, 0.99), share), kept, kept[0] != 0 ? ": " : "");
 }
 
 /* The errors that the metadata of a model know; returns how many. */

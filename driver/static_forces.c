@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "driver/percent.h"
 #include "io/file.h"
 #include "io/json.h"
 #include "platform/allocate.h"
@@ -246,6 +247,7 @@ void static_forces_table(const static_forces *forces) {
     snprintf(name, sizeof name, "  at %.60s: ", forces->groups[n].name);
     print_resultant(name, &forces->groups[n].sum);
   }
-  printf("balance      %.2g %% of the forces that act is left over by loads and reactions\n",
-         100 * static_forces_left(forces));
+  char share[PERCENT_MAX];
+  printf("balance      %s %% of the forces that act is left over by loads and reactions\n",
+         percent_text(static_forces_left(forces), share));
 }

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "driver/percent.h"
 #include "tests/support/test_folder.h"
 
 #define THIN "beam:12x1x1@1x0.1x0.1"
@@ -57,6 +58,23 @@ static void statics_of_a_mesh_are_right_by_default(void **state) {
   expect_order(object, 1, "user");
   assert_true(number_at(object, "order_error", 0) > 0.5);
   cJSON_Delete(object);
+}
+
+/* A thread of which linear tetrahedra make a rod: shares are told without an exponent. */
+static void a_body_that_hardly_moves_is_told_in_words(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "precompute", "beam:20x1x1@1x0.001x0.001", "-o",
+                                 "thread.npz", "--order", "1", HELD, NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, "loads move it by more than 99 % too little; make"));
+  assert_null(strstr(run.err, "e+"));
+  program_result_free(&run);
+
+  char text[PERCENT_MAX];
+  static const double shares[] = {0.00114, 0.93, 0.999, 2.5, 1e-9};
+  static const char *const texts[] = {"0.11", "93", "100", "250", "1e-07"};
+  for (int n = 0; n < 5; n++)
+    assert_string_equal(percent_text(shares[n], text), texts[n]);
 }
 
 static void precompute_says_what_it_chose(void **state) {
@@ -157,6 +175,7 @@ static void every_command_says_by_how_much_a_linear_model_locks(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(statics_of_a_mesh_are_right_by_default),
+      cmocka_unit_test(a_body_that_hardly_moves_is_told_in_words),
       cmocka_unit_test(precompute_says_what_it_chose),
       cmocka_unit_test(meshes_that_do_not_lock_stay_as_they_are),
       cmocka_unit_test(memory_decides_too),
