@@ -57,9 +57,6 @@ def _warn_of(model: Model, shown: Array) -> None:
     if {"compressed", "inverted"} & set(look.warnings):
         warnings.warn(f"a tetrahedron is compressed to {look.stretch_least:.3f} of its length; below 0.577, StVK gives "
                       "way: do not trust this shape", RuntimeWarning, stacklevel=4)
-    if "reach" in look.warnings:
-        warnings.warn(f"the body moved {look.reach_most:.2g} times as far as the tenth of its diagonal that the basis is "
-                      "made for: it may be too stiff there", RuntimeWarning, stacklevel=4)
 
 
 def find(model: Model, load: Any, q: Any, options: dict[str, Any]) -> Equilibrium:
