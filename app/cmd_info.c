@@ -15,6 +15,7 @@
 #include "config/message.h"
 #include "config/options.h"
 #include "driver/locking.h"
+#include "driver/model_coordinates.h"
 #include "driver/model_cut.h"
 #include "driver/model_meta.h"
 #include "driver/named_model.h"
@@ -154,6 +155,9 @@ static void add_frequencies(cJSON *object, const info *about) {
   }
   json_number(object, "modes", cJSON_GetArraySize(array));
   json_numbers(object, "basis_frequencies_hz", about->hertz, about->model->rank);
+  const cJSON *coordinates = model_meta_find(about->meta, NULL, "coordinates");
+  if (cJSON_GetArraySize(coordinates) == about->model->rank)
+    cJSON_AddItemToObject(object, "coordinates", cJSON_Duplicate(coordinates, true));
 }
 
 /* The frequencies as they are stepped, null where a mode does not vibrate. */
@@ -552,6 +556,7 @@ static void print_table(const info *about) {
   print_linear_frequencies(about);
   for (int64_t n = 0; n < model->rank; n++)
     print_frequency("basis", about->hertz[n], n, model->rank);
+  model_coordinates_print(about->meta, about->hertz, model->rank);
   print_line("split", "%" PRId64 " explicit, %" PRId64 " implicit by imexv at dt = %g s\n",
              about->split.explicit_modes, about->split.implicit_modes, about->def.dt);
   if (about->steps_named)

@@ -25,7 +25,7 @@ static thrum_status make_body(const char *name, const thrum_model *model, experi
 thrum_status experiments_body_load(const experiments_request *request, int64_t n,
                                    experiments_bodies *bodies, thrum_error *error) {
   const thrum_model *model = NULL;
-  THRUM_TRY(named_model_load(request->models[n], request->quiet, &model, NULL, error));
+  THRUM_TRY(named_model_load_thesis(request->models[n], request->quiet, &model, error));
 
   // a model that is there has its body, and the caller frees both
   const thrum_status status = make_body(request->models[n], model, &bodies->bodies[n], error);

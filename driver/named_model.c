@@ -25,6 +25,7 @@
 #include "precompute/build_info.h"
 #include "thrum/version.h"
 
+#define BASIS_EDITION 2    /* counted up where the same options make another basis */
 #define TOUCH_RANK_MAX 100 /* the most that the rank grows to with touch modes; none takes more */
 
 static bool is_folder(const char *path) {
@@ -146,6 +147,14 @@ static bool take_mesh(const cJSON *object, const char *folder, model_recipe *rec
   return true;
 }
 
+/* "split": of the thesis, and the rank it is of; that of the model where it is not said. */
+static bool take_split(const cJSON *object, model_recipe *recipe) {
+  const cJSON *split = cJSON_GetObjectItemCaseSensitive(object, "split");
+  recipe->thesis_rank = recipe->rank;
+  return cJSON_GetObjectItemCaseSensitive(split, "rank") == NULL ||
+         take_count(split, "rank", &recipe->thesis_rank);
+}
+
 /* "order": of the tetrahedra, 1 or 2; auto when it is not said. */
 static bool take_order(const cJSON *object, int *order) {
   double number = 0;
@@ -173,6 +182,8 @@ static const char *take_recipe(const cJSON *object, const char *folder, model_re
     return "fix wants one SPEC or a few, as --fix takes them";
   if (!take_count(object, "modes", &recipe->modes) || !take_count(object, "rank", &recipe->rank))
     return "modes and rank want whole numbers from 1";
+  if (!take_split(object, recipe))
+    return "the rank of split wants a whole number from 1";
 
   // loads for the runs of the model
   if (!take_load(object, recipe))
@@ -246,9 +257,11 @@ void model_recipe_apply(const model_recipe *recipe, precompute_request *request)
 
   if (!request->modes_given)
     request->options.modes = recipe->modes;
+  if (recipe->thesis)
+    request->options.selection = THRUM_SELECTION_MASS;
   // other modes want another rank
   if (!request->rank_given && !request->modes_given)
-    request->options.rank = recipe->rank;
+    request->options.rank = recipe->thesis ? recipe->thesis_rank : recipe->rank;
 }
 
 /* The hash of everything that the model file's bytes depend on. */
@@ -264,10 +277,12 @@ static thrum_status hash_recipe(const model_recipe *recipe, uint64_t *hash, thru
 
   // versions and the compiler, because other code may round differently
   const int length = snprintf(
-      text, sizeof text, "%s|%d.%d|%.120s|%.60s|%d|%.17g|%.17g|%.17g|%" PRId64 "|%" PRId64 "%s",
-      thrum_version(), THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR, thrum_build_compiler(),
+      text, sizeof text,
+      "%s|%d.%d|%.120s|%.60s|%d|%.17g|%.17g|%.17g|%" PRId64 "|%" PRId64 "%s%s|%d", thrum_version(),
+      THRUM_MODEL_FORMAT_MAJOR, THRUM_MODEL_FORMAT_MINOR, thrum_build_compiler(),
       thrum_build_blas_core(), recipe->order, recipe->material.young, recipe->material.poisson,
-      recipe->material.density, recipe->modes, recipe->rank, recipe->touch ? "|touch" : "");
+      recipe->material.density, recipe->modes, recipe->thesis ? recipe->thesis_rank : recipe->rank,
+      recipe->touch ? "|touch" : "", recipe->thesis ? "|thesis" : "", BASIS_EDITION);
   value = hash_bytes(value, text, (size_t)length);
 
   for (int64_t n = 0; n < recipe->fix_count; n++)
@@ -341,7 +356,10 @@ static thrum_status make_cached(const model_recipe *recipe, const char *path, bo
   model_recipe_apply(recipe, &request);
   if (!quiet)
     fprintf(stderr, "thrum: precomputing %s%s, once; kept in %s\n", recipe->name,
-            recipe->touch ? " with touch modes" : "", path);
+            recipe->touch    ? " with touch modes"
+            : recipe->thesis ? " with the basis of the thesis"
+                             : "",
+            path);
   return precompute_make(&request, NULL, &flagged, error);
 }
 
@@ -406,11 +424,15 @@ static void advise(const char *text, char *advice, size_t size) {
     snprintf(advice, size, "; the models that come with Thrum are:%s", known_names);
 }
 
-static thrum_status load(const char *text, bool touch, bool quiet, const thrum_model **model,
+/* What of a named model is wanted. */
+typedef enum variant { USUAL, WITH_TOUCH, OF_THESIS } variant;
+
+static thrum_status load(const char *text, variant wanted, bool quiet, const thrum_model **model,
                          named_model_file *file, thrum_error *error) {
   model_recipe recipe;
   THRUM_TRY(model_recipe_find(text, &recipe, error));
-  recipe.touch = touch;
+  recipe.touch = wanted == WITH_TOUCH;
+  recipe.thesis = wanted == OF_THESIS;
   file->path = recipe.found ? file->cached : text;
   if (recipe.found)
     return load_cached(&recipe, quiet, model, file->cached, error);
@@ -429,11 +451,17 @@ static thrum_status load(const char *text, bool touch, bool quiet, const thrum_m
 thrum_status named_model_load(const char *text, bool quiet, const thrum_model **model,
                               named_model_file *file, thrum_error *error) {
   named_model_file own;
-  return load(text, false, quiet, model, file != NULL ? file : &own, error);
+  return load(text, USUAL, quiet, model, file != NULL ? file : &own, error);
 }
 
 thrum_status named_model_load_touch(const char *text, bool quiet, const thrum_model **model,
                                     thrum_error *error) {
   named_model_file own;
-  return load(text, true, quiet, model, &own, error);
+  return load(text, WITH_TOUCH, quiet, model, &own, error);
+}
+
+thrum_status named_model_load_thesis(const char *text, bool quiet, const thrum_model **model,
+                                     thrum_error *error) {
+  named_model_file own;
+  return load(text, OF_THESIS, quiet, model, &own, error);
 }

@@ -26,7 +26,9 @@ typedef struct model_recipe {
   int64_t fix_count;
   int64_t modes;
   int64_t rank;
-  bool touch; /* with touch modes, as precompute --touch makes them; no recipe says so */
+  int64_t thesis_rank; /* that of the thesis, whose split it has with a basis chosen by mass */
+  bool thesis;         /* with that rank and such a basis; no recipe says so */
+  bool touch;          /* with touch modes, as precompute --touch makes them; no recipe says so */
   char load_group[MODEL_RECIPE_TEXT_MAX];                    /* where loads act; default "load" */
   double load_direction[3];                                  /* zero: not said */
   double load_force;                                         /* [N]; zero: not said */
@@ -66,5 +68,10 @@ thrum_status named_model_load(const char *text, bool quiet, const thrum_model **
  * its steps do not cost (docs/precompute.md). */
 thrum_status named_model_load_touch(const char *text, bool quiet, const thrum_model **model,
                                     thrum_error *error);
+
+/* The same for the experiments of the thesis: one that `text` names has the rank and the selection
+ * of a basis with which it splits as there. */
+thrum_status named_model_load_thesis(const char *text, bool quiet, const thrum_model **model,
+                                     thrum_error *error);
 
 #endif

@@ -238,6 +238,26 @@ static void warn_of_points(const precompute_request *request, const thrum_precom
               result->cubature.test_error, options->cubature_error, advice);
 }
 
+/* Says that a rank leaves linear modes out, or all that would let them bend far. */
+static void warn_of_rank(const thrum_precomputed *result) {
+  int64_t modes = 0, others = 0;
+  if (result->coordinates == NULL)
+    return;
+  for (int64_t i = 0; i < result->model.rank; i++) {
+    modes += result->coordinates[i].kind == THRUM_COORDINATE_MODE;
+    others += result->coordinates[i].kind != THRUM_COORDINATE_MODE;
+  }
+  if (modes < result->mode_count)
+    config_warn("the rank leaves room for the first %lld of %lld linear modes: give a larger "
+                "--rank, or fewer --modes",
+                (long long)modes, (long long)result->mode_count);
+  if (modes > 0 && others == 0)
+    config_warn("rank %lld holds linear modes and nothing that lets them bend far, so the model is "
+                "for small motion alone: give a larger --rank, such as %lld, or fewer --modes",
+                (long long)result->model.rank,
+                (long long)thrum_options_usual_rank(result->mode_count));
+}
+
 static bool is_flagged(const precompute_request *request, const thrum_precomputed *result) {
   bool flagged = !(result->basis_orthonormality <= ORTHONORMALITY_FLAG) ||
                  !(result->basis_diagonality <= ORTHONORMALITY_FLAG);
@@ -250,19 +270,7 @@ static bool is_flagged(const precompute_request *request, const thrum_precompute
         "%lld modes lie below the %lld-th, more than were found: another --modes may find them",
         (long long)(result->shift_count - result->rigid_count), (long long)result->mode_count);
 
-  // the basis must represent at least its lowest linear modes
-  const int64_t lacking = result->mode_count > 0
-                              ? thrum_basis_lacks(result->mode_omega2, result->mode_count,
-                                                  result->model.omega2, result->model.rank)
-                              : -1;
-  if (lacking >= 0 && lacking < result->model.rank) {
-    double hertz[2];
-    thrum_frequencies(result->mode_omega2 + lacking, 1, &hertz[0]);
-    thrum_frequencies(result->model.omega2 + lacking, 1, &hertz[1]);
-    config_warn("the basis does not span the lowest %lld linear modes: in place of %.4g Hz it has "
-                "%.4g Hz; a larger --rank mends that",
-                (long long)lacking + 1, hertz[0], hertz[1]);
-  }
+  warn_of_rank(result);
 
   // points that do not reach what was asked for
   const bool missed =

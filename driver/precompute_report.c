@@ -10,6 +10,7 @@
 
 #include "config/message.h"
 #include "driver/locking.h"
+#include "driver/model_coordinates.h"
 #include "driver/precompute_report.h"
 #include "driver/precompute_stages.h"
 #include "io/json.h"
@@ -69,6 +70,8 @@ static void add_options(cJSON *meta, const precompute_request *request,
   // the counts are those of the result, which an import or the mesh may have lowered
   json_number(options, "modes", (double)result->mode_count);
   json_number(options, "rank", (double)result->model.rank);
+  if (request->options.selection == THRUM_SELECTION_MASS)
+    cJSON_AddStringToObject(options, "selection", "mass");
   cJSON_AddStringToObject(options, "mass", mass_name(request->options.mass));
   cJSON_AddStringToObject(options, "precision", request->options.single ? "single" : "double");
   if (result->quadrature_order > 0)
@@ -221,6 +224,7 @@ char *precompute_meta(const precompute_outcome *outcome) {
   json_number(meta, "volume_m3", result->volume);
   add_frequencies(meta, "frequencies_hz", result->mode_omega2, result->mode_count);
   add_frequencies(meta, "basis_frequencies_hz", result->model.omega2, result->model.rank);
+  model_coordinates_add(meta, outcome);
   json_number(meta, "rigid_modes", (double)result->rigid_count);
 
   // how far the result can be trusted
@@ -320,6 +324,7 @@ void precompute_print_json(const precompute_outcome *outcome) {
   json_number(object, "modes", (double)result->mode_count);
   add_frequencies(object, "frequencies_hz", result->mode_omega2, result->mode_count);
   add_frequencies(object, "basis_frequencies_hz", result->model.omega2, result->model.rank);
+  model_coordinates_add(object, outcome);
 
   // how imexv would split it at the default step
   json_number(object, "dt", outcome->dt);

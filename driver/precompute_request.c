@@ -73,6 +73,7 @@ static thrum_status take_error(const config_given *given, void *request) {
 
 /* In the order of their enums. */
 static const char *const masses[] = {"consistent", "lumped", NULL};
+static const char *const selections[] = {"modes", "mass", NULL};
 static const char *const precisions[] = {"double", "single", NULL};
 static const char *const solvers[] = {"auto", "factor", "cg", NULL};
 static const char *const checks[] = {"auto", "search", "inertia", NULL};
@@ -99,9 +100,16 @@ static const config_option options[] = {
     OPTION_HEADING("the model"),
     OPTION_COUNT("modes", "10", "linear modes K", AT(options.modes), GIVEN(modes_given),
                  CONFIG_RANGE(1, COUNT_MAX)),
-    OPTION_COUNT("rank", "2 K",
-                 "reduced coordinates, at most K (K + 3) / 2; those of --handles come beside",
+    OPTION_COUNT("rank", "K + 2 K, at most K + 30",
+                 "reduced coordinates, at most K (K + 3) / 2: all K modes, and directions of their "
+                 "derivatives; those of --handles come beside",
                  AT(options.rank), GIVEN(rank_given), CONFIG_RANGE(1, COUNT_MAX)),
+    OPTION_CHOICE(
+        "selection", selections, "modes",
+        "how the rank is filled: modes takes all linear modes and what of the derivatives "
+        "has most strain energy beside them; mass chooses from both by how much they move, "
+        "as the thesis and earlier versions did, and may leave modes out",
+        AT(options.selection)),
     OPTION_CHOICE("mass", masses, "consistent", "mass matrix", AT(options.mass)),
     OPTION_COUNT("quadrature-order", "4; 5 where edges are curved",
                  "degree to which the points of ten-node tetrahedra are exact: more for strongly "

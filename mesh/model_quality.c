@@ -8,8 +8,6 @@
 #include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
 
-#define LACKS 1.05 /* a frequency that is further above its own stands for another mode */
-
 static const double pi = 3.14159265358979323846;
 
 double thrum_tet_mean_ratio(const double *const corners[4], double *volume) {
@@ -91,12 +89,4 @@ thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *qual
 void thrum_frequencies(const double *omega2, int64_t count, double *hertz) {
   for (int64_t n = 0; n < count; n++)
     hertz[n] = sqrt(omega2[n]) / (2 * pi);
-}
-
-int64_t thrum_basis_lacks(const double *mode_omega2, int64_t modes, const double *omega2,
-                          int64_t rank) {
-  for (int64_t n = 0; n < (modes + 1) / 2; n++)
-    if (n >= rank || omega2[n] > LACKS * LACKS * mode_omega2[n])
-      return n;
-  return -1;
 }

@@ -33,10 +33,4 @@ double thrum_tet_mean_ratio(const double *const corners[4], double *volume);
 /* Frequencies [Hz] of `count` squared angular frequencies [1/s^2]. */
 void thrum_frequencies(const double *omega2, int64_t count, double *hertz);
 
-/* The first of the lower half of `modes` linear modes that a basis of this rank lacks: whose
- * frequency the basis shows more than 5 % too high, as mass-PCA prefers what moves much to what is
- * slow; -1 when it shows them all. By Cauchy's interlacing none is ever too low. */
-int64_t thrum_basis_lacks(const double *mode_omega2, int64_t modes, const double *omega2,
-                          int64_t rank);
-
 #endif

@@ -10,6 +10,8 @@
 #include "precompute/fem/rigid_modes.h"
 #include "thrum/model.h"
 
+#define USUAL_DERIVATIVES                                                                          \
+  30 /* directions of the derivatives at most in a usual rank, where modes are fewer */
 #define COUNT_MAX 30000 /* free components up to which modes are counted unasked */
 
 int64_t thrum_options_shapes(const thrum_precompute_options *options) {
@@ -26,8 +28,17 @@ double thrum_options_columns(const thrum_precompute_options *options) {
   return (double)options->rank + squared * (squared + 1) / 2;
 }
 
+int64_t thrum_options_usual_rank(int64_t modes) {
+  // two directions of the derivatives for each mode, as far as there are so many and they are worth
+  // their cost; never fewer than one
+  const int64_t half = modes * (modes + 1) / 4, two = 2 * modes;
+  int64_t derivatives = two < USUAL_DERIVATIVES ? two : USUAL_DERIVATIVES;
+  derivatives = derivatives < half ? derivatives : half;
+  return modes + (derivatives > modes ? derivatives : modes);
+}
+
 static int64_t default_rank(const thrum_precompute_options *options) {
-  return 2 * thrum_options_shapes(options);
+  return thrum_options_usual_rank(options->modes) + 6 * options->handle_count;
 }
 
 thrum_precompute_options thrum_options_complete(const thrum_precompute_options *options) {
@@ -36,7 +47,7 @@ thrum_precompute_options thrum_options_complete(const thrum_precompute_options *
     complete.modes = complete.handle_count = 0;
     complete.rank = options->imported->rank;
   }
-  // no rank given: two coordinates a mode, which k (k + 3) / 2 never falls short of, or response
+  // no rank given: the usual one, which k (k + 3) / 2 never falls short of, and two a response
   if (complete.rank == 0)
     complete.rank = default_rank(&complete);
   return complete;
@@ -48,12 +59,12 @@ static thrum_status check_counts(const thrum_precompute_options *options, thrum_
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "modes is %lld; it must lie between 1 and 10000", (long long)k);
 
-  // a rank that was not given is twice the modes
+  // a rank that was not given is the usual one
   if (r > THRUM_RANK_MAX && r == default_rank(options))
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "%lld modes make a rank of %lld, twice as many unless --rank says "
-                           "otherwise; it must lie between 1 and %d: lower --modes or give --rank",
-                           (long long)thrum_options_shapes(options), (long long)r, THRUM_RANK_MAX);
+                           "%lld modes make a rank of %lld unless --rank says otherwise; it must "
+                           "lie between 1 and %d: lower --modes or give --rank",
+                           (long long)k, (long long)r, THRUM_RANK_MAX);
   if (r < 1 || r > THRUM_RANK_MAX)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "rank is %lld; it must lie between 1 and %d", (long long)r,
@@ -142,7 +153,8 @@ thrum_status thrum_options_check(const thrum_precompute_options *options, thrum_
   return THRUM_OK;
 }
 
-/* Lowers the counts to at most a quarter of the room for modes, and two coordinates for each. */
+/* Lowers the counts to at most a quarter of the room for modes, and the usual rank of
+ * these. */
 static void lower_counts(thrum_precompute_options *options, int64_t room) {
   if (options->modes <= room / 4)
     return;

@@ -16,6 +16,10 @@ int64_t thrum_options_shapes(const thrum_precompute_options *options);
 int64_t thrum_options_squared(const thrum_precompute_options *options);
 double thrum_options_columns(const thrum_precompute_options *options);
 
+/* The rank that is taken for so many modes where none is given: these, and twice as many directions
+ * of their derivatives up to 30, at most half of those that there are; at least 2 a mode. */
+int64_t thrum_options_usual_rank(int64_t modes);
+
 /* The options with the rank that 0 stands for, and without modes where a basis is imported. */
 thrum_precompute_options thrum_options_complete(const thrum_precompute_options *options);
 

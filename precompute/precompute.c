@@ -365,11 +365,32 @@ static thrum_status run_derivatives(pipeline *p, const thrum_reporter *reporter,
 static thrum_status make_basis(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   const int64_t r = p->options.rank, k = p->options.modes;
   double *basis = thrum_model_writable(p->result.model.basis);
-  if (!p->options.imported)
-    return thrum_basis(&p->fem, &p->mass, k, p->result.mode_omega2, p->candidates,
-                       p->options.shares, p->candidates + (k + k * (k + 1) / 2) * p->fem.free_count,
-                       3 * p->options.handle_count, r, p->options.trained, p->options.trained_count,
-                       basis, &p->result.basis_orthonormality, reporter, error);
+  if (!p->options.imported) {
+    const thrum_basis_def def = {.fem = &p->fem,
+                                 .mass = &p->mass,
+                                 .stiffness = &p->stiffness,
+                                 .selection = p->options.selection,
+                                 .rank = r,
+                                 .modes = k,
+                                 .candidates = p->candidates,
+                                 .omega2 = p->result.mode_omega2,
+                                 .shares = p->options.shares,
+                                 .response_count = 3 * p->options.handle_count,
+                                 .responses =
+                                     p->candidates + (k + k * (k + 1) / 2) * p->fem.free_count,
+                                 .trained_count = p->options.trained_count,
+                                 .trained = p->options.trained};
+
+    // the stiffness, which the solves had no room for, is made again
+    if (def.selection == THRUM_SELECTION_MODES) {
+      THRUM_TRY(thrum_fem_pattern(&p->fem, &p->stiffness, error));
+      THRUM_TRY(thrum_fem_stiffness(&p->fem, NULL, &p->stiffness, error));
+      THRUM_TRY(thrum_reserve(&p->result.coordinates, r, sizeof *p->result.coordinates, "the basis",
+                              error));
+    }
+    return thrum_basis(&def, basis, &p->result.basis_orthonormality, p->result.coordinates,
+                       reporter, error);
+  }
 
   // an imported basis takes the place of modes and derivatives
   p->result.modes_complete = true;
@@ -389,7 +410,8 @@ static thrum_status run_basis(pipeline *p, const thrum_reporter *reporter, thrum
   if (status >= 0 && p->rigid)
     status = thrum_model_fill_rigid(&p->fem, p->rigid, &p->result.model, error);
 
-  // mass and candidates have served
+  // matrices and candidates have served
+  thrum_sparse_free(&p->stiffness);
   thrum_sparse_free(&p->mass);
   free(p->candidates);
   p->candidates = NULL;
@@ -547,5 +569,6 @@ void thrum_precomputed_free(thrum_precomputed *result) {
   free(result->mode_omega2);
   free(result->mode_residual);
   free(result->mode_vectors);
+  free(result->coordinates);
   *result = (thrum_precomputed){0};
 }

@@ -4,6 +4,7 @@
 #define THRUM_PRECOMPUTE_PRECOMPUTE_H
 
 #include "mesh/mesh.h"
+#include "precompute/basis/basis.h"
 #include "precompute/fem/ranks.h"
 #include "precompute/options/precompute_options.h"
 #include "precompute/polynomial/cubature.h"
@@ -19,6 +20,7 @@ typedef struct thrum_precomputed {
   double *mode_omega2;             /* mode_count, of the linear modes [1/s^2]; behind them three a
                                       handle, Rayleigh quotients of the static responses */
   double *mode_vectors;            /* mode_count x 3 vertex_count where asked for, else NULL */
+  thrum_coordinate *coordinates;   /* model.rank, of what the basis is made; NULL: it is imported */
   thrum_imported_figures imported; /* zero without an imported basis; then there are no modes */
   double *mode_residual;           /* mode_count, |K psi - w^2 M psi| / (|K| |psi|) */
 

@@ -17,12 +17,13 @@ def recipe_of(model):
     return json.loads((ROOT / "models" / f"{model}.json").read_text(encoding="utf-8"))
 
 
-def errors(program, work, model, rank, options, own="--test"):
-    """The rank of the model and its errors under LOADS; own: the option that the model's own load is given by."""
+def errors(program, work, model, rank, options, own="--test", modes=None):
+    """The rank of the model and its errors under LOADS; own: the option that the model's own load is given by;
+    modes: those of the recipe where they are not given."""
     recipe = recipe_of(model)
     load = recipe["load"]
     square = "square:{:g},{:g},{:g}@{}".format(*(load["force"] * d for d in load["direction"]), load["group"])
-    command = [program, "precompute", model, "--modes", str(recipe["modes"]), "--rank", str(rank), "-o", "model.npz",
+    command = [program, "precompute", model, "--modes", str(modes or recipe["modes"]), "--rank", str(rank), "-o", "model.npz",
                "--train-time", "0.5", "--train-dt", "0.002", "--keep-runs", "kept", "--json", "-q", own, square, *options]
     for test in recipe["tests"]:
         command += ["--test", test]

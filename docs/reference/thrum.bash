@@ -16,12 +16,13 @@ _thrum() {
   'bench contact '*) words='--bodies --pairs --rank --dt --steps --threads --json --help' ;;
   'bench displacement '*) words='--vertices --rank --repetitions --json --help' ;;
   'bench precompute '*) words='--tets --ranks --modes --rank --threads --json --help' ;;
+  'precompute --selection') words='modes mass' ;;
   'precompute --mass') words='consistent lumped' ;;
   'precompute --precision') words='double single' ;;
   'precompute --check') words='auto search inertia' ;;
   'precompute --solver') words='auto factor cg' ;;
   'precompute --law') words='stvk corotational neo-hookean' ;;
-  'precompute '*) words=' --output --fix --young --poisson --density --material --scale --unit --regions --order --modes --rank --mass --quadrature-order --precision --check --solver --handles --touch --touch-stepped --condense --law --cubature --cubature-error --cubature-points --cubature-range --cubature-refine --yield --train --test --by-share --error --rank-max --train-time --train-dt --train-damping --keep-runs --list-jobs --job --collect --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help' ;;
+  'precompute '*) words=' --output --fix --young --poisson --density --material --scale --unit --regions --order --modes --rank --selection --mass --quadrature-order --precision --check --solver --handles --touch --touch-stepped --condense --law --cubature --cubature-error --cubature-points --cubature-range --cubature-refine --yield --train --test --by-share --error --rank-max --train-time --train-dt --train-damping --keep-runs --list-jobs --job --collect --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help' ;;
   'mesh --tool') words='gmsh tetgen' ;;
   'mesh '*) words='--output --size --scale --order --tool --verbose --json --quiet --help' ;;
   'check '*) words='--scale --unit --regions --order --json --help' ;;

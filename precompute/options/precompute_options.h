@@ -21,6 +21,11 @@ typedef enum thrum_check { THRUM_CHECK_AUTO, THRUM_CHECK_SEARCH, THRUM_CHECK_INE
  * where it fits into memory, and always one without such processes. */
 typedef enum thrum_solver { THRUM_SOLVER_AUTO, THRUM_SOLVER_FACTOR, THRUM_SOLVER_CG } thrum_solver;
 
+/* How modes and derivatives are chosen: all modes, and the directions of what derivatives show
+ * beside them that have most strain energy; or by one analysis of both in the norm of the mass,
+ * which may leave modes out, as the thesis has it. */
+typedef enum thrum_selection { THRUM_SELECTION_MODES, THRUM_SELECTION_MASS } thrum_selection;
+
 /* The stages, in order; they do not overlap. X(name, text) */
 #define THRUM_STAGE_LIST(X)                                                                        \
   X(assemble, "stiffness and mass")                                                                \
@@ -69,9 +74,12 @@ typedef struct thrum_precompute_options {
    * modes, derivatives and their memory grow with it, the derivatives with its square. */
   int64_t modes;
 
-  /* r, reduced coordinates; up to k (k + 3) / 2, default 0, which stands for 2 k. Larger: a more
-   * accurate model, whose coefficients and steps grow with about the fourth power. */
+  /* r, reduced coordinates: the modes, and directions of their derivatives; up to k (k + 3) / 2,
+   * default 0, which stands for thrum_options_usual_rank: 30 for 10 modes. Larger: a more accurate
+   * model, whose coefficients and steps grow with about the fourth power. */
   int64_t rank;
+
+  thrum_selection selection; /* default THRUM_SELECTION_MODES */
 
   /* The model will be condensed to its linear modes: of its polynomial only the monomials of these,
    * and those of two of them and another coordinate, are made, so that it cannot be stepped whole.
@@ -136,7 +144,7 @@ typedef struct thrum_precompute_options {
 
   /* Their static responses and as many directions of their derivatives are in the span of U, beside
    * as many vectors of modes and derivatives as the rank leaves, which must be three a handle at
-   * least; default none. `rank` 0 then stands for 2 (k + 3 handle_count). */
+   * least; default none. `rank` 0 then stands for 6 handle_count more. */
   const thrum_handle *handles;
 
   /* Number of `handles`; >= 0, default 0. Larger: more of the rank goes to them. */

@@ -36,7 +36,7 @@ static int make_runs(void **state) {
   if (test_folder_make(folder) == NULL || !precompute_beam("6x2x2@1x0.2x0.3", "4", "7"))
     return -1;
   program_result run = thrum_run(folder, "precompute", "beam:6x2x2@0.6x0.1x0.1,split=6", "--order",
-                                 "1", "-o", "free.npz", "--modes", "6", "--rank", "12", "-q", NULL);
+                                 "1", "-o", "free.npz", "--modes", "6", "--rank", "16", "-q", NULL);
   const int code = run.exit_code;
   program_result_free(&run);
 

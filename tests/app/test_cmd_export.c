@@ -60,7 +60,7 @@ static void an_export_can_be_imported(void **state) {
   assert_true(cJSON_IsFalse(cJSON_GetObjectItemCaseSensitive(import, "basis_changed")));
   assert_true(json_value(import, "orthonormality") < 1e-11);
   assert_true(json_value(import, "energy_difference") < 1e-11);
-  assert_true(json_value(line, "rank") == 8);
+  assert_true(json_value(line, "rank") == 9);
   assert_true(json_value(line, "modes") == 0);
 
   // stages that a given basis does not need are not listed as if they took no time

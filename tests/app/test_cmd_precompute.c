@@ -83,16 +83,18 @@ static void beam_gives_the_documented_keys(void **state) {
   cJSON_Delete(object);
 }
 
-static void rank_is_twice_the_modes_when_not_given(void **state) {
+/* Two directions of the derivatives for each mode, at most half of those that there are, and 30. */
+static void a_rank_that_is_not_given_has_room_for_derivatives(void **state) {
   (void)state;
-  static const char *const modes[] = {"1", "3", "12"};
-  for (int n = 0; n < 3; n++) {
+  static const char *const modes[] = {"1", "3", "12", "20"};
+  static const double ranks[] = {2, 6, 36, 50};
+  for (int n = 0; n < 4; n++) {
     program_result run = thrum_run(folder, "precompute", BEAM, "--order", "1", "-o", "made.npz",
                                    "--fix", ROOT, "--modes", modes[n], "--json", NULL);
     assert_int_equal(run.exit_code, 0);
     cJSON *object = json_line(run.out);
     assert_non_null(object);
-    assert_true(json_value(object, "rank") == 2 * atof(modes[n]));
+    assert_true(json_value(object, "rank") == ranks[n]);
     cJSON_Delete(object);
     program_result_free(&run);
   }
@@ -125,7 +127,7 @@ static void stages_do_not_overlap(void **state) {
 static void json_is_alone_on_standard_output(void **state) {
   (void)state;
   program_result run = thrum_run(folder, "precompute", BEAM, "--order", "1", "-o", "made.npz",
-                                 "--fix", ROOT, "--modes", "3", "--rank", "3", "--json", NULL);
+                                 "--fix", ROOT, "--modes", "3", "--rank", "6", "--json", NULL);
   assert_int_equal(run.exit_code, 0);
 
   cJSON *object = json_line(run.out);
@@ -139,7 +141,7 @@ static void json_is_alone_on_standard_output(void **state) {
 
   // with --quiet only the summary is left, on standard output, and a warning of what locks
   run = thrum_run(folder, "precompute", BEAM, "--order", "1", "-o", "made.npz", "--fix", ROOT,
-                  "--modes", "3", "--rank", "3", "--quiet", NULL);
+                  "--modes", "3", "--rank", "6", "--quiet", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_non_null(strstr(run.err, BEAM ": its linear tetrahedra are too stiff: first"));
   assert_ptr_equal(strchr(run.err, '\n'), run.err + strlen(run.err) - 1);
@@ -148,7 +150,7 @@ static void json_is_alone_on_standard_output(void **state) {
 
   // ten nodes leave nothing to warn of
   run = thrum_run(folder, "precompute", BEAM, "-o", "made.npz", "--fix", ROOT, "--modes", "3",
-                  "--rank", "3", "--order", "2", "--quiet", NULL);
+                  "--rank", "6", "--order", "2", "--quiet", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_string_equal(run.err, "");
   program_result_free(&run);
@@ -780,7 +782,7 @@ static void help_and_version_are_results(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(beam_gives_the_documented_keys),
-      cmocka_unit_test(rank_is_twice_the_modes_when_not_given),
+      cmocka_unit_test(a_rank_that_is_not_given_has_room_for_derivatives),
       cmocka_unit_test(stages_do_not_overlap),
       cmocka_unit_test(json_is_alone_on_standard_output),
       cmocka_unit_test(two_reproducible_runs_write_the_same_bytes),

@@ -506,7 +506,7 @@ static double impact_share_of(const char *gravity, const char *plane, const char
 static void a_rebound_without_what_follows_is_flagged(void **state) {
   (void)state;
   double found;
-  const double share = impact_share_of("-10", "-0.15", "0.6", 3, &found);
+  const double share = impact_share_of("-12", "-0.15", "0.6", 3, &found);
   assert_true(found > 0.04 && share > found && share < 1);
 }
 

