@@ -115,6 +115,7 @@ static void use_condensed(const thrum_model *model, fuzz_draw *draw) {
   thrum_condensed_velocity(model, x, v, q);
   thrum_condensed_load(model, x, load, q);
   (void)thrum_condensed_inertia_share(model, x, v);
+  (void)thrum_model_unit_energy(model);
 }
 
 static void use_base_motion(const thrum_model *model, fuzz_draw *draw) {
@@ -219,6 +220,27 @@ static void use_embedding(const thrum_model *model, fuzz_draw *draw) {
   free(memory);
 }
 
+/* Stresses at nodes, of displacements that are drawn. */
+static void use_stress_nodes(const thrum_model *model, const double *u) {
+  const thrum_stress_nodes *nodes = NULL;
+  thrum_error error = {0};
+  size_t size = 0;
+  if (thrum_stress_nodes_size(model, &size, &error) < 0)
+    return;
+  void *memory = block(size);
+  if (thrum_stress_nodes_init(memory, size, model, &nodes, &error) >= 0) {
+    const int64_t count = thrum_stress_nodes_count(nodes);
+    double *cauchy = block(7 * (size_t)count * sizeof *cauchy);
+    fuzz_check(thrum_stress_nodes_read(nodes, u, cauchy, cauchy + 6 * count, &error), &error);
+    free(cauchy);
+    if (thrum_stress_nodes_extrapolated(nodes) >> 1 != 0 ||
+        thrum_stress_nodes_vertex(nodes, count - 1) >= model->vertex_count ||
+        thrum_stress_nodes_region(nodes, count - 1) >= model->region_count)
+      abort();
+  }
+  free(memory);
+}
+
 static void use_readouts(const thrum_model *model, fuzz_draw *draw) {
   double q[RANK_MOST], stress[6];
   double *field = block(3 * (size_t)model->vertex_count * sizeof *field);
@@ -258,6 +280,8 @@ static void use_readouts(const thrum_model *model, fuzz_draw *draw) {
       abort();
     free(memory);
   }
+
+  use_stress_nodes(model, field);
 
   // displacements that are given are finite
   if (thrum_displacement(model, q, 0, model->vertex_count, field, &error) >= 0)
