@@ -434,6 +434,18 @@ def before_after():
                  body)
 
 
+def basis_rank():
+    """Errors of bases by how they are chosen, and by rank, of ten modes."""
+    found = {(r["body"], r["selection"], r["rank"]): r for r in rows("basis", "rank.csv") if r["modes"] == "10"}
+    body = []
+    for name in dict.fromkeys(r["body"] for r in rows("basis", "rank.csv")):
+        cases = [found[name, "mass", "20"], found[name, "modes", "20"], found[name, "modes", "30"]]
+        cells = [", ".join(percent(float(r[key])) for r in cases) if cases[0][key] else "" for key in
+                 ("own", "sine", "gravity", "another", "elsewhere")]
+        body.append([name, *cells])
+    return table(["body", "its own load", "half of it as a sine", "gravity aslant", "another direction", "elsewhere"], body)
+
+
 def handles():
     """Errors of motion without and with a handle where the load pulls."""
     found = rows("handles", "errors.csv")
@@ -550,7 +562,7 @@ def mujoco():
 
 TABLES = {made.__name__: made for made in (matrix, outcomes, long, step_sizes, sweep, sweep_error, variable,
                                            work_precision, work_means, extremes, linear, tradeoff,
-                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles, touch, touch_pulls, cubature, cubature_refined, tradeoff_points,
+                                           tradeoff_picks, tradeoff_tests, tradeoff_imexv, calculix, scene_detail, scene_impacts, handles, basis_rank, touch, touch_pulls, cubature, cubature_refined, tradeoff_points,
                                            plastic,
                                            before_after, mujoco, model_errors, training)}
 
