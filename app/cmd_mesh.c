@@ -112,11 +112,16 @@ static thrum_status check_size(const mesh_request *request, const mesh_work *wor
 }
 
 /* Mends the surface where it has a fault that a mesher minds and that can be mended. */
-static thrum_status repair_surface(mesh_work *work, thrum_error *error) {
+static thrum_status repair_surface(const char *path, mesh_work *work, thrum_error *error) {
   const thrum_surface_checked *c = &work->checked;
   if (c->flat.count + c->twice.count + c->open.count + c->crowded.count == 0)
     return THRUM_OK;
   THRUM_TRY(thrum_surface_repair(&work->surface, &work->repairs, error));
+  if (work->surface.triangle_count == 0)
+    return thrum_error_set(error, THRUM_BAD_VALUE,
+                           "%.200s: all of its triangles are without area or on each other, so "
+                           "they enclose nothing",
+                           path);
   return thrum_surface_check(&work->surface, &work->checked, error);
 }
 
@@ -147,7 +152,7 @@ static thrum_status read_surface(const mesh_request *request, mesh_work *work, t
     THRUM_TRY(thrum_surface_join(&work->surface, &joined, error));
     THRUM_TRY(thrum_surface_check(&work->surface, &work->checked, error));
   }
-  THRUM_TRY(repair_surface(work, error));
+  THRUM_TRY(repair_surface(request->surface, work, error));
   THRUM_TRY(thrum_surface_meshable(&work->surface, &work->checked, request->surface, error));
   THRUM_TRY(check_size(request, work, error));
 

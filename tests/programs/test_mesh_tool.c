@@ -447,6 +447,14 @@ static void a_surface_with_faults_is_refused_before_a_tool_runs(void **state) {
   expect_refusal(thrum_run(folder, "mesh", "open.obj", "-o", "out.msh", NULL), 1,
                  "open.obj:4: the surface is not closed: edges of one triangle: 3");
   expect_refusal(thrum_run(folder, "mesh", "none.stl", "-o", "out.msh", NULL), 1, "none.stl");
+
+  // nothing is left of triangles on a line, or of two on each other
+  write_text("line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\nf 3 2 1\n");
+  write_text("wall.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 3 2 1\n");
+  expect_refusal(thrum_run(folder, "mesh", "line.obj", "-o", "out.msh", NULL), 1,
+                 "line.obj: all of its triangles are without area or on each other");
+  expect_refusal(thrum_run(folder, "mesh", "wall.obj", "-o", "out.msh", NULL), 1,
+                 "wall.obj: all of its triangles are without area or on each other");
   expect_refusal(thrum_run(folder, "mesh", "cube.msh", "-o", "out.msh", NULL), 1,
                  "unknown kind of surface");
 
