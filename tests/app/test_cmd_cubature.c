@@ -16,7 +16,7 @@
 #include "tests/support/test_folder.h"
 #include "thrum/thrum.h"
 
-#define BODY "beam:8x2x2@1x0.15x0.15"
+#define BODY "beam:8x2x2@1x0.15x0.15,split=6"
 #define PRECOMPUTE(...)                                                                            \
   thrum_run(folder, "precompute", BODY, "--order", "1", "-o", "cub.npz", "--fix", "x<0.001",       \
             "--modes", "4", "--rank", "9", "-q", __VA_ARGS__, NULL)
