@@ -8,6 +8,7 @@ import os
 import pathlib
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 
@@ -28,13 +29,18 @@ def version() -> str:
     return found.group(1)
 
 
+def generator() -> "list[str]":
+    """Ninja where it is installed: CMake itself looks for make alone, which a Debian with cmake and ninja may lack."""
+    return ["-GNinja"] if "CMAKE_GENERATOR" not in os.environ and shutil.which("ninja") else []
+
+
 class BuildWithLibrary(build_py):
     """Copies the package as CMake lays it out: sources, declarations, library."""
 
     def run(self) -> None:
         work = pathlib.Path(self.get_finalized_command("build").build_temp).resolve() / "cmake"
         options = shlex.split(os.environ.get("CMAKE_ARGS", ""))
-        subprocess.run(["cmake", "-S", str(ROOT), "-B", str(work), "-DCMAKE_BUILD_TYPE=Release",
+        subprocess.run(["cmake", *generator(), "-S", str(ROOT), "-B", str(work), "-DCMAKE_BUILD_TYPE=Release",
                         "-DTHRUM_BUILD_PRECOMPUTE=OFF", "-DTHRUM_BUILD_TESTS=OFF", "-DTHRUM_BUILD_PYTHON=ON",
                         f"-DTHRUM_PYTHON={sys.executable}", *options], check=True)
         # without a number make starts a compiler for every source at once

@@ -23,6 +23,12 @@ printf '#!/bin/sh\necho "$@" >>"%s/calls"\nexec "%s" "$@"\n' "$work" "$(command 
 chmod +x "$work/bin/cmake"
 PATH=$work/bin:$PATH
 
+# a bare Debian has no make beside cmake and ninja
+if command -v ninja >/dev/null 2>&1; then
+  printf '#!/bin/sh\necho "make is called where ninja is installed" >&2\nexit 1\n' >"$work/bin/make"
+  chmod +x "$work/bin/make"
+fi
+
 # a copy, because setuptools writes beside the sources; no build folder comes along
 mkdir "$work/tree" "$work/out"
 (cd "$source" && tar -c --exclude=./build --exclude=./.git --exclude=node_modules --exclude=./out \
