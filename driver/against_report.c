@@ -1,6 +1,7 @@
 /* How the error that a mesh beside a run has found is told. SPDX-License-Identifier: Apache-2.0 */
 #include "driver/against_report.h"
 
+#include <math.h>
 #include <stdio.h>
 
 #include "io/json.h"
@@ -22,8 +23,11 @@ void against_mesh_json(const against_mesh *against, cJSON *object) {
 void against_mesh_print(const against_mesh *against, const simulate_request *request) {
   if (!against->asked)
     return;
-  printf("mesh         %.3g %% of the displacement and %.3g %% of the velocity are wrong",
-         100 * against->displacement, 100 * against->velocity);
+  if (isnan(against->displacement) || isnan(against->velocity))
+    printf("mesh         nothing has moved");
+  else
+    printf("mesh         %.3g %% of the displacement and %.3g %% of the velocity are wrong",
+           100 * against->displacement, 100 * against->velocity);
   if (against->whole)
     puts(", over the whole run");
   else

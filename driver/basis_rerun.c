@@ -141,8 +141,10 @@ static thrum_status run_again(basis_record *record, const thrum_richer_model *ri
 
   // all coordinates are stepped, from where the run began
   request.start_count = 0;
-  if (request.def.integrator == THRUM_INTEGRATOR_MANIFOLD)
+  if (request.def.integrator == THRUM_INTEGRATOR_MANIFOLD) {
     request.def.integrator = THRUM_INTEGRATOR_ENERGY;
+    request.def.frequency_matched = 0; // as manifold, which turns no mode at its own frequency
+  }
   thrum_status status =
       driver_stepper_reduced_from(&request, &richer->model, q, p, &stepper, error);
   THRUM_THEN(status, step_all(record, richer, &stepper, error));

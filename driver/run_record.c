@@ -148,7 +148,13 @@ thrum_status driver_run_end(driver_run *run, thrum_error *error) {
     if (status < 0 && status != THRUM_NOT_FINITE)
       return status;
     THRUM_TRY(run_output_end(&body->output, status >= 0 ? body->q : NULL, body->p, error));
-    THRUM_TRY(basis_check_judge(&body->measures.basis, error));
+
+    // a motion that no step could go on from says nothing of the basis
+    basis_record *basis = &body->measures.basis;
+    if (run->status >= 0)
+      THRUM_TRY(basis_check_judge(basis, error));
+    else if (basis->memory != NULL)
+      basis->estimate = basis_estimate_none("the run could not go on to its end");
     body->figures.basis_wrong =
         basis_estimate_is_large(&body->measures.basis.estimate, &body->figures.request->basis);
   }

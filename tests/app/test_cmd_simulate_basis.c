@@ -155,6 +155,55 @@ static void the_mesh_beside_the_model_finds_the_error_itself(void **state) {
   program_result_free(&run);
 }
 
+/* How the run is stepped and damped has an error of its own, which neither the mesh beside the
+ * model nor the run made again may take for one of the basis: both agree on that. */
+static void a_method_is_no_error_of_the_basis(void **state) {
+  (void)state;
+  static const char *const methods[][6] = {
+      {"--dt", "0.02"},
+      {"--dt", "0.02", "--integrator", "imexv"},
+      {"--dt", "0.02", "--integrator", "manifold", "--rank", "10"},
+      {"--dt", "0.01", "--damping-form", "tangent", "--damping", "0,0.02"}};
+  for (size_t n = 0; n < sizeof methods / sizeof methods[0]; n++) {
+    const char *const *m = methods[n];
+    program_result run =
+        thrum_run(folder, "simulate", "good.npz", "-o", "run", "--json", "-q", BEND,
+                  "--against-mesh", "600", m[0], m[1], m[2], m[3], m[4], m[5], NULL);
+    if (run.exit_code != 0)
+      fail_msg("%s %s: exit code %d: %s", m[2], m[3], run.exit_code, run.err);
+    cJSON *object = json_line(run.out);
+    assert_non_null(object);
+    const double said = json_value(member(object, "error_estimate"), "share");
+    const double found = json_value(member(object, "against_mesh"), "displacement_share");
+    print_message("said %.5f, found %.5f\n", said, found);
+    assert_true(found < 0.005 && said > 0.8 * found && said < 1.25 * found);
+    cJSON_Delete(object);
+    program_result_free(&run);
+  }
+}
+
+/* What left all bounds by its time step says nothing of the basis, and neither does what rests. */
+static void what_has_no_motion_to_judge_is_told(void **state) {
+  (void)state;
+  program_result run = thrum_run(folder, "simulate", "good.npz", "-o", "run", "--json", "-q", BEND,
+                                 "--integrator", "verlet", "--dt", "0.005", NULL);
+  assert_int_equal(run.exit_code, 3);
+  assert_null(strstr(run.err, "the basis"));
+  cJSON *object = json_line(run.out);
+  assert_non_null(object);
+  assert_string_equal(member(object, "status")->valuestring, "not_finite");
+  assert_string_equal(member(member(object, "error_estimate"), "kind")->valuestring, "not judged");
+  cJSON_Delete(object);
+  program_result_free(&run);
+
+  run = thrum_run(folder, "simulate", "good.npz", "-o", "run", "-q", "--time", "0.1", "--load",
+                  "constant:0,0,0@right", "--against-mesh", "600", NULL);
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.out, "mesh         nothing has moved"));
+  assert_null(strstr(run.out, "nan"));
+  program_result_free(&run);
+}
+
 /* A time that is over at once leaves the run and its estimate as they are. */
 static void the_mesh_stops_when_its_time_is_over(void **state) {
   (void)state;
@@ -217,6 +266,8 @@ int main(void) {
       cmocka_unit_test(a_sound_run_is_not_flagged),
       cmocka_unit_test(what_cannot_run_again_is_judged_by_its_residual),
       cmocka_unit_test(the_mesh_beside_the_model_finds_the_error_itself),
+      cmocka_unit_test(a_method_is_no_error_of_the_basis),
+      cmocka_unit_test(what_has_no_motion_to_judge_is_told),
       cmocka_unit_test(the_mesh_stops_when_its_time_is_over),
       cmocka_unit_test(each_kind_of_motion_is_judged),
       cmocka_unit_test(a_scene_judges_its_bodies),
