@@ -237,6 +237,9 @@ static thrum_status generate_line(inp_reader *r, int64_t set) {
   }
   THRUM_TRY(inp_finish(r, "the layers"));
 
+  // too many are refused before they are made
+  if ((double)counts[0] * (double)counts[1] * (double)counts[2] > INP_GENERATED_MAX)
+    THRUM_TRY(inp_check_generated(r, INP_GENERATED_MAX + 1));
   for (int64_t layer = 0; layer < counts[2]; layer++)
     for (int64_t row = 0; row < counts[1]; row++)
       for (int64_t i = layer + row == 0; i < counts[0]; i++)

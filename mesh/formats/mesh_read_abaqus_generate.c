@@ -93,11 +93,17 @@ static thrum_status read_extra(inp_reader *r, inp_curve *curve) {
   THRUM_TRY(inp_integer_or(r, "the node of the extra point", 1, &node));
   for (int i = 0; i < 6; i++)
     THRUM_TRY(inp_number(r, "a number of the extra point or the normal", &values[i]));
+
+  // the normal turns with the system, and is not moved with it
+  double *normal = values + 3, origin[3] = {0};
   memcpy(curve->extra, values, sizeof curve->extra);
   inp_leave_system(r, curve->extra);
+  inp_leave_system(r, normal);
+  inp_leave_system(r, origin);
+  thrum_subtract3(normal, origin, normal);
   if (node > 0)
     THRUM_TRY(place_of(r, node, curve->extra));
-  return curve->kind == 'C' ? find_arc(r, values + 3, curve) : THRUM_OK;
+  return curve->kind == 'C' ? find_arc(r, normal, curve) : THRUM_OK;
 }
 
 /* Makes the nodes of one line of *NGEN. */
@@ -362,6 +368,10 @@ thrum_status inp_copy_nodes(inp_reader *r, const inp_keyword *keyword) {
   // the list of nodes is a copy, so that the new ones may join the set that they come from
   thrum_status status = inp_set_nodes(r, inp_parameter_of(keyword, "OLD SET"), &nodes, &count);
   THRUM_THEN(status, read_motion(r, &motion));
+
+  // too many are refused before they are made
+  if (status >= 0 && motion.shifts && (double)times * (double)count > INP_GENERATED_MAX)
+    status = inp_check_generated(r, INP_GENERATED_MAX + 1);
   for (int64_t n = 0; n < (motion.shifts ? times : 1) && count > 0 && status >= 0; n++)
     status = copy_once(r, nodes, count, n * step, step, &motion, list);
   free(nodes);

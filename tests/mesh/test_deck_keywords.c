@@ -171,6 +171,17 @@ static void nodes_are_made_along_lines_parabolas_and_arcs(void **state) {
     thrum_mesh_free(&mesh);
   }
 
+  // centre and normal of an arc are given in the system of the nodes, whose y is z here
+  thrum_mesh turned =
+      raw("*SYSTEM\n2,3,4, 3,3,4\n2,3,5\n*NODE\n1,1,0,0\n9,0,1,0\n2,0,0,0\n3,0,0,1\n"
+          "*NGEN, LINE=C\n1, 9, 4, , 0,0,0, 0,0,-1\n*ELEMENT, TYPE=C3D4\n"
+          "1,1,9,2,3\n*NSET, NSET=m\n5\n");
+  const double *way = turned.vertices + 3 * thrum_mesh_find_group(&turned, "m")->vertices[0];
+  CLOSE_TO(way[0], 2 - half);
+  CLOSE_TO(way[1], 3);
+  CLOSE_TO(way[2], 4 - half);
+  thrum_mesh_free(&turned);
+
   // the set has the ends as well, also where the numbers go down
   thrum_mesh mesh = mesh_good("a.inp", "*NODE\n1,0,0,0\n4,3,0,0\n5,0,1,0\n6,0,0,1\n"
                                        "*NGEN, NSET=E\n4, 1\n*ELEMENT, TYPE=C3D4\n1,1,2,5,6\n"
