@@ -23,8 +23,9 @@
 #include "platform/allocate.h"
 #include "precompute/fem/rigid_modes.h"
 
-#define SOLVES_MAX 60 /* of a look */
-#define SOLVED 1e-6   /* share of the residual's square, in the norm of K^-1, that may be left */
+#define SOLVES_MAX 60  /* of a look */
+#define SOLVED 1e-6    /* share of the residual's square, in the norm of K^-1, that may be left */
+#define ROUNDING 1e-12 /* of the largest force, by which a residual of rounding is off (rms) */
 
 /* X(name): vectors of the free components */
 #define JUDGE_VECTORS(X) X(r) X(z) X(p) X(product)
@@ -121,7 +122,7 @@ static const double *row_of(const thrum_basis_judge *judge, int64_t i) {
   return judge->model->basis + judge->statics.body.fem.component[i] * judge->model->rank;
 }
 
-/* r = f - R(U q) less its part in M U. */
+/* r = f - R(U q) less its part in M U; zero where that is rounding. */
 static void find_residual(thrum_basis_judge *judge, const double *forces) {
   const thrum_model_fem *body = &judge->statics.body;
   const thrum_fem *fem = &body->fem;
@@ -143,6 +144,14 @@ static void find_residual(thrum_basis_judge *judge, const double *forces) {
   const double *rigid = judge->statics.rigid, *dual = judge->statics.dual;
   for (int64_t k = 0; rigid && k < THRUM_RIGID_COUNT; k++)
     cblas_daxpy(n, -cblas_ddot(n, rigid + k * n, 1, judge->r, 1), dual + k * n, 1, judge->r, 1);
+
+  // what is left of forces that do that alone is their rounding
+  double size = 0;
+  for (int i = 0; i < n; i++)
+    size =
+        fmax(size, fmax(fabs(forces[fem->component[i]]), fabs(judge->inside[fem->component[i]])));
+  if (cblas_dnrm2(n, judge->r, 1) <= ROUNDING * sqrt(n) * size)
+    memset(judge->r, 0, (size_t)n * sizeof *judge->r);
 }
 
 /* product = (K(U q) + rate2 M) p. */

@@ -501,6 +501,19 @@ static void a_load_that_moves_nothing_is_warned_of(void **state) {
   program_result_free(&run);
 }
 
+/* Weight moves a free body as a whole, and what is left of it in the mesh is rounding. */
+static void a_weight_that_bends_nothing_says_nothing_of_the_basis(void **state) {
+  (void)state;
+  program_result run =
+      thrum_run(folder, "precompute", "beam:8x2x2@1x0.1x0.1", "-o", "free.npz", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  cJSON *object = object_of(
+      thrum_run(folder, "static", "free.npz", "--load", "gravity:3,-4,-9.81", "--json", NULL), 0);
+  assert_true(json_value(cJSON_GetObjectItem(object, "error_estimate"), "share") == 0);
+  cJSON_Delete(object);
+}
+
 /* A pulled bar bears the traction everywhere, and what is said of it is at the nodes. */
 static void the_stress_is_said_with_its_place(void **state) {
   (void)state;
@@ -682,6 +695,7 @@ int main(void) {
       cmocka_unit_test(what_is_moved_has_a_reaction),
       cmocka_unit_test(a_model_says_what_its_reactions_lack),
       cmocka_unit_test(a_load_that_moves_nothing_is_warned_of),
+      cmocka_unit_test(a_weight_that_bends_nothing_says_nothing_of_the_basis),
       cmocka_unit_test(the_stress_is_said_with_its_place),
       cmocka_unit_test(a_body_inside_out_is_flagged),
       cmocka_unit_test(a_critical_load_is_judged_by_the_mesh),
