@@ -36,7 +36,7 @@ static void assert_done(program_result run) {
 /* A beam whose tetrahedra of the first half are region 1, and of the other region 2. */
 static int make_bar(void **state) {
   assert_int_equal(make_folder(state), 0);
-  assert_done(thrum_run(folder, "convert", "beam:8x2x2@1x0.15x0.15", "one.mesh", NULL));
+  assert_done(thrum_run(folder, "convert", "beam:8x2x2@1x0.15x0.15,split=6", "one.mesh", NULL));
   FILE *from = fopen(in_folder("one.mesh"), "r"), *to = fopen(in_folder("bar.mesh"), "w");
   assert_true(from != NULL && to != NULL);
 
