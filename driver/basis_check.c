@@ -83,7 +83,9 @@ static thrum_status judge_all(judgement *j, thrum_error *error) {
     estimate->share = share;
     estimate->why = NULL;
   }
-  return basis_rerun(j->record, j->judge, error);
+
+  // where nothing is left over but rounding a richer model would be made of that
+  return j->lacking > 0 ? basis_rerun(j->record, j->judge, error) : THRUM_OK;
 }
 
 thrum_status basis_check_judge(basis_record *record, thrum_error *error) {

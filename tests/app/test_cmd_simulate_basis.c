@@ -182,7 +182,8 @@ static void a_method_is_no_error_of_the_basis(void **state) {
   }
 }
 
-/* What left all bounds by its time step says nothing of the basis, and neither does what rests. */
+/* What left all bounds by its time step says nothing of the basis, and neither does what falls or
+ * rests. */
 static void what_has_no_motion_to_judge_is_told(void **state) {
   (void)state;
   program_result run = thrum_run(folder, "simulate", "good.npz", "-o", "run", "--json", "-q", BEND,
@@ -193,6 +194,19 @@ static void what_has_no_motion_to_judge_is_told(void **state) {
   assert_non_null(object);
   assert_string_equal(member(object, "status")->valuestring, "not_finite");
   assert_string_equal(member(member(object, "error_estimate"), "kind")->valuestring, "not judged");
+  cJSON_Delete(object);
+  program_result_free(&run);
+
+  // a free body falls without a strain, but for rounding
+  run = thrum_run(folder, "precompute", "beam:12x2x2@1x0.02x0.02", "-o", "falls.npz", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  run = thrum_run(folder, "simulate", "falls.npz", "-o", "run", "--json", "-q", "--time", "0.1",
+                  "--load", "gravity:1,2,-9.81", NULL);
+  assert_int_equal(run.exit_code, 0);
+  object = json_line(run.out);
+  assert_non_null(object);
+  assert_true(json_value(member(object, "error_estimate"), "share") == 0);
   cJSON_Delete(object);
   program_result_free(&run);
 
