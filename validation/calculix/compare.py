@@ -204,9 +204,10 @@ class Body:
         self.program, self.name, self.order = program, name, order
         path = mesh if mesh.startswith("beam:") else os.path.join(MODELS, mesh)
         thrum(program, "convert", path, "body.inp", "--order", str(order))
+        # the order is told: linear elements that lock would be taken with ten nodes
         for out, mass in (("consistent.npz", "consistent"), ("body.npz", "lumped")):
-            thrum(program, "precompute", "body.inp", "--fix", fix, "--young", repr(young), "--poisson", repr(poisson),
-                  "--density", repr(DENSITY), "--mass", mass, "--modes", str(FREQUENCIES), "-o", out, "-q")
+            thrum(program, "precompute", "body.inp", "--order", str(order), "--fix", fix, "--young", repr(young),
+                  "--poisson", repr(poisson), "--density", repr(DENSITY), "--mass", mass, "--modes", str(FREQUENCIES), "-o", out, "-q")
         self.model = np.load("body.npz")
         self.about = about_of("body.npz")
         self.vertices = len(self.model["vertices"])
