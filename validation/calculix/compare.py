@@ -207,7 +207,8 @@ class Body:
         # the order is told: linear elements that lock would be taken with ten nodes
         for out, mass in (("consistent.npz", "consistent"), ("body.npz", "lumped")):
             thrum(program, "precompute", "body.inp", "--order", str(order), "--fix", fix, "--young", repr(young),
-                  "--poisson", repr(poisson), "--density", repr(DENSITY), "--mass", mass, "--modes", str(FREQUENCIES), "-o", out, "-q")
+                  "--poisson", repr(poisson), "--density", repr(DENSITY), "--mass", mass, "--modes", str(FREQUENCIES),
+                  "-o", out, "-q")
         self.model = np.load("body.npz")
         self.about = about_of("body.npz")
         self.vertices = len(self.model["vertices"])
