@@ -16,10 +16,10 @@ before(async () => {
   block = engine.model(blockBytes());
 });
 
-/** A state whose tip is 0.1 m off. */
-function struck(options) {
+/** A state whose tip is 0.1 m off, or as far as is told. */
+function struck(options, far = 0.1) {
   const state = beam.state(options);
-  state.set(beam.start(0, 0.1));
+  state.set(beam.start(0, far));
   return state;
 }
 
@@ -48,10 +48,13 @@ test('the types name the integrators of the library', () => {
   assert.deepEqual(union.match(/[a-z0-9-]+/g), engine.integrators);
 });
 
-for (const integrator of ['energy', 'imexv', 'newmark'])
+// so far that the program takes the run for sound: from 0.1 m the basis is short for energy, newmark gains energy,
+// and imexv goes over to energy on the way
+for (const [integrator, far] of [['energy', 0.05], ['imexv', 0.1], ['newmark', 0.05]])
   test(`${integrator}: steps have the bits of the program`, () => {
-    thrum('simulate', 'beam.npz', '-o', integrator, '--integrator', integrator, '--time', '0.3', '--start', 'mode:1,0.1');
-    const state = struck({ integrator });
+    thrum('simulate', 'beam.npz', '-o', integrator, '--integrator', integrator, '--time', '0.3', '--start',
+      `mode:1,${far}`);
+    const state = struck({ integrator }, far);
     state.step(100);
     assert.deepEqual([...state.q], lastRow(join(folder, integrator, 'q.npy'), RANK));
   });
