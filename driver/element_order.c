@@ -19,7 +19,8 @@
 #define TETS_MAX 200000 /* beyond it a plan for ten nodes alone takes long */
 #define WORK_MAX 5e12   /* operations of the factor and its solves: minutes on one core */
 
-/* The error of the mesh as it is. A body that precompute will refuse has none. */
+/* The error of the mesh as it is. A body that precompute will refuse has none; without memory
+ * nothing is chosen. */
 static thrum_status estimate(const precompute_request *request, const thrum_mesh *mesh,
                              const uint8_t *fixed, element_order *order, thrum_error *error) {
   const int threads = request->options.threads;
@@ -34,42 +35,46 @@ static thrum_status estimate(const precompute_request *request, const thrum_mesh
   if (request->options.memory_limit > 0)
     room = fmax(0, request->options.memory_limit - thrum_memory_resident());
 
-  thrum_status status = thrum_fem_create(mesh, fixed, &fem, NULL);
-  THRUM_THEN(status, thrum_order_find(mesh, &fem, room, &count, order->errors, NULL));
+  thrum_status status = thrum_fem_create(mesh, fixed, &fem, error);
+  THRUM_THEN(status, thrum_order_find(mesh, &fem, room, &count, order->errors, error));
   order->error_count = status >= 0 ? count : 0;
   thrum_fem_free(&fem);
   thrum_threads_restore(before);
-  return THRUM_OK;
+  return status == THRUM_OUT_OF_MEMORY ? status : THRUM_OK;
 }
 
 /* Whether a model of the mesh with ten nodes is made, or why not. */
-static bool is_affordable(const precompute_request *request, const thrum_mesh *mesh,
-                          const uint8_t *fixed, element_order *order) {
+static thrum_status weigh(const precompute_request *request, const thrum_mesh *mesh,
+                          const uint8_t *fixed, element_order *order, bool *affordable,
+                          thrum_error *error) {
   thrum_estimate made = {0};
   thrum_precompute_options options = request->options;
   options.shared = NULL;
-  if (thrum_precompute_estimate(mesh, fixed, &options, &made, NULL) < 0)
-    return false;
+  *affordable = false;
+  const thrum_status status = thrum_precompute_estimate(mesh, fixed, &options, &made, error);
+  if (status < 0)
+    return status == THRUM_OUT_OF_MEMORY ? status : THRUM_OK;
 
   // several processes have more memory than this one
   if (!made.fits && request->options.shared == NULL) {
     snprintf(order->kept, sizeof order->kept, "ten nodes would take about %.0f MB of the %.0f %s",
              made.more / 1048576, made.available / 1048576, made.whose);
-    return false;
+    return THRUM_OK;
   }
 
   // solves are for the modes and for the derivatives, as many as there are pairs of modes
   const thrum_precompute_options complete = thrum_options_complete(&options);
   const double shapes = (double)thrum_options_shapes(&complete);
   const double solves = 2 * shapes + 32 + shapes * (shapes + 1) / 2;
-  if (made.factor_flops + 4 * (double)made.factor_nonzeros * solves <= WORK_MAX)
-    return true;
+  *affordable = made.factor_flops + 4 * (double)made.factor_nonzeros * solves <= WORK_MAX;
+  if (*affordable)
+    return THRUM_OK;
   double seconds = 0;
   for (int stage = 0; stage < THRUM_STAGE_COUNT; stage++)
     seconds += made.seconds[stage];
   snprintf(order->kept, sizeof order->kept, "ten nodes would take about %.2g minutes and %.0f MB",
            seconds / 60, made.more / 1048576);
-  return false;
+  return THRUM_OK;
 }
 
 /* The mesh with its middle nodes, and what of it is held. */
@@ -105,8 +110,10 @@ thrum_status element_order_choose(const precompute_request *request, bool read,
   if (!(locking_most(order->errors, order->error_count) > LOCKING_TOLD))
     return THRUM_OK;
 
+  bool affordable = false;
   THRUM_TRY(change(request, hold, true, mesh, fixed, error));
-  if (is_affordable(request, mesh, *fixed, order))
+  THRUM_TRY(weigh(request, mesh, *fixed, order, &affordable, error));
+  if (affordable)
     return THRUM_OK;
   return change(request, hold, false, mesh, fixed, error);
 }

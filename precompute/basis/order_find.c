@@ -31,39 +31,45 @@ static thrum_status assemble(order_search *s, thrum_error *error) {
 
 /* The factor and its work, the Lanczos vectors, and the fields of the edges, some seven a vertex.
  */
-static thrum_status check_room(const order_search *s, int64_t count, thrum_error *error) {
+static bool has_room(const order_search *s, int64_t count) {
   const double fields = (double)(3 * count + 15) * (double)s->fem->free_count +
                         (double)(3 * count + 7) * 21.0 * (double)s->fem->vertex_count;
   const double more =
       thrum_factor_bytes(s->factor) + thrum_factor_work_bytes(s->factor) + 8 * fields;
-  return more <= s->room ? THRUM_OK
-                         : thrum_error_set(error, THRUM_OUT_OF_MEMORY,
-                                           "the error of linear tetrahedra takes about %.0f MB",
-                                           more / 1048576);
+  return more <= s->room;
 }
 
-static thrum_status factorise(order_search *s, int64_t count, thrum_error *error) {
+/* *made: whether there was room for it. */
+static thrum_status factorise(order_search *s, int64_t count, bool *made, thrum_error *error) {
   // six springs hold a free body while its factor is made
   thrum_support_springs springs;
   if (s->rigid)
     thrum_support_springs_add(s->fem, &s->stiffness, &springs);
   thrum_status status = thrum_factor_plan(&s->stiffness, &s->factor, error);
-  THRUM_THEN(status, check_room(s, count, error));
-  THRUM_THEN(status, thrum_factor_compute(&s->stiffness, s->factor, error));
+  *made = status >= 0 && has_room(s, count);
+  if (*made)
+    status = thrum_factor_compute(&s->stiffness, s->factor, error);
   if (s->rigid)
     thrum_support_springs_remove(&springs, &s->stiffness);
-  if (status >= 0 && s->rigid)
+  if (status >= 0 && *made && s->rigid)
     thrum_factor_deflate(s->factor, THRUM_RIGID_COUNT, s->rigid,
                          s->rigid + THRUM_RIGID_COUNT * s->fem->free_count);
   return status;
 }
 
-static thrum_status find(order_search *s, const thrum_mesh *mesh, int64_t count, double *errors,
+/* *found becomes 0 where there is no room. */
+static thrum_status find(order_search *s, const thrum_mesh *mesh, int64_t *found, double *errors,
                          thrum_error *error) {
   double values[THRUM_ORDER_MODES_MAX];
-  const int64_t n = s->fem->free_count;
+  const int64_t n = s->fem->free_count, count = *found;
+  bool made = false;
   THRUM_TRY(assemble(s, error));
-  THRUM_TRY(factorise(s, count, error));
+  THRUM_TRY(factorise(s, count, &made, error));
+  if (!made) {
+    *found = 0;
+    return THRUM_OK;
+  }
+
   THRUM_TRY(thrum_reserve(&s->vectors, count * n, sizeof(double), "the modes", error));
   THRUM_TRY(thrum_eigen_lowest(&s->stiffness, &s->mass, s->factor, count, values, s->vectors, NULL,
                                error));
@@ -80,8 +86,8 @@ thrum_status thrum_order_find(const thrum_mesh *mesh, const thrum_fem *fem, doub
   const bool free_body = fem->free_count == 3 * fem->vertex_count;
   int64_t most = fem->free_count - 1 - (free_body ? THRUM_RIGID_COUNT : 0);
   most = most < THRUM_ORDER_MODES_MAX ? most : THRUM_ORDER_MODES_MAX;
-  const int64_t wanted = *count < most ? *count : most;
-  const thrum_status status = wanted > 0 ? find(&s, mesh, wanted, errors, error) : THRUM_OK;
+  int64_t wanted = *count < most ? *count : most;
+  const thrum_status status = wanted > 0 ? find(&s, mesh, &wanted, errors, error) : THRUM_OK;
   if (status >= 0)
     *count = wanted > 0 ? wanted : 0;
 
