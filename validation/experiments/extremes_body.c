@@ -21,7 +21,7 @@
 static thrum_status make_beam(const experiment_extreme *extreme, thrum_mesh *mesh,
                               thrum_error *error) {
   char spec[160];
-  snprintf(spec, sizeof spec, "beam:%dx%dx%d@%.17gx%.17gx%.17g", extreme->cells[0],
+  snprintf(spec, sizeof spec, "beam:%dx%dx%d@%.17gx%.17gx%.17g,split=6", extreme->cells[0],
            extreme->cells[1], extreme->cells[2], extreme->size[0], extreme->size[1],
            extreme->size[2]);
   return thrum_mesh_read(spec, 1, mesh, error);
