@@ -1,6 +1,6 @@
 /* Makes the bodies of the extremes: meshes built on the spot, and their reduced models.
  *
- * The mirrored beam: each cell of the generator is cut into six tets along one diagonal; mirrored
+ * The mirrored beam: each cell of split=6 is cut into six tets along one diagonal; mirrored
  * about the axis they are mapped to themselves by the eight symmetries of the square, whose
  * two-dimensional representation makes pairs of bending modes of equal frequency, exactly.
  * SPDX-License-Identifier: Apache-2.0 */
