@@ -16,7 +16,7 @@
 #define WIDTH 0.03
 #define IMPULSE 0.25 /* on either end [N s] */
 #define PI 3.14159265358979324
-#define BAR "beam:18x2x2@0.445663706143592x0.03x0.03"
+#define BAR "beam:18x2x2@0.445663706143592x0.03x0.03,split=6"
 
 typedef struct fixture {
   body mesh;
