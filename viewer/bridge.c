@@ -260,6 +260,7 @@ int32_t EXPORT(bridge_account)(void) {
   bridge_number[3] = account.contact;
   bridge_number[4] = account.links;
   bridge_number[5] = account.total;
+  bridge_number[6] = thrum_scene_collisions(bridge_scene).lost;
   return THRUM_OK;
 }
 

@@ -385,11 +385,14 @@ export class Engine {
     return { kinetic, potential, gravity, total };
   }
 
-  /** Energies of all bodies together [J]; `contact` has what they hold between them, `links` the springs of links. */
+  /**
+   * Energies of all bodies together [J]; `contact` has what they hold between them, `links` the springs of links,
+   * `lost` what bodies that met each other have lost since the start and is no part of the total.
+   */
   account() {
     this.check(this.wasm.bridge_account());
-    const [kinetic, potential, gravity, contact, links, total] = this.numbers;
-    return { kinetic, potential, gravity, contact, links, total };
+    const [kinetic, potential, gravity, contact, links, total, lost] = this.numbers;
+    return { kinetic, potential, gravity, contact, links, total, lost };
   }
 
   report(body) {

@@ -11,9 +11,9 @@ const TIME = 0.9;
 const EXAMPLES = new URL('../../examples/scenes/', import.meta.url);
 
 before(() => {
-  thrum('precompute', 'beam:8x2x2@1x0.2x0.2,split=6', '--order', '1', '--fix', 'x<0.001', '--order', '1', '--modes', '5', '--rank', '9',
+  thrum('precompute', 'beam:8x2x2@1x0.2x0.2,split=6', '--order', '1', '--fix', 'x<0.001', '--modes', '5', '--rank', '9',
     '-o', 'beam.npz', '--quiet');
-  thrum('precompute', 'beam:4x2x2@1x0.2x0.2,split=6', '--order', '1', '--order', '1', '--modes', '4', '--rank', '6', '-o', 'free.npz',
+  thrum('precompute', 'beam:4x2x2@1x0.2x0.2,split=6', '--order', '1', '--modes', '4', '--rank', '6', '-o', 'free.npz',
     '--quiet');
 });
 
@@ -113,9 +113,12 @@ test('the total of all has what bodies that touch hold between them', async () =
   let held = 0;
   for (let n = 0; n < 400; n++) {
     engine.step();
-    const { kinetic, potential, gravity, contact, links, total } = engine.account();
+    const { kinetic, potential, gravity, contact, links, total, lost } = engine.account();
     assert.ok(Math.abs(kinetic + potential + gravity + contact + links - total) <= 1e-12 * before);
-    assert.ok(Math.abs(total / before - 1) < 1e-3, `${total} J of ${before} J at ${engine.time} s`);
+    // how much an impact of soft bodies loses turns on where in a step they meet: 0.03 to 5 % here
+    assert.ok(Math.abs(total + lost - before) <= 1e-12 * before,
+      `${total} J and ${lost} J lost of ${before} J at ${engine.time} s`);
+    assert.ok(total > 0.9 * before, `${total} J of ${before} J at ${engine.time} s`);
     const alone = engine.energies(0).total + engine.energies(1).total;
     assert.ok(Math.abs(alone + contact - total) <= 1e-12 * before);
     held = Math.max(held, contact);
