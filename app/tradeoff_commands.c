@@ -257,10 +257,14 @@ thrum_status tradeoff_commands_write(const tradeoff_commands *c, const char *fol
   THRUM_TRY(results_open(folder, "commands.sh", &writer, error));
   if (is_made(c)) {
     put_precompute(writer.stream, c);
-    fputc('\n', writer.stream);
+
+    // points that miss the error of their force end with 3, whose motion was judged here
+    fputs(recipe_of(c)->cubature_error > 0 ? " || [ $? -eq 3 ]\n" : "\n", writer.stream);
   }
   put_simulate(writer.stream, c);
   fputc('\n', writer.stream);
+
+  // the same as files of options
   THRUM_TRY(thrum_file_writer_commit(&writer, error));
 
   THRUM_TRY(results_write_json(folder, "simulate.json", simulate_options(c), error));

@@ -125,7 +125,7 @@ static void errors_fall_with_the_basis_and_with_the_time_step(void **state) {
   static trade t;
 
   // bases of 4, 12 and 30 modes beside the model's own basis of 10
-  trade_make(&t, "beam:6x2x2@1x0.15x0.15", 5, 10, 60);
+  trade_make(&t, "beam:6x2x2@1x0.15x0.15,split=6", 5, 10, 60);
   t.problem.recipe_count = 4;
   t.problem.full_dt = 0.00025;
   t.problem.mode_omega2 = t.made.mode_omega2;
@@ -516,15 +516,18 @@ static void the_command_recommends_what_simulate_takes(void **state) {
   cJSON *object = json_line(run.out);
   assert_non_null(object);
 
-  // no setting within this bound is cheaper than the recommended one
+  // of the settings within this bound that are not flagged, which come last whatever they cost,
+  // none is cheaper than the recommended one
   const cJSON *runs = cJSON_GetObjectItem(object, "runs");
   const cJSON *recommended = cJSON_GetObjectItem(object, "recommended");
   assert_true(cJSON_GetArraySize(runs) > 2 * 3 * 3);
   const double cost = json_value(recommended, "cost_s_per_s");
   assert_true(json_value(recommended, "error") <= 0.5);
+  assert_true(cJSON_IsNull(cJSON_GetObjectItem(recommended, "flag")));
   const cJSON *other;
   cJSON_ArrayForEach(other, runs) {
-    if (json_value(other, "error") <= 0.5 && !cJSON_IsTrue(cJSON_GetObjectItem(other, "disproved")))
+    if (json_value(other, "error") <= 0.5 && cJSON_IsNull(cJSON_GetObjectItem(other, "flag")) &&
+        !cJSON_IsTrue(cJSON_GetObjectItem(other, "disproved")))
       assert_true(json_value(other, "cost_s_per_s") >= cost);
   }
 
@@ -736,6 +739,38 @@ static void the_printed_commands_make_models_of_points_of_every_law(void **state
   }
 }
 
+/* Points that miss the error of their force end precompute with 3. Their motion was judged by the
+ * search, so that the commands go on; after any other failure they do not. */
+static void the_printed_commands_go_on_with_points_that_miss_their_error(void **state) {
+  (void)state;
+  assert_true(text_file_write(in_folder("ends.sh"),
+                              "'" THRUM_PROGRAM "' \"$@\" || exit 1\n"
+                              "[ \"$1\" != precompute ] || exit \"$(cat code)\"\n"));
+  setenv("THRUM_COMMAND", "sh ends.sh", 1);
+  program_result run =
+      thrum_run(folder, "tradeoff", "beam.npz", "-o", "missed", "--load", "square:0,0,-90@tip",
+                "--quick", "--time", "0.1", "--error", "100%", "--ranks", "0", "--rank-max", "0",
+                "--cubature", "only", "--integrators", "energy", "--dts", "0.01", "-q", NULL);
+  unsetenv("THRUM_COMMAND");
+  if (run.exit_code != 0)
+    fail_msg("%s", run.err);
+  program_result_free(&run);
+
+  // a model that was made but flagged, then one that was not made
+  char shell[] = "/bin/sh", option[] = "-e", script[] = "missed/commands.sh";
+  char *const words[] = {shell, option, script, NULL};
+  static const int codes[] = {3, 1};
+  for (int n = 0; n < 2; n++) {
+    assert_true(text_file_write(in_folder("code"), codes[n] == 3 ? "3" : "1"));
+    run = program_execute(folder, words);
+    if (run.exit_code != (codes[n] == 3 ? 0 : 1))
+      fail_msg("%d: %s", run.exit_code, run.err);
+    assert_int_equal(file_exists(in_folder("missed/run/run.json")), codes[n] == 3);
+    program_result_free(&run);
+    remove(in_folder("missed/run/run.json"));
+  }
+}
+
 static void what_polynomials_cannot_hold_is_not_asked_of_them(void **state) {
   (void)state;
   static const struct {
@@ -906,6 +941,7 @@ int main(void) {
       cmocka_unit_test(the_printed_commands_make_what_was_recommended),
       cmocka_unit_test(a_pick_is_judged_by_its_velocity_too),
       cmocka_unit_test(the_printed_commands_make_models_of_points_of_every_law),
+      cmocka_unit_test(the_printed_commands_go_on_with_points_that_miss_their_error),
       cmocka_unit_test(what_polynomials_cannot_hold_is_not_asked_of_them),
       cmocka_unit_test(single_precision_is_tried_beside_double),
       cmocka_unit_test(a_mesh_is_traded_as_its_model_is),
