@@ -285,12 +285,18 @@ static bool scaled(const char *text, const char *const *endings, const double *s
 
 thrum_status scaled_option_take(const config_given *given, const char *const *endings,
                                 const double *scales, double *value) {
-  return scaled(given->text, endings, scales, value) ? THRUM_OK : config_given_wrong(given);
+  // what is no text in a file has none
+  return given->text != NULL && scaled(given->text, endings, scales, value)
+             ? THRUM_OK
+             : config_given_wrong(given);
 }
 
 thrum_status error_option_take(const config_given *given, double *error) {
   static const char *const endings[] = {"", "%", NULL};
   static const double scales[] = {1, 0.01};
-  return scaled(given->text, endings, scales, error) && *error <= 1 ? THRUM_OK
-                                                                    : config_given_wrong(given);
+  double share = 0;
+  if (scaled_option_take(given, endings, scales, &share) < 0 || share > 1)
+    return config_given_wrong(given);
+  *error = share;
+  return THRUM_OK;
 }
