@@ -19,6 +19,13 @@
 #define TETS_MAX 200000 /* beyond it a plan for ten nodes alone takes long */
 #define WORK_MAX 5e12   /* operations of the factor and its solves: minutes on one core */
 
+/* Whether a failure says that nothing is chosen, and not that precompute will refuse the body and
+ * say why. */
+static bool is_fatal(thrum_status status) {
+  return status == THRUM_OUT_OF_MEMORY || status == THRUM_NOT_CONVERGED ||
+         status == THRUM_INTERRUPTED;
+}
+
 /* The error of the mesh as it is. A body that precompute will refuse has none; without memory
  * nothing is chosen. */
 static thrum_status estimate(const precompute_request *request, const thrum_mesh *mesh,
@@ -40,7 +47,7 @@ static thrum_status estimate(const precompute_request *request, const thrum_mesh
   order->error_count = status >= 0 ? count : 0;
   thrum_fem_free(&fem);
   thrum_threads_restore(before);
-  return status == THRUM_OUT_OF_MEMORY ? status : THRUM_OK;
+  return is_fatal(status) ? status : THRUM_OK;
 }
 
 /* Whether a model of the mesh with ten nodes is made, or why not. */
@@ -53,7 +60,7 @@ static thrum_status weigh(const precompute_request *request, const thrum_mesh *m
   *affordable = false;
   const thrum_status status = thrum_precompute_estimate(mesh, fixed, &options, &made, error);
   if (status < 0)
-    return status == THRUM_OUT_OF_MEMORY ? status : THRUM_OK;
+    return is_fatal(status) ? status : THRUM_OK;
 
   // several processes have more memory than this one
   if (!made.fits && request->options.shared == NULL) {
