@@ -32,7 +32,7 @@ typedef enum thrum_selection { THRUM_SELECTION_MODES, THRUM_SELECTION_MASS } thr
   X(factor, "stiffness solver")                                                                    \
   X(modes, "linear modes")                                                                         \
   X(derivatives, "modal derivatives")                                                              \
-  X(basis, "mass-PCA basis")                                                                       \
+  X(basis, "basis")                                                                                \
   X(polynomial, "reduced polynomial")
 
 typedef enum thrum_stage {
