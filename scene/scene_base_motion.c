@@ -52,10 +52,11 @@ thrum_status thrum_scene_add_base_motion(thrum_scene *scene, const double amplit
                                          const thrum_load *course, thrum_error *error) {
   if (!thrum_all_within(amplitude, 3, THRUM_PLACE_MAX) ||
       !thrum_all_within(&course->from, 1, THRUM_PLACE_MAX) || isnan(course->until) ||
-      !(course->frequency >= 0 && course->frequency <= THRUM_PLACE_MAX))
+      !(course->frequency == 0 ||
+        (course->frequency >= 1 / THRUM_PLACE_MAX && course->frequency <= THRUM_PLACE_MAX)))
     return thrum_error_set(error, THRUM_BAD_VALUE,
                            "a base motion begins within 1e30 s and has an amplitude within 1e30 "
-                           "m/s^2 and a frequency of 0 to 1e30 Hz");
+                           "m/s^2 and a frequency of 1e-30 to 1e30 Hz, or 0");
 
   // the ground of a slow sine goes far
   const double omega = TAU * course->frequency;

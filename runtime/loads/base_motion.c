@@ -133,6 +133,9 @@ void thrum_base_motion_at(const thrum_base_motion *motion, double time, double p
       a = motion->accelerations[3 * k + axis];
       jerk =
           (motion->accelerations[3 * k + 3 + axis] - a) / (motion->times[k + 1] - motion->times[k]);
+
+      // within an interval as short as this nothing moves
+      jerk = isfinite(jerk) ? jerk : 0.0;
     }
     if (position)
       position[axis] = x[axis] + t * (v[axis] + t * (a / 2.0 + t * jerk / 6.0));

@@ -781,6 +781,11 @@ static void a_ground_that_goes_nowhere_is_refused(void **context) {
     assert_int_equal(thrum_scene_add_base_motion(f->scene, push, &courses[n], &failure),
                      THRUM_BAD_VALUE);
 
+  // not even by nothing, where a division by the square of the frequency has no result
+  assert_int_equal(
+      thrum_scene_add_base_motion(f->scene, (const double[3]){0}, &courses[3], &failure),
+      THRUM_BAD_VALUE);
+
   // nor does a record go further
   static const double times[] = {0, 1e20}, accelerations[] = {0, 0, 0, 1, 0, 0};
   double velocities[6], positions[6], ground[3];
@@ -791,6 +796,13 @@ static void a_ground_that_goes_nowhere_is_refused(void **context) {
   steps(f->scene, 3);
   thrum_scene_ground(f->scene, ground);
   assert_true(ground[0] == 0 && ground[1] == 0 && ground[2] == 0);
+
+  // samples that are next to each other leave it somewhere
+  static const double close[] = {0, 1e-310};
+  const thrum_base_motion sudden = {2, close, accelerations, velocities, positions};
+  thrum_base_motion_integrate(2, close, accelerations, velocities, positions);
+  thrum_base_motion_at(&sudden, 0, ground, velocities);
+  assert_true(isfinite(ground[0]) && isfinite(velocities[0]));
 }
 
 #define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
