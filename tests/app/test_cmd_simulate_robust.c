@@ -28,10 +28,11 @@ static int make_beam(void **context) {
 /* Runs the beam once; the caller deletes the object. */
 static cJSON *run(const char *load, const char *start, const char *split, const char *integrator,
                   const char *time, const char *adaptive, int *exit_code) {
-  program_result result = thrum_run(
-      folder, "simulate", "beam.npz", "-o", "run", "--quiet", "--json", "--split", split, "--time",
-      time, "--integrator", integrator, "--adaptive", adaptive, "--fallback", adaptive,
-      "--accept-error", "100%", load[0] ? "--load" : "--start", load[0] ? load : start, NULL);
+  program_result result =
+      thrum_run(folder, "simulate", "--judge", "off", "beam.npz", "-o", "run", "--quiet", "--json",
+                "--split", split, "--time", time, "--integrator", integrator, "--adaptive",
+                adaptive, "--fallback", adaptive, "--accept-error", "100%",
+                load[0] ? "--load" : "--start", load[0] ? load : start, NULL);
   cJSON *object = json_line(result.out);
   if (object == NULL)
     fail_msg("%s", result.err);
@@ -118,9 +119,9 @@ static void so_little_tangent_damping_that_it_takes_nothing_feeds_nothing_in(voi
   // with both forms nothing may come into the body but the work of the load
   for (int n = 0; n < 2; n++) {
     program_result result =
-        thrum_run(folder, "simulate", "fine.npz", "-o", "run", "--quiet", "--json", "--time",
-                  LENGTH_OF_RUN("3", "0.5"), "--load", "impulse:0,0,26000@tip", "--damping",
-                  "0,1e-12", "--damping-form", forms[n], NULL);
+        thrum_run(folder, "simulate", "--judge", "off", "fine.npz", "-o", "run", "--quiet",
+                  "--json", "--time", LENGTH_OF_RUN("3", "0.5"), "--load", "impulse:0,0,26000@tip",
+                  "--damping", "0,1e-12", "--damping-form", forms[n], NULL);
     cJSON *object = json_line(result.out);
     assert_non_null(object);
     const cJSON *work = cJSON_GetObjectItemCaseSensitive(object, "work");
@@ -148,9 +149,10 @@ static void fox_goodwin_counts_no_leaps_as_dissipation(void **context) {
 
   // each steps itself to the end, with an account that adds up
   for (int n = 0; n < 2; n++) {
-    program_result result = thrum_run(folder, "simulate", "linear.npz", "-o", "run", "--quiet",
-                                      "--json", "--time", "1", "--load", "square:0,0,-300@load",
-                                      "--damping", "0,1e-3", "--integrator", integrators[n], NULL);
+    program_result result =
+        thrum_run(folder, "simulate", "--judge", "off", "linear.npz", "-o", "run", "--quiet",
+                  "--json", "--time", "1", "--load", "square:0,0,-300@load", "--damping", "0,1e-3",
+                  "--integrator", integrators[n], NULL);
     cJSON *object = json_line(result.out);
     assert_non_null(object);
     const cJSON *work = cJSON_GetObjectItemCaseSensitive(object, "work");
@@ -167,9 +169,9 @@ static void fox_goodwin_counts_no_leaps_as_dissipation(void **context) {
 static void energy_that_grows_flags_a_damped_run_too(void **context) {
   (void)context;
   program_result result =
-      thrum_run(folder, "simulate", "fine.npz", "-o", "run", "--quiet", "--json", "--time", "0.3",
-                "--load", "impulse:0,0,26000@tip", "--damping", "0,1e-12", "--adaptive", "off",
-                "--integrator=imexv", "--split-form", "thesis", NULL);
+      thrum_run(folder, "simulate", "--judge", "off", "fine.npz", "-o", "run", "--quiet", "--json",
+                "--time", "0.3", "--load", "impulse:0,0,26000@tip", "--damping", "0,1e-12",
+                "--adaptive", "off", "--integrator=imexv", "--split-form", "thesis", NULL);
   cJSON *object = json_line(result.out);
   assert_non_null(object);
   assert_int_equal(result.exit_code, 3);
@@ -193,9 +195,9 @@ static void a_tiny_load_hides_no_growth(void **context) {
                {"constant:0,0,-20@tip", "0.25,0.5", 0}};
   for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
     program_result result =
-        thrum_run(folder, "simulate", "fine.npz", "-o", "run", "--quiet", "--json", "--time", "1",
-                  "--dt", "0.004", "--integrator", "newmark", "--newmark", cases[n].newmark,
-                  "--start", "mode:1,0.001", "--load", cases[n].load, NULL);
+        thrum_run(folder, "simulate", "--judge", "off", "fine.npz", "-o", "run", "--quiet",
+                  "--json", "--time", "1", "--dt", "0.004", "--integrator", "newmark", "--newmark",
+                  cases[n].newmark, "--start", "mode:1,0.001", "--load", cases[n].load, NULL);
     if (result.exit_code != cases[n].code)
       fail_msg("%s, %s: %d, %s", cases[n].load, cases[n].newmark, result.exit_code, result.err);
     if (cases[n].code != 0)
@@ -253,9 +255,9 @@ static void a_run_that_switches_to_the_energy_integrator_says_so(void **context)
   static const char *const integrators[2] = {"imexv", "energy"};
   for (int n = 0; n < 2; n++) {
     program_result result =
-        thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--quiet", "--integrator",
-                  integrators[n], "--time", "3", "--start", "mode:1,0.1", "--accept-error", "100%",
-                  n == 0 ? "--split=9" : NULL, NULL);
+        thrum_run(folder, "simulate", "--judge", "off", "beam.npz", "-o", "run", "--quiet",
+                  "--integrator", integrators[n], "--time", "3", "--start", "mode:1,0.1",
+                  "--accept-error", "100%", n == 0 ? "--split=9" : NULL, NULL);
     assert_int_equal(result.exit_code, 0);
 
     // the headline and run.json have it too
@@ -284,9 +286,9 @@ static void a_run_that_switches_to_the_energy_integrator_says_so(void **context)
 /* Its table, run.json and the animation of its glTF name what stepped it. */
 static void fox_goodwin_says_that_it_gave_way(void **context) {
   (void)context;
-  program_result result =
-      thrum_run(folder, "simulate", "beam.npz", "-o", "fox", "--quiet", "--integrator",
-                "fox-goodwin", "--dt", "0.006", "--time", "0.6", "--start", "mode:1,1", NULL);
+  program_result result = thrum_run(folder, "simulate", "--judge", "off", "beam.npz", "-o", "fox",
+                                    "--quiet", "--integrator", "fox-goodwin", "--dt", "0.006",
+                                    "--time", "0.6", "--start", "mode:1,1", NULL);
   assert_true(result.exit_code == 0 || result.exit_code == 3);
   assert_non_null(strstr(result.out, "integrator   fox-goodwin, switched to energy after "));
   assert_non_null(strstr(result.out, "to which fox-goodwin switched"));
@@ -310,9 +312,10 @@ static void fox_goodwin_says_that_it_gave_way(void **context) {
 
 static void a_newmark_run_that_is_lost_is_flagged_by_its_steps(void **context) {
   (void)context;
-  program_result result = thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--quiet",
-                                    "--json", "--integrator", "newmark", "--newmark", "0.25,0.45",
-                                    "--time", "6", "--load", "sine:0,0,1@tip,f=1", NULL);
+  program_result result =
+      thrum_run(folder, "simulate", "--judge", "off", "beam.npz", "-o", "run", "--quiet", "--json",
+                "--integrator", "newmark", "--newmark", "0.25,0.45", "--time", "6", "--load",
+                "sine:0,0,1@tip,f=1", NULL);
   cJSON *object = json_line(result.out);
   assert_non_null(object);
   assert_int_equal(result.exit_code, 3);
@@ -325,9 +328,9 @@ static void a_newmark_run_that_is_lost_is_flagged_by_its_steps(void **context) {
 /* The first tenth of a run that is lost at once is large already: growth is told from the start. */
 static void growth_is_told_from_the_start_of_the_free_motion(void **context) {
   (void)context;
-  program_result result =
-      thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--quiet", "--json", "--integrator",
-                "newmark", "--newmark", "0.25,0.45", "--time", "2", "--start", "mode:1,0.05", NULL);
+  program_result result = thrum_run(folder, "simulate", "--judge", "off", "beam.npz", "-o", "run",
+                                    "--quiet", "--json", "--integrator", "newmark", "--newmark",
+                                    "0.25,0.45", "--time", "2", "--start", "mode:1,0.05", NULL);
   cJSON *object = json_line(result.out);
   assert_non_null(object);
   assert_int_equal(result.exit_code, 3);
@@ -343,7 +346,7 @@ static void growth_is_told_from_the_start_of_the_free_motion(void **context) {
 static void the_quadratic_split_needs_no_iterations_and_says_so(void **context) {
   (void)context;
   program_result result =
-      thrum_run(folder, "simulate", "beam.npz", "-o", "run", "--quiet", "--json",
+      thrum_run(folder, "simulate", "--judge", "off", "beam.npz", "-o", "run", "--quiet", "--json",
                 "--integrator=imexv", "--split-form", "quadratic", "--time", "3", "--load",
                 "impulse:0,0,-40@tip", "--dt", "0.001", NULL);
 
@@ -367,8 +370,8 @@ static void a_switch_that_is_neither_on_nor_off_is_a_usage_error(void **context)
   static const char *const options[3][2] = {
       {"--adaptive", "yes"}, {"--fallback", "1"}, {"--split-form", "cubic"}};
   for (int n = 0; n < 3; n++) {
-    program_result result = thrum_run(folder, "simulate", "beam.npz", "-o", "other", options[n][0],
-                                      options[n][1], NULL);
+    program_result result = thrum_run(folder, "simulate", "--judge", "off", "beam.npz", "-o",
+                                      "other", options[n][0], options[n][1], NULL);
     assert_int_equal(result.exit_code, 2);
     assert_non_null(strstr(result.err, options[n][0]));
     program_result_free(&result);
