@@ -19,8 +19,9 @@ static int make_model(void **state) {
   (void)state;
   if (test_folder_make(folder) == NULL)
     return 1;
-  program_result run = thrum_run(folder, "precompute", "beam:6x2x2@1x0.15x0.15", "-o", "beam.npz",
-                                 "--fix", "x<0.001", "--modes", "5", "--rank", "10", "-q", NULL);
+  program_result run =
+      thrum_run(folder, "precompute", "beam:6x2x2@1x0.15x0.15,split=6", "--order", "1", "-o",
+                "beam.npz", "--fix", "x<0.001", "--modes", "5", "--rank", "10", "-q", NULL);
   const int code = run.exit_code;
   program_result_free(&run);
   return code;
