@@ -14,8 +14,9 @@
 #include "driver/shared_options.h"
 #include "io/json.h"
 #include "platform/allocate.h"
+#include "runtime/base/pi.h"
 
-#define DEGREES (180 / 3.14159265358979323846)
+#define DEGREES (180 / THRUM_PI)
 
 typedef struct compare_request {
   const char *paths[2];

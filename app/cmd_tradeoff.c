@@ -22,6 +22,7 @@
 #include "io/folder.h"
 #include "io/json.h"
 #include "platform/allocate.h"
+#include "runtime/base/pi.h"
 
 /* All of one call. */
 typedef struct trade {
@@ -167,7 +168,7 @@ static void find_modes(trade *t) {
   cJSON_ArrayForEach(item, model_meta_find(meta, NULL, "frequencies_hz")) {
     if (!cJSON_IsNumber(item) || t->mode_count == THRUM_RANK_MAX)
       break;
-    const double omega = 6.28318530717958647693 * item->valuedouble;
+    const double omega = THRUM_TWO_PI * item->valuedouble;
     t->mode_omega2[t->mode_count++] = omega * omega;
   }
   cJSON_Delete(meta);

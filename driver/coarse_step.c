@@ -17,16 +17,16 @@
 #include <stdio.h>
 
 #include "config/message.h"
+#include "runtime/base/pi.h"
 
-#define TURN 6.28318530717958647693
-#define SHARE 0.01        /* of the largest amplitude: a mode that moves by less is not looked at */
-#define DAMPED 0.3        /* of critical damping: what dies out within a period is not looked at */
-#define SLOW 5.0          /* periods over which a ramp makes a mode follow it, and not vibrate */
-#define STEPS 8.0         /* a period that show a mode, */
-#define STEPS_HIGH 5.0    /* by methods of order four, */
-#define STEPS_ENERGY TURN /* and by energy: with wh = 1 */
-#define WOULD_DO 20.0     /* steps a period that are proposed, */
-#define WOULD_DO_LOW 60.0 /* and where the period errs by the trapezoidal rule: 0.1 % */
+#define SHARE 0.01     /* of the largest amplitude: a mode that moves by less is not looked at */
+#define DAMPED 0.3     /* of critical damping: what dies out within a period is not looked at */
+#define SLOW 5.0       /* periods over which a ramp makes a mode follow it, and not vibrate */
+#define STEPS 8.0      /* a period that show a mode, */
+#define STEPS_HIGH 5.0 /* by methods of order four, */
+#define STEPS_ENERGY THRUM_TWO_PI /* and by energy: with wh = 1 */
+#define WOULD_DO 20.0             /* steps a period that are proposed, */
+#define WOULD_DO_LOW 60.0         /* and where the period errs by the trapezoidal rule: 0.1 % */
 
 /* How far a load moves an oscillator of unit mass, by what a unit force does; 0: not at all, or
  * slowly. */
@@ -34,13 +34,13 @@ static double answer_to(const thrum_load *course, double w, double time) {
   const double length = fmin(course->until, time) - course->from;
   if (!(length > 0))
     return 0;
-  if (course->shape == THRUM_LOAD_RAMP && length * w > SLOW * TURN)
+  if (course->shape == THRUM_LOAD_RAMP && length * w > SLOW * THRUM_TWO_PI)
     return 0;
 
   // a short one is an impulse, and a sine shakes at its own pace
   const double statics = 1 / (w * w);
   if (course->shape == THRUM_LOAD_SINE) {
-    const double ratio = TURN * course->frequency / w;
+    const double ratio = THRUM_TWO_PI * course->frequency / w;
     return statics / fmax(fabs(1 - ratio * ratio), 0.05);
   }
   return fmin(statics, length / w);
@@ -109,7 +109,7 @@ void coarse_step_warn(const coarse_step_motion *motion, const char *who) {
   if (slowest == motion->model->rank || (!(most > 0) && !motion->base))
     return;
   const double w = motion->pace * sqrt(motion->model->omega2[slowest]);
-  const double steps = TURN / (w * def->dt);
+  const double steps = THRUM_TWO_PI / (w * def->dt);
   const double damping = def->damping_alpha / (2 * w) + def->damping_beta * w / 2;
   const double needed = steps_needed(def);
   if (!(w > 0) || !(steps >= 2) || steps >= needed || damping > DAMPED)
@@ -118,11 +118,11 @@ void coarse_step_warn(const coarse_step_motion *motion, const char *who) {
   // what would do, and how late the mode is by a method of order two
   const double half = w * def->dt / 2, late = half / atan(half) - 1;
   const bool high = needed == STEPS_HIGH;
-  const double dt = round_down(TURN / w / (needed == STEPS ? WOULD_DO_LOW : WOULD_DO));
+  const double dt = round_down(THRUM_TWO_PI / w / (needed == STEPS ? WOULD_DO_LOW : WOULD_DO));
   char error[80] = "";
   if (!high)
     snprintf(error, sizeof error, ", so that it comes out about %.0f %% longer", 100 * late);
   config_warn("%sa period of the slowest mode that moves, of %.4g Hz, has only %.2g steps of %g "
               "s%s: lower --dt, to %g say",
-              who, w / TURN, steps, def->dt, error, dt);
+              who, w / THRUM_TWO_PI, steps, def->dt, error, dt);
 }

@@ -57,6 +57,17 @@ static uint64_t hash_state(uint64_t hash, const thrum_state_def *def) {
   return hash_numbers(hash, numbers, sizeof numbers / sizeof numbers[0]);
 }
 
+/* Adds an obstacle to the hash. */
+static uint64_t hash_obstacle(uint64_t hash, const thrum_obstacle *obstacle) {
+  const double numbers[] = {
+      (double)obstacle->shape, (double)obstacle->inside, obstacle->radius,  obstacle->stiffness,
+      obstacle->damping,       obstacle->restitution,    obstacle->friction};
+  hash = hash_numbers(hash, numbers, sizeof numbers / sizeof numbers[0]);
+  hash = hash_numbers(hash_numbers(hash, obstacle->centre, 3), obstacle->normal, 3);
+  hash = hash_numbers(hash_numbers(hash, obstacle->half, 3), obstacle->rotation, 9);
+  return hash_numbers(hash, obstacle->velocity, 3);
+}
+
 /* Adds to the hash what acts on all bodies of the scene. */
 static uint64_t hash_world(uint64_t hash, const scene_run *run) {
   const scene_wind_spec *wind = &run->spec.wind;
@@ -81,7 +92,7 @@ static uint64_t hash_world(uint64_t hash, const scene_run *run) {
   for (int64_t n = 0; n < run->spec.obstacles.count; n++) {
     thrum_obstacle obstacle;
     if (thrum_scene_obstacle(run->scene, (int32_t)n, &obstacle, NULL) >= 0)
-      hash = hash_bytes(hash, &obstacle, sizeof obstacle);
+      hash = hash_obstacle(hash, &obstacle);
   }
   return hash;
 }

@@ -8,9 +8,8 @@
 
 #include "config/message.h"
 #include "platform/allocate.h"
+#include "runtime/base/pi.h"
 #include "thrum/thrum.h"
-
-static const double tau = 6.28318530717958647693;
 
 static thrum_status add_loads(const thrum_model *model, const load_spec *loads, int64_t count,
                               double *one, double *sum, thrum_error *error) {
@@ -68,5 +67,5 @@ thrum_status static_solve(const thrum_model *model, const thrum_equilibrium_def 
 }
 
 double static_hertz(double omega2) {
-  return omega2 < 0 ? -sqrt(-omega2) / tau : sqrt(omega2) / tau;
+  return omega2 < 0 ? -sqrt(-omega2) / THRUM_TWO_PI : sqrt(omega2) / THRUM_TWO_PI;
 }

@@ -11,6 +11,7 @@
 #include "driver/stepper_loads.h"
 #include "driver/stepper_spin.h"
 #include "platform/allocate.h"
+#include "runtime/base/pi.h"
 
 #define STEPS_BETWEEN_LOOKS 1024
 
@@ -344,7 +345,7 @@ void driver_stepper_reduced_warn(const driver_stepper *stepper) {
         "");
 
   // where all modes are implicit the run is stable, and so long a step shows nothing of them
-  const double turns = dt * sqrt(self->model->omega2[0]) / 6.28318530717958647693;
+  const double turns = dt * sqrt(self->model->omega2[0]) / THRUM_TWO_PI;
   if (count == 0 && turns > 0.5)
     config_warn("a step of %g s is %.3g periods of the slowest mode, of %.4g Hz: its motion cannot "
                 "be seen; lower --dt",

@@ -5,10 +5,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/base/pi.h"
 #include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
-
-static const double pi = 3.14159265358979323846;
 
 double thrum_tet_mean_ratio(const double *const corners[4], double *volume) {
   double edge[3][3];
@@ -88,5 +87,5 @@ thrum_status thrum_quality_measure(const thrum_model *model, thrum_quality *qual
 
 void thrum_frequencies(const double *omega2, int64_t count, double *hertz) {
   for (int64_t n = 0; n < count; n++)
-    hertz[n] = sqrt(omega2[n]) / (2 * pi);
+    hertz[n] = sqrt(omega2[n]) / (2 * THRUM_PI);
 }

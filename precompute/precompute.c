@@ -24,6 +24,7 @@
 #include "precompute/options_check.h"
 #include "precompute/polynomial/cubature_motion.h"
 #include "precompute/polynomial/polynomial_reduce.h"
+#include "runtime/base/pi.h"
 
 #define ORDER_ERRORS_TETS 50000
 #define INCOMPRESSIBLE 1e10 /* lambda over mu beyond which mu is lost in rounding */
@@ -212,7 +213,7 @@ static thrum_status check_mechanism(const pipeline *p, thrum_error *error) {
   return thrum_error_set(error, THRUM_SINGULAR,
                          "the body can move without strain, or is so thin that it hardly resists "
                          "(a mode of %g Hz): %smend the mesh (see thrum check)",
-                         sqrt(fmax(p->result.mode_omega2[0], 0)) / 6.283185307179586,
+                         sqrt(fmax(p->result.mode_omega2[0], 0)) / THRUM_TWO_PI,
                          p->rigid ? "" : "fix more with --fix, or ");
 }
 

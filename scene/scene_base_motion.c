@@ -3,13 +3,12 @@
 #include "runtime/base/fp_contract.h"
 
 #include "runtime/base/finite.h"
+#include "runtime/base/pi.h"
 #include "scene/scene_private.h"
 
 #include <math.h>
 
 #include "thrum/external_load.h"
-
-static const double TAU = 6.28318530717958647693;
 
 thrum_status scene_base_motion_check(const scene_body *body, thrum_error *error) {
   if (body->model->axis_mass != NULL)
@@ -59,7 +58,7 @@ thrum_status thrum_scene_add_base_motion(thrum_scene *scene, const double amplit
                            "m/s^2 and a frequency of 1e-30 to 1e30 Hz, or 0");
 
   // the ground of a slow sine goes far
-  const double omega = TAU * course->frequency;
+  const double omega = THRUM_TWO_PI * course->frequency;
   for (int axis = 0; axis < 3 && omega > 0; axis++)
     if (!(fabs(amplitude[axis]) <= THRUM_PLACE_MAX * omega * omega))
       return thrum_error_set(error, THRUM_BAD_VALUE,

@@ -41,7 +41,7 @@ static thrum_status rebuild_as(thrum_scene *scene, scene_body *body, const thrum
   THRUM_THEN(status, scene_touch_make(scene, body, derived, state, &touch, error));
   if (status < 0) {
     scene_skin_drop(scene, skin);
-    free(state);
+    thrum_state_destroy(state);
     scene_model_drop(scene, derived);
     return status;
   }
@@ -58,7 +58,7 @@ static thrum_status rebuild_as(thrum_scene *scene, scene_body *body, const thrum
   }
   scene_skin_drop(scene, body->skin);
   scene_model_drop(scene, body->derived);
-  free(body->state);
+  thrum_state_destroy(body->state);
   scene_touch_free(body->touch);
   body->touch = touch;
   body->skin = skin;

@@ -11,6 +11,7 @@
 #include "runtime/base/fp_contract.h"
 
 #include "runtime/base/finite.h"
+#include "runtime/base/pi.h"
 #include "runtime/base/vec3.h"
 #include "scene/scene_private.h"
 
@@ -22,9 +23,8 @@
 
 #define NEAR_AGAIN 0.9 /* of `beyond`: what comes no closer stays far, so that nothing flickers */
 #define BOUND_OVER 8.0 /* a bound this many times too large is not worth a look at the vertices */
-#define TURN 6.2831853072 /* of a period */
-#define AHEAD 2           /* times the steps since the last update are looked ahead */
-#define AHEAD_MOST 256    /* steps */
+#define AHEAD 2        /* times the steps since the last update are looked ahead */
+#define AHEAD_MOST 256 /* steps */
 
 /* --- setting ---------------------------------------------------------------------------------- */
 
@@ -272,7 +272,8 @@ static bool look(const thrum_scene *scene, scene_body *body, int64_t before, con
 
   // a period of quiet, and a look before it
   const double omega2 = detail->whole->model->omega2[0];
-  const bool still = def->still > 0 && now - detail->seen.quiet_since >= TURN / sqrt(omega2);
+  const bool still =
+      def->still > 0 && now - detail->seen.quiet_since >= THRUM_TWO_PI / sqrt(omega2);
   return detail->seen.far || still;
 }
 

@@ -2,13 +2,13 @@
  * from outside. SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
+#include "runtime/base/pi.h"
 #include "scene/scene_private.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#define PI 3.14159265358979324
 #define GRID_MAX (1 << 15)
 #define SEGMENTS_MAX 1024
 
@@ -84,7 +84,7 @@ static thrum_status make_rings(const double *radii, const double *heights, int64
   int64_t at = 0;
   for (int64_t ring = 0; ring < rings; ring++)
     for (int64_t n = 0; n < segments; n++) {
-      const double angle = 2 * PI * (double)n / (double)segments;
+      const double angle = 2 * THRUM_PI * (double)n / (double)segments;
       const int64_t here = ring * segments + n, next = ring * segments + (n + 1) % segments;
       put_vertex(solid, here, radii[ring] * cos(angle), radii[ring] * sin(angle), heights[ring]);
 
@@ -133,7 +133,7 @@ static thrum_status make_capsule(const thrum_scene_solid_def *def, scene_solid *
       const int64_t step = side < 0 ? half - 1 - n : n; // 0 at the equator
       if (side > 0 && step == 0 && doubled)
         continue;
-      const double angle = 0.5 * PI * (double)step / (double)half;
+      const double angle = 0.5 * THRUM_PI * (double)step / (double)half;
       radii[rings] = def->radius * cos(angle);
       heights[rings++] = side * (0.5 * def->height + def->radius * sin(angle));
     }

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "mesh/formats/mesh_read_abaqus.h"
+#include "runtime/base/pi.h"
 #include "runtime/base/vec3.h"
 
 /* The place of a node that must be there. */
@@ -59,7 +60,7 @@ static thrum_status find_arc(inp_reader *r, const double normal[3], inp_curve *c
   if (!given && !(sine > 1e-9 * fabs(cosine)))
     return thrum_text_fail(inp_text(r), THRUM_BAD_VALUE,
                            "an arc of 180 degrees or more needs the normal of its plane");
-  double degrees = atan2(sine, cosine) * (180 / 3.14159265358979323846);
+  double degrees = atan2(sine, cosine) * (180 / THRUM_PI);
   if (given && thrum_dot3(normal, across) < 0)
     degrees = 360 - degrees;
   if (given && !(sine > 1e-9 * fabs(cosine)))

@@ -6,9 +6,10 @@
 #include <string.h>
 
 #include "mesh/formats/mesh_read_abaqus.h"
+#include "runtime/base/pi.h"
 #include "runtime/base/vec3.h"
 
-static const double DEGREE = 3.14159265358979323846 / 180;
+static const double DEGREE = THRUM_PI / 180;
 
 thrum_status inp_find_node(inp_reader *r, int64_t number, int64_t *vertex) {
   // the map follows the nodes only where one of them is asked for

@@ -14,7 +14,7 @@ thrum_fem_inversion thrum_fem_inverted(const thrum_fem *fem, const double *u) {
     for (int p = 0; p < fem->point_count; p++) {
       thrum_tet tet;
       double cofactor[3];
-      thrum_tet_place(fem, t, p, u, &tet);
+      thrum_fem_tet_at(fem, t, p, u, &tet);
       thrum_cross3(tet.deformation[0], tet.deformation[1], cofactor);
       const double volume = thrum_dot3(cofactor, tet.deformation[2]);
       least = volume < least || isnan(volume) ? volume : least;

@@ -35,7 +35,7 @@ static void add_plastic(const double *plastic, double g[3]) {
     g[d] += more[d];
 }
 
-void thrum_tet_place(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet) {
+void thrum_fem_tet_at(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet) {
   const int nodes = fem->node_count;
   const int32_t *node = fem->nodes + nodes * t;
   const int32_t region = fem->tet_region[t];
@@ -69,7 +69,7 @@ void thrum_tet_place(const thrum_fem *fem, int64_t t, int p, const double *u, th
 
 void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet) {
   double(*g)[3] = tet->displacement;
-  thrum_tet_place(fem, t, p, u, tet);
+  thrum_fem_tet_at(fem, t, p, u, tet);
 
   // other laws answer for the first stress
   if (tet->law != THRUM_LAW_STVK) {

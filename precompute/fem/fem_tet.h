@@ -18,7 +18,7 @@ typedef struct thrum_tet {
 
 /* Point p of tet `t` under the displacement u of all components, but for stress and energy; NULL:
  * at rest. */
-void thrum_tet_place(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet);
+void thrum_fem_tet_at(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet);
 
 /* The same with both. */
 void thrum_tet_deform(const thrum_fem *fem, int64_t t, int p, const double *u, thrum_tet *tet);

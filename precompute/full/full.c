@@ -348,7 +348,7 @@ double thrum_full_least_stretch(const thrum_full *full, bool gives_way) {
   for (int64_t t = 0; t < fem->tet_count; t++)
     for (int p = 0; p < fem->point_count; p++) {
       thrum_tet tet;
-      thrum_tet_place(fem, t, p, full->place, &tet);
+      thrum_fem_tet_at(fem, t, p, full->place, &tet);
       if (!gives_way || tet.law == THRUM_LAW_STVK)
         least = fmin(least, stretch_of(&tet));
     }

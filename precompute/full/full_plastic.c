@@ -75,7 +75,7 @@ static bool flow_at(thrum_full *full, double dt, int64_t t, int p) {
   double plastic[3][3];
   memcpy(plastic, at.plastic, sizeof plastic);
   thrum_tet tet;
-  thrum_tet_place(fem, t, p, full->place, &tet);
+  thrum_fem_tet_at(fem, t, p, full->place, &tet);
   const bool flowed = thrum_plastic_settle(&point, tet.displacement, plastic, &full->plastic_work);
   memcpy(at.plastic, plastic, sizeof plastic);
   return flowed;

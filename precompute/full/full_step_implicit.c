@@ -49,8 +49,8 @@ static void add_mean_forces(thrum_full *full, int64_t t, int p) {
     thrum_tet_deform(fem, t, p, full->place_to, &to);
     average(&from, &to);
   } else {
-    thrum_tet_place(fem, t, p, full->place, &from);
-    thrum_tet_place(fem, t, p, full->place_to, &to);
+    thrum_fem_tet_at(fem, t, p, full->place, &from);
+    thrum_fem_tet_at(fem, t, p, full->place_to, &to);
     thrum_law_mean_stress(to.law, to.lambda, to.mu, from.displacement, to.displacement, to.stress);
   }
 

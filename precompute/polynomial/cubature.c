@@ -155,7 +155,7 @@ static const thrum_fem *flowed_body(cubature *c, int64_t s, thrum_fem *body) {
     const int64_t t = point / c->fem->point_count;
     thrum_tet tet;
     double plastic[3][3];
-    thrum_tet_place(c->fem, t, (int)(point % c->fem->point_count), c->other_field, &tet);
+    thrum_fem_tet_at(c->fem, t, (int)(point % c->fem->point_count), c->other_field, &tet);
     flow_at(c, c->fem->tet_region[t], tet.displacement, plastic);
     memcpy(c->plastic + ROWS * point, plastic, sizeof plastic);
   }

@@ -20,6 +20,7 @@
 
 #include "platform/allocate.h"
 #include "platform/clock.h"
+#include "runtime/base/pi.h"
 #include "runtime/base/vec3.h"
 #include "thrum/polynomial.h"
 #include "thrum/state.h"
@@ -161,7 +162,7 @@ thrum_status thrum_cubature_motion(const thrum_fem *fem, const thrum_cubature_de
     p.q = p.shape + r;
     p.exact = p.q + r;
     p.start = p.exact + r;
-    p.dt = PERIODS * 6.283185307179586 / sqrt(model->omega2[0]) / STEPS;
+    p.dt = PERIODS * THRUM_TWO_PI / sqrt(model->omega2[0]) / STEPS;
     fill_shape(model, p.shape);
     const double reach = def->range * thrum_box3_diagonal(model->vertices, model->vertex_count);
     status = measure_both(&p, within * reach, &figures->motion_error, error);

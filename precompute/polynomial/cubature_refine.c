@@ -20,12 +20,12 @@
 #include "precompute/polynomial/quartic_stress.h"
 #include "precompute/polynomial/refine_slope.h"
 #include "precompute/polynomial/soap.h"
+#include "runtime/base/pi.h"
 
 #define ROWS 9      /* components of a gradient */
 #define RATE 3e-3   /* of the first step, over the rms of the gradients */
 #define LEAST 1e-8f /* slope below which nothing moves, over the rms of the first */
 #define REPORTS 200 /* of progress */
-#define PI 3.14159265358979323846
 
 int64_t thrum_refine_work(const thrum_free_points *points, int64_t states) {
   return states * (3 * ROWS * points->count + points->rank);
@@ -195,8 +195,8 @@ static thrum_status descend(const thrum_force_samples *samples, int64_t steps, d
       of->soap.least = LEAST * cblas_snrm2((int)numbers, of->slope, 1) / sqrtf((float)numbers);
     if (!(of->soap.least > 0))
       return THRUM_OK;
-    THRUM_TRY(
-        thrum_soap_step(&of->soap, of->slope, 0.5 * (1 + cos(PI * part)), of->gradients, error));
+    THRUM_TRY(thrum_soap_step(&of->soap, of->slope, 0.5 * (1 + cos(THRUM_PI * part)), of->gradients,
+                              error));
     if (n % pause == 0)
       THRUM_TRY(thrum_report(reporter, begin + (1 - begin) * part, error));
   }

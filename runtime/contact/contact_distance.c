@@ -13,10 +13,10 @@
 #include <math.h>
 #include <string.h>
 
+#include "runtime/base/pi.h"
 #include "runtime/base/vec3.h"
 #include "thrum/contact_pairs.h"
 
-#define PI 3.14159265358979324
 #define ADVANCES_MAX 64
 #define CLOSE_ENOUGH 1e-3 /* of the reach: where advancing ends */
 
@@ -181,5 +181,5 @@ double thrum_triangles_distance(const double *vertices, const int32_t *triangles
             thrum_dot3(arms[1], arms[2]) * lengths[0] + thrum_dot3(arms[2], arms[0]) * lengths[1]);
   }
   // a point inside sees all directions: 2 pi of half angles
-  return fabs(winding) > PI ? -sqrt(nearest) : sqrt(nearest);
+  return fabs(winding) > THRUM_PI ? -sqrt(nearest) : sqrt(nearest);
 }

@@ -9,18 +9,19 @@
 
 #include <math.h>
 
+#include "runtime/base/pi.h"
+
 int32_t thrum_mode_split_by(const thrum_model *model, thrum_split_rule rule, double dt,
                             double safety, int32_t count) {
   if (rule == THRUM_SPLIT_COUNT)
     return count;
 
   // the thesis' rule f < 1/h is h omega < 2 pi, beyond the stability limit
-  const double two_pi = 6.283185307179586;
   int32_t n = 0;
   for (; n < model->rank; n++) {
     const double number = dt * sqrt(model->omega2[n]);
     const bool is_explicit =
-        rule == THRUM_SPLIT_SAMPLING ? number < two_pi : number <= 2.0 * safety;
+        rule == THRUM_SPLIT_SAMPLING ? number < THRUM_TWO_PI : number <= 2.0 * safety;
     if (!is_explicit)
       break;
   }

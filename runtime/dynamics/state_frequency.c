@@ -14,6 +14,7 @@
 
 #include <math.h>
 
+#include "runtime/base/pi.h"
 #include "runtime/dynamics/fox_goodwin.h"
 #include "runtime/dynamics/frequency_matching.h"
 #include "runtime/dynamics/state_private.h"
@@ -69,15 +70,15 @@ thrum_status thrum_state_stepped_modes(const thrum_model *model, const thrum_sta
   if (!modes)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "modes is NULL");
 
-  const double h = state->def.dt, two_pi = 6.283185307179586;
+  const double h = state->def.dt;
   const int32_t low = thrum_fox_goodwin_modes(model, state);
   for (int32_t i = 0; i < state->rank; i++) {
     const double omega = sqrt(model->omega2[i]);
     const factor found = factor_of(state, low, i, fmin(h * omega, FASTEST));
     const bool vibrates = !isnan(found.imaginary);
     modes[i] = (thrum_stepped_mode){
-        .hertz = omega / two_pi,
-        .stepped_hertz = vibrates ? atan2(found.imaginary, found.real) / (two_pi * h) : NAN,
+        .hertz = omega / THRUM_TWO_PI,
+        .stepped_hertz = vibrates ? atan2(found.imaginary, found.real) / (THRUM_TWO_PI * h) : NAN,
         .factor = vibrates ? sqrt(found.real * found.real + found.imaginary * found.imaginary)
                            : found.real,
     };

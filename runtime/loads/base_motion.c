@@ -10,13 +10,12 @@
 
 #include "runtime/base/finite.h"
 #include "runtime/base/intervals.h"
+#include "runtime/base/pi.h"
 #include "thrum/base_motion.h"
 #include "thrum/external_load.h"
 
 #include <inttypes.h>
 #include <math.h>
-
-static const double TAU = 6.28318530717958647693;
 
 thrum_status thrum_base_motion_check(const thrum_base_motion *motion, thrum_error *error) {
   if (!motion || !motion->times || !motion->accelerations)
@@ -146,6 +145,7 @@ void thrum_base_motion_at(const thrum_base_motion *motion, double time, double p
 
 double thrum_base_motion_sine(const thrum_load *course, double time) {
   const double t = fmax(fmin(time, course->until), course->from) - course->from;
-  const double omega = TAU * course->frequency;
-  return omega > 0.0 ? -sin(TAU * fmod(course->frequency * t, 1.0)) / (omega * omega) : 0.0;
+  const double omega = THRUM_TWO_PI * course->frequency;
+  return omega > 0.0 ? -sin(THRUM_TWO_PI * fmod(course->frequency * t, 1.0)) / (omega * omega)
+                     : 0.0;
 }

@@ -12,7 +12,7 @@
 
 #include <math.h>
 
-static const double PI = 3.14159265358979323846;
+#include "runtime/base/pi.h"
 
 /* Time in steps, whole when it is within 1e-6 of that. */
 static double steps_of(double time, double dt) {
@@ -38,8 +38,8 @@ double thrum_load_mean(const thrum_load *load, int64_t step, double dt) {
   // phases in turns from the start of the window; whole turns are dropped before pi comes in
   double turns = load->frequency * dt;
   double middle = fmod(turns * (0.5 * (first + last) - from), 1.0);
-  double half = PI * turns * (last - first);
+  double half = THRUM_PI * turns * (last - first);
   double shrink = half != 0 ? sin(half) / half : 1;
-  double mean = (last - first) * sin(2 * PI * middle) * shrink;
+  double mean = (last - first) * sin(2 * THRUM_PI * middle) * shrink;
   return isfinite(mean) ? mean : 0;
 }

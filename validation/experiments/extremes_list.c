@@ -1,4 +1,5 @@
 /* The list of extremes, and the systems of units. SPDX-License-Identifier: Apache-2.0 */
+#include "runtime/base/pi.h"
 #include "validation/experiments/extremes.h"
 
 const char *const experiment_subject_names[EXPERIMENT_SUBJECT_COUNT] = {
@@ -113,8 +114,8 @@ const experiment_extreme experiment_extreme_list[] = {
     RESONANCE("h w6 = 1, the bound of the split", 6, 1, 0),
     RESONANCE("h w1 = 2", 1, 2, 0),
     RESONANCE("h w1 = 3", 1, 3, 0),
-    RESONANCE("h w1 = pi", 1, 3.14159265358979324, 0),
-    RESONANCE("h w1 = 2 pi", 1, 6.28318530717958648, 0),
+    RESONANCE("h w1 = pi", 1, THRUM_PI, 0),
+    RESONANCE("h w1 = 2 pi", 1, THRUM_TWO_PI, 0),
     RESONANCE("h w1 = 2, split at the limit", 1, 2, 1),
     RESONANCE("h w6 = 2, split at the limit", 6, 2, 1),
 

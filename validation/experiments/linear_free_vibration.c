@@ -9,6 +9,7 @@
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "platform/thread_pool.h"
+#include "runtime/base/pi.h"
 #include "thrum/equilibrium.h"
 #include "thrum/polynomial.h"
 
@@ -19,7 +20,6 @@
 #define AMPLITUDE 0.05
 #define BATCHES 7
 #define BATCH_SECONDS 0.02
-#define TWO_PI 6.283185307179586
 
 const double experiment_linear_levels[EXPERIMENT_LINEAR_LEVELS] = {0.05, 0.2};
 
@@ -101,7 +101,7 @@ static thrum_status start(const search *s, const thrum_model *model, double impu
   thrum_state_def def = thrum_default_state_def();
   double p[THRUM_RANK_MAX];
   def.integrator = THRUM_INTEGRATOR_ENERGY;
-  def.dt = TWO_PI / sqrt(model->omega2[0]) / STEPS;
+  def.dt = THRUM_TWO_PI / sqrt(model->omega2[0]) / STEPS;
   for (int64_t i = 0; i < model->rank; i++)
     p[i] = impulse * s->body->push[i];
   thrum_status status = thrum_state_create(model, &def, state, error);

@@ -6,9 +6,8 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "runtime/base/pi.h"
 #include "validation/published/published.h"
-
-#define PI 3.141592653589793
 
 /* A bar of unit length in the plane y = 0 with E = rho = 1, nu = 0: beam theory without Poisson's
  * effect. One cell wide, everything held in y. */
@@ -21,7 +20,7 @@ static published_body planar_beam(int cells, double thickness) {
 }
 
 static void axial_field(const double x[3], double u[3]) {
-  u[0] = sin(0.5 * PI * x[0]);
+  u[0] = sin(0.5 * THRUM_PI * x[0]);
   u[1] = u[2] = 0;
 }
 
@@ -41,8 +40,8 @@ static thrum_status beam_rows(const published_sink *sink, int cells, int order,
   const char *const *name = names[order == 2];
   for (int n = 0; n < 2; n++)
     published_add(sink, "beam", name[n], body.mesh, cells,
-                  published_timoshenko(thickness, n + 1) / (2 * PI),
-                  sqrt(made.mode_omega2[n]) / (2 * PI));
+                  published_timoshenko(thickness, n + 1) / (2 * THRUM_PI),
+                  sqrt(made.mode_omega2[n]) / (2 * THRUM_PI));
   published_add(sink, "beam", name[2], body.mesh, cells, 0.25,
                 published_frequency_of(&made, axial_field));
   thrum_precomputed_free(&made);
@@ -59,7 +58,7 @@ thrum_status published_beam(const published_sink *sink, thrum_error *error) {
 }
 
 static void torsion_field(const double x[3], double u[3]) {
-  const double angle = sin(0.5 * PI * x[0]);
+  const double angle = sin(0.5 * THRUM_PI * x[0]);
   u[0] = 0;
   u[1] = -angle * x[2];
   u[2] = angle * x[1];
@@ -86,7 +85,7 @@ thrum_status published_torsion(const published_sink *sink, thrum_error *error) {
 
 /* Lame's mode of a cube of unit side, x from 0, y and z about 0. */
 static void lame_field(const double x[3], double u[3]) {
-  const double a = PI * x[0], b = PI * (x[1] + 0.5);
+  const double a = THRUM_PI * x[0], b = THRUM_PI * (x[1] + 0.5);
   u[0] = cos(a) * sin(b);
   u[1] = -sin(a) * cos(b);
   u[2] = 0;
@@ -142,7 +141,7 @@ thrum_status published_sphere(const published_sink *sink, thrum_error *error) {
     for (int c = 0, mode = 0; c < 4; c++) {
       double mean = 0;
       for (int i = 0; i < clusters[c].times; i++, mode++)
-        mean += sqrt(made.mode_omega2[mode]) / (2 * PI) / clusters[c].times;
+        mean += sqrt(made.mode_omega2[mode]) / (2 * THRUM_PI) / clusters[c].times;
       published_add(sink, "sphere", clusters[c].name, body.mesh, cells, clusters[c].hertz, mean);
     }
     thrum_precomputed_free(&made);
@@ -174,7 +173,7 @@ static thrum_status membrane_rows(const published_sink *sink, int cells, int ord
   // all six in their order
   for (int i = 0; i < 6; i++)
     published_add(sink, "membrane", names[order == 2][i], body.mesh, cells, hertz[i],
-                  sqrt(made.mode_omega2[i]) / (2 * PI));
+                  sqrt(made.mode_omega2[i]) / (2 * THRUM_PI));
   thrum_precomputed_free(&made);
   return THRUM_OK;
 }

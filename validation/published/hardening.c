@@ -10,6 +10,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "runtime/base/pi.h"
 #include "thrum/polynomial.h"
 #include "validation/published/published.h"
 
@@ -41,7 +42,7 @@ static thrum_status measure(const thrum_model *model, double amplitude, double *
   double q[2] = {amplitude, -slave * amplitude * amplitude / model->omega2[1]}, before = amplitude;
 
   // the fast coordinate follows; the slow one is resolved
-  def.dt = 2 * 3.141592653589793 / sqrt(model->omega2[0]) / 2000;
+  def.dt = THRUM_TWO_PI / sqrt(model->omega2[0]) / 2000;
   thrum_state *state = NULL;
   thrum_status status = published_state(model, &def, q, NULL, &state, error);
 
@@ -54,7 +55,7 @@ static thrum_status measure(const thrum_model *model, double amplitude, double *
   }
   thrum_state_destroy(state);
   const double quarter = def.dt * ((double)step - 1 + before / (before - q[0]));
-  *omega = 0.5 * 3.141592653589793 / quarter;
+  *omega = 0.5 * THRUM_PI / quarter;
   return status < 0 ? status : THRUM_OK;
 }
 

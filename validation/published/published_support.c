@@ -7,11 +7,11 @@
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_fix.h"
 #include "platform/allocate.h"
+#include "runtime/base/pi.h"
 #include "runtime/base/vec3.h"
 #include "thrum/polynomial.h"
 #include "validation/published/published.h"
 
-#define TWO_PI 6.283185307179586
 #define SHARE_LEAST 0.01
 
 thrum_status published_precompute(const published_body *body, int64_t modes, int64_t rank,
@@ -83,7 +83,7 @@ double published_frequency_of(const thrum_precomputed *result,
     }
     const double share = product * product / (square * whole);
     if (share > SHARE_LEAST) {
-      sum += share * sqrt(result->mode_omega2[mode]) / TWO_PI;
+      sum += share * sqrt(result->mode_omega2[mode]) / THRUM_TWO_PI;
       total += share;
     }
   }

@@ -6,6 +6,7 @@
 #include <stdio.h>
 
 #include "precompute/full/full.h"
+#include "runtime/base/pi.h"
 #include "validation/published/published.h"
 
 #define THICK 0.01 /* of the length */
@@ -27,7 +28,6 @@ static thrum_status bend(const thrum_model *model, thrum_full *full, double angl
 }
 
 static thrum_status rollup_rows(const published_sink *sink, int cells, thrum_error *error) {
-  const double pi = 3.14159265358979323846;
   published_body body = {.fix = {"x<1e-9", "y>-1e9:y"}, .material = {1, 0, 1}, .order = 2};
   snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x1@1x%gx%g", cells, THICK, THICK);
   thrum_precomputed made = {0};
@@ -38,10 +38,10 @@ static thrum_status rollup_rows(const published_sink *sink, int cells, thrum_err
 
   // the ring goes on from half of it
   thrum_status status = thrum_full_create(&made.model, NULL, &def, &full, error);
-  THRUM_THEN(status, bend(&made.model, full, pi, half, error));
-  THRUM_THEN(status, bend(&made.model, full, 2 * pi, ring, error));
+  THRUM_THEN(status, bend(&made.model, full, THRUM_PI, half, error));
+  THRUM_THEN(status, bend(&made.model, full, 2 * THRUM_PI, ring, error));
   if (status >= 0) {
-    published_add(sink, "rollup", "half a ring, across", body.mesh, cells, 2 / pi, half[2]);
+    published_add(sink, "rollup", "half a ring, across", body.mesh, cells, 2 / THRUM_PI, half[2]);
     published_add(sink, "rollup", "half a ring, along", body.mesh, cells, -1, half[0]);
     published_add(sink, "rollup", "ring, along", body.mesh, cells, -1, ring[0]);
   }

@@ -12,6 +12,7 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "runtime/base/pi.h"
 #include "thrum/polynomial.h"
 #include "validation/published/published.h"
 
@@ -20,7 +21,6 @@
 #define OMEGA 50.0
 #define LOST 1e4
 #define FAR 1000.0 /* how long the chain runs where resonances are looked for [s] */
-#define PI 3.141592653589793
 
 /* The results of a run. */
 typedef struct chain_run {
@@ -132,7 +132,7 @@ static bool verlet_is_lost(double dt) {
 static thrum_status resonance(thrum_split_form form, int k, double *ratio, thrum_error *error) {
   double errors[5];
   for (int n = 0; n < 5; n++) {
-    const thrum_state_def def = imexv_def((k * PI + 0.2 * (n - 2)) / OMEGA, form);
+    const thrum_state_def def = imexv_def((k * THRUM_PI + 0.2 * (n - 2)) / OMEGA, form);
     chain_run run;
     THRUM_TRY(run_chain(&def, FAR, &run, error));
     errors[n] = run.lost ? INFINITY : run.energy_rms;

@@ -11,6 +11,7 @@
 
 #include "platform/allocate.h"
 #include "precompute/full/full.h"
+#include "runtime/base/pi.h"
 #include "thrum/equilibrium.h"
 #include "thrum/external_load.h"
 #include "validation/published/published.h"
@@ -189,8 +190,8 @@ thrum_status published_elastica(const published_sink *sink, thrum_error *error) 
 /* The critical load of a clamped and free column of length 1, over pi^2 E I/(4 L^2). */
 static thrum_status column_row(const published_sink *sink, int cells, int order,
                                thrum_error *error) {
-  const double thickness = 0.05, pi = 3.14159265358979323846, width = thickness / cells;
-  const double euler = pi * pi / 4 * width * pow(thickness, 3) / 12;
+  const double thickness = 0.05, width = thickness / cells;
+  const double euler = THRUM_PI * THRUM_PI / 4 * width * pow(thickness, 3) / 12;
   published_body body = {
       .fix = {"x<1e-9", "y>-1e9:y"}, .material = {1, 0, 1}, .order = order == 2 ? 2 : 0};
   snprintf(body.mesh, sizeof body.mesh, "beam:%dx1x%d@1x%.9gx%.9g", 20 * cells, cells, width,
