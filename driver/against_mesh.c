@@ -13,19 +13,15 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "config/message.h"
 #include "config/progress.h"
-#include "driver/energy_plot.h"
+#include "driver/run_plot.h"
 #include "driver/stepper.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "platform/stop_request.h"
 #include "precompute/model/model_fem.h"
-
-#define SCRIPT_NAME "against_mesh.gp"
 
 /* Both steppers, and the sums of squares so far. */
 typedef struct side_by_side {
@@ -195,58 +191,22 @@ thrum_status against_mesh_run(const simulate_request *request, const thrum_model
 
 /* --- the plot --------------------------------------------------------------------------------- */
 
-static bool write_script(const char *path, const char *terminal, const char *output,
-                         const char *title) {
-  char quoted[ENERGY_PLOT_QUOTED];
-  energy_plot_quote(title, quoted);
-  FILE *file = fopen(path, "w");
-  if (file == NULL)
-    return false;
-
-  // the share so far tells the verdict, the two curves how it came about
-  fprintf(file,
-          "set encoding utf8\n"
-          "set terminal %s\n"
-          "set output '%s'\n"
-          "set datafile separator ','\n"
-          "set title '%s' noenhanced offset 0,1.4\n"
-          "set xlabel 'time [s]'\n"
-          "set ylabel 'error against the mesh so far [%%]'\n"
-          "set yrange [0:*]\n"
-          "set autoscale xfix\n"
-          "set grid lc rgb '#dddddd' lt 1\n"
-          "set border lc rgb '#555555'\n"
-          "set tmargin 5\n"
-          "set rmargin 4\n"
-          "set key at graph 0.5, graph 1.05 center horizontal samplen 3\n"
-          "plot '" AGAINST_MESH_CSV "' using 2:(100*$7) every ::1 with lines lw 2 lc rgb '#08306b' "
-          "title 'displacement', \\\n"
-          "  '' using 2:(100*$8) every ::1 with lines dt (8,4) lc rgb '#d2600a' title 'velocity'\n",
-          terminal, output, quoted);
-  const bool failed = ferror(file) != 0;
-  return fclose(file) == 0 && !failed;
-}
-
-static bool draw(const char *folder, const char *terminal, const char *output, const char *title) {
-  char script[1200], image[1200];
-  snprintf(script, sizeof script, "%s/" SCRIPT_NAME, folder);
-  snprintf(image, sizeof image, "%s/%s", folder, output);
-  struct stat made;
-  const bool drawn = write_script(script, terminal, output, title) &&
-                     gnuplot_run(folder, SCRIPT_NAME) && stat(image, &made) == 0 &&
-                     made.st_size > 0;
-  unlink(script);
-  if (!drawn)
-    unlink(image);
-  return drawn;
-}
-
 void against_mesh_plot(const run_folder *folder, const char *title, against_mesh *against) {
   if (!against->asked || against->steps == 0)
     return;
-  if (draw(folder->work, "pngcairo size 1200,700 font 'sans,12'", "against_mesh.png", title))
-    against->plot = "against_mesh.png";
-  else if (draw(folder->work, "svg size 1200,700 font 'sans,14' background '#ffffff'",
-                "against_mesh.svg", title))
-    against->plot = "against_mesh.svg";
+
+  // the share so far tells the verdict, the two curves how it came about
+  against->plot = run_plot_draw(
+      folder->work,
+      &(run_plot){.script = "against_mesh.gp",
+                  .png = "against_mesh.png",
+                  .svg = "against_mesh.svg",
+                  .title = title,
+                  .vertical = "error against the mesh so far [%]",
+                  .settings = "set yrange [0:*]\n",
+                  .curves = "'" AGAINST_MESH_CSV
+                            "' using 2:(100*$7) every ::1 with lines lw 2 lc rgb '#08306b' "
+                            "title 'displacement', \\\n"
+                            "  '' using 2:(100*$8) every ::1 with lines dt (8,4) lc rgb '#d2600a' "
+                            "title 'velocity'"});
 }
