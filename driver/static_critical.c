@@ -1,8 +1,10 @@
 /* A basis may hold the modes that buckle and still lose its stability too early or too late, by a
  * shape that the mesh does not take. The equilibrium of the model at nine tenths of its critical
- * load is carried over to the mesh, which goes from there to its own. Of a bifurcation the least
- * eigenvalue of the tangent falls nearly in proportion to the load, so that with s, that eigenvalue
- * over the one at rest, the mesh buckles at about factor/(1 - s).
+ * load is carried over to the mesh, which goes from there to its own. The least eigenvalue of the
+ * tangent, over the one at rest, is taken for
+ *   s = 1 - (factor/critical)^p
+ * in both. The model knows its s and its critical load, which gives p: 1 for a straight column,
+ * more for an arch. The mesh then buckles at about factor/(1 - s)^(1/p).
  * Cost: about eight factorisations of the mesh. SPDX-License-Identifier: Apache-2.0 */
 #include "driver/static_critical.h"
 
@@ -58,10 +60,10 @@ thrum_status static_critical_look(const static_request *request, const thrum_mod
   THRUM_THEN(status, thrum_displacement(model, q, 0, model->vertex_count, u, error));
   THRUM_THEN(status, rest(request, model, def.factor, u, forces, &found, error));
 
-  // what did not come there, or lost its stability, tells nothing in proportion
-  const double rest2 = model->omega2[0];
-  if (status >= 0 && found.jumps == 0 && !found.lost && found.least < rest2)
-    *mesh = def.factor / (1 - found.least / rest2);
+  // what did not come there, lost its stability or stiffened on the way tells nothing
+  const double left = found.least / model->omega2[0], own = report.least / model->omega2[0];
+  if (status >= 0 && found.jumps == 0 && !found.lost && left < 1 && own > 0 && own < 1)
+    *mesh = def.factor * pow(1 - left, -log(BEFORE) / log(1 - own));
   free(memory);
   return status == THRUM_OUT_OF_MEMORY ? status : THRUM_OK;
 }

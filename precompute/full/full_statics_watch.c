@@ -1,7 +1,8 @@
 /* The branch of equilibria that a full-order body is on (design 12). Steps of the load are small
  * enough to stay on it: each goes along du/dfactor = K^-1 d(load)/dfactor, is corrected by Newton
  * without a shift of the tangent, and is cut where the tangent is not positive definite on the way,
- * or where the mean of the rates at both of its ends does not explain how far the body has gone.
+ * where the mean of the rates at both of its ends does not explain how far the body has gone, or
+ * where the body is much stiffer at its end.
  * The least eigenvalue of K x = lambda M x is taken at each equilibrium. Where steps end in nothing
  * and the eigenvalue goes to zero, stability is lost: between the last stable equilibrium and the
  * least load that led nowhere. At a limit point the rate is all in the softest mode, and the square
@@ -25,6 +26,7 @@
 #define FIRST_STEP 0.25
 #define UNEXPLAINED 0.5    /* share of a step that the rates at its ends may leave unexplained */
 #define EASY 0.1           /* and below which the next one is longer */
+#define STIFFER 0.5        /* share of the rate at its start that a step may leave at its end */
 #define CRITICAL_NEAR 1e-6 /* width of the bracket of a critical load, of that load */
 #define LATER_NEAR 1e-5    /* the same after the first, whose place is not reported */
 #define SOFT 0.2           /* of the stiffness at rest, below which a branch may end */
@@ -110,6 +112,18 @@ static double unexplained(const branch *b, double step) {
     way += gone * gone;
   }
   return way > 0 ? sqrt(left / way) : 0;
+}
+
+/* Does the body yield far less at the end of a step than at its start? Beyond a snap it is stiff
+ * again, and one long step may land there. */
+static bool stiffened(const branch *b) {
+  const int64_t n = b->s->full->body.fem.free_count;
+  double before = 0, after = 0;
+  for (int64_t i = 0; i < n; i++) {
+    before += b->rate[i] * b->rate[i];
+    after += b->rate_next[i] * b->rate_next[i];
+  }
+  return after < STIFFER * STIFFER * before;
 }
 
 /* Takes u at this factor for the last equilibrium of the path. */
@@ -221,7 +235,7 @@ static bool step_to(branch *b, double factor, thrum_error *error) {
   s->factor = factor;
   done = done && look(b, b->rate_next, error);
   s->factor = was;
-  b->left = done ? unexplained(b, step) : INFINITY;
+  b->left = done && !stiffened(b) ? unexplained(b, step) : INFINITY;
   if (b->left <= UNEXPLAINED) {
     accept(b, factor, false);
     s->found->load_steps++;

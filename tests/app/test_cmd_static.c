@@ -10,6 +10,8 @@
 
 #include "io/npy_file.h"
 #include "io/npz.h"
+#include "mesh/formats/mesh_read.h"
+#include "mesh/mesh.h"
 #include "tests/support/simulate_support.h"
 #include "tests/support/test_folder.h"
 #include "thrum/displacement.h"
@@ -579,6 +581,81 @@ static void a_critical_load_is_judged_by_the_mesh(void **state) {
   }
 }
 
+/* Writes a block of length 1 and height 0.02, bent to a cosine arch of rise 0.03, in the form of
+ * Gmsh 2.2; returns the vertex (from 1) at the middle of its crown. */
+static int64_t write_arch(const char *block, const char *path) {
+  thrum_mesh mesh;
+  assert_int_equal(thrum_mesh_read(block, 1, &mesh, NULL), THRUM_OK);
+  FILE *file = fopen(path, "w");
+  assert_non_null(file);
+  fprintf(file, "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n%d\n", (int)mesh.vertex_count);
+  int64_t crown = 0;
+  double nearest = 1;
+  for (int64_t v = 0; v < mesh.vertex_count; v++) {
+    const double *x = mesh.vertices + 3 * v, z = x[2] + 0.015 * (1 - cos(6.283185307179586 * x[0]));
+    const double apart = fabs(x[0] - 0.5) + fabs(x[1]) + fabs(x[2] - 0.01);
+    crown = apart < nearest ? v + 1 : crown;
+    nearest = fmin(apart, nearest);
+    fprintf(file, "%d %.17g %.17g %.17g\n", (int)v + 1, x[0], x[1], z);
+  }
+  fprintf(file, "$EndNodes\n$Elements\n%d\n", (int)mesh.tet_count);
+  for (int64_t t = 0; t < mesh.tet_count; t++) {
+    const int32_t *tet = mesh.tets + 4 * t;
+    fprintf(file, "%d 4 2 1 1 %d %d %d %d\n", (int)t + 1, tet[0] + 1, tet[1] + 1, tet[2] + 1,
+            tet[3] + 1);
+  }
+  fprintf(file, "$EndElements\n");
+  assert_int_equal(fclose(file), 0);
+  thrum_mesh_free(&mesh);
+  assert_true(nearest < 1e-9);
+  return crown;
+}
+
+/* A clamped cosine arch gives way under 2.24 N at its crown. The model that precompute makes of it
+ * by default finds that, however far beyond it is loaded. */
+static void the_default_model_of_an_arch_snaps_through(void **state) {
+  (void)state;
+  const int64_t crown = write_arch("beam:20x2x2@1x0.05x0.02", in_folder("arch.msh"));
+  program_result run =
+      thrum_run(folder, "precompute", "arch.msh", "--fix", "x<1e-9", "--fix", "x>0.999999999",
+                "--young", "1e7", "--poisson", "0.3", "--density", "1000", "-o", "arch.npz", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  static const double loads[] = {3, 100};
+  for (int n = 0; n < 2; n++) {
+    char load[64];
+    snprintf(load, sizeof load, "constant:0,0,-%g@vertex=%d", loads[n], (int)crown);
+    cJSON *object =
+        object_of(thrum_run(folder, "static", "arch.npz", "--load", load, "--json", NULL), 3);
+    assert_string_equal(text_of(object, "instability"), "limit point");
+    assert_true(fabs(json_value(object, "critical_factor") * loads[n] / 2.24 - 1) < 0.01);
+    cJSON_Delete(object);
+  }
+}
+
+/* An arch as wide as high leaves its plane first. Its stiffness does not fall in proportion to the
+ * load, and its mesh bears its model out all the same. */
+static void a_mesh_bears_out_the_critical_load_of_an_arch(void **state) {
+  (void)state;
+  char load[64];
+  snprintf(load, sizeof load, "constant:0,0,-0.15@vertex=%d",
+           (int)write_arch("beam:20x2x2@1x0.02x0.02", in_folder("narrow.msh")));
+  program_result run =
+      thrum_run(folder, "precompute", "narrow.msh", "--fix", "x<1e-9", "--fix", "x>0.999999999",
+                "--young", "1e6", "--poisson", "0", "--density", "1000", "-o", "narrow.npz", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  run = thrum_run(folder, "static", "narrow.npz", "--load", load, "--json", NULL);
+  assert_null(strstr(run.err, "has the critical load wrong"));
+  cJSON *object = object_of(run, 3);
+
+  // 0.0760 N by static --full
+  assert_string_equal(text_of(object, "instability"), "bifurcation");
+  assert_true(fabs(json_value(object, "critical_factor") * 0.15 / 0.0760 - 1) < 0.01);
+  assert_true(fabs(json_value(object, "critical_factor_mesh") * 0.15 / 0.0760 - 1) < 0.01);
+  cJSON_Delete(object);
+}
+
 /* Two bending modes buckle at the same load, and the valley that the column falls along is curved.
  */
 static void a_square_column_is_followed_beyond_its_critical_load(void **state) {
@@ -699,6 +776,8 @@ int main(void) {
       cmocka_unit_test(the_stress_is_said_with_its_place),
       cmocka_unit_test(a_body_inside_out_is_flagged),
       cmocka_unit_test(a_critical_load_is_judged_by_the_mesh),
+      cmocka_unit_test(the_default_model_of_an_arch_snaps_through),
+      cmocka_unit_test(a_mesh_bears_out_the_critical_load_of_an_arch),
       cmocka_unit_test(a_square_column_is_followed_beyond_its_critical_load),
       cmocka_unit_test(buckling_is_flagged_with_its_load),
 

@@ -193,17 +193,20 @@ static void an_arch_snaps_through_at_the_largest_force(void **state) {
   largest = values[at] - slope * slope / (2 * curve);
   thrum_full_free(full);
 
-  // loaded beyond, it falls to the other side
-  full = full_make(&b, NULL, THRUM_FULL_CHOLESKY);
-  b.forces[3 * crown + 2] = -1.5 * largest;
-  const thrum_full_equilibrium found = rest(full, &b, false);
-  assert_int_equal(found.instability, THRUM_INSTABILITY_LIMIT);
-  assert_true(fabs(1.5 * found.critical - 1) < 1e-3);
+  // loaded beyond, it falls to the other side, also where a first step would end there by itself
+  static const double beyond[] = {1.5, 10, 45, 200};
   double u[3];
   const int32_t one = (int32_t)crown;
-  thrum_full_mean(full, &one, 1, u);
-  assert_true(found.stable && found.jumps == 1 && u[2] < -1.5 * RISE);
-  thrum_full_free(full);
+  for (int n = 0; n < 4; n++) {
+    full = full_make(&b, NULL, THRUM_FULL_CHOLESKY);
+    b.forces[3 * crown + 2] = -beyond[n] * largest;
+    const thrum_full_equilibrium found = rest(full, &b, false);
+    assert_int_equal(found.instability, THRUM_INSTABILITY_LIMIT);
+    assert_true(fabs(beyond[n] * found.critical - 1) < 1e-3);
+    thrum_full_mean(full, &one, 1, u);
+    assert_true(found.stable && found.jumps == 1 && u[2] < -1.5 * RISE);
+    thrum_full_free(full);
+  }
 
   // and just below it does not
   full = full_make(&b, NULL, THRUM_FULL_CHOLESKY);
