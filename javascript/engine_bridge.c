@@ -174,7 +174,45 @@ int32_t EXPORT(js_displacement)(const js_model *of, const double *q, double *out
   return thrum_displacement(shape, q, 0, shape->vertex_count, out, &failure);
 }
 
-/* Von Mises' stress of all tetrahedra at q. */
+/* Stress at the nodes of a model, which must stay. numbers: how many there are, 1 where stress is
+ * extrapolated to them. */
+void *EXPORT(js_stress_nodes_make)(const js_model *of) {
+  const thrum_model *shape = thrum_condensed_shape_model(of->model);
+  size_t size = 0;
+  const thrum_stress_nodes *nodes = NULL;
+  void *memory = room(thrum_stress_nodes_size(shape, &size, &failure), size);
+  if (memory == NULL)
+    return NULL;
+  void *made = laid(thrum_stress_nodes_init(memory, size, shape, &nodes, &failure), memory);
+  numbers[0] = (double)thrum_stress_nodes_count(nodes);
+  numbers[1] = thrum_stress_nodes_extrapolated(nodes);
+  return made;
+}
+
+/* The vertex and the region of each node. */
+void EXPORT(js_stress_nodes_places)(const thrum_stress_nodes *nodes, int32_t *vertices,
+                                    int32_t *regions) {
+  for (int64_t n = 0; n < thrum_stress_nodes_count(nodes); n++) {
+    vertices[n] = thrum_stress_nodes_vertex(nodes, n);
+    regions[n] = thrum_stress_nodes_region(nodes, n);
+  }
+}
+
+/* Seven numbers a node at q: the Cauchy stress of all nodes, then von Mises' of all. */
+int32_t EXPORT(js_stress_nodes_read)(const js_model *of, const thrum_stress_nodes *nodes,
+                                     const double *q, double *out) {
+  const thrum_model *shape = thrum_condensed_shape_model(of->model);
+  double *u = room(THRUM_OK, 3 * (size_t)shape->vertex_count * sizeof *u);
+  if (u == NULL)
+    return THRUM_OUT_OF_MEMORY;
+  thrum_status status = thrum_displacement(shape, q, 0, shape->vertex_count, u, &failure);
+  THRUM_THEN(status, thrum_stress_nodes_read(nodes, u, out,
+                                             out + 6 * thrum_stress_nodes_count(nodes), &failure));
+  free(u);
+  return status;
+}
+
+/* Von Mises' stress at the centres of all tetrahedra at q. */
 int32_t EXPORT(js_von_mises)(const js_model *of, const double *q, double *out) {
   const thrum_stress_points_def def = {0};
   const thrum_model *shape = thrum_condensed_shape_model(of->model);

@@ -102,7 +102,8 @@ export class Model implements Freed {
   start(mode: number, amplitude: number): Float64Array;
   /** Displacements [m], 3 n, at q (`shown`). */
   displacement(q: ArrayLike<number>): Float64Array;
-  /** Von Mises' stress at the centre of every tetrahedron [Pa] at q (`shown`). */
+  /** Von Mises' stress at the centre of every tetrahedron [Pa] at q (`shown`). It is larger at the surface of a body that is bent or
+   * twisted: `stressNodes` has it there. */
   vonMises(q: ArrayLike<number>): Float64Array;
   /** Static equilibrium under a load (r), from rest or from the equilibrium `from`. */
   equilibrium(load: ArrayLike<number>, from?: ArrayLike<number>): Equilibrium;
@@ -111,6 +112,8 @@ export class Model implements Freed {
   state(options?: StateOptions): State;
   batch(states: readonly State[]): Batch;
   surface(options?: { vertices?: Iterable<number>; triangles?: ArrayLike<number> & Iterable<number> }): Surface;
+  /** Stress at the nodes of its mesh. */
+  stressNodes(): StressNodes;
 }
 
 export interface StateOptions {
@@ -184,6 +187,24 @@ export class Surface implements Freed {
   positions(q: ArrayLike<number>, out?: Float32Array): Float32Array;
   /** Unit normals from positions; the surface has triangles. */
   normals(positions: Float32Array, out?: Float32Array): Float32Array;
+}
+
+/** Stress at each vertex of a mesh, once for each region that meets there, by vertex and then by region. In ten-node tetrahedra
+ * it is extrapolated to the nodes and averaged within a region. In linear ones it is the average of a patch, which lags behind the stress
+ * at a surface. */
+export class StressNodes implements Freed {
+  private constructor();
+  free(): void;
+  readonly count: number;
+  readonly shown: number;
+  /** 0-based vertex and region of each node. */
+  readonly vertices: Int32Array;
+  readonly regions: Int32Array;
+  /** False: averages of patches of linear tetrahedra. */
+  readonly extrapolated: boolean;
+  /** At q (`shown`): the Cauchy stress xx, yy, zz, xy, yz, xz of each node [Pa], and von Mises' of it [Pa]. NaN next to a tetrahedron
+   * that is turned inside out. */
+  read(q: ArrayLike<number>): { cauchy: Float64Array; vonMises: Float64Array };
 }
 
 export interface BodyOptions {

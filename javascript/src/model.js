@@ -213,6 +213,10 @@ export class Model extends Resource {
   surface(options = {}) {
     return new Surface(this.#memory, this, options);
   }
+
+  stressNodes() {
+    return new StressNodes(this.#memory, this);
+  }
 }
 
 export class State extends Resource {
@@ -366,5 +370,40 @@ export class Surface extends Resource {
     return this.#memory.lend([this.room(positions)], (at) => this.#memory.take(Float32Array,
       into.length, (to) => this.#memory.check(
         this.#memory.calls.js_surface_normals(this.address, at, to)), into));
+  }
+}
+
+export class StressNodes extends Resource {
+  #memory;
+  #modelAt;
+
+  constructor(memory, model) {
+    super('set of stress nodes', new Owned(memory.made(memory.calls.js_stress_nodes_make(model.address)),
+      (at) => memory.calls.js_free(at), [model.owned]));
+    const [count, extrapolated] = memory.numbers;
+    this.#memory = memory;
+    this.#modelAt = model.address;
+    Object.assign(this, { count, extrapolated: extrapolated === 1, shown: model.shown });
+  }
+
+  /** Vertices of all nodes, then their regions. */
+  #places() {
+    return this.#memory.take(Int32Array, 2 * this.count, (at) => this.#memory.calls.js_stress_nodes_places(
+      this.address, at, at + this.count * Int32Array.BYTES_PER_ELEMENT));
+  }
+
+  get vertices() {
+    return this.#places().slice(0, this.count);
+  }
+
+  get regions() {
+    return this.#places().slice(this.count);
+  }
+
+  read(q) {
+    const all = this.#memory.lend([doubles(q, this.shown, 'q')], (at) => this.#memory.take(Float64Array,
+      7 * this.count, (into) => this.#memory.check(
+        this.#memory.calls.js_stress_nodes_read(this.#modelAt, this.address, at, into))));
+    return { cauchy: all.slice(0, 6 * this.count), vonMises: all.slice(6 * this.count) };
   }
 }

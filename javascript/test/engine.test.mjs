@@ -4,7 +4,7 @@ import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
 import { Status, ThrumError, load } from '../dist/inline.js';
-import { beamBytes, blockBytes, folder, thrum } from './fixture.mjs';
+import { beamBytes, blockBytes, folder, modelBytes, thrum } from './fixture.mjs';
 
 const RANK = 12;
 let engine, beam, block, bytes;
@@ -77,6 +77,34 @@ test('under a load the damped beam comes to rest at its equilibrium', () => {
   assert.ok(rest.stable);
   state.q.forEach((value, i) => assert.ok(Math.abs(value - rest.q[i]) < 1e-8));
   assert.ok(Math.max(...beam.vonMises(rest.q)) > 1000);
+});
+
+test('stress at nodes is that of the program, and larger at the surface than at centres', () => {
+  const bar = engine.model(modelBytes('bar', 'beam:6x2x2@1x0.15x0.15', '--order', '2', '--fix', 'x<0.001', '--modes', '4', '--rank', '8'));
+  const answer = JSON.parse(thrum('static', 'bar.npz', '--load', 'constant:0,0,-20@tip', '--accept-error', '1', '--json'));
+  const nodes = bar.stressNodes();
+  assert.deepEqual([nodes.count, nodes.extrapolated], [bar.vertexCount, true]);
+  const { cauchy, vonMises } = nodes.read(answer.q);
+  const peak = Math.max(...vonMises);
+  const at = vonMises.indexOf(peak);
+  assert.equal(peak, answer.stress.peak_von_mises_pa);
+  assert.equal(nodes.vertices[at] + 1, answer.stress.peak_vertex);
+  assert.equal(nodes.regions[at] + 1, answer.stress.peak_region);
+  assert.ok(peak > 1.1 * Math.max(...bar.vonMises(answer.q)));
+
+  // von Mises' of the tensor, and what is not read
+  const [xx, yy, zz, xy, yz, xz] = cauchy.slice(6 * at, 6 * at + 6);
+  const square = ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (xy ** 2 + yz ** 2 + xz ** 2);
+  assert.ok(Math.abs(Math.sqrt(square) / peak - 1) < 1e-12);
+  assert.ok(nodes.read(new Float64Array(8)).vonMises.every((stress) => stress === 0));
+  assert.throws(() => nodes.read([0]), /not 8/);
+  assert.equal(beam.stressNodes().extrapolated, false);
+
+  // the model stays as long as its nodes do
+  bar.free();
+  assert.equal(Math.max(...nodes.read(answer.q).vonMises), peak);
+  nodes.free();
+  assert.throws(() => nodes.read(answer.q), /freed/);
 });
 
 test('a snapshot continues with the same bits, a changed one is refused', () => {
