@@ -236,6 +236,23 @@ static void add_laws(cJSON *object, const info *about) {
   }
 }
 
+/* Adds what the cubature points were trained on, null where the file does not say it. */
+static void add_training(cJSON *object, const thrum_model *model) {
+  const double *training = model->point_training;
+  if (model->point_count == 0)
+    return;
+  if (!training) {
+    cJSON_AddNullToObject(object, "trained_on");
+    return;
+  }
+  cJSON *on = cJSON_AddObjectToObject(object, "trained_on");
+  const double yield = training[THRUM_TRAINING_YIELD];
+  json_number(on, "strain", training[THRUM_TRAINING_STRAIN]);
+  json_number(on, "yield", yield > 0 ? yield : NAN);
+  json_number(on, "plastic_strain", training[THRUM_TRAINING_PLASTIC]);
+  cJSON_AddBoolToObject(on, "learned", training[THRUM_TRAINING_LEARNED] > 0);
+}
+
 static void print_json(const info *about) {
   cJSON *object = cJSON_CreateObject();
   cJSON_AddStringToObject(object, "status", "done");
@@ -248,6 +265,7 @@ static void print_json(const info *about) {
   json_number(object, "quartic_coefficients", (double)about->steps->c4_count);
   if (about->model->point_count > 0)
     json_number(object, "cubature_points", (double)about->model->point_count);
+  add_training(object, about->model);
   if (thrum_law_of_model(about->model) != THRUM_LAW_STVK)
     cJSON_AddStringToObject(object, "law", thrum_law_name(thrum_law_of_model(about->model)));
   add_laws(object, about);
@@ -480,6 +498,20 @@ static void print_residuals(const info *about) {
          meta_number(about, "residuals", "diagonality"));
 }
 
+/* Prints what the cubature points were trained on, which files before 1.4 do not say. */
+static void print_training(const thrum_model *model) {
+  const double *training = model->point_training;
+  if (!training)
+    print_line("trained on", "not known: the file is of an earlier format\n");
+  else if (training[THRUM_TRAINING_YIELD] > 0)
+    print_line("trained on", "strains up to %.2g, flow beyond %.3g, plastic strains up to %.2g\n",
+               training[THRUM_TRAINING_STRAIN], training[THRUM_TRAINING_YIELD],
+               training[THRUM_TRAINING_PLASTIC]);
+  else
+    print_line("trained on", "strains up to %.2g, no plastic flow\n",
+               training[THRUM_TRAINING_STRAIN]);
+}
+
 /* Prints what the strain energy is summed from: coefficients or points. */
 static void print_energy(const info *about) {
   const thrum_model *model = about->model;
@@ -497,6 +529,7 @@ static void print_energy(const info *about) {
           100 * meta_number(about, "cubature", "motion_error"),
           meta_number(about, "cubature", "range"),
           100 * meta_number(about, "cubature", "motion_error_beyond"));
+    print_training(model);
     if (meta_number(about, "cubature", "refine") > 0)
       print_line("gradients", "learned in %.0f steps\n", meta_number(about, "cubature", "refine"));
 

@@ -195,8 +195,12 @@ static void warn_of_growth(const simulate_figures *figures, const char *who) {
 
 #define STIFF_POINTS 1.5 /* stiffness of points that flow over that of the body that is told */
 
-/* Whether the gradients of the model's points were learned. */
+#define STRAIN_BEYOND 1.5 /* plastic strain over the largest of the training that is told */
+
+/* Whether the gradients of the model's points were learned, by the file or, in older ones, meta. */
 static bool are_learned(const thrum_model *model) {
+  if (model->point_training)
+    return model->point_training[THRUM_TRAINING_LEARNED] > 0;
   cJSON *meta = model_meta_parse(model);
   const cJSON *steps = model_meta_find(meta, "cubature", "refine");
   const bool learned = cJSON_IsNumber(steps) && steps->valuedouble > 0;
@@ -207,6 +211,8 @@ static bool are_learned(const thrum_model *model) {
 /* Whether the model's points were chosen for a body that flows, by precompute --yield or by a yield
  * of a region. */
 static bool know_flow(const thrum_model *model) {
+  if (model->point_training)
+    return model->point_training[THRUM_TRAINING_YIELD] > 0;
   cJSON *meta = model_meta_parse(model);
   const bool told = model_meta_find(meta, "cubature", "test_error") != NULL;
   const bool known = cJSON_IsNumber(model_meta_find(meta, "cubature", "yield"));
@@ -229,6 +235,14 @@ static void warn_of_points(const simulate_figures *figures, const char *who) {
         "%sthe model's cubature points were not trained on plastic flow: strain and work of "
         "what flows may be several times too small; precompute it with --yield %g",
         who, figures->request->def.plastic.yield);
+
+  // points that know less flow than this run had
+  const double *training = figures->request->full ? NULL : figures->model->point_training;
+  const double known = training ? training[THRUM_TRAINING_PLASTIC] : 0;
+  if (known > 0 && figures->plastic_strain > STRAIN_BEYOND * known)
+    config_warn("%sthe plastic strain reaches %.3g, and the model's cubature points were trained "
+                "on up to %.3g: precompute it with a larger --cubature-range",
+                who, figures->plastic_strain, known);
   if (figures->point_stiffness > STIFF_POINTS)
     config_warn(
         "%sthe model's cubature points are too few for plastic flow: along one shape they "

@@ -99,6 +99,7 @@ static const struct {
 } solver_keys[] = {
     {"newmark", BIT(NEWMARK), "it is of newmark"},
     {"frequency_matching", BIT(ENERGY), "it is of energy"},
+    {"untrained_flow", BIT(ENERGY), "it is of energy"},
     {"adaptive", BIT(IMEXV) | BIT(FOX_GOODWIN), "it is of imexv and fox-goodwin"},
     {"fallback", BIT(IMEXV) | BIT(NEWMARK) | BIT(ENERGY) | BIT(FOX_GOODWIN),
      "it is of imexv, newmark, energy and fox-goodwin"},

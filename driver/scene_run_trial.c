@@ -52,7 +52,8 @@ static uint64_t hash_state(uint64_t hash, const thrum_state_def *def) {
                             (double)def->adaptive,
                             (double)def->fallback,
                             (double)def->solver,
-                            (double)def->frequency_matched};
+                            (double)def->frequency_matched,
+                            (double)def->untrained_flow};
 
   return hash_numbers(hash, numbers, sizeof numbers / sizeof numbers[0]);
 }

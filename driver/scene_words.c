@@ -21,7 +21,7 @@ static const char *const keys[] = {
     "integrator",   "damping",    "damping-form", "split",    "split-form",
     "safety",       "adaptive",   "fallback",     "newmark",  "solver",
     "tolerance",    "iterations", "stress",       "frames",   "frequency-matching",
-    "record-every", "monitor",    "accept-error", "judge",
+    "record-every", "monitor",    "accept-error", "judge",    "untrained-flow",
 };
 
 /* The key of an option, `length` bytes; false where scenes have none. */

@@ -231,6 +231,12 @@ const config_option solver_options[] = {
                   "energy, then shorter ones; off: the run ends",
                   AT(fallback)),
 
+    OPTION_SWITCH(
+        "untrained-flow", "off",
+        "energy: step plastic flow at cubature points that were not trained on it, though "
+        "strain and work of what flows may be several times too small; off: refuse it",
+        AT(untrained_flow)),
+
     // what only energy and newmark have
     OPTION_SWITCH("frequency-matching", "on",
                   "energy: turn modes with dt omega <= 1 at their own frequency; off: by the "

@@ -419,6 +419,22 @@ static thrum_status run_basis(pipeline *p, const thrum_reporter *reporter, thrum
   return status;
 }
 
+/* What the points were chosen by, which a state asks for before it flows. */
+static thrum_status fill_training(pipeline *p, thrum_error *error) {
+  double *training = NULL, yield = INFINITY;
+  THRUM_TRY(thrum_reserve(&training, THRUM_TRAINING_NUMBERS, sizeof *training, "the model", error));
+  p->result.model.point_training = training;
+
+  // the smallest yield of a region, its own or that of the body
+  for (int64_t i = 0; i < p->fem.region_count; i++)
+    yield = fmin(yield, thrum_fem_yield(&p->fem, i, p->options.cubature_yield));
+  training[THRUM_TRAINING_STRAIN] = p->result.cubature.strain;
+  training[THRUM_TRAINING_YIELD] = isinf(yield) ? 0 : yield;
+  training[THRUM_TRAINING_PLASTIC] = p->result.cubature.plastic;
+  training[THRUM_TRAINING_LEARNED] = p->options.cubature_refine > 0;
+  return THRUM_OK;
+}
+
 // points from the forces of the body, once its frequencies are there
 static thrum_status make_points(pipeline *p, const thrum_reporter *reporter, thrum_error *error) {
   const int64_t r = p->options.rank, k = p->options.modes;
@@ -431,6 +447,7 @@ static thrum_status make_points(pipeline *p, const thrum_reporter *reporter, thr
   thrum_model *model = &p->result.model;
   THRUM_TRY(thrum_cubature(&p->fem, &def, model, &p->result.cubature, reporter, error));
   THRUM_TRY(thrum_model_fill_law(&p->fem, model, error));
+  THRUM_TRY(fill_training(p, error));
 
   // as a large model is packed: that changes the force by far less than any choice of points
   thrum_single_round(thrum_model_writable(model->point_gradients),

@@ -41,7 +41,8 @@ def thrum(program, *arguments):
 def end_of(program, folder, body, pull):
     """The displacements at the end of a run, and its figures."""
     steps = 600
-    thrum(program, "simulate", *body, "-o", str(folder), "--yield", "0.02", "--load", f"square:0,0,-{pull}@tip,until=0.3",
+    accepted = [] if "--full" in body else ["--untrained-flow", "on"]
+    thrum(program, "simulate", *body, *accepted, "-o", str(folder), "--yield", "0.02", "--load", f"square:0,0,-{pull}@tip,until=0.3",
           "--time", "1.2", "--dt", "0.002", "--damping", "6", "--frames", f"every-{steps}")
     frame = sorted((folder / "frames").glob("*.vtu"))[-1].read_text(encoding="ascii")
     numbers = array.array("d")

@@ -32,18 +32,27 @@ extern "C" {
 /* Versions 3 are those of a model with `point_law`, which no reader may overlook, with or without
  * `midsides`. */
 #define THRUM_MODEL_FORMAT_MAJOR_LAW 3
-#define THRUM_MODEL_FORMAT_MINOR_LAW 0
+#define THRUM_MODEL_FORMAT_MINOR_LAW 1
 /* Versions 4 are those of a model with `region_law`, likewise. */
 #define THRUM_MODEL_FORMAT_MAJOR_REGIONS 4
-#define THRUM_MODEL_FORMAT_MINOR_REGIONS 0
+#define THRUM_MODEL_FORMAT_MINOR_REGIONS 1
 /* Added to the minor version of another model with cubature points. */
-#define THRUM_MODEL_FORMAT_MINOR_POINTS 1
+#define THRUM_MODEL_FORMAT_MINOR_POINTS 2
 /* Places [m] and velocities [m/s] beyond this are refused: squares and products of them are finite.
  */
 #define THRUM_PLACE_MAX 1e30
 /* Entries of a basis beyond this are refused [kg^-1/2]. */
 #define THRUM_BASIS_MAX 1e50
 #define THRUM_RANK_MAX 512 /* far above the 334 that a file below 4 GiB can hold */
+
+/* The numbers of point_training: what the states were like by which cubature points were chosen. */
+typedef enum thrum_training_number {
+  THRUM_TRAINING_STRAIN, /* largest norm of Green's strain in these states, >= 0 */
+  THRUM_TRAINING_YIELD, /* smallest strain beyond which they flowed, > 0; 0: the body was elastic */
+  THRUM_TRAINING_PLASTIC, /* largest plastic strain in them (thrum_state_plastic_strain), >= 0 */
+  THRUM_TRAINING_LEARNED, /* 1: the gradients were learned, and are of no place of the body; or 0 */
+  THRUM_TRAINING_NUMBERS
+} thrum_training_number;
 
 /* Sizes of a model. X(name, meaning). A size is bound by the first array that carries it. */
 #define THRUM_MODEL_SIZES(X)                                                                       \
@@ -71,9 +80,10 @@ extern "C" {
  * vertices, tets, tet_region, material, fixed come together, basis, rigid and midsides only with
  * vertices, the three group arrays together; c3 and c4 together, or in their place slave_map,
  * condensed_c3 and condensed_c4: thrum/condensed_model.h; or the three arrays of cubature points,
- * from which V is summed: thrum/polynomial.h, and with which alone a point_law goes, or in its
- * place point_region and region_law). With midsides the tetrahedra have ten nodes: those of a row
- * of tets, its corners, then the middle nodes of the edges 01, 12, 20, 03, 13, 23. */
+ * from which V is summed: thrum/polynomial.h, and with which alone point_training and a point_law
+ * go, or in the place of the law point_region and region_law). With midsides the tetrahedra have
+ * ten nodes: those of a row of tets, its corners, then the middle nodes of the edges 01, 12, 20,
+ * 03, 13, 23. */
 #define THRUM_MODEL_ARRAYS(X)                                                                      \
   X(i4, format, 2, 1, REQUIRED, "version of the format: major, minor")                             \
   X(u1, meta, meta_bytes, 1, OPTIONAL, "UTF-8 JSON about the model; the runtime never reads it")   \
@@ -108,7 +118,9 @@ extern "C" {
   X(u1, region_law, law_count, 1, OPTIONAL,                                                        \
     "law of each region: 0 Saint Venant-Kirchhoff's, 1 corotational, 2 neo-hookean")               \
   X(f8, region_yield, law_count, 1, OPTIONAL,                                                      \
-    "elastic strain beyond which a region flows, > 0; 0: it has none of its own")
+    "elastic strain beyond which a region flows, > 0; 0: it has none of its own")                  \
+  X(f8, point_training, 4, 1, OPTIONAL,                                                            \
+    "what the points were chosen by, thrum_training_number; absent: not known")
 /* basis_rows is 3 * vertex_count, point_rows 9 * point_count */
 
 typedef double thrum_f8;

@@ -272,8 +272,11 @@ typedef struct thrum_state_def {
    * (thrum_state_lend), which many states may share; 0: it has scratch of its own. Default 0. */
   int32_t borrows_scratch;
 
-  /* Zero. It keeps the struct free of padding. */
-  int32_t unused;
+  /* 1: plastic flow is stepped at cubature points that were chosen for an elastic body, or whose
+   * gradients were learned, though strain and work of what flows may be several times too small;
+   * 0: a state of such a model with a yield is refused with THRUM_UNSUPPORTED. Default 0. A model
+   * without point_training does not say what its points were chosen for, and is stepped. */
+  int32_t untrained_flow;
 } thrum_state_def;
 
 /* A def with every default set. Any thread. */

@@ -70,6 +70,7 @@ typedef struct cubature {
   uint64_t random;
   double share; /* of the time, in which points are chosen: 1, or less where they are refined */
   bool flows;   /* some region does, beyond a yield */
+  double strain, flow; /* largest norm of Green's strain, and of what has flowed, at a candidate */
   const thrum_reporter *reporter;
 } cubature;
 
@@ -312,24 +313,40 @@ static void point_gradients(const thrum_fem *fem, const thrum_model *model, int6
 
 /* Stress without its linear part of another law, where the point has flowed at the gradient
  * `before`. */
-static void law_stress(const cubature *c, int32_t region, double before[3][3], double g[3][3],
+static void law_stress(cubature *c, int32_t region, double before[3][3], double g[3][3],
                        double p[3][3]) {
   const double lambda = c->fem->lambda[region], mu = c->fem->mu[region];
   double plastic[3][3] = {{0}};
-  if (c->flows)
+  if (c->flows) {
     flow_at(c, region, before, plastic);
+    c->flow = fmax(c->flow, thrum_plastic_strain(plastic));
+  }
   thrum_flowed_stress(thrum_fem_law(c->fem, region), lambda, mu, g, plastic, p);
   thrum_take_linear_stress_off(lambda, mu, g, p);
 }
 
+/* The norm of Green's strain (g + g^T + g^T g) / 2. */
+static double green_norm(double g[3][3]) {
+  double sum = 0;
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) {
+      double twice = g[i][j] + g[j][i];
+      for (int k = 0; k < 3; k++)
+        twice += g[k][i] * g[k][j];
+      sum += 0.25 * twice * twice;
+    }
+  return sqrt(sum);
+}
+
 /* The force of one candidate in one state, weighted by its own volume, in the rows' scale. */
-static void candidate_row(const cubature *c, int64_t n, int64_t s, const double *gradient,
+static void candidate_row(cubature *c, int64_t n, int64_t s, const double *gradient,
                           const double *before, double *row) {
   const int64_t point = c->candidate[n];
   const int32_t region = c->fem->tet_region[point / c->fem->point_count];
   double g[3][3], flowed[3][3], p[3][3];
   memcpy(g, gradient, sizeof g);
   memcpy(flowed, before, sizeof flowed);
+  c->strain = fmax(c->strain, green_norm(g));
   if (thrum_fem_law(c->fem, region) == THRUM_LAW_STVK)
     thrum_quartic_stress(c->fem->lambda[region], c->fem->mu[region], g, p);
   else
@@ -459,6 +476,8 @@ static thrum_status choose_points(cubature *c, int64_t *places, double *x, int64
                                       .candidates = c->count,
                                       .states = STATES,
                                       .test_states = TEST_STATES,
+                                      .strain = c->strain,
+                                      .plastic = c->flow,
                                       .train_error = error_of(c, 0, *used, places, x),
                                       .test_error = error_of(c, 1, *used, places, x),
                                       .force_cost = thrum_cubature_cost(*used, c->rank)};

@@ -62,6 +62,9 @@ typedef struct thrum_cubature_figures {
   double force_cost; /* of a force, over that of the polynomial's, about: above 1 points do not pay;
                       * for a law that no polynomial holds it says nothing */
 
+  double strain;  /* largest norm of Green's strain at a candidate in these states */
+  double plastic; /* largest plastic strain there, 0: nothing flowed */
+
   /* Relative rms of the displacement in motions that were not trained on, within the range and
    * beyond it, and the processor time of a step of these [s]
    * (precompute/polynomial/cubature_motion.h); NaN: not measured. */

@@ -218,6 +218,13 @@ class Model:
         return [law] * max(int(self._shape.region_count), 1)
 
     @property
+    def point_training(self) -> Array | None:
+        """What cubature points were trained on: the largest strain, the yield beyond which it flowed (0: it was elastic),
+        the largest plastic strain, and 1 where the gradients were learned; None: not known, or without points."""
+        values: Array | None = self._view(self._shape, "point_training", (4,))
+        return values
+
+    @property
     def basis(self) -> Array | None:
         """U [kg^-1/2], 3 n x shown; a view. None for a model without a mesh."""
         values: Array | None = self._view(self._shape, "basis", (3 * self.vertex_count, self.shown))

@@ -30,7 +30,7 @@ _KERNELS = {"best": 0, "reference": 1, "avx2": 2, "avx512": 3, "neon": 4, "wasm"
 _NUMBERS = ("dt", "damping_alpha", "damping_beta", "split_safety", "newmark_beta", "newmark_gamma", "tolerance")
 _WHOLE = ("explicit_count", "iterations_max")
 _PLASTIC = ("plastic_yield", "plastic_creep", "plastic_largest")
-_SWITCHES = ("adaptive", "fallback", "frequency_matched")
+_SWITCHES = ("adaptive", "fallback", "frequency_matched", "untrained_flow")
 
 
 def state_def(options: dict[str, Any]) -> Any:
@@ -129,7 +129,8 @@ class State:
     newmark_gamma 0.5, tolerance 0 (the integrator's own), iterations_max 50, split_form "position", adaptive True,
     fallback True, solver "quasi-newton", frequency_matched True, kernel "best". Plastic flow at the cubature points of a
     model of another law, by "energy": plastic_yield (a strain), plastic_creep [1/s] and plastic_largest (a strain), all
-    infinite: no flow.
+    infinite: no flow. Points that were not trained on flow are refused, but with untrained_flow True: strain and work of
+    what flows may then be several times too small.
 
     A state keeps its model alive. Several threads may use it in turn: each call waits for the one before it. It is
     pickled with its model and continues with the same bits.

@@ -106,8 +106,8 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
     return refuse(error, "solver", solver, "one of thrum_implicit_solver");
   if (def->borrows_scratch != 0 && def->borrows_scratch != 1)
     return refuse(error, "borrows_scratch", def->borrows_scratch, "0 or 1");
-  if (def->unused != 0)
-    return refuse(error, "unused", def->unused, "0");
+  if (def->untrained_flow != 0 && def->untrained_flow != 1)
+    return refuse(error, "untrained_flow", def->untrained_flow, "0 or 1");
   if (def->frequency_matched != 0 && def->frequency_matched != 1)
     return refuse(error, "frequency_matched", def->frequency_matched, "0 or 1");
   if (!thrum_kernel_name(def->kernel))
@@ -123,6 +123,33 @@ static bool can_flow(const thrum_model *model) {
     if (model->region_law[i] != THRUM_LAW_STVK)
       return true;
   return !model->region_law && thrum_law_of_model(model) != THRUM_LAW_STVK;
+}
+
+/* Points know what flow does where they were chosen by states that had flowed: that happens at
+ * places of the body, so not where gradients were learned, and no lower yield does where nothing
+ * did. */
+static thrum_status check_training(const thrum_model *model, const thrum_state_def *def,
+                                   thrum_error *error) {
+  const double *training = model->point_training;
+  if (!training || def->untrained_flow == 1)
+    return THRUM_OK;
+  if (training[THRUM_TRAINING_LEARNED] > 0.0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "the gradients of the model's cubature points were learned, so that "
+                           "what flows is the strain of no place of the body: precompute it "
+                           "without --cubature-refine and with --yield, or set untrained_flow "
+                           "(--untrained-flow on)");
+
+  // a region's own yield is one of those of the training
+  const double yield = training[THRUM_TRAINING_YIELD];
+  const bool flowed = training[THRUM_TRAINING_PLASTIC] > 0.0;
+  if (yield > 0.0 && (flowed || def->plastic.yield >= yield))
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_UNSUPPORTED,
+                         "the model's cubature points were not trained on plastic flow%s: strain "
+                         "and work of what flows may be several times too small; precompute it "
+                         "with --yield, or set untrained_flow (--untrained-flow on)",
+                         yield > 0.0 ? " beyond so small a yield" : "");
 }
 
 /* Flow is there where the points answer by a law of F, and for the integrator whose step is elastic
@@ -156,7 +183,7 @@ static thrum_status check_plastic(const thrum_model *model, const thrum_state_de
                            "plastic.yield of the state's def is %g, and the integrator %s does not "
                            "step plastic flow: energy does",
                            plastic->yield, thrum_integrator_name(def->integrator));
-  return THRUM_OK;
+  return check_training(model, def, error);
 }
 
 thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_def *def,

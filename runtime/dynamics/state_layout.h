@@ -161,7 +161,8 @@ struct thrum_state {
   int32_t release_due;       /* 1: what the plastic strains have released is to be found again */
 };
 
-_Static_assert(sizeof(thrum_state_def) == offsetof(thrum_state_def, unused) + sizeof(int32_t) &&
+_Static_assert(sizeof(thrum_state_def) ==
+                       offsetof(thrum_state_def, untrained_flow) + sizeof(int32_t) &&
                    sizeof(thrum_state_report) ==
                        offsetof(thrum_state_report, residual_last) + sizeof(double) &&
                    offsetof(thrum_state, report) ==

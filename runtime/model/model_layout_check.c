@@ -114,6 +114,10 @@ static thrum_status check_polynomial(const thrum_layout *layout, thrum_error *er
     return thrum_error_set(error, THRUM_MISSING,
                            "array 'point_weights' is missing: 'point_law' is that of cubature "
                            "points, as a polynomial cannot hold it");
+  if (HAS(layout, point_training) && !HAS(layout, point_weights))
+    return thrum_error_set(error, THRUM_MISSING,
+                           "array 'point_weights' is missing: 'point_training' is that of cubature "
+                           "points");
   THRUM_TRY(check_regions(layout, error));
   if (HAS(layout, slave_map) && HAS(layout, point_weights))
     return thrum_error_set(
@@ -453,6 +457,19 @@ static thrum_status check_points(const thrum_layout *layout, thrum_error *error)
   return THRUM_OK;
 }
 
+// strains, and a number that says yes or no
+static thrum_status check_training(const thrum_layout *layout, thrum_error *error) {
+  for (int n = 0; n < THRUM_TRAINING_NUMBERS; n++) {
+    const double number = get_f8(layout->data[THRUM_ARRAY_point_training], n);
+    const bool learned = n == THRUM_TRAINING_LEARNED;
+    if (number < 0.0 || (learned && number != 0.0 && number != 1.0))
+      return thrum_error_set(error, THRUM_BAD_VALUE,
+                             "array 'point_training' holds %g (entry %d); %s", number, n,
+                             learned ? "0 or 1 is allowed there" : "strains are >= 0");
+  }
+  return THRUM_OK;
+}
+
 static thrum_status check_mesh(const thrum_layout *layout, thrum_error *error) {
   THRUM_TRY(check_indices(layout, THRUM_ARRAY_tets, SIZE(layout, vertex_count), error));
   THRUM_TRY(check_indices(layout, THRUM_ARRAY_tet_region, SIZE(layout, region_count), error));
@@ -559,6 +576,8 @@ thrum_status thrum_layout_check_values(const thrum_layout *layout, thrum_error *
   thrum_status status = check_omega2(layout, error);
   if (status == THRUM_OK && HAS(layout, point_weights))
     status = check_points(layout, error);
+  if (status == THRUM_OK && HAS(layout, point_training))
+    status = check_training(layout, error);
   if (status == THRUM_OK && HAS(layout, point_law))
     status = check_law(layout, error);
   if (status == THRUM_OK && HAS(layout, region_law))

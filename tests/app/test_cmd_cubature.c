@@ -54,7 +54,7 @@ static void a_model_of_points_says_its_error_and_runs(void **state) {
   assert_int_equal(run.exit_code, 0);
   object = json_line(run.out);
   assert_true(number_of(object, "cubature_points") == points);
-  assert_true(number_of(object, "format_minor") == 3);
+  assert_true(number_of(object, "format_minor") == 4);
   cJSON_Delete(object);
   program_result_free(&run);
   run = thrum_run(folder, "info", "cub.npz", NULL);
@@ -181,6 +181,7 @@ static void check_flow_of_learned_points(void) {
   program_result_free(&run);
   run = thrum_run(folder, "simulate", "cub.npz", "--yield", "0.02", "--time", "0.01", "-q", "-o",
                   "learned", NULL);
+  assert_int_equal(run.exit_code, 1);
   assert_non_null(strstr(run.err, "were learned, so that what flows is"));
   program_result_free(&run);
 }
@@ -245,6 +246,31 @@ static void assert_strain_energy_is_not_negative(void) {
   assert_true(rows > 100);
 }
 
+/* Runs with this yield are refused in a line that says why, and so is a scene, but with the key
+ * that accepts it, which warns. */
+static void assert_flow_is_refused(const char *model, const char *yield, const char *says) {
+  program_result run =
+      thrum_run(folder, "simulate", model, yield, "--time", "0.01", "-q", "-o", "none", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_true(line_count_is(run.err, 1));
+  if (!strstr(run.err, says) || !strstr(run.err, "precompute it with --yield"))
+    fail_msg("%s", run.err);
+  program_result_free(&run);
+  static const char *const accepted[] = {"", "\"untrained_flow\": true, "};
+  for (int n = 0; n < 2; n++) {
+    char scene[400];
+    snprintf(scene, sizeof scene,
+             "{%s\"time\": 0.01, \"bodies\": [{\"model\": \"%s\", \"material\": {\"yield\": "
+             "%s}}]}",
+             accepted[n], model, yield + strlen("--yield="));
+    assert_true(text_file_write(in_folder("flow.json"), scene));
+    run = thrum_run(folder, "simulate", "flow.json", "-q", "-o", "flow", NULL);
+    if (run.exit_code != (n == 0) || !strstr(run.err, says))
+      fail_msg("%s", run.err);
+    program_result_free(&run);
+  }
+}
+
 static void few_points_flow_no_more_than_the_load_gives(void **state) {
   (void)state;
   program_result run = PRECOMPUTE("--cubature", "--cubature-error", "0.05", "--law", "neo-hookean",
@@ -252,10 +278,17 @@ static void few_points_flow_no_more_than_the_load_gives(void **state) {
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
 
+  // what they were trained on is said, and flow, which is none of it, is refused
+  run = thrum_run(folder, "info", "cub.npz", NULL);
+  assert_non_null(strstr(run.out, "trained on        strains up to "));
+  assert_non_null(strstr(run.out, ", no plastic flow"));
+  program_result_free(&run);
+  assert_flow_is_refused("cub.npz", "--yield=0.01", "not trained on plastic flow: strain");
+
   // they have a little more stiffness than the body along some shape, as the flow once showed
-  run = thrum_run(folder, "simulate", "cub.npz", "--yield", "0.01", "--load",
-                  "square:0,0,-200@tip,until=0.3", "--time", "0.4", "-q", "--json", "-o", "few",
-                  NULL);
+  run = thrum_run(folder, "simulate", "cub.npz", "--yield", "0.01", "--untrained-flow", "on",
+                  "--load", "square:0,0,-200@tip,until=0.3", "--time", "0.4", "-q", "--json", "-o",
+                  "few", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_non_null(strstr(run.err, "were not trained on plastic flow"));
   cJSON *object = json_line(run.out);
@@ -276,9 +309,9 @@ static void few_points_flow_no_more_than_the_load_gives(void **state) {
                   "1e6", NULL);
   assert_int_equal(run.exit_code, 0);
   program_result_free(&run);
-  run = thrum_run(folder, "simulate", "cub.npz", "--yield", "0.01", "--load",
-                  "square:0,0,-200@tip,until=0.3", "--time", "0.4", "-q", "--json", "-o", "few",
-                  NULL);
+  run = thrum_run(folder, "simulate", "cub.npz", "--yield", "0.01", "--untrained-flow", "on",
+                  "--load", "square:0,0,-200@tip,until=0.3", "--time", "0.4", "-q", "--json", "-o",
+                  "few", NULL);
   assert_int_equal(run.exit_code, 0);
   assert_non_null(strstr(run.err, "cubature points are too few for plastic flow"));
   object = json_line(run.out);
@@ -314,6 +347,15 @@ static void points_flow_and_their_account_closes(void **state) {
   assert_true(fabs(number_of(work, "balance_j")) <= 1e-9 * load);
   assert_true(number_of(object, "plastic_strain") > 0.001);
   cJSON_Delete(object);
+  program_result_free(&run);
+
+  // info says what the points know, and a run that flows further is told
+  run = thrum_run(folder, "info", "cub.npz", NULL);
+  assert_non_null(strstr(run.out, ", flow beyond 0.02, plastic strains up to "));
+  program_result_free(&run);
+  run = thrum_run(folder, "simulate", "cub.npz", "--yield", "0.02", "--load",
+                  "square:0,0,-20000@tip,until=0.02", "--time", "0.03", "-q", "-o", "far", NULL);
+  assert_non_null(strstr(run.err, "were trained on up to "));
   program_result_free(&run);
 
   // the table names law, yield and what has flowed

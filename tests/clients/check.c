@@ -27,7 +27,7 @@ static void print_layouts(void) {
   FIELD("ExplicitCount", explicit_count);
   FIELD("Kernel", kernel);
   FIELD("Solver", solver);
-  FIELD("Unused", unused);
+  FIELD("UntrainedFlow", untrained_flow);
 #undef FIELD
 
   printf("energies %zu\nenergies.Total %zu\nenergies.High %zu\n", sizeof(thrum_energies),

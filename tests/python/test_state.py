@@ -82,7 +82,12 @@ class Stepping(unittest.TestCase):
             beam().state(plastic_yield=0.1)
         model = thrum.Model.load(model_file("points", "beam:3x1x1@0.3x0.1x0.1", fix="x<0.001", order=1, modes=3, rank=6,
                                             young=1e5, cubature=True, cubature_error=0.1, law="corotational"))
-        state = model.state(plastic_yield=0.01, plastic_creep=50)
+        # points that were not trained on flow are refused, but where that is asked for
+        self.assertEqual(model.point_training.tolist()[1:], [0.0, 0.0, 0.0])
+        self.assertGreater(model.point_training[0], 0.0)
+        with self.assertRaisesRegex(thrum.Unsupported, "not trained on plastic flow"):
+            model.state(plastic_yield=0.01)
+        state = model.state(plastic_yield=0.01, plastic_creep=50, untrained_flow=True)
         state.set(p=np.eye(6)[0])
         before = state.energies.total
         state.step(50)

@@ -44,7 +44,7 @@ const must = (is) => ({ is, needed: true });
 const left = { unread: true };
 
 const solver = Object.fromEntries(['damping_form', 'split', 'safety', 'split_form', 'adaptive', 'fallback', 'frequency_matching', 'newmark',
-  'solver', 'tolerance', 'iterations'].map((key) => [key, left]));
+  'solver', 'tolerance', 'iterations', 'untrained_flow'].map((key) => [key, left]));
 
 /** Shapes of obstacles: what each needs and may have beside what all have. */
 export const SHAPES = {

@@ -589,8 +589,49 @@ static void what_cannot_flow_is_refused(void **context) {
   both_free(&made);
 }
 
+/* Points say what they were trained on: flow at those that know of none is refused, by a state that
+ * does not ask for it, and a yield that nothing reached tells nothing of a smaller one. */
+static void flow_at_untrained_points_is_refused(void **context) {
+  (void)context;
+  static const struct {
+    double training[THRUM_TRAINING_NUMBERS];
+    const char *says; /* of a yield of 0.05; NULL: it is stepped */
+  } cases[] = {
+      {{0.3, 0, 0, 0}, "not trained on plastic flow: strain"},
+      {{0.3, 0.1, 0, 0}, "not trained on plastic flow beyond so small a yield"},
+      {{0.3, 0.1, 0.02, 0}, NULL},
+      {{0.3, 0.05, 0, 0}, NULL},
+      {{0.3, 0, 0, 1}, "the strain of no place of the body"},
+  };
+  both made;
+  flow_make(&made, "corotational", 6);
+  size_t size = 0;
+  for (size_t n = 0; n < sizeof cases / sizeof cases[0]; n++) {
+    made.points.point_training = cases[n].training;
+    assert_int_equal(thrum_model_check(&made.points, NULL), THRUM_OK);
+    thrum_state_def def = flow_def(0.05);
+    if (cases[n].says)
+      assert_refused(&made.points, &def, THRUM_UNSUPPORTED, cases[n].says);
+    else
+      assert_int_equal(thrum_state_size(&made.points, &def, &size, NULL), THRUM_OK);
+
+    // who asks for it has it, and elastic motion needs no such training
+    def.untrained_flow = 1;
+    assert_int_equal(thrum_state_size(&made.points, &def, &size, NULL), THRUM_OK);
+    def = flow_def(INFINITY);
+    assert_int_equal(thrum_state_size(&made.points, &def, &size, NULL), THRUM_OK);
+  }
+
+  // a model that does not say it is stepped
+  made.points.point_training = NULL;
+  const thrum_state_def def = flow_def(0.05);
+  assert_int_equal(thrum_state_size(&made.points, &def, &size, NULL), THRUM_OK);
+  both_free(&made);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(flow_at_untrained_points_is_refused),
       cmocka_unit_test(a_point_flows_by_the_closed_form),
       cmocka_unit_test(a_point_flows_at_any_strain),
       cmocka_unit_test(a_plastic_strain_is_finite),

@@ -118,8 +118,8 @@ static void every_field_of_a_def_is_checked_and_named(void **context) {
   REFUSE(solver, (thrum_implicit_solver)2);
   REFUSE(solver, (thrum_implicit_solver)-1);
   REFUSE(frequency_matched, 2);
+  REFUSE(untrained_flow, 2);
   REFUSE(borrows_scratch, 2);
-  REFUSE(unused, 1);
   REFUSE(damping_form, (thrum_damping_form)2);
   REFUSE(split_rule, (thrum_split_rule)3);
 

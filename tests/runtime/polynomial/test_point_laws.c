@@ -453,6 +453,25 @@ static void a_law_that_is_unknown_or_has_no_points_is_refused(void **context) {
   both_free(&made);
 }
 
+static void a_training_that_cannot_be_is_refused(void **context) {
+  (void)context;
+  both made;
+  law_make(&made, "neo-hookean", 4, 3, 5);
+  static const double negative[] = {0.3, -1, 0, 0}, neither[] = {0.3, 0, 0, 0.5};
+  thrum_model bad = made.points;
+  bad.point_training = negative;
+  assert_refused(&bad, THRUM_BAD_VALUE,
+                 "array 'point_training' holds -1 (entry 1); strains are >= 0");
+  bad.point_training = neither;
+  assert_refused(&bad, THRUM_BAD_VALUE, "0 or 1 is allowed there");
+
+  // it is that of points
+  bad = made.m.model;
+  bad.point_training = negative;
+  assert_refused(&bad, THRUM_MISSING, "'point_training' is that of cubature points");
+  both_free(&made);
+}
+
 static void laws_of_regions_that_cannot_be_are_refused(void **context) {
   (void)context;
   both made;
@@ -529,6 +548,7 @@ int main(void) {
       // refusals
       cmocka_unit_test(a_law_that_is_unknown_or_has_no_points_is_refused),
       cmocka_unit_test(laws_of_regions_that_cannot_be_are_refused),
+      cmocka_unit_test(a_training_that_cannot_be_is_refused),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
