@@ -2,6 +2,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/mesh_warnings.h"
 
+#include <string.h>
+
 #include "config/message.h"
 #include "mesh/mesh_examine.h"
 #include "mesh/mesh_flags.h"
@@ -54,12 +56,25 @@ void mesh_notes_object(cJSON *object, const thrum_mesh *mesh) {
     cJSON_AddItemToArray(notes, cJSON_CreateString(mesh->notes[n].text));
 }
 
-void mesh_warn_materials(const thrum_mesh *mesh, const char *name) {
+/* Of a file whose unit was said the options may be in it, too, which they never are. */
+static void warn_material(const thrum_mesh *mesh, const char *name, const char *unit,
+                          thrum_examine_flag flag) {
   char line[300];
+  thrum_mesh_flag_line(mesh, NULL, flag, line);
+  if (unit == NULL) {
+    config_warn("%s: %s", name, line);
+    return;
+  }
+  config_warn("%s: %.*s; options are in Pa and kg/m^3 whatever --unit says, and materials of the "
+              "file were taken to be in %s",
+              name, (int)strcspn(line, ";"), line, unit);
+}
+
+void mesh_warn_materials(const thrum_mesh *mesh, const char *name, const char *unit) {
   if (thrum_mesh_odd_density(mesh) >= 0)
-    config_warn("%s: %s", name, thrum_mesh_flag_line(mesh, NULL, THRUM_EXAMINE_DENSITY, line));
+    warn_material(mesh, name, unit, THRUM_EXAMINE_DENSITY);
   else if (thrum_mesh_odd_modulus(mesh) >= 0)
-    config_warn("%s: %s", name, thrum_mesh_flag_line(mesh, NULL, THRUM_EXAMINE_MODULUS, line));
+    warn_material(mesh, name, unit, THRUM_EXAMINE_MODULUS);
 }
 
 void mesh_warn_poisson(const thrum_mesh *mesh, const char *name) {

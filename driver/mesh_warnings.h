@@ -18,8 +18,9 @@ void mesh_warnings_print(const thrum_mesh *mesh, const char *name,
 /* Adds what the reader noted to a result, as the list "notes". */
 void mesh_notes_object(cJSON *object, const thrum_mesh *mesh);
 
-/* Warns of densities and moduli that no solid has, once it is known what the mesh is made of. */
-void mesh_warn_materials(const thrum_mesh *mesh, const char *name);
+/* Warns of densities and moduli that no solid has, once it is known what the mesh is made of.
+ * `unit`: that of the file, as --unit says; NULL: it was not said. */
+void mesh_warn_materials(const thrum_mesh *mesh, const char *name, const char *unit);
 
 /* Warns of Poisson's ratios so near 1/2 that rounding is felt. */
 void mesh_warn_poisson(const thrum_mesh *mesh, const char *name);

@@ -118,7 +118,7 @@ static thrum_status apply_material(precompute_request *request, thrum_mesh *mesh
                            request->mesh_name);
   }
   mesh->has_material = true;
-  mesh_warn_materials(mesh, path_basename(request->mesh_name));
+  mesh_warn_materials(mesh, path_basename(request->mesh_name), request->reading.unit);
   mesh_warn_poisson(mesh, path_basename(request->mesh_name));
   return THRUM_OK;
 }

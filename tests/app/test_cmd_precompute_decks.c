@@ -9,6 +9,9 @@
 
 #include <cmocka.h>
 
+#include "mesh/formats/mesh_read.h"
+#include "mesh/formats/mesh_write.h"
+#include "mesh/mesh.h"
 #include "precompute/vega_model.h"
 #include "precompute/vega_reduced.h"
 #include "tests/support/test_folder.h"
@@ -66,6 +69,76 @@ static void a_unit_is_that_of_lengths_and_materials(void **state) {
   run = PRECOMPUTE("--unit", "furlong");
   assert_int_equal(run.exit_code, 2);
   assert_non_null(strstr(run.err, "LENGTH-MASS-TIME"));
+  program_result_free(&run);
+}
+
+/* How often a text has these words. */
+static int count_of(const char *text, const char *words) {
+  int count = 0;
+  for (const char *at = strstr(text, words); at != NULL; at = strstr(at + 1, words))
+    count++;
+  return count;
+}
+
+/* A deck in millimetres whose materials are in SI, so that its lengths alone are wrong. */
+#define BODY "body.msh", "--fix", "x<1", "--young", "1e9", "--poisson", "0.3", "--density", "1000"
+#define PUSHED "--load", "constant:0,0,-1@all"
+
+static void every_command_asks_once_for_the_unit_of_a_long_body(void **state) {
+  (void)state;
+  thrum_mesh mesh;
+  assert_int_equal(thrum_mesh_read("beam:3x1x1@60x20x20", 1, &mesh, NULL), THRUM_OK);
+  thrum_mesh_write_options options = {0};
+  thrum_mesh_lost lost = {0};
+  assert_int_equal(thrum_mesh_write(in_folder("body.msh"), &mesh, &options, &lost, NULL), THRUM_OK);
+  thrum_mesh_free(&mesh);
+  assert_true(
+      text_file_write(in_folder("page.html"),
+                      "<script type=\"application/octet-stream\" id=\"thrum-pack\"></script>"));
+  setenv("THRUM_VIEWER", in_folder("page.html"), 1);
+  assert_true(text_file_write(in_folder("scene.json"),
+                              "{\"time\":0.01,\"bodies\":[{\"name\":\"a\",\"model\":\"body.msh\","
+                              "\"material\":{\"young\":1e9,\"poisson\":0.3,\"density\":1000}}]}"));
+  static const char *const commands[][20] = {
+      {"precompute", BODY, "-o", "body.npz"},
+      {"precompute", BODY, "--dry-run"},
+      {"precompute", BODY, "--unit", "m-kg-s", "-o", "body.npz"},
+      {"precompute", BODY, "--scale", "0.5", "-o", "body.npz"},
+      {"static", BODY, "--full", PUSHED},
+      {"simulate", BODY, "--full", PUSHED, "--time", "0.01", "-o", "run"},
+      {"tradeoff", BODY, PUSHED, "--quick", "-o", "search"},
+      {"convert", "body.msh", "body.vtu"},
+      {"check", "body.msh"},
+      {"simulate", "scene.json", "-o", "scene"},
+      {"view", "scene.json", "-o", "scene.html"}};
+  for (size_t n = 0; n < sizeof commands / sizeof *commands; n++) {
+    const char *const *c = commands[n];
+    program_result run =
+        thrum_run(folder, c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7], c[8], c[9], c[10], c[11],
+                  c[12], c[13], c[14], c[15], c[16], c[17], c[18], NULL);
+    if (run.exit_code != 0 && run.exit_code != 3)
+      fail_msg("%s %s: %s", c[0], c[1], run.err);
+    const int asked = count_of(run.err, "is its file in millimetres?") +
+                      count_of(run.out, "is its file in millimetres?");
+    if (asked != (n == 2 || n == 3 ? 0 : 1))
+      fail_msg("%s %s asks %d times: %s", c[0], c[1], asked, run.err);
+    program_result_free(&run);
+  }
+  unsetenv("THRUM_VIEWER");
+}
+
+/* A unit is that of the file, not of options. */
+static void options_in_the_unit_of_the_file_are_told_to_be_in_si(void **state) {
+  (void)state;
+  write_deck(true);
+  program_result run = PRECOMPUTE("--unit", "mm-t-s", "--young", "2.1e5", "--density", "7.85e-9");
+  assert_int_equal(run.exit_code, 0);
+  assert_non_null(strstr(run.err, "a density is 7.85e-09 kg/m^3"));
+  assert_non_null(strstr(run.err, "options are in Pa and kg/m^3 whatever --unit says"));
+  assert_null(strstr(run.err, "needs --unit"));
+  program_result_free(&run);
+  run = PRECOMPUTE("--unit", "mm-t-s", "--young", "2.1e11", "--density", "7850");
+  assert_null(strstr(run.err, "kg/m^3"));
   program_result_free(&run);
 }
 
@@ -252,6 +325,8 @@ int main(void) {
     return 1;
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_unit_is_that_of_lengths_and_materials),
+      cmocka_unit_test(every_command_asks_once_for_the_unit_of_a_long_body),
+      cmocka_unit_test(options_in_the_unit_of_the_file_are_told_to_be_in_si),
       cmocka_unit_test(each_region_may_have_a_material_of_its_own),
       cmocka_unit_test(the_full_order_takes_unit_regions_and_order_of_a_mesh_too),
       cmocka_unit_test(check_names_regions_and_what_was_read),

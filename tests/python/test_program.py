@@ -2,6 +2,7 @@
 import os
 import pickle
 import unittest
+import warnings
 from unittest import mock
 
 import numpy as np
@@ -51,6 +52,18 @@ class Program(unittest.TestCase):
         with self.assertWarnsRegex(RuntimeWarning, "its linear tetrahedra are too stiff"):
             thrum.precompute("beam:8x1x1@1x0.1x0.1", FOLDER + "/thin.npz", fix="x<0.001", order=1, modes=2,
                              rank=4)
+
+    def test_unit(self):
+        """A mesh in millimetres is asked about in Python's names, and a unit or a scale answers."""
+        corner = np.array([[0, 0, 0], [100, 0, 0], [0, 100, 0], [0, 0, 100]]), [[0, 1, 2, 3]]
+        solid = {"young": 1e9, "poisson": 0.3, "density": 1000, "order": 1, "modes": 2, "rank": 2}
+        asked = "^mesh: the body is 100 m long: is its file in millimetres. scale 0.001, or unit mm-t-s"
+        with self.assertWarnsRegex(RuntimeWarning, asked):
+            thrum.precompute(corner, FOLDER + "/corner.npz", **solid)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            thrum.precompute(corner, FOLDER + "/corner.npz", scale=0.001, **solid)
+        self.assertFalse([warning for warning in caught if "long" in str(warning.message)])
 
     def test_hostile_names(self):
         # names of files that look like options, or are no UTF-8, are names of files
