@@ -44,11 +44,10 @@ static void put_line(path_file *file, const char *line) {
 
 static thrum_status displaced(const thrum_model *model, const load_target *target, const double *q,
                               double mean[3], thrum_error *error) {
-  const int32_t *vertices = NULL;
-  int64_t count = 0;
-  int32_t one = 0;
-  thrum_status status = load_target_find(model, target, &vertices, &count, &one, error);
-  THRUM_THEN(status, thrum_displacement_mean(model, vertices, count, q, mean, error));
+  load_vertices at = {0};
+  thrum_status status = load_target_find(model, target, &at, error);
+  THRUM_THEN(status, thrum_displacement_mean(model, at.list, at.count, q, mean, error));
+  load_vertices_free(&at);
   return config_error_in(error, status, "--at");
 }
 

@@ -14,6 +14,7 @@
 
 #include "config/message.h"
 #include "config/parse.h"
+#include "mesh/vertex_places.h"
 #include "platform/allocate.h"
 #include "precompute/model/load_share.h"
 #include "precompute/model/traction.h"
@@ -124,17 +125,20 @@ thrum_status load_target_parse(const char *text, const char *said, load_target *
   static const char vertex_key[] = "vertex=";
   load_target parsed = {.all = strcmp(text, "all") == 0};
 
-  // vertex=N counts from 1; any other text is the name of a group
+  // vertex=N counts from 1; any other text is a place or the name of a group
   if (!parsed.all && strncmp(text, vertex_key, sizeof vertex_key - 1) == 0) {
     if (!config_parse_integer(text + sizeof vertex_key - 1, &parsed.vertex) || parsed.vertex < 1) {
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                              "%.200s: vertex= takes the number of one vertex, from 1", said);
     }
   } else if (!parsed.all) {
-    if (text[0] == 0 || strlen(text) >= sizeof parsed.group)
+    if (text[0] == 0 || strlen(text) >= sizeof parsed.name)
       return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                             "%.200s: say where: GROUP, vertex=N or all", said);
-    snprintf(parsed.group, sizeof parsed.group, "%s", text);
+                             "%.200s: say where: GROUP, vertex=N, near:X,Y,Z, a predicate such as "
+                             "'x>0.9', or all",
+                             said);
+    snprintf(parsed.name, sizeof parsed.name, "%s", text);
+    parsed.place = thrum_vertex_places_meant(text);
   }
 
   *target = parsed;
@@ -164,9 +168,10 @@ static thrum_status parse_body(char *body, const load_kind *kind, load_spec *loa
                            load->text, at + 1);
   }
   if (!load->gravity && (at == NULL || at[1] == 0)) {
-    return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
-                           "--load '%s': say where it acts: %s:%s@GROUP, @vertex=N or @all",
-                           load->text, kind->name, body);
+    return thrum_error_set(
+        error, THRUM_INVALID_ARGUMENT,
+        "--load '%s': say where it acts: %s:%s@GROUP, @vertex=N, @near:X,Y,Z or @all", load->text,
+        kind->name, body);
   }
   if (at == NULL)
     return THRUM_OK;
@@ -236,51 +241,91 @@ static void list_groups(const thrum_model *model, char *list, size_t size) {
 }
 
 bool load_target_equal(const load_target *a, const load_target *b) {
-  return a->all == b->all && a->vertex == b->vertex && strcmp(a->group, b->group) == 0;
+  return a->all == b->all && a->vertex == b->vertex && strcmp(a->name, b->name) == 0;
+}
+
+/* The vertices at a place, as a list of its own. */
+static thrum_status find_place(const thrum_model *model, const char *place, load_vertices *found,
+                               thrum_error *error) {
+  const int64_t count = model->vertex_count;
+  uint8_t *marks = NULL;
+  THRUM_TRY(thrum_reserve(&marks, count + 1, sizeof *marks, "the vertices of a load", error));
+  thrum_status status = thrum_reserve(&found->owned, count + 1, sizeof *found->owned,
+                                      "the vertices of a load", error);
+  THRUM_THEN(status,
+             thrum_vertex_places_mark(model->vertices, count, place, strlen(place), marks, error));
+  for (int64_t v = 0; v < count && status >= 0; v++)
+    if (marks[v])
+      found->owned[found->count++] = (int32_t)v;
+  free(marks);
+  if (status >= 0 && found->count == 0)
+    status = thrum_vertex_places_none(model->vertices, count, place, error);
+  found->list = found->owned;
+  return status;
+}
+
+static thrum_status find_vertex(const thrum_model *model, int64_t number, load_vertices *found,
+                                thrum_error *error) {
+  if (number > model->vertex_count)
+    return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model has vertices 1 to %lld",
+                           (long long)model->vertex_count);
+  THRUM_TRY(thrum_reserve(&found->owned, 1, sizeof *found->owned, "the vertex of a load", error));
+  found->owned[0] = (int32_t)(number - 1);
+  found->list = found->owned;
+  found->count = 1;
+  return THRUM_OK;
+}
+
+static thrum_status find_group(const thrum_model *model, const char *name, load_vertices *found,
+                               thrum_error *error) {
+  if (thrum_model_group(model, name, &found->list, &found->count, NULL) >= 0)
+    return THRUM_OK;
+  char list[160];
+  list_groups(model, list, sizeof list);
+  return thrum_error_set(
+      error, THRUM_MISSING, "no group '%.60s' (one vertex is vertex=N or near:X,Y,Z); %s%s", name,
+      list[0] != 0 ? "the model's groups: " : "the model has no groups: use vertex=N or all", list);
 }
 
 thrum_status load_target_find(const thrum_model *model, const load_target *target,
-                              const int32_t **vertices, int64_t *count, int32_t *one,
-                              thrum_error *error) {
-  // all vertices need no list; one vertex is its own list
-  if (target->all) {
-    *vertices = NULL;
-    *count = model->vertex_count;
+                              load_vertices *found, thrum_error *error) {
+  *found = (load_vertices){0};
+  thrum_status status = THRUM_OK;
+  if (target->all)
+    found->count = model->vertex_count;
+  else if (target->vertex > 0)
+    status = find_vertex(model, target->vertex, found, error);
+  else if (target->place)
+    status = find_place(model, target->name, found, error);
+  else
+    status = find_group(model, target->name, found, error);
+  if (status < 0)
+    load_vertices_free(found);
+  return status;
+}
 
-  } else if (target->vertex > 0) {
-    if (target->vertex > model->vertex_count)
-      return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "the model has vertices 1 to %lld",
-                             (long long)model->vertex_count);
-    *one = (int32_t)(target->vertex - 1);
-    *vertices = one;
-    *count = 1;
-
-  } else if (thrum_model_group(model, target->group, vertices, count, NULL) < 0) {
-    char list[160];
-    list_groups(model, list, sizeof list);
-    return thrum_error_set(
-        error, THRUM_MISSING, "no group '%.60s' (one vertex is vertex=N); %s%s", target->group,
-        list[0] != 0 ? "the model's groups: " : "the model has no groups: use vertex=N or all",
-        list);
-  }
-  return THRUM_OK;
+void load_vertices_free(load_vertices *found) {
+  free(found->owned);
+  *found = (load_vertices){0};
 }
 
 thrum_status load_target_list(const thrum_model *model, const load_target *target, int32_t **list,
                               int64_t *count, thrum_error *error) {
-  const int32_t *vertices = NULL;
-  int64_t found = 0;
-  int32_t one = 0;
-  THRUM_TRY(load_target_find(model, target, &vertices, &found, &one, error));
+  load_vertices found;
+  int32_t *made = NULL;
+  THRUM_TRY(load_target_find(model, target, &found, error));
+  const thrum_status status =
+      thrum_reserve(&made, found.count + 1, sizeof *made, "a list of vertices", error);
 
   // one after the other where all are meant
-  int32_t *made = NULL;
-  THRUM_TRY(thrum_reserve(&made, found + 1, sizeof *made, "a list of vertices", error));
-  for (int64_t n = 0; n < found; n++)
-    made[n] = vertices != NULL ? vertices[n] : (int32_t)n;
-  *list = made;
-  *count = found;
-  return THRUM_OK;
+  for (int64_t n = 0; n < found.count && status >= 0; n++)
+    made[n] = found.list != NULL ? found.list[n] : (int32_t)n;
+  if (status >= 0) {
+    *list = made;
+    *count = found.count;
+  }
+  load_vertices_free(&found);
+  return status;
 }
 
 static thrum_status reduce_traction(const thrum_model *model, const int32_t *vertices,
@@ -296,19 +341,20 @@ static thrum_status reduce_traction(const thrum_model *model, const int32_t *ver
 
 static thrum_status reduce_target(const thrum_model *model, const load_spec *load, double *reduced,
                                   thrum_error *error) {
-  const int32_t *vertices = NULL;
-  int64_t count = 0;
-  int32_t one = 0;
+  load_vertices at;
   if (model->basis == NULL) {
     return thrum_error_set(error, THRUM_MISSING,
                            "the model has no basis, so no force can act on its vertices");
   }
 
   // a traction is integrated over the surface, a force is shared by the vertices
-  THRUM_TRY(load_target_find(model, &load->target, &vertices, &count, &one, error));
-  if (load->traction)
-    return reduce_traction(model, vertices, count, load->vector, reduced, error);
-  return thrum_load_add_shared(model, vertices, count, load->vector, reduced, error);
+  THRUM_TRY(load_target_find(model, &load->target, &at, error));
+  const thrum_status status =
+      load->traction
+          ? reduce_traction(model, at.list, at.count, load->vector, reduced, error)
+          : thrum_load_add_shared(model, at.list, at.count, load->vector, reduced, error);
+  load_vertices_free(&at);
+  return status;
 }
 
 thrum_status load_spec_reduce(const thrum_model *model, const load_spec *load, double *reduced,
@@ -324,15 +370,16 @@ thrum_status load_spec_reduce(const thrum_model *model, const load_spec *load, d
 
 thrum_status load_spec_fill(const thrum_model *model, const load_spec *load, double *forces,
                             thrum_error *error) {
-  const int32_t *vertices = NULL;
-  int64_t count = 0;
-  int32_t one = 0;
+  load_vertices at;
   if (load->gravity)
     return thrum_load_fill_gravity(model, load->vector, forces, error);
 
   // the same loads as above, as a field on the mesh
-  THRUM_TRY(load_target_find(model, &load->target, &vertices, &count, &one, error));
-  if (load->traction)
-    return thrum_traction_fill(model, vertices, count, load->vector, forces, NULL, error);
-  return thrum_load_fill(model, vertices, count, load->vector, forces, error);
+  THRUM_TRY(load_target_find(model, &load->target, &at, error));
+  const thrum_status status =
+      load->traction
+          ? thrum_traction_fill(model, at.list, at.count, load->vector, forces, NULL, error)
+          : thrum_load_fill(model, at.list, at.count, load->vector, forces, error);
+  load_vertices_free(&at);
+  return status;
 }

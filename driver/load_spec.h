@@ -10,12 +10,20 @@
 
 #define LOAD_TEXT_MAX 512
 
-/* Vertices by name: all, vertex=N or a group. */
+/* Vertices of a model: all, vertex=N, a place (mesh/vertex_places.h) or a group. */
 typedef struct load_target {
   bool all;
-  int64_t vertex; /* 1-based; 0: a group */
-  char group[LOAD_TEXT_MAX];
+  int64_t vertex;           /* 1-based; 0: another kind */
+  bool place;               /* `name` is a place, not a group */
+  char name[LOAD_TEXT_MAX]; /* of the group, or the place */
 } load_target;
+
+/* The vertices that were found. */
+typedef struct load_vertices {
+  const int32_t *list; /* count, ascending; NULL: all of the model */
+  int64_t count;
+  int32_t *owned; /* what of the list was made for it */
+} load_vertices;
 
 /* One parsed load. `text` is borrowed from argv. */
 typedef struct load_spec {
@@ -35,11 +43,10 @@ thrum_status load_target_parse(const char *text, const char *said, load_target *
 /* Do both name the same? */
 bool load_target_equal(const load_target *a, const load_target *b);
 
-/* Finds the vertices of a target: *vertices points into the model (NULL: all of them) or at *one,
- * which gets the number of a single vertex. */
+/* Finds the vertices of a target in the model, which must stay; load_vertices_free frees. */
 thrum_status load_target_find(const thrum_model *model, const load_target *target,
-                              const int32_t **vertices, int64_t *count, int32_t *one,
-                              thrum_error *error);
+                              load_vertices *found, thrum_error *error);
+void load_vertices_free(load_vertices *found);
 
 /* The same as a list of its own, also of all vertices, for functions to which no list means another
  * thing. The caller frees *list. */

@@ -23,6 +23,7 @@
 #include "mesh/mesh_fix.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/model_quality.h"
+#include "mesh/vertex_places.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "precompute/basis/handles.h"
@@ -409,11 +410,34 @@ static thrum_status make_model(precompute_task *task, precompute_show *show,
   return status;
 }
 
-/* Looks the --handles up in the mesh. */
-static thrum_status find_handles(const precompute_request *request, const thrum_mesh *mesh,
+/* Makes a group of the mesh of what is at a place, of that name; other texts are passed over. */
+static thrum_status add_place(thrum_mesh *mesh, const char *text, thrum_error *error) {
+  const int64_t count = mesh->vertex_count;
+  if (!thrum_vertex_places_meant(text) || thrum_mesh_find_group(mesh, text) != NULL)
+    return THRUM_OK;
+  thrum_scope scope = thrum_scope_begin("a handle", error);
+  uint8_t *marks = thrum_scope_allocate(&scope, count, sizeof *marks);
+  int32_t *vertices = thrum_scope_allocate(&scope, count, sizeof *vertices);
+  thrum_status status = scope.status;
+  THRUM_THEN(status,
+             thrum_vertex_places_mark(mesh->vertices, count, text, strlen(text), marks, error));
+  int64_t marked = 0;
+  for (int64_t v = 0; v < count && status >= 0; v++)
+    if (marks[v])
+      vertices[marked++] = (int32_t)v;
+  if (status >= 0)
+    status = marked > 0 ? thrum_mesh_add_group(mesh, text, vertices, marked, error)
+                        : thrum_vertex_places_none(mesh->vertices, count, text, error);
+  thrum_scope_free(&scope);
+  return status;
+}
+
+/* Looks the --handles up in the mesh; places become groups of it. */
+static thrum_status find_handles(const precompute_request *request, thrum_mesh *mesh,
                                  thrum_handle *handles, thrum_error *error) {
   for (int64_t n = 0; n < request->handle_count; n++) {
-    const thrum_status status = thrum_handle_find(mesh, request->handles[n], &handles[n], error);
+    thrum_status status = add_place(mesh, request->handles[n], error);
+    THRUM_THEN(status, thrum_handle_find(mesh, request->handles[n], &handles[n], error));
     if (status < 0)
       return name_line(request, "handles", request->handle_lines, n, status, error);
   }

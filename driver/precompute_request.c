@@ -130,7 +130,8 @@ static const config_option options[] = {
                   "that is built, thrum goes on as it",
                   AT(options.solver)),
     OPTION_TEXT("handles", "SPEC", NULL,
-                "a group or vertex=N that will be pulled: its static responses to forces along x, "
+                "a group, vertex=N, near:X,Y,Z or a predicate that will be pulled: its static "
+                "responses to forces along x, "
                 "y, z are represented exactly; they and their derivatives take six coordinates "
                 "beside those of --rank",
                 .repeats = true, .take = take_handle),

@@ -285,7 +285,7 @@ static const config_option body_keys[] = {
                  .check = check_load, AT(loads)),
     OPTION_TEXT("touch", NULL, "\"surface\"",
                 "what may touch obstacles: \"surface\", \"none\", or a group of vertices, "
-                "vertex=N (from 1) or all",
+                "vertex=N (from 1), near:X,Y,Z, a predicate or all",
                 AT(touch)),
     OPTION_NUMBER("touch_stiffness", "N/m^3", "of the material",
                   "pressure per depth where obstacles say nothing", AT(touch_stiffness),
@@ -410,9 +410,11 @@ static const config_option link_keys[] = {
 
     // what is tied, and where
     OPTION_TEXT("body", NULL, NULL, "the name of a body", .needed = true, AT(body)),
-    OPTION_TEXT("at", NULL, "what is near \"place\"",
-                "a group of it, vertex=N (from 1) or all; of several vertices their mean",
-                AT(target)),
+    OPTION_TEXT(
+        "at", NULL, "what is near \"place\"",
+        "a group of it, vertex=N (from 1), near:X,Y,Z or a predicate in its own axes, or all; "
+        "of several vertices their mean",
+        AT(target)),
     OPTION_VECTOR("place", "m", "where \"at\" is", "where the link is at the start", AT(place)),
     OPTION_TEXT("other", NULL, "the world", "the name of another body", AT(other)),
     OPTION_TEXT("other_at", NULL, "what is near the place", "as \"at\", of the other body",
@@ -444,8 +446,9 @@ static const config_option probe_keys[] = {
                 "names its columns: letters, digits, '-', '_' and '.'", AT(name)),
     OPTION_TEXT("body", NULL, NULL, "the name of a body", .needed = true, AT(body)),
     OPTION_TEXT("at", NULL, NULL,
-                "a group, vertex=N (from 1) or all; of several vertices their mean", .needed = true,
-                AT(target)),
+                "a group, vertex=N (from 1), near:X,Y,Z or a predicate in its own axes, or all; of "
+                "several vertices their mean",
+                .needed = true, AT(target)),
     OPTION_END,
 };
 #undef AT

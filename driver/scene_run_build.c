@@ -25,12 +25,13 @@ static thrum_status add_load(scene_run *run, int32_t n, const load_spec *load, t
   memcpy(given.vector, load->vector, sizeof given.vector);
 
   // a force acts on the vertices of its target, a traction as a field over the body
-  int32_t one = 0;
+  load_vertices at = {0};
   double *field = NULL;
   thrum_status status = THRUM_OK;
   if (given.kind == THRUM_SCENE_FORCE) {
-    status =
-        load_target_find(body->model, &load->target, &given.vertices, &given.count, &one, error);
+    status = load_target_find(body->model, &load->target, &at, error);
+    given.vertices = at.list;
+    given.count = at.count;
   } else if (given.kind == THRUM_SCENE_FIELD) {
     field = calloc(3 * (size_t)body->model->vertex_count + 1, sizeof *field);
     status = field != NULL ? load_spec_fill(body->model, load, field, error)
@@ -43,6 +44,7 @@ static thrum_status add_load(scene_run *run, int32_t n, const load_spec *load, t
   }
 
   THRUM_THEN(status, thrum_scene_add_load(run->scene, n, &given, error));
+  load_vertices_free(&at);
   free(field);
   return status;
 }

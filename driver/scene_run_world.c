@@ -178,18 +178,15 @@ thrum_status scene_run_probes(scene_run *run) {
     const int32_t body = thrum_scene_find_body(run->scene, probe->body);
 
     // several vertices are followed by their mean
-    const int32_t *vertices = NULL;
-    int64_t count = 0;
-    int32_t one = 0;
+    load_vertices at = {0};
     load_target target;
 
     thrum_error detail = {0};
     thrum_status status = load_target_parse(probe->target, "at", &target, &detail);
-    THRUM_THEN(status, load_target_find(run->bodies[body].model, &target, &vertices, &count, &one,
-                                        &detail));
+    THRUM_THEN(status, load_target_find(run->bodies[body].model, &target, &at, &detail));
     THRUM_THEN(status,
-               thrum_scene_add_probe(run->scene, probe->name, body, vertices, count, &detail));
-
+               thrum_scene_add_probe(run->scene, probe->name, body, at.list, at.count, &detail));
+    load_vertices_free(&at);
     THRUM_TRY(scene_run_pass(run, &probe->at, "at", status, &detail));
   }
   return THRUM_OK;

@@ -81,8 +81,9 @@ thrum_model model_of_law(const thrum_model *model, thrum_law law);
   "  ramp      rises evenly from 0 at the start to the force at until=S, and ends there\n"         \
   "  gravity   gravity:X,Y,Z, an acceleration in m/s^2; no TARGET\n"                               \
   "  traction  traction:X,Y,Z@GROUP, a force an area in Pa on the surface there\n"                 \
-  "TARGET is a group, vertex=N (from 1, as in lists of fixed vertices), or all. The force is\n"    \
-  "the total: the vertices of a group share it equally, held ones included.\n"
+  "TARGET is a group, vertex=N (from 1, as in lists of fixed vertices), near:X,Y,Z (the vertex\n"  \
+  "nearest to that point of the body at rest [m]), a predicate such as 'x>0.9&z<0', or all. The\n" \
+  "force is the total: the vertices of a target share it equally, held ones included.\n"
 
 /* The option of how a material flows, "--creep", that is given though nothing of the model does: no
  * yield is given, and no region has one of its own; NULL where there is none. */

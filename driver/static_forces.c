@@ -70,8 +70,7 @@ static bool is_held(const static_body *body, const int32_t *vertices, int64_t co
 /* Does a --move or --rotate name this group? */
 static bool is_moved(const static_request *request, const char *name) {
   for (int64_t n = 0; n < request->move_count; n++)
-    if (request->moves[n].kind <= STATIC_ROTATE &&
-        strcmp(request->moves[n].target.group, name) == 0)
+    if (request->moves[n].kind <= STATIC_ROTATE && strcmp(request->moves[n].target.name, name) == 0)
       return true;
   return false;
 }
@@ -103,13 +102,12 @@ static thrum_status sum_groups(const static_request *request, const static_body 
     const char *at = strchr(move->text, '@');
     static_group group = {.option = static_move_names[move->kind],
                           .name = at != NULL ? at + 1 : move->text};
-    const int32_t *vertices = NULL;
-    int64_t count = 0;
-    int32_t one = 0;
+    load_vertices held;
     if (seen)
       continue;
-    THRUM_TRY(load_target_find(model, &move->target, &vertices, &count, &one, error));
-    add_reactions(body, vertices, count, &group.sum);
+    THRUM_TRY(load_target_find(model, &move->target, &held, error));
+    add_reactions(body, held.list, held.count, &group.sum);
+    load_vertices_free(&held);
     forces->groups[forces->group_count++] = group;
   }
   return THRUM_OK;

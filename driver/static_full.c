@@ -24,7 +24,7 @@ typedef struct search {
   thrum_full *body;
   uint8_t *held; /* vertex_count */
   double *forces, *moves, *field;
-  int32_t *single; /* move_count: a target that is one vertex */
+  load_vertices *targets; /* move_count: of the moves */
   thrum_full_follower *followers;
   thrum_full_turn *turns;
   thrum_full_loading loading;
@@ -36,7 +36,7 @@ static thrum_status allocate(const thrum_model *model, int64_t move_count, searc
   THRUM_TRY(thrum_reserve(&s->held, vertices + 1, 1, "the full order", error));
   THRUM_TRY(
       thrum_reserve(&s->forces, 9 * vertices + 1, sizeof *s->forces, "the full order", error));
-  THRUM_TRY(thrum_reserve(&s->single, moves, sizeof *s->single, "the full order", error));
+  THRUM_TRY(thrum_reserve(&s->targets, moves, sizeof *s->targets, "the full order", error));
   THRUM_TRY(thrum_reserve(&s->followers, moves, sizeof *s->followers, "the full order", error));
   THRUM_TRY(thrum_reserve(&s->turns, moves, sizeof *s->turns, "the full order", error));
   s->moves = s->forces + 3 * vertices;
@@ -88,21 +88,18 @@ static thrum_status take_moves(const static_request *request, const thrum_model 
                                thrum_error *error) {
   for (int64_t n = 0; n < request->move_count; n++) {
     const static_move *move = &request->moves[n];
-    const int32_t *vertices = NULL;
-    int64_t count = 0;
-
-    const thrum_status status =
-        load_target_find(model, &move->target, &vertices, &count, &s->single[n], error);
+    load_vertices *at = &s->targets[n];
+    const thrum_status status = load_target_find(model, &move->target, at, error);
     THRUM_TRY(
         config_error_in(error, status, "--%s '%.100s'", static_move_names[move->kind], move->text));
 
     // a moved or turned vertex is held in all three directions at its new place
     if (move->kind <= STATIC_ROTATE)
-      hold(vertices, count, move->kind == STATIC_MOVE ? move->by : NULL, s);
+      hold(at->list, at->count, move->kind == STATIC_MOVE ? move->by : NULL, s);
     if (move->kind == STATIC_ROTATE)
-      add_turn(request, move, vertices, count, s);
+      add_turn(request, move, at->list, at->count, s);
     if (move->kind >= STATIC_FOLLOW)
-      add_follower(request, move, vertices, count, s);
+      add_follower(request, move, at->list, at->count, s);
   }
 
   s->loading.forces = s->forces;
@@ -178,13 +175,11 @@ static thrum_status look(static_answer *answer, const search *s, thrum_error *er
 
   // the mean displacement of each target
   for (int64_t n = 0; n < request->target_count; n++) {
-    const int32_t *vertices = NULL;
-    int64_t count = 0;
-    int32_t one = 0;
-    const thrum_status status =
-        load_target_find(answer->model, &request->targets[n], &vertices, &count, &one, error);
+    load_vertices at;
+    const thrum_status status = load_target_find(answer->model, &request->targets[n], &at, error);
     THRUM_TRY(config_error_in(error, status, "--at"));
-    thrum_full_mean(s->body, vertices, count, answer->displaced[n]);
+    thrum_full_mean(s->body, at.list, at.count, answer->displaced[n]);
+    load_vertices_free(&at);
   }
 
   // and the largest of all vertices
@@ -355,7 +350,9 @@ thrum_status static_full_find(static_answer *answer, double *q, thrum_error *err
   thrum_full_free(s.body);
   free(s.held);
   free(s.forces);
-  free(s.single);
+  for (int64_t n = 0; s.targets != NULL && n < answer->request->move_count; n++)
+    load_vertices_free(&s.targets[n]);
+  free(s.targets);
   free(s.followers);
   free(s.turns);
   return status;

@@ -80,9 +80,8 @@ static const config_option options[] = {
     // how far the load goes, and where the answer is read off
     OPTION_NUMBER("factor", NULL, "1", "so many times the loads", AT(def.factor),
                   CONFIG_RANGE(0, FACTOR_MAX), .above = true),
-    OPTION_TEXT("at", "TARGET", "where the loads act",
-                "show the mean displacement of a group, vertex=N or all", .repeats = true,
-                .take = take_at),
+    OPTION_TEXT("at", "TARGET", "where the loads act", "show the mean displacement of a TARGET",
+                .repeats = true, .take = take_at),
     OPTION_FLAG("stay", "where the body would buckle, stay on the path, unstable", AT(def.stay)),
     OPTION_NUMBER("tolerance", NULL, "1e-10", "of the residual relative to the load",
                   AT(def.tolerance), CONFIG_RANGE(0, 0.01), .above = true),
@@ -109,8 +108,8 @@ static const config_option options[] = {
     OPTION_FLAG("full", "of the whole mesh, unreduced; MODEL may then be a mesh", AT(full)),
     OPTION_GROUP(mesh_options, "", AT(mesh_def)),
     OPTION_TEXT("move", "X,Y,Z@TARGET", NULL,
-                "bring a group, vertex=N or all to this displacement and hold it there",
-                .unit = "m", .repeats = true, MOVED(STATIC_MOVE)),
+                "bring a TARGET to this displacement and hold it there", .unit = "m",
+                .repeats = true, MOVED(STATIC_MOVE)),
     OPTION_TEXT(
         "rotate", "X,Y,Z@TARGET", NULL,
         "turn a group as a rigid whole about the mean of its vertices, by axis times angle, "
@@ -183,9 +182,9 @@ static void default_targets(static_request *request) {
     // it is named as the user named it
     const load_target *target = &request->loads[n].target;
     request->targets[request->target_count] = *target;
-    request->at[request->target_count++] = target->all             ? "all"
-                                           : target->group[0] != 0 ? target->group
-                                                                   : at + 1;
+    request->at[request->target_count++] = target->all            ? "all"
+                                           : target->name[0] != 0 ? target->name
+                                                                  : at + 1;
   }
 }
 

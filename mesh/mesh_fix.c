@@ -1,4 +1,4 @@
-/* Finds what --fix names: predicates over rest positions, files of vertex numbers, groups.
+/* Finds what --fix names: places (vertex_places.h), files of vertex numbers, groups.
  *
  * Nothing is written to the caller's bytes until the whole spec is understood. Cost: linear in the
  * mesh and in the list.
@@ -12,17 +12,11 @@
 #include "mesh/mesh.h"
 #include "mesh/mesh_fix.h"
 #include "mesh/mesh_groups.h"
+#include "mesh/vertex_places.h"
 #include "platform/allocate.h"
 #include "runtime/base/quadratic_tet.h"
 
-enum { ALL_AXES = 7, TERMS_MAX = 32 };
-
-/* One comparison such as x<=0.01. */
-typedef struct fix_term {
-  int axis;
-  bool less, equal;
-  double bound;
-} fix_term;
+enum { ALL_AXES = 7 };
 
 static bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\n' || c == '\r';
@@ -46,72 +40,10 @@ static uint8_t split_components(const char *spec, const char **end) {
   return axes;
 }
 
-static thrum_status bad_predicate(const char *spec, thrum_error *error) {
-  return thrum_error_set(error, THRUM_BAD_FORMAT,
-                         "'%.100s' is no predicate; write comparisons in metres joined by &, such "
-                         "as 'x<0.01&z>=0' or 'x<0.01:yz'",
-                         spec);
-}
-
 static const char *skip_blanks(const char *at, const char *end) {
   while (at < end && is_blank(*at))
     at++;
   return at;
-}
-
-/* Reads one comparison at *at and moves past it; false when there is none. */
-static bool read_term(const char **at, const char *end, fix_term *term) {
-  const char *p = skip_blanks(*at, end);
-  if (p == end || *p < 'x' || *p > 'z')
-    return false;
-  term->axis = *p - 'x';
-
-  // an axis, < or >, perhaps =, and a number
-  p = skip_blanks(p + 1, end);
-  if (p == end || (*p != '<' && *p != '>'))
-    return false;
-  term->less = *p++ == '<';
-  term->equal = p < end && *p == '=';
-  p = skip_blanks(p + term->equal, end);
-
-  size_t used = thrum_text_scan_number(p, end, &term->bound);
-  // neither NaN nor infinite bounds make sense
-  if (used == 0 || !(term->bound > -1e300 && term->bound < 1e300))
-    return false;
-  *at = skip_blanks(p + used, end);
-  return true;
-}
-
-static bool holds(const fix_term *term, const double *position) {
-  double x = position[term->axis];
-  if (term->equal && x == term->bound)
-    return true;
-  return term->less ? x < term->bound : x > term->bound;
-}
-
-static thrum_status mark_predicate(const thrum_mesh *mesh, const char *spec, const char *end,
-                                   uint8_t *marks, thrum_error *error) {
-  // terms that are joined by &
-  fix_term terms[TERMS_MAX];
-  int count = 0;
-  const char *at = spec;
-  for (;;) {
-    if (count == TERMS_MAX || !read_term(&at, end, &terms[count]))
-      return bad_predicate(spec, error);
-    count++;
-    if (at == end)
-      break;
-    if (*at++ != '&')
-      return bad_predicate(spec, error);
-  }
-
-  // all of them must hold
-  for (int64_t v = 0; v < mesh->vertex_count; v++) {
-    marks[v] = 1;
-    for (int t = 0; t < count; t++)
-      marks[v] = marks[v] && holds(&terms[t], mesh->vertices + 3 * v);
-  }
-  return THRUM_OK;
 }
 
 static int64_t file_vertices(const thrum_mesh *mesh) {
@@ -268,16 +200,17 @@ static thrum_status mark_name(const thrum_mesh *mesh, const char *name, uint8_t 
 /* `text` is the spec without blanks around it. */
 static thrum_status mark(const thrum_mesh *mesh, char *text, uint8_t *marks, uint8_t *axes,
                          bool *empty, thrum_error *error) {
-  bool predicate = strpbrk(text, "<>") != NULL;
+  const bool place = thrum_vertex_places_meant(text);
   // a name that happens to end like components is still that name
-  if (!predicate && (is_file(text) || thrum_mesh_find_group(mesh, text))) {
+  if (!place && (is_file(text) || thrum_mesh_find_group(mesh, text))) {
     *axes = ALL_AXES;
     return mark_name(mesh, text, marks, empty, error);
   }
   const char *end = text + strlen(text);
   *axes = split_components(text, &end);
-  if (predicate)
-    return mark_predicate(mesh, text, end, marks, error);
+  if (place)
+    return thrum_vertex_places_mark(mesh->vertices, mesh->vertex_count, text, (size_t)(end - text),
+                                    marks, error);
   text[end - text] = '\0';
   return mark_name(mesh, text, marks, empty, error);
 }
@@ -310,7 +243,7 @@ static thrum_status mark_all(const thrum_mesh *mesh, char *text, uint8_t *marks,
   for (int64_t v = 0; v < mesh->vertex_count; v++)
     *named += marks[v];
   if (*named == 0 && !empty)
-    return thrum_error_set(error, THRUM_BAD_VALUE, "'%s' names no vertex of the mesh", shown);
+    return thrum_vertex_places_none(mesh->vertices, mesh->vertex_count, shown, error);
   return THRUM_OK;
 }
 

@@ -39,7 +39,8 @@ thrum_status thrum_handle_find(const thrum_mesh *mesh, const char *spec, thrum_h
       return THRUM_OK;
     }
   return thrum_error_set(error, THRUM_MISSING,
-                         "'%.100s' is neither a group of the mesh nor vertex=N", spec);
+                         "'%.100s' is neither a group of the mesh nor vertex=N nor near:X,Y,Z",
+                         spec);
 }
 
 // unit forces along the axes, 3 columns; refuses a handle that cannot move

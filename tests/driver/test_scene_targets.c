@@ -1,6 +1,6 @@
-/* Each key of a scene that names vertices takes a group, vertex=N and all, and means by each what
- * the C interface means by the list of these vertices.
- * SPDX-License-Identifier: Apache-2.0 */
+/* Each key of a scene that names vertices takes a group, vertex=N, a place and all, and means by
+ * each what the C interface means by the list of these vertices. SPDX-License-Identifier:
+ * Apache-2.0 */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -17,10 +17,11 @@
 #include "tests/support/scene_call.h"
 #include "tests/support/test_folder.h"
 
-enum { FORMS = 4 };
+enum { FORMS = 6 };
 
 /* What a file says of the vertices of a side; NULL: nothing. */
-static const char *const forms[FORMS] = {NULL, "all", "vertex=5", "right"};
+static const char *const forms[FORMS] = {
+    NULL, "all", "vertex=5", "right", "near:0.41,0.1,0.1", "x>0.3&z<=0"};
 
 static int make_model(void **state) {
   (void)state;
@@ -50,22 +51,28 @@ static void open_scene(const char *keys, const char *more, const scene_request *
     fail_msg("%s: %s", text, error.message);
 }
 
+/* Is vertex v one of those that the form means? */
+static bool is_meant(const thrum_model *model, const char *form, int64_t v) {
+  const double *x = model->vertices + 3 * v, tiny = 1e-9;
+  if (strcmp(form, "vertex=5") == 0)
+    return v == 4;
+  if (strcmp(form, "near:0.41,0.1,0.1") == 0)
+    return fabs(x[0] - 0.4) < tiny && fabs(x[1] - 0.05) < tiny && fabs(x[2] - 0.05) < tiny;
+  if (strcmp(form, "x>0.3&z<=0") == 0)
+    return x[0] > 0.3 && x[2] <= 0;
+  return strcmp(form, "all") == 0 || x[0] > 0.4 - tiny;
+}
+
 /* The list of vertices that a form means; NULL: none is given. The caller frees it. */
 static int32_t *list_of(const thrum_model *model, const char *form, int64_t *count) {
-  const int32_t *group = NULL;
   *count = 0;
   if (form == NULL)
     return NULL;
-  if (strcmp(form, "all") == 0)
-    *count = model->vertex_count;
-  else if (strcmp(form, "right") == 0)
-    MUST(thrum_model_group(model, "right", &group, count, &failure));
-  else
-    *count = 1;
-  int32_t *list = malloc((size_t)*count * sizeof *list);
+  int32_t *list = malloc((size_t)model->vertex_count * sizeof *list);
   assert_non_null(list);
-  for (int64_t n = 0; n < *count; n++)
-    list[n] = group != NULL ? group[n] : *count == 1 ? 4 : (int32_t)n;
+  for (int64_t v = 0; v < model->vertex_count; v++)
+    if (is_meant(model, form, v))
+      list[(*count)++] = (int32_t)v;
   return list;
 }
 

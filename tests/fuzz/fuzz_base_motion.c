@@ -1,6 +1,6 @@
 /* Fuzz target of the table of accelerations that --base-motion reads.
- * sources: driver/base_motion_spec.c driver/load_spec.c config/parse.c config/message.c
- * runtime/loads/load_mean.c runtime/loads/base_motion.c runtime/base/finite.c
+ * sources: driver/base_motion_spec.c driver/load_spec.c mesh/vertex_places.c config/parse.c
+ * config/message.c runtime/loads/load_mean.c runtime/loads/base_motion.c runtime/base/finite.c
  * runtime/base/status.c io/file.c
  * platform/interrupt.c platform/allocate.c mesh/mesh_grow.c io/text.c
  *

@@ -2,12 +2,12 @@
  *
  * sources: driver/scene_spec.c driver/scene_keys.c driver/shared_options.c config/options.c
  * config/options_json.c config/options_command.c config/parse.c config/message.c
- * driver/basis_estimate.c driver/load_spec.c driver/base_motion_spec.c driver/start_spec.c
- * driver/mesh_model.c driver/named_model.c driver/model_names.c driver/region_material.c
- * driver/run_entries.c driver/scene_words.c io/json_read.c io/text.c io/file.c io/paths.c
- * mesh/mesh_groups.c mesh/formats/mesh_read.c platform/interrupt.c runtime/base/status.c
- * runtime/loads/*.c runtime/dynamics/state_def.c runtime/dynamics/state_names.c
- * runtime/polynomial/kernel.c SPDX-License-Identifier: Apache-2.0 */
+ * driver/basis_estimate.c driver/load_spec.c mesh/vertex_places.c driver/base_motion_spec.c
+ * driver/start_spec.c driver/mesh_model.c driver/named_model.c driver/model_names.c
+ * driver/region_material.c driver/run_entries.c driver/scene_words.c io/json_read.c io/text.c
+ * io/file.c io/paths.c mesh/mesh_groups.c mesh/formats/mesh_read.c platform/interrupt.c
+ * runtime/base/status.c runtime/loads/*.c runtime/dynamics/state_def.c
+ * runtime/dynamics/state_names.c runtime/polynomial/kernel.c SPDX-License-Identifier: Apache-2.0 */
 #include "tests/fuzz/fuzz_scene.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {

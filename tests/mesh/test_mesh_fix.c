@@ -252,7 +252,28 @@ static void bad_predicates_are_refused(void **state) {
       "X<1",    "x<1 2",   "x<0x10",    "left&x<1", "x<1:xq",  ":x<1"};
   for (size_t i = 0; i < sizeof specs / sizeof *specs; i++)
     refused(&m, specs[i], "is no predicate; write comparisons in metres joined by &");
-  refused(&m, "x>5", "'x>5' names no vertex of the mesh");
+  refused(&m, "x>5", "'x>5' names no vertex of the mesh, which extends from 0 to ");
+  thrum_mesh_free(&m);
+}
+
+static void near_picks_the_one_nearest_vertex(void **state) {
+  (void)state;
+  thrum_mesh m = beam();
+  for (int64_t v = 0; v < m.vertex_count; v++) {
+    const double *x = m.vertices + 3 * v;
+    char spec[120];
+    snprintf(spec, sizeof spec, "near: %.17g, %.17g,%.17g :z", x[0] + 1e-4, x[1] - 1e-4, x[2]);
+    uint8_t *fixed = fix(&m, spec, 1);
+    for (int64_t w = 0; w < m.vertex_count; w++)
+      assert_int_equal(fixed[w], w == v ? 4 : 0);
+    free(fixed);
+  }
+
+  static const char *const specs[] = {"near:",        "near:1",        "near:1,2",
+                                      "near:1,2,",    "near:1,2,3,4",  "near:1;2;3",
+                                      "near:nan,0,0", "near:1,2,1e999"};
+  for (size_t i = 0; i < sizeof specs / sizeof *specs; i++)
+    refused(&m, specs[i], "is no point; write its coordinates in metres");
   thrum_mesh_free(&m);
 }
 
@@ -344,6 +365,7 @@ int main(void) {
 
       // refusals and names
       cmocka_unit_test(bad_predicates_are_refused),
+      cmocka_unit_test(near_picks_the_one_nearest_vertex),
       cmocka_unit_test(an_unknown_name_lists_the_groups),
       cmocka_unit_test(names_may_look_like_components),
       cmocka_unit_test(a_file_goes_before_a_group),

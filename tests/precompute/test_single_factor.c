@@ -118,7 +118,8 @@ static void solutions_are_those_of_double_precision(void **state) {
   check_solutions(pair_make(body_quadratic("beam:6x3x2@1x0.3x0.2", NULL, 0, 0), true), 1e-11);
 }
 
-static void check_modes(pair *p, int64_t count) {
+/* most: relative distance of two eigenvalues that is allowed */
+static void check_modes(pair *p, int64_t count, double most) {
   const int64_t n = p->fem.free_count;
   double *values[2], *vectors[2];
   for (int twice = 0; twice < 2; twice++) {
@@ -138,7 +139,7 @@ static void check_modes(pair *p, int64_t count) {
   // a vector of an isolated value is unique
   double worst = 0;
   for (int64_t i = 0; i < count; i++) {
-    assert_close(values[0][i], values[1][i], 1e-11);
+    assert_close(values[0][i], values[1][i], most);
     const double *all = values[1];
     if ((i == 0 || all[i] > 1.01 * all[i - 1]) && i + 1 < count && all[i + 1] > 1.01 * all[i])
       worst = fmax(worst, apart(p, vectors[0] + i * n, vectors[1] + i * n));
@@ -154,12 +155,16 @@ static void check_modes(pair *p, int64_t count) {
 
 static void modes_are_those_of_double_precision(void **state) {
   (void)state;
-  check_modes(pair_make(body_quadratic("beam:8x3x3@1x0.3x0.3", "x<0.001", 0.01, 0.01), false), 10);
-  check_modes(pair_make(body_make("beam:40x3x3@1x0.1x0.1", "x<0.001"), false), 20);
-  check_modes(pair_make(body_quadratic("beam:6x3x2@1x0.3x0.2", NULL, 0, 0), true), 7);
+  check_modes(pair_make(body_quadratic("beam:8x3x3@1x0.3x0.3", "x<0.001", 0.01, 0.01), false), 10,
+              1e-11);
+
+  // the condition of a stiffness grows as the fourth power of the cells along a thin body, so what
+  // rounding leaves open, by which processors differ, is about 40^4 2e-16 = 6e-10
+  check_modes(pair_make(body_make("beam:40x3x3@1x0.1x0.1", "x<0.001"), false), 20, 6e-10);
+  check_modes(pair_make(body_quadratic("beam:6x3x2@1x0.3x0.2", NULL, 0, 0), true), 7, 1e-11);
 
   // this body is so small that the space of the search is the whole space
-  check_modes(pair_make(body_make("beam:2x1x1@2x1x1", "x<0.1"), false), 3);
+  check_modes(pair_make(body_make("beam:2x1x1@2x1x1", "x<0.1"), false), 3, 1e-11);
 }
 
 static void a_matrix_that_is_not_positive_definite_is_refused(void **state) {
