@@ -16,6 +16,7 @@ int cmd_simulate_shared(int argc, char **argv, const thrum_full_shared *shared,
   thrum_scope scope = thrum_scope_begin("the options", &error);
   simulate_request request = {.loads = thrum_scope_allocate(&scope, most, sizeof *request.loads),
                               .starts = thrum_scope_allocate(&scope, most, sizeof *request.starts),
+                              .probes = thrum_scope_allocate(&scope, most, sizeof *request.probes),
                               .base_motions =
                                   thrum_scope_allocate(&scope, most, sizeof *request.base_motions),
                               .shared = shared};

@@ -24,6 +24,7 @@ thrum_status driver_run_open(driver_run *run, int32_t body_count, thrum_error *e
 void driver_run_close(driver_run *run) {
   for (int32_t n = 0; n < run->body_count; n++) {
     run_output_close(&run->bodies[n].output);
+    run_probes_close(&run->bodies[n].probes);
     simulate_measures_close(&run->bodies[n].measures);
     free(run->bodies[n].q);
   }

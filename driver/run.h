@@ -8,6 +8,7 @@
 
 #include "config/progress.h"
 #include "driver/run_output.h"
+#include "driver/run_probes.h"
 #include "driver/simulate_measures.h"
 #include "driver/stepper.h"
 
@@ -17,6 +18,7 @@ typedef struct driver_body {
   bool moves;               /* as a whole, so places.npy is written */
   simulate_figures figures; /* with the request, the model and its hash */
   simulate_measures measures;
+  run_probes probes;
   run_output output;
   double *q, *p, *extents; /* rank each, in one allocation at q */
   thrum_energies energies; /* of the row in the making */

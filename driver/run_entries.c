@@ -17,9 +17,10 @@
 
 /* The files of a run but its mark. Those that end in .gp are there while a plot is drawn. */
 static const char *const run_files[] = {
-    "energy.csv",       "q.npy",          "end.npy",   RUN_PLACEMENTS,     "energy.png",
-    "energy.svg",       "frames.pvd",     "energy.gp", "against_mesh.csv", "against_mesh.png",
-    "against_mesh.svg", "against_mesh.gp"};
+    "energy.csv",       "q.npy",           "end.npy",    RUN_PLACEMENTS,     "energy.png",
+    "energy.svg",       "frames.pvd",      "energy.gp",  "against_mesh.csv", "against_mesh.png",
+    "against_mesh.svg", "against_mesh.gp", "probes.csv", "probes.png",       "probes.svg",
+    "probes.gp"};
 enum { RUN_FILE_COUNT = sizeof run_files / sizeof run_files[0] };
 
 /* The files of the run of a scene, beside the folders of its bodies. */

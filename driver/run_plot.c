@@ -13,13 +13,10 @@
 
 #include "platform/program.h"
 
-#define TITLE_MAX 200
-
-/* The title in single quotes of a script: printable, quotes doubled. */
-static void quote(const char *title, char quoted[2 * TITLE_MAX + 1]) {
+void run_plot_quote(const char *text, size_t most, char quoted[RUN_PLOT_QUOTED]) {
   size_t used = 0;
-  for (size_t n = 0; n < TITLE_MAX && title[n] != 0; n++) {
-    const unsigned char byte = (unsigned char)title[n];
+  for (size_t n = 0; n < most && n < RUN_PLOT_TEXT && text[n] != 0; n++) {
+    const unsigned char byte = (unsigned char)text[n];
     if (byte < ' ' || byte == 127)
       continue;
     if (byte == '\'')
@@ -31,8 +28,8 @@ static void quote(const char *title, char quoted[2 * TITLE_MAX + 1]) {
 
 static bool write_script(const char *path, const run_plot *plot, const char *terminal,
                          const char *output) {
-  char quoted[2 * TITLE_MAX + 1];
-  quote(plot->title, quoted);
+  char quoted[RUN_PLOT_QUOTED];
+  run_plot_quote(plot->title, RUN_PLOT_TEXT, quoted);
   FILE *file = fopen(path, "w");
   if (file == NULL)
     return false;

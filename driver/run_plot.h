@@ -4,10 +4,17 @@
 #define THRUM_DRIVER_RUN_PLOT_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 /* Runs gnuplot, or what THRUM_GNUPLOT names, on `script`, a file's name in `folder`, silent and
  * there; true when it ended well, false also where the variable is empty. */
 bool gnuplot_run(const char *folder, const char *script);
+
+/* A text of at most `most` bytes as it stands in single quotes of a script: printable, quotes
+ * doubled. */
+#define RUN_PLOT_TEXT 200
+#define RUN_PLOT_QUOTED (2 * RUN_PLOT_TEXT + 1)
+void run_plot_quote(const char *text, size_t most, char quoted[RUN_PLOT_QUOTED]);
 
 /* Curves over the time, from a file with commas in the folder. */
 typedef struct run_plot {

@@ -31,7 +31,13 @@ thrum_status driver_run_open_body(driver_run *run, int32_t n, const char *path,
   // the measures may refuse the model, so they come before the files
   THRUM_TRY(simulate_measures_open(request, shown, &body->measures, error));
   THRUM_TRY(run_output_open(path, shown, frames, body->name != NULL, &body->output, error));
-  return body->moves ? run_output_open_places(&body->output, error) : THRUM_OK;
+  if (body->moves)
+    THRUM_TRY(run_output_open_places(&body->output, error));
+
+  // the bodies of a scene are followed by probes of its own
+  return body->name == NULL
+             ? run_probes_open(request, shown, &body->output.folder, &body->probes, error)
+             : THRUM_OK;
 }
 
 /* Energies, coordinates and peaks of a body at this step. */
@@ -86,6 +92,9 @@ static thrum_status record_body(driver_run *run, int32_t n, int64_t step, bool r
 
   // where a free body is stands beside q
   THRUM_TRY(run_output_record(&body->output, step, time, body->q, &body->energies, error));
+  if (body->probes.field != NULL)
+    THRUM_TRY(stepper->kind->displacements(stepper->self, n, body->probes.field, error));
+  THRUM_TRY(run_probes_record(&body->probes, &body->output.folder, step, time, body->q, error));
   if (body->output.places == NULL)
     return THRUM_OK;
   double matrix[16];
@@ -148,6 +157,7 @@ thrum_status driver_run_end(driver_run *run, thrum_error *error) {
     if (status < 0 && status != THRUM_NOT_FINITE)
       return status;
     THRUM_TRY(run_output_end(&body->output, status >= 0 ? body->q : NULL, body->p, error));
+    THRUM_TRY(run_probes_end(&body->probes, &body->output.folder, error));
 
     // a motion that no step could go on from says nothing of the basis
     basis_record *basis = &body->measures.basis;

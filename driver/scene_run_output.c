@@ -236,7 +236,7 @@ static thrum_status complete_body(scene_run *run, int32_t n, thrum_error *error)
     run_output_plot(&record->output, title);
 
   // run.json comes last: it says that the body's run is whole
-  cJSON *object = simulate_report_json(&record->figures, &record->output, &record->measures);
+  cJSON *object = simulate_report_json(record);
   cJSON_AddItemToObject(object, "placement", placement_json(run, body));
   thrum_scene_body(run->scene, n, &info, NULL);
   add_contact(run, &info, object);

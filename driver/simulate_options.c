@@ -25,6 +25,17 @@ static thrum_status take_start(const config_given *given, void *request) {
   return THRUM_OK;
 }
 
+static thrum_status take_probe(const config_given *given, void *request) {
+  simulate_request *r = request;
+  thrum_error error = {0};
+  probe_spec *probe = &r->probes[r->probe_count];
+  *probe = (probe_spec){.name = given->text};
+  if (load_target_parse(given->text, "--probe", &probe->target, &error) < 0)
+    return config_given_refuse(given, "%s", error.message);
+  r->probe_count++;
+  return THRUM_OK;
+}
+
 static thrum_status take_base_motion(const config_given *given, void *request) {
   simulate_request *r = request;
   thrum_error error = {0};
@@ -90,6 +101,9 @@ static const config_option options[] = {
     OPTION_HEADING("what is written"),
     OPTION_COUNT("record-every", "1", "steps between rows of energy.csv and q.npy",
                  AT(record_every), CONFIG_RANGE(1, 1e12)),
+    OPTION_TEXT("probe", "TARGET", "where the loads act",
+                "follow the mean displacement of a TARGET, in probes.csv and a plot",
+                .repeats = true, .take = take_probe),
     OPTION_FRAMES(take_frames),
     OPTION_CHOICE(
         "frames-in", frames_in, "base",
@@ -143,6 +157,7 @@ const config_command command_simulate = {
     .about =
         "Steps a model file and writes what happened into the folder RUN: run.json (options and "
         "figures), energy.csv, q.npy, end.npy (q and p at the end), an energy plot where gnuplot "
+        "and one of what moves where the loads act where gnuplot "
         "is installed, and on request frames for ParaView.\n\n"
         "MODEL is a model file, or a name (beam, basket, bridge, horse, tower, heart) of a model "
         "that is precomputed once and cached. A SCENE.json names bodies, what acts on them and "

@@ -10,6 +10,12 @@
 #include "driver/start_spec.h"
 #include "precompute/full/full.h"
 
+/* A --probe: its text and what that names. */
+typedef struct probe_spec {
+  const char *name;
+  load_target target;
+} probe_spec;
+
 typedef struct simulate_request {
   const char *model_path;
   mesh_model_def mesh_def; /* where model_path is a mesh, of the full order */
@@ -33,6 +39,8 @@ typedef struct simulate_request {
   thrum_law law;                   /* of the full order, where */
   bool law_given;                  /* and not the model's */
   bool ground;                     /* frames as seen from the ground, not from the base */
+  int64_t probe_count;
+  probe_spec *probes; /* as loads; none: where the loads act */
   int64_t start_count;
   start_spec *starts; /* the same */
   double spin[3];     /* of a free body at the start [degrees/s]; 0: its frame stays */

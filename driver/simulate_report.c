@@ -33,6 +33,9 @@ static void add_specs(cJSON *object, const simulate_request *request) {
   cJSON *starts = cJSON_AddArrayToObject(object, "start");
   for (int64_t n = 0; n < request->start_count; n++)
     json_add_string(starts, request->starts[n].text);
+  cJSON *probes = cJSON_AddArrayToObject(object, "probe");
+  for (int64_t n = 0; n < request->probe_count; n++)
+    json_add_string(probes, request->probes[n].name);
   cJSON *motions = cJSON_AddArrayToObject(object, "base_motion");
   for (int64_t n = 0; n < request->base_motion_count; n++)
     json_add_string(motions, request->base_motions[n].text);
@@ -115,17 +118,20 @@ cJSON *simulate_options_json(const simulate_request *request) {
 }
 
 /* Names of the files, relative to the run's folder. */
-enum { RUN_FILES_MAX = 10 };
+enum { RUN_FILES_MAX = 12 };
 
 /* Lists the files of a run; one that was not wanted leaves NULL in its place. */
-static void list_files(const simulate_figures *figures, const run_output *output,
-                       const char *names[RUN_FILES_MAX]) {
+static void list_files(const driver_body *body, const char *names[RUN_FILES_MAX]) {
+  const simulate_figures *figures = &body->figures;
+  const run_output *output = &body->output;
   const char *const all[RUN_FILES_MAX] = {RUN_JSON,
                                           "energy.csv",
                                           "q.npy",
                                           output->moved ? RUN_PLACEMENTS : NULL,
                                           output->end ? "end.npy" : NULL,
                                           output->plot,
+                                          body->probes.count > 0 ? RUN_PROBES_CSV : NULL,
+                                          body->probes.plot,
                                           figures->against.asked ? AGAINST_MESH_CSV : NULL,
                                           figures->against.plot,
                                           output->frames > 0 ? "frames.pvd" : NULL,
@@ -133,19 +139,19 @@ static void list_files(const simulate_figures *figures, const run_output *output
   memcpy(names, all, sizeof all);
 }
 
-static void add_files(cJSON *object, const simulate_figures *figures, const run_output *output) {
+static void add_files(cJSON *object, const driver_body *body) {
   const char *names[RUN_FILES_MAX];
-  list_files(figures, output, names);
+  list_files(body, names);
   cJSON *files = cJSON_AddArrayToObject(object, "files");
   for (size_t n = 0; n < RUN_FILES_MAX; n++)
     if (names[n] != NULL)
       json_add_string(files, names[n]);
 }
 
-static void print_files(const simulate_figures *figures, const run_output *output) {
+static void print_files(const driver_body *body) {
   const char *names[RUN_FILES_MAX];
-  list_files(figures, output, names);
-  printf("files        %s/%s", figures->request->run_path, names[0]);
+  list_files(body, names);
+  printf("files        %s/%s", body->figures.request->run_path, names[0]);
 
   // the first is there always
   for (size_t n = 1; n < RUN_FILES_MAX; n++)
@@ -284,8 +290,9 @@ cJSON *simulate_report_begin(const char *status, const thrum_error *stop) {
   return object;
 }
 
-cJSON *simulate_report_json(const simulate_figures *figures, const run_output *output,
-                            const simulate_measures *measures) {
+cJSON *simulate_report_json(const driver_body *body) {
+  const simulate_figures *figures = &body->figures;
+  const run_output *output = &body->output;
   const thrum_state_report *report = &figures->report;
   const simulate_request *request = figures->request;
   char stepped_by[128];
@@ -297,7 +304,7 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   cJSON_AddStringToObject(
       object, "law", thrum_law_name(law_of_run(request->law_given, request->law, figures->model)));
   json_string(object, "run", request->run_path);
-  add_files(object, figures, output);
+  add_files(object, body);
 
   // what stepped it, and at what cost
   cJSON_AddStringToObject(object, "integrator", thrum_integrator_name(request->def.integrator));
@@ -327,7 +334,8 @@ cJSON *simulate_report_json(const simulate_figures *figures, const run_output *o
   add_full(object, figures);
   add_energies(object, figures);
   add_work(object, figures);
-  simulate_measures_json(measures, object);
+  run_probes_json(&body->probes, object);
+  simulate_measures_json(&body->measures, object);
   against_mesh_json(&figures->against, object);
   cJSON_AddItemToObject(object, "options", simulate_options_json(request));
   add_seconds(object, figures);
@@ -397,8 +405,8 @@ static void print_material(const simulate_figures *figures) {
            request->def.plastic.yield, figures->plastic_work, figures->plastic_strain);
 }
 
-void simulate_report_table(const simulate_figures *figures, const run_output *output,
-                           const simulate_measures *measures) {
+void simulate_report_table(const driver_body *body) {
+  const simulate_figures *figures = &body->figures;
   const thrum_state_report *report = &figures->report;
   const simulate_request *request = figures->request;
   char stepped_by[128];
@@ -439,8 +447,9 @@ void simulate_report_table(const simulate_figures *figures, const run_output *ou
   print_drift(figures);
   if (figures->peak_vertex >= 0)
     printf("peak         %.6g m at vertex %" PRId64 "\n", figures->peak, figures->peak_vertex + 1);
-  simulate_measures_table(measures);
+  run_probes_table(&body->probes);
+  simulate_measures_table(&body->measures);
   against_mesh_print(&figures->against, request);
   printf("status       %s\n", simulate_status_name(figures));
-  print_files(figures, output);
+  print_files(body);
 }

@@ -113,6 +113,7 @@ static thrum_status report(driver_run *run, double began, thrum_error *error) {
   // the plot is timed apart from the rows and frames
   const double plotting = clock_seconds();
   run_output_plot(&body->output, title);
+  run_probes_plot(&body->probes, &body->output.folder, title);
   against_mesh_plot(&body->output.folder, title, &figures->against);
   const double now = clock_seconds();
   figures->seconds_step = run->seconds_step;
@@ -120,7 +121,7 @@ static thrum_status report(driver_run *run, double began, thrum_error *error) {
   figures->seconds_plot = now - plotting;
   figures->seconds_total = now - began;
 
-  cJSON *object = simulate_report_json(figures, &body->output, &body->measures);
+  cJSON *object = simulate_report_json(body);
   const thrum_status status = run_output_commit(&body->output, object, error);
   if (status >= 0 && request->json) {
     json_print(object);
@@ -128,7 +129,7 @@ static thrum_status report(driver_run *run, double began, thrum_error *error) {
   }
   cJSON_Delete(object);
   if (status >= 0)
-    simulate_report_table(figures, &body->output, &body->measures);
+    simulate_report_table(body);
   return status;
 }
 

@@ -422,6 +422,70 @@ static void rows_hold_the_energies_of_their_states(void **state) {
   thrum_model_free(model);
 }
 
+/* The numbers of a row of probes.csv behind its step and its time. */
+static void read_probes(int64_t row, double *values, int count) {
+  char *text = text_file_read(in_folder("run/probes.csv"));
+  assert_non_null(text);
+  char *at = text;
+  for (int64_t n = 0; n <= row; n++)
+    at = strchr(at, '\n') + 1;
+  assert_true(strtoll(at, &at, 10) == row);
+  strtod(at + 1, &at);
+  for (int n = 0; n < count; n++)
+    values[n] = strtod(at + 1, &at);
+  assert_int_equal(*at, '\n');
+  free(text);
+}
+
+static void probes_follow_the_mean_of_their_targets(void **state) {
+  (void)state;
+  const thrum_model *model = load_beam();
+  cJSON *object = SIMULATE("beam.npz", "--time", "0.3", "--load", "impulse:0,1,-4@tip", "--probe",
+                           "near:1,0.04,0.06", "--probe", "x>0.9", "--judge", "off");
+  double *q = read_array("q.npy", 101, 10), values[6];
+
+  // both targets by hand: the beam's end is at x = 1, with its corners 0.05 from the axis
+  int32_t corner = -1, end[9];
+  int count = 0;
+  for (int32_t v = 0; v < model->vertex_count; v++) {
+    const double *x = model->vertices + 3 * v;
+    if (x[0] > 0.9)
+      end[count++] = v;
+    if (x[0] > 0.9 && x[1] > 0.04 && x[2] > 0.04)
+      corner = v;
+  }
+  assert_int_equal(count, 9);
+
+  double farthest = 0;
+  for (int64_t row = 0; row < 101; row++) {
+    double expected[6];
+    read_probes(row, values, 6);
+    assert_int_equal(thrum_displacement_mean(model, &corner, 1, q + 10 * row, expected, NULL), 0);
+    assert_int_equal(thrum_displacement_mean(model, end, 9, q + 10 * row, expected + 3, NULL), 0);
+    for (int i = 0; i < 6; i++)
+      assert_true(values[i] == expected[i]);
+    farthest = fmax(farthest, hypot(hypot(values[0], values[1]), values[2]));
+  }
+
+  // the report has the vertex and the largest displacement
+  const cJSON *probe = cJSON_GetArrayItem(cJSON_GetObjectItem(object, "probes"), 0);
+  assert_string_equal(text_of(probe, "at"), "near:1,0.04,0.06");
+  assert_true(json_value(probe, "vertex") == corner + 1);
+  assert_near(json_value(probe, "farthest_m"), farthest, 1e-15);
+  cJSON_Delete(object);
+  free(q);
+
+  // without --probe it is followed where the load acts, of the mesh as well
+  cJSON_Delete(
+      SIMULATE("beam.npz", "--time", "0.03", "--load", "impulse:0,1,-4@tip", "--judge", "off"));
+  read_probes(10, values, 3);
+  const double reduced = values[2];
+  cJSON_Delete(SIMULATE("beam.npz", "--time", "0.03", "--load", "impulse:0,1,-4@tip", "--full"));
+  read_probes(10, values, 3);
+  assert_near(values[2], reduced, 0.1 * fabs(reduced)); // of ten modes
+  thrum_model_free(model);
+}
+
 static void record_every_keeps_each_nth_row_and_the_last_energy(void **state) {
   (void)state;
   cJSON *object = SIMULATE("beam.npz", "--time", "0.3", "--start", "mode:1,0.01");
@@ -705,6 +769,7 @@ int main(void) {
 
       // what is written
       cmocka_unit_test(rows_hold_the_energies_of_their_states),
+      cmocka_unit_test(probes_follow_the_mean_of_their_targets),
       cmocka_unit_test(record_every_keeps_each_nth_row_and_the_last_energy),
       cmocka_unit_test(a_run_continues_from_the_end_of_another),
       cmocka_unit_test(starts_add_up_and_a_plain_vector_is_q),

@@ -71,6 +71,7 @@ static struct {
   load_spec loads[ROOM];
   base_motion_spec base_motions[ROOM];
   start_spec starts[ROOM];
+  probe_spec probes[ROOM];
   load_target targets[ROOM];
   static_move moves[ROOM];
   const char *texts[5][ROOM];
@@ -90,6 +91,7 @@ static void prepare(int which, any_request *request) {
     request->simulate.loads = room.loads;
     request->simulate.base_motions = room.base_motions;
     request->simulate.starts = room.starts;
+    request->simulate.probes = room.probes;
   } else if (which == 1) {
     request->rest.loads = room.loads;
     request->rest.targets = room.targets;
