@@ -3,6 +3,8 @@
  * mesh, for every region.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include <string.h>
+
 #include "io/number_text.h"
 #include "mesh/formats/mesh_out.h"
 #include "mesh/formats/mesh_write.h"
@@ -11,17 +13,29 @@ static const char BAD[] = ",\"*=";
 
 /* Abaqus and CalculiX take the first 20 characters of a number, and nothing of what follows. */
 enum { FIELD = 20 };
+enum { NAME_MAX_BARE = 80 }; /* of a set, in both */
 
 static void put_number(thrum_mesh_out *out, double value) {
   char text[THRUM_NUMBER_TEXT];
   thrum_out_bytes(out, text, thrum_number_text_within(value, FIELD, text));
 }
 
+/* A set's name behind `words`. A name that needs no quotes gets none: CalculiX takes them for a
+ * part of the name, which a user's deck that includes this one has bare. */
+static void put_name(thrum_mesh_out *out, const char *words, const char *name) {
+  static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-";
+  const size_t length = strlen(name);
+  const bool letter = (name[0] | 32) >= 'a' && (name[0] | 32) <= 'z';
+  const char *quote =
+      letter && length <= NAME_MAX_BARE && strspn(name, plain) == length ? "" : "\"";
+  thrum_out_text(out, "%s%s%s%s", words, quote, name, quote);
+}
+
 static void put_material(thrum_mesh_out *out, const thrum_mesh *m, int64_t region,
                          const char *name) {
   const thrum_material *material = &m->materials[region];
-  thrum_out_text(out, "*SOLID SECTION, ELSET=\"%s\", MATERIAL=material_%lld\n,\n", name,
-                 (long long)region + 1);
+  put_name(out, "*SOLID SECTION, ELSET=", name);
+  thrum_out_text(out, ", MATERIAL=material_%lld\n", (long long)region + 1);
   thrum_out_text(out, "*MATERIAL, NAME=material_%lld\n", (long long)region + 1);
 
   // without a material the section still tells the region
@@ -44,7 +58,8 @@ static void put_region(thrum_mesh_out *out, thrum_mesh_written *w, int64_t regio
   // one region without a name is allElements, which needs no set of its own
   if (m->region_count > 1 || w->region_group[region] >= 0) {
     thrum_write_region_name(w, region, BAD, name);
-    thrum_out_text(out, "*ELSET, ELSET=\"%s\"\n", name);
+    put_name(out, "*ELSET, ELSET=", name);
+    thrum_out_text(out, "\n");
     thrum_out_region_tets(out, m, region);
   }
 
@@ -83,7 +98,8 @@ void thrum_mesh_write_abaqus(thrum_mesh_out *out, thrum_mesh_written *w) {
     int column = 0;
     if (w->group_region[g] >= 0)
       continue;
-    thrum_out_text(out, "*NSET, NSET=\"%s\"\n", thrum_write_group_name(w, g, BAD, name));
+    put_name(out, "*NSET, NSET=", thrum_write_group_name(w, g, BAD, name));
+    thrum_out_text(out, "\n");
     for (int64_t i = 0; i < m->groups[g].count; i++)
       thrum_out_member(out, m->groups[g].vertices[i] + 1LL, &column);
     thrum_out_end_members(out, column);

@@ -365,6 +365,32 @@ class Rows:
             file.write("\n")
 
 
+def converted_deck(program, rows):
+    """A deck of thrum convert as it is: its sets, sections and materials, those of two regions, serve in CalculiX."""
+    thrum(program, "convert", "beam:4x1x1@1x0.2x0.2", "plain.inp", "--order", "2")
+    with open("plain.inp") as file:
+        text = file.read()
+
+    # the same elements in two regions, one of whose names needs quotes, of two materials
+    text = text[:text.index("*SOLID SECTION")]
+    text += '*ELSET,ELSET=steel,GENERATE\n1,12,1\n*ELSET,ELSET="soft part",GENERATE\n13,24,1\n'
+    for name, material, young in (("steel", "a", 2e6), ('"soft part"', "b", 1e6)):
+        text += "*SOLID SECTION,ELSET=%s,MATERIAL=%s\n*MATERIAL,NAME=%s\n*ELASTIC\n%g,0.3\n*DENSITY\n1000\n" % (
+            name, material, material, young)
+    with open("two.inp", "w") as file:
+        file.write(text)
+    thrum(program, "convert", "two.inp", "converted.inp")
+
+    deck = "*INCLUDE,INPUT=converted.inp\n*BOUNDARY\nleft,1,3\n*STEP\n*STATIC\n"
+    deck += "*CLOAD\ntip,3,-1e-5\n*NODE PRINT,NSET=tip\nU\n*END STEP\n"
+    moved = calculix("includes", deck)[0][1]
+    force = "constant:0,0,%g@tip" % (-1e-5 * len(moved))
+    answer = json.loads(thrum(program, "static", "converted.inp", "--full", "--fix", "left", "--load", force, "--at",
+                              "tip", "--monitor", "off", "--json"))
+    mean = answer["displacements"][0]["mean_m"]
+    rows.add("converted", 2, "small load, deck included", abs(mean[2] / moved[:, 3].mean() - 1), 1e-5)
+
+
 def main():
     parser = argparse.ArgumentParser(description="Compares Thrum with CalculiX on the same meshes.")
     parser.add_argument("thrum")
@@ -379,6 +405,7 @@ def main():
     with tempfile.TemporaryDirectory() as work:
         os.chdir(work)
         single_elements(rows)
+        converted_deck(program, rows)
         for name in bodies:
             for order in (1, 2):
                 body = Body(program, name, order)
