@@ -142,7 +142,7 @@ static const config_option options[] = {
     OPTION_COUNT("threads", "1", "runs at a time", AT(threads), CONFIG_RANGE(1, 256)),
     OPTION_JSON(tradeoff_request),
     OPTION_QUIET(tradeoff_request),
-    OPTION_HELP,
+    OPTION_HELP_TWICE,
     OPTION_GROUP(job_options, "in independent jobs", AT(jobs)),
     OPTION_END,
 };
@@ -160,6 +160,7 @@ const config_command command_tradeoff = {
         "Writes to DIR: tradeoff.html, tradeoff.csv, commands.sh, and the setting as options "
         "files that thrum precompute and thrum simulate take.",
     .options = options,
+    .often = "output load error budget time quick",
     .examples =
         "tradeoff beam -o trade --error 5% --quick\n"
         "tradeoff bridge -o trade --list-jobs\n"

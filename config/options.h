@@ -113,6 +113,7 @@ typedef struct config_option {
   bool repeats;       /* each time adds one */
   bool argument;      /* no option: the one argument that has no name; text, for options files */
   bool needed;        /* of a record: must be there */
+  bool helps;         /* prints help, and is no key of a file */
   config_path path;
   bool (*is_name)(const char *text);
   const char *const *names; /* CONFIG_CHOICE: ends with NULL; of a list: as many as the field has */
@@ -132,6 +133,7 @@ typedef struct config_command {
   const char *usage;   /* what follows the name; one form a line */
   const char *about;   /* paragraphs, a line each */
   const config_option *options;
+  const char *often;    /* names of options that --help shows, blanks between; NULL: all of them */
   const char *notes;    /* after the options, printed as it is; NULL: none */
   const char *examples; /* one a line, without "thrum" in front */
   const char *exits;    /* exit codes; NULL: the usual */
@@ -186,7 +188,12 @@ typedef struct config_command {
   OPTION_FLAG("json", "print one JSON object instead of the table", CONFIG_AT(type, json))
 #define OPTION_QUIET(type)                                                                         \
   OPTION_FLAG("quiet", "no progress", .letter = 'q', CONFIG_AT(type, quiet))
-#define OPTION_HELP OPTION_FLAG("help", "this text", .letter = 'h')
+#define OPTION_HELP OPTION_FLAG("help", "this text", .letter = 'h', .helps = true)
+
+/* In place of it, for a command that says which of its options are used often. */
+#define OPTION_HELP_TWICE                                                                          \
+  OPTION_FLAG("help", "what is used often", .letter = 'h', .helps = true),                         \
+      OPTION_FLAG("help-all", "all options, and how they are written", .helps = true)
 
 /* One row of a table whose groups are spread out, and where its record begins in the request. */
 typedef struct config_row {
@@ -278,7 +285,7 @@ cJSON *config_schema(const char *title, const config_option *table, bool records
 
 /* Prints the help of a command; its section of the reference in Markdown or of the manual page in
  * troff; and the tables of the keys of a file. */
-void config_print_help(const config_command *command);
+void config_print_help(const config_command *command, bool all);
 void config_print_markdown(const config_command *command);
 void config_print_man(const config_command *command);
 void config_print_keys(const char *title, const config_option *keys);

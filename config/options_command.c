@@ -15,8 +15,8 @@ typedef struct given_list {
   int *places;         /* of the rows of the items */
   int count;
   bool overridden[CONFIG_OPTION_MAX];
-  int file; /* the item that is the options file; -1: none */
-  bool help;
+  int file;                  /* the item that is the options file; -1: none */
+  const config_option *help; /* that was asked for; NULL: none */
 } given_list;
 
 /* The rows as getopt_long wants them: each long option returns FIRST_LONG plus its place. */
@@ -68,9 +68,10 @@ static int collect(const config_command *command, int argc, char **argv, given_l
       return config_usage_option(command->name, argv, longs);
     const int place = find_place(list, returned);
     const config_option *option = list->rows[place].option;
-    list->help = option->letter == 'h';
-    if (list->help)
+    if (option->helps) {
+      list->help = option;
       return COMMAND_DONE;
+    }
 
     // only one options file is read, and the command line overrides its rows
     if (option->kind == CONFIG_FILE && list->file >= 0)
@@ -131,8 +132,8 @@ int config_options_read(const config_command *command, int argc, char **argv, vo
   const thrum_error memory = {THRUM_OUT_OF_MEMORY, ""};
   int code = list.items == NULL || list.places == NULL ? config_refuse(&memory)
                                                        : collect(command, argc, argv, &list);
-  if (code == COMMAND_DONE && list.help) {
-    config_print_help(command);
+  if (code == COMMAND_DONE && list.help != NULL) {
+    config_print_help(command, list.help->letter == 0);
     code = COMMAND_HELPED;
   } else if (code == COMMAND_DONE) {
     code = apply(command, &list, request);

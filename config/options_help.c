@@ -6,9 +6,10 @@
 
 #include "config/options.h"
 
-#define WIDTH 96      /* of lines of the help */
-#define HEAD_MAX 30   /* wider heads have the text in the next line */
-#define TEXT_MAX 1200 /* of what is said of one option */
+#define WIDTH 96          /* of lines of the help */
+#define HEAD_MAX 30       /* wider heads have the text in the next line */
+#define TEXT_MAX 1200     /* of what is said of one option */
+#define FALLBACK_BRIEF 25 /* longer defaults are left to --help-all */
 
 #define EXITS "0 done, 1 refused, 2 usage"
 
@@ -131,22 +132,38 @@ static void help_heading(const char *text) {
   printf("\n%s:\n", text);
 }
 
-static void help_option(const config_option *o) {
-  char head[120], text[TEXT_MAX];
+static void print_option(const config_option *o, const char *text) {
+  char head[120];
   head_text(o, head, sizeof head, true);
   const int indent = help_column + 4;
   if ((int)strlen(head) > help_column)
     printf("  %s\n%*s", head, indent, "");
   else
     printf("  %-*s  ", help_column, head);
-  print_wrapped(about_text(o, text, sizeof text), indent, indent);
+  print_wrapped(text, indent, indent);
+}
+
+static void help_option(const config_option *o) {
+  char text[TEXT_MAX];
+  print_option(o, about_text(o, text, sizeof text));
+}
+
+/* What is said first of an option: up to a semicolon, and few names of many. */
+static void help_briefly(const config_option *o) {
+  char text[TEXT_MAX] = "";
+  append(text, sizeof text, "%.*s", (int)strcspn(o->about, ";"), o->about);
+  if (o->unit != NULL)
+    append(text, sizeof text, " [%s]", o->unit);
+  if (o->fallback != NULL && strlen(o->fallback) < FALLBACK_BRIEF)
+    append(text, sizeof text, " (default %s)", o->fallback);
+  print_option(o, text);
 }
 
 static void help_example(const char *text, int length) {
   printf("  thrum %.*s\n", length, text);
 }
 
-void config_print_help(const config_command *command) {
+static void print_usage(const config_command *command) {
   const char *between = "usage:";
   for (const char *at = command->usage; *at != 0; between = "      ") {
     const int length = (int)strcspn(at, "\n");
@@ -154,6 +171,49 @@ void config_print_help(const config_command *command) {
     at += length + (at[length] == '\n');
   }
   putchar('\n');
+}
+
+/* Is the option one of those that are used often? */
+static bool is_often(const config_command *command, const config_option *o) {
+  const size_t length = strlen(o->name);
+  for (const char *at = command->often; *at != 0; at += strspn(at, " ")) {
+    const size_t word = strcspn(at, " ");
+    if (word == length && strncmp(at, o->name, length) == 0)
+      return true;
+    at += word;
+  }
+  return o->helps;
+}
+
+/* What a command does in its first sentences, the options that are used often, one example. */
+static void print_short(const config_command *command) {
+  config_row rows[CONFIG_OPTION_MAX];
+  char about[TEXT_MAX];
+  print_usage(command);
+  const char *end = strstr(command->about, "\n\n");
+  snprintf(about, sizeof about, "%.*s",
+           end != NULL ? (int)(end - command->about) : (int)strlen(command->about), command->about);
+  print_wrapped(about, 0, 0);
+  putchar('\n');
+
+  const int count = config_rows(command->options, rows);
+  help_column = 0;
+  for (int n = 0; n < count; n++)
+    if (is_often(command, rows[n].option))
+      measure_option(rows[n].option);
+  for (int n = 0; n < count; n++)
+    if (is_often(command, rows[n].option))
+      help_briefly(rows[n].option);
+  printf("\nexamples:\n");
+  help_example(command->examples, (int)strcspn(command->examples, "\n"));
+}
+
+void config_print_help(const config_command *command, bool all) {
+  if (command->often != NULL && !all) {
+    print_short(command);
+    return;
+  }
+  print_usage(command);
   print_wrapped(command->about, 0, 0);
 
   // the texts of all options begin in one column

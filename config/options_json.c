@@ -189,7 +189,7 @@ static const config_row *find_row(const reading *r, const json_node *member) {
   int64_t count = 0;
   for (int n = 0; n < r->row_count; n++) {
     const config_option *option = r->rows[n].option;
-    if (option->kind == CONFIG_FILE || option->letter == 'h')
+    if (option->kind == CONFIG_FILE || option->helps)
       continue;
     if (same_key(option->name, member->key))
       return &r->rows[n];

@@ -105,7 +105,7 @@ static cJSON *object_schema(const config_option *keys, bool records) {
   for (int n = 0; n < count; n++) {
     const config_option *o = rows[n].option;
     char name[64];
-    if (o->kind == CONFIG_FILE || o->letter == 'h')
+    if (o->kind == CONFIG_FILE || o->helps)
       continue;
     snprintf(name, sizeof name, "%s", o->name);
     for (char *c = name; *c != 0; c++)

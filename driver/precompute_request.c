@@ -246,7 +246,7 @@ static const config_option options[] = {
     OPTION_FILE(precompute_request),
     OPTION_JSON(precompute_request),
     OPTION_QUIET(precompute_request),
-    OPTION_HELP,
+    OPTION_HELP_TWICE,
     OPTION_END,
 };
 
@@ -266,6 +266,7 @@ const config_command command_precompute = {
         "bridge, horse, tower, heart), whose material, fixed set, modes and rank are then the "
         "defaults; or VegaFEM's polynomial alone (.cub), which makes a model without a mesh.",
     .options = options,
+    .often = "output fix young poisson density unit modes rank handles",
     .examples = "precompute beam:20x3x3@1x0.15x0.15 --fix 'x<0.001' -o beam.npz\n"
                 "precompute part.msh --scale 1e-3 --young 2e6 --poisson 0.45 --density 1100 "
                 "--fix clamp --fix 'z<0.002:z' --modes 12 --rank 30 -o part.npz\n"

@@ -75,7 +75,7 @@ static const config_option options[] = {
     // the motion: how long, under what, from where
     OPTION_DT(simulate_request, def.dt),
     OPTION_TIME(simulate_request, time, "10"),
-    OPTION_LOAD(take_load, "none", "a load over time, see below"),
+    OPTION_LOAD(take_load, "none", "a load over time, such as impulse:0,0,-10@tip; see below"),
     OPTION_TEXT("base-motion", "BASE_MOTION", "none",
                 "a motion of what holds the body, see below; several add up",
                 .path = CONFIG_PATH_NAMED, .is_name = is_model_name_or_spec, .repeats = true,
@@ -145,7 +145,7 @@ static const config_option options[] = {
                  AT(threads), CONFIG_RANGE(1, THRUM_SCENE_WORKERS_MAX)),
     OPTION_JSON(simulate_request),
     OPTION_QUIET(simulate_request),
-    OPTION_HELP,
+    OPTION_HELP_TWICE,
     OPTION_END,
 };
 
@@ -156,13 +156,15 @@ const config_command command_simulate = {
         "MODEL -o RUN [OPTIONS]\nSCENE.json -o RUN [--time X] [--dt X] [--threads N] [--json] [-q]",
     .about =
         "Steps a model file and writes what happened into the folder RUN: run.json (options and "
-        "figures), energy.csv, q.npy, end.npy (q and p at the end), an energy plot where gnuplot "
-        "and one of what moves where the loads act where gnuplot "
+        "figures), energy.csv, q.npy, end.npy (q and p at the end), plots of the energy and of "
+        "what "
+        "moves where the loads act, where gnuplot "
         "is installed, and on request frames for ParaView.\n\n"
         "MODEL is a model file, or a name (beam, basket, bridge, horse, tower, heart) of a model "
         "that is precomputed once and cached. A SCENE.json names bodies, what acts on them and "
         "what is written (docs/scenes.md); RUN then has a folder for each body.",
     .options = options,
+    .often = "output time dt load start probe damping integrator frames stress against-mesh",
     .notes = LOAD_NOTES
     "\nBASE_MOTION is FILE.csv, a line for each time: t,ax,ay,az, seconds and accelerations of "
     "the\n"

@@ -144,7 +144,7 @@ static const config_option options[] = {
     OPTION_FILE(static_request),
     OPTION_JSON(static_request),
     OPTION_QUIET(static_request),
-    OPTION_HELP,
+    OPTION_HELP_TWICE,
     OPTION_END,
 };
 
@@ -159,6 +159,7 @@ const config_command command_static = {
         "to the stable shape that it falls to. MODEL is a model file or one of the models that "
         "come with Thrum.",
     .options = options,
+    .often = "load factor at full move vtu",
     .notes = "thrum simulate --start static:LOAD begins a run from such an equilibrium.\n",
     .examples = "static beam.npz --load gravity:0,0,-9.81 -o sag.npy\n"
                 "static beam.npz --load constant:-100,0,0@tip --factor 5 --path column.csv\n"

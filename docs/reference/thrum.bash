@@ -22,7 +22,7 @@ _thrum() {
   'precompute --check') words='auto search inertia' ;;
   'precompute --solver') words='auto factor cg' ;;
   'precompute --law') words='stvk corotational neo-hookean' ;;
-  'precompute '*) words=' --output --fix --young --poisson --density --material --scale --unit --regions --order --modes --rank --selection --mass --quadrature-order --precision --check --solver --handles --touch --touch-stepped --condense --law --cubature --cubature-error --cubature-points --cubature-range --cubature-refine --yield --train --test --by-share --error --rank-max --train-time --train-dt --train-damping --keep-runs --list-jobs --job --collect --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help' ;;
+  'precompute '*) words=' --output --fix --young --poisson --density --material --scale --unit --regions --order --modes --rank --selection --mass --quadrature-order --precision --check --solver --handles --touch --touch-stepped --condense --law --cubature --cubature-error --cubature-points --cubature-range --cubature-refine --yield --train --test --by-share --error --rank-max --train-time --train-dt --train-damping --keep-runs --list-jobs --job --collect --import-basis --import-cubic --export-modes --threads --dry-run --memory --reproducible --options --json --quiet --help --help-all' ;;
   'mesh --tool') words='gmsh tetgen' ;;
   'mesh '*) words='--output --size --scale --order --tool --verbose --json --quiet --help' ;;
   'check '*) words='--scale --unit --regions --order --json --help' ;;
@@ -42,7 +42,7 @@ _thrum() {
   'simulate --linear-solver') words='cholesky cg' ;;
   'simulate --quadrature') words='exact four' ;;
   'simulate --law') words='stvk corotational neo-hookean' ;;
-  'simulate '*) words=' --output --dt --time --load --base-motion --start --spin --rank --condense --record-every --probe --frames --frames-in --stress --monitor --accept-error --judge --against-mesh --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --untrained-flow --frequency-matching --newmark --solver --tolerance --iterations --yield --creep --largest-plastic-strain --full --fix --young --poisson --density --material --scale --unit --regions --order --linear-solver --quadrature --law --options --threads --json --quiet --help' ;;
+  'simulate '*) words=' --output --dt --time --load --base-motion --start --spin --rank --condense --record-every --probe --frames --frames-in --stress --monitor --accept-error --judge --against-mesh --integrator --damping --damping-form --split --safety --split-form --adaptive --fallback --untrained-flow --frequency-matching --newmark --solver --tolerance --iterations --yield --creep --largest-plastic-strain --full --fix --young --poisson --density --material --scale --unit --regions --order --linear-solver --quadrature --law --options --threads --json --quiet --help --help-all' ;;
   'compare '*) words='--json --help' ;;
   'view '*) words='--output --surface --fps --no-open --json --quiet --help' ;;
   'static --monitor') words='on off' ;;
@@ -50,12 +50,12 @@ _thrum() {
   'static --linear-solver') words='cholesky cg' ;;
   'static --quadrature') words='exact four' ;;
   'static --law') words='stvk corotational neo-hookean' ;;
-  'static '*) words=' --load --factor --at --stay --tolerance --rank --from --monitor --accept-error --judge --full --fix --young --poisson --density --material --scale --unit --regions --order --move --rotate --moment --follow --linear-solver --quadrature --law --output --displacements --vtu --path --reactions --options --json --quiet --help' ;;
+  'static '*) words=' --load --factor --at --stay --tolerance --rank --from --monitor --accept-error --judge --full --fix --young --poisson --density --material --scale --unit --regions --order --move --rotate --moment --follow --linear-solver --quadrature --law --output --displacements --vtu --path --reactions --options --json --quiet --help --help-all' ;;
   'experiments '*) words='--long --sweep --step-sizes --work-precision --variable --extremes --linear --output --models --loads --schemes --amplitudes --subjects --time --dt --steps --threads --resume --json --quiet --help --list-jobs --job --collect' ;;
   'tradeoff --judge-by') words='displacement worse' ;;
   'tradeoff --law') words='stvk corotational neo-hookean' ;;
   'tradeoff --cubature') words='auto off only' ;;
-  'tradeoff '*) words='--output --load --error --judge-by --budget --fps --time --quick --law --fix --young --poisson --density --material --scale --unit --regions --order --test --ranks --rank-max --dts --tolerances --integrators --precisions --cubature --cubature-errors --cubature-refine --damping --full-dt --keep-runs --threads --json --quiet --help --list-jobs --job --collect' ;;
+  'tradeoff '*) words='--output --load --error --judge-by --budget --fps --time --quick --law --fix --young --poisson --density --material --scale --unit --regions --order --test --ranks --rank-max --dts --tolerances --integrators --precisions --cubature --cubature-errors --cubature-refine --damping --full-dt --keep-runs --threads --json --quiet --help --help-all --list-jobs --job --collect' ;;
   'verify '*) words='--output --refinements --json --quiet --help --list-jobs --job --collect' ;;
   'info --integrator') words='imexv newmark verlet midpoint energy fox-goodwin backward-euler semi-implicit-euler rk4 manifold' ;;
   'info '*) words='--dt --integrator --load --touch --json --help' ;;
