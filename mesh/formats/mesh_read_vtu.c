@@ -23,6 +23,7 @@
 #include "platform/allocate.h"
 
 enum { PIECE_OF_FILE = 1 << 24 /* bytes that expat gets at once; its lengths are ints */ };
+enum { PER_BYTE = 8 /* points or cells of a compressed file for each of its bytes, at most */ };
 
 /* An array of the grid whose numbers are still to be read. */
 typedef struct vtu_array {
@@ -180,6 +181,30 @@ static thrum_status take_bytes(vtu_reader *r, const vtu_array *a, const char *at
 /* No byte of zlib's becomes more than this. */
 enum { ZLIB_RATIO = 1032 };
 
+/* Corners of a solid, at most; times that lines and planes go through a point; and columns of data,
+ * as some files do not say theirs. */
+enum { SOLID_CORNERS = 216, POINT_CELLS = 16, DATA_COLUMNS = 9 };
+
+/* Bytes that the points and cells of the grid can need in an array. */
+static double bytes_needed(const vtu_reader *r, const vtu_array *a) {
+  const double points = (double)r->cells.point_count, cells = (double)r->cells.cell_count;
+  const double size = a->type.size;
+  const double columns =
+      (double)(a->array.columns > DATA_COLUMNS ? a->array.columns : DATA_COLUMNS);
+  switch (a->array.place) {
+  case THRUM_CELLS_POINTS:
+    return size * 3 * points;
+  case THRUM_CELLS_CONNECTIVITY:
+    return size * (SOLID_CORNERS * cells + POINT_CELLS * points);
+  case THRUM_CELLS_POINT_DATA:
+    return size * columns * points;
+  case THRUM_CELLS_CELL_DATA:
+    return size * columns * cells;
+  default:
+    return size * cells;
+  }
+}
+
 /* Blows up the blocks behind the header of a compressed array; the caller frees *owned. */
 static thrum_status inflate_blocks(vtu_reader *r, const vtu_array *a, const unsigned char *header,
                                    uint64_t blocks, const unsigned char *packed, uint64_t left,
@@ -192,6 +217,16 @@ static thrum_status inflate_blocks(vtu_reader *r, const vtu_array *a, const unsi
   if (end > most || last > whole || (blocks > 1 && whole > most / (blocks - 1)))
     return fail_at(r, a->line, THRUM_BAD_FORMAT, "a compressed array has impossible sizes");
   *count = (blocks - 1) * whole + end;
+
+  // what is too long is refused before it is blown up
+  if ((double)*count > bytes_needed(r, a))
+    return thrum_error_set(r->error, THRUM_BAD_FORMAT,
+                           "%.200s:%lld: array '%s' has %llu bytes, more than %lld points and %lld "
+                           "cells need",
+                           r->name, (long long)a->line,
+                           thrum_text_excerpt(thrum_word_of(a->array.name)).text,
+                           (unsigned long long)*count, (long long)r->cells.point_count,
+                           (long long)r->cells.cell_count);
   THRUM_TRY(thrum_reserve(owned, (int64_t)*count, 1, "an array", r->error));
 
   // each block must become as long as the header says
@@ -380,7 +415,14 @@ static thrum_status read_piece(vtu_reader *r, const char **attributes) {
                 "there are several pieces; save the grid as one (ParaView: Merge Blocks)");
   r->has_piece = true;
   THRUM_TRY(attribute_integer(r, attributes, "NumberOfPoints", INT32_MAX, &r->cells.point_count));
-  return attribute_integer(r, attributes, "NumberOfCells", INT64_MAX / 64, &r->cells.cell_count);
+  THRUM_TRY(
+      attribute_integer(r, attributes, "NumberOfCells", INT64_MAX / 64, &r->cells.cell_count));
+
+  // constant arrays shrink to a thousandth, but the numbers of corners differ
+  const int64_t most = PER_BYTE * (r->stop - r->first);
+  if (r->compressed && (r->cells.point_count > most || r->cells.cell_count > most))
+    return fail(r, THRUM_BAD_FORMAT, "names more points or cells than a file of its size can hold");
+  return THRUM_OK;
 }
 
 static thrum_status read_file_element(vtu_reader *r, const char **attributes) {

@@ -10,6 +10,7 @@
 #include "mesh/mesh_fix.h"
 #include "mesh/mesh_flags.h"
 #include "mesh/mesh_groups.h"
+#include "platform/clock.h"
 
 static int64_t group_count(const thrum_mesh *mesh, const char *name) {
   for (int64_t g = 0; g < mesh->group_count; g++)
@@ -425,6 +426,65 @@ static void compressed_vtu_files_are_read(void **state) {
            "a.vtu:1: is compressed in a way that is not read; save it with Compressor Type ZLib");
 }
 
+/* A file of one tet in which one array, appended raw, is one block of `size` zeros. */
+static size_t make_swollen(char *file, size_t room, const char *array, size_t size,
+                           int64_t points) {
+  char *zeros = calloc(size, 1);
+  assert_non_null(zeros);
+  size_t used = (size_t)sprintf(
+      file,
+      "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" "
+      "header_type=\"UInt32\" compressor=\"vtkZLibDataCompressor\"><UnstructuredGrid><Piece "
+      "NumberOfPoints=\"%lld\" NumberOfCells=\"1\">%s</Piece></UnstructuredGrid><AppendedData "
+      "encoding=\"raw\">_",
+      (long long)points, array);
+  uLongf packed = (uLongf)(room - used - 16);
+  assert_int_equal(compress((Bytef *)file + used + 16, &packed, (const Bytef *)zeros, (uLong)size),
+                   Z_OK);
+  const uint32_t header[4] = {1, (uint32_t)size, 0, (uint32_t)packed};
+  memcpy(file + used, header, sizeof header);
+  free(zeros);
+  return used + 16 + (size_t)packed;
+}
+
+#define APPENDED "format=\"appended\" offset=\"0\"/>"
+
+/* No array is blown up beyond what its points and cells need. */
+static void a_compressed_array_is_no_larger_than_its_points_need(void **state) {
+  (void)state;
+  enum { SIZE = 1 << 26, ROOM = 1 << 18 };
+  static const char *const arrays[] = {
+      "<Points><DataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\" " APPENDED
+      "</Points>",
+      "<Cells><DataArray type=\"Int64\" Name=\"connectivity\" " APPENDED "</Cells>",
+      "<Cells><DataArray type=\"Int64\" Name=\"offsets\" " APPENDED "</Cells>",
+      "<Cells><DataArray type=\"UInt8\" Name=\"types\" " APPENDED "</Cells>",
+      "<PointData><DataArray type=\"Int8\" Name=\"a\" " APPENDED "</PointData>",
+      "<CellData><DataArray type=\"Float32\" Name=\"b\" NumberOfComponents=\"12\" " APPENDED
+      "</CellData>"};
+  char *file = malloc(ROOM);
+  assert_non_null(file);
+  for (size_t n = 0; n < sizeof arrays / sizeof *arrays; n++) {
+    const size_t size = make_swollen(file, ROOM, arrays[n], SIZE, 4);
+    const thrum_mesh_source source = {"a.vtu", file, size, NULL, false};
+    const double before = clock_peak_mb();
+    thrum_mesh mesh = {0};
+    thrum_error error = {0};
+    assert_int_equal(thrum_mesh_parse_vtu(&source, &mesh, &error), THRUM_BAD_FORMAT);
+    mesh_check_message(&error, "has 67108864 bytes, more than 4 points and 1 cells need");
+    assert_true(clock_peak_mb() - before < 16);
+  }
+
+  // nor do points count that the file has no room to name
+  const size_t size = make_swollen(file, ROOM, arrays[0], SIZE, SIZE / 24);
+  const thrum_mesh_source source = {"a.vtu", file, size, NULL, false};
+  thrum_mesh mesh = {0};
+  thrum_error error = {0};
+  assert_int_equal(thrum_mesh_parse_vtu(&source, &mesh, &error), THRUM_BAD_FORMAT);
+  mesh_check_message(&error, "names more points or cells than a file of its size can hold");
+  free(file);
+}
+
 /* --- lists and beams ---------------------------------------------------------------------------
  */
 
@@ -489,6 +549,7 @@ int main(void) {
       cmocka_unit_test(a_unit_turns_lengths_and_materials_into_those_of_si),
       cmocka_unit_test(cell_data_tells_regions_by_its_name),
       cmocka_unit_test(compressed_vtu_files_are_read),
+      cmocka_unit_test(a_compressed_array_is_no_larger_than_its_points_need),
       cmocka_unit_test(an_empty_list_holds_nothing),
       cmocka_unit_test(cells_of_a_beam_may_be_cut_in_three_ways),
   };
