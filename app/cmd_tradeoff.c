@@ -22,6 +22,7 @@
 #include "io/folder.h"
 #include "io/json.h"
 #include "platform/allocate.h"
+#include "platform/interrupt.h"
 #include "runtime/base/pi.h"
 
 /* All of one call. */
@@ -615,6 +616,7 @@ static thrum_status run_trade(trade *t, thrum_error *error) {
   warn_of_reference(t);
 
   // the files first: what is printed is then the last word
+  thrum_interrupt_clean("\nthrum: stopped; the folder holds whole files only\n");
   THRUM_TRY(write_files(t, error));
   if (request->json)
     print_json(t);
@@ -634,6 +636,11 @@ int cmd_tradeoff(int argc, char **argv) {
   int code = scope.status < 0 ? config_refuse(&error) : tradeoff_options_read(argc, argv, &request);
   if (code == COMMAND_DONE) {
     trade t = {.request = &request, .chosen = -1};
+    thrum_interrupt_clean(
+        request.keep_runs != NULL
+            ? "\nthrum: stopped; nothing was written, and the same command goes on "
+              "with the runs that are kept\n"
+            : "\nthrum: stopped; nothing was written\n");
     const bool one = request.jobs.list || request.jobs.number > 0;
     thrum_status status = prepare(&t, &error);
     THRUM_THEN(status, one ? run_job(&t, argv, &error) : run_trade(&t, &error));

@@ -105,9 +105,20 @@ static thrum_status compare(side_by_side *s, int64_t step, double time, thrum_er
   if (fprintf(s->rows, "%" PRId64 ",%.17g,%.17g,%.17g,%.17g,%.17g,%.17g,%.17g\n", step, time,
               sqrt(apart), sqrt(moved), sqrt(apart_v), sqrt(moved_v),
               s->moved > 0 ? sqrt(s->apart / s->moved) : 0,
-              s->moved_v > 0 ? sqrt(s->apart_v / s->moved_v) : 0) < 0)
+              s->moved_v > 0 ? sqrt(s->apart_v / s->moved_v) : 0) < 0 ||
+      fflush(s->rows) != 0)
     return thrum_error_set(error, THRUM_IO, AGAINST_MESH_CSV " could not be written");
   return THRUM_OK;
+}
+
+/* The errors so far, which stand should the user stop a step that takes long. */
+static void note_errors(const side_by_side *s, int64_t step, double time, against_mesh *against) {
+  against->steps = step;
+  against->time = time;
+  if (s->moved > 0)
+    against->displacement = sqrt(s->apart / s->moved);
+  if (s->moved_v > 0)
+    against->velocity = sqrt(s->apart_v / s->moved_v);
 }
 
 /* Steps both until the end, the time or the user says so. */
@@ -133,11 +144,11 @@ static thrum_status step_both(const simulate_request *request, side_by_side *s,
       against->ended = "the model could not be stepped further";
     else
       step++;
+    const double time = (double)step * request->def.dt;
     if (against->ended == NULL && (step % request->record_every == 0 || step == request->steps))
-      THRUM_TRY(compare(s, step, (double)step * request->def.dt, error));
+      THRUM_TRY(compare(s, step, time, error));
+    note_errors(s, step, time, against);
   }
-  against->steps = step;
-  against->time = (double)step * request->def.dt;
   against->whole = step == request->steps;
   return THRUM_OK;
 }
@@ -165,25 +176,21 @@ thrum_status against_mesh_run(const simulate_request *request, const thrum_model
   of_mesh.full = true;
   against->stepped_by = thrum_integrator_name(of_mesh.def.integrator);
 
-  thrum_status status = open_both(&alike, &of_mesh, stepped, &s, error);
+  // rows are whole at any time, and the mesh may take long to set up
+  thrum_status status = THRUM_OK;
   errno = 0;
-  if (status >= 0) {
-    s.rows = run_folder_create(folder, AGAINST_MESH_CSV);
-    if (s.rows == NULL ||
-        fputs("step,time_s,apart_m,moved_m,apart_m_s,moved_m_s,displacement_share,"
-              "velocity_share\n",
-              s.rows) < 0)
-      status = run_folder_write_failed(folder, AGAINST_MESH_CSV, error);
-  }
+  s.rows = run_folder_create(folder, AGAINST_MESH_CSV);
+  if (s.rows == NULL ||
+      fputs("step,time_s,apart_m,moved_m,apart_m_s,moved_m_s,displacement_share,velocity_share\n",
+            s.rows) < 0 ||
+      fflush(s.rows) != 0)
+    status = run_folder_write_failed(folder, AGAINST_MESH_CSV, error);
+  THRUM_THEN(status, open_both(&alike, &of_mesh, stepped, &s, error));
   THRUM_THEN(status, step_both(request, &s, &progress, began, against, error));
   config_progress_end(&progress, status >= 0 && against->whole);
   if (s.rows != NULL && !run_folder_close_file(&s.rows) && status >= 0)
     status = run_folder_write_failed(folder, AGAINST_MESH_CSV, error);
 
-  if (status >= 0 && s.moved > 0)
-    against->displacement = sqrt(s.apart / s.moved);
-  if (status >= 0 && s.moved_v > 0)
-    against->velocity = sqrt(s.apart_v / s.moved_v);
   against->seconds = clock_seconds() - began;
   close_both(&s);
   return status;

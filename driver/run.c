@@ -86,6 +86,10 @@ static thrum_status loop(driver_run *run, thrum_error *error) {
   THRUM_TRY(write_due(run, 0, &frame_step, error));
   while (step < request->steps && run->status >= 0 && !thrum_stop_requested()) {
     THRUM_TRY(advance(run, step, next_stop(run, step, frame_step), error));
+
+    // once there is a state to write, a step is waited for
+    if (step == 0)
+      thrum_stop_request_end_by(NULL, NULL);
     step = driver_run_step_count(run);
 
     // a failed step is not counted by the bodies that failed, so nothing is due after it

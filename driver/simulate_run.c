@@ -2,9 +2,11 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/simulate_run.h"
 
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "config/message.h"
 #include "driver/against_mesh.h"
@@ -67,6 +69,18 @@ static thrum_status load_model(single_run *single, model_hash *hash, thrum_error
   return model_hash_make(single->file.path, single->model, hash, error);
 }
 
+/* Ends the program where a long call before the first step has not come back: no state is there to
+ * be written. */
+static void end_without_run(void *context) {
+  single_run *single = context;
+  static const char line[] = "\nthrum: stopped; nothing was written\n";
+  run_folder_abandon(&single->run.bodies[0].output.folder);
+  if (write(STDERR_FILENO, line, sizeof line - 1) >= 0)
+    signal(SIGINT, SIG_DFL);
+  kill(getpid(), SIGINT);
+  _exit(COMMAND_REFUSED);
+}
+
 /* The stepper and the files; nothing is written before all of the request is accepted. */
 static thrum_status prepare(single_run *single, thrum_error *error) {
   const simulate_request *request = single->request;
@@ -83,6 +97,7 @@ static thrum_status prepare(single_run *single, thrum_error *error) {
 
   // from here on there is something to clean up
   thrum_stop_request_catch();
+  thrum_stop_request_end_by(end_without_run, single);
   return driver_run_open_body(run, 0, request->run_path, single->model, error);
 }
 
@@ -149,6 +164,26 @@ static thrum_status look_at_mesh(single_run *single, thrum_error *error) {
   return THRUM_OK;
 }
 
+/* Writes a run that is over and ends the program, where the judgement of its basis or its mesh has
+ * not come back from a long call. */
+static void end_unjudged(void *context) {
+  single_run *single = context;
+  driver_run *run = &single->run;
+  driver_body *body = &run->bodies[0];
+  if (body->figures.against.asked)
+    body->figures.against.ended = "stopped";
+  else if (body->measures.basis.memory != NULL)
+    body->measures.basis.estimate = basis_estimate_none("it was stopped");
+  thrum_error error = {0};
+  const thrum_status status = report(run, single->began, &error);
+  if (status >= 0)
+    fputs("\nthrum: stopped; the run was written, and what its basis has wrong is not known\n",
+          stderr);
+  const int code = config_end(status, strcmp(driver_run_status(run), "done") != 0, &error);
+  fflush(stdout);
+  _exit(code);
+}
+
 static thrum_status simulate(single_run *single, thrum_error *error) {
   const simulate_request *request = single->request;
   driver_run *run = &single->run;
@@ -157,8 +192,13 @@ static thrum_status simulate(single_run *single, thrum_error *error) {
   warn_before(single);
   run->bodies[0].figures.seconds_read = clock_seconds() - single->began;
   THRUM_TRY(driver_run_steps(run, request->quiet, error));
+
+  // what is made of a run is waited for no longer than its steps
+  if (run->status >= 0)
+    thrum_stop_request_end_by(end_unjudged, single);
   THRUM_TRY(driver_run_end(run, error));
   THRUM_TRY(look_at_mesh(single, error));
+  thrum_stop_request_end_by(NULL, NULL);
   THRUM_TRY(report(run, single->began, error));
   driver_run_warn(run);
   if (run->bodies[0].measures.basis_found && run->bodies[0].figures.basis_wrong)

@@ -13,6 +13,7 @@
 
 #include "io/file.h"
 #include "platform/interrupt.h"
+#include "platform/stop_request.h"
 #include "tests/support/test_folder.h"
 
 static int count_files(void) {
@@ -68,13 +69,14 @@ static void a_signal_while_a_file_is_written_leaves_the_old_one_alone(void **sta
   unlink(path);
 }
 
-/* Starts a precompute of some seconds with up to four more options, and stops it by SIGINT once it
- * reports `stage`; it says `line`. */
-static void stop_in_stage(const char *mesh, const char *stage, const char *line,
-                          const char *const options[4]) {
+/* Starts the program and stops it by SIGINT once it reports `stage`; it says `line`. Returns how it
+ * ended, as waitpid does. */
+static int stop_program(const char *const *arguments, const char *stage, const char *line) {
   // the child's output is collected outside of the folder whose files are counted
-  char model[160], said[160];
-  snprintf(model, sizeof model, "%s/made.npz", folder);
+  const char *argv[20] = {THRUM_PROGRAM};
+  char said[160];
+  for (int n = 0; arguments[n] != NULL; n++)
+    argv[n + 1] = arguments[n];
   snprintf(said, sizeof said, "/tmp/thrum-said-%ld", (long)getpid());
   fflush(NULL);
   const pid_t child = fork();
@@ -82,8 +84,7 @@ static void stop_in_stage(const char *mesh, const char *stage, const char *line,
     const int file = open(said, O_WRONLY | O_CREAT | O_TRUNC, 0600);
     if (file < 0 || dup2(file, STDERR_FILENO) < 0 || dup2(file, STDOUT_FILENO) < 0)
       _exit(126);
-    execl(THRUM_PROGRAM, THRUM_PROGRAM, "precompute", mesh, "--fix", "left", "-o", model,
-          options[0], options[1], options[2], options[3], (char *)NULL);
+    execv(THRUM_PROGRAM, (char *const *)(uintptr_t)argv);
     _exit(127);
   }
 
@@ -96,30 +97,40 @@ static void stop_in_stage(const char *mesh, const char *stage, const char *line,
     free(text);
     nanosleep(&pause, NULL);
   }
-  assert_true(there);
-  kill(child, SIGINT);
-
-  // the signal ends it, and it says what it has written
+  kill(child, there ? SIGINT : SIGKILL);
   int status = 0;
   assert_true(waitpid(child, &status, 0) == child);
+  char *text = text_file_read(said);
+  assert_non_null(text);
+  if (strstr(text, line) == NULL)
+    fail_msg("expected '%s' in %s", line, text);
+  free(text);
+  unlink(said);
+  return status;
+}
+
+/* A precompute of some seconds with up to four more options. */
+static void stop_in_stage(const char *mesh, const char *stage, const char *line,
+                          const char *const options[4]) {
+  char model[160];
+  snprintf(model, sizeof model, "%s/made.npz", folder);
+  const char *const arguments[] = {"precompute", mesh,       "--fix",    "left",     "-o", model,
+                                   options[0],   options[1], options[2], options[3], NULL};
+
+  // the signal ends it, and it says what it has written
+  const int status = stop_program(arguments, stage, line);
   assert_true(WIFSIGNALED(status));
   assert_int_equal(WTERMSIG(status), SIGINT);
   assert_int_equal(count_files(), 0);
-  char *text = text_file_read(said);
-  assert_non_null(text);
-  assert_non_null(strstr(text, line));
-
-  free(text);
-  unlink(said);
 }
 
 static void a_signal_in_a_stage_leaves_no_file(void **state) {
   (void)state;
-  static const char large[] = "beam:60x16x16@1x0.2x0.2", nothing[] = "stopped; nothing was written";
-  static const char *const none[4] = {NULL};
-  stop_in_stage(large, "stiffness and mass", nothing, none);
+  static const char large[] = "beam:30x12x12@1x0.2x0.2", nothing[] = "stopped; nothing was written";
+  static const char *const linear[4] = {"--order", "1"};
+  stop_in_stage(large, "stiffness and mass", nothing, linear);
   // one long call of a library
-  stop_in_stage(large, "stiffness solver", nothing, none);
+  stop_in_stage(large, "stiffness solver", nothing, linear);
 
   // a training goes on with the runs that it has kept, here in the folder itself
   const char *const kept[4] = {"--train=gravity:0,0,-1", "--train-time=1000", "--keep-runs",
@@ -127,11 +138,99 @@ static void a_signal_in_a_stage_leaves_no_file(void **state) {
   stop_in_stage("beam:8x2x2@1x0.2x0.2", "training ", "goes on with the runs that are kept", kept);
 }
 
+static void a_signal_in_a_search_leaves_no_file(void **state) {
+  (void)state;
+  char output[160];
+  snprintf(output, sizeof output, "%s/search", folder);
+  const char *const arguments[] = {
+      "tradeoff", "beam:8x2x2@1x0.2x0.2",   "--order", "1",   "--fix", "left",
+      "--load",   "constant:0,0,-10@right", "--time",  "300", "-o",    output,
+      NULL};
+  const int status = stop_program(arguments, "full order", "stopped; nothing was written");
+  assert_true(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT);
+
+  // the folder is empty
+  assert_int_equal(rmdir(output), 0);
+}
+
+/* A run that is over is written, with the mesh beside it as far as it came. */
+static void a_signal_beside_the_mesh_leaves_the_run(void **state) {
+  (void)state;
+  char model[160], output[160], path[200];
+  snprintf(model, sizeof model, "%s/beam.npz", folder);
+  snprintf(output, sizeof output, "%s/run", folder);
+  program_result made =
+      thrum_run(folder, "precompute", "beam:8x2x2@1x0.2x0.2", "--order", "1", "--fix", "left",
+                "--modes", "3", "--rank", "3", "-o", model, NULL);
+  assert_int_equal(made.exit_code, 0);
+  program_result_free(&made);
+  const char *const arguments[] = {"simulate",       model,   "--load",  "constant:0,0,-1@right",
+                                   "--time",         "60",    "--judge", "off",
+                                   "--dt",           "0.005", "-o",      output,
+                                   "--against-mesh", "600s",  NULL};
+  const int status = stop_program(arguments, "against the mesh", "of 60 s: stopped");
+  assert_true(WIFEXITED(status));
+  snprintf(path, sizeof path, "%s/run.json", output);
+  char *text = text_file_read(path);
+  assert_non_null(text);
+  cJSON *object = cJSON_Parse(text);
+  assert_non_null(object);
+  const cJSON *against = cJSON_GetObjectItemCaseSensitive(object, "against_mesh");
+  assert_string_equal(cJSON_GetObjectItemCaseSensitive(against, "ended")->valuestring, "stopped");
+  cJSON_Delete(object);
+  free(text);
+
+  // rows of the comparison are whole
+  snprintf(path, sizeof path, "%s/against_mesh.csv", output);
+  text = text_file_read(path);
+  assert_non_null(text);
+  assert_true(text[0] != 0 && text[strlen(text) - 1] == '\n');
+  free(text);
+}
+
+static void end_with_seven(void *context) {
+  _exit(*(int *)context);
+}
+
+/* How a child process ends that stops itself, and goes on for a while in a call that cannot be
+ * broken off: with or without another way to end, heeding the request or not. */
+static int stopped_in_a_call(bool way, bool heeds) {
+  fflush(NULL);
+  const pid_t child = fork();
+  if (child == 0) {
+    int seven = 7;
+    const struct timespec pause = {0, 100000000};
+    thrum_stop_request_catch();
+    thrum_stop_request_end_by(way ? end_with_seven : NULL, &seven);
+    raise(SIGINT);
+    for (int n = 0; n < 15; n++) {
+      nanosleep(&pause, NULL);
+      if (heeds && !thrum_stop_requested())
+        _exit(1);
+    }
+    _exit(thrum_stop_requested() ? 3 : 2);
+  }
+  int status = 0;
+  assert_true(waitpid(child, &status, 0) == child);
+  assert_true(WIFEXITED(status));
+  return WEXITSTATUS(status);
+}
+
+static void a_long_call_is_not_waited_for_where_there_is_another_way_to_end(void **state) {
+  (void)state;
+  assert_int_equal(stopped_in_a_call(true, false), 7);
+  assert_int_equal(stopped_in_a_call(true, true), 3);
+  assert_int_equal(stopped_in_a_call(false, false), 3);
+}
+
 int main(void) {
   signals_as_in_a_terminal();
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_signal_while_a_file_is_written_leaves_the_old_one_alone),
       cmocka_unit_test(a_signal_in_a_stage_leaves_no_file),
+      cmocka_unit_test(a_long_call_is_not_waited_for_where_there_is_another_way_to_end),
+      cmocka_unit_test(a_signal_in_a_search_leaves_no_file),
+      cmocka_unit_test(a_signal_beside_the_mesh_leaves_the_run),
   };
   return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }
