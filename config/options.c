@@ -133,6 +133,19 @@ static const char *found(const config_given *given, char *text, size_t size) {
   return text;
 }
 
+/* Names the choice that was meant, where one is near. */
+static void add_nearest(const config_given *given, char *line, size_t size) {
+  int64_t count = 0;
+  if (given->option->kind != CONFIG_CHOICE || given->text == NULL)
+    return;
+  while (given->option->names[count] != NULL)
+    count++;
+  const char *nearest = config_nearest(given->text, given->option->names, count);
+  const size_t used = strlen(line);
+  if (nearest != NULL)
+    snprintf(line + used, size - used, "; did you mean '%s'?", nearest);
+}
+
 thrum_status config_given_wrong(const config_given *given) {
   char wants[300], text[120], line[480];
   config_wants(given->option, wants, sizeof wants);
@@ -143,6 +156,7 @@ thrum_status config_given_wrong(const config_given *given) {
   else
     snprintf(line, sizeof line, "--%s wants %s, not '%.60s'", given->option->name, wants,
              given->text);
+  add_nearest(given, line, sizeof line);
   return refuse(given, THRUM_BAD_VALUE, line, sizeof line);
 }
 

@@ -34,6 +34,7 @@ static const load_kind kinds[] = {
     {"ramp", THRUM_LOAD_RAMP, INFINITY},
 };
 enum { KIND_COUNT = sizeof kinds / sizeof kinds[0] };
+enum { GROUPS_LOOKED_AT = 64 }; /* for one whose name is near */
 
 enum { KEY_FROM, KEY_UNTIL, KEY_FREQUENCY, KEY_COUNT };
 static const char *const keys[KEY_COUNT] = {"from", "until", "f"};
@@ -201,10 +202,16 @@ thrum_status load_spec_parse(const char *text, load_spec *load, thrum_error *err
   size_t name_length = 0;
   const load_kind *kind = kind_of(text, &name_length);
   if (kind == NULL) {
+    const char *names[KIND_COUNT];
+    for (int n = 0; n < KIND_COUNT; n++)
+      names[n] = kinds[n].name;
+    snprintf(body, sizeof body, "%.*s", (int)name_length, text);
+    const char *nearest = config_nearest(body, names, KIND_COUNT);
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
                            "--load '%.200s': it begins with impulse:, square:, sine:, constant:, "
-                           "ramp:, gravity: or traction:",
-                           text);
+                           "ramp:, gravity: or traction:%s%s%s",
+                           text, nearest != NULL ? "; did you mean " : "",
+                           nearest != NULL ? nearest : "", nearest != NULL ? ":?" : "");
   }
 
   // the text is cut up in a copy
@@ -276,15 +283,30 @@ static thrum_status find_vertex(const thrum_model *model, int64_t number, load_v
   return THRUM_OK;
 }
 
+/* Names the group that was meant, where one is near. */
+static void near_group(const thrum_model *model, const char *name, char *text, size_t size) {
+  const char *names[GROUPS_LOOKED_AT];
+  int64_t count = 0;
+  for (int64_t n = 0; n < model->group_count && n < GROUPS_LOOKED_AT; n++) {
+    names[count] = thrum_model_group_name(model, n);
+    count += names[count] != NULL;
+  }
+  const char *nearest = config_nearest(name, names, count);
+  if (nearest != NULL)
+    snprintf(text, size, ", did you mean '%.40s'?", nearest);
+}
+
 static thrum_status find_group(const thrum_model *model, const char *name, load_vertices *found,
                                thrum_error *error) {
   if (thrum_model_group(model, name, &found->list, &found->count, NULL) >= 0)
     return THRUM_OK;
-  char list[160];
+  char list[160], meant[80] = "";
   list_groups(model, list, sizeof list);
+  near_group(model, name, meant, sizeof meant);
   return thrum_error_set(
-      error, THRUM_MISSING, "no group '%.60s' (one vertex is vertex=N or near:X,Y,Z); %s%s", name,
-      list[0] != 0 ? "the model's groups: " : "the model has no groups: use vertex=N or all", list);
+      error, THRUM_MISSING, "no group '%.60s'%s (one vertex is vertex=N or near:X,Y,Z); %s%s", name,
+      meant, list[0] != 0 ? "the model's groups: " : "the model has no groups: use vertex=N or all",
+      list);
 }
 
 thrum_status load_target_find(const thrum_model *model, const load_target *target,

@@ -257,13 +257,8 @@ void static_report_table(const static_answer *answer) {
   if (answer->belief.judged)
     basis_estimate_print(&answer->belief.error, "shape");
 
-  // stability, then the coordinates themselves
+  // whether it stays there
   print_stability(answer);
-  printf("q           ");
-  for (int64_t i = 0; i < answer->model->rank; i++)
-    printf(" %.6g", answer->q[i]);
-  puts("");
-
   printf("status       %s\n", static_status_name(answer));
   const char *const files[] = {request->output, request->field, request->frame, request->path,
                                request->reactions};

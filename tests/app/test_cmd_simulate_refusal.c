@@ -135,6 +135,7 @@ static void misspelt_loads_exit_with_two_and_say_what_is_wrong(void **state) {
       LOAD("", "begins with impulse:"),
       LOAD("push:0,0,1@tip", "begins with impulse:"),
       LOAD("impulse", "begins with impulse:"),
+      LOAD("squar:0,0,1@tip", "did you mean square:?"),
       LOAD("impulse:", "x,y,z"),
       LOAD("ramp:0,0,1@tip", "a ramp needs its end in s, such as until=1"),
       LOAD("impulse:0,1@tip", "'0,1' is not x,y,z"),

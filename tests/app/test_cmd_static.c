@@ -718,6 +718,8 @@ static void slips_are_refused_in_one_line(void **state) {
       {2, "under which load?", {"beam.npz"}},
       {2, "no model given", {"--load", "gravity:0,0,-9.81"}},
       {2, "begins with impulse", {"beam.npz", "--load", "weight:1,2,3"}},
+      {2, "did you mean 'cholesky'?", {"beam.npz", "--full", "--linear-solver", "choleski"}},
+      {1, "did you mean 'top'?", {"beam.npz", "--load", "constant:0,0,1@tep"}},
       {2, "a number above 0", {"beam.npz", "--load", "gravity:0,0,-1", "--factor", "-2"}},
       {2, ".npy", {"beam.npz", "--load", "gravity:0,0,-1", "-o", "sag.npz"}},
       {2, "vertex= takes", {"beam.npz", "--load", "gravity:0,0,-1", "--at", "vertex=0"}},
