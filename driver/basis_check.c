@@ -17,6 +17,7 @@ typedef struct judgement {
   thrum_basis_judge *judge;
   double *forces; /* two fields; owned */
   double rate2;
+  double seconds; /* that the steps of the run took */
   double moved, lacking;
 } judgement;
 
@@ -85,13 +86,13 @@ static thrum_status judge_all(judgement *j, thrum_error *error) {
   }
 
   // where nothing is left over but rounding a richer model would be made of that
-  return j->lacking > 0 ? basis_rerun(j->record, j->judge, error) : THRUM_OK;
+  return j->lacking > 0 ? basis_rerun(j->record, j->judge, j->seconds, error) : THRUM_OK;
 }
 
-thrum_status basis_check_judge(basis_record *record, thrum_error *error) {
+thrum_status basis_check_judge(basis_record *record, double seconds, thrum_error *error) {
   thrum_error detail = {0};
-  judgement j = {.record = record};
-  if (record->memory == NULL || record->count < 2)
+  judgement j = {.record = record, .seconds = seconds};
+  if (record->memory == NULL || record->count < 2 || record->request->basis.together)
     return THRUM_OK;
   const double began = clock_seconds();
   const thrum_status status = judge_all(&j, &detail);

@@ -7,8 +7,8 @@
 
 #include "driver/basis_record.h"
 
-/* Judges the run of a model by itself, and leaves what is known in the record's estimate. What
- * cannot be judged is no failure. */
-thrum_status basis_check_judge(basis_record *record, thrum_error *error);
+/* Judges the run of a model by itself, whose steps took so long, and leaves what is known in the
+ * record's estimate. What cannot be judged is no failure. */
+thrum_status basis_check_judge(basis_record *record, double seconds, thrum_error *error);
 
 #endif

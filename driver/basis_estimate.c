@@ -14,7 +14,7 @@
 const char *const basis_judging_names[] = {"auto", "on", "off", NULL};
 
 basis_estimate basis_estimate_none(const char *why) {
-  return (basis_estimate){.share = NAN, .velocity = NAN, .until = NAN, .why = why};
+  return (basis_estimate){.share = NAN, .velocity = NAN, .shape = NAN, .until = NAN, .why = why};
 }
 
 thrum_status basis_estimate_judge(const thrum_model *model, int64_t looks, const basis_asked *asked,
@@ -46,13 +46,18 @@ bool basis_estimate_is_large(const basis_estimate *estimate, const basis_asked *
   return estimate->why == NULL && asked->accepted < 1 && estimate->share > asked->accepted;
 }
 
+static const char *size_of(const basis_estimate *estimate) {
+  return estimate->about ? "about" : "at least";
+}
+
 void basis_estimate_json(const basis_estimate *estimate, cJSON *object) {
   cJSON *made = cJSON_AddObjectToObject(object, "error_estimate");
   const bool again = estimate->added > 0;
   json_number(made, "share", estimate->share);
-  json_string(made, "kind", estimate->why != NULL ? "not judged" : "at least");
+  json_string(made, "kind", estimate->why != NULL ? "not judged" : size_of(estimate));
   json_string(made, "by", estimate->why != NULL ? NULL : again ? "richer run" : "residual");
   json_number(made, "velocity_share", estimate->velocity);
+  json_number(made, "shape_share", estimate->shape);
   json_number(made, "instants", (double)estimate->instants);
   json_number(made, "added", (double)estimate->added);
   json_number(made, "until_s", estimate->until);
@@ -60,25 +65,38 @@ void basis_estimate_json(const basis_estimate *estimate, cJSON *object) {
   json_string(made, "why", estimate->why);
 }
 
-void basis_estimate_print(const basis_estimate *estimate, const char *of) {
+/* It is not known, and how to ask for it where it would take long. */
+static void print_why(const basis_estimate *estimate, bool scene) {
+  printf("not judged: %s", estimate->why);
+  if (estimate->seconds > BASIS_SECONDS_MOST)
+    printf(", which would take about %.2g s: %s does it", estimate->seconds,
+           scene ? "\"judge\": \"on\" in \"outputs\"" : "--judge on");
+  puts("");
+}
+
+void basis_estimate_print(const basis_estimate *estimate, const char *who, const char *of) {
+  char share[PERCENT_MAX];
+  fputs("error        ", stdout);
+  if (who != NULL)
+    printf("%s: ", who);
   if (estimate->why != NULL) {
-    printf("error        not judged: %s", estimate->why);
-    if (estimate->seconds > BASIS_SECONDS_MOST)
-      printf(", which would take about %.2g s: --judge on does it", estimate->seconds);
-    puts("");
+    print_why(estimate, who != NULL);
     return;
   }
 
+  // of a free body the shape is said beside the motion, which is mostly that of the whole
+  printf("%s %s %% of the %s", size_of(estimate), percent_text(estimate->share, share), of);
+  if (!isnan(estimate->shape))
+    printf(" and %s %% of the shape", percent_text(estimate->shape, share));
+
   // what was done for it stands behind it
-  char share[PERCENT_MAX];
-  printf("error        at least %s %% of the %s by the basis", percent_text(estimate->share, share),
-         of);
   if (estimate->added > 0)
-    printf(", by the run again to %.3g s with %" PRId64 " coordinate%s more\n", estimate->until,
-           estimate->added, estimate->added == 1 ? "" : "s");
+    printf(" by the basis, by the %s again to %.3g s with %" PRId64 " coordinate%s more\n",
+           who != NULL ? "scene" : "run", estimate->until, estimate->added,
+           estimate->added == 1 ? "" : "s");
   else
-    printf(", by the residual of the mesh at %" PRId64 " instant%s\n", estimate->instants,
-           estimate->instants == 1 ? "" : "s");
+    printf(" by the basis, by the residual of the mesh at %" PRId64 " instant%s\n",
+           estimate->instants, estimate->instants == 1 ? "" : "s");
 }
 
 void basis_estimate_warn(const basis_estimate *estimate, const basis_asked *asked, const char *who,
@@ -87,8 +105,8 @@ void basis_estimate_warn(const basis_estimate *estimate, const basis_asked *aske
   if (!basis_estimate_is_large(estimate, asked))
     return;
   config_warn(
-      "%sthe basis cannot show this %s: at least %s %% of it is wrong, beside the whole "
+      "%sthe basis cannot show this %s: %s %s %% of it is wrong, beside the whole "
       "mesh; make it with thrum precompute --rank and --modes of more, with --handles where "
       "it is pulled, or with --train on its load; --accept-error takes it as it is",
-      who, of, percent_text(estimate->share, share));
+      who, of, size_of(estimate), percent_text(estimate->share, share));
 }

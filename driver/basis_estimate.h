@@ -21,6 +21,7 @@ typedef struct basis_asked {
   basis_judging judging;
   double accepted;    /* share beyond which the answer is flagged; 1: it is not */
   const char *unless; /* why it cannot be judged, whatever is asked for; NULL: it can */
+  bool together;      /* others act on the body: it is judged with its scene */
 } basis_asked;
 
 /* The rows of the two options, in a request that has a basis_asked `member`. */
@@ -41,7 +42,9 @@ extern const char *const basis_judging_names[];
 /* Zeroed with `why` set: nothing is known. */
 typedef struct basis_estimate {
   double share;     /* rms of what is lacking over that of the motion [1]; NaN: not known */
+  bool about;       /* it is no lower bound, but of about this size */
   double velocity;  /* the same of velocities; NaN: not known */
+  double shape;     /* the same of the shape of a free body alone; NaN: not known, or not free */
   double until;     /* up to where the run was made again [s]; NaN: it was not */
   int64_t instants; /* at which the mesh was asked */
   int64_t added;    /* coordinates more that the run was made again with */
@@ -64,8 +67,9 @@ bool basis_estimate_is_large(const basis_estimate *estimate, const basis_asked *
 /* "error_estimate" of a report. */
 void basis_estimate_json(const basis_estimate *estimate, cJSON *object);
 
-/* The line of the table; `of`: "motion" or "displacement". */
-void basis_estimate_print(const basis_estimate *estimate, const char *of);
+/* The line of the table; who: the body of a scene, NULL: there is no other; `of`: "motion" or
+ * "shape". */
+void basis_estimate_print(const basis_estimate *estimate, const char *who, const char *of);
 
 /* One warning where the error is large, beginning with `who`. */
 void basis_estimate_warn(const basis_estimate *estimate, const basis_asked *asked, const char *who,

@@ -48,12 +48,14 @@ void basis_record_close(basis_record *record) {
 }
 
 static void keep(const basis_record *record, basis_row *row, int64_t step, double size,
-                 const double *q, const double *p) {
+                 const double *q, const double *p, const double *placement) {
   const size_t rank = (size_t)record->model->rank;
   row->step = step;
   row->size = size;
   memcpy(row->q, q, rank * sizeof *q);
   memcpy(row->p, p, rank * sizeof *p);
+  if (placement != NULL)
+    memcpy(row->placement, placement, sizeof row->placement);
 }
 
 /* Lets every other row go. */
@@ -67,7 +69,8 @@ static void thin(basis_record *record) {
   record->stride *= 2;
 }
 
-void basis_record_note(basis_record *record, int64_t step, const double *q, const double *p) {
+void basis_record_note(basis_record *record, int64_t step, const double *q, const double *p,
+                       const double *placement) {
   double size = 0;
   if (record->memory == NULL)
     return;
@@ -78,9 +81,9 @@ void basis_record_note(basis_record *record, int64_t step, const double *q, cons
   if (record->count == BASIS_ROWS_MAX && record->seen % record->stride == 0)
     thin(record);
   if (record->seen++ % record->stride == 0)
-    keep(record, &record->rows[record->count++], step, size, q, p);
+    keep(record, &record->rows[record->count++], step, size, q, p, placement);
   if (size > record->rows[BASIS_ROWS_MAX].size)
-    keep(record, &record->rows[BASIS_ROWS_MAX], step, size, q, p);
+    keep(record, &record->rows[BASIS_ROWS_MAX], step, size, q, p, placement);
 }
 
 /* --- forces ----------------------------------------------------------------------------------- */

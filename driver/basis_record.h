@@ -9,8 +9,9 @@
 /* A row of the run. */
 typedef struct basis_row {
   int64_t step;
-  double size;   /* |q|^2 */
-  double *q, *p; /* rank each; of the memory of the record */
+  double size;          /* |q|^2 */
+  double *q, *p;        /* rank each; of the memory of the record */
+  double placement[16]; /* of the body in its scene, as thrum_scene_body_matrix has it */
 } basis_row;
 
 #define BASIS_ROWS_MAX 256 /* even */
@@ -30,8 +31,11 @@ thrum_status basis_record_open(const simulate_request *request, const thrum_mode
                                basis_record *record, thrum_error *error);
 void basis_record_close(basis_record *record);
 
-/* Takes in a row: q and p (rank each) after so many steps. */
-void basis_record_note(basis_record *record, int64_t step, const double *q, const double *p);
+/* Takes in a row: q and p (rank each) after so many steps, and where the body is; NULL: it is
+ * alone.
+ */
+void basis_record_note(basis_record *record, int64_t step, const double *q, const double *p,
+                       const double *placement);
 
 /* A load at its full strength on all components [N]; masses: of the vertices. */
 thrum_status basis_record_load(const basis_record *record, const double *masses,

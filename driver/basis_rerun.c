@@ -14,14 +14,16 @@
 
 #include "driver/stepper.h"
 #include "platform/allocate.h"
+#include "platform/clock.h"
 #include "precompute/richer_model.h"
 #include "runtime/material/material_law.h"
 
-#define STEPPED_MOST 4e10 /* steps times the fourth power of the rank: about half a second */
-#define FLOPS_MOST 3e10   /* of the polynomial: about two seconds */
-#define FLOPS_ASKED 1e12  /* the same where --judge on asks for it */
-#define ADDED_MOST 8      /* coordinates, */
-#define ADDED_LEAST 3     /* and as many at least, or it is not worth it */
+#define STEP_LEAST 0.5   /* that stepping again may take, however short the run was [s] */
+#define STEP_SHARE 2.0   /* of the time of the run that it may take */
+#define FLOPS_MOST 3e10  /* of the polynomial: about two seconds */
+#define FLOPS_ASKED 1e12 /* the same where --judge on asks for it */
+#define ADDED_MOST 8     /* coordinates, */
+#define ADDED_LEAST 3    /* and as many at least, or it is not worth it */
 
 /* Operations of a polynomial of this rank. */
 static double flops_of(const thrum_fem *fem, double rank) {
@@ -29,21 +31,31 @@ static double flops_of(const thrum_fem *fem, double rank) {
   return 6 * (double)(fem->tet_count * fem->point_count) * columns * columns;
 }
 
-/* How many coordinates may be added; 0: the run is not made again. */
-static int64_t choose_added(const basis_record *record, const thrum_basis_judge *judge) {
-  const thrum_fem *fem = &thrum_basis_judge_statics(judge)->body.fem;
-  const thrum_integrator integrator = record->request->def.integrator;
-  const double most = record->request->basis.judging == BASIS_JUDGE_ON ? FLOPS_ASKED : FLOPS_MOST;
+double basis_rerun_seconds(const basis_asked *asked, double seconds) {
+  if (asked->judging == BASIS_JUDGE_ON)
+    return INFINITY;
+  return fmin(BASIS_SECONDS_MOST, fmax(STEP_LEAST, STEP_SHARE * seconds));
+}
 
-  // other laws have no polynomial, and stiffer directions no explicit step
-  if (thrum_law_of_model(record->model) != THRUM_LAW_STVK ||
-      integrator == THRUM_INTEGRATOR_VERLET || integrator == THRUM_INTEGRATOR_RK4)
-    return 0;
+const char *basis_rerun_why_not(const thrum_model *model, thrum_integrator integrator) {
+  if (thrum_law_of_model(model) != THRUM_LAW_STVK)
+    return "the law of the material has no polynomial";
+  if (integrator == THRUM_INTEGRATOR_VERLET || integrator == THRUM_INTEGRATOR_RK4)
+    return "stiffer directions have no explicit step";
+  return NULL;
+}
+
+int64_t basis_rerun_added(const thrum_model_statics *statics, const thrum_model *model,
+                          double *flops) {
+  const thrum_fem *fem = &statics->body.fem;
   int64_t added = ADDED_MOST;
-  while (added >= ADDED_LEAST && (flops_of(fem, (double)(record->model->rank + added)) > most ||
-                                  record->model->rank + added > THRUM_RANK_MAX))
+  while (added >= ADDED_LEAST && (flops_of(fem, (double)(model->rank + added)) > *flops ||
+                                  model->rank + added > THRUM_RANK_MAX))
     added--;
-  return added >= ADDED_LEAST ? added : 0;
+  if (added < ADDED_LEAST)
+    return 0;
+  *flops -= flops_of(fem, (double)(model->rank + added));
+  return added;
 }
 
 /* y = C x of the richer model's change. */
@@ -71,8 +83,7 @@ static thrum_status make_static(const simulate_request *request, const thrum_mod
   return status;
 }
 
-/* q and p of the richer model at the start: those of the run, but for an equilibrium its own. */
-static thrum_status make_start(const basis_record *record, const thrum_richer_model *richer,
+thrum_status basis_rerun_start(const basis_record *record, const thrum_richer_model *richer,
                                double *q, double *p, thrum_error *error) {
   double before[THRUM_RANK_MAX], poor[THRUM_RANK_MAX] = {0}, rich[THRUM_RANK_MAX] = {0};
   THRUM_TRY(make_static(record->request, record->model, poor, error));
@@ -110,16 +121,18 @@ static thrum_status compare(const basis_record *record, const thrum_richer_model
 
 /* Steps as far as there is time, and compares all rows on the way. */
 static thrum_status step_all(basis_record *record, const thrum_richer_model *richer,
-                             const driver_stepper *stepper, thrum_error *error) {
+                             const driver_stepper *stepper, double seconds, thrum_error *error) {
   basis_estimate *estimate = &record->estimate;
-  const double rank = (double)richer->model.rank;
-  const double most = 100 + STEPPED_MOST / (rank * rank * rank * rank);
+  const double end = clock_seconds() + basis_rerun_seconds(&record->request->basis, seconds);
   sums of = {0};
-  int64_t step = 0;
-  for (int64_t n = 0; n < record->count && (double)record->rows[n].step <= most; n++) {
-    for (; step < record->rows[n].step; step++)
+  int64_t step = 0, last = 0;
+  for (int64_t n = 0; n < record->count; n++) {
+    for (; step < record->rows[n].step && clock_seconds() < end; step++)
       THRUM_TRY(stepper->kind->advance(stepper->self, step, error));
+    if (step < record->rows[n].step)
+      break;
     THRUM_TRY(compare(record, richer, &record->rows[n], stepper, &of, error));
+    last = step;
   }
 
   if (!(of.moved > 0) || !isfinite(of.lacking) || !isfinite(of.moved))
@@ -127,17 +140,17 @@ static thrum_status step_all(basis_record *record, const thrum_richer_model *ric
   estimate->why = NULL;
   estimate->share = sqrt(of.lacking / of.moved);
   estimate->velocity = of.fast > 0 ? sqrt(of.slower / of.fast) : NAN;
-  estimate->until = (double)step * record->request->def.dt;
+  estimate->until = (double)last * record->request->def.dt;
   estimate->added = richer->model.rank - record->model->rank;
   return THRUM_OK;
 }
 
 static thrum_status run_again(basis_record *record, const thrum_richer_model *richer,
-                              thrum_error *error) {
+                              double seconds, thrum_error *error) {
   simulate_request request = *record->request;
   driver_stepper stepper = {0};
   double q[THRUM_RANK_MAX], p[THRUM_RANK_MAX];
-  THRUM_TRY(make_start(record, richer, q, p, error));
+  THRUM_TRY(basis_rerun_start(record, richer, q, p, error));
 
   // all coordinates are stepped, from where the run began
   request.start_count = 0;
@@ -147,7 +160,7 @@ static thrum_status run_again(basis_record *record, const thrum_richer_model *ri
   }
   thrum_status status =
       driver_stepper_reduced_from(&request, &richer->model, q, p, &stepper, error);
-  THRUM_THEN(status, step_all(record, richer, &stepper, error));
+  THRUM_THEN(status, step_all(record, richer, &stepper, seconds, error));
   driver_stepper_close(&stepper);
   return status;
 }
@@ -183,8 +196,12 @@ static thrum_status fill_loads(const basis_record *record, const double *masses,
   return THRUM_OK;
 }
 
-thrum_status basis_rerun(basis_record *record, const thrum_basis_judge *judge, thrum_error *error) {
-  const int64_t added = choose_added(record, judge);
+thrum_status basis_rerun(basis_record *record, const thrum_basis_judge *judge, double seconds,
+                         thrum_error *error) {
+  double flops = record->request->basis.judging == BASIS_JUDGE_ON ? FLOPS_ASKED : FLOPS_MOST;
+  const bool can = basis_rerun_why_not(record->model, record->request->def.integrator) == NULL;
+  const int64_t added =
+      can ? basis_rerun_added(thrum_basis_judge_statics(judge), record->model, &flops) : 0;
   thrum_richer_model richer = {.change = NULL};
   thrum_error detail = {0};
   double *loads = NULL;
@@ -197,7 +214,7 @@ thrum_status basis_rerun(basis_record *record, const thrum_basis_judge *judge, t
   THRUM_THEN(status,
              thrum_richer_model_make(record->model, judge, loads, count, added, &richer, &detail));
   if (status >= 0 && richer.change != NULL)
-    status = run_again(record, &richer, &detail);
+    status = run_again(record, &richer, seconds, &detail);
   thrum_richer_model_free(&richer);
   free(loads);
 

@@ -74,7 +74,11 @@ static thrum_status note_for_basis(driver_run *run, int32_t n, int64_t step, thr
   if (status == THRUM_NOT_FINITE)
     return THRUM_OK;
   THRUM_TRY(status);
-  basis_record_note(&body->measures.basis, step, body->q, body->p);
+  double matrix[16];
+  const bool placed = run->stepper.kind->placement != NULL;
+  if (placed)
+    run->stepper.kind->placement(run->stepper.self, n, matrix);
+  basis_record_note(&body->measures.basis, step, body->q, body->p, placed ? matrix : NULL);
   return THRUM_OK;
 }
 
@@ -159,12 +163,13 @@ thrum_status driver_run_end(driver_run *run, thrum_error *error) {
     THRUM_TRY(run_output_end(&body->output, status >= 0 ? body->q : NULL, body->p, error));
     THRUM_TRY(run_probes_end(&body->probes, &body->output.folder, error));
 
-    // a motion that no step could go on from says nothing of the basis
+    // a motion that was lost says nothing of the basis
     basis_record *basis = &body->measures.basis;
-    if (run->status >= 0)
-      THRUM_TRY(basis_check_judge(basis, error));
+    if (run->status >= 0 && !body->figures.energy_grew)
+      THRUM_TRY(basis_check_judge(basis, run->seconds_step, error));
     else if (basis->memory != NULL)
-      basis->estimate = basis_estimate_none("the run could not go on to its end");
+      basis->estimate = basis_estimate_none(run->status < 0 ? "the run could not go on to its end"
+                                                            : "the energy of the run grew");
     body->figures.basis_wrong =
         basis_estimate_is_large(&body->measures.basis.estimate, &body->figures.request->basis);
   }

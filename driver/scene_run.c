@@ -93,13 +93,7 @@ static thrum_status run_scene(scene_run *scene, thrum_error *error) {
   return THRUM_OK;
 }
 
-void scene_run_close(scene_run *run) {
-  if (run->probes != NULL)
-    fclose(run->probes);
-  if (run->account != NULL)
-    fclose(run->account);
-  if (run->links != NULL)
-    fclose(run->links);
+void scene_run_unmake(scene_run *run) {
   for (int64_t n = 0; run->bodies != NULL && n < run->spec.bodies.count; n++) {
     free(run->bodies[n].request.loads);
     free(run->bodies[n].request.starts);
@@ -112,16 +106,28 @@ void scene_run_close(scene_run *run) {
     condensed_check_close(&run->bodies[n].check);
   }
 
-  // work folders of bodies first, then the scene's around them
   driver_run_close(&run->run);
-  run_folder_abandon(&run->folder);
   thrum_scene_free(run->scene);
   thrum_thread_team_free(run->team);
-  scene_models_free(&run->models);
   for (int64_t n = 0; n < run->base_motion_count; n++)
     base_motion_close(&run->base_motions[n]);
   free(run->base_motions);
   free(run->bodies);
+}
+
+void scene_run_close(scene_run *run) {
+  if (run->probes != NULL)
+    fclose(run->probes);
+  if (run->account != NULL)
+    fclose(run->account);
+  if (run->links != NULL)
+    fclose(run->links);
+
+  // work folders of bodies first, then the scene's around them
+  scene_run_judge_close(run);
+  scene_run_unmake(run);
+  run_folder_abandon(&run->folder);
+  scene_models_free(&run->models);
   scene_spec_free(&run->spec);
 }
 

@@ -46,6 +46,7 @@ typedef struct scene_body_run {
   double pace;                 /* its frequencies over those of the model in the file [1] */
   thrum_scene_body_def def;    /* as it was added; it has what follows */
   double *start;               /* q and p; owned */
+  const double *given;         /* the same of a scene that is made again; NULL: the file says */
   int32_t *touched;            /* the vertices that "touch" names; owned, NULL: none */
   scene_finding finding;       /* of "error" and "budget" */
   simulate_request request;    /* of a run of it alone: loads in its axes, gravity first if any */
@@ -68,6 +69,20 @@ typedef struct scene_body_run {
   int32_t passed; /* 1-based obstacle, a sphere that went into or through the body; 0: none */
 } scene_body_run;
 
+/* Rows at which the mesh of a model is asked what it lacks: of each part of the run the one of the
+ * largest shape. */
+#define SCENE_LOOKS 8
+typedef struct scene_look {
+  double size;            /* |q|^2; 0: there is none yet */
+  double rate;            /* of real times over those of the model in its file [1] */
+  double acceleration[3]; /* that acts on all of the mass */
+  double *q, *forces;     /* rank and 3 vertex_count */
+} scene_look;
+typedef struct scene_looks {
+  double *memory; /* of all; owned, NULL: no body of this model is judged */
+  scene_look items[SCENE_LOOKS];
+} scene_looks;
+
 typedef struct scene_run {
   const scene_request *request;
   scene_spec spec;
@@ -87,18 +102,38 @@ typedef struct scene_run {
   int32_t met[2];            /* whose they were, as in a touch; -1: a step without contact */
   bool has_hard_obstacles;   /* that vertices touch, without a stiffness of their own */
   bool has_detail;           /* a body has a level of detail */
+  scene_looks *looks;        /* of each of the models; owned */
   FILE *account;             /* where bodies touch each other */
   FILE *links;               /* where there are links */
   thrum_scene_account first; /* at the start */
   double seconds_read, seconds_find, seconds_output, seconds_total;
 } scene_run;
 
-/* scene_run_build.c: loads the models and makes the scene. */
+/* scene_run_build.c: loads the models and makes the scene; the latter alone, where there are bodies
+ * and models. */
 thrum_status scene_run_build(scene_run *run, thrum_error *error);
+thrum_status scene_run_make(scene_run *run, thrum_error *error);
 
 /* scene_run.c: reads the file of the request, and frees what a run holds, whatever came of it. */
 thrum_status scene_run_read(scene_run *run, thrum_error *error);
 void scene_run_close(scene_run *run);
+
+/* scene_run.c: the same of what scene_run_make makes and the bodies. */
+void scene_run_unmake(scene_run *run);
+
+/* scene_run_forces.c: what acts on the mesh of a body now, after so many steps, in the axes and the
+ * material of its model as it is in the file: forces (3 vertex_count) [N], and what acts on all of
+ * its mass. */
+thrum_status scene_run_forces(const scene_run *run, int32_t number, int64_t step, double *forces,
+                              double acceleration[3], thrum_error *error);
+
+/* scene_run_judge.c: why a body on which others act cannot be judged with its scene, NULL: it can;
+ * takes in a row; and makes the scene again with richer models, after the run, for the estimates of
+ * its bodies. */
+const char *scene_run_why_not_judged(const scene_run *run, int32_t number);
+thrum_status scene_run_judge_note(scene_run *run, int64_t step, thrum_error *error);
+thrum_status scene_run_judge(scene_run *run, thrum_error *error);
+void scene_run_judge_close(scene_run *run);
 
 /* scene_run_refuse.c: passes a status of the engine on; a failure becomes a message about one key
  * of a record, or about the record (key NULL). */

@@ -106,7 +106,9 @@ static thrum_status scale_whole(const scene_body_run *body, void **memory,
 static thrum_status make_start(scene_run *run, scene_body_run *body, double *q, double *p) {
   const config_texts *texts = &body->spec->start;
   simulate_request *request = &body->request;
-  if (texts->count == 0)
+  if (body->given != NULL)
+    memcpy(q, body->given, 2 * (size_t)body->model->rank * sizeof *q);
+  if (body->given != NULL || texts->count == 0)
     return THRUM_OK;
 
   // displacements are those of the scaled body
@@ -373,16 +375,10 @@ static thrum_status take_threads(scene_run *run, thrum_error *error) {
   return thrum_scene_set_workers(run->scene, threads, thrum_thread_team_run, run->team, error);
 }
 
-thrum_status scene_run_build(scene_run *run, thrum_error *error) {
+thrum_status scene_run_make(scene_run *run, thrum_error *error) {
   const scene_spec *spec = &run->spec;
   thrum_error detail = {0};
-  THRUM_TRY(
-      thrum_reserve(&run->bodies, spec->bodies.count, sizeof *run->bodies, "the scene", error));
-
-  // models are loaded once for all bodies that share them
-  run->run.name = run->request->path;
   THRUM_TRY(driver_run_open(&run->run, (int32_t)spec->bodies.count, error));
-  THRUM_TRY(scene_models_load(spec, run->request->quiet, &run->models, error));
   THRUM_TRY(thrum_scene_make(run->dt, &run->scene, error));
 
   // what acts on all bodies comes before the bodies
@@ -397,7 +393,18 @@ thrum_status scene_run_build(scene_run *run, thrum_error *error) {
   THRUM_TRY(scene_run_wind(run, run->scene));
   THRUM_TRY(scene_run_obstacles(run, run->scene));
   THRUM_TRY(scene_run_probes(run));
-  THRUM_TRY(scene_run_links(run, error));
+  return scene_run_links(run, error);
+}
+
+thrum_status scene_run_build(scene_run *run, thrum_error *error) {
+  const scene_spec *spec = &run->spec;
+  THRUM_TRY(
+      thrum_reserve(&run->bodies, spec->bodies.count, sizeof *run->bodies, "the scene", error));
+
+  // models are loaded once for all bodies that share them
+  run->run.name = run->request->path;
+  THRUM_TRY(scene_models_load(spec, run->request->quiet, &run->models, error));
+  THRUM_TRY(scene_run_make(run, error));
   THRUM_TRY(scene_run_check_start(run, error));
 
   // how many coordinates are stepped depends on all that acts on a body

@@ -68,22 +68,13 @@ static thrum_status refuse_outputs(const scene_run *run, const scene_body_run *b
   return thrum_error_set(error, status, "%s", detail->message);
 }
 
-/* Why the basis of a body cannot be judged by its loads alone; NULL: it can. */
-static const char *why_not_judged(const scene_run *run, int32_t n) {
+/* Does more act on a body than its loads, or is it more than a model on a ground? */
+static bool is_judged_together(const scene_run *run, int32_t n) {
   const scene_body_run *body = &run->bodies[n];
   const scene_body_spec *spec = body->spec;
-  if (spec->scale != 1 || spec->stiffness != 1 || spec->density != 1)
-    return "the body is scaled";
-  if (spec->free)
-    return "the body is free";
-  if (spec->detail.jump > 0)
-    return "the body steps fewer coordinates at times";
-  if (run->spec.wind.at.node != NULL)
-    return "there is wind";
-  if (run->spec.obstacles.count > 0 || scene_run_body_meets(run, body) ||
-      scene_run_is_linked(run, n))
-    return "others act on the body";
-  return NULL;
+  return spec->scale != 1 || spec->stiffness != 1 || spec->density != 1 || spec->free ||
+         run->spec.wind.at.node != NULL || run->spec.obstacles.count > 0 ||
+         scene_run_body_meets(run, body) || scene_run_is_linked(run, n);
 }
 
 static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
@@ -93,12 +84,19 @@ static thrum_status open_body(scene_run *run, int32_t n, thrum_error *error) {
   char path[RUN_PATH_MAX + 80];
   if (!scale_material(body))
     return thrum_error_set(error, THRUM_OUT_OF_MEMORY, "no memory for body '%s'", body->spec->name);
-  body->request.basis.unless = why_not_judged(run, n);
+  body->request.basis.together = is_judged_together(run, n);
+  if (body->spec->detail.jump > 0)
+    body->request.basis.unless = "the body steps fewer coordinates at times";
+  else if (body->request.basis.together)
+    body->request.basis.unless = scene_run_why_not_judged(run, n);
   snprintf(path, sizeof path, "%.*s/%s", RUN_PATH_MAX, run->folder.work, body->spec->name);
   thrum_error detail = {0};
   const thrum_status opened = driver_run_open_body(&run->run, n, path, &body->shown, &detail);
   if (opened < 0)
     return refuse_outputs(run, body, opened, &detail, error);
+
+  // a basis is judged as it is in the file, wherever the body stands
+  run->run.bodies[n].measures.basis.model = body->model;
 
   // measures are of the body at rest in its own axes, frames of the body in place
   if (frames && body->model->vertices != NULL && !place_vertices(run, n))
@@ -254,6 +252,7 @@ thrum_status scene_run_end(scene_run *run, thrum_error *error) {
     return run_folder_write_failed(&run->folder, SCENE_ACCOUNT, error);
   THRUM_TRY(scene_run_end_links(run, error));
   THRUM_TRY(driver_run_end(&run->run, error));
+  THRUM_TRY(scene_run_judge(run, error));
   for (int32_t n = 0; n < run->spec.bodies.count; n++)
     THRUM_TRY(complete_body(run, n, error));
   return THRUM_OK;

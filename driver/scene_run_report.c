@@ -12,6 +12,7 @@
 #include "runtime/material/material_law.h"
 
 #define DETAIL_LINES 8 /* bodies that each have one */
+#define ERROR_LINES 8
 
 static double per_step(const scene_run *run, double value) {
   const int64_t steps = driver_run_step_count(&run->run);
@@ -245,6 +246,27 @@ static void print_details(const scene_run *run) {
            100 * (double)reduced / (double)steps, changes, changes == 1 ? "" : "s", jump);
 }
 
+/* Prints what is known of the error by the bases: a line for each body where they are few, else for
+ * the one that is most wrong. */
+static void print_errors(const scene_run *run) {
+  const int64_t count = run->spec.bodies.count;
+  int64_t worst = -1;
+  for (int64_t n = 0; n < count; n++) {
+    const simulate_measures *of = &run->run.bodies[n].measures;
+    if (!of->basis_asked)
+      continue;
+    if (count <= ERROR_LINES)
+      basis_estimate_print(&of->basis.estimate, run->bodies[n].spec->name, "motion");
+    else if (of->basis.estimate.why == NULL &&
+             (worst < 0 ||
+              of->basis.estimate.share > run->run.bodies[worst].measures.basis.estimate.share))
+      worst = n;
+  }
+  if (worst >= 0)
+    basis_estimate_print(&run->run.bodies[worst].measures.basis.estimate,
+                         run->bodies[worst].spec->name, "motion");
+}
+
 void scene_run_table(const scene_run *run) {
   const int64_t steps = driver_run_step_count(&run->run);
   if (run->spec.title != NULL)
@@ -281,6 +303,8 @@ void scene_run_table(const scene_run *run) {
     if (figures->report.switched_steps > 0)
       printf("switched     %s: %s\n", run->bodies[n].spec->name, stepped_by);
   }
+
+  print_errors(run);
 
   // what bodies did to each other
   if (scene_run_touches(run)) {

@@ -259,7 +259,7 @@ void simulate_measures_table(const simulate_measures *m) {
   if (m->stress_points != NULL && m->peak_tet >= 0)
     print_stress(m);
   if (m->basis_asked)
-    basis_estimate_print(&m->basis.estimate, "motion");
+    basis_estimate_print(&m->basis.estimate, NULL, "motion");
   if (m->monitor == NULL || m->record.looks == 0)
     return;
 

@@ -255,7 +255,7 @@ void static_report_table(const static_answer *answer) {
   if (!request->full && !isnan(answer->belief.stretch))
     printf("monitor      least stretch %.3f (warns below 0.577)\n", answer->belief.stretch);
   if (answer->belief.judged)
-    basis_estimate_print(&answer->belief.error, "shape");
+    basis_estimate_print(&answer->belief.error, NULL, "shape");
 
   // whether it stays there
   print_stability(answer);

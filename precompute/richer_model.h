@@ -10,7 +10,8 @@
  * row-major) q. Groups are the other's, and borrowed. */
 typedef struct thrum_richer_model {
   thrum_precomputed made;
-  thrum_model model; /* with the groups */
+  thrum_model model; /* with the groups, packed */
+  void *packed;
   double *change;
 } thrum_richer_model;
 

@@ -274,6 +274,96 @@ static void a_scene_judges_its_bodies(void **state) {
   program_result_free(&run);
 }
 
+/* The estimate of the first body of a scene, which the caller deletes with the rest of *object. */
+static const cJSON *estimate_of(const char *scene, const char *name, int code, cJSON **object) {
+  assert_true(text_file_write(in_folder("made.json"), scene));
+  program_result run = thrum_run(folder, "simulate", "made.json", "-o", name, "--json", "-q", NULL);
+  if (run.exit_code != code)
+    fail_msg("exit code %d: %s", run.exit_code, run.err);
+  *object = json_line(run.out);
+  assert_non_null(*object);
+  program_result_free(&run);
+  return member(cJSON_GetArrayItem(member(*object, "bodies"), 0), "error_estimate");
+}
+
+/* A floor that is never reached changes nothing: the scene made again says what the run of the body
+ * alone says, and so does a body that is twice as large, of another material and turned. */
+static void a_body_in_a_scene_made_again_has_the_error_that_it_has_alone(void **state) {
+  (void)state;
+  cJSON *object = bend("poor.npz", NULL, NULL, 3);
+  const double alone = json_value(member(object, "error_estimate"), "share");
+  cJSON_Delete(object);
+
+  // forces go with stiffness and area, times with length and the root of density over stiffness
+  static const char *const bodies[] = {
+      "{\"time\": 0.6, \"bodies\": [{\"model\": \"poor.npz\", \"loads\": "
+      "\"constant:0,0,-0.4@right\"}], \"obstacles\": [{\"shape\": \"plane\", \"centre\": "
+      "[0, 0, -10]}]}",
+      "{\"time\": 0.6, \"bodies\": [{\"model\": \"poor.npz\", \"scale\": 2, \"stiffness\": 8, "
+      "\"density\": 2, \"rotation\": {\"axis\": [1, 0, 0], \"angle\": 90}, \"loads\": "
+      "\"constant:0,12.8,0@right\"}]}"};
+  for (size_t n = 0; n < sizeof bodies / sizeof bodies[0]; n++) {
+    const cJSON *estimate = estimate_of(bodies[n], "again", 3, &object);
+    const double said = json_value(estimate, "share");
+    print_message("alone %.4f, with its scene %.4f\n", alone, said);
+    assert_true(fabs(said - alone) < 0.1 * alone);
+    assert_true(fabs(json_value(estimate, "until_s") - 0.6) < 1e-9);
+    assert_string_equal(member(estimate, "kind")->valuestring, n == 0 ? "about" : "at least");
+    cJSON_Delete(object);
+  }
+}
+
+/* A beam that a moving end of a link bends, with few coordinates and with many. */
+static void a_linked_body_is_judged_with_its_scene(void **state) {
+  (void)state;
+  static const char link[] =
+      "{\"time\": 0.6, \"dt\": 0.0005, \"bodies\": [{\"name\": \"b\", \"model\": \"%s\"}], "
+      "\"links\": "
+      "[{\"kind\": \"ball\", \"body\": \"b\", \"at\": \"right\", \"path\": [{\"time\": 0, "
+      "\"place\": [0, 0, 0]}, {\"time\": 0.5, \"place\": [0, 0, 0.4]}]}]%s}";
+  char scene[600];
+  cJSON *object;
+  program_result made = thrum_run(folder, "precompute", "poor.npz", "--modes", "20", "--rank", "50",
+                                  "-o", "rich.npz", "-q", NULL);
+  assert_int_equal(made.exit_code, 0);
+  program_result_free(&made);
+
+  snprintf(scene, sizeof scene, link, "rich.npz", ", \"outputs\": {\"judge\": \"off\"}");
+  const cJSON *estimate = estimate_of(scene, "rich", 0, &object);
+  assert_string_equal(member(estimate, "kind")->valuestring, "not judged");
+  cJSON_Delete(object);
+  snprintf(scene, sizeof scene, link, "poor.npz", ", \"outputs\": {\"accept_error\": 1}");
+  estimate = estimate_of(scene, "poor", 0, &object);
+  const double said = json_value(estimate, "share");
+  program_result both = thrum_run(folder, "compare", "poor", "rich", "--json", NULL);
+  cJSON *apart = json_line(both.out);
+  const double found = json_value(cJSON_GetArrayItem(member(apart, "bodies"), 0), "apart_share");
+  print_message("said %.4f, found %.4f\n", said, found);
+  assert_true(found > 0.1 && said > 0.7 * found && said < 1.4 * found);
+  program_result_free(&both);
+  cJSON_Delete(apart);
+  cJSON_Delete(object);
+}
+
+/* A tilted block bounces, and what it does afterwards hangs on the last digits of how it began: the
+ * comparison ends there, and says of the shape what it says of the motion as a whole apart. */
+static void what_a_small_disturbance_parts_is_not_blamed_on_the_basis(void **state) {
+  (void)state;
+  cJSON *object;
+  const cJSON *estimate = estimate_of(
+      "{\"time\": 1.5, \"dt\": 0.002, \"gravity\": [0, 0, -9.81], \"bodies\": [{\"model\": "
+      "\"beam:4x3x2@0.4x0.3x0.2\", \"material\": {\"young\": 4e6}, \"free\": "
+      "true, \"position\": [0, 0, 0.5], \"rotation\": {\"axis\": [1, 1, 0], \"angle\": 20}}], "
+      "\"obstacles\": [{\"shape\": \"plane\"}], \"outputs\": {\"judge\": \"on\", "
+      "\"accept_error\": 1}}",
+      "bounce", 0, &object);
+  if (cJSON_IsNull(member(estimate, "share")))
+    fail_msg("not judged: %s", member(estimate, "why")->valuestring);
+  assert_true(json_value(estimate, "until_s") < 1.4);
+  assert_true(json_value(estimate, "shape_share") > json_value(estimate, "share"));
+  cJSON_Delete(object);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_basis_without_derivatives_is_flagged_by_what_the_mesh_does),
@@ -285,6 +375,9 @@ int main(void) {
       cmocka_unit_test(the_mesh_stops_when_its_time_is_over),
       cmocka_unit_test(each_kind_of_motion_is_judged),
       cmocka_unit_test(a_scene_judges_its_bodies),
+      cmocka_unit_test(a_body_in_a_scene_made_again_has_the_error_that_it_has_alone),
+      cmocka_unit_test(a_linked_body_is_judged_with_its_scene),
+      cmocka_unit_test(what_a_small_disturbance_parts_is_not_blamed_on_the_basis),
   };
   return cmocka_run_group_tests(tests, make_models, NULL);
 }
