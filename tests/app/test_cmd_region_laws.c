@@ -159,7 +159,7 @@ static program_result run_scene(const char *model, const char *material) {
   fprintf(file,
           "{\"time\": 0.05, \"gravity\": [0, 0, -9.81], \"bodies\": [{\"model\": \"%s\",%s "
           "\"material\": {%s}}]}",
-          model, strstr(model, ".mesh") ? " \"fix\": \"x<0.001\"," : "", material);
+          model, strstr(model, ".mesh") ? " \"order\": 1, \"fix\": \"x<0.001\"," : "", material);
   assert_int_equal(fclose(file), 0);
   return thrum_run(folder, "simulate", "scene.json", "-o", "scene", "--json", "-q", NULL);
 }
@@ -331,8 +331,8 @@ static void regions_keep_their_names_in_the_model(void **state) {
 #define NAMED                                                                                      \
   "--modes", "2", "--rank", "4", "--cubature", "--cubature-points", "20", "--cubature-error", "1", \
       "-q", "-o"
-  assert_done(thrum_run(folder, "precompute", PADDED, NAMED, "named.npz", "--material",
-                        "block:2e7,0.3,1500,stvk", "--material",
+  assert_done(thrum_run(folder, "precompute", PADDED, "--order", "1", NAMED, "named.npz",
+                        "--material", "block:2e7,0.3,1500,stvk", "--material",
                         "pad:2e5,0.4,1000,corotational,0.02", NULL));
   program_result run = thrum_run(folder, "info", "named.npz", NULL);
   assert_non_null(strstr(run.out, "region 1, pad: E = 200000 Pa, nu = 0.4, rho = 1000 kg/m^3, "
