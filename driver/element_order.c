@@ -135,18 +135,22 @@ void element_order_say(const element_order *order, const thrum_mesh *mesh, const
           name, locking_text(order->errors, order->error_count, text));
 }
 
+/* Three digits are more than an estimate has, and the same on every machine. */
+static void add_errors(cJSON *object, const char *key, const double *values, int64_t count) {
+  if (count == 0)
+    return;
+  cJSON *errors = cJSON_AddArrayToObject(object, key);
+  for (int64_t i = 0; i < count; i++) {
+    char text[32];
+    snprintf(text, sizeof text, "%.3g", values[i]);
+    cJSON_AddItemToArray(errors, json_number_item(strtod(text, NULL)));
+  }
+}
+
 void element_order_json(cJSON *object, const element_order *order, const thrum_mesh *mesh) {
   static const char *const names[] = {"mesh", "user", "recipe", "auto"};
   json_number(object, "order", mesh->midsides != NULL ? 2 : 1);
   cJSON_AddStringToObject(object, "order_by", names[order->by]);
-  if (order->error_count == 0)
-    return;
-
-  // three digits are more than an estimate has, and the same on every machine
-  cJSON *errors = cJSON_AddArrayToObject(object, "order_error");
-  for (int64_t i = 0; i < order->error_count; i++) {
-    char text[32];
-    snprintf(text, sizeof text, "%.3g", order->errors[i]);
-    cJSON_AddItemToArray(errors, json_number_item(strtod(text, NULL)));
-  }
+  add_errors(object, "order_error", order->errors, order->error_count);
+  add_errors(object, "ten_node_error", order->cubic_errors, order->cubic_count);
 }

@@ -20,6 +20,9 @@ typedef struct element_order {
   /* by how much linear tetrahedra have the first frequencies too high; none where not known */
   int64_t error_count;
   double errors[THRUM_ORDER_ERRORS_MAX];
+  /* and by how much ten-node ones do, of a model that has them */
+  int64_t cubic_count;
+  double cubic_errors[THRUM_CUBIC_ERRORS_MAX];
   char kept[200]; /* why linear ones stay although they lock; "": they do not, or were wanted */
 } element_order;
 
@@ -38,7 +41,7 @@ thrum_status element_order_choose(const precompute_request *request, bool read,
 /* Prints the line that says what was chosen, where ten nodes were. */
 void element_order_say(const element_order *order, const thrum_mesh *mesh, const char *name);
 
-/* Adds the order, who chose it, and the errors of linear tetrahedra. */
+/* Adds the order, who chose it, and the errors of linear and of ten-node tetrahedra. */
 void element_order_json(cJSON *object, const element_order *order, const thrum_mesh *mesh);
 
 #endif

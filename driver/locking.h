@@ -20,16 +20,21 @@ const char *locking_text(const double *errors, int64_t count, char text[LOCKING_
  * `kept` says why they stay, or is "". */
 void locking_warn_of(const char *name, const double *errors, int64_t count, const char *kept);
 
-/* The same of a model, by its metadata; silent where they do not know it. */
+/* The same of ten-node tetrahedra, which a finer mesh mends. */
+void locking_warn_of_ten(const char *name, const double *errors, int64_t count);
+
+/* The same of a model, by its metadata. Where they do not know it that is said of ten-node
+ * tetrahedra of a Poisson's ratio of LOCKING_POISSON or more. */
+#define LOCKING_POISSON 0.45
 void locking_warn(const char *name, const thrum_model *model);
 
-/* Writes what is known of the elements of a model in a line, "ten nodes, by --order auto; linear
- * ones would have ..."; "": nothing beyond their order. */
-#define LOCKING_LINE_MAX 320
+/* Writes what is known of the elements of a model in a line, "ten nodes, by --order auto; with four
+ * ..."; "": nothing beyond their order. */
+#define LOCKING_LINE_MAX 480
 const char *locking_line(const thrum_model *model, char line[LOCKING_LINE_MAX]);
 
 /* Adds the order of a model's elements, and what its metadata say of it: who chose it, and the
- * errors of linear tetrahedra; null where they do not know it. */
+ * errors of linear and of ten-node tetrahedra; null where they do not know it. */
 void locking_json(cJSON *object, const thrum_model *model);
 
 #endif

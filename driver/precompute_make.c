@@ -384,6 +384,8 @@ static thrum_status make_model(precompute_task *task, precompute_show *show,
   outcome->result = &result;
   if (!task->options.order_known)
     keep_order_errors(&result, &outcome->order);
+  outcome->order.cubic_count = result.cubic_error_count;
+  memcpy(outcome->order.cubic_errors, result.cubic_error, sizeof result.cubic_error);
   outcome->dt = thrum_default_state_def().dt;
   status = split_at(&result.model, outcome->dt, &outcome->split, error);
 

@@ -282,12 +282,15 @@ static void add_seconds(cJSON *object, const precompute_outcome *outcome) {
   json_number(seconds, "total", outcome->seconds_total);
 }
 
-/* Linear tetrahedra that bend are too stiff; ten nodes are not. */
+/* Linear tetrahedra that bend are too stiff, and ten-node ones that are large or hardly change
+ * their volume. */
 static void warn_of_order(const precompute_outcome *outcome) {
   const element_order *order = &outcome->order;
+  const char *name = path_basename(outcome->request->mesh_name);
   if (outcome->mesh->midsides == NULL)
-    locking_warn_of(path_basename(outcome->request->mesh_name), order->errors, order->error_count,
-                    order->kept);
+    locking_warn_of(name, order->errors, order->error_count, order->kept);
+  else
+    locking_warn_of_ten(name, order->cubic_errors, order->cubic_count);
 }
 
 void precompute_print_json(const precompute_outcome *outcome) {

@@ -11,6 +11,7 @@
 #include "platform/clock.h"
 #include "platform/threads.h"
 #include "precompute/basis/basis.h"
+#include "precompute/basis/cubic_error.h"
 #include "precompute/basis/eigen.h"
 #include "precompute/basis/handles.h"
 #include "precompute/basis/imported_basis.h"
@@ -27,6 +28,7 @@
 #include "runtime/base/pi.h"
 
 #define ORDER_ERRORS_TETS 50000
+#define CUBIC_ERRORS_TETS 20000
 #define INCOMPRESSIBLE 1e10 /* lambda over mu beyond which mu is lost in rounding */
 
 typedef struct pipeline {
@@ -300,6 +302,12 @@ static thrum_status run_modes(pipeline *p, const thrum_reporter *reporter, thrum
     const thrum_order_body body = {p->mesh, &p->fem, p->factor, p->rigid, p->rigid_dual};
     status = thrum_order_errors(&body, result->order_error_count, p->candidates,
                                 result->order_error, error);
+  }
+  if (status >= 0 && p->fem.rule && !p->ranks && p->fem.tet_count <= CUBIC_ERRORS_TETS) {
+    result->cubic_error_count = k < THRUM_CUBIC_ERRORS_MAX ? k : THRUM_CUBIC_ERRORS_MAX;
+    const thrum_order_body body = {p->mesh, &p->fem, p->factor, p->rigid, p->rigid_dual};
+    status = thrum_cubic_errors(&body, result->cubic_error_count, p->candidates,
+                                result->cubic_error, error);
   }
   if (status >= 0 && p->options.keep_modes)
     status = keep_modes(p, error);

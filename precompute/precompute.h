@@ -12,7 +12,7 @@
 
 /* The result: a model (arrays owned here, except meta, which is left empty for the caller to add
  * and to free) and figures. */
-enum { THRUM_ORDER_ERRORS_MAX = 5 };
+enum { THRUM_ORDER_ERRORS_MAX = 5, THRUM_CUBIC_ERRORS_MAX = 2 };
 
 typedef struct thrum_precomputed {
   thrum_model model;
@@ -28,6 +28,11 @@ typedef struct thrum_precomputed {
    * tets the first two alone, of ten nodes none. */
   int64_t order_error_count;
   double order_error[THRUM_ORDER_ERRORS_MAX]; /* f_i / f - 1 */
+
+  /* The same of ten-node tets beside functions of third degree, of the first two modes; of linear
+   * ones, and of more than 20,000 tets, none. */
+  int64_t cubic_error_count;
+  double cubic_error[THRUM_CUBIC_ERRORS_MAX];
 
   /* How it was made sure that no mode is missing. */
   bool mode_counted;       /* by inertia; else by the search alone */

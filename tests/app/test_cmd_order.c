@@ -78,6 +78,40 @@ static void a_body_that_hardly_moves_is_told_in_words(void **state) {
     assert_string_equal(percent_text(shares[n], text), texts[n]);
 }
 
+/* Ten nodes near incompressibility lock too on a coarse mesh: every command tells by how much, and
+ * a model that does not know it is told so. */
+static void ten_nodes_that_lock_say_so(void **state) {
+  (void)state;
+#define STIFF "beam:4x1x1@1x0.2x0.2"
+  static const char *const said = "ten-node tetrahedra are too stiff: first frequencies are about ";
+  program_result run = thrum_run(folder, "precompute", STIFF, "-o", "stiff.npz", HELD, "--poisson",
+                                 "0.49", "--json", "-q", NULL);
+  assert_non_null(strstr(run.err, said));
+  cJSON *object = json_line(run.out);
+  const double error = number_at(object, "ten_node_error", 0);
+  assert_true(error > 0.1 && error < 0.3);
+  cJSON_Delete(object);
+  program_result_free(&run);
+
+  // what uses the model, and what takes the whole mesh
+  static const char *const runs[][6] = {
+      {"simulate", "stiff.npz", "--time=0.01", "-q", "-o", "stiff"},
+      {"static", "stiff.npz", "--load=constant:0,0,-1@tip"},
+      {"static", "stiff.npz", "--full", "--load=constant:0,0,-1@tip"},
+      {"simulate", "stiff.npz", "--full", "--time=0.01", "-q", "--output=whole"},
+  };
+  for (int n = 0; n < 4; n++) {
+    const char *const *a = runs[n];
+    run = thrum_run(folder, a[0], a[1], a[2], a[3], a[4], a[5], NULL);
+    if (!strstr(run.err, said))
+      fail_msg("%s: %s", a[0], run.err);
+    program_result_free(&run);
+  }
+  run = thrum_run(folder, "info", "stiff.npz", NULL);
+  assert_non_null(strstr(run.out, "ten nodes, by which the first frequencies are about "));
+  program_result_free(&run);
+}
+
 static void precompute_says_what_it_chose(void **state) {
   (void)state;
   program_result run = thrum_run(folder, "precompute", THIN, "-o", "thin.npz", HELD, NULL);
@@ -179,6 +213,7 @@ int main(void) {
       cmocka_unit_test(statics_of_a_mesh_are_right_by_default),
       cmocka_unit_test(a_body_that_hardly_moves_is_told_in_words),
       cmocka_unit_test(precompute_says_what_it_chose),
+      cmocka_unit_test(ten_nodes_that_lock_say_so),
       cmocka_unit_test(meshes_that_do_not_lock_stay_as_they_are),
       cmocka_unit_test(memory_decides_too),
       cmocka_unit_test(every_command_says_by_how_much_a_linear_model_locks),
