@@ -15,6 +15,7 @@
 #include "driver/static_critical.h"
 #include "driver/static_full.h"
 #include "driver/static_monitor.h"
+#include "driver/static_path.h"
 #include "driver/static_solve.h"
 #include "io/file.h"
 #include "io/npy_file.h"
@@ -29,19 +30,6 @@
 
 /* --- the path, as it is found ----------------------------------------------------------------- */
 
-typedef struct path_file {
-  const static_request *request;
-  const thrum_model *model;
-  thrum_file_writer writer;
-  thrum_status status;
-  thrum_error error;
-} path_file;
-
-static void put_line(path_file *file, const char *line) {
-  if (file->status >= 0)
-    file->status = thrum_file_writer_put(&file->writer, line, strlen(line), &file->error);
-}
-
 static thrum_status displaced(const thrum_model *model, const load_target *target, const double *q,
                               double mean[3], thrum_error *error) {
   load_vertices at = {0};
@@ -51,41 +39,24 @@ static thrum_status displaced(const thrum_model *model, const load_target *targe
   return config_error_in(error, status, "--at");
 }
 
+/* The path of a reduced model, and where it is. */
+typedef struct reduced_path {
+  static_path file;
+  const thrum_model *model;
+  const double *q;
+} reduced_path;
+
+static thrum_status mean_at(const void *context, const load_target *target, double mean[3],
+                            thrum_error *error) {
+  const reduced_path *path = context;
+  return displaced(path->model, target, path->q, mean, error);
+}
+
 static void put_point(void *context, const thrum_equilibrium_point *point) {
-  path_file *file = context;
-  char text[160];
-  snprintf(text, sizeof text, "%.17g,%.17g,%.17g,%d", point->factor, point->energy, point->least,
-           (int)point->jumped);
-  put_line(file, text);
-  for (int64_t n = 0; n < file->request->target_count && file->status >= 0; n++) {
-    double mean[3];
-    file->status = displaced(file->model, &file->request->targets[n], point->q, mean, &file->error);
-    snprintf(text, sizeof text, ",%.17g,%.17g,%.17g", mean[0], mean[1], mean[2]);
-    put_line(file, text);
-  }
-  put_line(file, "\n");
-}
-
-static thrum_status open_path(path_file *file, thrum_error *error) {
-  char text[80];
-  THRUM_TRY(thrum_file_writer_open(file->request->path, &file->writer, error));
-  put_line(file, "factor,energy_j,least_eigenvalue,jumped");
-  for (int64_t n = 1; n <= file->request->target_count; n++) {
-    snprintf(text, sizeof text, ",x%lld_m,y%lld_m,z%lld_m", (long long)n, (long long)n,
-             (long long)n);
-    put_line(file, text);
-  }
-  put_line(file, "\n");
-  return THRUM_OK;
-}
-
-static thrum_status close_path(path_file *file, thrum_error *error) {
-  thrum_status status = file->status;
-  if (status >= 0)
-    return thrum_file_writer_commit(&file->writer, error);
-  if (error != NULL)
-    *error = file->error;
-  return status;
+  reduced_path *path = context;
+  path->q = point->q;
+  const static_path_point row = {point->factor, point->energy, point->least, point->jumped != 0};
+  static_path_put(&path->file, &row, path);
 }
 
 /* --- the answer's files ----------------------------------------------------------------------- */
@@ -157,18 +128,17 @@ static thrum_status start_from(const static_request *request, const thrum_model 
 
 static thrum_status find(static_answer *answer, double *q, double *mode, thrum_error *error) {
   const static_request *request = answer->request;
-  path_file file = {.request = request, .model = answer->model};
-  thrum_status status = request->path != NULL ? open_path(&file, error) : THRUM_OK;
-  const static_progress progress = {request->path != NULL ? put_point : NULL, &file};
+  reduced_path path = {.model = answer->model};
+  thrum_status status = static_path_open(request, mean_at, &path.file, error);
+  const static_progress progress = {request->path != NULL ? put_point : NULL, &path};
   const double began = clock_seconds();
   THRUM_THEN(status, start_from(request, answer->model, q, error));
   THRUM_THEN(status, static_solve(answer->model, &request->def, request->model_path, request->loads,
                                   request->load_count, request->from != NULL, q, mode, &progress,
                                   &answer->report, error));
   answer->seconds = clock_seconds() - began;
-  if (status >= 0 && request->path != NULL)
-    status = close_path(&file, error);
-  thrum_file_writer_abandon(&file.writer);
+  THRUM_THEN(status, static_path_close(&path.file, error));
+  static_path_abandon(&path.file);
   return status;
 }
 

@@ -293,6 +293,55 @@ static void warn_of_order(const precompute_outcome *outcome) {
     locking_warn_of_ten(name, order->cubic_errors, order->cubic_count);
 }
 
+#define LEARNED_STEPS 10000 /* of --cubature-refine, as a rule */
+#define LEARNED_FROM 20000  /* points times rank: a force of some 25 us */
+#define LEARNED_GAIN 1.5    /* points over those that would be learned */
+
+/* Whether points of fewer numbers, which are learned, would make steps much cheaper. */
+static bool would_learn(const precompute_outcome *outcome) {
+  const thrum_cubature_figures *figures = &outcome->result->cubature;
+  const double points = (double)figures->points, rank = (double)outcome->result->model.rank;
+  const bool flows = !isinf(outcome->request->options.cubature_yield) ||
+                     outcome->result->model.region_yield != NULL;
+  return figures->few > 0 && !flows &&
+         thrum_law_of_model(&outcome->result->model) == THRUM_LAW_STVK &&
+         points * rank > LEARNED_FROM && points > LEARNED_GAIN * (double)figures->few;
+}
+
+/* Time of a step by these points, which goes with their number [s]. */
+static double learned_step(const thrum_cubature_figures *figures) {
+  return figures->step_seconds * (double)figures->few / (double)figures->points;
+}
+
+/* Adds what learned points would take; null where they would gain little. */
+static void add_learned(cJSON *cubature, const precompute_outcome *outcome) {
+  const thrum_cubature_figures *figures = &outcome->result->cubature;
+  if (!would_learn(outcome)) {
+    cJSON_AddNullToObject(cubature, "if_learned");
+    return;
+  }
+  cJSON *learned = cJSON_AddObjectToObject(cubature, "if_learned");
+  json_number(learned, "refine", LEARNED_STEPS);
+  json_number(learned, "points", (double)figures->few);
+  json_number(learned, "step_us", 1e6 * learned_step(figures));
+  json_number(learned, "seconds",
+              thrum_cubature_learning(figures->few, outcome->result->model.rank, LEARNED_STEPS));
+}
+
+/* The same in words, beside what the points at hand take. */
+static void print_learned(const precompute_outcome *outcome) {
+  const thrum_cubature_figures *figures = &outcome->result->cubature;
+  if (!would_learn(outcome))
+    return;
+  printf("%-18s--cubature-refine %d would begin with %" PRId64 " points", "cheaper", LEARNED_STEPS,
+         figures->few);
+  if (figures->step_seconds > 0)
+    printf(", so that a step takes about %.3g us for %.3g", 1e6 * learned_step(figures),
+           1e6 * figures->step_seconds);
+  printf(", and learn for about %.2g s more; check its error of motion, which may be larger\n",
+         thrum_cubature_learning(figures->few, outcome->result->model.rank, LEARNED_STEPS));
+}
+
 void precompute_print_json(const precompute_outcome *outcome) {
   const thrum_precomputed *result = outcome->result;
   warn_of_order(outcome);
@@ -338,9 +387,11 @@ void precompute_print_json(const precompute_outcome *outcome) {
   // how far the result can be trusted
   add_residuals(object, result);
   add_cubature(object, outcome->request, result);
-  if (outcome->request->options.cubature)
-    json_number(cJSON_GetObjectItem(object, "cubature"), "step_us",
-                1e6 * result->cubature.step_seconds);
+  if (outcome->request->options.cubature) {
+    cJSON *cubature = cJSON_GetObjectItem(object, "cubature");
+    json_number(cubature, "step_us", 1e6 * result->cubature.step_seconds);
+    add_learned(cubature, outcome);
+  }
   add_check(object, result);
   add_import(object, outcome->request, result);
 
@@ -493,11 +544,12 @@ void precompute_print_table(const precompute_outcome *outcome) {
       printf("%-18snot measured: run it beside the mesh (simulate --full) or tradeoff\n", "motion");
     else
       printf("%-18swrong by %.2g %% in motions of %.2g of the diagonal, %.2g %% at %.2g of it (rms "
-             "over two periods); a step takes %.2g us\n",
+             "over two periods); a step takes %.3g us\n",
              "motion", 100 * result->cubature.motion_error,
              0.75 * outcome->request->options.cubature_range,
              100 * result->cubature.motion_error_beyond,
              1.5 * outcome->request->options.cubature_range, 1e6 * result->cubature.step_seconds);
+    print_learned(outcome);
     if (outcome->request->options.cubature_refine > 0)
       printf("%-18slearned: points of the mesh alone would be wrong by %.2g %% in these others\n",
              "gradients", 100 * result->cubature.chosen_error);

@@ -8,6 +8,7 @@
 
 #include "config/message.h"
 #include "driver/shared_options.h"
+#include "driver/static_path.h"
 #include "io/npy_file.h"
 #include "io/vtu.h"
 #include "platform/allocate.h"
@@ -21,6 +22,8 @@
 
 /* Memory of one search; fields are 3 vertex_count. */
 typedef struct search {
+  const thrum_model *model;
+  static_path path;
   thrum_full *body;
   uint8_t *held; /* vertex_count */
   double *forces, *moves, *field;
@@ -169,18 +172,32 @@ static void warn_idle(const static_request *request, const thrum_model *model, c
                 request->model_path);
 }
 
+/* The mean displacement of a target where the body is. */
+static thrum_status mean_at(const void *context, const load_target *target, double mean[3],
+                            thrum_error *error) {
+  const search *s = context;
+  load_vertices at;
+  THRUM_TRY(config_error_in(error, load_target_find(s->model, target, &at, error), "--at"));
+  thrum_full_mean(s->body, at.list, at.count, mean);
+  load_vertices_free(&at);
+  return THRUM_OK;
+}
+
+/* A row of --path; its factor is of the loads as they are given. */
+static void put_point(void *context, const thrum_full_point *point) {
+  search *s = context;
+  const double factor = s->path.request->def.factor * point->factor;
+  const static_path_point row = {factor, point->energy, point->least, point->jumped};
+  static_path_put(&s->path, &row, s);
+}
+
 /* Reads displacements off the body where it rests. */
 static thrum_status look(static_answer *answer, const search *s, thrum_error *error) {
   const static_request *request = answer->request;
 
   // the mean displacement of each target
-  for (int64_t n = 0; n < request->target_count; n++) {
-    load_vertices at;
-    const thrum_status status = load_target_find(answer->model, &request->targets[n], &at, error);
-    THRUM_TRY(config_error_in(error, status, "--at"));
-    thrum_full_mean(s->body, at.list, at.count, answer->displaced[n]);
-    load_vertices_free(&at);
-  }
+  for (int64_t n = 0; n < request->target_count; n++)
+    THRUM_TRY(mean_at(s, &request->targets[n], answer->displaced[n], error));
 
   // and the largest of all vertices
   answer->peak = 0;
@@ -313,7 +330,12 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
   // displacements are read once before the search, so that a wrong target fails at once
   THRUM_TRY(look(answer, s, error));
   THRUM_TRY(start_from(request, model, s, error));
+  THRUM_TRY(static_path_open(request, mean_at, &s->path, error));
+  s->loading.visit = request->path != NULL ? put_point : NULL;
+  s->loading.visit_context = s;
   THRUM_TRY(thrum_full_rest_under(s->body, &s->loading, &found, error));
+  THRUM_TRY(static_path_close(&s->path, error));
+  s->loading.visit = NULL;
 
   if (request->monitor && s->loading.moves != NULL && s->loading.follower_count == 0 &&
       found.stable && model->basis != NULL)
@@ -336,7 +358,7 @@ static thrum_status find(static_answer *answer, search *s, double *q, thrum_erro
 }
 
 thrum_status static_full_find(static_answer *answer, double *q, thrum_error *error) {
-  search s = {0};
+  search s = {.model = answer->model};
   thrum_threads_set(1);
 
   // only the search counts
@@ -347,6 +369,7 @@ thrum_status static_full_find(static_answer *answer, double *q, thrum_error *err
           : thrum_error_set(error, THRUM_MISSING, "--full: the model has no mesh to go back to");
   answer->seconds = clock_seconds() - began;
 
+  static_path_abandon(&s.path);
   thrum_full_free(s.body);
   free(s.held);
   free(s.forces);

@@ -135,7 +135,8 @@ static const config_option options[] = {
                 "the displacements of all vertices, which --from takes", .unit = "m",
                 WRITTEN(field)),
     OPTION_TEXT("vtu", "FILE.vtu", NULL, "the deformed body for ParaView", WRITTEN(frame)),
-    OPTION_TEXT("path", "FILE.csv", NULL, "the path: load, energy, stiffness, displacements",
+    OPTION_TEXT("path", "FILE.csv", NULL,
+                "the path: load, energy, stiffness, displacements; of the mesh with --full",
                 WRITTEN(path)),
 
     OPTION_TEXT("reactions", "FILE.csv", NULL, "the force that holds each held or moved vertex",
@@ -230,9 +231,8 @@ int static_options_read(int argc, char **argv, static_request *request) {
                             : "does not know how a group turns");
   if (request->law_given && !request->full)
     return config_usage("static", "--law goes with --full: a model has its own (precompute --law)");
-  if (request->full && (request->def.stay || request->path != NULL))
-    return config_usage("static", "--%s is of a reduced model; leave it out with --full",
-                        request->def.stay ? "stay" : "path");
+  if (request->full && request->def.stay)
+    return config_usage("static", "--stay is of a reduced model; leave it out with --full");
 
   // something must act on the body; the targets of its loads are shown unless others are named
   if (request->load_count == 0 && request->move_count == 0)

@@ -28,6 +28,14 @@ typedef struct thrum_full_turn {
   double to[3]; /* displacement of the mean from its place at rest [m] */
 } thrum_full_turn;
 
+/* An equilibrium of the path to a load. */
+typedef struct thrum_full_point {
+  double factor; /* of the load [1] */
+  double energy; /* V [J] */
+  double least;  /* least eigenvalue of the tangent [1/s^2], to 1 %; NaN: the path is not watched */
+  bool jumped;   /* the body fell to it from where its branch ended */
+} thrum_full_point;
+
 typedef struct thrum_full_loading {
   const double *forces; /* 3 vertex_count [N], NULL: none */
   const double *moves;  /* 3 vertex_count: displacements [m] that held components are brought to;
@@ -36,6 +44,10 @@ typedef struct thrum_full_loading {
   int64_t follower_count;
   const thrum_full_turn *turns; /* of held vertices */
   int64_t turn_count;
+  /* Called at each equilibrium of the path, from the start on; NULL: nobody looks. The
+   * displacements are those of the body then: thrum_full_mean. */
+  void (*visit)(void *context, const thrum_full_point *point);
+  void *visit_context;
   bool watch; /* the path keeps to its branch, and tells where that loses its stability; without
                  followers */
 } thrum_full_loading;

@@ -69,6 +69,12 @@ void full_statics_evaluate(full_search *s, double factor) {
     s->merit -= (1 - factor) * full_dot(full, s->hold, full->u);
 }
 
+void full_statics_visit(const full_search *s, double least, bool jumped) {
+  const thrum_full_point point = {s->factor, s->energy, least, jumped};
+  if (s->loading->visit)
+    s->loading->visit(s->loading->visit_context, &point);
+}
+
 /* Newton's correction into delta; the slope at which the energy falls along it, NaN on failure. */
 double full_statics_descend(full_search *s, thrum_error *error) {
   thrum_full *full = s->full;
@@ -212,6 +218,11 @@ bool full_statics_steps(full_search *s, thrum_error *error) {
   const size_t vector = (size_t)n * sizeof(double);
   double step = FIRST_STEP, last = 0;
 
+  // the start, where the watched branch has not shown it
+  if (s->factor == 0 && s->found->load_steps == 0 && !isfinite(s->found->least_start)) {
+    full_statics_evaluate(s, 0);
+    full_statics_visit(s, NAN, false);
+  }
   for (int k = 0; s->factor < 1; k++) {
     if (k == STEPS_MAX || step < SHORTEST)
       return false;
@@ -239,6 +250,7 @@ bool full_statics_steps(full_search *s, thrum_error *error) {
     last = factor - s->factor;
     s->factor = factor;
     s->found->load_steps++;
+    full_statics_visit(s, NAN, false);
     step *= s->found->iterations - iterations <= 8 ? 2 : 1;
   }
 

@@ -29,6 +29,9 @@ typedef struct full_search {
 /* Residual at u under factor times the load; held components as the factor has them. */
 void full_statics_evaluate(full_search *s, double factor);
 
+/* Shows the equilibrium at s->factor to who looks at the path. */
+void full_statics_visit(const full_search *s, double least, bool jumped);
+
 /* Newton's correction into full->delta, of the tangent that is shifted until it is positive
  * definite; the slope at which the energy falls along it, NaN on failure. */
 double full_statics_descend(full_search *s, thrum_error *error);

@@ -150,6 +150,7 @@ static void accept(branch *b, double factor, bool jumped) {
   }
   if (factor >= b->beyond)
     b->beyond = INFINITY;
+  full_statics_visit(s, b->least, jumped);
 }
 
 /* Newton's own method, which ends near or not at all. */
@@ -388,6 +389,7 @@ static thrum_status begin(branch *b, thrum_error *error) {
   b->share = soft_share(b, b->rate);
   s->found->softest_factor = 0;
   s->found->least_start = b->least;
+  full_statics_visit(s, b->least, false);
   return THRUM_OK;
 }
 

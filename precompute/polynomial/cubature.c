@@ -39,11 +39,12 @@
 
 #define TEST_STATES 40 /* to judge by */
 #define STATES (THRUM_CUBATURE_STATES - TEST_STATES)
-#define CHUNK THRUM_FEM_LANES /* states that are made, and whose rows are held, at once */
-#define ROWS 9                /* components of a gradient */
-#define SMALLEST 0.05         /* amplitude of a state, of the largest */
-#define OFF 0.5               /* by which followers are off, in half of the states */
-#define GAIN 5.0              /* by which refining is expected to lower the error */
+#define CHUNK THRUM_FEM_LANES   /* states that are made, and whose rows are held, at once */
+#define ROWS 9                  /* components of a gradient */
+#define SMALLEST 0.05           /* amplitude of a state, of the largest */
+#define OFF 0.5                 /* by which followers are off, in half of the states */
+#define GAIN 5.0                /* by which refining is expected to lower the error */
+#define LEARNING_SECONDS 3.6e-9 /* of a point, a coordinate and a state of a step */
 #define CHOSEN 0.2 /* of the time at which points are chosen, where they are then refined, */
 #define MADE 0.4   /* and at which the states to refine on are made */
 
@@ -70,6 +71,7 @@ typedef struct cubature {
   uint64_t random;
   double share; /* of the time, in which points are chosen: 1, or less where they are refined */
   bool flows;   /* some region does, beyond a yield */
+  int64_t few;  /* points at which they might have been learned; 0: not reached yet */
   double strain, flow; /* largest norm of Green's strain, and of what has flowed, at a candidate */
   const thrum_reporter *reporter;
 } cubature;
@@ -439,12 +441,19 @@ double thrum_cubature_cost(int64_t points, int64_t rank) {
          (double)(thrum_c3_count(rank) + thrum_c4_count(rank));
 }
 
+double thrum_cubature_learning(int64_t points, int64_t rank, int64_t steps) {
+  return LEARNING_SECONDS * (double)(points * rank) * (double)(steps * THRUM_REFINE_BATCH);
+}
+
 static bool enough(void *context, int64_t used, const int64_t *places, const double *x) {
-  const cubature *c = context;
+  cubature *c = context;
   // many points are judged now and then, as that takes the square of their number
   if (used % (1 + used / 50) != 0)
     return false;
-  return error_of(c, 1, used, places, x) <= c->def->error * (c->def->refine > 0 ? GAIN : 1);
+  const double off = error_of(c, 1, used, places, x);
+  if (off <= c->def->error * GAIN && c->few == 0)
+    c->few = used;
+  return off <= c->def->error * (c->def->refine > 0 ? GAIN : 1);
 }
 
 /* Chooses candidates among all points, without repeats, in ascending order. */
@@ -476,6 +485,7 @@ static thrum_status choose_points(cubature *c, int64_t *places, double *x, int64
                                       .candidates = c->count,
                                       .states = STATES,
                                       .test_states = TEST_STATES,
+                                      .few = c->def->refine > 0 ? 0 : c->few,
                                       .strain = c->strain,
                                       .plastic = c->flow,
                                       .train_error = error_of(c, 0, *used, places, x),

@@ -62,6 +62,8 @@ typedef struct thrum_cubature_figures {
   double force_cost; /* of a force, over that of the polynomial's, about: above 1 points do not pay;
                       * for a law that no polynomial holds it says nothing */
 
+  int64_t few; /* points that would begin to be learned; 0: not known, or they were */
+
   double strain;  /* largest norm of Green's strain at a candidate in these states */
   double plastic; /* largest plastic strain there, 0: nothing flowed */
 
@@ -74,6 +76,10 @@ typedef struct thrum_cubature_figures {
 /* The time of a force by so many points over that by the polynomial, about; 1 and above: points do
  * not pay. */
 double thrum_cubature_cost(int64_t points, int64_t rank);
+
+/* Time in which the gradients of so many points are learned, about [s]: measured on a processor of
+ * 25 Gflop/s in single precision. */
+double thrum_cubature_learning(int64_t points, int64_t rank, int64_t steps);
 
 /* Fills the arrays of the points of a model that has its basis and omega2; thrum_model_fill_free
  * frees them. The error that was asked for may

@@ -39,6 +39,9 @@ static void a_model_of_points_says_its_error_and_runs(void **state) {
   assert_true(number_of(cubature, "test_error") <= 0.02);
   assert_true(number_of(cubature, "train_error") > 0);
 
+  // so few points are cheap as they are, and nothing is said of learning them
+  assert_true(cJSON_IsNull(cJSON_GetObjectItemCaseSensitive(cubature, "if_learned")));
+
   // the stage that makes the points is not called one of the polynomial
   const cJSON *stages = cJSON_GetObjectItemCaseSensitive(object, "stages");
   assert_non_null(cJSON_GetObjectItemCaseSensitive(stages, "cubature"));

@@ -633,6 +633,65 @@ static void the_default_model_of_an_arch_snaps_through(void **state) {
   }
 }
 
+/* The rows of a path by --full: how many fell, and the last factor that is stable before one did.
+ */
+static int fallen_rows(const char *csv, double *before) {
+  int fell = 0, read = 0, rows = 0;
+  double factor, energy, least, last = 0;
+  *before = NAN;
+  const char *row = strchr(csv, '\n');
+  for (; row && row[1]; row = strchr(row + 1, '\n'), rows++) {
+    int jumped = 0;
+    read = sscanf(row + 1, "%lf,%lf,%lf,%d", &factor, &energy, &least, &jumped);
+    assert_int_equal(read, 4);
+    assert_true(factor >= last && least > 0);
+    if (jumped && fell++ == 0)
+      *before = last;
+    last = factor;
+  }
+  assert_true(rows > 3 && last == 1);
+  return fell;
+}
+
+/* The path of the whole mesh begins at rest, ends at the load, and shows where the body fell. */
+static void the_path_of_the_mesh_shows_the_snap(void **state) {
+  (void)state;
+  const int64_t crown = write_arch("beam:20x2x2@1x0.05x0.02", in_folder("flat.msh"));
+  char load[64];
+  snprintf(load, sizeof load, "constant:0,0,-8@vertex=%d", (int)crown);
+  cJSON *object =
+      object_of(thrum_run(folder, "static", "flat.msh", "--full", "--fix", "x<1e-9", "--fix",
+                          "x>0.999999999", "--young", "1e7", "--poisson", "0.3", "--density",
+                          "1000", "--load", load, "--path", "snap.csv", "--json", NULL),
+                3);
+  assert_string_equal(text_of(object, "instability"), "limit point");
+  char *csv = text_file_read(in_folder("snap.csv"));
+  assert_non_null(csv);
+  assert_true(strstr(csv, "factor,energy_j,least_eigenvalue,jumped,x1_m,y1_m,z1_m\n0,0,") == csv);
+  double before;
+  assert_int_equal(fallen_rows(csv, &before), (int)json_value(object, "jumps"));
+  const double critical = json_value(object, "critical_factor");
+  assert_true(before <= critical && before > critical * (1 - 1e-5));
+  free(csv);
+  cJSON_Delete(object);
+
+  // loads that turn are followed as well, and nothing is known of stability there
+  object = object_of(thrum_run(folder, "static", "beam.npz", "--full", "--follow", "0,0,-1@right",
+                               "--at", "right", "--path", "turn.csv", "--json", NULL),
+                     0);
+  cJSON_Delete(object);
+  csv = text_file_read(in_folder("turn.csv"));
+  assert_true(csv && strstr(csv, "\n0,0,nan,0,0,0,0\n") && strstr(csv, "\n1,"));
+  free(csv);
+
+  // a search that ends nowhere leaves no file
+  program_result run = thrum_run(folder, "static", "beam.npz", "--full", "--load",
+                                 "constant:0,0,-1@nowhere", "--path", "none.csv", NULL);
+  assert_int_equal(run.exit_code, 1);
+  assert_true(!file_exists(in_folder("none.csv")));
+  program_result_free(&run);
+}
+
 /* An arch as wide as high leaves its plane first. Its stiffness does not fall in proportion to the
  * load, and its mesh bears its model out all the same. */
 static void a_mesh_bears_out_the_critical_load_of_an_arch(void **state) {
@@ -779,6 +838,7 @@ int main(void) {
       cmocka_unit_test(a_body_inside_out_is_flagged),
       cmocka_unit_test(a_critical_load_is_judged_by_the_mesh),
       cmocka_unit_test(the_default_model_of_an_arch_snaps_through),
+      cmocka_unit_test(the_path_of_the_mesh_shows_the_snap),
       cmocka_unit_test(a_mesh_bears_out_the_critical_load_of_an_arch),
       cmocka_unit_test(a_square_column_is_followed_beyond_its_critical_load),
       cmocka_unit_test(buckling_is_flagged_with_its_load),

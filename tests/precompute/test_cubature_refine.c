@@ -215,6 +215,31 @@ static double error_of(const thrum_model *model, const thrum_model *exact) {
   return sqrt(sum);
 }
 
+/* Points of the mesh tell with how many of them learning would begin. */
+static void the_points_to_be_learned_are_told_before(void **state) {
+  (void)state;
+  body b = body_make("beam:8x2x2@1x0.15x0.15", "x<0.001");
+  thrum_precompute_options options = thrum_default_precompute_options();
+  options.modes = 4;
+  options.rank = 12;
+  options.check = THRUM_CHECK_SEARCH;
+  options.cubature = true;
+  options.cubature_error = 0.01;
+  thrum_precomputed chosen = {0}, learned = {0};
+  assert_true(thrum_precompute(&b.mesh, b.fixed, &options, &chosen, NULL) >= 0);
+  options.cubature_refine = 1;
+  assert_true(thrum_precompute(&b.mesh, b.fixed, &options, &learned, NULL) >= 0);
+  assert_true(chosen.cubature.few > 0 && chosen.cubature.few < chosen.model.point_count);
+  assert_int_equal(learned.model.point_count, chosen.cubature.few);
+  assert_int_equal(learned.cubature.few, 0);
+
+  // ten times the steps take ten times as long, and so do points
+  assert_close(thrum_cubature_learning(20, 12, 100), thrum_cubature_learning(2, 12, 1000), 1e-12);
+  thrum_precomputed_free(&chosen);
+  thrum_precomputed_free(&learned);
+  body_free(&b);
+}
+
 static void refined_points_are_right_where_those_of_the_mesh_are_not(void **state) {
   (void)state;
   body b = body_make("beam:8x2x2@1x0.15x0.15", "x<0.001");
@@ -299,6 +324,7 @@ int main(void) {
       cmocka_unit_test(the_slope_in_single_precision_is_the_same),
       cmocka_unit_test(points_find_back_to_those_that_made_the_forces),
       cmocka_unit_test(what_is_exact_keeps_its_bits),
+      cmocka_unit_test(the_points_to_be_learned_are_told_before),
       cmocka_unit_test(refined_points_are_right_where_those_of_the_mesh_are_not),
       cmocka_unit_test(refining_goes_with_points_that_do_not_flow),
   };
