@@ -10,7 +10,6 @@
 #include <string.h>
 
 #include "platform/allocate.h"
-#include "precompute/basis/hierarchy.h"
 #include "runtime/base/quadratic_tet.h"
 
 enum { NODES = THRUM_QUADRATIC_NODES, EDGES = THRUM_QUADRATIC_EDGES, FACES = 4 };

@@ -7,7 +7,18 @@
 #ifndef THRUM_PRECOMPUTE_BASIS_HIERARCHY_H
 #define THRUM_PRECOMPUTE_BASIS_HIERARCHY_H
 
-#include "precompute/basis/order_error.h"
+#include "mesh/mesh.h"
+#include "precompute/fem/fem.h"
+
+enum { THRUM_ORDER_MODES_MAX = 8 };
+
+/* A body of linear or ten-node tets with the factor of its stiffness. */
+typedef struct thrum_order_body {
+  const thrum_mesh *mesh;
+  const thrum_fem *fem;             /* of the mesh */
+  thrum_factor *factor;             /* of a free body deflated, as thrum_factor_deflate makes it */
+  const double *rigid, *rigid_dual; /* Z and M Z of a free body, free_count x 6; else NULL */
+} thrum_order_body;
 
 /* Fields are free_count numbers of the nodes and then three for each function that is added. */
 typedef struct hierarchy hierarchy;

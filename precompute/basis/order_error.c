@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "mesh/midsides.h"
-#include "precompute/basis/hierarchy.h"
 #include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
 

@@ -3,18 +3,7 @@
 #ifndef THRUM_PRECOMPUTE_BASIS_ORDER_ERROR_H
 #define THRUM_PRECOMPUTE_BASIS_ORDER_ERROR_H
 
-#include "mesh/mesh.h"
-#include "precompute/fem/fem.h"
-
-enum { THRUM_ORDER_MODES_MAX = 8 };
-
-/* A body of linear tets with the factor of its stiffness. */
-typedef struct thrum_order_body {
-  const thrum_mesh *mesh;
-  const thrum_fem *fem;             /* of the mesh */
-  thrum_factor *factor;             /* of a free body deflated, as thrum_factor_deflate makes it */
-  const double *rigid, *rigid_dual; /* Z and M Z of a free body, free_count x 6; else NULL */
-} thrum_order_body;
+#include "precompute/basis/hierarchy.h"
 
 /* Estimates errors[i] = f_i / f - 1 of the first `count` <= THRUM_ORDER_MODES_MAX
  * modes (free_count x count, column-major,
