@@ -16,6 +16,7 @@
 #include "io/json.h"
 #include "platform/allocate.h"
 #include "precompute/fem/fem_inverted.h"
+#include "precompute/model/load_share.h"
 #include "precompute/model/model_fem.h"
 #include "runtime/base/vec3.h"
 #include "thrum/displacement.h"
@@ -133,6 +134,46 @@ static thrum_status write_reactions(const char *path, const static_body *body, t
   return thrum_file_writer_end(&writer, status, error);
 }
 
+/* The size of loads of which gravity is a part: ten-node tetrahedra share a body force out with
+ * some of it turned round at their corners, and the lengths of these forces add up to more than the
+ * weight, which is what acts. */
+static thrum_status measure_load(const static_request *request, const static_body *body,
+                                 static_resultant *load, thrum_error *error) {
+  const int64_t all = 3 * body->model->vertex_count;
+  bool falls = false;
+  for (int64_t n = 0; n < request->load_count; n++)
+    falls = falls || request->loads[n].gravity;
+  if (!falls || body->model->midsides == NULL)
+    return THRUM_OK;
+
+  double *weight = NULL, whole[3] = {0};
+  THRUM_TRY(thrum_reserve(&weight, all, sizeof *weight, "the loads", error));
+  thrum_status status = THRUM_OK;
+  for (int64_t n = 0; n < request->load_count && status >= 0; n++) {
+    const load_spec *spec = &request->loads[n];
+    double by[3];
+    for (int axis = 0; axis < 3; axis++)
+      by[axis] = request->def.factor * spec->vector[axis];
+    if (spec->gravity)
+      status = thrum_load_fill_gravity(body->model, by, weight, error);
+  }
+
+  // the weight as a whole, and the rest vertex by vertex
+  double rest = 0;
+  for (int64_t v = 0; v < body->model->vertex_count; v++) {
+    double other[3];
+    for (int axis = 0; axis < 3; axis++) {
+      other[axis] = body->loads[3 * v + axis] - weight[3 * v + axis];
+      whole[axis] += weight[3 * v + axis];
+    }
+    rest += sqrt(thrum_dot3(other, other));
+  }
+  if (status >= 0)
+    load->size = rest + sqrt(thrum_dot3(whole, whole));
+  free(weight);
+  return status;
+}
+
 thrum_status static_forces_sum(const static_request *request, const static_body *body,
                                static_forces *forces, thrum_error *error) {
   static_forces made = {
@@ -147,6 +188,7 @@ thrum_status static_forces_sum(const static_request *request, const static_body 
   }
 
   thrum_status status = sum_groups(request, body, &made, error);
+  THRUM_THEN(status, measure_load(request, body, &made.load, error));
   if (request->reactions != NULL)
     THRUM_THEN(status, write_reactions(request->reactions, body, error));
   if (status >= 0)

@@ -10,7 +10,7 @@
 /* Forces on some vertices, and their moment about the origin where the vertices are now. */
 typedef struct static_resultant {
   double force[3], moment[3]; /* [N], [N m] */
-  double size;                /* sum of the lengths of the forces [N] */
+  double size;                /* sum of the lengths of the forces, of gravity the weight [N] */
   int64_t vertices;
 } static_resultant;
 

@@ -469,6 +469,29 @@ static void what_is_moved_has_a_reaction(void **state) {
   cJSON_Delete(object);
 }
 
+/* Of gravity alone the share that is left over is that of the weight, also where ten nodes turn
+ * some of it round at their corners: the lengths of these forces are 1.4 times the weight. */
+static void the_share_that_is_left_of_gravity_is_that_of_the_weight(void **state) {
+  (void)state;
+  program_result run =
+      thrum_run(folder, "precompute", "beam:4x1x1@1x0.1x0.1", "--order", "2", "--fix", "x<0.001",
+                "--modes", "2", "--rank", "4", "-o", "ten.npz", "-q", NULL);
+  assert_int_equal(run.exit_code, 0);
+  program_result_free(&run);
+  cJSON *object = object_of(thrum_run(folder, "static", "ten.npz", "--load", "gravity:0,0,-0.1",
+                                      "--accept-error", "99%", "--json", NULL),
+                            0);
+  const cJSON *found = cJSON_GetObjectItemCaseSensitive(object, "reactions");
+  double left = 0, weight = 0;
+  for (int axis = 0; axis < 3; axis++) {
+    left += pow(item(found, "imbalance_n", axis), 2);
+    weight += pow(item(found, "load_force_n", axis), 2);
+  }
+  const double share = json_value(found, "imbalance_share");
+  assert_true(share > 0.001 && fabs(share / sqrt(left / weight) - 1) < 1e-9);
+  cJSON_Delete(object);
+}
+
 /* A model balances the load as far as its basis goes, and says how far that is. */
 static void a_model_says_what_its_reactions_lack(void **state) {
   (void)state;
@@ -830,6 +853,7 @@ int main(void) {
       cmocka_unit_test(a_block_pressed_by_half_is_warned_of),
       cmocka_unit_test(a_path_stays_on_its_branch),
       cmocka_unit_test(reactions_balance_the_load),
+      cmocka_unit_test(the_share_that_is_left_of_gravity_is_that_of_the_weight),
       cmocka_unit_test(what_is_moved_has_a_reaction),
       cmocka_unit_test(a_model_says_what_its_reactions_lack),
       cmocka_unit_test(a_load_that_moves_nothing_is_warned_of),

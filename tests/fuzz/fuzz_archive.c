@@ -82,6 +82,8 @@ static void draw_points(drawn_archive *archive, fuzz_draw *draw, unsigned kinds,
   ADD("point_weights", "<f8", 3, 1, 0.1, 0.2);
   ADD("point_moduli", "<f8", 2, 3, 1e6, 2e6, 3e6);
   ADD("point_gradients", "<f8", 27, rank, 0.1, -0.2, 0.3, 0.05);
+  if (kinds & 32)
+    ADD("point_training", "<f8", 4, 1, 0.3, 0.02, 0.1, 0);
   if ((kinds & 3) == 1)
     ADD("point_law", "|u1", 13, 1, 'c', 'o', 'r', 'o', 't', 'a', 't', 'i', 'o', 'n', 'a', 'l', 0);
   if ((kinds & 3) == 2)
