@@ -39,10 +39,6 @@
 extern "C" {
 #endif
 
-/* Number of masters of a model whose file holds a condensed polynomial (`precompute --condense`),
- * which thrum_model_condense must make steppable; 0 for every other model. */
-THRUM_API int64_t thrum_model_masters(const thrum_model *model);
-
 /* Energy [J] of the mesh at strains of 1, 1/2 int E dX, by which thrum_model_condense tells masters
  * that stretch the body from those that bend it; of a model without tetrahedra its `unit_energy`. 0
  * where neither is there, and for NULL. */

@@ -263,6 +263,10 @@ THRUM_API thrum_status thrum_model_group(const thrum_model *model, const char *n
 /* Name of group `index` (0-based), which lies inside the model; NULL when out of range. */
 THRUM_API const char *thrum_model_group_name(const thrum_model *model, int64_t index);
 
+/* Number of masters of a model whose file holds a condensed polynomial (`precompute --condense`),
+ * which thrum_model_condense of condensed_model.h must make steppable; 0 for every other model. */
+THRUM_API int64_t thrum_model_masters(const thrum_model *model);
+
 #ifdef __cplusplus
 }
 #endif

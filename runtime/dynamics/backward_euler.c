@@ -16,16 +16,18 @@
 
 #include "runtime/dynamics/implicit_solve.h"
 
-thrum_solver thrum_backward_euler_problem(const thrum_model *model, const thrum_state *state,
-                                          thrum_state_view *view, thrum_solve_report *report) {
+static bool problem(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                    thrum_solve_report *report, thrum_solver *s) {
   const double h = state->def.dt;
-  return thrum_problem_make(model, state, view, report, 0, 1.0, h * h, 1.0 / h);
+  *s = thrum_problem_make(model, state, view, report, 0, 1.0, h * h, 1.0 / h);
+  return true;
 }
 
-thrum_status thrum_step_backward_euler(const thrum_model *model, const thrum_state *state,
-                                       thrum_state_view *view, thrum_solve_report *report) {
+static thrum_status step(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                         thrum_solve_report *report) {
   const double h = state->def.dt;
-  const thrum_solver s = thrum_backward_euler_problem(model, state, view, report);
+  thrum_solver s;
+  problem(model, state, view, report, &s);
   for (int32_t i = 0; i < state->rank; i++)
     view->kick[i] = h * view->p[i];
   if (!thrum_solve_increment(&s))
@@ -33,3 +35,19 @@ thrum_status thrum_step_backward_euler(const thrum_model *model, const thrum_sta
   thrum_solve_advance(&s);
   return THRUM_OK;
 }
+
+static thrum_mode_factor frequency(const thrum_model *model, const thrum_state *state, int32_t i,
+                                   double z) {
+  const double square = z * z;
+  (void)model, (void)state, (void)i;
+  return (thrum_mode_factor){1.0 / (1.0 + square), z / (1.0 + square)};
+}
+
+const thrum_scheme_row thrum_backward_euler_scheme = {
+    .scheme = THRUM_SCHEME_BACKWARD_EULER,
+    .integrator = THRUM_INTEGRATOR_BACKWARD_EULER,
+    .form = -1,
+    .step = step,
+    .frequency = frequency,
+    .problem = problem,
+};

@@ -175,7 +175,7 @@ static void add(thrum_batch_group *g, thrum_state *state, int64_t index, outcome
 
   // a step of another kind is made alone
   if (!fits(g->model, &one->run)) {
-    thrum_step_monitor(g->model, &one->run, false);
+    thrum_step_sample(g->model, &one->run, false);
     one->status = thrum_step_attempt(g->model, &one->run);
     end(g->model, one, o);
     return;

@@ -53,7 +53,7 @@ void thrum_batch_monitor(thrum_batch_group *g) {
     thrum_step_run *run = &g->members[m].run;
     if (together && run->samples)
       take(g, m, 0, g->split, products, run->view.product);
-    thrum_step_monitor(g->model, run, together);
+    thrum_step_sample(g->model, run, together);
   }
 }
 

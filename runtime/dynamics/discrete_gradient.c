@@ -46,7 +46,7 @@
 #include "runtime/base/finite.h"
 #include "runtime/base/lane_sums.h"
 #include "runtime/dynamics/discrete_gradient_private.h"
-#include "runtime/dynamics/frequency_matching.h"
+#include "runtime/dynamics/schemes.h"
 #include "runtime/dynamics/spurious_work.h"
 #include "runtime/polynomial/points.h"
 #include "runtime/polynomial/polynomial_private.h"
@@ -74,11 +74,18 @@ bool thrum_momentum_take(const thrum_solver *s, double energy_error, double most
   return taken;
 }
 
+/* How many of the first modes are stepped at their own frequency. */
+static int32_t matched_modes(const thrum_model *model, const thrum_state *state) {
+  return thrum_schemes.mode_steps ? thrum_schemes.mode_steps->count(model, state) : 0;
+}
+
 /* Gives the problem the time steps of the modes whose frequency is matched. */
 static void match_frequencies(thrum_solver *s) {
   thrum_state_view *view = s->view;
-  const int32_t count = thrum_matched_modes(s->model, s->state);
-  thrum_match_steps(s->model, s->state, count, view->stretch, view->unstretch, view->speed);
+  const int32_t count = matched_modes(s->model, s->state);
+  if (count > 0)
+    thrum_schemes.mode_steps->all(s->model, s->state, count, view->stretch, view->unstretch,
+                                  view->speed);
   for (int32_t i = 0; i < count; i++) {
     view->mass[i] = view->unstretch[i] * view->unstretch[i];
     view->drag[i] = view->speed[i];
@@ -274,3 +281,37 @@ void thrum_energy_forget(thrum_state *state) {
   state->jacobian_due = 0;
   thrum_spurious_work_forget(state);
 }
+
+/* --- its row ---------------------------------------------------------------------------------- */
+
+/* The trapezoidal rule; the modes whose frequency is matched keep their own. */
+static thrum_mode_factor frequency(const thrum_model *model, const thrum_state *state, int32_t i,
+                                   double z) {
+  (void)model, (void)state, (void)i;
+  return thrum_newmark_factor(z, 0.25, 0.5);
+}
+
+static bool problem(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                    thrum_solve_report *report, thrum_solver *s) {
+  *s = thrum_energy_problem(model, state, view, report);
+  return true;
+}
+
+/* Damping acts on the velocity N d / h. */
+static thrum_damped_part damped(const thrum_model *model, const thrum_state *state,
+                                const thrum_state_view *view, int32_t i) {
+  const double d = view->q_next[i] - view->q[i];
+  const double matched = thrum_schemes.mode_steps->of(model, state, i).speed * d;
+  return (thrum_damped_part){matched, matched};
+}
+
+const thrum_scheme_row thrum_energy_scheme = {
+    .scheme = THRUM_SCHEME_ENERGY,
+    .integrator = THRUM_INTEGRATOR_ENERGY,
+    .form = -1,
+    .step = thrum_step_energy,
+    .frequency = frequency,
+    .problem = problem,
+    .own_modes = matched_modes,
+    .damped = damped,
+};

@@ -5,12 +5,16 @@
 
 #include "runtime/dynamics/implicit_problem.h"
 #include "runtime/dynamics/quasi_newton.h"
+#include "runtime/dynamics/schemes.h"
 
 /* One step: candidates into q_next and p_next, also force, force_2, pairs and, when refreshed,
  * jacobian_next; nothing that persists is written. THRUM_OK, THRUM_NOT_CONVERGED or
  * THRUM_NOT_FINITE. */
 thrum_status thrum_step_energy(const thrum_model *model, const thrum_state *state,
                                thrum_state_view *view, thrum_solve_report *report);
+
+/* Its row. */
+extern const thrum_scheme_row thrum_energy_scheme;
 
 /* The end of the step before, which is where the present one begins for all who look. */
 typedef struct thrum_step_start {

@@ -14,9 +14,9 @@
 #include <string.h>
 
 #include "runtime/base/lane_sums.h"
+#include "runtime/base/model_law.h"
 #include "runtime/dynamics/discrete_gradient_private.h"
 #include "runtime/dynamics/implicit_solve.h"
-#include "runtime/material/material_law.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 #define SCALE_MOST 0.5         /* energy error over kinetic energy: more is a standstill */

@@ -25,32 +25,19 @@
 
 #include "runtime/dynamics/dissipation.h"
 
-#include "runtime/dynamics/fox_goodwin.h"
-#include "runtime/dynamics/frequency_matching.h"
+#include "runtime/dynamics/schemes.h"
 #include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/polynomial/polynomial_private.h"
 
-/* One mode's a and b of the dissipation a D b / h. */
-typedef struct factors {
-  double a, b;
-} factors;
-
-/* `own`: how many modes `energy` steps at their own frequency, or have fox-goodwin's own rule. */
-static factors factors_of(const thrum_model *model, const thrum_state *state,
-                          const thrum_state_view *view, int32_t own, int32_t i) {
+/* `own`: how many modes have a rule of their own. */
+static thrum_damped_part part_of(const thrum_model *model, const thrum_state *state,
+                                 const thrum_state_view *view, int32_t own, int32_t i) {
   const double d = view->q_next[i] - view->q[i], h = state->def.dt;
   if (i < thrum_staggered_modes(state) && h * thrum_rest_damping(model, state, i) > 2.0) {
     const double kicked = 0.5 * h * (view->p[i] + view->p_next[i]);
-    return (factors){kicked, kicked};
+    return (thrum_damped_part){kicked, kicked};
   }
-  if (i >= own)
-    return (factors){d, d};
-  if (state->scheme == THRUM_SCHEME_FOX_GOODWIN) {
-    const double mean = 0.5 * h * (view->p[i] + view->p_next[i]);
-    return (factors){mean, 2.0 * d - mean};
-  }
-  const double matched = thrum_matched_step_of(model, state, i).speed * d;
-  return (factors){matched, matched};
+  return i < own ? thrum_row_of(state)->damped(model, state, view, i) : (thrum_damped_part){d, d};
 }
 
 /* a D b with T at the middle of the step. */
@@ -58,12 +45,12 @@ static double tangent_form(const thrum_model *model, const thrum_state *state,
                            const thrum_state_view *view, int32_t own) {
   double *b = view->trial, *middle = view->point, sum = 0.0;
   for (int32_t i = 0; i < state->rank; i++) {
-    b[i] = factors_of(model, state, view, own, i).b;
+    b[i] = part_of(model, state, view, own, i).b;
     middle[i] = view->q[i] + 0.5 * (view->q_next[i] - view->q[i]);
   }
   thrum_tangent_product_by(view->kernel, model, middle, b, view->product, view->work);
   for (int32_t i = 0; i < state->rank; i++) {
-    const double a = factors_of(model, state, view, own, i).a;
+    const double a = part_of(model, state, view, own, i).a;
     sum += a * (state->def.damping_alpha * b[i] + state->def.damping_beta * view->product[i]);
   }
   return sum;
@@ -73,17 +60,14 @@ double thrum_step_dissipation(const thrum_model *model, const thrum_state *state
                               const thrum_state_view *view) {
   if (state->def.damping_alpha == 0.0 && state->def.damping_beta == 0.0)
     return 0.0;
-  int32_t own = 0;
-  if (state->scheme == THRUM_SCHEME_ENERGY)
-    own = thrum_matched_modes(model, state);
-  else if (state->scheme == THRUM_SCHEME_FOX_GOODWIN)
-    own = thrum_fox_goodwin_modes(model, state);
+  const thrum_scheme_row *row = thrum_row_of(state);
+  const int32_t own = row->own_modes ? row->own_modes(model, state) : 0;
   if (thrum_tangent_damped(state))
     return tangent_form(model, state, view, own) / state->def.dt;
 
   double sum = 0.0;
   for (int32_t i = 0; i < state->rank; i++) {
-    const factors d = factors_of(model, state, view, own, i);
+    const thrum_damped_part d = part_of(model, state, view, own, i);
     sum += d.a * d.b * thrum_rest_damping(model, state, i);
   }
   return sum / state->def.dt;

@@ -23,6 +23,7 @@
 
 #include "runtime/dynamics/energy_correction.h"
 #include "runtime/dynamics/scheme_change.h"
+#include "runtime/dynamics/schemes.h"
 #include "runtime/dynamics/staggered_momentum.h"
 
 #define BALANCE_STEPS 16    /* between two looks at the energy in quiet motion */
@@ -37,14 +38,6 @@
 
 static bool is_monitored(const thrum_state *state) {
   return state->def.integrator == THRUM_INTEGRATOR_FOX_GOODWIN && state->def.adaptive;
-}
-
-/* True for a state whose balance is followed: `energy` and a monitored imexv see to theirs. */
-static bool follows(const thrum_state *state) {
-  // after a switch until the energy is explained again
-  if (state->scheme == THRUM_SCHEME_ENERGY)
-    return state->balance.grew;
-  return !thrum_is_monitored_imexv(state) && state->scheme != THRUM_SCHEME_MANIFOLD;
 }
 
 void thrum_energy_balance_reset(thrum_state *state) {
@@ -125,8 +118,6 @@ static bool is_due(thrum_state *state, double motion) {
 bool thrum_energy_balance_enter(const thrum_model *model, thrum_state *state,
                                 const thrum_state_view *view, const thrum_solve_report *report) {
   thrum_energy_balance *b = &state->balance;
-  if (!follows(state))
-    return false;
   if (b->begin < 0)
     begin(model, state, view);
   if (b->begin < 0)

@@ -7,12 +7,20 @@
 #include "runtime/dynamics/solve_report.h"
 #include "runtime/dynamics/state_layout.h"
 
+/* True for a state whose balance is followed: `energy` and a monitored imexv see to theirs, but for
+ * the former after a switch until the energy is explained again. */
+static inline bool thrum_energy_balance_follows(const thrum_state *state) {
+  if (state->scheme == THRUM_SCHEME_ENERGY)
+    return state->balance.grew;
+  return !thrum_is_monitored_imexv(state) && state->scheme != THRUM_SCHEME_MANIFOLD;
+}
+
 /* Forgets the balance: the next step begins a new one. */
 void thrum_energy_balance_reset(thrum_state *state);
 
-/* Enters a step whose candidates and dissipation are known, and sets state->balance.grew. True
- * where a monitored fox-goodwin is to make this step by the energy integrator instead. Overwrites
- * force_2, trial, tangent_2 and what belongs to the polynomial. */
+/* Of a state that is followed: enters a step whose candidates and dissipation are known, and sets
+ * state->balance.grew. True where a monitored fox-goodwin is to make this step by the energy
+ * integrator instead. Overwrites force_2, trial, tangent_2 and what belongs to the polynomial. */
 bool thrum_energy_balance_enter(const thrum_model *model, thrum_state *state,
                                 const thrum_state_view *view, const thrum_solve_report *report);
 

@@ -167,3 +167,20 @@ void thrum_follow_drag(const thrum_model *model, const thrum_state *state, thrum
   for (int64_t i = 0; i < f.masters; i++)
     force[i] *= -1.0 / half;
 }
+
+/* --- hooks ------------------------------------------------------------------------------------ */
+
+void thrum_follow_plan(const thrum_model *model, thrum_state *state) {
+  const int64_t needed = thrum_step_work_count(model);
+  state->work_count = needed > state->work_count ? needed : state->work_count;
+}
+
+void thrum_follow_load(const thrum_model *model, thrum_step_run *run) {
+  thrum_state_view *view = &run->view;
+  if (!thrum_follow_is_damped(model, &run->next))
+    return;
+  thrum_follow_drag(model, &run->next, view, view->load_damped);
+  for (int64_t i = 0; i < model->rank; i++)
+    view->load_damped[i] += view->load[i];
+  view->load = view->load_damped;
+}

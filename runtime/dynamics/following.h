@@ -3,7 +3,7 @@
 #ifndef THRUM_RUNTIME_DYNAMICS_FOLLOWING_H
 #define THRUM_RUNTIME_DYNAMICS_FOLLOWING_H
 
-#include "runtime/dynamics/state_layout.h"
+#include "runtime/dynamics/step.h"
 #include "runtime/polynomial/kernel_private.h"
 
 /* A condensed model and scratch to follow its masters with. A model that is not condensed has no
@@ -55,5 +55,10 @@ bool thrum_follow_is_damped(const thrum_model *model, const thrum_state *state);
 /* That force in the step to come (masters), from the present q and p; uses view->work. */
 void thrum_follow_drag(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
                        double *force);
+
+/* As hooks (schemes.h): the scratch of the drag in view->work; and the drag, which is a force of
+ * the step as well, added to its load. */
+void thrum_follow_plan(const thrum_model *model, thrum_state *state);
+void thrum_follow_load(const thrum_model *model, thrum_step_run *run);
 
 #endif

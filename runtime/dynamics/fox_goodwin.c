@@ -39,8 +39,8 @@ int32_t thrum_fox_goodwin_modes(const thrum_model *model, const thrum_state *sta
   return count;
 }
 
-thrum_solver thrum_fox_goodwin_problem(const thrum_model *model, const thrum_state *state,
-                                       thrum_state_view *view, thrum_solve_report *report) {
+static thrum_solver problem_of(const thrum_model *model, const thrum_state *state,
+                               thrum_state_view *view, thrum_solve_report *report) {
   const double h = state->def.dt;
   thrum_solver s = thrum_problem_make(model, state, view, report, 0, 1.0, 0.25 * h * h, 2.0 / h);
   const int32_t low = thrum_fox_goodwin_modes(model, state);
@@ -53,7 +53,7 @@ thrum_solver thrum_fox_goodwin_problem(const thrum_model *model, const thrum_sta
 thrum_solver thrum_fox_goodwin_begin(const thrum_model *model, const thrum_state *state,
                                      thrum_state_view *view, thrum_solve_report *report) {
   const double h = state->def.dt;
-  const thrum_solver s = thrum_fox_goodwin_problem(model, state, view, report);
+  const thrum_solver s = problem_of(model, state, view, report);
   const int32_t low = s.own;
 
   // a' and v' are linear in d; `drift` is v' for d = 0
@@ -82,14 +82,14 @@ thrum_status thrum_fox_goodwin_finish(const thrum_solver *s, bool solved) {
   return THRUM_OK;
 }
 
-thrum_status thrum_step_fox_goodwin(const thrum_model *model, const thrum_state *state,
-                                    thrum_state_view *view, thrum_solve_report *report) {
+static thrum_status step(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                         thrum_solve_report *report) {
   const thrum_solver s = thrum_fox_goodwin_begin(model, state, view, report);
   return thrum_fox_goodwin_finish(&s, thrum_solve_increment(&s));
 }
 
-void thrum_fox_goodwin_synchronise(const thrum_model *model, const thrum_state *state,
-                                   thrum_state_view *view, double *potential) {
+static thrum_status synchronise(const thrum_model *model, const thrum_state *state,
+                                thrum_state_view *view, double *potential) {
   const double share = state->def.dt * state->def.dt / 12.0;
   const int32_t low = thrum_fox_goodwin_modes(model, state);
   if (potential)
@@ -98,10 +98,12 @@ void thrum_fox_goodwin_synchronise(const thrum_model *model, const thrum_state *
     thrum_tangent_product_by(view->kernel, model, view->q, view->p, view->product, view->work);
   for (int32_t i = 0; i < state->rank; i++)
     view->p_next[i] = view->p[i] + (i < low ? share * view->product[i] : 0.0);
+  return THRUM_OK;
 }
 
-thrum_status thrum_fox_goodwin_unsynchronise(const thrum_model *model, const thrum_state *state,
-                                             thrum_state_view *view, const double *q, double *p) {
+/* Overwrites jacobian_next and unknown; after a failure p is as it was. */
+static thrum_status unsynchronise(const thrum_model *model, const thrum_state *state,
+                                  thrum_state_view *view, const double *q, double *p) {
   const double share = state->def.dt * state->def.dt / 12.0;
   const int32_t low = thrum_fox_goodwin_modes(model, state), rank = state->rank;
   if (low == 0)
@@ -132,3 +134,41 @@ thrum_status thrum_fox_goodwin_unsynchronise(const thrum_model *model, const thr
   memcpy(p, x, (size_t)low * sizeof *p);
   return THRUM_OK;
 }
+
+/* --- its row ---------------------------------------------------------------------------------- */
+
+static bool problem(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                    thrum_solve_report *report, thrum_solver *s) {
+  *s = problem_of(model, state, view, report);
+  return true;
+}
+
+static thrum_mode_factor frequency(const thrum_model *model, const thrum_state *state, int32_t i,
+                                   double z) {
+  const int32_t low = thrum_fox_goodwin_modes(model, state);
+  return thrum_newmark_factor(z, i < low ? 1.0 / 12.0 : 0.25, 0.5);
+}
+
+/* v D (2 d - h v) / h, see dissipation.c. */
+static thrum_damped_part damped(const thrum_model *model, const thrum_state *state,
+                                const thrum_state_view *view, int32_t i) {
+  const double d = view->q_next[i] - view->q[i], h = state->def.dt;
+  const double mean = 0.5 * h * (view->p[i] + view->p_next[i]);
+  (void)model;
+  return (thrum_damped_part){mean, 2.0 * d - mean};
+}
+
+const thrum_scheme_row thrum_fox_goodwin_scheme = {
+    .scheme = THRUM_SCHEME_FOX_GOODWIN,
+    .integrator = THRUM_INTEGRATOR_FOX_GOODWIN,
+    .form = -1,
+    .carries_acceleration = true,
+    .velocity_by_dt = true,
+    .step = step,
+    .frequency = frequency,
+    .problem = problem,
+    .synchronise = synchronise,
+    .unsynchronise = unsynchronise,
+    .own_modes = thrum_fox_goodwin_modes,
+    .damped = damped,
+};

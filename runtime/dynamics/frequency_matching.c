@@ -32,7 +32,6 @@
 #include <string.h>
 
 #include "runtime/dynamics/following.h"
-#include "runtime/polynomial/kernel_points.h"
 #include "runtime/polynomial/points.h"
 #include "thrum/polynomial.h"
 
@@ -45,7 +44,7 @@
 static void along(const thrum_model *model, int64_t j, double *c3, double *c4) {
   const int64_t r = model->rank;
   if (thrum_has_points(model)) {
-    thrum_points_along(model, j, c3, c4);
+    thrum_passes.along(model, j, c3, c4);
     return;
   }
   for (int64_t s = j + 1; s < r; s++)
@@ -134,3 +133,10 @@ void thrum_match_steps(const thrum_model *model, const thrum_state *state, int32
     if (is_following(state, i))
       stretch[i] = inverse[i] = speed[i] = 1.0;
 }
+
+const thrum_mode_steps thrum_matched_mode_steps = {
+    .find = thrum_find_following,
+    .count = thrum_matched_modes,
+    .of = thrum_matched_step_of,
+    .all = thrum_match_steps,
+};

@@ -3,14 +3,10 @@
 #ifndef THRUM_RUNTIME_DYNAMICS_FREQUENCY_MATCHING_H
 #define THRUM_RUNTIME_DYNAMICS_FREQUENCY_MATCHING_H
 
-#include "runtime/dynamics/state_layout.h"
+#include "runtime/dynamics/schemes.h"
 
-/* How a mode is stepped, all 1 where its frequency is not matched. */
-typedef struct thrum_matched_step {
-  double stretch; /* lambda, its time step over dt, */
-  double inverse; /* and 1/lambda */
-  double speed;   /* nu, its velocity in the middle of the step over (q' - q)/dt */
-} thrum_matched_step;
+/* These functions as the core calls them. */
+extern const thrum_mode_steps thrum_matched_mode_steps;
 
 /* Finds the modes that follow softer ones, which are not matched, and notes them in the header. */
 void thrum_find_following(const thrum_model *model, thrum_state *state);

@@ -20,7 +20,6 @@
 
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/implicit_solve.h"
-#include "runtime/dynamics/stability.h"
 #include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/polynomial/polynomial_private.h"
 
@@ -80,7 +79,7 @@ thrum_status thrum_imexv_drift(const thrum_solver *s, double potential) {
   if (s->first > 0) {
     if (thrum_staggered_kick(s->model, s->state, view) < 0)
       return THRUM_NOT_CONVERGED;
-    thrum_stability_energy(s->model, s->state, view, potential, s->report);
+    THRUM_CALL_HOOKS(thrum_on_kicked, kicked, s->model, s->state, view, potential, s->report);
   }
 
   // the implicit modes see the explicit ones at the midpoint of their drift
@@ -119,3 +118,27 @@ thrum_status thrum_step_imexv(const thrum_model *model, const thrum_state *state
                               view->work);
   return thrum_imexv_finish(&s, thrum_solve_increment(&s));
 }
+
+/* --- its row ---------------------------------------------------------------------------------- */
+
+thrum_mode_factor thrum_imexv_frequency(const thrum_model *model, const thrum_state *state,
+                                        int32_t i, double z) {
+  (void)model;
+  return thrum_newmark_factor(z, i < state->split ? 0.0 : 0.25, 0.5);
+}
+
+bool thrum_imexv_problem(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                         thrum_solve_report *report, thrum_solver *s) {
+  *s = thrum_imexv_solver(model, state, view, report);
+  return true;
+}
+
+const thrum_scheme_row thrum_thesis_scheme = {
+    .scheme = THRUM_SCHEME_THESIS,
+    .integrator = THRUM_INTEGRATOR_IMEXV,
+    .form = THRUM_FORM_THESIS,
+    .restricts = true,
+    .step = thrum_step_imexv,
+    .frequency = thrum_imexv_frequency,
+    .problem = thrum_imexv_problem,
+};

@@ -3,13 +3,20 @@
 #ifndef THRUM_RUNTIME_DYNAMICS_IMEXV_H
 #define THRUM_RUNTIME_DYNAMICS_IMEXV_H
 
-#include "runtime/dynamics/implicit_problem.h"
+#include "runtime/dynamics/schemes.h"
 
 /* One step: candidates into q_next and p_next, also middle, force, pairs and, when refreshed,
  * jacobian_next; nothing that persists is written. THRUM_OK, THRUM_NOT_CONVERGED or
  * THRUM_NOT_FINITE. */
 thrum_status thrum_step_imexv(const thrum_model *model, const thrum_state *state,
                               thrum_state_view *view, thrum_solve_report *report);
+
+/* Its row, and the members of it that are those of the position form too. */
+extern const thrum_scheme_row thrum_thesis_scheme;
+thrum_mode_factor thrum_imexv_frequency(const thrum_model *model, const thrum_state *state,
+                                        int32_t i, double z);
+bool thrum_imexv_problem(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                         thrum_solve_report *report, thrum_solver *s);
 
 /* The implicit problem of a step. */
 thrum_solver thrum_imexv_solver(const thrum_model *model, const thrum_state *state,

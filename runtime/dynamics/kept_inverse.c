@@ -19,11 +19,7 @@
 #include <string.h>
 
 #include "runtime/base/finite.h"
-#include "runtime/dynamics/backward_euler.h"
-#include "runtime/dynamics/discrete_gradient.h"
-#include "runtime/dynamics/fox_goodwin.h"
-#include "runtime/dynamics/imexv.h"
-#include "runtime/dynamics/newmark.h"
+#include "runtime/dynamics/schemes.h"
 #include "runtime/linear_algebra/dense.h"
 
 #define CHANGE_LEAST 1e-6 /* of the diagonal: a smaller change is none, or cancels */
@@ -31,32 +27,8 @@
 /* The problem that the scheme of a state solves; false where it keeps no inverse. */
 static bool find_problem(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
                          thrum_solve_report *report, thrum_solver *s) {
-  switch ((thrum_scheme)state->scheme) {
-  case THRUM_SCHEME_ENERGY:
-    *s = thrum_energy_problem(model, state, view, report);
-    return true;
-  case THRUM_SCHEME_NEWMARK:
-    *s = thrum_newmark_problem(model, state, view, report);
-    return state->def.newmark_beta > 0.0;
-  case THRUM_SCHEME_FOX_GOODWIN:
-    *s = thrum_fox_goodwin_problem(model, state, view, report);
-    return true;
-  case THRUM_SCHEME_BACKWARD_EULER:
-    *s = thrum_backward_euler_problem(model, state, view, report);
-    return true;
-  case THRUM_SCHEME_POSITION:
-  case THRUM_SCHEME_THESIS:
-    *s = thrum_imexv_solver(model, state, view, report);
-    return true;
-
-  // these solve nothing, or make their inverse anew
-  case THRUM_SCHEME_QUADRATIC:
-  case THRUM_SCHEME_SEMI_IMPLICIT_EULER:
-  case THRUM_SCHEME_RK4:
-  case THRUM_SCHEME_MANIFOLD:
-    break;
-  }
-  return false;
+  const thrum_scheme_row *row = thrum_row_of(state);
+  return row->problem && row->problem(model, state, view, report, s);
 }
 
 /* C into `diagonal`, returns k. */

@@ -326,3 +326,26 @@ bool thrum_manifold_predict(const thrum_model *model, const thrum_state *state,
     answers[i] = 0.5 * h * h * matrix[i * k + i];
   return true;
 }
+
+/* --- its row ---------------------------------------------------------------------------------- */
+
+static void plan(const thrum_model *model, thrum_state *state) {
+  state->restricted_count = thrum_manifold_count(model);
+  state->tangent_count = model->rank * model->rank;
+}
+
+static thrum_mode_factor frequency(const thrum_model *model, const thrum_state *state, int32_t i,
+                                   double z) {
+  (void)model, (void)state, (void)i;
+  return thrum_newmark_factor(z, 0.25, 0.5);
+}
+
+const thrum_scheme_row thrum_manifold_scheme = {
+    .scheme = THRUM_SCHEME_MANIFOLD,
+    .integrator = THRUM_INTEGRATOR_MANIFOLD,
+    .form = -1,
+    .plan = plan,
+    .step = thrum_step_manifold,
+    .frequency = frequency,
+    .kinetic = thrum_manifold_slave_energy,
+};

@@ -4,13 +4,14 @@
 #ifndef THRUM_RUNTIME_DYNAMICS_MANIFOLD_H
 #define THRUM_RUNTIME_DYNAMICS_MANIFOLD_H
 
-#include "runtime/dynamics/solve_report.h"
-#include "runtime/dynamics/state_layout.h"
+#include "runtime/dynamics/schemes.h"
 
 /* Candidates into view->q_next and view->p_next, the masters and their velocities. THRUM_OK,
  * THRUM_NOT_CONVERGED or THRUM_NOT_FINITE. */
 thrum_status thrum_step_manifold(const thrum_model *model, const thrum_state *state,
                                  thrum_state_view *view, thrum_solve_report *report);
+
+extern const thrum_scheme_row thrum_manifold_scheme;
 
 /* A step linear about the present state, with the mass of all coordinates there and the stiffness
  * at rest: moved (rank), the displacement of the masters under the mean load (rank or NULL), and

@@ -30,23 +30,10 @@ int32_t thrum_mode_split_by(const thrum_model *model, thrum_split_rule rule, dou
 
 int32_t thrum_mode_split(const thrum_model *model, const thrum_state *state) {
   const thrum_state_def *def = &state->def;
-  switch (def->integrator) {
-  case THRUM_INTEGRATOR_IMEXV:
+  if (def->integrator == THRUM_INTEGRATOR_IMEXV)
     return thrum_mode_split_by(model, def->split_rule, state->split_dt, def->split_safety,
                                def->explicit_count);
-  case THRUM_INTEGRATOR_VERLET:
-    return state->rank;
 
-  // no mode is explicit in these
-  case THRUM_INTEGRATOR_NEWMARK:
-  case THRUM_INTEGRATOR_ENERGY:
-  case THRUM_INTEGRATOR_FOX_GOODWIN:
-  case THRUM_INTEGRATOR_MIDPOINT:
-  case THRUM_INTEGRATOR_BACKWARD_EULER:
-  case THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER:
-  case THRUM_INTEGRATOR_RK4:
-  case THRUM_INTEGRATOR_MANIFOLD:
-    break;
-  }
-  return 0;
+  // no mode is explicit in the others
+  return def->integrator == THRUM_INTEGRATOR_VERLET ? state->rank : 0;
 }

@@ -133,3 +133,25 @@ thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *sta
   const thrum_solver s = thrum_newmark_begin(model, state, view, report);
   return thrum_newmark_finish(&s, thrum_solve_increment(&s));
 }
+
+static thrum_mode_factor frequency(const thrum_model *model, const thrum_state *state, int32_t i,
+                                   double z) {
+  (void)model, (void)i;
+  return thrum_newmark_factor(z, state->def.newmark_beta, state->def.newmark_gamma);
+}
+
+static bool problem(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                    thrum_solve_report *report, thrum_solver *s) {
+  *s = thrum_newmark_problem(model, state, view, report);
+  return state->def.newmark_beta > 0.0;
+}
+
+const thrum_scheme_row thrum_newmark_scheme = {
+    .scheme = THRUM_SCHEME_NEWMARK,
+    .integrator = THRUM_INTEGRATOR_NEWMARK,
+    .form = -1,
+    .carries_acceleration = true,
+    .step = thrum_step_newmark,
+    .frequency = frequency,
+    .problem = problem,
+};

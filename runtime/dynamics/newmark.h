@@ -3,13 +3,15 @@
 #ifndef THRUM_RUNTIME_DYNAMICS_NEWMARK_H
 #define THRUM_RUNTIME_DYNAMICS_NEWMARK_H
 
-#include "runtime/dynamics/implicit_problem.h"
+#include "runtime/dynamics/schemes.h"
 
 /* One step: candidates into q_next, p_next and acceleration_next, also middle, force, pairs and,
  * when refreshed, jacobian_next; nothing that persists is written. THRUM_OK, THRUM_NOT_CONVERGED or
  * THRUM_NOT_FINITE. */
 thrum_status thrum_step_newmark(const thrum_model *model, const thrum_state *state,
                                 thrum_state_view *view, thrum_solve_report *report);
+
+extern const thrum_scheme_row thrum_newmark_scheme;
 
 /* The problem of its step, without kick and drift, for beta_N > 0. */
 thrum_solver thrum_newmark_problem(const thrum_model *model, const thrum_state *state,

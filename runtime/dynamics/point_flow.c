@@ -21,6 +21,94 @@
 #include "runtime/polynomial/point_rest.h"
 #include "runtime/polynomial/polynomial_private.h"
 
+/* --- a state ---------------------------------------------------------------------------------- */
+
+static thrum_status refuse(thrum_error *error, const char *name, double value, const char *range) {
+  return thrum_error_set(error, THRUM_INVALID_ARGUMENT,
+                         "%s of the state's def is %g; it must be %s", name, value, range);
+}
+
+/* Whether the law of some point is one that flows. */
+static bool some_law_flows(const thrum_model *model) {
+  for (int64_t i = 0; i < model->law_count; i++)
+    if (model->region_law[i] != THRUM_LAW_STVK)
+      return true;
+  return !model->region_law && thrum_law_of_model(model) != THRUM_LAW_STVK;
+}
+
+/* Points know what flow does where they were chosen by states that had flowed: that happens at
+ * places of the body, so not where gradients were learned, and no lower yield does where nothing
+ * did. */
+static thrum_status check_training(const thrum_model *model, const thrum_state_def *def,
+                                   thrum_error *error) {
+  const double *training = model->point_training;
+  if (!training || def->untrained_flow == 1)
+    return THRUM_OK;
+  if (training[THRUM_TRAINING_LEARNED] > 0.0)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "the gradients of the model's cubature points were learned, so that "
+                           "what flows is the strain of no place of the body: precompute it "
+                           "without --cubature-refine and with --yield, or set untrained_flow "
+                           "(--untrained-flow on)");
+
+  // a region's own yield is one of those of the training
+  const double yield = training[THRUM_TRAINING_YIELD];
+  const bool flowed = training[THRUM_TRAINING_PLASTIC] > 0.0;
+  if (yield > 0.0 && (flowed || def->plastic.yield >= yield))
+    return THRUM_OK;
+  return thrum_error_set(error, THRUM_UNSUPPORTED,
+                         "the model's cubature points were not trained on plastic flow%s: strain "
+                         "and work of what flows may be several times too small; precompute it "
+                         "with --yield, or set untrained_flow (--untrained-flow on)",
+                         yield > 0.0 ? " beyond so small a yield" : "");
+}
+
+/* Flow is there where the points answer by a law of F, and for the integrator whose step is elastic
+ * and ends at q and p of one time. */
+thrum_status thrum_point_flow_check(const thrum_model *model, const thrum_state_def *def,
+                                    thrum_error *error) {
+  const thrum_plastic *plastic = &def->plastic;
+  if (!(plastic->yield > 0.0))
+    return refuse(error, "plastic.yield", plastic->yield, "> 0; infinite: nothing flows");
+  if (!(plastic->creep > 0.0))
+    return refuse(error, "plastic.creep", plastic->creep, "> 0 [1/s]; infinite: at once");
+  if (!(plastic->largest > 0.0))
+    return refuse(error, "plastic.largest", plastic->largest, "> 0; infinite: no bound");
+  const bool own = thrum_law_has_yield(model);
+  if (!own && plastic->yield == INFINITY)
+    return THRUM_OK;
+
+  // what flows
+  if (!own && !some_law_flows(model))
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "plastic.yield of the state's def is %g, and this model cannot flow: "
+                           "cubature points of the law corotational or neo-hookean do",
+                           plastic->yield);
+  if (own && def->integrator != THRUM_INTEGRATOR_ENERGY)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "a region of this model has a yield of its own, and the integrator %s "
+                           "does not step plastic flow: energy does",
+                           thrum_integrator_name(def->integrator));
+  if (def->integrator != THRUM_INTEGRATOR_ENERGY)
+    return thrum_error_set(error, THRUM_UNSUPPORTED,
+                           "plastic.yield of the state's def is %g, and the integrator %s does not "
+                           "step plastic flow: energy does",
+                           plastic->yield, thrum_integrator_name(def->integrator));
+  return check_training(model, def, error);
+}
+
+void thrum_point_flow_plan(const thrum_model *model, thrum_state *state) {
+  const int64_t r = model->rank;
+  if (!(state->def.plastic.yield < INFINITY) && !thrum_law_has_yield(model))
+    return;
+
+  // with all coordinates held, a restriction has the gradients of all points
+  state->restricted_count = thrum_restriction_count(model, r);
+  state->plastic_count = thrum_points_plastic_count(model);
+  state->shares_count = r;
+  state->shapes_count = r * r;
+}
+
 void thrum_point_flow_prepare(const thrum_model *model, thrum_state *state) {
   if (!thrum_can_flow(state))
     return;

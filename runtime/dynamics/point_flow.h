@@ -5,6 +5,13 @@
 
 #include "runtime/dynamics/state_layout.h"
 
+/* Refuses a def whose flow this model or its integrator does not have. */
+thrum_status thrum_point_flow_check(const thrum_model *model, const thrum_state_def *def,
+                                    thrum_error *error);
+
+/* The arrays of a state that may flow. */
+void thrum_point_flow_plan(const thrum_model *model, thrum_state *state);
+
 /* Finds what of a new state follows from its model, where it can flow. */
 void thrum_point_flow_prepare(const thrum_model *model, thrum_state *state);
 

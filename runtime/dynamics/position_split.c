@@ -130,3 +130,13 @@ thrum_status thrum_step_position(const thrum_model *model, const thrum_state *st
   return thrum_tangent_damped(state) ? step_damped(model, state, view, report)
                                      : step(model, state, view, report);
 }
+
+const thrum_scheme_row thrum_position_scheme = {
+    .scheme = THRUM_SCHEME_POSITION,
+    .integrator = THRUM_INTEGRATOR_IMEXV,
+    .form = THRUM_FORM_POSITION,
+    .restricts = true,
+    .step = thrum_step_position,
+    .frequency = thrum_imexv_frequency,
+    .problem = thrum_imexv_problem,
+};

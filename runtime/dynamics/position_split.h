@@ -11,6 +11,8 @@
 thrum_status thrum_step_position(const thrum_model *model, const thrum_state *state,
                                  thrum_state_view *view, thrum_solve_report *report);
 
+extern const thrum_scheme_row thrum_position_scheme;
+
 /* The first drift, q_E at its midpoint into view->middle, and the implicit problem that follows.
  * Not for tangent damping. */
 thrum_solver thrum_position_drift(const thrum_model *model, const thrum_state *state,

@@ -17,18 +17,18 @@
 
 #include <math.h>
 
-#include "runtime/dynamics/stability.h"
+#include "runtime/dynamics/imexv.h"
 #include "runtime/dynamics/staggered_momentum.h"
 
-thrum_status thrum_step_quadratic(const thrum_model *model, const thrum_state *state,
-                                  thrum_state_view *view, thrum_solve_report *report) {
+static thrum_status step(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                         thrum_solve_report *report) {
   const double h = state->def.dt;
 
-  // kick of all modes by the explicit part; the monitor needs the energy that comes with it
+  // kick of all modes by the explicit part; a monitor needs the energy that comes with it
   const double potential = thrum_staggered_force(model, state, view, view->q);
   if (thrum_staggered_kick(model, state, view) < 0)
     return THRUM_NOT_CONVERGED;
-  thrum_stability_energy(model, state, view, potential, report);
+  THRUM_CALL_HOOKS(thrum_on_kicked, kicked, model, state, view, potential, report);
 
   // drift on E, the midpoint rule of a linear oscillator on I
   for (int32_t i = 0; i < state->rank; i++) {
@@ -45,3 +45,11 @@ thrum_status thrum_step_quadratic(const thrum_model *model, const thrum_state *s
   }
   return THRUM_OK;
 }
+
+const thrum_scheme_row thrum_quadratic_scheme = {
+    .scheme = THRUM_SCHEME_QUADRATIC,
+    .integrator = THRUM_INTEGRATOR_IMEXV,
+    .form = THRUM_FORM_QUADRATIC,
+    .step = step,
+    .frequency = thrum_imexv_frequency,
+};

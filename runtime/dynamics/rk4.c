@@ -13,13 +13,14 @@
 
 #include "runtime/dynamics/rk4.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/newmark.h"
 
-thrum_status thrum_step_rk4(const thrum_model *model, const thrum_state *state,
-                            thrum_state_view *view, thrum_solve_report *report) {
+static thrum_status step(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                         thrum_solve_report *report) {
   static const double reach[4] = {0.5, 0.5, 1.0, 0.0};
   static const double share[4] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
   const double h = state->def.dt;
@@ -46,3 +47,21 @@ thrum_status thrum_step_rk4(const thrum_model *model, const thrum_state *state,
              ? THRUM_OK
              : THRUM_NOT_FINITE;
 }
+
+static thrum_mode_factor frequency(const thrum_model *model, const thrum_state *state, int32_t i,
+                                   double z) {
+  const double square = z * z;
+  (void)model, (void)state, (void)i;
+  return (thrum_mode_factor){1.0 - 0.5 * square + square * square / 24.0,
+                             fabs(z - z * square / 6.0)};
+}
+
+const thrum_scheme_row thrum_rk4_scheme = {
+    .scheme = THRUM_SCHEME_RK4,
+    .integrator = THRUM_INTEGRATOR_RK4,
+    .form = -1,
+    .keeps_nothing = true,
+    .is_explicit = true,
+    .step = step,
+    .frequency = frequency,
+};

@@ -39,8 +39,8 @@ static void assemble(const thrum_model *model, const thrum_state *state, thrum_s
   }
 }
 
-thrum_status thrum_step_semi_implicit_euler(const thrum_model *model, const thrum_state *state,
-                                            thrum_state_view *view, thrum_solve_report *report) {
+static thrum_status step(const thrum_model *model, const thrum_state *state, thrum_state_view *view,
+                         thrum_solve_report *report) {
   thrum_internal_force_tangent_by(view->kernel, model, view->q, view->force, view->jacobian_next,
                                   view->work);
   assemble(model, state, view);
@@ -60,3 +60,19 @@ thrum_status thrum_step_semi_implicit_euler(const thrum_model *model, const thru
              ? THRUM_OK
              : THRUM_NOT_FINITE;
 }
+
+static thrum_mode_factor frequency(const thrum_model *model, const thrum_state *state, int32_t i,
+                                   double z) {
+  const double square = z * z;
+  (void)model, (void)state, (void)i;
+  return (thrum_mode_factor){1.0 / (1.0 + square), z / (1.0 + square)};
+}
+
+const thrum_scheme_row thrum_semi_implicit_euler_scheme = {
+    .scheme = THRUM_SCHEME_SEMI_IMPLICIT_EULER,
+    .integrator = THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER,
+    .form = -1,
+    .keeps_nothing = true,
+    .step = step,
+    .frequency = frequency,
+};

@@ -17,7 +17,7 @@
 
 #include "runtime/dynamics/staggered_momentum.h"
 
-#include "runtime/dynamics/fox_goodwin.h"
+#include "runtime/dynamics/schemes.h"
 #include "runtime/linear_algebra/dense.h"
 #include "runtime/polynomial/polynomial_private.h"
 
@@ -113,10 +113,9 @@ thrum_status thrum_staggered_kick(const thrum_model *model, const thrum_state *s
 
 thrum_status thrum_staggered_synchronise(const thrum_model *model, const thrum_state *state,
                                          thrum_state_view *view, double *potential) {
-  if (state->scheme == THRUM_SCHEME_FOX_GOODWIN) {
-    thrum_fox_goodwin_synchronise(model, state, view, potential);
-    return THRUM_OK;
-  }
+  const thrum_scheme_row *row = thrum_row_of(state);
+  if (row->synchronise)
+    return row->synchronise(model, state, view, potential);
   const double half = 0.5 * state->def.dt;
   const int32_t n = thrum_staggered_modes(state);
 
@@ -152,8 +151,9 @@ thrum_status thrum_staggered_synchronise(const thrum_model *model, const thrum_s
 thrum_status thrum_staggered_unsynchronise(const thrum_model *model, const thrum_state *state,
                                            thrum_state_view *view, const double *q,
                                            const double *load_before, double *p) {
-  if (state->scheme == THRUM_SCHEME_FOX_GOODWIN)
-    return thrum_fox_goodwin_unsynchronise(model, state, view, q, p);
+  const thrum_scheme_row *row = thrum_row_of(state);
+  if (row->unsynchronise)
+    return row->unsynchronise(model, state, view, q, p);
   const double half = 0.5 * state->def.dt;
   const int32_t n = thrum_staggered_modes(state);
   if (n == 0)

@@ -31,7 +31,7 @@ thrum_status thrum_staggered_synchronise(const thrum_model *model, const thrum_s
 
 /* The inverse: turns the staggered part of `p` (rank, at the time of q) into p^-_E, for the dt and
  * split of `state` and the load of the step before (NULL: zero). Overwrites force and product, and
- * what thrum_fox_goodwin_unsynchronise does. THRUM_OK, or as that. */
+ * what the unsynchronise of the scheme does. THRUM_OK, or as that. */
 thrum_status thrum_staggered_unsynchronise(const thrum_model *model, const thrum_state *state,
                                            thrum_state_view *view, const double *q,
                                            const double *load_before, double *p);

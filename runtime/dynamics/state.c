@@ -16,16 +16,11 @@
 #include "runtime/base/alignment_check.h"
 #include "runtime/base/finite.h"
 #include "runtime/dynamics/discrete_gradient.h"
-#include "runtime/dynamics/energy_balance.h"
-#include "runtime/dynamics/following.h"
-#include "runtime/dynamics/frequency_matching.h"
 #include "runtime/dynamics/kept_inverse.h"
-#include "runtime/dynamics/manifold.h"
 #include "runtime/dynamics/mode_split.h"
 #include "runtime/dynamics/motion_norm.h"
 #include "runtime/dynamics/newmark.h"
-#include "runtime/dynamics/point_flow.h"
-#include "runtime/dynamics/stability.h"
+#include "runtime/dynamics/schemes.h"
 #include "runtime/dynamics/staggered_momentum.h"
 #include "runtime/dynamics/state_def.h"
 #include "runtime/dynamics/step_length.h"
@@ -40,44 +35,20 @@ bool thrum_state_uses_energy(const thrum_state_def *def) {
          (thrum_adapts(def->integrator) && (def->adaptive || def->fallback));
 }
 
+/* The row of the scheme that a state of this def, which has been checked, begins with. */
+static const thrum_scheme_row *first_row(const thrum_state_def *def) {
+  return thrum_schemes.rows[thrum_first_scheme(def)];
+}
+
 /* Largest |I| that a state of this def can come to, with any dt. */
 static int64_t implicit_max(const thrum_model *model, const thrum_state_def *def) {
   if (thrum_state_uses_energy(def))
     return model->rank;
-  if (def->integrator == THRUM_INTEGRATOR_VERLET || def->integrator == THRUM_INTEGRATOR_RK4)
+  if (def->integrator == THRUM_INTEGRATOR_VERLET || first_row(def)->is_explicit)
     return 0;
   if (def->integrator == THRUM_INTEGRATOR_IMEXV && def->split_rule == THRUM_SPLIT_COUNT)
     return model->rank - def->explicit_count;
   return model->rank;
-}
-
-thrum_scheme thrum_state_first_scheme(const thrum_state_def *def) {
-  switch (def->integrator) {
-  case THRUM_INTEGRATOR_NEWMARK:
-    return THRUM_SCHEME_NEWMARK;
-  case THRUM_INTEGRATOR_ENERGY:
-    return THRUM_SCHEME_ENERGY;
-  case THRUM_INTEGRATOR_FOX_GOODWIN:
-    return THRUM_SCHEME_FOX_GOODWIN;
-  case THRUM_INTEGRATOR_BACKWARD_EULER:
-    return THRUM_SCHEME_BACKWARD_EULER;
-  case THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER:
-    return THRUM_SCHEME_SEMI_IMPLICIT_EULER;
-  case THRUM_INTEGRATOR_RK4:
-    return THRUM_SCHEME_RK4;
-  case THRUM_INTEGRATOR_MANIFOLD:
-    return THRUM_SCHEME_MANIFOLD;
-
-  // imexv begins with the form that the def names
-  case THRUM_INTEGRATOR_IMEXV:
-    return def->split_form == THRUM_FORM_QUADRATIC  ? THRUM_SCHEME_QUADRATIC
-           : def->split_form == THRUM_FORM_POSITION ? THRUM_SCHEME_POSITION
-                                                    : THRUM_SCHEME_THESIS;
-  case THRUM_INTEGRATOR_VERLET:
-  case THRUM_INTEGRATOR_MIDPOINT:
-    break;
-  }
-  return THRUM_SCHEME_THESIS;
 }
 
 static void forget_inverses(thrum_state *state) {
@@ -88,28 +59,35 @@ static void forget_inverses(thrum_state *state) {
 
 void thrum_state_plan(thrum_state *state, const thrum_model *model) {
   const thrum_state_def *def = &state->def;
+  const thrum_scheme_row *row = first_row(def);
   const int64_t r = model->rank, n = implicit_max(model, def);
   const bool tangent = thrum_tangent_damped(state);
-  const bool manifold = def->integrator == THRUM_INTEGRATOR_MANIFOLD;
-  const bool flows = def->plastic.yield < INFINITY || thrum_law_has_yield(model);
 
-  state->work_count = thrum_step_work_count(model);
-  // midpoint and Newmark evaluate the whole model; imexv restricts it to fewer than r modes,
-  // a manifold has its slopes there, and what may flow the gradients of its points
+  // midpoint and Newmark evaluate the whole model; imexv restricts it to fewer than r modes
+  state->work_count = (int64_t)thrum_work_count(model);
   state->restricted_count = def->integrator == THRUM_INTEGRATOR_IMEXV
                                 ? thrum_restriction_count(model, n < r ? n : r - 1)
-                            : manifold ? thrum_manifold_count(model)
-                            : flows    ? thrum_restriction_count(model, r)
-                                       : 0;
-  state->plastic_count = flows ? thrum_points_plastic_count(model) : 0;
-  state->shares_count = flows ? r : 0;
-  state->shapes_count = flows ? r * r : 0;
+                                : 0;
+  state->plastic_count = state->shares_count = state->shapes_count = 0;
 
   // tangent damping needs T of all modes, also where few or none are implicit
-  state->kept_count = def->integrator == THRUM_INTEGRATOR_SEMI_IMPLICIT_EULER ? 0 : n * n;
+  state->kept_count = row->keeps_nothing ? 0 : n * n;
   state->next_count = tangent ? r * r : n * n;
-  state->tangent_count = tangent || manifold || thrum_state_uses_energy(def) ? r * r : 0;
+  state->tangent_count = tangent || thrum_state_uses_energy(def) ? r * r : 0;
+
+  // what the scheme and others need
+  if (row->plan)
+    row->plan(model, state);
+  THRUM_CALL_HOOKS(thrum_on_plan, plan, model, state);
   state->bytes = thrum_state_layout_bytes(state);
+}
+
+/* Forgets what hooks know of the steps so far, and finds the scheme and the split of the def. */
+static void begin_scheme(const thrum_model *model, thrum_state *state) {
+  state->scheme = thrum_first_scheme(&state->def);
+  thrum_step_length_begin(state);
+  state->split = thrum_mode_split(model, state);
+  THRUM_CALL_HOOKS(thrum_on_forget, forget, state);
 }
 
 /* Fills `state`, all zero, with the def and everything that follows from it. */
@@ -120,15 +98,12 @@ static void fill_header(thrum_state *state, const thrum_model *model, const thru
   state->identity = model->identity;
   state->rank = (int32_t)model->rank;
   thrum_state_plan(state, model);
-  thrum_find_following(model, state);
+  if (thrum_schemes.mode_steps)
+    thrum_schemes.mode_steps->find(model, state);
 
   // the others do not adapt
   state->def.adaptive = thrum_adapts(def->integrator) ? def->adaptive : 0;
-  state->scheme = (int32_t)thrum_state_first_scheme(def);
-  thrum_step_length_begin(state);
-  state->split = thrum_mode_split(model, state);
-  thrum_stability_reset(state);
-  thrum_energy_balance_reset(state);
+  begin_scheme(model, state);
   state->report.first_switch = -1;
   state->potential_step = -1;
   forget_inverses(state);
@@ -176,7 +151,7 @@ thrum_status thrum_state_init(void *memory, size_t memory_size, const thrum_mode
   memset(memory, 0, size);
   fill_header(memory, model, def);
   *state = memory;
-  thrum_point_flow_prepare(model, *state);
+  THRUM_CALL_HOOKS(thrum_on_made, made, model, *state);
   return THRUM_OK;
 }
 
@@ -250,7 +225,7 @@ static void forget_solves(thrum_state *state, const thrum_state_view *view) {
   forget_inverses(state);
   state->jacobian_kept = 0;
   state->past_count = 0;
-  state->monitor.before_step = -1;
+  THRUM_CALL_HOOKS(thrum_on_forget, forget_step, state);
 }
 
 /* Forgets everything that a solve kept for the next one. */
@@ -300,15 +275,6 @@ static thrum_status store_synchronised(const thrum_model *model, thrum_state *ch
   return THRUM_OK;
 }
 
-/* Scheme and split as the def has them, and a monitor and a balance without a reference. */
-static void restart_scheme(const thrum_model *model, thrum_state *state) {
-  state->scheme = (int32_t)thrum_state_first_scheme(&state->def);
-  thrum_step_length_begin(state);
-  state->split = thrum_mode_split(model, state);
-  thrum_stability_reset(state);
-  thrum_energy_balance_reset(state);
-}
-
 thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const double *q,
                              const double *p, thrum_error *error) {
   THRUM_TRY(thrum_state_check_ready(model, state, error));
@@ -319,13 +285,13 @@ thrum_status thrum_state_set(const thrum_model *model, thrum_state *state, const
     return refuse_values(error, "p");
 
   // candidates in scratch, and a copy of the header, so that a failure leaves no trace
-  thrum_model flowed;
-  model = thrum_flowed_model(model, state, &flowed);
+  thrum_model seen;
+  model = thrum_seen_model(model, state, &seen);
   thrum_state_view view = thrum_state_view_of(state);
   copy_or_zero(view.q_next, q, r);
   copy_or_zero(view.p_next, p, r);
   thrum_state changed = *state;
-  restart_scheme(model, &changed);
+  begin_scheme(model, &changed);
   THRUM_TRY(store_synchronised(model, &changed, &view, view.q_next, NULL, error));
 
   // nothing that persists has been written yet
@@ -378,8 +344,8 @@ thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, do
                            "dt is %g, and was %g: the ratio is not finite", dt, state->def.dt);
 
   // p at the time of q does not depend on dt; the stored one does
-  thrum_model flowed;
-  model = thrum_flowed_model(model, state, &flowed);
+  thrum_model seen;
+  model = thrum_seen_model(model, state, &seen);
   thrum_state_view view = thrum_state_view_of(state);
   THRUM_TRY(synchronise(model, state, &view, NULL, error));
   thrum_state changed = *state;
@@ -400,7 +366,7 @@ thrum_status thrum_state_set_dt(const thrum_model *model, thrum_state *state, do
   state->step_recent = fmin(state->step_recent * (dt / before.def.dt), DBL_MAX);
 
   // Newmark's acceleration stays, but for the damping of a v that depends on dt
-  for (int32_t i = 0; state->scheme == THRUM_SCHEME_FOX_GOODWIN && i < state->rank; i++)
+  for (int32_t i = 0; thrum_row_of(state)->velocity_by_dt && i < state->rank; i++)
     view.acceleration[i] = view.acceleration_next[i] + view.load_before[i];
   return THRUM_OK;
 }
@@ -426,8 +392,8 @@ thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
   if (!energies)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "energies is NULL");
 
-  thrum_model flowed;
-  model = thrum_flowed_model(model, state, &flowed);
+  thrum_model seen;
+  model = thrum_seen_model(model, state, &seen);
   thrum_state_view view = thrum_state_view_of(state);
   thrum_energies found = {0.0, 0.0, 0.0, 0.0};
   THRUM_TRY(synchronise(model, state, &view, &found.potential, error));
@@ -438,8 +404,8 @@ thrum_status thrum_state_energies(const thrum_model *model, thrum_state *state,
       found.high += 0.5 * (twice + model->omega2[i] * (view.q[i] * view.q[i]));
   }
 
-  if (state->scheme == THRUM_SCHEME_MANIFOLD)
-    found.kinetic += thrum_manifold_slave_energy(model, view.q, view.p_next);
+  if (thrum_row_of(state)->kinetic)
+    found.kinetic += thrum_row_of(state)->kinetic(model, view.q, view.p_next);
 
   // a finite state may have an energy that is not
   found.total = found.kinetic + found.potential;
@@ -455,7 +421,7 @@ thrum_state_report thrum_state_report_get(const thrum_state *state) {
     return (thrum_state_report){0};
   thrum_state_report report = state->report;
   report.scheme = (thrum_scheme)state->scheme;
-  report.explicit_modes = state->scheme == THRUM_SCHEME_RK4 ? state->rank : state->split;
+  report.explicit_modes = thrum_row_of(state)->is_explicit ? state->rank : state->split;
   report.implicit_modes = state->rank - report.explicit_modes;
   return report;
 }

@@ -4,10 +4,8 @@
 
 #include <math.h>
 
-#include "runtime/dynamics/state_layout.h"
-#include "runtime/material/material_law.h"
+#include "runtime/dynamics/schemes.h"
 #include "runtime/polynomial/points.h"
-#include "thrum/condensed_model.h"
 
 #define DEF_COOKIE UINT32_C(0x7468726d)
 
@@ -83,7 +81,7 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
   const int rule = (int)def->split_rule, split_form = (int)def->split_form;
 
   // compared as int: the value may be none of its enum
-  if (integrator < THRUM_INTEGRATOR_IMEXV || integrator > THRUM_INTEGRATOR_MANIFOLD)
+  if (!thrum_integrator_name(def->integrator))
     return refuse(error, "integrator", integrator, "one of thrum_integrator");
   if (form < THRUM_DAMPING_REST || form > THRUM_DAMPING_TANGENT)
     return refuse(error, "damping_form", form, "one of thrum_damping_form");
@@ -117,73 +115,20 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
   return THRUM_OK;
 }
 
-/* Whether the law of some point is one that flows. */
-static bool can_flow(const thrum_model *model) {
-  for (int64_t i = 0; i < model->law_count; i++)
-    if (model->region_law[i] != THRUM_LAW_STVK)
-      return true;
-  return !model->region_law && thrum_law_of_model(model) != THRUM_LAW_STVK;
-}
-
-/* Points know what flow does where they were chosen by states that had flowed: that happens at
- * places of the body, so not where gradients were learned, and no lower yield does where nothing
- * did. */
-static thrum_status check_training(const thrum_model *model, const thrum_state_def *def,
-                                   thrum_error *error) {
-  const double *training = model->point_training;
-  if (!training || def->untrained_flow == 1)
-    return THRUM_OK;
-  if (training[THRUM_TRAINING_LEARNED] > 0.0)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "the gradients of the model's cubature points were learned, so that "
-                           "what flows is the strain of no place of the body: precompute it "
-                           "without --cubature-refine and with --yield, or set untrained_flow "
-                           "(--untrained-flow on)");
-
-  // a region's own yield is one of those of the training
-  const double yield = training[THRUM_TRAINING_YIELD];
-  const bool flowed = training[THRUM_TRAINING_PLASTIC] > 0.0;
-  if (yield > 0.0 && (flowed || def->plastic.yield >= yield))
+/* What the def asks for is in this library: the core alone steps without guards. */
+static thrum_status check_parts(const thrum_state_def *def, thrum_error *error) {
+  const bool guarded = thrum_adapts(def->integrator) && def->adaptive && !thrum_schemes.adapts;
+  const char *lacks = thrum_first_scheme(def) < 0                           ? "integrator"
+                      : guarded                                             ? "adaptive"
+                      : def->fallback && !thrum_schemes.falls_back          ? "fallback"
+                      : def->frequency_matched && !thrum_schemes.mode_steps ? "frequency_matched"
+                                                                            : NULL;
+  if (!lacks)
     return THRUM_OK;
   return thrum_error_set(error, THRUM_UNSUPPORTED,
-                         "the model's cubature points were not trained on plastic flow%s: strain "
-                         "and work of what flows may be several times too small; precompute it "
-                         "with --yield, or set untrained_flow (--untrained-flow on)",
-                         yield > 0.0 ? " beyond so small a yield" : "");
-}
-
-/* Flow is there where the points answer by a law of F, and for the integrator whose step is elastic
- * and ends at q and p of one time. */
-static thrum_status check_plastic(const thrum_model *model, const thrum_state_def *def,
-                                  thrum_error *error) {
-  const thrum_plastic *plastic = &def->plastic;
-  if (!(plastic->yield > 0.0))
-    return refuse(error, "plastic.yield", plastic->yield, "> 0; infinite: nothing flows");
-  if (!(plastic->creep > 0.0))
-    return refuse(error, "plastic.creep", plastic->creep, "> 0 [1/s]; infinite: at once");
-  if (!(plastic->largest > 0.0))
-    return refuse(error, "plastic.largest", plastic->largest, "> 0; infinite: no bound");
-  const bool own = thrum_law_has_yield(model);
-  if (!own && plastic->yield == INFINITY)
-    return THRUM_OK;
-
-  // what flows
-  if (!own && !can_flow(model))
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "plastic.yield of the state's def is %g, and this model cannot flow: "
-                           "cubature points of the law corotational or neo-hookean do",
-                           plastic->yield);
-  if (own && def->integrator != THRUM_INTEGRATOR_ENERGY)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "a region of this model has a yield of its own, and the integrator %s "
-                           "does not step plastic flow: energy does",
-                           thrum_integrator_name(def->integrator));
-  if (def->integrator != THRUM_INTEGRATOR_ENERGY)
-    return thrum_error_set(error, THRUM_UNSUPPORTED,
-                           "plastic.yield of the state's def is %g, and the integrator %s does not "
-                           "step plastic flow: energy does",
-                           plastic->yield, thrum_integrator_name(def->integrator));
-  return check_training(model, def, error);
+                         "%s of the state's def asks for what this library, the core alone, does "
+                         "not have: set it to %s",
+                         lacks, thrum_first_scheme(def) < 0 ? "imexv, newmark or energy" : "0");
 }
 
 thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_def *def,
@@ -209,5 +154,8 @@ thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_d
   if (!(def->tolerance >= 0.0) || !(def->tolerance <= 1e-2))
     return refuse(error, "tolerance", def->tolerance, "in [0, 1e-2]");
   THRUM_TRY(check_choices(model, def, error));
-  return check_plastic(model, def, error);
+  THRUM_TRY(check_parts(def, error));
+  for (const thrum_on_check *hook = thrum_schemes.check; hook && *hook; hook++)
+    THRUM_TRY((*hook)(model, def, error));
+  return THRUM_OK;
 }

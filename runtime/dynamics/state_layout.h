@@ -319,11 +319,6 @@ static inline bool thrum_is_monitored_imexv(const thrum_state *state) {
   return state->def.adaptive && state->def.integrator == THRUM_INTEGRATOR_IMEXV;
 }
 
-/* True for the schemes that carry an acceleration from step to step; of the others it is zero. */
-static inline bool thrum_carries_acceleration(const thrum_state *state) {
-  return state->scheme == THRUM_SCHEME_NEWMARK || state->scheme == THRUM_SCHEME_FOX_GOODWIN;
-}
-
 /* True for D = alpha 1 + beta T(q) with beta > 0. */
 static inline bool thrum_tangent_damped(const thrum_state *state) {
   return state->def.damping_form == THRUM_DAMPING_TANGENT && state->def.damping_beta != 0.0;

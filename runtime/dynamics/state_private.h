@@ -21,7 +21,4 @@ void thrum_state_plan(thrum_state *state, const thrum_model *model);
 /* True when a state of this def may take steps of the energy integrator. */
 bool thrum_state_uses_energy(const thrum_state_def *def);
 
-/* The scheme that a state of this def begins with. */
-thrum_scheme thrum_state_first_scheme(const thrum_state_def *def);
-
 #endif

@@ -10,7 +10,7 @@
 
 #include "runtime/base/finite.h"
 #include "runtime/base/seal.h"
-#include "runtime/dynamics/frequency_matching.h"
+#include "runtime/dynamics/schemes.h"
 #include "runtime/dynamics/spurious_work.h"
 #include "runtime/dynamics/state_layout.h"
 #include "runtime/dynamics/state_private.h"
@@ -86,11 +86,15 @@ static thrum_status check_scheme(const thrum_model *model, const thrum_state *he
                        (scheme == THRUM_SCHEME_ENERGY && thrum_state_uses_energy(def));
   const bool changed = (imexv && its_own) || (thrum_adapts(def->integrator) && def->adaptive &&
                                               scheme == THRUM_SCHEME_ENERGY);
-  if (!thrum_scheme_name(scheme) || (scheme != thrum_state_first_scheme(def) && !changed))
+  const bool first = header->scheme == thrum_first_scheme(def);
+  if (!thrum_scheme_name(scheme) || !thrum_schemes.rows[scheme] || (!first && !changed))
     return refuse("scheme", error);
+  const thrum_scheme_row *row = thrum_row_of(header);
 
   thrum_state found = *header;
-  thrum_find_following(model, &found);
+  memset(found.following, 0, sizeof found.following);
+  if (thrum_schemes.mode_steps)
+    thrum_schemes.mode_steps->find(model, &found);
   if (memcmp(found.following, header->following, sizeof found.following) != 0)
     return refuse("modes that follow others", error);
 
@@ -100,13 +104,11 @@ static thrum_status check_scheme(const thrum_model *model, const thrum_state *he
       header->high_first > rank)
     return refuse("split of the modes", error);
   const int64_t implicit = rank - header->split;
-  const bool keeps = scheme != THRUM_SCHEME_RK4 && scheme != THRUM_SCHEME_SEMI_IMPLICIT_EULER;
-  if (keeps && implicit * implicit > header->kept_count)
+  if (!row->keeps_nothing && implicit * implicit > header->kept_count)
     return refuse("split of the modes", error);
 
   // V is restricted to the implicit modes where both kinds are there
-  const bool restricts = scheme == THRUM_SCHEME_THESIS || scheme == THRUM_SCHEME_POSITION;
-  if (restricts && header->split > 0 && implicit > 0 &&
+  if (row->restricts && header->split > 0 && implicit > 0 &&
       thrum_restriction_count(model, implicit) > header->restricted_count)
     return refuse("split of the modes", error);
   if (!(header->split_dt > 0.0 && header->longest_dt > 0.0))

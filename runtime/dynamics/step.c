@@ -2,10 +2,13 @@
  * fails leaves the persistent part of the state as it was (design 8) and no NaN or Inf ever enters
  * it.
  *
- *   begin    the stability monitor may change the scheme for this step
- *   attempt  one step of that scheme
- *   end      the monitor may prefer the energy integrator; then the fallback chain; then the commit
- *   flow     plastic flow at cubature points, once a step that was made is committed
+ *   begin    forces are added to the load, and the scheme may be changed for this step
+ *   attempt  one step of that scheme (schemes.h)
+ *   end      the step may be attempted again by another scheme, or settled in another way; then the
+ *            commit
+ *
+ * Who does that is in the table of hooks, thrum_schemes: a library without any steps by its schemes
+ * alone.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
@@ -16,24 +19,10 @@
 #include <string.h>
 
 #include "runtime/base/finite.h"
-#include "runtime/dynamics/backward_euler.h"
 #include "runtime/dynamics/discrete_gradient.h"
 #include "runtime/dynamics/dissipation.h"
-#include "runtime/dynamics/energy_balance.h"
-#include "runtime/dynamics/energy_correction.h"
-#include "runtime/dynamics/fallback.h"
-#include "runtime/dynamics/following.h"
-#include "runtime/dynamics/fox_goodwin.h"
-#include "runtime/dynamics/imexv.h"
-#include "runtime/dynamics/manifold.h"
 #include "runtime/dynamics/motion_norm.h"
-#include "runtime/dynamics/newmark.h"
-#include "runtime/dynamics/point_flow.h"
-#include "runtime/dynamics/position_split.h"
-#include "runtime/dynamics/quadratic_split.h"
-#include "runtime/dynamics/rk4.h"
-#include "runtime/dynamics/semi_implicit_euler.h"
-#include "runtime/dynamics/stability.h"
+#include "runtime/dynamics/schemes.h"
 #include "runtime/dynamics/state_private.h"
 #include "runtime/dynamics/step_length.h"
 
@@ -126,7 +115,6 @@ static void count_step(thrum_state *next, const thrum_solve_report *report) {
   counts->energy_steps += report->fallback_level == THRUM_FALLBACK_ENERGY ? 1 : 0;
   counts->substep_steps += report->fallback_level == THRUM_FALLBACK_SUBSTEPS ? 1 : 0;
   counts->switched_steps += switched ? 1 : 0;
-  counts->grown_steps += next->balance.grew;
 }
 
 /* Writes the candidates and the header to be into the state. */
@@ -135,24 +123,12 @@ static void commit(const thrum_model *model, thrum_step_run *run, double amplitu
   const thrum_state_view *view = &run->view;
   const size_t vector = (size_t)next->rank * sizeof(double);
 
-  // the state before this step, should the next one repeat it; a finite energy has finite momenta
-  const bool whole = next->scheme == THRUM_SCHEME_POSITION;
-  if (whole || (run->report.energy_known && isfinite(run->report.energy))) {
-    memcpy(view->q_before, run->q, vector);
-    memcpy(view->p_before, whole ? view->p : view->p_before_next, vector);
-    next->monitor.before_step = next->report.steps;
-    next->monitor.before_dt = next->def.dt;
-  }
-
+  THRUM_CALL_HOOKS(thrum_on_accepted, keep, model, run);
   memcpy(run->q, view->q_next, vector);
   memcpy(run->p, view->p_next, vector);
   memcpy(view->load_before, view->load, vector);
   if (thrum_carries_acceleration(next))
     memcpy(view->acceleration, view->acceleration_next, vector);
-  if (view->power_sampled) {
-    memcpy(view->power_explicit, view->power_explicit_next, vector);
-    memcpy(view->power_whole, view->power_whole_next, vector);
-  }
 
   // the header last: the parts before still need the number of the step
   remember(model, next, view, &run->report);
@@ -163,32 +139,28 @@ static void commit(const thrum_model *model, thrum_step_run *run, double amplitu
 
 /* --- the parts of a step ---------------------------------------------------------------------- */
 
-/* Continues as if the stability monitor had not looked. */
-static void drop_monitor(thrum_step_run *run) {
+/* Continues as if no hook had looked. */
+static void drop_changes(thrum_step_run *run) {
   run->next = *run->state;
   run->view.p = run->p;
   run->view.power_sampled = run->samples = false;
 }
 
-/* The load of the step: with the drag of what follows, which is a force of the step as well. */
-static void add_drag(const thrum_model *model, thrum_step_run *run) {
-  thrum_state_view *view = &run->view;
-  run->load = view->load;
-  if (!thrum_follow_is_damped(model, &run->next))
-    return;
-  thrum_follow_drag(model, &run->next, view, view->load_damped);
-  for (int64_t i = 0; i < model->rank; i++)
-    view->load_damped[i] += view->load[i];
-  view->load = view->load_damped;
-}
-
-/* The energy that the drag took in the step [J]. */
-static double taken_by_drag(const thrum_step_run *run) {
+/* The energy that the forces which hooks have added to the load took in the step [J]. */
+static double taken_by_added(const thrum_step_run *run) {
   const thrum_state_view *view = &run->view;
   double sum = 0.0;
   for (int64_t i = 0; view->load != run->load && i < run->next.rank; i++)
     sum += (run->load[i] - view->load[i]) * (view->q_next[i] - run->q[i]);
   return sum;
+}
+
+/* What goes before the attempt: a change of the length of the steps, and what hooks change. */
+static thrum_status prepare(const thrum_model *model, thrum_step_run *run) {
+  THRUM_TRY(thrum_step_length_settle(model, &run->next, &run->view));
+  for (const thrum_on_before *hook = thrum_schemes.before; hook && *hook; hook++)
+    THRUM_TRY((*hook)(model, run));
+  return THRUM_OK;
 }
 
 thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state,
@@ -207,67 +179,40 @@ thrum_status thrum_step_begin(const thrum_model *model, thrum_state *state,
   // only Newmark fills it, and fallback levels are checked for finite candidates
   memset(run->view.acceleration_next, 0, (size_t)state->rank * sizeof(double));
   memset(&run->report, 0, sizeof run->report);
-  add_drag(model, run);
-  if (thrum_step_length_settle(model, &run->next, &run->view) < 0 ||
-      thrum_stability_before(model, &run->next, &run->view, &run->samples) < 0)
-    drop_monitor(run);
+  run->load = run->view.load;
+  run->samples = false;
+  run->notable = THRUM_OK;
+  THRUM_CALL_HOOKS(thrum_on_load, load, model, run);
+  if (prepare(model, run) < 0)
+    drop_changes(run);
   return THRUM_OK;
 }
 
-void thrum_step_monitor(const thrum_model *model, thrum_step_run *run, bool product_there) {
+void thrum_step_sample(const thrum_model *model, thrum_step_run *run, bool product_there) {
   if (!run->samples)
     return;
-  if (!product_there)
-    thrum_stability_multiply(model, &run->next, &run->view);
-  if (thrum_stability_sample(model, &run->next, &run->view) < 0)
-    drop_monitor(run);
+  thrum_status status = THRUM_OK;
+  for (const thrum_on_sample *hook = thrum_schemes.sample; hook && *hook && status >= 0; hook++)
+    status = (*hook)(model, run, product_there);
+  if (status < 0)
+    drop_changes(run);
 }
 
 thrum_status thrum_step_attempt(const thrum_model *model, thrum_step_run *run) {
-  switch ((thrum_scheme)run->next.scheme) {
-  case THRUM_SCHEME_QUADRATIC:
-    return thrum_step_quadratic(model, &run->next, &run->view, &run->report);
-  case THRUM_SCHEME_ENERGY:
-    return thrum_step_energy(model, &run->next, &run->view, &run->report);
-  case THRUM_SCHEME_NEWMARK:
-    return thrum_step_newmark(model, &run->next, &run->view, &run->report);
-  case THRUM_SCHEME_FOX_GOODWIN:
-    return thrum_step_fox_goodwin(model, &run->next, &run->view, &run->report);
-  case THRUM_SCHEME_POSITION:
-    return thrum_step_position(model, &run->next, &run->view, &run->report);
-
-  // those that are there to be compared with
-  case THRUM_SCHEME_BACKWARD_EULER:
-    return thrum_step_backward_euler(model, &run->next, &run->view, &run->report);
-  case THRUM_SCHEME_SEMI_IMPLICIT_EULER:
-    return thrum_step_semi_implicit_euler(model, &run->next, &run->view, &run->report);
-  case THRUM_SCHEME_RK4:
-    return thrum_step_rk4(model, &run->next, &run->view, &run->report);
-  case THRUM_SCHEME_MANIFOLD:
-    return thrum_step_manifold(model, &run->next, &run->view, &run->report);
-  case THRUM_SCHEME_THESIS:
-    break;
-  }
-  return thrum_step_imexv(model, &run->next, &run->view, &run->report);
+  return thrum_row_of(&run->next)->step(model, &run->next, &run->view, &run->report);
 }
 
-/* Leads the attempt to candidates that may be committed: the stability monitor may have the step
- * made again by `energy`, and the fallback chain takes one that is not solved. *amplitude: scaled
- * norm of the motion of the candidates. */
+/* Leads the attempt to candidates that may be committed: hooks may have the step made again, and
+ * settle one that is not solved. *amplitude: scaled norm of the motion of the candidates. */
 static thrum_status settle(const thrum_model *model, thrum_step_run *run, thrum_status status,
                            double *amplitude) {
-  thrum_state *next = &run->next;
-  thrum_state_view *view = &run->view;
-  if (status >= 0)
-    thrum_stability_look_ahead(model, next, view, &run->report);
+  const thrum_state *next = &run->next;
+  const thrum_state_view *view = &run->view;
 
-  // also after a failure: the step before may have spoilt this one, which its kick then has seen
-  const thrum_stability_decision decision = thrum_stability_decide(next, &run->report);
-  if (decision != THRUM_DECISION_CONTINUE) {
-    status = thrum_stability_switch_to_energy(model, next, view, decision, &run->report);
-    if (status >= 0)
+  // also after a failure: the step before may have spoilt this one
+  for (const thrum_on_attempt *hook = thrum_schemes.after_attempt; hook && *hook; hook++)
+    if ((*hook)(model, run, &status))
       status = thrum_step_attempt(model, run);
-  }
 
   // a step is solved when its candidates are finite
   if (status >= 0) {
@@ -276,7 +221,9 @@ static thrum_status settle(const thrum_model *model, thrum_step_run *run, thrum_
       return THRUM_OK;
     status = THRUM_NOT_FINITE;
   }
-  THRUM_TRY(thrum_fallback_run(model, next, view, status, &run->report));
+  for (const thrum_on_settle *hook = thrum_schemes.settle; hook && *hook && status < 0; hook++)
+    status = (*hook)(model, run, status);
+  THRUM_TRY(status);
   *amplitude = thrum_motion_norm(model, next, view->q_next, view->p_next);
   return THRUM_OK;
 }
@@ -303,25 +250,23 @@ static void find_dissipation(const thrum_model *model, thrum_step_run *run) {
   run->report.dissipation_known = true;
 }
 
-/* A solved step whose energy is explained: one of a monitored fox-goodwin that is not is made again
- * by the energy integrator. */
-static thrum_status settle_balance(const thrum_model *model, thrum_step_run *run,
-                                   thrum_status attempted, double *amplitude) {
+/* A step that hooks accept as it is solved, or have attempted once more. */
+static thrum_status settle_solved(const thrum_model *model, thrum_step_run *run,
+                                  thrum_status attempted, double *amplitude) {
   THRUM_TRY(settle(model, run, attempted, amplitude));
   find_dissipation(model, run);
-  if (!thrum_energy_balance_enter(model, &run->next, &run->view, &run->report))
-    return THRUM_OK;
+  bool again = false;
+  thrum_status changed = THRUM_OK;
+  for (const thrum_on_attempt *hook = thrum_schemes.solved; hook && *hook && !again; hook++)
+    again = (*hook)(model, run, &changed);
+  if (!again)
+    return changed;
 
-  // nothing of the first attempt stays
-  memset(&run->report, 0, sizeof run->report);
-  memset(run->view.acceleration_next, 0, (size_t)run->next.rank * sizeof(double));
-  THRUM_TRY(thrum_energy_balance_switch(model, &run->next, &run->view));
+  // what looks at it looks at the other attempt too, which is the last
   THRUM_TRY(settle(model, run, thrum_step_attempt(model, run), amplitude));
   find_dissipation(model, run);
-
-  // a balance that goes on has this step too, whose energy may be right again
-  thrum_energy_balance_enter(model, &run->next, &run->view, &run->report);
-  return THRUM_OK;
+  THRUM_CALL_HOOKS(thrum_on_attempt, solved, model, run, &changed);
+  return changed;
 }
 
 /* Enters the energy that the step dissipated into the header of the next state, and puts a failure
@@ -329,7 +274,7 @@ static thrum_status settle_balance(const thrum_model *model, thrum_step_run *run
  * would look small beside it. */
 static thrum_status accept(thrum_step_run *run, thrum_status status, double amplitude,
                            thrum_error *error) {
-  const double lost = run->report.dissipation + taken_by_drag(run);
+  const double lost = run->report.dissipation + taken_by_added(run);
   const double dissipated = run->next.report.dissipated + lost;
   const bool finite = isfinite(amplitude) && isfinite(dissipated) &&
                       (!thrum_carries_acceleration(&run->next) ||
@@ -345,20 +290,18 @@ static thrum_status accept(thrum_step_run *run, thrum_status status, double ampl
 thrum_status thrum_step_end(const thrum_model *model, thrum_step_run *run, thrum_status attempted,
                             thrum_error *error) {
   double amplitude = 0.0;
-  const thrum_status status = settle_balance(model, run, attempted, &amplitude);
+  const thrum_status status = settle_solved(model, run, attempted, &amplitude);
   THRUM_TRY(accept(run, status, amplitude, error));
-  thrum_stability_after(model, &run->next, &run->view, &run->report);
-  thrum_energy_correction_after(model, &run->next, &run->view, &run->report);
+  THRUM_CALL_HOOKS(thrum_on_accepted, accepted, model, run);
   commit(model, run, amplitude);
 
   // what the state is worth says more than how its step was made, and a fallback more than a switch
   // some time ago
-  if (run->next.balance.grew)
-    return THRUM_ENERGY_GREW;
+  if (run->notable != THRUM_OK)
+    return run->notable;
   if (run->report.newton || run->report.fallback_level != THRUM_FALLBACK_NONE)
     return THRUM_FELL_BACK;
-  return run->next.scheme == (int32_t)thrum_state_first_scheme(&run->next.def) ? THRUM_OK
-                                                                               : THRUM_SWITCHED;
+  return thrum_is_first_scheme(&run->next) ? THRUM_OK : THRUM_SWITCHED;
 }
 
 thrum_status thrum_step_end_coupled(const thrum_model *model, thrum_step_run *run,
@@ -370,8 +313,7 @@ thrum_status thrum_step_end_coupled(const thrum_model *model, thrum_step_run *ru
   }
   THRUM_TRY(accept(run, attempted, amplitude, error));
 
-  // the state sees a part of the energy alone, which has no target
-  thrum_energy_correction_close(&run->next);
+  THRUM_CALL_HOOKS(thrum_on_accepted, coupled, model, run);
   commit(model, run, amplitude);
   return run->report.fallback_level == THRUM_FALLBACK_NONE ? THRUM_OK : THRUM_FELL_BACK;
 }
@@ -379,16 +321,15 @@ thrum_status thrum_step_end_coupled(const thrum_model *model, thrum_step_run *ru
 thrum_status thrum_step_alone(const thrum_model *model, thrum_state *state,
                               const thrum_borrowed_workspace *borrowed, thrum_error *error) {
   THRUM_TRY(thrum_state_check(model, state, error));
-  thrum_model flowed;
+  thrum_model seen;
   thrum_step_run run;
-  model = thrum_flowed_model(model, state, &flowed);
+  model = thrum_seen_model(model, state, &seen);
   THRUM_TRY(thrum_step_begin(model, state, borrowed, &run, error));
-  thrum_step_monitor(model, &run, false);
+  thrum_step_sample(model, &run, false);
   const thrum_status status = thrum_step_end(model, &run, thrum_step_attempt(model, &run), error);
 
-  // a step is elastic, and the material flows where it has led to
   if (status >= 0)
-    thrum_point_flow(model, state, &run.view);
+    THRUM_CALL_HOOKS(thrum_on_committed, committed, model, state, &run.view);
   return status;
 }
 

@@ -28,12 +28,6 @@
 
 #define STRETCHING 0.05 /* energy at which a mode stiffens over that of strains of 1 */
 
-int64_t thrum_model_masters(const thrum_model *model) {
-  if (!model || !model->slave_map)
-    return 0;
-  return model->rank - model->slave_count;
-}
-
 /* --- making ------------------------------------------------------------------------------------
  */
 

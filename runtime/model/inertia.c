@@ -22,9 +22,9 @@
 #include <string.h>
 
 #include "runtime/base/finite.h"
+#include "runtime/base/model_law.h"
 #include "runtime/base/quadratic_tet.h"
 #include "runtime/base/vec3.h"
-#include "runtime/material/material_law.h"
 
 #define DEFECT_MOST 1e-6 /* of orthonormality, and of orthogonality to the rigid modes */
 

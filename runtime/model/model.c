@@ -118,6 +118,12 @@ thrum_status thrum_model_init(void *memory, size_t memory_size, const void *file
   return THRUM_OK;
 }
 
+int64_t thrum_model_masters(const thrum_model *model) {
+  if (!model || !model->slave_map)
+    return 0;
+  return model->rank - model->slave_count;
+}
+
 thrum_status thrum_model_check_shapes(const thrum_model *model, thrum_error *error) {
   if (model == NULL)
     return thrum_error_set(error, THRUM_INVALID_ARGUMENT, "thrum_model_check: no model");

@@ -5,7 +5,7 @@
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/mix_numbers.h"
-#include "runtime/polynomial/point_law.h"
+#include "runtime/base/model_law.h"
 #include "runtime/polynomial/points.h"
 #include "thrum/model.h"
 

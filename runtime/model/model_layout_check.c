@@ -8,7 +8,7 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "runtime/material/material_law.h"
+#include "runtime/base/model_law.h"
 #include "runtime/model/model_layout.h"
 
 #define HAS(layout, name) ((layout)->data[THRUM_ARRAY_##name] != NULL)

@@ -11,6 +11,7 @@
 
 #include "runtime/polynomial/packed.h"
 #include "runtime/polynomial/polynomial_private.h"
+#include "runtime/polynomial/processor_kernel.h"
 
 #define THRUM_BATCH_LANES_MAX 8
 

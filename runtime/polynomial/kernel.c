@@ -5,46 +5,17 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/polynomial/kernel_private.h"
 
-static const thrum_kernel *usable(int32_t id) {
-  // a build has the tables of its own processor alone
-  switch (id) {
-  case THRUM_KERNEL_REFERENCE:
-    return &thrum_kernel_reference;
-
-// x86's kernels need the instructions, and the operating system's support for their registers
-#ifdef THRUM_KERNEL_HAS_X86
-  // both ask for the operating system's support as well
-  case THRUM_KERNEL_AVX2:
-    return __builtin_cpu_supports("avx2") ? &thrum_kernel_avx2 : NULL;
-  case THRUM_KERNEL_AVX512:
-    return __builtin_cpu_supports("avx512f") ? &thrum_kernel_avx512 : NULL;
-#endif
-
-#ifdef THRUM_KERNEL_HAS_ARM
-  case THRUM_KERNEL_NEON:
-    return &thrum_kernel_neon;
-#endif
-#ifdef THRUM_KERNEL_HAS_WASM
-  case THRUM_KERNEL_WASM:
-    return &thrum_kernel_wasm;
-#endif
-
-  default:
-    return NULL;
-  }
-}
-
 const thrum_kernel *thrum_kernel_get(int32_t id) {
-  static const int32_t fastest_first[] = {THRUM_KERNEL_AVX512, THRUM_KERNEL_AVX2, THRUM_KERNEL_NEON,
-                                          THRUM_KERNEL_WASM};
-  const thrum_kernel *found = usable(id);
-  for (size_t n = 0; !found && n < sizeof fastest_first / sizeof fastest_first[0]; n++)
-    found = usable(fastest_first[n]);
-  return found ? found : &thrum_kernel_reference;
+  if (id == THRUM_KERNEL_REFERENCE || !thrum_passes.kernel)
+    return &thrum_kernel_reference;
+  const thrum_kernel *found = thrum_passes.kernel(id);
+  return found ? found : thrum_kernel_get(THRUM_KERNEL_BEST);
 }
 
 bool thrum_kernel_usable(thrum_kernel_id id) {
-  return id == THRUM_KERNEL_BEST || usable((int32_t)id) != NULL;
+  if (id == THRUM_KERNEL_BEST || id == THRUM_KERNEL_REFERENCE)
+    return true;
+  return thrum_passes.kernel && thrum_passes.kernel((int32_t)id) != NULL;
 }
 
 thrum_kernel_id thrum_kernel_chosen(thrum_kernel_id id) {

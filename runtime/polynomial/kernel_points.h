@@ -5,7 +5,10 @@
 
 #include <stdint.h>
 
-#include "thrum/model.h"
+#include "runtime/polynomial/kernel_private.h"
+
+/* The passes over cubature points in plain C. */
+extern const thrum_kernel thrum_points_reference;
 
 /* c3_jjs of all s != j, into c3 (rank), and c4_jjjj of a model of points. */
 void thrum_points_along(const thrum_model *model, int64_t j, double *c3, double *c4);

@@ -131,28 +131,37 @@ typedef struct thrum_kernel {
 
   /* The passes above up to restricted_hessian for a model of cubature points
    * (runtime/polynomial/points.h), with the nonlinear part of V in place of its cubic and quartic
-   * terms; the others are NULL. */
+   * terms; the others are NULL. NULL: those in plain C (thrum_passes). */
   const struct thrum_kernel *points;
 } thrum_kernel;
 
 /* Plain C for every machine, against which the others are tested. */
 extern const thrum_kernel thrum_kernel_reference;
-extern const thrum_kernel thrum_points_reference; /* its `points` */
 
-/* The other kernels that this build has. */
-#if (defined(__x86_64__) || defined(__i386__)) && defined(__GNUC__)
-#define THRUM_KERNEL_HAS_X86 1
-extern const thrum_kernel thrum_kernel_avx2;
-extern const thrum_kernel thrum_kernel_avx512;
-#endif
-#if defined(__aarch64__) && defined(__ARM_NEON)
-#define THRUM_KERNEL_HAS_ARM 1
-extern const thrum_kernel thrum_kernel_neon;
-#endif
-#if defined(__wasm_simd128__)
-#define THRUM_KERNEL_HAS_WASM 1
-extern const thrum_kernel thrum_kernel_wasm;
-#endif
+/* What evaluates V beside the plain C of this folder: kernels for the processor, and the passes
+ * over cubature points. The library that is linked has one such set, a const table; one without
+ * them has NULL where they would be, and then no model of points has an energy. */
+typedef struct thrum_pass_set {
+  /* The kernel of this id where this build and this processor have it, else NULL; the fastest one
+   * for THRUM_KERNEL_BEST. */
+  const thrum_kernel *(*kernel)(int32_t id);
+
+  /* The passes over cubature points in plain C. */
+  const thrum_kernel *points;
+
+  /* c3_jjs of all s != j, into c3 (rank), and c4_jjjj of a model of points. */
+  void (*along)(const thrum_model *model, int64_t j, double *c3, double *c4);
+
+  /* Of a model whose points may flow (18.7): the terms of V that were released; where its points
+   * see q, into `seen` (rank); and a force or a tangent of theirs, taken from there to q in place.
+   */
+  double (*released_energy)(const thrum_model *model, const double *q);
+  void (*see)(const thrum_model *model, const double *q, double *seen);
+  void (*return_force)(const thrum_model *model, double *force);
+  void (*return_tangent)(const thrum_model *model, double *tangent);
+} thrum_pass_set;
+
+extern const thrum_pass_set thrum_passes;
 
 /* The table of this number, or the best one here when this machine cannot run it. */
 const thrum_kernel *thrum_kernel_get(int32_t id);

@@ -708,5 +708,4 @@ const thrum_kernel thrum_kernel_reference = {
     .product = reference_product,
     .rank_two = reference_rank_two,
     .sweep = reference_sweep,
-    .points = &thrum_points_reference,
 };

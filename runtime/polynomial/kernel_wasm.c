@@ -2,7 +2,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "runtime/polynomial/kernel_private.h"
+#include "runtime/polynomial/kernel_points.h"
+#include "runtime/polynomial/processor_kernel.h"
 
 #ifdef THRUM_KERNEL_HAS_WASM
 

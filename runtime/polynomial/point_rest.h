@@ -17,18 +17,9 @@ void thrum_rest_prepare(const thrum_model *model, const double *shapes, const do
                         double *plastic);
 
 /* Fills what lies there and follows from the plastic strains: the force that the rest has released
- * at each coordinate, and the constant of V. */
+ * at each coordinate, and the constant of V: thrum_points_released. */
 void thrum_rest_release(const thrum_model *model, const double *shapes, const double *shares,
                         double *plastic);
-
-/* Both of a model that may flow: rank + 1 numbers; 1 and X (rank x rank), or 0 where nothing is
- * shortened. */
-static inline const double *thrum_points_released(const thrum_model *model) {
-  return model->point_plastic + THRUM_POINT_ROWS * model->point_count;
-}
-static inline bool thrum_points_shorten(const thrum_model *model) {
-  return model->point_plastic && thrum_points_released(model)[model->rank + 1] != 0;
-}
 
 /* The terms of V that were released. */
 double thrum_released_energy(const thrum_model *model, const double *q);

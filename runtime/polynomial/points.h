@@ -28,7 +28,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "runtime/material/material_law.h"
+#include "runtime/base/model_law.h"
 #include "runtime/polynomial/kernel_private.h"
 #include "thrum/model.h"
 
@@ -38,9 +38,10 @@ static inline bool thrum_has_points(const thrum_model *model) {
   return model->point_gradients != NULL;
 }
 
-/* Are the coefficients there from which V comes? */
+/* Are the coefficients there from which V comes, and what evaluates them? */
 static inline bool thrum_has_energy(const thrum_model *model) {
-  return model->omega2 && ((model->c3 && model->c4) || thrum_has_points(model));
+  return model->omega2 &&
+         ((model->c3 && model->c4) || (thrum_has_points(model) && thrum_passes.points != NULL));
 }
 
 static inline int64_t thrum_point_blocks(const thrum_model *model) {
@@ -72,6 +73,15 @@ static inline int64_t thrum_points_pack_count(const thrum_model *model) {
  * point_rest.h has of a model that may flow. */
 static inline int64_t thrum_points_plastic_count(const thrum_model *model) {
   return THRUM_POINT_ROWS * model->point_count + model->rank + 2 + model->rank * model->rank;
+}
+
+/* What the plastic strains of a model that may flow have released: rank + 1 numbers; behind them 1
+ * and X (rank x rank), by which its points see displacements shortened, or 0 where they do not. */
+static inline const double *thrum_points_released(const thrum_model *model) {
+  return model->point_plastic + THRUM_POINT_ROWS * model->point_count;
+}
+static inline bool thrum_points_shorten(const thrum_model *model) {
+  return model->point_plastic && thrum_points_released(model)[model->rank + 1] != 0;
 }
 
 /* Packed gradients of more bytes than this are single-precision ones where they can be: below,

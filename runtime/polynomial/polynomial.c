@@ -8,12 +8,12 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "runtime/base/fp_contract.h"
 
-#include "runtime/polynomial/packed.h"
-#include "runtime/polynomial/point_rest.h"
 #include "runtime/polynomial/polynomial_private.h"
 
 #include <math.h>
 #include <string.h>
+
+#include "runtime/polynomial/packed.h"
 
 int64_t thrum_c3_index(int64_t rank, int64_t i, int64_t j, int64_t k) {
   // before block j come all terms but those of the blocks from j on: with i >= j, and with i < j
@@ -39,7 +39,7 @@ size_t thrum_work_count(const thrum_model *model) {
 /* The kernel asked for, where the coefficients are packed for it, or its passes over points. */
 static const thrum_kernel *fit(const thrum_kernel *by, const thrum_model *model) {
   if (thrum_has_points(model))
-    return by->points;
+    return by->points ? by->points : thrum_passes.points;
   return thrum_is_packed(model) ? by : &thrum_kernel_reference;
 }
 
@@ -48,7 +48,7 @@ static double quadratic_energy(const thrum_model *model, const double *q) {
   double sum = 0;
   for (int64_t i = 0; i < model->rank; i++)
     sum += 0.5 * model->omega2[i] * q[i] * q[i];
-  return model->point_plastic ? sum + thrum_released_energy(model, q) : sum;
+  return model->point_plastic ? sum + thrum_passes.released_energy(model, q) : sum;
 }
 
 /* The gradient of the quadratic terms by the first n coordinates. */
@@ -61,7 +61,7 @@ static void linear_force(const thrum_model *model, int64_t n, const double *q, d
 
 /* The same onto a force of the points alone, where they see displacements shortened. */
 static void add_linear_force(const thrum_model *model, const double *q, double *force) {
-  thrum_points_return(model, force);
+  thrum_passes.return_force(model, force);
   for (int64_t i = 0; i < model->rank; i++)
     force[i] += model->omega2[i] * q[i] - thrum_points_released(model)[i];
 }
@@ -75,7 +75,7 @@ static void linear_tangent(const thrum_model *model, double *tangent) {
 
 static void add_linear_tangent(const thrum_model *model, double *tangent) {
   const int64_t n = model->rank;
-  thrum_points_return_tangent(model, tangent);
+  thrum_passes.return_tangent(model, tangent);
   for (int64_t i = 0; i < n; i++)
     tangent[i * n + i] += model->omega2[i];
 }
@@ -84,7 +84,7 @@ static void add_linear_tangent(const thrum_model *model, double *tangent) {
 static const double *place_of(const thrum_model *model, const double *q, double *seen) {
   if (!thrum_points_shorten(model))
     return q;
-  thrum_points_see(model, q, seen);
+  thrum_passes.see(model, q, seen);
   return seen;
 }
 
@@ -173,10 +173,10 @@ void thrum_tangent_product_by(const thrum_kernel *by, const thrum_model *model, 
     return;
   }
   double seen[THRUM_RANK_MAX], moved[THRUM_RANK_MAX];
-  thrum_points_see(model, v, moved);
+  thrum_passes.see(model, v, moved);
   memset(product, 0, (size_t)model->rank * sizeof *product);
   fit(by, model)->tangent_vector(model, place_of(model, q, seen), moved, product, work);
-  thrum_points_return(model, product);
+  thrum_passes.return_force(model, product);
   for (int64_t i = 0; i < model->rank; i++)
     product[i] += model->omega2[i] * v[i];
 }
