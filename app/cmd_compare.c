@@ -9,12 +9,12 @@
 #include "app/cmd.h"
 #include "config/message.h"
 #include "config/options.h"
+#include "core/base/pi.h"
 #include "driver/run_compare.h"
 #include "driver/scene_read.h"
 #include "driver/shared_options.h"
 #include "io/json.h"
 #include "platform/allocate.h"
-#include "runtime/base/pi.h"
 
 #define DEGREES (180 / THRUM_PI)
 

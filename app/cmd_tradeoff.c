@@ -14,6 +14,7 @@
 #include "app/tradeoff_options.h"
 #include "config/message.h"
 #include "config/progress.h"
+#include "core/base/pi.h"
 #include "driver/model_cut.h"
 #include "driver/model_meta.h"
 #include "driver/named_model.h"
@@ -23,7 +24,6 @@
 #include "io/json.h"
 #include "platform/allocate.h"
 #include "platform/interrupt.h"
-#include "runtime/base/pi.h"
 
 /* All of one call. */
 typedef struct trade {

@@ -5,9 +5,9 @@
 #include <string.h>
 
 #include "bench/measure.h"
+#include "core/base/alignment_check.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
-#include "runtime/base/alignment_check.h"
 
 #define WARM_STEPS 40
 #define STEPS 20

@@ -7,10 +7,10 @@
 
 #include <math.h>
 
+#include "core/base/vec3.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "platform/thread_team.h"
-#include "runtime/base/vec3.h"
 #include "thrum/scene.h"
 
 #define SPEED 1e-3    /* of the vibration, all modes together: times the diagonal a second */

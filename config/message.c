@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "runtime/base/plain_text.h"
+#include "core/base/plain_text.h"
 #include "thrum/thrum.h"
 
 #define NEAREST_LENGTH_MAX 31

@@ -17,7 +17,7 @@
 #include <stdio.h>
 
 #include "config/message.h"
-#include "runtime/base/pi.h"
+#include "core/base/pi.h"
 
 #define SHARE 0.01     /* of the largest amplitude: a mode that moves by less is not looked at */
 #define DAMPED 0.3     /* of critical damping: what dies out within a period is not looked at */

@@ -4,10 +4,10 @@
 
 #include <string.h>
 
+#include "core/base/quadratic_tet.h"
 #include "driver/display_surface.h"
 #include "driver/embedded_surface.h"
 #include "mesh/formats/surface_read.h"
-#include "runtime/base/quadratic_tet.h"
 
 void render_mesh_free(render_mesh *shown) {
   thrum_scope_free(&shown->memory);

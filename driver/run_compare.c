@@ -12,8 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "platform/allocate.h"
-#include "runtime/base/vec3.h"
 #include "thrum/displacement.h"
 
 #define SAME_TIME 1e-6  /* of the mean time between two rows */

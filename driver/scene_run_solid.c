@@ -4,10 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "driver/scene_run.h"
 #include "mesh/formats/surface_read.h"
 #include "platform/allocate.h"
-#include "runtime/base/vec3.h"
 
 #define SHORT_TURN 120.0 /* degrees of a part of a path: below 180 the direction is clear */
 #define PARALLEL 1e-9    /* sine of the angle up to which two axes are one */

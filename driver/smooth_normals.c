@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stdlib.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 
 static const double crease = 0.76604444311897803; /* cos 40 degrees: sharper is an edge */
 

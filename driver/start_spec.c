@@ -10,10 +10,10 @@
 
 #include "config/message.h"
 #include "config/parse.h"
+#include "core/base/finite.h"
 #include "driver/static_solve.h"
 #include "io/npy_file.h"
 #include "platform/allocate.h"
-#include "runtime/base/finite.h"
 #include "thrum/thrum.h"
 
 static const char mode_prefix[] = "mode:";

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "core/base/vec3.h"
 #include "driver/percent.h"
 #include "io/file.h"
 #include "io/json.h"
@@ -18,7 +19,6 @@
 #include "precompute/fem/fem_inverted.h"
 #include "precompute/model/load_share.h"
 #include "precompute/model/model_fem.h"
-#include "runtime/base/vec3.h"
 #include "thrum/displacement.h"
 
 void static_forces_free(static_forces *forces) {

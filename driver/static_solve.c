@@ -7,8 +7,8 @@
 #include <stdlib.h>
 
 #include "config/message.h"
+#include "core/base/pi.h"
 #include "platform/allocate.h"
-#include "runtime/base/pi.h"
 #include "thrum/thrum.h"
 
 static thrum_status add_loads(const thrum_model *model, const load_spec *loads, int64_t count,

@@ -5,13 +5,13 @@
 #include <string.h>
 
 #include "config/message.h"
+#include "core/base/pi.h"
 #include "driver/coarse_step.h"
 #include "driver/condensed_check.h"
 #include "driver/stepper.h"
 #include "driver/stepper_loads.h"
 #include "driver/stepper_spin.h"
 #include "platform/allocate.h"
-#include "runtime/base/pi.h"
 
 #define STEPS_BETWEEN_LOOKS 1024
 

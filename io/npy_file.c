@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/npy.h"
 #include "io/file.h"
-#include "runtime/base/npy.h"
 
 size_t thrum_npy_header(unsigned char header[THRUM_NPY_HEADER_MAX], const char *descr, int64_t rows,
                         int64_t columns) {

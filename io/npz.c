@@ -14,10 +14,10 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "core/base/alignment_check.h"
+#include "core/base/crc32.h"
 #include "io/file.h"
 #include "io/npy_file.h"
-#include "runtime/base/alignment_check.h"
-#include "runtime/base/crc32.h"
 
 #define LOCAL_SIZE 30u
 #define CENTRAL_SIZE 46u

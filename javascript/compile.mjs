@@ -10,11 +10,12 @@ const root = dirname(dirname(fileURLToPath(import.meta.url)));
 
 /** Where the step of a model spends its time: the passes of this architecture over coefficients and points, and solves.
  * The laws of materials at cubature points, and what is done once for a model, are small instead. */
-const FAST = ['runtime/polynomial/kernel_wasm.c', 'runtime/polynomial/kernel_points.c', 'runtime/polynomial/batch_kernel.c',
-  'runtime/polynomial/polynomial.c', 'runtime/linear_algebra'];
+const FAST = ['runtime/kernels/kernel_wasm.c', 'runtime/points/kernel_points.c', 'runtime/batch/batch_kernel.c',
+  'core/polynomial/polynomial.c', 'core/linear_algebra'];
 
 /** Folders that hold no C of ours. */
-const OTHER = ['node_modules', 'src', 'test', 'dist', 'examples'];
+// folders of no C of the package, and the tables of the core alone
+const OTHER = ['alone.c', 'node_modules', 'src', 'test', 'dist', 'examples'];
 
 /** @param {string} folder @returns {string[]} the C files directly in it and in its folders */
 const sources = (folder) =>
@@ -40,7 +41,7 @@ export function compile(folder, path) {
   const work = mkdtempSync(join(tmpdir(), 'thrum-wasm-'));
   try {
     // what a step spends its time in is fast, all else small: the package is to stay below 300 kB in gzip
-    const all = ['runtime', 'scene', folder].flatMap((name) => sources(join(root, name)));
+    const all = ['core', 'runtime', 'scene', folder].flatMap((name) => sources(join(root, name)));
     const fast = all.filter((name) => FAST.some((of) => name.startsWith(join(root, of))));
     const objects = [['-O3', fast], ['-Oz', all.filter((name) => !fast.includes(name))]]
       .flatMap(([level, names]) => compileAll(level, names, join(work, level)));

@@ -8,10 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/quadratic_tet.h"
+#include "core/base/vec3.h"
 #include "io/file_hash.h"
 #include "mesh/mesh_grow.h"
-#include "runtime/base/quadratic_tet.h"
-#include "runtime/base/vec3.h"
 
 void thrum_mesh_free(thrum_mesh *mesh) {
   for (int64_t g = 0; g < mesh->group_count; g++) {

@@ -9,10 +9,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/quadratic_tet.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
 #include "platform/allocate.h"
-#include "runtime/base/quadratic_tet.h"
 
 thrum_status thrum_builder_vertex(thrum_mesh_builder *b, int64_t number, const double position[3],
                                   int64_t line) {

@@ -11,13 +11,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_clean.h"
 #include "mesh/mesh_faces.h"
 #include "mesh/midsides.h"
 #include "mesh/tet_repeats.h"
 #include "platform/allocate.h"
-#include "runtime/base/vec3.h"
 
 static const double FLAT = 1e-12;
 

@@ -9,13 +9,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "mesh/mesh_faces.h"
 #include "mesh/mesh_thickness.h"
 #include "mesh/model_quality.h"
 #include "mesh/point_hash.h"
 #include "mesh/surface_sides.h"
 #include "platform/allocate.h"
-#include "runtime/base/vec3.h"
 
 static void join(int32_t *parent, int32_t a, int32_t b) {
   const int32_t x = thrum_surface_root(parent, a), y = thrum_surface_root(parent, b);

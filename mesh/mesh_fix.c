@@ -8,13 +8,13 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "core/base/quadratic_tet.h"
 #include "io/text.h"
 #include "mesh/mesh.h"
 #include "mesh/mesh_fix.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/vertex_places.h"
 #include "platform/allocate.h"
-#include "runtime/base/quadratic_tet.h"
 
 enum { ALL_AXES = 7 };
 

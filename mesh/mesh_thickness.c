@@ -5,8 +5,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/base/vec3.h"
 #include "platform/allocate.h"
-#include "runtime/base/vec3.h"
 
 #define CROSSED_MAX (3 * THRUM_THICKNESS_CELLS_MAX)
 #define SHARE 0.25 /* of the surface */

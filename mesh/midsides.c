@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/quadratic_tet.h"
 #include "platform/allocate.h"
-#include "runtime/base/quadratic_tet.h"
 
 /* An edge by its ends, the lower vertex first; middle -1 marks a free slot. */
 typedef struct edge_slot {

@@ -5,9 +5,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/pi.h"
-#include "runtime/base/quadratic_tet.h"
-#include "runtime/base/vec3.h"
+#include "core/base/pi.h"
+#include "core/base/quadratic_tet.h"
+#include "core/base/vec3.h"
 
 double thrum_tet_mean_ratio(const double *const corners[4], double *volume) {
   double edge[3][3];

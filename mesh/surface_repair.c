@@ -7,11 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "mesh/surface_check.h"
 #include "mesh/surface_join.h"
 #include "mesh/surface_sides.h"
 #include "platform/allocate.h"
-#include "runtime/base/vec3.h"
 
 /* Vertices this close, in diagonals of the box, are one: files have 6 digits and more. */
 static const double CLOSE = 1e-6;

@@ -4,7 +4,7 @@
 
 #include <string.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 
 /* Adds to w_1..w_3 what the vector x takes of the edges from corner a, and takes it off w_0. */
 static void add_weights(double edges[3][3], double volume, const double x[3], double weights[4]) {

@@ -7,9 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "mesh/mesh_grow.h"
 #include "platform/allocate.h"
-#include "runtime/base/vec3.h"
 
 /* How much of its volume an element may lose or gain by the plain cut, which takes a quarter of the
  * tetrahedra. */

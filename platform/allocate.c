@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "runtime/base/large_memory.h"
+#include "core/base/large_memory.h"
 
 /* The memory, or an error that says how much was asked for. */
 static void *checked(void *memory, double size, const char *what, thrum_error *error) {

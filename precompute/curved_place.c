@@ -7,9 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/quadratic_tet.h"
+#include "core/base/vec3.h"
 #include "platform/allocate.h"
-#include "runtime/base/quadratic_tet.h"
-#include "runtime/base/vec3.h"
 
 #define STEPS_MAX 30
 #define CLOSE 1e-14  /* of the size of an element: x is reached */

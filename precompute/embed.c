@@ -8,12 +8,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/quadratic_tet.h"
+#include "core/base/vec3.h"
 #include "io/npz.h"
 #include "mesh/tet_tree.h"
 #include "platform/allocate.h"
 #include "precompute/curved_place.h"
-#include "runtime/base/quadratic_tet.h"
-#include "runtime/base/vec3.h"
 
 /* Nearer than this part of the mesh's extent is on its surface, but for rounding. */
 #define ON_SURFACE 1e-9

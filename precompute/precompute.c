@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/pi.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "platform/threads.h"
@@ -25,7 +26,6 @@
 #include "precompute/options_check.h"
 #include "precompute/polynomial/cubature_motion.h"
 #include "precompute/polynomial/polynomial_reduce.h"
-#include "runtime/base/pi.h"
 
 #define ORDER_ERRORS_TETS 50000
 #define CUBIC_ERRORS_TETS 20000

@@ -15,9 +15,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/finite.h"
 #include "io/file.h"
 #include "platform/allocate.h"
-#include "runtime/base/finite.h"
 #include "thrum/polynomial.h"
 
 #define TOLERANCE 1e-6 /* of the largest coefficient of the degree: no gradient beyond this */

@@ -1,5 +1,5 @@
 /* Time, steps and bodies of a scene. SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "scene/scene_private.h"
 

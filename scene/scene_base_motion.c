@@ -1,9 +1,9 @@
 /* The moving ground under all bodies (thrum/base_motion.h, design 12).
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
-#include "runtime/base/finite.h"
-#include "runtime/base/pi.h"
+#include "core/base/finite.h"
+#include "core/base/pi.h"
 #include "scene/scene_private.h"
 
 #include <math.h>

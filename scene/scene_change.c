@@ -1,6 +1,6 @@
 /* Changes between two steps: the state is made anew where it must be, and q and p are carried over.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <stdlib.h>

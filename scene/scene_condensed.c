@@ -11,15 +11,15 @@
  * without them, and the slaves are shown by their answer to its force.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "scene/scene_private.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/finite.h"
-#include "runtime/base/vec3.h"
+#include "core/base/finite.h"
+#include "core/base/vec3.h"
 #include "thrum/condensed_model.h"
 
 double scene_stiffening(const scene_body *body) {

@@ -2,10 +2,10 @@
  * pulled, whose rows of U' = k U are all that is copied of the basis.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
-#include "runtime/base/finite.h"
-#include "runtime/base/vec3.h"
+#include "core/base/finite.h"
+#include "core/base/vec3.h"
 #include "scene/scene_private.h"
 
 #include <stdlib.h>

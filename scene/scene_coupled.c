@@ -1,6 +1,6 @@
 /* Free bodies whose rotation and shape act on each other (thrum/floating_frame.h).
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "scene/scene_private.h"
 #include "thrum/external_load.h"

@@ -8,11 +8,11 @@
  * scene_still.c looks at what is about to act on the body.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
-#include "runtime/base/finite.h"
-#include "runtime/base/pi.h"
-#include "runtime/base/vec3.h"
+#include "core/base/finite.h"
+#include "core/base/pi.h"
+#include "core/base/vec3.h"
 #include "scene/scene_private.h"
 
 #include <math.h>

@@ -1,9 +1,9 @@
 /* Free bodies: their mass and inertia, and how they move and turn as a whole (thrum/rigid_frame.h).
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
-#include "runtime/base/finite.h"
-#include "runtime/base/vec3.h"
+#include "core/base/finite.h"
+#include "core/base/vec3.h"
 #include "scene/scene_private.h"
 
 #include <math.h>

@@ -12,11 +12,11 @@
  * ends.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
-#include "runtime/base/finite.h"
-#include "runtime/base/intervals.h"
-#include "runtime/base/vec3.h"
+#include "core/base/finite.h"
+#include "core/base/intervals.h"
+#include "core/base/vec3.h"
 #include "scene/scene_private.h"
 
 #include <math.h>

@@ -5,9 +5,9 @@
  * changes, so that whole steps stay whole.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
-#include "runtime/base/finite.h"
+#include "core/base/finite.h"
 #include "scene/scene_private.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* Obstacles of a scene: what bodies touch (thrum/contact.h).
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "scene/scene_private.h"
 

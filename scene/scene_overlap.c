@@ -1,9 +1,9 @@
 /* Bodies that lie inside an obstacle or another body: vertices that are inside, edges that go
  * through faces (Moller & Trumbore 1997, doi:10.1080/10867651.1997.10487468), and, as bodies at the
  * same place have neither, points of the middle. SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 #include "scene/scene_private.h"
 
 #include <stdlib.h>

@@ -7,7 +7,7 @@
  * make a group, which is stepped together; the others step as if they were alone.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "scene/scene_private.h"
 

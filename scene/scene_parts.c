@@ -7,7 +7,7 @@
  * centre is that of the body as a rigid one: with the moments M_ab = sum arm_a f_b, of axes M.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "scene/scene_private.h"
 

@@ -1,8 +1,8 @@
 /* Placement of a body in the world, and vectors between world and body axes.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
-#include "runtime/base/finite.h"
+#include "core/base/finite.h"
 #include "scene/scene_private.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* Probes: the mean of some vertices, whose rows of U are averaged once.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <stdio.h>
 #include <stdlib.h>

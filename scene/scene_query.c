@@ -1,6 +1,6 @@
 /* Positions, energies and parameters of the bodies of a scene. SPDX-License-Identifier: Apache-2.0
  */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "scene/scene_private.h"
 

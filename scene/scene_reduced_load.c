@@ -1,6 +1,6 @@
 /* Loads as they act on the coordinates of a body: what is reduced once, where there is a whole
  * mesh, can be added where there is none. SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/finite.h"
+#include "core/base/finite.h"
 #include "scene/scene_private.h"
 
 #include <string.h>

@@ -1,12 +1,12 @@
 /* Snapshots: what steps change, one record after the other behind a head with a checksum
- * (runtime/base/seal.h). Nothing is restored before all of it has been checked.
+ * (core/base/seal.h). Nothing is restored before all of it has been checked.
  * SPDX-License-Identifier: Apache-2.0 */
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "runtime/base/finite.h"
-#include "runtime/base/seal.h"
+#include "core/base/finite.h"
+#include "core/base/seal.h"
 #include "scene/scene_private.h"
 
 /* Steps and counters beyond this could overflow when they are counted on. */

@@ -3,16 +3,16 @@
  * it.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
-#include "runtime/base/intervals.h"
+#include "core/base/intervals.h"
 #include "scene/scene_private.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "runtime/base/finite.h"
+#include "core/base/finite.h"
 
 #define SOLID_COOKIE UINT32_C(0x736f6c64)
 #define REACH_MAX 1e30 /* how far it may be, as its vertices from its origin [m] */

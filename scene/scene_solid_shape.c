@@ -1,8 +1,8 @@
 /* Surfaces of solids: boxes, cylinders, capsules and height fields as triangles, counter-clockwise
  * from outside. SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
-#include "runtime/base/pi.h"
+#include "core/base/pi.h"
 #include "scene/scene_private.h"
 
 #include <math.h>

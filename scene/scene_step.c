@@ -1,6 +1,6 @@
 /* One step of a scene: loads, then bodies of one model side by side (thrum/batch.h).
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

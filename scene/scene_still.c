@@ -7,9 +7,9 @@
  * have at most k sum_i |v_i| max |U_i| of. Cost: r operations a load and step that is looked at.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 #include "scene/scene_private.h"
 
 #include <math.h>

@@ -1,6 +1,6 @@
 /* The surface of a body as far as wind and contact need it: its vertices and their share of the
  * triangles' area. SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "scene/scene_private.h"
 

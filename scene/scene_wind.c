@@ -11,9 +11,9 @@
  * operations a vertex of the surface, and the synchronised momentum.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
-#include "runtime/base/finite.h"
+#include "core/base/finite.h"
 #include "scene/scene_private.h"
 
 #include <math.h>

@@ -7,7 +7,7 @@ A copy of the sources is built in WORK_FOLDER in which the constants of the list
 that one program serves all. A constant is put out of effect by a limit that nothing reaches, a share of 0 or 1, or a count of 1,
 which is what the code would do if the constant and the lines that read it were gone.
 
-For each constant of runtime/dynamics the experiments of SETS run with its value and without it. A row of
+For each constant of the schemes and the guards the experiments of SETS run with its value and without it. A row of
 validation/results/without_constants.csv says how many rows of the experiments moved by more than rounding, how many ended
 otherwise, and where an error changed most. It takes about 40 minutes on one core. without_contact_constants.py does the same for
 contact and statics.
@@ -25,37 +25,36 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 RESULTS = ROOT / "validation" / "results"
-RUNTIME = pathlib.Path("runtime")
 NEVER = "1e30"
 
 # which schemes a constant can act in, and the constants by file with what puts them out of effect
 MONITOR, SOLVE, BALANCE = "imexv,quadratic", "energy,newmark", "fox-goodwin"
 CONSTANTS = [
-    (MONITOR, "dynamics/stability.c", {
+    (MONITOR, "runtime/guard/stability.c", {
         "NUMBER_NEAR": "1e9", "NUMBER_MOVED": "0", "NUMBER_DRIFT": "0", "ENERGY_STEPS": "8", "ENERGY_STEPS_FIRST": "32",
         "REFERENCE_WINDOWS": "1", "SWITCHED_STEPS": "1000000000", "ERROR_FAST": NEVER, "ERROR_URGENT": NEVER, "BLOCK_DRIFT": NEVER,
         "DRIFT_WINDOW": "0", "DRIFT_SUM": NEVER, "DRIFT_FORGET": "0", "INTEGRAL_GAIN": "0", "CORRECTION_MOST": NEVER,
         "CORRECTION_KINETIC": "0", "SWITCH_NEAR": NEVER, "DRIVEN": NEVER, "FOLLOW": NEVER, "DAMPING_ERROR": "0",
         "MOTION_KNOWN": NEVER, "FIRST_STEPS": "0", "LOAD_JUMP": NEVER, "MEMORY": NEVER, "FALLEN": NEVER}),
-    (MONITOR, "dynamics/stability_number.c", {"RATE_FADES": "0", "NUMBER_GOOD": "1.6"}),
-    (SOLVE, "dynamics/energy_correction.c", {
+    (MONITOR, "runtime/guard/stability_number.c", {"RATE_FADES": "0", "NUMBER_GOOD": "1.6"}),
+    (SOLVE, "runtime/guard/energy_correction.c", {
         "COMPARE_STEPS": "1", "ERROR_ROUNDING": "0", "STRETCH_MOST": NEVER}),
-    (SOLVE, "dynamics/discrete_gradient.c", {"JUMP_MOST": NEVER, "STEP_FADE": "1", "CONTRACTION_FADE": "0"}),
-    (SOLVE, "dynamics/discrete_gradient_trapezoid.c", {
+    (SOLVE, "core/schemes/discrete_gradient.c", {"JUMP_MOST": NEVER, "STEP_FADE": "1", "CONTRACTION_FADE": "0"}),
+    (SOLVE, "core/schemes/discrete_gradient_trapezoid.c", {
         "CARRIED_MOST": NEVER, "MISSING_MOST": NEVER, "CHEAPER_CARRIED": "1", "ROUNDING_SHARE": "0", "WORK_FACTOR": NEVER,
         "LOSS_LEAST": "0"}),
-    (SOLVE, "dynamics/quasi_newton.c", {
+    (SOLVE, "core/solve/quasi_newton.c", {
         "CARRIED_RESIDUAL": NEVER, "CARRIED_TOLERANCES": "1", "SINGLE_TOLERANCES": "1", "GUESS_POOR": NEVER, "LINEAR_KNOWN": "0",
         "GUESS_QUIET": NEVER, "INVERSES_APART": "0", "CORRECTION_FAR": NEVER, "RATE_MOST": NEVER, "CONTRACTION_MARGIN": "1",
         "TEACHING_LEAST": "0"}),
-    (SOLVE, "dynamics/spurious_work.c", {"WORK_MOST": NEVER, "WORK_NOISE": "0", "WORK_FAR": NEVER}),
-    (SOLVE, "dynamics/spurious_work.h", {"THRUM_HALVINGS_MOST": "0", "THRUM_WAIT_MOST": "1"}),
-    (SOLVE, "dynamics/discrete_gradient_average.c", {"SCALE_MOST": NEVER, "ERROR_MOST": NEVER, "RESIDUAL_FOLLOWED": "0"}),
-    (SOLVE, "dynamics/implicit_problem.c", {"CHEAPER_MOST": "1", "CHEAPER_LISTS": "1"}),
-    (SOLVE, "dynamics/step.c", {"EAGER_STEPS": "0", "AVERAGE_FIELD_STEPS": "1"}),
-    (SOLVE, "dynamics/kept_inverse.c", {"CHANGE_LEAST": "0"}),
-    (BALANCE, "dynamics/fox_goodwin.c", {"DECAY_MOST": NEVER}),
-    (BALANCE, "dynamics/energy_balance.c", {
+    (SOLVE, "core/solve/spurious_work.c", {"WORK_MOST": NEVER, "WORK_NOISE": "0", "WORK_FAR": NEVER}),
+    (SOLVE, "core/solve/spurious_work.h", {"THRUM_HALVINGS_MOST": "0", "THRUM_WAIT_MOST": "1"}),
+    (SOLVE, "core/schemes/discrete_gradient_average.c", {"SCALE_MOST": NEVER, "ERROR_MOST": NEVER, "RESIDUAL_FOLLOWED": "0"}),
+    (SOLVE, "core/solve/implicit_problem.c", {"CHEAPER_MOST": "1", "CHEAPER_LISTS": "1"}),
+    (SOLVE, "core/step/step.c", {"EAGER_STEPS": "0", "AVERAGE_FIELD_STEPS": "1"}),
+    (SOLVE, "core/step/kept_inverse.c", {"CHANGE_LEAST": "0"}),
+    (BALANCE, "runtime/comparison/fox_goodwin.c", {"DECAY_MOST": NEVER}),
+    (BALANCE, "runtime/guard/energy_balance.c", {
         "BALANCE_FIRST": "0", "BALANCE_MOTION": NEVER, "BALANCE_FADE": "1", "BALANCE_GREW": "0.15", "BALANCE_MOVED": "0"}),
 ]
 
@@ -74,7 +73,7 @@ def make_variables(source, files):
     """Turns the constants of the copied sources into an array that the program fills from the environment."""
     names, values = [], []
     for name, constants in files:
-        path = source / RUNTIME / name
+        path = source / name
         text = path.read_text(encoding="utf-8")
         for constant in constants:
             text = re.sub(rf"^(#define {constant}) +\\\n +", r"\1 ", text, flags=re.M)
@@ -87,7 +86,7 @@ def make_variables(source, files):
         path.write_text(f'{text[:first]}extern double thrum_varied[];\n{text[first:]}', encoding="utf-8")
 
     # read before main, so that nothing else has to change
-    with open(source / RUNTIME / "dynamics" / "step.c", "a", encoding="utf-8") as step:
+    with open(source / "core" / "step" / "step.c", "a", encoding="utf-8") as step:
         step.write(f"""
 #include <float.h>
 #include <stdlib.h>

@@ -7,7 +7,7 @@
 
 #include <math.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 
 typedef struct ray {
   double origin[3], direction[3];

@@ -12,9 +12,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/pi.h"
+#include "core/base/vec3.h"
 #include "mesh/formats/mesh_read_abaqus.h"
-#include "runtime/base/pi.h"
-#include "runtime/base/vec3.h"
 
 /* The place of a node that must be there. */
 static thrum_status place_of(inp_reader *r, int64_t number, double place[3]) {

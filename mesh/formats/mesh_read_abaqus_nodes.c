@@ -5,9 +5,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/base/pi.h"
+#include "core/base/vec3.h"
 #include "mesh/formats/mesh_read_abaqus.h"
-#include "runtime/base/pi.h"
-#include "runtime/base/vec3.h"
 
 static const double DEGREE = THRUM_PI / 180;
 

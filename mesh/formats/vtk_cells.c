@@ -7,11 +7,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "io/text.h"
 #include "mesh/mesh_builder.h"
 #include "mesh/mesh_groups.h"
 #include "mesh/mesh_grow.h"
-#include "runtime/base/vec3.h"
 
 /* The solid cells, by VTK's numbers; nodes at the centres of faces and cells come last and are left
  * out. */

@@ -21,12 +21,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "platform/allocate.h"
 #include "precompute/basis/eigen.h"
 #include "precompute/basis/orthonormal.h"
 #include "precompute/fem/lapack_status.h"
 #include "precompute/polynomial/polynomial_reduce.h"
-#include "runtime/base/vec3.h"
 
 #define TOLERANCE                                                                                  \
   1e-8 /* what is left of a candidate below this of itself is noise of the solves                  \

@@ -9,8 +9,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/quadratic_tet.h"
 #include "platform/allocate.h"
-#include "runtime/base/quadratic_tet.h"
 
 enum { NODES = THRUM_QUADRATIC_NODES, EDGES = THRUM_QUADRATIC_EDGES, FACES = 4 };
 enum { ADDED = EDGES + FACES, ALL = NODES + ADDED };

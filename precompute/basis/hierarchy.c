@@ -10,9 +10,9 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "precompute/fem/lapack_status.h"
 #include "precompute/fem/rigid_modes.h"
-#include "runtime/base/vec3.h"
 
 #define STEPS_MAX 300
 #define SETTLED 1e-4  /* of what is let go so far: the rest, in the norm of the preconditioner */

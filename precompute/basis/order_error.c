@@ -5,9 +5,9 @@
 
 #include <string.h>
 
+#include "core/base/quadratic_tet.h"
+#include "core/base/vec3.h"
 #include "mesh/midsides.h"
-#include "runtime/base/quadratic_tet.h"
-#include "runtime/base/vec3.h"
 
 /* What the larger space is of. */
 typedef struct edge_problem {

@@ -11,9 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "platform/allocate.h"
 #include "precompute/fem/quadrature.h"
-#include "runtime/base/vec3.h"
 
 /* Far outside, products of numbers leave the range of doubles, where LAPACK prints its complaints.
  */

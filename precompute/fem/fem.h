@@ -11,12 +11,12 @@
 #ifndef THRUM_PRECOMPUTE_FEM_FEM_H
 #define THRUM_PRECOMPUTE_FEM_FEM_H
 
+#include "core/base/quadratic_tet.h"
 #include "mesh/mesh.h"
 #include "platform/allocate.h"
 #include "precompute/fem/ranks.h"
 #include "precompute/fem/sparse.h"
 #include "precompute/options/precompute_options.h"
-#include "runtime/base/quadratic_tet.h"
 #include "runtime/material/material_law.h"
 
 enum { THRUM_FEM_NODES_MAX = THRUM_QUADRATIC_NODES };

@@ -4,8 +4,8 @@
 
 #include <math.h>
 
+#include "core/base/vec3.h"
 #include "precompute/fem/fem_tet.h"
-#include "runtime/base/vec3.h"
 
 thrum_fem_inversion thrum_fem_inverted(const thrum_fem *fem, const double *u) {
   thrum_fem_inversion found = {.least = INFINITY};

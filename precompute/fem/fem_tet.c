@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 
 void thrum_product_vector(double matrix[3][3], const double vector[3], double result[3]) {
   for (int c = 0; c < 3; c++)

@@ -4,7 +4,7 @@
 
 #include <stdbool.h>
 
-#include "runtime/base/quadratic_tet.h"
+#include "core/base/quadratic_tet.h"
 #include "thrum/status.h"
 
 /* Orders that may be asked for; below 4 the strain energy of straight elements is not exact. */

@@ -8,9 +8,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "platform/allocate.h"
 #include "precompute/fem/lapack_status.h"
-#include "runtime/base/vec3.h"
 
 // shifts and turns about a centre, lengths in units of `size` so that the six are comparable
 static void fill_motions(const thrum_fem *fem, const double centre[3], double size, double *modes) {

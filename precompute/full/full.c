@@ -4,11 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/finite.h"
+#include "core/base/vec3.h"
 #include "platform/allocate.h"
 #include "precompute/fem/fem_tet.h"
 #include "precompute/full/full_private.h"
-#include "runtime/base/finite.h"
-#include "runtime/base/vec3.h"
 #include "runtime/material/principal.h"
 
 #define DEF_COOKIE UINT32_C(0x66756c6c)

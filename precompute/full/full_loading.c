@@ -13,8 +13,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "platform/allocate.h"
-#include "runtime/base/vec3.h"
 
 #define FLAT 1e-9 /* least share of an inertia that counts as one */
 

@@ -16,8 +16,8 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "precompute/material/material_law_mean.h"
-#include "runtime/base/vec3.h"
 #include "runtime/material/principal.h"
 
 /* |dE|^2 beside the fourth power of the least stretch, or |D|^2, below which the bracket comes from

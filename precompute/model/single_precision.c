@@ -1,6 +1,6 @@
 /* Coefficients in single precision: c3 and c4 are rounded, and keep their place and type in the
  * file, so that every reader has them. A large model of such numbers is packed in half the bytes
- * (runtime/polynomial/packed.c), which its passes widen as they read.
+ * (core/polynomial/packed.c), which its passes widen as they read.
  *
  * The error that this costs is measured: R before and after at random q, each coordinate with its
  * share 1/omega of a motion that goes as far as the nonlinear force equals the linear one. Only c3

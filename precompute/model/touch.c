@@ -16,11 +16,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "platform/allocate.h"
 #include "platform/threads.h"
 #include "precompute/model/model_statics.h"
 #include "precompute/model/touch_places.h"
-#include "runtime/base/vec3.h"
 
 #define PLACES 480       /* that shapes are made for: the whole surface where it has no more */
 #define JUDGES 96        /* places between these, which only judge */

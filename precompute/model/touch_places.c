@@ -6,9 +6,9 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/base/vec3.h"
 #include "mesh/mesh_faces.h"
 #include "platform/allocate.h"
-#include "runtime/base/vec3.h"
 
 typedef struct surface {
   const double *points; /* of all vertices, x 3 */

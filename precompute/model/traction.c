@@ -8,10 +8,10 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/base/vec3.h"
 #include "mesh/mesh_faces.h"
 #include "platform/allocate.h"
 #include "precompute/model/model_fem.h"
-#include "runtime/base/vec3.h"
 
 /* Area of a triangle [m^2]. */
 static double area_of(const double *vertices, const int32_t corner[3]) {

@@ -28,13 +28,13 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "platform/allocate.h"
 #include "precompute/fem/fem_forces.h"
 #include "precompute/fem/fem_tet.h"
 #include "precompute/polynomial/cubature_refine.h"
 #include "precompute/polynomial/nonnegative.h"
 #include "precompute/polynomial/quartic_stress.h"
-#include "runtime/base/vec3.h"
 #include "runtime/material/plastic_flow.h"
 
 #define TEST_STATES 40 /* to judge by */

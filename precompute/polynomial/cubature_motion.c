@@ -18,10 +18,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/pi.h"
+#include "core/base/vec3.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
-#include "runtime/base/pi.h"
-#include "runtime/base/vec3.h"
 #include "thrum/polynomial.h"
 #include "thrum/state.h"
 

@@ -16,11 +16,11 @@
 #include <math.h>
 #include <string.h>
 
+#include "core/base/pi.h"
 #include "platform/allocate.h"
 #include "precompute/polynomial/quartic_stress.h"
 #include "precompute/polynomial/refine_slope.h"
 #include "precompute/polynomial/soap.h"
-#include "runtime/base/pi.h"
 
 #define ROWS 9      /* components of a gradient */
 #define RATE 3e-3   /* of the first step, over the rms of the gradients */

@@ -1,15 +1,15 @@
 /* A contact's block: planning, laying out, reports (thrum/contact.h).
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/contact/contact_private.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/alignment_check.h"
-#include "runtime/dynamics/state_layout.h"
-#include "runtime/dynamics/state_private.h"
+#include "core/base/alignment_check.h"
+#include "core/state/state_layout.h"
+#include "core/step/state_private.h"
 
 #define CONTACT_MAGIC UINT64_C(0x7468726d63743031)
 #define DEF_COOKIE UINT32_C(0x636e7463)

@@ -3,7 +3,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-#include "runtime/base/finite.h"
+#include "core/base/finite.h"
 #include "runtime/contact/contact_private.h"
 
 /* Whether a give has entries of a size that stays finite, is symmetric and answers no force against

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/alignment_check.h"
-#include "runtime/base/finite.h"
+#include "core/base/alignment_check.h"
+#include "core/base/finite.h"
 #include "runtime/contact/contact_private.h"
 
 /* Counters beyond this could overflow when they are counted on. */

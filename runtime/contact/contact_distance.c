@@ -6,15 +6,15 @@
  * Cost: about 100 operations a distance, some 5 to 20 distances a meeting.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/contact/contact_distance.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/pi.h"
-#include "runtime/base/vec3.h"
+#include "core/base/pi.h"
+#include "core/base/vec3.h"
 #include "thrum/contact_pairs.h"
 
 #define ADVANCES_MAX 64

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 
 /* Four points: a vertex and a triangle's corners, or the ends of one edge and of another. */
 typedef struct thrum_quad {

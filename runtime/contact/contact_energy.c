@@ -7,7 +7,7 @@
  * are at least 0 as long as that sum is.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

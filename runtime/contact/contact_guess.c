@@ -7,7 +7,7 @@
  * they end. Cost: 18 r a row that touches anew.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

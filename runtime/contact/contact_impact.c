@@ -16,14 +16,14 @@
  * doi:10.1007/978-3-7091-2624-0_1; Jean 1999, doi:10.1016/S0045-7825(98)00383-1.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>
 
+#include "core/state/state_layout.h"
 #include "runtime/contact/contact_impact_private.h"
-#include "runtime/dynamics/rigid_frame_private.h"
-#include "runtime/dynamics/state_layout.h"
+#include "runtime/frames/rigid_frame_private.h"
 
 #define SOFT 5e-3       /* v / (omega_1 diagonal) above which a body is not near-rigid */
 #define SWEEPS_MAX 500  /* over the rows of an impact that are not solved at once */

@@ -15,7 +15,7 @@
  * operations a row, m^3/6 at most, an iteration; m is 6 for each body.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

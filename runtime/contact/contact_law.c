@@ -17,7 +17,7 @@
  * Source of the discrete gradient: Gonzalez 2000, doi:10.1016/S0045-7825(00)00189-4.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 

@@ -5,7 +5,7 @@
  * are left as they are: those of bodies that do not touch. Cost: m^3/6 where all do.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

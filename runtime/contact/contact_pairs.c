@@ -1,14 +1,14 @@
 /* The block of contact between bodies: planning, laying out, reports (thrum/contact_pairs.h).
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/contact/contact_pairs_private.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/alignment_check.h"
-#include "runtime/base/finite.h"
+#include "core/base/alignment_check.h"
+#include "core/base/finite.h"
 
 #define PAIRS_MAGIC UINT64_C(0x7468726d70723031)
 #define DEF_COOKIE UINT32_C(0x70616972)

@@ -1,7 +1,7 @@
 /* The energy balance of contact between bodies over a step that was made (contact_energy.c): the
  * work of their forces is exact whatever was predicted; springs hold no more than they took, and
  * what else the bodies gave up counts as lost. SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

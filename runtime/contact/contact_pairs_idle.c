@@ -11,7 +11,7 @@
  * Cost: 6 r a vertex and 60 operations a candidate, twice a step.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <string.h>
 

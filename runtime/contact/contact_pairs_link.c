@@ -13,15 +13,15 @@
  * Cost: 24 r a link and look, a factor of all conditions of a group once a step.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>
 
+#include "core/linear_algebra/dense.h"
+#include "core/state/state_layout.h"
 #include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
-#include "runtime/dynamics/state_layout.h"
-#include "runtime/linear_algebra/dense.h"
 
 #define REDUNDANT 1e-12 /* of a condition's own response: those that repeat stay solvable */
 #define FAINT 1e-100 /* [N/m] below which a spring has no force, and no compliance, that counts */

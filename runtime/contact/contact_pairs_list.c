@@ -15,12 +15,12 @@
  * Cost: 5 r a pair of members and look.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/two_lanes.h"
+#include "core/base/two_lanes.h"
 #include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"
 

@@ -23,12 +23,12 @@
  * where bodies do not touch; m and w are 56 for two free bodies of rank 20.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/two_lanes.h"
+#include "core/base/two_lanes.h"
 #include "runtime/contact/contact_law.h"
 #include "runtime/contact/contact_newton.h"
 #include "runtime/contact/contact_pairs_private.h"

@@ -10,7 +10,7 @@
  * restitution says, a spring pushes until the depth is below half the thickness.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

@@ -15,12 +15,12 @@
  * alone. Places that share a vertex, and those that are near at rest already, are left out.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 #include "runtime/contact/contact_distance.h"
 #include "runtime/contact/contact_pairs_private.h"
 #include "runtime/contact/contact_point.h"

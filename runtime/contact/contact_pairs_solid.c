@@ -6,7 +6,7 @@
  * displacement of a point (docs/contact.md, eq. 6).
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

@@ -3,7 +3,7 @@
  * Cost: some 10 operations an item and byte, mostly five bytes.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/contact/contact_pairs_private.h"
 

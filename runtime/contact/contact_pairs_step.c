@@ -7,13 +7,13 @@
  * that a body which was struck within the step meets the next one in it.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>
 
+#include "core/state/state_layout.h"
 #include "runtime/contact/contact_impact.h"
-#include "runtime/dynamics/state_layout.h"
 
 #define SEARCHES_MAX 4
 #define TURNS_MAX 4

@@ -5,12 +5,12 @@
  * Cost: 3 r each, the response 9 r.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/two_lanes.h"
+#include "core/base/two_lanes.h"
 #include "runtime/contact/contact_point.h"
 #include "runtime/contact/contact_private.h"
 

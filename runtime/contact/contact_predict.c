@@ -11,17 +11,17 @@
  * end is measured for. Cost: one force evaluation.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
-#include "runtime/base/finite.h"
+#include "core/base/finite.h"
+#include "core/polynomial/polynomial_private.h"
+#include "core/schemes/staggered_momentum.h"
+#include "core/state/state_layout.h"
+#include "runtime/comparison/fox_goodwin.h"
+#include "runtime/condensed/manifold.h"
 #include "runtime/contact/contact_private.h"
-#include "runtime/dynamics/fox_goodwin.h"
-#include "runtime/dynamics/frequency_matching.h"
-#include "runtime/dynamics/manifold.h"
-#include "runtime/dynamics/point_flow.h"
-#include "runtime/dynamics/staggered_momentum.h"
-#include "runtime/dynamics/state_layout.h"
-#include "runtime/polynomial/polynomial_private.h"
+#include "runtime/guard/frequency_matching.h"
+#include "runtime/points/point_flow.h"
 #include "thrum/floating_frame.h"
 
 /* How a mode moves in a step: by s_i [momentum h p_i + load h^2 (f_i - R_i)], s_i = 1 / (1 +

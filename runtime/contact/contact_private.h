@@ -19,7 +19,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 #include "thrum/contact.h"
 
 struct thrum_contact {

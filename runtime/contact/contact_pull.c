@@ -11,7 +11,7 @@
  * critical damping are of k / (1 + k tr(C)/3). Solved by a 3 x 3 system for each pull.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

@@ -2,7 +2,7 @@
  * contact_row.h. Cost: about 100 operations a row and call, without those of its point.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

@@ -10,7 +10,7 @@
  * doi:10.1145/1015706.1015735. Cost of making it: n log n.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/contact/contact_skin.h"
 
@@ -18,8 +18,8 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "runtime/base/alignment_check.h"
-#include "runtime/base/vec3.h"
+#include "core/base/alignment_check.h"
+#include "core/base/vec3.h"
 
 #define SKIN_MAGIC UINT64_C(0x7468726d736b3031)
 #define FLAT_AT_REST 0.25 /* of the angle of flat faces: up to it an edge lies in one at rest */

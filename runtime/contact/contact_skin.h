@@ -9,7 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 #include "thrum/contact_pairs.h"
 
 #define THRUM_SKIN_LEAF 4 /* triangles of a leaf, at most */

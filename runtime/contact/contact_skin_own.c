@@ -6,12 +6,12 @@
  * (contact_pairs_search.c). Cost: some 20 pairs of leaves a leaf.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <stdbool.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 #include "runtime/contact/contact_distance.h"
 #include "runtime/contact/contact_skin.h"
 

@@ -7,7 +7,7 @@
  * function in turn; forces of the step before are the first guess. Cost: 12 r a row and sweep.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>

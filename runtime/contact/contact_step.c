@@ -5,13 +5,13 @@
  * then without restitution and release, at last without contact, whose work is nothing.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <string.h>
 
-#include "runtime/base/finite.h"
+#include "core/base/finite.h"
+#include "core/state/state_layout.h"
 #include "runtime/contact/contact_impact.h"
-#include "runtime/dynamics/state_layout.h"
 #include "thrum/floating_frame.h"
 
 #define ROUNDING 1e-10 /* share of the energy flow of contact that rounding may add */

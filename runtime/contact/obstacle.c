@@ -4,12 +4,12 @@
  * room is six walls, each a plane, so that a point in its corner touches three.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/finite.h"
+#include "core/base/finite.h"
 #include "runtime/contact/contact_private.h"
 #include "runtime/contact/obstacle_private.h"
 

@@ -1,6 +1,6 @@
 /* Series of the exponential and the logarithm, see elementary.h. frexp and ldexp are exact.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/material/elementary.h"
 

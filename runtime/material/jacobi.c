@@ -3,7 +3,7 @@
  * sweep: 6 size^3 multiply-adds.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/material/jacobi.h"
 

@@ -1,5 +1,5 @@
 /* Which law answers, see material_law.h. SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/material/material_law.h"
 

@@ -9,7 +9,7 @@
 #ifndef THRUM_RUNTIME_MATERIAL_MATERIAL_LAW_H
 #define THRUM_RUNTIME_MATERIAL_MATERIAL_LAW_H
 
-#include "runtime/base/model_law.h"
+#include "core/base/model_law.h"
 
 /* The energy density at `gradient` [J/m^3], which is zero at rest, and the first Piola-Kirchhoff
  * stress P = d density / dF there [Pa]. */

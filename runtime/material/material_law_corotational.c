@@ -9,12 +9,12 @@
  * Sanan, Schroeder 2010, doi:10.1145/1778765.1778775 (energy and derivatives).
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 #include "runtime/material/material_law_private.h"
 #include "runtime/material/polar.h"
 

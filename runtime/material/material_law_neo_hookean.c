@@ -11,11 +11,11 @@
  *   F - cof F = G + G^T - tr(G) 1 - cof G.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 #include "runtime/material/elementary.h"
 #include "runtime/material/material_law_private.h"
 

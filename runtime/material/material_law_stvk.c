@@ -1,11 +1,11 @@
 /* Saint Venant-Kirchhoff material, design 1, at a point that has neighbours of another law: with
  * Green's strain E = sym G + G^T G / 2 and S = lambda tr(E) 1 + 2 mu E,
  *   density = 1/2 E:S,  P = F S,  dP = dF S + F (lambda tr(dE) 1 + 2 mu dE),  dE = sym(F^T dF).
- * Where all points have this law runtime/polynomial and precompute/fem evaluate it in their own
+ * Where all points have this law core/polynomial and precompute/fem evaluate it in their own
  * ways, which are shorter.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/material/material_law_private.h"
 

@@ -6,7 +6,7 @@
  * deformations (Irving, Teran & Fedkiw 2004, doi:10.1145/1028523.1028541).
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/material/plastic_flow.h"
 
@@ -14,7 +14,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 #include "runtime/material/elementary.h"
 #include "runtime/material/principal.h"
 

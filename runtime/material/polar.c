@@ -8,13 +8,13 @@
  * fail, Jacobi's method takes about 1000.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/material/polar.h"
 
 #include <stdbool.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 #include "runtime/material/jacobi.h"
 
 #define SOLVES_MAX 8

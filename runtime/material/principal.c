@@ -1,6 +1,6 @@
 /* Green's strain and principal stretches, from the eigenvalues of the strain.
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/material/principal.h"
 

@@ -7,7 +7,7 @@
  * costs r and rules out most states; only the others pay for u = U q, 6 n r.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "thrum/displacement.h"
 
@@ -15,7 +15,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/matrix_product.h"
+#include "core/base/matrix_product.h"
 
 /* With THRUM_BASIS_MAX, squares of displacements stay finite. */
 #define Q_MAX 1e100

@@ -5,15 +5,15 @@
  * likewise, sqrt(1 - |U^T f|^2 / (f^T M^-1 f - |Z^T f|^2)).
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "thrum/monitor.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/alignment_check.h"
-#include "runtime/base/vec3.h"
+#include "core/base/alignment_check.h"
+#include "core/base/vec3.h"
 #include "runtime/material/material_law.h"
 #include "runtime/readout/stress_private.h"
 #include "runtime/readout/tet_strain.h"

@@ -3,7 +3,7 @@
  * so a tet that an earlier mode took is not taken again.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <stdbool.h>
 

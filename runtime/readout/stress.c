@@ -2,16 +2,16 @@
  * Cost of a reading: u = U q of the places, 6 r operations each, then about 200 a tet.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/readout/stress_private.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/alignment_check.h"
-#include "runtime/base/quadratic_tet.h"
-#include "runtime/base/vec3.h"
+#include "core/base/alignment_check.h"
+#include "core/base/quadratic_tet.h"
+#include "core/base/vec3.h"
 #include "runtime/readout/tet_strain.h"
 
 #define STRESS_POINTS_MAGIC UINT64_C(0x7468726d67613031)

@@ -7,15 +7,15 @@
  * Cost of a reading: four stresses a tetrahedron, about 2,000 operations.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/alignment_check.h"
-#include "runtime/base/finite.h"
-#include "runtime/base/quadratic_tet.h"
-#include "runtime/base/vec3.h"
+#include "core/base/alignment_check.h"
+#include "core/base/finite.h"
+#include "core/base/quadratic_tet.h"
+#include "core/base/vec3.h"
 #include "runtime/material/material_law.h"
 #include "runtime/readout/stress_private.h"
 #include "runtime/readout/tet_strain.h"

@@ -2,7 +2,7 @@
  * Cost of the positions: 12 bytes of U for each vertex and mode, read once, in ascending order.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/readout/surface_private.h"
 
@@ -10,8 +10,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/alignment_check.h"
-#include "runtime/base/mix_numbers.h"
+#include "core/base/alignment_check.h"
+#include "core/base/mix_numbers.h"
 
 #define SURFACE_MAGIC UINT64_C(0x7468726d73663031)
 

@@ -4,7 +4,7 @@
  * of U.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/readout/surface_private.h"
 

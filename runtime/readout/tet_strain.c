@@ -4,13 +4,13 @@
  * elsewhere, and are exact to rounding for equal eigenvalues too.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/readout/tet_strain.h"
 
 #include <math.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 #include "thrum/stress.h"
 
 #define SWEEPS 16 /* quadratic convergence: about 5 are needed */

@@ -12,16 +12,16 @@
  * finite element analysis of solids and structures, volume 1, chapter 9 (ISBN 978-0-471-97059-0).
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include "runtime/statics/equilibrium_private.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "runtime/base/finite.h"
-#include "runtime/dynamics/state_def.h"
-#include "runtime/linear_algebra/symmetric.h"
+#include "core/base/finite.h"
+#include "core/linear_algebra/symmetric.h"
+#include "core/step/state_def.h"
 #include "thrum/polynomial.h"
 
 #define DEF_COOKIE UINT32_C(0x65717569)

@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "runtime/polynomial/polynomial_private.h"
+#include "core/polynomial/polynomial_private.h"
 #include "thrum/equilibrium.h"
 
 /* Arrays of the workspace. X(name, size): a vector is rank long, the others as they say. */

@@ -13,14 +13,14 @@
  * no mode is judged in another's units. Cost: a tangent and r^3 to 3 r^3 operations an iteration.
  *
  * SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/fp_contract.h"
+#include "core/base/fp_contract.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "runtime/linear_algebra/dense.h"
-#include "runtime/linear_algebra/symmetric.h"
+#include "core/linear_algebra/dense.h"
+#include "core/linear_algebra/symmetric.h"
 #include "runtime/statics/equilibrium_private.h"
 
 #define ROUNDING                                                                                   \

@@ -26,7 +26,7 @@ import tempfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 ROOT = os.path.dirname(os.path.dirname(HERE))
-FOLDERS = ("runtime", "scene", "platform", "io", "mesh", "precompute", "config", "driver",
+FOLDERS = ("core", "runtime", "scene", "platform", "io", "mesh", "precompute", "config", "driver",
            "validation", "bench", "app", "examples", "mpi")
 # sources that a build by gcc does not compile: those of the pages, which are WebAssembly, what the
 # relocatable tarball adds, and thrum-mpi in a build without it
@@ -117,7 +117,7 @@ def analyse(path, words, folder):
     del words[at:at + 2]
     words = [w for w in words if not w.startswith(("-O", "-W"))]
     # but where the function itself is defined
-    if path != "runtime/base/status.c":
+    if path != "core/base/status.c":
         words += ["-I" + os.path.join(ROOT, "include"), "-include",
                   os.path.join(HERE, "error_set.h")]
     command = words + ["-O1", "-fanalyzer", *OFF, "-o", os.devnull, "-fdiagnostics-path-format=none"]

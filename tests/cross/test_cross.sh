@@ -16,8 +16,10 @@ flags="$flags -I$source/tests/cross -I$source/include -I$source"
 
 # both tests link the same objects
 # shellcheck disable=SC2086
-$compiler $flags -c "$source"/runtime/base/*.c "$source"/runtime/material/*.c "$source"/runtime/polynomial/*.c \
-  "$source"/runtime/linear_algebra/*.c
+$compiler $flags -c "$source"/tests/cross/kernel_table.c "$source"/core/base/*.c "$source"/core/polynomial/*.c \
+  "$source"/core/linear_algebra/*.c "$source"/runtime/kernels/*.c "$source"/runtime/batch/batch_kernel*.c \
+  "$source"/runtime/material/*.c "$source"/runtime/points/kernel_points.c "$source"/runtime/points/point_law.c \
+  "$source"/runtime/points/point_rest.c
 for name in test_kernel test_inverse; do
   # shellcheck disable=SC2086
   $compiler $flags "$source"/tests/*/*/"$name.c" ./*.o -lm -o "$name"

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Links of the documentation lead to files that exist and to headings that these have.
 
-So do names of source files in backquotes, such as `runtime/dynamics/step.c`. Every page of docs/ must also be
+So do names of source files in backquotes, such as `core/step/step.c`. Every page of docs/ must also be
 reachable from docs/index.md, in one step or through a page that it links to.
 usage: test_links.py SOURCE
 SPDX-License-Identifier: Apache-2.0
@@ -12,7 +12,7 @@ import sys
 
 LINK = re.compile(r"\]\(([^)\s]+)\)")
 NAMED = re.compile(r"`([a-z_]+/[\w/.-]+\.(?:c|h|inl|py|sh|mjs|js|md|txt|csv|json))`")
-FOLDERS = {"app", "bench", "cmake", "config", "docs", "driver", "examples", "include", "io", "mesh", "models", "mpi", "platform",
+FOLDERS = {"app", "bench", "cmake", "config", "core", "docs", "driver", "examples", "include", "io", "mesh", "models", "mpi", "platform",
            "precompute", "runtime", "scene", "tests", "validation", "viewer"}
 
 

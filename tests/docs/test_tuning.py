@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""docs/tuning.md lists every numeric #define of runtime/, with its file and its value.
+"""docs/tuning.md lists every numeric #define of core/ and runtime/, with its file and its value.
 
 usage: tests/docs/test_tuning.py [ROOT]    exit 1 with the differences
 
-A row of a table there begins with | `NAME` | `VALUE` | `FILE` |, FILE relative to runtime/. The test fails for a
+A row of a table there begins with | `NAME` | `VALUE` | `FILE` |, FILE with its folders. The test fails for a
 constant without a row, for a row without a constant, and for a row with another value than the code.
 SPDX-License-Identifier: Apache-2.0
 """
@@ -23,14 +23,14 @@ ROW = re.compile(r"^\| `(\w+)` \| `([^`]+)` \| `([^`]+)` \|", re.MULTILINE)
 def constants():
     """(file, name) -> value of every numeric #define."""
     found = {}
-    for path in sorted((ROOT / "runtime").rglob("*")):
+    for path in sorted([*(ROOT / "core").rglob("*"), *(ROOT / "runtime").rglob("*")]):
         if path.suffix not in (".c", ".h", ".inl"):
             continue
         text = path.read_text(encoding="utf-8").replace("\\\n", " ")
         for name, value in DEFINE.findall(text):
             value = " ".join(COMMENT.sub("", value).split())
             if NUMBER.search(value) and EXPRESSION.fullmatch(value):
-                found[path.relative_to(ROOT / "runtime").as_posix(), name] = value
+                found[path.relative_to(ROOT).as_posix(), name] = value
     return found
 
 
@@ -46,14 +46,14 @@ def rows():
 
 def differences(code, page, twice):
     for key in sorted(code.keys() - page.keys()):
-        yield f"runtime/{key[0]}: {key[1]} has no row in docs/tuning.md"
+        yield f"{key[0]}: {key[1]} has no row in docs/tuning.md"
     for key in sorted(page.keys() - code.keys()):
-        yield f"docs/tuning.md: {key[1]} is not a numeric #define of runtime/{key[0]}"
+        yield f"docs/tuning.md: {key[1]} is not a numeric #define of {key[0]}"
     for key in sorted(code.keys() & page.keys()):
         if code[key] != page[key]:
-            yield f"docs/tuning.md: {key[1]} of runtime/{key[0]} is {code[key]}, not {page[key]}"
+            yield f"docs/tuning.md: {key[1]} of {key[0]} is {code[key]}, not {page[key]}"
     for key in twice:
-        yield f"docs/tuning.md: {key[1]} of runtime/{key[0]} has two rows"
+        yield f"docs/tuning.md: {key[1]} of {key[0]} has two rows"
 
 
 def main():

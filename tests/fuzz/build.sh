@@ -32,7 +32,7 @@ plain) flags="$flags -O2" plain=$flags followed=-fsanitize-coverage=inline-8bit-
 covered) flags="$flags -fprofile-instr-generate -fcoverage-mapping" ;;
 esac
 mesh_sources="mesh/*.c mesh/formats/*.c io/text.c io/file.c"
-mesh_sources="$mesh_sources platform/interrupt.c platform/allocate.c runtime/base/quadratic_tet.c runtime/base/status.c"
+mesh_sources="$mesh_sources platform/interrupt.c platform/allocate.c core/base/quadratic_tet.c core/base/status.c"
 
 # patterns of sources are those of this tree, wherever the script is called
 cd "$source"
@@ -80,7 +80,8 @@ for target in "$source"/tests/fuzz/$wanted.c; do
   stale $sources | xargs -r -n 2 -P "$(nproc)" sh -c \
     'case $1 in
      */*kernel_avx*.c) flags="'"$plain"'" ;;
-     */runtime/base/crc32.c | */runtime/polynomial/*.c | */runtime/linear_algebra/*.c)
+     */core/base/crc32.c | */core/polynomial/*.c | */runtime/kernels/*.c | */runtime/batch/batch_kernel*.c |\
+       */runtime/points/kernel_points.c | */core/linear_algebra/*.c)
        flags="'"$flags"'" ;;
      *) flags="'"$flags $library_flags $followed"'" ;;
      esac

@@ -1,7 +1,7 @@
 /* Fuzz target of the table of accelerations that --base-motion reads.
  * sources: driver/base_motion_spec.c driver/load_spec.c mesh/vertex_places.c config/parse.c
- * config/message.c runtime/loads/load_mean.c runtime/loads/base_motion.c runtime/base/finite.c
- * runtime/base/status.c io/file.c
+ * config/message.c core/loads/load_mean.c core/loads/base_motion.c core/base/finite.c
+ * core/base/status.c io/file.c
  * platform/interrupt.c platform/allocate.c mesh/mesh_grow.c io/text.c
  *
  * SPDX-License-Identifier: Apache-2.0 */

@@ -6,12 +6,10 @@
  * config/options_command.c config/parse.c driver/load_spec.c mesh/vertex_places.c
  * driver/base_motion_spec.c driver/start_spec.c driver/scene_spec.c driver/mesh_model.c
  * driver/named_model.c driver/basis_estimate.c driver/model_names.c driver/region_material.c
- * driver/train_case.c platform/allocate.c mesh/formats/surface_read.c runtime/dynamics/step_count.c
- * io/json_read.c io/text.c io/file.c io/paths.c mesh/formats/mesh_read.c mesh/mesh_units.c
- * precompute/full/full.c precompute/options/precompute_options.c platform/interrupt.c
- * runtime/base/status.c runtime/loads/*.c runtime/dynamics/state_def.c
- * runtime/dynamics/state_names.c runtime/statics/equilibrium.c runtime/polynomial/kernel.c
- * runtime/material/material_law.c SPDX-License-Identifier: Apache-2.0 */
+ * driver/train_case.c platform/allocate.c mesh/formats/surface_read.c io/json_read.c io/text.c
+ * io/file.c io/paths.c mesh/formats/mesh_read.c mesh/mesh_units.c precompute/full/full.c
+ * precompute/options/precompute_options.c platform/interrupt.c core/[a-z]*[a-z]/*.c
+ * runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
 #include "config/message.h"
 #include "driver/precompute_request.h"
 #include "driver/simulate_options.h"

@@ -1,9 +1,9 @@
 /* Fuzz target of the surface file: the zip, the .npy members, the check of the embedding, and the
  * display of it. Inputs get valid checksums.
- * sources: runtime/model/embedding*.c runtime/model/archive.c
- * runtime/model/file_buffer.c runtime/base/large_memory.c
- * runtime/model/zip.c runtime/base/npy.c runtime/base/crc32.c runtime/readout/surface*.c
- * runtime/base/status.c SPDX-License-Identifier: Apache-2.0 */
+ * sources: runtime/readout/embedding*.c core/model/archive.c
+ * core/model/file_buffer.c core/base/large_memory.c
+ * core/model/zip.c core/base/npy.c core/base/crc32.c runtime/readout/surface*.c
+ * core/base/status.c SPDX-License-Identifier: Apache-2.0 */
 #include "tests/fuzz/fuzz_file.h"
 #include "tests/fuzz/fuzz_zip.h"
 #include "thrum/embedding.h"

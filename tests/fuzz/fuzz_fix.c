@@ -1,7 +1,7 @@
 /* Fuzz target of --fix: predicates and groups, and behind a first byte that is odd, files of vertex
  * numbers.
  * sources: mesh/*.c mesh/formats/*.c io/text.c io/file.c
- * platform/interrupt.c platform/allocate.c runtime/base/quadratic_tet.c runtime/base/status.c
+ * platform/interrupt.c platform/allocate.c core/base/quadratic_tet.c core/base/status.c
  * SPDX-License-Identifier: Apache-2.0 */
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh.h"

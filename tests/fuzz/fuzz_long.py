@@ -28,9 +28,9 @@ import sys
 import time
 
 # the readers, whose lines are counted one by one
-READERS = ("mesh/formats/mesh_read", "mesh/formats/surface_read", "io/json_read", "io/npy_file", "io/npz", "runtime/base/npy",
-           "runtime/base/seal", "runtime/model/archive", "runtime/model/zip", "runtime/model/model_layout",
-           "runtime/model/embedding", "runtime/dynamics/state_snapshot", "scene/scene_snapshot", "driver/scene_spec",
+READERS = ("mesh/formats/mesh_read", "mesh/formats/surface_read", "io/json_read", "io/npy_file", "io/npz", "core/base/npy",
+           "core/base/seal", "core/model/archive", "core/model/zip", "core/model/model_layout",
+           "runtime/readout/embedding", "core/step/state_snapshot", "scene/scene_snapshot", "driver/scene_spec",
            "driver/load_spec", "driver/start_spec", "driver/base_motion_spec", "precompute/vega_reduced", "mesh/mesh_fix")
 
 # memory that was given back is kept apart for a while, but not so much of it that each input takes new pages

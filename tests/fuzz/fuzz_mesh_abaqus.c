@@ -1,6 +1,6 @@
 /* Fuzz target of the reader of Abaqus decks, mesh/formats/mesh_read_abaqus.c. Inputs that name
- * other files are passed over, so that a run depends on its input alone. SPDX-License-Identifier:
- * Apache-2.0 */
+ * other files are passed over, so that a run depends on its input alone.
+ * SPDX-License-Identifier: Apache-2.0 */
 #include "io/text.h"
 #include "mesh/formats/mesh_read.h"
 #include "tests/fuzz/fuzz_mesh.h"

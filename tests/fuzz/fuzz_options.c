@@ -1,6 +1,6 @@
 /* Fuzz target of the JSON reader that options files use.
  * sources: io/json_read.c io/text.c io/file.c platform/interrupt.c
- * runtime/base/status.c
+ * core/base/status.c
  * SPDX-License-Identifier: Apache-2.0 */
 #include "io/json_read.h"
 #include "tests/fuzz/fuzz_file.h"

@@ -1,9 +1,8 @@
 /* Fuzz target of what the viewer's page does with its archive: the arrays of a model and a scene as
  * the page hands them over (docs/viewer.md), behind the checks that the page makes of them. An
  * input is decisions and numbers.
- * sources: runtime/[a-z]*[a-z]/*.c scene/*.c viewer/bridge.c
- * viewer/bridge_effects.c viewer/bridge_touches.c viewer/pick.c SPDX-License-Identifier: Apache-2.0
- */
+ * sources: scene/*.c viewer/bridge.c viewer/bridge_effects.c viewer/bridge_touches.c viewer/pick.c
+ * core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
 #include <float.h>
 
 #include "tests/fuzz/fuzz_draw.h"

@@ -6,8 +6,7 @@
  * driver/start_spec.c driver/mesh_model.c driver/named_model.c driver/model_names.c
  * driver/region_material.c driver/run_entries.c driver/scene_words.c io/json_read.c io/text.c
  * io/file.c io/paths.c mesh/mesh_groups.c mesh/formats/mesh_read.c platform/interrupt.c
- * runtime/base/status.c runtime/loads/*.c runtime/dynamics/state_def.c
- * runtime/dynamics/state_names.c runtime/polynomial/kernel.c SPDX-License-Identifier: Apache-2.0 */
+ * core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
 #include "tests/fuzz/fuzz_scene.h"
 #include "tests/fuzz/fuzz_table.h"
 

@@ -1,10 +1,11 @@
 /* Fuzz target of snapshots of scenes: a scene is built and stepped as the input says, its snapshot
  * is changed in places and gets the checksum of the changed bytes. What is refused leaves the scene
  * as it was, and what is restored can be stepped.
- * sources: runtime/[a-z]*[a-z]/*.c scene/*.c SPDX-License-Identifier: Apache-2.0 */
+ * sources: scene/*.c core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c
+ * SPDX-License-Identifier: Apache-2.0 */
 #include <float.h>
 
-#include "runtime/base/seal.h"
+#include "core/base/seal.h"
 #include "tests/fuzz/fuzz_draw.h"
 #include "tests/fuzz/fuzz_file.h"
 #include "tests/fuzz/fuzz_random.h"

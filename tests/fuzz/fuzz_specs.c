@@ -1,6 +1,6 @@
 /* Fuzz target of the specifications of --load, --start, --base-motion and --at.
  * sources: driver/load_spec.c mesh/vertex_places.c driver/start_spec.c driver/base_motion_spec.c
- * config/parse.c config/message.c runtime/loads/load_mean.c runtime/base/status.c io/npz.c
+ * config/parse.c config/message.c core/loads/load_mean.c core/base/status.c io/npz.c
  * io/file.c platform/interrupt.c io/npy_file.c io/text.c SPDX-License-Identifier: Apache-2.0 */
 #include "driver/base_motion_spec.h"
 #include "driver/start_spec.h"

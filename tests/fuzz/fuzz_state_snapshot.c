@@ -1,11 +1,11 @@
 /* Fuzz target of snapshots of states: a state is made and stepped as the input says, its snapshot
  * is changed in places and gets the checksum of the changed bytes, so that they come to the checks
  * behind it. What is refused leaves the state as it was, and what is restored can be stepped.
- * sources: runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
+ * sources: core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
 #include <float.h>
 
-#include "runtime/base/seal.h"
-#include "runtime/dynamics/state_layout.h"
+#include "core/base/seal.h"
+#include "core/state/state_layout.h"
 #include "tests/fuzz/fuzz_draw.h"
 #include "tests/fuzz/fuzz_file.h"
 #include "tests/fuzz/fuzz_random.h"

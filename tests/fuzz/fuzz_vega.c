@@ -1,7 +1,6 @@
 /* Fuzz target of VegaFEM's bases (.U) and polynomials (.cub): the first byte says which.
  * sources: precompute/vega_reduced.c platform/allocate.c io/file.c platform/interrupt.c
- * runtime/polynomial/polynomial.c runtime/base/status.c runtime/base/finite.c
- * SPDX-License-Identifier: Apache-2.0 */
+ * core/[a-z]*[a-z]/*.c runtime/[a-z]*[a-z]/*.c SPDX-License-Identifier: Apache-2.0 */
 #include "precompute/vega_reduced.h"
 #include "tests/fuzz/fuzz_file.h"
 

@@ -6,7 +6,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "runtime/base/crc32.h"
+#include "core/base/crc32.h"
 
 /* Bytes before the archive in an input, which choose what is done with it. */
 #ifndef FUZZ_ZIP_AT

@@ -5,9 +5,9 @@
 
 #include <math.h>
 
+#include "core/base/quadratic_tet.h"
 #include "mesh/mesh_examine.h"
 #include "mesh/solids.h"
-#include "runtime/base/quadratic_tet.h"
 
 enum { CELLS = 3, HALVES = 2 * CELLS + 1, TEXT_MAX = 1 << 17 };
 

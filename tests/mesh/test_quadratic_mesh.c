@@ -4,10 +4,10 @@
 
 #include <math.h>
 
+#include "core/base/quadratic_tet.h"
 #include "mesh/formats/mesh_write.h"
 #include "mesh/mesh_examine.h"
 #include "mesh/midsides.h"
-#include "runtime/base/quadratic_tet.h"
 
 /* How far the middle nodes are off the middle of their edges. */
 static double farthest_off(const thrum_mesh *mesh) {

@@ -57,8 +57,8 @@ import threading
 import time
 
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-# of the runtime, of scenes, and those of other libraries whose subject lies in runtime/base
-TESTS = ("runtime/*/test_*.c", "scene/test_*.c", "precompute/test_quadratic_*.c")
+# of the runtime, of scenes, and those of other libraries whose subject lies in core/base
+TESTS = ("core/*/test_*.c", "runtime/*/test_*.c", "scene/test_*.c", "precompute/test_quadratic_*.c")
 # measured in processor time without a fault; longer tests say little more for what they cost
 LONGEST_TEST = 15.0
 # this test counts the library's allocations by wrapping symbols that a shared library keeps
@@ -141,7 +141,7 @@ class Bench:
             rows = json.load(file)
         for row in rows:
             path = os.path.relpath(row["file"], ROOT)
-            if path.startswith("runtime/") and "thrum_objects" in row["command"]:
+            if path.startswith(("core/", "runtime/")) and "thrum_objects" in row["command"]:
                 self.commands[path] = self.compiler(shlex.split(row["command"]))
 
     @staticmethod
@@ -169,7 +169,8 @@ class Bench:
         that it measured are kept."""
         kept = os.path.join(self.work, "prepared.json")
         state = hashlib.sha256()
-        for path in sorted(glob.glob(os.path.join(ROOT, "runtime/*/*"))):
+        for path in sorted(glob.glob(os.path.join(ROOT, "core/*/*")) +
+                           glob.glob(os.path.join(ROOT, "runtime/*/*"))):
             with open(path, "rb") as file:
                 state.update(file.read())
         found = {}
@@ -327,7 +328,7 @@ def try_mutant(bench, seconds, mutant, slot, near, first):
 def replace_nested(body, path, inserted, folder):
     """Copies included parts that include the changed one themselves, so that all see the change."""
     nested = False
-    for part in re.findall(r'#include "(runtime/[^"]+\.inl)"', body):
+    for part in re.findall(r'#include "((?:core|runtime)/[^"]+\.inl)"', body):
         with open(os.path.join(ROOT, part), encoding="utf-8") as file:
             inner = file.read()
         if '"%s"' % path in inner:
@@ -348,7 +349,8 @@ def code_of(path):
 def draw(options):
     """The mutants that are tried: (path, kind, start, end, replacement, text)."""
     everything = []
-    paths = sorted(glob.glob(os.path.join(ROOT, "runtime/*/*.c")) +
+    paths = sorted(glob.glob(os.path.join(ROOT, "core/*/*.c")) +
+                   glob.glob(os.path.join(ROOT, "runtime/*/*.c")) +
                    glob.glob(os.path.join(ROOT, "runtime/*/*.inl")))
     for full in paths:
         path = os.path.relpath(full, ROOT)

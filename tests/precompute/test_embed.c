@@ -3,13 +3,13 @@
  * file, and what the runtime shows of it. SPDX-License-Identifier: Apache-2.0 */
 #include <unistd.h>
 
+#include "core/base/quadratic_tet.h"
 #include "io/file.h"
 #include "io/npz.h"
 #include "mesh/formats/surface_read.h"
 #include "mesh/tet_distance.h"
 #include "mesh/tet_tree.h"
 #include "precompute/embed.h"
-#include "runtime/base/quadratic_tet.h"
 #include "tests/support/precompute_support.h"
 
 #define BEAM "beam:6x3x2@1x0.4x0.3"

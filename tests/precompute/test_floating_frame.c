@@ -3,8 +3,8 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
+#include "core/base/vec3.h"
 #include "precompute/full/full.h"
-#include "runtime/base/vec3.h"
 #include "tests/support/sanitized.h"
 #include "thrum/floating_frame.h"
 #include "thrum/polynomial.h"

@@ -3,12 +3,12 @@
 #include "tests/support/precompute_support.h"
 #include "tests/support/test_folder.h"
 
+#include "core/base/quadratic_tet.h"
 #include "driver/display_surface.h"
 #include "io/vtu.h"
 #include "precompute/embed.h"
 #include "precompute/full/full.h"
 #include "precompute/model/traction.h"
-#include "runtime/base/quadratic_tet.h"
 #include "thrum/monitor.h"
 #include "thrum/stress.h"
 #include "thrum/thrum.h"

@@ -3,9 +3,9 @@
  * and two of them over a thickness. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
+#include "core/base/quadratic_tet.h"
 #include "precompute/fem/quadrature.h"
 #include "precompute/model/model_fem.h"
-#include "runtime/base/quadratic_tet.h"
 #include "thrum/polynomial.h"
 
 static double factorial(int n) {

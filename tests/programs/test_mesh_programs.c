@@ -6,11 +6,11 @@
 
 #include <math.h>
 
+#include "core/base/quadratic_tet.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/formats/mesh_write.h"
 #include "mesh/mesh_examine.h"
 #include "mesh/mesh_groups.h"
-#include "runtime/base/quadratic_tet.h"
 
 static const char *gmsh, *tetgen;
 

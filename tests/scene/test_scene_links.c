@@ -6,7 +6,7 @@
 
 #include "tests/support/precompute_support.h"
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 #include "tests/support/scene_call.h"
 
 static const double PI = 3.14159265358979323846;

@@ -8,7 +8,7 @@
 #include "tests/support/outer_triangles.h"
 #include "tests/support/scene_call.h"
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 
 /* The horseshoe [m]: a straight bar of this width, bent about a half circle. */
 #define ARM 0.16

@@ -2,7 +2,7 @@
  * harmless where the checksum was made for them. SPDX-License-Identifier: Apache-2.0 */
 #include "tests/support/precompute_support.h"
 
-#include "runtime/base/seal.h"
+#include "core/base/seal.h"
 #include "tests/support/scene_call.h"
 
 /* The head of snapshots of scenes, as scene_snapshot.c writes it. */

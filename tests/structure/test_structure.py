@@ -1,14 +1,18 @@
 #!/usr/bin/env python3
 """The structure of the sources, read from their includes and declarations.
 
-Four rules keep the tree readable:
+Five rules keep the tree readable:
   1. No cycle of includes between files or between folders.
   2. No private header is taken from above: each folder includes only folders below it, and what is
-     private to the runtime or to the scene library stays there (runtime/base serves everyone).
+     private to the runtime or to the scene library stays there (core/base and runtime/material serve
+     everyone).
   3. A header declares the functions of its own .c and of no other. A family of files shares the
      header whose name they begin with: msh_read.h declares msh_read.c and msh_read_nodes.c. A
-     header in include/thrum is the face of a whole library: runtime/, or scene/ for scene.h.
+     header in include/thrum is the face of a whole library: core/ and runtime/, or scene/ for scene.h.
   4. No two source files have the same name.
+  5. The core stands alone: a file of core/ includes core/ and the public headers that core/ implements,
+     and names no function and no table that is defined above it. What is above is reached through the
+     two tables that each library has of its own, thrum_schemes and thrum_passes.
 
 usage: test_structure.py SOURCE      checks the tree, prints each violation, exits with 1 if there is one
        test_structure.py --self-test SOURCE   plants a violation of each rule and demands that it is found
@@ -22,7 +26,8 @@ import sys
 # Top-level folders and what each may include besides itself; public headers are open to all.
 LAYERS = {
     "include": set(),
-    "runtime": set(),
+    "core": set(),
+    "runtime": {"core"},
     "scene": set(),
     "platform": set(),
     "io": {"platform"},
@@ -37,6 +42,11 @@ LAYERS = {
     "viewer": set(),
     "javascript": set(),
 }
+# The public headers whose functions core/ defines, or that have none.
+CORE_HEADERS = {"api", "base_motion", "external_load", "kernel", "kernel_pass", "model", "polynomial", "state", "status",
+                "version"}
+# The tables by which the core reaches what is above it; core/alone.c has those of the core alone.
+CORE_TABLES = {"thrum_schemes", "thrum_passes"}
 SUFFIXES = (".c", ".h", ".inl")
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
 COMMENT = re.compile(r'/\*.*?\*/|//[^\n]*', re.S)
@@ -150,7 +160,7 @@ def check_layers(files):
             below = target.split("/")[0]
             if below in (top, "include"):
                 continue
-            if below == "runtime" and folder_of(target) in ("runtime/base", "runtime/material"):
+            if folder_of(target) in ("core/base", "runtime/material"):
                 continue
             if below not in LAYERS[top]:
                 yield f"{path} includes {target}: {top}/ may not include {below}/"
@@ -192,8 +202,8 @@ def check_headers(files):
         for name in sorted(declarations(text)[0]):
             for source in sorted(where.get(name, ())):
                 if path.startswith("include/"):
-                    home = "scene" if path.endswith("/scene.h") else "runtime"
-                    good = source.split("/")[0] == home
+                    home = ("scene",) if path.endswith("/scene.h") else ("core", "runtime")
+                    good = source.split("/")[0] in home
                 else:
                     stem = module_of(source)
                     own = module_of(path)
@@ -211,7 +221,35 @@ def check_names(files):
             yield f"{len(paths)} files are named {name}: {', '.join(sorted(paths))}"
 
 
-CHECKS = (check_cycles, check_layers, check_headers, check_names)
+def tables(text):
+    """The names of constant tables with external linkage that a source defines."""
+    return set(re.findall(r'^const\s+[\w\s*]*?(\w+)\s*(?:\[[^]]*\]\s*)?=', COMMENT.sub(" ", text), re.M))
+
+
+def check_core(files):
+    def is_core(path):
+        return path.startswith("core/")
+
+    # who defines what above the core
+    above = {}
+    for path, text in files.items():
+        if path.endswith(".c") and path.split("/")[0] in ("runtime", "scene"):
+            for name in (declarations(text)[1] | tables(text)) - CORE_TABLES:
+                above[name] = path
+    graph = includes(files)
+    for path, text in sorted(files.items()):
+        if not is_core(path):
+            continue
+        for target in sorted(graph[path]):
+            public = target.startswith("include/thrum/")
+            if not is_core(target) and not (public and os.path.basename(target)[:-2] in CORE_HEADERS):
+                yield f"{path} includes {target}, which is above the core"
+        named = set(re.findall(r'\bthrum_\w+', re.sub(r'"(?:\\.|[^"\\])*"', '""', COMMENT.sub(" ", text))))
+        for name in sorted(named & above.keys()):
+            yield f"{path} names {name} of {above[name]}, which is above the core"
+
+
+CHECKS = (check_cycles, check_layers, check_headers, check_names, check_core)
 
 
 def violations(files):
@@ -227,11 +265,17 @@ def self_test(files):
                         "precompute/planted_top/high.h": '#include "precompute/planted/other.h"\n',
                         "precompute/planted/other.h": "\n"}),
         (check_layers, {"mesh/planted.c": '#include "driver/planted.h"\n', "driver/planted.h": "\n"}),
-        (check_layers, {"io/planted.c": '#include "runtime/dynamics/planted.h"\n',
-                        "runtime/dynamics/planted.h": "\n"}),
+        (check_layers, {"io/planted.c": '#include "core/step/planted.h"\n', "core/step/planted.h": "\n"}),
         (check_headers, {"io/planted_a.h": "int thrum_planted(int value);\n",
                          "io/planted_b.c": "int thrum_planted(int value) {\n  return value;\n}\n"}),
         (check_names, {"io/planted.h": "\n", "mesh/planted.h": "\n"}),
+        (check_core, {"core/step/planted.c": '#include "runtime/guard/planted.h"\n',
+                      "runtime/guard/planted.h": "\n"}),
+        (check_core, {"core/step/planted.c": '#include "thrum/planted.h"\n', "include/thrum/planted.h": "\n"}),
+        (check_core, {"core/step/planted.c": "int f(void) {\n  return thrum_planted(1);\n}\n",
+                      "runtime/guard/planted.c": "int thrum_planted(int value) {\n  return value;\n}\n"}),
+        (check_core, {"core/step/planted.c": "const int *f(void) {\n  return &thrum_planted;\n}\n",
+                      "runtime/comparison/planted.c": "const int thrum_planted = 1;\n"}),
     )
     missed = 0
     for check, plant in plants:

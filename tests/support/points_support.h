@@ -5,7 +5,7 @@
 
 #include "tests/support/state_support.h"
 
-#include "runtime/polynomial/polynomial_private.h"
+#include "core/polynomial/polynomial_private.h"
 #include "thrum/kernel.h"
 #include "thrum/polynomial.h"
 

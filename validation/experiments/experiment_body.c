@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/vec3.h"
 #include "platform/allocate.h"
-#include "runtime/base/vec3.h"
 #include "thrum/external_load.h"
 
 #define SWING_SECONDS 3.0 /* within which a swing reaches its amplitude */

@@ -7,8 +7,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/base/finite.h"
 #include "platform/clock.h"
-#include "runtime/base/finite.h"
 #include "validation/experiments/run_outcome.h"
 
 #define LOST 1.0 /* of the work: whatever is left then is no energy balance */

@@ -1,5 +1,5 @@
 /* The list of extremes, and the systems of units. SPDX-License-Identifier: Apache-2.0 */
-#include "runtime/base/pi.h"
+#include "core/base/pi.h"
 #include "validation/experiments/extremes.h"
 
 const char *const experiment_subject_names[EXPERIMENT_SUBJECT_COUNT] = {

@@ -6,10 +6,10 @@
 
 #include <math.h>
 
+#include "core/base/pi.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
 #include "platform/thread_pool.h"
-#include "runtime/base/pi.h"
 #include "thrum/equilibrium.h"
 #include "thrum/polynomial.h"
 

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "runtime/base/pi.h"
+#include "core/base/pi.h"
 #include "validation/published/published.h"
 
 /* A bar of unit length in the plane y = 0 with E = rho = 1, nu = 0: beam theory without Poisson's

@@ -10,7 +10,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "runtime/base/pi.h"
+#include "core/base/pi.h"
 #include "thrum/polynomial.h"
 #include "validation/published/published.h"
 

@@ -4,11 +4,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/pi.h"
+#include "core/base/vec3.h"
 #include "mesh/formats/mesh_read.h"
 #include "mesh/mesh_fix.h"
 #include "platform/allocate.h"
-#include "runtime/base/pi.h"
-#include "runtime/base/vec3.h"
 #include "thrum/polynomial.h"
 #include "validation/published/published.h"
 

@@ -5,8 +5,8 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "core/base/pi.h"
 #include "precompute/full/full.h"
-#include "runtime/base/pi.h"
 #include "validation/published/published.h"
 
 #define THICK 0.01 /* of the length */

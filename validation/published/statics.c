@@ -9,9 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "core/base/pi.h"
 #include "platform/allocate.h"
 #include "precompute/full/full.h"
-#include "runtime/base/pi.h"
 #include "thrum/equilibrium.h"
 #include "thrum/external_load.h"
 #include "validation/published/published.h"

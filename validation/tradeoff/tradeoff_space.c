@@ -3,11 +3,11 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "core/base/vec3.h"
 #include "driver/model_cut.h"
 #include "driver/precompute_train.h"
 #include "platform/allocate.h"
 #include "platform/clock.h"
-#include "runtime/base/vec3.h"
 #include "runtime/material/material_law.h"
 #include "thrum/external_load.h"
 #include "thrum/polynomial.h"

@@ -11,7 +11,7 @@
 
 #include <math.h>
 
-#include "runtime/base/vec3.h"
+#include "core/base/vec3.h"
 #include "runtime/contact/contact_distance.h"
 #include "tests/support/random_model.h"
 

@@ -1,5 +1,5 @@
 /* Tests of the products that a sweep makes with the rows of a point: they have the bits of
- * runtime/base/two_lanes.h whatever the processor has.
+ * core/base/two_lanes.h whatever the processor has.
  *
  * SPDX-License-Identifier: Apache-2.0 */
 #include <setjmp.h>
@@ -11,7 +11,7 @@
 
 #include <string.h>
 
-#include "runtime/base/two_lanes.h"
+#include "core/base/two_lanes.h"
 #include "runtime/contact/contact_point.h"
 #include "runtime/contact/contact_private.h"
 #include "tests/support/random_model.h"
