@@ -11,8 +11,6 @@
 #include "io/json.h"
 #include "precompute/estimate.h"
 
-const char *const basis_judging_names[] = {"auto", "on", "off", NULL};
-
 basis_estimate basis_estimate_none(const char *why) {
   return (basis_estimate){.share = NAN, .velocity = NAN, .shape = NAN, .until = NAN, .why = why};
 }

@@ -24,7 +24,8 @@ typedef struct basis_asked {
   bool together;      /* others act on the body: it is judged with its scene */
 } basis_asked;
 
-/* The rows of the two options, in a request that has a basis_asked `member`. */
+/* The rows of the two options, in a request that has a basis_asked `member`; the names are of
+ * shared_options.c. */
 extern const char *const basis_judging_names[];
 #define OPTION_ACCEPT_ERROR(called, taken)                                                         \
   OPTION_WORD(called, "P%", "10%",                                                                 \

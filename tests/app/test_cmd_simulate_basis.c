@@ -286,6 +286,25 @@ static const cJSON *estimate_of(const char *scene, const char *name, int code, c
   return member(cJSON_GetArrayItem(member(*object, "bodies"), 0), "error_estimate");
 }
 
+/* Frames have the vertices of a body where it stands in the world, and its basis the axes of its
+ * model: the basis is judged in the latter, whether there are frames or not. */
+static void frames_do_not_change_how_a_turned_body_is_judged(void **state) {
+  (void)state;
+  double said[2];
+  for (int n = 0; n < 2; n++) {
+    char scene[400];
+    cJSON *object;
+    snprintf(scene, sizeof scene,
+             "{\"time\": 0.6, \"bodies\": [{\"model\": \"poor.npz\", \"rotation\": {\"axis\": "
+             "[1, 1, 0], \"angle\": 70}, \"loads\": \"constant:0,0.3,-0.4@right\"}], "
+             "\"outputs\": {\"record_every\": 1%s}}",
+             n > 0 ? ", \"frames\": 10" : "");
+    said[n] = json_value(estimate_of(scene, "turned", 3, &object), "share");
+    cJSON_Delete(object);
+  }
+  assert_true(said[0] == said[1]);
+}
+
 /* A floor that is never reached changes nothing: the scene made again says what the run of the body
  * alone says, and so does a body that is twice as large, of another material and turned. */
 static void a_body_in_a_scene_made_again_has_the_error_that_it_has_alone(void **state) {
@@ -376,6 +395,7 @@ int main(void) {
       cmocka_unit_test(each_kind_of_motion_is_judged),
       cmocka_unit_test(a_scene_judges_its_bodies),
       cmocka_unit_test(a_body_in_a_scene_made_again_has_the_error_that_it_has_alone),
+      cmocka_unit_test(frames_do_not_change_how_a_turned_body_is_judged),
       cmocka_unit_test(a_linked_body_is_judged_with_its_scene),
       cmocka_unit_test(what_a_small_disturbance_parts_is_not_blamed_on_the_basis),
   };

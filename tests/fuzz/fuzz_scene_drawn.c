@@ -2,7 +2,7 @@
  *
  * sources: driver/scene_spec.c driver/scene_keys.c driver/shared_options.c config/options.c
  * config/options_json.c config/options_command.c config/parse.c config/message.c
- * driver/basis_estimate.c driver/load_spec.c mesh/vertex_places.c driver/base_motion_spec.c
+ * driver/load_spec.c mesh/vertex_places.c driver/base_motion_spec.c
  * driver/start_spec.c driver/mesh_model.c driver/named_model.c driver/model_names.c
  * driver/region_material.c driver/run_entries.c driver/scene_words.c io/json_read.c io/text.c
  * io/file.c io/paths.c mesh/mesh_groups.c mesh/formats/mesh_read.c platform/interrupt.c
