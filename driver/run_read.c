@@ -14,6 +14,7 @@
 
 #include "driver/model_hash.h"
 #include "driver/named_model.h"
+#include "driver/percent.h"
 #include "driver/run_entries.h"
 #include "driver/run_folder.h"
 #include "io/json.h"
@@ -277,6 +278,19 @@ static thrum_status read_q(const char *folder, const cJSON *object, recorded_run
   return THRUM_OK;
 }
 
+/* "at least 12 % of the motion is wrong by the basis", or why that is not known. */
+static void read_error(const cJSON *object, recorded_run *run) {
+  const cJSON *estimate = cJSON_GetObjectItemCaseSensitive(object, "error_estimate");
+  const cJSON *share = cJSON_GetObjectItemCaseSensitive(estimate, "share");
+  const char *kind = json_text_of(estimate, "kind"), *why = json_text_of(estimate, "why");
+  char text[PERCENT_MAX];
+  if (cJSON_IsNumber(share) && kind != NULL)
+    snprintf(run->error, sizeof run->error, "%.20s %s %% of the motion is wrong by the basis", kind,
+             percent_text(share->valuedouble, text));
+  else if (why != NULL)
+    snprintf(run->error, sizeof run->error, "the basis is not judged: %.80s", why);
+}
+
 thrum_status recorded_run_read(const char *path, const char *model, recorded_run *run,
                                thrum_error *error) {
   // a light grey where the run names no colour
@@ -293,6 +307,8 @@ thrum_status recorded_run_read(const char *path, const char *model, recorded_run
   // "imexv, switched to energy after 24 steps"
   const char *stepped_by = json_text_of(object, "stepped_by");
   snprintf(read.stepped_by, sizeof read.stepped_by, "%s", stepped_by != NULL ? stepped_by : "");
+
+  read_error(object, &read);
 
   const cJSON *options = cJSON_GetObjectItemCaseSensitive(object, "options");
   read.full = cJSON_IsTrue(cJSON_GetObjectItemCaseSensitive(options, "full"));

@@ -20,6 +20,7 @@ typedef struct recorded_run {
   double *energies; /* rows x 2: kinetic, strain [J] */
   run_placement place;
   char stepped_by[128]; /* what stepped it, for people; "": the run does not say */
+  char error[120];      /* what the basis has wrong, for people; "": the run does not say */
   bool full;            /* the whole mesh was stepped, of which q has what the basis has */
   double *places;       /* rows x RUN_PLACEMENT_COLUMNS; NULL: the body stays where it stands */
 } recorded_run;

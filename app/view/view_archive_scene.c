@@ -222,6 +222,8 @@ static cJSON *body_of_motion(const recorded_run *run, const char *name, int64_t 
     add_colour(body, colour);
   else
     cJSON_AddStringToObject(body, "colour", COLOUR);
+  if (run->error[0] != 0)
+    json_string(body, "error", run->error);
   return body;
 }
 

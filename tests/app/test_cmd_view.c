@@ -413,6 +413,10 @@ static void a_run_is_packed_with_its_rows(void **state) {
   assert_true(
       item_of(cJSON_GetObjectItem(scene, "bodies"), 1, "position")->child->next->valuedouble == 2);
 
+  // what the run says of its bases, for the page
+  assert_string_equal(item_of(cJSON_GetObjectItem(scene, "bodies"), 0, "error")->valuestring,
+                      "the basis is not judged: nothing has moved");
+
   // 20 rows a second of half a second, and the first
   const cJSON *recording = cJSON_GetObjectItem(p.json, "recording");
   assert_int_equal(cJSON_GetArraySize(recording), 2);

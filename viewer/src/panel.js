@@ -8,6 +8,7 @@ import { drawSplit } from './plot.js';
 import { fewestStepped, mostStepped } from './pack.js';
 import { QUALITIES } from './quality.js';
 
+const ERRORS_MOST = 8;
 const find = (id) => document.getElementById(id);
 const power = (base) => ({ read: (x) => base ** x, write: (y) => Math.log(y) / Math.log(base) });
 const plain = { read: (x) => x, write: (y) => y };
@@ -90,6 +91,7 @@ export class Panel {
     find('compare').hidden = plays;
     find('scrub').hidden = !plays;
     find('hint').textContent = plays ? 'Drag to look around' : 'Drag a body to pull it, drag beside it to look around';
+    this.showErrors();
     if (plays) {
       Object.assign(find('scrub'), { min: recording.begin, max: recording.end });
       return;
@@ -103,6 +105,15 @@ export class Panel {
     find('integrator').value = settings.integrator;
     find('sound').checked = settings.sound;
     find('integrator').disabled = compared;
+  }
+
+  /** What a run says that the bases of its bodies have wrong, a line for each of the first few. */
+  showErrors() {
+    const { pack, plays } = this.world;
+    const told = plays ? pack.scene.bodies.filter(({ error }) => error) : [];
+    const lines = told.slice(0, ERRORS_MOST).map(({ name, error }) => told.length > 1 ? `${name}: ${error}` : error);
+    find('errors').textContent = lines.join('\n');
+    find('errors').hidden = lines.length === 0;
   }
 
   /** Modes of the first body: how many are stepped explicitly, how fast they are and how fast they are
