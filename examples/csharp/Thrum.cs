@@ -45,7 +45,7 @@ namespace Thrum {
     public int Solver;
     public int FrequencyMatched;
     public int BorrowsScratch;
-    public int Unused;
+    public int UntrainedFlow;
 
     public static StateDef Default { get { return Native.thrum_default_state_def(); } }
   }

@@ -13,7 +13,7 @@ static class Check {
 
   static void Main(string[] arguments) {
     Layout(typeof(NativeError), "error", "Message");
-    Layout(typeof(StateDef), "def", "Integrator", "Dt", "DampingForm", "SplitSafety", "Tolerance", "ExplicitCount", "Kernel", "Solver", "Unused");
+    Layout(typeof(StateDef), "def", "Integrator", "Dt", "DampingForm", "SplitSafety", "Tolerance", "ExplicitCount", "Kernel", "Solver", "UntrainedFlow");
     Layout(typeof(Energies), "energies", "Total", "High");
 
     using (Model model = new Model(arguments[0])) {

@@ -48,6 +48,7 @@ static thrum_status search_make(const experiment_body *body, search *s, thrum_er
   made.linear.c3_count = cubic;
   made.linear.c4_count = quartic;
   made.linear.point_weights = made.linear.point_moduli = made.linear.point_gradients = NULL;
+  made.linear.point_training = NULL;
   made.linear.point_count = 0;
   // what is packed is still the nonlinear one
   made.linear.packed = NULL;
