@@ -5,8 +5,10 @@ import { readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { before, test } from 'node:test';
 import { gzipSync } from 'node:zlib';
+import { SurfaceValues } from '../src/colours.js';
 import { Engine } from '../src/engine.js';
 import { bytesOfElement, readPack } from '../src/pack.js';
+import { smooth } from '../src/smooth.js';
 import { folder, lastRow, packOf, thrum, wasmBytes } from './fixture.mjs';
 import { writePack } from './pack_write.mjs';
 
@@ -234,4 +236,18 @@ test('a pack may be compressed', async () => {
   const element = { textContent, dataset: { encoding: 'gzip' } };
   assert.deepEqual(Buffer.from(await bytesOfElement(element)), bytes);
   assert.equal(await bytesOfElement({ textContent: ' ', dataset: {} }), null);
+});
+
+test('the largest stress of a surface is that of the program at the nodes of the mesh', () => {
+  const beam = 'beam:16x4x4@1x0.1x0.1';
+  thrum('precompute', beam, '--order', '2', '--fix', 'x<1e-9', '--young', '5e6', '--poisson', '0.3', '--density', '1000',
+    '--modes', '6', '--rank', '12', '-o', 'bent.npz');
+  const [model] = packOf('bent.npz').models;
+  const values = new SurfaceValues(model, smooth(model));
+  for (const load of ['constant:0,0,-20@tip', 'constant:0,10,-10@tip', 'gravity:0,0,-9.81']) {
+    const { q, stress } = JSON.parse(thrum('static', 'bent.npz', '--load', load, '--accept-error', '1', '--json'));
+    assert.equal(stress.kind, 'nodes');
+    const share = values.read('stress', Float32Array.from(q), 1, 1) / stress.peak_von_mises_pa;
+    assert.ok(Math.abs(share - 1) < 0.03, `${load}: ${share}`);
+  }
 });
