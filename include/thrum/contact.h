@@ -167,7 +167,9 @@ typedef struct thrum_contact_def {
   const double *areas;
 
   /* Pressure per depth against obstacles without their own [N/m^3]; 0 to 1e30. Larger: the body
-   * sinks in less. Default 0: ten times Young's modulus over the diagonal of the vertices' box. */
+   * sinks in less. Default 0: ten times Young's modulus over the diagonal of the vertices' box, and
+   * a thousand times that where a free body meets an obstacle with a restitution below 1
+   * (docs/contact.md). */
   double stiffness;
 
   /* Diagonal of the body's box at rest [m]; finite and >= 0. Larger: pulls without a force_max are
@@ -279,7 +281,8 @@ THRUM_API size_t thrum_contact_bytes(const thrum_contact *contact);
 THRUM_API thrum_status thrum_contact_copy_check(const thrum_contact *contact, const void *copy,
                                                 thrum_error *error);
 
-/* Pressure per depth against obstacles without their own [N/m^3]. */
+/* Pressure per depth against obstacles without their own [N/m^3], as the def has it or by default
+ * before it is made harder for a free body. */
 THRUM_API double thrum_contact_stiffness(const thrum_contact *contact);
 
 /* Predicts the step, solves for contact and pulls, and sets the state's force to the environment's

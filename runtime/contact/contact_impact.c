@@ -273,9 +273,13 @@ static double time_of(const thrum_impact_place *at) {
   double way;
   const double speed = speed_apart(at, &way);
 
-  // what a step adds is no impact (thrum_contact_row_approach)
+  // what the load adds is no impact (thrum_contact_row_approach)
   const double gained = 2.0 * (speed - way / h);
-  if (!(speed < 0.0) || !(-speed > THRUM_RESTING * gained) || !is_rigid(at, -speed))
+  double settling = at->bodies[0]->settling;
+  if (at->bodies[1] != NULL)
+    settling = fmax(settling, at->bodies[1]->settling);
+  const bool rests = !(-speed > thrum_contact_resting(gained, h, settling));
+  if (!(speed < 0.0) || rests || !is_rigid(at, -speed))
     return INFINITY;
 
   // gap + speed t - gained/h t^2/2 = 0

@@ -20,6 +20,7 @@
 #include "runtime/contact/contact_point.h"
 
 #define DEEPEST 0.5 /* of the thickness: springs push up to here whatever restitution says */
+#define MODULI 40.0 /* over the thickness where a touch gives back less than it takes, else 1 */
 #define HALFWAY 2.0 /* thicknesses within which two places meet halfway between them */
 
 /* How many of the four points are on the first side. */
@@ -274,9 +275,13 @@ static bool fill_row(thrum_pairs_run *run, const thrum_pair_candidate *c, thrum_
   const thrum_contact_solid *solid = solid_of(run, c);
   row->row.friction = solid ? solid->friction : run->pairs->friction;
   row->row.restitution = solid ? solid->restitution : run->pairs->restitution;
-  row->row.stiffness = (c->key.kind == THRUM_PAIR_EDGES ? fmin(first, second) : first) *
-                       fmin(skins[0]->young, skins[1]->young) / row->thickness;
-  thrum_contact_row_approach(&row->row, run->view.runs[row->members[0]].dt, velocity, unloaded);
+  const double area = c->key.kind == THRUM_PAIR_EDGES ? fmin(first, second) : first;
+  const double harder = row->row.restitution < 1.0 ? MODULI : 1.0;
+  row->row.stiffness = harder * area * fmin(skins[0]->young, skins[1]->young) / row->thickness;
+  const double settling =
+      fmax(run->view.runs[row->members[0]].settling, run->view.runs[row->members[1]].settling);
+  thrum_contact_row_approach(&row->row, run->view.runs[row->members[0]].dt, settling, velocity,
+                             unloaded);
   return row->row.along > 0.0 && isfinite(row->row.along);
 }
 

@@ -182,6 +182,7 @@ typedef struct thrum_contact_run {
   double dt;
   bool linked;               /* to another body or to the world */
   double axes[9], origin[3]; /* of the placement, the translation included in the origin */
+  double settling;           /* 1 / omega_1 of the body, 0 for what has no shape [s] */
   double mass_weight;        /* h^2/2 over the mass, 0 for a body that is held [m/N] */
   double unloaded[3];        /* displacement of the translation without contact and pulls [m] */
   double moved[3];           /* with them */

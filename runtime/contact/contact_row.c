@@ -37,17 +37,17 @@ void thrum_contact_row_respond(thrum_contact_row *row) {
   row->across = largest_across(row->response, row->touch.normal, pushed);
 }
 
-void thrum_contact_row_approach(thrum_contact_row *row, double h, const double velocity[3],
-                                const double unloaded[3]) {
+void thrum_contact_row_approach(thrum_contact_row *row, double h, double settling,
+                                const double velocity[3], const double unloaded[3]) {
   thrum_touching *touch = &row->touch;
   const double speed = thrum_dot3(velocity, touch->normal);
 
-  // the speed that one step adds is no impact: a body at rest would be thrown up again and again
+  // the speed that the load adds is no impact: a body at rest would be thrown up again and again
   const double gained = 2.0 * (speed - thrum_dot3(unloaded, touch->normal) / h);
 
   // an approach lasts until the point moves away, and keeps its largest speed
   if (speed < 0.0) {
-    const double impact = -speed > THRUM_RESTING * gained ? -speed : 0.0;
+    const double impact = -speed > thrum_contact_resting(gained, h, settling) ? -speed : 0.0;
     touch->approach = touch->towards ? fmax(touch->approach, impact) : impact;
     touch->towards = 1;
   } else if (speed > 0.0) {

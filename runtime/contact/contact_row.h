@@ -10,7 +10,9 @@
 #include "runtime/contact/contact_private.h"
 
 #define THRUM_SOON 1.1    /* steps: what strikes so soon is struck with what strikes in this one */
-#define THRUM_RESTING 2.0 /* times what a step adds: a slower approach is no impact */
+#define THRUM_RESTING 2.0 /* times what the load adds as a body lies down: less is no impact */
+#define THRUM_HARDER                                                                               \
+  1e3 /* times the stiffness of a surface, where a touch gives back less than it takes */
 
 #define THRUM_ENERGY_MOST                                                                          \
   1e280 /* [J] of a touch: sums over 2^24 of them and 2^62 steps are finite */
@@ -24,9 +26,17 @@ void thrum_contact_row_force(const thrum_contact_row *row, double force[3]);
 void thrum_contact_row_respond(thrum_contact_row *row);
 
 /* Fills the approach speed, and the displacement that friction aims at, in a step of h [s]:
- * velocity [m/s] and displacement without contact [m] are relative to what the point touches. */
-void thrum_contact_row_approach(thrum_contact_row *row, double h, const double velocity[3],
-                                const double unloaded[3]);
+ * velocity [m/s] and displacement without contact [m] are relative to what the point touches.
+ * settling: 1 / omega_1 of the softer of what touches [s]. */
+void thrum_contact_row_approach(thrum_contact_row *row, double h, double settling,
+                                const double velocity[3], const double unloaded[3]);
+
+/* The speed of an approach up to which it is no impact [m/s], where the load adds `gained` in a
+ * step of h [s]: what it adds in a step, or while the bodies lie down. A body that is put on the
+ * ground swings on its own elasticity at up to g / omega_1, however short a step is. */
+static inline double thrum_contact_resting(double gained, double h, double settling) {
+  return THRUM_RESTING * gained * fmax(settling / h, 1.0);
+}
 
 /* Solves the row for its forces, as those of all other rows are. at: displacement of the point
  * relative to what it touches, as predicted now [m]; overwritten. change: of its force [N]. */

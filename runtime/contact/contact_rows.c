@@ -94,12 +94,25 @@ static double entry_gap(const thrum_obstacle *obstacle, int32_t face, const doub
   return fmax(depth - inside * thrum_dot3(normal, way), 0.0);
 }
 
+/* Pressure per depth [N/m^3]. What holds up a free body is its contact alone, so a surface that
+ * nobody made soft gives way by far less than the body does. One that gives back all of an impact
+ * stays soft enough for steps to resolve it. */
+static double pressure_of(const thrum_contact_run *run, const thrum_obstacle *obstacle) {
+  if (obstacle->stiffness > 0.0)
+    return obstacle->stiffness;
+  const double own = run->contact->stiffness;
+  if (run->contact->springy || obstacle->damping > 0.0 || !(obstacle->restitution < 1.0) ||
+      run->environment->translation == NULL)
+    return own;
+  return fmin(THRUM_HARDER * own, THRUM_CONTACT_STIFFNESS_MAX);
+}
+
 /* Fills a row whose touch and gap are set; `before` is the same touch in the last step, or NULL. */
 static void fill_row(const thrum_contact_run *run, const moving_point *point,
                      const thrum_obstacle *obstacle, const thrum_touching *before,
                      thrum_contact_row *row) {
   const double h = run->dt, area = run->view.areas[row->touch.point];
-  const double pressure = obstacle->stiffness > 0.0 ? obstacle->stiffness : run->contact->stiffness;
+  const double pressure = pressure_of(run, obstacle);
 
   // how the point answers to a force
   memcpy(row->lever, point->lever, sizeof row->lever);
@@ -133,7 +146,7 @@ static void fill_row(const thrum_contact_run *run, const moving_point *point,
     velocity[axis] -= obstacle->velocity[axis];
     unloaded[axis] = point->unloaded[axis] - row->drift[axis];
   }
-  thrum_contact_row_approach(row, h, velocity, unloaded);
+  thrum_contact_row_approach(row, h, run->settling, velocity, unloaded);
 }
 
 /* Where a point really is at the start of the step. */

@@ -7,6 +7,7 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "core/base/fp_contract.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "core/base/finite.h"
@@ -62,6 +63,15 @@ void thrum_contact_place(thrum_contact_run *run) {
     fill_rigid_frame(run);
 }
 
+/* How long a body takes to lie down on its own elasticity [s]: 1 / omega_1. */
+static double settling_of(const thrum_model *model) {
+  double lowest = INFINITY;
+  for (int32_t i = 0; i < model->rank; i++)
+    if (model->omega2[i] > 0.0)
+      lowest = fmin(lowest, model->omega2[i]);
+  return 1.0 / sqrt(lowest);
+}
+
 thrum_status thrum_contact_open(const thrum_model *model, thrum_state *state,
                                 thrum_contact *contact,
                                 const thrum_contact_environment *environment,
@@ -76,6 +86,7 @@ thrum_status thrum_contact_open(const thrum_model *model, thrum_state *state,
   run->environment = environment;
   run->view = thrum_contact_view_of(contact);
   run->dt = state->def.dt;
+  run->settling = settling_of(model);
   thrum_contact_place(run);
   return THRUM_OK;
 }

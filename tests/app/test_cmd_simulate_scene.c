@@ -929,7 +929,7 @@ static void a_body_that_passes_another_within_a_step_flags_the_run(void **state)
       "{\"dt\": 0.002, \"time\": 0.02, \"bodies\": [\n"
       " {\"name\": \"bullet\", \"model\": \"beam:2x2x2@0.05x0.05x0.05,split=6\", \"order\": 1, "
       "\"free\": true,\n"
-      "  \"position\": [-0.02, -0.005, 0.33], \"velocity\": [0, 0, -1000],"
+      "  \"position\": [-0.01, -0.005, 0.33], \"velocity\": [0, 0, -1000],"
       " \"material\": {\"young\": 1e9}}],\n"
       " \"obstacles\": [{\"shape\": \"cylinder\", \"radius\": 0.01, \"height\": 0.6}]}",
       solid, 2);

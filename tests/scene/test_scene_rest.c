@@ -1,0 +1,239 @@
+/* Tests of bodies that come to rest: what holds a body up is its own elasticity, whatever the time
+ * step is, the forces on it are its weight, and it is still.
+ *
+ * SPDX-License-Identifier: Apache-2.0 */
+#include "tests/support/precompute_support.h"
+
+#include "tests/support/outer_triangles.h"
+#include "tests/support/sanitized.h"
+#include "tests/support/scene_call.h"
+
+#define GRAVITY 9.81
+#define RADIUS 0.5
+
+/* A ball, and what it lies on. */
+typedef struct fixture {
+  body mesh;
+  thrum_precomputed made;
+  int32_t *triangles, *touch;
+  int64_t triangle_count;
+} fixture;
+
+/* The cube of the mesh becomes a ball: a point goes out until the sphere has its distance from the
+ * cube's. */
+static void round_off(body *cube) {
+  double *x = cube->mesh.vertices;
+  for (int64_t v = 0; v < cube->mesh.vertex_count; v++, x += 3) {
+    double most = 0, square = 0;
+    x[0] -= RADIUS; // the other two are about the middle
+    for (int axis = 0; axis < 3; axis++) {
+      most = fmax(most, fabs(x[axis]));
+      square += x[axis] * x[axis];
+    }
+    for (int axis = 0; axis < 3 && square > 0; axis++)
+      x[axis] *= most / sqrt(square);
+  }
+}
+
+static int setup(void **context) {
+  fixture *f = calloc(1, sizeof *f);
+  if (f == NULL)
+    return -1;
+  f->mesh = body_make("beam:5x5x5@1x1x1,split=6", NULL);
+  round_off(&f->mesh);
+  f->made = body_precompute(&f->mesh, 8, 16);
+  f->triangles = outer_triangles(&f->mesh.mesh, &f->triangle_count);
+  const int64_t count = f->made.model.vertex_count;
+  f->touch = need((size_t)count, sizeof *f->touch);
+  for (int64_t v = 0; v < count; v++)
+    f->touch[v] = (int32_t)v;
+  *context = f;
+  return 0;
+}
+
+static int teardown(void **context) {
+  fixture *f = *context;
+  thrum_precomputed_free(&f->made);
+  body_free(&f->mesh);
+  free(f->triangles);
+  free(f->touch);
+  free(f);
+  return 0;
+}
+
+/* What a ball is laid on. */
+typedef enum ground { PLANE, SOLID } ground;
+
+/* How it lies in the end. */
+typedef struct rest {
+  double middle;   /* height of its middle above what it touches [m] */
+  double force;    /* mean of the contact over the last half second, in weights */
+  double speed;    /* largest of the middle in that time [m/s] */
+  double depth;    /* of what touches [m] */
+  double distance; /* least, that contact with a solid keeps [m] */
+  int64_t impacts; /* of the body as a whole */
+} rest;
+
+/* Adds a plane or a box with its face at z = 0; nothing of it rubs. */
+static void add_ground(thrum_scene *scene, ground on) {
+  thrum_obstacle plane = thrum_default_obstacle();
+  thrum_scene_solid_def solid = thrum_default_scene_solid_def();
+  const thrum_contact_pairs_def pairs = thrum_default_contact_pairs_def();
+  plane.friction = solid.friction = 0;
+  solid.half[0] = solid.half[1] = 2;
+  solid.position[2] = -0.5;
+  MUST(thrum_scene_set_collisions(scene, &pairs, &failure));
+  if (on == PLANE)
+    MUST(thrum_scene_add_obstacle(scene, &plane, NULL, &failure));
+  else
+    MUST(thrum_scene_add_solid(scene, &solid, NULL, &failure));
+}
+
+/* The factor of stiffness by which rho g D / E is `softness`. */
+static double factor_of(const fixture *f, double softness) {
+  const double *material = f->made.model.material;
+  return material[2] * GRAVITY * 2 * RADIUS / (softness * material[0]);
+}
+
+/* Lays a ball 1 mm above the ground, and looks at it after 4 s. */
+static rest lie(const fixture *f, ground on, double softness, double dt) {
+  thrum_scene *scene = NULL;
+  const double gravity[3] = {0, 0, -GRAVITY};
+  MUST(thrum_scene_make(dt, &scene, &failure));
+  MUST(thrum_scene_set_gravity(scene, gravity, &failure));
+  add_ground(scene, on);
+
+  // the ball, of which all vibration dies out within the time
+  thrum_scene_body_def def = thrum_default_scene_body_def();
+  def.model = &f->made.model;
+  def.triangles = f->triangles;
+  def.triangle_count = f->triangle_count;
+  def.touch = f->touch;
+  def.touch_count = f->made.model.vertex_count;
+  def.free = 1;
+  def.position[2] = RADIUS + 0.001;
+  def.stiffness = factor_of(f, softness);
+  def.state.damping_alpha = 60;
+  MUST(thrum_scene_add_body(scene, &def, NULL, &failure));
+  MUST(thrum_scene_add_probe(scene, NULL, 0, NULL, 0, &failure));
+
+  // most of the time it lies down
+  rest r = {0};
+  thrum_scene_body_info info;
+  const int count = (int)(4 / dt), last = (int)(0.5 / dt);
+  double x[3], v[3];
+  for (int n = 0; n < count; n++) {
+    MUST(thrum_scene_step(scene, &failure));
+    if (n < count - last)
+      continue;
+    MUST(thrum_scene_body(scene, 0, &info, &failure));
+    MUST(thrum_scene_probe(scene, 0, x, v, &failure));
+    const thrum_contact_pairs_report between = thrum_scene_collisions(scene);
+    r.force += (info.contact.normal + between.normal) / (last * info.mass * GRAVITY);
+    r.speed = fmax(r.speed, sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
+    r.depth = fmax(info.contact.depth, between.depth);
+    r.distance = on == SOLID ? between.distance + between.depth : 0;
+    r.impacts = info.contact.impacts + between.impacts;
+  }
+  r.middle = x[2] - r.distance;
+  thrum_scene_free(scene);
+  return r;
+}
+
+/* The places that may bear: those of the lowest tenth of the ball. */
+enum { LOWEST = 60 };
+
+/* The height of the middle of a ball that lies in equilibrium on a smooth plane, as linear
+ * elasticity in the basis has it: gaps and forces are not below 0, one of both is 0 at each place,
+ * and the forces add up to the weight. Gauss-Seidel over the places, with the height by bisection;
+ * the ball does not turn. */
+static double height_in_equilibrium(const fixture *f, double softness) {
+  const thrum_model *m = &f->made.model;
+  int64_t places[LOWEST], count = 0;
+  double compliance[LOWEST][LOWEST], force[LOWEST] = {0}, sum = 0;
+  for (int64_t v = 0; v < m->vertex_count; v++)
+    if (m->vertices[3 * v + 2] < -0.8 * RADIUS && count < LOWEST)
+      places[count++] = v;
+  assert_in_range(count, 4, LOWEST - 1);
+
+  // how they give way to each other
+  for (int64_t a = 0; a < count; a++)
+    for (int64_t b = 0; b < count; b++) {
+      const double *first = m->basis + (3 * places[a] + 2) * m->rank;
+      const double *second = m->basis + (3 * places[b] + 2) * m->rank;
+      compliance[a][b] = 0;
+      for (int64_t i = 0; i < m->rank; i++)
+        compliance[a][b] += first[i] * second[i] / (m->omega2[i] * factor_of(f, softness));
+    }
+
+  // the lower the middle, the larger the force
+  double low = 0.5 * RADIUS, high = RADIUS;
+  for (int n = 0; n < 40; n++) {
+    const double middle = 0.5 * (low + high);
+    for (int sweep = 0; sweep < 400; sweep++)
+      for (int64_t a = 0; a < count; a++) {
+        double gap = middle + m->vertices[3 * places[a] + 2];
+        for (int64_t b = 0; b < count; b++)
+          gap += compliance[a][b] * force[b];
+        force[a] = fmax(force[a] - gap / compliance[a][a], 0);
+      }
+    sum = 0;
+    for (int64_t a = 0; a < count; a++)
+      sum += force[a];
+    if (sum > f->made.mass * GRAVITY)
+      low = middle;
+    else
+      high = middle;
+  }
+
+  // of the mean of all vertices, which the probe follows
+  double mean = 0;
+  for (int64_t v = 0; v < m->vertex_count; v++)
+    for (int64_t i = 0; i < m->rank; i++)
+      for (int64_t a = 0; a < count; a++)
+        mean += m->basis[(3 * v + 2) * m->rank + i] * m->basis[(3 * places[a] + 2) * m->rank + i] *
+                force[a] / (m->omega2[i] * factor_of(f, softness) * (double)m->vertex_count);
+  return low + mean;
+}
+
+/* What holds a soft ball up is its contact alone: at any step and on either ground it sinks in by
+ * the same, the forces are its weight, and it is still. */
+static void a_soft_ball_rests_at_the_same_height_at_any_step(void **context) {
+  static const double steps[] = {0.001, 0.002, 0.004};
+  const fixture *f = *context;
+  const double hard = lie(f, PLANE, 1e-4, 0.002).middle, soft = lie(f, PLANE, 0.07, 0.0005).middle;
+  for (int on = PLANE; on <= SOLID; on++)
+    for (int n = 0; n < LENGTH_OF_RUN(3, 1); n++) {
+      const rest r = lie(f, (ground)on, 0.07, steps[n]);
+      print_message("%s, h = %g: sags by %.6f m, bears %.7f of the weight, %.1e m/s, %.1e m deep\n",
+                    on == PLANE ? "plane" : "solid", steps[n], hard - r.middle, r.force, r.speed,
+                    r.depth);
+      assert_close(hard - r.middle, hard - soft, 1e-4);
+      assert_true(fabs(r.force - 1) < 1e-5);
+      assert_true(r.speed < 1e-6);
+      assert_true(r.depth < 0.02 * (hard - soft));
+
+      // it is not struck as a whole as it lies down
+      assert_int_equal(r.impacts, 0);
+    }
+}
+
+/* How far it sinks in is what linear elasticity says of small deformation. */
+static void a_ball_rests_in_its_equilibrium(void **context) {
+  const fixture *f = *context;
+  const double hard = height_in_equilibrium(f, 1e-4), soft = height_in_equilibrium(f, 0.01);
+  for (int on = PLANE; on <= SOLID; on++) {
+    const double found = hard - lie(f, (ground)on, 0.01, 0.002).middle;
+    print_message("%s: sags by %.6f m, in equilibrium by %.6f m\n", on == PLANE ? "plane" : "solid",
+                  found, hard - soft);
+    assert_close(found, hard - soft, 0.03);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_soft_ball_rests_at_the_same_height_at_any_step),
+      cmocka_unit_test(a_ball_rests_in_its_equilibrium),
+  };
+  return cmocka_run_group_tests(tests, setup, teardown);
+}
