@@ -11,17 +11,16 @@ const root = dirname(dirname(fileURLToPath(import.meta.url)));
 /** Where the step of a model spends its time: the passes of this architecture over coefficients and points, and solves.
  * The laws of materials at cubature points, and what is done once for a model, are small instead. */
 const FAST = ['runtime/kernels/kernel_wasm.c', 'runtime/points/kernel_points.c', 'runtime/batch/batch_kernel.c',
-  'core/polynomial/polynomial.c', 'core/linear_algebra'];
+  'core/polynomial/polynomial.c', 'core/linear_algebra/dense.c', 'core/linear_algebra/symmetric.c'];
 
-/** Folders that hold no C of ours. */
-// folders of no C of the package, and the tables of the core alone
+/** Folders that hold no C of the package, and the tables of the core alone. */
 const OTHER = ['alone.c', 'node_modules', 'src', 'test', 'dist', 'examples'];
 
 /** @param {string} folder @returns {string[]} the C files directly in it and in its folders */
 const sources = (folder) =>
   readdirSync(folder, { withFileTypes: true }).sort((a, b) => (a.name < b.name ? -1 : 1))
-    .flatMap((entry) => entry.isDirectory()
-      ? (OTHER.includes(entry.name) ? [] : sources(join(folder, entry.name)))
+    .filter((entry) => !OTHER.includes(entry.name))
+    .flatMap((entry) => entry.isDirectory() ? sources(join(folder, entry.name))
       : entry.name.endsWith('.c') ? [join(folder, entry.name)] : []);
 
 /** Writes beside, then renames, so that there is never half a file. */
