@@ -162,8 +162,12 @@ thrum_status driver_run_end(driver_run *run, thrum_error *error) {
       return status;
     THRUM_TRY(run_output_end(&body->output, status >= 0 ? body->q : NULL, body->p, error));
     THRUM_TRY(run_probes_end(&body->probes, &body->output.folder, error));
+  }
 
+  // who stops the judgement has the files of all bodies
+  for (int32_t n = 0; n < run->body_count; n++) {
     // a motion that was lost says nothing of the basis
+    driver_body *body = &run->bodies[n];
     basis_record *basis = &body->measures.basis;
     if (run->status >= 0 && !body->figures.energy_grew)
       THRUM_TRY(basis_check_judge(basis, run->seconds_step, error));

@@ -2,8 +2,10 @@
  * SPDX-License-Identifier: Apache-2.0 */
 #include "driver/scene_run.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "config/message.h"
 #include "driver/scene_words.h"
@@ -14,9 +16,9 @@
 #include "platform/stop_request.h"
 
 /* scene.json, which says that the rest is whole, and the folder put in place. */
-static thrum_status report(scene_run *run, double began, thrum_error *error) {
+static thrum_status report(scene_run *run, thrum_error *error) {
   char path[RUN_PATH_MAX + 80];
-  run->seconds_total = clock_seconds() - began;
+  run->seconds_total = clock_seconds() - run->began;
   run->seconds_output = clock_seconds() - run->run.began - run->run.seconds_step;
 
   // scene.json is the last file: it says that the rest is whole
@@ -66,10 +68,26 @@ thrum_status scene_run_read(scene_run *run, thrum_error *error) {
   return status >= 0 ? count_steps(run) : status;
 }
 
+/* Writes a scene that is over and ends the program, where the judgement of its bases has not come
+ * back from a long call. */
+static void end_unjudged(void *context) {
+  scene_run *scene = context;
+  thrum_error error = {0};
+  thrum_status status = scene_run_end_unjudged(scene, &error);
+  THRUM_THEN(status, report(scene, &error));
+  if (status >= 0)
+    fputs("\nthrum: stopped; the run was written, and what its bases have wrong is not known\n",
+          stderr);
+  const int code =
+      config_end(status, status >= 0 && strcmp(scene_run_status(scene), "done") != 0, &error);
+  fflush(stdout);
+  _exit(code);
+}
+
 static thrum_status run_scene(scene_run *scene, thrum_error *error) {
   driver_run *run = &scene->run;
   const scene_request *request = scene->request;
-  const double began = clock_seconds();
+  scene->began = clock_seconds();
 
   // models may be made first, and a signal ends that at once
   thrum_interrupt_clean("\nthrum: stopped; nothing was written\n");
@@ -81,11 +99,15 @@ static thrum_status run_scene(scene_run *scene, thrum_error *error) {
   // from here on there is something to clean up
   thrum_stop_request_catch();
   THRUM_TRY(scene_run_open(scene, error));
-  scene->seconds_read = clock_seconds() - began;
+  scene->seconds_read = clock_seconds() - scene->began;
   scene_models_warn(&scene->spec, &scene->models);
   THRUM_TRY(driver_run_steps(run, request->quiet, error));
+
+  // the judgement of bases is waited for no longer than steps
+  if (run->status >= 0)
+    thrum_stop_request_end_by(end_unjudged, scene);
   THRUM_TRY(scene_run_end(scene, error));
-  THRUM_TRY(report(scene, began, error));
+  THRUM_TRY(report(scene, error));
   driver_run_warn(run);
   scene_run_warn_of_depth(scene);
   scene_run_warn_of_turns(scene);

@@ -106,7 +106,7 @@ typedef struct scene_run {
   FILE *account;             /* where bodies touch each other */
   FILE *links;               /* where there are links */
   thrum_scene_account first; /* at the start */
-  double seconds_read, seconds_find, seconds_output, seconds_total;
+  double began, seconds_read, seconds_find, seconds_output, seconds_total;
 } scene_run;
 
 /* scene_run_build.c: loads the models and makes the scene; the latter alone, where there are bodies
@@ -284,6 +284,9 @@ driver_stepper scene_run_stepper(scene_run *run);
 thrum_status scene_run_open(scene_run *run, thrum_error *error);
 thrum_status scene_run_record_probes(scene_run *run, int64_t step, double time, thrum_error *error);
 thrum_status scene_run_end(scene_run *run, thrum_error *error);
+
+/* scene_run_output.c: the same without the judgement of bases, which has not come back. */
+thrum_status scene_run_end_unjudged(scene_run *run, thrum_error *error);
 
 /* scene_run_report.c */
 cJSON *scene_run_json(const scene_run *run);

@@ -9,6 +9,7 @@
 #include "driver/scene_run.h"
 #include "driver/simulate_report.h"
 #include "io/json.h"
+#include "platform/stop_request.h"
 
 /* --- opening ---------------------------------------------------------------------------------- */
 
@@ -244,6 +245,12 @@ static thrum_status complete_body(scene_run *run, int32_t n, thrum_error *error)
   return status;
 }
 
+static thrum_status complete_bodies(scene_run *run, thrum_error *error) {
+  for (int32_t n = 0; n < run->spec.bodies.count; n++)
+    THRUM_TRY(complete_body(run, n, error));
+  return THRUM_OK;
+}
+
 thrum_status scene_run_end(scene_run *run, thrum_error *error) {
   errno = 0;
   if (!run_folder_close_file(&run->probes))
@@ -253,7 +260,14 @@ thrum_status scene_run_end(scene_run *run, thrum_error *error) {
   THRUM_TRY(scene_run_end_links(run, error));
   THRUM_TRY(driver_run_end(&run->run, error));
   THRUM_TRY(scene_run_judge(run, error));
-  for (int32_t n = 0; n < run->spec.bodies.count; n++)
-    THRUM_TRY(complete_body(run, n, error));
-  return THRUM_OK;
+  thrum_stop_request_end_by(NULL, NULL);
+  return complete_bodies(run, error);
+}
+
+thrum_status scene_run_end_unjudged(scene_run *run, thrum_error *error) {
+  for (int32_t n = 0; n < run->run.body_count; n++) {
+    run->run.bodies[n].measures.basis.estimate = basis_estimate_none("it was stopped");
+    run->run.bodies[n].figures.basis_wrong = false;
+  }
+  return complete_bodies(run, error);
 }
