@@ -115,20 +115,26 @@ static thrum_status check_choices(const thrum_model *model, const thrum_state_de
   return THRUM_OK;
 }
 
-/* What the def asks for is in this library: the core alone steps without guards. */
+/* The member of the def that asks for what this library lacks; NULL: there is none. */
+static const char *lacking(const thrum_state_def *def) {
+  if (thrum_first_scheme(def) < 0)
+    return "integrator";
+  if (def->adaptive && thrum_adapts(def->integrator) && !thrum_schemes.adapts)
+    return "adaptive";
+  if (def->fallback && !thrum_schemes.falls_back)
+    return "fallback";
+  return def->frequency_matched && !thrum_schemes.mode_steps ? "frequency_matched" : NULL;
+}
+
+/* The core alone steps by its own schemes and without guards. */
 static thrum_status check_parts(const thrum_state_def *def, thrum_error *error) {
-  const bool guarded = thrum_adapts(def->integrator) && def->adaptive && !thrum_schemes.adapts;
-  const char *lacks = thrum_first_scheme(def) < 0                           ? "integrator"
-                      : guarded                                             ? "adaptive"
-                      : def->fallback && !thrum_schemes.falls_back          ? "fallback"
-                      : def->frequency_matched && !thrum_schemes.mode_steps ? "frequency_matched"
-                                                                            : NULL;
-  if (!lacks)
+  const char *name = lacking(def);
+  if (!name)
     return THRUM_OK;
   return thrum_error_set(error, THRUM_UNSUPPORTED,
                          "%s of the state's def asks for what this library, the core alone, does "
                          "not have: set it to %s",
-                         lacks, thrum_first_scheme(def) < 0 ? "imexv, newmark or energy" : "0");
+                         name, thrum_first_scheme(def) < 0 ? "imexv, newmark or energy" : "0");
 }
 
 thrum_status thrum_state_def_check(const thrum_model *model, const thrum_state_def *def,
