@@ -189,6 +189,14 @@ static program_result run_limited(char *const *argv, rlim_t bytes) {
   return run;
 }
 
+/* What is said behind the warnings of a coarse mesh. */
+static const char *behind_warnings(const char *said) {
+  static const char warning[] = "thrum: warning: ";
+  while (strncmp(said, warning, sizeof warning - 1) == 0 && strchr(said, '\n') != NULL)
+    said = strchr(said, '\n') + 1;
+  return said;
+}
+
 static void a_full_disk_leaves_nothing_and_names_the_file(void **state) {
   (void)state;
 
@@ -217,7 +225,8 @@ static void a_full_disk_leaves_nothing_and_names_the_file(void **state) {
         if (run.exit_code != 1 || strstr(run.err, out) == NULL ||
             strstr(run.err, "File too large") == NULL || strstr(run.err, "ulimit -f") == NULL)
           fail_msg("%s: exit %d, '%s'", command, run.exit_code, run.err);
-        assert_true(line_count_is(run.err, 1));
+        if (!line_count_is(behind_warnings(run.err), 1))
+          fail_msg("%s: %s", command, run.err);
       }
 
       // a limit below the largest file must fail
