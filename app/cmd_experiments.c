@@ -30,6 +30,7 @@ int cmd_experiments(int argc, char **argv) {
   bool flagged = false;
   int code = experiments_options_read(argc, argv, &request);
   if (code == COMMAND_DONE) {
+    experiments_kind_fill(&request);
     thrum_interrupt_clean("\nthrum: stopped; the folder holds whole files only\n");
     const thrum_status status = job_request_given(&request.jobs)
                                     ? experiments_jobs(&request, argv, &flagged, &error)

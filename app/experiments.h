@@ -31,10 +31,27 @@ typedef enum experiments_kind {
   EXPERIMENTS_KIND_COUNT
 } experiments_kind;
 
+/* One table of a kind: TABLE.csv, a list of the JSON object, and what is printed. */
+typedef struct experiments_table {
+  const char *name;           /* NULL: that of the kind */
+  const char *key;            /* in the JSON object; NULL: there is no such table */
+  const json_column *columns; /* NULL: not printed */
+} experiments_table;
+
+/* The files of a kind: its tables, and a long list that is written as it is, such as curves. */
+#define EXPERIMENTS_TABLES_MAX 2
+typedef struct experiments_form {
+  experiments_table tables[EXPERIMENTS_TABLES_MAX];
+  const char *list;    /* its file, whose first line names the columns; NULL: none */
+  const char *heading; /* lines above the printed table; NULL: none */
+} experiments_form;
+
 typedef struct experiments_request {
   experiments_kind kind;
-  const char *output; /* folder */
-  char *list;         /* the text of --models, cut into names; freed by the command */
+  const char *name;             /* of the kind, in files and reports */
+  const experiments_form *form; /* what it writes */
+  const char *output;           /* folder */
+  char *list;                   /* the text of --models, cut into names; freed by the command */
   const char *models[EXPERIMENTS_MODELS_MAX];
   int64_t model_count;
   bool loads[EXPERIMENT_LOAD_COUNT];
@@ -90,26 +107,11 @@ thrum_status experiments_jobs(const experiments_request *request, char *const *a
 experiments_runner experiments_matrix, experiments_long, experiments_sweep, experiments_linear,
     experiments_extremes;
 
-/* One table of a kind: TABLE.csv, a list of the JSON object, and what is printed. */
-typedef struct experiments_table {
-  const char *name;           /* NULL: that of the kind */
-  const char *key;            /* in the JSON object; NULL: there is no such table */
-  const json_column *columns; /* NULL: not printed */
-} experiments_table;
-
-/* The files of a kind: its tables, and a long list that is written as it is, such as curves. */
-#define EXPERIMENTS_TABLES_MAX 2
-typedef struct experiments_form {
-  experiments_table tables[EXPERIMENTS_TABLES_MAX];
-  const char *list;    /* its file, whose first line names the columns; NULL: none */
-  const char *heading; /* lines above the printed table; NULL: none */
-} experiments_form;
 extern const experiments_form experiments_matrix_form, experiments_long_form,
     experiments_sweep_form, experiments_extremes_form, experiments_linear_form;
 
-/* Name of a kind in files and reports, and its form; static storage. */
-const char *experiments_kind_name(experiments_kind kind);
-const experiments_form *experiments_kind_form(experiments_kind kind);
+/* Fills in the name and the form of the kind. */
+void experiments_kind_fill(experiments_request *request);
 
 /* The results of an experiment, and the names of those that are missing. */
 typedef struct experiments_outcome {

@@ -132,7 +132,7 @@ static experiments_request request_of(const experiments_request *request, int64_
   experiments_request all = *request, one = *request;
   const axis *along = axes[request->kind];
   int64_t below = job_count(request);
-  snprintf(name, JOB_NAME_MAX, "%s", experiments_kind_name(request->kind));
+  snprintf(name, JOB_NAME_MAX, "%s", request->name);
   *model = 0;
   for (int n = 0; along[n] != AXIS_END; n++) {
     const int64_t count = part_count(&all, along[n]);
@@ -240,7 +240,7 @@ static thrum_status run_job(void *context, int64_t job, cJSON *result, thrum_err
 
 static thrum_status take_job(void *context, int64_t job, cJSON *result, thrum_error *error) {
   sweep_jobs *all = context;
-  const experiments_form *form = experiments_kind_form(all->request->kind);
+  const experiments_form *form = all->request->form;
   (void)job;
   (void)error;
   const cJSON *list = cJSON_GetObjectItemCaseSensitive(result, "list");
@@ -264,7 +264,7 @@ static void write_list(FILE *stream, const void *of) {
 /* The rows and the list of all jobs; on failure none is left. */
 static thrum_status collect_rows(sweep_jobs *all, const job_list *list, cJSON *missing,
                                  thrum_error *error) {
-  const experiments_form *form = experiments_kind_form(all->request->kind);
+  const experiments_form *form = all->request->form;
   for (int n = 0; n < EXPERIMENTS_TABLES_MAX && form->tables[n].key != NULL; n++)
     all->rows[n] = cJSON_CreateArray();
   all->list = open_memstream(&all->list_text, &all->list_size);

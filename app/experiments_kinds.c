@@ -18,12 +18,9 @@ static const struct {
     [EXPERIMENTS_VARIABLE] = {"variable", &experiments_sweep_form, experiments_sweep},
 };
 
-const char *experiments_kind_name(experiments_kind kind) {
-  return kinds[kind].name;
-}
-
-const experiments_form *experiments_kind_form(experiments_kind kind) {
-  return kinds[kind].form;
+void experiments_kind_fill(experiments_request *request) {
+  request->name = kinds[request->kind].name;
+  request->form = kinds[request->kind].form;
 }
 
 thrum_status experiments_run(const experiments_request *request, const experiments_bodies *bodies,

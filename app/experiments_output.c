@@ -24,7 +24,7 @@ static cJSON *report(const experiments_request *request, const experiments_outco
   cJSON *object = json_report("experiments", whole ? status : "incomplete");
   if (!whole)
     cJSON_AddItemToObject(object, "missing_jobs", cJSON_Duplicate(outcome->missing, true));
-  cJSON_AddStringToObject(object, "kind", experiments_kind_name(request->kind));
+  cJSON_AddStringToObject(object, "kind", request->name);
   results_add_machine(object);
   json_string(object, "output", request->output);
   json_number(object, "threads", (double)request->threads);
@@ -35,8 +35,8 @@ static cJSON *report(const experiments_request *request, const experiments_outco
 
 /* The file names of the tables of a kind. */
 static const char *name_of(const experiments_request *request, int table) {
-  const char *name = experiments_kind_form(request->kind)->tables[table].name;
-  return name != NULL ? name : experiments_kind_name(request->kind);
+  const char *name = request->form->tables[table].name;
+  return name != NULL ? name : request->name;
 }
 
 static bool has_table(const experiments_form *form, int table) {
@@ -53,7 +53,7 @@ thrum_status experiments_write_list(const experiments_request *request, const ch
 
 static thrum_status write_files(const experiments_request *request,
                                 const experiments_outcome *outcome, thrum_error *error) {
-  const experiments_form *form = experiments_kind_form(request->kind);
+  const experiments_form *form = request->form;
   char about[64];
   if (form->list != NULL)
     THRUM_TRY(experiments_write_list(request, form->list, outcome, error));
@@ -63,7 +63,7 @@ static thrum_status write_files(const experiments_request *request,
   // the page is made of the first table
   snprintf(about, sizeof about, "%s.about.json", name_of(request, 0));
   THRUM_TRY(results_write_json(request->output, about, report(request, outcome, "done"), error));
-  results_make_page(request->output, experiments_kind_name(request->kind), name_of(request, 0));
+  results_make_page(request->output, request->name, name_of(request, 0));
   return THRUM_OK;
 }
 
@@ -76,7 +76,7 @@ static void print(const experiments_form *form, const experiments_outcome *outco
 
 static thrum_status publish(const experiments_request *request, const experiments_outcome *outcome,
                             thrum_error *error) {
-  const experiments_form *form = experiments_kind_form(request->kind);
+  const experiments_form *form = request->form;
   const thrum_status status = write_files(request, outcome, error);
   if (status >= 0 && !request->json)
     print(form, outcome);
@@ -95,7 +95,7 @@ static thrum_status publish(const experiments_request *request, const experiment
 /* The result of a job: what experiments_jobs.c puts together again. */
 static thrum_status keep(const experiments_request *request, const experiments_outcome *outcome,
                          thrum_error *error) {
-  const experiments_form *form = experiments_kind_form(request->kind);
+  const experiments_form *form = request->form;
   cJSON_AddBoolToObject(request->result, "flagged", outcome->flagged);
   for (int n = 0; has_table(form, n); n++)
     cJSON_AddItemToObject(request->result, form->tables[n].key, outcome->rows[n]);

@@ -17,39 +17,6 @@
 
 #define GROWTH_LEAST 5 /* coordinates that a part of the basis grows by */
 
-/* A case on the unreduced body. */
-static full_motion_script script_of(const precompute_request *request, const train_case *c) {
-  full_motion_script script = train_case_script(c);
-  script.damping_alpha = request->train_damping[0];
-  script.damping_beta = request->train_damping[1];
-  script.time = request->train_time;
-  if (!isinf(request->options.cubature_yield))
-    script.yield = request->options.cubature_yield;
-  return script;
-}
-
-/* Where samples go, and the bar that shows the run. */
-typedef struct taker {
-  train_run *run;
-  int64_t all;
-  config_progress *progress;
-  const char *label;
-} taker;
-
-static void take(void *context, int64_t index, const double *u, const double *v, double energy) {
-  const taker *t = context;
-  (void)v;
-  (void)energy;
-  if (t->run->u != NULL)
-    memcpy(t->run->u + index * t->all, u, (size_t)t->all * sizeof *u);
-}
-
-static bool show(void *context, double fraction) {
-  const taker *t = context;
-  config_progress_update(t->progress, t->label, fraction);
-  return true;
-}
-
 double precompute_train_bytes(const precompute_request *request, int64_t vertex_count) {
   // all runs stay, and those of the training are decomposed in a copy with its products
   const double field = 24 * (double)vertex_count, train = (double)request->train_count,
@@ -74,35 +41,6 @@ static thrum_status check_memory(const precompute_request *request, int64_t vert
       bytes / 1048576, left / 1048576, whose);
 }
 
-thrum_status train_run_fill(const precompute_request *request, const thrum_model *model,
-                            train_run *run, full_motion_script *script, thrum_error *error) {
-  THRUM_TRY(train_case_parse(run->text, &run->c, error));
-  THRUM_TRY(train_case_fill(model, run->test ? "test" : "train", &run->c, error));
-  *script = script_of(request, &run->c);
-  return THRUM_OK;
-}
-
-thrum_status train_run_make(const precompute_request *request, const thrum_model *model,
-                            config_progress *bar, train_run *run, thrum_error *error) {
-  char label[64];
-  full_motion_script script;
-  snprintf(label, sizeof label, "%s %.40s", run->test ? "test" : "training", run->text);
-  THRUM_TRY(train_run_fill(request, model, run, &script, error));
-  taker t = {run, 3 * model->vertex_count, bar, label};
-  const full_motion_observer observer = {FULL_MOTION_SNAPSHOTS, take, &t, show, &t};
-
-  // also of a run that is kept and has no steps to show
-  config_progress_update(bar, label, 0);
-  const thrum_threads before = thrum_threads_set(request->options.threads);
-  const thrum_status status =
-      full_motion_kept(request->keep_runs, model, (int)request->options.mass, &script,
-                       request->train_dt, &observer, NULL, error);
-  thrum_threads_restore(before);
-  free(run->c.forces);
-  run->c.forces = NULL;
-  return status;
-}
-
 static thrum_status run_all(const precompute_request *request, const thrum_model *model,
                             config_progress *bar, train_outcome *outcome, thrum_error *error) {
   const int64_t each = FULL_MOTION_SNAPSHOTS * 3 * model->vertex_count;
@@ -118,19 +56,6 @@ static thrum_status run_all(const precompute_request *request, const thrum_model
     status = train_run_make(request, model, bar, &outcome->runs[n], error);
   }
   return status;
-}
-
-thrum_status precompute_train_list(const precompute_request *request, train_outcome *outcome,
-                                   thrum_error *error) {
-  const int64_t count = request->train_count + request->test_count;
-  THRUM_TRY(thrum_reserve(&outcome->runs, count, sizeof *outcome->runs, "the training", error));
-  for (int64_t n = 0; n < request->train_count; n++)
-    outcome->runs[outcome->run_count++] = (train_run){.text = request->train[n], .error = NAN};
-  for (int64_t n = 0; n < request->test_count; n++)
-    outcome->runs[outcome->run_count++] =
-        (train_run){.text = request->tests[n], .test = true, .error = NAN};
-  outcome->train_count = request->train_count;
-  return THRUM_OK;
 }
 
 thrum_status precompute_train_base(const thrum_mesh *mesh, const uint8_t *fixed,
@@ -238,7 +163,7 @@ static thrum_status judge_run(const thrum_model *model, const thrum_model_fem *b
   double from[2 * THRUM_RANK_MAX] = {0}, to[2 * THRUM_RANK_MAX], between[2 * THRUM_RANK_MAX];
   const int64_t rank = model->rank;
   const train_case *c = &run->c;
-  const full_motion_script script = script_of(request, c);
+  const full_motion_script script = train_run_script(request, c);
   judge j = {model, body, run, work, 0, 0};
   thrum_state_def def = thrum_default_state_def();
   thrum_state *state = NULL;
@@ -624,13 +549,4 @@ thrum_status precompute_train(const precompute_task *task, train_outcome *outcom
   else
     *result = b.result;
   return status;
-}
-
-void precompute_train_free(train_outcome *outcome) {
-  for (int64_t n = 0; n < outcome->run_count; n++)
-    train_case_free(&outcome->runs[n].c);
-  free(outcome->samples);
-  free(outcome->runs);
-  free(outcome->fields);
-  *outcome = (train_outcome){0};
 }

@@ -7,6 +7,7 @@
 #ifndef THRUM_DRIVER_PRECOMPUTE_TRAIN_H
 #define THRUM_DRIVER_PRECOMPUTE_TRAIN_H
 
+#include "driver/job_list.h"
 #include "driver/precompute_progress.h"
 #include "driver/train_case.h"
 
@@ -59,10 +60,21 @@ thrum_status precompute_train_list(const precompute_request *request, train_outc
                                    thrum_error *error);
 thrum_status precompute_train_first(const precompute_task *task, thrum_precomputed *made,
                                     thrum_error *error);
+/* A case on the unreduced body. */
+full_motion_script train_run_script(const precompute_request *request, const train_case *c);
 thrum_status train_run_fill(const precompute_request *request, const thrum_model *model,
                             train_run *run, full_motion_script *script, thrum_error *error);
 thrum_status train_run_make(const precompute_request *request, const thrum_model *model,
                             config_progress *bar, train_run *run, thrum_error *error);
+
+/* The jobs of a training are its runs; the model is needed for all but their names. */
+typedef struct train_jobs {
+  const precompute_request *request;
+  const thrum_model *model;
+  config_progress *bar;
+  train_outcome *outcome; /* its runs */
+} train_jobs;
+job_list precompute_train_jobs(train_jobs *all);
 
 /* Prints the jobs of a training, or does one of them. argv is that of the command. */
 thrum_status precompute_train_print(const precompute_request *request, char *const *argv,

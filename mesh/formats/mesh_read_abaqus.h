@@ -202,14 +202,14 @@ thrum_status inp_place_instance(inp_reader *r);
  */
 
 inp_read inp_read_elements, inp_generate_elements, inp_copy_elements;
-/* Finds an element; *index is -1 where there is none. Refuses one that comes twice. */
-thrum_status inp_find_element(inp_reader *r, int64_t number, int64_t *index);
 /* Hands all solids over to the builder; their regions are known. */
 thrum_status inp_build_elements(inp_reader *r);
 
 /* --- sets and regions: mesh_read_abaqus_sets.c -------------------------------------------------
  */
 
+/* Finds an element; *index is -1 where there is none. Refuses one that comes twice. */
+thrum_status inp_find_element(inp_reader *r, int64_t number, int64_t *index);
 inp_read inp_read_node_set, inp_read_element_set;
 /* Finds the list of the builder that stands for a node set, or the index of an element set; new
  * ones are added. */

@@ -47,25 +47,6 @@ static int inner_nodes(thrum_word type) {
   return type.length == 5 && thrum_text_equals(type, "C3D8I") ? 3 : 0;
 }
 
-thrum_status inp_find_element(inp_reader *r, int64_t number, int64_t *index) {
-  // the map follows the elements only where one of them is asked for
-  for (; r->elements_mapped < r->element_count; r->elements_mapped++) {
-    const inp_element *element = &r->elements[r->elements_mapped];
-    char line[32] = "";
-    if (thrum_number_map_find(&r->element_map, element->number) < 0) {
-      THRUM_TRY(
-          thrum_number_map_add(&r->element_map, element->number, r->elements_mapped, r->error));
-      continue;
-    }
-    if (element->line > 0)
-      snprintf(line, sizeof line, ":%lld", (long long)element->line);
-    return thrum_error_set(r->error, THRUM_BAD_FORMAT, "%.200s%s: element %lld comes twice",
-                           r->files.files[0].path, line, (long long)element->number);
-  }
-  *index = thrum_number_map_find(&r->element_map, number);
-  return THRUM_OK;
-}
-
 /* Adds an element whose nodes are the last `count` ones of all. */
 static thrum_status add_element(inp_reader *r, int64_t number, const inp_solid *solid,
                                 int64_t count, int64_t line) {

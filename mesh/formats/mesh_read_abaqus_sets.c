@@ -6,6 +6,7 @@
  * nothing apart.
  *
  * SPDX-License-Identifier: Apache-2.0 */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -82,6 +83,25 @@ static thrum_status need_list(inp_reader *r, thrum_word base, bool assembly, int
 
 thrum_status inp_node_list(inp_reader *r, thrum_word name, int64_t *list) {
   return need_list(r, name, of_assembly(r), list);
+}
+
+thrum_status inp_find_element(inp_reader *r, int64_t number, int64_t *index) {
+  // the map follows the elements only where one of them is asked for
+  for (; r->elements_mapped < r->element_count; r->elements_mapped++) {
+    const inp_element *element = &r->elements[r->elements_mapped];
+    char line[32] = "";
+    if (thrum_number_map_find(&r->element_map, element->number) < 0) {
+      THRUM_TRY(
+          thrum_number_map_add(&r->element_map, element->number, r->elements_mapped, r->error));
+      continue;
+    }
+    if (element->line > 0)
+      snprintf(line, sizeof line, ":%lld", (long long)element->line);
+    return thrum_error_set(r->error, THRUM_BAD_FORMAT, "%.200s%s: element %lld comes twice",
+                           r->files.files[0].path, line, (long long)element->number);
+  }
+  *index = thrum_number_map_find(&r->element_map, number);
+  return THRUM_OK;
 }
 
 thrum_status inp_find_set(inp_reader *r, thrum_word name, int64_t *index) {
